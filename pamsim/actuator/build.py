@@ -1,0 +1,79 @@
+"""Build a muscle from sections of sourced numbers, as a rig file states them."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+from pamsim.actuator.muscle import COMMANDS, FORCE_LAWS, HYSTERESIS_LAWS, PLAIN_GROUPS, Muscle
+from pamsim.core.errors import InputError, nearest
+from pamsim.core.parameters import ParameterGroup, Sourced, specs
+
+Sections = Mapping[str, Mapping[str, Sourced | str]]
+
+_LAWS: dict[str, dict[str, type[ParameterGroup]]] = {
+    "force": {law.law: law for law in FORCE_LAWS},
+    "hysteresis": {law.law: law for law in HYSTERESIS_LAWS if law},
+}
+
+
+def build_muscle(sections: Sections, *, where: str, command: str = "pressure") -> Muscle:
+    """Make a muscle from its sections.
+
+    Args:
+        sections: group -> field -> number. ``force`` and ``hysteresis`` also carry ``law``.
+        where: what to call the place in errors.
+        command: what the muscle's control means, one of `COMMANDS`.
+
+    Raises:
+        InputError: for an unknown group, law or field, a missing field, or a wrong unit.
+        ParameterError: for a value out of range.
+    """
+    known = {group.group for group in PLAIN_GROUPS} | set(_LAWS)
+    for name in sections:
+        if name not in known:
+            raise InputError(f"{where}: unknown group {name!r}; {nearest(name, known)}")
+    if command not in COMMANDS:
+        raise InputError(f"no command {command!r}; {nearest(command, COMMANDS)}")
+    groups: dict[str, Any] = {}
+    for group in PLAIN_GROUPS:
+        if group.group in sections:
+            groups[group.group] = _build(group, sections[group.group], where)
+    for name, laws in _LAWS.items():
+        if name in sections:
+            section = dict(sections[name])
+            law = section.pop("law", None)
+            if not isinstance(law, str) or law not in laws:
+                raise InputError(
+                    f"{where}: {name}.law = {law!r} is not known; {nearest(str(law), laws)}"
+                )
+            groups[name] = _build(laws[law], section, where)
+    for name in ("mounting", "braid", "force", "chamber", "valve"):
+        if name not in groups:
+            raise InputError(f"{where}: a muscle needs the group {name!r}")
+    return Muscle(command=command, **groups)
+
+
+def _build(group: type[ParameterGroup], section: Mapping[str, Any], where: str) -> ParameterGroup:
+    fields = dict(specs(group))
+    for key in section:
+        if key not in fields:
+            raise InputError(
+                f"{where}: unknown parameter {group.group}.{key}; {nearest(key, fields)}"
+            )
+    values: dict[str, float] = {}
+    for name, spec in fields.items():
+        entry = section.get(name)
+        if isinstance(entry, Sourced):
+            values[name] = entry.si(spec.unit)
+    try:
+        return group(**values)
+    except TypeError:
+        missing = [n for n in fields if n not in values and not _has_default(group, n)]
+        raise InputError(
+            f"{where}: {group.group} needs {', '.join(missing)} ({fields[missing[0]].doc})"
+        ) from None
+
+
+def _has_default(group: type[ParameterGroup], name: str) -> bool:
+    return hasattr(group, name)

@@ -1,0 +1,135 @@
+"""Where each number of a muscle lies: in ``model.actuator_user`` and in ``data.act``.
+
+All parameters live in the model and all memory in the state, so a saved model and a saved state
+replay bit for bit, and a batch can give every simulation its own parameters.
+
+``actuator_user`` row: signature, codes of the chosen laws, then every group's fields in their
+declared order. ``act`` of one actuator: the hysteresis operator's states, then the air state y last.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Iterator, Sequence
+
+import numpy as np
+
+from pamsim.actuator.muscle import (
+    COMMANDS,
+    FORCE_LAWS,
+    HYSTERESIS_LAWS,
+    PLAIN_GROUPS,
+    Muscle,
+)
+from pamsim.core.errors import EngineError, InputError, nearest
+from pamsim.core.parameters import ParameterGroup, specs
+
+SIGNATURE = 7240.288
+"""Marks a row as a pamsim muscle: page and volume of seed 003 (Appl. Sci. 2021, 11, 7288)."""
+
+_FORCE_SLOTS = 7
+_HYSTERESIS_SLOTS = 5
+
+
+def _names() -> Iterator[str]:
+    yield from ("signature", "command", "force.law", "hysteresis.law")
+    for group in PLAIN_GROUPS:
+        yield from (f"{group.group}.{name}" for name, _ in specs(group))
+    yield from (f"force.{i}" for i in range(_FORCE_SLOTS))
+    yield from (f"hysteresis.{i}" for i in range(_HYSTERESIS_SLOTS))
+
+
+NAMES: tuple[str, ...] = tuple(_names())
+"""Name of every slot of the row. Slots of a chosen law are numbered in its fields' order."""
+
+SIZE = len(NAMES)
+"""Length of the row: what ``nuser_actuator`` must be at least."""
+
+
+def slot(name: str) -> int:
+    """Index of a slot by its name, such as ``chamber.dead_volume``.
+
+    Raises:
+        InputError: if there is no such slot, with the nearest name.
+    """
+    try:
+        return NAMES.index(name)
+    except ValueError:
+        raise InputError(f"no muscle parameter {name!r}; {nearest(name, NAMES)}") from None
+
+
+def parameter_slot(muscle: Muscle, name: str) -> int:
+    """Index of a parameter of a given muscle, also of its chosen laws, such as ``force.scale``.
+
+    Raises:
+        InputError: if the muscle has no such parameter.
+    """
+    known = {parameter: index for index, parameter in _occupied(muscle)}
+    if name not in known:
+        raise InputError(f"no muscle parameter {name!r}; {nearest(name, known)}")
+    return known[name]
+
+
+def state_size(muscle: Muscle) -> int:
+    """Number of states of one muscle: its hysteresis operator's, and one for the air."""
+    return (muscle.hysteresis.states if muscle.hysteresis else 0) + 1
+
+
+def pack(muscle: Muscle) -> np.ndarray:
+    """Write a muscle into a row.
+
+    Returns:
+        (SIZE,) parameters in SI, for ``model.actuator_user``.
+    """
+    row = np.zeros(SIZE)
+    row[slot("signature")] = SIGNATURE
+    row[slot("command")] = COMMANDS.index(muscle.command)
+    row[slot("force.law")] = FORCE_LAWS.index(type(muscle.force))
+    law = type(muscle.hysteresis) if muscle.hysteresis else None
+    row[slot("hysteresis.law")] = HYSTERESIS_LAWS.index(law)
+    for index, name in _occupied(muscle):
+        group, _, field = name.partition(".")
+        row[index] = getattr(getattr(muscle, group), field)
+    return row
+
+
+def unpack(row: Sequence[float] | np.ndarray) -> Muscle:
+    """Read a muscle back from a row; the inverse of `pack`.
+
+    Raises:
+        EngineError: if the row is not a pamsim muscle.
+        ParameterError: if a number in it has been set out of range.
+    """
+    if not is_muscle(row):
+        raise EngineError("this actuator is not a pamsim muscle: its user data has no signature")
+    groups: dict[str, ParameterGroup] = {}
+    for group in PLAIN_GROUPS:
+        fields = {name: float(row[slot(f"{group.group}.{name}")]) for name, _ in specs(group)}
+        groups[group.group] = group(**fields)
+    force = FORCE_LAWS[int(row[slot("force.law")])]
+    groups["force"] = force(**_slots(force, row))
+    operator = HYSTERESIS_LAWS[int(row[slot("hysteresis.law")])]
+    if operator is not None:
+        groups["hysteresis"] = operator(**_slots(operator, row))
+    return Muscle(command=COMMANDS[int(row[slot("command")])], **groups)  # pyright: ignore[reportArgumentType]
+
+
+def is_muscle(row: Sequence[float] | np.ndarray) -> bool:
+    """Whether an actuator's user data is a pamsim muscle."""
+    return len(row) >= SIZE and float(row[0]) == SIGNATURE
+
+
+def _slots(group: type[ParameterGroup], row: Sequence[float] | np.ndarray) -> dict[str, float]:
+    first = slot(f"{group.group}.0")
+    return {name: float(row[first + i]) for i, (name, _) in enumerate(specs(group))}
+
+
+def _occupied(muscle: Muscle) -> Iterator[tuple[int, str]]:
+    for field in dataclasses.fields(muscle):
+        group = getattr(muscle, field.name)
+        if not isinstance(group, ParameterGroup):
+            continue
+        chosen = type(group) not in PLAIN_GROUPS
+        for i, (name, _) in enumerate(specs(type(group))):
+            parameter = f"{group.group}.{name}"
+            yield slot(f"{group.group}.{i}") if chosen else slot(parameter), parameter

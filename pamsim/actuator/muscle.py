@@ -1,0 +1,77 @@
+"""One pneumatic artificial muscle: the parameter groups of every law it is made of."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import ClassVar
+
+from pamsim.core.parameters import ParameterGroup, parameter
+from pamsim.hysteresis.bouc_wen import BoucWen
+from pamsim.muscles.braid import Braid
+from pamsim.muscles.exponential import SixParameter
+from pamsim.muscles.mckibben import IdealMcKibben
+from pamsim.muscles.passive import HardeningPassive
+from pamsim.muscles.tension import Threshold
+from pamsim.pneumatics.chamber import Chamber
+from pamsim.pneumatics.valves import ValvePair
+
+FORCE_LAWS: tuple[type[ParameterGroup], ...] = (IdealMcKibben, SixParameter)
+"""Force laws the kernel knows; the position in the tuple is the code kept in the model."""
+
+HYSTERESIS_LAWS: tuple[type[ParameterGroup] | None, ...] = (None, BoucWen)
+"""Hysteresis operators the kernel knows; code 0 is no operator."""
+
+COMMANDS: tuple[str, ...] = ("valve", "pulse", "pressure")
+"""What the control of the actuator means: a signed opening, a signed duty, a gauge pressure."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Mounting(ParameterGroup):
+    """How the muscle sits on its tendon."""
+
+    group: ClassVar[str] = "mounting"
+    length_at_zero: float = parameter(
+        unit="m",
+        low=-10.0,
+        high=10.0,
+        doc="muscle length where the tendon's length is zero: rest length on a fixed tendon, minus"
+        " the rigid fittings on a spatial one",
+    )
+
+
+PLAIN_GROUPS: tuple[type[ParameterGroup], ...] = (
+    Mounting,
+    Braid,
+    HardeningPassive,
+    Threshold,
+    Chamber,
+    ValvePair,
+)
+"""The groups every muscle has exactly one kind of."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Muscle:
+    """A muscle with its air and its valves.
+
+    Attributes:
+        mounting: place on the tendon.
+        braid: geometry, which gives the chamber's volume.
+        force: active force law.
+        passive: hardening passive spring beside it.
+        threshold: pressure lost before the braid is reached.
+        hysteresis: operator on the force, or None.
+        chamber: polytropic air.
+        valve: fill and exhaust valves.
+        command: what the control means, one of `COMMANDS`.
+    """
+
+    mounting: Mounting
+    braid: Braid
+    force: IdealMcKibben | SixParameter
+    chamber: Chamber
+    valve: ValvePair
+    passive: HardeningPassive = HardeningPassive()
+    threshold: Threshold = Threshold()
+    hysteresis: BoucWen | None = None
+    command: str = "valve"

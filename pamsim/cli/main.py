@@ -1,0 +1,70 @@
+"""The ``pamsim`` command: finds the subcommand, and turns our errors into one line and exit code 2.
+
+Subcommands are imported only when they are run, so that ``pamsim --help`` is immediate.
+"""
+
+from __future__ import annotations
+
+import importlib
+import sys
+from typing import Any
+
+import click
+
+from pamsim import __version__
+from pamsim.core.errors import PamsimError, nearest
+
+OK, FINDING, BAD_INPUT, INTERRUPTED = 0, 1, 2, 130
+
+_COMMANDS = {
+    "reproduce": "Simulate every printed MAS-20 experiment and compare (the main job).",
+    "step": "One step response of any rig: pressures or valves, load, plot, CSV.",
+    "render": "A picture of a rig at given pressures, without a screen.",
+}
+
+
+class _LazyGroup(click.Group):
+    """A group whose commands live in modules of the same name beside this one."""
+
+    def list_commands(self, ctx: click.Context) -> list[str]:
+        """Names of all commands, in the order a reader meets them."""
+        return list(_COMMANDS)
+
+    def get_command(self, ctx: click.Context, cmd_name: str) -> click.Command | None:
+        """Import and return a command, or None."""
+        if cmd_name not in _COMMANDS:
+            return None
+        return importlib.import_module(f"pamsim.cli.{cmd_name}").command
+
+    def resolve_command(self, ctx: click.Context, args: list[str]) -> Any:
+        """Find the command of the arguments; suggest the nearest for a slip of the pen."""
+        if args and args[0] not in _COMMANDS and not args[0].startswith("-"):
+            raise click.UsageError(f"no command {args[0]!r}; {nearest(args[0], _COMMANDS)}")
+        return super().resolve_command(ctx, args)
+
+    def format_commands(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
+        """List the commands without importing them."""
+        with formatter.section("Commands"):
+            formatter.write_dl(list(_COMMANDS.items()))
+
+
+@click.group(cls=_LazyGroup, context_settings={"help_option_names": ["-h", "--help"]})
+@click.version_option(__version__, prog_name="pamsim")
+def cli() -> None:
+    """Pneumatic artificial muscles in MuJoCo: simulate, identify, find what the model misses."""
+
+
+def main() -> None:
+    """Entry point of the console script: exit 0 ok, 1 a check failed, 2 bad input."""
+    try:
+        code = cli.main(standalone_mode=False)
+    except click.ClickException as error:
+        error.show()
+        sys.exit(BAD_INPUT)
+    except PamsimError as error:
+        click.echo(f"pamsim: error: {error}", err=True)
+        sys.exit(BAD_INPUT)
+    except (click.Abort, KeyboardInterrupt):
+        click.echo("pamsim: interrupted", err=True)
+        sys.exit(INTERRUPTED)
+    sys.exit(code if isinstance(code, int) else OK)

@@ -1,0 +1,88 @@
+"""``pamsim reproduce``: all printed MAS-20 experiments against the paper."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import click
+
+from pamsim.cli.main import FINDING, OK
+from pamsim.cli.output import progress_bar, save_json
+
+
+@click.command(name="reproduce")
+@click.option("--rig", default="mas20_arm", show_default=True, help="Shipped rig or rig folder.")
+@click.option(
+    "--start",
+    default="vent",
+    show_default=True,
+    help="Assumed start of the steps: vent, fill or maximum (see the page for their meaning).",
+)
+@click.option("--timestep-ms", type=float, help="Time step; the rig's own if left out.")
+@click.option("--sensors", is_flag=True, help="Record through the rig's encoder and converter.")
+@click.option("--out", type=click.Path(path_type=Path), help="Folder for page, figures and CSV.")
+@click.option("--json", "json_file", type=click.Path(path_type=Path), help="Write the result here.")
+def command(
+    rig: str,
+    start: str,
+    timestep_ms: float | None,
+    sensors: bool,
+    out: Path | None,
+    json_file: Path | None,
+) -> int:
+    """Simulate every printed MAS-20 experiment, compare the end positions, identify G1 and G2."""
+    from pamsim.core.errors import InputError
+    from pamsim.workflows.reproduce import reproduce
+
+    if timestep_ms is not None and not timestep_ms > 0.0:
+        raise InputError(f"--timestep-ms {timestep_ms:g} is not positive")
+    with progress_bar() as progress:
+        found = reproduce(
+            rig,
+            start=start,
+            timestep=timestep_ms / 1e3 if timestep_ms else None,
+            sensors=sensors,
+            progress=progress,
+        )
+    result = found.as_dict()
+    save_json(json_file, result)
+    _print(result)
+    if out is not None:
+        from pamsim.report.reproduce_page import write_reproduction
+
+        write_reproduction(result, found.recordings, out)
+        click.echo(f"page: {out / 'index.html'}")
+    return OK if all(check.ok for check in found.checks) else FINDING
+
+
+def _print(result: dict[str, Any]) -> None:
+    click.echo("row   p1     p2   load   measured simulated   error")
+    click.echo("      kPa    kPa    kg        deg       deg      deg")
+    for row in result["rows"]:
+        simulated = row["simulated_deg"]
+        end = f"{simulated:9.2f} {row['error_deg']:8.2f}" if simulated is not None else row["outcome"]
+        again = f"  = row {row['repeats']}" if row["repeats"] else ""
+        click.echo(
+            f"{row['row']:3d} {row['p1_kpa']:6.0f} {row['p2_kpa']:6.0f} {row['load_kg']:5.2f}"
+            f" {row['measured_deg']:9.2f} {end}{again}"
+        )
+    for check in result["checks"]:
+        click.echo(f"{'ok  ' if check['ok'] else 'FAIL'} {check['sentence']}")
+    if result["g2"] is not None:
+        g1, g2, paper = result["g1"], result["g2"], result["paper"]
+        unit1, unit2 = g1["arx"]["unit_gain"], g2["arx"]["unit_gain"]
+        click.echo(
+            f"G1 T {g1['T_s']:.4f} s ({g1['method']}), {_seconds(unit1['T_s'])} ({unit1['method']}),"
+            f" printed {paper['g1']['T_s']} s"
+        )
+        click.echo(
+            f"G2 T1, T2 {g2['T1_s']:.4f}, {g2['T2_s']:.4f} s ({g2['method']}),"
+            f" {_seconds(unit2['T1_s'])}, {_seconds(unit2['T2_s'])} ({unit2['method']}),"
+            f" printed {paper['g2']['T1_s']}, {paper['g2']['T2_s']} s;"
+            f" fit {result['fit_percent']:.1f} %"
+        )
+
+
+def _seconds(value: float | None) -> str:
+    return "none" if value is None else f"{value:.4f} s"

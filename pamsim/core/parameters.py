@@ -1,0 +1,144 @@
+"""Parameter groups that check themselves: frozen dataclasses with unit and range per field.
+
+A group is declared as::
+
+    @dataclass(frozen=True, kw_only=True)
+    class Chamber(ParameterGroup):
+        dead_volume: float = parameter(unit="m^3", low=0.0, high=1e-2, doc="...")
+
+The number's *source* (paper, data sheet, identified, assumed) belongs to a value, not to a field,
+so it travels beside the value in `Sourced`, which is what a rig's ``params.toml`` is read into.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import Any, ClassVar
+
+from pamsim.core.errors import ParameterError
+from pamsim.core.units import to_si
+
+_META = "pamsim"
+
+
+@dataclass(frozen=True, kw_only=True)
+class FieldSpec:
+    """What a parameter field allows.
+
+    Attributes:
+        unit: SI unit, in the spelling of `pamsim.core.units.to_si`; ``1`` for a pure number.
+        low: smallest allowed value.
+        high: largest allowed value.
+        low_open: True if ``low`` itself is not allowed.
+        doc: what the parameter means.
+    """
+
+    unit: str
+    low: float
+    high: float
+    low_open: bool
+    doc: str
+
+    def range_text(self) -> str:
+        """The allowed range as a mathematician writes it, such as ``(0, 1] m``."""
+        unit = "" if self.unit == "1" else f" {self.unit}"
+        return f"{'(' if self.low_open else '['}{self.low:g}, {self.high:g}]{unit}"
+
+
+def parameter(
+    *,
+    unit: str,
+    low: float,
+    high: float,
+    doc: str,
+    low_open: bool = False,
+    default: float | None = None,
+) -> Any:
+    """Declare one parameter field.
+
+    A field has a default only where a neutral value exists (an effect that is off): numbers a user
+    must think about have none.
+    """
+    spec = FieldSpec(unit=unit, low=low, high=high, low_open=low_open, doc=doc)
+    if default is None:
+        return dataclasses.field(metadata={_META: spec})
+    return dataclasses.field(default=default, metadata={_META: spec})
+
+
+@dataclass(frozen=True, kw_only=True)
+class ParameterGroup:
+    """Base of every parameter group: checks each declared field on construction."""
+
+    group: ClassVar[str] = ""
+    """Name of the group in files and errors."""
+    law: ClassVar[str] = ""
+    """Name of the law, in groups that offer several."""
+    states: ClassVar[int] = 0
+    """Number of internal states of the law."""
+
+    def __post_init__(self) -> None:
+        """Check every field.
+
+        Raises:
+            ParameterError: naming field, value and allowed range.
+        """
+        for name, spec in specs(type(self)):
+            check_value(f"{self.group}.{name}", getattr(self, name), spec)
+
+
+def specs(group: type[ParameterGroup]) -> Iterator[tuple[str, FieldSpec]]:
+    """Yield ``(field name, FieldSpec)`` in declaration order."""
+    for field in dataclasses.fields(group):
+        spec = field.metadata.get(_META)
+        if isinstance(spec, FieldSpec):
+            yield field.name, spec
+
+
+def check_value(name: str, value: object, spec: FieldSpec) -> float:
+    """Return ``value`` as a float inside ``spec``'s range.
+
+    Raises:
+        ParameterError: naming ``name``, the value and the allowed range.
+    """
+    if isinstance(value, bool) or not isinstance(value, (int, float)) or not math.isfinite(value):
+        raise ParameterError(
+            f"{name} = {value!r} is not a finite number; give one in {spec.range_text()}"
+        )
+    too_low = value <= spec.low if spec.low_open else value < spec.low
+    if too_low or value > spec.high:
+        raise ParameterError(f"{name} = {value:g} is outside {spec.range_text()} ({spec.doc})")
+    return float(value)
+
+
+@dataclass(frozen=True, kw_only=True)
+class Sourced:
+    """A number as a file states it, with its unit and where it comes from.
+
+    Attributes:
+        value: in ``unit``.
+        unit: as written, such as ``kPa``.
+        source: paper and table, ``datasheet``, ``identified`` or ``assumed``, with detail.
+        where: file and key, for errors.
+        interval95: 95 % interval in ``unit``, if the value was identified.
+        bounds: range in ``unit`` that a fit may move the value in.
+        note: remark for the reader.
+    """
+
+    value: float
+    unit: str
+    source: str
+    where: str
+    interval95: tuple[float, float] | None = None
+    bounds: tuple[float, float] | None = None
+    note: str = ""
+
+    def si(self, unit: str) -> float:
+        """The value in an SI unit.
+
+        Raises:
+            InputError: if the written unit is unknown or measures something else.
+        """
+        return to_si(self.value, self.unit, unit, where=self.where)

@@ -1,0 +1,53 @@
+"""Units at the border: files and screens speak kPa, deg and mm, everything inside speaks SI."""
+
+from __future__ import annotations
+
+import functools
+import math
+from typing import Any
+
+from pamsim.core.errors import InputError
+
+PA_PER_KPA = 1e3
+PA_PER_BAR = 1e5
+DEG_PER_RAD = 180.0 / math.pi
+
+
+@functools.cache
+def _registry() -> Any:
+    # Imported here: pint takes a third of a second, which `pamsim --help` must not pay.
+    import pint
+
+    return pint.UnitRegistry()
+
+
+def to_si(value: float, unit: str, si_unit: str, *, where: str) -> float:
+    """Convert a number read from a file to SI.
+
+    Args:
+        value: the number as written.
+        unit: the unit as written, such as ``kPa``, ``deg``, ``dm^3/(s*bar)``; ``1`` for none.
+        si_unit: the SI unit the number is wanted in, such as ``Pa``.
+        where: file and key, for the error.
+
+    Returns:
+        The value in ``si_unit``.
+
+    Raises:
+        InputError: if the unit is unknown or measures another quantity.
+    """
+    import pint
+
+    ureg = _registry()
+    try:
+        return float(ureg.Quantity(value, unit).to(si_unit).magnitude)
+    except pint.DimensionalityError:
+        raise InputError(
+            f"{where}: unit {unit!r} does not measure what is wanted here;"
+            f" write a unit that converts to {si_unit!r}"
+        ) from None
+    except (pint.errors.PintError, ValueError, AttributeError, SyntaxError, TypeError):
+        raise InputError(
+            f"{where}: unit {unit!r} is not known; write one such as kPa, bar, mm, deg, kg, N/bar"
+            f" that converts to {si_unit!r}"
+        ) from None

@@ -1,0 +1,123 @@
+"""Scoped installation of the muscle callbacks, and the guard that makes forgetting it an error.
+
+MuJoCo's callbacks are global to the process, and an actuator of type ``user`` without one silently
+runs as gain 1, bias 0. So a model made by pamsim is kept *guarded*: its integrator code is one the
+engine refuses, and ``mj_step`` raises. Inside `live` the callbacks are in place and the guard is
+lifted; on leaving, both are as they were before.
+"""
+
+from __future__ import annotations
+
+import contextlib
+from collections.abc import Iterator
+from typing import Any
+
+import mujoco
+
+from pamsim.actuator.layout import is_muscle
+from pamsim.core.errors import EngineError, InputError, nearest
+
+BACKENDS = ("compiled", "python")
+
+_GUARD = 1000
+
+
+def guard(model: mujoco.MjModel) -> None:
+    """Make ``mj_step`` on a model raise unless it runs inside `live`."""
+    if model.opt.integrator < _GUARD:
+        model.opt.integrator += _GUARD
+
+
+def muscle_ids(model: mujoco.MjModel) -> list[int]:
+    """Actuator ids of the pamsim muscles of a model, in order."""
+    return [i for i in range(model.nactuator) if is_muscle(model.actuator_user[i])]
+
+
+@contextlib.contextmanager
+def live(*models: mujoco.MjModel, backend: str = "compiled") -> Iterator[None]:
+    """Install the muscle callbacks for the duration of a ``with`` block.
+
+    Actuators that are not pamsim muscles keep the engine's default behaviour. Scopes may be nested.
+
+    Args:
+        models: the models to be stepped inside the block; each loses its guard meanwhile.
+        backend: ``compiled`` (native pointers, no Python per step) or ``python`` (the same source
+            interpreted, for debugging; batches and model compilation do not work under it).
+
+    Raises:
+        InputError: if the backend is unknown or a model has no pamsim muscle.
+        EngineError: if a model asks for an integrator that would break the muscles' memory, or the
+            engine's structs are not laid out as declared.
+    """
+    for model in models:
+        if not muscle_ids(model):
+            raise InputError("this model has no pamsim muscle; add one with pamsim.attach")
+        refuse_multistage(model.opt.integrator % _GUARD)
+    callbacks = _callbacks(backend)
+    before = (mujoco.get_mjcb_act_dyn(), mujoco.get_mjcb_act_gain(), mujoco.get_mjcb_act_bias())
+    integrators = [model.opt.integrator for model in models]
+    try:
+        _install(callbacks)
+        for model in models:
+            model.opt.integrator %= _GUARD
+        yield
+    finally:
+        _install(before)
+        for model, integrator in zip(models, integrators, strict=True):
+            model.opt.integrator = integrator
+
+
+def is_live(model: mujoco.MjModel) -> bool:
+    """Whether a model may be stepped now: callbacks in place, guard lifted."""
+    return mujoco.get_mjcb_act_dyn() is not None and model.opt.integrator < _GUARD
+
+
+def step(model: mujoco.MjModel, data: mujoco.MjData, steps: int = 1) -> None:
+    """``mj_step`` that says plainly when the callbacks are not installed.
+
+    Raises:
+        EngineError: outside `live`.
+    """
+    if not is_live(model):
+        raise EngineError(
+            "this model has pneumatic muscles and their callback is not installed; step it inside"
+            " 'with pamsim.live(model):'"
+        )
+    mujoco.mj_step(model, data, steps)
+
+
+def refuse_multistage(integrator: int) -> None:
+    """Refuse an integrator that evaluates the callback between time points.
+
+    An operator with memory, such as hysteresis or pulsed valves, would then follow a path that the
+    muscle never took.
+
+    Raises:
+        EngineError: for RK4.
+    """
+    if integrator == mujoco.mjtIntegrator.mjINT_RK4:
+        raise EngineError(
+            "integrator RK4 evaluates the muscles between time points and corrupts their memory;"
+            " set <option integrator='Euler'/>, 'implicit' or 'implicitfast'"
+        )
+
+
+def _callbacks(backend: str) -> tuple[Any, Any, Any]:
+    # Imported by choice of backend: numba takes half a second that the Python backend need not pay.
+    if backend == "compiled":
+        from pamsim.engine import compiled, structs
+
+        natives = compiled.compiled_callbacks()
+        structs.verified_layout()
+        return natives.dyn, natives.gain, natives.bias
+    if backend == "python":
+        from pamsim.engine import interpreted
+
+        return interpreted.dyn, interpreted.gain, interpreted.bias
+    raise InputError(f"no backend {backend!r}; {nearest(backend, BACKENDS)}")
+
+
+def _install(callbacks: tuple[Any, Any, Any]) -> None:
+    mujoco.set_mjcb_act_dyn(callbacks[0])
+    mujoco.set_mjcb_act_gain(callbacks[1])
+    mujoco.set_mjcb_act_bias(callbacks[2])

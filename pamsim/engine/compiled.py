@@ -1,0 +1,182 @@
+"""The kernel compiled to native function pointers that MuJoCo calls without Python.
+
+The laws are ordinary Python; here the functions the kernel reaches are handed to numba as they
+stand. The machine code is cached on disk under a key that covers their source text, the constants
+they use and the struct offsets, because numba alone would notice an edit only in this file.
+"""
+
+from __future__ import annotations
+
+import functools
+import hashlib
+import inspect
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from types import FunctionType
+from typing import Any
+
+import numba
+import numpy as np
+from numba import types
+from numba.core import cgutils
+from numba.extending import intrinsic, register_jitable
+
+from pamsim.actuator.kernel import state_rates, tension
+from pamsim.actuator.layout import SIGNATURE, SIZE
+from pamsim.engine.structs import callback_offsets
+
+_POINTER_SIZE = 8
+
+
+@dataclass(frozen=True)
+class Callbacks:
+    """What is installed as ``mjcb_act_dyn``, ``mjcb_act_gain`` and ``mjcb_act_bias``."""
+
+    dyn: Any
+    gain: Any
+    bias: Any
+
+
+def reached_functions(*roots: Callable[..., Any]) -> list[FunctionType]:
+    """The Python functions that some functions call by global name, callees before callers."""
+    found: dict[str, FunctionType] = {}
+
+    def visit(function: Any) -> None:
+        for name in function.__code__.co_names:
+            callee = function.__globals__.get(name)
+            if isinstance(callee, FunctionType) and callee.__qualname__ not in found:
+                visit(callee)
+        found.setdefault(function.__qualname__, function)
+
+    for root in roots:
+        visit(root)
+    return list(found.values())
+
+
+def fingerprint(functions: list[FunctionType]) -> str:
+    """Digest of the functions' source and of the numbers they take from their modules."""
+    digest = hashlib.sha256()
+    for function in functions:
+        digest.update(inspect.getsource(function).encode())
+        for name in function.__code__.co_names:
+            value = function.__globals__.get(name)
+            if isinstance(value, int | float):
+                digest.update(f"{name}={value!r}".encode())
+    return digest.hexdigest()
+
+
+@intrinsic
+def _as_pointer(typingctx: Any, address: Any) -> Any:
+    """Turn an address read from a struct into something `numba.carray` accepts."""
+
+    def generate(context: Any, builder: Any, signature: Any, args: Any) -> Any:
+        return builder.inttoptr(args[0], cgutils.voidptr_t)
+
+    return types.voidptr(types.int64), generate
+
+
+@register_jitable
+def _doubles(address: Any, first: Any, count: Any) -> Any:
+    """View of ``count`` mjtNums from the ``first`` of the array at an address."""
+    return numba.carray(_as_pointer(address + 8 * first), (count,), np.float64)
+
+
+@register_jitable
+def _entry(address: Any, index: Any) -> Any:
+    """One entry of the int array at an address."""
+    return numba.carray(_as_pointer(address + 4 * index), (1,), np.int32)[0]
+
+
+@register_jitable
+def _muscle_row(address: Any, width: Any, index: Any) -> Any:
+    """Parameter row of one actuator; empty if it is not a pamsim muscle."""
+    if width < SIZE:
+        return _doubles(address, 0, 0)
+    row = _doubles(address, index * width, SIZE)
+    if row[0] != SIGNATURE:
+        return _doubles(address, 0, 0)
+    return row
+
+
+def _compile(key: str, word: Mapping[str, int]) -> tuple[Any, Any, Any]:
+    """Compile the three callbacks.
+
+    The inner functions close over nothing but numbers and a string: numba makes its cache key from
+    them, and functions among them would give a new key in every process.
+
+    Args:
+        key: fingerprint of the laws.
+        word: position of each struct field, in units of eight bytes.
+    """
+    nuser, user = word["nuser_actuator"], word["actuator_user"]
+    actadr, actnum = word["actuator_actadr"], word["actuator_actnum"]
+    ctrladr, outadr = word["actuator_ctrladr"], word["actuator_outadr"]
+    time, ctrl, act, act_dot = word["time"], word["ctrl"], word["act"], word["act_dot"]
+    length, velocity = word["actuator_length"], word["actuator_velocity"]
+    model_words = 1 + max(nuser, user, actadr, actnum, ctrladr, outadr)
+    data_words = 1 + max(time, ctrl, act, act_dot, length, velocity)
+    callback = types.float64(types.voidptr, types.voidptr, types.intc)
+    native = numba.cfunc(callback, cache=True, error_model="numpy")
+
+    @native
+    def dyn(model_pointer, data_pointer, index):
+        key  # noqa: B018 - names the laws in this function's cache key
+        model = numba.carray(model_pointer, (model_words,), np.int64)
+        row = _muscle_row(model[user], model[nuser], index)
+        if row.size == 0:
+            return 0.0
+        data = numba.carray(data_pointer, (data_words,), np.int64)
+        clock = numba.carray(data_pointer, (data_words,), np.float64)
+        first = _entry(model[actadr], index)
+        count = _entry(model[actnum], index)
+        out = _entry(model[outadr], index)
+        rates = _doubles(data[act_dot], first, count)
+        state_rates(
+            row,
+            _doubles(data[act], first, count),
+            rates,
+            _doubles(data[length], out, 1)[0],
+            _doubles(data[velocity], out, 1)[0],
+            _doubles(data[ctrl], _entry(model[ctrladr], index), 1)[0],
+            clock[time],
+        )
+        # The engine takes the returned value for an actuator with a single state.
+        return rates[count - 1]
+
+    @native
+    def gain(model_pointer, data_pointer, index):
+        # 1 is what the engine itself takes for a user gain without a callback.
+        model = numba.carray(model_pointer, (model_words,), np.int64)
+        return 1.0 if _muscle_row(model[user], model[nuser], index).size == 0 else 0.0
+
+    @native
+    def bias(model_pointer, data_pointer, index):
+        key  # noqa: B018 - names the laws in this function's cache key
+        model = numba.carray(model_pointer, (model_words,), np.int64)
+        row = _muscle_row(model[user], model[nuser], index)
+        if row.size == 0:
+            return 0.0
+        data = numba.carray(data_pointer, (data_words,), np.int64)
+        first = _entry(model[actadr], index)
+        count = _entry(model[actnum], index)
+        out = _entry(model[outadr], index)
+        # The engine's force lengthens the tendon; a muscle shortens it.
+        return -tension(row, _doubles(data[act], first, count), _doubles(data[length], out, 1)[0])
+
+    return dyn, gain, bias
+
+
+@functools.cache
+def compiled_callbacks() -> Callbacks:
+    """Compile the kernel, or load it from numba's cache.
+
+    Returns:
+        ctypes function pointers for the three callbacks of a muscle actuator. They must stay
+        referenced while installed, which this function's cache does.
+    """
+    functions = reached_functions(state_rates, tension)
+    for function in functions:
+        register_jitable(function)
+    word = {name: offset // _POINTER_SIZE for name, offset in callback_offsets().items()}
+    natives = _compile(fingerprint(functions), word)
+    return Callbacks(*(native.ctypes for native in natives))

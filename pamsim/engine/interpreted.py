@@ -1,0 +1,47 @@
+"""The kernel as plain Python callbacks: slow, and open to a debugger or a print."""
+
+from __future__ import annotations
+
+import mujoco
+
+from pamsim.actuator.kernel import state_rates, tension
+from pamsim.actuator.layout import is_muscle
+
+
+def dyn(model: mujoco.MjModel, data: mujoco.MjData, index: int) -> float:
+    """``mjcb_act_dyn``: write the rates of one muscle's states into ``data.act_dot``."""
+    row = model.actuator_user[index]
+    if not is_muscle(row):
+        return 0.0
+    states = _states(model, index)
+    out = model.actuator_outadr[index]
+    rates = data.act_dot[states]
+    state_rates(
+        row.tolist(),
+        data.act[states].tolist(),
+        rates,
+        float(data.actuator_length[out]),
+        float(data.actuator_velocity[out]),
+        float(data.ctrl[model.actuator_ctrladr[index]]),
+        data.time,
+    )
+    return float(rates[-1])
+
+
+def gain(model: mujoco.MjModel, data: mujoco.MjData, index: int) -> float:
+    """``mjcb_act_gain``: 0 for a muscle; 1, the engine's own default, for any other."""
+    return 0.0 if is_muscle(model.actuator_user[index]) else 1.0
+
+
+def bias(model: mujoco.MjModel, data: mujoco.MjData, index: int) -> float:
+    """``mjcb_act_bias``: minus the tension, since the engine's force lengthens the tendon."""
+    row = model.actuator_user[index]
+    if not is_muscle(row):
+        return 0.0
+    act = data.act[_states(model, index)].tolist()
+    return -tension(row.tolist(), act, float(data.actuator_length[model.actuator_outadr[index]]))
+
+
+def _states(model: mujoco.MjModel, index: int) -> slice:
+    first = model.actuator_actadr[index]
+    return slice(first, first + model.actuator_actnum[index])

@@ -1,0 +1,208 @@
+"""The shape of one braided muscle, as a list of simple solids: pure geometry, no engine.
+
+The solids follow the muscle's length and gauge pressure exactly as the braid does: fibres of constant length and
+constant number of turns, so a shorter muscle is thicker and its braid opens. Nothing here has mass or force.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+from pamsim.core.errors import InputError
+
+Vector = npt.NDArray[np.float64]
+Rgba = tuple[float, float, float, float]
+
+NOMINAL_LENGTH = 0.250
+"""Active length of a MAS-20-250 without pressure or load [m]."""
+NOMINAL_DIAMETER = 0.020
+"""Inner diameter at nominal length [m]."""
+BRAID_ANGLE = math.radians(28.6)
+"""Angle between fibre and muscle axis at nominal length [rad] (Actuators 2024, 13, 355)."""
+WALL = 0.002
+"""Wall thickness [m], taken as constant: a change of some 0.3 mm would not be seen."""
+MOVING_REACH = 0.050
+"""Distance from the end of the active length to the first pin of the chain [m]."""
+
+FULL_PRESSURE = 600e3
+"""Gauge pressure that has the warmest colour [Pa]."""
+_RUBBER = np.array([[0.12, 0.14, 0.18], [0.40, 0.20, 0.16], [0.80, 0.30, 0.10]])
+_FIBRE = np.array([[0.30, 0.35, 0.42], [0.72, 0.45, 0.34], [1.00, 0.68, 0.36]])
+_BLUE: Rgba = (0.10, 0.29, 0.58, 1.0)
+_ALUMINIUM: Rgba = (0.74, 0.76, 0.78, 1.0)
+_STEEL: Rgba = (0.58, 0.59, 0.60, 1.0)
+
+_NECK = NOMINAL_DIAMETER / 2 + WALL - 0.0005
+_FIBRES = 9
+_SEGMENTS = 44
+# One end fitting outward from the active length: start [m], end [m], radius [m], colour.
+_FITTING: tuple[tuple[float, float, float, Rgba], ...] = (
+    (-0.006, 0.014, 0.0165, _BLUE),
+    (0.014, 0.0155, 0.0150, _STEEL),
+    (0.0155, 0.023, 0.0160, _BLUE),
+    (0.023, 0.031, 0.0100, _ALUMINIUM),
+    (0.031, 0.034, 0.0080, _STEEL),
+    (0.034, 0.0455, 0.0045, _STEEL),
+)
+
+
+@dataclass(frozen=True, kw_only=True)
+class Solid:
+    """One simple solid in world coordinates."""
+
+    kind: str
+    """``"cylinder"`` or ``"capsule"`` (size: radius, half length), ``"box"`` or ``"ellipsoid"`` (half sizes)."""
+    size: tuple[float, float, float]
+    """Sizes [m]; the axis of a cylinder or capsule is the third column of ``rotation``."""
+    position: Vector
+    """(3,) centre [m]."""
+    rotation: Vector
+    """(3, 3) columns are the solid's axes [-]."""
+    rgba: Rgba
+    """Colour and opacity, each 0 to 1."""
+    gloss: float = 0.5
+    """Specular reflection, 0 to 1."""
+
+
+def outer_radius(length: float) -> float:
+    """Return the outer radius of the cylindrical part from a constant fibre length.
+
+    Args:
+        length: active length [m], between 0 and the length at which the fibres lie straight.
+
+    Returns:
+        Outer radius [m]; 12 mm at the nominal length.
+
+    Raises:
+        InputError: no braid of this fibre can have that length.
+    """
+    straight = NOMINAL_LENGTH / math.cos(BRAID_ANGLE)
+    if not 0.0 < length < straight:
+        raise InputError(f"muscle length {length} m cannot be drawn: allowed (0, {straight:.4f}) m")
+    sine = math.sqrt(1.0 - (length / straight) ** 2)
+    return NOMINAL_DIAMETER / 2 * sine / math.sin(BRAID_ANGLE) + WALL
+
+
+def muscle_solids(anchor: Vector, axis: Vector, length: float, pressure: float) -> list[Solid]:
+    """Build one muscle with its two end fittings.
+
+    Args:
+        anchor: (3,) where the active length starts [m].
+        axis: (3,) unit vector from the anchor along the muscle [-].
+        length: active length [m].
+        pressure: gauge pressure, which sets the colour only [Pa].
+
+    Returns:
+        Solids in world coordinates; the chain's first pin lies at anchor + (length + MOVING_REACH) * axis.
+
+    Raises:
+        InputError: the length cannot be drawn.
+    """
+    frame = frame_along(axis)
+    radius = outer_radius(length)
+    rubber, fibre = _tint(_RUBBER, pressure), _tint(_FIBRE, pressure)
+    shoulder, semi_axis = _shoulder(radius)
+
+    solids = [rod(anchor + shoulder * axis, anchor + (length - shoulder) * axis, radius, rubber)]
+    if shoulder > 0.0:
+        solids += [
+            Solid(
+                kind="ellipsoid",
+                size=(radius, radius, semi_axis),
+                position=anchor + at * axis,
+                rotation=frame,
+                rgba=rubber,
+            )
+            for at in (shoulder, length - shoulder)
+        ]
+    solids += _braid(anchor, frame, length, radius, fibre)
+    for start, end, size, colour in _FITTING:
+        solids.append(rod(anchor - start * axis, anchor - end * axis, size, colour, gloss=0.7))
+        tip = anchor + length * axis
+        solids.append(rod(tip + start * axis, tip + end * axis, size, colour, gloss=0.7))
+    return solids
+
+
+def rod(
+    start: Vector, end: Vector, radius: float, rgba: Rgba, *, kind: str = "cylinder", gloss: float = 0.5
+) -> Solid:
+    """Return a cylinder or capsule between two points.
+
+    Args:
+        start: (3,) one end of the axis [m].
+        end: (3,) the other end [m].
+        radius: radius [m].
+        rgba: colour and opacity.
+        kind: ``"cylinder"`` or ``"capsule"``.
+        gloss: specular reflection, 0 to 1.
+
+    Returns:
+        The solid; its third axis points from start to end.
+    """
+    along = end - start
+    distance = float(np.linalg.norm(along))
+    return Solid(
+        kind=kind,
+        size=(radius, distance / 2, 0.0),
+        position=(start + end) / 2,
+        rotation=frame_along(along / distance),
+        rgba=rgba,
+        gloss=gloss,
+    )
+
+
+def frame_along(axis: Vector) -> Vector:
+    """Return a rotation whose third column is the given unit vector.
+
+    Args:
+        axis: (3,) unit vector [-].
+
+    Returns:
+        (3, 3) right-handed rotation [-].
+    """
+    helper = np.array([0.0, 0.0, 1.0]) if abs(axis[2]) < 0.9 else np.array([1.0, 0.0, 0.0])
+    first = np.cross(helper, axis)
+    first /= np.linalg.norm(first)
+    return np.column_stack([first, np.cross(axis, first), axis])
+
+
+def _tint(stops: Vector, pressure: float) -> Rgba:
+    """Interpolate between cool and warm; (3, 3) stops at none, half and full pressure."""
+    share = float(np.clip(pressure / FULL_PRESSURE, 0.0, 1.0))
+    red, green, blue = (float(np.interp(share, (0.0, 0.5, 1.0), stops[:, i])) for i in range(3))
+    return red, green, blue, 1.0
+
+
+def _shoulder(radius: float) -> tuple[float, float]:
+    """Return length of the shoulder and axial semi-axis of the ellipsoid that rounds it [m].
+
+    The ellipsoid meets the cylinder without a kink and has the neck's radius where the fitting grips.
+    """
+    if radius <= _NECK:
+        return 0.0, 0.0
+    length = 0.010 + 1.4 * (radius - _NECK)
+    return length, length / math.sqrt(1.0 - (_NECK / radius) ** 2)
+
+
+def _braid(anchor: Vector, frame: Vector, length: float, radius: float, rgba: Rgba) -> list[Solid]:
+    """Wind two families of fibres with a fixed number of turns over the muscle's skin."""
+    turns = NOMINAL_LENGTH * math.tan(BRAID_ANGLE) / (math.pi * NOMINAL_DIAMETER)
+    shoulder, semi_axis = _shoulder(radius)
+    along = np.linspace(0.0, length, _SEGMENTS + 1)
+    inward = np.clip(shoulder - np.minimum(along, length - along), 0.0, None)
+    skin = radius * np.sqrt(1.0 - (inward / semi_axis) ** 2) if shoulder else np.full_like(along, radius)
+    solids = []
+    for sense in (1.0, -1.0):
+        for start in np.arange(_FIBRES) * (2.0 * math.pi / _FIBRES):
+            angle = start + sense * 2.0 * math.pi * turns * along / length
+            local = np.column_stack([skin * np.cos(angle), skin * np.sin(angle), along])
+            points = anchor + local @ frame.T
+            solids += [
+                rod(a, b, 0.00045, rgba, gloss=0.2)
+                for a, b in zip(points[:-1], points[1:], strict=True)
+            ]
+    return solids

@@ -1,0 +1,97 @@
+"""Rig parameters that live in the engine's own fields: joint, body and tendon properties.
+
+A name is ``element.name.field``, such as ``joint.shaft.damping`` or ``body.arm.mass``. Two are not
+plain fields: ``tendon.NAME.coef``, the radius of the wheel a fixed tendon runs on (its sign, which
+the MJCF sets, is kept), and ``body.NAME.tilt``, a turn of a static body about its x axis.
+"""
+
+from __future__ import annotations
+
+import math
+
+import mujoco
+import numpy as np
+
+from pamsim.core.errors import InputError, nearest
+from pamsim.core.parameters import FieldSpec, Sourced, check_value
+
+_FIELDS: dict[str, FieldSpec] = {
+    "joint.damping": FieldSpec(
+        unit="N*m*s/rad", low=0.0, high=1e4, low_open=False, doc="viscous friction of the joint"
+    ),
+    "joint.frictionloss": FieldSpec(
+        unit="N*m", low=0.0, high=1e4, low_open=False, doc="dry friction of the joint"
+    ),
+    "joint.armature": FieldSpec(
+        unit="kg*m^2", low=0.0, high=1e4, low_open=False, doc="inertia on the joint's axis"
+    ),
+    "joint.stiffness": FieldSpec(
+        unit="N*m/rad", low=0.0, high=1e6, low_open=False, doc="spring at the joint"
+    ),
+    "body.mass": FieldSpec(unit="kg", low=0.0, high=1e4, low_open=False, doc="mass of the body"),
+    "body.tilt": FieldSpec(
+        unit="rad", low=-math.pi, high=math.pi, low_open=False, doc="turn about the x axis"
+    ),
+    "tendon.coef": FieldSpec(
+        unit="m", low=0.0, high=10.0, low_open=True, doc="radius of the wheel the tendon runs on"
+    ),
+    "tendon.damping": FieldSpec(
+        unit="N*s/m", low=0.0, high=1e6, low_open=False, doc="viscous friction along the tendon"
+    ),
+    "tendon.frictionloss": FieldSpec(
+        unit="N", low=0.0, high=1e5, low_open=False, doc="dry friction along the tendon"
+    ),
+}
+
+
+def native_si(name: str, entry: Sourced) -> float:
+    """Value of a native parameter in SI.
+
+    Raises:
+        InputError: if the field is unknown or the unit wrong.
+    """
+    return entry.si(_spec(name, entry.where)[2].unit)
+
+
+def set_native(model: mujoco.MjModel, name: str, value: float) -> None:
+    """Set a native parameter of a compiled model; call ``mj_setConst`` after the last one.
+
+    Args:
+        model: changed in place.
+        name: ``element.name.field``.
+        value: in SI.
+
+    Raises:
+        InputError: if the field or the element is unknown.
+        ParameterError: if the value is out of range.
+    """
+    element, target, spec = _spec(name, name)
+    check_value(name, value, spec)
+    field = name.rpartition(".")[2]
+    try:
+        view = getattr(model, element)(target)
+    except KeyError:
+        raise InputError(f"{name}: the model has no {element} {target!r}") from None
+    if field == "coef":
+        first = model.tendon_adr[view.id]
+        wraps = slice(first, first + model.tendon_num[view.id])
+        model.wrap_prm[wraps] = np.copysign(value, model.wrap_prm[wraps])
+    elif field == "tilt":
+        model.body_quat[view.id] = [math.cos(value / 2), math.sin(value / 2), 0.0, 0.0]
+    elif field == "mass":
+        # The inertia belongs to the same body: it keeps its shape and scales with the mass.
+        model.body_inertia[view.id] *= value / model.body_mass[view.id]
+        model.body_mass[view.id] = value
+    else:
+        getattr(view, field)[:] = value
+
+
+def _spec(name: str, where: str) -> tuple[str, str, FieldSpec]:
+    parts = name.split(".")
+    kind = f"{parts[0]}.{parts[-1]}"
+    if len(parts) != 3 or kind not in _FIELDS:
+        raise InputError(
+            f"{where}: {name!r} is no native parameter; write element.name.field with one of"
+            f" element.field: {nearest(kind, _FIELDS)}"
+        )
+    return parts[0], parts[1], _FIELDS[kind]

@@ -1,0 +1,193 @@
+"""A rig in the engine: its MJCF with a muscle on each declared tendon, parameters in place."""
+
+from __future__ import annotations
+
+import copy
+import os
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import mujoco
+import numpy as np
+
+from pamsim.actuator.build import build_muscle
+from pamsim.actuator.layout import parameter_slot, slot, unpack
+from pamsim.actuator.muscle import COMMANDS, Muscle
+from pamsim.core.errors import InputError, nearest
+from pamsim.core.parameters import specs
+from pamsim.engine.attach import attach, compile_model
+from pamsim.engine.native import native_si, set_native
+from pamsim.signals.sensors import MeasurementChain
+from pamsim.store.rig_file import RigFile, read_rig
+
+
+@dataclass(frozen=True, kw_only=True)
+class Rig:
+    """A loaded rig.
+
+    Attributes:
+        file: what its folder states, sources included.
+        model: compiled and guarded; step it inside `pamsim.live`.
+        muscles: name -> muscle, in actuator order.
+        sensor: measurement chain, or None.
+    """
+
+    file: RigFile
+    model: mujoco.MjModel
+    muscles: Mapping[str, Muscle]
+    sensor: MeasurementChain | None
+
+    @property
+    def name(self) -> str:
+        """Name of the rig."""
+        return self.file.name
+
+    @property
+    def angle_address(self) -> int:
+        """Index of the output angle in ``data.qpos``."""
+        return int(self.model.joint(self.file.angle_joint).qposadr[0])
+
+    @property
+    def velocity_address(self) -> int:
+        """Index of the output angle's rate in ``data.qvel``."""
+        return int(self.model.joint(self.file.angle_joint).dofadr[0])
+
+    def model_for(
+        self, *, load: float = 0.0, command: str = "pressure", timestep: float | None = None
+    ) -> mujoco.MjModel:
+        """A copy of the model set up for one experiment.
+
+        Args:
+            load: mass on the arm [kg].
+            command: what the muscles' control means, one of ``valve``, ``pulse``, ``pressure``.
+            timestep: [s]; the rig's own if left out.
+
+        Raises:
+            InputError: if the rig takes no load, or the command is unknown.
+        """
+        model = copy.copy(self.model)
+        set_command(model, command)
+        if timestep is not None:
+            model.opt.timestep = timestep
+        set_load(model, self.file.load_body, load)
+        return model
+
+    def with_parameters(self, values: Mapping[str, float]) -> Rig:
+        """The rig with some parameters changed, such as ``{"passive.stiffness": 3e4}``.
+
+        Args:
+            values: name -> value in SI. ``group.field`` sets all muscles, ``muscle:group.field``
+                one of them, and a native name such as ``joint.shaft.damping`` an MJCF field.
+
+        Raises:
+            InputError: for an unknown name.
+            ParameterError: for a value out of range.
+        """
+        model = copy.copy(self.model)
+        for name, value in values.items():
+            if name in self.file.native:
+                set_native(model, name, value)
+                continue
+            only, _, parameter = name.rpartition(":")
+            if only and only not in self.muscles:
+                raise InputError(f"no muscle {only!r}; {nearest(only, self.muscles)}")
+            for index, (muscle_name, muscle) in enumerate(self.muscles.items()):
+                if only in ("", muscle_name):
+                    model.actuator_user[index, parameter_slot(muscle, parameter)] = value
+        mujoco.mj_setConst(model, mujoco.MjData(model))
+        muscles = {
+            name: unpack(model.actuator_user[index]) for index, name in enumerate(self.muscles)
+        }
+        return Rig(file=self.file, model=model, muscles=muscles, sensor=self.sensor)
+
+
+def load_rig(rig: str | os.PathLike[str], *, scene: bool = False) -> Rig:
+    """Load a rig.
+
+    Args:
+        rig: name of a shipped rig such as ``mas20_arm``, or path of a rig folder.
+        scene: True to load it with floor and light, for pictures.
+
+    Raises:
+        InputError: for a bad file, naming file and key.
+        ParameterError: for a value out of range.
+    """
+    file = read_rig(rig)
+    muscles = {
+        name: build_muscle(_merged(file, name), where=f"{file.folder / 'params.toml'}: {name}")
+        for name in file.tendons
+    }
+    path = file.scene if scene and file.scene else file.mjcf
+    try:
+        spec = mujoco.MjSpec.from_file(str(path))
+    except ValueError as error:
+        raise InputError(f"{path}: {' '.join(str(error).split())}") from error
+    for name, tendon in file.tendons.items():
+        attach(spec, tendon=tendon, muscle=muscles[name], name=name)
+    model = compile_model(spec)
+    for name, entry in file.native.items():
+        set_native(model, name, native_si(name, entry))
+    mujoco.mj_setConst(model, mujoco.MjData(model))
+    _require(model, mujoco.mjtObj.mjOBJ_JOINT, "rig.angle_joint", file.angle_joint, file)
+    if file.load_body:
+        _require(model, mujoco.mjtObj.mjOBJ_BODY, "rig.load_body", file.load_body, file)
+    return Rig(file=file, model=model, muscles=muscles, sensor=_sensor(file))
+
+
+def set_command(model: mujoco.MjModel, command: str) -> None:
+    """Set what the control of every muscle means.
+
+    Raises:
+        InputError: if the command is unknown.
+    """
+    if command not in COMMANDS:
+        raise InputError(f"no command {command!r}; {nearest(command, COMMANDS)}")
+    model.actuator_user[:, slot("command")] = COMMANDS.index(command)
+
+
+def set_load(model: mujoco.MjModel, body: str | None, load: float) -> None:
+    """Put a load on the arm: the load body's mass, and its inertia in proportion.
+
+    Args:
+        model: changed in place. The MJCF states the load body for 1 kg.
+        body: name of the load body, or None if the rig has none.
+        load: [kg].
+
+    Raises:
+        InputError: if the rig takes no load.
+    """
+    if body is None:
+        if load:
+            raise InputError(f"this rig has no load body, so it cannot carry {load:g} kg")
+        return
+    index = model.body(body).id
+    unit_inertia = np.array(model.body_inertia[index]) / model.body_mass[index]
+    model.body_mass[index] = load
+    model.body_inertia[index] = load * unit_inertia
+    mujoco.mj_setConst(model, mujoco.MjData(model))
+
+
+def _merged(file: RigFile, name: str) -> dict[str, dict[str, Any]]:
+    merged = {group: dict(section) for group, section in file.muscle.items()}
+    for group, section in file.overrides[name].items():
+        merged.setdefault(group, {}).update(section)
+    return merged
+
+
+def _sensor(file: RigFile) -> MeasurementChain | None:
+    if not file.sensor:
+        return None
+    units = {name: spec.unit for name, spec in specs(MeasurementChain)}
+    for name in file.sensor:
+        if name not in units:
+            raise InputError(
+                f"{file.folder / 'params.toml'}: unknown sensor.{name}; {nearest(name, units)}"
+            )
+    return MeasurementChain(**{name: entry.si(units[name]) for name, entry in file.sensor.items()})
+
+
+def _require(model: mujoco.MjModel, kind: Any, key: str, name: str, file: RigFile) -> None:
+    if mujoco.mj_name2id(model, kind, name) < 0:
+        raise InputError(f"{file.folder / 'params.toml'}: {key} = {name!r} is not in {file.mjcf}")
+

@@ -1,0 +1,118 @@
+"""State of a model with muscles: charge the chambers, save everything, restore it bit for bit."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import mujoco
+import numpy as np
+from numpy.typing import NDArray
+
+from pamsim.actuator.kernel import charged_air_state, gauge_pressure
+from pamsim.core.errors import InputError
+from pamsim.engine.callback import muscle_ids
+
+_FULL = mujoco.mjtState.mjSTATE_INTEGRATION
+
+
+def reset(
+    model: mujoco.MjModel, data: mujoco.MjData, pressures: float | Sequence[float] = 0.0
+) -> None:
+    """Reset to the model's initial position with every chamber charged.
+
+    Use it in place of ``mj_resetData``, after which the chambers hold no air at all.
+
+    Args:
+        model: a model with pamsim muscles.
+        data: its data, overwritten.
+        pressures: gauge pressure [Pa] of all muscles, or one per muscle in actuator order.
+
+    Raises:
+        InputError: if the number of pressures is wrong or one is not above vacuum.
+    """
+    mujoco.mj_resetData(model, data)
+    charge(model, data, pressures)
+
+
+def charge(
+    model: mujoco.MjModel, data: mujoco.MjData, pressures: float | Sequence[float]
+) -> None:
+    """Set every chamber to a gauge pressure at the present position; other states start at zero.
+
+    Args:
+        model: a model with pamsim muscles.
+        data: its data; ``act`` of the muscles is overwritten.
+        pressures: gauge pressure [Pa] of all muscles, or one per muscle in actuator order.
+
+    Raises:
+        InputError: if the number of pressures is wrong or one is not above vacuum.
+    """
+    ids = muscle_ids(model)
+    try:
+        wanted = np.broadcast_to(np.asarray(pressures, dtype=float), (len(ids),))
+    except ValueError:
+        raise InputError(
+            f"{np.size(pressures)} pressures for {len(ids)} muscles; give one, or one per muscle"
+        ) from None
+    # Positions and tendon lengths only: this part of the engine calls no callback.
+    mujoco.mj_kinematics(model, data)
+    mujoco.mj_comPos(model, data)
+    mujoco.mj_tendon(model, data)
+    mujoco.mj_transmission(model, data)
+    for index, pressure in zip(ids, wanted, strict=True):
+        row = model.actuator_user[index]
+        first, count = model.actuator_actadr[index], model.actuator_actnum[index]
+        air = charged_air_state(
+            row.tolist(), float(data.actuator_length[model.actuator_outadr[index]]), pressure
+        )
+        if not (isinstance(air, float) and np.isfinite(air) and air > 0.0):
+            raise InputError(
+                f"pressure {pressure:g} Pa (gauge) in muscle {index} is not above vacuum; gauge"
+                " pressures are zero at the atmosphere"
+            )
+        data.act[first : first + count] = 0.0
+        data.act[first + count - 1] = air
+
+
+def pressures(model: mujoco.MjModel, data: mujoco.MjData) -> NDArray[np.float64]:
+    """Gauge pressures of all muscles at the last computed tendon lengths.
+
+    Returns:
+        (m,) [Pa], in actuator order.
+    """
+    found: list[float] = []
+    for index in muscle_ids(model):
+        first = model.actuator_actadr[index]
+        found.append(
+            gauge_pressure(
+                model.actuator_user[index].tolist(),
+                data.act[first : first + model.actuator_actnum[index]].tolist(),
+                float(data.actuator_length[model.actuator_outadr[index]]),
+            )
+        )
+    return np.array(found)
+
+
+def save_state(model: mujoco.MjModel, data: mujoco.MjData) -> NDArray[np.float64]:
+    """Everything the next step depends on, ``act`` and time included.
+
+    Returns:
+        (mj_stateSize,) vector for `restore_state`.
+    """
+    state = np.empty(mujoco.mj_stateSize(model, _FULL))
+    mujoco.mj_getState(model, data, state, _FULL)
+    return state
+
+
+def restore_state(
+    model: mujoco.MjModel, data: mujoco.MjData, state: NDArray[np.float64]
+) -> None:
+    """Set what `save_state` saved; the continuation is then the same to the last bit.
+
+    Raises:
+        InputError: if the state is of another model.
+    """
+    size = mujoco.mj_stateSize(model, _FULL)
+    if state.shape != (size,):
+        raise InputError(f"state has shape {state.shape}, this model's is ({size},)")
+    mujoco.mj_setState(model, data, state, _FULL)

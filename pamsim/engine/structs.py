@@ -1,0 +1,153 @@
+"""Byte offsets of the engine's structs, for the compiled callback.
+
+A native callback is handed raw pointers to mjModel and mjData. Their layout differs between MuJoCo
+versions, so it is computed from the declarations that the installed MuJoCo ships
+(`mujoco.introspect`) by the C layout rules of this platform (`ctypes`), and then checked field by
+field against the addresses and values that the Python bindings report.
+"""
+
+from __future__ import annotations
+
+import ctypes
+import functools
+from collections.abc import Mapping
+from typing import Any
+
+import mujoco
+from mujoco.introspect import structs as declarations
+
+from pamsim.core.errors import EngineError
+
+_SCALARS: dict[str, Any] = {
+    "mjtNum": ctypes.c_double,
+    "double": ctypes.c_double,
+    "float": ctypes.c_float,
+    "int": ctypes.c_int,
+    "unsigned int": ctypes.c_uint,
+    "char": ctypes.c_char,
+    "unsigned char": ctypes.c_ubyte,
+    "mjtByte": ctypes.c_ubyte,
+    "mjtBool": ctypes.c_bool,
+    "mjtSize": ctypes.c_int64,
+    "int64_t": ctypes.c_int64,
+    "uint64_t": ctypes.c_uint64,
+    "size_t": ctypes.c_size_t,
+    "uintptr_t": ctypes.c_size_t,
+}
+
+
+def _ctype(node: Any) -> Any:
+    kind = type(node).__name__
+    if kind == "PointerType":
+        return ctypes.c_void_p
+    if kind == "ArrayType":
+        inner = _ctype(node.inner_type)
+        for extent in reversed(node.extents):
+            inner = inner * extent
+        return inner
+    if kind in ("AnonymousStructDecl", "AnonymousUnionDecl", "StructDecl"):
+        base = ctypes.Union if kind == "AnonymousUnionDecl" else ctypes.Structure
+        return _structure(kind, node.fields, base)
+    name = str(node.name)
+    if name in _SCALARS:
+        return _SCALARS[name]
+    if name in declarations.STRUCTS:
+        return _declared(name)
+    if name.startswith("mjt"):
+        return ctypes.c_int  # the remaining mjt types are enums
+    raise EngineError(
+        f"MuJoCo {mujoco.__version__} declares a field of type {name!r} that pamsim cannot lay out;"
+        " use backend='python' and report it"
+    )
+
+
+def _structure(name: str, fields: Any, base: Any = ctypes.Structure) -> Any:
+    laid_out = [
+        (getattr(field, "name", f"anonymous{i}"), _ctype(getattr(field, "type", field)))
+        for i, field in enumerate(fields)
+    ]
+    return type(name, (base,), {"_fields_": laid_out})
+
+
+@functools.cache
+def _declared(name: str) -> Any:
+    return _structure(name, declarations.STRUCTS[name].fields)
+
+
+def offset(struct: str, field: str) -> int:
+    """Byte offset of a field.
+
+    Args:
+        struct: ``mjModel`` or ``mjData``.
+        field: name of the field.
+
+    Raises:
+        EngineError: if the installed MuJoCo has no such field.
+    """
+    layout = getattr(_declared(struct), field, None)
+    if layout is None:
+        raise EngineError(
+            f"MuJoCo {mujoco.__version__} has no {struct}.{field}, which pamsim's compiled callback"
+            " reads; install a version in the range of pyproject.toml or use backend='python'"
+        )
+    return int(layout.offset)
+
+
+MODEL_FIELDS = (
+    "nuser_actuator",
+    "actuator_user",
+    "actuator_actadr",
+    "actuator_actnum",
+    "actuator_ctrladr",
+    "actuator_outadr",
+)
+DATA_FIELDS = ("time", "ctrl", "act", "act_dot", "actuator_length", "actuator_velocity")
+
+
+@functools.cache
+def callback_offsets() -> Mapping[str, int]:
+    """Offsets of every field the callback touches, as ``{"time": 123, ...}``."""
+    return {name: offset("mjModel", name) for name in MODEL_FIELDS} | {
+        name: offset("mjData", name) for name in DATA_FIELDS
+    }
+
+
+def verify_offsets(model: mujoco.MjModel, data: mujoco.MjData) -> None:
+    """Check the computed offsets against what the bindings say of a model that has actuators.
+
+    Raises:
+        EngineError: naming the first field that lies elsewhere.
+    """
+    offsets = callback_offsets()
+    for owner, fields in ((model, MODEL_FIELDS), (data, DATA_FIELDS)):
+        for name in fields:
+            address = int(owner._address) + offsets[name]
+            seen = getattr(owner, name)
+            if isinstance(seen, float):
+                agrees = ctypes.c_double.from_address(address).value == seen
+            elif isinstance(seen, int):
+                agrees = ctypes.c_int64.from_address(address).value == seen
+            else:
+                agrees = ctypes.c_void_p.from_address(address).value == seen.ctypes.data
+            if not agrees:
+                raise EngineError(
+                    f"MuJoCo {mujoco.__version__}: {type(owner).__name__}.{name} is not where its"
+                    " declaration puts it; use backend='python' and report it"
+                )
+
+
+@functools.cache
+def verified_layout() -> None:
+    """Check the offsets once per process, on a model made for it.
+
+    Raises:
+        EngineError: as `verify_offsets`.
+    """
+    model = mujoco.MjModel.from_xml_string(
+        "<mujoco><worldbody><body><joint name='j'/><geom size='1'/></body></worldbody>"
+        "<actuator><motor joint='j' user='1 2 3'/><general joint='j' dyntype='integrator'/>"
+        "</actuator></mujoco>"
+    )
+    data = mujoco.MjData(model)
+    data.time = 0.125  # not zero, or any empty field would do
+    verify_offsets(model, data)

@@ -1,0 +1,103 @@
+"""Braid geometry of a McKibben muscle: inner volume V(l) from inextensible helical fibres.
+
+A fibre of length b wound n turns round a cylinder of length l and diameter D satisfies
+l = b cos(theta), pi n D = b sin(theta), so the enclosed volume is
+V = l (b^2 - l^2) / (4 pi n^2)  (seed 001, equation (4); Chou and Hannaford 1996).
+Here b and n are replaced by what a data sheet prints: nominal length l0, diameter D0 and fibre
+angle alpha0 at l0, with b = l0 / cos(alpha0) and n = b sin(alpha0) / (pi D0).
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import ClassVar
+
+from pamsim.core.parameters import ParameterGroup, parameter
+
+
+@dataclass(frozen=True, kw_only=True)
+class Braid(ParameterGroup):
+    """Size and fibre angle of the braid at nominal length."""
+
+    group: ClassVar[str] = "braid"
+    nominal_length: float = parameter(
+        unit="m", low=0.0, high=10.0, low_open=True, doc="length l0 without pressure or load"
+    )
+    diameter: float = parameter(
+        unit="m", low=0.0, high=0.5, low_open=True, doc="inner diameter D0 at nominal length"
+    )
+    fibre_angle: float = parameter(
+        unit="rad", low=0.05, high=0.95, doc="angle of the fibres to the axis at nominal length"
+    )
+
+
+def volume(length: float, nominal_length: float, diameter: float, fibre_angle: float) -> float:
+    """Inner volume of the braid (seed 001, equation (4)).
+
+    Args:
+        length: muscle length l [m].
+        nominal_length: l0 [m].
+        diameter: D0 [m].
+        fibre_angle: alpha0 [rad].
+
+    Returns:
+        V [m^3]; zero at and beyond the length at which the fibres lie straight.
+    """
+    sine = math.sin(fibre_angle)
+    stretch = length / nominal_length
+    hollow = 1.0 - stretch * stretch * (1.0 - sine * sine)
+    if hollow < 0.0:
+        return 0.0
+    return 0.25 * math.pi * diameter * diameter * length * hollow / (sine * sine)
+
+
+def volume_slope(
+    length: float, nominal_length: float, diameter: float, fibre_angle: float
+) -> float:
+    """First derivative dV/dl of `volume` (seed 001, text under equation (4)).
+
+    Args:
+        length: muscle length l [m].
+        nominal_length: l0 [m].
+        diameter: D0 [m].
+        fibre_angle: alpha0 [rad].
+
+    Returns:
+        dV/dl [m^2]: negative while the muscle can pull, zero at its largest contraction.
+    """
+    sine = math.sin(fibre_angle)
+    stretch = length / nominal_length
+    slope = 1.0 - 3.0 * stretch * stretch * (1.0 - sine * sine)
+    return 0.25 * math.pi * diameter * diameter * slope / (sine * sine)
+
+
+def volume_curvature(
+    length: float, nominal_length: float, diameter: float, fibre_angle: float
+) -> float:
+    """Second derivative d2V/dl2 of `volume`; its geometric stiffness is -p d2V/dl2 (seed 003, (5)).
+
+    Args:
+        length: muscle length l [m].
+        nominal_length: l0 [m].
+        diameter: D0 [m].
+        fibre_angle: alpha0 [rad].
+
+    Returns:
+        d2V/dl2 [m].
+    """
+    sine = math.sin(fibre_angle)
+    slope = -6.0 * length * (1.0 - sine * sine) / (nominal_length * nominal_length)
+    return 0.25 * math.pi * diameter * diameter * slope / (sine * sine)
+
+
+def max_contraction(fibre_angle: float) -> float:
+    """Contraction at which the ideal muscle stops pulling: cos(theta) = 1/sqrt(3), 54.7 deg.
+
+    Args:
+        fibre_angle: alpha0 [rad].
+
+    Returns:
+        kappa_max = 1 - 1 / (sqrt(3) cos(alpha0)) [-].
+    """
+    return 1.0 - 1.0 / (math.sqrt(3.0) * math.cos(fibre_angle))

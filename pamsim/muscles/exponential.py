@@ -1,0 +1,61 @@
+"""The six-parameter exponential force law fitted to Festo fluidic muscles (seed 004, equation (4)).
+
+F = (a p + b) exp(c kappa) + d p kappa + e p + f. Seed 004 writes a seventh parameter, exp(d) in
+front of the exponential, which is not identifiable beside a and b; the published constants of the
+same group are in this form. The p-terms are what the air does, b exp(c kappa) + f what the rubber
+does at no pressure.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import ClassVar
+
+from pamsim.core.parameters import ParameterGroup, parameter
+
+
+@dataclass(frozen=True, kw_only=True)
+class SixParameter(ParameterGroup):
+    """Coefficients in SI; contraction as a fraction (the papers print it in percent)."""
+
+    group: ClassVar[str] = "force"
+    law: ClassVar[str] = "six_parameter"
+    scale: float = parameter(
+        unit="1", low=0.0, high=5.0, low_open=True, doc="factor on the force", default=1.0
+    )
+    a: float = parameter(unit="N/Pa", low=-1.0, high=1.0, doc="exponential, per pressure")
+    b: float = parameter(unit="N", low=-1e4, high=1e4, doc="exponential, without pressure")
+    c: float = parameter(unit="1", low=-200.0, high=0.0, doc="decay of the exponential")
+    d: float = parameter(unit="N/Pa", low=-1.0, high=1.0, doc="loss with contraction, per pressure")
+    e: float = parameter(unit="N/Pa", low=0.0, high=1.0, doc="force per pressure")
+    f: float = parameter(unit="N", low=-1e4, high=1e4, doc="force without pressure")
+
+
+def six_parameter_force(
+    pressure: float,
+    contraction: float,
+    a: float,
+    b: float,
+    c: float,
+    d: float,
+    e: float,
+    f: float,
+) -> float:
+    """Force of the six-parameter law (seed 004, equation (4) without its redundant parameter).
+
+    Args:
+        pressure: gauge pressure p [Pa].
+        contraction: kappa = 1 - l/l0 [-].
+        a: [N/Pa].
+        b: [N].
+        c: [-], negative.
+        d: [N/Pa].
+        e: [N/Pa].
+        f: [N].
+
+    Returns:
+        Force [N], positive when the muscle pulls; not yet limited to tension.
+    """
+    decay = math.exp(c * contraction)
+    return (a * pressure + b) * decay + d * pressure * contraction + e * pressure + f

@@ -1,0 +1,38 @@
+"""The ideal McKibben force: virtual work of the braid and nothing else (seed 004, equation (1))."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import ClassVar
+
+from pamsim.core.parameters import ParameterGroup, parameter
+from pamsim.muscles.braid import volume_slope
+
+
+@dataclass(frozen=True, kw_only=True)
+class IdealMcKibben(ParameterGroup):
+    """The ideal law has the braid for its parameters; only its overall scale is free."""
+
+    group: ClassVar[str] = "force"
+    law: ClassVar[str] = "ideal_mckibben"
+    scale: float = parameter(
+        unit="1", low=0.0, high=5.0, low_open=True, doc="factor on the force", default=1.0
+    )
+
+
+def ideal_force(
+    pressure: float, length: float, nominal_length: float, diameter: float, fibre_angle: float
+) -> float:
+    """Tension F = -p dV/dl of an ideal braided muscle (seed 004, (1); seed 003, (3)).
+
+    Args:
+        pressure: gauge pressure p [Pa].
+        length: muscle length l [m].
+        nominal_length: l0 [m].
+        diameter: D0 [m].
+        fibre_angle: alpha0 [rad].
+
+    Returns:
+        Force [N], positive when the muscle pulls; not yet limited to tension.
+    """
+    return -pressure * volume_slope(length, nominal_length, diameter, fibre_angle)

@@ -1,0 +1,93 @@
+"""Polytropic air chamber of changing volume.
+
+dP/dt = n (R T mdot - P dV/dt) / V. With the state y = P^(1/n) V this becomes
+dy/dt = P^(1/n - 1) R T mdot, in which dV/dt has cancelled: with the valves shut y, and so P V^n, is
+constant exactly, at any step size and under any motion. P follows from y and V algebraically.
+For n = 1, y / (R T) is the mass of air.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import ClassVar
+
+from pamsim.core.parameters import ParameterGroup, parameter
+from pamsim.pneumatics.air import ATMOSPHERE, GAS_CONSTANT
+
+
+@dataclass(frozen=True, kw_only=True)
+class Chamber(ParameterGroup):
+    """The air in the muscle and in the tubing that is always open to it."""
+
+    group: ClassVar[str] = "chamber"
+    polytropic_index: float = parameter(
+        unit="1", low=1.0, high=1.4, doc="n: 1 isothermal, 1.4 adiabatic"
+    )
+    temperature: float = parameter(unit="K", low=200.0, high=400.0, doc="temperature of the air")
+    dead_volume: float = parameter(
+        unit="m^3", low=0.0, high=1e-2, doc="volume of fittings and tubing"
+    )
+    atmosphere: float = parameter(
+        unit="Pa", low=3e4, high=1.2e5, doc="absolute ambient pressure", default=ATMOSPHERE
+    )
+    floor: float = parameter(
+        unit="Pa",
+        low=1.0,
+        high=3e4,
+        doc="absolute pressure below which the chamber is never evaluated",
+        default=1e3,
+    )
+
+
+def absolute_pressure(
+    air_state: float, volume: float, polytropic_index: float, floor: float
+) -> float:
+    """Absolute pressure P = (y / V)^n, kept above a floor.
+
+    Args:
+        air_state: y = P^(1/n) V.
+        volume: V > 0 [m^3].
+        polytropic_index: n [-].
+        floor: smallest absolute pressure returned [Pa].
+
+    Returns:
+        P [Pa, absolute].
+    """
+    pressure = (air_state / volume) ** polytropic_index
+    if pressure < floor:
+        return floor
+    return pressure
+
+
+def air_state(pressure_abs: float, volume: float, polytropic_index: float) -> float:
+    """State y of a chamber filled to a pressure: the inverse of `absolute_pressure`.
+
+    Args:
+        pressure_abs: P [Pa, absolute].
+        volume: V [m^3].
+        polytropic_index: n [-].
+
+    Returns:
+        y = P^(1/n) V.
+    """
+    return pressure_abs ** (1.0 / polytropic_index) * volume
+
+
+def air_state_rate(
+    air: float, pressure_abs: float, volume: float, temperature: float, mass_flow: float
+) -> float:
+    """Rate dy/dt = P^(1/n - 1) R T mdot of the air state.
+
+    P^(1/n) is y / V, so the power need not be taken again.
+
+    Args:
+        air: y = P^(1/n) V.
+        pressure_abs: P [Pa, absolute].
+        volume: V [m^3].
+        temperature: T [K].
+        mass_flow: mdot into the chamber [kg/s].
+
+    Returns:
+        dy/dt.
+    """
+    return air / (volume * pressure_abs) * GAS_CONSTANT * temperature * mass_flow

@@ -1,0 +1,151 @@
+"""A pair of valves per muscle, one to the supply and one to the exhaust, and three ways to drive it.
+
+The pair is driven by a signed opening u in [-1, 1]: +1 fully open to supply, -1 fully open to
+exhaust, 0 shut. The command is that opening itself, a duty that pulses on/off valves, or a pressure
+set point that a local regulator turns into an opening.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import ClassVar
+
+from pamsim.core.parameters import ParameterGroup, parameter
+from pamsim.pneumatics.orifice import mass_flow
+
+
+@dataclass(frozen=True, kw_only=True)
+class ValvePair(ParameterGroup):
+    """Fill and exhaust valve of one muscle, with the supply behind them."""
+
+    group: ClassVar[str] = "valve"
+    conductance_fill: float = parameter(
+        unit="m^3/(s*Pa)", low=0.0, high=1e-6, doc="sonic conductance C to the supply"
+    )
+    conductance_exhaust: float = parameter(
+        unit="m^3/(s*Pa)", low=0.0, high=1e-6, doc="sonic conductance C to the exhaust"
+    )
+    critical_ratio: float = parameter(
+        unit="1", low=0.0, high=0.9, doc="critical pressure ratio b"
+    )
+    laminar_ratio: float = parameter(
+        unit="1", low=0.95, high=0.9999, doc="ratio above which flow is linear", default=0.999
+    )
+    supply_pressure: float = parameter(
+        unit="Pa", low=0.0, high=2e6, doc="gauge pressure of the supply"
+    )
+    pulse_period: float = parameter(
+        unit="s", low=1e-4, high=1.0, doc="period of pulse-width modulation", default=0.02
+    )
+    regulator_band: float = parameter(
+        unit="Pa",
+        low=1.0,
+        high=1e6,
+        doc="pressure error at which the set-point regulator opens a valve fully",
+        default=1e4,
+    )
+    regulator_dead_band: float = parameter(
+        unit="Pa", low=0.0, high=1e5, doc="error the regulator leaves alone", default=0.0
+    )
+
+
+def clamped_opening(command: float) -> float:
+    """Limit a signed opening to [-1, 1]; the engine hands callbacks the raw control.
+
+    Args:
+        command: wanted opening [-].
+
+    Returns:
+        Opening in [-1, 1]; NaN stays NaN.
+    """
+    if command > 1.0:
+        return 1.0
+    if command < -1.0:
+        return -1.0
+    return command
+
+
+def pulsed_opening(duty: float, time: float, period: float) -> float:
+    """Opening of on/off valves driven by pulse-width modulation.
+
+    Args:
+        duty: signed duty in [-1, 1]; its sign selects the valve, its size the share of the period.
+        time: [s], from the start of the first period.
+        period: [s].
+
+    Returns:
+        -1, 0 or 1: the valve is open during the first part of each period.
+    """
+    phase = time / period - math.floor(time / period)
+    if phase < abs(duty):
+        return 1.0 if duty > 0.0 else -1.0
+    return 0.0
+
+
+def regulated_opening(
+    set_point: float, pressure: float, band: float, dead_band: float
+) -> float:
+    """Opening that a proportional pressure regulator gives; a small band acts like on/off valves.
+
+    Args:
+        set_point: wanted gauge pressure [Pa].
+        pressure: gauge pressure [Pa].
+        band: error beyond the dead band at which a valve is fully open [Pa].
+        dead_band: error below which both valves stay shut [Pa].
+
+    Returns:
+        Opening in [-1, 1].
+    """
+    error = set_point - pressure
+    if error > dead_band:
+        return clamped_opening((error - dead_band) / band)
+    if error < -dead_band:
+        return clamped_opening((error + dead_band) / band)
+    return 0.0 * error  # not a plain 0: a NaN error must not shut the valve silently
+
+
+def valve_flow(
+    opening: float,
+    chamber_abs: float,
+    supply_abs: float,
+    exhaust_abs: float,
+    conductance_fill: float,
+    conductance_exhaust: float,
+    critical_ratio: float,
+    laminar_ratio: float,
+    temperature: float,
+) -> float:
+    """Mass flow into the chamber through the pair of valves (ISO 6358).
+
+    Args:
+        opening: signed opening in [-1, 1].
+        chamber_abs: absolute pressure in the chamber [Pa].
+        supply_abs: absolute supply pressure [Pa].
+        exhaust_abs: absolute pressure at the exhaust [Pa].
+        conductance_fill: C of the fill valve, fully open [m^3/(s Pa)].
+        conductance_exhaust: C of the exhaust valve, fully open [m^3/(s Pa)].
+        critical_ratio: b [-].
+        laminar_ratio: see `pamsim.pneumatics.orifice.flow_function`.
+        temperature: of the air [K].
+
+    Returns:
+        mdot [kg/s], positive into the chamber.
+    """
+    if opening > 0.0:
+        return mass_flow(
+            supply_abs,
+            chamber_abs,
+            opening * conductance_fill,
+            critical_ratio,
+            laminar_ratio,
+            temperature,
+        )
+    return -mass_flow(
+        chamber_abs,
+        exhaust_abs,
+        -opening * conductance_exhaust,
+        critical_ratio,
+        laminar_ratio,
+        temperature,
+    )

@@ -1,0 +1,185 @@
+"""Figures over time: the step responses of the paper's Figures 7 and 8, and the pressures."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+from matplotlib.ticker import MaxNLocator
+
+from pamsim.core.recording import Recording
+from pamsim.core.units import DEG_PER_RAD, PA_PER_KPA
+from pamsim.report.reproduce_rows import OperatingPoint
+from pamsim.report.style import (
+    BLUE,
+    FAINT,
+    INK,
+    MUTED,
+    VERMILION,
+    finish_axes,
+    new_figure,
+    say_empty,
+    series_look,
+    styled,
+)
+
+# Share of the time axis kept right of the responses for the measured end angles.
+_STRIP = 0.15
+
+
+@styled
+def large_medium_responses(
+    points: Sequence[OperatingPoint], recordings: Mapping[int, Recording]
+) -> Figure:
+    """The paper's Figure 7: responses to large (rows 1-6) and medium (7-12) pressure steps.
+
+    Args:
+        points: distinct operating points, of any size.
+        recordings: by row number.
+
+    Returns:
+        Two panels, angle [deg] against time [s].
+    """
+    panels = [
+        (f"{size} steps", [point for point in points if point.size == size])
+        for size in ("large", "medium")
+    ]
+    return _response_figure(panels, recordings)
+
+
+@styled
+def small_responses(
+    points: Sequence[OperatingPoint], recordings: Mapping[int, Recording]
+) -> Figure:
+    """The paper's Figure 8: responses to small pressure steps (rows 13-21).
+
+    Args:
+        points: distinct operating points, of any size.
+        recordings: by row number.
+
+    Returns:
+        Two panels, without and with load, angle [deg] against time [s].
+    """
+    small = [point for point in points if point.size == "small"]
+    panels = [
+        ("small steps, no load", [point for point in small if point.load_kg == 0.0]),
+        ("small steps, loaded", [point for point in small if point.load_kg != 0.0]),
+    ]
+    return _response_figure(panels, recordings)
+
+
+def _response_figure(
+    panels: Sequence[tuple[str, Sequence[OperatingPoint]]], recordings: Mapping[int, Recording]
+) -> Figure:
+    """Panels on top of each other that share both axes, so that sizes compare by eye."""
+    figure, axes = new_figure(6.3, rows=2, sharex=True, sharey=True)
+    shown = [point for _, points in panels for point in points]
+    loads = sorted({point.load_kg for point in shown})
+    ends = [recordings[p.row].time[-1] for p in shown if p.row in recordings]
+    end = float(max(ends, default=1.0))
+    for ax, (title, points) in zip(axes, panels, strict=True):
+        finish_axes(ax, y="angle β [deg]", title=title)
+        ax.axvspan(end, end * (1 + _STRIP), color=FAINT, linewidth=0, zorder=0)
+        for point in points:
+            _draw_response(ax, point, recordings.get(point.row), loads.index(point.load_kg), end)
+        ax.set_xlim(0.0, end * (1 + _STRIP))
+        ax.margins(y=0.12)
+        ticks = MaxNLocator(nbins=8, steps=[1, 2, 5, 10]).tick_values(0.0, end)
+        ax.set_xticks([tick for tick in ticks if 0.0 <= tick <= end * (1 + 1e-9)])
+        if not any(point.row in recordings for point in points):
+            say_empty(ax, "no recording of these rows")
+    axes[-1].set_xlabel("time after the step [s]")
+    handles = []
+    for index, load in enumerate(loads):
+        colour, marker = series_look(index)
+        label = "no load" if load == 0.0 else f"{load:g} kg"
+        handles.append(Line2D([], [], color=colour, marker=marker, markersize=5, label=label))
+    handles.append(
+        Line2D([], [], color=MUTED, marker="o", linestyle="", markersize=5, label="measured, row")
+    )
+    figure.legend(handles=handles, loc="outside upper right", ncols=len(handles))
+    return figure
+
+
+def _draw_response(
+    ax: Axes, point: OperatingPoint, recording: Recording | None, load_index: int, end: float
+) -> None:
+    colour, marker = series_look(load_index)
+    # One column of markers per load: the loads' end angles differ by less than a marker's size.
+    slot = end * (1 + _STRIP * (0.28 + 0.25 * load_index))
+    up = 1 if point.measured_deg >= 0 else -1
+    ax.plot(slot, point.measured_deg, marker, color=colour, markersize=5, clip_on=False, zorder=4)
+    ax.annotate(
+        str(point.row),
+        (slot, point.measured_deg),
+        xytext=(0, 5 * up),
+        textcoords="offset points",
+        ha="center",
+        va="bottom" if up > 0 else "top",
+        fontsize=7.5,
+        color=INK,
+    )
+    if recording is None:
+        return
+    angle = recording.angle * DEG_PER_RAD
+    ax.plot(recording.time, angle, color=colour, linewidth=1.4, zorder=3)
+    if point.completed:
+        link = ([recording.time[-1], slot], [angle[-1], point.measured_deg])
+        ax.plot(*link, color=colour, linewidth=0.8, linestyle=(0, (1, 1.5)), zorder=2)
+    else:
+        ax.plot(recording.time[-1], angle[-1], "x", color=colour, markersize=7, zorder=4)
+
+
+@styled
+def pressure_courses(
+    points: Sequence[OperatingPoint], recordings: Mapping[int, Recording]
+) -> Figure:
+    """Both muscles' pressures in one large and one small step.
+
+    Args:
+        points: distinct operating points.
+        recordings: by row number.
+
+    Returns:
+        Two panels, gauge pressure [kPa] against time [s], with the printed end pressures.
+    """
+    figure, axes = new_figure(3.5, columns=2, sharey=True)
+    for ax, size in zip(axes, ("large", "small"), strict=True):
+        finish_axes(ax, x="time after the step [s]", title=f"{size} step", zero=False)
+        point = next((p for p in points if p.size == size and p.row in recordings), None)
+        if point is None:
+            say_empty(ax, f"no recording of a {size} step")
+            continue
+        load = "no load" if point.load_kg == 0.0 else f"{point.load_kg:g} kg"
+        ax.set_title(f"{size} step: row {point.row}, {load}")
+        recording = recordings[point.row]
+        pressure = recording.pressure / PA_PER_KPA
+        printed = np.array([point.p1_kpa, point.p2_kpa])
+        end = recording.time[-1]
+        for column, colour in enumerate((BLUE, VERMILION)):
+            ax.axhline(
+                printed[column], color=colour, linewidth=0.9, linestyle=(0, (1, 2)), zorder=1
+            )
+            ax.plot(recording.time, pressure[:, column], color=colour)
+            ax.annotate(
+                f"$p_{column + 1}$",
+                (end, pressure[-1, column]),
+                xytext=(4, 0),
+                textcoords="offset points",
+                va="center",
+                color=colour,
+                annotation_clip=False,
+            )
+        ax.set_xlim(0.0, end)
+        ax.set_ylim(bottom=0.0)
+        ax.margins(y=0.08)
+    axes[0].set_ylabel("gauge pressure [kPa]")
+    handles = [
+        Line2D([], [], color=MUTED, label="simulated"),
+        Line2D([], [], color=MUTED, linewidth=0.9, linestyle=(0, (1, 2)), label="printed in table"),
+    ]
+    figure.legend(handles=handles, loc="outside upper right", ncols=2)
+    return figure

@@ -1,0 +1,163 @@
+"""One look for every figure: palette, sizes, axes, and a way to draw without touching globals."""
+
+from __future__ import annotations
+
+import functools
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any, Literal, ParamSpec, TypeVar
+
+import matplotlib.style
+from matplotlib.axes import Axes
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.figure import Figure
+
+# Okabe and Ito (2008): stays apart under the common colour-vision deficiencies and in grey print.
+BLUE = "#0072B2"
+VERMILION = "#D55E00"
+GREEN = "#009E73"
+PURPLE = "#AA4499"
+INK = "#1d232a"
+MUTED = "#5c6670"
+RULE = "#d5dae0"
+FAINT = "#f1f3f5"
+
+MARKERS = ("o", "s", "^", "D", "v")
+_SERIES = (BLUE, GREEN, VERMILION, PURPLE, MUTED)
+
+WIDTH_IN = 7.2
+DPI = 200
+# Browsers count 96 pixels to the inch: a figure shown at this size has the font sizes set below.
+CSS_PER_PIXEL = 96 / DPI
+
+_RC: dict[str, Any] = {
+    "font.size": 9.5,
+    "axes.titlesize": 9.5,
+    "axes.titleweight": "bold",
+    "axes.titlelocation": "left",
+    "axes.labelsize": 9.5,
+    "axes.labelcolor": INK,
+    "axes.edgecolor": MUTED,
+    "axes.linewidth": 0.8,
+    "axes.axisbelow": True,
+    "axes.spines.top": False,
+    "axes.spines.right": False,
+    "text.color": INK,
+    "xtick.color": MUTED,
+    "ytick.color": MUTED,
+    "xtick.labelcolor": INK,
+    "ytick.labelcolor": INK,
+    "xtick.labelsize": 9,
+    "ytick.labelsize": 9,
+    "legend.fontsize": 8.5,
+    "legend.frameon": False,
+    "lines.linewidth": 1.5,
+    "lines.solid_capstyle": "round",
+    "grid.color": RULE,
+    "grid.linewidth": 0.6,
+}
+
+P = ParamSpec("P")
+R = TypeVar("R")
+
+
+@contextmanager
+def page_style() -> Iterator[None]:
+    """Hold the page's look for the time of a ``with`` block.
+
+    It starts from matplotlib's own defaults, not from the user's settings, so that a page looks
+    the same on every machine; the user's settings are back afterwards.
+    """
+    with matplotlib.style.context(["default", _RC]):
+        yield
+
+
+def styled(draw: Callable[P, R]) -> Callable[P, R]:
+    """Run a drawing function inside ``page_style``."""
+
+    @functools.wraps(draw)
+    def wrapper(*args: P.args, **kwargs: P.kwargs) -> R:
+        with page_style():
+            return draw(*args, **kwargs)
+
+    return wrapper
+
+
+def new_figure(
+    height_in: float,
+    rows: int = 1,
+    columns: int = 1,
+    *,
+    sharex: bool | Literal["none", "all", "row", "col"] = False,
+    sharey: bool | Literal["none", "all", "row", "col"] = False,
+    height_ratios: tuple[float, ...] | None = None,
+) -> tuple[Figure, list[Axes]]:
+    """Make a figure of the page's width with its own canvas, unknown to pyplot.
+
+    Args:
+        height_in: height [in].
+        rows: panels on top of each other.
+        columns: panels side by side.
+        sharex: as in ``Figure.subplots``.
+        sharey: as in ``Figure.subplots``.
+        height_ratios: of the rows; equal if None.
+
+    Returns:
+        The figure and its axes, row by row.
+    """
+    figure = Figure(figsize=(WIDTH_IN, height_in), dpi=DPI, layout="constrained")
+    FigureCanvasAgg(figure)
+    grid = figure.subplots(
+        rows, columns, sharex=sharex, sharey=sharey, squeeze=False, height_ratios=height_ratios
+    )
+    return figure, list(grid.flat)
+
+
+def finish_axes(ax: Axes, *, x: str = "", y: str = "", title: str = "", zero: bool = True) -> None:
+    """Give axes their labels, a light grid and a zero line.
+
+    Args:
+        ax: the axes.
+        x: label with unit, such as ``time [s]``.
+        y: label with unit.
+        title: short name of the panel.
+        zero: whether to draw the line y = 0.
+    """
+    ax.set_xlabel(x)
+    ax.set_ylabel(y)
+    if title:
+        ax.set_title(title)
+    ax.grid(True, axis="y")
+    ax.tick_params(length=3)
+    if zero:
+        ax.axhline(0.0, color=MUTED, linewidth=0.7, zorder=1)
+
+
+def series_look(index: int) -> tuple[str, str]:
+    """Colour and marker of the index-th series: two cues, so that neither is needed alone."""
+    return _SERIES[index % len(_SERIES)], MARKERS[index % len(MARKERS)]
+
+
+def say_empty(ax: Axes, text: str) -> None:
+    """Write in empty axes why they are empty."""
+    ax.text(
+        0.5, 0.5, text, transform=ax.transAxes, ha="center", va="center", color=MUTED, wrap=True
+    )
+
+
+def save_png(figure: Figure, path: Path) -> tuple[int, int]:
+    """Write a figure as PNG, the same bytes for the same data.
+
+    Args:
+        figure: from ``new_figure``.
+        path: file to write.
+
+    Returns:
+        Width and height at which a page should show it [CSS pixel].
+    """
+    with page_style():  # ticks are made while drawing and read the settings then
+        # Without the Software entry the file does not change with matplotlib's version string.
+        figure.savefig(path, dpi=DPI, metadata={"Software": None})
+    width, height = figure.canvas.get_width_height()
+    return round(width * CSS_PER_PIXEL), round(height * CSS_PER_PIXEL)

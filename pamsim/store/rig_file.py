@@ -1,0 +1,195 @@
+"""Read a rig: a folder with ``params.toml`` and the MJCF it names. Disk only, no physics."""
+
+from __future__ import annotations
+
+import os
+import tomllib
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from pamsim.core.errors import InputError, nearest
+from pamsim.core.parameters import Sourced
+
+SCHEMA = "pamsim-rig/1"
+
+Section = Mapping[str, "Sourced | str"]
+"""A TOML table: numbers with their source, and words such as the name of a law."""
+
+_TOP = {"schema", "rig", "muscle", "muscles", "native", "sensor"}
+_RIG = {"name", "mjcf", "scene", "angle_joint", "load_body"}
+_NUMBER = {"value", "unit", "source", "interval95", "bounds", "note"}
+
+
+@dataclass(frozen=True, kw_only=True)
+class RigFile:
+    """A rig as its folder states it.
+
+    Attributes:
+        folder: where it lies.
+        name: of the rig.
+        mjcf: path of the device's MJCF.
+        scene: path of the MJCF with floor and light, or None.
+        angle_joint: joint whose position is the output angle.
+        load_body: body that carries the load, or None.
+        tendons: muscle name -> tendon name, in actuator order.
+        muscle: shared sections, group -> entries.
+        overrides: muscle name -> group -> entries that replace shared ones.
+        native: MJCF field, such as ``joint.shaft.damping`` -> value.
+        sensor: measurement chain -> value.
+    """
+
+    folder: Path
+    name: str
+    mjcf: Path
+    scene: Path | None
+    angle_joint: str
+    load_body: str | None
+    tendons: Mapping[str, str]
+    muscle: Mapping[str, Section]
+    overrides: Mapping[str, Mapping[str, Section]]
+    native: Mapping[str, Sourced]
+    sensor: Mapping[str, Sourced]
+
+
+def shipped_rigs() -> Path:
+    """Folder of the rigs that come with pamsim: inside the wheel, or of the source tree."""
+    package = Path(__file__).resolve().parent.parent
+    installed = package / "_models"
+    return installed if installed.is_dir() else package.parent / "models"
+
+
+def find_rig(rig: str | os.PathLike[str]) -> Path:
+    """Folder of a rig given by the name of a shipped one or by its own path.
+
+    Raises:
+        InputError: if there is none, with the nearest name.
+    """
+    path = Path(rig)
+    if (path / "params.toml").is_file():
+        return path
+    shipped = shipped_rigs()
+    names = [p.parent.name for p in shipped.glob("*/params.toml")]
+    if str(rig) in names:
+        return shipped / str(rig)
+    raise InputError(
+        f"no rig {str(rig)!r}: it is neither a folder with params.toml nor a shipped rig;"
+        f" {nearest(str(rig), names)}"
+    )
+
+
+def read_rig(rig: str | os.PathLike[str]) -> RigFile:
+    """Read a rig's ``params.toml``.
+
+    Args:
+        rig: name of a shipped rig, or path of a rig folder.
+
+    Raises:
+        InputError: for a missing file, bad TOML, an unknown or missing key, each with its place.
+    """
+    folder = find_rig(rig)
+    path = folder / "params.toml"
+    try:
+        table = tomllib.loads(path.read_text(encoding="utf-8"))
+    except tomllib.TOMLDecodeError as error:
+        raise InputError(f"{path}: not valid TOML: {error}") from None
+    _check_keys(path, "", table, _TOP)
+    if table.get("schema") != SCHEMA:
+        raise InputError(f"{path}: schema is {table.get('schema')!r}; this pamsim reads {SCHEMA!r}")
+    head = _table(path, table, "rig")
+    _check_keys(path, "rig.", head, _RIG)
+    mjcf = _file(path, folder, _word(path, head, "rig", "mjcf"))
+    muscles = _table(path, table, "muscles")
+    overrides = {
+        name: _sections(path, f"muscles.{name}", {k: v for k, v in m.items() if k != "tendon"})
+        for name, m in muscles.items()
+    }
+    return RigFile(
+        folder=folder,
+        name=_word(path, head, "rig", "name"),
+        mjcf=mjcf,
+        scene=_file(path, folder, str(head["scene"])) if "scene" in head else None,
+        angle_joint=_word(path, head, "rig", "angle_joint"),
+        load_body=str(head["load_body"]) if "load_body" in head else None,
+        tendons={
+            name: _word(path, entry, f"muscles.{name}", "tendon") for name, entry in muscles.items()
+        },
+        muscle=_sections(path, "muscle", _table(path, table, "muscle")),
+        overrides=overrides,
+        native=_numbers(path, "native", table.get("native", {})),
+        sensor=_numbers(path, "sensor", table.get("sensor", {})),
+    )
+
+
+def _table(path: Path, table: Mapping[str, Any], key: str) -> Mapping[str, Any]:
+    found = table.get(key)
+    if not isinstance(found, Mapping):
+        raise InputError(f"{path}: table [{key}] is missing")
+    return found
+
+
+def _word(path: Path, table: Mapping[str, Any], section: str, key: str) -> str:
+    found = table.get(key) if isinstance(table, Mapping) else None
+    if not isinstance(found, str):
+        raise InputError(f"{path}: [{section}] needs {key} = \"...\"")
+    return found
+
+
+def _file(path: Path, folder: Path, name: str) -> Path:
+    found = folder / name
+    if not found.is_file():
+        raise InputError(f"{path}: names {name!r}, which is not in {folder}")
+    return found
+
+
+def _sections(path: Path, where: str, table: Mapping[str, Any]) -> dict[str, Section]:
+    sections: dict[str, Section] = {}
+    for group, entries in table.items():
+        if not isinstance(entries, Mapping):
+            raise InputError(f"{path}: {where}.{group} must be a table of parameters")
+        sections[group] = {
+            key: entry if isinstance(entry, str) else _number(path, f"{where}.{group}.{key}", entry)
+            for key, entry in entries.items()
+        }
+    return sections
+
+
+def _numbers(path: Path, where: str, table: Mapping[str, Any]) -> dict[str, Sourced]:
+    return {key: _number(path, f"{where}.{key}", entry) for key, entry in table.items()}
+
+
+def _number(path: Path, key: str, entry: Any) -> Sourced:
+    where = f"{path}: {key}"
+    if not isinstance(entry, Mapping):
+        raise InputError(f"{where} must be {{ value = ..., unit = \"...\", source = \"...\" }}")
+    _check_keys(path, f"{key}.", entry, _NUMBER)
+    value = entry.get("value")
+    if isinstance(value, bool) or not isinstance(value, int | float):
+        raise InputError(f"{where}.value = {value!r} is not a number")
+    for word in ("unit", "source"):
+        if not isinstance(entry.get(word), str):
+            raise InputError(f"{where} needs {word} = \"...\"; every number says its {word}")
+    return Sourced(
+        value=float(value),
+        unit=entry["unit"],
+        source=entry["source"],
+        where=where,
+        interval95=_pair(where, entry.get("interval95")),
+        bounds=_pair(where, entry.get("bounds")),
+        note=str(entry.get("note", "")),
+    )
+
+
+def _pair(where: str, pair: Any) -> tuple[float, float] | None:
+    if pair is None:
+        return None
+    if not (isinstance(pair, list) and len(pair) == 2 and pair[0] <= pair[1]):
+        raise InputError(f"{where}: a range is written [low, high], got {pair!r}")
+    return float(pair[0]), float(pair[1])
+
+
+def _check_keys(path: Path, where: str, table: Mapping[str, Any], known: set[str]) -> None:
+    for key in table:
+        if key not in known:
+            raise InputError(f"{path}: unknown key {where}{key}; {nearest(key, known)}")

@@ -1,0 +1,57 @@
+"""What holds for every test: no window, no leftovers in MuJoCo's process-wide callbacks."""
+
+from __future__ import annotations
+
+import ctypes
+import os
+import sys
+from collections.abc import Iterator
+from types import ModuleType
+
+import hypothesis
+import pytest
+
+
+def _has_egl() -> bool:
+    try:
+        ctypes.CDLL("libEGL.so.1")
+    except OSError:
+        return False
+    return True
+
+
+# Before anything imports them: figures without a window, and pictures of MuJoCo without a screen.
+# `import mujoco` itself fails when told to use an EGL that is not installed, hence the look first.
+os.environ.setdefault("MPLBACKEND", "Agg")
+if sys.platform == "linux":
+    os.environ.setdefault("MUJOCO_GL", "egl" if _has_egl() else "disable")
+
+# A first call may compile a law, which takes seconds: how long one example took says nothing.
+hypothesis.settings.register_profile("pamsim", parent=hypothesis.settings(), deadline=None)
+hypothesis.settings.load_profile("pamsim")
+
+
+def installed_callbacks(mujoco: ModuleType) -> list[str]:
+    """Names of the callbacks that are set in the process, such as ``mjcb_act_gain``."""
+    return [
+        name.removeprefix("get_")
+        for name in dir(mujoco)
+        if name.startswith("get_mjcb_") and getattr(mujoco, name)() is not None
+    ]
+
+
+@pytest.fixture(autouse=True)
+def no_callback_left_behind() -> Iterator[None]:
+    """Fail the test that leaves a MuJoCo callback installed.
+
+    The callbacks belong to the process, not to a model: one left behind would add muscle forces to
+    the models of every later test.
+    """
+    yield
+    mujoco = sys.modules.get("mujoco")
+    if mujoco is None:
+        return
+    left = installed_callbacks(mujoco)
+    for name in left:  # so that only the guilty test fails, not all that follow it
+        getattr(mujoco, f"set_{name}")(None)
+    assert not left, f"this test left MuJoCo callbacks installed: {', '.join(left)}"
