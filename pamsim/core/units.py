@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import functools
 import math
+import re
 from typing import Any
 
 from pamsim.core.errors import InputError
@@ -51,3 +52,27 @@ def to_si(value: float, unit: str, si_unit: str, *, where: str) -> float:
             f"{where}: unit {unit!r} is not known; write one such as kPa, bar, mm, deg, kg, N/bar"
             f" that converts to {si_unit!r}"
         ) from None
+
+
+_QUANTITY = re.compile(r"\s*([+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?|[+-]?(?:nan|inf))\s*(.*)", re.I)
+
+
+def parse_quantity(text: str, default_unit: str, si_unit: str, *, where: str) -> float:
+    """Read a number with an optional unit, such as ``487``, ``4.87 bar`` or ``30deg``, as SI.
+
+    Args:
+        text: as typed.
+        default_unit: unit of a bare number.
+        si_unit: the SI unit wanted.
+        where: option or key, for the error.
+
+    Returns:
+        The value in ``si_unit``; ``nan`` and ``inf`` are passed on for the caller to judge.
+
+    Raises:
+        InputError: if it is no number, or its unit is unknown or of another quantity.
+    """
+    match = _QUANTITY.fullmatch(text)
+    if match is None:
+        raise InputError(f"{where}: {text!r} is not a number; write one such as 487 or 4.87bar")
+    return to_si(float(match[1]), match[2].strip() or default_unit, si_unit, where=where)

@@ -86,6 +86,26 @@ def step(model: mujoco.MjModel, data: mujoco.MjData, steps: int = 1) -> None:
     mujoco.mj_step(model, data, steps)
 
 
+def set_integrator(model: mujoco.MjModel, name: str) -> None:
+    """Choose the integrator of a model by its MJCF name, keeping its guard.
+
+    Raises:
+        InputError: if there is no such integrator.
+        EngineError: for RK4.
+    """
+    known = {
+        kind.name.removeprefix("mjINT_").lower(): kind.value
+        for kind in mujoco.mjtIntegrator.__members__.values()
+    }
+    if name.lower() not in known:
+        raise InputError(f"no integrator {name!r}; {nearest(name.lower(), known)}")
+    refuse_multistage(known[name.lower()])
+    guarded = model.opt.integrator >= _GUARD
+    model.opt.integrator = known[name.lower()]
+    if guarded:
+        guard(model)
+
+
 def refuse_multistage(integrator: int) -> None:
     """Refuse an integrator that evaluates the callback between time points.
 

@@ -17,6 +17,7 @@ from pamsim.actuator.muscle import COMMANDS, Muscle
 from pamsim.core.errors import InputError, nearest
 from pamsim.core.parameters import specs
 from pamsim.engine.attach import attach, compile_model
+from pamsim.engine.callback import set_integrator
 from pamsim.engine.native import native_si, set_native
 from pamsim.signals.sensors import MeasurementChain
 from pamsim.store.rig_file import RigFile, read_rig
@@ -54,7 +55,12 @@ class Rig:
         return int(self.model.joint(self.file.angle_joint).dofadr[0])
 
     def model_for(
-        self, *, load: float = 0.0, command: str = "pressure", timestep: float | None = None
+        self,
+        *,
+        load: float = 0.0,
+        command: str = "pressure",
+        timestep: float | None = None,
+        integrator: str | None = None,
     ) -> mujoco.MjModel:
         """A copy of the model set up for one experiment.
 
@@ -62,12 +68,16 @@ class Rig:
             load: mass on the arm [kg].
             command: what the muscles' control means, one of ``valve``, ``pulse``, ``pressure``.
             timestep: [s]; the rig's own if left out.
+            integrator: MJCF name such as ``implicitfast``; the rig's own if left out.
 
         Raises:
-            InputError: if the rig takes no load, or the command is unknown.
+            InputError: if the rig takes no load, or command or integrator is unknown.
+            EngineError: for the integrator RK4.
         """
         model = copy.copy(self.model)
         set_command(model, command)
+        if integrator is not None:
+            set_integrator(model, integrator)
         if timestep is not None:
             model.opt.timestep = timestep
         set_load(model, self.file.load_body, load)

@@ -20,6 +20,7 @@ def simulate(
     experiment: Experiment,
     *,
     timestep: float | None = None,
+    integrator: str | None = None,
     backend: str = "compiled",
     from_state: NDArray[np.float64] | None = None,
 ) -> Recording:
@@ -33,6 +34,7 @@ def simulate(
         rig: see `pamsim.load_rig`.
         experiment: what to do. Its sampling period must be a whole number of time steps.
         timestep: [s]; the rig's own if left out.
+        integrator: MJCF name such as ``implicitfast``; the rig's own if left out.
         backend: ``compiled`` or ``python``, see `pamsim.live`.
         from_state: ``final_state`` of an earlier recording to continue from instead of settling;
             the rig must be the same. Time goes on from there.
@@ -50,7 +52,12 @@ def simulate(
             f"the experiment commands {experiment.command_value.shape[1]} muscles,"
             f" rig {rig.name!r} has {muscles}"
         )
-    model = rig.model_for(load=experiment.load, command=experiment.command, timestep=timestep)
+    model = rig.model_for(
+        load=experiment.load,
+        command=experiment.command,
+        timestep=timestep,
+        integrator=integrator,
+    )
     steps = whole_steps(1.0 / experiment.sample_rate, model.opt.timestep)
     samples = 1 + round(experiment.duration * experiment.sample_rate)
     data = mujoco.MjData(model)

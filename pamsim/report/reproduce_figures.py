@@ -11,7 +11,8 @@ from matplotlib.patches import Patch
 from matplotlib.ticker import MaxNLocator
 from numpy.typing import NDArray
 
-from pamsim.report.reproduce_rows import SIZES, OperatingPoint, number_or_none
+from pamsim.report.numbers import number_or_none
+from pamsim.report.reproduce_rows import SIZES, OperatingPoint
 from pamsim.report.style import (
     BLUE,
     FAINT,

@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import csv
-import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, fields
 from pathlib import Path
 from typing import Any
 
 from pamsim.core.errors import InputError
+from pamsim.report.numbers import number_or_none
 
 SIZES = ("large", "medium", "small")
 
@@ -72,13 +72,6 @@ class OperatingPoint:
 COLUMNS = tuple(field.name for field in fields(OperatingPoint))
 _REQUIRED = COLUMNS[: COLUMNS.index("simulated_deg")]
 _TEXT = ("slip", "outcome", "message")
-
-
-def number_or_none(value: Any) -> float | None:
-    """Read a number of a JSON result; what is missing or not finite becomes None."""
-    if isinstance(value, bool) or not isinstance(value, int | float) or not math.isfinite(value):
-        return None
-    return float(value)
 
 
 def parse_rows(result: Mapping[str, Any]) -> list[OperatingPoint]:

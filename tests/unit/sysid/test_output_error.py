@@ -9,6 +9,7 @@ from hypothesis import strategies as st
 
 from pamsim.core.errors import InputError
 from pamsim.sysid.first_second_order import first_order_step, second_order_step
+from pamsim.sysid.fit_percent import fit_percent
 from pamsim.sysid.output_error import FitStatus, StepFit, fit_step
 
 TIME = np.arange(1001) / 200.0
@@ -101,6 +102,13 @@ def test_wrong_order_says_that_residuals_are_correlated() -> None:
     assert fit.status is FitStatus.CONVERGED
     assert fit.residual_lag1 > 0.9
     assert "too narrow" in fit.sentence
+
+
+def test_scores_are_those_of_the_simulated_response() -> None:
+    y = 17.4 * second_order_step(TIME, 0.2, 0.5)
+    fit = fit_step(TIME, y, order=1, gain=None)
+    assert fit.fit_percent == pytest.approx(fit_percent(y, fit.response(TIME)), abs=1e-9)
+    assert fit.rms == pytest.approx(np.sqrt(np.mean((y - fit.response(TIME)) ** 2)), rel=1e-9)
 
 
 def oscillation() -> np.ndarray:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -108,6 +109,12 @@ def test_dictionary_is_json_and_complete() -> None:
             assert keys | {"K", "status", "fit_percent"} <= entry.keys()
     # G1 by ARX fits the same record worse than by output error: that is what its bias costs.
     assert g1["arx"]["unit_gain"]["fit_percent"] < g1["fit_percent"] - 2.0
+
+
+def test_exploded_numbers_become_null_in_json() -> None:
+    entry = replace(printed_g2(5.0).g1.arx_free_gain, fit_percent=float("-inf"), gain=float("nan"))
+    data = json.loads(json.dumps(entry.as_dict(1), allow_nan=False))
+    assert data["fit_percent"] is None and data["K"] is None
 
 
 def test_oscillation_gives_statuses_instead_of_numbers() -> None:

@@ -35,11 +35,14 @@ def test_first_order_closed_form_is_the_step_of_control() -> None:
 
 @pytest.mark.parametrize("delay", [0, 1, 3])
 def test_discrete_step_is_the_simulated_arx(delay: int) -> None:
-    model = ArxModel((-1.2, 0.5), (0.3, -0.1), delay, 0.01, 0.0, 0)
+    interval = 1.0 / 300.0  # its times, written with six decimals, are not its multiples
+    model = ArxModel((-1.2, 0.5), (0.3, -0.1), delay, interval, 0.0, 0)
     transfer = discrete(model)
-    assert transfer.dt == 0.01
+    assert transfer.dt == interval
     np.testing.assert_allclose(
-        step_response(transfer, np.round(TIME, 6)), simulate_arx(model, np.ones(501)), atol=1e-9
+        step_response(transfer, np.round(np.arange(501) * interval, 6)),
+        simulate_arx(model, np.ones(501)),
+        atol=1e-9,
     )
 
 

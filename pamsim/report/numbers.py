@@ -1,0 +1,97 @@
+"""Numbers as readers expect them: a true minus sign, enough digits, a dash where there is none."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+NONE = "–"
+_RAISED = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
+
+
+def number_or_none(value: Any) -> float | None:
+    """Read a number of a JSON result; what is missing or not finite becomes None."""
+    if isinstance(value, bool) or not isinstance(value, int | float) or not math.isfinite(value):
+        return None
+    return float(value)
+
+
+def fixed(value: Any, decimals: int) -> str:
+    """Write a number with so many decimals.
+
+    Args:
+        value: a number; anything else, and NaN, is written as a dash.
+        decimals: digits after the point.
+
+    Returns:
+        For example ``−1.50``.
+    """
+    number = number_or_none(value)
+    if number is None:
+        return NONE
+    text = f"{number:.{decimals}f}"
+    if float(text) == 0.0:
+        text = text.removeprefix("-")  # -0.00 says nothing but looks like a sign
+    return text.replace("-", "−")
+
+
+def significant(value: Any, digits: int) -> str:
+    """Write a number with so many significant digits.
+
+    Args:
+        value: a number; anything else, and NaN, is written as a dash.
+        digits: significant digits, trailing zeros included.
+
+    Returns:
+        For example ``0.0900``, ``85.80``, ``1.20×10⁻⁸``.
+    """
+    number = number_or_none(value)
+    if number is None:
+        return NONE
+    return _pretty(f"{number:#.{digits}g}")
+
+
+def plain(value: Any) -> str:
+    """Write a number as short as it was given, up to seven digits: for settings and print.
+
+    Args:
+        value: a number, True or False, or text.
+
+    Returns:
+        For example ``0.64595``, ``24000``, ``yes``; text is returned as it is.
+    """
+    if value is None:
+        return NONE
+    if isinstance(value, bool):
+        return "yes" if value else "no"
+    number = number_or_none(value)
+    return str(value) if number is None else _pretty(f"{number:.7g}")
+
+
+def interval(pair: Any, digits: int) -> str:
+    """Write an interval.
+
+    Args:
+        pair: lower and upper end; None for none.
+        digits: significant digits of each end.
+
+    Returns:
+        For example ``0.668 to 0.676``; nothing if an end does not exist.
+    """
+    if not isinstance(pair, list | tuple) or len(pair) != 2:
+        return ""
+    ends = [significant(end, digits) for end in pair]
+    return "" if NONE in ends else " to ".join(ends)
+
+
+def words(name: Any) -> str:
+    """Turn an identifier such as ``output_error`` into words."""
+    return "" if name is None else str(name).replace("_", " ")
+
+
+def _pretty(text: str) -> str:
+    mantissa, _, exponent = text.partition("e")
+    mantissa = mantissa.removesuffix(".").replace("-", "−")
+    if not exponent:
+        return mantissa
+    return f"{mantissa}×10{str(int(exponent)).translate(_RAISED)}"

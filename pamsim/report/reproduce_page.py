@@ -1,0 +1,150 @@
+"""The page of the reproduction: figures, table and verdict in one folder."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import jinja2
+from matplotlib.figure import Figure
+
+from pamsim.core.errors import InputError
+from pamsim.core.recording import Recording
+from pamsim.report import reproduce_figures, reproduce_steps
+from pamsim.report.numbers import fixed, number_or_none, plain
+from pamsim.report.reproduce_rows import (
+    OperatingPoint,
+    distinct,
+    parse_rows,
+    write_rows_csv,
+)
+from pamsim.report.reproduce_view import (
+    TINT_STEPS_DEG,
+    dig,
+    failing,
+    model_views,
+    parameter_views,
+    row_views,
+    verdict,
+)
+from pamsim.report.style import save_png
+
+SCHEMA = "pamsim-reproduce/1"
+
+
+@dataclass(frozen=True)
+class PageImage:
+    """An image file of the page and the size to show it at [CSS pixel]."""
+
+    file: str
+    width: int
+    height: int
+
+
+def write_reproduction(
+    result: Mapping[str, Any], recordings: Mapping[int, Recording], out: Path
+) -> list[Path]:
+    """Write page, figures and table of a reproduction.
+
+    Args:
+        result: of schema ``pamsim-reproduce/1``: JSON-safe, angles [deg], pressures [kPa]. Keys
+            unknown to this version are ignored.
+        recordings: by row number, of the distinct rows.
+        out: folder to write into; made if missing, files of the same names are replaced.
+
+    Returns:
+        The files written, the page first.
+
+    Raises:
+        InputError: if the result has another schema or lacks its rows, or ``out`` is a file.
+    """
+    schema = result.get("schema", SCHEMA)
+    if schema != SCHEMA:
+        raise InputError(f"the result has schema {schema!r}; this page reads {SCHEMA!r}")
+    points = parse_rows(result)
+    if out.exists() and not out.is_dir():
+        raise InputError(f"{out} is a file; name a folder to write the page into")
+    out.mkdir(parents=True, exist_ok=True)
+
+    images: dict[str, PageImage] = {}
+    for name, figure in _figures(result, points, recordings).items():
+        file = f"{name}.png"
+        images[name] = PageImage(file, *save_png(figure, out / file))
+    write_rows_csv(points, out / "rows.csv")
+    page = out / "index.html"
+    page.write_text(render_page(result, points, images), encoding="utf-8")
+    return [page, *(out / image.file for image in images.values()), out / "rows.csv"]
+
+
+def _figures(
+    result: Mapping[str, Any],
+    points: list[OperatingPoint],
+    recordings: Mapping[int, Recording],
+) -> dict[str, Figure]:
+    single = distinct(points)
+    return {
+        "figure_6_static": reproduce_figures.static_characteristic(
+            single, result.get("figure6") or {}
+        ),
+        "figure_7_large_medium": reproduce_steps.large_medium_responses(single, recordings),
+        "figure_8_small": reproduce_steps.small_responses(single, recordings),
+        "figure_9_models": reproduce_figures.model_responses(result.get("figure9") or {}),
+        "errors": reproduce_figures.errors_by_row(single, number_or_none(result.get("rms_deg"))),
+        "pressures": reproduce_steps.pressure_courses(single, recordings),
+    }
+
+
+def render_page(
+    result: Mapping[str, Any], points: list[OperatingPoint], images: Mapping[str, PageImage]
+) -> str:
+    """Fill the template.
+
+    Args:
+        result: of schema ``pamsim-reproduce/1``.
+        points: its rows.
+        images: by the names of the files without ``.png``.
+
+    Returns:
+        The page; every text from the result is escaped.
+    """
+    environment = jinja2.Environment(
+        loader=jinja2.PackageLoader("pamsim.report"),
+        autoescape=True,
+        undefined=jinja2.StrictUndefined,  # a name mistyped in the template is an error, not a gap
+        trim_blocks=True,
+        lstrip_blocks=True,
+    )
+    rows, notes = row_views(points)
+    parameters = parameter_views(result)
+    return environment.get_template("reproduce.html").render(
+        rig=str(result.get("rig") or "unnamed rig"),
+        verdict=verdict(result, points),
+        start=str(result.get("start") or "not given"),
+        start_meaning=str(result.get("start_meaning") or "not described").rstrip("."),
+        source=str(dig(result, "paper", "source") or "the paper"),
+        checks=list(result.get("checks") or ()),
+        failing=failing(result),
+        rows=rows,
+        notes=notes,
+        distinct_count=len(distinct(points)),
+        rms=fixed(result.get("rms_deg"), 2),
+        tint_steps=[plain(step) for step in TINT_STEPS_DEG],
+        images=images,
+        scale=plain(dig(result, "figure6", "scale_kpa")),
+        rms_bar=fixed(dig(result, "figure6", "rms_bar_deg"), 1),
+        rms_scaled=fixed(dig(result, "figure6", "rms_scaled_deg"), 1),
+        models=model_views(result),
+        paper_notes=list(dig(result, "paper", "notes") or ()),
+        parameters=parameters,
+        parameter_tags=Counter(parameter.tag for parameter in parameters),
+        settings={
+            "time step": f"{plain(result.get('timestep_s'))} s",
+            "sampling": f"{plain(result.get('sample_hz'))} Hz",
+            "simulated encoder and converter": plain(result.get("sensors")),
+            "wall time": f"{fixed(result.get('wall_s'), 1)} s",
+        },
+        versions=dict(result.get("versions") or {}),
+    )

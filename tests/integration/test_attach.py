@@ -1,0 +1,100 @@
+"""`pamsim.attach` on a model of one's own: a two-joint arm with a muscle per joint."""
+
+from __future__ import annotations
+
+import mujoco
+import numpy as np
+import pytest
+
+import pamsim
+from pamsim.core.errors import EngineError, InputError
+
+TWO_JOINTS = """
+<mujoco>
+  <option timestep="0.001" gravity="0 0 -9.81"/>
+  <worldbody>
+    <site name="ceiling" pos="0.03 0 0.3"/>
+    <body name="upper" pos="0 0 0">
+      <joint name="shoulder" axis="0 1 0" damping="0.5"/>
+      <geom type="capsule" fromto="0 0 0 0 0 -0.3" size="0.02" mass="0.4"/>
+      <site name="upper_hook" pos="0.03 0 -0.08"/>
+      <body name="lower" pos="0 0 -0.3">
+        <joint name="elbow" axis="0 1 0" damping="0.5"/>
+        <geom type="capsule" fromto="0 0 0 0 0 -0.25" size="0.02" mass="0.3"/>
+      </body>
+    </body>
+  </worldbody>
+  <contact><exclude body1="upper" body2="lower"/></contact>
+  <tendon>
+    <spatial name="shoulder_cable"><site site="ceiling"/><site site="upper_hook"/></spatial>
+    <fixed name="elbow_cable"><joint joint="elbow" coef="0.02"/></fixed>
+  </tendon>
+</mujoco>
+"""
+
+
+def muscle(length_at_zero):
+    from dataclasses import replace
+
+    from pamsim.actuator.muscle import Mounting
+
+    shipped = pamsim.load_rig("mas20_arm").muscles["muscle_1"]
+    return replace(shipped, mounting=Mounting(length_at_zero=length_at_zero), command="pressure")
+
+
+def build():
+    spec = mujoco.MjSpec.from_string(TWO_JOINTS)
+    # 0.38 m of cable at rest, of which 0.13 m are rigid fittings: a 0.25 m muscle.
+    pamsim.attach(spec, tendon="shoulder_cable", muscle=muscle(-0.13), name="shoulder_muscle")
+    pamsim.attach(spec, tendon="elbow_cable", muscle=muscle(0.25))
+    return pamsim.compile_model(spec)
+
+
+def settle(model, pressures):
+    data = mujoco.MjData(model)
+    pamsim.reset(model, data)
+    data.ctrl[:] = pressures
+    with pamsim.live(model):
+        mujoco.mj_step(model, data, 4000)
+    return data
+
+
+def test_each_muscle_moves_its_own_joint():
+    model = build()
+    rest, shoulder, elbow = (settle(model, p) for p in ((0, 0), (3e5, 0), (0, 3e5)))
+    assert rest.warning.number.sum() == 0
+    pulled_shoulder = shoulder.qpos - rest.qpos
+    pulled_elbow = elbow.qpos - rest.qpos
+    assert abs(pulled_shoulder[0]) > 0.05
+    assert abs(pulled_elbow[1]) > 0.05
+    np.testing.assert_allclose(pamsim.pressures(model, shoulder), (3e5, 0), atol=500.0)
+    # A muscle pulls its cable shorter, whichever way the joint then turns.
+    assert shoulder.ten_length[0] < rest.ten_length[0]
+    assert elbow.ten_length[1] < rest.ten_length[1]
+
+
+def test_force_on_the_cable_is_the_muscle_law_at_its_length():
+    from pamsim.actuator import kernel
+    from pamsim.actuator.layout import pack
+
+    model = build()
+    data = settle(model, (2e5, 1e5))
+    with pamsim.live(model):
+        mujoco.mj_forward(model, data)
+    states = (data.act[:2], data.act[2:])
+    for index, (rest, act) in enumerate(zip((-0.13, 0.25), states, strict=True)):
+        expected = kernel.tension(pack(muscle(rest)), act, float(data.ten_length[index]))
+        assert expected >= 0.0
+        assert data.actuator_force[index] == -expected
+
+
+def test_unknown_tendon_taken_name_and_runge_kutta_are_refused():
+    spec = mujoco.MjSpec.from_string(TWO_JOINTS)
+    with pytest.raises(InputError, match="did you mean 'elbow_cable'"):
+        pamsim.attach(spec, tendon="elbow_cabel", muscle=muscle(0.25))
+    pamsim.attach(spec, tendon="elbow_cable", muscle=muscle(0.25))
+    with pytest.raises(InputError, match="exists already"):
+        pamsim.attach(spec, tendon="elbow_cable", muscle=muscle(0.25))
+    spec.option.integrator = mujoco.mjtIntegrator.mjINT_RK4
+    with pytest.raises(EngineError, match="RK4"):
+        pamsim.attach(spec, tendon="shoulder_cable", muscle=muscle(-0.13))

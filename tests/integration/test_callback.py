@@ -1,0 +1,222 @@
+"""The callback: same numbers compiled and interpreted, scoped, guarded, harmless to others."""
+
+from __future__ import annotations
+
+import sys
+
+import mujoco
+import numpy as np
+import pytest
+from mujoco.batch import Batch
+
+import pamsim
+from pamsim.actuator.layout import parameter_slot
+from pamsim.core.errors import EngineError, InputError
+
+STEP = pamsim.pressure_step((487e3, 487e3), (487e3, 0.0), duration=0.6, load=1.2)
+
+
+@pytest.fixture(scope="module")
+def rig():
+    return pamsim.load_rig("mas20_arm")
+
+
+def charged(rig, load=0.0, command="valve", pressures=(3e5, 2e5)):
+    model = rig.model_for(load=load, command=command)
+    data = mujoco.MjData(model)
+    pamsim.reset(model, data, pressures)
+    return model, data
+
+
+def drive(model, data, steps, seed=0):
+    """Step with a random command every 20 steps; returns the path of the full state."""
+    commands = np.random.default_rng(seed).uniform(-1, 1, (steps // 20, model.nu))
+    path = []
+    for command in commands:
+        data.ctrl[:] = command
+        mujoco.mj_step(model, data, 20)
+        path.append(pamsim.save_state(model, data))
+    return np.array(path)
+
+
+@pytest.mark.parametrize("command", ["valve", "pulse", "pressure"])
+def test_compiled_and_python_callbacks_agree(rig, command):
+    start, end = (3e5, 3e5), (4.5e5, 1e5)
+    if command == "pressure":
+        experiment = pamsim.pressure_step(start, end, duration=0.5, load=2.14)
+    else:
+        experiment = pamsim.Experiment(
+            command=command,
+            command_time=np.array([0.0, 0.2, 0.35]),
+            command_value=np.array([[0.6, -1.0], [0.0, 0.3], [-0.5, 0.0]]),
+            start_pressure=np.array(start),
+            duration=0.5,
+            settle=0.3,
+        )
+    fast = pamsim.simulate(rig, experiment).completed()
+    slow = pamsim.simulate(rig, experiment, backend="python").completed()
+    for name in ("angle", "velocity", "pressure", "tension"):
+        np.testing.assert_allclose(getattr(fast, name), getattr(slow, name), rtol=1e-9, atol=1e-12)
+    if sys.platform == "linux":  # there, machine code and interpreter call one mathematics library
+        assert np.array_equal(fast.final_state, slow.final_state)
+
+
+def test_stepping_without_the_callback_raises(rig):
+    model, data = charged(rig)
+    with pytest.raises(mujoco.FatalError, match="invalid integrator"):
+        mujoco.mj_step(model, data)
+    with pytest.raises(EngineError, match=r"with pamsim\.live"):
+        pamsim.step(model, data)
+    with pamsim.live(model):
+        pamsim.step(model, data)
+    with pytest.raises(mujoco.FatalError):
+        mujoco.mj_step(model, data)
+
+
+def test_a_chamber_that_was_never_charged_is_noticed(rig):
+    model = rig.model_for(command="valve")
+    data = mujoco.MjData(model)
+    with pamsim.live(model):
+        mujoco.mj_step(model, data)
+    assert np.isnan(data.actuator_force).all()
+
+
+def test_save_restore_continue_is_bit_equal(rig):
+    model, data = charged(rig, load=2.14)
+    with pamsim.live(model):
+        drive(model, data, 400)
+        saved = pamsim.save_state(model, data)
+        straight = drive(model, data, 600, seed=1)
+        other = mujoco.MjData(model)
+        pamsim.restore_state(model, other, saved)
+        resumed = drive(model, other, 600, seed=1)
+    assert np.array_equal(straight, resumed)
+
+
+def test_simulate_continues_bit_equal(rig):
+    whole = pamsim.simulate(rig, STEP).completed()
+    first = pamsim.pressure_step((487e3, 487e3), (487e3, 0.0), duration=0.3, load=1.2)
+    part = pamsim.simulate(rig, first).completed()
+    rest = pamsim.simulate(rig, first, from_state=part.final_state).completed()
+    for name in ("angle", "velocity", "pressure", "tension"):
+        joined = np.concatenate([getattr(part, name), getattr(rest, name)[1:]])
+        assert np.array_equal(joined, getattr(whole, name)), name
+    assert np.array_equal(rest.final_state, whole.final_state)
+
+
+def test_two_rigs_stepped_alternately_equal_two_run_apart(rig):
+    stiff = rig.with_parameters({"passive.stiffness": 5e4, "valve.conductance_fill": 2e-9})
+    apart = []
+    for each in (rig, stiff):
+        model, data = charged(each)
+        with pamsim.live(model):
+            apart.append(drive(model, data, 400))
+    pairs = [charged(rig), charged(stiff)]
+    commands = np.random.default_rng(0).uniform(-1, 1, (20, 2))
+    together = [[], []]
+    with pamsim.live(*(model for model, _ in pairs)):
+        for command in commands:
+            for path, (model, data) in zip(together, pairs, strict=True):
+                data.ctrl[:] = command
+                for _ in range(20):
+                    mujoco.mj_step(model, data)
+                path.append(pamsim.save_state(model, data))
+    assert not np.array_equal(apart[0], apart[1])
+    assert np.array_equal(apart[0], np.array(together[0]))
+    assert np.array_equal(apart[1], np.array(together[1]))
+
+
+FOREIGN = """
+<mujoco><worldbody><body><joint name="j" damping="0.1"/><geom size="0.1"/></body></worldbody>
+<actuator><muscle joint="j" name="m" lengthrange="-1 1"/>
+<general joint="j" dyntype="user" gaintype="user" biastype="user" actdim="2" user="1 2 3"/>
+</actuator></mujoco>
+"""
+
+
+def test_a_foreign_model_in_the_same_process_is_unaffected(rig):
+    model = mujoco.MjModel.from_xml_string(FOREIGN)
+
+    def run():
+        data = mujoco.MjData(model)
+        data.act[:] = [0.3, 0.1, 0.2]
+        data.ctrl[:] = [0.7, 0.4]
+        mujoco.mj_step(model, data, 500)
+        return np.concatenate([data.qpos, data.qvel, data.act])
+
+    alone = run()
+    ours, data = charged(rig)
+    for backend in ("compiled", "python"):
+        with pamsim.live(ours, backend=backend):
+            mujoco.mj_step(ours, data, 5)
+            assert np.array_equal(run(), alone), backend
+    assert np.array_equal(run(), alone)
+
+
+def test_scopes_nest_and_restore_what_was_there(rig):
+    model, _ = charged(rig)
+
+    def other(m, d, i):
+        return 0.0
+
+    mujoco.set_mjcb_act_dyn(other)
+    try:
+        with pamsim.live(model):
+            outer = mujoco.get_mjcb_act_dyn()
+            with pamsim.live(model, backend="python"):
+                assert mujoco.get_mjcb_act_dyn() is not outer
+            assert mujoco.get_mjcb_act_dyn() is outer
+            assert model.opt.integrator == mujoco.mjtIntegrator.mjINT_EULER
+        assert mujoco.get_mjcb_act_dyn() is other
+    finally:
+        mujoco.set_mjcb_act_dyn(None)
+    with pytest.raises(RuntimeError, match="on purpose"), pamsim.live(model):
+        raise RuntimeError("on purpose")
+    assert mujoco.get_mjcb_act_dyn() is None
+
+
+def test_runge_kutta_is_refused(rig):
+    model, _ = charged(rig)
+    model.opt.integrator = mujoco.mjtIntegrator.mjINT_RK4
+    with pytest.raises(EngineError, match="RK4"), pamsim.live(model):
+        pass
+
+
+def test_unknown_backend_and_a_model_without_muscles_are_refused(rig):
+    model, _ = charged(rig)
+    with pytest.raises(InputError, match="'compiled'"), pamsim.live(model, backend="compield"):
+        pass
+    with pytest.raises(InputError, match="no pamsim muscle"):
+        with pamsim.live(mujoco.MjModel.from_xml_string(FOREIGN)):
+            pass
+
+
+@pytest.mark.parametrize("integrator", ["mjINT_EULER", "mjINT_IMPLICIT", "mjINT_IMPLICITFAST"])
+def test_every_allowed_integrator_gives_the_same_motion(rig, integrator):
+    model, data = charged(rig)
+    reference, at_rest = charged(rig)
+    with pamsim.live(model, reference):
+        model.opt.integrator = getattr(mujoco.mjtIntegrator, integrator)
+        path = drive(model, data, 400)
+        expected = drive(reference, at_rest, 400)
+    np.testing.assert_allclose(path[:, 1], expected[:, 1], atol=2e-4)
+
+
+def test_batch_gives_every_simulation_its_own_parameters(rig):
+    scales = (0.5, 1.0, 1.5)
+    index = parameter_slot(rig.muscles["muscle_1"], "force.scale")
+    model, data = charged(rig, command="pressure")
+    one_by_one = []
+    for scale in scales:
+        single, own = charged(rig.with_parameters({"force.scale": scale}), command="pressure")
+        own.ctrl[:] = (4e5, 1e5)
+        with pamsim.live(single):
+            mujoco.mj_step(single, own, 500)
+        one_by_one.append(pamsim.save_state(single, own))
+    with pamsim.live(model):
+        many = Batch(model, len(scales), nthread=2, persistent=True)
+        many.expand("actuator_user")[:, :, index] = np.array(scales)[:, None]
+        data.ctrl[:] = (4e5, 1e5)
+        many.state[:] = pamsim.save_state(model, data)
+        many.step(nstep=500)
+    assert np.array_equal(many.state, one_by_one)

@@ -1,0 +1,44 @@
+"""MuJoCo with the native callback against an independent integration of the same equations."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+import pamsim
+from tests.physics.independent_arm import IndependentArm
+
+START, END, DURATION = (487e3, 487e3), (487e3, 0.0), 3.0
+
+
+@pytest.fixture(scope="module")
+def rig():
+    return pamsim.load_rig("mas20_arm")
+
+
+@pytest.fixture(scope="module")
+def reference(rig):
+    return IndependentArm(rig, load=1.2).run(START, END, DURATION, 301)
+
+
+def simulated(rig, timestep):
+    step = pamsim.pressure_step(START, END, duration=DURATION, load=1.2, sample_rate=100.0)
+    return pamsim.simulate(rig, step, timestep=timestep).completed()
+
+
+def test_engine_agrees_with_independent_integration(rig, reference):
+    angle, pressure = reference
+    run = simulated(rig, 0.5e-3)
+    error = np.degrees(np.abs(run.angle - angle))
+    assert error.max() < 0.05
+    assert error[-1] < 0.005
+    assert np.abs(run.pressure - pressure).max() < 200.0
+
+
+def test_error_falls_at_the_order_of_the_integrator(rig, reference):
+    angle, _ = reference
+    errors = [np.abs(simulated(rig, dt).angle - angle).max() for dt in (2e-3, 1e-3, 0.5e-3)]
+    orders = np.log2(np.array(errors[:-1]) / errors[1:])
+    print("max angle errors [deg]", np.degrees(errors), "orders", orders)
+    # Euler is of order 1; the bounds leave room for the next term of the error's expansion.
+    assert np.all((orders > 0.8) & (orders < 1.3))
