@@ -1,1 +1,1 @@
-""""""
+"""One muscle composed of all laws; owner of parameter row and state layout."""

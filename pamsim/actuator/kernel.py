@@ -87,9 +87,7 @@ def chamber_pressure(par: Row, act: Row, tendon_length: float) -> float:
     air = act[len(act) - 1]
     if not air > 0.0:
         return math.nan
-    return absolute_pressure(
-        air, chamber_volume(par, tendon_length), par[_POLYTROPIC], par[_FLOOR]
-    )
+    return absolute_pressure(air, chamber_volume(par, tendon_length), par[_POLYTROPIC], par[_FLOOR])
 
 
 def gauge_pressure(par: Row, act: Row, tendon_length: float) -> float:
@@ -110,9 +108,7 @@ def static_force(par: Row, tendon_length: float, pressure: float) -> float:
     kappa = 1.0 - length / par[_NOMINAL_LENGTH]
     felt = effective_pressure(pressure, par[_THRESHOLD])
     if par[_FORCE_LAW] == 0.0:
-        active = ideal_force(
-            felt, length, par[_NOMINAL_LENGTH], par[_DIAMETER], par[_FIBRE_ANGLE]
-        )
+        active = ideal_force(felt, length, par[_NOMINAL_LENGTH], par[_DIAMETER], par[_FIBRE_ANGLE])
     else:
         active = six_parameter_force(
             felt,

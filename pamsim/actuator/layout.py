@@ -4,7 +4,7 @@ All parameters live in the model and all memory in the state, so a saved model a
 replay bit for bit, and a batch can give every simulation its own parameters.
 
 ``actuator_user`` row: signature, codes of the chosen laws, then every group's fields in their
-declared order. ``act`` of one actuator: the hysteresis operator's states, then the air state y last.
+declared order. ``act`` of one actuator: the hysteresis operator's states, the air state y last.
 """
 
 from __future__ import annotations

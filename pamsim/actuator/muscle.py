@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import ClassVar
 
 from pamsim.core.parameters import ParameterGroup, parameter
@@ -71,7 +71,7 @@ class Muscle:
     force: IdealMcKibben | SixParameter
     chamber: Chamber
     valve: ValvePair
-    passive: HardeningPassive = HardeningPassive()
-    threshold: Threshold = Threshold()
+    passive: HardeningPassive = field(default_factory=HardeningPassive)
+    threshold: Threshold = field(default_factory=Threshold)
     hysteresis: BoucWen | None = None
     command: str = "valve"

@@ -32,16 +32,13 @@ def command(
     json_file: Path | None,
 ) -> int:
     """Simulate every printed MAS-20 experiment, compare the end positions, identify G1 and G2."""
-    from pamsim.core.errors import InputError
     from pamsim.workflows.reproduce import reproduce
 
-    if timestep_ms is not None and not timestep_ms > 0.0:
-        raise InputError(f"--timestep-ms {timestep_ms:g} is not positive")
     with progress_bar() as progress:
         found = reproduce(
             rig,
             start=start,
-            timestep=timestep_ms / 1e3 if timestep_ms else None,
+            timestep=timestep_ms / 1e3 if timestep_ms is not None else None,
             sensors=sensors,
             progress=progress,
         )
@@ -61,7 +58,9 @@ def _print(result: dict[str, Any]) -> None:
     click.echo("      kPa    kPa    kg        deg       deg      deg")
     for row in result["rows"]:
         simulated = row["simulated_deg"]
-        end = f"{simulated:9.2f} {row['error_deg']:8.2f}" if simulated is not None else row["outcome"]
+        end = (
+            f"{simulated:9.2f} {row['error_deg']:8.2f}" if simulated is not None else row["outcome"]
+        )
         again = f"  = row {row['repeats']}" if row["repeats"] else ""
         click.echo(
             f"{row['row']:3d} {row['p1_kpa']:6.0f} {row['p2_kpa']:6.0f} {row['load_kg']:5.2f}"
@@ -71,18 +70,17 @@ def _print(result: dict[str, Any]) -> None:
         click.echo(f"{'ok  ' if check['ok'] else 'FAIL'} {check['sentence']}")
     if result["g2"] is not None:
         g1, g2, paper = result["g1"], result["g2"], result["paper"]
-        unit1, unit2 = g1["arx"]["unit_gain"], g2["arx"]["unit_gain"]
-        click.echo(
-            f"G1 T {g1['T_s']:.4f} s ({g1['method']}), {_seconds(unit1['T_s'])} ({unit1['method']}),"
-            f" printed {paper['g1']['T_s']} s"
-        )
-        click.echo(
-            f"G2 T1, T2 {g2['T1_s']:.4f}, {g2['T2_s']:.4f} s ({g2['method']}),"
-            f" {_seconds(unit2['T1_s'])}, {_seconds(unit2['T2_s'])} ({unit2['method']}),"
-            f" printed {paper['g2']['T1_s']}, {paper['g2']['T2_s']} s;"
-            f" fit {result['fit_percent']:.1f} %"
-        )
+        click.echo("models of the large step (row 1)     G1: T     G2: T1       T2")
+        for first, second in (
+            (g1, g2),
+            (g1["arx"]["unit_gain"], g2["arx"]["unit_gain"]),
+            (g1["arx"]["free_gain"], g2["arx"]["free_gain"]),
+            ({**paper["g1"], "method": "printed, (30) and (31)"}, paper["g2"]),
+        ):
+            constants = (first["T_s"], second["T1_s"], second["T2_s"])
+            click.echo(f"  {first['method']:30s}" + "".join(map(_seconds, constants)))
+        click.echo(f"G2 by output error fits the simulated step to {result['fit_percent']:.1f} %")
 
 
 def _seconds(value: float | None) -> str:
-    return "none" if value is None else f"{value:.4f} s"
+    return "     none" if value is None else f"{value:7.4f} s"

@@ -26,7 +26,9 @@ if TYPE_CHECKING:
     " out.",
 )
 @click.option("--load", default="0", show_default=True, help="Mass on the arm: 1.2 or 1200g.")
-@click.option("--duration", default="6", show_default=True, help="Length of the record: 6 or 800ms.")
+@click.option(
+    "--duration", default="6", show_default=True, help="Length of the record: 6 or 800ms."
+)
 @click.option("--sample-hz", type=float, default=500.0, show_default=True, help="Sampling rate.")
 @click.option("--timestep-ms", type=float, help="Time step; the rig's own if left out.")
 @click.option("--integrator", help="Euler, implicit or implicitfast; the rig's own if left out.")
@@ -116,12 +118,17 @@ def command(
         from pamsim.report.step_figure import write_step_figure
         from pamsim.store.recording_files import write_recording
 
-        for path in [*write_recording(out, rig, {"step": recording}), write_step_figure(recording, out)]:
+        for path in [
+            *write_recording(out, rig, {"step": recording}),
+            write_step_figure(recording, out),
+        ]:
             click.echo(f"wrote {path}")
     return OK
 
 
-def _result(rig: str, experiment: Any, recording: Recording, metrics: StepMetrics) -> dict[str, Any]:
+def _result(
+    rig: str, experiment: Any, recording: Recording, metrics: StepMetrics
+) -> dict[str, Any]:
     from pamsim.core.units import DEG_PER_RAD, PA_PER_KPA
 
     settled = not math.isnan(metrics.settling_time)

@@ -1,1 +1,1 @@
-""""""
+"""What every room may use: errors, units, parameters, experiments, recordings."""

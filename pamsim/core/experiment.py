@@ -136,4 +136,6 @@ def pressure_step(
 def _require_finite(what: str, values: NDArray[np.float64]) -> None:
     if not np.all(np.isfinite(values)):
         where = int(np.flatnonzero(~np.isfinite(values.ravel()))[0])
-        raise InputError(f"{what} has {values.ravel()[where]} at entry {where}; give finite numbers")
+        raise InputError(
+            f"{what} has {values.ravel()[where]} at entry {where}; give finite numbers"
+        )

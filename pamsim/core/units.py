@@ -19,7 +19,8 @@ def _registry() -> Any:
     # Imported here: pint takes a third of a second, which `pamsim --help` must not pay.
     import pint
 
-    return pint.UnitRegistry()
+    registry: Any = pint.UnitRegistry()  # pyright: ignore[reportUnknownVariableType]
+    return registry
 
 
 def to_si(value: float, unit: str, si_unit: str, *, where: str) -> float:
@@ -54,7 +55,9 @@ def to_si(value: float, unit: str, si_unit: str, *, where: str) -> float:
         ) from None
 
 
-_QUANTITY = re.compile(r"\s*([+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?|[+-]?(?:nan|inf))\s*(.*)", re.I)
+_QUANTITY = re.compile(
+    r"\s*([+-]?(?:\d+\.?\d*|\.\d+)(?:e[+-]?\d+)?|[+-]?(?:nan|inf))\s*(.*)", re.IGNORECASE
+)
 
 
 def parse_quantity(text: str, default_unit: str, si_unit: str, *, where: str) -> float:

@@ -65,7 +65,7 @@ def fingerprint(functions: list[FunctionType]) -> str:
     return digest.hexdigest()
 
 
-@intrinsic
+@intrinsic  # numba supplies the typing context: the function is called with the address alone
 def _as_pointer(typingctx: Any, address: Any) -> Any:
     """Turn an address read from a struct into something `numba.carray` accepts."""
 
@@ -76,15 +76,22 @@ def _as_pointer(typingctx: Any, address: Any) -> Any:
 
 
 @register_jitable
+def _keyed_by(key: Any) -> None:
+    """Make a callback close over its key and so enter it in numba's cache key; does nothing."""
+
+
+@register_jitable
 def _doubles(address: Any, first: Any, count: Any) -> Any:
     """View of ``count`` mjtNums from the ``first`` of the array at an address."""
-    return numba.carray(_as_pointer(address + 8 * first), (count,), np.float64)
+    pointer = _as_pointer(address + 8 * first)  # pyright: ignore[reportCallIssue]
+    return numba.carray(pointer, (count,), np.float64)
 
 
 @register_jitable
 def _entry(address: Any, index: Any) -> Any:
     """One entry of the int array at an address."""
-    return numba.carray(_as_pointer(address + 4 * index), (1,), np.int32)[0]
+    pointer = _as_pointer(address + 4 * index)  # pyright: ignore[reportCallIssue]
+    return numba.carray(pointer, (1,), np.int32)[0]
 
 
 @register_jitable
@@ -120,7 +127,7 @@ def _compile(key: str, word: Mapping[str, int]) -> tuple[Any, Any, Any]:
 
     @native
     def dyn(model_pointer, data_pointer, index):
-        key  # noqa: B018 - names the laws in this function's cache key
+        _keyed_by(key)
         model = numba.carray(model_pointer, (model_words,), np.int64)
         row = _muscle_row(model[user], model[nuser], index)
         if row.size == 0:
@@ -151,7 +158,7 @@ def _compile(key: str, word: Mapping[str, int]) -> tuple[Any, Any, Any]:
 
     @native
     def bias(model_pointer, data_pointer, index):
-        key  # noqa: B018 - names the laws in this function's cache key
+        _keyed_by(key)
         model = numba.carray(model_pointer, (model_words,), np.int64)
         row = _muscle_row(model[user], model[nuser], index)
         if row.size == 0:

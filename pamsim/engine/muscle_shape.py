@@ -128,7 +128,13 @@ def muscle_solids(anchor: Vector, axis: Vector, length: float, pressure: float) 
 
 
 def rod(
-    start: Vector, end: Vector, radius: float, rgba: Rgba, *, kind: str = "cylinder", gloss: float = 0.5
+    start: Vector,
+    end: Vector,
+    radius: float,
+    rgba: Rgba,
+    *,
+    kind: str = "cylinder",
+    gloss: float = 0.5,
 ) -> Solid:
     """Return a cylinder or capsule between two points.
 
@@ -194,7 +200,11 @@ def _braid(anchor: Vector, frame: Vector, length: float, radius: float, rgba: Rg
     shoulder, semi_axis = _shoulder(radius)
     along = np.linspace(0.0, length, _SEGMENTS + 1)
     inward = np.clip(shoulder - np.minimum(along, length - along), 0.0, None)
-    skin = radius * np.sqrt(1.0 - (inward / semi_axis) ** 2) if shoulder else np.full_like(along, radius)
+    skin = (
+        radius * np.sqrt(1.0 - (inward / semi_axis) ** 2)
+        if shoulder
+        else np.full_like(along, radius)
+    )
     solids = []
     for sense in (1.0, -1.0):
         for start in np.arange(_FIBRES) * (2.0 * math.pi / _FIBRES):

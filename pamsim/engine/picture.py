@@ -107,8 +107,12 @@ def open_renderer(model: mujoco.MjModel, *, width: int, height: int) -> mujoco.R
     view.offwidth, view.offheight = max(width, asked[0]), max(height, asked[1])
     try:
         return mujoco.Renderer(model, height=height, width=width)
-    except Exception as error:  # each OpenGL backend fails in its own way, from ImportError to FatalError
-        raise EngineError(f"{_NO_GL} ({str(error).splitlines()[0] if str(error) else error!r})") from error
+    except (
+        Exception
+    ) as error:  # each OpenGL backend fails in its own way, from ImportError to FatalError
+        raise EngineError(
+            f"{_NO_GL} ({str(error).splitlines()[0] if str(error) else error!r})"
+        ) from error
     finally:
         view.offwidth, view.offheight = asked
 
@@ -135,7 +139,9 @@ def decorate(
         InputError: a length cannot be drawn, or not two muscles are given.
     """
     if len(pressures) != 2 or len(lengths) != 2:
-        raise InputError(f"two pressures and two lengths are needed, got {len(pressures)} and {len(lengths)}")
+        raise InputError(
+            f"two pressures and two lengths are needed, got {len(pressures)} and {len(lengths)}"
+        )
     solids: list[Solid] = []
     for number in (1, 2):
         anchor, frame = _site(model, data, f"muscle_{number}_anchor")
@@ -165,15 +171,24 @@ class _Strand:
     def departure(self) -> float:
         """Angle at which the chain leaves the wheel, from the wheel's far side [rad]."""
         distance = math.hypot(*self.guide)
-        return math.atan2(self.guide[1], self.guide[0]) - math.acos((self.wheel - self.roller) / distance)
+        return math.atan2(self.guide[1], self.guide[0]) - math.acos(
+            (self.wheel - self.roller) / distance
+        )
 
     @property
     def breaks(self) -> tuple[float, float, float, float]:
         """Path lengths at the ends of the four pieces [m]."""
         arc = self.wheel * self.departure
-        tangent = math.sqrt(self.guide[0] ** 2 + self.guide[1] ** 2 - (self.wheel - self.roller) ** 2)
+        tangent = math.sqrt(
+            self.guide[0] ** 2 + self.guide[1] ** 2 - (self.wheel - self.roller) ** 2
+        )
         bend = self.roller * (math.pi / 2 - self.departure)
-        return arc, arc + tangent, arc + tangent + bend, arc + tangent + bend + self.guide[0] - self.end
+        return (
+            arc,
+            arc + tangent,
+            arc + tangent + bend,
+            arc + tangent + bend + self.guide[0] - self.end,
+        )
 
     def point(self, path: float) -> Vector:
         """Return the (3,) world point [m] at a path length [m] from the wheel's far side."""
@@ -190,7 +205,9 @@ class _Strand:
         return self.origin + self.axes @ (centre + radius * normal + straight * along)
 
 
-def _chain_solids(model: mujoco.MjModel, data: mujoco.MjData, lengths: Sequence[float]) -> list[Solid]:
+def _chain_solids(
+    model: mujoco.MjModel, data: mujoco.MjData, lengths: Sequence[float]
+) -> list[Solid]:
     """Lay links along both strands and teeth between them, turned by the shaft's angle."""
     beta = float(data.qpos[model.jnt_qposadr[_id(model, mujoco.mjtObj.mjOBJ_JOINT, "shaft")]])
     one, two = (_strand(model, data, number, lengths[number - 1]) for number in (1, 2))
@@ -209,7 +226,9 @@ def _chain_solids(model: mujoco.MjModel, data: mujoco.MjData, lengths: Sequence[
     for k in range(teeth):
         angle = beta + (k + 0.5) * 2 * math.pi / teeth
         out = math.cos(angle) * forward + math.sin(angle) * side
-        solids.append(rod(hub, hub + (wheel + 0.0008) * out, 0.0013, _STEEL, kind="capsule", gloss=0.8))
+        solids.append(
+            rod(hub, hub + (wheel + 0.0008) * out, 0.0013, _STEEL, kind="capsule", gloss=0.8)
+        )
     for pin in pins:
         solids.append(rod(pin - 0.0024 * up, pin + 0.0024 * up, 0.0023, _STEEL, gloss=0.8))
         solids.append(rod(pin - 0.0050 * up, pin + 0.0050 * up, 0.0011, _STEEL, gloss=0.8))
@@ -222,7 +241,9 @@ def _chain_solids(model: mujoco.MjModel, data: mujoco.MjData, lengths: Sequence[
         for height in (-1.0, 1.0):
             shift = height * (0.0030 if k % 2 else 0.0040) * up
             for end in (a, b):
-                solids.append(rod(end + shift - 0.0004 * up, end + shift + 0.0004 * up, 0.0027, _PLATE))
+                solids.append(
+                    rod(end + shift - 0.0004 * up, end + shift + 0.0004 * up, 0.0027, _PLATE)
+                )
             solids.append(
                 Solid(
                     kind="box",
@@ -275,9 +296,7 @@ def _strand(model: mujoco.MjModel, data: mujoco.MjData, number: int, length: flo
     )
 
 
-def _load_solids(
-    scene: mujoco.MjvScene, model: mujoco.MjModel, data: mujoco.MjData
-) -> list[Solid]:
+def _load_solids(scene: mujoco.MjvScene, model: mujoco.MjModel, data: mujoco.MjData) -> list[Solid]:
     """Replace the one-kilogram disc of the model by as many discs as the load weighs."""
     disc = _id(model, mujoco.mjtObj.mjOBJ_GEOM, "load_disc")
     for geom in scene.geoms[: scene.ngeom]:
@@ -318,7 +337,9 @@ def _id(model: mujoco.MjModel, kind: mujoco.mjtObj, name: str) -> int:
 def _add(scene: mujoco.MjvScene, solid: Solid) -> None:
     """Append one solid to a scene."""
     if scene.ngeom >= scene.maxgeom:
-        raise EngineError(f"the scene is full ({scene.maxgeom} geoms): open it with a larger maxgeom")
+        raise EngineError(
+            f"the scene is full ({scene.maxgeom} geoms): open it with a larger maxgeom"
+        )
     geom = scene.geoms[scene.ngeom]
     mujoco.mjv_initGeom(
         geom,

@@ -15,12 +15,16 @@ from pamsim.actuator.build import build_muscle
 from pamsim.actuator.layout import parameter_slot, slot, unpack
 from pamsim.actuator.muscle import COMMANDS, Muscle
 from pamsim.core.errors import InputError, nearest
-from pamsim.core.parameters import specs
+from pamsim.core.parameters import FieldSpec, check_value, specs
 from pamsim.engine.attach import attach, compile_model
 from pamsim.engine.callback import set_integrator
 from pamsim.engine.native import native_si, set_native
 from pamsim.signals.sensors import MeasurementChain
 from pamsim.store.rig_file import RigFile, read_rig
+
+_TIMESTEP = FieldSpec(
+    unit="s", low=0.0, high=0.1, low_open=True, doc="valves and muscles change in milliseconds"
+)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -72,6 +76,7 @@ class Rig:
 
         Raises:
             InputError: if the rig takes no load, or command or integrator is unknown.
+            ParameterError: if the time step is out of range.
             EngineError: for the integrator RK4.
         """
         model = copy.copy(self.model)
@@ -79,7 +84,7 @@ class Rig:
         if integrator is not None:
             set_integrator(model, integrator)
         if timestep is not None:
-            model.opt.timestep = timestep
+            model.opt.timestep = check_value("time step", timestep, _TIMESTEP)
         set_load(model, self.file.load_body, load)
         return model
 
@@ -200,4 +205,3 @@ def _sensor(file: RigFile) -> MeasurementChain | None:
 def _require(model: mujoco.MjModel, kind: Any, key: str, name: str, file: RigFile) -> None:
     if mujoco.mj_name2id(model, kind, name) < 0:
         raise InputError(f"{file.folder / 'params.toml'}: {key} = {name!r} is not in {file.mjcf}")
-

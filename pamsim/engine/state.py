@@ -34,9 +34,7 @@ def reset(
     charge(model, data, pressures)
 
 
-def charge(
-    model: mujoco.MjModel, data: mujoco.MjData, pressures: float | Sequence[float]
-) -> None:
+def charge(model: mujoco.MjModel, data: mujoco.MjData, pressures: float | Sequence[float]) -> None:
     """Set every chamber to a gauge pressure at the present position; other states start at zero.
 
     Args:
@@ -104,9 +102,7 @@ def save_state(model: mujoco.MjModel, data: mujoco.MjData) -> NDArray[np.float64
     return state
 
 
-def restore_state(
-    model: mujoco.MjModel, data: mujoco.MjData, state: NDArray[np.float64]
-) -> None:
+def restore_state(model: mujoco.MjModel, data: mujoco.MjData, state: NDArray[np.float64]) -> None:
     """Set what `save_state` saved; the continuation is then the same to the last bit.
 
     Raises:

@@ -1,1 +1,1 @@
-""""""
+"""Operators with memory, their state explicit."""

@@ -1,1 +1,1 @@
-""""""
+"""Force laws of pneumatic muscles: pure functions with their parameters."""

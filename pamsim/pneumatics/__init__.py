@@ -1,1 +1,1 @@
-""""""
+"""Air: chambers, orifices, valves."""

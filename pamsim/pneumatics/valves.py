@@ -1,4 +1,4 @@
-"""A pair of valves per muscle, one to the supply and one to the exhaust, and three ways to drive it.
+"""A pair of valves per muscle, one to supply and one to exhaust, and three ways to drive it.
 
 The pair is driven by a signed opening u in [-1, 1]: +1 fully open to supply, -1 fully open to
 exhaust, 0 shut. The command is that opening itself, a duty that pulses on/off valves, or a pressure
@@ -26,9 +26,7 @@ class ValvePair(ParameterGroup):
     conductance_exhaust: float = parameter(
         unit="m^3/(s*Pa)", low=0.0, high=1e-6, doc="sonic conductance C to the exhaust"
     )
-    critical_ratio: float = parameter(
-        unit="1", low=0.0, high=0.9, doc="critical pressure ratio b"
-    )
+    critical_ratio: float = parameter(unit="1", low=0.0, high=0.9, doc="critical pressure ratio b")
     laminar_ratio: float = parameter(
         unit="1", low=0.95, high=0.9999, doc="ratio above which flow is linear", default=0.999
     )
@@ -83,9 +81,7 @@ def pulsed_opening(duty: float, time: float, period: float) -> float:
     return 0.0
 
 
-def regulated_opening(
-    set_point: float, pressure: float, band: float, dead_band: float
-) -> float:
+def regulated_opening(set_point: float, pressure: float, band: float, dead_band: float) -> float:
     """Opening that a proportional pressure regulator gives; a small band acts like on/off valves.
 
     Args:

@@ -31,10 +31,10 @@ from pamsim.report.style import (
 # key of result["figure9"]: label, colour by model order, line by estimator
 _MODELS: dict[str, tuple[str, str, dict[str, Any]]] = {
     "g1_output_error": ("$G_1$ output error", BLUE, {"linewidth": 1.5}),
-    "g2_output_error": ("$G_2$ output error", VERMILION, {"linewidth": 1.5}),
     "g1_arx": ("$G_1$ ARX", BLUE, {"linewidth": 1.0, "linestyle": (0, (5, 2.5))}),
-    "g2_arx": ("$G_2$ ARX", VERMILION, {"linewidth": 1.0, "linestyle": (0, (5, 2.5))}),
     "g1_paper": ("$G_1$ printed", BLUE, {"linewidth": 1.5, "linestyle": (0, (1, 1.6))}),
+    "g2_output_error": ("$G_2$ output error", VERMILION, {"linewidth": 1.5}),
+    "g2_arx": ("$G_2$ ARX", VERMILION, {"linewidth": 1.0, "linestyle": (0, (5, 2.5))}),
     "g2_paper": ("$G_2$ printed", VERMILION, {"linewidth": 1.5, "linestyle": (0, (1, 1.6))}),
 }
 
@@ -61,7 +61,7 @@ def static_characteristic(points: Sequence[OperatingPoint], figure6: Mapping[str
         (
             "eq23_scaled_deg",
             "rms_scaled_deg",
-            "eq. (23), best scale" + ("" if scale is None else f" {scale:g} kPa"),
+            "eq. (23), best scale" + ("" if scale is None else f" {scale:.0f} kPa"),
             GREEN,
             (0, (5, 2.5)),
         ),
@@ -79,15 +79,19 @@ def static_characteristic(points: Sequence[OperatingPoint], figure6: Mapping[str
     difference = [point.p_svd_kpa for point in points]
     measured = [point.measured_deg for point in points]
     simulated = [_nan(point.simulated_deg) for point in points]
-    ax.plot(difference, measured, "o", color=INK, markersize=4.5, label="measured (printed)")
     ax.plot(
         difference,
         simulated,
         "D",
         color=BLUE,
-        markerfacecolor="white",
-        markersize=5,
+        markerfacecolor="none",
+        markersize=6.5,
         label="simulated",
+        zorder=3,
+    )
+    # On top and smaller, so that a dot inside a diamond means agreement.
+    ax.plot(
+        difference, measured, "o", color=INK, markersize=3.5, label="measured (printed)", zorder=4
     )
     # The characteristic rises from lower left to upper right: the lower right is always free.
     ax.legend(loc="lower right")
@@ -122,7 +126,7 @@ def model_responses(figure9: Mapping[str, Any]) -> Figure:
             lower.plot(time, response - simulated, color=colour, **line)
     lower.set_xlim(time[0], time[-1])
     # A step response ends high: the lower right is free.
-    upper.legend(loc="lower right", ncols=2)
+    upper.legend(loc="lower right", ncols=2, bbox_to_anchor=(1.0, 0.08))
     return figure
 
 
@@ -152,7 +156,7 @@ def errors_by_row(points: Sequence[OperatingPoint], rms_deg: float | None) -> Fi
         errors = [_nan(point.error_deg) for point in chosen]
         upper.vlines(rows, 0.0, errors, color=colour, linewidth=1.6)
         upper.plot(rows, errors, marker, color=colour, markersize=6)
-        lower.bar(rows, [abs(p.measured_deg) for p in chosen], width=0.55, color=colour, alpha=0.85)
+        lower.bar(rows, [abs(p.measured_deg) for p in chosen], width=0.55, color=colour)
         if chosen:
             used.append(Patch(color=colour, label=f"{size} step"))
         for point in chosen:

@@ -15,6 +15,7 @@ from pamsim.core.errors import InputError
 from pamsim.core.recording import Recording
 from pamsim.report import reproduce_figures, reproduce_steps
 from pamsim.report.numbers import fixed, number_or_none, plain
+from pamsim.report.parameter_view import parameter_views
 from pamsim.report.reproduce_rows import (
     OperatingPoint,
     distinct,
@@ -26,7 +27,6 @@ from pamsim.report.reproduce_view import (
     dig,
     failing,
     model_views,
-    parameter_views,
     row_views,
     verdict,
 )
@@ -117,7 +117,7 @@ def render_page(
         trim_blocks=True,
         lstrip_blocks=True,
     )
-    rows, notes = row_views(points)
+    row_groups, notes = row_views(points)
     parameters = parameter_views(result)
     return environment.get_template("reproduce.html").render(
         rig=str(result.get("rig") or "unnamed rig"),
@@ -127,16 +127,19 @@ def render_page(
         source=str(dig(result, "paper", "source") or "the paper"),
         checks=list(result.get("checks") or ()),
         failing=failing(result),
-        rows=rows,
+        row_groups=row_groups,
+        row_count=len(points),
+        shown_settling_times=plain(reproduce_steps.SHOWN_SETTLING_TIMES),
         notes=notes,
         distinct_count=len(distinct(points)),
         rms=fixed(result.get("rms_deg"), 2),
         tint_steps=[plain(step) for step in TINT_STEPS_DEG],
         images=images,
-        scale=plain(dig(result, "figure6", "scale_kpa")),
+        scale=fixed(dig(result, "figure6", "scale_kpa"), 0),
         rms_bar=fixed(dig(result, "figure6", "rms_bar_deg"), 1),
         rms_scaled=fixed(dig(result, "figure6", "rms_scaled_deg"), 1),
         models=model_views(result),
+        identified_row=dig(result, "identification", "row"),
         paper_notes=list(dig(result, "paper", "notes") or ()),
         parameters=parameters,
         parameter_tags=Counter(parameter.tag for parameter in parameters),

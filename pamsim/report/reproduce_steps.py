@@ -26,8 +26,10 @@ from pamsim.report.style import (
     styled,
 )
 
+# The time axis ends at so many times the longest settling time of the figure.
+SHOWN_SETTLING_TIMES = 2.5
 # Share of the time axis kept right of the responses for the measured end angles.
-_STRIP = 0.15
+_STRIP = 0.2
 
 
 @styled
@@ -78,8 +80,7 @@ def _response_figure(
     figure, axes = new_figure(6.3, rows=2, sharex=True, sharey=True)
     shown = [point for _, points in panels for point in points]
     loads = sorted({point.load_kg for point in shown})
-    ends = [recordings[p.row].time[-1] for p in shown if p.row in recordings]
-    end = float(max(ends, default=1.0))
+    end = _last_time_shown(shown, recordings)
     for ax, (title, points) in zip(axes, panels, strict=True):
         finish_axes(ax, y="angle β [deg]", title=title)
         ax.axvspan(end, end * (1 + _STRIP), color=FAINT, linewidth=0, zorder=0)
@@ -97,11 +98,22 @@ def _response_figure(
         colour, marker = series_look(index)
         label = "no load" if load == 0.0 else f"{load:g} kg"
         handles.append(Line2D([], [], color=colour, marker=marker, markersize=5, label=label))
-    handles.append(
-        Line2D([], [], color=MUTED, marker="o", linestyle="", markersize=5, label="measured, row")
-    )
+    label = "measured end angle and row number"
+    handles.append(Line2D([], [], color=MUTED, marker="o", linestyle="", markersize=5, label=label))
     figure.legend(handles=handles, loc="outside upper right", ncols=len(handles))
     return figure
+
+
+def _last_time_shown(
+    points: Sequence[OperatingPoint], recordings: Mapping[int, Recording]
+) -> float:
+    """End of the time axis [s]: cut only where every response is known to have settled before."""
+    recorded = [point for point in points if point.row in recordings]
+    end = float(max((recordings[point.row].time[-1] for point in recorded), default=1.0))
+    settling = [point.settling_s for point in recorded if point.settling_s is not None]
+    if not settling or len(settling) < len(recorded):
+        return end
+    return min(end, max(1.0, SHOWN_SETTLING_TIMES * max(settling)))
 
 
 def _draw_response(
@@ -109,28 +121,29 @@ def _draw_response(
 ) -> None:
     colour, marker = series_look(load_index)
     # One column of markers per load: the loads' end angles differ by less than a marker's size.
-    slot = end * (1 + _STRIP * (0.28 + 0.25 * load_index))
-    up = 1 if point.measured_deg >= 0 else -1
+    slot = end * (1 + _STRIP * (0.2 + 0.28 * load_index))
     ax.plot(slot, point.measured_deg, marker, color=colour, markersize=5, clip_on=False, zorder=4)
     ax.annotate(
         str(point.row),
         (slot, point.measured_deg),
-        xytext=(0, 5 * up),
+        xytext=(4, 0),
         textcoords="offset points",
-        ha="center",
-        va="bottom" if up > 0 else "top",
+        va="center_baseline",
         fontsize=7.5,
         color=INK,
+        # Links to the markers further right pass here.
+        bbox={"facecolor": FAINT, "edgecolor": "none", "pad": 0.4},
     )
     if recording is None:
         return
-    angle = recording.angle * DEG_PER_RAD
-    ax.plot(recording.time, angle, color=colour, linewidth=1.4, zorder=3)
+    shown = recording.time <= end
+    time, angle = recording.time[shown], recording.angle[shown] * DEG_PER_RAD
+    ax.plot(time, angle, color=colour, linewidth=1.4, zorder=3)
     if point.completed:
-        link = ([recording.time[-1], slot], [angle[-1], point.measured_deg])
+        link = ([time[-1], slot], [angle[-1], point.measured_deg])
         ax.plot(*link, color=colour, linewidth=0.8, linestyle=(0, (1, 1.5)), zorder=2)
     else:
-        ax.plot(recording.time[-1], angle[-1], "x", color=colour, markersize=7, zorder=4)
+        ax.plot(time[-1], angle[-1], "x", color=colour, markersize=7, zorder=4)
 
 
 @styled
@@ -160,14 +173,13 @@ def pressure_courses(
         printed = np.array([point.p1_kpa, point.p2_kpa])
         end = recording.time[-1]
         for column, colour in enumerate((BLUE, VERMILION)):
-            ax.axhline(
-                printed[column], color=colour, linewidth=0.9, linestyle=(0, (1, 2)), zorder=1
-            )
             ax.plot(recording.time, pressure[:, column], color=colour)
+            # Over the frame: a printed 0 kPa lies on the axis, at the very end.
+            ax.plot(end, printed[column], "o", color=colour, markerfacecolor="white", clip_on=False)
             ax.annotate(
                 f"$p_{column + 1}$",
                 (end, pressure[-1, column]),
-                xytext=(4, 0),
+                xytext=(8, 0),
                 textcoords="offset points",
                 va="center",
                 color=colour,
@@ -179,7 +191,7 @@ def pressure_courses(
     axes[0].set_ylabel("gauge pressure [kPa]")
     handles = [
         Line2D([], [], color=MUTED, label="simulated"),
-        Line2D([], [], color=MUTED, linewidth=0.9, linestyle=(0, (1, 2)), label="printed in table"),
+        Line2D([], [], color=MUTED, marker="o", mfc="white", linestyle="", label="printed end"),
     ]
     figure.legend(handles=handles, loc="outside upper right", ncols=2)
     return figure

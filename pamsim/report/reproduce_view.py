@@ -11,7 +11,7 @@ from pamsim.report.reproduce_rows import OperatingPoint, distinct
 
 # Upper ends of the tints of the error column [deg]; beyond the last one is the strongest tint.
 TINT_STEPS_DEG = (0.5, 1.0, 2.0, 4.0)
-_SOURCES = ("identified", "assumed", "datasheet", "paper")
+_LOWERED = str.maketrans("12", "₁₂")
 
 
 @dataclass(frozen=True)
@@ -33,6 +33,14 @@ class RowView:
 
 
 @dataclass(frozen=True)
+class RowGroup:
+    """Consecutive lines of one printed table and one size of step."""
+
+    title: str
+    rows: list[RowView]
+
+
+@dataclass(frozen=True)
 class ModelView:
     """One line of the table of models: an estimator and its numbers."""
 
@@ -41,21 +49,8 @@ class ModelView:
     gain: str
     constants: list[tuple[str, str, str]]
     fit: str
-    status: str
+    remark: str
     printed: bool = False
-
-
-@dataclass(frozen=True)
-class ParameterView:
-    """One line of the table of parameters; ``tag`` is the kind of source."""
-
-    name: str
-    value: str
-    interval: str
-    unit: str
-    tag: str
-    source: str
-    note: str
 
 
 def dig(data: Any, *keys: str) -> Any:
@@ -92,25 +87,28 @@ def verdict(result: Mapping[str, Any], points: Sequence[OperatingPoint]) -> str:
         if None in ours or None in printed:
             continue
         equal = ", ".join(
-            f"{name} = {significant(value, 3)} s" for name, value in zip(names, ours, strict=True)
+            f"{name.translate(_LOWERED)} = {significant(value, 3)} s"
+            for name, value in zip(names, ours, strict=True)
         )
         against = " and ".join(f"{significant(value, 3)} s" for value in printed)
         method = words(dig(result, model, "method")) or "method not given"
-        parts.append(f"{model.upper()}: {equal} ({method}) against {against} printed")
+        parts.append(
+            f"{model.upper().translate(_LOWERED)}: {equal} ({method}) against {against} printed"
+        )
     return "; ".join(parts) + "."
 
 
-def row_views(points: Sequence[OperatingPoint]) -> tuple[list[RowView], list[str]]:
+def row_views(points: Sequence[OperatingPoint]) -> tuple[list[RowGroup], list[str]]:
     """Prepare the table of operating points.
 
     Args:
         points: all rows.
 
     Returns:
-        The lines, and the footnotes that their ``marks`` count from 1.
+        The lines under their headings, and the footnotes that their ``marks`` count from 1.
     """
     notes: list[str] = []
-    views: list[RowView] = []
+    groups: list[RowGroup] = []
     for point in points:
         marks: list[int] = []
         for text in _row_notes(point):
@@ -119,7 +117,10 @@ def row_views(points: Sequence[OperatingPoint]) -> tuple[list[RowView], list[str
         tint = None
         if point.error_deg is not None:
             tint = sum(abs(point.error_deg) >= step for step in TINT_STEPS_DEG)
-        views.append(
+        title = f"Table {point.table}, {point.size} steps"
+        if not groups or groups[-1].title != title:
+            groups.append(RowGroup(title, []))
+        groups[-1].rows.append(
             RowView(
                 point=point,
                 p1=plain(point.p1_kpa),
@@ -135,7 +136,7 @@ def row_views(points: Sequence[OperatingPoint]) -> tuple[list[RowView], list[str
                 marks=marks,
             )
         )
-    return views, notes
+    return groups, notes
 
 
 def _row_notes(point: OperatingPoint) -> Iterator[str]:
@@ -161,11 +162,11 @@ def model_views(result: Mapping[str, Any]) -> list[ModelView]:
     views: list[ModelView] = []
     for model, names in (("g1", ("T",)), ("g2", ("T1", "T2"))):
         estimates = [
-            ("", dig(result, model)),
+            ("method not given", dig(result, model)),
             ("ARX, unit gain", dig(result, model, "arx", "unit_gain")),
             ("ARX, free gain", dig(result, model, "arx", "free_gain")),
         ]
-        for label, data in estimates:
+        for fallback, data in estimates:
             if not isinstance(data, Mapping):
                 continue
             constants = [
@@ -179,11 +180,11 @@ def model_views(result: Mapping[str, Any]) -> list[ModelView]:
             views.append(
                 ModelView(
                     model=model.upper(),
-                    estimator=label or words(data.get("method")) or "method not given",
+                    estimator=words(data.get("method")) or fallback,
                     gain=significant(data.get("K"), 4),
                     constants=constants,
                     fit=fixed(data.get("fit_percent"), 2),
-                    status=words(data.get("status")),
+                    remark=str(data.get("sentence") or words(data.get("status"))),
                 )
             )
         printed = dig(result, "paper", model)
@@ -196,56 +197,11 @@ def model_views(result: Mapping[str, Any]) -> list[ModelView]:
                     gain=plain(printed.get("K", 1)),
                     constants=constants,
                     fit="–",
-                    status="as printed",
+                    remark="as printed; the gain is normalised to 1",
                     printed=True,
                 )
             )
     return views
-
-
-def parameter_views(result: Mapping[str, Any]) -> list[ParameterView]:
-    """Prepare the table of parameters.
-
-    Args:
-        result: of schema ``pamsim-reproduce/1``.
-
-    Returns:
-        One line per parameter, in the order given.
-    """
-    views: list[ParameterView] = []
-    for item in result.get("parameters") or ():
-        source = str(item.get("source") or "")
-        tag = source_tag(source)
-        views.append(
-            ParameterView(
-                name=str(item.get("name") or ""),
-                value=plain(item.get("value")),
-                interval=interval(item.get("interval95"), 3),
-                unit="" if item.get("unit") in (None, "1") else str(item["unit"]),
-                tag=tag,
-                source="" if source.lower() == tag else source,
-                note=str(item.get("note") or ""),
-            )
-        )
-    return views
-
-
-def source_tag(source: str) -> str:
-    """Name the kind of a parameter's source.
-
-    Args:
-        source: as a rig file writes it, such as ``seed 003, Table 1`` or ``identified``.
-
-    Returns:
-        ``identified``, ``assumed``, ``datasheet``, ``paper``, or ``other``.
-    """
-    text = source.lower()
-    for tag in _SOURCES:
-        if text.startswith(tag):
-            return tag
-    if "datasheet" in text:
-        return "datasheet"
-    return "paper" if "seed" in text or "paper" in text or "table" in text else "other"
 
 
 def failing(result: Mapping[str, Any]) -> int:

@@ -1,1 +1,1 @@
-""""""
+"""Measurement chains and figures read off signals."""

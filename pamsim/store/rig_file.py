@@ -132,7 +132,7 @@ def _table(path: Path, table: Mapping[str, Any], key: str) -> Mapping[str, Any]:
 def _word(path: Path, table: Mapping[str, Any], section: str, key: str) -> str:
     found = table.get(key) if isinstance(table, Mapping) else None
     if not isinstance(found, str):
-        raise InputError(f"{path}: [{section}] needs {key} = \"...\"")
+        raise InputError(f'{path}: [{section}] needs {key} = "..."')
     return found
 
 
@@ -162,14 +162,14 @@ def _numbers(path: Path, where: str, table: Mapping[str, Any]) -> dict[str, Sour
 def _number(path: Path, key: str, entry: Any) -> Sourced:
     where = f"{path}: {key}"
     if not isinstance(entry, Mapping):
-        raise InputError(f"{where} must be {{ value = ..., unit = \"...\", source = \"...\" }}")
+        raise InputError(f'{where} must be {{ value = ..., unit = "...", source = "..." }}')
     _check_keys(path, f"{key}.", entry, _NUMBER)
     value = entry.get("value")
     if isinstance(value, bool) or not isinstance(value, int | float):
         raise InputError(f"{where}.value = {value!r} is not a number")
     for word in ("unit", "source"):
         if not isinstance(entry.get(word), str):
-            raise InputError(f"{where} needs {word} = \"...\"; every number says its {word}")
+            raise InputError(f'{where} needs {word} = "..."; every number says its {word}')
     return Sourced(
         value=float(value),
         unit=entry["unit"],

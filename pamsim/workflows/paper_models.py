@@ -1,4 +1,4 @@
-"""The paper's models beside the simulation's: equation (23) on the tables, G1 and G2 on one step."""
+"""The paper's models beside the simulation's: (23) on the tables, G1 and G2 on one step."""
 
 from __future__ import annotations
 
@@ -86,15 +86,11 @@ def model_responses(
         "g1_arx": _arx_response(identified.g1.arx_unit_gain.time_constants, time),
         "g2_arx": _arx_response(identified.g2.arx_unit_gain.time_constants, time),
         "g1_paper": first_order_step(time, printed["g1"]["T_s"]).tolist(),
-        "g2_paper": second_order_step(
-            time, printed["g2"]["T1_s"], printed["g2"]["T2_s"]
-        ).tolist(),
+        "g2_paper": second_order_step(time, printed["g2"]["T1_s"], printed["g2"]["T2_s"]).tolist(),
     }
 
 
-def _arx_response(
-    constants: tuple[float, ...], time: NDArray[np.float64]
-) -> list[float] | None:
+def _arx_response(constants: tuple[float, ...], time: NDArray[np.float64]) -> list[float] | None:
     if len(constants) == 1:
         return first_order_step(time, constants[0]).tolist()
     if len(constants) == 2:

@@ -67,10 +67,12 @@ def find_start(name: str) -> Start:
 def start_pressures(step: PrintedStep, start: Start) -> tuple[float, float]:
     """Gauge pressures before a printed step [Pa], under an assumption."""
     if start.name == "vent":
-        return (max(step.pressure),) * 2
-    if start.name == "fill":
-        return (min(step.pressure),) * 2
-    return (max(max(row.pressure) for row in mas20_steps()),) * 2
+        rest = max(step.pressure)
+    elif start.name == "fill":
+        rest = min(step.pressure)
+    else:
+        rest = max(max(row.pressure) for row in mas20_steps())
+    return rest, rest
 
 
 def printed_experiment(

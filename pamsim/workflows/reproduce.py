@@ -115,9 +115,7 @@ def _checks(rows: tuple[Row, ...], identified: StepIdentification | None) -> tup
         for row in distinct
         if row.metrics is None or row.metrics.final * row.step.angle <= 0.0
     ]
-    turning = [
-        row.step.row for row in distinct if row.step.size != "small" and not row.monotonic
-    ]
+    turning = [row.step.row for row in distinct if row.step.size != "small" and not row.monotonic]
     swinging = [
         row.step.row
         for row in distinct

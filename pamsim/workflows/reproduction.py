@@ -157,7 +157,9 @@ class Reproduction:
             "parameters": _parameters(self.rig),
             "versions": {
                 "python": platform.python_version(),
-                **{name: importlib.metadata.version(name) for name in ("pamsim", "mujoco", "numpy")},
+                **{
+                    name: importlib.metadata.version(name) for name in ("pamsim", "mujoco", "numpy")
+                },
             },
             "wall_s": self.seconds,
         }

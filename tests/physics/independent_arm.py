@@ -89,7 +89,9 @@ class IndependentArm:
             else ellipse(laminar) * (1.0 - ratio) / (1.0 - laminar)
         )
         density, reference = 1.185, 293.15
-        return conductance * density * up * math.sqrt(reference / self.m.chamber.temperature) * share
+        return (
+            conductance * density * up * math.sqrt(reference / self.m.chamber.temperature) * share
+        )
 
     def rates(self, time, state, set_points):
         angle, rate = state[0], state[1]

@@ -1,0 +1,144 @@
+"""The command as a user types it: results, one-line errors, exit codes."""
+
+from __future__ import annotations
+
+import csv
+import json
+import tomllib
+
+import pytest
+from click.testing import CliRunner
+
+from pamsim.cli.main import cli, main
+
+
+def run(monkeypatch, capsys, *args):
+    """Run ``pamsim ...`` through its entry point; returns exit code, output and errors."""
+    monkeypatch.setattr("sys.argv", ["pamsim", *args])
+    with pytest.raises(SystemExit) as ended:
+        main()
+    captured = capsys.readouterr()
+    return ended.value.code, captured.out, captured.err
+
+
+def broken_rig(tmp_path, old, new):
+    """A copy of the shipped rig with one text replaced in its params.toml or MJCF."""
+    from pamsim.store.rig_file import shipped_rigs
+
+    folder = tmp_path / "rig"
+    folder.mkdir()
+    found = False
+    for path in (shipped_rigs() / "mas20_arm").glob("*.*"):
+        if path.suffix in (".toml", ".xml"):
+            text = path.read_text(encoding="utf-8")
+            found = found or old in text
+            (folder / path.name).write_text(text.replace(old, new), encoding="utf-8")
+    assert found, f"{old!r} is in no file of the rig"
+    return str(folder)
+
+
+BAD_INPUT = {
+    "unknown rig": (
+        ["step", "--rig", "mas21_arm", "--pressure", "1,1"],
+        "did you mean 'mas20_arm'",
+    ),
+    "bad unit": (["step", "--pressure", "4.87barr,0"], "'barr' is not known"),
+    "wrong quantity": (["step", "--pressure", "4kg,0"], "does not measure"),
+    "negative pressure": (["step", "--pressure", "-5,0"], "-5 kPa is negative"),
+    "RK4": (["step", "--pressure", "300,0", "--integrator", "RK4"], "RK4 evaluates the muscles"),
+    "NaN control": (["step", "--valve", "nan,0", "--start", "1bar,1bar"], "nan at entry 0"),
+    "valve beyond 1": (["step", "--valve", "2,0", "--start", "1bar,1bar"], "outside [-1, 1]"),
+    "no start": (["step", "--valve", "1,0"], "--valve needs --start"),
+    "nothing to step": (["step"], "either --pressure or --valve"),
+    "wrong number of muscles": (["step", "--pressure", "300"], "commands 1 muscles"),
+    "no number": (["step", "--pressure", "high,low"], "'high' is not a number"),
+    "negative load": (["step", "--pressure", "300,0", "--load", "-1"], "experiment.load = -1"),
+    "sampling off the grid": (
+        ["step", "--pressure", "300,0", "--timestep-ms", "0.3"],
+        "not a whole number of time steps",
+    ),
+    "zero time step": (["step", "--pressure", "300,0", "--timestep-ms", "0"], "time step"),
+    "unknown backend": (["step", "--pressure", "9,0", "--backend", "gpu"], "no backend 'gpu'"),
+    "unknown start": (["reproduce", "--start", "vnet"], "did you mean 'vent'"),
+    "unknown command": (["reprodcue"], "did you mean 'reproduce'"),
+    "unknown option": (["reproduce", "--ot", "x"], "--ot"),
+    "unknown camera": (["render", "x.png", "--camera", "sky"], "no camera 'sky'"),
+}
+
+
+@pytest.mark.parametrize("name", BAD_INPUT)
+def test_bad_input_is_one_clear_line_and_exit_2(monkeypatch, capsys, name):
+    args, expected = BAD_INPUT[name]
+    code, out, err = run(monkeypatch, capsys, *args)
+    assert code == 2
+    assert expected in err
+    assert "Traceback" not in err + out
+    message = [line for line in err.splitlines() if "rror:" in line]
+    assert len(message) == 1, err
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "expected"),
+    [
+        ('unit = "cm^3"', 'unit = "cm^2"', "muscle.chamber.dead_volume: unit 'cm^2' does not"),
+        ('integrator="Euler"', 'integrator="RK4"', "RK4"),
+        (
+            "polytropic_index = { value = 1.2",
+            "polytropic_index = { value = 2.2",
+            "outside [1, 1.4]",
+        ),
+        ('tendon = "chain_1"', 'tendon = "chian_1"', "did you mean 'chain_1'"),
+        ("<mujoco", "<mujuco", "mas20_arm.xml"),
+        ('"joint.shaft.damping"', '"joint.shft.damping"', "no joint 'shft'"),
+    ],
+)
+def test_a_broken_rig_is_one_clear_line_and_exit_2(
+    tmp_path, monkeypatch, capsys, old, new, expected
+):
+    rig = broken_rig(tmp_path, old, new)
+    code, _, err = run(monkeypatch, capsys, "step", "--rig", rig, "--pressure", "300,0")
+    assert (code, err.count("\n")) == (2, 1), err
+    assert expected in err
+
+
+def test_a_diverging_simulation_says_when_and_keeps_what_it_has(tmp_path, monkeypatch, capsys):
+    rig = broken_rig(
+        tmp_path, 'value = 0.8606, unit = "N*m*s/rad"', 'value = 0, unit = "N*m*s/rad"'
+    )
+    args = ["--pressure", "487,0", "--timestep-ms", "50", "--sample-hz", "20", "--load", "0"]
+    code, _, err = run(monkeypatch, capsys, "step", "--rig", rig, *args)
+    assert code == 2, err
+    assert "simulation broke down" in err
+
+
+def test_step_writes_recording_figure_and_json(tmp_path, monkeypatch, capsys):
+    target = tmp_path / "r.json"
+    code, out, _ = run(
+        monkeypatch, capsys, "step", "--pressure", "4.87bar,0", "--load", "1200g", "--duration",
+        "3", "--sensors", "--out", str(tmp_path / "d"), "--json", str(target),
+    )  # fmt: skip
+    assert code == 0
+    result = json.loads(target.read_text())
+    assert result["load_kg"] == 1.2
+    assert 30.0 < result["final_deg"] < 40.0
+    assert "deg" in out
+    index = tomllib.loads((tmp_path / "d" / "recording.toml").read_text())
+    assert index["schema"] == "pamsim-recording/1"
+    trial = index["trial"][0]
+    assert (trial["command"], trial["load_kg"], trial["protocol"]) == ("pressure", 1.2, "step")
+    rows = list(csv.DictReader((tmp_path / "d" / trial["file"]).read_text().splitlines()))
+    assert len(rows) == 1501
+    assert set(rows[0]) == {
+        "time_s", "p1_set_kpa", "p2_set_kpa", "p1_kpa", "p2_kpa", "angle_deg", "force1_n", "force2_n",
+    }  # fmt: skip
+    # through the encoder every angle is a whole number of increments
+    counts = float(rows[-1]["angle_deg"]) / 0.144
+    assert abs(counts - round(counts)) < 1e-6
+    assert (tmp_path / "d" / "step.png").stat().st_size > 10_000
+
+
+def test_every_command_has_help():
+    for name in cli.list_commands(None):
+        shown = CliRunner().invoke(cli, [name, "--help"])
+        assert shown.exit_code == 0
+        assert "Usage" in shown.output

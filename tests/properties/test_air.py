@@ -1,0 +1,126 @@
+"""Orifice and chamber: laws that hold at every pressure, volume and opening."""
+
+from __future__ import annotations
+
+import math
+
+import pytest
+from hypothesis import assume, given
+from hypothesis import strategies as st
+
+from pamsim.pneumatics.air import GAS_CONSTANT, REFERENCE_DENSITY, REFERENCE_TEMPERATURE
+from pamsim.pneumatics.chamber import absolute_pressure, air_state, air_state_rate
+from pamsim.pneumatics.orifice import flow_function, mass_flow
+from tests.properties.strategies import SHARES, between
+
+ORIFICES = st.tuples(between(0.0, 0.9), between(0.95, 0.9999))
+"""Critical and laminar pressure ratio, over the whole range that the parameters allow."""
+PRESSURES = between(1e3, 2e6)
+CONDUCTANCE = 6e-9
+TEMPERATURES = between(200.0, 400.0)
+VOLUMES = between(1e-6, 1e-2)
+INDICES = between(1.0, 1.4)
+FLOOR = 1.0
+
+
+def steepest(orifice: tuple[float, float]) -> float:
+    """Slope of the straight piece at equal pressures, the steepest place of the curve."""
+    critical, laminar = orifice
+    depth = (laminar - critical) / (1.0 - critical)
+    return math.sqrt((1.0 + depth) / (1.0 - depth)) / (1.0 - critical)
+
+
+@given(PRESSURES, PRESSURES, ORIFICES, TEMPERATURES)
+def test_flow_is_odd_under_swapping_the_sides(one, other, orifice, temperature):
+    there = mass_flow(one, other, CONDUCTANCE, *orifice, temperature)
+    assert mass_flow(other, one, CONDUCTANCE, *orifice, temperature) == -there
+    assert math.isfinite(there)
+    assert there * (one - other) >= 0.0  # never uphill
+
+
+@given(PRESSURES, ORIFICES, TEMPERATURES)
+def test_no_flow_at_equal_pressures(pressure, orifice, temperature):
+    assert mass_flow(pressure, pressure, CONDUCTANCE, *orifice, temperature) == 0.0
+
+
+@given(PRESSURES, SHARES, ORIFICES, TEMPERATURES)
+def test_choked_flow_depends_on_the_upstream_side_alone(upstream, share, orifice, temperature):
+    flow = mass_flow(upstream, share * orifice[0] * upstream, CONDUCTANCE, *orifice, temperature)
+    cold = math.sqrt(REFERENCE_TEMPERATURE / temperature)
+    assert flow == pytest.approx(CONDUCTANCE * REFERENCE_DENSITY * upstream * cold, rel=1e-14)
+
+
+@given(PRESSURES, SHARES, ORIFICES, TEMPERATURES)
+def test_subsonic_flow_is_the_iso_6358_ellipse(upstream, share, orifice, temperature):
+    critical, laminar = orifice
+    ratio = critical + share * (laminar - critical)
+    assume(critical < ratio < laminar)
+    depth = (ratio - critical) / (1.0 - critical)
+    choked = CONDUCTANCE * REFERENCE_DENSITY * upstream
+    printed = choked * math.sqrt(REFERENCE_TEMPERATURE / temperature) * math.sqrt(1.0 - depth**2)
+    flow = mass_flow(upstream, ratio * upstream, CONDUCTANCE, *orifice, temperature)
+    assert flow == pytest.approx(printed, rel=1e-9)
+
+
+@given(SHARES, SHARES, ORIFICES)
+def test_flow_function_falls_and_its_slope_is_bounded(one, other, orifice):
+    """Lipschitz up to ratio 1, where the bare ellipse is not; this also makes it continuous."""
+    low, high = min(one, other), max(one, other)
+    drop = flow_function(low, *orifice) - flow_function(high, *orifice)
+    assert drop >= 0.0
+    assert drop <= steepest(orifice) * (high - low) + 1e-12
+
+
+@given(ORIFICES, between(1e-12, 1e-5))
+def test_slope_is_bounded_right_up_to_equal_pressures(orifice, gap):
+    assert 0.0 < flow_function(1.0 - gap, *orifice) <= 1.001 * steepest(orifice) * gap
+
+
+@given(ORIFICES, st.sampled_from([0, 1]))
+def test_flow_function_is_continuous_where_its_pieces_meet(orifice, piece):
+    joint = orifice[piece]
+    assume(joint > 0.0)
+    at = flow_function(joint, *orifice)
+    for side in (-1e-13, 1e-13):
+        assert flow_function(joint + side, *orifice) == pytest.approx(at, abs=1e-9)
+
+
+@given(PRESSURES, PRESSURES, PRESSURES, ORIFICES)
+def test_more_back_pressure_never_gives_more_flow(upstream, one, other, orifice):
+    low, high = min(one, other), max(one, other)
+    more = mass_flow(upstream, low, CONDUCTANCE, *orifice, 293.15)
+    less = mass_flow(upstream, high, CONDUCTANCE, *orifice, 293.15)
+    assert less <= more + 1e-12 * CONDUCTANCE * max(upstream, high)
+
+
+@given(PRESSURES, VOLUMES, INDICES)
+def test_pressure_and_air_state_invert_each_other(pressure, volume, index):
+    air = air_state(pressure, volume, index)
+    assert absolute_pressure(air, volume, index, FLOOR) == pytest.approx(pressure, rel=1e-12)
+
+
+@given(PRESSURES, VOLUMES, VOLUMES, INDICES)
+def test_sealed_motion_keeps_p_v_to_the_n(pressure, before, after, index):
+    moved = absolute_pressure(air_state(pressure, before, index), after, index, 0.0)
+    assert moved * after**index == pytest.approx(pressure * before**index, rel=1e-12)
+
+
+@given(between(0.0, 1e3), VOLUMES, INDICES, between(1.0, 3e4))
+def test_pressure_never_falls_below_the_floor(air, volume, index, floor):
+    pressure = absolute_pressure(air, volume, index, floor)
+    assert pressure == max(floor, (air / volume) ** index)
+
+
+@given(PRESSURES, VOLUMES, TEMPERATURES)
+def test_isothermal_state_is_the_mass_of_air(pressure, volume, temperature):
+    mass = pressure * volume / (GAS_CONSTANT * temperature)
+    state = air_state(pressure, volume, 1.0)
+    assert state / (GAS_CONSTANT * temperature) == pytest.approx(mass, rel=1e-12)
+
+
+@given(PRESSURES, VOLUMES, INDICES, TEMPERATURES, between(-1e-2, 1e-2))
+def test_state_rate_is_the_power_law(pressure, volume, index, temperature, flow):
+    air = air_state(pressure, volume, index)
+    printed = pressure ** (1.0 / index - 1.0) * GAS_CONSTANT * temperature * flow
+    rate = air_state_rate(air, pressure, volume, temperature, flow)
+    assert rate == pytest.approx(printed, rel=1e-12)

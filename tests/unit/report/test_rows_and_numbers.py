@@ -1,0 +1,95 @@
+"""The CSV file keeps every digit and names its units; numbers on the page read well."""
+
+from __future__ import annotations
+
+import csv
+import math
+
+import pytest
+
+from pamsim.core.errors import InputError
+from pamsim.report.numbers import fixed, interval, plain, significant, words
+from pamsim.report.parameter_view import source_tag
+from pamsim.report.reproduce_rows import parse_rows, write_rows_csv
+
+
+def read(path):
+    with path.open(newline="", encoding="utf-8") as file:
+        return list(csv.DictReader(file))
+
+
+def test_csv_columns_carry_units_and_values_keep_all_digits(result, tmp_path):
+    write_rows_csv(parse_rows(result), tmp_path / "rows.csv")
+    lines = read(tmp_path / "rows.csv")
+    assert len(lines) == 24
+    assert list(lines[0])[:9] == [
+        "row",
+        "table",
+        "size",
+        "p1_kpa",
+        "p2_kpa",
+        "load_kg",
+        "measured_deg",
+        "simulated_deg",
+        "error_deg",
+    ]
+    for line, row in zip(lines, result["rows"], strict=True):
+        for key in ("p1_kpa", "load_kg", "measured_deg", "simulated_deg", "error_deg"):
+            assert float(line[key]) == row[key]
+        assert line["monotonic"] == str(row["monotonic"]).lower()
+        assert line["repeats"] == ("" if row["repeats"] is None else str(row["repeats"]))
+
+
+def test_csv_survives_awkward_text_and_missing_values(result, tmp_path):
+    text = 'stopped, "badly"\nat 0.2 s; β'
+    result["rows"][0].update(simulated_deg=None, error_deg=math.nan, message=text)
+    write_rows_csv(parse_rows(result), tmp_path / "rows.csv")
+    line = read(tmp_path / "rows.csv")[0]
+    assert line["message"] == text
+    assert line["simulated_deg"] == line["error_deg"] == ""
+
+
+def test_unknown_size_is_refused(result):
+    result["rows"][5]["size"] = "huge"
+    with pytest.raises(InputError, match=r"rows\[5\].*'huge'.*medium"):
+        parse_rows(result)
+
+
+@pytest.mark.parametrize(
+    ("written", "wanted"),
+    [
+        (fixed(-1.504, 2), "−1.50"),
+        (fixed(-0.001, 2), "0.00"),
+        (fixed(None, 2), "–"),
+        (fixed(True, 2), "–"),
+        (significant(0.09, 3), "0.0900"),
+        (significant(123.4, 3), "123"),
+        (significant(-1.2e-8, 3), "−1.20×10⁻⁸"),
+        (plain(24000), "24000"),
+        (plain(0.64595), "0.64595"),
+        (plain(True), "yes"),
+        (plain(None), "–"),
+        (interval([0.668, 0.676], 3), "0.668 to 0.676"),
+        (interval(None, 3), ""),
+        (interval([0.1, None], 3), ""),
+        (words("output_error"), "output error"),
+        (words(None), ""),
+    ],
+)
+def test_numbers_read_well(written, wanted):
+    assert written == wanted
+
+
+@pytest.mark.parametrize(
+    ("source", "tag"),
+    [
+        ("seed 003, Table 1 (MAS-20-250)", "paper"),
+        ("published constants for DMSP-20-200", "paper"),
+        ("identified", "identified"),
+        ("Assumed: never printed", "assumed"),
+        ("Festo datasheet", "datasheet"),
+        ("", "other"),
+    ],
+)
+def test_source_tags(source, tag):
+    assert source_tag(source) == tag
