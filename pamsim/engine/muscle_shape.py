@@ -41,9 +41,9 @@ _FIBRES = 9
 _SEGMENTS = 44
 # One end fitting outward from the active length: start [m], end [m], radius [m], colour.
 _FITTING: tuple[tuple[float, float, float, Rgba], ...] = (
-    (-0.006, 0.014, 0.0165, _BLUE),
-    (0.014, 0.0155, 0.0150, _STEEL),
-    (0.0155, 0.023, 0.0160, _BLUE),
+    (-0.005, 0.014, 0.0155, _BLUE),
+    (0.014, 0.0155, 0.0140, _STEEL),
+    (0.0155, 0.023, 0.0150, _BLUE),
     (0.023, 0.031, 0.0100, _ALUMINIUM),
     (0.031, 0.034, 0.0080, _STEEL),
     (0.034, 0.0455, 0.0045, _STEEL),

@@ -35,8 +35,8 @@ _KINDS = {
 _STEEL: Rgba = (0.50, 0.51, 0.53, 1.0)
 _PLATE: Rgba = (0.40, 0.41, 0.43, 1.0)
 _IRON: Rgba = (0.27, 0.27, 0.28, 1.0)
-_PITCH = 0.008
-"""Wanted chain pitch [m]; the drawn one is the nearest that gives a whole number of teeth."""
+_PITCH = 0.009525
+"""Pitch of a 3/8 in chain (ISO 606, 06B) [m]; the drawn one is the nearest that gives a whole number of teeth."""
 _IRON_DENSITY = 7300.0
 _NO_GL = (
     "cannot start OpenGL without a screen: set MUJOCO_GL=egl before Python starts and install libegl1 and "
@@ -221,17 +221,17 @@ def _chain_solids(
     pins = [one.point(s) if s >= 0 else two.point(-s) for s in places]
     pins = [two.point(two.breaks[3]), *pins, one.point(one.breaks[3])]
 
-    solids = [rod(hub - 0.0019 * up, hub + 0.0019 * up, wheel - 0.0022, _STEEL, gloss=0.8)]
+    solids = [rod(hub - 0.0024 * up, hub + 0.0024 * up, wheel - 0.0031, _STEEL, gloss=0.8)]
     forward, side = one.axes.T
     for k in range(teeth):
         angle = beta + (k + 0.5) * 2 * math.pi / teeth
         out = math.cos(angle) * forward + math.sin(angle) * side
         solids.append(
-            rod(hub, hub + (wheel + 0.0008) * out, 0.0013, _STEEL, kind="capsule", gloss=0.8)
+            rod(hub, hub + (wheel + 0.0006) * out, 0.0017, _STEEL, kind="capsule", gloss=0.8)
         )
     for pin in pins:
-        solids.append(rod(pin - 0.0024 * up, pin + 0.0024 * up, 0.0023, _STEEL, gloss=0.8))
-        solids.append(rod(pin - 0.0050 * up, pin + 0.0050 * up, 0.0011, _STEEL, gloss=0.8))
+        solids.append(rod(pin - 0.0029 * up, pin + 0.0029 * up, 0.0031, _STEEL, gloss=0.8))
+        solids.append(rod(pin - 0.0062 * up, pin + 0.0062 * up, 0.0015, _STEEL, gloss=0.8))
     for k, (a, b) in enumerate(zip(pins[:-1], pins[1:], strict=True), start=first):
         span = b - a
         reach = float(np.linalg.norm(span))
@@ -239,15 +239,15 @@ def _chain_solids(
             continue
         rotation = np.column_stack([span / reach, np.cross(up, span / reach), up])
         for height in (-1.0, 1.0):
-            shift = height * (0.0030 if k % 2 else 0.0040) * up
+            shift = height * (0.0037 if k % 2 else 0.0050) * up
             for end in (a, b):
                 solids.append(
-                    rod(end + shift - 0.0004 * up, end + shift + 0.0004 * up, 0.0027, _PLATE)
+                    rod(end + shift - 0.0006 * up, end + shift + 0.0006 * up, 0.0039, _PLATE)
                 )
             solids.append(
                 Solid(
                     kind="box",
-                    size=(reach / 2, 0.0020, 0.0004),
+                    size=(reach / 2, 0.0030, 0.0006),
                     position=(a + b) / 2 + shift,
                     rotation=rotation,
                     rgba=_PLATE,
@@ -259,8 +259,8 @@ def _chain_solids(
             solids.append(
                 Solid(
                     kind="box",
-                    size=(0.0085, 0.0040, 0.0009),
-                    position=pin - 0.0045 * along + 0.0056 * height * up,
+                    size=(0.0085, 0.0045, 0.0010),
+                    position=pin - 0.0045 * along + 0.0067 * height * up,
                     rotation=np.column_stack([along, np.cross(up, along), up]),
                     rgba=_STEEL,
                 )
@@ -268,7 +268,7 @@ def _chain_solids(
         solids.append(
             Solid(
                 kind="box",
-                size=(0.0030, 0.0040, 0.0064),
+                size=(0.0030, 0.0045, 0.0077),
                 position=pin - 0.0100 * along,
                 rotation=np.column_stack([along, np.cross(up, along), up]),
                 rgba=_STEEL,

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 from typing import Any
 
 NONE = "–"
@@ -40,14 +41,17 @@ def significant(value: Any, digits: int) -> str:
 
     Args:
         value: a number; anything else, and NaN, is written as a dash.
-        digits: significant digits, trailing zeros included.
+        digits: significant digits, trailing zeros included; digits before the point are never
+            dropped.
 
     Returns:
-        For example ``0.0900``, ``85.80``, ``1.20×10⁻⁸``.
+        For example ``0.0900``, ``85.80``, ``22150``, ``1.20×10⁻⁸``.
     """
     number = number_or_none(value)
     if number is None:
         return NONE
+    if 10**digits <= abs(number) < 1e6:
+        return fixed(number, 0)
     return _pretty(f"{number:#.{digits}g}")
 
 
@@ -82,6 +86,21 @@ def interval(pair: Any, digits: int) -> str:
         return ""
     ends = [significant(end, digits) for end in pair]
     return "" if NONE in ends else " to ".join(ends)
+
+
+def unit(name: Any) -> str:
+    """Write a unit of a rig file as printed: ``dm^3/(s*bar)`` becomes ``dm³/(s·bar)``.
+
+    Args:
+        name: the unit; ``1`` or None for none.
+
+    Returns:
+        The unit, empty for none.
+    """
+    if name is None or str(name) == "1":
+        return ""
+    raised = re.sub(r"(?:\^|\*\*)(-?\d+)", lambda power: power[1].translate(_RAISED), str(name))
+    return "%" if raised == "percent" else raised.replace("*", "·")
 
 
 def words(name: Any) -> str:

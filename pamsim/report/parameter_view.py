@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
-from pamsim.report.numbers import interval, plain
+from pamsim.report.numbers import interval, plain, unit
 
 _SOURCES = ("identified", "assumed", "datasheet", "paper")
 _CITING = ("seed", "paper", "published", "table")
@@ -43,7 +43,7 @@ def parameter_views(result: Mapping[str, Any]) -> list[ParameterView]:
                 name=str(item.get("name") or ""),
                 value=plain(item.get("value")),
                 interval=interval(item.get("interval95"), 3),
-                unit="" if item.get("unit") in (None, "1") else str(item["unit"]),
+                unit=unit(item.get("unit")),
                 tag=tag,
                 source="" if source.lower() == tag else source,
                 note=str(item.get("note") or ""),

@@ -8,7 +8,7 @@ import math
 import pytest
 
 from pamsim.core.errors import InputError
-from pamsim.report.numbers import fixed, interval, plain, significant, words
+from pamsim.report.numbers import fixed, interval, plain, significant, unit, words
 from pamsim.report.parameter_view import source_tag
 from pamsim.report.reproduce_rows import parse_rows, write_rows_csv
 
@@ -73,7 +73,12 @@ def test_unknown_size_is_refused(result):
         (interval(None, 3), ""),
         (interval([0.1, None], 3), ""),
         (words("output_error"), "output error"),
+        (significant(22150.2, 3), "22150"),
         (words(None), ""),
+        (unit("dm^3/(s*bar)"), "dm³/(s·bar)"),
+        (unit("s^-1"), "s⁻¹"),
+        (unit("percent"), "%"),
+        (unit("1"), ""),
     ],
 )
 def test_numbers_read_well(written, wanted):
