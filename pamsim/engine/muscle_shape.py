@@ -37,8 +37,8 @@ _ALUMINIUM: Rgba = (0.74, 0.76, 0.78, 1.0)
 _STEEL: Rgba = (0.58, 0.59, 0.60, 1.0)
 
 _NECK = NOMINAL_DIAMETER / 2 + WALL - 0.0005
-_FIBRES = 9
-_SEGMENTS = 44
+_FIBRES = 8
+_SEGMENTS = 36
 # One end fitting outward from the active length: start [m], end [m], radius [m], colour.
 _FITTING: tuple[tuple[float, float, float, Rgba], ...] = (
     (-0.005, 0.014, 0.0155, _BLUE),

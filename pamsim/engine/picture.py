@@ -296,25 +296,27 @@ def _strand(model: mujoco.MjModel, data: mujoco.MjData, number: int, length: flo
     )
 
 
-def _load_solids(scene: mujoco.MjvScene, model: mujoco.MjModel, data: mujoco.MjData) -> list[Solid]:
-    """Replace the one-kilogram disc of the model by as many discs as the load weighs."""
+def _load_solids(
+    scene: mujoco.MjvScene, model: mujoco.MjModel, data: mujoco.MjData
+) -> list[Solid]:
+    """Draw as many discs as the load weighs, the model's one-kilogram disc shrunk to their core."""
     disc = _id(model, mujoco.mjtObj.mjOBJ_GEOM, "load_disc")
-    for geom in scene.geoms[: scene.ngeom]:
-        if geom.objtype == mujoco.mjtObj.mjOBJ_GEOM and geom.objid == disc:
-            geom.rgba[3] = 0.0
     seat, frame = _site(model, data, "load_seat")
     radius, up = float(model.site("load_seat").size[0]), frame[:, 2]
     mass = float(model.body_mass[_id(model, mujoco.mjtObj.mjOBJ_BODY, "load")])
+    top = mass / (_IRON_DENSITY * math.pi * radius**2)
+    # The gaps between the discs show the core. Without load it sinks into the tip of the arm.
+    core = (0.96 * radius, max(top / 2 - 0.001, 0.0005)) if mass > 0.0 else (0.001, 0.0005)
+    for geom in scene.geoms[: scene.ngeom]:
+        if geom.objtype == mujoco.mjtObj.mjOBJ_GEOM and geom.objid == disc:
+            geom.size[:] = core[0], core[0], core[1]
+            geom.pos[:] = seat + ((top / 2) if mass > 0.0 else -0.001) * up
     if mass <= 0.0:
         return []
-    top = mass / (_IRON_DENSITY * math.pi * radius**2)
     count = max(1, round(mass / 0.5))
-    solids = [
-        rod(seat, seat + (top + 0.004) * up, 0.005, _STEEL, gloss=0.8),
-        rod(seat, seat + (top - 0.0006) * up, radius - 0.0012, _IRON),
-    ]
+    solids = [rod(seat, seat + (top + 0.004) * up, 0.005, _STEEL, gloss=0.8)]
     for k in range(count):
-        low, high = k * top / count + 0.0005, (k + 1) * top / count - 0.0005
+        low, high = k * top / count + 0.0006, (k + 1) * top / count - 0.0006
         solids.append(rod(seat + low * up, seat + high * up, radius, _IRON, gloss=0.8))
     return solids
 

@@ -105,8 +105,8 @@ def test_steady_loop_closes_and_dissipates(shape, start, amplitude):
     first, middle, last = [
         i for i in range(len(xs)) if abs(xs[i]) == amplitude * shape[0]
     ][-3:]
-    assert zs[first] == pytest.approx(zs[last], abs=1e-6)
-    assert zs[middle] == pytest.approx(-zs[last], abs=1e-6)  # the loop is odd about its middle
+    assert zs[first] == pytest.approx(zs[last], abs=1e-4)
+    assert zs[middle] == pytest.approx(-zs[last], abs=1e-4)  # the loop is odd about its middle
     assert area(xs[first : last + 1], zs[first : last + 1]) > 0.01 * shape[0]
 
 

@@ -1,0 +1,89 @@
+"""What encoder and converter make of a signal."""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+
+import numpy as np
+import pytest
+
+from pamsim.core.errors import InputError
+from pamsim.core.recording import Outcome, Recording
+from pamsim.signals.sensors import MeasurementChain, convert_pressure, encode_angle, measured
+
+# seed 003, sections 2.3 and 2.4: 2500 increments, 14 bits over 20 V, 100 kPa/V
+CHAIN = MeasurementChain(
+    encoder_increments=2500.0, converter_bits=14.0, converter_span=20.0, transducer_gain=1e5
+)
+
+
+def test_the_papers_chain_has_the_papers_steps():
+    assert CHAIN.pressure_step == pytest.approx(122.0703125, rel=1e-15)  # 0.12207 kPa
+    increment = 2.0 * math.pi / CHAIN.encoder_increments
+    assert math.degrees(increment) == pytest.approx(0.144, rel=1e-14)
+    reported = encode_angle([0.5 * increment, 1.5 * increment], CHAIN.encoder_increments)
+    assert np.degrees(reported) == pytest.approx([0.0, 0.144])
+
+
+@pytest.mark.parametrize("increments", [4.0, 360.0, 2500.0, 1e7])
+def test_encoder_reports_whole_increments_at_most_one_below(increments):
+    angle = np.random.default_rng(2).uniform(-7.0, 7.0, 5000)
+    step = 2.0 * math.pi / increments
+    reported = encode_angle(angle, increments)
+    lag = (angle - reported) / step
+    assert np.all(lag > -1e-7)  # 1e-7: rounding of an angle that is an increment itself
+    assert np.all(lag < 1.0 + 1e-7)
+    assert lag.min() < 0.1 < 0.9 < lag.max()
+    counts = reported / step
+    assert counts == pytest.approx(np.round(counts), abs=1e-7)
+
+
+@pytest.mark.parametrize("step", [CHAIN.pressure_step, 610.0])
+def test_converter_is_at_most_half_a_step_off(step):
+    pressure = np.random.default_rng(3).uniform(0.0, 7e5, 5000)
+    reported = convert_pressure(pressure, step)
+    error = (reported - pressure) / step
+    assert np.all(np.abs(error) <= 0.5 + 1e-9)
+    assert error.min() < -0.45
+    assert error.max() > 0.45
+    assert reported / step == pytest.approx(np.round(reported / step), abs=1e-9)
+
+
+def test_shape_is_kept():
+    assert encode_angle(np.ones((3, 2)), 2500.0).shape == (3, 2)
+    assert convert_pressure(np.ones((3, 2)), 100.0).shape == (3, 2)
+
+
+def recording() -> Recording:
+    rng = np.random.default_rng(4)
+    return Recording(
+        time=np.arange(50) / 500.0,
+        angle=rng.uniform(-0.6, 0.6, 50),
+        velocity=rng.normal(size=50),
+        pressure=rng.uniform(0.0, 6e5, (50, 2)),
+        tension=rng.uniform(0.0, 1e3, (50, 2)),
+        command=np.zeros((50, 2)),
+        command_kind="valve",
+        load=0.0,
+        muscles=("muscle_1", "muscle_2"),
+        outcome=Outcome.COMPLETED,
+        message="",
+        final_state=np.zeros(3),
+    )
+
+
+def test_a_measured_recording_differs_only_in_what_the_rig_measures():
+    true = recording()
+    seen = measured(true, CHAIN)
+    assert np.array_equal(seen.angle, encode_angle(true.angle, 2500.0))
+    assert np.array_equal(seen.pressure, convert_pressure(true.pressure, CHAIN.pressure_step))
+    assert not np.array_equal(seen.angle, true.angle)
+    for field in dataclasses.fields(Recording):
+        if field.name not in ("angle", "pressure"):
+            assert getattr(seen, field.name) is getattr(true, field.name)
+
+
+def test_a_rig_without_sensors_measures_nothing():
+    with pytest.raises(InputError, match=r"\A[^\n]*\[sensor\][^\n]*\Z"):
+        measured(recording(), None)

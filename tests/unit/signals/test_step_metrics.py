@@ -1,0 +1,46 @@
+"""Figures of a step response, where they are known in closed form."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+
+from pamsim.signals.step_metrics import step_metrics
+
+TIME = np.arange(20001) / 2000.0  # 10 s
+
+
+def oscillation(damping: float) -> np.ndarray:
+    """Unit step response of a second-order system with a natural frequency of 5 rad/s."""
+    root = math.sqrt(1.0 - damping**2)
+    phase = 5.0 * root * TIME
+    decay = np.exp(-damping * 5.0 * TIME)
+    return 1.0 - decay * (np.cos(phase) + damping / root * np.sin(phase))
+
+
+@pytest.mark.parametrize("gain", [1.0, -36.0])
+def test_first_order_step_settles_after_ln_50_time_constants(gain):
+    metrics = step_metrics(TIME, 3.0 + gain * (1.0 - np.exp(-TIME / 0.4)))
+    assert metrics.start == 3.0
+    assert metrics.final == pytest.approx(3.0 + gain, rel=1e-9)
+    assert metrics.settling_time == pytest.approx(0.4 * math.log(50.0), abs=1e-3)
+    assert metrics.overshoot == pytest.approx(0.0, abs=1e-9)
+    assert metrics.monotonic(0.0)
+
+
+@pytest.mark.parametrize("damping", [0.2, 0.5])
+@pytest.mark.parametrize("gain", [1.0, -36.0])
+def test_second_order_step_overshoots_by_the_textbook_figure(damping, gain):
+    metrics = step_metrics(TIME, gain * oscillation(damping))
+    peak = math.exp(-math.pi * damping / math.sqrt(1.0 - damping**2))
+    assert metrics.overshoot == pytest.approx(peak, rel=1e-3)
+    assert metrics.reversal == pytest.approx(abs(gain) * (peak + peak**2), rel=1e-3)
+    assert not metrics.monotonic(0.5 * metrics.reversal)
+
+
+def test_a_ramp_never_settles_and_a_constant_is_settled():
+    assert math.isnan(step_metrics(TIME, TIME).settling_time)
+    still = step_metrics(TIME, np.full_like(TIME, 2.0))
+    assert (still.settling_time, still.overshoot, still.reversal) == (0.0, 0.0, 0.0)
