@@ -175,6 +175,7 @@ def state_rates(
     tendon_velocity: float,
     command: float,
     time: float,
+    timestep: float,
 ) -> None:
     """Write the rates of all states of one muscle.
 
@@ -186,6 +187,8 @@ def state_rates(
         tendon_velocity: [m/s].
         command: see `valve_opening`.
         time: [s].
+        timestep: [s]; an operator that steps from turning point to turning point writes the rate
+            that takes it to its next memory in one Euler step of this length.
     """
     last = len(act) - 1
     pressure_abs = chamber_pressure(par, act, tendon_length)

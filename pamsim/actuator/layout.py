@@ -27,8 +27,8 @@ from pamsim.core.parameters import ParameterGroup, specs
 SIGNATURE = 7240.288
 """Marks a row as a pamsim muscle: page and volume of seed 003 (Appl. Sci. 2021, 11, 7288)."""
 
-_FORCE_SLOTS = 7
-_HYSTERESIS_SLOTS = 5
+_FORCE_SLOTS = max(len(list(specs(law))) for law in FORCE_LAWS)
+_HYSTERESIS_SLOTS = max(len(list(specs(law))) for law in HYSTERESIS_LAWS if law)
 
 
 def _names() -> Iterator[str]:

@@ -120,7 +120,8 @@ def _compile(key: str, word: Mapping[str, int]) -> tuple[Any, Any, Any]:
     ctrladr, outadr = word["actuator_ctrladr"], word["actuator_outadr"]
     time, ctrl, act, act_dot = word["time"], word["ctrl"], word["act"], word["act_dot"]
     length, velocity = word["actuator_length"], word["actuator_velocity"]
-    model_words = 1 + max(nuser, user, actadr, actnum, ctrladr, outadr)
+    timestep = word["timestep"]
+    model_words = 1 + max(nuser, user, actadr, actnum, ctrladr, outadr, timestep)
     data_words = 1 + max(time, ctrl, act, act_dot, length, velocity)
     callback = types.float64(types.voidptr, types.voidptr, types.intc)
     native = numba.cfunc(callback, cache=True, error_model="numpy")
@@ -134,6 +135,7 @@ def _compile(key: str, word: Mapping[str, int]) -> tuple[Any, Any, Any]:
             return 0.0
         data = numba.carray(data_pointer, (data_words,), np.int64)
         clock = numba.carray(data_pointer, (data_words,), np.float64)
+        option = numba.carray(model_pointer, (model_words,), np.float64)
         first = _entry(model[actadr], index)
         count = _entry(model[actnum], index)
         out = _entry(model[outadr], index)
@@ -146,6 +148,7 @@ def _compile(key: str, word: Mapping[str, int]) -> tuple[Any, Any, Any]:
             _doubles(data[velocity], out, 1)[0],
             _doubles(data[ctrl], _entry(model[ctrladr], index), 1)[0],
             clock[time],
+            option[timestep],
         )
         # The engine takes the returned value for an actuator with a single state.
         return rates[count - 1]

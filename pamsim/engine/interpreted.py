@@ -24,6 +24,7 @@ def dyn(model: mujoco.MjModel, data: mujoco.MjData, index: int) -> float:
         float(data.actuator_velocity[out]),
         float(data.ctrl[model.actuator_ctrladr[index]]),
         data.time,
+        model.opt.timestep,
     )
     return float(rates[-1])
 

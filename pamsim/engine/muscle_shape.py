@@ -1,13 +1,14 @@
 """The shape of one braided muscle, as a list of simple solids: pure geometry, no engine.
 
-The solids follow the muscle's length and gauge pressure exactly as the braid does: fibres of constant length and
-constant number of turns, so a shorter muscle is thicker and its braid opens. Nothing here has mass or force.
+The solids follow the muscle's length as the braid does: fibres of constant length and a constant
+number of turns, so a shorter muscle is thicker and its braid opens. Nothing here has mass or force.
 """
 
 from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 import numpy.typing as npt
@@ -55,7 +56,7 @@ class Solid:
     """One simple solid in world coordinates."""
 
     kind: str
-    """``"cylinder"`` or ``"capsule"`` (size: radius, half length), ``"box"`` or ``"ellipsoid"`` (half sizes)."""
+    """``cylinder`` or ``capsule`` (size: radius, half length), ``box``, ``ellipsoid`` (halves)."""
     size: tuple[float, float, float]
     """Sizes [m]; the axis of a cylinder or capsule is the third column of ``rotation``."""
     position: Vector
@@ -97,7 +98,7 @@ def muscle_solids(anchor: Vector, axis: Vector, length: float, pressure: float) 
         pressure: gauge pressure, which sets the colour only [Pa].
 
     Returns:
-        Solids in world coordinates; the chain's first pin lies at anchor + (length + MOVING_REACH) * axis.
+        Solids in world coordinates; the chain begins at anchor + (length + MOVING_REACH) * axis.
 
     Raises:
         InputError: the length cannot be drawn.
@@ -186,12 +187,15 @@ def _tint(stops: Vector, pressure: float) -> Rgba:
 def _shoulder(radius: float) -> tuple[float, float]:
     """Return length of the shoulder and axial semi-axis of the ellipsoid that rounds it [m].
 
-    The ellipsoid meets the cylinder without a kink and has the neck's radius where the fitting grips.
+    The ellipsoid joins the cylinder without a kink and has the neck's radius at the fitting.
     """
     if radius <= _NECK:
         return 0.0, 0.0
+    slope = math.sqrt(1.0 - (_NECK / radius) ** 2)
     length = 0.010 + 1.4 * (radius - _NECK)
-    return length, length / math.sqrt(1.0 - (_NECK / radius) ** 2)
+    # Close to the nominal length the ellipsoid is slender: its tip must end inside the fitting.
+    length = min(length, 0.020 * slope / (1.0 - slope))
+    return length, length / slope
 
 
 def _braid(anchor: Vector, frame: Vector, length: float, radius: float, rgba: Rgba) -> list[Solid]:
@@ -211,8 +215,5 @@ def _braid(anchor: Vector, frame: Vector, length: float, radius: float, rgba: Rg
             angle = start + sense * 2.0 * math.pi * turns * along / length
             local = np.column_stack([skin * np.cos(angle), skin * np.sin(angle), along])
             points = anchor + local @ frame.T
-            solids += [
-                rod(a, b, 0.00045, rgba, gloss=0.2)
-                for a, b in zip(points[:-1], points[1:], strict=True)
-            ]
+            solids += [rod(a, b, 0.00045, rgba, gloss=0.2) for a, b in pairwise(points)]
     return solids

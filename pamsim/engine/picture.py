@@ -1,8 +1,9 @@
 """Pictures of the antagonistic arm without a screen.
 
-The model holds only what moves with a joint. Muscles, chain, gear teeth and load discs are added to the drawn scene:
-they follow the recorded lengths and pressures exactly and add no degree of freedom to the dynamics. All places are
-read from named sites of the model (``muscle_1_anchor``, ``muscle_1_guide``, ``sprocket``, ``load_seat``).
+Muscles, chain, gear teeth and load discs are no part of the model: they are added to the drawn
+scene, follow the given lengths and pressures exactly, and add no degree of freedom to the dynamics.
+All places are read from named sites (``muscle_1_anchor``, ``muscle_1_guide``, ``sprocket``,
+``load_seat`` and so on; the rig's MJCF says what each means).
 """
 
 from __future__ import annotations
@@ -10,6 +11,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
+from itertools import pairwise
 
 import mujoco
 import numpy as np
@@ -21,7 +23,6 @@ from pamsim.engine.muscle_shape import (
     Rgba,
     Solid,
     Vector,
-    frame_along,
     muscle_solids,
     rod,
 )
@@ -35,12 +36,17 @@ _KINDS = {
 _STEEL: Rgba = (0.50, 0.51, 0.53, 1.0)
 _PLATE: Rgba = (0.40, 0.41, 0.43, 1.0)
 _IRON: Rgba = (0.27, 0.27, 0.28, 1.0)
-_PITCH = 0.009525
-"""Pitch of a 3/8 in chain (ISO 606, 06B) [m]; the drawn one is the nearest that gives a whole number of teeth."""
 _IRON_DENSITY = 7300.0
+"""Of the load discs, cast iron [kg/m^3]."""
+_PITCH = 0.009525
+"""Of a 3/8 in chain (ISO 606, 06B) [m]; drawn is the nearest that fits a whole number of teeth."""
+_ROLLER, _PIN, _LINK = 0.0031, 0.0015, 0.0039
+"""Radii of the chain's rollers, of its pins and of the ends of its side plates [m]."""
+_INNER, _OUTER, _THIN = 0.0037, 0.0050, 0.0006
+"""Heights of inner and outer side plates off the chain's plane and their half thickness [m]."""
 _NO_GL = (
-    "cannot start OpenGL without a screen: set MUJOCO_GL=egl before Python starts and install libegl1 and "
-    "libgl1-mesa-dri (software rendering), or set MUJOCO_GL=osmesa"
+    "cannot draw without a screen: set MUJOCO_GL=egl before Python starts and install libegl1 and"
+    " libgl1-mesa-dri (software OpenGL), or set MUJOCO_GL=osmesa"
 )
 
 
@@ -125,7 +131,7 @@ def decorate(
     pressures: Sequence[float],
     lengths: Sequence[float],
 ) -> None:
-    """Add muscles, chain, teeth and load discs to a drawn scene, for example a viewer's ``user_scn``.
+    """Add muscles, chain, teeth and load discs to a scene, such as that of a renderer.
 
     Args:
         scene: the scene to add to, already updated from ``data``.
@@ -154,10 +160,10 @@ def decorate(
 
 @dataclass(frozen=True, kw_only=True)
 class _Strand:
-    """One half of the chain in its plane: from the wheel's far side over a guide roller to a muscle.
+    """One half of the chain: from the wheel's far side over a guide roller to a muscle.
 
-    The path is an arc on the wheel, the common outer tangent, an arc on the roller, then a straight line. Coordinates
-    are (along the muscles towards the arm, outwards), origin on the shaft.
+    The path is an arc on the wheel, the common outer tangent, an arc on the roller, then a straight
+    line. Coordinates are (along the muscles towards the arm, outwards), origin on the shaft.
     """
 
     origin: Vector
@@ -208,73 +214,71 @@ class _Strand:
 def _chain_solids(
     model: mujoco.MjModel, data: mujoco.MjData, lengths: Sequence[float]
 ) -> list[Solid]:
-    """Lay links along both strands and teeth between them, turned by the shaft's angle."""
-    beta = float(data.qpos[model.jnt_qposadr[_id(model, mujoco.mjtObj.mjOBJ_JOINT, "shaft")]])
+    """Lay the chain along both strands, turned by the shaft's angle, with a tooth in every gap."""
+    joint = _id(model, mujoco.mjtObj.mjOBJ_JOINT, "shaft")
+    beta = float(data.qpos[model.jnt_qposadr[joint]])
     one, two = (_strand(model, data, number, lengths[number - 1]) for number in (1, 2))
-    wheel, (hub, frame) = one.wheel, _site(model, data, "sprocket")
-    teeth = max(6, round(2 * math.pi * wheel / _PITCH))
-    pitch, wound, up = 2 * math.pi * wheel / teeth, wheel * beta, frame[:, 2]
+    hub, frame = _site(model, data, "sprocket")
+    up, wheel = frame[:, 2], one.wheel
+    teeth = max(6, round(2.0 * math.pi * wheel / _PITCH))
+    pitch = 2.0 * math.pi * wheel / teeth
 
-    first = math.ceil(-(two.breaks[3] + wound) / pitch)
-    last = math.floor((one.breaks[3] - wound) / pitch)
-    places = [k * pitch + wound for k in range(first, last + 1)]
-    pins = [one.point(s) if s >= 0 else two.point(-s) for s in places]
-    pins = [two.point(two.breaks[3]), *pins, one.point(one.breaks[3])]
+    # Path lengths count from the wheel's far side, positive towards muscle 1, which pulls the chain
+    # its way by r beta. Half a link remains at either end, out of sight in the clevis.
+    first = math.ceil(-(two.breaks[3] + wheel * beta) / pitch)
+    last = math.floor((one.breaks[3] - wheel * beta) / pitch)
+    paths = [k * pitch + wheel * beta for k in range(first, last + 1)]
+    pins = [one.point(path) if path >= 0.0 else two.point(-path) for path in paths]
+    ends = two.point(two.breaks[3]), one.point(one.breaks[3])
 
-    solids = [rod(hub - 0.0024 * up, hub + 0.0024 * up, wheel - 0.0031, _STEEL, gloss=0.8)]
-    forward, side = one.axes.T
+    solids = [_upright(hub, up, wheel - _ROLLER, 0.0024, _STEEL)]
     for k in range(teeth):
-        angle = beta + (k + 0.5) * 2 * math.pi / teeth
-        out = math.cos(angle) * forward + math.sin(angle) * side
-        solids.append(
-            rod(hub, hub + (wheel + 0.0006) * out, 0.0017, _STEEL, kind="capsule", gloss=0.8)
-        )
-    for pin in pins:
-        solids.append(rod(pin - 0.0029 * up, pin + 0.0029 * up, 0.0031, _STEEL, gloss=0.8))
-        solids.append(rod(pin - 0.0062 * up, pin + 0.0062 * up, 0.0015, _STEEL, gloss=0.8))
-    for k, (a, b) in enumerate(zip(pins[:-1], pins[1:], strict=True), start=first):
-        span = b - a
-        reach = float(np.linalg.norm(span))
-        if reach < 1e-6:
-            continue
-        rotation = np.column_stack([span / reach, np.cross(up, span / reach), up])
-        for height in (-1.0, 1.0):
-            shift = height * (0.0037 if k % 2 else 0.0050) * up
-            for end in (a, b):
-                solids.append(
-                    rod(end + shift - 0.0006 * up, end + shift + 0.0006 * up, 0.0039, _PLATE)
-                )
-            solids.append(
-                Solid(
-                    kind="box",
-                    size=(reach / 2, 0.0030, 0.0006),
-                    position=(a + b) / 2 + shift,
-                    rotation=rotation,
-                    rgba=_PLATE,
-                )
-            )
-    for strand, pin in ((two, pins[0]), (one, pins[-1])):
-        along = strand.axes[:, 0]
-        for height in (-1.0, 1.0):
-            solids.append(
-                Solid(
-                    kind="box",
-                    size=(0.0085, 0.0045, 0.0010),
-                    position=pin - 0.0045 * along + 0.0067 * height * up,
-                    rotation=np.column_stack([along, np.cross(up, along), up]),
-                    rgba=_STEEL,
-                )
-            )
-        solids.append(
-            Solid(
-                kind="box",
-                size=(0.0030, 0.0045, 0.0077),
-                position=pin - 0.0100 * along,
-                rotation=np.column_stack([along, np.cross(up, along), up]),
-                rgba=_STEEL,
-            )
-        )
+        angle = beta + (k + 0.5) * 2.0 * math.pi / teeth
+        tip = hub + (wheel + 0.0006) * one.axes @ np.array([math.cos(angle), math.sin(angle)])
+        solids.append(rod(hub, tip, 0.0017, _STEEL, kind="capsule", gloss=0.8))
+    for pin in (ends[0], *pins, ends[1]):
+        solids.append(_upright(pin, up, _ROLLER, 0.0029, _STEEL))
+        solids.append(_upright(pin, up, _PIN, 0.0062, _STEEL))
+    for k, (a, b) in enumerate(pairwise((ends[0], *pins, ends[1])), start=first):
+        solids += _link(a, b, up, _INNER if k % 2 else _OUTER)
+    for end in ends:
+        along = one.axes[:, 0]
+        solids += [
+            _box(end - 0.0045 * along + side * 0.0067 * up, along, up, (0.0085, 0.0045, 0.0010))
+            for side in (-1.0, 1.0)
+        ]
+        solids.append(_box(end - 0.0100 * along, along, up, (0.0030, 0.0045, 0.0077)))
     return solids
+
+
+def _link(a: Vector, b: Vector, up: Vector, height: float) -> list[Solid]:
+    """Join two pins by a plate with round ends above the chain's plane and one below."""
+    reach = float(np.linalg.norm(b - a))
+    if reach < 1e-6:  # the last pin may coincide with the end of the chain
+        return []
+    solids = []
+    for shift in (-height * up, height * up):
+        size = (reach / 2.0, 0.77 * _LINK, _THIN)
+        solids.append(_box((a + b) / 2.0 + shift, (b - a) / reach, up, size, _PLATE))
+        solids += [_upright(end + shift, up, _LINK, _THIN, _PLATE) for end in (a, b)]
+    return solids
+
+
+def _upright(centre: Vector, up: Vector, radius: float, half_height: float, rgba: Rgba) -> Solid:
+    """Return a cylinder parallel to the shaft."""
+    return rod(centre - half_height * up, centre + half_height * up, radius, rgba, gloss=0.8)
+
+
+def _box(
+    centre: Vector,
+    along: Vector,
+    up: Vector,
+    size: tuple[float, float, float],
+    rgba: Rgba = _STEEL,
+) -> Solid:
+    """Return a box with its first axis along the chain and its third along the shaft."""
+    axes = np.column_stack([along, np.cross(up, along), up])
+    return Solid(kind="box", size=size, position=centre, rotation=axes, rgba=rgba)
 
 
 def _strand(model: mujoco.MjModel, data: mujoco.MjData, number: int, length: float) -> _Strand:
@@ -286,19 +290,23 @@ def _strand(model: mujoco.MjModel, data: mujoco.MjData, number: int, length: flo
     forward, side = frame[:, 2], np.cross(hub_frame[:, 2], frame[:, 2])
     axes = np.column_stack([forward, math.copysign(1.0, float(side @ (anchor - hub))) * side])
     along, outward = ((roller - hub) @ axes).tolist()
+    wheel = abs(float(model.wrap_prm[model.tendon_adr[tendon]]))
+    pulley = float(model.site(f"muscle_{number}_guide").size[0])
+    if not 2.0 * _ROLLER < wheel < pulley + math.hypot(along, outward):
+        raise EngineError(
+            f"cannot draw a chain over a wheel of radius {wheel:g} m (chain_{number})"
+        )
     return _Strand(
         origin=hub,
         axes=axes,
-        wheel=abs(float(model.wrap_prm[model.tendon_adr[tendon]])),
+        wheel=wheel,
         guide=(along, outward),
-        roller=float(model.site(f"muscle_{number}_guide").size[0]),
+        roller=pulley,
         end=float((anchor - hub) @ forward) + length + MOVING_REACH,
     )
 
 
-def _load_solids(
-    scene: mujoco.MjvScene, model: mujoco.MjModel, data: mujoco.MjData
-) -> list[Solid]:
+def _load_solids(scene: mujoco.MjvScene, model: mujoco.MjModel, data: mujoco.MjData) -> list[Solid]:
     """Draw as many discs as the load weighs, the model's one-kilogram disc shrunk to their core."""
     disc = _id(model, mujoco.mjtObj.mjOBJ_GEOM, "load_disc")
     seat, frame = _site(model, data, "load_seat")

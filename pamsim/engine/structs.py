@@ -78,7 +78,7 @@ def offset(struct: str, field: str) -> int:
     """Byte offset of a field.
 
     Args:
-        struct: ``mjModel`` or ``mjData``.
+        struct: ``mjModel``, ``mjData`` or ``mjOption``.
         field: name of the field.
 
     Raises:
@@ -107,9 +107,10 @@ DATA_FIELDS = ("time", "ctrl", "act", "act_dot", "actuator_length", "actuator_ve
 @functools.cache
 def callback_offsets() -> Mapping[str, int]:
     """Offsets of every field the callback touches, as ``{"time": 123, ...}``."""
-    return {name: offset("mjModel", name) for name in MODEL_FIELDS} | {
-        name: offset("mjData", name) for name in DATA_FIELDS
-    }
+    found = {name: offset("mjModel", name) for name in MODEL_FIELDS}
+    found |= {name: offset("mjData", name) for name in DATA_FIELDS}
+    found["timestep"] = offset("mjModel", "opt") + offset("mjOption", "timestep")
+    return found
 
 
 def verify_offsets(model: mujoco.MjModel, data: mujoco.MjData) -> None:
@@ -119,21 +120,22 @@ def verify_offsets(model: mujoco.MjModel, data: mujoco.MjData) -> None:
         EngineError: naming the first field that lies elsewhere.
     """
     offsets = callback_offsets()
-    for owner, fields in ((model, MODEL_FIELDS), (data, DATA_FIELDS)):
-        for name in fields:
-            address = int(owner._address) + offsets[name]
-            seen = getattr(owner, name)
-            if isinstance(seen, float):
-                agrees = ctypes.c_double.from_address(address).value == seen
-            elif isinstance(seen, int):
-                agrees = ctypes.c_int64.from_address(address).value == seen
-            else:
-                agrees = ctypes.c_void_p.from_address(address).value == seen.ctypes.data
-            if not agrees:
-                raise EngineError(
-                    f"MuJoCo {mujoco.__version__}: {type(owner).__name__}.{name} is not where its"
-                    " declaration puts it; use backend='python' and report it"
-                )
+    seen_fields = [(model, name, getattr(model, name)) for name in MODEL_FIELDS]
+    seen_fields += [(data, name, getattr(data, name)) for name in DATA_FIELDS]
+    seen_fields.append((model, "timestep", float(model.opt.timestep)))
+    for owner, name, seen in seen_fields:
+        address = int(owner._address) + offsets[name]
+        if isinstance(seen, float):
+            agrees = ctypes.c_double.from_address(address).value == seen
+        elif isinstance(seen, int):
+            agrees = ctypes.c_int64.from_address(address).value == seen
+        else:
+            agrees = ctypes.c_void_p.from_address(address).value == seen.ctypes.data
+        if not agrees:
+            raise EngineError(
+                f"MuJoCo {mujoco.__version__}: {type(owner).__name__}.{name} is not where its"
+                " declaration puts it; use backend='python' and report it"
+            )
 
 
 @functools.cache

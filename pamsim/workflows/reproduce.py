@@ -125,7 +125,7 @@ def _checks(rows: tuple[Row, ...], identified: StepIdentification | None) -> tup
         Check(
             name="completed",
             ok=not broken,
-            sentence="every simulation ran to its end" if not broken else f"rows {broken} broke",
+            sentence="every simulation ran to its end" if not broken else f"{_rows(broken)} broke down",
         ),
         Check(
             name="rms",
@@ -138,7 +138,7 @@ def _checks(rows: tuple[Row, ...], identified: StepIdentification | None) -> tup
             ok=not wrong,
             sentence="the arm turns the measured way in every row"
             if not wrong
-            else f"rows {wrong} end on the wrong side",
+            else f"{_rows(wrong)} end on the wrong side",
         ),
         Check(
             name="monotonic",
@@ -146,12 +146,12 @@ def _checks(rows: tuple[Row, ...], identified: StepIdentification | None) -> tup
             sentence="no response to a large or medium step turns back by an encoder increment,"
             " as the paper says"
             if not turning
-            else f"large or medium rows {turning} turn back, against the paper's words",
+            else f"large or medium {_rows(turning)} turn back, against the paper's words",
         ),
         Check(
             name="oscillation",
             ok=bool(swinging),
-            sentence=f"small steps with load swing before they settle (rows {swinging}), as the"
+            sentence=f"small steps with load swing before they settle ({_rows(swinging)}), as the"
             " paper says"
             if swinging
             else "no small step with load swings, against the paper's words",
@@ -170,3 +170,7 @@ def _checks(rows: tuple[Row, ...], identified: StepIdentification | None) -> tup
             )
         )
     return tuple(checks)
+
+
+def _rows(numbers: list[int]) -> str:
+    return f"rows {', '.join(map(str, numbers))}"

@@ -20,7 +20,8 @@ def driven(start: float, end: float, sigma: float, sharpness: float) -> float:
     def rate(_time, z):
         return [bouc_wen_rate(float(z[0]), direction, TRAVEL, sigma, sharpness)]
 
-    solved = solve_ivp(rate, (0.0, abs(end) * TRAVEL), [start], rtol=1e-10, atol=1e-12)
+    span, fine = (0.0, abs(end) * TRAVEL), 0.05 * TRAVEL
+    solved = solve_ivp(rate, span, [start], rtol=1e-10, atol=1e-12, max_step=fine)
     return float(solved.y[0, -1])
 
 

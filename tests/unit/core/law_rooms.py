@@ -1,0 +1,59 @@
+"""Finds what must obey the rules of the law rooms, so that a new law is covered when it is added."""
+
+from __future__ import annotations
+
+import ast
+import importlib
+import inspect
+import pkgutil
+import tomllib
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import pamsim
+from pamsim.core.parameters import ParameterGroup
+
+SOURCE = Path(pamsim.__file__).parent
+
+
+def rooms() -> list[str]:
+    """Packages that pyproject's import contract calls law rooms."""
+    project = tomllib.loads((SOURCE.parent / "pyproject.toml").read_text(encoding="utf-8"))
+    contracts = project["tool"]["importlinter"]["contracts"]
+    (laws,) = (contract for contract in contracts if contract["id"] == "laws")
+    return sorted(laws["source_modules"])
+
+
+def modules() -> list[str]:
+    """Names of all modules in the law rooms."""
+    found: list[str] = []
+    for room in rooms():
+        package = importlib.import_module(room)
+        found += [room, *(m.name for m in pkgutil.walk_packages(package.__path__, f"{room}."))]
+    return found
+
+
+def public_functions() -> dict[str, Callable[..., Any]]:
+    """Every public function that a law room defines, by its full name."""
+    return {
+        f"{module}.{name}": function
+        for module in modules()
+        for name, function in inspect.getmembers(
+            importlib.import_module(module), inspect.isfunction
+        )
+        if function.__module__ == module and not name.startswith("_")
+    }
+
+
+def parameter_groups() -> dict[str, type[ParameterGroup]]:
+    """Every parameter group of the whole package; modules without one are not imported."""
+    found: dict[str, type[ParameterGroup]] = {}
+    for path in sorted(SOURCE.rglob("*.py")):
+        for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+            if not isinstance(node, ast.ClassDef):
+                continue
+            if any(ast.unparse(base).endswith("ParameterGroup") for base in node.bases):
+                name = ".".join(path.relative_to(SOURCE.parent).with_suffix("").parts)
+                found[node.name] = getattr(importlib.import_module(name), node.name)
+    return found

@@ -1,0 +1,38 @@
+"""Errors and their suggestions."""
+
+from __future__ import annotations
+
+import inspect
+
+import pytest
+
+from pamsim.core import errors
+from pamsim.core.errors import InputError, ParameterError, PamsimError, SimulationError, nearest
+
+
+@pytest.mark.parametrize(
+    ("name", "suggested"),
+    [("kpa", "kPa"), ("bat", "bar"), ("presure", "pressure"), ("presssure", "pressure")],
+)
+def test_nearest_suggests_the_closest_name_and_lists_all(name, suggested):
+    known = ["kPa", "bar", "pressure"]
+    text = nearest(name, known)
+    assert text.startswith(f"did you mean {suggested!r}?")
+    assert all(other in text for other in known)
+
+
+def test_nearest_does_not_suggest_what_is_not_near():
+    assert nearest("zzzz", ["kPa", "bar"]) == "known: bar, kPa"
+    assert nearest("anything", []) == "known: none"
+
+
+def test_every_error_has_one_root_and_bad_input_is_told_from_the_rest():
+    found = [c for _, c in inspect.getmembers(errors, inspect.isclass) if c.__module__ == errors.__name__]
+    assert len(found) >= 5
+    assert all(issubclass(c, PamsimError) for c in found)
+    assert issubclass(ParameterError, InputError)
+    assert not issubclass(SimulationError, InputError)
+
+
+def test_a_simulation_error_keeps_what_was_recorded():
+    assert SimulationError("stopped", recording="half").recording == "half"

@@ -1,0 +1,80 @@
+"""Rules for every module and function of the law rooms, found by walking them."""
+
+from __future__ import annotations
+
+import inspect
+import json
+import re
+import subprocess
+import sys
+
+import pytest
+
+from tests.unit.core import law_rooms
+
+FORBIDDEN = ("numba", "mujoco", "scipy.optimize", "control", "matplotlib", "jinja2", "pint")
+"""Compilers, engines and fits are no part of a law; pint is loaded when a file is read."""
+
+IMPORTS = """
+import importlib, json, sys
+names, forbidden = json.loads(sys.argv[1])
+guilty = {}
+for name in names:
+    importlib.import_module(name)
+    found = [f for f in forbidden if f in sys.modules and f not in sum(guilty.values(), [])]
+    if found:
+        guilty[name] = found
+print(json.dumps(guilty))
+"""
+
+UNIT = re.compile(r"\[(?!,)(?:-|1/|[A-Za-z(])[^\[\]]*\]")
+PURE = re.compile(r"pure number|\bratio\b|\bshare\b|\bin SI\b", re.IGNORECASE)
+FUNCTIONS = law_rooms.public_functions()
+
+
+def gives_numbers(function) -> bool:
+    given = str(inspect.signature(function).return_annotation)
+    return given == "None" or re.search(r"float|ndarray|NDArray", given) is not None
+
+
+def takes_its_unit(function) -> bool:
+    """Conversions and checks work in the unit that they are told."""
+    return bool({"unit", "si_unit", "spec"} & set(inspect.signature(function).parameters))
+
+
+def test_the_walk_finds_the_rooms():
+    rooms = {name.removeprefix("pamsim.") for name in law_rooms.rooms()}
+    assert {"core", "muscles", "hysteresis", "pneumatics", "signals", "actuator"} <= rooms
+    assert {"pamsim.muscles.braid", "pamsim.actuator.kernel"} <= set(law_rooms.modules())
+    assert len(FUNCTIONS) > 30
+
+
+def test_laws_load_no_compiler_no_engine_and_no_fit():
+    job = json.dumps([law_rooms.modules(), FORBIDDEN])
+    done = subprocess.run(
+        [sys.executable, "-c", IMPORTS, job],
+        cwd=law_rooms.SOURCE.parent,
+        capture_output=True,
+        text=True,
+        check=True,
+        timeout=60,
+    )
+    assert json.loads(done.stdout) == {}
+
+
+@pytest.mark.parametrize("name", FUNCTIONS)
+def test_public_function_says_what_it_gives_in_which_unit(name):
+    function = FUNCTIONS[name]
+    text = inspect.getdoc(function) or ""
+    assert len(text) > 20
+    if gives_numbers(function) and not takes_its_unit(function):
+        assert UNIT.search(text) or PURE.search(text), f"{name} states no unit in [brackets]"
+
+
+@pytest.mark.parametrize("name", FUNCTIONS)
+def test_arguments_are_described_all_or_none(name):
+    function = FUNCTIONS[name]
+    text = inspect.getdoc(function) or ""
+    if "Args:" in text:
+        described = set(re.findall(r"^\s+(\w+):", text, re.MULTILINE))
+        assert set(inspect.signature(function).parameters) <= described

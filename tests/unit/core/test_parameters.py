@@ -1,0 +1,118 @@
+"""Parameter groups: what every declared field owes, and what every bad value gets."""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+
+import numpy as np
+import pint
+import pytest
+
+from pamsim.core.errors import ParameterError
+from pamsim.core.parameters import FieldSpec, ParameterGroup, Sourced, check_value, specs
+from pamsim.core.units import to_si
+from tests.unit.core import law_rooms
+from tests.unit.core.refusals import refused
+
+GROUPS = law_rooms.parameter_groups()
+FIELDS = [(group, name) for group in GROUPS for name, _ in specs(GROUPS[group])]
+IDS = [f"{group}.{name}" for group, name in FIELDS]
+UNITS = pint.UnitRegistry()
+
+
+def middle(spec: FieldSpec) -> float:
+    return 0.5 * (spec.low + spec.high)
+
+
+def with_field(group: str, name: str, value: object) -> ParameterGroup:
+    """A group with all fields inside their ranges but perhaps this one."""
+    values = {other: middle(spec) for other, spec in specs(GROUPS[group])}
+    return GROUPS[group](**(values | {name: value}))
+
+
+def test_the_walk_finds_the_groups():
+    assert {"Braid", "Chamber", "ValvePair", "BoucWen", "SixParameter"} <= set(GROUPS)
+    assert len(FIELDS) > 30
+
+
+@pytest.mark.parametrize("name", GROUPS)
+def test_group_is_a_frozen_dataclass_whose_every_number_is_declared(name):
+    group = GROUPS[name]
+    assert group.group
+    assert dataclasses.fields(group)
+    undeclared = {f.name for f in dataclasses.fields(group)} - {n for n, _ in specs(group)}
+    assert not undeclared, "a field without parameter(...) is never checked"
+    made = group(**{field: middle(spec) for field, spec in specs(group)})
+    first = dataclasses.fields(group)[0].name
+    with pytest.raises(dataclasses.FrozenInstanceError):
+        setattr(made, first, 1.0)
+
+
+def test_names_of_groups_and_laws_are_unique():
+    names = [(group.group, group.law) for group in GROUPS.values()]
+    assert len(set(names)) == len(names)
+
+
+@pytest.mark.parametrize(("group", "name"), FIELDS, ids=IDS)
+def test_field_states_si_unit_range_and_meaning(group, name):
+    spec = dict(specs(GROUPS[group]))[name]
+    assert math.isfinite(spec.low)
+    assert math.isfinite(spec.high)
+    assert spec.low < spec.high
+    assert len(spec.doc.strip()) > 5
+    assert to_si(1.0, spec.unit, spec.unit, where=name) == 1.0
+    assert UNITS.Quantity(1.0, spec.unit).to_base_units().magnitude == pytest.approx(1.0)
+
+
+@pytest.mark.parametrize(("group", "name"), FIELDS, ids=IDS)
+def test_field_takes_its_range_and_nothing_else(group, name):
+    spec = dict(specs(GROUPS[group]))[name]
+    width = spec.high - spec.low
+    good = [middle(spec), spec.high, spec.low + 1e-6 * width]
+    bad: list[float] = [spec.low - 1e-6 * width, spec.high + 1e-6 * width]
+    (bad if spec.low_open else good).append(spec.low)
+    for value in good:
+        assert getattr(with_field(group, name, value), name) == value
+    for value in bad:
+        place = f"{GROUPS[group].group}.{name} = {value:g}"
+        with refused(place, spec.range_text(), spec.doc, error=ParameterError):
+            with_field(group, name, value)
+
+
+@pytest.mark.parametrize(("group", "name"), FIELDS, ids=IDS)
+def test_field_refuses_what_is_no_finite_number(group, name):
+    spec = dict(specs(GROUPS[group]))[name]
+    for value in (math.nan, math.inf, -math.inf, True, False, "1", None, [1.0], 1.0 + 0j):
+        place = f"{GROUPS[group].group}.{name} = {value!r}"
+        with refused(place, spec.range_text(), error=ParameterError):
+            with_field(group, name, value)
+
+
+@pytest.mark.parametrize(("group", "name"), FIELDS, ids=IDS)
+def test_default_lies_inside_the_range(group, name):
+    (field,) = (f for f in dataclasses.fields(GROUPS[group]) if f.name == name)
+    if field.default is not dataclasses.MISSING:
+        spec = dict(specs(GROUPS[group]))[name]
+        assert check_value(name, field.default, spec) == field.default
+
+
+def test_checked_value_comes_back_as_a_plain_float():
+    spec = FieldSpec(unit="m", low=0.0, high=10.0, low_open=False, doc="a length")
+    for value in (3, np.float64(3.0)):
+        checked = check_value("length", value, spec)
+        assert checked == 3.0
+        assert isinstance(checked, float)
+
+
+def test_range_is_written_as_a_mathematician_does():
+    spec = FieldSpec(unit="m", low=0.0, high=1.0, low_open=True, doc="a length")
+    assert spec.range_text() == "(0, 1] m"
+    assert dataclasses.replace(spec, unit="1", low_open=False).range_text() == "[0, 1]"
+
+
+def test_sourced_number_converts_and_names_its_place():
+    number = Sourced(value=250.0, unit="mm", source="Table 1", where="a.toml: braid.length")
+    assert number.si("m") == pytest.approx(0.25)
+    with refused("a.toml: braid.length", "'mm'"):
+        number.si("Pa")

@@ -1,0 +1,89 @@
+"""Units at the border."""
+
+from __future__ import annotations
+
+import math
+
+import pytest
+
+from pamsim.core.units import DEG_PER_RAD, PA_PER_BAR, PA_PER_KPA, parse_quantity, to_si
+from tests.unit.core.refusals import refused
+
+CONVERSIONS = [
+    (4.87, "bar", "Pa", 4.87e5),
+    (487.0, "kPa", "Pa", 4.87e5),
+    (0.6, "MPa", "Pa", 6e5),
+    (180.0, "deg", "rad", math.pi),
+    (250.0, "mm", "m", 0.25),
+    (2.0, "cm", "m", 0.02),
+    (10.0, "cm^3", "m^3", 1e-5),
+    (20.0, "degC", "K", 293.15),
+    (1.0, "dm^3/(s*bar)", "m^3/(s*Pa)", 1e-8),
+    (294.0, "N/bar", "N/Pa", 294e-5),
+    (100.0, "kPa/V", "Pa/V", 1e5),
+    (20.0, "ms", "s", 0.02),
+    (3.0, "g", "kg", 0.003),
+    (25.0, "percent", "1", 0.25),
+    (0.3, "1", "1", 0.3),
+    (2.5, "N*m*s/rad", "N*m*s/rad", 2.5),
+]
+
+
+@pytest.mark.parametrize(("value", "unit", "si_unit", "expected"), CONVERSIONS)
+def test_conversion(value, unit, si_unit, expected):
+    assert to_si(value, unit, si_unit, where="here") == pytest.approx(expected, rel=1e-14)
+
+
+def test_named_factors_agree_with_the_conversions():
+    assert to_si(1.0, "kPa", "Pa", where="here") == pytest.approx(PA_PER_KPA)
+    assert to_si(1.0, "bar", "Pa", where="here") == pytest.approx(PA_PER_BAR)
+    assert to_si(DEG_PER_RAD, "deg", "rad", where="here") == pytest.approx(1.0)
+
+
+@pytest.mark.parametrize(
+    "unit", ["kPaa", "", " ", "bars of chocolate", "2*kPa", "m**m", "None", "k Pa", "°", "kPa;bar"]
+)
+def test_unknown_unit_is_refused_with_its_place(unit):
+    with refused("a.toml: muscle.valve.supply_pressure", repr(unit), "'Pa'"):
+        to_si(1.0, unit, "Pa", where="a.toml: muscle.valve.supply_pressure")
+
+
+@pytest.mark.parametrize("unit", ["(", "kPa)", "{", "'", "\\", "@", "1/0"])
+def test_unit_with_a_slip_of_the_pen_is_refused_with_its_place(unit):
+    with refused("a.toml: muscle.valve.supply_pressure", repr(unit), "'Pa'"):
+        to_si(1.0, unit, "Pa", where="a.toml: muscle.valve.supply_pressure")
+
+
+@pytest.mark.parametrize(
+    ("unit", "si_unit"), [("N", "Pa"), ("mm", "m^3"), ("1", "m"), ("bar", "1"), ("deg", "m")]
+)
+def test_wrong_quantity_is_refused_with_its_place(unit, si_unit):
+    with refused("a.toml: key", repr(unit), repr(si_unit), "does not measure"):
+        to_si(1.0, unit, si_unit, where="a.toml: key")
+
+
+@pytest.mark.parametrize(
+    ("text", "expected"),
+    [
+        ("487", 487e3),
+        ("4.87bar", 487e3),
+        (" 4.87 bar ", 487e3),
+        ("+.5e1 bar", 5e5),
+        ("-3kPa", -3e3),
+        ("1E2", 1e5),
+        ("0", 0.0),
+    ],
+)
+def test_quantity_with_or_without_a_unit(text, expected):
+    assert parse_quantity(text, "kPa", "Pa", where="--p1") == pytest.approx(expected, rel=1e-14)
+
+
+def test_quantity_passes_nan_and_infinity_on():
+    assert math.isnan(parse_quantity("nan", "kPa", "Pa", where="--p1"))
+    assert parse_quantity("-inf", "kPa", "Pa", where="--p1") == -math.inf
+
+
+@pytest.mark.parametrize("text", ["", "bar", "4,87", "1 2", "487 kg", "--3", "0x10"])
+def test_what_is_no_quantity_is_refused(text):
+    with refused("--p1"):
+        parse_quantity(text, "kPa", "Pa", where="--p1")
