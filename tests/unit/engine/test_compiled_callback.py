@@ -1,0 +1,68 @@
+"""What the compiled callback rests on: struct offsets that are checked, a cache key that sees laws."""
+
+from __future__ import annotations
+
+import types
+
+import mujoco
+import pytest
+
+from pamsim.actuator import kernel
+from pamsim.core.errors import EngineError
+from pamsim.engine import structs
+from pamsim.engine.compiled import fingerprint, reached_functions
+
+TINY = """<mujoco><worldbody><body><joint name='j'/><geom size='1'/></body></worldbody>
+<actuator><general joint='j' dyntype='integrator' user='1 2 3'/></actuator></mujoco>"""
+
+
+@pytest.mark.parametrize("field", sorted(structs.callback_offsets()))
+def test_any_misplaced_field_is_noticed(monkeypatch, field):
+    model = mujoco.MjModel.from_xml_string(TINY)
+    data = mujoco.MjData(model)
+    data.time = 0.125
+    structs.verify_offsets(model, data)
+    wrong = {**structs.callback_offsets(), field: structs.callback_offsets()[field] + 8}
+    monkeypatch.setattr(structs, "callback_offsets", lambda: wrong)
+    with pytest.raises(EngineError, match=field):
+        structs.verify_offsets(model, data)
+
+
+def test_unknown_field_names_the_remedy():
+    with pytest.raises(EngineError, match="backend='python'"):
+        structs.offset("mjData", "no_such_field")
+
+
+def test_every_law_of_the_kernel_is_reached():
+    names = {f.__name__ for f in reached_functions(kernel.state_rates, kernel.tension)}
+    assert {"volume", "flow_function", "hardening_force", "taut", "absolute_pressure"} <= names
+    assert "pack" not in names
+
+
+def _copy(function, source_globals):
+    return types.FunctionType(function.__code__, source_globals, function.__name__)
+
+
+def test_cache_key_changes_with_a_number_a_law_takes_from_its_module():
+    from pamsim.pneumatics import orifice
+
+    before = fingerprint([orifice.mass_flow])
+    changed = _copy(orifice.mass_flow, {**vars(orifice), "REFERENCE_DENSITY": 1.2})
+    changed.__wrapped__ = orifice.mass_flow  # source is read through this
+    assert fingerprint([changed]) != before
+
+
+def test_cache_key_changes_with_the_text_of_a_law(tmp_path):
+    import importlib.util
+
+    def load(text):
+        path = tmp_path / f"law_{abs(hash(text))}.py"
+        path.write_text(text)
+        spec = importlib.util.spec_from_file_location(path.stem, path)
+        module = importlib.util.module_from_spec(spec)
+        spec.loader.exec_module(module)
+        return module.law
+
+    same = [fingerprint([load("def law(x):\n    return x + 1.0\n")]) for _ in range(2)]
+    assert same[0] == same[1]
+    assert fingerprint([load("def law(x):\n    return x + 2.0\n")]) != same[0]

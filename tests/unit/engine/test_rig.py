@@ -1,0 +1,109 @@
+"""Rigs in the engine: parameters arrive where the solver reads them, and only there."""
+
+from __future__ import annotations
+
+import math
+
+import mujoco
+import numpy as np
+import pytest
+
+import pamsim
+from pamsim.actuator.layout import parameter_slot, unpack
+from pamsim.core.errors import InputError, ParameterError
+from pamsim.engine.native import set_native
+from pamsim.engine.simulate import whole_steps
+
+
+@pytest.fixture(scope="module")
+def rig():
+    return pamsim.load_rig("mas20_arm")
+
+
+def test_parameters_of_the_file_arrive_in_the_model(rig):
+    native = rig.file.native
+    assert rig.model.joint("shaft").damping[0] == native["joint.shaft.damping"].value
+    for i, muscle in enumerate(rig.muscles.values()):
+        assert unpack(rig.model.actuator_user[i]) == muscle
+    radius = abs(rig.model.wrap_prm[rig.model.tendon("chain_1").id])
+    assert radius == pytest.approx(native["tendon.chain_1.coef"].si("m"))
+
+
+def test_changed_parameters_leave_the_original_alone(rig):
+    slot = parameter_slot(rig.muscles["muscle_1"], "passive.stiffness")
+    before = rig.model.actuator_user.copy()
+    changed = rig.with_parameters(
+        {"muscle_2:passive.stiffness": 1.0, "joint.shaft.damping": 9.0, "tendon.chain_1.coef": 0.02}
+    )
+    assert np.array_equal(rig.model.actuator_user, before)
+    assert changed.model.actuator_user[1, slot] == 1.0
+    assert changed.model.actuator_user[0, slot] == before[0, slot]
+    assert changed.muscles["muscle_2"].passive.stiffness == 1.0
+    assert changed.model.joint("shaft").damping[0] == 9.0
+    data = mujoco.MjData(changed.model)
+    data.qpos[0] = 0.1
+    mujoco.mj_fwdPosition(changed.model, data)
+    np.testing.assert_allclose(data.actuator_length[0], -0.002, rtol=1e-12)
+
+
+@pytest.mark.parametrize(
+    ("name", "value", "error", "words"),
+    [
+        ("passive.stifness", 1.0, InputError, "did you mean 'passive.stiffness'"),
+        ("muscle_3:passive.stiffness", 1.0, InputError, "no muscle 'muscle_3'"),
+        ("passive.stiffness", -1.0, ParameterError, r"passive.stiffness = -1 is outside \[0, "),
+        ("joint.shaft.damping", -1.0, ParameterError, "joint.shaft.damping = -1"),
+        ("joint.shaft.damping", math.nan, ParameterError, "finite number"),
+    ],
+)
+def test_bad_parameters_are_refused_by_name(rig, name, value, error, words):
+    with pytest.raises(error, match=words):
+        rig.with_parameters({name: value})
+
+
+def test_load_adds_its_mass_and_its_inertia(rig):
+    def inertia(load):
+        model = rig.model_for(load=load)
+        data = mujoco.MjData(model)
+        mujoco.mj_fwdPosition(model, data)
+        return model, float(np.atleast_1d(data.M)[0])
+
+    empty, bare = inertia(0.0)
+    one, with_one = inertia(1.0)
+    two, with_two = inertia(2.0)
+    load = one.body("load").id
+    assert empty.body_mass[load] == 0.0
+    assert one.body_mass[load] == 1.0
+    np.testing.assert_allclose(two.body_inertia[load], 2.0 * one.body_inertia[load])
+    np.testing.assert_allclose(with_two - bare, 2.0 * (with_one - bare), rtol=1e-12)
+    reach = np.linalg.norm(one.body_pos[load][:2])
+    assert with_one - bare == pytest.approx(reach**2, rel=0.05)  # m r^2 and a little of its own
+
+
+def test_native_fields_and_elements_are_checked_by_name(rig):
+    model = rig.model_for()
+    with pytest.raises(InputError, match="no native parameter"):
+        set_native(model, "joint.shaft.colour", 1.0)
+    with pytest.raises(InputError, match="no body 'amr'"):
+        set_native(model, "body.amr.mass", 1.0)
+
+
+def test_mass_scales_the_inertia_of_its_body(rig):
+    model = rig.model_for()
+    arm = model.body("arm").id
+    before = model.body_inertia[arm].copy()
+    set_native(model, "body.arm.mass", 2.0 * model.body_mass[arm])
+    np.testing.assert_allclose(model.body_inertia[arm], 2.0 * before)
+
+
+def test_a_sampling_period_must_be_whole_steps():
+    assert whole_steps(0.002, 0.0005) == 4
+    for period in (0.0021, 0.0004):
+        with pytest.raises(InputError, match="whole number"):
+            whole_steps(period, 0.0005)
+
+
+def test_copies_of_the_model_stay_guarded(rig):
+    model = rig.model_for()
+    with pytest.raises(mujoco.FatalError):
+        mujoco.mj_step(model, mujoco.MjData(model))
