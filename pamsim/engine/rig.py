@@ -9,7 +9,6 @@ from dataclasses import dataclass
 from typing import Any
 
 import mujoco
-import numpy as np
 
 from pamsim.actuator.build import build_muscle
 from pamsim.actuator.layout import parameter_slot, slot, unpack
@@ -85,8 +84,22 @@ class Rig:
             set_integrator(model, integrator)
         if timestep is not None:
             model.opt.timestep = check_value("time step", timestep, _TIMESTEP)
-        set_load(model, self.file.load_body, load)
+        self._put_load(model, load)
         return model
+
+    def _put_load(self, model: mujoco.MjModel, load: float) -> None:
+        """Set the load body's mass [kg], and its inertia in proportion to the MJCF's 1 kg."""
+        body = self.file.load_body
+        if body is None:
+            if load:
+                raise InputError(f"rig {self.name!r} has no load body: it cannot carry {load:g} kg")
+            return
+        index = model.body(body).id
+        model.body_mass[index] = load
+        model.body_inertia[index] = (
+            load * self.model.body_inertia[index] / self.model.body_mass[index]
+        )
+        mujoco.mj_setConst(model, mujoco.MjData(model))
 
     def with_parameters(self, values: Mapping[str, float]) -> Rig:
         """The rig with some parameters changed, such as ``{"passive.stiffness": 3e4}``.
@@ -159,28 +172,6 @@ def set_command(model: mujoco.MjModel, command: str) -> None:
     if command not in COMMANDS:
         raise InputError(f"no command {command!r}; {nearest(command, COMMANDS)}")
     model.actuator_user[:, slot("command")] = COMMANDS.index(command)
-
-
-def set_load(model: mujoco.MjModel, body: str | None, load: float) -> None:
-    """Put a load on the arm: the load body's mass, and its inertia in proportion.
-
-    Args:
-        model: changed in place. The MJCF states the load body for 1 kg.
-        body: name of the load body, or None if the rig has none.
-        load: [kg].
-
-    Raises:
-        InputError: if the rig takes no load.
-    """
-    if body is None:
-        if load:
-            raise InputError(f"this rig has no load body, so it cannot carry {load:g} kg")
-        return
-    index = model.body(body).id
-    unit_inertia = np.array(model.body_inertia[index]) / model.body_mass[index]
-    model.body_mass[index] = load
-    model.body_inertia[index] = load * unit_inertia
-    mujoco.mj_setConst(model, mujoco.MjData(model))
 
 
 def _merged(file: RigFile, name: str) -> dict[str, dict[str, Any]]:

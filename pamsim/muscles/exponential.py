@@ -1,9 +1,11 @@
 """The six-parameter exponential force law fitted to Festo fluidic muscles (seed 004, equation (4)).
 
-F = (a p + b) exp(c kappa) + d p kappa + e p + f. Seed 004 writes a seventh parameter, exp(d) in
-front of the exponential, which is not identifiable beside a and b; the published constants of the
-same group are in this form. The p-terms are what the air does, b exp(c kappa) + f what the rubber
-does at no pressure.
+F = (a p + b) exp(c kappa) + d p kappa + e p + f. Seed 004 (4) has eight constants,
+(a p + b) exp(c kappa + d) + (e p + f) kappa + g p + h: its exp(d) is not identifiable beside a and
+b, and its f kappa is left out here; its e, g, h are d, e, f here. With f kappa it is
+`pamsim.muscles.invertible_exponential`. The published constants of the same group
+(`pamsim.muscles.published`) are in the six-parameter form. The p-terms are what the air does,
+b exp(c kappa) + f what the rubber does at no pressure.
 """
 
 from __future__ import annotations
@@ -13,6 +15,7 @@ from dataclasses import dataclass
 from typing import ClassVar
 
 from pamsim.core.parameters import ParameterGroup, parameter
+from pamsim.muscles.single_pressure_exponential import SinglePressureExponential
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -42,7 +45,7 @@ def six_parameter_force(
     e: float,
     f: float,
 ) -> float:
-    """Force of the six-parameter law (seed 004, equation (4) without its redundant parameter).
+    """Force of the six-parameter law (seed 004, equation (4), its d and f zero).
 
     Args:
         pressure: gauge pressure p [Pa].
@@ -59,3 +62,85 @@ def six_parameter_force(
     """
     decay = math.exp(c * contraction)
     return (a * pressure + b) * decay + d * pressure * contraction + e * pressure + f
+
+
+def six_parameter_force_dp(
+    pressure: float,
+    contraction: float,
+    a: float,
+    b: float,
+    c: float,
+    d: float,
+    e: float,
+    f: float,
+) -> float:
+    """Derivative dF/dp [N/Pa] of `six_parameter_force`, whose arguments it takes."""
+    return a * math.exp(c * contraction) + d * contraction + e
+
+
+def six_parameter_force_dkappa(
+    pressure: float,
+    contraction: float,
+    a: float,
+    b: float,
+    c: float,
+    d: float,
+    e: float,
+    f: float,
+) -> float:
+    """Derivative dF/dkappa [N] of `six_parameter_force`, whose arguments it takes."""
+    return c * (a * pressure + b) * math.exp(c * contraction) + d * pressure
+
+
+def six_parameter_pressure(
+    force: float,
+    contraction: float,
+    a: float,
+    b: float,
+    c: float,
+    d: float,
+    e: float,
+    f: float,
+) -> float:
+    """Pressure that gives a force (seed 004, equation (5)): the law is linear in pressure.
+
+    Args:
+        force: F [N].
+        contraction: kappa [-].
+        a: [N/Pa].
+        b: [N].
+        c: [-].
+        d: [N/Pa].
+        e: [N/Pa].
+        f: [N].
+
+    Returns:
+        Gauge pressure p [Pa], negative if no filling gives so little force; NaN where the force
+        does not depend on pressure.
+    """
+    per_pressure = six_parameter_force_dp(0.0, contraction, a, b, c, d, e, f)
+    if per_pressure == 0.0:
+        return math.nan
+    return (force - b * math.exp(c * contraction) - f) / per_pressure
+
+
+def isobar(law: SixParameter, pressure: float) -> SinglePressureExponential:
+    """The law at one pressure: what seed 004 (3) is to (4).
+
+    Args:
+        law: the six-parameter law.
+        pressure: gauge pressure p [Pa].
+
+    Returns:
+        The single-pressure law with the same forces at ``pressure``.
+
+    Raises:
+        ParameterError: if a constant leaves its range.
+    """
+    return SinglePressureExponential(
+        scale=law.scale,
+        a=law.a * pressure + law.b,
+        b=law.c,
+        d=law.d * pressure,
+        e=law.e * pressure + law.f,
+    )

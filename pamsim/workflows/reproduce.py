@@ -125,7 +125,9 @@ def _checks(rows: tuple[Row, ...], identified: StepIdentification | None) -> tup
         Check(
             name="completed",
             ok=not broken,
-            sentence="every simulation ran to its end" if not broken else f"{_rows(broken)} broke down",
+            sentence="every simulation ran to its end"
+            if not broken
+            else f"{_rows(broken)} broke down",
         ),
         Check(
             name="rms",

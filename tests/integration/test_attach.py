@@ -98,3 +98,12 @@ def test_unknown_tendon_taken_name_and_runge_kutta_are_refused():
     spec.option.integrator = mujoco.mjtIntegrator.mjINT_RK4
     with pytest.raises(EngineError, match="RK4"):
         pamsim.attach(spec, tendon="shoulder_cable", muscle=muscle(-0.13))
+
+
+def test_a_broken_run_is_not_reset_behind_the_users_back():
+    model = build()
+    data = mujoco.MjData(model)  # chambers without air: the tension is NaN
+    with pamsim.live(model):
+        mujoco.mj_step(model, data, 10)
+    assert data.time == pytest.approx(0.01)
+    assert np.isnan(data.qpos).any()

@@ -12,6 +12,7 @@ from mujoco.batch import Batch
 import pamsim
 from pamsim.actuator.layout import parameter_slot
 from pamsim.core.errors import EngineError, InputError
+from pamsim.engine.state import charge
 
 STEP = pamsim.pressure_step((487e3, 487e3), (487e3, 0.0), duration=0.6, load=1.2)
 
@@ -81,6 +82,16 @@ def test_a_chamber_that_was_never_charged_is_noticed(rig):
     assert np.isnan(data.actuator_force).all()
 
 
+def test_charging_forgets_the_hysteresis_of_before(rig):
+    model, data = charged(rig)
+    with pamsim.live(model):
+        drive(model, data, 200)
+    assert np.all(data.act[[0, 2]] != 0.0)
+    charge(model, data, 1e5)
+    assert np.all(data.act[[0, 2]] == 0.0)
+    np.testing.assert_allclose(pamsim.pressures(model, data), 1e5)
+
+
 def test_save_restore_continue_is_bit_equal(rig):
     model, data = charged(rig, load=2.14)
     with pamsim.live(model):
@@ -130,6 +141,7 @@ FOREIGN = """
 <mujoco><worldbody><body><joint name="j" damping="0.1"/><geom size="0.1"/></body></worldbody>
 <actuator><muscle joint="j" name="m" lengthrange="-1 1"/>
 <general joint="j" dyntype="user" gaintype="user" biastype="user" actdim="2" user="1 2 3"/>
+<general joint="j" dyntype="user" gaintype="user" biastype="user" actdim="1"/>
 </actuator></mujoco>
 """
 
@@ -139,8 +151,8 @@ def test_a_foreign_model_in_the_same_process_is_unaffected(rig):
 
     def run():
         data = mujoco.MjData(model)
-        data.act[:] = [0.3, 0.1, 0.2]
-        data.ctrl[:] = [0.7, 0.4]
+        data.act[:] = [0.3, 0.1, 0.2, 0.4]
+        data.ctrl[:] = [0.7, 0.4, 0.5]
         mujoco.mj_step(model, data, 500)
         return np.concatenate([data.qpos, data.qvel, data.act])
 

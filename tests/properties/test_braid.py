@@ -80,8 +80,10 @@ def test_max_contraction_is_where_the_volume_is_largest(braid, aside):
     largest = braid[0] * (1.0 - max_contraction(braid[2]))
     area = helix_area(braid)
     assert volume_slope(largest, *braid) == pytest.approx(0.0, abs=1e-13 * area)
-    assert volume_slope(largest * (1.0 + aside), *braid) < 0.0 < volume_slope(
-        largest * (1.0 - aside), *braid
+    assert (
+        volume_slope(largest * (1.0 + aside), *braid)
+        < 0.0
+        < volume_slope(largest * (1.0 - aside), *braid)
     )
     assert volume(largest, *braid) > volume(largest * (1.0 + aside), *braid)
     assert volume(largest, *braid) > volume(largest * (1.0 - aside), *braid)

@@ -1,4 +1,4 @@
-"""Finds what must obey the rules of the law rooms, so that a new law is covered when it is added."""
+"""Finds what must obey the rules of the law rooms: a new law is covered when it is added."""
 
 from __future__ import annotations
 

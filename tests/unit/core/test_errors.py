@@ -7,7 +7,7 @@ import inspect
 import pytest
 
 from pamsim.core import errors
-from pamsim.core.errors import InputError, ParameterError, PamsimError, SimulationError, nearest
+from pamsim.core.errors import InputError, PamsimError, ParameterError, SimulationError, nearest
 
 
 @pytest.mark.parametrize(
@@ -27,7 +27,9 @@ def test_nearest_does_not_suggest_what_is_not_near():
 
 
 def test_every_error_has_one_root_and_bad_input_is_told_from_the_rest():
-    found = [c for _, c in inspect.getmembers(errors, inspect.isclass) if c.__module__ == errors.__name__]
+    found = [
+        c for _, c in inspect.getmembers(errors, inspect.isclass) if c.__module__ == errors.__name__
+    ]
     assert len(found) >= 5
     assert all(issubclass(c, PamsimError) for c in found)
     assert issubclass(ParameterError, InputError)

@@ -10,7 +10,7 @@ import pytest
 
 from pamsim.core.errors import ParameterError
 from pamsim.core.experiment import COMMAND_UNITS, Experiment, pressure_step
-from tests.unit.core.refusals import refused
+from tests.unit.core.refusals import cases, refused
 
 
 def experiment(**changes: Any) -> Experiment:
@@ -64,7 +64,7 @@ BAD_INPUTS = {
 }
 
 
-@pytest.mark.parametrize(("changes", "words"), BAD_INPUTS.values(), ids=BAD_INPUTS)
+@pytest.mark.parametrize(("changes", "words"), cases(BAD_INPUTS, bugs=["no command at all"]))
 def test_bad_input_is_refused_in_one_line(changes, words):
     with refused(*words):
         experiment(**changes)

@@ -28,7 +28,7 @@ print(json.dumps(guilty))
 """
 
 UNIT = re.compile(r"\[(?!,)(?:-|1/|[A-Za-z(])[^\[\]]*\]")
-PURE = re.compile(r"pure number|\bratio\b|\bshare\b|\bin SI\b", re.IGNORECASE)
+PURE = re.compile(r"pure number|\bof [\w-]+ numbers\b|\bratio\b|\bshare\b|\bin SI\b", re.IGNORECASE)
 FUNCTIONS = law_rooms.public_functions()
 
 

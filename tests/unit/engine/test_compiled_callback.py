@@ -1,4 +1,4 @@
-"""What the compiled callback rests on: struct offsets that are checked, a cache key that sees laws."""
+"""What the compiled callback rests on: checked struct offsets, a cache key that sees laws."""
 
 from __future__ import annotations
 

@@ -62,9 +62,7 @@ def test_fill_vent_cycle_neither_makes_nor_loses_air():
     for k, opening in enumerate(np.repeat([1.0, 0.0, -1.0, 0.3, -0.6], 120).tolist()):
         v = volume(k * step)
         pressure = absolute_pressure(air, v, 1.0, FLOOR)
-        flow = valve_flow(
-            opening, pressure, 7e5, ATMOSPHERE, 6e-9, 6e-9, 0.3, 0.999, TEMPERATURE
-        )
+        flow = valve_flow(opening, pressure, 7e5, ATMOSPHERE, 6e-9, 6e-9, 0.3, 0.999, TEMPERATURE)
         air += step * air_state_rate(air, pressure, v, TEMPERATURE, flow)
         flowed += step * flow * GAS_CONSTANT * TEMPERATURE
         moved += step * abs(flow) * GAS_CONSTANT * TEMPERATURE

@@ -61,14 +61,16 @@ def test_intervals_cover_the_truth_under_white_noise(order: int) -> None:
         y = 3.0 * clean + 0.06 * rng.standard_normal(TIME.size)
         fit = fit_step(TIME, y, order=order, gain=None)
         assert fit.status is FitStatus.CONVERGED
-        assert fit.interval95_time_constants is not None and fit.interval95_gain is not None
+        assert fit.interval95_time_constants is not None
+        assert fit.interval95_gain is not None
         sides = [*fit.interval95_time_constants, fit.interval95_gain]
         hits[: order + 1] += [
             low <= true <= high for (low, high), true in zip(sides, (*truth, 3.0), strict=True)
         ]
     # Binomial(120, 0.95): 99.9 % of all seeds give 105 to 120 hits. Too wide is as wrong as too
     # narrow, hence the upper end: 120 of 120 has chance 0.2 %.
-    assert np.all(hits[: order + 1] >= 105) and np.all(hits[: order + 1] <= 119)
+    assert np.all(hits[: order + 1] >= 105)
+    assert np.all(hits[: order + 1] <= 119)
 
 
 def test_interval_width_is_that_of_the_scatter() -> None:
@@ -135,7 +137,8 @@ def test_data_that_hold_no_such_model_do_not_converge_silently(
     fit = fit_step(TIME, response, order=order, gain=gain)
     assert fit.status in statuses
     assert fit.interval95_time_constants is None
-    assert isinstance(fit, StepFit) and len(fit.time_constants) == order
+    assert isinstance(fit, StepFit)
+    assert len(fit.time_constants) == order
 
 
 def test_noisy_double_lag_is_not_told_apart_but_a_wide_pair_is() -> None:

@@ -50,11 +50,14 @@ def test_identified_g1_of_printed_g2_by_each_estimator() -> None:
     free = [printed_g2(s).g1.arx_free_gain.time_constants[0] for s in (2.0, 3.0, 5.0, 10.0)]
     assert [round(v, 3) for v in free] == [0.871, 0.808, 0.776, 0.759]
     gains = [printed_g2(s).g1.arx_free_gain.gain for s in (2.0, 10.0)]
-    assert gains[0] is not None and gains[1] is not None and gains[0] > gains[1] > 1.0
+    assert gains[0] is not None
+    assert gains[1] is not None
+    assert gains[0] > gains[1] > 1.0
 
 
 def test_short_record_divided_by_its_final_value_is_flagged() -> None:
-    assert printed_g2(5.0).settled and not printed_g2(2.4).settled
+    assert printed_g2(5.0).settled
+    assert not printed_g2(2.4).settled
     # The paper's 0.646 s does come out of a record cut at 2.4 s, but then T1 and T2 are not (31).
     short = printed_g2(2.4)
     assert short.g1.output_error.time_constants[0] == pytest.approx(0.646, abs=0.002)
@@ -114,7 +117,8 @@ def test_dictionary_is_json_and_complete() -> None:
 def test_exploded_numbers_become_null_in_json() -> None:
     entry = replace(printed_g2(5.0).g1.arx_free_gain, fit_percent=float("-inf"), gain=float("nan"))
     data = json.loads(json.dumps(entry.as_dict(1), allow_nan=False))
-    assert data["fit_percent"] is None and data["K"] is None
+    assert data["fit_percent"] is None
+    assert data["K"] is None
 
 
 def test_oscillation_gives_statuses_instead_of_numbers() -> None:
@@ -126,7 +130,9 @@ def test_oscillation_gives_statuses_instead_of_numbers() -> None:
     assert data["interval95_T1_s"] is None
     free = data["arx"]["free_gain"]
     assert free["status"] == "complex_poles"
-    assert free["T1_s"] is None and free["K"] is None and free["fit_percent_continuous"] is None
+    assert free["T1_s"] is None
+    assert free["K"] is None
+    assert free["fit_percent_continuous"] is None
     assert free["fit_percent"] > 99.9
 
 

@@ -1,0 +1,149 @@
+"""Stiffness of a joint between two muscles with their valves shut (seed 003, equation (5)).
+
+A shut muscle resists in two ways: its air is compressed (compressibility part) and its geometry
+changes at a pressure that stays (geometric part). For the ideal law F = -p dV/dl they are
+-dP/dV (dV/dl)^2 and -p d2V/dl2. Seed 003 prints (5) with a plus before the second muscle's
+geometric part; by symmetry both muscles' parts must count alike, and here they do.
+
+Pressures p are gauge in the force, absolute in dP/dV. Hysteresis is left out: its stiffness
+depends on the path.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from pamsim.actuator.kernel import Row, chamber_volume, muscle_length, static_force
+from pamsim.actuator.layout import slot
+from pamsim.muscles.braid import volume_curvature, volume_slope
+from pamsim.muscles.tension import taut
+
+_NOMINAL_LENGTH = slot("braid.nominal_length")
+_DIAMETER = slot("braid.diameter")
+_FIBRE_ANGLE = slot("braid.fibre_angle")
+_POLYTROPIC = slot("chamber.polytropic_index")
+_ATMOSPHERE = slot("chamber.atmosphere")
+
+_LENGTH_STEP = 1e-4  # of the nominal length: rounding and the stencil's h^4 error both below 1e-8
+_PRESSURE_STEP = 100.0  # [Pa]; the laws are linear in pressure but for kinks
+
+
+@dataclass(frozen=True, kw_only=True)
+class Stiffness:
+    """Stiffness and its two parts, all positive if they restore [N/m] or [N m/rad].
+
+    Attributes:
+        compressibility: from the change of pressure in the shut chamber.
+        geometric: from the change of geometry at constant pressure, rubber included.
+    """
+
+    compressibility: float
+    geometric: float
+
+    @property
+    def total(self) -> float:
+        """Sum of both parts."""
+        return self.compressibility + self.geometric
+
+
+def pressure_slope(par: Row, tendon_length: float, pressure: float) -> float:
+    """Change of pressure with length of a shut chamber, dP/dl = -n P (dV/dl) / V [Pa/m].
+
+    Args:
+        par: parameter row of one muscle.
+        tendon_length: [m].
+        pressure: gauge [Pa].
+    """
+    slope = volume_slope(
+        muscle_length(par, tendon_length), par[_NOMINAL_LENGTH], par[_DIAMETER], par[_FIBRE_ANGLE]
+    )
+    absolute = pressure + par[_ATMOSPHERE]
+    return -par[_POLYTROPIC] * absolute * slope / chamber_volume(par, tendon_length)
+
+
+def muscle_stiffness(par: Row, tendon_length: float, pressure: float) -> Stiffness:
+    """Stiffness dF/dl of one shut muscle under any force law the kernel knows.
+
+    The derivatives of the law are taken by finite differences, so that a new law needs nothing
+    here. At the kink of a pressure threshold they average both sides.
+
+    Args:
+        par: parameter row of the muscle.
+        tendon_length: [m].
+        pressure: gauge [Pa].
+
+    Returns:
+        [N/m]; zero for a slack muscle.
+    """
+    if static_force(par, tendon_length, pressure) <= 0.0:
+        return Stiffness(compressibility=0.0, geometric=0.0)
+    h = _LENGTH_STEP * par[_NOMINAL_LENGTH]
+    near = static_force(par, tendon_length + h, pressure)
+    near -= static_force(par, tendon_length - h, pressure)
+    far = static_force(par, tendon_length + 2.0 * h, pressure)
+    far -= static_force(par, tendon_length - 2.0 * h, pressure)
+    by_pressure = static_force(par, tendon_length, pressure + _PRESSURE_STEP)
+    by_pressure -= static_force(par, tendon_length, pressure - _PRESSURE_STEP)
+    return Stiffness(
+        compressibility=by_pressure
+        / (2.0 * _PRESSURE_STEP)
+        * pressure_slope(par, tendon_length, pressure),
+        geometric=(8.0 * near - far) / (12.0 * h),
+    )
+
+
+def ideal_stiffness(par: Row, tendon_length: float, pressure: float) -> Stiffness:
+    """Stiffness of one shut muscle if its force were F = -p dV/dl (seed 003, equation (5)).
+
+    Args:
+        par: parameter row; its braid and chamber are used, its force law is not.
+        tendon_length: [m].
+        pressure: gauge [Pa].
+
+    Returns:
+        -dP/dV (dV/dl)^2 and -p d2V/dl2 [N/m].
+    """
+    length = muscle_length(par, tendon_length)
+    braid = par[_NOMINAL_LENGTH], par[_DIAMETER], par[_FIBRE_ANGLE]
+    slope = volume_slope(length, *braid)
+    return Stiffness(
+        compressibility=-slope * pressure_slope(par, tendon_length, pressure),
+        geometric=-pressure * volume_curvature(length, *braid),
+    )
+
+
+def joint_stiffness(muscles: Sequence[Stiffness], radii: Sequence[float]) -> Stiffness:
+    """Stiffness of a joint that muscles pull on constant moment arms.
+
+    Args:
+        muscles: (m,) stiffness of each [N/m].
+        radii: (m,) moment arms; their signs do not matter [m].
+
+    Returns:
+        sum r^2 k [N m/rad].
+    """
+    pairs = list(zip(muscles, radii, strict=True))
+    return Stiffness(
+        compressibility=sum(r * r * k.compressibility for k, r in pairs),
+        geometric=sum(r * r * k.geometric for k, r in pairs),
+    )
+
+
+def antagonist_torque(
+    pair: Sequence[Row], radius: float, angle: float, pressures: Sequence[float]
+) -> float:
+    """Torque of two muscles on one wheel (seed 003, equation (4)), towards positive angles.
+
+    Args:
+        pair: (2,) parameter rows of muscles 1 and 2, each at tendon length 0 at angle 0.
+        radius: of the wheel [m].
+        angle: beta [rad]; muscle 1 shortens by r beta, muscle 2 lengthens by the same.
+        pressures: (2,) gauge [Pa].
+
+    Returns:
+        r (F1 - F2) [N m].
+    """
+    first = taut(static_force(pair[0], -radius * angle, pressures[0]))
+    second = taut(static_force(pair[1], radius * angle, pressures[1]))
+    return radius * (first - second)

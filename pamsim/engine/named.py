@@ -1,0 +1,31 @@
+"""Look things of a model up by name, for pictures."""
+
+from __future__ import annotations
+
+import mujoco
+
+from pamsim.core.errors import EngineError
+from pamsim.engine.muscle_shape import Vector
+
+
+def site_pose(model: mujoco.MjModel, data: mujoco.MjData, name: str) -> tuple[Vector, Vector]:
+    """Return position (3,) [m] and frame (3, 3) of a site in the world.
+
+    Raises:
+        EngineError: if the model lacks it.
+    """
+    index = object_id(model, mujoco.mjtObj.mjOBJ_SITE, name)
+    return data.site_xpos[index].copy(), data.site_xmat[index].reshape(3, 3).copy()
+
+
+def object_id(model: mujoco.MjModel, kind: mujoco.mjtObj, name: str) -> int:
+    """Id of a named object.
+
+    Raises:
+        EngineError: saying which object the picture needs, if the model lacks it.
+    """
+    index = mujoco.mj_name2id(model, kind, name)
+    if index < 0:
+        what = kind.name.removeprefix("mjOBJ_").lower()
+        raise EngineError(f"the picture needs a {what} named {name!r}, which this model lacks")
+    return index

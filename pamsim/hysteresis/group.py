@@ -1,0 +1,83 @@
+"""What every hysteresis operator shares: how its output enters the force, and its row of numbers.
+
+An operator gives a pure number w, about in [-1, 1], that *leads* the contraction: over a closed
+cycle the integral of w d(kappa) is not negative. It enters the muscle force as
+F = F_static - (force + force_per_pressure p + force_share F_static) w, so with these three factors
+positive a cycle costs energy and never yields any. Models that lag (Preisach, arctangent) are
+turned round in their own files.
+
+Two functions per operator run inside the engine. ``par[first:]`` holds the operator's own fields,
+those after the three common ones, in declared order; ``act[0:state_count]`` is the whole memory,
+and zeros are a valid start:
+
+- ``<op>_output(par, first, act, x)``: w at input x, the memory brought up to date with x but not
+  written;
+- ``<op>_rates(par, first, act, rates, x, x_rate, timestep)``: what one explicit Euler step of
+  ``timestep`` must add per second for the memory to be brought up to date with x.
+"""
+
+from __future__ import annotations
+
+from collections.abc import MutableSequence, Sequence
+from dataclasses import dataclass
+from typing import ClassVar, TypeAlias
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pamsim.core.errors import ParameterError
+from pamsim.core.parameters import ParameterGroup, parameter, specs
+
+Row: TypeAlias = Sequence[float] | NDArray[np.float64]
+MutableRow: TypeAlias = MutableSequence[float] | NDArray[np.float64]
+
+COMMON_FIELDS = 3
+"""Fields in front of an operator's own: force, force_per_pressure, force_share."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Hysteresis(ParameterGroup):
+    """The three factors of an operator's output; all zero turns it off."""
+
+    group: ClassVar[str] = "hysteresis"
+    force: float = parameter(
+        unit="N", low=0.0, high=1e3, doc="force per output, without pressure", default=0.0
+    )
+    force_per_pressure: float = parameter(
+        unit="N/Pa", low=0.0, high=1e-2, doc="force per output and gauge pressure", default=0.0
+    )
+    force_share: float = parameter(
+        unit="1", low=0.0, high=1.0, doc="share of the static force per output", default=0.0
+    )
+
+    @property
+    def state_count(self) -> int:
+        """Number of states of this instance."""
+        return self.states
+
+    def own(self) -> tuple[float, ...]:
+        """The fields after the common ones, in declared order, as the kernel reads them."""
+        names = [name for name, _ in specs(type(self))]
+        return tuple(float(getattr(self, name)) for name in names[COMMON_FIELDS:])
+
+    def check_whole(self, name: str) -> None:
+        """Check that a field that counts something is a whole number.
+
+        Raises:
+            ParameterError: naming the field and its value.
+        """
+        value = float(getattr(self, name))
+        if value != round(value):
+            raise ParameterError(f"{self.group}.{name} = {value:g} is not a whole number")
+
+    def check_order(self, low: str, high: str) -> None:
+        """Check that one field is below another.
+
+        Raises:
+            ParameterError: naming both fields and their values.
+        """
+        below, above = float(getattr(self, low)), float(getattr(self, high))
+        if not below < above:
+            raise ParameterError(
+                f"{self.group}.{low} = {below:g} is not below {self.group}.{high} = {above:g}"
+            )

@@ -1,0 +1,94 @@
+"""Maxwell-slip friction: springs in parallel, each dragging a block with Coulomb friction.
+
+Element k stretches with the input until its deflection reaches its slip limit Delta_k, and then
+drags its block along: force share_k (x - x_k) / Delta_k, with the block's position x_k a play
+operator of threshold Delta_k (Iwan 1966; Goldfarb and Celanovic 1997; for pneumatic muscles Vo-Minh
+et al. 2011). It is rate-independent, has return-point memory, obeys Masing's rules and is passive.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import ClassVar
+
+from pamsim.core.parameters import parameter
+from pamsim.hysteresis.group import Hysteresis, MutableRow, Row
+from pamsim.hysteresis.play import play
+
+
+@dataclass(frozen=True, kw_only=True)
+class MaxwellSlip(Hysteresis):
+    """Slip limits Delta_k = full_slip k/n, force shares in the ratio 1 : decay : decay^2 ..."""
+
+    law: ClassVar[str] = "maxwell_slip"
+    elements: float = parameter(unit="1", low=1.0, high=64.0, doc="number n of elements")
+    full_slip: float = parameter(
+        unit="1", low=0.0, high=0.5, low_open=True, doc="contraction at which every block slips"
+    )
+    decay: float = parameter(
+        unit="1",
+        low=0.1,
+        high=10.0,
+        doc="ratio of the shares of neighbours, late slipping over early",
+        default=1.0,
+    )
+
+    def __post_init__(self) -> None:
+        """Check every field.
+
+        Raises:
+            ParameterError: naming field, value and what is allowed.
+        """
+        super().__post_init__()
+        self.check_whole("elements")
+
+    @property
+    def state_count(self) -> int:
+        """One block per element."""
+        return int(self.elements)
+
+
+def maxwell_slip_output(par: Row, first: int, act: Row, x: float) -> float:
+    """Sum of the elements' forces over the largest possible (Iwan 1966).
+
+    Args:
+        par: parameters; from ``first`` on: elements, full_slip, decay.
+        first: place of the operator's own parameters.
+        act: positions of the blocks x_k [contraction].
+        x: contraction [-].
+
+    Returns:
+        w in [-1, 1]; 1 once every block slips forward.
+    """
+    elements = int(par[first])
+    limit = par[first + 1] / elements
+    decay = par[first + 2]
+    share = 1.0
+    shares = 0.0
+    total = 0.0
+    for k in range(elements):
+        slip = limit * (k + 1)
+        total += share * (x - play(x, act[k], slip)) / slip
+        shares += share
+        share *= decay
+    return total / shares
+
+
+def maxwell_slip_rates(
+    par: Row, first: int, act: Row, rates: MutableRow, x: float, x_rate: float, timestep: float
+) -> None:
+    """Write the rates that drag every block to where input x leaves it.
+
+    Args:
+        par: see `maxwell_slip_output`.
+        first: place of the operator's own parameters.
+        act: positions of the blocks [contraction].
+        rates: (elements,) written [1/s].
+        x: contraction [-].
+        x_rate: not used; the operator does not know time.
+        timestep: of the explicit Euler step [s].
+    """
+    elements = int(par[first])
+    limit = par[first + 1] / elements
+    for k in range(elements):
+        rates[k] = (play(x, act[k], limit * (k + 1)) - act[k]) / timestep

@@ -1,0 +1,230 @@
+"""Every force law by name, with one signature: what lists, fits and compares laws works on this."""
+
+from __future__ import annotations
+
+import functools
+import math
+from collections.abc import Mapping, Sequence
+from types import MappingProxyType
+
+from pamsim.muscles.braid import Braid, max_contraction
+from pamsim.muscles.corrected_mckibben import (
+    CorrectedMcKibben,
+    corrected_mckibben_force,
+    corrected_mckibben_force_dkappa,
+    corrected_mckibben_force_dp,
+    corrected_mckibben_pressure,
+)
+from pamsim.muscles.elastic_energy import (
+    ElasticEnergy,
+    elastic_energy_force,
+    elastic_energy_force_dkappa,
+    elastic_energy_force_dp,
+    elastic_energy_pressure,
+)
+from pamsim.muscles.exponential import (
+    SixParameter,
+    six_parameter_force,
+    six_parameter_force_dkappa,
+    six_parameter_force_dp,
+    six_parameter_pressure,
+)
+from pamsim.muscles.force_law import ForceLaw, Range, Scalars
+from pamsim.muscles.invertible_exponential import (
+    InvertibleExponential,
+    invertible_exponential_force,
+    invertible_exponential_force_dkappa,
+    invertible_exponential_force_dp,
+    invertible_exponential_pressure,
+)
+from pamsim.muscles.mckibben import (
+    IdealMcKibben,
+    ideal_force,
+    ideal_force_dkappa,
+    ideal_force_dp,
+    ideal_pressure,
+)
+from pamsim.muscles.pleated import (
+    Pleated,
+    pleated_force,
+    pleated_force_dkappa,
+    pleated_force_dp,
+    pleated_pressure,
+)
+from pamsim.muscles.pleated_fit import FIT_RANGE
+from pamsim.muscles.pleated_shape import (
+    PleatedShape,
+    pleated_max_contraction,
+    pleated_shape_force,
+    pleated_shape_force_dkappa,
+    pleated_shape_force_dp,
+    pleated_shape_pressure,
+)
+from pamsim.muscles.single_pressure_exponential import (
+    SinglePressureExponential,
+    single_pressure_force,
+    single_pressure_force_dkappa,
+    single_pressure_force_dp,
+)
+
+
+def _by_length(function: Scalars) -> Scalars:
+    """A function of muscle length and nominal length as one of contraction and nominal length."""
+
+    @functools.wraps(function)
+    def by_contraction(
+        first: float, contraction: float, nominal_length: float, *rest: float
+    ) -> float:
+        return function(first, (1.0 - contraction) * nominal_length, nominal_length, *rest)
+
+    return by_contraction
+
+
+def _festo(coefficients: Sequence[float], braid: Braid) -> Range:
+    """Contraction of Festo's DMSP muscles: at most 25 % by their data sheet (seeds 001, 004)."""
+    return 0.0, 0.25
+
+
+def _to_largest(coefficients: Sequence[float], braid: Braid) -> Range:
+    """Up to the contraction at which the ideal braid stops pulling."""
+    return 0.0, max_contraction(braid.fibre_angle)
+
+
+def _fitted(coefficients: Sequence[float], braid: Braid) -> Range:
+    """The range in which the coefficients of a pleated muscle are fitted."""
+    return FIT_RANGE
+
+
+def _pleated_to_largest(coefficients: Sequence[float], braid: Braid) -> Range:
+    """From where the fibres no longer stretch to where the pull of a pleated muscle ends."""
+    return FIT_RANGE[0], pleated_max_contraction(coefficients[1])
+
+
+_FESTO_PRESSURES: Range = (0.0, 6e5)
+_PLEATED_PRESSURES: Range = (1e5, 2.5e5)
+
+_LAWS: tuple[ForceLaw, ...] = (
+    ForceLaw(
+        title="Ideal McKibben muscle",
+        equation="F = p pi r0^2 (3 (1 - kappa)^2 / tan^2(alpha0) - 1 / sin^2(alpha0)) = -p dV/dl",
+        source="seed 004, equation (1); seed 003, equation (3)",
+        group=IdealMcKibben,
+        force_function=_by_length(ideal_force),
+        dp_function=_by_length(ideal_force_dp),
+        dkappa_function=_by_length(ideal_force_dkappa),
+        pressure_function=_by_length(ideal_pressure),
+        braid_fields=("nominal_length", "diameter", "fibre_angle"),
+        pressure_range=(0.0, math.inf),
+        limits=_to_largest,
+        notes="Virtual work alone: no rubber, no end caps, the same largest contraction at every"
+        " pressure. Overestimates the pull of a real muscle.",
+    ),
+    ForceLaw(
+        title="Six-parameter exponential",
+        equation="F = (a p + b) exp(c kappa) + d p kappa + e p + f",
+        source="seed 004, equation (4) with its d and f zero; inverse (5)",
+        group=SixParameter,
+        force_function=six_parameter_force,
+        dp_function=six_parameter_force_dp,
+        dkappa_function=six_parameter_force_dkappa,
+        pressure_function=six_parameter_pressure,
+        pressure_range=_FESTO_PRESSURES,
+        limits=_festo,
+        notes="A fit to Festo DMSP muscles; constants in pamsim.muscles.published. exp(c kappa)"
+        " grows steeply for a stretched muscle, kappa < 0, where nothing was measured.",
+    ),
+    ForceLaw(
+        title="McKibben muscle with two corrections",
+        equation="F = mu p pi r0^2 (a (1 - eps kappa)^2 - b), a = 3 / tan^2(alpha0),"
+        " b = 1 / sin^2(alpha0), eps = a_eps exp(-p/bar) - b_eps,"
+        " mu = a_kappa exp(-k0 kappa) - b_kappa",
+        source="seed 004, equation (2)",
+        group=CorrectedMcKibben,
+        force_function=corrected_mckibben_force,
+        dp_function=corrected_mckibben_force_dp,
+        dkappa_function=corrected_mckibben_force_dkappa,
+        pressure_function=corrected_mckibben_pressure,
+        braid_fields=("diameter", "fibre_angle"),
+        pressure_range=(2e5, _FESTO_PRESSURES[1]),
+        limits=_festo,
+        notes="Vouched for from 2 bar on. The inverse is unique above the threshold pressure if"
+        " a_eps kappa >= 0 and NaN otherwise. scale and the pair (a_kappa, b_kappa) multiply the"
+        " same force: fit one or the other.",
+    ),
+    ForceLaw(
+        title="Exponential at one pressure",
+        equation="F = a exp(b kappa) + d kappa + e",
+        source="seed 004, equation (3) with its c folded into a",
+        group=SinglePressureExponential,
+        force_function=single_pressure_force,
+        dp_function=single_pressure_force_dp,
+        dkappa_function=single_pressure_force_dkappa,
+        pressure_range=None,
+        limits=_festo,
+        notes="One isobar: the force does not change with pressure, so the law fits a force map at"
+        " one pressure and must not drive a muscle whose pressure changes. No inverse.",
+    ),
+    ForceLaw(
+        title="Invertible exponential",
+        equation="F = (a p + b) exp(c kappa) + (e p + f) kappa + g p + h",
+        source="seed 004, equation (4) with its d folded into a and b; inverse (5)",
+        group=InvertibleExponential,
+        force_function=invertible_exponential_force,
+        dp_function=invertible_exponential_force_dp,
+        dkappa_function=invertible_exponential_force_dkappa,
+        pressure_function=invertible_exponential_pressure,
+        pressure_range=_FESTO_PRESSURES,
+        limits=_festo,
+        notes="The six-parameter law and one term more, f kappa. No constants are published.",
+    ),
+    ForceLaw(
+        title="Restoring force of the air",
+        equation="F = -p dV/dl + p1 dV/dl(l1)",
+        source="seed 001, equations (3) and (5), signs by virtual work",
+        group=ElasticEnergy,
+        force_function=elastic_energy_force,
+        dp_function=elastic_energy_force_dp,
+        dkappa_function=elastic_energy_force_dkappa,
+        pressure_function=elastic_energy_pressure,
+        braid_fields=("diameter", "fibre_angle"),
+        pressure_range=(0.0, math.inf),
+        limits=_to_largest,
+        notes="Counts from a working point and is zero there: without the load carried at that"
+        " point it is not the tension of the muscle, and a limit to tension would cut half of it.",
+    ),
+    ForceLaw(
+        title="Pleated muscle, fitted force function",
+        equation="F = p l0^2 (f0 / eps + f1 + f2 eps + f3 eps^2 + f4 eps^3)",
+        source="seed 002, equations (1) and (2)",
+        group=Pleated,
+        force_function=pleated_force,
+        dp_function=pleated_force_dp,
+        dkappa_function=pleated_force_dkappa,
+        pressure_function=pleated_pressure,
+        braid_fields=("nominal_length",),
+        pressure_range=_PLEATED_PRESSURES,
+        limits=_fitted,
+        notes="NaN at and below zero contraction, too large below 5 %. Coefficients for l0/R = 6 in"
+        " pamsim.muscles.pleated_fit. The braid's volume is not that of a pleated muscle.",
+    ),
+    ForceLaw(
+        title="Pleated muscle, exact shape for many fibres",
+        equation="F = p l0^2 pi (1 - 2 m) / (2 F(a|m)^2), l0/R = F(a|m) / (sqrt(m) cos(a)),"
+        " eps = 2 (1 - E(a|m) / F(a|m))",
+        source="seed 002, equation (1), derived from zero hoop stress",
+        group=PleatedShape,
+        force_function=pleated_shape_force,
+        dp_function=pleated_shape_force_dp,
+        dkappa_function=pleated_shape_force_dkappa,
+        pressure_function=pleated_shape_pressure,
+        braid_fields=("nominal_length",),
+        pressure_range=_PLEATED_PRESSURES,
+        limits=_pleated_to_largest,
+        notes="The limit of many fibres: seed 002 measures less with 25 fibres than with 40. NaN at"
+        " and below zero contraction. The braid's volume is not that of a pleated muscle; its own"
+        " is pleated_shape_volume.",
+    ),
+)
+
+FORCE_LAWS: Mapping[str, ForceLaw] = MappingProxyType({law.name: law for law in _LAWS})
+"""Every force law by its name."""

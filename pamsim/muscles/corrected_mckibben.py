@@ -1,0 +1,203 @@
+"""The McKibben force with its two empirical corrections (seed 004, equation (2)).
+
+F = mu p pi r0^2 (a (1 - eps kappa)^2 - b), a = 3 / tan^2(alpha0), b = 1 / sin^2(alpha0),
+eps = a_eps exp(-p/bar) - b_eps, mu = a_kappa exp(-k0 kappa) - b_kappa.
+
+eps makes the largest contraction depend on pressure, mu lowers the force near nominal length. The
+paper puts p in bar into exp(-p): here p is in Pa throughout and divided by one bar inside eps, so
+a_eps and b_eps keep the values a fit in bar gives. Both corrections are printed with a minus before
+their second constant; the ideal law is a_eps = a_kappa = 0, b_eps = b_kappa = -1.
+
+Inverse p(F, kappa): with x = p/bar and w(x) = 1 - eps kappa, the force is proportional to
+g(x) = x (a w^2 - b). If a_eps kappa >= 0, w never falls with x, so from the threshold x* on, where
+w reaches sqrt(b/a), both factors of g grow: each pull F >= 0 has exactly one pressure above x*,
+found by a bracketed Newton iteration. If a_eps kappa < 0 the two factors compete and no such
+statement holds, so there the inverse is NaN.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import ClassVar
+
+from pamsim.core.parameters import ParameterGroup, parameter
+from pamsim.core.units import PA_PER_BAR
+
+
+@dataclass(frozen=True, kw_only=True)
+class CorrectedMcKibben(ParameterGroup):
+    """The four fitted constants and the decay that the paper fixes at 40."""
+
+    group: ClassVar[str] = "force"
+    law: ClassVar[str] = "corrected_mckibben"
+    scale: float = parameter(
+        unit="1", low=0.0, high=5.0, low_open=True, doc="factor on the force", default=1.0
+    )
+    a_eps: float = parameter(
+        unit="1", low=-10.0, high=10.0, doc="part of eps that dies with pressure"
+    )
+    b_eps: float = parameter(
+        unit="1", low=-10.0, high=10.0, doc="minus eps at high pressure; -1 is ideal"
+    )
+    a_kappa: float = parameter(
+        unit="1", low=-10.0, high=10.0, doc="part of mu that dies with contraction"
+    )
+    b_kappa: float = parameter(
+        unit="1", low=-10.0, high=10.0, doc="minus mu at large contraction; -1 is ideal"
+    )
+    k0: float = parameter(
+        unit="1", low=0.0, high=200.0, doc="decay of mu with contraction", default=40.0
+    )
+
+
+def corrected_mckibben_force(
+    pressure: float,
+    contraction: float,
+    a_eps: float,
+    b_eps: float,
+    a_kappa: float,
+    b_kappa: float,
+    k0: float,
+    diameter: float,
+    fibre_angle: float,
+) -> float:
+    """Force of the corrected McKibben law (seed 004, equation (2)).
+
+    Args:
+        pressure: gauge pressure p [Pa].
+        contraction: kappa = 1 - l/l0 [-].
+        a_eps: [-].
+        b_eps: [-].
+        a_kappa: [-].
+        b_kappa: [-].
+        k0: [-].
+        diameter: D0 = 2 r0 [m].
+        fibre_angle: alpha0 [rad].
+
+    Returns:
+        Force [N], positive when the muscle pulls; not yet limited to tension.
+    """
+    mu = a_kappa * math.exp(-k0 * contraction) - b_kappa
+    eps = a_eps * math.exp(-pressure / PA_PER_BAR) - b_eps
+    braid = _braid_bracket(1.0 - eps * contraction, fibre_angle)
+    return 0.25 * math.pi * diameter * diameter * mu * pressure * braid
+
+
+def corrected_mckibben_force_dp(
+    pressure: float,
+    contraction: float,
+    a_eps: float,
+    b_eps: float,
+    a_kappa: float,
+    b_kappa: float,
+    k0: float,
+    diameter: float,
+    fibre_angle: float,
+) -> float:
+    """Derivative dF/dp [N/Pa] of `corrected_mckibben_force`, whose arguments it takes."""
+    mu = a_kappa * math.exp(-k0 * contraction) - b_kappa
+    decay = a_eps * math.exp(-pressure / PA_PER_BAR)
+    stretch = 1.0 - (decay - b_eps) * contraction
+    stretch_dp = decay * contraction / PA_PER_BAR
+    braid = _braid_bracket(stretch, fibre_angle)
+    braid_dp = _braid_bracket_slope(stretch, fibre_angle) * stretch_dp
+    return 0.25 * math.pi * diameter * diameter * mu * (braid + pressure * braid_dp)
+
+
+def corrected_mckibben_force_dkappa(
+    pressure: float,
+    contraction: float,
+    a_eps: float,
+    b_eps: float,
+    a_kappa: float,
+    b_kappa: float,
+    k0: float,
+    diameter: float,
+    fibre_angle: float,
+) -> float:
+    """Derivative dF/dkappa [N] of `corrected_mckibben_force`, whose arguments it takes."""
+    decay = a_kappa * math.exp(-k0 * contraction)
+    eps = a_eps * math.exp(-pressure / PA_PER_BAR) - b_eps
+    stretch = 1.0 - eps * contraction
+    braid = _braid_bracket(stretch, fibre_angle)
+    braid_dkappa = -eps * _braid_bracket_slope(stretch, fibre_angle)
+    slope = -k0 * decay * braid + (decay - b_kappa) * braid_dkappa
+    return 0.25 * math.pi * diameter * diameter * pressure * slope
+
+
+def corrected_mckibben_pressure(
+    force: float,
+    contraction: float,
+    a_eps: float,
+    b_eps: float,
+    a_kappa: float,
+    b_kappa: float,
+    k0: float,
+    diameter: float,
+    fibre_angle: float,
+) -> float:
+    """Pressure that gives a pull: the inverse of `corrected_mckibben_force`.
+
+    Args:
+        force: F [N], not negative.
+        contraction: kappa [-].
+        a_eps: [-].
+        b_eps: [-].
+        a_kappa: [-].
+        b_kappa: [-].
+        k0: [-].
+        diameter: D0 [m].
+        fibre_angle: alpha0 [rad].
+
+    Returns:
+        The largest gauge pressure with that force [Pa], which is the only one above the threshold;
+        NaN for a push, where no pressure pulls, and where a_eps kappa < 0 (see the module).
+    """
+    gain = a_kappa * math.exp(-k0 * contraction) - b_kappa
+    gain = 0.25 * math.pi * diameter * diameter * PA_PER_BAR * gain
+    swing = a_eps * contraction
+    settled = 1.0 + b_eps * contraction
+    balance = 1.0 / (math.sqrt(3.0) * math.cos(fibre_angle))
+    # Written so that NaN in any of them ends here too.
+    if not (force >= 0.0 and gain > 0.0 and swing >= 0.0 and settled > balance):
+        return math.nan
+    wanted = force / gain
+    low = 0.0
+    if settled - swing < balance:
+        low = math.log(swing / (settled - balance))
+    # One bar above the threshold the bracket of the braid is positive and can only grow: the force
+    # divided by it bounds the pressure.
+    high = low + 1.0
+    bound = wanted / _braid_bracket(settled - swing * math.exp(-high), fibre_angle)
+    if bound > high:
+        high = bound
+    bar = high
+    for _ in range(100):
+        decay = swing * math.exp(-bar)
+        braid = _braid_bracket(settled - decay, fibre_angle)
+        miss = bar * braid - wanted
+        if miss > 0.0:
+            high = bar
+        else:
+            low = bar
+        slope = braid + bar * decay * _braid_bracket_slope(settled - decay, fibre_angle)
+        following = 0.5 * (low + high)
+        if slope > 0.0 and low <= bar - miss / slope <= high:
+            following = bar - miss / slope
+        if following == bar:
+            break
+        bar = following
+    return PA_PER_BAR * bar
+
+
+def _braid_bracket(stretch: float, fibre_angle: float) -> float:
+    """A stretch^2 - b with the constants of the braid."""
+    sine = math.sin(fibre_angle)
+    return (3.0 * stretch * stretch * (1.0 - sine * sine) - 1.0) / (sine * sine)
+
+
+def _braid_bracket_slope(stretch: float, fibre_angle: float) -> float:
+    """Derivative 2 a stretch of `_braid_bracket`."""
+    sine = math.sin(fibre_angle)
+    return 6.0 * stretch * (1.0 - sine * sine) / (sine * sine)

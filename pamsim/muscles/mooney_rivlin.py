@@ -1,0 +1,186 @@
+"""McKibben muscle with an elastic tube: virtual work of the air minus the energy of the rubber.
+
+F = -p dV/dl - c1 I1'(k) / 2 - c2 I2'(k) / 2, with k = (kappa - kappa_0) / eta the contraction of
+the braid itself. The tube follows the inextensible braid, so its stretches are lambda_1 = 1 - k
+along, lambda_2 = sqrt((1 - cos^2(alpha0) lambda_1^2) / sin^2(alpha0)) round, and, since rubber keeps
+its volume, 1 / (lambda_1 lambda_2) through the wall; I1 and I2 are their Mooney-Rivlin invariants.
+That is the law of Klute and Hannaford (J. Dyn. Syst. Meas. Control 122, 2000, 386-388). Two numbers
+are added here: kappa_0, because a data sheet's nominal length is not the exact length at which the
+rubber is free, and eta, the share of the length that works as an ideal braid, because near its end
+fittings a muscle keeps its diameter (Tondu and Lopez, IEEE Control Syst. Mag. 20, 2000, 15-38).
+
+The tube resists as soon as the braid turns and then hardly more, since the hoop stretch, which
+stores the energy, slows down: this is what a force map shows, and it comes without an exponential,
+so the law does not run away outside the fitted contractions. On measured maps c1 comes out
+negative. c1 and c2 are then constants of the whole wall (rubber, embedded fibres, their friction),
+not of rubber alone, and say nothing about stretches that were not measured.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import ClassVar
+
+from pamsim.core.parameters import ParameterGroup, parameter
+from pamsim.muscles.braid import volume_curvature, volume_slope
+
+
+@dataclass(frozen=True, kw_only=True)
+class MooneyRivlin(ParameterGroup):
+    """Wall of the tube, its free length, and the share of it that contracts."""
+
+    group: ClassVar[str] = "force"
+    law: ClassVar[str] = "mooney_rivlin"
+    scale: float = parameter(
+        unit="1", low=0.0, high=5.0, low_open=True, doc="factor on the force", default=1.0
+    )
+    c1: float = parameter(
+        unit="N", low=-1e4, high=1e4, doc="2 C10 times the cross-section of the wall"
+    )
+    c2: float = parameter(
+        unit="N", low=-1e4, high=1e4, doc="2 C01 times the cross-section of the wall"
+    )
+    slack_contraction: float = parameter(
+        unit="1", low=-0.05, high=0.05, doc="contraction at which the tube is free", default=0.0
+    )
+    active_share: float = parameter(
+        unit="1", low=0.7, high=1.3, doc="share of the length that works as a braid", default=1.0
+    )
+
+
+def mooney_rivlin_force(
+    pressure: float,
+    contraction: float,
+    c1: float,
+    c2: float,
+    slack_contraction: float,
+    active_share: float,
+    diameter: float,
+    fibre_angle: float,
+) -> float:
+    """Force of a braid over a Mooney-Rivlin tube (Klute and Hannaford 2000, with end effect).
+
+    Args:
+        pressure: gauge pressure p [Pa].
+        contraction: kappa = 1 - l/l0 [-].
+        c1: [N].
+        c2: [N].
+        slack_contraction: kappa_0 [-].
+        active_share: eta [-].
+        diameter: D0 [m].
+        fibre_angle: alpha0 [rad].
+
+    Returns:
+        Force [N], positive when the muscle pulls; not yet limited to tension. NaN where the braid
+        cannot be: stretched until its fibres lie straight, or shorter than nothing.
+    """
+    braid = (contraction - slack_contraction) / active_share
+    wall = _wall_force(braid, c1, c2, fibre_angle)
+    return -pressure * volume_slope(1.0 - braid, 1.0, diameter, fibre_angle) - wall
+
+
+def mooney_rivlin_force_dp(
+    pressure: float,
+    contraction: float,
+    c1: float,
+    c2: float,
+    slack_contraction: float,
+    active_share: float,
+    diameter: float,
+    fibre_angle: float,
+) -> float:
+    """Derivative dF/dp [N/Pa] of `mooney_rivlin_force`, whose arguments it takes."""
+    del pressure, c1, c2
+    braid = (contraction - slack_contraction) / active_share
+    return -volume_slope(1.0 - braid, 1.0, diameter, fibre_angle)
+
+
+def mooney_rivlin_force_dkappa(
+    pressure: float,
+    contraction: float,
+    c1: float,
+    c2: float,
+    slack_contraction: float,
+    active_share: float,
+    diameter: float,
+    fibre_angle: float,
+) -> float:
+    """Derivative dF/dkappa [N] of `mooney_rivlin_force`, whose arguments it takes."""
+    braid = (contraction - slack_contraction) / active_share
+    air = pressure * volume_curvature(1.0 - braid, 1.0, diameter, fibre_angle)
+    return (air - _wall_stiffness(braid, c1, c2, fibre_angle)) / active_share
+
+
+def mooney_rivlin_pressure(
+    force: float,
+    contraction: float,
+    c1: float,
+    c2: float,
+    slack_contraction: float,
+    active_share: float,
+    diameter: float,
+    fibre_angle: float,
+) -> float:
+    """Pressure that gives a force: the inverse of `mooney_rivlin_force`, linear in pressure.
+
+    Args:
+        force: F [N].
+        contraction: kappa [-].
+        c1: [N].
+        c2: [N].
+        slack_contraction: kappa_0 [-].
+        active_share: eta [-].
+        diameter: D0 [m].
+        fibre_angle: alpha0 [rad].
+
+    Returns:
+        Gauge pressure p [Pa], negative if no filling gives so little force; NaN where dV/dl = 0.
+    """
+    braid = (contraction - slack_contraction) / active_share
+    slope = volume_slope(1.0 - braid, 1.0, diameter, fibre_angle)
+    if slope == 0.0:
+        return math.nan
+    return -(force + _wall_force(braid, c1, c2, fibre_angle)) / slope
+
+
+def _wall_force(braid: float, c1: float, c2: float, fibre_angle: float) -> float:
+    """(c1 dI1/dk + c2 dI2/dk) / 2 [N]: what the wall takes from the pull of the air."""
+    cot2 = 1.0 / math.tan(fibre_angle) ** 2
+    along = 1.0 - braid
+    hoop2 = 1.0 + cot2 * (1.0 - along * along)
+    if along <= 0.0 or hoop2 <= 0.0:
+        return math.nan
+    # d(lambda_1)/dk = -1 and d(lambda_2^2)/dk = 2 turn.
+    turn = cot2 * along
+    first = turn - along + 1.0 / (along**3 * hoop2) - turn / (along * along * hoop2 * hoop2)
+    second = along * along * turn - along * hoop2 + 1.0 / along**3 - turn / (hoop2 * hoop2)
+    return c1 * first + c2 * second
+
+
+def _wall_stiffness(braid: float, c1: float, c2: float, fibre_angle: float) -> float:
+    """Derivative [N] of `_wall_force` by the contraction of the braid."""
+    cot2 = 1.0 / math.tan(fibre_angle) ** 2
+    along = 1.0 - braid
+    hoop2 = 1.0 + cot2 * (1.0 - along * along)
+    if along <= 0.0 or hoop2 <= 0.0:
+        return math.nan
+    turn = cot2 * along
+    thin = 1.0 / (along * along * hoop2)  # lambda_3^2
+    first = (
+        1.0
+        - cot2
+        + 3.0 * thin / (along * along)
+        - 4.0 * turn * thin / (along * hoop2)
+        + cot2 * thin / hoop2
+        + 4.0 * turn * turn * thin / (hoop2 * hoop2)
+    )
+    second = (
+        hoop2
+        - 4.0 * turn * along
+        - cot2 * along * along
+        + 3.0 / along**4
+        + cot2 / (hoop2 * hoop2)
+        + 4.0 * turn * turn / hoop2**3
+    )
+    return c1 * first + c2 * second

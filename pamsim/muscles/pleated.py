@@ -1,0 +1,147 @@
+"""Force of a pleated muscle by its dimensionless force function (seed 002, equations (1), (2)).
+
+F = p l0^2 f_t0(eps), f_t0 = f0 / eps + f1 + f2 eps + f3 eps^2 + f4 eps^3, eps = 1 - l/l0.
+
+The form is a fit, good above 5 % contraction; seed 002 prints no coefficients. Constants fitted to
+the exact shape are in `pamsim.muscles.pleated_fit`. At and below eps = 0 there is no force to give:
+the membrane cannot be longer than l0, and the law is NaN there so that a run stops. Between 0 and
+5 % the elasticity of the fibres, which the law neglects, limits the real force.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import ClassVar
+
+from pamsim.core.parameters import ParameterGroup, parameter
+
+
+@dataclass(frozen=True, kw_only=True)
+class Pleated(ParameterGroup):
+    """Coefficients of the dimensionless force function."""
+
+    group: ClassVar[str] = "force"
+    law: ClassVar[str] = "pleated"
+    scale: float = parameter(
+        unit="1", low=0.0, high=5.0, low_open=True, doc="factor on the force", default=1.0
+    )
+    f0: float = parameter(unit="1", low=-10.0, high=10.0, doc="coefficient of 1/eps")
+    f1: float = parameter(unit="1", low=-100.0, high=100.0, doc="constant")
+    f2: float = parameter(unit="1", low=-1e3, high=1e3, doc="coefficient of eps")
+    f3: float = parameter(unit="1", low=-1e4, high=1e4, doc="coefficient of eps^2")
+    f4: float = parameter(unit="1", low=-1e4, high=1e4, doc="coefficient of eps^3")
+
+
+def pleated_function(
+    contraction: float, f0: float, f1: float, f2: float, f3: float, f4: float
+) -> float:
+    """Dimensionless force function f_t0 (seed 002, equation (2)).
+
+    Args:
+        contraction: eps = 1 - l/l0 [-].
+        f0: [-].
+        f1: [-].
+        f2: [-].
+        f3: [-].
+        f4: [-].
+
+    Returns:
+        f_t0 [-]; NaN at and below zero contraction.
+    """
+    if not contraction > 0.0:
+        return math.nan
+    return f0 / contraction + f1 + contraction * (f2 + contraction * (f3 + contraction * f4))
+
+
+def pleated_force(
+    pressure: float,
+    contraction: float,
+    f0: float,
+    f1: float,
+    f2: float,
+    f3: float,
+    f4: float,
+    nominal_length: float,
+) -> float:
+    """Force of a pleated muscle (seed 002, equations (1) and (2)).
+
+    Args:
+        pressure: gauge pressure p [Pa].
+        contraction: eps = 1 - l/l0 [-].
+        f0: [-].
+        f1: [-].
+        f2: [-].
+        f3: [-].
+        f4: [-].
+        nominal_length: length l0 of the membrane [m].
+
+    Returns:
+        Force [N], positive when the muscle pulls; not yet limited to tension. NaN for eps <= 0.
+    """
+    area = nominal_length * nominal_length
+    return pressure * area * pleated_function(contraction, f0, f1, f2, f3, f4)
+
+
+def pleated_force_dp(
+    pressure: float,
+    contraction: float,
+    f0: float,
+    f1: float,
+    f2: float,
+    f3: float,
+    f4: float,
+    nominal_length: float,
+) -> float:
+    """Derivative dF/dp [N/Pa] of `pleated_force`, whose arguments it takes."""
+    return nominal_length * nominal_length * pleated_function(contraction, f0, f1, f2, f3, f4)
+
+
+def pleated_force_dkappa(
+    pressure: float,
+    contraction: float,
+    f0: float,
+    f1: float,
+    f2: float,
+    f3: float,
+    f4: float,
+    nominal_length: float,
+) -> float:
+    """Derivative dF/deps [N] of `pleated_force`, whose arguments it takes."""
+    if not contraction > 0.0:
+        return math.nan
+    polynomial = f2 + contraction * (2.0 * f3 + contraction * 3.0 * f4)
+    slope = polynomial - f0 / (contraction * contraction)
+    return pressure * nominal_length * nominal_length * slope
+
+
+def pleated_pressure(
+    force: float,
+    contraction: float,
+    f0: float,
+    f1: float,
+    f2: float,
+    f3: float,
+    f4: float,
+    nominal_length: float,
+) -> float:
+    """Pressure that gives a force: the inverse of `pleated_force`.
+
+    Args:
+        force: F [N].
+        contraction: eps [-].
+        f0: [-].
+        f1: [-].
+        f2: [-].
+        f3: [-].
+        f4: [-].
+        nominal_length: l0 [m].
+
+    Returns:
+        Gauge pressure p [Pa], negative where the muscle cannot pull; NaN where f_t0 is zero or not
+        defined.
+    """
+    area = nominal_length * nominal_length * pleated_function(contraction, f0, f1, f2, f3, f4)
+    if area == 0.0:
+        return math.nan
+    return force / area

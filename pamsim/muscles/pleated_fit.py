@@ -1,0 +1,84 @@
+"""Coefficients of the pleated force function from the exact shape (seed 002, equation (2)).
+
+Seed 002 says that f0..f4 "are determined by fitting (2) to the theoretical f_t0 or to measured
+data" and prints none. Here they are fitted to the theoretical one, for many fibres.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from pamsim.muscles.pleated import Pleated, pleated_function
+from pamsim.muscles.pleated_shape import pleated_shape_function
+
+FIT_RANGE: tuple[float, float] = (0.05, 0.35)
+"""Contractions of the fit: from where the law holds to the largest one seed 002 measures."""
+
+SLENDERNESS_6 = Pleated(
+    f0=0.02300273978,
+    f1=1.031348789,
+    f2=-4.596929223,
+    f3=6.726459461,
+    f4=-5.078786628,
+)
+"""`fit_pleated` of l0/R = 6, the muscle of seed 002. Not measured: fitted to the exact shape."""
+
+
+def fit_pleated(
+    slenderness: float,
+    contractions: tuple[float, float] = FIT_RANGE,
+    points: int = 400,
+) -> Pleated:
+    """Fit (2) to the exact f_t0 with the least squares of the relative error.
+
+    The points are Chebyshev nodes, which keep the error at the ends of the range as small as
+    inside it.
+
+    Args:
+        slenderness: l0/R [-].
+        contractions: range of the fit, inside the range in which the muscle pulls [-].
+        points: number of nodes.
+
+    Returns:
+        The coefficients.
+
+    Raises:
+        ParameterError: if a coefficient is out of range, also if the muscle has no shape at a node.
+    """
+    low, high = contractions
+    angles = (np.arange(points) + 0.5) * np.pi / points
+    nodes = low + 0.5 * (high - low) * (1.0 - np.cos(angles))
+    exact = np.array([pleated_shape_function(float(node), slenderness) for node in nodes])
+    terms = np.stack([1.0 / nodes, nodes**0, nodes, nodes**2, nodes**3], axis=1)
+    relative = terms / exact[:, None]
+    f0, f1, f2, f3, f4 = _least_squares(relative, np.ones(points))
+    return Pleated(f0=f0, f1=f1, f2=f2, f3=f3, f4=f4)
+
+
+def worst_relative_error(
+    law: Pleated,
+    slenderness: float,
+    contractions: tuple[float, float] = FIT_RANGE,
+    points: int = 301,
+) -> float:
+    """Largest |approximate / exact - 1| of f_t0 over a range.
+
+    Args:
+        law: coefficients.
+        slenderness: l0/R [-].
+        contractions: range, ends included [-].
+        points: number of equally spaced contractions.
+
+    Returns:
+        Worst relative error [-].
+    """
+    worst = 0.0
+    for eps in np.linspace(*contractions, points).tolist():
+        exact = pleated_shape_function(eps, slenderness)
+        fitted = pleated_function(eps, law.f0, law.f1, law.f2, law.f3, law.f4)
+        worst = max(worst, abs(fitted / exact - 1.0))
+    return worst
+
+
+def _least_squares(matrix: np.ndarray, wanted: np.ndarray) -> list[float]:
+    return np.linalg.lstsq(matrix, wanted, rcond=None)[0].tolist()

@@ -1,0 +1,77 @@
+"""The exponential force law at one pressure (seed 004, equation (3)).
+
+F = a exp(b kappa) + d kappa + e. The paper writes a exp(b kappa + c): exp(c) is a second factor on
+the same term, which no measurement can tell from a, so `a` here is the paper's a exp(c)
+(`folded_factor`). The law describes one isobar of a force map. It does not know what pressure does:
+its derivative by pressure is zero and it has no inverse p(F, kappa).
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import ClassVar
+
+from pamsim.core.parameters import ParameterGroup, parameter
+
+
+@dataclass(frozen=True, kw_only=True)
+class SinglePressureExponential(ParameterGroup):
+    """Coefficients of one isobar, in the letters of the paper without c."""
+
+    group: ClassVar[str] = "force"
+    law: ClassVar[str] = "single_pressure_exponential"
+    scale: float = parameter(
+        unit="1", low=0.0, high=5.0, low_open=True, doc="factor on the force", default=1.0
+    )
+    a: float = parameter(unit="N", low=-1e4, high=1e4, doc="factor of the exponential")
+    b: float = parameter(unit="1", low=-200.0, high=0.0, doc="decay of the exponential")
+    d: float = parameter(unit="N", low=-1e5, high=1e5, doc="change with contraction")
+    e: float = parameter(unit="N", low=-1e4, high=1e4, doc="force without the exponential")
+
+
+def folded_factor(factor: float, exponent: float) -> float:
+    """A factor with the redundant exponent the paper adds, as one number: factor exp(exponent).
+
+    Args:
+        factor: a of seed 004 (3), or a or b of (4).
+        exponent: c of (3), or d of (4) [-].
+
+    Returns:
+        The factor of exp(slope kappa), in the unit of ``factor``.
+    """
+    return factor * math.exp(exponent)
+
+
+def single_pressure_force(
+    pressure: float, contraction: float, a: float, b: float, d: float, e: float
+) -> float:
+    """Force on one isobar (seed 004, equation (3)).
+
+    Args:
+        pressure: gauge pressure [Pa]; taken for the sake of one signature and has no influence.
+        contraction: kappa = 1 - l/l0 [-].
+        a: [N].
+        b: [-], negative.
+        d: [N].
+        e: [N].
+
+    Returns:
+        Force [N], positive when the muscle pulls; not yet limited to tension.
+    """
+    # 0 p is zero for every pressure and NaN for a lost one, which must not go unnoticed.
+    return a * math.exp(b * contraction) + d * contraction + e + 0.0 * pressure
+
+
+def single_pressure_force_dp(
+    pressure: float, contraction: float, a: float, b: float, d: float, e: float
+) -> float:
+    """Derivative dF/dp = 0 of `single_pressure_force`, whose arguments it takes; NaN stays NaN."""
+    return 0.0 * single_pressure_force(pressure, contraction, a, b, d, e)
+
+
+def single_pressure_force_dkappa(
+    pressure: float, contraction: float, a: float, b: float, d: float, e: float
+) -> float:
+    """Derivative dF/dkappa [N] of `single_pressure_force`, whose arguments it takes."""
+    return a * b * math.exp(b * contraction) + d + 0.0 * pressure

@@ -1,0 +1,281 @@
+"""The kernel is the laws put together and nothing else; what is neutral leaves no trace."""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+
+import numpy as np
+import pytest
+
+from pamsim.actuator import kernel
+from pamsim.actuator.layout import pack
+from pamsim.actuator.muscle import COMMANDS, Muscle
+from pamsim.hysteresis.bouc_wen import BoucWen, bouc_wen_rate
+from pamsim.muscles.braid import volume
+from pamsim.muscles.exponential import SixParameter, six_parameter_force
+from pamsim.muscles.mckibben import IdealMcKibben, ideal_force
+from pamsim.muscles.passive import HardeningPassive, hardening_force
+from pamsim.muscles.tension import Threshold
+from pamsim.pneumatics.chamber import absolute_pressure, air_state_rate
+from pamsim.pneumatics.valves import (
+    clamped_opening,
+    pulsed_opening,
+    regulated_opening,
+    valve_flow,
+)
+from tests.unit.actuator.muscles import KINDS, charged, make
+from tests.unit.core.refusals import cases
+
+RNG = np.random.default_rng(5)
+CASES = [
+    (float(tendon), float(pressure), float(z))
+    for tendon, pressure, z in zip(
+        RNG.uniform(0.13, 0.21, 40),  # contraction from 28 % to -4 %
+        RNG.uniform(-5e4, 6e5, 40),
+        RNG.uniform(-1.0, 1.0, 40),
+        strict=True,
+    )
+]
+"""Tendon length [m], gauge pressure [Pa], z [-]."""
+
+
+def geometry(muscle: Muscle, tendon: float) -> tuple[float, float, float]:
+    """Length [m], contraction [-] and air volume [m^3], straight from the parameters."""
+    braid = muscle.braid
+    length = muscle.mounting.length_at_zero + tendon
+    inside = volume(length, braid.nominal_length, braid.diameter, braid.fibre_angle)
+    return length, 1.0 - length / braid.nominal_length, inside + muscle.chamber.dead_volume
+
+
+def composed_tension(muscle: Muscle, act: list[float], tendon: float) -> float:
+    """Tension from the laws and the muscle's groups, without any row."""
+    length, kappa, room = geometry(muscle, tendon)
+    chamber, braid, law = muscle.chamber, muscle.braid, muscle.force
+    pressure = (act[-1] / room) ** chamber.polytropic_index - chamber.atmosphere
+    felt = max(pressure - muscle.threshold.pressure, 0.0)
+    if isinstance(law, SixParameter):
+        active = six_parameter_force(felt, kappa, law.a, law.b, law.c, law.d, law.e, law.f)
+    else:
+        active = ideal_force(felt, length, braid.nominal_length, braid.diameter, braid.fibre_angle)
+    passive = muscle.passive
+    force = law.scale * active + hardening_force(
+        kappa, passive.stiffness, passive.hardening, passive.slack_contraction
+    )
+    if muscle.hysteresis is not None:
+        loop = muscle.hysteresis
+        force -= (loop.force + loop.force_per_pressure * max(pressure, 0.0)) * act[0]
+    return max(force, 0.0)
+
+
+def rates(muscle: Muscle, act: list[float], tendon: float, velocity: float, command: float):
+    out = [math.inf] * len(act)
+    kernel.state_rates(pack(muscle).tolist(), act, out, tendon, velocity, command, 0.0123, 1e-3)
+    return out
+
+
+@pytest.mark.parametrize("kind", KINDS, ids="-".join)
+def test_tension_is_the_laws_put_together(kind):
+    muscle = make(*kind)
+    row = pack(muscle)
+    tensions: list[float] = []
+    for tendon, pressure, z in CASES:
+        act = charged(muscle, tendon, pressure, z)
+        tensions.append(kernel.tension(row.tolist(), act, tendon))
+        assert tensions[-1] == pytest.approx(composed_tension(muscle, act, tendon), abs=1e-9)
+        assert tensions[-1] == kernel.tension(row, np.array(act), tendon)  # arrays do as well
+    assert min(tensions) == 0.0  # slack and taut muscles are both among the cases
+    assert sum(tension > 0.0 for tension in tensions) > 15
+
+
+@pytest.mark.parametrize("command", COMMANDS)
+def test_rates_are_the_laws_put_together(command):
+    muscle = make(loop="bouc_wen", command=command)
+    chamber, valve, loop = muscle.chamber, muscle.valve, muscle.hysteresis
+    assert loop is not None
+    for index, (tendon, pressure, z) in enumerate(CASES):
+        act = charged(muscle, tendon, pressure, z)
+        velocity, told = 0.1 * math.sin(index), math.cos(index)
+        if command == "pressure":
+            told = pressure + 1.5e4 * told
+        room = geometry(muscle, tendon)[2]
+        p_abs = absolute_pressure(act[-1], room, chamber.polytropic_index, chamber.floor)
+        opening = {
+            "valve": clamped_opening(told),
+            "pulse": pulsed_opening(told, 0.0123, valve.pulse_period),
+            "pressure": regulated_opening(
+                told,
+                p_abs - chamber.atmosphere,
+                valve.regulator_band,
+                valve.regulator_dead_band,
+            ),
+        }[command]
+        flow = valve_flow(
+            opening,
+            p_abs,
+            valve.supply_pressure + chamber.atmosphere,
+            chamber.atmosphere,
+            valve.conductance_fill,
+            valve.conductance_exhaust,
+            valve.critical_ratio,
+            valve.laminar_ratio,
+            chamber.temperature,
+        )
+        shortening = -velocity / muscle.braid.nominal_length
+        assert rates(muscle, act, tendon, velocity, told) == pytest.approx(
+            [
+                bouc_wen_rate(z, shortening, loop.yield_contraction, loop.sigma, loop.sharpness),
+                air_state_rate(act[-1], p_abs, room, chamber.temperature, flow),
+            ],
+            rel=1e-12,
+        )
+
+
+def test_commands_mean_what_the_row_says():
+    rows = {command: pack(make(command=command)).tolist() for command in COMMANDS}
+    valve = make().valve
+    half, late = 0.4 * valve.pulse_period, 0.6 * valve.pulse_period
+    assert kernel.valve_opening(rows["valve"], 1.7, 1e5, half) == 1.0
+    assert kernel.valve_opening(rows["valve"], -0.5, 1e5, half) == -0.5
+    assert kernel.valve_opening(rows["pulse"], -0.5, 1e5, half) == -1.0
+    assert kernel.valve_opening(rows["pulse"], -0.5, 1e5, late) == 0.0
+    error = valve.regulator_dead_band + 0.25 * valve.regulator_band
+    assert kernel.valve_opening(rows["pressure"], 1e5 + error, 1e5, half) == pytest.approx(0.25)
+    assert kernel.valve_opening(rows["pressure"], 1e5 - error, 1e5, half) == pytest.approx(-0.25)
+
+
+@pytest.mark.parametrize("kind", KINDS, ids="-".join)
+@pytest.mark.parametrize("air", [0.0, -1.0, math.nan])
+def test_a_chamber_that_was_never_charged_gives_nan(kind, air):
+    muscle = make(*kind)
+    act = [*charged(muscle, 0.2, 1e5)[:-1], air]
+    row = pack(muscle).tolist()
+    assert math.isnan(kernel.gauge_pressure(row, act, 0.2))
+    assert math.isnan(kernel.tension(row, act, 0.2))
+    assert math.isnan(rates(muscle, act, 0.2, 0.0, 0.5)[-1])
+
+
+@pytest.mark.parametrize("command", cases({c: c for c in COMMANDS}, bugs=["pulse"]))
+def test_a_nan_command_does_not_shut_the_valves(command):
+    muscle = make(command=command)
+    assert math.isnan(rates(muscle, charged(muscle, 0.2, 1e5), 0.2, 0.0, math.nan)[-1])
+
+
+def test_charging_and_reading_the_pressure_invert_each_other():
+    row = pack(make())
+    for tendon, pressure, _ in CASES:
+        act = [kernel.charged_air_state(row, tendon, pressure)]
+        assert kernel.gauge_pressure(row, act, tendon) == pytest.approx(pressure, abs=1e-6)
+
+
+def test_shut_valves_leave_the_air_state_alone_at_any_motion():
+    muscle = make()
+    for tendon, pressure, _ in CASES:
+        assert rates(muscle, charged(muscle, tendon, pressure), tendon, 3.0, 0.0) == [0.0]
+
+
+def test_length_and_contraction_are_those_of_the_muscle_on_its_tendon():
+    muscle = make()
+    row = pack(muscle).tolist()
+    for tendon, _, _ in CASES:
+        length, kappa, room = geometry(muscle, tendon)
+        assert kernel.muscle_length(row, tendon) == length
+        assert kernel.contraction(row, tendon) == kappa
+        assert kernel.chamber_volume(row, tendon) == room
+
+
+def test_muscle_pulls_less_while_it_shortens_and_a_cycle_costs_work():
+    """The loop's sign: at one length the shortening muscle is the weaker one."""
+    muscle = make(loop="bouc_wen")
+    row, steps = pack(muscle).tolist(), 4000
+    phase = 2.0 * math.pi * np.arange(2 * steps + 1) / steps
+    tendons, velocities = 0.18 + 0.01 * np.sin(phase), 0.01 * np.cos(phase)
+    act = charged(muscle, float(tendons[0]), 3e5, 0.0)
+    tensions, out = [], [0.0, 0.0]
+    for tendon, velocity in zip(tendons.tolist(), velocities.tolist(), strict=True):
+        tensions.append(kernel.tension(row, act, tendon))
+        kernel.state_rates(row, act, out, tendon, velocity, 0.0, 0.0, 1e-3)
+        act[0] += out[0] * 2.0 * math.pi / steps
+        assert out[1] == 0.0
+    lengthening, shortening = tensions[steps], tensions[steps + steps // 2]
+    assert lengthening > shortening > 0.0
+    last = slice(steps, None)
+    assert np.trapezoid(tensions[last], tendons[last]) > 0.0  # the tendon puts work in
+
+
+# --- neutral values: equal to the last bit ------------------------------------------------------
+
+
+def bits(values: list[float]) -> list[str]:
+    return [float(value).hex() for value in values]
+
+
+def traces(muscle: Muscle) -> list[list[str]]:
+    """Tension and rate of the air over all cases of a gauge pressure that is not negative."""
+    row = pack(muscle).tolist()
+    found = []
+    for tendon, pressure, z in CASES:
+        act = charged(muscle, tendon, abs(pressure), z)
+        tension = kernel.tension(row, act, tendon)
+        found.append(bits([tension, rates(muscle, act, tendon, 0.02, 0.7)[-1]]))
+    return found
+
+
+WITHOUT = {
+    "passive": (HardeningPassive(), HardeningPassive(hardening=77.0, slack_contraction=0.1)),
+    "hysteresis": (None, BoucWen(yield_contraction=0.01, sigma=0.7, sharpness=3.0)),
+    "threshold": (Threshold(), Threshold(pressure=0.0)),
+}
+
+
+@pytest.mark.parametrize("kind", KINDS, ids="-".join)
+@pytest.mark.parametrize("effect", WITHOUT)
+def test_effect_of_no_size_leaves_no_trace(kind, effect):
+    absent, neutral = WITHOUT[effect]
+    base = make(*kind)
+    assert traces(dataclasses.replace(base, **{effect: neutral})) == traces(
+        dataclasses.replace(base, **{effect: absent})
+    )
+    if getattr(base, effect) is not None:  # and at its own size it does leave one
+        assert traces(base) != traces(dataclasses.replace(base, **{effect: absent}))
+
+
+@pytest.mark.parametrize("force", ["ideal_mckibben", "six_parameter"])
+def test_all_effects_neutral_leave_the_bare_force_law(force):
+    """Scale 1, no spring, threshold or loop: the tension is the law's own number, to the bit."""
+    loop = BoucWen(yield_contraction=0.01)
+    off = {"passive": HardeningPassive(), "threshold": Threshold(), "hysteresis": loop}
+    stated = dataclasses.asdict(make(force).force)
+    del stated["scale"]  # its default is the neutral value
+    law = type(make(force).force)(**stated)
+    muscle = make(force, force=law, **off)
+    row, braid = pack(muscle).tolist(), muscle.braid
+    taut = 0
+    for tendon, pressure, z in CASES:
+        act = charged(muscle, tendon, abs(pressure), z)
+        felt = kernel.gauge_pressure(row, act, tendon)
+        length, kappa, _ = geometry(muscle, tendon)
+        if isinstance(law, IdealMcKibben):
+            bare = ideal_force(
+                felt, length, braid.nominal_length, braid.diameter, braid.fibre_angle
+            )
+        else:
+            bare = six_parameter_force(felt, kappa, law.a, law.b, law.c, law.d, law.e, law.f)
+        taut += bare > 0.0
+        assert bits([kernel.tension(row, act, tendon)]) == bits([max(bare, 0.0)])
+    assert taut > 10
+
+
+def test_loop_without_a_part_per_pressure_has_one_width_at_every_pressure():
+    """force_per_pressure = 0 gives, bit by bit, the loop of the constant width alone."""
+    loop = BoucWen(force=5.0, force_per_pressure=0.0, yield_contraction=0.005)
+    for tendon, pressure, z in CASES:
+        bare = make(passive=HardeningPassive(stiffness=9e3, slack_contraction=0.4))
+        air = charged(bare, tendon, pressure)
+        plain = kernel.static_force(
+            pack(bare), tendon, kernel.gauge_pressure(pack(bare), air, tendon)
+        )
+        looped = pack(dataclasses.replace(bare, hysteresis=loop)).tolist()
+        assert bits([kernel.tension(looped, [z, *air], tendon)]) == bits(
+            [max(plain - 5.0 * z, 0.0)]
+        )

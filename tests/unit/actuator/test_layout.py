@@ -1,0 +1,124 @@
+"""The parameter row: every muscle goes in and comes back, every name has one place."""
+
+from __future__ import annotations
+
+import dataclasses
+
+import numpy as np
+import pytest
+
+from pamsim.actuator.layout import (
+    NAMES,
+    SIZE,
+    is_muscle,
+    pack,
+    parameter_slot,
+    slot,
+    state_size,
+    unpack,
+)
+from pamsim.actuator.muscle import COMMANDS, FORCE_LAWS, HYSTERESIS_LAWS
+from pamsim.core.errors import EngineError, ParameterError
+from pamsim.core.parameters import ParameterGroup, specs
+from tests.unit.actuator.muscles import KINDS, make, names_covered
+from tests.unit.core.refusals import refused
+
+GROUP_FIELDS = {
+    "mounting", "braid", "force", "passive", "threshold", "hysteresis", "chamber", "valve"
+}  # fmt: skip
+
+
+def groups_of(muscle) -> dict[str, ParameterGroup]:
+    found = {f.name: getattr(muscle, f.name) for f in dataclasses.fields(muscle)}
+    return {name: g for name, g in found.items() if isinstance(g, ParameterGroup)}
+
+
+def test_every_law_the_kernel_knows_is_tried_here():
+    assert names_covered(), "add the new law to tests/unit/actuator/muscles.py"
+    assert set(groups_of(make(loop="bouc_wen"))) == GROUP_FIELDS
+
+
+@pytest.mark.parametrize("command", COMMANDS)
+@pytest.mark.parametrize("kind", KINDS, ids="-".join)
+def test_muscle_survives_the_row(kind, command):
+    muscle = make(*kind, command=command)
+    row = pack(muscle)
+    assert row.shape == (SIZE,)
+    assert row.dtype == np.float64
+    assert is_muscle(row)
+    assert unpack(row) == muscle
+    assert unpack([*row.tolist(), 0.0, 0.0]) == muscle  # a wider model pads its rows
+    assert np.array_equal(pack(unpack(row)), row)
+
+
+def test_slot_names_are_unique_and_findable():
+    assert len(set(NAMES)) == len(NAMES) == SIZE
+    assert [slot(name) for name in NAMES] == list(range(SIZE))
+
+
+@pytest.mark.parametrize("law", [*FORCE_LAWS, *filter(None, HYSTERESIS_LAWS)])
+def test_numbered_slots_have_room_for_every_law(law):
+    numbered = [name for name in NAMES if name.startswith(f"{law.group}.") and name[-1].isdigit()]
+    assert len(numbered) >= len(list(specs(law)))
+
+
+@pytest.mark.parametrize("kind", KINDS, ids="-".join)
+def test_every_parameter_of_a_muscle_has_its_own_slot_and_lies_in_it(kind):
+    muscle = make(*kind)
+    row = pack(muscle)
+    slots: list[int] = []
+    for group in groups_of(muscle).values():
+        for field, _ in specs(type(group)):
+            index = parameter_slot(muscle, f"{group.group}.{field}")
+            assert row[index] == getattr(group, field)
+            slots.append(index)
+    assert len(set(slots)) == len(slots)
+
+
+@pytest.mark.parametrize("kind", KINDS, ids="-".join)
+def test_moving_one_slot_moves_one_parameter(kind):
+    muscle = make(*kind)
+    for group in groups_of(muscle).values():
+        for field, spec in specs(type(group)):
+            row = pack(muscle)
+            row[parameter_slot(muscle, f"{group.group}.{field}")] = 0.5 * (spec.low + spec.high)
+            moved = unpack(row)
+            changed = dataclasses.replace(group, **{field: 0.5 * (spec.low + spec.high)})
+            assert groups_of(moved) == groups_of(muscle) | {group.group: changed}
+
+
+def test_law_fields_lie_in_their_law_s_numbered_slots():
+    muscle = make("six_parameter", "bouc_wen")
+    assert parameter_slot(muscle, "force.scale") == slot("force.0")
+    assert parameter_slot(muscle, "force.f") == slot("force.6")
+    assert parameter_slot(muscle, "hysteresis.sharpness") == slot("hysteresis.4")
+    with refused("'force.a'"):
+        parameter_slot(make("ideal_mckibben"), "force.a")
+    with refused("'hysteresis.force'"):
+        parameter_slot(make(), "hysteresis.force")
+
+
+def test_unknown_names_suggest_the_nearest():
+    with refused("'chamber.dead_volum'", "did you mean 'chamber.dead_volume'"):
+        slot("chamber.dead_volum")
+    with refused("'force.scal'", "did you mean 'force.scale'"):
+        parameter_slot(make(), "force.scal")
+
+
+def test_states_are_the_operator_s_and_one_for_the_air():
+    assert state_size(make()) == 1
+    assert state_size(make(loop="bouc_wen")) == 2
+
+
+@pytest.mark.parametrize("row", [np.zeros(SIZE), np.ones(3), pack(make())[:-1]])
+def test_a_foreign_row_is_no_muscle(row):
+    assert not is_muscle(row)
+    with pytest.raises(EngineError, match=r"\A[^\n]+\Z"):
+        unpack(row)
+
+
+def test_a_number_put_out_of_range_is_noticed_on_reading():
+    row = pack(make())
+    row[slot("chamber.temperature")] = 3.0
+    with refused("chamber.temperature = 3", error=ParameterError):
+        unpack(row)
