@@ -99,9 +99,15 @@ def command(
         timestep=timestep_ms / 1e3 if timestep_ms is not None else None,
         integrator=integrator,
         backend=backend,
-    ).completed()
+    )
     if sensors:
         recording = measured(recording, loaded.sensor)
+    if out is not None:  # before anything can fail: a broken run is worth looking at
+        from pamsim.store.recording_files import write_recording
+
+        for path in write_recording(out, rig, {"step": recording}):
+            click.echo(f"wrote {path}")
+    recording.completed()
     metrics = step_metrics(recording.time, recording.angle)
     result = _result(loaded.name, experiment, recording, metrics)
     save_json(json_file, result)
@@ -116,13 +122,8 @@ def command(
         click.echo(f"muscle {i}: {p:.1f} kPa, {f:.1f} N at the end")
     if out is not None:
         from pamsim.report.step_figure import write_step_figure
-        from pamsim.store.recording_files import write_recording
 
-        for path in [
-            *write_recording(out, rig, {"step": recording}),
-            write_step_figure(recording, out),
-        ]:
-            click.echo(f"wrote {path}")
+        click.echo(f"wrote {write_step_figure(recording, out)}")
     return OK
 
 

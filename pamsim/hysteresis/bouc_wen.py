@@ -2,30 +2,25 @@
 
 dz/dt = (dx/dt) / D * (1 - |z|^n (sigma sign(z dx/dt) + 1 - sigma)), |z| <= 1. The normalised form
 has no redundant parameter and is rate-independent. The muscle pulls less while it shortens than
-while it lengthens, so its force carries -(F_0 + F_p p) z with x = kappa.
+while it lengthens, so z, with x = kappa, is the output of the operator as it stands.
 """
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from typing import ClassVar
 
 from pamsim.core.parameters import ParameterGroup, parameter
+from pamsim.hysteresis.group import Hysteresis, MutableRow, Row
 
 
 @dataclass(frozen=True, kw_only=True)
-class BoucWen(ParameterGroup):
+class BoucWen(Hysteresis, ParameterGroup):
     """Half-width of the force loop and the travel that turns it over; width 0 turns it off."""
 
-    group: ClassVar[str] = "hysteresis"
     law: ClassVar[str] = "bouc_wen"
     states: ClassVar[int] = 1
-    force: float = parameter(
-        unit="N", low=0.0, high=1e3, doc="half-width without pressure", default=0.0
-    )
-    force_per_pressure: float = parameter(
-        unit="N/Pa", low=0.0, high=1e-2, doc="half-width per gauge pressure", default=0.0
-    )
     yield_contraction: float = parameter(
         unit="1", low=0.0, high=0.5, low_open=True, doc="travel D that turns the loop over"
     )
@@ -57,3 +52,35 @@ def bouc_wen_rate(
     against = -sigma * size + (1.0 - sigma) * size
     blocked = along if z * velocity > 0.0 else against
     return velocity / yield_travel * (1.0 - blocked)
+
+
+def bouc_wen_output(par: Row, first: int, act: Row, x: float) -> float:
+    """The internal variable itself, which follows its rate and needs no update.
+
+    Args:
+        par: parameters; from ``first`` on: yield_contraction, sigma, sharpness.
+        first: place of the operator's own parameters.
+        act: internal variable z.
+        x: contraction [-].
+
+    Returns:
+        w = z in [-1, 1].
+    """
+    return x if math.isnan(x) else act[0]
+
+
+def bouc_wen_rates(
+    par: Row, first: int, act: Row, rates: MutableRow, x: float, x_rate: float, timestep: float
+) -> None:
+    """Write dz/dt, see `bouc_wen_rate`.
+
+    Args:
+        par: see `bouc_wen_output`.
+        first: place of the operator's own parameters.
+        act: internal variable z.
+        rates: (1,) written [1/s].
+        x: not used: only its rate moves z.
+        x_rate: rate of the contraction [1/s].
+        timestep: not used: the rate is that of the equation.
+    """
+    rates[0] = bouc_wen_rate(act[0], x_rate, par[first], par[first + 1], par[first + 2])

@@ -69,15 +69,3 @@ class Hysteresis(ParameterGroup):
         value = float(getattr(self, name))
         if value != round(value):
             raise ParameterError(f"{self.group}.{name} = {value:g} is not a whole number")
-
-    def check_order(self, low: str, high: str) -> None:
-        """Check that one field is below another.
-
-        Raises:
-            ParameterError: naming both fields and their values.
-        """
-        below, above = float(getattr(self, low)), float(getattr(self, high))
-        if not below < above:
-            raise ParameterError(
-                f"{self.group}.{low} = {below:g} is not below {self.group}.{high} = {above:g}"
-            )

@@ -13,6 +13,10 @@ g(x) = x (a w^2 - b). If a_eps kappa >= 0, w never falls with x, so from the thr
 w reaches sqrt(b/a), both factors of g grow: each pull F >= 0 has exactly one pressure above x*,
 found by a bracketed Newton iteration. If a_eps kappa < 0 the two factors compete and no such
 statement holds, so there the inverse is NaN.
+
+Below the threshold the printed formula is not to be trusted: where eps kappa > 1 + sqrt(b/a) the
+square turns a negative 1 - eps kappa into a pull that no muscle has. Constants fitted to force maps
+(a_eps near 15) reach that point below about 1 bar at 20 % contraction.
 """
 
 from __future__ import annotations
@@ -35,13 +39,13 @@ class CorrectedMcKibben(ParameterGroup):
         unit="1", low=0.0, high=5.0, low_open=True, doc="factor on the force", default=1.0
     )
     a_eps: float = parameter(
-        unit="1", low=-10.0, high=10.0, doc="part of eps that dies with pressure"
+        unit="1", low=-100.0, high=100.0, doc="part of eps that dies with pressure"
     )
     b_eps: float = parameter(
         unit="1", low=-10.0, high=10.0, doc="minus eps at high pressure; -1 is ideal"
     )
     a_kappa: float = parameter(
-        unit="1", low=-10.0, high=10.0, doc="part of mu that dies with contraction"
+        unit="1", low=-100.0, high=100.0, doc="part of mu that dies with contraction"
     )
     b_kappa: float = parameter(
         unit="1", low=-10.0, high=10.0, doc="minus mu at large contraction; -1 is ideal"

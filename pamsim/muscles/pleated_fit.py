@@ -8,8 +8,9 @@ from __future__ import annotations
 
 import numpy as np
 
+from pamsim.core.errors import ParameterError
 from pamsim.muscles.pleated import Pleated, pleated_function
-from pamsim.muscles.pleated_shape import pleated_shape_function
+from pamsim.muscles.pleated_shape import pleated_max_contraction, pleated_shape_function
 
 FIT_RANGE: tuple[float, float] = (0.05, 0.35)
 """Contractions of the fit: from where the law holds to the largest one seed 002 measures."""
@@ -43,15 +44,21 @@ def fit_pleated(
         The coefficients.
 
     Raises:
-        ParameterError: if a coefficient is out of range, also if the muscle has no shape at a node.
+        ParameterError: if the muscle does not pull in the whole range.
     """
     low, high = contractions
     angles = (np.arange(points) + 0.5) * np.pi / points
     nodes = low + 0.5 * (high - low) * (1.0 - np.cos(angles))
     exact = np.array([pleated_shape_function(float(node), slenderness) for node in nodes])
+    if not np.all(exact > 0.0):  # also where it is NaN
+        largest = pleated_max_contraction(slenderness)
+        raise ParameterError(
+            f"a pleated muscle of slenderness {slenderness:g} does not pull between contractions"
+            f" {low:g} and {high:g}; give a range inside (0, {largest:.4g})"
+        )
     terms = np.stack([1.0 / nodes, nodes**0, nodes, nodes**2, nodes**3], axis=1)
-    relative = terms / exact[:, None]
-    f0, f1, f2, f3, f4 = _least_squares(relative, np.ones(points))
+    solution = np.linalg.lstsq(terms / exact[:, None], np.ones(points), rcond=None)[0]
+    f0, f1, f2, f3, f4 = (float(each) for each in solution)
     return Pleated(f0=f0, f1=f1, f2=f2, f3=f3, f4=f4)
 
 
@@ -78,7 +85,3 @@ def worst_relative_error(
         fitted = pleated_function(eps, law.f0, law.f1, law.f2, law.f3, law.f4)
         worst = max(worst, abs(fitted / exact - 1.0))
     return worst
-
-
-def _least_squares(matrix: np.ndarray, wanted: np.ndarray) -> list[float]:
-    return np.linalg.lstsq(matrix, wanted, rcond=None)[0].tolist()

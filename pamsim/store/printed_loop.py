@@ -6,38 +6,19 @@ are compared digit by digit with what is recomputed, and not used to simulate an
 
 from __future__ import annotations
 
-import csv
-import tomllib
 from collections.abc import Mapping
 from dataclasses import dataclass
-from importlib import resources
-from typing import Any
 
 from pamsim.core.parameters import Sourced
+from pamsim.store.printed_table import Printed, printed_document, printed_table
+
+_DOCUMENT = "paper_b_printed.toml"
 
 BRANCHES = ("up", "down")
 """Rising and falling pressure."""
 
 SCORES = ("MSE", "R2", "RMSE", "MAE")
 """Printed measures of fit, in the order of the tables."""
-
-
-@dataclass(frozen=True)
-class Printed:
-    """A number with the digits it was printed with.
-
-    Attributes:
-        value: the number.
-        half_unit: half a unit of its last printed digit.
-    """
-
-    value: float
-    half_unit: float
-
-    @classmethod
-    def read(cls, text: str) -> Printed:
-        """Read a decimal number such as ``-0.0083212``."""
-        return cls(float(text), 0.5 * 10.0 ** -len(text.partition(".")[2]))
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -80,7 +61,7 @@ def loop_rows(branch: str) -> tuple[LoopRow, ...]:
             deviation=Printed.read(row[f"{branch}_sd_cm"]),
             half_interval=Printed.read(row[f"{branch}_ci_cm"]),
         )
-        for row in _table("paper_b_table2.csv")
+        for row in printed_table("paper_b_table2.csv")
     )
 
 
@@ -94,7 +75,7 @@ def loop_coefficients(branch: str) -> tuple[LoopCoefficient, ...]:
             low=Printed.read(row["low"]),
             high=Printed.read(row["high"]),
         )
-        for row in _table("paper_b_table1.csv")
+        for row in printed_table("paper_b_table1.csv")
         if row["branch"] == branch
     )
 
@@ -109,13 +90,13 @@ def loop_scores(branch: str, model: str) -> Mapping[str, Printed]:
     Returns:
         Score -> number; MSE in cm^2, RMSE and MAE in cm.
     """
-    rows = _table("paper_b_scores.csv")
+    rows = printed_table("paper_b_scores.csv")
     return {row["score"]: Printed.read(row[model]) for row in rows if row["branch"] == branch}
 
 
 def loop_equation(branch: str) -> tuple[Printed, ...]:
     """Coefficients of equation (3) for ``up``, (4) for ``down``: cm, 1/kPa, 1, cm."""
-    return tuple(Printed.read(text) for text in _document()["arctangent"][branch])
+    return tuple(Printed.read(text) for text in printed_document(_DOCUMENT)["arctangent"][branch])
 
 
 def loop_instrument(name: str) -> Mapping[str, Sourced]:
@@ -128,19 +109,6 @@ def loop_instrument(name: str) -> Mapping[str, Sourced]:
         Field -> number with its unit and source.
     """
     return {
-        field: Sourced(where=f"paper_b_printed.toml, {name}.{field}", **entry)
-        for field, entry in _document()[name].items()
+        field: Sourced(where=f"{_DOCUMENT}, {name}.{field}", **entry)
+        for field, entry in printed_document(_DOCUMENT)[name].items()
     }
-
-
-def _document() -> Mapping[str, Any]:
-    return tomllib.loads(_text("paper_b_printed.toml"))
-
-
-def _table(name: str) -> list[dict[str, str]]:
-    lines = _text(name).splitlines()
-    return list(csv.DictReader(line for line in lines if not line.startswith("#")))
-
-
-def _text(name: str) -> str:
-    return (resources.files("pamsim") / "data" / name).read_text(encoding="utf-8")

@@ -106,9 +106,11 @@ def test_a_diverging_simulation_says_when_and_keeps_what_it_has(tmp_path, monkey
         tmp_path, 'value = 0.8606, unit = "N*m*s/rad"', 'value = 0, unit = "N*m*s/rad"'
     )
     args = ["--pressure", "487,0", "--timestep-ms", "50", "--sample-hz", "20", "--load", "0"]
-    code, _, err = run(monkeypatch, capsys, "step", "--rig", rig, *args)
+    out = tmp_path / "kept"
+    code, _, err = run(monkeypatch, capsys, "step", "--rig", rig, *args, "--out", str(out))
     assert code == 2, err
     assert "simulation broke down" in err
+    assert (out / "step.csv").read_text().startswith("time_s,")
 
 
 def test_step_writes_recording_figure_and_json(tmp_path, monkeypatch, capsys):

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Generator
 
 import hypothesis
 import pytest
@@ -12,10 +12,15 @@ hypothesis.settings.register_profile(
 )
 
 
-@pytest.fixture(autouse=True)
-def reproducible_examples(request: pytest.FixtureRequest) -> Iterator[None]:
-    """Use the profile inside this folder only: profiles belong to the process, not to a folder."""
+@pytest.hookimpl(wrapper=True)
+def pytest_make_collect_report() -> Generator[None, pytest.CollectReport, pytest.CollectReport]:
+    """Import this folder's tests under the profile: `given` takes the one that is loaded then.
+
+    Afterwards the profile before is back: profiles belong to the process, not to a folder.
+    """
     before = hypothesis.settings.get_current_profile_name()
     hypothesis.settings.load_profile("properties")
-    yield
-    hypothesis.settings.load_profile(before)
+    try:
+        return (yield)
+    finally:
+        hypothesis.settings.load_profile(before)

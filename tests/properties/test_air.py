@@ -16,6 +16,11 @@ from tests.properties.strategies import SHARES, between
 ORIFICES = st.tuples(between(0.0, 0.9), between(0.95, 0.9999))
 """Critical and laminar pressure ratio, over the whole range that the parameters allow."""
 PRESSURES = between(1e3, 2e6)
+PAIRS = st.one_of(
+    st.tuples(PRESSURES, PRESSURES),
+    st.tuples(PRESSURES, between(0.9, 1.1)).map(lambda drawn: (drawn[0], drawn[0] * drawn[1])),
+)
+"""Two pressures, far from each other or close: what goes wrong there are the roles of the sides."""
 CONDUCTANCE = 6e-9
 TEMPERATURES = between(200.0, 400.0)
 VOLUMES = between(1e-6, 1e-2)
@@ -30,8 +35,9 @@ def steepest(orifice: tuple[float, float]) -> float:
     return math.sqrt((1.0 + depth) / (1.0 - depth)) / (1.0 - critical)
 
 
-@given(PRESSURES, PRESSURES, ORIFICES, TEMPERATURES)
-def test_flow_is_odd_under_swapping_the_sides(one, other, orifice, temperature):
+@given(PAIRS, ORIFICES, TEMPERATURES)
+def test_flow_is_odd_under_swapping_the_sides(pair, orifice, temperature):
+    one, other = pair
     there = mass_flow(one, other, CONDUCTANCE, *orifice, temperature)
     assert mass_flow(other, one, CONDUCTANCE, *orifice, temperature) == -there
     assert math.isfinite(there)

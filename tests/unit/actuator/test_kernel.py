@@ -74,6 +74,21 @@ def rates(muscle: Muscle, act: list[float], tendon: float, velocity: float, comm
     return out
 
 
+STRETCHED = HardeningPassive(stiffness=9e3, slack_contraction=0.4)
+"""A spring that keeps the muscle taut even when it is evacuated."""
+
+
+@pytest.mark.parametrize("kind", KINDS, ids="-".join)
+def test_tension_of_a_stretched_muscle_is_the_laws_put_together(kind):
+    muscle = make(*kind, passive=STRETCHED)
+    row = pack(muscle).tolist()
+    for tendon, pressure, z in CASES:
+        act = charged(muscle, tendon, pressure, z)
+        tension = kernel.tension(row, act, tendon)
+        assert tension == pytest.approx(composed_tension(muscle, act, tendon), abs=1e-9)
+        assert tension > 0.0 or pressure > 0.0
+
+
 @pytest.mark.parametrize("kind", KINDS, ids="-".join)
 def test_tension_is_the_laws_put_together(kind):
     muscle = make(*kind)
@@ -270,7 +285,7 @@ def test_loop_without_a_part_per_pressure_has_one_width_at_every_pressure():
     """force_per_pressure = 0 gives, bit by bit, the loop of the constant width alone."""
     loop = BoucWen(force=5.0, force_per_pressure=0.0, yield_contraction=0.005)
     for tendon, pressure, z in CASES:
-        bare = make(passive=HardeningPassive(stiffness=9e3, slack_contraction=0.4))
+        bare = make(passive=STRETCHED)
         air = charged(bare, tendon, pressure)
         plain = kernel.static_force(
             pack(bare), tendon, kernel.gauge_pressure(pack(bare), air, tendon)

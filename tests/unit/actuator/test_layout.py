@@ -51,6 +51,20 @@ def test_muscle_survives_the_row(kind, command):
     assert np.array_equal(pack(unpack(row)), row)
 
 
+@pytest.mark.parametrize("kind", KINDS, ids="-".join)
+def test_any_numbers_survive_the_row(kind):
+    rng = np.random.default_rng(6)
+    for _ in range(20):
+        scattered = {
+            name: type(group)(
+                **{f: float(rng.uniform(s.low, s.high)) for f, s in specs(type(group))}
+            )
+            for name, group in groups_of(make(*kind)).items()
+        }
+        muscle = make(*kind, **scattered)
+        assert unpack(pack(muscle)) == muscle
+
+
 def test_slot_names_are_unique_and_findable():
     assert len(set(NAMES)) == len(NAMES) == SIZE
     assert [slot(name) for name in NAMES] == list(range(SIZE))

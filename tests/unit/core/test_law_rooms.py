@@ -28,7 +28,11 @@ print(json.dumps(guilty))
 """
 
 UNIT = re.compile(r"\[(?!,)(?:-|1/|[A-Za-z(])[^\[\]]*\]")
-PURE = re.compile(r"pure number|\bof [\w-]+ numbers\b|\bratio\b|\bshare\b|\bin SI\b", re.IGNORECASE)
+PURE = re.compile(
+    r"pure number|\bof [\w-]+ numbers\b|\b(?:ratio|share|fraction)\b"  # has no unit
+    r"|\bin SI\b|\bunits? of\b|\b(?:one|any) unit\b",  # has that of its arguments
+    re.IGNORECASE,
+)
 FUNCTIONS = law_rooms.public_functions()
 
 

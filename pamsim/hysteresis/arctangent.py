@@ -1,0 +1,257 @@
+"""Arctangent branches (seed 000, (1) and (2)) and an operator that continues them to partial loops.
+
+The paper fits one branch to rising and one to falling pressure, y = k_0 atan(k_1 p + k_2) + k_3,
+and says nothing about a reversal in between. `Arctangent` does, by Madelung's rules (Madelung 1905;
+Brokate and Sprekels 1996): every reversal starts a branch of the same shape, shifted and scaled so
+that it runs from the reversal to the turning point before it; when it gets there the inner loop is
+forgotten and the outer branch goes on. These rules are chosen because they add no parameter, keep
+return-point memory and close every loop, which the fits of the paper themselves do only nearly:
+they miss each other by 0.2 mm at no pressure.
+
+Memory: the last input and a bounded number of turning points, as fractions of the span. A reversal
+for which no room is left runs back along its own branch, so loops inside the innermost are lost.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import ClassVar
+
+from pamsim.core.parameters import parameter
+from pamsim.hysteresis.group import Hysteresis, MutableRow, Row
+
+PRINTED_INCREASING = (2.7378, -0.0083212, 1.3402, 27.759)
+"""a_0 [cm], a_1 [1/kPa], a_2, a_3 [cm] of a 30 cm muscle (seed 000, (3))."""
+
+PRINTED_DECREASING = (2.7854, -0.0088259, 1.1891, 27.87)
+"""b_0 [cm], b_1 [1/kPa], b_2, b_3 [cm] (seed 000, (4))."""
+
+SMALLEST_MOVE = 1e-9
+"""Moves below this share of the span are rounding errors of the state, not reversals."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Arctangent(Hysteresis):
+    """Steepness |k_1| (p_high - p_low) and middle of each branch as a fraction of the span."""
+
+    law: ClassVar[str] = "arctangent"
+    turning_points: float = parameter(
+        unit="1", low=1.0, high=32.0, doc="number of turning points remembered", default=8.0
+    )
+    low_contraction: float = parameter(
+        unit="1", low=-0.5, high=0.0, doc="contraction where the branches meet below", default=0.0
+    )
+    high_contraction: float = parameter(
+        unit="1",
+        low=0.0,
+        high=1.0,
+        low_open=True,
+        doc="contraction where the branches meet above",
+    )
+    steepness_rising: float = parameter(
+        unit="1", low=0.1, high=50.0, doc="rising branch: steepness over the span", default=4.1606
+    )
+    middle_rising: float = parameter(
+        unit="1",
+        low=0.0,
+        high=1.0,
+        doc="rising branch: place of the steepest point",
+        default=0.3221,
+    )
+    steepness_falling: float = parameter(
+        unit="1", low=0.1, high=50.0, doc="falling branch: steepness over the span", default=4.41295
+    )
+    middle_falling: float = parameter(
+        unit="1",
+        low=0.0,
+        high=1.0,
+        doc="falling branch: place of the steepest point",
+        default=0.2695,
+    )
+
+    def __post_init__(self) -> None:
+        """Check every field.
+
+        Raises:
+            ParameterError: naming field, value and what is allowed.
+        """
+        super().__post_init__()
+        self.check_whole("turning_points")
+
+    @property
+    def state_count(self) -> int:
+        """The last input and the turning points."""
+        return 1 + int(self.turning_points)
+
+
+def arctangent(p: float, k0: float, k1: float, k2: float, k3: float) -> float:
+    """One branch, y = k_0 atan(k_1 p + k_2) + k_3 (seed 000, (1) and (2)).
+
+    Args:
+        p: pressure [kPa] where the printed coefficients are used.
+        k0: [unit of y].
+        k1: [1/unit of p].
+        k2: [-].
+        k3: [unit of y].
+
+    Returns:
+        Length y [cm] where the printed coefficients are used.
+    """
+    return k0 * math.atan(k1 * p + k2) + k3
+
+
+def arctangent_slope(p: float, k0: float, k1: float, k2: float) -> float:
+    """Derivative dy/dp of `arctangent` [unit of y per unit of p]."""
+    argument = k1 * p + k2
+    return k0 * k1 / (1.0 + argument * argument)
+
+
+def arctangent_inverse(y: float, k0: float, k1: float, k2: float, k3: float) -> float:
+    """Pressure at a length on one branch, the inverse of `arctangent` in p [unit of p].
+
+    A length that the branch only nears, |y - k_3| >= |k_0| pi/2, gives NaN.
+    """
+    angle = (y - k3) / k0
+    if abs(angle) >= 0.5 * math.pi:
+        return math.nan
+    return (math.tan(angle) - k2) / k1
+
+
+def branch_shape(t: float, steepness: float, middle: float) -> float:
+    """Arctangent branch scaled to run from 0 at t = 0 to 1 at t = 1, a pure number."""
+    start = math.atan(-steepness * middle)
+    end = math.atan(steepness * (1.0 - middle))
+    return (math.atan(steepness * (t - middle)) - start) / (end - start)
+
+
+def span_fraction(par: Row, first: int, x: float) -> float:
+    """Contraction as a fraction of the span, limited to [0, 1]; NaN stays NaN."""
+    t = (x - par[first + 1]) / (par[first + 2] - par[first + 1])
+    if t < 0.0:
+        return 0.0
+    return 1.0 if t > 1.0 else t
+
+
+def remembered(par: Row, first: int, act: Row) -> int:
+    """Number of turning points in the memory: a slot near 0 is empty."""
+    count = 0
+    while count < int(par[first]) and act[1 + count] > SMALLEST_MOVE:
+        count += 1
+    return count
+
+
+def kept_and_added(par: Row, first: int, act: Row, t: float) -> tuple[int, int]:
+    """How the turning points change when the input goes to t, a pure number.
+
+    Turning points alternate, the first is a maximum: with an even number of them the input is on
+    a rising branch, which ends at the maximum before last, with an odd number on a falling one.
+
+    Returns:
+        Number of old turning points that stay, and 1 if the last input becomes a new one.
+    """
+    count = remembered(par, first, act)
+    rising = count % 2 == 0
+    reverses = t < act[0] - SMALLEST_MOVE if rising else t > act[0] + SMALLEST_MOVE
+    if reverses:
+        if count == 0 or (act[count] < t if rising else act[count] > t):
+            return count, 1 if count < int(par[first]) else 0
+        # Back beyond the start of this branch: both close, the branch before them goes on.
+        count -= 1
+        rising = not rising
+    while count >= 2 and (t >= act[count - 1] if rising else t <= act[count - 1]):
+        count -= 2
+    if count == 1 and t <= 0.0:
+        count = 0
+    return count, 0
+
+
+def branch_value(par: Row, first: int, act: Row, t: float, kept: int, added: int) -> float:
+    """Output y in [-1, 1] at t, following the branches from turning point to turning point.
+
+    Every turning point narrows the interval that the next branch spans, beginning with the
+    corners (0, -1) and (1, 1).
+    """
+    low, y_low = 0.0, -1.0
+    high, y_high = 1.0, 1.0
+    for k in range(kept + added + 1):
+        if k < kept:
+            turn = act[1 + k]
+        elif k < kept + added:
+            turn = act[0]
+        else:
+            turn = t
+        place = (turn - low) / (high - low)
+        if k % 2 == 0:
+            y = y_low + (y_high - y_low) * branch_shape(place, par[first + 3], par[first + 4])
+            high, y_high = turn, y
+        else:
+            y = y_low + (y_high - y_low) * branch_shape(place, par[first + 5], par[first + 6])
+            low, y_low = turn, y
+    return y_high if (kept + added) % 2 == 0 else y_low
+
+
+def arctangent_output(par: Row, first: int, act: Row, x: float) -> float:
+    """Distance of the operator below the middle of its major loop.
+
+    The paper's contraction lags the pressure; as a force the distance to the middle leads.
+
+    Args:
+        par: parameters; from ``first`` on: turning_points, low_contraction, high_contraction,
+            steepness_rising, middle_rising, steepness_falling, middle_falling.
+        first: place of the operator's own parameters.
+        act: last input and turning points, as fractions of the span; 0 is an empty slot.
+        x: contraction [-].
+
+    Returns:
+        w in units of the major loop's half width between the steepest points of its branches.
+    """
+    for k in range(int(par[first]) + 1):
+        if math.isnan(act[k]):
+            return math.nan
+    if math.isnan(x):
+        return x
+    t = span_fraction(par, first, x)
+    kept, added = kept_and_added(par, first, act, t)
+    y = branch_value(par, first, act, t, kept, added)
+    rising = branch_shape(t, par[first + 3], par[first + 4])
+    falling = branch_shape(t, par[first + 5], par[first + 6])
+    centre = 0.5 * (par[first + 4] + par[first + 6])
+    width = branch_shape(centre, par[first + 5], par[first + 6])
+    width -= branch_shape(centre, par[first + 3], par[first + 4])
+    if width == 0.0:
+        return 0.0  # equal branches: there is no loop
+    return (rising + falling - 1.0 - y) / width
+
+
+def arctangent_rates(
+    par: Row, first: int, act: Row, rates: MutableRow, x: float, x_rate: float, timestep: float
+) -> None:
+    """Write the rates that make the memory what input x leaves of it.
+
+    Args:
+        par: see `arctangent_output`.
+        first: place of the operator's own parameters.
+        act: last input and turning points, as fractions of the span; 0 is an empty slot.
+        rates: (1 + turning_points,) written [1/s].
+        x: contraction [-].
+        x_rate: not used; the operator does not know time.
+        timestep: of the explicit Euler step [s].
+    """
+    slots = int(par[first])
+    if math.isnan(x):
+        for k in range(slots + 1):
+            rates[k] = x
+        return
+    t = span_fraction(par, first, x)
+    kept, added = kept_and_added(par, first, act, t)
+    for k in range(slots):
+        if k < kept:
+            rates[1 + k] = 0.0
+        elif k < kept + added:
+            rates[1 + k] = (act[0] - act[1 + k]) / timestep
+        else:
+            rates[1 + k] = (0.0 - act[1 + k]) / timestep
+    # Within SMALLEST_MOVE the last input stays, so that a slow reversal adds up until it is seen.
+    moved = abs(t - act[0]) > SMALLEST_MOVE
+    rates[0] = (t - act[0]) / timestep if moved else 0.0

@@ -1,0 +1,116 @@
+"""References for the fractional Maxwell element: its defining derivative, and its printed loop.
+
+`simulate_fractional` solves seed 001, (8), with the derivative (7) itself and all of its history;
+slow, and of a known order. `loop_distance` and the two points after it are the printed loop (13) to
+(15), with which seed 001 identifies the element.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+
+
+def fractional_derivative_weights(order: float, count: int) -> Array:
+    """Weights of the L1 scheme for D^alpha [-]: b_j = (j + 1)^(1 - alpha) - j^(1 - alpha).
+
+    D^alpha y(t_n) is the sum of b_j (y_(n-j) - y_(n-j-1)) over h^alpha Gamma(2 - alpha), with an
+    error of order h^(2 - alpha) for smooth y (Oldham and Spanier 1974; Lin and Xu 2007).
+    """
+    j = np.arange(count + 1, dtype=np.float64)
+    return np.diff(j ** (1.0 - order))
+
+
+def fractional_derivative(y: Array, step: float, order: float) -> Array:
+    """D^alpha y [unit of y per s^alpha] of samples that start from rest, y_0 = 0 (seed 001, (7)).
+
+    Args:
+        y: (n,) samples.
+        step: between them [s].
+        order: alpha in (0, 1).
+    """
+    weights = fractional_derivative_weights(order, len(y))
+    slopes = np.diff(y, prepend=0.0)
+    scale = step**order * math.gamma(2.0 - order)
+    return np.convolve(slopes, weights)[: len(y)] / scale
+
+
+def simulate_fractional(
+    x: Array, step: float, order: float, time_constant: float, stiffness: float
+) -> Array:
+    """Force of the element by seed 001, (8), with its whole history.
+
+    With q = x - F/K_e the equation reads beta^alpha D^alpha q = F/K_e, which the L1 scheme solves
+    step by step for the newest q.
+
+    Args:
+        x: (n,) displacement from rest, x_0 = 0 [m].
+        step: between the samples [s].
+        order: alpha [-].
+        time_constant: beta [s].
+        stiffness: K_e [N/m].
+
+    Returns:
+        (n,) force [N].
+    """
+    weights = fractional_derivative_weights(order, len(x))
+    scale = (time_constant / step) ** order / math.gamma(2.0 - order)
+    q = np.zeros(len(x))
+    slopes = np.zeros(len(x))
+    for n in range(1, len(x)):
+        history = float(np.dot(weights[1:n], slopes[n - 1 : 0 : -1]))
+        q[n] = (x[n] + scale * (q[n - 1] - history)) / (1.0 + scale)
+        slopes[n] = q[n] - q[n - 1]
+    return stiffness * (x - q)
+
+
+def loop_distance(
+    x: Array,
+    force: Array,
+    amplitude: float,
+    omega: float,
+    order: float,
+    time_constant: float,
+    stiffness: float,
+) -> Array:
+    """How far points lie from the loop (13) of seed 001 under F = F_0 sin(w t).
+
+    The two squares in (13) are cos^2 and sin^2 of w t, so their root less 1 is the radial distance
+    in units of F_0.
+
+    Args:
+        x: (n,) displacements [m].
+        force: (n,) forces [N].
+        amplitude: F_0 [N].
+        omega: w [rad/s].
+        order: alpha [-].
+        time_constant: beta [s].
+        stiffness: K_e [N/m].
+
+    Returns:
+        (n,) distances over F_0 [-], 0 on the loop.
+    """
+    u = (omega * time_constant) ** order
+    turn = 0.5 * math.pi * order
+    along = (stiffness * u * x - (u + math.cos(turn)) * force) / (amplitude * math.sin(turn))
+    return np.hypot(along, force / amplitude) - 1.0
+
+
+def displacement_at_peak_force(
+    amplitude: float, omega: float, order: float, time_constant: float, stiffness: float
+) -> float:
+    """x_1 [m] where F = F_0 on the loop (seed 001, (14)); arguments as in `loop_distance`."""
+    u = (omega * time_constant) ** order
+    return (u + math.cos(0.5 * math.pi * order)) * amplitude / (stiffness * u)
+
+
+def displacement_at_zero_force(
+    amplitude: float, omega: float, order: float, time_constant: float, stiffness: float
+) -> float:
+    """x_2 < 0 [m] where F = 0 rising (seed 001, (15)); arguments as in `loop_distance`."""
+    u = (omega * time_constant) ** order
+    return -amplitude * math.sin(0.5 * math.pi * order) / (stiffness * u)

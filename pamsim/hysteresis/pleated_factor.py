@@ -1,0 +1,98 @@
+"""Relative hysteresis of pleated muscles (seed 002, (6) and (7)).
+
+F = F_static (1 + e), e = delta (W[eps_s] - W_fit(eps_s)), eps_s = 2 eps/eps_max - 1, with W the
+Preisach operator of weight (5) and W_fit the straight line through its major loop. In the form of
+all operators here that is w = W_fit - W with force_share = delta and no other force.
+
+The paper does not say over what the line is fitted. Here it is the least-squares line over eps_s,
+both branches weighing alike at every eps_s; by the weight's symmetry it passes through the origin.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import ClassVar
+
+from pamsim.core.parameters import parameter
+from pamsim.hysteresis.group import Hysteresis, MutableRow, Row
+from pamsim.hysteresis.preisach import (
+    levels_reached,
+    preisach_rates,
+    scaled_input,
+    staircase_sums,
+)
+
+DELTA_40_FIBRES = 0.299
+"""force_share of the muscle with N = 40 fibres (seed 002, section III.E)."""
+
+DELTA_25_FIBRES = 0.139
+"""force_share of the muscle with N = 25 fibres (seed 002, section III.E)."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class PleatedFactor(Hysteresis):
+    """Grid and weight (5) of seed 002; ``force_share`` is the paper's delta."""
+
+    law: ClassVar[str] = "pleated_factor"
+    levels: float = parameter(unit="1", low=2.0, high=200.0, doc="number n of levels of the grid")
+    low_contraction: float = parameter(
+        unit="1", low=-0.5, high=0.0, doc="contraction that is the lower saturation", default=0.0
+    )
+    high_contraction: float = parameter(
+        unit="1",
+        low=0.0,
+        high=1.0,
+        low_open=True,
+        doc="eps_max, contraction that is the upper saturation",
+        default=0.35,
+    )
+    c: float = parameter(
+        unit="1", low=-2.0, high=2.0, doc="minus the most frequent width of a relay", default=-0.1
+    )
+    d: float = parameter(
+        unit="1", low=-2.0, high=2.0, doc="minus twice the most frequent middle", default=-1.0
+    )
+
+    def __post_init__(self) -> None:
+        """Check every field.
+
+        Raises:
+            ParameterError: naming field, value and what is allowed.
+        """
+        super().__post_init__()
+        self.check_whole("levels")
+
+    @property
+    def state_count(self) -> int:
+        """One count per level."""
+        return int(self.levels)
+
+
+def pleated_factor_output(par: Row, first: int, act: Row, x: float) -> float:
+    """W_fit - W of seed 002, (6): relative loss of force over delta.
+
+    Args:
+        par: parameters; from ``first`` on: levels, low_contraction, high_contraction, c, d.
+        first: place of the operator's own parameters.
+        act: counts of relays that are up, less those of the virgin state.
+        x: contraction eps [-].
+
+    Returns:
+        w; outside the span eps_s counts as -1 or 1, where the paper's model ends.
+    """
+    if math.isnan(x):
+        return x
+    levels = int(par[first])
+    u = scaled_input(par, first, x)
+    output, _, _, slope = staircase_sums(
+        levels, par[first + 3], par[first + 4], act, levels_reached(levels, u)
+    )
+    return slope * min(max(u, -1.0), 1.0) - output
+
+
+def pleated_factor_rates(
+    par: Row, first: int, act: Row, rates: MutableRow, x: float, x_rate: float, timestep: float
+) -> None:
+    """Write the rates that move every count to where input x leaves it; see `preisach_rates`."""
+    preisach_rates(par, first, act, rates, x, x_rate, timestep)

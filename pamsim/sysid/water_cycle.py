@@ -1,0 +1,156 @@
+"""The water cycle algorithm, as paper 001 used it (its Table 1; Eskandar et al. 2012).
+
+Eskandar, Sadollah, Bahreininejad, Hamdi: Water cycle algorithm, Computers & Structures 110-111
+(2012) 151-166. Raindrops are random points; the best is the sea, the next few are rivers, the rest
+streams shared among them. Streams flow towards their river, rivers towards the sea, and whoever
+finds a better place takes the higher rank. A river that comes too near the sea evaporates and rains
+down anywhere; a stream of the sea that does so rains down near the sea.
+
+Where the prints leave a choice, it is made as follows. All variables are scaled to [0, 1], so that
+d_max and mu are shares of the box. Table 1's share of streams, |fit_n - fit_(Nriver+2)| over a sum of
+fits, is normalised by the sum of the same differences, or the shares would not add up (so Sadollah et
+al., Applied Soft Computing 30 (2015) 58-71). Its C is Eskandar's constant 2 unless ``shrinking``, which
+takes the table's 2 (1 - i/i_max)^2 (restored: the print has lost its operators). Rain after step 7
+falls anywhere (Eskandar's (9)); Table 1 prints the formula of step 8 for both.
+
+Which to use: not this one where a least-squares solver applies. On the cost it was used for, (16) of
+paper 001, a sum of squares of six smooth terms or more, least squares needs two orders of magnitude
+fewer evaluations to the same digits (`search_comparison`), and gives the Jacobian that intervals are
+made of. Where a cost has many minima or no slope, differential evolution is the better kept choice.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from pamsim.core.errors import InputError
+
+FloatArray = NDArray[np.float64]
+Cost = Callable[[FloatArray], float]
+
+
+@dataclass(frozen=True)
+class WaterCycleResult:
+    """Where the sea ended.
+
+    Attributes:
+        x: best point, shape (d,).
+        value: cost there.
+        evaluations: of the cost.
+        history: best cost after each iteration, shape (i,).
+    """
+
+    x: FloatArray
+    value: float
+    evaluations: int
+    history: FloatArray
+
+
+def water_cycle(
+    cost: Cost,
+    low: ArrayLike,
+    high: ArrayLike,
+    *,
+    rng: np.random.Generator,
+    population: int = 50,
+    rivers: int = 3,
+    iterations: int = 200,
+    near: float = 1e-3,
+    search_range: float = 0.1,
+    shrinking: bool = False,
+) -> WaterCycleResult:
+    """Minimise a cost in a box.
+
+    Args:
+        cost: of a point, shape (d,); must be finite.
+        low: lower corner, shape (d,).
+        high: upper corner, shape (d,).
+        rng: where the randomness comes from: the same state gives the same result.
+        population: N_pop, all raindrops.
+        rivers: N_river.
+        iterations: at most; every one costs about ``population`` evaluations.
+        near: d_max at the start, share of the box.
+        search_range: mu of Eskandar's (10), variance of the rain near the sea, box units squared.
+        shrinking: whether C falls to 0 as in Table 1 of paper 001, or stays 2.
+
+    Returns:
+        The best point found.
+
+    Raises:
+        InputError: for an empty box, or fewer streams than seas and rivers.
+
+    Source: paper 001 (Actuators 2024, 13, 355), Table 1; Eskandar et al. 2012.
+    """
+    lower, upper = np.asarray(low, dtype=np.float64), np.asarray(high, dtype=np.float64)
+    if lower.shape != upper.shape or lower.ndim != 1 or not np.all(lower < upper):
+        raise InputError("water cycle: the box is empty; give low < high for every variable")
+    heads = rivers + 1
+    if rivers < 1 or population < 2 * heads:
+        raise InputError(
+            f"water cycle: {population} raindrops are too few for a sea and {rivers} rivers;"
+            f" give at least {2 * heads} and a river"
+        )
+    evaluations = 0
+
+    def at(u: FloatArray) -> float:
+        nonlocal evaluations
+        evaluations += 1
+        return float(cost(lower + u * (upper - lower)))
+
+    # Steps 2 and 3. Row 0 is the sea, rows 1 to `rivers` the rivers, the rest streams.
+    place = rng.uniform(size=(population, lower.size))
+    value = np.array([at(u) for u in place])
+    order = np.argsort(value, kind="stable")
+    place, value = place[order], value[order]
+    target = _shares(value, heads)
+    history: list[float] = []
+    for iteration in range(iterations):
+        reach = 2.0 * (1.0 - iteration / iterations) ** 2 if shrinking else 2.0
+        # Steps 5 and 6. Streams first, then rivers, each towards what it belongs to.
+        for i in [*range(heads, population), *range(1, heads)]:
+            goal = int(target[i])
+            step = rng.uniform(size=lower.size) * reach * (place[goal] - place[i])
+            place[i] = np.clip(place[i] + step, 0.0, 1.0)
+            value[i] = at(place[i])
+            if value[i] < value[goal]:
+                _exchange(place, value, i, goal)
+            if goal != 0 and value[goal] < value[0]:
+                _exchange(place, value, goal, 0)
+        # Steps 7 and 8: evaporation and rain.
+        for i in range(1, population):
+            if target[i] != 0 or np.linalg.norm(place[0] - place[i]) >= near:
+                continue
+            if i < heads:
+                place[i] = rng.uniform(size=lower.size)
+            else:
+                rain = place[0] + np.sqrt(search_range) * rng.standard_normal(lower.size)
+                place[i] = np.clip(rain, 0.0, 1.0)
+            value[i] = at(place[i])
+            if value[i] < value[0]:
+                _exchange(place, value, i, 0)
+        near -= near / iterations  # step 9
+        history.append(float(value[0]))
+    best = lower + place[0] * (upper - lower)
+    return WaterCycleResult(best, float(value[0]), evaluations, np.array(history))
+
+
+def _shares(value: FloatArray, heads: int) -> NDArray[np.intp]:
+    """Step 4: the row each raindrop flows to; the sea and better rivers have more streams."""
+    streams = value.size - heads
+    lead = np.abs(value[:heads] - value[heads])
+    # Equal costs (a flat place) share equally.
+    share = lead / np.sum(lead) if np.sum(lead) > 0.0 else np.full(heads, 1.0 / heads)
+    count = np.maximum(np.round(share * streams), 1).astype(int)
+    while np.sum(count) != streams:  # rounding may lose or add a stream: the largest settles it
+        count[int(np.argmax(count))] += 1 if np.sum(count) < streams else -1
+    flow = np.repeat(np.arange(heads), count)
+    return np.concatenate([np.zeros(heads, dtype=np.intp), flow])
+
+
+def _exchange(place: FloatArray, value: FloatArray, i: int, j: int) -> None:
+    place[[i, j]] = place[[j, i]]
+    value[[i, j]] = value[[j, i]]

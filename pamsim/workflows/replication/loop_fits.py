@@ -1,0 +1,203 @@
+"""Fits to the printed pressure-length loop: arctangent branches and a static Bouc-Wen loop.
+
+Lengths in cm and pressures in kPa, as printed.
+
+Arctangent: y = a0 arctan(a1 p + a2) + a3 for each branch, 4 + 4 parameters.
+Bouc-Wen: y = c0 + c1 p + c2 z for both branches, with dz/dp = (1 - |z|^n (sigma sign(z dp) + 1 -
+sigma)) / D followed from z0 at 0 kPa up and down again, 7 parameters: c0, c1, c2, D, sigma, n, z0.
+At sigma = 0 it has no memory: both branches are one curve. From sigma = 1/2 on it is the passive
+hysteresis of `pamsim.hysteresis`.
+"""
+
+from __future__ import annotations
+
+import functools
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.optimize import least_squares
+from scipy.special import stdtrit
+
+from pamsim.hysteresis.bouc_wen import bouc_wen_rate
+from pamsim.signals.static_law import arctangent_jacobian, arctangent_law
+from pamsim.store.printed_loop import loop_rows
+
+FloatArray = NDArray[np.float64]
+
+ARCTANGENT_PARAMETERS = 4
+"""Of one branch."""
+
+BOUC_WEN_PARAMETERS = 7
+"""Of both branches together."""
+
+_ARCTANGENT_STARTS = (
+    (2.5, -0.01, 1.5, 27.8),
+    (2.0, -0.02, 3.0, 27.0),
+    (4.0, -0.005, 0.5, 28.0),
+    (1.5, -0.03, 4.0, 27.0),
+)
+_ARCTANGENT_SCALE = (1.0, 0.01, 1.0, 10.0)
+_BOUC_WEN_STARTS = ((60.0, 3.0, -0.99), (100.0, 2.0, -0.9), (200.0, 1.2, -0.5))
+_SUBSTEPS = 6  # Runge-Kutta steps per 50 kPa: twice as many change z by less than 1e-3
+_EDGE = 1.5  # |z| stays below 1 in the exact solution; a trial step of the solver may not
+
+
+@dataclass(frozen=True, kw_only=True)
+class BoucWenLoop:
+    """A fitted static loop.
+
+    Attributes:
+        linear: c0 [cm], c1 [cm/kPa], c2 [cm].
+        travel: D [kPa].
+        sigma: shape [-].
+        sharpness: n [-].
+        start: z0 [-].
+        residual: branch -> fitted minus mean length, by rising pressure [cm].
+        width: largest distance between the branches at one pressure [cm].
+    """
+
+    linear: tuple[float, float, float]
+    travel: float
+    sigma: float
+    sharpness: float
+    start: float
+    residual: dict[str, FloatArray]
+    width: float
+
+
+def branch_data(branch: str) -> tuple[FloatArray, FloatArray]:
+    """Pressures [kPa] and mean lengths [cm] of one branch of Table 2."""
+    rows = loop_rows(branch)
+    return np.array([row.pressure_kpa for row in rows]), np.array([row.mean.value for row in rows])
+
+
+def scores(residual: FloatArray, length: FloatArray) -> dict[str, float]:
+    """MSE [cm^2], R2, RMSE and MAE [cm] as MATLAB and the paper count them: means over all rows."""
+    mse = float(np.mean(residual**2))
+    return {
+        "MSE": mse,
+        "R2": 1.0 - mse / float(np.var(length)),
+        "RMSE": math.sqrt(mse),
+        "MAE": float(np.mean(np.abs(residual))),
+    }
+
+
+@functools.cache
+def fit_arctangent(branch: str) -> tuple[float, float, float, float]:
+    """Least squares of one branch on Table 2's means, the best of several fixed starts."""
+    pressure, length = branch_data(branch)
+    tries = [
+        least_squares(
+            lambda a: arctangent_law(pressure, *a) - length,
+            start,
+            jac=lambda a: arctangent_jacobian(pressure, *a[:3]),
+            x_scale=_ARCTANGENT_SCALE,
+            xtol=1e-14,
+            ftol=1e-14,
+            gtol=1e-14,
+        )
+        for start in _ARCTANGENT_STARTS
+    ]
+    a0, a1, a2, a3 = (float(a) for a in min(tries, key=lambda found: found.cost).x)
+    # (a0, a1, a2) and (-a0, -a1, -a2) are one curve; the paper's has a0 > 0.
+    sign = math.copysign(1.0, a0)
+    return sign * a0, sign * a1, sign * a2, a3
+
+
+def arctangent_half_intervals(
+    pressure: FloatArray, coefficients: tuple[float, ...], mse: float
+) -> FloatArray:
+    """Half the linearised 95 % intervals of a least-squares fit, as MATLAB's ``nlparci`` has them.
+
+    Args:
+        pressure: (n,) [kPa].
+        coefficients: a0..a3 at the optimum.
+        mse: mean square of the residuals there [cm^2].
+
+    Returns:
+        (4,) half widths.
+    """
+    jacobian = arctangent_jacobian(pressure, *coefficients[:3])
+    freedom = len(pressure) - ARCTANGENT_PARAMETERS
+    covariance = np.linalg.inv(jacobian.T @ jacobian) * mse * len(pressure) / freedom
+    return float(stdtrit(freedom, 0.975)) * np.sqrt(np.diag(covariance))
+
+
+@functools.cache
+def fit_bouc_wen(lowest_sigma: float = 0.0) -> BoucWenLoop:
+    """Least squares of the static Bouc-Wen loop on both branches of Table 2.
+
+    Args:
+        lowest_sigma: lower bound of sigma: 0 lets the memory vanish, 1/2 keeps it passive.
+    """
+    pressure, up = branch_data("up")
+    _, down = branch_data("down")
+    length = np.concatenate([up, down])
+
+    def fitted(x: FloatArray) -> tuple[FloatArray, FloatArray]:
+        path = _path(*_natural(x), pressure)
+        basis = np.stack([np.ones(len(length)), np.concatenate([pressure, pressure]), path], axis=1)
+        linear = np.linalg.lstsq(basis, length, rcond=None)[0]
+        return basis @ linear - length, linear
+
+    tries = [
+        least_squares(
+            lambda x: fitted(x)[0],
+            (math.log(travel), lowest_sigma + 0.1, math.log(sharpness), math.log1p(start)),
+            bounds=(
+                [math.log(10.0), lowest_sigma, 0.0, -12.0],
+                [math.log(2000.0), 3.0, math.log(20.0), math.log(2.0)],
+            ),
+            x_scale=(1.0, 0.1, 1.0, 1.0),
+            max_nfev=200,
+        )
+        for travel, sharpness, start in _BOUC_WEN_STARTS
+    ]
+    best = min(tries, key=lambda found: found.cost).x
+    residual, linear = fitted(best)
+    curve = residual + length
+    half = len(pressure)
+    travel, sigma, sharpness, start = _natural(best)
+    return BoucWenLoop(
+        linear=(float(linear[0]), float(linear[1]), float(linear[2])),
+        travel=travel,
+        sigma=sigma,
+        sharpness=sharpness,
+        start=start,
+        residual={"up": residual[:half], "down": residual[half:]},
+        width=float(np.max(np.abs(curve[:half] - curve[half:]))),
+    )
+
+
+def _natural(x: FloatArray) -> tuple[float, float, float, float]:
+    """D, sigma, n and z0 of the solver's variables log D, sigma, log n, log(1 + z0).
+
+    Near z0 = -1 the loop leaves its corner the later the nearer: there only the logarithm counts.
+    """
+    return math.exp(x[0]), float(x[1]), math.exp(x[2]), math.expm1(x[3])
+
+
+def _path(
+    travel: float, sigma: float, sharpness: float, start: float, pressure: FloatArray
+) -> FloatArray:
+    """Internal variable at every pressure, up and then down, both by rising pressure."""
+
+    def rate(z: float, direction: float) -> float:
+        inside = min(max(z, -_EDGE), _EDGE)
+        return bouc_wen_rate(inside, direction, travel, sigma, sharpness)
+
+    steps = [float(step) for step in np.diff(pressure)]
+    z, path = start, [start]
+    for step in [*steps, *(-step for step in reversed(steps))]:
+        direction, h = math.copysign(1.0, step), abs(step) / _SUBSTEPS
+        for _ in range(_SUBSTEPS):
+            k1 = rate(z, direction)
+            k2 = rate(z + 0.5 * h * k1, direction)
+            k3 = rate(z + 0.5 * h * k2, direction)
+            k4 = rate(z + h * k3, direction)
+            z += h / 6.0 * (k1 + 2.0 * k2 + 2.0 * k3 + k4)
+        path.append(z)
+    turn = len(steps)
+    return np.array([*path[: turn + 1], *reversed(path[turn:])])
