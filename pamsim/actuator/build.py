@@ -5,15 +5,15 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
-from pamsim.actuator.muscle import COMMANDS, FORCE_LAWS, HYSTERESIS_LAWS, PLAIN_GROUPS, Muscle
+from pamsim.actuator.muscle import COMMANDS, FORCE_GROUPS, HYSTERESIS_GROUPS, PLAIN_GROUPS, Muscle
 from pamsim.core.errors import InputError, nearest
 from pamsim.core.parameters import ParameterGroup, Sourced, specs
 
 Sections = Mapping[str, Mapping[str, Sourced | str]]
 
 _LAWS: dict[str, dict[str, type[ParameterGroup]]] = {
-    "force": {law.law: law for law in FORCE_LAWS},
-    "hysteresis": {law.law: law for law in HYSTERESIS_LAWS if law},
+    "force": {law.law: law for law in FORCE_GROUPS},
+    "hysteresis": {law.law: law for law in HYSTERESIS_GROUPS if law},
 }
 
 
@@ -66,6 +66,11 @@ def _build(group: type[ParameterGroup], section: Mapping[str, Any], where: str) 
         entry = section.get(name)
         if isinstance(entry, Sourced):
             values[name] = entry.si(spec.unit)
+        elif entry is not None:
+            raise InputError(
+                f"{where}: {group.group}.{name} = {entry!r} is a word; write"
+                ' { value = ..., unit = "...", source = "..." }'
+            )
     try:
         return group(**values)
     except TypeError:

@@ -9,17 +9,11 @@ the result unchanged to the last bit.
 from __future__ import annotations
 
 import math
-from collections.abc import MutableSequence, Sequence
-from typing import TypeAlias
 
-import numpy as np
-from numpy.typing import NDArray
-
-from pamsim.actuator.layout import slot
-from pamsim.hysteresis.bouc_wen import bouc_wen_rate
+from pamsim.actuator.active_force import active_force
+from pamsim.actuator.hysteresis_loop import loop_force, loop_rates
+from pamsim.actuator.layout import MutableRow, Row, slot
 from pamsim.muscles.braid import volume
-from pamsim.muscles.exponential import six_parameter_force
-from pamsim.muscles.mckibben import ideal_force
 from pamsim.muscles.passive import hardening_force
 from pamsim.muscles.tension import effective_pressure, taut
 from pamsim.pneumatics.chamber import absolute_pressure, air_state, air_state_rate
@@ -30,12 +24,7 @@ from pamsim.pneumatics.valves import (
     valve_flow,
 )
 
-Row: TypeAlias = Sequence[float] | NDArray[np.float64]
-MutableRow: TypeAlias = MutableSequence[float] | NDArray[np.float64]
-
 _COMMAND = slot("command")
-_FORCE_LAW = slot("force.law")
-_HYSTERESIS_LAW = slot("hysteresis.law")
 _LENGTH_AT_ZERO = slot("mounting.length_at_zero")
 _NOMINAL_LENGTH = slot("braid.nominal_length")
 _DIAMETER = slot("braid.diameter")
@@ -57,8 +46,6 @@ _SUPPLY = slot("valve.supply_pressure")
 _PULSE_PERIOD = slot("valve.pulse_period")
 _BAND = slot("valve.regulator_band")
 _DEAD_BAND = slot("valve.regulator_dead_band")
-_F = slot("force.0")
-_H = slot("hysteresis.0")
 
 
 def muscle_length(par: Row, tendon_length: float) -> float:
@@ -104,35 +91,20 @@ def charged_air_state(par: Row, tendon_length: float, pressure: float) -> float:
 
 def static_force(par: Row, tendon_length: float, pressure: float) -> float:
     """Signed muscle force without hysteresis [N] at a gauge pressure [Pa]."""
-    length = muscle_length(par, tendon_length)
-    kappa = 1.0 - length / par[_NOMINAL_LENGTH]
+    kappa = contraction(par, tendon_length)
     felt = effective_pressure(pressure, par[_THRESHOLD])
-    if par[_FORCE_LAW] == 0.0:
-        active = ideal_force(felt, length, par[_NOMINAL_LENGTH], par[_DIAMETER], par[_FIBRE_ANGLE])
-    else:
-        active = six_parameter_force(
-            felt,
-            kappa,
-            par[_F + 1],
-            par[_F + 2],
-            par[_F + 3],
-            par[_F + 4],
-            par[_F + 5],
-            par[_F + 6],
-        )
     passive = hardening_force(
         kappa, par[_PASSIVE_STIFFNESS], par[_PASSIVE_HARDENING], par[_PASSIVE_SLACK]
     )
-    return par[_F] * active + passive
+    return active_force(par, felt, kappa) + passive
 
 
 def tension(par: Row, act: Row, tendon_length: float) -> float:
     """Tension of the muscle [N], never negative; NaN if the chamber was never charged."""
     pressure = gauge_pressure(par, act, tendon_length)
     force = static_force(par, tendon_length, pressure)
-    if par[_HYSTERESIS_LAW] == 1.0:
-        force -= (par[_H] + par[_H + 1] * effective_pressure(pressure, 0.0)) * act[0]
-    return taut(force)
+    above = effective_pressure(pressure, 0.0)
+    return taut(force - loop_force(par, act, contraction(par, tendon_length), above, force))
 
 
 def valve_opening(par: Row, command: float, pressure: float, time: float) -> float:
@@ -192,14 +164,14 @@ def state_rates(
     """
     last = len(act) - 1
     pressure_abs = chamber_pressure(par, act, tendon_length)
-    if par[_HYSTERESIS_LAW] == 1.0:
-        rates[0] = bouc_wen_rate(
-            act[0],
-            -tendon_velocity / par[_NOMINAL_LENGTH],
-            par[_H + 2],
-            par[_H + 3],
-            par[_H + 4],
-        )
+    loop_rates(
+        par,
+        act,
+        rates,
+        contraction(par, tendon_length),
+        -tendon_velocity / par[_NOMINAL_LENGTH],
+        timestep,
+    )
     rates[last] = air_state_rate(
         act[last],
         pressure_abs,

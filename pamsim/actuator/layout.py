@@ -10,25 +10,30 @@ declared order. ``act`` of one actuator: the hysteresis operator's states, the a
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, MutableSequence, Sequence
+from typing import TypeAlias
 
 import numpy as np
+from numpy.typing import NDArray
 
 from pamsim.actuator.muscle import (
     COMMANDS,
-    FORCE_LAWS,
-    HYSTERESIS_LAWS,
+    FORCE_GROUPS,
+    HYSTERESIS_GROUPS,
     PLAIN_GROUPS,
     Muscle,
 )
 from pamsim.core.errors import EngineError, InputError, nearest
 from pamsim.core.parameters import ParameterGroup, specs
 
+Row: TypeAlias = Sequence[float] | NDArray[np.float64]
+MutableRow: TypeAlias = MutableSequence[float] | NDArray[np.float64]
+
 SIGNATURE = 7240.288
 """Marks a row as a pamsim muscle: page and volume of seed 003 (Appl. Sci. 2021, 11, 7288)."""
 
-_FORCE_SLOTS = max(len(list(specs(law))) for law in FORCE_LAWS)
-_HYSTERESIS_SLOTS = max(len(list(specs(law))) for law in HYSTERESIS_LAWS if law)
+_FORCE_SLOTS = max(len(list(specs(law))) for law in FORCE_GROUPS)
+_HYSTERESIS_SLOTS = max(len(list(specs(law))) for law in HYSTERESIS_GROUPS if law)
 
 
 def _names() -> Iterator[str]:
@@ -72,10 +77,10 @@ def parameter_slot(muscle: Muscle, name: str) -> int:
 
 def state_size(muscle: Muscle) -> int:
     """Number of states of one muscle: its hysteresis operator's, and one for the air."""
-    return (muscle.hysteresis.states if muscle.hysteresis else 0) + 1
+    return (muscle.hysteresis.state_count if muscle.hysteresis else 0) + 1
 
 
-def pack(muscle: Muscle) -> np.ndarray:
+def pack(muscle: Muscle) -> NDArray[np.float64]:
     """Write a muscle into a row.
 
     Returns:
@@ -84,16 +89,16 @@ def pack(muscle: Muscle) -> np.ndarray:
     row = np.zeros(SIZE)
     row[slot("signature")] = SIGNATURE
     row[slot("command")] = COMMANDS.index(muscle.command)
-    row[slot("force.law")] = FORCE_LAWS.index(type(muscle.force))
+    row[slot("force.law")] = FORCE_GROUPS.index(type(muscle.force))
     law = type(muscle.hysteresis) if muscle.hysteresis else None
-    row[slot("hysteresis.law")] = HYSTERESIS_LAWS.index(law)
+    row[slot("hysteresis.law")] = HYSTERESIS_GROUPS.index(law)
     for index, name in _occupied(muscle):
         group, _, field = name.partition(".")
         row[index] = getattr(getattr(muscle, group), field)
     return row
 
 
-def unpack(row: Sequence[float] | np.ndarray) -> Muscle:
+def unpack(row: Row) -> Muscle:
     """Read a muscle back from a row; the inverse of `pack`.
 
     Raises:
@@ -106,20 +111,20 @@ def unpack(row: Sequence[float] | np.ndarray) -> Muscle:
     for group in PLAIN_GROUPS:
         fields = {name: float(row[slot(f"{group.group}.{name}")]) for name, _ in specs(group)}
         groups[group.group] = group(**fields)
-    force = FORCE_LAWS[int(row[slot("force.law")])]
+    force = FORCE_GROUPS[int(row[slot("force.law")])]
     groups["force"] = force(**_slots(force, row))
-    operator = HYSTERESIS_LAWS[int(row[slot("hysteresis.law")])]
+    operator = HYSTERESIS_GROUPS[int(row[slot("hysteresis.law")])]
     if operator is not None:
         groups["hysteresis"] = operator(**_slots(operator, row))
     return Muscle(command=COMMANDS[int(row[slot("command")])], **groups)  # pyright: ignore[reportArgumentType]
 
 
-def is_muscle(row: Sequence[float] | np.ndarray) -> bool:
+def is_muscle(row: Row) -> bool:
     """Whether an actuator's user data is a pamsim muscle."""
     return len(row) >= SIZE and float(row[0]) == SIGNATURE
 
 
-def _slots(group: type[ParameterGroup], row: Sequence[float] | np.ndarray) -> dict[str, float]:
+def _slots(group: type[ParameterGroup], row: Row) -> dict[str, float]:
     first = slot(f"{group.group}.0")
     return {name: float(row[first + i]) for i, (name, _) in enumerate(specs(group))}
 

@@ -6,20 +6,23 @@ from dataclasses import dataclass, field
 from typing import ClassVar
 
 from pamsim.core.parameters import ParameterGroup, parameter
-from pamsim.hysteresis.bouc_wen import BoucWen
+from pamsim.hysteresis.catalog import OPERATORS
+from pamsim.hysteresis.group import Hysteresis
 from pamsim.muscles.braid import Braid
-from pamsim.muscles.exponential import SixParameter
-from pamsim.muscles.mckibben import IdealMcKibben
+from pamsim.muscles.catalog import FORCE_LAWS
 from pamsim.muscles.passive import HardeningPassive
 from pamsim.muscles.tension import Threshold
 from pamsim.pneumatics.chamber import Chamber
 from pamsim.pneumatics.valves import ValvePair
 
-FORCE_LAWS: tuple[type[ParameterGroup], ...] = (IdealMcKibben, SixParameter)
-"""Force laws the kernel knows; the position in the tuple is the code kept in the model."""
+FORCE_GROUPS: tuple[type[ParameterGroup], ...] = tuple(law.group for law in FORCE_LAWS.values())
+"""Groups of the force laws; the position in the tuple is the code kept in the model."""
 
-HYSTERESIS_LAWS: tuple[type[ParameterGroup] | None, ...] = (None, BoucWen)
-"""Hysteresis operators the kernel knows; code 0 is no operator."""
+HYSTERESIS_GROUPS: tuple[type[Hysteresis] | None, ...] = (
+    None,
+    *(operator.group for operator in OPERATORS.values()),
+)
+"""Groups of the hysteresis operators by their code; code 0 is no operator."""
 
 COMMANDS: tuple[str, ...] = ("valve", "pulse", "pressure")
 """What the control of the actuator means: a signed opening, a signed duty, a gauge pressure."""
@@ -57,10 +60,10 @@ class Muscle:
     Attributes:
         mounting: place on the tendon.
         braid: geometry, which gives the chamber's volume.
-        force: active force law.
+        force: group of the active force law, one of `FORCE_GROUPS`.
         passive: hardening passive spring beside it.
         threshold: pressure lost before the braid is reached.
-        hysteresis: operator on the force, or None.
+        hysteresis: group of the operator on the force, or None.
         chamber: polytropic air.
         valve: fill and exhaust valves.
         command: what the control means, one of `COMMANDS`.
@@ -68,10 +71,10 @@ class Muscle:
 
     mounting: Mounting
     braid: Braid
-    force: IdealMcKibben | SixParameter
+    force: ParameterGroup
     chamber: Chamber
     valve: ValvePair
     passive: HardeningPassive = field(default_factory=HardeningPassive)
     threshold: Threshold = field(default_factory=Threshold)
-    hysteresis: BoucWen | None = None
+    hysteresis: Hysteresis | None = None
     command: str = "valve"

@@ -56,6 +56,8 @@ class Experiment:
         _require_finite("command time", time)
         _require_finite("command value", value)
         _require_finite("start pressure", start)
+        if len(time) == 0:
+            raise InputError("an experiment needs a command: give at least one time and its values")
         if time.ndim != 1 or value.shape != (len(time), len(start)):
             raise InputError(
                 f"command values have shape {value.shape}; {len(time)} times and {len(start)}"

@@ -48,7 +48,7 @@ def to_si(value: float, unit: str, si_unit: str, *, where: str) -> float:
             f"{where}: unit {unit!r} does not measure what is wanted here;"
             f" write a unit that converts to {si_unit!r}"
         ) from None
-    except (pint.errors.PintError, ValueError, AttributeError, SyntaxError, TypeError):
+    except Exception:  # pint's parser fails in many ways: tokens, types, division, assertions
         raise InputError(
             f"{where}: unit {unit!r} is not known; write one such as kPa, bar, mm, deg, kg, N/bar"
             f" that converts to {si_unit!r}"

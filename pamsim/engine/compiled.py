@@ -39,18 +39,22 @@ class Callbacks:
 
 def reached_functions(*roots: Callable[..., Any]) -> list[FunctionType]:
     """The Python functions that some functions call by global name, callees before callers."""
-    found: dict[str, FunctionType] = {}
+    found: dict[tuple[str, str], FunctionType] = {}
 
     def visit(function: Any) -> None:
         for name in function.__code__.co_names:
             callee = function.__globals__.get(name)
-            if isinstance(callee, FunctionType) and callee.__qualname__ not in found:
+            if isinstance(callee, FunctionType) and _name(callee) not in found:
                 visit(callee)
-        found.setdefault(function.__qualname__, function)
+        found.setdefault(_name(function), function)
 
     for root in roots:
         visit(root)
     return list(found.values())
+
+
+def _name(function: FunctionType) -> tuple[str, str]:
+    return function.__module__, function.__qualname__
 
 
 def fingerprint(functions: list[FunctionType]) -> str:

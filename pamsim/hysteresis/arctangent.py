@@ -2,11 +2,16 @@
 
 The paper fits one branch to rising and one to falling pressure, y = k_0 atan(k_1 p + k_2) + k_3,
 and says nothing about a reversal in between. `Arctangent` does, by Madelung's rules (Madelung 1905;
-Brokate and Sprekels 1996): every reversal starts a branch of the same shape, shifted and scaled so
-that it runs from the reversal to the turning point before it; when it gets there the inner loop is
-forgotten and the outer branch goes on. These rules are chosen because they add no parameter, keep
-return-point memory and close every loop, which the fits of the paper themselves do only nearly:
-they miss each other by 0.2 mm at no pressure.
+Brokate and Sprekels 1996): a reversal starts a branch that runs to the turning point before it, and
+when it gets there the inner loop is forgotten and the outer branch goes on. What is shifted and
+scaled is the distance of the branches to their common middle, in both directions alike: an inner
+loop is a small image of the major one. These rules are chosen because they add no parameter, keep
+return-point memory, close every loop and never turn one round. Scaling the branches themselves
+would throw inner branches far outside a narrow major loop; cutting pieces out of them would turn
+loops in the branches' tails round, and so give energy.
+
+The printed fits nearly meet, 0.2 mm apart at no pressure; the operator makes them meet at both ends
+of its span.
 
 Memory: the last input and a bounded number of turning points, as fractions of the span. A reversal
 for which no room is left runs back along its own branch, so loops inside the innermost are lost.
@@ -154,26 +159,38 @@ def kept_and_added(par: Row, first: int, act: Row, t: float) -> tuple[int, int]:
     rising = count % 2 == 0
     reverses = t < act[0] - SMALLEST_MOVE if rising else t > act[0] + SMALLEST_MOVE
     if reverses:
-        if count == 0 or (act[count] < t if rising else act[count] > t):
+        if count == 0 or (
+            t > act[count] + SMALLEST_MOVE if rising else t < act[count] - SMALLEST_MOVE
+        ):
             return count, 1 if count < int(par[first]) else 0
         # Back beyond the start of this branch: both close, the branch before them goes on.
         count -= 1
         rising = not rising
-    while count >= 2 and (t >= act[count - 1] if rising else t <= act[count - 1]):
+    while count >= 2 and (
+        t >= act[count - 1] - SMALLEST_MOVE if rising else t <= act[count - 1] + SMALLEST_MOVE
+    ):
         count -= 2
-    if count == 1 and t <= 0.0:
+    if count == 1 and t <= SMALLEST_MOVE:
         count = 0
     return count, 0
 
 
-def branch_value(par: Row, first: int, act: Row, t: float, kept: int, added: int) -> float:
-    """Output y in [-1, 1] at t, following the branches from turning point to turning point.
+def half_width(par: Row, first: int, t: float) -> float:
+    """Half the distance of the falling branch above the rising one, a pure number."""
+    rising = branch_shape(t, par[first + 3], par[first + 4])
+    return 0.5 * (branch_shape(t, par[first + 5], par[first + 6]) - rising)
 
-    Every turning point narrows the interval that the next branch spans, beginning with the
-    corners (0, -1) and (1, 1).
+
+def distance_to_middle(par: Row, first: int, act: Row, t: float, kept: int, added: int) -> float:
+    """Distance of the output below the middle of the major loop at t, a pure number.
+
+    Every turning point narrows the interval that the next branch spans, beginning with the corners
+    0 and 1, where the distance is 0. Between the ends of the interval the distance runs straight,
+    plus the image of the major branch.
     """
-    low, y_low = 0.0, -1.0
-    high, y_high = 1.0, 1.0
+    low, at_low = 0.0, 0.0
+    high, at_high = 1.0, 0.0
+    distance = 0.0
     for k in range(kept + added + 1):
         if k < kept:
             turn = act[1 + k]
@@ -181,14 +198,16 @@ def branch_value(par: Row, first: int, act: Row, t: float, kept: int, added: int
             turn = act[0]
         else:
             turn = t
-        place = (turn - low) / (high - low)
+        size = high - low
+        place = (turn - low) / size
+        distance = at_low + (at_high - at_low) * place
         if k % 2 == 0:
-            y = y_low + (y_high - y_low) * branch_shape(place, par[first + 3], par[first + 4])
-            high, y_high = turn, y
+            distance += size * half_width(par, first, place)
+            high, at_high = turn, distance
         else:
-            y = y_low + (y_high - y_low) * branch_shape(place, par[first + 5], par[first + 6])
-            low, y_low = turn, y
-    return y_high if (kept + added) % 2 == 0 else y_low
+            distance -= size * half_width(par, first, place)
+            low, at_low = turn, distance
+    return distance
 
 
 def arctangent_output(par: Row, first: int, act: Row, x: float) -> float:
@@ -213,15 +232,10 @@ def arctangent_output(par: Row, first: int, act: Row, x: float) -> float:
         return x
     t = span_fraction(par, first, x)
     kept, added = kept_and_added(par, first, act, t)
-    y = branch_value(par, first, act, t, kept, added)
-    rising = branch_shape(t, par[first + 3], par[first + 4])
-    falling = branch_shape(t, par[first + 5], par[first + 6])
-    centre = 0.5 * (par[first + 4] + par[first + 6])
-    width = branch_shape(centre, par[first + 5], par[first + 6])
-    width -= branch_shape(centre, par[first + 3], par[first + 4])
-    if width == 0.0:
+    widest = half_width(par, first, 0.5 * (par[first + 4] + par[first + 6]))
+    if widest == 0.0:
         return 0.0  # equal branches: there is no loop
-    return (rising + falling - 1.0 - y) / width
+    return distance_to_middle(par, first, act, t, kept, added) / widest
 
 
 def arctangent_rates(

@@ -1,10 +1,9 @@
 """McKibben muscle with an elastic tube: virtual work of the air minus the energy of the rubber.
 
 F = -p dV/dl - c1 I1'(k) / 2 - c2 I2'(k) / 2, with k = (kappa - kappa_0) / eta the contraction of
-the braid itself. The tube follows the inextensible braid, so its stretches are lambda_1 = 1 - k
-along, lambda_2 = sqrt((1 - cos^2(alpha0) lambda_1^2) / sin^2(alpha0)) round, and, since rubber keeps
-its volume, 1 / (lambda_1 lambda_2) through the wall; I1 and I2 are their Mooney-Rivlin invariants.
-That is the law of Klute and Hannaford (J. Dyn. Syst. Meas. Control 122, 2000, 386-388). Two numbers
+the braid itself. The tube follows the inextensible braid: its stretches are lambda_1 = 1 - k along,
+lambda_2 = sqrt((1 - cos^2(alpha0) lambda_1^2) / sin^2(alpha0)) round and, since rubber keeps its
+volume, 1 / (lambda_1 lambda_2) through the wall; I1 and I2 are the Mooney-Rivlin invariants. That is the law of Klute and Hannaford (J. Dyn. Syst. Meas. Control 122, 2000, 386-388). Two numbers
 are added here: kappa_0, because a data sheet's nominal length is not the exact length at which the
 rubber is free, and eta, the share of the length that works as an ideal braid, because near its end
 fittings a muscle keeps its diameter (Tondu and Lopez, IEEE Control Syst. Mag. 20, 2000, 15-38).

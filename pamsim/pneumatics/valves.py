@@ -78,7 +78,7 @@ def pulsed_opening(duty: float, time: float, period: float) -> float:
     phase = time / period - math.floor(time / period)
     if phase < abs(duty):
         return 1.0 if duty > 0.0 else -1.0
-    return 0.0
+    return 0.0 * duty  # not a plain 0: a NaN duty must not shut the valve silently
 
 
 def regulated_opening(set_point: float, pressure: float, band: float, dead_band: float) -> float:

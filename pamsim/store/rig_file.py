@@ -92,7 +92,7 @@ def read_rig(rig: str | os.PathLike[str]) -> RigFile:
     path = folder / "params.toml"
     try:
         table = tomllib.loads(path.read_text(encoding="utf-8"))
-    except tomllib.TOMLDecodeError as error:
+    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
         raise InputError(f"{path}: not valid TOML: {error}") from None
     _check_keys(path, "", table, _TOP)
     if table.get("schema") != SCHEMA:
@@ -101,6 +101,9 @@ def read_rig(rig: str | os.PathLike[str]) -> RigFile:
     _check_keys(path, "rig.", head, _RIG)
     mjcf = _file(path, folder, _word(path, head, "rig", "mjcf"))
     muscles = _table(path, table, "muscles")
+    for name, entry in muscles.items():
+        if not isinstance(entry, Mapping):
+            raise InputError(f'{path}: muscles.{name} must be a table: {{ tendon = "..." }}')
     overrides = {
         name: _sections(path, f"muscles.{name}", {k: v for k, v in m.items() if k != "tendon"})
         for name, m in muscles.items()
@@ -117,8 +120,8 @@ def read_rig(rig: str | os.PathLike[str]) -> RigFile:
         },
         muscle=_sections(path, "muscle", _table(path, table, "muscle")),
         overrides=overrides,
-        native=_numbers(path, "native", table.get("native", {})),
-        sensor=_numbers(path, "sensor", table.get("sensor", {})),
+        native=_numbers(path, "native", _table(path, {"native": {}, **table}, "native")),
+        sensor=_numbers(path, "sensor", _table(path, {"sensor": {}, **table}, "sensor")),
     )
 
 
@@ -168,7 +171,7 @@ def _number(path: Path, key: str, entry: Any) -> Sourced:
     if isinstance(value, bool) or not isinstance(value, int | float):
         raise InputError(f"{where}.value = {value!r} is not a number")
     for word in ("unit", "source"):
-        if not isinstance(entry.get(word), str):
+        if not (isinstance(entry.get(word), str) and entry[word].strip()):
             raise InputError(f'{where} needs {word} = "..."; every number says its {word}')
     return Sourced(
         value=float(value),
@@ -184,7 +187,8 @@ def _number(path: Path, key: str, entry: Any) -> Sourced:
 def _pair(where: str, pair: Any) -> tuple[float, float] | None:
     if pair is None:
         return None
-    if not (isinstance(pair, list) and len(pair) == 2 and pair[0] <= pair[1]):
+    numbers = isinstance(pair, list) and all(isinstance(end, int | float) for end in pair)
+    if not (numbers and len(pair) == 2 and pair[0] <= pair[1]):
         raise InputError(f"{where}: a range is written [low, high], got {pair!r}")
     return float(pair[0]), float(pair[1])
 

@@ -1,4 +1,4 @@
-"""Coefficients of a curve before and after a fit: range, value, interval, and whether to trust it."""
+"""Coefficients of a curve before and after a fit: range, value, interval, reasons for doubt."""
 
 from __future__ import annotations
 

@@ -103,9 +103,7 @@ def judged(
     )
 
 
-def _jacobian(
-    curve: Curve, values: FloatArray, coefficients: Sequence[Coefficient]
-) -> FloatArray:
+def _jacobian(curve: Curve, values: FloatArray, coefficients: Sequence[Coefficient]) -> FloatArray:
     """Central differences, shape (n, k); zero columns for held coefficients."""
     columns: list[FloatArray] = []
     for i, c in enumerate(coefficients):

@@ -208,4 +208,3 @@ def _first(c: Coefficient) -> float:
     if c.held is not None:
         return c.held
     return 0.5 * (c.low + c.high) if c.default is None else c.default
-

@@ -146,6 +146,7 @@ def _frequency(t: FloatArray, f: FloatArray) -> float:
         raise InputError("force record has too few samples to hold a period; sample faster")
     # First a grid fine enough that none of the record's periods is skipped, then closer round it.
     grid = np.linspace(low, high, min(4000, int(4 * high / low) + 2))
+    best = low
     for _ in range(5):
         misses = [_harmonic(t, f, float(w))[1] for w in grid]
         best, step = float(grid[int(np.argmin(misses))]), float(grid[1] - grid[0])

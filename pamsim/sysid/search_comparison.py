@@ -115,8 +115,8 @@ def compare_searches(
         tol=0.0,
         polish=False,
     )
-    starts = [np.full(lower.size, 0.5), *latin_hypercube(np.random.default_rng(seed), 11, lower.size)]
-    for start in starts:
+    spread = latin_hypercube(np.random.default_rng(seed), 11, lower.size)
+    for start in (np.full(lower.size, 0.5), *spread):
         _least_squares(
             counted["least_squares"].residual,
             lower + start * (upper - lower),

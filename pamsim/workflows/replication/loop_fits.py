@@ -39,8 +39,13 @@ _ARCTANGENT_STARTS = (
     (1.5, -0.03, 4.0, 27.0),
 )
 _ARCTANGENT_SCALE = (1.0, 0.01, 1.0, 10.0)
-_BOUC_WEN_STARTS = ((60.0, 3.0, -0.99), (100.0, 2.0, -0.9), (200.0, 1.2, -0.5))
-_SUBSTEPS = 6  # Runge-Kutta steps per 50 kPa: twice as many change z by less than 1e-3
+_BOUC_WEN_STARTS = (
+    (60.0, 1e-6, 3.0, -0.99),
+    (60.0, 1e-3, 3.0, -0.99),
+    (100.0, 0.1, 2.0, -0.9),
+    (200.0, 0.6, 1.2, -0.5),
+)
+_SUBSTEPS = 20  # Runge-Kutta steps per 50 kPa: twice as many change z by less than 1e-3
 _EDGE = 1.5  # |z| stays below 1 in the exact solution; a trial step of the solver may not
 
 
@@ -126,7 +131,7 @@ def arctangent_half_intervals(
 
 
 @functools.cache
-def fit_bouc_wen(lowest_sigma: float = 0.0) -> BoucWenLoop:
+def fit_bouc_wen(lowest_sigma: float = 1e-14) -> BoucWenLoop:
     """Least squares of the static Bouc-Wen loop on both branches of Table 2.
 
     Args:
@@ -145,15 +150,14 @@ def fit_bouc_wen(lowest_sigma: float = 0.0) -> BoucWenLoop:
     tries = [
         least_squares(
             lambda x: fitted(x)[0],
-            (math.log(travel), lowest_sigma + 0.1, math.log(sharpness), math.log1p(start)),
+            np.log([travel, max(sigma, 1.2 * lowest_sigma), sharpness, 1.0 + start]),
             bounds=(
-                [math.log(10.0), lowest_sigma, 0.0, -12.0],
-                [math.log(2000.0), 3.0, math.log(20.0), math.log(2.0)],
+                np.log([10.0, lowest_sigma, 1.0, 1e-6]),
+                np.log([2000.0, 3.0, 20.0, 2.0]),
             ),
-            x_scale=(1.0, 0.1, 1.0, 1.0),
             max_nfev=200,
         )
-        for travel, sharpness, start in _BOUC_WEN_STARTS
+        for travel, sigma, sharpness, start in _BOUC_WEN_STARTS
     ]
     best = min(tries, key=lambda found: found.cost).x
     residual, linear = fitted(best)
@@ -176,7 +180,8 @@ def _natural(x: FloatArray) -> tuple[float, float, float, float]:
 
     Near z0 = -1 the loop leaves its corner the later the nearer: there only the logarithm counts.
     """
-    return math.exp(x[0]), float(x[1]), math.exp(x[2]), math.expm1(x[3])
+    travel, sigma, sharpness, above = (math.exp(value) for value in x)
+    return travel, sigma, sharpness, above - 1.0
 
 
 def _path(

@@ -1,35 +1,56 @@
-"""Muscles to try the actuator on: every force law with every hysteresis option."""
+"""Muscles to try the actuator on: every force law and every hysteresis operator of the catalogs."""
 
 from __future__ import annotations
 
+import dataclasses
 from typing import Any
 
 from pamsim.actuator.kernel import charged_air_state
 from pamsim.actuator.layout import pack, state_size
-from pamsim.actuator.muscle import FORCE_LAWS, HYSTERESIS_LAWS, Mounting, Muscle
-from pamsim.hysteresis.bouc_wen import BoucWen
+from pamsim.actuator.muscle import Mounting, Muscle
+from pamsim.core.parameters import ParameterGroup
+from pamsim.hysteresis.group import Hysteresis
 from pamsim.muscles.braid import Braid
+from pamsim.muscles.corrected_mckibben import CorrectedMcKibben
+from pamsim.muscles.elastic_energy import ElasticEnergy
 from pamsim.muscles.exponential import SixParameter
+from pamsim.muscles.invertible_exponential import InvertibleExponential
 from pamsim.muscles.mckibben import IdealMcKibben
 from pamsim.muscles.passive import HardeningPassive
+from pamsim.muscles.pleated import Pleated
+from pamsim.muscles.pleated_shape import PleatedShape
+from pamsim.muscles.single_pressure_exponential import SinglePressureExponential
 from pamsim.muscles.tension import Threshold
 from pamsim.pneumatics.chamber import Chamber
 from pamsim.pneumatics.valves import ValvePair
+from tests.unit.hysteresis.operator_runs import GROUPS
 
-FORCES = {
-    "ideal_mckibben": IdealMcKibben(scale=0.9),
-    "six_parameter": SixParameter(
-        scale=1.1, a=-4e-5, b=292.0, c=-32.9, d=-9.3e-3, e=2.94e-3, f=-280.0
-    ),
+FORCES: dict[str, ParameterGroup] = {
+    type(law).law: law
+    for law in (
+        IdealMcKibben(scale=0.9),
+        SixParameter(scale=1.1, a=-4e-5, b=292.0, c=-32.9, d=-9.3e-3, e=2.94e-3, f=-280.0),
+        CorrectedMcKibben(scale=1.1, a_eps=15.53, b_eps=-1.2386, a_kappa=0.3788, b_kappa=-1.1877),
+        SinglePressureExponential(scale=1.1, a=280.0, b=-32.9, d=-2800.0, e=600.0),
+        InvertibleExponential(
+            scale=1.1, a=7.9e-5, b=419.9, c=-50.9, e=-8.9e-3, f=159.0, g=2.7e-3, h=-327.5
+        ),
+        ElasticEnergy(scale=1.1, working_pressure=3e5, working_contraction=0.1),
+        Pleated(scale=1.1, f0=0.3, f1=-0.7, f2=-1.1, f3=3.0, f4=-8.0),
+        PleatedShape(scale=1.1, slenderness=6.0),
+    )
 }
-HYSTERESES = {
-    "none": None,
-    "bouc_wen": BoucWen(
-        force=5.0, force_per_pressure=4e-5, yield_contraction=0.005, sigma=0.7, sharpness=2.0
-    ),
+WIDTHS = {"force": 5.0, "force_per_pressure": 4e-5, "force_share": 0.03}
+OPERATORS: dict[str, Hysteresis] = {
+    group.law: dataclasses.replace(group, **WIDTHS) for group in GROUPS
 }
-KINDS = [(law, loop) for law in FORCES for loop in HYSTERESES]
-"""Names of every combination; `test_layout` checks that no law is left out."""
+KINDS = [
+    ("ideal_mckibben", "none"),
+    ("six_parameter", "bouc_wen"),
+    *((law, "none") for law in FORCES if law != "ideal_mckibben"),
+    *(("ideal_mckibben", loop) for loop in OPERATORS),
+]
+"""Every law alone and every operator on the ideal law; `test_layout` sees that none is left out."""
 
 
 def make(law: str = "ideal_mckibben", loop: str = "none", **changes: Any) -> Muscle:
@@ -40,7 +61,7 @@ def make(law: str = "ideal_mckibben", loop: str = "none", **changes: Any) -> Mus
         "force": FORCES[law],
         "passive": HardeningPassive(stiffness=900.0, hardening=9.0, slack_contraction=0.02),
         "threshold": Threshold(pressure=2e4),
-        "hysteresis": HYSTERESES[loop],
+        "hysteresis": OPERATORS.get(loop),
         "chamber": Chamber(
             polytropic_index=1.2, temperature=300.0, dead_volume=1e-5, atmosphere=9.8e4, floor=2e3
         ),
@@ -60,13 +81,13 @@ def make(law: str = "ideal_mckibben", loop: str = "none", **changes: Any) -> Mus
 
 
 def charged(muscle: Muscle, tendon: float, pressure: float, z: float = 0.3) -> list[float]:
-    """States of a muscle filled to a gauge pressure [Pa] at a tendon length [m]."""
+    """States of a muscle filled to a gauge pressure [Pa] at a tendon length [m].
+
+    An operator's memory starts at zero but for its first state, which is ``z`` where that is one
+    of a single state.
+    """
     air = float(charged_air_state(pack(muscle), tendon, pressure))
-    return [z] * (state_size(muscle) - 1) + [air]
-
-
-def names_covered() -> bool:
-    """Whether the tables above hold one muscle per law that the kernel knows."""
-    forces = {type(law) for law in FORCES.values()}
-    operators = {type(law) if law else None for law in HYSTERESES.values()}
-    return forces == set(FORCE_LAWS) and operators == set(HYSTERESIS_LAWS)
+    memory = [0.0] * (state_size(muscle) - 1)
+    if len(memory) == 1:
+        memory[0] = z
+    return [*memory, air]

@@ -64,7 +64,8 @@ def composed_tension(muscle: Muscle, act: list[float], tendon: float) -> float:
     )
     if muscle.hysteresis is not None:
         loop = muscle.hysteresis
-        force -= (loop.force + loop.force_per_pressure * max(pressure, 0.0)) * act[0]
+        width = loop.force + loop.force_per_pressure * max(pressure, 0.0)
+        force -= (width + loop.force_share * force) * act[0]
     return max(force, 0.0)
 
 

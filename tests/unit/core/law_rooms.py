@@ -48,12 +48,21 @@ def public_functions() -> dict[str, Callable[..., Any]]:
 
 def parameter_groups() -> dict[str, type[ParameterGroup]]:
     """Every parameter group of the whole package; modules without one are not imported."""
-    found: dict[str, type[ParameterGroup]] = {}
-    for path in sorted(SOURCE.rglob("*.py")):
-        for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
-            if not isinstance(node, ast.ClassDef):
-                continue
-            if any(ast.unparse(base).endswith("ParameterGroup") for base in node.bases):
-                name = ".".join(path.relative_to(SOURCE.parent).with_suffix("").parts)
-                found[node.name] = getattr(importlib.import_module(name), node.name)
-    return found
+    classes = [
+        (path, node.name, {ast.unparse(base).rpartition(".")[2] for base in node.bases})
+        for path in sorted(SOURCE.rglob("*.py"))
+        for node in ast.walk(ast.parse(path.read_text(encoding="utf-8")))
+        if isinstance(node, ast.ClassDef)
+    ]
+    names = {ParameterGroup.__name__}
+    while more := {name for _, name, bases in classes if bases & names} - names:
+        names |= more  # groups of groups as well
+    return {
+        name: getattr(importlib.import_module(_module(path)), name)
+        for path, name, bases in classes
+        if bases & names
+    }
+
+
+def _module(path: Path) -> str:
+    return ".".join(path.relative_to(SOURCE.parent).with_suffix("").parts)
