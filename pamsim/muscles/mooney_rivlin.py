@@ -3,16 +3,18 @@
 F = -p dV/dl - c1 I1'(k) / 2 - c2 I2'(k) / 2, with k = (kappa - kappa_0) / eta the contraction of
 the braid itself. The tube follows the inextensible braid: its stretches are lambda_1 = 1 - k along,
 lambda_2 = sqrt((1 - cos^2(alpha0) lambda_1^2) / sin^2(alpha0)) round and, since rubber keeps its
-volume, 1 / (lambda_1 lambda_2) through the wall; I1 and I2 are the Mooney-Rivlin invariants. That is the law of Klute and Hannaford (J. Dyn. Syst. Meas. Control 122, 2000, 386-388). Two numbers
-are added here: kappa_0, because a data sheet's nominal length is not the exact length at which the
+volume, 1 / (lambda_1 lambda_2) through the wall; I1 and I2 are the Mooney-Rivlin invariants. So far
+it is the law of Klute and Hannaford (J. Dyn. Syst. Meas. Control 122, 2000, 386-388). Two numbers
+are added: kappa_0, because a data sheet's nominal length is not the exact length at which the
 rubber is free, and eta, the share of the length that works as an ideal braid, because near its end
 fittings a muscle keeps its diameter (Tondu and Lopez, IEEE Control Syst. Mag. 20, 2000, 15-38).
 
 The tube resists as soon as the braid turns and then hardly more, since the hoop stretch, which
-stores the energy, slows down: this is what a force map shows, and it comes without an exponential,
-so the law does not run away outside the fitted contractions. On measured maps c1 comes out
-negative. c1 and c2 are then constants of the whole wall (rubber, embedded fibres, their friction),
-not of rubber alone, and say nothing about stretches that were not measured.
+stores most of the energy, slows down: this is what measured force maps show. The steep part and the
+flat part follow from one geometry, so one can be predicted from the other; in an exponential law
+they are unrelated. On the two Festo maps that ship with pamsim c1 comes out negative (c1 + c2, the
+stiffness at small strain, positive): c1 and c2 are then constants of the whole wall with its
+embedded fibres, not of a rubber, and vouch for no contraction beyond the measured ones.
 """
 
 from __future__ import annotations

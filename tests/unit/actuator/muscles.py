@@ -41,14 +41,12 @@ FORCES: dict[str, ParameterGroup] = {
     )
 }
 WIDTHS = {"force": 5.0, "force_per_pressure": 4e-5, "force_share": 0.03}
-OPERATORS: dict[str, Hysteresis] = {
-    group.law: dataclasses.replace(group, **WIDTHS) for group in GROUPS
-}
+LOOPS: dict[str, Hysteresis] = {group.law: dataclasses.replace(group, **WIDTHS) for group in GROUPS}
 KINDS = [
     ("ideal_mckibben", "none"),
     ("six_parameter", "bouc_wen"),
     *((law, "none") for law in FORCES if law != "ideal_mckibben"),
-    *(("ideal_mckibben", loop) for loop in OPERATORS),
+    *(("ideal_mckibben", loop) for loop in LOOPS),
 ]
 """Every law alone and every operator on the ideal law; `test_layout` sees that none is left out."""
 
@@ -61,7 +59,7 @@ def make(law: str = "ideal_mckibben", loop: str = "none", **changes: Any) -> Mus
         "force": FORCES[law],
         "passive": HardeningPassive(stiffness=900.0, hardening=9.0, slack_contraction=0.02),
         "threshold": Threshold(pressure=2e4),
-        "hysteresis": OPERATORS.get(loop),
+        "hysteresis": LOOPS.get(loop),
         "chamber": Chamber(
             polytropic_index=1.2, temperature=300.0, dead_volume=1e-5, atmosphere=9.8e4, floor=2e3
         ),

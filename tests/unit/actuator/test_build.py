@@ -118,7 +118,7 @@ BAD_ENTRIES = {
 
 @pytest.mark.parametrize(
     ("group", "entries", "words"),
-    cases(BAD_ENTRIES, bugs=["word for a number that has a default"]),
+    cases(BAD_ENTRIES),
 )
 def test_bad_entry_is_refused_in_one_line(group, entries, words):
     with refused(*words):

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from typing import Any
 
@@ -11,23 +11,10 @@ import pytest
 from pamsim.core.errors import InputError
 
 
-def cases(table: Mapping[str, Any], *, bugs: Sequence[str] = ()) -> list[Any]:
-    """Rows of a table of inputs as pytest parameters, named by their keys.
-
-    Args:
-        table: name -> one argument, or a tuple of several.
-        bugs: names that fail today and should not. An expected failure that passes fails the run
-            (xfail_strict), so whoever mends the code takes the name out.
-    """
-    unknown = set(bugs) - set(table)
-    assert not unknown, unknown
-    broken = pytest.mark.xfail(reason="known bug, see the closing note of these tests")
+def cases(table: Mapping[str, Any]) -> list[Any]:
+    """Rows of a table, one argument or a tuple of several, as parameters named by their keys."""
     return [
-        pytest.param(
-            *(row if isinstance(row, tuple) else (row,)),
-            id=name,
-            marks=[broken] if name in bugs else [],
-        )
+        pytest.param(*(row if isinstance(row, tuple) else (row,)), id=name)
         for name, row in table.items()
     ]
 

@@ -7,7 +7,7 @@ import math
 import pytest
 
 from pamsim.core.units import DEG_PER_RAD, PA_PER_BAR, PA_PER_KPA, parse_quantity, to_si
-from tests.unit.core.refusals import cases, refused
+from tests.unit.core.refusals import refused
 
 CONVERSIONS = [
     (4.87, "bar", "Pa", 4.87e5),
@@ -48,10 +48,7 @@ def test_unknown_unit_is_refused_with_its_place(unit):
         to_si(1.0, unit, "Pa", where="a.toml: muscle.valve.supply_pressure")
 
 
-SLIPS = {slip: slip for slip in ("(", "kPa)", "{", "'", "\\", "@", "1/0")}
-
-
-@pytest.mark.parametrize("unit", cases(SLIPS, bugs=list(SLIPS)))
+@pytest.mark.parametrize("unit", ["(", "kPa)", "{", "'", "\\", "@", "1/0"])
 def test_unit_with_a_slip_of_the_pen_is_refused_with_its_place(unit):
     with refused("a.toml: muscle.valve.supply_pressure", repr(unit), "'Pa'"):
         to_si(1.0, unit, "Pa", where="a.toml: muscle.valve.supply_pressure")

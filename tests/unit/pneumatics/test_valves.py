@@ -45,7 +45,7 @@ WITH_NAN = {
 }
 
 
-@pytest.mark.parametrize("evaluate", cases(WITH_NAN, bugs=["pulse"]))
+@pytest.mark.parametrize("evaluate", cases(WITH_NAN))
 def test_nan_is_not_hidden(evaluate):
     assert math.isnan(evaluate())
 

@@ -1,0 +1,131 @@
+"""Every force law and every operator of the catalogs runs on the arm, through params.toml alone."""
+
+from __future__ import annotations
+
+import re
+
+import numpy as np
+import pytest
+
+import pamsim
+from pamsim.actuator import active_force, hysteresis_loop
+from pamsim.actuator.layout import pack
+from pamsim.actuator.muscle import FORCE_GROUPS, HYSTERESIS_GROUPS
+from pamsim.hysteresis.catalog import OPERATORS
+from pamsim.muscles.catalog import FORCE_LAWS
+from pamsim.store.rig_file import shipped_rigs
+
+# Numbers of the right size for a 20 mm muscle of 250 mm (written as they stand in params.toml).
+FORCES = {
+    "ideal_mckibben": {},
+    "six_parameter": None,  # the shipped rig's own
+    "corrected_mckibben": {"a_eps": 0.2, "b_eps": -1.1, "a_kappa": 0.1, "b_kappa": -0.9, "k0": 40},
+    "single_pressure_exponential": {"a": 300, "b": -30, "d": -3000, "e": 700},
+    "invertible_exponential": {
+        **{"a": "-4 N/bar", "b": 292, "c": -33, "e": "-930 N/bar", "f": 0},
+        **{"g": "294 N/bar", "h": -280},
+    },
+    "elastic_energy": {"working_pressure": "100 kPa", "working_contraction": 0.2},
+    "pleated": {"f0": 0.11, "f1": -0.4, "f2": 0.5, "f3": -1.0, "f4": 0.0},
+    "pleated_shape": {"slenderness": 6},
+    "mooney_rivlin": {"c1": 1000, "c2": 1000, "slack_contraction": 0.1, "active_share": 0.9},
+}
+SHORT = 0.225  # m: 10 % contraction at E, inside the range of every law
+OPERATOR_FIELDS = {
+    "bouc_wen": {"yield_contraction": 0.005},
+    "maxwell_slip": {"elements": 6, "full_slip": 0.02},
+    "prandtl_ishlinskii": {"elements": 6, "span": 0.06, "linear_share": 0.3},
+    "preisach": {"levels": 20, "low_contraction": -0.06, "high_contraction": 0.06},
+    "pleated_factor": {"levels": 20, "low_contraction": -0.06, "high_contraction": 0.06},
+    "arctangent": {"turning_points": 6, "low_contraction": -0.06, "high_contraction": 0.06},
+    "fractional_maxwell": {"order": 0.27, "time_constant": 0.3, "span": 0.06},
+}
+STEP = pamsim.pressure_step((3e5, 3e5), (3e5, 1.8e5), duration=0.6, load=1.2, sample_rate=100.0)
+
+
+def section(group, law, values, groups):
+    from pamsim.core.parameters import specs
+
+    units = {name: spec.unit for name, spec in specs(groups[law])}
+    lines = [f"[muscle.{group}]", f'law = "{law}"']
+    for name, value in values.items():
+        number, _, unit = str(value).partition(" ")
+        lines.append(
+            f'{name} = {{ value = {number}, unit = "{unit or units[name]}", source = "assumed" }}'
+        )
+    return "\n".join(lines) + "\n\n"
+
+
+def rig_with(tmp_path, group, text, length=None):
+    """The shipped rig with one section of its params.toml replaced."""
+    source = shipped_rigs() / "mas20_arm"
+    for path in source.glob("*.xml"):
+        (tmp_path / path.name).write_text(path.read_text(encoding="utf-8"), encoding="utf-8")
+    toml = (source / "params.toml").read_text(encoding="utf-8")
+    if text is not None:
+        toml, count = re.subn(rf"\[muscle\.{group}\]\n(.+\n)+\n", lambda _: text, toml)
+        assert count == 1
+    if length is not None:
+        toml, count = re.subn(
+            r"length_at_zero = \{ value = 250", f"length_at_zero = {{ value = {1e3 * length}", toml
+        )
+        assert count == 1
+    (tmp_path / "params.toml").write_text(toml, encoding="utf-8")
+    return pamsim.load_rig(tmp_path)
+
+
+def both_backends(rig):
+    fast = pamsim.simulate(rig, STEP).completed()
+    slow = pamsim.simulate(rig, STEP, backend="python").completed()
+    for name in ("angle", "pressure", "tension"):
+        np.testing.assert_allclose(getattr(fast, name), getattr(slow, name), rtol=1e-9, atol=1e-9)
+    assert np.ptp(fast.angle) > 1e-3
+    assert np.all(fast.tension >= 0.0)
+    return fast
+
+
+@pytest.mark.parametrize("law", FORCE_LAWS)
+def test_every_force_law_drives_the_arm(tmp_path, law):
+    groups = {name: entry.group for name, entry in FORCE_LAWS.items()}
+    text = None if FORCES[law] is None else section("force", law, FORCES[law], groups)
+    rig = rig_with(tmp_path, "force", text, length=SHORT)
+    muscle = rig.muscles["muscle_1"]
+    assert type(muscle.force).law == law
+    if law not in ("single_pressure_exponential", "elastic_energy"):
+        both_backends(rig)
+    else:  # neither is a tension that follows the pressure: they run, and that is all they promise
+        pamsim.simulate(rig, STEP).completed()
+    row = pack(muscle).tolist()
+    coefficients = [getattr(muscle.force, name) for name in vars(muscle.force)]
+    for pressure in (1e5, 3.3e5):
+        for kappa in (0.08, 0.13):
+            ours = active_force.active_force(row, pressure, kappa)
+            theirs = FORCE_LAWS[law].force(pressure, kappa, coefficients, muscle.braid)
+            assert ours == pytest.approx(theirs, rel=1e-12)
+
+
+@pytest.mark.parametrize("name", OPERATORS)
+def test_every_operator_runs_and_opens_a_loop(tmp_path, name):
+    groups = {name: entry.group for name, entry in OPERATORS.items()}
+    values = {"force": "20 N", **OPERATOR_FIELDS[name]}
+    rig = rig_with(tmp_path, "hysteresis", section("hysteresis", name, values, groups))
+    assert type(rig.muscles["muscle_1"].hysteresis).law == name
+    both_backends(rig)
+    off = rig.with_parameters({"hysteresis.force": 0.0})
+    moved = pamsim.simulate(rig, STEP).angle - pamsim.simulate(off, STEP).angle
+    assert 1e-4 < np.abs(moved).max() < 0.2
+
+
+def test_every_code_has_its_branch():
+    for code in range(len(FORCE_GROUPS)):
+        row = [0.0] * 200
+        row[active_force._LAW] = code
+        row[active_force._SCALE] = 1.0
+        row[active_force._LENGTH : active_force._LENGTH + 3] = [0.25, 0.02, 0.5]
+        row[active_force._F : active_force._F + 7] = [6.0, 0.1, 0.0, 0.0, 0.0, 0.0, 0.0]
+        assert np.isfinite(active_force.active_force(row, 1e5, 0.1)), FORCE_GROUPS[code]
+    row[active_force._LAW] = len(FORCE_GROUPS)
+    assert np.isnan(active_force.active_force(row, 1e5, 0.1))
+    row[hysteresis_loop._LAW] = len(HYSTERESIS_GROUPS)
+    row[hysteresis_loop._WIDTH] = 1.0
+    assert np.isnan(hysteresis_loop.loop_force(row, [0.0] * 9, 0.1, 1e5, 1.0))
