@@ -19,6 +19,8 @@ OK, FINDING, BAD_INPUT, INTERRUPTED = 0, 1, 2, 130
 _COMMANDS = {
     "reproduce": "Simulate every printed MAS-20 experiment and compare (the main job).",
     "step": "One step response of any rig: pressures or valves, load, plot, CSV.",
+    "fit": "Fit a law to your force, length or pressure data, or rank all laws on them.",
+    "models": "The force laws and hysteresis operators, with parameters, ranges and sources.",
     "render": "A picture of a rig at given pressures, without a screen.",
 }
 

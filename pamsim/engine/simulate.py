@@ -7,6 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pamsim.actuator.kernel import gauge_pressure
+from pamsim.actuator.regulation import regulator_time_constant
 from pamsim.core.errors import InputError
 from pamsim.core.experiment import Experiment
 from pamsim.core.recording import Outcome, Recording
@@ -58,6 +59,7 @@ def simulate(
         timestep=timestep,
         integrator=integrator,
     )
+    _check_regulators(rig, model.opt.timestep)
     steps = whole_steps(1.0 / experiment.sample_rate, model.opt.timestep)
     samples = 1 + round(experiment.duration * experiment.sample_rate)
     data = mujoco.MjData(model)
@@ -83,6 +85,18 @@ def whole_steps(period: float, timestep: float) -> int:
             f" {timestep * 1e3:g} ms; choose a sample rate that divides {1.0 / timestep:g} Hz"
         )
     return steps
+
+
+def _check_regulators(rig: Rig, timestep: float) -> None:
+    # The regulators hold the start pressures in every experiment, whatever its command.
+    for name, muscle in rig.muscles.items():
+        limit = regulator_time_constant(muscle)
+        if timestep > limit:
+            raise InputError(
+                f"a time step of {timestep * 1e3:g} ms is longer than the {limit * 1e3:.2g} ms in"
+                f" which the pressure regulator of {name} settles; take a shorter step or a wider"
+                " valve.regulator_band"
+            )
 
 
 def _settle(model: mujoco.MjModel, data: mujoco.MjData, experiment: Experiment) -> None:

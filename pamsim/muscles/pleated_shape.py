@@ -154,7 +154,7 @@ def pleated_shape_function(contraction: float, slenderness: float) -> float:
 
 
 def pleated_shape_slope(contraction: float, slenderness: float) -> float:
-    """Derivative of `pleated_shape_function` by contraction, whose arguments it takes."""
+    """Derivative d(f_t0)/d(eps) [-] of `pleated_shape_function`, whose arguments it takes."""
     parameter = shape_parameter(contraction, slenderness)
     if math.isnan(parameter):
         return math.nan

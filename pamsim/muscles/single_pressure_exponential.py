@@ -66,7 +66,7 @@ def single_pressure_force(
 def single_pressure_force_dp(
     pressure: float, contraction: float, a: float, b: float, d: float, e: float
 ) -> float:
-    """Derivative dF/dp = 0 of `single_pressure_force`, whose arguments it takes; NaN stays NaN."""
+    """Derivative dF/dp = 0 [N/Pa] of `single_pressure_force`, same arguments; NaN stays NaN."""
     return 0.0 * single_pressure_force(pressure, contraction, a, b, d, e)
 
 

@@ -127,8 +127,9 @@ def search_curve(
     searched = [i for i in free if i not in linear]
     low = np.array([coefficients[i].low for i in searched])
     high = np.array([coefficients[i].high for i in searched])
-    # Of a curve without a value somewhere: far worse than any prediction of nothing.
-    penalty = 1e3 * max(float(np.max(np.abs(y))), 1e-300)
+    # What a curve without a value somewhere costs: far more than any sensible one.
+    sizes = np.abs(np.concatenate([y, counted(origin)]))
+    penalty = 1e3 * max(float(np.max(sizes[np.isfinite(sizes)])), 1e-300)
 
     def filled(u: FloatArray) -> FloatArray:
         place = origin.copy()

@@ -36,7 +36,9 @@ class HeldOut:
     @property
     def pooled(self) -> float:
         """Root mean square over all points; NaN if a group could not be predicted."""
-        return math.sqrt(float(np.mean(self.residual**2)))
+        # A diverging prediction may overflow: its error is then infinite, which is the truth.
+        with np.errstate(over="ignore"):
+            return math.sqrt(float(np.mean(self.residual**2)))
 
     @property
     def worst(self) -> float:

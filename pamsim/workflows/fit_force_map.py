@@ -205,9 +205,7 @@ def section_of(fitted: FittedCurve, braid: Braid, braid_source: str) -> dict[str
 def _curve(
     law: ForceLaw, table: ForceMap, braid: Braid, rows: Rows
 ) -> Callable[[FloatArray], FloatArray]:
-    points = list(
-        zip(table.pressure[rows].tolist(), table.contraction[rows].tolist(), strict=True)
-    )
+    points = list(zip(table.pressure[rows].tolist(), table.contraction[rows].tolist(), strict=True))
 
     def force(pressure: float, contraction: float, values: list[float]) -> float:
         try:

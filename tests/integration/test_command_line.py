@@ -5,6 +5,7 @@ from __future__ import annotations
 import csv
 import json
 import tomllib
+from pathlib import Path
 
 import pytest
 from click.testing import CliRunner
@@ -57,6 +58,10 @@ BAD_INPUT = {
         ["step", "--pressure", "300,0", "--timestep-ms", "0.3"],
         "not a whole number of time steps",
     ),
+    "step longer than the regulator": (
+        ["step", "--pressure", "300,0", "--timestep-ms", "40", "--sample-hz", "25"],
+        "in which the pressure regulator of muscle_1 settles",
+    ),
     "zero time step": (["step", "--pressure", "300,0", "--timestep-ms", "0"], "time step"),
     "unknown backend": (["step", "--pressure", "9,0", "--backend", "gpu"], "no backend 'gpu'"),
     "unknown start": (["reproduce", "--start", "vnet"], "did you mean 'vent'"),
@@ -102,10 +107,12 @@ def test_a_broken_rig_is_one_clear_line_and_exit_2(
 
 
 def test_a_diverging_simulation_says_when_and_keeps_what_it_has(tmp_path, monkeypatch, capsys):
-    rig = broken_rig(
-        tmp_path, 'value = 0.8606, unit = "N*m*s/rad"', 'value = 0, unit = "N*m*s/rad"'
-    )
-    args = ["--pressure", "487,0", "--timestep-ms", "50", "--sample-hz", "20", "--load", "0"]
+    # An arm of one gram on stiff muscles, undamped: far too fast for the step.
+    rig = broken_rig(tmp_path, "value = 0.8606,", "value = 0,")
+    toml = Path(rig) / "params.toml"
+    light = '"body.arm.mass" = { value = 0.001, unit = "kg", source = "assumed" }'
+    toml.write_text(toml.read_text().replace("[native]", f"[native]\n{light}"))
+    args = ["--pressure", "487,0", "--timestep-ms", "5", "--sample-hz", "20", "--load", "0"]
     out = tmp_path / "kept"
     code, _, err = run(monkeypatch, capsys, "step", "--rig", rig, *args, "--out", str(out))
     assert code == 2, err

@@ -129,8 +129,9 @@ def test_mirrored_input_gives_mirrored_output(group, turns):
                 for k in range(levels)
             )
         )
-    there = run(group, turns)[0]
-    mirrored = run(group, [-x for x in turns])[0]
+    xs = path(turns, 60) if group.law == "bouc_wen" else turns
+    there = run(group, xs)[0]
+    mirrored = run(group, [-x for x in xs])[0]
     assert mirrored == pytest.approx([-w for w in there], abs=1e-9)
 
 
@@ -138,4 +139,4 @@ def test_mirrored_input_gives_mirrored_output(group, turns):
 @few
 @given(TURNS)
 def test_output_stays_near_the_unit_range(group, turns):
-    assert max(abs(w) for w in run(group, turns)[0]) <= 2.5
+    assert max(abs(w) for w in run(group, turns)[0]) <= 1.6

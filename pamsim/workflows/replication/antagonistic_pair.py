@@ -5,8 +5,6 @@ from __future__ import annotations
 import dataclasses
 import functools
 
-from scipy.optimize import brentq
-
 from pamsim.actuator.antagonist import antagonist_torque
 from pamsim.actuator.build import build_muscle
 from pamsim.actuator.layout import pack
@@ -16,6 +14,7 @@ from pamsim.muscles.mckibben import IdealMcKibben
 from pamsim.muscles.passive import HardeningPassive
 from pamsim.muscles.tension import Threshold
 from pamsim.store.rig_file import RigFile, read_rig
+from pamsim.workflows.replication.root import root
 
 MILLIMETRE = 1e-3
 """[m]."""
@@ -76,11 +75,6 @@ def rest_angle(muscle: Muscle, pressures: tuple[float, float]) -> float:
     """
     pair, radius = (row(muscle), row(muscle)), wheel_radius()
     limit = 0.5 * stroke(muscle) / radius
-    return float(
-        brentq(
-            lambda angle: antagonist_torque(pair, radius, angle, pressures),
-            -limit,
-            limit,
-            xtol=1e-12,
-        )
+    return root(
+        lambda angle: antagonist_torque(pair, radius, angle, pressures), -limit, limit, 1e-12
     )

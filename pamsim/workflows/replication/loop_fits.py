@@ -14,10 +14,11 @@ from __future__ import annotations
 import functools
 import math
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
+import scipy.optimize
 from numpy.typing import NDArray
-from scipy.optimize import least_squares
 from scipy.special import stdtrit
 
 from pamsim.hysteresis.bouc_wen import bouc_wen_rate
@@ -25,6 +26,8 @@ from pamsim.signals.static_law import arctangent_jacobian, arctangent_law
 from pamsim.store.printed_loop import loop_rows
 
 FloatArray = NDArray[np.float64]
+# scipy carries no types: what it returns is Any at this file's boundary.
+_least_squares: Any = scipy.optimize.least_squares
 
 ARCTANGENT_PARAMETERS = 4
 """Of one branch."""
@@ -39,15 +42,12 @@ _ARCTANGENT_STARTS = (
     (1.5, -0.03, 4.0, 27.0),
 )
 _ARCTANGENT_SCALE = (1.0, 0.01, 1.0, 10.0)
-# D, sigma, n, z0: the first from a random search of 6000 points, which found no better valley.
-_BOUC_WEN_STARTS = (
-    (70.0, 1e-9, 4.5, -0.999),
-    (60.0, 1e-3, 3.0, -0.99),
-    (100.0, 0.6, 10.0, 0.9),
-    (200.0, 0.6, 1.2, -0.5),
-)
-_NO_MEMORY = 1e-12  # least sigma: sought as a logarithm, since all that happens near 0 happens there
-_SUBSTEPS = 12  # Runge-Kutta steps per 50 kPa
+# sigma is held at each of these in turn and the best is kept: near 0 the fit is flat in sigma, and
+# a solver that may move it stops short. Random search over all four found nothing better.
+_SIGMAS = (1e-12, 1e-6, 1e-3, 0.1, 0.5, 1.0)
+_BOUC_WEN_STARTS = ((75.0, 5.0, -0.999), (200.0, 1.2, -0.5))  # D, n, z0
+_SUBSTEPS = 6  # Runge-Kutta steps per 50 kPa
+_BOUNDS = (np.log([10.0, 1.0, 1e-6]), np.log([2000.0, 20.0, 2.0]))
 _EDGE = 1.5  # |z| stays below 1 in the exact solution; a trial step of the solver may not
 
 
@@ -96,7 +96,7 @@ def fit_arctangent(branch: str) -> tuple[float, float, float, float]:
     """Least squares of one branch on Table 2's means, the best of several fixed starts."""
     pressure, length = branch_data(branch)
     tries = [
-        least_squares(
+        _least_squares(
             lambda a: arctangent_law(pressure, *a) - length,
             start,
             jac=lambda a: arctangent_jacobian(pressure, *a[:3]),
@@ -132,42 +132,41 @@ def arctangent_half_intervals(
     return float(stdtrit(freedom, 0.975)) * np.sqrt(np.diag(covariance))
 
 
-@functools.cache
-def fit_bouc_wen(lowest_sigma: float = _NO_MEMORY) -> BoucWenLoop:
+def fit_bouc_wen(lowest_sigma: float = 0.0) -> BoucWenLoop:
     """Least squares of the static Bouc-Wen loop on both branches of Table 2.
 
     Args:
-        lowest_sigma: lower bound of sigma; the default lets the memory vanish, 1/2 keeps it
-            passive.
+        lowest_sigma: lower bound of sigma; 0 lets the memory vanish, 1/2 keeps it passive.
     """
-    pressure, up = branch_data("up")
-    _, down = branch_data("down")
-    length = np.concatenate([up, down])
+    tries = [_fit_at(sigma) for sigma in _SIGMAS if sigma >= lowest_sigma]
+    return min(tries, key=lambda loop: sum(float(r @ r) for r in loop.residual.values()))
 
-    def fitted(x: FloatArray) -> tuple[FloatArray, FloatArray]:
-        path = _path(*_natural(x), pressure)
-        basis = np.stack([np.ones(len(length)), np.concatenate([pressure, pressure]), path], axis=1)
+
+@functools.cache
+def _fit_at(sigma: float) -> BoucWenLoop:
+    """Least squares with sigma held."""
+    pressure, up = branch_data("up")
+    length = np.concatenate([up, branch_data("down")[1]])
+    ones, twice = np.ones(len(length)), np.concatenate([pressure, pressure])
+
+    def fitted(x: FloatArray) -> tuple[FloatArray, Any]:
+        travel, sharpness, start = _natural(x)
+        path = _path(travel, sigma, sharpness, start, pressure)
+        # The three linear coefficients are solved for, so only D, n and z0 are searched.
+        basis = np.stack([ones, twice, path], axis=1)
         linear = np.linalg.lstsq(basis, length, rcond=None)[0]
         return basis @ linear - length, linear
 
     tries = [
-        least_squares(
-            lambda x: fitted(x)[0],
-            np.log([travel, sigma, sharpness, 1.0 + start]),
-            bounds=(
-                np.log([10.0, lowest_sigma, 1.0, 1e-6]),
-                np.log([2000.0, 3.0, 20.0, 2.0]),
-            ),
-            max_nfev=200,
+        _least_squares(
+            lambda x: fitted(x)[0], np.log([d, n, 1.0 + z0]), bounds=_BOUNDS, max_nfev=60
         )
-        for travel, sigma, sharpness, start in _BOUC_WEN_STARTS
-        if sigma > lowest_sigma
+        for d, n, z0 in _BOUC_WEN_STARTS
     ]
     best = min(tries, key=lambda found: found.cost).x
     residual, linear = fitted(best)
-    curve = residual + length
-    half = len(pressure)
-    travel, sigma, sharpness, start = _natural(best)
+    curve, half = residual + length, len(pressure)
+    travel, sharpness, start = _natural(best)
     return BoucWenLoop(
         linear=(float(linear[0]), float(linear[1]), float(linear[2])),
         travel=travel,
@@ -179,13 +178,13 @@ def fit_bouc_wen(lowest_sigma: float = _NO_MEMORY) -> BoucWenLoop:
     )
 
 
-def _natural(x: FloatArray) -> tuple[float, float, float, float]:
-    """D, sigma, n and z0 of the solver's variables, the logarithms of D, sigma, n and 1 + z0.
+def _natural(x: FloatArray) -> tuple[float, float, float]:
+    """D, n and z0 of the solver's variables, the logarithms of D, n and 1 + z0.
 
     Near z0 = -1 the loop leaves its corner the later the nearer: there only the logarithm counts.
     """
-    travel, sigma, sharpness, above = (math.exp(value) for value in x)
-    return travel, sigma, sharpness, above - 1.0
+    travel, sharpness, above = (math.exp(value) for value in x)
+    return travel, sharpness, above - 1.0
 
 
 def _path(

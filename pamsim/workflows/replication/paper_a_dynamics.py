@@ -6,13 +6,13 @@ import functools
 from collections.abc import Iterable, Sequence
 
 import numpy as np
-from scipy.optimize import brentq
 
 from pamsim.core.units import DEG_PER_RAD, PA_PER_KPA
 from pamsim.store.printed import mas20_models, mas20_steps
 from pamsim.sysid.first_second_order import second_order_step
 from pamsim.sysid.step_identification import ArxStep, StepIdentification, identify_step
 from pamsim.workflows.replication.claim import Claim, Verdict, compare, half_unit
+from pamsim.workflows.replication.root import root
 
 SAMPLE_RATE = 500.0
 """[Hz], as printed in section 2.4."""
@@ -115,7 +115,7 @@ def _cut_samples() -> int:
         found = _identified(round(length * SAMPLE_RATE))
         return found.g1.output_error.time_constants[0] - _single()
 
-    return round(float(brentq(excess, 2.0, 3.0, xtol=1.0 / SAMPLE_RATE)) * SAMPLE_RATE)
+    return round(root(excess, 2.0, 3.0, 0.5 / SAMPLE_RATE) * SAMPLE_RATE)
 
 
 def _cut_record() -> Claim:

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from scipy.optimize import brentq
-
 from pamsim.actuator.kernel import static_force
 from pamsim.core.units import DEG_PER_RAD, PA_PER_KPA
 from pamsim.store.printed import mas20_steps
@@ -15,6 +13,7 @@ from pamsim.workflows.replication.antagonistic_pair import (
     stroke,
 )
 from pamsim.workflows.replication.claim import Claim, Verdict, holds
+from pamsim.workflows.replication.root import root
 
 
 def claims() -> list[Claim]:
@@ -33,9 +32,9 @@ def _rest_length() -> Claim:
         unit="",
         verdict=Verdict.INCONSISTENT,
         reason="printed is a product and so an area; with a minus it is the middle of the stroke,"
-        f" as the text says: for an ideal {longest / MILLIMETRE:.0f} mm muscle at fibre angle"
-        f" {muscle.braid.fibre_angle * DEG_PER_RAD:.1f} deg {(longest - way / 2.0) / MILLIMETRE:.0f}"
-        f" mm, as printed {longest * way / 2.0:.4f} m^2",
+        f" as the text says: for an ideal {longest / MILLIMETRE:.0f} mm muscle with fibres"
+        f" at {muscle.braid.fibre_angle * DEG_PER_RAD:.1f} deg"
+        f" {(longest - way / 2.0) / MILLIMETRE:.0f} mm, as printed {longest * way / 2.0:.4f} m^2",
     )
 
 
@@ -43,7 +42,7 @@ def _longer_and_stronger() -> Claim:
     law = row(rig_muscle())
     short, long, pressure = -10.0 * MILLIMETRE, 0.0, 300.0 * PA_PER_KPA
     force = static_force(law, short, pressure)
-    equal = float(brentq(lambda p: static_force(law, long, p) - force, 0.0, pressure))
+    equal = root(lambda p: static_force(law, long, p) - force, 0.0, pressure, 1e-3)
     return Claim(
         id="A-18",
         what="(7): equal forces at l1 << l2 and p1 << p2; pressure of the longer muscle",

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import math
 
 import numpy as np
@@ -161,12 +162,12 @@ def _decreasing() -> Claim:
     order = np.argsort(np.abs(difference[unloaded]))
     size, turn = np.abs(difference[unloaded])[order], np.abs(angle[unloaded])[order]
     # Three groups of steps, each averaged: single neighbours lie within the scatter.
-    means = [(size[group].mean(), turn[group].mean()) for group in np.array_split(np.arange(len(size)), 3)]
-    points = [(0.0, 0.0), *means]
-    secants = [
-        (b[1] - a[1]) / (b[0] - a[0]) * PA_PER_KPA
-        for a, b in zip(points[:-1], points[1:], strict=True)
+    means = [
+        (size[group].mean(), turn[group].mean())
+        for group in np.array_split(np.arange(len(size)), 3)
     ]
+    points = [(0.0, 0.0), *means]
+    secants = [(b[1] - a[1]) / (b[0] - a[0]) * PA_PER_KPA for a, b in itertools.pairwise(points)]
     return Claim(
         id="A-15",
         what="beta grows along a curve of decreasing inclination",
@@ -175,8 +176,8 @@ def _decreasing() -> Claim:
         unit="deg/kPa",
         verdict=holds(falls and secants[0] > secants[1] > secants[2], Verdict.INCONSISTENT),
         reason=f"slope of (23) falls from {slope[0]:.1f} to {slope[-1]:.2f} deg per unit of"
-        " pressure; recomputed are the secants between the means of the unloaded rows in thirds, from"
-        " small to large steps",
+        " pressure; recomputed are the secants between the means of the unloaded rows in"
+        " thirds, from small to large steps",
     )
 
 

@@ -15,7 +15,7 @@ from pamsim.store.printed_loop import (
     loop_equation,
     loop_scores,
 )
-from pamsim.workflows.replication.claim import Claim, Verdict, compare
+from pamsim.workflows.replication.claim import Claim, Verdict, compare, holds
 from pamsim.workflows.replication.loop_fits import (
     arctangent_half_intervals,
     branch_data,
@@ -62,7 +62,7 @@ def _product_sign() -> Claim:
         printed="b0 + arctan(b1 p + b2) + b3",
         recomputed="b0 arctan(b1 p + b2) + b3",
         unit="",
-        verdict=Verdict.REPRODUCED if total <= product else Verdict.INCONSISTENT,
+        verdict=holds(total <= product, Verdict.INCONSISTENT),
         reason=f"with the coefficients of (4) the sum misses Table 2 by {total:.2f} cm RMS, the"
         f" product by {product:.2f} cm; (1) and (4) have the product",
     )

@@ -12,11 +12,12 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.optimize import brentq, least_squares
+from scipy.optimize import least_squares
 from scipy.special import stdtrit
 
 from pamsim.core.units import DEG_PER_RAD, PA_PER_BAR
 from pamsim.store.printed import PrintedStep
+from pamsim.workflows.replication.root import root
 
 FloatArray = NDArray[np.float64]
 
@@ -93,4 +94,4 @@ def _angle(step: PrintedStep, law: dict[str, float]) -> float:
     linear = law["k1"] + law["c"] * (first + second)
     push = first - second + law["t"] * step.load - law["o"]
     # Odd and, for all values the fit passes, rising: one root.
-    return float(brentq(lambda b: linear * b + law["k5"] * b**5 - push, -3.0, 3.0, xtol=1e-11))
+    return root(lambda b: linear * b + law["k5"] * b**5 - push, -3.0, 3.0, 1e-11)

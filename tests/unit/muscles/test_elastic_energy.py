@@ -6,6 +6,7 @@ import math
 
 import pytest
 
+from pamsim.muscles import elastic_energy
 from pamsim.muscles.braid import max_contraction, volume
 from pamsim.muscles.elastic_energy import (
     contractive_force,
@@ -59,7 +60,13 @@ def test_the_work_of_a_closed_stretch_is_the_energy_of_the_air():
     assert work == pytest.approx(gained, rel=1e-6)
 
 
-def test_no_pressure_at_the_largest_contraction():
+def test_no_pressure_where_the_volume_has_its_maximum(monkeypatch):
+    # No float is exactly the largest contraction.
+    monkeypatch.setattr(elastic_energy, "volume_slope", lambda *_: 0.0)
+    assert math.isnan(elastic_energy_pressure(10.0, 0.34, *WORK, *BRAID))
+
+
+def test_the_pressure_asked_for_near_the_largest_contraction():
     """On either side of it the pressure asked for grows without bound and changes sign."""
     kappa = max_contraction(BRAID[1])
     assert elastic_energy_pressure(0.0, kappa - 1e-6, *WORK, *BRAID) > 1e9

@@ -26,6 +26,15 @@ def test_symmetric_integrals(x, y, z):
     assert carlson_rd(x, y, z) == pytest.approx(elliprd(x, y, z), rel=2e-15)
 
 
+def test_symmetric_integrals_at_any_spread():
+    """The series at the end of the duplication must be good at the largest spread it is left."""
+    x, y, z = np.exp(np.random.default_rng(7).uniform(-8.0, 8.0, (3, 3000)))
+    first = [carlson_rf(*each) for each in zip(x, y, z, strict=True)]
+    second = [carlson_rd(*each) for each in zip(x, y, z, strict=True)]
+    assert first == pytest.approx(elliprf(x, y, z), rel=3e-15)
+    assert second == pytest.approx(elliprd(x, y, z), rel=3e-15)
+
+
 @pytest.mark.parametrize("m", [0.0, 1e-8, 1e-3, 0.1, 0.5, 0.9, 0.999])
 @pytest.mark.parametrize("a", [1e-6, 1e-3, 0.1, 0.7, 1.4, 1.57, math.pi / 2.0])
 def test_legendre_integrals(a, m):

@@ -8,7 +8,13 @@ import pytest
 
 from pamsim.core.errors import ParameterError
 from pamsim.muscles.force_law import coefficients_of
-from pamsim.muscles.pleated import pleated_force, pleated_function, pleated_pressure
+from pamsim.muscles.pleated import (
+    pleated_force,
+    pleated_force_dkappa,
+    pleated_force_dp,
+    pleated_function,
+    pleated_pressure,
+)
 from pamsim.muscles.pleated_fit import (
     FIT_RANGE,
     SLENDERNESS_6,
@@ -60,6 +66,8 @@ def test_a_fit_where_the_muscle_does_not_pull_is_said():
 def test_no_force_at_and_below_zero_contraction(eps):
     assert math.isnan(pleated_function(eps, *SIX))
     assert math.isnan(pleated_force(1e5, eps, *SIX, 0.06))
+    assert math.isnan(pleated_force_dp(1e5, eps, *SIX, 0.06))
+    assert math.isnan(pleated_force_dkappa(1e5, eps, *SIX, 0.06))
     assert math.isnan(pleated_pressure(1.0, eps, *SIX, 0.06))
 
 

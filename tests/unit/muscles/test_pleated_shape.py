@@ -10,6 +10,7 @@ from scipy.integrate import solve_ivp
 from scipy.optimize import brentq
 from scipy.special import ellipe, ellipeinc, ellipk, ellipkinc
 
+from pamsim.muscles import pleated_shape
 from pamsim.muscles.pleated_shape import (
     end_amplitude,
     pleated_max_contraction,
@@ -154,6 +155,21 @@ def test_no_shape_no_force(eps):
     assert math.isnan(pleated_shape_volume(eps, 6.0))
     assert math.isnan(pleated_shape_bulge(eps, 6.0))
     assert math.isnan(pleated_shape_pressure(10.0, eps, 6.0, 0.06))
+
+
+@pytest.mark.parametrize("slenderness", [0.0, -6.0, math.nan])
+def test_no_shape_without_a_slenderness(slenderness):
+    assert math.isnan(shape_parameter(0.1, slenderness))
+
+
+def test_a_stout_muscle_has_no_shape_at_large_contraction():
+    assert math.isnan(shape_parameter(1.5, 0.1))
+
+
+def test_no_pressure_where_the_force_function_is_zero(monkeypatch):
+    # No float is exactly the largest contraction.
+    monkeypatch.setattr(pleated_shape, "pleated_shape_function", lambda *_: 0.0)
+    assert math.isnan(pleated_shape_pressure(10.0, 0.4025, 6.0, 0.06))
 
 
 @pytest.mark.parametrize("slenderness", [0.2, 1.0, 6.0, 50.0, 1000.0])

@@ -1,0 +1,35 @@
+"""How fast a muscle's pressure regulator acts, which bounds the time step it can be stepped with."""
+
+from __future__ import annotations
+
+from pamsim.actuator.muscle import Muscle
+from pamsim.muscles.braid import volume
+from pamsim.pneumatics.air import GAS_CONSTANT
+from pamsim.pneumatics.orifice import mass_flow
+
+
+def regulator_time_constant(muscle: Muscle) -> float:
+    """Time in which the set-point regulator settles inside its proportional band.
+
+    Inside the band the opening is the error over the band, so the pressure follows a lag whose
+    time constant is the band over the pressure's rate at full opening. The rate is taken where it
+    is largest: choked flow from the supply into a muscle at nominal length.
+
+    Args:
+        muscle: braid, chamber and valves count.
+
+    Returns:
+        Time constant [s]; explicit steps longer than it overshoot the set point.
+    """
+    braid, chamber, valve = muscle.braid, muscle.chamber, muscle.valve
+    inside = volume(braid.nominal_length, braid.nominal_length, braid.diameter, braid.fibre_angle)
+    flow = mass_flow(
+        valve.supply_pressure + chamber.atmosphere,
+        0.0,
+        max(valve.conductance_fill, valve.conductance_exhaust),
+        valve.critical_ratio,
+        valve.laminar_ratio,
+        chamber.temperature,
+    )
+    rate = chamber.polytropic_index * GAS_CONSTANT * chamber.temperature * flow
+    return valve.regulator_band * (inside + chamber.dead_volume) / max(rate, 1e-300)

@@ -1,0 +1,146 @@
+"""The figure of a fit: measured and fitted over pressure, and what is left between them."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from numpy.typing import NDArray
+
+from pamsim.core.errors import InputError
+from pamsim.core.units import PA_PER_KPA
+from pamsim.report.numbers import fixed, words
+from pamsim.report.style import (
+    INK,
+    MUTED,
+    finish_axes,
+    new_figure,
+    save_png,
+    say_empty,
+    series_look,
+    styled,
+)
+
+FloatArray = NDArray[np.float64]
+_MM_PER_M = 1e3
+_MOST_SERIES = 8
+
+
+def write_fit_figure(result: Mapping[str, Any], folder: Path) -> Path:
+    """Draw the best fit of a result into ``fit.png`` of a folder.
+
+    Returns:
+        The path written.
+
+    Raises:
+        InputError: if the place cannot be written.
+    """
+    path = folder / "fit.png"
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+        save_png(fit_figure(result), path)
+    except OSError as error:
+        raise InputError(f"cannot write {path}: {error.strerror}") from None
+    return path
+
+
+@styled
+def fit_figure(result: Mapping[str, Any]) -> Figure:
+    """Two panels: points with fitted curves, and residuals in-sample and held-out.
+
+    Args:
+        result: of `pamsim.workflows.fit`; the first fit is drawn, of a length loop all branches.
+    """
+    if result["kind"] == "force_loops":
+        return _loops(result)
+    figure, (top, bottom) = new_figure(6.6, rows=2, sharex=True, height_ratios=(1.5, 1.0))
+    if result["kind"] == "force_map":
+        _force_map(top, bottom, result["fits"][0])
+    else:
+        _branches(top, bottom, result["fits"])
+    handles, labels = top.get_legend_handles_labels()
+    top.legend(handles, labels, loc="best", ncols=2 if len(labels) > 5 else 1)
+    return figure
+
+
+def _force_map(top: Axes, bottom: Axes, fitted: Mapping[str, Any]) -> None:
+    points = {name: np.array(values) for name, values in fitted["points"].items()}
+    pressure = points["pressure"] / PA_PER_KPA
+    held = fitted["held_out_residual"]
+    kinds = np.unique(points["contraction"])
+    # Scattered contractions make one series; a map measured at set lengths one per length.
+    few = kinds.size <= _MOST_SERIES
+    for i, kind in enumerate(kinds if few else kinds[:1]):
+        rows = points["contraction"] == kind if few else np.ones(pressure.size, dtype=bool)
+        rows = np.flatnonzero(rows)[np.argsort(pressure[rows], kind="stable")]
+        colour, marker = series_look(i)
+        label = f"κ = {fixed(100.0 * kind, 1)} %" if few else "measured"
+        dot = {"color": colour, "marker": marker, "linestyle": "none", "markersize": 3.6}
+        top.plot(pressure[rows], points["measured"][rows], label=label, **dot)
+        if few:
+            top.plot(pressure[rows], points["predicted"][rows], color=colour, linewidth=1.0)
+        else:
+            top.plot(pressure[rows], points["predicted"][rows], ".", color=MUTED, markersize=2)
+        bottom.plot(pressure[rows], (points["predicted"] - points["measured"])[rows], **dot)
+        if held is not None:
+            unseen = np.array([np.nan if held[r] is None else held[r] for r in rows])
+            bottom.plot(pressure[rows], unseen, **dot, markerfacecolor="none", alpha=0.7)
+    scores = fitted["scores"]
+    title = f"{words(fitted['model'])}: {scores['points']} points, {scores['free']} coefficients"
+    finish_axes(top, y="force [N]", title=title, zero=False)
+    text = f"filled: in-sample, {fixed(scores['rmse'], 1)} N RMS"
+    if fitted["held_out"] is not None:
+        by, rmse = fitted["held_out"]["by"], fitted["held_out"]["rmse"]
+        text += f"; hollow: that {by} held out, {fixed(rmse, 1)} N RMS"
+    finish_axes(bottom, x="gauge pressure [kPa]", y="fitted − measured [N]", title=text)
+    _readable(bottom, np.array(fitted["points"]["measured"]))
+
+
+def _readable(ax: Axes, measured: FloatArray) -> None:
+    """Cut off residuals of a fit that diverged: they would press all others to the zero line."""
+    size = float(np.max(np.abs(measured)))
+    low, high = ax.get_ylim()
+    if max(-low, high) > 0.5 * size:
+        ax.set_ylim(max(low, -0.5 * size), min(high, 0.5 * size))
+        ax.annotate(
+            "some lie outside", (0.99, 0.97), xycoords="axes fraction", ha="right", va="top",
+            color=MUTED, fontsize=8,
+        )  # fmt: skip
+
+
+def _branches(top: Axes, bottom: Axes, fits: list[Mapping[str, Any]]) -> None:
+    for i, fitted in enumerate(fits):
+        points = {name: np.array(values) for name, values in fitted["points"].items()}
+        order = np.argsort(points["pressure"], kind="stable")
+        pressure = points["pressure"][order] / PA_PER_KPA
+        measured, predicted = points["measured"][order], points["predicted"][order]
+        colour, marker = series_look(i)
+        dot = {"color": colour, "marker": marker, "linestyle": "none", "markersize": 4.0}
+        rms = fixed(_MM_PER_M * fitted["scores"]["rmse"], 2)
+        label = f"{fitted['part']} pressure: {rms} mm RMS"
+        top.plot(pressure, _MM_PER_M * measured, label=label, **dot)
+        top.plot(pressure, _MM_PER_M * predicted, color=colour, linewidth=1.0)
+        bottom.plot(pressure, _MM_PER_M * (predicted - measured), **dot)
+    finish_axes(top, y="length [mm]", title=words(fits[0]["model"]), zero=False)
+    finish_axes(bottom, x="gauge pressure [kPa]", y="fitted − measured [mm]")
+
+
+def _loops(result: Mapping[str, Any]) -> Figure:
+    figure, (ax,) = new_figure(3.2)
+    points = result["fits"][0]["points"]
+    if not points["predicted"]:
+        say_empty(ax, "no loop")
+    frequency = np.array(points["frequency"][::2]) / (2.0 * np.pi)
+    for i, label in enumerate(("equation (14), at the force's crest", "equation (15), at no force")):
+        colour, marker = series_look(i)
+        ax.plot(
+            frequency, points["predicted"][i::2], marker, color=colour, label=label, markersize=4.0
+        )
+    title = words(result["fits"][0]["model"])
+    finish_axes(ax, x="frequency [Hz]", y="what is left [N]", title=title)
+    ax.legend(loc="best", labelcolor=INK)
+    return figure

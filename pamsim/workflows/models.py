@@ -1,0 +1,83 @@
+"""``pamsim models``: every force law and hysteresis operator, with parameters, units and ranges."""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+from typing import Any
+
+from pamsim.core.errors import InputError, nearest
+from pamsim.core.parameters import ParameterGroup, specs
+from pamsim.hysteresis.catalog import OPERATORS
+from pamsim.muscles.catalog import FORCE_LAWS
+
+SCHEMA = "pamsim-models/1"
+
+
+def models(name: str | None = None) -> dict[str, Any]:
+    """Describe all laws and operators, or one.
+
+    Args:
+        name: of one; None for all.
+
+    Returns:
+        JSON-safe mapping ``force_laws`` and ``operators``, each a list with name, title, equation,
+        source, notes and parameters; ranges in SI, None for an end that is not limited.
+
+    Raises:
+        InputError: for an unknown name, with the nearest.
+    """
+    if name is not None and name not in FORCE_LAWS and name not in OPERATORS:
+        raise InputError(f"no model {name!r}; {nearest(name, [*FORCE_LAWS, *OPERATORS])}")
+    laws = [
+        {
+            "name": law.name,
+            "title": law.title,
+            "equation": law.equation,
+            "source": law.source,
+            "notes": law.notes,
+            "parameters": _parameters(law.group),
+            "braid": list(law.braid_fields),
+            "inverse": law.inverse is not None,
+            "pressure_pa": None if law.pressure_range is None else _ends(law.pressure_range),
+        }
+        for law in FORCE_LAWS.values()
+        if name in (None, law.name)
+    ]
+    operators = [
+        {
+            "name": operator.name,
+            "title": operator.title,
+            "equation": operator.equation,
+            "source": operator.source,
+            "notes": operator.notes,
+            "parameters": _parameters(operator.group),
+            "rate_independent": operator.rate_independent,
+        }
+        for operator in OPERATORS.values()
+        if name in (None, operator.name)
+    ]
+    return {"schema": SCHEMA, "force_laws": laws, "operators": operators}
+
+
+def _parameters(group: type[ParameterGroup]) -> list[dict[str, Any]]:
+    defaults = {
+        f.name: f.default for f in dataclasses.fields(group) if f.default is not dataclasses.MISSING
+    }
+    return [
+        {
+            "name": name,
+            "unit": spec.unit,
+            "low": spec.low,
+            "high": spec.high,
+            "low_open": spec.low_open,
+            "range": spec.range_text(),
+            "default": defaults.get(name),
+            "doc": spec.doc,
+        }
+        for name, spec in specs(group)
+    ]
+
+
+def _ends(pair: tuple[float, float]) -> list[float | None]:
+    return [end if math.isfinite(end) else None for end in pair]

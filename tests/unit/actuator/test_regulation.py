@@ -1,0 +1,38 @@
+"""The regulator's time constant against the closed loop of the kernel itself."""
+
+from __future__ import annotations
+
+import dataclasses
+
+import pytest
+from scipy.integrate import solve_ivp
+
+from pamsim.actuator import kernel
+from pamsim.actuator.layout import pack
+from pamsim.actuator.regulation import regulator_time_constant
+from tests.unit.actuator.muscles import make
+
+
+def test_small_errors_decay_with_the_stated_time_constant():
+    muscle = make(command="pressure")
+    valve = dataclasses.replace(
+        muscle.valve, regulator_dead_band=0.0, conductance_exhaust=muscle.valve.conductance_fill
+    )
+    # at half the supply the flow is still choked on the way in, as the bound assumes
+    muscle = dataclasses.replace(
+        muscle,
+        valve=dataclasses.replace(valve, critical_ratio=0.6),
+        mounting=dataclasses.replace(muscle.mounting, length_at_zero=muscle.braid.nominal_length),
+    )
+    row, target = pack(muscle).tolist(), 2e5
+
+    def rate(time, state):
+        rates = [0.0]
+        kernel.state_rates(row, [float(state[0])], rates, 0.0, 0.0, target, time, 1e-3)
+        return rates
+
+    start = kernel.charged_air_state(row, 0.0, target - 1e3)
+    stated = regulator_time_constant(muscle)
+    found = solve_ivp(rate, (0.0, stated), [start], rtol=1e-9, atol=1e-9)
+    left = target - kernel.gauge_pressure(row, [float(found.y[0, -1])], 0.0)
+    assert left == pytest.approx(1e3 / 2.718281828, rel=0.05)

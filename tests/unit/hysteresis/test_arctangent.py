@@ -1,0 +1,104 @@
+"""Arctangent branches of seed 000 and the rule for partial loops."""
+
+from __future__ import annotations
+
+import math
+
+import pytest
+
+from pamsim.hysteresis.arctangent import (
+    PRINTED_DECREASING,
+    PRINTED_INCREASING,
+    Arctangent,
+    arctangent,
+    arctangent_inverse,
+    arctangent_slope,
+    branch_shape,
+)
+from tests.unit.hysteresis.operator_runs import path, run
+
+BRANCHES = [PRINTED_INCREASING, PRINTED_DECREASING]
+
+
+@pytest.mark.parametrize("branch", BRANCHES)
+def test_inverse_and_slope_belong_to_the_branch(branch):
+    for p in (0.0, 120.0, 310.0, 500.0):
+        y = arctangent(p, *branch)
+        assert arctangent_inverse(y, *branch) == pytest.approx(p, abs=1e-9)
+        numeric = (arctangent(p + 1e-3, *branch) - arctangent(p - 1e-3, *branch)) / 2e-3
+        assert arctangent_slope(p, *branch[:3]) == pytest.approx(numeric, rel=1e-7)
+    limit = branch[3] + branch[0] * 0.5 * math.pi
+    assert math.isnan(arctangent_inverse(limit + 1e-9, *branch))
+    assert math.isnan(arctangent_inverse(math.nan, *branch))
+
+
+def test_printed_branches_near_the_printed_table():
+    """Seed 000, table 2 at 0, 250 and 500 kPa, within the 3 mm of its length sensor and a bit."""
+    for branch, measured in zip(
+        BRANCHES, ((30.053, 25.64, 24.2), (30.05, 25.7, 24.197)), strict=True
+    ):
+        for p, y in zip((0.0, 250.0, 500.0), measured, strict=True):
+            assert arctangent(p, *branch) == pytest.approx(y, abs=0.6)
+    # They miss each other at both ends, which the operator mends.
+    for p, gap in ((0.0, 0.0068), (500.0, 0.0588)):
+        found = arctangent(p, *PRINTED_INCREASING) - arctangent(p, *PRINTED_DECREASING)
+        assert found == pytest.approx(gap, abs=1e-4)
+
+
+def test_default_shapes_are_the_printed_branches_over_500_kpa():
+    group = Arctangent(high_contraction=0.2)
+    for branch, steepness, middle in (
+        (PRINTED_INCREASING, group.steepness_rising, group.middle_rising),
+        (PRINTED_DECREASING, group.steepness_falling, group.middle_falling),
+    ):
+        assert steepness == pytest.approx(-branch[1] * 500.0, rel=1e-4)
+        assert middle == pytest.approx(-branch[2] / branch[1] / 500.0, rel=1e-3)
+        ends = arctangent(0.0, *branch), arctangent(500.0, *branch)
+        for t in (0.2, 0.5, 0.9):
+            share = (arctangent(500.0 * t, *branch) - ends[0]) / (ends[1] - ends[0])
+            assert branch_shape(t, steepness, middle) == pytest.approx(share, abs=2e-4)
+
+
+def test_major_loop_runs_along_both_branches():
+    group = Arctangent(high_contraction=0.2)
+    xs = path([0.2, 0.0], 20)
+    ws = run(group, xs)[0]
+    s, m = group.steepness_rising, group.middle_rising
+    f, n = group.steepness_falling, group.middle_falling
+    widest = branch_shape(0.5 * (m + n), f, n) - branch_shape(0.5 * (m + n), s, m)
+    for k, (x, w) in enumerate(zip(xs, ws, strict=True)):
+        width = branch_shape(x / 0.2, f, n) - branch_shape(x / 0.2, s, m)
+        assert w == pytest.approx((1.0 if k < 20 else -1.0) * width / widest, abs=1e-12)
+
+
+def test_memory_holds_a_bounded_number_of_turning_points():
+    """Shrinking reversals fill it; further ones run back along their branch and add nothing."""
+    group = Arctangent(turning_points=3, high_contraction=1.0)
+    turns = [0.9, 0.1, 0.8, 0.2, 0.7, 0.3]
+    _, act = run(group, turns)
+    assert act == pytest.approx([0.3, 0.9, 0.1, 0.8])
+    there = run(group, [*turns[:4], 0.4, 0.5])[0]
+    back = run(group, [*turns[:4], 0.5, 0.4, 0.5])[0]
+    assert back[-1] == pytest.approx(there[-1])
+    assert back[-2] == pytest.approx(there[-2])
+    # Outgrowing the innermost turning point frees its room.
+    assert run(group, [*turns, 0.85])[1] == pytest.approx([0.85, 0.9, 0.1, 0.0])
+    assert run(group, [*turns, 0.05])[1] == pytest.approx([0.05, 0.9, 0.0, 0.0])
+
+
+def test_a_reversal_slower_than_the_rounding_limit_is_seen():
+    group = Arctangent(turning_points=4, high_contraction=1.0)
+    creep = [0.5 - 2e-10 * k for k in range(1, 40)]
+    _, act = run(group, [0.5, *creep])
+    assert act[1] == pytest.approx(0.5, abs=2e-9)
+
+
+def test_equal_branches_have_no_loop():
+    group = Arctangent(
+        high_contraction=0.2,
+        steepness_rising=5.0,
+        middle_rising=0.4,
+        steepness_falling=5.0,
+        middle_falling=0.4,
+    )
+    assert run(group, [0.1, 0.05, 0.15])[0] == [0.0, 0.0, 0.0]
