@@ -3,12 +3,13 @@
 The paper fits one branch to rising and one to falling pressure, y = k_0 atan(k_1 p + k_2) + k_3,
 and says nothing about a reversal in between. `Arctangent` does, by Madelung's rules (Madelung 1905;
 Brokate and Sprekels 1996): a reversal starts a branch that runs to the turning point before it, and
-when it gets there the inner loop is forgotten and the outer branch goes on. What is shifted and
-scaled is the distance of the branches to their common middle, in both directions alike: an inner
-loop is a small image of the major one. These rules are chosen because they add no parameter, keep
-return-point memory, close every loop and never turn one round. Scaling the branches themselves
-would throw inner branches far outside a narrow major loop; cutting pieces out of them would turn
-loops in the branches' tails round, and so give energy.
+when it gets there the inner loop is forgotten and the outer branch goes on. The new branch lies
+beside the one it leaves by the width of the major loop, shifted and scaled alike in both directions
+to the stretch between the two turning points. So every inner loop is a small image of the major
+one: the rule adds no parameter, keeps return-point memory, closes every loop and never turns one
+round, that is, gives no energy. Shifting and scaling the branches themselves would throw inner
+branches far outside a narrow major loop; pieces cut out of them would turn loops in their tails
+round.
 
 The printed fits do not meet: they are 0.07 mm apart at no pressure and 0.6 mm at 500 kPa, of at
 most 5 mm between. The operator makes them meet at both ends of its span.
@@ -25,15 +26,13 @@ from typing import ClassVar
 
 from pamsim.core.parameters import parameter
 from pamsim.hysteresis.group import Hysteresis, MutableRow, Row
+from pamsim.hysteresis.madelung import SMALLEST_MOVE, kept_and_added
 
 PRINTED_INCREASING = (2.7378, -0.0083212, 1.3402, 27.759)
 """a_0 [cm], a_1 [1/kPa], a_2, a_3 [cm] of a 30 cm muscle (seed 000, (3))."""
 
 PRINTED_DECREASING = (2.7854, -0.0088259, 1.1891, 27.87)
 """b_0 [cm], b_1 [1/kPa], b_2, b_3 [cm] (seed 000, (4))."""
-
-SMALLEST_MOVE = 1e-9
-"""Moves below this share of the span are rounding errors of the state, not reversals."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -138,45 +137,6 @@ def span_fraction(par: Row, first: int, x: float) -> float:
     return 1.0 if t > 1.0 else t
 
 
-def remembered(par: Row, first: int, act: Row) -> int:
-    """Number of turning points in the memory: a slot near 0 is empty."""
-    count = 0
-    while count < int(par[first]) and act[1 + count] > SMALLEST_MOVE:
-        count += 1
-    return count
-
-
-def kept_and_added(par: Row, first: int, act: Row, t: float) -> tuple[int, int]:
-    """How the turning points change when the input goes to t, a pure number.
-
-    Turning points alternate, the first is a maximum: with an even number of them the input is on
-    a rising branch, which ends at the maximum before last, with an odd number on a falling one.
-
-    Returns:
-        Number of old turning points that stay, and 1 if the last input becomes a new one.
-    """
-    count = remembered(par, first, act)
-    rising = count % 2 == 0
-    reverses = t < act[0] - SMALLEST_MOVE if rising else t > act[0] + SMALLEST_MOVE
-    if reverses and count == 0 and t <= SMALLEST_MOVE:
-        return 0, 0  # down to the lower end in one step
-    if reverses:
-        if count == 0 or (
-            t > act[count] + SMALLEST_MOVE if rising else t < act[count] - SMALLEST_MOVE
-        ):
-            return count, 1 if count < int(par[first]) else 0
-        # Back beyond the start of this branch: both close, the branch before them goes on.
-        count -= 1
-        rising = not rising
-    while count >= 2 and (
-        t >= act[count - 1] - SMALLEST_MOVE if rising else t <= act[count - 1] + SMALLEST_MOVE
-    ):
-        count -= 2
-    if count == 1 and t <= SMALLEST_MOVE:
-        count = 0
-    return count, 0
-
-
 def half_width(par: Row, first: int, t: float) -> float:
     """Half the distance of the falling branch above the rising one, a pure number."""
     rising = branch_shape(t, par[first + 3], par[first + 4])
@@ -186,29 +146,22 @@ def half_width(par: Row, first: int, t: float) -> float:
 def distance_to_middle(par: Row, first: int, act: Row, t: float, kept: int, added: int) -> float:
     """Distance of the output below the middle of the major loop at t, a pure number.
 
-    Every turning point narrows the interval that the next branch spans, beginning with the corners
-    0 and 1, where the distance is 0. Between the ends of the interval the distance runs straight,
-    plus the image of the major branch.
+    It starts from the rising branch of the major loop between 0 and 1. Every turning point narrows
+    the interval and puts the next branch beside the one before by the width of the scaled loop.
     """
-    low, at_low = 0.0, 0.0
-    high, at_high = 1.0, 0.0
-    distance = 0.0
-    for k in range(kept + added + 1):
-        if k < kept:
-            turn = act[1 + k]
-        elif k < kept + added:
-            turn = act[0]
-        else:
-            turn = t
-        size = high - low
-        place = (turn - low) / size
-        distance = at_low + (at_high - at_low) * place
+    low = 0.0
+    high = 1.0
+    distance = half_width(par, first, t)
+    for k in range(kept + added):
+        turn = act[1 + k] if k < kept else act[0]
         if k % 2 == 0:
-            distance += size * half_width(par, first, place)
-            high, at_high = turn, distance
+            high = turn
+            side = -2.0
         else:
-            distance -= size * half_width(par, first, place)
-            low, at_low = turn, distance
+            low = turn
+            side = 2.0
+        size = high - low
+        distance += side * size * half_width(par, first, (t - low) / size)
     return distance
 
 
@@ -233,7 +186,7 @@ def arctangent_output(par: Row, first: int, act: Row, x: float) -> float:
     if math.isnan(x):
         return x
     t = span_fraction(par, first, x)
-    kept, added = kept_and_added(par, first, act, t)
+    kept, added = kept_and_added(int(par[first]), act, t)
     widest = half_width(par, first, 0.5 * (par[first + 4] + par[first + 6]))
     if widest == 0.0:
         return 0.0  # equal branches: there is no loop
@@ -260,7 +213,7 @@ def arctangent_rates(
             rates[k] = x
         return
     t = span_fraction(par, first, x)
-    kept, added = kept_and_added(par, first, act, t)
+    kept, added = kept_and_added(int(par[first]), act, t)
     for k in range(slots):
         if k < kept:
             rates[1 + k] = 0.0

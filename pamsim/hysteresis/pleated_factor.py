@@ -94,5 +94,5 @@ def pleated_factor_output(par: Row, first: int, act: Row, x: float) -> float:
 def pleated_factor_rates(
     par: Row, first: int, act: Row, rates: MutableRow, x: float, x_rate: float, timestep: float
 ) -> None:
-    """Write the rates that move every count to where input x leaves it; see `preisach_rates`."""
+    """Write the rates [1/s] of the counts as `preisach_rates` does, whose arguments it takes."""
     preisach_rates(par, first, act, rates, x, x_rate, timestep)

@@ -136,7 +136,7 @@ class PlaySum:
 
 
 def input_scale(par: Row, first: int) -> float:
-    """Factor that turns contraction into the output of P, so that contraction ``span`` gives w = 1.
+    """Factor [-] from contraction to the output of P, so that contraction ``span`` gives w = 1.
 
     It is P's initial curve at 1, w_0 + sum of w_k (1 - r_k), over ``span``.
     """
@@ -154,7 +154,7 @@ def input_scale(par: Row, first: int) -> float:
 
 
 def first_weight(par: Row, first: int) -> float:
-    """Weight w_1 of the first play; the others follow by the factor ``decay``."""
+    """Weight w_1 [-] of the first play; the others follow by the factor ``decay``."""
     weight = 1.0
     weights = 0.0
     for _ in range(int(par[first])):

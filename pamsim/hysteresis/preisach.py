@@ -61,12 +61,12 @@ class Preisach(Hysteresis):
 
 
 def upper_factor(t: float, c: float, d: float) -> float:
-    """Factor of alpha in weight (5) where alpha + beta >= 0, up to a constant."""
+    """Factor of alpha in weight (5) where alpha + beta >= 0 [-], up to a constant."""
     return math.exp(-2.0 * t * t - 2.0 * (d + c) * t)
 
 
 def lower_factor(t: float, c: float, d: float) -> float:
-    """Factor of beta in weight (5) where alpha + beta >= 0, up to a constant."""
+    """Factor of beta in weight (5) where alpha + beta >= 0 [-], up to a constant."""
     return math.exp(-2.0 * t * t - 2.0 * (d - c) * t)
 
 
@@ -81,7 +81,7 @@ def levels_reached(levels: int, u: float) -> int:
 
 
 def virgin_count(levels: int, i: int) -> float:
-    """Relays that are up in row i of a demagnetised state.
+    """Number of relays [-] that are up in row i of a demagnetised state.
 
     Relays of alpha + beta < 0 are up, the others down. The one with alpha + beta = 0 is half up:
     it sits on the line, and so the virgin output is exactly neutral.
@@ -90,7 +90,7 @@ def virgin_count(levels: int, i: int) -> float:
 
 
 def updated_count(levels: int, i: int, act: Row, reached: int) -> float:
-    """Relays that are up in row i once the input has reached a number of levels."""
+    """Number of relays [-] that are up in row i once the input has reached a number of levels."""
     count = virgin_count(levels, i) + act[i]
     if reached > i:
         return i + 1.0
@@ -169,7 +169,7 @@ def staircase_sums(
                 part_minus -= upper_factor(-s, c, d)
                 part_plus -= lower_factor(s, c, d)
             # Half of a relay in the virgin state; a rounding error elsewhere; NaN stays NaN.
-            over = (count - p) * (0.5 if p == i else 1.0)
+            over = count - p
             s = (2.0 * p + 1.0) / levels - 1.0
             if count <= step + 1.0:
                 up += lower_mirror * (part_minus + over * upper_factor(-s, c, d))
@@ -195,7 +195,7 @@ def staircase_sums(
 
 
 def scaled_input(par: Row, first: int, x: float) -> float:
-    """The contraction mapped so that low and high saturation are -1 and 1 (seed 002, (6))."""
+    """Input u [-]: contraction mapped so that the saturations are -1 and 1 (seed 002, (6))."""
     return 2.0 * (x - par[first + 1]) / (par[first + 2] - par[first + 1]) - 1.0
 
 

@@ -18,18 +18,18 @@ Array = NDArray[np.float64]
 
 
 def seed_weight(alpha: float, beta: float, c: float = -0.1, d: float = -1.0) -> float:
-    """Weight (5) of seed 002 without its normalisation, on -1 <= beta <= alpha <= 1."""
+    """Weight (5) [-] of seed 002 without its normalisation, on -1 <= beta <= alpha <= 1."""
     middle = alpha + beta - d if alpha + beta <= 0.0 else alpha + beta + d
     return math.exp(-((beta - alpha - c) ** 2) - middle**2)
 
 
 def normalised_seed_weight(alpha: float, beta: float, c: float = -0.1, d: float = -1.0) -> float:
-    """Weight (5) of seed 002 divided by `triangle_integral`."""
+    """Weight (5) [-] of seed 002 divided by `triangle_integral`."""
     return seed_weight(alpha, beta, c, d) / triangle_integral(c, d)
 
 
 def triangle_integral(c: float = -0.1, d: float = -1.0) -> float:
-    """Integral of weight (5) over the triangle -1 <= beta <= alpha <= 1.
+    """Integral of weight (5) [-] over the triangle -1 <= beta <= alpha <= 1.
 
     With s = alpha - beta and m = |alpha + beta| the weight is a product of Gauss functions on the
     triangle s + m <= 2; the one over m integrates to error functions, and 40 Gauss-Legendre nodes

@@ -19,8 +19,8 @@ def carlson_rf(x: float, y: float, z: float) -> float:
         z: likewise.
 
     Returns:
-        R_F(x, y, z) [-]. Each step makes the spread of the three four times smaller, so that some ten
-        steps do; only NaN goes on to the bound of the loop.
+        R_F(x, y, z) [-]. Each step makes the spread of the three four times smaller, so that some
+        ten steps do; only NaN goes on to the bound of the loop.
     """
     for _ in range(40):
         mean = (x + y + z) / 3.0

@@ -4,17 +4,16 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Mapping
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-import jinja2
 from matplotlib.figure import Figure
 
 from pamsim.core.errors import InputError
 from pamsim.core.recording import Recording
 from pamsim.report import reproduce_figures, reproduce_steps
 from pamsim.report.numbers import fixed, number_or_none, plain
+from pamsim.report.page import PageImage, page_template
 from pamsim.report.parameter_view import parameter_views
 from pamsim.report.reproduce_rows import (
     OperatingPoint,
@@ -33,15 +32,6 @@ from pamsim.report.reproduce_view import (
 from pamsim.report.style import save_png
 
 SCHEMA = "pamsim-reproduce/1"
-
-
-@dataclass(frozen=True)
-class PageImage:
-    """An image file of the page and the size to show it at [CSS pixel]."""
-
-    file: str
-    width: int
-    height: int
 
 
 def write_reproduction(
@@ -110,16 +100,9 @@ def render_page(
     Returns:
         The page; every text from the result is escaped.
     """
-    environment = jinja2.Environment(
-        loader=jinja2.PackageLoader("pamsim.report"),
-        autoescape=True,
-        undefined=jinja2.StrictUndefined,  # a name mistyped in the template is an error, not a gap
-        trim_blocks=True,
-        lstrip_blocks=True,
-    )
     row_groups, notes = row_views(points)
     parameters = parameter_views(result)
-    return environment.get_template("reproduce.html").render(
+    return page_template("reproduce.html").render(
         rig=str(result.get("rig") or "unnamed rig"),
         verdict=verdict(result, points),
         start=str(result.get("start") or "not given"),

@@ -161,12 +161,12 @@ def ranger_reading(length: ArrayLike, temperature: float, device: UltrasonicRang
 
 
 def uncertainty_of_limit(limit: float) -> float:
-    """Standard uncertainty of errors uniform within +-limit: limit / sqrt(3) (GUM 4.3.7)."""
+    """Standard uncertainty of errors uniform within +-limit, in one unit: limit / sqrt(3) (GUM 4.3.7)."""
     return limit / math.sqrt(3.0)
 
 
 def uncertainty_of_resolution(step: float) -> float:
-    """Standard uncertainty a resolution leaves: step / sqrt(12) (GUM F.2.2.1)."""
+    """Standard uncertainty a resolution leaves, in one unit: step / sqrt(12) (GUM F.2.2.1)."""
     return uncertainty_of_limit(0.5 * step)
 
 

@@ -131,13 +131,13 @@ def search_curve(
     sizes = np.abs(np.concatenate([y, counted(origin)]))
     penalty = 1e3 * max(float(np.max(sizes[np.isfinite(sizes)])), 1e-300)
 
-    def filled(u: FloatArray) -> FloatArray:
+    def filled(u: FloatArray) -> tuple[FloatArray, FloatArray]:
         place = origin.copy()
         place[searched] = u
         return best_linear(counted, y, place, linear, coefficients)
 
     def residual(u: FloatArray) -> FloatArray:
-        miss = counted(filled(u)) - y
+        miss = filled(u)[1] - y
         return np.clip(np.nan_to_num(miss, nan=penalty), -penalty, penalty)
 
     tried = [origin[searched], *(low + latin_hypercube(rng, starts, len(searched)) * (high - low))]
@@ -152,14 +152,14 @@ def search_curve(
         if searched:
             solution = _least_squares(
                 residual, u, jac="3-point", bounds=(low, high), x_scale=high - low,
-                ftol=1e-13, xtol=1e-12, gtol=1e-13, max_nfev=200,
+                ftol=1e-11, xtol=1e-11, gtol=1e-13, max_nfev=200,
             )  # fmt: skip
             end, converged = solution.x, solution.status > 0
         cost = float(np.sum(residual(end) ** 2))
         if best is None or cost < best[0] * (1.0 - 1e-9):
             best = cost, end, converged
     assert best is not None
-    values = filled(best[1])
+    values, _ = filled(best[1])
     predicted = counted(values)
     if not np.all(np.isfinite(predicted)):
         raise InputError(

@@ -84,7 +84,7 @@ def best_linear(
     place: FloatArray,
     linear: Sequence[int],
     coefficients: Sequence[Coefficient],
-) -> FloatArray:
+) -> tuple[FloatArray, FloatArray]:
     """Fill in the best values of the linear coefficients.
 
     Args:
@@ -95,12 +95,13 @@ def best_linear(
         coefficients: their ranges, which are kept.
 
     Returns:
-        All coefficients, shape (k,) [SI]; ``place`` unchanged where the curve has no value.
+        All coefficients, shape (k,) [SI], and the predictions there, shape (n,). Where the curve
+        has no value, ``place`` unchanged and its predictions.
     """
     full = place.copy()
     chosen = list(linear)
     if not chosen:
-        return full
+        return full, curve(full)
     full[chosen] = 0.0
     base = curve(full)
     matrix = np.empty((measured.size, len(chosen)))
@@ -109,7 +110,7 @@ def best_linear(
         matrix[:, column] = curve(full) - base
         full[i] = 0.0
     if not (np.all(np.isfinite(matrix)) and np.all(np.isfinite(base))):
-        return place.copy()
+        return place.copy(), curve(place)
     norms = np.linalg.norm(matrix, axis=0)
     norms[norms == 0.0] = 1.0
     low = np.array([coefficients[i].low for i in chosen]) * norms
@@ -118,8 +119,9 @@ def best_linear(
     scaled: FloatArray = np.linalg.lstsq(matrix / norms, target, rcond=1e-12)[0]
     if np.any(scaled < low) or np.any(scaled > high):
         scaled = _lsq_linear(matrix / norms, target, bounds=(low, high), tol=1e-12).x
-    full[chosen] = np.clip(scaled, low, high) / norms
-    return full
+    scaled = np.clip(scaled, low, high)
+    full[chosen] = scaled / norms
+    return full, base + (matrix / norms) @ scaled
 
 
 def _vanishes(difference: FloatArray, *terms: FloatArray) -> bool:

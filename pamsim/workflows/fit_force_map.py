@@ -206,15 +206,17 @@ def _curve(
     law: ForceLaw, table: ForceMap, braid: Braid, rows: Rows
 ) -> Callable[[FloatArray], FloatArray]:
     points = list(zip(table.pressure[rows].tolist(), table.contraction[rows].tolist(), strict=True))
+    geometry = [float(getattr(braid, name)) for name in law.braid_fields]
 
-    def force(pressure: float, contraction: float, values: list[float]) -> float:
+    def force(pressure: float, contraction: float, numbers: list[float]) -> float:
+        # As ForceLaw.force, which would look the braid up again at each of a million points.
         try:
-            return law.force(pressure, contraction, values, braid)
+            return numbers[0] * law.force_function(pressure, contraction, *numbers[1:])
         except (OverflowError, ZeroDivisionError, ValueError):
             return math.nan  # scalar laws raise where arrays would give inf or NaN
 
     def curve(values: FloatArray) -> FloatArray:
-        numbers = values.tolist()
+        numbers = [*values.tolist(), *geometry]
         return np.array([force(p, k, numbers) for p, k in points])
 
     return curve

@@ -75,6 +75,8 @@ def rest_angle(muscle: Muscle, pressures: tuple[float, float]) -> float:
     """
     pair, radius = (row(muscle), row(muscle)), wheel_radius()
     limit = 0.5 * stroke(muscle) / radius
-    return root(
-        lambda angle: antagonist_torque(pair, radius, angle, pressures), -limit, limit, 1e-12
-    )
+
+    def torque(angle: float) -> float:
+        return antagonist_torque(pair, radius, angle, pressures)
+
+    return root(torque, -limit, limit, 1e-12)

@@ -9,8 +9,8 @@ from pamsim.actuator.antagonist import (
     antagonist_torque,
     ideal_stiffness,
     joint_stiffness,
-    pressure_slope,
 )
+from pamsim.actuator.kernel import charged_air_state, gauge_pressure
 from pamsim.core.units import DEG_PER_RAD, PA_PER_KPA
 from pamsim.store.printed import PrintedStep, distinct_steps
 from pamsim.workflows.replication.antagonistic_pair import (
@@ -51,12 +51,12 @@ def _parts(pressure: float) -> Stiffness:
 def _shut_stiffness(pressure: float) -> float:
     """The same by turning the arm with both chambers shut [N m/rad]."""
     muscle, radius, h = row(ideal_muscle()), wheel_radius(), 1e-4
+    air = [charged_air_state(muscle, 0.0, pressure)]
 
     def torque(angle: float) -> float:
-        way = radius * angle
-        change = pressure_slope(muscle, 0.0, pressure) * way
-        pressures = pressure - change, pressure + change
-        return antagonist_torque((muscle, muscle), radius, angle, pressures)
+        ways = -radius * angle, radius * angle
+        first, second = (gauge_pressure(muscle, air, way) for way in ways)
+        return antagonist_torque((muscle, muscle), radius, angle, (first, second))
 
     return -(torque(h) - torque(-h)) / (2.0 * h)
 

@@ -24,7 +24,7 @@ from pamsim.signals.instruments import (
 )
 from pamsim.store.printed_loop import loop_instrument
 from pamsim.workflows.replication.claim import Claim, Verdict, compare, half_unit, holds
-from pamsim.workflows.replication.loop_fits import branch_data
+from pamsim.workflows.replication.loop_fits import measured_width
 
 Group = TypeVar("Group", bound=ParameterGroup)
 
@@ -161,8 +161,8 @@ def _per_kelvin() -> Claim:
         half_unit(3),
         unit="%/K",
         reason="1 / (2 T) of an ideal gas at 20 deg C,"
-        f" {100.0 * sound_temperature_coefficient(high):.4f} at 30 deg C; the rule of thumb 0.6 m/s per kelvin over 343 m/s gives"
-        f" {100.0 * 0.6 / 343.0:.4f}",
+        f" {100.0 * sound_temperature_coefficient(high):.4f} at 30 deg C; the rule of"
+        f" thumb 0.6 m/s per kelvin over 343 m/s gives {100.0 * 0.6 / 343.0:.4f}",
     )
 
 
@@ -172,8 +172,7 @@ def _laboratory() -> Claim:
         float(ranger_reading(0.30, ICE_POINT + value, ranger)) * _METRE_TO_CM
         for value in _LABORATORY
     )
-    up, down = branch_data("up")[1], branch_data("down")[1]
-    width = float(abs(up - down).max())
+    width = measured_width()
     return Claim(
         id="B-61",
         what="the loop was measured at 20 to 30 deg C: change of a 30 cm reading over that range",

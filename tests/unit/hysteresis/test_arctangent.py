@@ -15,7 +15,7 @@ from pamsim.hysteresis.arctangent import (
     arctangent_slope,
     branch_shape,
 )
-from tests.unit.hysteresis.operator_runs import path, run
+from tests.unit.hysteresis.operator_runs import area, path, run
 
 BRANCHES = [PRINTED_INCREASING, PRINTED_DECREASING]
 
@@ -69,6 +69,40 @@ def test_major_loop_runs_along_both_branches():
     for k, (x, w) in enumerate(zip(xs, ws, strict=True)):
         width = branch_shape(x / 0.2, f, n) - branch_shape(x / 0.2, s, m)
         assert w == pytest.approx((1.0 if k < 20 else -1.0) * width / widest, abs=1e-12)
+
+
+@pytest.mark.parametrize(("low", "high"), [(0.3, 0.9), (0.1, 0.4), (0.0, 1.0)])
+def test_an_inner_loop_is_a_small_image_of_the_major_one(low, high):
+    """Its width at a share of its length is the major loop's there, times its length."""
+    group = Arctangent(high_contraction=1.0)
+    shares = [0.1, 0.3, 0.6, 0.8]
+    inner = [low + (high - low) * share for share in shares]
+    ws = run(group, [high, *reversed(inner), low, *inner])[0]
+    major = run(group, [*shares, 1.0, *reversed(shares)])[0]
+    for k in range(4):
+        width, whole = ws[6 + k] - ws[4 - k], major[k] - major[8 - k]
+        assert width == pytest.approx((high - low) * whole, abs=1e-12)
+
+
+@pytest.mark.parametrize("start", [0.0, 0.2])
+def test_steep_branches_give_no_energy_in_their_tails(start):
+    """Area of an inner loop on the falling branch: the major loop's, times its length squared."""
+    group = Arctangent(
+        high_contraction=1.0,
+        steepness_rising=20.0,
+        middle_rising=0.6,
+        steepness_falling=20.0,
+        middle_falling=0.4,
+    )
+    steps = 400
+    xs = path([1.0, start, 0.45, start], steps)
+    ws = run(group, xs)[0]
+    inner = area(xs[2 * steps - 1 :], ws[2 * steps - 1 :])
+    xs = path([1.0, 0.0], steps)
+    ws = run(group, xs)[0]
+    major = area([0.0, *xs], [0.0, *ws])
+    assert inner == pytest.approx(major * (0.45 - start) ** 2, rel=1e-3)
+    assert major > 0.1
 
 
 def test_memory_holds_a_bounded_number_of_turning_points():

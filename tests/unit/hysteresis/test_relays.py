@@ -8,7 +8,12 @@ import numpy as np
 import pytest
 
 from pamsim.hysteresis.pleated_factor import PleatedFactor, pleated_factor_output
-from pamsim.hysteresis.preisach import Preisach, levels_reached, preisach_rates, staircase_sums
+from pamsim.hysteresis.preisach import (
+    Preisach,
+    levels_reached,
+    preisach_rates,
+    staircase_sums,
+)
 from pamsim.hysteresis.relays import (
     RelaySum,
     Staircase,
@@ -18,6 +23,7 @@ from pamsim.hysteresis.relays import (
     seed_weight,
     triangle_integral,
 )
+from tests.unit.hysteresis.operator_runs import run
 
 C, D = -0.1, -1.0
 
@@ -163,3 +169,19 @@ def test_pleated_factor_is_small_beside_the_loop_of_the_paper():
         act = [z + 1e-3 * rate for z, rate in zip(act, rates, strict=True)]
     assert outputs[1] == pytest.approx(0.278, abs=0.02)
     assert outputs[3] == pytest.approx(-0.278, abs=0.02)
+
+
+def test_pleated_factor_ends_with_its_span():
+    """Seed 002 takes eps_s between -1 and 1: the line does not run on where the relays stop."""
+    group = PleatedFactor(levels=12)
+    at_end = pleated_factor_output(group.own(), 0, [0.0] * 12, 0.35)
+    assert pleated_factor_output(group.own(), 0, [0.0] * 12, 0.6) == pytest.approx(at_end)
+
+
+@pytest.mark.parametrize("levels", [2, 20, 31])
+def test_preisach_is_one_in_the_centre_of_its_major_loop(levels):
+    """An odd number has a level in the centre: there the mean of both its sides counts."""
+    group = Preisach(levels=levels, low_contraction=-0.2, high_contraction=0.2)
+    for side in (1.0, -1.0):
+        found = [run(group, [-0.3 * side, x * side])[0][-1] for x in (-1e-9, 1e-9)]
+        assert 0.5 * sum(found) == pytest.approx(side, abs=1e-9)

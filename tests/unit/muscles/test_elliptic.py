@@ -35,6 +35,14 @@ def test_symmetric_integrals_at_any_spread():
     assert second == pytest.approx(elliprd(x, y, z), rel=3e-15)
 
 
+@pytest.mark.parametrize(
+    ("x", "y", "z"), [(1.00395, 0.998, 0.998), (0.99605, 1.002, 1.002), (0.997, 0.997, 1.002)]
+)
+def test_series_alone_just_below_the_spread_that_needs_a_step(x, y, z):
+    assert carlson_rf(x, y, z) == pytest.approx(elliprf(x, y, z), rel=2e-15)
+    assert carlson_rd(x, y, z) == pytest.approx(elliprd(x, y, z), rel=2e-15)
+
+
 @pytest.mark.parametrize("m", [0.0, 1e-8, 1e-3, 0.1, 0.5, 0.9, 0.999])
 @pytest.mark.parametrize("a", [1e-6, 1e-3, 0.1, 0.7, 1.4, 1.57, math.pi / 2.0])
 def test_legendre_integrals(a, m):

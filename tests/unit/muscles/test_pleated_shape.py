@@ -164,6 +164,7 @@ def test_no_shape_without_a_slenderness(slenderness):
 
 def test_a_stout_muscle_has_no_shape_at_large_contraction():
     assert math.isnan(shape_parameter(1.5, 0.1))
+    assert math.isnan(shape_parameter(100.0, 0.1))
 
 
 def test_no_pressure_where_the_force_function_is_zero(monkeypatch):
