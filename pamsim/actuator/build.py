@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
-from pamsim.actuator.muscle import COMMANDS, FORCE_GROUPS, HYSTERESIS_GROUPS, PLAIN_GROUPS, Muscle
+from pamsim.actuator.muscle import FORCE_GROUPS, HYSTERESIS_GROUPS, PLAIN_GROUPS, Muscle
 from pamsim.core.errors import InputError, nearest
 from pamsim.core.parameters import ParameterGroup, Sourced, specs
 
@@ -33,8 +33,6 @@ def build_muscle(sections: Sections, *, where: str, command: str = "pressure") -
     for name in sections:
         if name not in known:
             raise InputError(f"{where}: unknown group {name!r}; {nearest(name, known)}")
-    if command not in COMMANDS:
-        raise InputError(f"no command {command!r}; {nearest(command, COMMANDS)}")
     groups: dict[str, Any] = {}
     for group in PLAIN_GROUPS:
         if group.group in sections:

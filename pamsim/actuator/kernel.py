@@ -68,13 +68,15 @@ def chamber_volume(par: Row, tendon_length: float) -> float:
 def chamber_pressure(par: Row, act: Row, tendon_length: float) -> float:
     """Absolute pressure in the chamber [Pa].
 
-    A chamber without air is one whose state was never set (a bare ``mj_resetData`` zeroes it): it
-    gives NaN, so that the run stops there and not at a plausible wrong number.
+    A chamber without air is one whose state was never set (a bare ``mj_resetData`` zeroes it), one
+    without volume is stretched beyond its fibres: both give NaN, so that the run stops there and
+    not at a plausible wrong number.
     """
     air = act[len(act) - 1]
-    if not air > 0.0:
+    inside = chamber_volume(par, tendon_length)
+    if not (air > 0.0 and inside > 0.0):
         return math.nan
-    return absolute_pressure(air, chamber_volume(par, tendon_length), par[_POLYTROPIC], par[_FLOOR])
+    return absolute_pressure(air, inside, par[_POLYTROPIC], par[_FLOOR])
 
 
 def gauge_pressure(par: Row, act: Row, tendon_length: float) -> float:

@@ -11,7 +11,7 @@ from __future__ import annotations
 
 import dataclasses
 from collections.abc import Iterator, MutableSequence, Sequence
-from typing import TypeAlias
+from typing import TypeAlias, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -29,8 +29,10 @@ from pamsim.core.parameters import ParameterGroup, specs
 Row: TypeAlias = Sequence[float] | NDArray[np.float64]
 MutableRow: TypeAlias = MutableSequence[float] | NDArray[np.float64]
 
+_Choice = TypeVar("_Choice")
+
 SIGNATURE = 7240.288
-"""Marks a row as a pamsim muscle: page and volume of seed 003 (Appl. Sci. 2021, 11, 7288)."""
+"""Marks a row as a pamsim muscle: a number that no other actuator carries by chance."""
 
 _FORCE_SLOTS = max(len(list(specs(law))) for law in FORCE_GROUPS)
 _HYSTERESIS_SLOTS = max(len(list(specs(law))) for law in HYSTERESIS_GROUPS if law)
@@ -102,7 +104,7 @@ def unpack(row: Row) -> Muscle:
     """Read a muscle back from a row; the inverse of `pack`.
 
     Raises:
-        EngineError: if the row is not a pamsim muscle.
+        EngineError: if the row is not a pamsim muscle, or a code in it stands for no law.
         ParameterError: if a number in it has been set out of range.
     """
     if not is_muscle(row):
@@ -111,17 +113,25 @@ def unpack(row: Row) -> Muscle:
     for group in PLAIN_GROUPS:
         fields = {name: float(row[slot(f"{group.group}.{name}")]) for name, _ in specs(group)}
         groups[group.group] = group(**fields)
-    force = FORCE_GROUPS[int(row[slot("force.law")])]
+    force = _chosen(FORCE_GROUPS, row, "force.law")
     groups["force"] = force(**_slots(force, row))
-    operator = HYSTERESIS_GROUPS[int(row[slot("hysteresis.law")])]
+    operator = _chosen(HYSTERESIS_GROUPS, row, "hysteresis.law")
     if operator is not None:
         groups["hysteresis"] = operator(**_slots(operator, row))
-    return Muscle(command=COMMANDS[int(row[slot("command")])], **groups)  # pyright: ignore[reportArgumentType]
+    return Muscle(command=_chosen(COMMANDS, row, "command"), **groups)  # pyright: ignore[reportArgumentType]
 
 
 def is_muscle(row: Row) -> bool:
     """Whether an actuator's user data is a pamsim muscle."""
     return len(row) >= SIZE and float(row[0]) == SIGNATURE
+
+
+def _chosen(offered: Sequence[_Choice], row: Row, name: str) -> _Choice:
+    """What the code in a slot stands for."""
+    code = float(row[slot(name)])
+    if code not in range(len(offered)):
+        raise EngineError(f"{name} = {code:g} in an actuator's user data stands for nothing")
+    return offered[int(code)]
 
 
 def _slots(group: type[ParameterGroup], row: Row) -> dict[str, float]:

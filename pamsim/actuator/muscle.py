@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from typing import ClassVar
 
+from pamsim.core.errors import InputError, nearest
 from pamsim.core.parameters import ParameterGroup, parameter
 from pamsim.hysteresis.catalog import OPERATORS
 from pamsim.hysteresis.group import Hysteresis
@@ -78,3 +79,12 @@ class Muscle:
     threshold: Threshold = field(default_factory=Threshold)
     hysteresis: Hysteresis | None = None
     command: str = "valve"
+
+    def __post_init__(self) -> None:
+        """Check the command.
+
+        Raises:
+            InputError: if it is not one of `COMMANDS`.
+        """
+        if self.command not in COMMANDS:
+            raise InputError(f"no command {self.command!r}; {nearest(str(self.command), COMMANDS)}")

@@ -1,4 +1,4 @@
-"""How fast a muscle's pressure regulator acts, which bounds the time step it can be stepped with."""
+"""How fast a muscle's pressure regulator acts, which bounds the time step it can take."""
 
 from __future__ import annotations
 

@@ -148,7 +148,9 @@ def _print_fit(fitted: dict[str, Any]) -> None:
 
 def _print_searches(searches: list[dict[str, Any]]) -> None:
     if searches:
-        click.echo("search                      cost reached  evaluations  to 0.001 N^2 of the best")
+        click.echo(
+            "search                      cost reached  evaluations  to 0.001 N^2 of the best"
+        )
     for run in searches:
         near = run["evaluations_to_tolerance"]
         click.echo(

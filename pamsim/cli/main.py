@@ -21,6 +21,7 @@ _COMMANDS = {
     "step": "One step response of any rig: pressures or valves, load, plot, CSV.",
     "fit": "Fit a law to your force, length or pressure data, or rank all laws on them.",
     "models": "The force laws and hysteresis operators, with parameters, ranges and sources.",
+    "replicate": "Recompute every printed number of the five papers; what agrees, what not.",
     "render": "A picture of a rig at given pressures, without a screen.",
 }
 

@@ -56,8 +56,8 @@ class Experiment:
         _require_finite("command time", time)
         _require_finite("command value", value)
         _require_finite("start pressure", start)
-        if len(time) == 0:
-            raise InputError("an experiment needs a command: give at least one time and its values")
+        if len(time) == 0 or len(start) == 0:
+            raise InputError("an experiment needs a command: give a time and a value per muscle")
         if time.ndim != 1 or value.shape != (len(time), len(start)):
             raise InputError(
                 f"command values have shape {value.shape}; {len(time)} times and {len(start)}"
@@ -97,7 +97,12 @@ class Experiment:
         Returns:
             (n, m) command values.
         """
-        index = np.searchsorted(self.command_time, np.asarray(times) + 1e-12, side="right") - 1
+        index = (
+            np.searchsorted(
+                self.command_time, np.asarray(times) * (1.0 + 1e-12) + 1e-12, side="right"
+            )
+            - 1
+        )
         return self.command_value[np.maximum(index, 0)]
 
 

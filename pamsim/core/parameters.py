@@ -16,6 +16,7 @@ import dataclasses
 import math
 from collections.abc import Iterator
 from dataclasses import dataclass
+from numbers import Real
 from typing import Any, ClassVar
 
 from pamsim.core.errors import ParameterError
@@ -103,14 +104,22 @@ def check_value(name: str, value: object, spec: FieldSpec) -> float:
     Raises:
         ParameterError: naming ``name``, the value and the allowed range.
     """
-    if isinstance(value, bool) or not isinstance(value, (int, float)) or not math.isfinite(value):
+    if isinstance(value, bool) or not isinstance(value, Real) or not _finite(value):
         raise ParameterError(
             f"{name} = {value!r} is not a finite number; give one in {spec.range_text()}"
         )
-    too_low = value <= spec.low if spec.low_open else value < spec.low
-    if too_low or value > spec.high:
-        raise ParameterError(f"{name} = {value:g} is outside {spec.range_text()} ({spec.doc})")
-    return float(value)
+    number = float(value)
+    too_low = number <= spec.low if spec.low_open else number < spec.low
+    if too_low or number > spec.high:
+        raise ParameterError(f"{name} = {number:g} is outside {spec.range_text()} ({spec.doc})")
+    return number
+
+
+def _finite(value: Real) -> bool:
+    try:
+        return math.isfinite(value)
+    except OverflowError:  # an integer beyond every float
+        return False
 
 
 @dataclass(frozen=True, kw_only=True)

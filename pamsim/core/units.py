@@ -42,6 +42,8 @@ def to_si(value: float, unit: str, si_unit: str, *, where: str) -> float:
 
     ureg = _registry()
     try:
+        if _TOWER.search(unit):
+            raise ValueError(unit)
         return float(ureg.Quantity(value, unit).to(si_unit).magnitude)
     except pint.DimensionalityError:
         raise InputError(
@@ -54,6 +56,9 @@ def to_si(value: float, unit: str, si_unit: str, *, where: str) -> float:
             f" that converts to {si_unit!r}"
         ) from None
 
+
+_TOWER = re.compile(r"(\^|\*\*)[^*/]*(\^|\*\*)")
+"""A power of a power, which no unit is and which the parser would compute for ever."""
 
 _QUANTITY = re.compile(
     r"\s*([+-]?(?:\d+\.?\d*|\.\d+)(?:e[+-]?\d+)?|[+-]?(?:nan|inf))\s*(.*)", re.IGNORECASE

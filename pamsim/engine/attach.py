@@ -5,7 +5,7 @@ from __future__ import annotations
 import mujoco
 
 from pamsim.actuator.layout import SIZE, pack, state_size
-from pamsim.actuator.muscle import COMMANDS, Muscle
+from pamsim.actuator.muscle import Muscle
 from pamsim.core.errors import InputError, nearest
 from pamsim.engine.callback import guard, refuse_multistage
 
@@ -37,8 +37,6 @@ def attach(
     name = name or tendon
     if any(actuator.name == name for actuator in spec.actuators):
         raise InputError(f"actuator {name!r} exists already; give another name")
-    if muscle.command not in COMMANDS:
-        raise InputError(f"no command {muscle.command!r}; {nearest(muscle.command, COMMANDS)}")
     refuse_multistage(spec.option.integrator)
     spec.option.disableflags |= mujoco.mjtDisableBit.mjDSBL_AUTORESET
     spec.nuser_actuator = max(spec.nuser_actuator, SIZE)

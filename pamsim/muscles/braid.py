@@ -64,7 +64,8 @@ def volume_slope(
         fibre_angle: alpha0 [rad].
 
     Returns:
-        dV/dl [m^2]: negative while the muscle can pull, zero at its largest contraction.
+        dV/dl [m^2]: negative while the muscle can pull, zero at its largest contraction. It goes on
+        falling beyond straight fibres, where `volume` stays zero and no muscle works.
     """
     sine = math.sin(fibre_angle)
     stretch = length / nominal_length

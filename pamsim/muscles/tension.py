@@ -42,6 +42,6 @@ def taut(force: float) -> float:
     Returns:
         max(force, 0) [N]. Written as a comparison so that NaN stays NaN and is noticed.
     """
-    if force < 0.0:
+    if force <= 0.0:
         return 0.0
     return force

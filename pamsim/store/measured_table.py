@@ -10,7 +10,7 @@ Which of the three a file is shows in its columns; each name carries its unit:
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TypeAlias
 
@@ -49,14 +49,14 @@ class ForceMap:
         """
         keep = self.force != 0.0
         if not np.any(keep):
-            raise InputError("the force map has no force but zero; there is nothing to fit")
+            raise InputError("the map has no force but zero; there is nothing to fit")
         dropped = int(np.sum(~keep))
         note = f"{dropped} points of zero force dropped: slack or not measured" if dropped else ""
-        return ForceMap(
+        return replace(
+            self,
             pressure=self.pressure[keep],
             contraction=self.contraction[keep],
             force=self.force[keep],
-            nominal_length=self.nominal_length,
             notes=(*self.notes, *([note] if note else [])),
         )
 
@@ -198,6 +198,7 @@ def _rising(pressure: FloatArray) -> NDArray[np.bool_]:
     moving = np.flatnonzero(move)
     if not moving.size:
         return np.ones(pressure.size, dtype=bool)
+    # Where the pressure is held, its last move counts; before its first, the first to come.
     last = np.maximum.accumulate(np.where(move != 0.0, np.arange(move.size), moving[0]))
     steps = move[last] > 0.0
     return np.concatenate([steps[:1], steps])
@@ -237,12 +238,12 @@ def _plausible_pressure(columns: Columns) -> None:
             f"{columns.written['pressure'][below]:g} lies below vacuum; pressures are gauge"
         )
     if largest < 2e4:
-        shown = float(np.max(columns.written["pressure"]))
         unit = name.lower().rpartition("_")[2]
-        hint = "p_bar" if unit != "pa" else "p_kpa"
+        meant = "kpa" if unit == "pa" else "bar"
         raise InputError(
-            f"{columns.path}: all of {name!r} is at most {shown:g} {unit}, too little for a muscle;"
-            f" if it is {hint[2:]}, name the column {hint!r}"
+            f"{columns.path}: line {columns.lines[0]} and below: no {name!r} is above"
+            f" {np.max(columns.written['pressure']):g} {unit}, too little for a muscle; if it is"
+            f" {meant}, name the column 'p_{meant}'"
         )
     if largest > 5e6:
         worst = int(np.argmax(pressure))

@@ -94,9 +94,9 @@ def read_rig(rig: str | os.PathLike[str]) -> RigFile:
         table = tomllib.loads(path.read_text(encoding="utf-8"))
     except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
         raise InputError(f"{path}: not valid TOML: {error}") from None
-    _check_keys(path, "", table, _TOP)
     if table.get("schema") != SCHEMA:
         raise InputError(f"{path}: schema is {table.get('schema')!r}; this pamsim reads {SCHEMA!r}")
+    _check_keys(path, "", table, _TOP)
     head = _table(path, table, "rig")
     _check_keys(path, "rig.", head, _RIG)
     mjcf = _file(path, folder, _word(path, head, "rig", "mjcf"))

@@ -2,9 +2,13 @@
 
 from __future__ import annotations
 
+import dataclasses
+from collections.abc import Mapping
 from dataclasses import dataclass
 from enum import StrEnum
 from typing import Any
+
+from pamsim.core.errors import InputError, nearest
 
 Interval = tuple[float, float]
 
@@ -81,3 +85,31 @@ class FittedCoefficient:
             "doubts": [str(doubt) for doubt in self.doubts],
             "partners": list(self.partners),
         }
+
+
+def held_coefficients(
+    coefficients: tuple[Coefficient, ...], held: Mapping[str, float]
+) -> tuple[Coefficient, ...]:
+    """Mark coefficients as held.
+
+    Args:
+        coefficients: of a curve.
+        held: name -> value [SI].
+
+    Returns:
+        The coefficients, the named ones held.
+
+    Raises:
+        InputError: for a name that is not among them, or a value outside the range.
+    """
+    names = [c.name for c in coefficients]
+    for name in held:
+        if name not in names:
+            raise InputError(f"no coefficient {name!r} to hold; {nearest(name, names)}")
+    for c in coefficients:
+        if c.name in held and not c.low <= held[c.name] <= c.high:
+            raise InputError(
+                f"--hold {c.name}={held[c.name]:g} is outside [{c.low:.4g}, {c.high:.4g}] {c.unit},"
+                " which the data allow"
+            )
+    return tuple(dataclasses.replace(c, held=held.get(c.name)) for c in coefficients)

@@ -80,7 +80,7 @@ def search_curve(
     measured: ArrayLike,
     coefficients: Sequence[Coefficient],
     *,
-    starts: int = 16,
+    starts: int | None = None,
     seed: int = 0,
 ) -> Optimum:
     """Find the least-squares optimum within the coefficients' ranges.
@@ -93,7 +93,7 @@ def search_curve(
         curve: all coefficients, shape (k,) [SI], to the predictions, shape (n,).
         measured: shape (n,).
         coefficients: ranges, neutral and held values.
-        starts: how many to try.
+        starts: how many to try; None for eight per coefficient that is searched.
         seed: of the starts.
 
     Returns:
@@ -140,7 +140,8 @@ def search_curve(
         miss = filled(u)[1] - y
         return np.clip(np.nan_to_num(miss, nan=penalty), -penalty, penalty)
 
-    tried = [origin[searched], *(low + latin_hypercube(rng, starts, len(searched)) * (high - low))]
+    many = 8 * len(searched) if starts is None else starts
+    tried = [origin[searched], *(low + latin_hypercube(rng, many, len(searched)) * (high - low))]
     if not searched:
         tried = tried[:1]
     inside = 1e-9 * (high - low)  # the solver wants its start strictly inside
@@ -151,7 +152,7 @@ def search_curve(
         end, converged = u, True
         if searched:
             solution = _least_squares(
-                residual, u, jac="3-point", bounds=(low, high), x_scale=high - low,
+                residual, u, jac="2-point", bounds=(low, high), x_scale=high - low,
                 ftol=1e-11, xtol=1e-11, gtol=1e-13, max_nfev=200,
             )  # fmt: skip
             end, converged = solution.x, solution.status > 0
@@ -174,7 +175,7 @@ def fit_curve(
     measured: ArrayLike,
     coefficients: Sequence[Coefficient],
     *,
-    starts: int = 16,
+    starts: int | None = None,
     seed: int = 0,
 ) -> CurveFit:
     """Fit a curve and judge what the data say about each coefficient.
@@ -183,7 +184,7 @@ def fit_curve(
         curve: all coefficients, shape (k,) [SI], to the predictions, shape (n,).
         measured: shape (n,).
         coefficients: ranges, neutral and held values.
-        starts: how many to try.
+        starts: how many to try; None for eight per coefficient that is searched.
         seed: of the starts.
 
     Returns:

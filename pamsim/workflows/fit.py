@@ -6,23 +6,18 @@ from collections.abc import Mapping
 from pathlib import Path
 
 from pamsim.core.errors import InputError, nearest
+from pamsim.core.parameters import specs
 from pamsim.muscles.braid import Braid
-from pamsim.muscles.catalog import FORCE_LAWS
 from pamsim.store.measured_table import ForceLoops, ForceMap, LengthLoop, read_measured
-from pamsim.sysid.coefficient import Coefficient
+from pamsim.workflows.fit_branches import branch_section, fit_branches
 from pamsim.workflows.fit_force_map import (
     Progress,
     compare_force_laws,
     fit_force_law,
     section_of,
 )
-from pamsim.workflows.fit_loops import (
-    branch_section,
-    fit_branches,
-    fit_maxwell,
-    maxwell_section,
-    searches_on,
-)
+from pamsim.workflows.fit_laws import FITTED_LAWS
+from pamsim.workflows.fit_maxwell import fit_maxwell, maxwell_section, searches_on
 from pamsim.workflows.fit_report import FitReport
 
 HOLD_OUT = ("length", "pressure", "none")
@@ -72,8 +67,8 @@ def fit(
         raise InputError("give either --model NAME or --compare")
     if hold_out is not None and hold_out not in HOLD_OUT:
         raise InputError(f"no hold-out {hold_out!r}; {nearest(hold_out, HOLD_OUT)}")
-    if model is not None and model not in FORCE_LAWS and model not in LOOP_MODELS.values():
-        known = [*FORCE_LAWS, *LOOP_MODELS.values()]
+    if model is not None and model not in FITTED_LAWS and model not in LOOP_MODELS.values():
+        known = [*FITTED_LAWS, *LOOP_MODELS.values()]
         raise InputError(f"no model {model!r} that can be fitted; {nearest(model, known)}")
     table = read_measured(data, nominal_length)
     held = held or {}
@@ -113,7 +108,7 @@ def _force_map(
     }
     braid = Braid(**{n: _BRAID[n] if value is None else value for n, value in said.items()})
     assumed = [name.replace("_", " ") for name, value in said.items() if value is None]
-    source = "datasheet" if not assumed else "assumed"
+    source = {n: "assumed" if value is None else "given to the fit" for n, value in said.items()}
     skipped: dict[str, str] = {}
     if model is None:
         fits, skipped = compare_force_laws(
@@ -159,14 +154,10 @@ def _force_loops(
 
 
 def coefficient_unit(model: str | None, name: str) -> str:
-    """SI unit in which ``--hold NAME=VALUE`` is understood; ``1`` where only the fit can tell."""
-    from pamsim.core.parameters import specs
-    from pamsim.sysid.loop_cost import MAXWELL
-
-    loops: tuple[Coefficient, ...] = MAXWELL
-    if model in FORCE_LAWS:
-        fields = dict(specs(FORCE_LAWS[model].group))
+    """SI unit of a coefficient of a model, ``1`` if it has none or there is no such coefficient."""
+    if model is not None and model in FITTED_LAWS:
+        fields = dict(specs(FITTED_LAWS[model].group))
         return fields[name].unit if name in fields else "1"
-    if model == "arctangent":
+    if model == LOOP_MODELS["length_loop"]:
         return {"k0": "m", "k1": "1/Pa", "k3": "m"}.get(name, "1")
-    return next((c.unit for c in loops if c.name == name), "1")
+    return "1"

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import dataclasses
 import math
 from collections.abc import Callable, Mapping
 from typing import Any
@@ -12,23 +11,19 @@ from numpy.typing import NDArray
 
 from pamsim.core.errors import InputError, nearest
 from pamsim.core.parameters import specs
+from pamsim.core.units import PA_PER_KPA
 from pamsim.muscles.braid import Braid
-from pamsim.muscles.catalog import FORCE_LAWS
 from pamsim.muscles.force_law import ForceLaw
 from pamsim.store.measured_table import ForceMap
-from pamsim.sysid.coefficient import Coefficient
 from pamsim.sysid.curve_fit import fit_curve, search_curve
 from pamsim.sysid.held_out import HeldOut, Rows, grouped, leave_one_group_out
 from pamsim.sysid.scores import shared_by_group
+from pamsim.workflows.fit_law_curve import law_coefficients, law_curve, named_law, unsuitable
+from pamsim.workflows.fit_laws import FITTED_LAWS, fit_only
 from pamsim.workflows.fit_report import FittedCurve, coefficient_entries
 
 FloatArray = NDArray[np.float64]
 Progress = Callable[[int, int, str], None]
-
-_NO_TENSION = {
-    "elastic_energy": "counts from a working point: it is no tension that a force map could show"
-}
-_TINY = 1e-9  # an open lower bound, as a share of the range
 
 
 def fit_force_law(
@@ -61,11 +56,11 @@ def fit_force_law(
         raise InputError(f"model {model!r}: {unsuited}")
     coefficients = law_coefficients(law, table, braid, held)
     every = np.arange(table.force.size)
-    fit = fit_curve(_curve(law, table, braid, every), table.force, coefficients)
+    fit = fit_curve(law_curve(law, table, braid, every), table.force, coefficients)
 
     def fit_and_predict(train: Rows, test: Rows) -> FloatArray:
-        found = search_curve(_curve(law, table, braid, train), table.force[train], coefficients)
-        return _curve(law, table, braid, test)(found.values)
+        found = search_curve(law_curve(law, table, braid, train), table.force[train], coefficients)
+        return law_curve(law, table, braid, test)(found.values)
 
     held_out: HeldOut | None = None
     lengths = grouped(table.contraction)
@@ -76,6 +71,7 @@ def fit_force_law(
     return FittedCurve(
         model=model,
         part="",
+        title=law.title,
         equation=law.equation,
         source=law.source,
         unit="N",
@@ -115,11 +111,15 @@ def compare_force_laws(
     Raises:
         InputError: if no law can be fitted.
     """
+    known = {name for law in FITTED_LAWS.values() for name, _ in specs(law.group)}
+    for name in held:
+        if name not in known:
+            raise InputError(f"no force law has a coefficient {name!r}; {nearest(name, known)}")
     fits: list[FittedCurve] = []
     skipped: dict[str, str] = {}
-    for i, (name, law) in enumerate(FORCE_LAWS.items()):
+    for i, (name, law) in enumerate(FITTED_LAWS.items()):
         if progress is not None:
-            progress(i, len(FORCE_LAWS), name)
+            progress(i, len(FITTED_LAWS), name)
         own = {key: value for key, value in held.items() if key in dict(specs(law.group))}
         try:
             fits.append(fit_force_law(table, name, braid, held=own, hold_out=hold_out))
@@ -130,125 +130,24 @@ def compare_force_laws(
     return sorted(fits, key=_rank), skipped
 
 
-def named_law(model: str) -> ForceLaw:
-    """The force law of a name.
+def section_of(
+    fitted: FittedCurve, braid: Braid, braid_source: Mapping[str, str]
+) -> dict[str, dict[str, Any]]:
+    """The fitted law as sections of a rig's ``params.toml``.
 
-    Raises:
-        InputError: if there is none, with the nearest name.
+    Args:
+        fitted: the fit.
+        braid: geometry it was made with.
+        braid_source: field of the braid -> where its value is from.
     """
-    if model not in FORCE_LAWS:
-        raise InputError(f"no force law {model!r}; {nearest(model, FORCE_LAWS)}")
-    return FORCE_LAWS[model]
-
-
-def unsuitable(law: ForceLaw, table: ForceMap) -> str:
-    """Why a law cannot describe a map; empty if it can."""
-    if law.name in _NO_TENSION:
-        return _NO_TENSION[law.name]
-    if law.pressure_range is None and np.ptp(table.pressure) > 0.01 * np.max(table.pressure):
-        return "holds at one pressure, the map has several"
-    return ""
-
-
-def law_coefficients(
-    law: ForceLaw, table: ForceMap, braid: Braid, held: Mapping[str, float]
-) -> tuple[Coefficient, ...]:
-    """What a fit may do with the coefficients of a law.
-
-    The scale is held at 1 where the others can do the same: a law has one factor too many then.
-
-    Raises:
-        InputError: for a held name that the law lacks or a held value out of range.
-    """
-    fields = dict(specs(law.group))
-    for name in held:
-        if name not in fields:
-            raise InputError(f"{law.name} has no coefficient {name!r}; {nearest(name, fields)}")
-    defaults = {
-        f.name: f.default
-        for f in dataclasses.fields(law.group)
-        if f.default is not dataclasses.MISSING
-    }
-    result: list[Coefficient] = []
-    for name, spec in fields.items():
-        low = spec.low + _TINY * (spec.high - spec.low) if spec.low_open else spec.low
-        value = held.get(name)
-        if value is not None and not low <= value <= spec.high:
-            raise InputError(f"--hold {name}={value:g} is outside {spec.range_text()}")
-        result.append(
-            Coefficient(
-                name=name,
-                unit=spec.unit,
-                low=low,
-                high=spec.high,
-                default=defaults.get(name),
-                held=value,
-            )
-        )
-    if "scale" not in held and _scale_is_redundant(law, table, braid, result):
-        result[0] = dataclasses.replace(result[0], held=1.0)
-    return tuple(result)
-
-
-def section_of(fitted: FittedCurve, braid: Braid, braid_source: str) -> dict[str, dict[str, Any]]:
-    """The fitted law as sections of a rig's ``params.toml``."""
     sections: dict[str, dict[str, Any]] = {}
     if fitted.given:
         sections["muscle.braid"] = {
-            name: {"value": getattr(braid, name), "unit": spec.unit, "source": braid_source}
+            name: {"value": getattr(braid, name), "unit": spec.unit, "source": braid_source[name]}
             for name, spec in specs(Braid)
         }
     sections["muscle.force"] = {"law": fitted.model, **coefficient_entries(fitted)}
     return sections
-
-
-def _curve(
-    law: ForceLaw, table: ForceMap, braid: Braid, rows: Rows
-) -> Callable[[FloatArray], FloatArray]:
-    points = list(zip(table.pressure[rows].tolist(), table.contraction[rows].tolist(), strict=True))
-    geometry = [float(getattr(braid, name)) for name in law.braid_fields]
-
-    def force(pressure: float, contraction: float, numbers: list[float]) -> float:
-        # As ForceLaw.force, which would look the braid up again at each of a million points.
-        try:
-            return numbers[0] * law.force_function(pressure, contraction, *numbers[1:])
-        except (OverflowError, ZeroDivisionError, ValueError):
-            return math.nan  # scalar laws raise where arrays would give inf or NaN
-
-    def curve(values: FloatArray) -> FloatArray:
-        numbers = [*values.tolist(), *geometry]
-        return np.array([force(p, k, numbers) for p, k in points])
-
-    return curve
-
-
-def _scale_is_redundant(
-    law: ForceLaw, table: ForceMap, braid: Braid, coefficients: list[Coefficient]
-) -> bool:
-    """Whether the others can do what the scale does: its slope lies in the span of theirs."""
-    if coefficients[0].name != "scale" or len(coefficients) == 1:
-        return False
-    curve = _curve(law, table, braid, np.arange(table.force.size))
-    rng = np.random.default_rng(3)
-    for _ in range(5):
-        place = np.array([c.low + rng.uniform(0.3, 0.7) * (c.high - c.low) for c in coefficients])
-        place[0] = 1.0
-        columns: list[FloatArray] = []
-        for i, c in enumerate(coefficients):
-            step = np.zeros(place.size)
-            step[i] = 1e-5 * (c.high - c.low)
-            columns.append((curve(place + step) - curve(place - step)) / step[i])
-        matrix = np.stack(columns, axis=1)
-        if not np.all(np.isfinite(matrix)):
-            continue
-        norms = np.linalg.norm(matrix, axis=0)
-        if norms[0] == 0.0:
-            continue
-        others = matrix[:, 1:] / np.where(norms[1:] > 0.0, norms[1:], 1.0)
-        target = matrix[:, 0] / norms[0]
-        rest = target - others @ np.linalg.lstsq(others, target, rcond=1e-10)[0]
-        return float(np.linalg.norm(rest)) < 1e-5
-    return False
 
 
 def _notes(
@@ -260,6 +159,8 @@ def _notes(
     lengths: FloatArray,
 ) -> list[str]:
     notes: list[str] = []
+    if fit_only(law.name):
+        notes.append("the actuator does not run this law yet: a rig that names it is refused")
     low, high = law.contraction_range(values.tolist(), braid)
     outside = int(np.sum((table.contraction < low) | (table.contraction > high)))
     if outside:
@@ -267,6 +168,14 @@ def _notes(
             f"{outside} of {table.force.size} points lie outside the contractions its source"
             f" vouches for, {low:.0%} to {high:.0%}"
         )
+    if law.pressure_range is not None:
+        least, most = law.pressure_range
+        beyond = int(np.sum((table.pressure < least) | (table.pressure > most)))
+        if beyond:
+            notes.append(
+                f"{beyond} of {table.force.size} points lie outside the pressures its source"
+                f" vouches for, {least / PA_PER_KPA:.0f} to {most / PA_PER_KPA:.0f} kPa"
+            )
     if shared_by_group(residual, lengths) < 0.01:
         notes.append(
             "residuals agree within each length: shape or length readings err in common, and the"

@@ -33,6 +33,7 @@ class FittedCurve:
     Attributes:
         model: name of the law.
         part: ``rising`` or ``falling`` branch; empty for all points.
+        title: of the law, for people.
         equation: in plain text.
         source: paper and equation.
         unit: of the measured quantity [SI].
@@ -45,6 +46,7 @@ class FittedCurve:
 
     model: str
     part: str
+    title: str
     equation: str
     source: str
     unit: str
@@ -59,6 +61,7 @@ class FittedCurve:
         return {
             "model": self.model,
             "part": self.part,
+            "title": self.title,
             "equation": self.equation,
             "source": self.source,
             "unit": self.unit,

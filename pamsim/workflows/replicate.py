@@ -6,12 +6,15 @@ from collections import Counter
 from collections.abc import Callable, Iterable, Mapping
 
 from pamsim.core.errors import InputError, PamsimError, nearest
-from pamsim.workflows.replication import paper_a, paper_b
+from pamsim.workflows.replication import paper_a, paper_b, paper_c, paper_d, paper_e
 from pamsim.workflows.replication.claim import Claim
 
 PAPERS: Mapping[str, Callable[[], list[Claim]]] = {
     "A": paper_a.claims,
     "B": paper_b.claims,
+    "C": paper_c.claims,
+    "D": paper_d.claims,
+    "E": paper_e.claims,
 }
 """Letter of a paper -> what recomputes it. A further paper is one more line."""
 

@@ -12,39 +12,22 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.optimize import least_squares
 
-from pamsim.core.units import DEG_PER_RAD, PA_PER_BAR, PA_PER_KPA
+from pamsim.core.units import DEG_PER_RAD, PA_PER_KPA
 from pamsim.hysteresis.fractional_maxwell import PRINTED, complex_stiffness
-from pamsim.hysteresis.pleated_factor import DELTA_25_FIBRES, DELTA_40_FIBRES
-from pamsim.hysteresis.relays import RelaySum, Staircase, levels_of, relay_weights, seed_weight
-from pamsim.muscles.braid import max_contraction
-from pamsim.muscles.catalog import FORCE_LAWS
-from pamsim.muscles.exponential import six_parameter_force, six_parameter_pressure
-from pamsim.muscles.force_law import coefficients_of
-from pamsim.muscles.mckibben import ideal_force
-from pamsim.muscles.pleated import pleated_function
-from pamsim.muscles.pleated_fit import FIT_RANGE, SLENDERNESS_6
-from pamsim.muscles.pleated_shape import pleated_max_contraction, pleated_shape_function
-from pamsim.muscles.corrected_mckibben import corrected_mckibben_force
-from pamsim.muscles.published import PUBLISHED
 from pamsim.signals.static_law import arctangent_law
 from pamsim.store.printed import distinct_steps
 from pamsim.store.printed_loop import BRANCHES, loop_equation, loop_rows
 from pamsim.workflows.paper_models import static_characteristic
 from pamsim.workflows.replication.loop_fits import branch_data, fit_arctangent, fit_bouc_wen
+from pamsim.workflows.replication_figures_force import force_curves
+from pamsim.workflows.replication_figures_pleated import pleated_curves
 
 FloatArray = NDArray[np.float64]
 Curves = Mapping[str, Any]
 
 _LOOP = np.linspace(0.0, 2.0 * np.pi, 241)  # one period, closed
 _MM = 1e3
-_NEWTONS_PER_METRE = "N/m"  # of Ke in paper C, which prints no unit
-_SLENDERNESS = 6.0  # l0/R of paper D
-_MEMBRANE = 0.06  # l0 [m] of paper D
-_LARGEST = 0.35  # eps_max of paper D
-_LEVELS = 80  # of the Preisach grid: finer changes no line by more than its width
-_DIAMETER, _FIBRE_ANGLE = 0.020, 28.6 / DEG_PER_RAD  # DMSP-20; the angle is paper C's
 
 
 def replication_figures(papers: Iterable[str]) -> dict[str, Curves]:
@@ -145,23 +128,10 @@ def _paper_c() -> Curves:
     }
 
 
-def _paper_d() -> Curves:
-    weights = relay_weights(_LEVELS, seed_weight)
-    levels = levels_of(_LEVELS)
-    # The operator's own grid would show as steps: inputs sit on its levels.
-    rise = np.concatenate([levels, [1.0]])
-    up, down = _driven(weights, -1.0, rise), _driven(weights, 1.0, -rise)[::-1]
-    down = down[1:]
-    up = up[:-1]
-    slope = float(levels @ (up + down)) / (2.0 * float(levels @ levels))
-    line = slope * levels
-    contraction = 0.5 * _LARGEST * (levels + 1.0)
-    shape = _polynomial(contraction)
-    inner = [0.20, 0.07, 0.20]
-    return {
-        **_plane(weights),
-        "input": levels,
-        "rising": up,
-        "falling": down,
-        "line": line,
-    } | {"contraction": contraction, "static": shape, "inner": inner, **_exact()}
+_FIGURES: Mapping[str, Callable[[], Curves]] = {
+    "A": _paper_a,
+    "B": _paper_b,
+    "C": _paper_c,
+    "D": pleated_curves,
+    "E": force_curves,
+}

@@ -1,4 +1,4 @@
-"""The MAS-20 rig's muscle for statics without the engine: as identified, and as an ideal one."""
+"""The MAS-20 rig's muscle at rest, without the engine: as identified, and as an ideal one."""
 
 from __future__ import annotations
 

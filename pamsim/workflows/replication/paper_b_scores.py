@@ -244,7 +244,7 @@ def _passive() -> Claim:
         recomputed=(found[0], found[1]),
         unit="cm^2",
         verdict=holds(good, Verdict.NOT_REPRODUCIBLE),
-        reason=f"the same form held passive (sigma >= 1/2), best found: width {loop.width:.2f} cm, against"
-        f" {arctangent[0]:.4f} and {arctangent[1]:.4f} of the arctangents: it cannot follow the"
-        " S-shape without a backbone of its own",
+        reason=f"the same form held passive (sigma >= 1/2), best found: width {loop.width:.2f} cm,"
+        f" against {arctangent[0]:.4f} and {arctangent[1]:.4f} of the arctangents: it cannot"
+        " follow the S-shape without a backbone of its own",
     )

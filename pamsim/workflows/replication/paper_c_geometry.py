@@ -1,4 +1,4 @@
-"""Paper C, section 2.2 and the slow test: volume (4), air forces (3) and (5), isothermal air (2)."""
+"""Paper C, section 2.2 and the slow test: volume (4), air forces (3), (5), isothermal air (2)."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ _ATMOSPHERE = 101325.0
 _AIR_DIFFUSIVITY = 2.2e-5
 """Thermal diffusivity of air at 1 atm and 300 K [m^2/s], standard tables; falls as 1/pressure."""
 _BESSEL_ZERO = 2.4048
-"""First zero of J0: the slowest thermal mode of a cylinder dies in (radius / zero)^2 / diffusivity."""
+"""First zero of J0: the slowest mode in a cylinder dies in (radius / zero)^2 / diffusivity."""
 _CONTRACTIONS = np.linspace(0.0, 0.3, 31).tolist()
 
 
@@ -224,7 +224,7 @@ def _below_measured() -> Claim:
         # Beyond the map's highest pressure nothing was measured.
         if pressure <= points[-1][0]:
             calculated.append(elastic_energy_force(pressure, contraction, *work, *shape[1:]))
-            measured.append(float(np.interp(pressure, *zip(*points, strict=True))))
+            measured.append(float(np.interp(pressure, *np.array(points).T)))
     below = all(a < b for a, b in zip(calculated, measured, strict=True))
     return Claim(
         id="C-09",

@@ -160,7 +160,7 @@ def _unit_of_c() -> Claim:
         verdict=Verdict.INCONSISTENT,
         reason="c times a derivative of order alpha is a force only in N s^alpha/m, so one number"
         " in one unit cannot serve the three orders of the figure; beta^alpha = c/Ke is taken as"
-        f" printed, {value('figure_damping') / value('figure_stiffness'):.3f} s^alpha for all three",
+        f" printed, {value('figure_damping') / value('figure_stiffness'):.3f} s^alpha for all",
     )
 
 

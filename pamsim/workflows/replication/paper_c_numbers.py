@@ -35,7 +35,7 @@ def allowed_stroke() -> float:
 
 
 def element() -> tuple[float, float, float]:
-    """alpha [-], beta [s] and Ke [N/m]; the units of the last two are assumed."""
+    """Identified alpha [-], beta [s] and Ke [N/m]; the units of the last two are assumed."""
     return value("order"), value("time_constant"), value("stiffness")
 
 

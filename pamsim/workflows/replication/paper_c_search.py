@@ -18,7 +18,7 @@ from pamsim.workflows.replication.paper_c_numbers import element, identification
 FloatArray = NDArray[np.float64]
 
 _BOX = ((0.01, 0.99), (1.0, 200.0), (1e2, 1e4))
-"""alpha [-], beta [s], Ke [N/m]; the paper prints no box, this one has the printed numbers inside."""
+"""Of alpha [-], beta [s], Ke [N/m], round the printed numbers; the paper prints no box."""
 _SHARE = 0.01
 """Relative deviation that counts as recovered."""
 _SEEDS = range(5)
@@ -35,9 +35,7 @@ def claims() -> list[Claim]:
         _measured(),
         *(
             _recovered(f"C-{28 + i}", method)
-            for i, method in enumerate(
-                ("least_squares", "differential_evolution", "water_cycle")
-            )
+            for i, method in enumerate(("least_squares", "differential_evolution", "water_cycle"))
         ),
         _converged(),
         _digits(),
@@ -82,9 +80,10 @@ def _recovered(id: str, method: str) -> Claim:
         [_SHARE * abs(number) for number in told],
         unit="1, s, N/m",
         reason=f"{_GENERATED}; left a cost of {run.value:.3g} N^2 after {run.evaluations}"
-        f" evaluations; beta and Ke searched by their logarithms in {10.0**MAXWELL[1].low:g} to"
-        f" {10.0**MAXWELL[1].high:g} s and {10.0**MAXWELL[2].low:g} to {10.0**MAXWELL[2].high:g}"
-        " N/m. The cost has a second minimum at short beta; recovered means within 1 %",
+        f" evaluations; beta and Ke searched by their logarithms in {10.0 ** MAXWELL[1].low:g} to"
+        f" {10.0 ** MAXWELL[1].high:g} s and {10.0 ** MAXWELL[2].low:g} to"
+        f" {10.0 ** MAXWELL[2].high:g} N/m. The cost has a second minimum at"
+        " short beta; recovered means within 1 %",
     )
 
 
@@ -123,9 +122,7 @@ def _digits() -> Claim:
 
     def residual(logs: FloatArray) -> FloatArray:
         alpha, beta, stiffness = told * np.exp(logs)
-        return maxwell_residual(
-            np.array([alpha, math.log10(beta), math.log10(stiffness)]), loops
-        )
+        return maxwell_residual(np.array([alpha, math.log10(beta), math.log10(stiffness)]), loops)
 
     step = 1e-6
     columns = [(residual(step * e) - residual(-step * e)) / (2.0 * step) for e in np.eye(3)]

@@ -2,7 +2,12 @@
 
 from __future__ import annotations
 
-from pamsim.workflows.replication import paper_d_factor, paper_d_preisach, paper_d_shape
+from pamsim.workflows.replication import (
+    paper_d_delta,
+    paper_d_factor,
+    paper_d_preisach,
+    paper_d_shape,
+)
 from pamsim.workflows.replication.claim import Claim
 
 
@@ -12,4 +17,5 @@ def claims() -> list[Claim]:
         *paper_d_shape.claims(),
         *paper_d_preisach.claims(),
         *paper_d_factor.claims(),
+        *paper_d_delta.claims(),
     ]

@@ -120,9 +120,7 @@ def _grid() -> Claim:
 
 
 def _moved(levels: int, act: list[float], reached: int) -> list[float]:
-    return [
-        updated_count(levels, i, act, reached) - virgin_count(levels, i) for i in range(levels)
-    ]
+    return [updated_count(levels, i, act, reached) - virgin_count(levels, i) for i in range(levels)]
 
 
 def _most_frequent() -> Claim:

@@ -10,7 +10,7 @@ import pytest
 
 from pamsim.actuator import kernel
 from pamsim.actuator.layout import pack
-from pamsim.actuator.muscle import COMMANDS, Muscle
+from pamsim.actuator.muscle import COMMANDS, Mounting, Muscle
 from pamsim.hysteresis.bouc_wen import BoucWen
 from pamsim.hysteresis.catalog import OPERATORS
 from pamsim.muscles.braid import volume
@@ -18,7 +18,7 @@ from pamsim.muscles.catalog import FORCE_LAWS
 from pamsim.muscles.force_law import coefficients_of
 from pamsim.muscles.passive import HardeningPassive, hardening_force
 from pamsim.muscles.tension import Threshold
-from pamsim.pneumatics.chamber import absolute_pressure, air_state_rate
+from pamsim.pneumatics.chamber import Chamber, absolute_pressure, air_state_rate
 from pamsim.pneumatics.valves import (
     clamped_opening,
     pulsed_opening,
@@ -296,3 +296,14 @@ def test_loop_without_a_part_per_pressure_has_one_width_at_every_pressure():
         assert bits([kernel.tension(looped, [z, *air], tendon)]) == bits(
             [max(plain - 5.0 * z, 0.0)]
         )
+
+
+def test_a_chamber_without_volume_stops_the_run():
+    muscle = make(
+        chamber=Chamber(polytropic_index=1.2, temperature=300.0, dead_volume=0.0),
+        mounting=Mounting(length_at_zero=0.0),
+    )
+    row = pack(muscle).tolist()
+    for tendon in (0.3, -0.1):  # beyond straight fibres, and shorter than nothing
+        assert math.isnan(kernel.chamber_pressure(row, [5.0], tendon))
+        assert math.isnan(kernel.tension(row, [5.0], tendon))

@@ -18,7 +18,7 @@ from pamsim.actuator.layout import (
     unpack,
 )
 from pamsim.actuator.muscle import COMMANDS, FORCE_GROUPS, HYSTERESIS_GROUPS
-from pamsim.core.errors import EngineError, ParameterError
+from pamsim.core.errors import EngineError, InputError, ParameterError
 from pamsim.core.parameters import ParameterGroup, specs
 from tests.unit.actuator.muscles import FORCES, KINDS, LOOPS, make
 from tests.unit.core.refusals import refused
@@ -145,3 +145,17 @@ def test_a_number_put_out_of_range_is_noticed_on_reading():
     row[slot("chamber.temperature")] = 3.0
     with refused("chamber.temperature = 3", error=ParameterError):
         unpack(row)
+
+
+@pytest.mark.parametrize("name", ["force.law", "hysteresis.law", "command"])
+@pytest.mark.parametrize("code", [-1.0, 0.5, 99.0, float("nan")])
+def test_a_code_that_stands_for_nothing_is_refused(name, code):
+    row = pack(make())
+    row[slot(name)] = code
+    with pytest.raises(EngineError, match=name):
+        unpack(row)
+
+
+def test_a_muscle_knows_its_commands():
+    with pytest.raises(InputError, match="did you mean 'valve'"):
+        make(command="vlave")

@@ -87,3 +87,9 @@ def test_quantity_passes_nan_and_infinity_on():
 def test_what_is_no_quantity_is_refused(text):
     with refused("--p1"):
         parse_quantity(text, "kPa", "Pa", where="--p1")
+
+
+def test_a_tower_of_powers_is_refused_at_once():
+    with refused("here", "'m^9^9^9'"):
+        to_si(1.0, "m^9^9^9", "m", where="here")
+    assert to_si(2.0, "kg*m^2/s^2", "J", where="here") == 2.0

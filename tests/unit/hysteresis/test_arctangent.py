@@ -15,6 +15,7 @@ from pamsim.hysteresis.arctangent import (
     arctangent_slope,
     branch_shape,
 )
+from pamsim.hysteresis.madelung import kept_and_added, remembered
 from tests.unit.hysteresis.operator_runs import area, path, run
 
 BRANCHES = [PRINTED_INCREASING, PRINTED_DECREASING]
@@ -125,6 +126,14 @@ def test_a_reversal_slower_than_the_rounding_limit_is_seen():
     creep = [0.5 - 2e-10 * k for k in range(1, 40)]
     _, act = run(group, [0.5, *creep])
     assert act[1] == pytest.approx(0.5, abs=2e-9)
+
+
+def test_rounding_errors_of_the_memory_are_no_turning_points():
+    assert remembered(2, [0.5, 0.8, 1e-16]) == 1
+    for error in (-1e-12, 0.0, 1e-12):
+        assert kept_and_added(3, [0.5, 0.8, 0.3, 0.0], 0.8 + error) == (0, 0)
+        assert kept_and_added(3, [0.5, 0.8, 0.3, 0.7], 0.3 + error) == (1, 0)
+        assert kept_and_added(3, [0.5, 0.8, 0.3, 0.0], 0.5 + error) == (2, 0)
 
 
 def test_equal_branches_have_no_loop():

@@ -13,6 +13,7 @@ import pytest
 
 from pamsim.core.errors import ParameterError
 from pamsim.core.parameters import specs
+from pamsim.hysteresis.bouc_wen import BoucWen, bouc_wen_rate, bouc_wen_rates
 from pamsim.hysteresis.catalog import OPERATORS
 from pamsim.hysteresis.group import Hysteresis
 from tests.unit.hysteresis.operator_runs import GROUPS, TIMESTEP, label, path, run
@@ -148,6 +149,15 @@ def test_counts_must_be_whole(group):
     (name,) = WHOLE & {field for field, _ in specs(type(group))}
     with pytest.raises(ParameterError, match=rf"{name} = 4\.5 is not a whole number"):
         dataclasses.replace(group, **{name: 4.5})
+
+
+def test_bouc_wen_hands_its_fields_on_by_their_meaning():
+    group = BoucWen(yield_contraction=0.02, sigma=1.5, sharpness=3.0)
+    rates = [0.0]
+    for z, rate in ((0.4, 0.3), (0.4, -0.3)):
+        bouc_wen_rates(group.own(), 0, [z], rates, 0.1, rate, TIMESTEP)
+        named = {"yield_travel": 0.02, "sigma": 1.5, "sharpness": 3.0}
+        assert rates == [bouc_wen_rate(z, rate, **named)]
 
 
 def test_all_factors_are_off_unless_set():

@@ -1,0 +1,126 @@
+"""``pamsim replicate`` as a user types it: table, JSON, page, exit codes."""
+
+from __future__ import annotations
+
+import json
+
+import pytest
+
+from pamsim.cli.main import main
+from pamsim.core.errors import ParameterError
+from pamsim.workflows import replicate as room
+from pamsim.workflows.replication import paper_a_tables, paper_b_arctangent
+from pamsim.workflows.replication.claim import Claim, Verdict
+
+KEYS = {"id", "paper", "what", "printed", "recomputed", "unit", "verdict", "reason"}
+
+
+def run(monkeypatch, capsys, *args):
+    monkeypatch.setattr("sys.argv", ["pamsim", "replicate", *args])
+    with pytest.raises(SystemExit) as ended:
+        main()
+    captured = capsys.readouterr()
+    return ended.value.code, captured.out, captured.err
+
+
+def made_up(letter):
+    return [
+        Claim(
+            id=f"{letter}-01",
+            what="a statement of words",
+            printed="more",
+            recomputed=None,
+            unit="",
+            verdict=Verdict.INCONSISTENT,
+            reason="a finding about the paper",
+        )
+    ]
+
+
+@pytest.fixture
+def light(monkeypatch):
+    """Two papers by their claims that take no time, the others by one claim made up."""
+    papers = {letter: lambda letter=letter: made_up(letter) for letter in room.PAPERS}
+    papers |= {"A": paper_a_tables.claims, "B": paper_b_arctangent.claims}
+    monkeypatch.setattr(room, "PAPERS", papers)
+    return papers
+
+
+def test_json_holds_claims_of_every_paper_and_the_counts(light, monkeypatch, capsys, tmp_path):
+    file = tmp_path / "result.json"
+    code, out, err = run(monkeypatch, capsys, "--json", str(file))
+    assert (code, err) == (0, "")
+    result = json.loads(file.read_text(encoding="utf-8"))
+    assert result["schema"] == "pamsim-replicate/1"
+    assert {claim["paper"] for claim in result["claims"]} == set(light)
+    assert all(set(claim) == KEYS for claim in result["claims"])
+    assert set(result["counts"]) == {verdict.value for verdict in Verdict}
+    assert sum(result["counts"].values()) == len(result["claims"])
+    assert set(result["versions"]) == {"python", "pamsim", "mujoco", "numpy"}
+    assert result["wall_s"] > 0.0
+    assert all(claim["id"] in out for claim in result["claims"])
+    assert out.splitlines()[-1].startswith(f"{len(result['claims'])} claims: ")
+
+
+@pytest.mark.usefixtures("light")
+def test_papers_can_be_chosen_in_small_letters_and_twice(monkeypatch, capsys, tmp_path):
+    file = tmp_path / "result.json"
+    code, _, _ = run(monkeypatch, capsys, "--paper", "c", "--paper", "C", "--json", str(file))
+    assert code == 0
+    assert [claim["id"] for claim in json.loads(file.read_text())["claims"]] == ["C-01"]
+
+
+@pytest.mark.usefixtures("light")
+def test_page_lies_in_the_folder(monkeypatch, capsys, tmp_path):
+    code, out, _ = run(monkeypatch, capsys, "--paper", "C", "--out", str(tmp_path / "page"))
+    assert code == 0
+    assert "page: " in out
+    source = (tmp_path / "page" / "index.html").read_text(encoding="utf-8")
+    assert 'id="C-01"' in source
+    assert (tmp_path / "page" / "c_order.png").stat().st_size > 1000
+
+
+def test_a_paper_that_cannot_be_evaluated_gives_1_and_keeps_the_others(
+    light, monkeypatch, capsys, tmp_path
+):
+    def broken():
+        raise ParameterError("a number is out of range")
+
+    monkeypatch.setitem(light, "D", broken)
+    file = tmp_path / "result.json"
+    code, out, _ = run(monkeypatch, capsys, "--json", str(file))
+    assert code == 1
+    assert "FAIL  paper D could not be evaluated: ParameterError: a number is out of range" in out
+    result = json.loads(file.read_text(encoding="utf-8"))
+    assert [failure["paper"] for failure in result["failures"]] == ["D"]
+    assert {claim["paper"] for claim in result["claims"]} == set(light) - {"D"}
+
+
+def test_unknown_paper_is_one_line_and_2(monkeypatch, capsys):
+    code, out, err = run(monkeypatch, capsys, "--paper", "AB")
+    assert (code, out) == (2, "")
+    assert err.startswith("pamsim: error: no paper 'AB'; ")
+    assert len(err.splitlines()) == 1
+
+
+def test_a_file_in_place_of_the_folder_is_told_before_the_work(monkeypatch, capsys, tmp_path):
+    file = tmp_path / "file"
+    file.write_text("")
+    code, _, err = run(monkeypatch, capsys, "--out", str(file))
+    assert code == 2
+    assert "is a file" in err
+
+
+def test_help_says_what_the_exit_codes_mean(monkeypatch, capsys):
+    code, out, _ = run(monkeypatch, capsys, "--help")
+    assert code == 0
+    assert "finding about the paper" in " ".join(out.split())
+
+
+@pytest.mark.slow
+def test_every_paper_is_evaluated(monkeypatch, capsys, tmp_path):
+    file = tmp_path / "result.json"
+    code, _, _ = run(monkeypatch, capsys, "--json", str(file))
+    assert code == 0
+    result = json.loads(file.read_text(encoding="utf-8"))
+    assert {claim["paper"] for claim in result["claims"]} == set(room.PAPERS)

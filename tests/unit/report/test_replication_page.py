@@ -1,0 +1,154 @@
+"""The replication page: every claim, escaped, with a dash for what could not be recomputed."""
+
+from __future__ import annotations
+
+import html.parser
+
+import pytest
+
+from pamsim.core.errors import InputError
+from pamsim.report.replication_page import write_replication
+from pamsim.report.replication_view import paper_views, recomputed_text, verdict_sentence
+
+REPRODUCED, OPEN, INCONSISTENT = (
+    "reproduced",
+    "not reproducible from printed data",
+    "inconsistent in the paper",
+)
+HOSTILE = "<script>alert('x')</script> & \"quoted\""
+
+
+class Page(html.parser.HTMLParser):
+    """Tags with attributes, and all text."""
+
+    def __init__(self, source):
+        super().__init__()
+        self.tags = []
+        self.text = ""
+        self.feed(source)
+
+    def handle_starttag(self, tag, attrs):
+        self.tags.append((tag, dict(attrs)))
+
+    def handle_data(self, data):
+        self.text += data
+
+
+def claim(id, printed, recomputed, verdict, **more):
+    return {
+        "id": id,
+        "paper": id[0],
+        "what": f"statement {id}",
+        "printed": printed,
+        "recomputed": recomputed,
+        "unit": "cm^2",
+        "verdict": verdict,
+        "reason": f"reason {id}",
+        **more,
+    }
+
+
+@pytest.fixture
+def replication():
+    return {
+        "schema": "pamsim-replicate/1",
+        "papers": {"A": "Authors of A, Journal", "B": "Authors of B", "C": "Authors of C"},
+        "claims": [
+            claim("A-01", 0.61, 0.6103515625, REPRODUCED),
+            claim("A-02", [1.5, 2.25], [1.4, 2.251], OPEN),
+            claim("B-01", "decreasing", None, OPEN),
+            claim("B-02", 24.0, 21.0, INCONSISTENT, what=HOSTILE, reason=HOSTILE),
+        ],
+        "failures": [{"paper": "C", "error": f"ValueError: {HOSTILE}"}],
+        "counts": {REPRODUCED: 1, OPEN: 2, INCONSISTENT: 1},
+        "versions": {"pamsim": "0.1.0", HOSTILE: HOSTILE},
+        "wall_s": 1.25,
+    }
+
+
+def write(result, out):
+    (path,) = write_replication(result, {}, out)
+    return path.read_text(encoding="utf-8")
+
+
+def test_every_claim_is_a_row_with_its_numbers_mark_and_reason(replication, tmp_path):
+    page = Page(write(replication, tmp_path / "new"))
+    rows = [attrs for tag, attrs in page.tags if tag == "tr" and "claim" in attrs.get("class", "")]
+    assert [row["id"] for row in rows] == ["A-01", "A-02", "B-01", "B-02"]
+    assert [row["class"] for row in rows] == [
+        "claim reproduced",
+        "claim open",
+        "claim open",
+        "claim inconsistent",
+    ]
+    for text in ("0.610", "1.5, 2.25", "1.40, 2.251", "reason A-02", "cm²", "Authors of A"):
+        assert text in page.text
+
+
+def test_every_paper_is_one_details_element_and_no_script_is_needed(replication, tmp_path):
+    page = Page(write(replication, tmp_path))
+    ids = [attrs["id"] for tag, attrs in page.tags if tag == "details"]
+    assert ids == ["paper-A", "paper-B", "paper-C"]
+    assert not any("open" in attrs for tag, attrs in page.tags if tag == "details")
+    assert "script" not in [tag for tag, _ in page.tags]
+
+
+def test_one_paper_alone_is_open(replication, tmp_path):
+    replication |= {"papers": {"A": "A"}, "claims": replication["claims"][:2], "failures": []}
+    page = Page(write(replication, tmp_path))
+    assert [("open" in attrs) for tag, attrs in page.tags if tag == "details"] == [True]
+
+
+def test_hostile_text_is_shown_and_not_run(replication, tmp_path):
+    source = write(replication, tmp_path)
+    assert "<script" not in source
+    assert source.count("&lt;script&gt;") == 5  # statement, reason, failure, name and version
+    assert HOSTILE in Page(source).text
+
+
+def test_verdict_counts_come_first_and_name_what_failed(replication, tmp_path):
+    sentence = verdict_sentence(paper_views(replication))
+    assert sentence == (
+        "4 printed statements of 3 papers recomputed: 1 reproduced, 2 not reproducible from"
+        " printed data and 1 inconsistent in the paper. Not evaluated: paper C."
+    )
+    assert sentence in write(replication, tmp_path)
+
+
+def test_a_result_without_claims_still_makes_a_page(tmp_path):
+    assert "0 printed statements of 0 papers" in write({}, tmp_path)
+
+
+@pytest.mark.parametrize(
+    ("value", "printed", "text"),
+    [
+        (None, 3.0, "–"),
+        (11.547005, 20.0, "11.5"),
+        (0.6103515625, 0.61, "0.610"),
+        (36.97083863, 35.135, "36.9708"),
+        (-252.0138, 252.0, "−252.0"),
+        (21.0, 24.0, "21"),
+        (5.2859e-07, 5.47, "5.29×10⁻⁷"),
+        ([1.4, 2.251], [1.5, 2.25], "1.40, 2.251"),
+        ([8.0, 7.0], "fewer", "8, 7"),
+        ("Table 2", "Table 1", "Table 2"),
+    ],
+)
+def test_recomputed_numbers_show_what_a_comparison_needs(value, printed, text):
+    assert recomputed_text(value, printed) == text
+
+
+def test_an_unknown_verdict_is_shown_and_not_counted(replication):
+    replication["claims"][0]["verdict"] = "undecided"
+    view = paper_views(replication)[0]
+    assert view.claims[0].word == "unknown verdict"
+    assert view.counts == [0, 1, 0]
+
+
+def test_another_schema_and_a_file_in_place_of_the_folder_are_refused(replication, tmp_path):
+    with pytest.raises(InputError, match="pamsim-replicate/1"):
+        write({**replication, "schema": "other/1"}, tmp_path)
+    file = tmp_path / "file"
+    file.write_text("")
+    with pytest.raises(InputError, match="is a file"):
+        write(replication, file)
