@@ -17,6 +17,7 @@ from pamsim.muscles.invertible_exponential import (
     invertible_exponential_force,
 )
 from pamsim.muscles.mckibben import IdealMcKibben, ideal_force
+from pamsim.muscles.mooney_rivlin import MooneyRivlin, mooney_rivlin_force
 from pamsim.muscles.pleated import Pleated, pleated_force
 from pamsim.muscles.pleated_shape import PleatedShape, pleated_shape_force
 from pamsim.muscles.single_pressure_exponential import (
@@ -39,6 +40,7 @@ _INVERTIBLE = FORCE_GROUPS.index(InvertibleExponential)
 _ELASTIC = FORCE_GROUPS.index(ElasticEnergy)
 _PLEATED = FORCE_GROUPS.index(Pleated)
 _SHAPE = FORCE_GROUPS.index(PleatedShape)
+_MOONEY_RIVLIN = FORCE_GROUPS.index(MooneyRivlin)
 
 
 def active_force(par: Row, pressure: float, contraction: float) -> float:
@@ -105,4 +107,15 @@ def _unscaled(par: Row, p: float, kappa: float) -> float:
         )
     if law == _SHAPE:
         return pleated_shape_force(p, kappa, par[_F], par[_LENGTH])
+    if law == _MOONEY_RIVLIN:
+        return mooney_rivlin_force(
+            p,
+            kappa,
+            par[_F],
+            par[_F + 1],
+            par[_F + 2],
+            par[_F + 3],
+            par[_DIAMETER],
+            par[_ANGLE],
+        )
     return math.nan

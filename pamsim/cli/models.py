@@ -48,8 +48,6 @@ def _print_one(entry: dict[str, Any]) -> None:
         click.echo(f"  also takes the braid's {', '.join(entry['braid'])}".replace("_", " "))
     if "inverse" in entry:
         click.echo(f"  inverse p(F, kappa): {'yes' if entry['inverse'] else 'no'}")
-    if not entry.get("simulated", True):
-        click.echo("  can be fitted, not yet simulated")
     if "rate_independent" in entry:
         click.echo(f"  rate-independent: {'yes' if entry['rate_independent'] else 'no'}")
     if entry["notes"]:

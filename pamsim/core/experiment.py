@@ -97,12 +97,9 @@ class Experiment:
         Returns:
             (n, m) command values.
         """
-        index = (
-            np.searchsorted(
-                self.command_time, np.asarray(times) * (1.0 + 1e-12) + 1e-12, side="right"
-            )
-            - 1
-        )
+        # A breakpoint written k * 0.002 must not miss the sample k / 500 by rounding.
+        late = np.asarray(times) * (1.0 + 1e-12) + 1e-12
+        index = np.searchsorted(self.command_time, late, side="right") - 1
         return self.command_value[np.maximum(index, 0)]
 
 

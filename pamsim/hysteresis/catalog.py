@@ -157,9 +157,9 @@ _ALL = (
         rates=arctangent_rates,
         rate_independent=True,
         odd=False,
-        notes="Zero memory is a muscle that comes from its lower end. Inner loops are images of"
-        " the major one at their own scale, hence not congruent. A reversal beyond the remembered number of turning points runs back along"
-        " its own branch.",
+        notes="Zero memory is a muscle that comes from its lower end. Inner loops are images of the"
+        " major one at their own scale, hence not congruent. A reversal beyond the remembered"
+        " number of turning points runs back along its own branch.",
     ),
     Operator(
         name="fractional_maxwell",

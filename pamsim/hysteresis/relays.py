@@ -104,45 +104,45 @@ class Staircase:
 
     weights: Array
     halves: list[int] = field(init=False)
-    _rows: list[list[float]] = field(init=False, repr=False)
+    _table: list[list[float]] = field(init=False, repr=False)
 
     def __post_init__(self) -> None:
-        """Demagnetise, and tabulate the rows."""
+        """Demagnetise, and tabulate the weights' sums."""
         n = len(self.weights)
         self.halves = [min(2 * i + 2, 2 * (n - i) - 1) for i in range(n)]
-        self._rows = row_outputs(self.weights).tolist()
+        self._table = staircase_table(self.weights).tolist()
 
     def step(self, u: float) -> float:
         """Move the staircase by input u and return the output W."""
-        return staircase_step(self._rows, self.halves, u)
+        return staircase_step(self._table, self.halves, u)
 
 
-def row_outputs(weights: Array) -> Array:
-    """Output of every row by the number of half relays that are up in it, a pure number.
+def staircase_table(weights: Array) -> Array:
+    """Output of the first rows by the number of half relays that are up in each, a pure number.
 
     Args:
         weights: (n, n) from `relay_weights`.
 
     Returns:
-        (n + 1, 2 n + 1) sums of the row's relays; in the last row, by a number of rows, the sum of
-        that many rows from the first with every relay up.
+        (2 n + 1, n + 1) sums, by half relays and number of rows. A row has no more relays than its
+        place, so that 2 n stands for all of them.
     """
     n = len(weights)
-    table = np.zeros((n + 1, 2 * n + 1))
-    table[:n, 0] = -weights.sum(axis=1)
-    table[:n, 1:] = np.repeat(weights, 2, axis=1)
-    table = np.cumsum(table, axis=1)
-    table[n, 1 : n + 1] = np.cumsum(weights.sum(axis=1))
-    return table
+    table = np.zeros((2 * n + 1, n + 1))
+    table[0, 1:] = -weights.sum(axis=1)
+    table[1:, 1:] = np.repeat(weights.T, 2, axis=0)
+    return np.cumsum(np.cumsum(table, axis=0), axis=1)
 
 
 def staircase_step(
-    rows: Sequence[Sequence[float]] | Array, halves: list[int] | NDArray[np.int64], u: float
+    table: Sequence[Sequence[float]] | Array, halves: list[int] | NDArray[np.int64], u: float
 ) -> float:
-    """One step of a staircase over a table of row outputs, plain enough to be compiled.
+    """One step of a staircase, plain enough to be compiled.
+
+    Rows of equal count are added up in one go: only the corners of the staircase cost a look-up.
 
     Args:
-        rows: (n + 1, 2 n + 1) from `row_outputs`.
+        table: (2 n + 1, n + 1) from `staircase_table`.
         halves: (n,) half relays that are up in each row, changed in place.
         u: input; not NaN.
 
@@ -153,9 +153,12 @@ def staircase_step(
     reached = math.floor(min(max(0.5 * (u + 1.0) * n + 0.5, 0.0), float(n)))
     for i in range(reached):
         halves[i] = 2 * i + 2
-    total = rows[n][reached]
+    before = 2 * n
+    total = 0.0
     for i in range(reached, n):
         count = min(halves[i], 2 * reached)
         halves[i] = count
-        total += rows[i][count]
-    return total
+        if count != before:
+            total += table[before][i] - table[count][i]
+            before = count
+    return total + table[before][n]

@@ -44,6 +44,13 @@ from pamsim.muscles.mckibben import (
     ideal_force_dp,
     ideal_pressure,
 )
+from pamsim.muscles.mooney_rivlin import (
+    MooneyRivlin,
+    mooney_rivlin_force,
+    mooney_rivlin_force_dkappa,
+    mooney_rivlin_force_dp,
+    mooney_rivlin_pressure,
+)
 from pamsim.muscles.pleated import (
     Pleated,
     pleated_force,
@@ -223,6 +230,23 @@ _LAWS: tuple[ForceLaw, ...] = (
         notes="The limit of many fibres: seed 002 measures less with 25 fibres than with 40. NaN at"
         " and below zero contraction. The braid's volume is not that of a pleated muscle; its own"
         " is pleated_shape_volume.",
+    ),
+    ForceLaw(
+        title="McKibben muscle with an elastic tube",
+        equation="F = -p dV/dl - c1 I1'(k) / 2 - c2 I2'(k) / 2,"
+        " k = (kappa - slack_contraction) / active_share",
+        source="Klute and Hannaford 2000, with free length and end effect",
+        group=MooneyRivlin,
+        force_function=mooney_rivlin_force,
+        dp_function=mooney_rivlin_force_dp,
+        dkappa_function=mooney_rivlin_force_dkappa,
+        pressure_function=mooney_rivlin_pressure,
+        braid_fields=("diameter", "fibre_angle"),
+        pressure_range=_FESTO_PRESSURES,
+        limits=_festo,
+        notes="I1, I2: Mooney-Rivlin invariants of a tube that follows the braid. c1 + c2 is the"
+        " stiffness at small strain; either may be negative, as constants of the whole wall. The"
+        " scale takes up the difference between inner and working diameter.",
     ),
 )
 

@@ -43,7 +43,7 @@ class MooneyRivlin(ParameterGroup):
         unit="N", low=-1e4, high=1e4, doc="2 C01 times the cross-section of the wall"
     )
     slack_contraction: float = parameter(
-        unit="1", low=-0.05, high=0.05, doc="contraction at which the tube is free", default=0.0
+        unit="1", low=-0.1, high=0.1, doc="contraction at which the tube is free", default=0.0
     )
     active_share: float = parameter(
         unit="1", low=0.7, high=1.3, doc="share of the length that works as a braid", default=1.0
@@ -92,7 +92,6 @@ def mooney_rivlin_force_dp(
     fibre_angle: float,
 ) -> float:
     """Derivative dF/dp [N/Pa] of `mooney_rivlin_force`, whose arguments it takes."""
-    del pressure, c1, c2
     braid = (contraction - slack_contraction) / active_share
     return -volume_slope(1.0 - braid, 1.0, diameter, fibre_angle)
 

@@ -161,7 +161,7 @@ def ranger_reading(length: ArrayLike, temperature: float, device: UltrasonicRang
 
 
 def uncertainty_of_limit(limit: float) -> float:
-    """Standard uncertainty of errors uniform within +-limit, in its unit (GUM 4.3.7)."""
+    """Standard uncertainty of errors uniform within +-limit, in any unit (GUM 4.3.7)."""
     return limit / math.sqrt(3.0)
 
 

@@ -134,6 +134,39 @@ def missing(columns: Columns, quantity: str) -> InputError:
     )
 
 
+def plausible_pressure(columns: Columns) -> None:
+    """Refuse pressures that can only be in another unit than the name says.
+
+    Fluidic muscles work at some bar: a whole table below 20 kPa or above 50 bar was not meant.
+
+    Raises:
+        InputError: naming the unit that was probably meant.
+    """
+    pressure, name = columns.values["pressure"], columns.names["pressure"]
+    largest = float(np.max(pressure))
+    below = int(np.argmin(pressure))
+    if pressure[below] < -101325.0:
+        raise InputError(
+            f"{columns.path}: line {columns.lines[below]}: {name} = "
+            f"{columns.written['pressure'][below]:g} lies below vacuum; pressures are gauge"
+        )
+    if largest < 2e4:
+        unit = name.lower().rpartition("_")[2]
+        meant = "kpa" if unit == "pa" else "bar"
+        raise InputError(
+            f"{columns.path}: line {columns.lines[0]} and below: no {name!r} is above"
+            f" {np.max(columns.written['pressure']):g} {unit}, too little for a muscle; if it is"
+            f" {meant}, name the column 'p_{meant}'"
+        )
+    if largest > 5e6:
+        worst = int(np.argmax(pressure))
+        raise InputError(
+            f"{columns.path}: line {columns.lines[worst]}: {name} ="
+            f" {columns.written['pressure'][worst]:g} is {largest / 1e5:.4g} bar, too much for a"
+            " muscle; check the unit in the column's name"
+        )
+
+
 def _lines(path: Path) -> list[tuple[int, list[str]]]:
     try:
         text = path.read_text(encoding="utf-8-sig")

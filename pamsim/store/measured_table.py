@@ -18,7 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pamsim.core.errors import InputError, nearest
-from pamsim.store.measured_columns import Columns, missing, read_columns
+from pamsim.store.measured_columns import Columns, missing, plausible_pressure, read_columns
 
 FloatArray = NDArray[np.float64]
 
@@ -122,7 +122,7 @@ def read_measured(path: Path, nominal_length: float | None = None) -> MeasuredTa
         return _force_loops(columns, notes)
     if "pressure" not in have:
         raise missing(columns, "pressure")
-    _plausible_pressure(columns)
+    plausible_pressure(columns)
     if "force" in have:
         return _force_map(columns, nominal_length, notes)
     if "length" in have:
@@ -222,33 +222,3 @@ def _force_loops(columns: Columns, notes: list[str]) -> ForceLoops:
         displacement=parts("displacement"),
         notes=tuple(notes),
     )
-
-
-def _plausible_pressure(columns: Columns) -> None:
-    """Refuse pressures that can only be in another unit than the name says.
-
-    Fluidic muscles work at some bar: a whole table below 20 kPa or above 50 bar was not meant.
-    """
-    pressure, name = columns.values["pressure"], columns.names["pressure"]
-    largest = float(np.max(pressure))
-    below = int(np.argmin(pressure))
-    if pressure[below] < -101325.0:
-        raise InputError(
-            f"{columns.path}: line {columns.lines[below]}: {name} = "
-            f"{columns.written['pressure'][below]:g} lies below vacuum; pressures are gauge"
-        )
-    if largest < 2e4:
-        unit = name.lower().rpartition("_")[2]
-        meant = "kpa" if unit == "pa" else "bar"
-        raise InputError(
-            f"{columns.path}: line {columns.lines[0]} and below: no {name!r} is above"
-            f" {np.max(columns.written['pressure']):g} {unit}, too little for a muscle; if it is"
-            f" {meant}, name the column 'p_{meant}'"
-        )
-    if largest > 5e6:
-        worst = int(np.argmax(pressure))
-        raise InputError(
-            f"{columns.path}: line {columns.lines[worst]}: {name} ="
-            f" {columns.written['pressure'][worst]:g} is {largest / 1e5:.4g} bar, too much for a"
-            " muscle; check the unit in the column's name"
-        )

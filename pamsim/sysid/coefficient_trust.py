@@ -92,7 +92,7 @@ def judged(
             unit=c.unit,
             value=float(values[i]),
             interval95=None
-            if np.isnan(half[i])
+            if not np.isfinite(half[i])
             else (float(values[i] - half[i]), float(values[i] + half[i])),
             bounds=(c.low, c.high),
             held=c.held is not None,

@@ -81,7 +81,9 @@ def leave_one_group_out(
     y, label = finite_samples(measured, "measured"), finite_samples(groups, by)
     kinds = np.unique(label)
     if kinds.size < 2:
-        raise InputError(f"all points share one {by}: holding it out leaves nothing to fit")
+        raise InputError(
+            f"all points share one {by}: holding it out leaves nothing to fit; hold out none"
+        )
     residual = np.full(y.size, np.nan)
     errors = np.full(kinds.size, np.nan)
     for i, kind in enumerate(kinds):

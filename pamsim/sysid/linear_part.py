@@ -2,8 +2,8 @@
 
 A search over all coefficients of a force law fails easily: exponentials make narrow curved valleys.
 Given the non-linear ones, the linear ones have a closed-form optimum, so only the non-linear few
-are searched (variable projection, Golub and Pereyra, SIAM J. Numer. Anal. 10, 1973, 413-432). The
-six-parameter law so becomes a search over one number.
+are searched (variable projection: Golub and Pereyra, SIAM Journal on Numerical Analysis 10, 1973,
+413-432). The six-parameter law so becomes a search over one number.
 """
 
 # scipy carries no types: what it returns is Any at this file's boundary.

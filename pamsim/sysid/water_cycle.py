@@ -21,7 +21,7 @@ water cycle after 10000 at best and mostly not at all; and only least squares le
 that intervals are made of. Worse, for loops made from the published alpha, beta and Ke the cost has
 a second minimum, 50 to 90 N^2 at the edge of the box (beta as short as allowed), beside the true
 one, 0, at the end of a narrow curved valley: in all but narrow boxes both population searches end
-at the edge. Where a cost has no slope, differential evolution is the better kept choice.
+at the edge nearly always. Where a cost has no slope, use differential evolution.
 """
 
 from __future__ import annotations

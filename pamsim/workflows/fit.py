@@ -8,6 +8,7 @@ from pathlib import Path
 from pamsim.core.errors import InputError, nearest
 from pamsim.core.parameters import specs
 from pamsim.muscles.braid import Braid
+from pamsim.muscles.catalog import FORCE_LAWS
 from pamsim.store.measured_table import ForceLoops, ForceMap, LengthLoop, read_measured
 from pamsim.workflows.fit_branches import branch_section, fit_branches
 from pamsim.workflows.fit_force_map import (
@@ -16,7 +17,6 @@ from pamsim.workflows.fit_force_map import (
     fit_force_law,
     section_of,
 )
-from pamsim.workflows.fit_laws import FITTED_LAWS
 from pamsim.workflows.fit_maxwell import fit_maxwell, maxwell_section, searches_on
 from pamsim.workflows.fit_report import FitReport
 
@@ -67,12 +67,17 @@ def fit(
         raise InputError("give either --model NAME or --compare")
     if hold_out is not None and hold_out not in HOLD_OUT:
         raise InputError(f"no hold-out {hold_out!r}; {nearest(hold_out, HOLD_OUT)}")
-    if model is not None and model not in FITTED_LAWS and model not in LOOP_MODELS.values():
-        known = [*FITTED_LAWS, *LOOP_MODELS.values()]
+    if model is not None and model not in FORCE_LAWS and model not in LOOP_MODELS.values():
+        known = [*FORCE_LAWS, *LOOP_MODELS.values()]
         raise InputError(f"no model {model!r} that can be fitted; {nearest(model, known)}")
     table = read_measured(data, nominal_length)
     held = held or {}
     if isinstance(table, ForceMap):
+        if model in LOOP_MODELS.values():
+            raise InputError(
+                f"{data} is a force map: model {model!r} does not describe one;"
+                " `pamsim models` lists the force laws"
+            )
         if drop_zeros:
             table = table.without_zeros()
         return _force_map(
@@ -155,8 +160,8 @@ def _force_loops(
 
 def coefficient_unit(model: str | None, name: str) -> str:
     """SI unit of a coefficient of a model, ``1`` if it has none or there is no such coefficient."""
-    if model is not None and model in FITTED_LAWS:
-        fields = dict(specs(FITTED_LAWS[model].group))
+    if model is not None and model in FORCE_LAWS:
+        fields = dict(specs(FORCE_LAWS[model].group))
         return fields[name].unit if name in fields else "1"
     if model == LOOP_MODELS["length_loop"]:
         return {"k0": "m", "k1": "1/Pa", "k3": "m"}.get(name, "1")

@@ -13,13 +13,13 @@ from pamsim.core.errors import InputError, nearest
 from pamsim.core.parameters import specs
 from pamsim.core.units import PA_PER_KPA
 from pamsim.muscles.braid import Braid
+from pamsim.muscles.catalog import FORCE_LAWS
 from pamsim.muscles.force_law import ForceLaw
 from pamsim.store.measured_table import ForceMap
 from pamsim.sysid.curve_fit import fit_curve, search_curve
 from pamsim.sysid.held_out import HeldOut, Rows, grouped, leave_one_group_out
 from pamsim.sysid.scores import shared_by_group
 from pamsim.workflows.fit_law_curve import law_coefficients, law_curve, named_law, unsuitable
-from pamsim.workflows.fit_laws import FITTED_LAWS, fit_only
 from pamsim.workflows.fit_report import FittedCurve, coefficient_entries
 
 FloatArray = NDArray[np.float64]
@@ -54,7 +54,7 @@ def fit_force_law(
     unsuited = unsuitable(law, table)
     if unsuited:
         raise InputError(f"model {model!r}: {unsuited}")
-    coefficients = law_coefficients(law, table, braid, held)
+    coefficients = law_coefficients(law, braid, held)
     every = np.arange(table.force.size)
     fit = fit_curve(law_curve(law, table, braid, every), table.force, coefficients)
 
@@ -111,15 +111,15 @@ def compare_force_laws(
     Raises:
         InputError: if no law can be fitted.
     """
-    known = {name for law in FITTED_LAWS.values() for name, _ in specs(law.group)}
+    known = {name for law in FORCE_LAWS.values() for name, _ in specs(law.group)}
     for name in held:
         if name not in known:
             raise InputError(f"no force law has a coefficient {name!r}; {nearest(name, known)}")
     fits: list[FittedCurve] = []
     skipped: dict[str, str] = {}
-    for i, (name, law) in enumerate(FITTED_LAWS.items()):
+    for i, (name, law) in enumerate(FORCE_LAWS.items()):
         if progress is not None:
-            progress(i, len(FITTED_LAWS), name)
+            progress(i, len(FORCE_LAWS), name)
         own = {key: value for key, value in held.items() if key in dict(specs(law.group))}
         try:
             fits.append(fit_force_law(table, name, braid, held=own, hold_out=hold_out))
@@ -159,8 +159,6 @@ def _notes(
     lengths: FloatArray,
 ) -> list[str]:
     notes: list[str] = []
-    if fit_only(law.name):
-        notes.append("the actuator does not run this law yet: a rig that names it is refused")
     low, high = law.contraction_range(values.tolist(), braid)
     outside = int(np.sum((table.contraction < low) | (table.contraction > high)))
     if outside:

@@ -12,17 +12,18 @@ from numpy.typing import NDArray
 from pamsim.core.errors import InputError, nearest
 from pamsim.core.parameters import specs
 from pamsim.muscles.braid import Braid
+from pamsim.muscles.catalog import FORCE_LAWS
 from pamsim.muscles.force_law import ForceLaw
 from pamsim.store.measured_table import ForceMap
 from pamsim.sysid.coefficient import Coefficient
 from pamsim.sysid.held_out import Rows
-from pamsim.workflows.fit_laws import FITTED_LAWS
 
 FloatArray = NDArray[np.float64]
 
 _NO_TENSION = {
     "elastic_energy": "counts from a working point: it is no tension that a force map could show"
 }
+_PRESSURES, _CONTRACTIONS = np.linspace(1e5, 6e5, 5), np.linspace(0.05, 0.2, 6)
 _TINY = 1e-9  # an open lower bound, as a share of the range
 
 
@@ -32,9 +33,9 @@ def named_law(model: str) -> ForceLaw:
     Raises:
         InputError: if there is none, with the nearest name.
     """
-    if model not in FITTED_LAWS:
-        raise InputError(f"no force law {model!r}; {nearest(model, FITTED_LAWS)}")
-    return FITTED_LAWS[model]
+    if model not in FORCE_LAWS:
+        raise InputError(f"no force law {model!r}; {nearest(model, FORCE_LAWS)}")
+    return FORCE_LAWS[model]
 
 
 def unsuitable(law: ForceLaw, table: ForceMap) -> str:
@@ -47,7 +48,7 @@ def unsuitable(law: ForceLaw, table: ForceMap) -> str:
 
 
 def law_coefficients(
-    law: ForceLaw, table: ForceMap, braid: Braid, held: Mapping[str, float]
+    law: ForceLaw, braid: Braid, held: Mapping[str, float]
 ) -> tuple[Coefficient, ...]:
     """What a fit may do with the coefficients of a law.
 
@@ -81,7 +82,7 @@ def law_coefficients(
                 held=value,
             )
         )
-    if "scale" not in held and _scale_is_redundant(law, table, braid, result):
+    if "scale" not in held and _scale_is_redundant(law, braid, result):
         result[0] = dataclasses.replace(result[0], held=1.0)
     return tuple(result)
 
@@ -118,13 +119,18 @@ def law_curve(
     return curve
 
 
-def _scale_is_redundant(
-    law: ForceLaw, table: ForceMap, braid: Braid, coefficients: list[Coefficient]
-) -> bool:
-    """Whether the others can do what the scale does: its slope lies in the span of theirs."""
+def _scale_is_redundant(law: ForceLaw, braid: Braid, coefficients: list[Coefficient]) -> bool:
+    """Whether the others can do what the scale does: its slope lies in the span of theirs.
+
+    Asked over a grid of its own, since it is the law that has a factor too many, not the data.
+    """
     if coefficients[0].name != "scale" or len(coefficients) == 1:
         return False
-    curve = law_curve(law, table, braid, np.arange(table.force.size))
+    pressure, contraction = (x.ravel() for x in np.meshgrid(_PRESSURES, _CONTRACTIONS))
+    grid = ForceMap(
+        pressure=pressure, contraction=contraction, force=0.0 * pressure, nominal_length=None
+    )
+    curve = law_curve(law, grid, braid, np.arange(pressure.size))
     rng = np.random.default_rng(3)
     for _ in range(5):
         place = np.array([c.low + rng.uniform(0.3, 0.7) * (c.high - c.low) for c in coefficients])

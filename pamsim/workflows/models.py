@@ -9,7 +9,7 @@ from typing import Any
 from pamsim.core.errors import InputError, nearest
 from pamsim.core.parameters import ParameterGroup, specs
 from pamsim.hysteresis.catalog import OPERATORS
-from pamsim.workflows.fit_laws import FITTED_LAWS, fit_only
+from pamsim.muscles.catalog import FORCE_LAWS
 
 SCHEMA = "pamsim-models/1"
 
@@ -27,8 +27,8 @@ def models(name: str | None = None) -> dict[str, Any]:
     Raises:
         InputError: for an unknown name, with the nearest.
     """
-    if name is not None and name not in FITTED_LAWS and name not in OPERATORS:
-        raise InputError(f"no model {name!r}; {nearest(name, [*FITTED_LAWS, *OPERATORS])}")
+    if name is not None and name not in FORCE_LAWS and name not in OPERATORS:
+        raise InputError(f"no model {name!r}; {nearest(name, [*FORCE_LAWS, *OPERATORS])}")
     laws = [
         {
             "name": law.name,
@@ -38,11 +38,10 @@ def models(name: str | None = None) -> dict[str, Any]:
             "notes": law.notes,
             "parameters": _parameters(law.group),
             "braid": list(law.braid_fields),
-            "simulated": not fit_only(law.name),
             "inverse": law.inverse is not None,
             "pressure_pa": None if law.pressure_range is None else _ends(law.pressure_range),
         }
-        for law in FITTED_LAWS.values()
+        for law in FORCE_LAWS.values()
         if name in (None, law.name)
     ]
     operators = [

@@ -22,9 +22,9 @@ from pamsim.hysteresis import preisach
 from pamsim.hysteresis.relays import (
     levels_of,
     relay_weights,
-    row_outputs,
     seed_weight,
     staircase_step,
+    staircase_table,
 )
 
 ROUNDS = 9
@@ -101,7 +101,7 @@ def main() -> None:
     parser.add_argument("--levels", type=int, default=100)
     n = parser.parse_args().levels
     weights = relay_weights(n, seed_weight)
-    table = row_outputs(weights)
+    table = staircase_table(weights)
     relay_table = np.vstack([weights, levels_of(n)])
     # A path as a simulation gives it: small steps, with reversals of every size.
     time_axis = np.linspace(0.0, 60.0, 4000)

@@ -28,7 +28,7 @@ FORCES = {
     "elastic_energy": {"working_pressure": "100 kPa", "working_contraction": 0.2},
     "pleated": {"f0": 0.11, "f1": -0.4, "f2": 0.5, "f3": -1.0, "f4": 0.0},
     "pleated_shape": {"slenderness": 6},
-    "mooney_rivlin": {"c1": 1000, "c2": 1000, "slack_contraction": 0.1, "active_share": 0.9},
+    "mooney_rivlin": {"c1": -150, "c2": 360, "slack_contraction": 0.002, "active_share": 0.95},
 }
 SHORT = 0.225  # m: 10 % contraction at E, inside the range of every law
 OPERATOR_FIELDS = {
@@ -122,7 +122,7 @@ def test_every_code_has_its_branch():
         row[active_force._LAW] = code
         row[active_force._SCALE] = 1.0
         row[active_force._LENGTH : active_force._LENGTH + 3] = [0.25, 0.02, 0.5]
-        row[active_force._F : active_force._F + 7] = [6.0, 0.1, 0.0, 0.0, 0.0, 0.0, 0.0]
+        row[active_force._F : active_force._F + 7] = [6.0, 0.1, 0.0, 1.0, 0.0, 0.0, 0.0]
         assert np.isfinite(active_force.active_force(row, 1e5, 0.1)), FORCE_GROUPS[code]
     row[active_force._LAW] = len(FORCE_GROUPS)
     assert np.isnan(active_force.active_force(row, 1e5, 0.1))

@@ -24,6 +24,7 @@ from pamsim.muscles.exponential import isobar
 from pamsim.muscles.force_law import ForceLaw, coefficients_of
 from pamsim.muscles.invertible_exponential import InvertibleExponential
 from pamsim.muscles.mckibben import IdealMcKibben
+from pamsim.muscles.mooney_rivlin import MooneyRivlin
 from pamsim.muscles.pleated_fit import SLENDERNESS_6
 from pamsim.muscles.pleated_shape import PleatedShape
 from pamsim.muscles.published import PUBLISHED
@@ -51,6 +52,9 @@ EXAMPLES = {
     "elastic_energy": scaled(ElasticEnergy(working_pressure=3e5, working_contraction=0.1)),
     "pleated": scaled(SLENDERNESS_6),
     "pleated_shape": scaled(PleatedShape(slenderness=6.0)),
+    "mooney_rivlin": scaled(
+        MooneyRivlin(c1=-150.0, c2=360.0, slack_contraction=0.002, active_share=0.95)
+    ),
 }
 LAWS = pytest.mark.parametrize("name", FORCE_LAWS)
 PRESSURES = between(2e5, 6e5)

@@ -16,6 +16,7 @@ from pamsim.muscles.elastic_energy import ElasticEnergy
 from pamsim.muscles.exponential import SixParameter
 from pamsim.muscles.invertible_exponential import InvertibleExponential
 from pamsim.muscles.mckibben import IdealMcKibben
+from pamsim.muscles.mooney_rivlin import MooneyRivlin
 from pamsim.muscles.passive import HardeningPassive
 from pamsim.muscles.pleated import Pleated
 from pamsim.muscles.pleated_shape import PleatedShape
@@ -38,6 +39,7 @@ FORCES: dict[str, ParameterGroup] = {
         ElasticEnergy(scale=1.1, working_pressure=3e5, working_contraction=0.1),
         Pleated(scale=1.1, f0=0.3, f1=-0.7, f2=-1.1, f3=3.0, f4=-8.0),
         PleatedShape(scale=1.1, slenderness=6.0),
+        MooneyRivlin(scale=1.5, c1=-150.0, c2=360.0, slack_contraction=0.002, active_share=0.95),
     )
 }
 WIDTHS = {"force": 5.0, "force_per_pressure": 4e-5, "force_share": 0.03}
