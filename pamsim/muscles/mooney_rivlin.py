@@ -42,8 +42,10 @@ class MooneyRivlin(ParameterGroup):
     c2: float = parameter(
         unit="N", low=-1e4, high=1e4, doc="2 C01 times the cross-section of the wall"
     )
+    # A nominal length is hardly wrong by 5 %. Where lengths are few, a wider range lets a fit trade
+    # a free length that nobody would measure for the shape of the wall.
     slack_contraction: float = parameter(
-        unit="1", low=-0.1, high=0.1, doc="contraction at which the tube is free", default=0.0
+        unit="1", low=-0.05, high=0.05, doc="contraction at which the tube is free", default=0.0
     )
     active_share: float = parameter(
         unit="1", low=0.7, high=1.3, doc="share of the length that works as a braid", default=1.0
