@@ -1,4 +1,4 @@
-"""Order, relaxation time and stiffness of paper C's element: recovered, with intervals that cover."""
+"""Paper C's element: order, relaxation time and stiffness recovered, with intervals that cover."""
 
 from __future__ import annotations
 
