@@ -183,12 +183,12 @@ def _breakdown(
             "a state is not finite; check parameters and start pressures, or take a smaller time"
             " step",
         )
-    for kind in mujoco.mjtWarning.__members__.values():
-        if kind != mujoco.mjtWarning.mjNWARNING and data.warning[kind].number > 0:
-            return (
-                Outcome.ENGINE_WARNING,
-                f"MuJoCo warned of {kind.name.removeprefix('mjWARN_')}; take a smaller time step",
-            )
+    if data.warning.number.any():
+        kind = mujoco.mjtWarning(int(np.flatnonzero(data.warning.number)[0]))
+        return (
+            Outcome.ENGINE_WARNING,
+            f"MuJoCo warned of {kind.name.removeprefix('mjWARN_')}; take a smaller time step",
+        )
     if abs(data.time - expected_time) > slack:
         return Outcome.TIME_STALLED, f"time is {data.time:.6g} s, not {expected_time:.6g} s"
     return None
