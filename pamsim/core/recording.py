@@ -37,7 +37,8 @@ class Recording:
         muscles: names of the muscles, in column order.
         outcome: how the run ended; anything but COMPLETED means the signals stop early.
         message: the outcome as a sentence.
-        final_state: the engine's whole state after the last sample, to continue from.
+        final_state: the engine's whole state at the last sample, to continue from; of a run that
+            broke down, the state it started from.
         meta: what else is worth keeping: rig, time step, versions, name.
     """
 

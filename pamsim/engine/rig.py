@@ -151,6 +151,11 @@ def load_rig(rig: str | os.PathLike[str], *, scene: bool = False) -> Rig:
         spec = mujoco.MjSpec.from_file(str(path))
     except ValueError as error:
         raise InputError(f"{path}: {' '.join(str(error).split())}") from error
+    if spec.actuators:
+        raise InputError(
+            f"{path}: a rig's MJCF holds no actuators of its own; its muscles come from"
+            f" params.toml. For a mixed model use pamsim.attach (found {spec.actuators[0].name!r})"
+        )
     for name, tendon in file.tendons.items():
         attach(spec, tendon=tendon, muscle=muscles[name], name=name)
     model = compile_model(spec)

@@ -94,6 +94,11 @@ def test_bad_input_is_one_clear_line_and_exit_2(monkeypatch, capsys, name):
         ),
         ('tendon = "chain_1"', 'tendon = "chian_1"', "did you mean 'chain_1'"),
         ("<mujoco", "<mujuco", "mas20_arm.xml"),
+        (
+            "</mujoco>",
+            "<actuator><motor name='m' joint='shaft'/></actuator></mujoco>",
+            "holds no actuators of its own",
+        ),
         ('"joint.shaft.damping"', '"joint.shft.damping"', "no joint 'shft'"),
     ],
 )
