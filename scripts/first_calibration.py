@@ -13,6 +13,7 @@ dominates them, so read them as a lower bound on the doubt.
 from __future__ import annotations
 
 import math
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -70,9 +71,9 @@ def dynamic_residuals(rig: Rig, x: NDArray[np.float64]) -> NDArray[np.float64]:
     return response / response[-1] - second_order_step(run.time, printed["T1_s"], printed["T2_s"])
 
 
-def interval(fit: object, degrees: int) -> NDArray[np.float64]:
+def interval(fit: Any, degrees: int) -> NDArray[np.float64]:
     """Half-widths of linearised 95 % intervals of a least-squares fit."""
-    jacobian, residual = fit.jac, fit.fun  # type: ignore[attr-defined]
+    jacobian, residual = fit.jac, fit.fun
     variance = float(residual @ residual) / degrees
     spread = np.sqrt(np.diag(np.linalg.inv(jacobian.T @ jacobian)) * variance)
     return spread * student.ppf(0.975, degrees)

@@ -14,9 +14,9 @@ import math
 from dataclasses import dataclass
 from typing import ClassVar
 
-from pamsim.core.parameters import parameter
-from pamsim.hysteresis.group import Hysteresis, MutableRow, Row
+from pamsim.hysteresis.group import MutableRow, Row
 from pamsim.hysteresis.preisach import (
+    Preisach,
     levels_reached,
     preisach_rates,
     scaled_input,
@@ -31,42 +31,10 @@ DELTA_25_FIBRES = 0.139
 
 
 @dataclass(frozen=True, kw_only=True)
-class PleatedFactor(Hysteresis):
-    """Grid and weight (5) of seed 002; ``force_share`` is the paper's delta."""
+class PleatedFactor(Preisach):
+    """Fields of `Preisach`; ``force_share`` is delta of the paper, ``high_contraction`` eps_max."""
 
     law: ClassVar[str] = "pleated_factor"
-    levels: float = parameter(unit="1", low=2.0, high=200.0, doc="number n of levels of the grid")
-    low_contraction: float = parameter(
-        unit="1", low=-0.5, high=0.0, doc="contraction that is the lower saturation", default=0.0
-    )
-    high_contraction: float = parameter(
-        unit="1",
-        low=0.0,
-        high=1.0,
-        low_open=True,
-        doc="eps_max, contraction that is the upper saturation",
-        default=0.35,
-    )
-    c: float = parameter(
-        unit="1", low=-2.0, high=2.0, doc="minus the most frequent width of a relay", default=-0.1
-    )
-    d: float = parameter(
-        unit="1", low=-2.0, high=2.0, doc="minus twice the most frequent middle", default=-1.0
-    )
-
-    def __post_init__(self) -> None:
-        """Check every field.
-
-        Raises:
-            ParameterError: naming field, value and what is allowed.
-        """
-        super().__post_init__()
-        self.check_whole("levels")
-
-    @property
-    def state_count(self) -> int:
-        """One count per level."""
-        return int(self.levels)
 
 
 def pleated_factor_output(par: Row, first: int, act: Row, x: float) -> float:

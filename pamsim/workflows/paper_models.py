@@ -11,8 +11,10 @@ from scipy.optimize import minimize_scalar
 
 from pamsim.core.recording import Recording
 from pamsim.core.units import DEG_PER_RAD, PA_PER_BAR, PA_PER_KPA
+from pamsim.signals.static_law import odd_exponential_basis
 from pamsim.store.printed import distinct_steps, mas20_models
 from pamsim.sysid.first_second_order import first_order_step, second_order_step
+from pamsim.sysid.step_fit import unit_step
 from pamsim.sysid.step_identification import StepIdentification
 from pamsim.sysid.transfer_function import continuous, step_response
 
@@ -30,9 +32,8 @@ def static_angle(pressure_difference: NDArray[np.float64], scale: float) -> NDAr
         (n,) angle [deg].
     """
     law = mas20_models()["static"]
-    x = np.abs(pressure_difference) / scale
-    angle = law["a0_deg"] + (law["a1_deg"] + law["a2_deg"] * x) * np.exp(-x)
-    return np.sign(pressure_difference) * angle
+    coefficients = np.array([law["a0_deg"], law["a1_deg"], law["a2_deg"]])
+    return odd_exponential_basis(pressure_difference / scale) @ coefficients
 
 
 def static_characteristic() -> dict[str, Any]:
@@ -83,16 +84,12 @@ def model_responses(
         "simulated": (travelled[keep] / identified.final_value).tolist(),
         "g1_output_error": step_response(continuous(identified.g1.output_error), time).tolist(),
         "g2_output_error": step_response(continuous(identified.g2.output_error), time).tolist(),
-        "g1_arx": _arx_response(identified.g1.arx_unit_gain.time_constants, time),
-        "g2_arx": _arx_response(identified.g2.arx_unit_gain.time_constants, time),
+        "g1_arx": _lags(identified.g1.arx_unit_gain.time_constants, time),
+        "g2_arx": _lags(identified.g2.arx_unit_gain.time_constants, time),
         "g1_paper": first_order_step(time, printed["g1"]["T_s"]).tolist(),
         "g2_paper": second_order_step(time, printed["g2"]["T1_s"], printed["g2"]["T2_s"]).tolist(),
     }
 
 
-def _arx_response(constants: tuple[float, ...], time: NDArray[np.float64]) -> list[float] | None:
-    if len(constants) == 1:
-        return first_order_step(time, constants[0]).tolist()
-    if len(constants) == 2:
-        return second_order_step(time, constants[0], constants[1]).tolist()
-    return None
+def _lags(constants: tuple[float, ...], time: NDArray[np.float64]) -> list[float] | None:
+    return unit_step(time, constants).tolist() if constants else None

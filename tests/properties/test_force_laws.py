@@ -257,4 +257,4 @@ def test_range_of_contraction_is_one_in_which_the_muscle_pulls(name):
 
 def test_the_catalog_cannot_be_changed():
     with pytest.raises(TypeError):
-        FORCE_LAWS["mine"] = FORCE_LAWS["pleated"]  # type: ignore[index]
+        FORCE_LAWS["mine"] = FORCE_LAWS["pleated"]

@@ -176,6 +176,6 @@ def test_bad_input_is_refused_in_one_line() -> None:
     for match, change in cases:
         arguments: dict[str, object] = {"time": TIME, "response": y, "order": 1, **change}
         with pytest.raises(InputError) as caught:
-            fit_step(**arguments)  # type: ignore[arg-type]
+            fit_step(**arguments)
         assert match in str(caught.value)
         assert "\n" not in str(caught.value)
