@@ -11,10 +11,11 @@ from __future__ import annotations
 import math
 
 from pamsim.actuator.active_force import active_force
+from pamsim.actuator.chain import extension_rate
 from pamsim.actuator.hysteresis_loop import loop_force, loop_rates
 from pamsim.actuator.layout import MutableRow, Row, slot
-from pamsim.muscles.braid import volume
-from pamsim.muscles.passive import hardening_force
+from pamsim.muscles.braid import pressurised_contraction, volume
+from pamsim.muscles.passive import passive_force
 from pamsim.muscles.tension import effective_pressure, taut
 from pamsim.pneumatics.chamber import absolute_pressure, air_state, air_state_rate
 from pamsim.pneumatics.valves import (
@@ -25,13 +26,17 @@ from pamsim.pneumatics.valves import (
 )
 
 _COMMAND = slot("command")
+_COMPLIANCE = slot("chain.compliance")
+_RELAXATION = slot("chain.relaxation_time")
 _LENGTH_AT_ZERO = slot("mounting.length_at_zero")
 _NOMINAL_LENGTH = slot("braid.nominal_length")
 _DIAMETER = slot("braid.diameter")
 _FIBRE_ANGLE = slot("braid.fibre_angle")
+_EXTENSIBILITY = slot("braid.extensibility")
 _PASSIVE_STIFFNESS = slot("passive.stiffness")
-_PASSIVE_HARDENING = slot("passive.hardening")
+_PASSIVE_SOFTENING = slot("passive.softening")
 _PASSIVE_SLACK = slot("passive.slack_contraction")
+_PASSIVE_LOCKING = slot("passive.locking")
 _THRESHOLD = slot("threshold.pressure")
 _POLYTROPIC = slot("chamber.polytropic_index")
 _TEMPERATURE = slot("chamber.temperature")
@@ -48,8 +53,15 @@ _BAND = slot("valve.regulator_band")
 _DEAD_BAND = slot("valve.regulator_dead_band")
 
 
+def taken_up(par: Row, act: Row, tendon_length: float) -> float:
+    """Length of the tendon less the extension of its chain [m]: what the muscle is left with."""
+    if par[_COMPLIANCE] == 0.0:
+        return tendon_length
+    return tendon_length - act[len(act) - 2]
+
+
 def muscle_length(par: Row, tendon_length: float) -> float:
-    """Length of the muscle l [m] from the length of its tendon [m]."""
+    """Length of the muscle l [m] from the length of its tendon, chain taken up [m]."""
     return par[_LENGTH_AT_ZERO] + tendon_length
 
 
@@ -73,7 +85,7 @@ def chamber_pressure(par: Row, act: Row, tendon_length: float) -> float:
     not at a plausible wrong number.
     """
     air = act[len(act) - 1]
-    inside = chamber_volume(par, tendon_length)
+    inside = chamber_volume(par, taken_up(par, act, tendon_length))
     if not (air > 0.0 and inside > 0.0):
         return math.nan
     return absolute_pressure(air, inside, par[_POLYTROPIC], par[_FLOOR])
@@ -93,10 +105,17 @@ def charged_air_state(par: Row, tendon_length: float, pressure: float) -> float:
 
 def static_force(par: Row, tendon_length: float, pressure: float) -> float:
     """Signed muscle force without hysteresis [N] at a gauge pressure [Pa]."""
-    kappa = contraction(par, tendon_length)
+    above = effective_pressure(pressure, 0.0)
+    kappa = pressurised_contraction(
+        muscle_length(par, tendon_length), par[_NOMINAL_LENGTH], par[_EXTENSIBILITY], above
+    )
     felt = effective_pressure(pressure, par[_THRESHOLD])
-    passive = hardening_force(
-        kappa, par[_PASSIVE_STIFFNESS], par[_PASSIVE_HARDENING], par[_PASSIVE_SLACK]
+    passive = passive_force(
+        kappa,
+        par[_PASSIVE_STIFFNESS],
+        par[_PASSIVE_SOFTENING],
+        par[_PASSIVE_SLACK],
+        par[_PASSIVE_LOCKING],
     )
     return active_force(par, felt, kappa) + passive
 
@@ -104,9 +123,10 @@ def static_force(par: Row, tendon_length: float, pressure: float) -> float:
 def tension(par: Row, act: Row, tendon_length: float) -> float:
     """Tension of the muscle [N], never negative; NaN if the chamber was never charged."""
     pressure = gauge_pressure(par, act, tendon_length)
-    force = static_force(par, tendon_length, pressure)
+    length = taken_up(par, act, tendon_length)
+    force = static_force(par, length, pressure)
     above = effective_pressure(pressure, 0.0)
-    return taut(force - loop_force(par, act, contraction(par, tendon_length), above, force))
+    return taut(force - loop_force(par, act, contraction(par, length), above, force))
 
 
 def valve_opening(par: Row, command: float, pressure: float, time: float) -> float:
@@ -155,7 +175,7 @@ def state_rates(
 
     Args:
         par: (SIZE,) parameter row.
-        act: (n,) states, the air state last.
+        act: (n,) states: the operator's, the chain's extension, the air state.
         rates: (n,) written: their rates [1/s].
         tendon_length: [m].
         tendon_velocity: [m/s].
@@ -166,18 +186,26 @@ def state_rates(
     """
     last = len(act) - 1
     pressure_abs = chamber_pressure(par, act, tendon_length)
+    length = taken_up(par, act, tendon_length)
+    velocity = tendon_velocity
+    rates[last - 1] = 0.0
+    if par[_COMPLIANCE] > 0.0:
+        pull = tension(par, act, tendon_length)
+        extending = extension_rate(act[last - 1], pull, par[_COMPLIANCE], par[_RELAXATION])
+        rates[last - 1] = extending
+        velocity = tendon_velocity - extending
     loop_rates(
         par,
         act,
         rates,
-        contraction(par, tendon_length),
-        -tendon_velocity / par[_NOMINAL_LENGTH],
+        contraction(par, length),
+        -velocity / par[_NOMINAL_LENGTH],
         timestep,
     )
     rates[last] = air_state_rate(
         act[last],
         pressure_abs,
-        chamber_volume(par, tendon_length),
+        chamber_volume(par, length),
         par[_TEMPERATURE],
         air_flow(par, pressure_abs, command, time),
     )

@@ -4,7 +4,8 @@ All parameters live in the model and all memory in the state, so a saved model a
 replay bit for bit, and a batch can give every simulation its own parameters.
 
 ``actuator_user`` row: signature, codes of the chosen laws, then every group's fields in their
-declared order. ``act`` of one actuator: the hysteresis operator's states, the air state y last.
+declared order. ``act`` of one actuator: the hysteresis operator's states, the extension of the
+chain, the air state y.
 """
 
 from __future__ import annotations
@@ -78,8 +79,8 @@ def parameter_slot(muscle: Muscle, name: str) -> int:
 
 
 def state_size(muscle: Muscle) -> int:
-    """Number of states of one muscle: its hysteresis operator's, and one for the air."""
-    return (muscle.hysteresis.state_count if muscle.hysteresis else 0) + 1
+    """Number of states of one muscle: its hysteresis operator's, the chain's and the air's."""
+    return (muscle.hysteresis.state_count if muscle.hysteresis else 0) + 2
 
 
 def pack(muscle: Muscle) -> NDArray[np.float64]:

@@ -5,13 +5,14 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from typing import ClassVar
 
+from pamsim.actuator.chain import Chain
 from pamsim.core.errors import InputError, nearest
 from pamsim.core.parameters import ParameterGroup, parameter
 from pamsim.hysteresis.catalog import OPERATORS
 from pamsim.hysteresis.group import Hysteresis
 from pamsim.muscles.braid import Braid
 from pamsim.muscles.catalog import FORCE_LAWS
-from pamsim.muscles.passive import HardeningPassive
+from pamsim.muscles.passive import PassiveSpring
 from pamsim.muscles.tension import Threshold
 from pamsim.pneumatics.chamber import Chamber
 from pamsim.pneumatics.valves import ValvePair
@@ -46,10 +47,11 @@ class Mounting(ParameterGroup):
 PLAIN_GROUPS: tuple[type[ParameterGroup], ...] = (
     Mounting,
     Braid,
-    HardeningPassive,
+    PassiveSpring,
     Threshold,
     Chamber,
     ValvePair,
+    Chain,
 )
 """The groups every muscle has exactly one kind of."""
 
@@ -62,11 +64,12 @@ class Muscle:
         mounting: place on the tendon.
         braid: geometry, which gives the chamber's volume.
         force: group of the active force law, one of `FORCE_GROUPS`.
-        passive: hardening passive spring beside it.
+        passive: passive spring beside it.
         threshold: pressure lost before the braid is reached.
         hysteresis: group of the operator on the force, or None.
         chamber: polytropic air.
         valve: fill and exhaust valves.
+        chain: what the muscle pulls through.
         command: what the control means, one of `COMMANDS`.
     """
 
@@ -75,8 +78,9 @@ class Muscle:
     force: ParameterGroup
     chamber: Chamber
     valve: ValvePair
-    passive: HardeningPassive = field(default_factory=HardeningPassive)
+    passive: PassiveSpring = field(default_factory=PassiveSpring)
     threshold: Threshold = field(default_factory=Threshold)
+    chain: Chain = field(default_factory=Chain)
     hysteresis: Hysteresis | None = None
     command: str = "valve"
 

@@ -19,8 +19,10 @@ OK, FINDING, BAD_INPUT, INTERRUPTED = 0, 1, 2, 130
 _COMMANDS = {
     "reproduce": "Simulate every printed MAS-20 experiment and compare (the main job).",
     "step": "One step response of any rig: pressures or valves, load, plot, CSV.",
+    "identify": "Transfer functions from a recording or a simulation, with intervals and verdict.",
     "fit": "Fit a law to your force, length or pressure data, or rank all laws on them.",
     "models": "The force laws and hysteresis operators, with parameters, ranges and sources.",
+    "calibrate": "Fit rig parameters to recordings and static tables; writes the new rig.",
     "replicate": "Recompute every printed number of the five papers; what agrees, what not.",
     "render": "A picture of a rig at given pressures, without a screen.",
 }

@@ -8,6 +8,7 @@ the MJCF sets, is kept), and ``body.NAME.tilt``, a turn of a static body about i
 from __future__ import annotations
 
 import math
+from typing import Any
 
 import mujoco
 import numpy as np
@@ -53,6 +54,39 @@ def native_si(name: str, entry: Sourced) -> float:
     return entry.si(_spec(name, entry.where)[2].unit)
 
 
+def is_native(name: str) -> bool:
+    """Whether a name is that of a native parameter; the model need not have the element."""
+    parts = name.split(".")
+    return len(parts) == 3 and f"{parts[0]}.{parts[2]}" in _FIELDS
+
+
+def native_field(name: str) -> FieldSpec:
+    """Unit and range of a native parameter.
+
+    Raises:
+        InputError: if there is no such field.
+    """
+    return _spec(name, name)[2]
+
+
+def native_value(model: mujoco.MjModel, name: str) -> float:
+    """Value of a native parameter of a compiled model, in SI.
+
+    Raises:
+        InputError: if the field or the element is unknown.
+    """
+    element, target, _ = _spec(name, name)
+    view = _view(model, name, element, target)
+    field = name.rpartition(".")[2]
+    if field == "coef":
+        return abs(float(model.wrap_prm[model.tendon_adr[view.id]]))
+    if field == "tilt":
+        return 2.0 * math.atan2(model.body_quat[view.id][1], model.body_quat[view.id][0])
+    if field == "mass":
+        return float(model.body_mass[view.id])
+    return float(np.ravel(getattr(view, field))[0])
+
+
 def set_native(model: mujoco.MjModel, name: str, value: float) -> None:
     """Set a native parameter of a compiled model; call ``mj_setConst`` after the last one.
 
@@ -68,10 +102,7 @@ def set_native(model: mujoco.MjModel, name: str, value: float) -> None:
     element, target, spec = _spec(name, name)
     check_value(name, value, spec)
     field = name.rpartition(".")[2]
-    try:
-        view = getattr(model, element)(target)
-    except KeyError:
-        raise InputError(f"{name}: the model has no {element} {target!r}") from None
+    view = _view(model, name, element, target)
     if field == "coef":
         first = model.tendon_adr[view.id]
         wraps = slice(first, first + model.tendon_num[view.id])
@@ -84,6 +115,13 @@ def set_native(model: mujoco.MjModel, name: str, value: float) -> None:
         model.body_mass[view.id] = value
     else:
         getattr(view, field)[:] = value
+
+
+def _view(model: mujoco.MjModel, name: str, element: str, target: str) -> Any:
+    try:
+        return getattr(model, element)(target)
+    except KeyError:
+        raise InputError(f"{name}: the model has no {element} {target!r}") from None
 
 
 def _spec(name: str, where: str) -> tuple[str, str, FieldSpec]:

@@ -17,7 +17,7 @@ from pamsim.core.errors import InputError, nearest
 from pamsim.core.parameters import FieldSpec, check_value, specs
 from pamsim.engine.attach import attach, compile_model
 from pamsim.engine.callback import set_integrator
-from pamsim.engine.native import native_si, set_native
+from pamsim.engine.native import is_native, native_si, set_native
 from pamsim.signals.sensors import MeasurementChain
 from pamsim.store.rig_file import RigFile, read_rig
 
@@ -114,7 +114,7 @@ class Rig:
         """
         model = copy.copy(self.model)
         for name, value in values.items():
-            if name in self.file.native:
+            if is_native(name):
                 set_native(model, name, value)
                 continue
             only, _, parameter = name.rpartition(":")

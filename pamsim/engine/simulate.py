@@ -2,18 +2,49 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
-from pamsim.actuator.kernel import gauge_pressure
 from pamsim.actuator.regulation import regulator_time_constant
 from pamsim.core.errors import InputError
 from pamsim.core.experiment import Experiment
 from pamsim.core.recording import Outcome, Recording
 from pamsim.engine.callback import live
+from pamsim.engine.chamber_trace import gauge_pressures
 from pamsim.engine.rig import Rig, set_command
 from pamsim.engine.state import reset, restore_state, save_state
+from pamsim.engine.trace import empty_trace, first_breakdown
+
+_LOOK_EVERY = 64
+"""Samples between two looks at whether the run still holds."""
+
+_REST_BLOCK = 0.1
+"""Time between two looks at whether a rig has come to rest [s]."""
+
+_REST = 1e-10
+"""Largest relative change of a state over that time in a rig that counts as at rest."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Run:
+    """An experiment made ready for the engine.
+
+    Attributes:
+        rig: that runs it.
+        experiment: what to do.
+        model: the rig's, with load, command and time step of the experiment.
+        samples: of the recording.
+        steps: time steps per sample.
+    """
+
+    rig: Rig
+    experiment: Experiment
+    model: mujoco.MjModel
+    samples: int
+    steps: int
 
 
 def simulate(
@@ -47,6 +78,29 @@ def simulate(
         InputError: if the experiment does not fit the rig or the time step.
         EngineError: if the rig's integrator cannot carry the muscles' memory.
     """
+    run = prepare(rig, experiment, timestep=timestep, integrator=integrator)
+    data = mujoco.MjData(run.model)
+    with live(run.model, backend=backend):
+        if from_state is None:
+            settle(run.model, data, experiment)
+        else:
+            restore_state(run.model, data, from_state)
+        return record(run, data, backend=backend)
+
+
+def prepare(
+    rig: Rig,
+    experiment: Experiment,
+    *,
+    timestep: float | None = None,
+    integrator: str | None = None,
+) -> Run:
+    """Check an experiment against a rig and set up its model.
+
+    Raises:
+        InputError: if the experiment does not fit the rig or the time step.
+        EngineError: if the rig's integrator cannot carry the muscles' memory.
+    """
     muscles = len(rig.muscles)
     if experiment.command_value.shape[1] != muscles:
         raise InputError(
@@ -60,15 +114,13 @@ def simulate(
         integrator=integrator,
     )
     _check_regulators(rig, model.opt.timestep)
-    steps = whole_steps(1.0 / experiment.sample_rate, model.opt.timestep)
-    samples = 1 + round(experiment.duration * experiment.sample_rate)
-    data = mujoco.MjData(model)
-    with live(model, backend=backend):
-        if from_state is None:
-            _settle(model, data, experiment)
-        else:
-            restore_state(model, data, from_state)
-        return _record(rig, model, data, experiment, samples, steps)
+    return Run(
+        rig=rig,
+        experiment=experiment,
+        model=model,
+        samples=1 + round(experiment.duration * experiment.sample_rate),
+        steps=whole_steps(1.0 / experiment.sample_rate, model.opt.timestep),
+    )
 
 
 def whole_steps(period: float, timestep: float) -> int:
@@ -99,111 +151,104 @@ def _check_regulators(rig: Rig, timestep: float) -> None:
             )
 
 
-def _settle(model: mujoco.MjModel, data: mujoco.MjData, experiment: Experiment) -> None:
+def settle(model: mujoco.MjModel, data: mujoco.MjData, experiment: Experiment) -> None:
+    """Bring a live model to rest at the start pressures of an experiment and set time to 0.
+
+    It ends early once nothing moves any more, which a slow state such as creep prevents.
+    """
     reset(model, data, experiment.start_pressure.tolist())
     set_command(model, "pressure")
     data.ctrl[:] = experiment.start_pressure
-    mujoco.mj_step(model, data, round(experiment.settle / model.opt.timestep))
+    left = round(experiment.settle / model.opt.timestep)
+    block = max(1, round(_REST_BLOCK / model.opt.timestep))
+    before = _configuration(data)
+    while left > 0:
+        mujoco.mj_step(model, data, min(block, left))
+        left -= block
+        now = _configuration(data)
+        if _at_rest(before, now, data.qvel):
+            break
+        before = now
     set_command(model, experiment.command)
     data.time = 0.0
 
 
-def _record(
-    rig: Rig,
-    model: mujoco.MjModel,
-    data: mujoco.MjData,
-    experiment: Experiment,
-    samples: int,
-    steps: int,
-) -> Recording:
-    muscles = len(rig.muscles)
-    start = data.time
-    relative = np.arange(samples) / experiment.sample_rate
+def _configuration(data: mujoco.MjData) -> NDArray[np.float64]:
+    return np.concatenate([data.qpos, data.act])
+
+
+def _at_rest(
+    before: NDArray[np.float64], now: NDArray[np.float64], velocity: NDArray[np.float64]
+) -> bool:
+    # Rounding keeps a joint that rests at zero from ever being still relative to its own angle.
+    still = np.abs(now - before) <= _REST * np.abs(now) + 1e-3 * _REST
+    return bool(still.all() and (np.abs(velocity) <= _REST).all())
+
+
+def record(run: Run, data: mujoco.MjData, *, backend: str = "compiled") -> Recording:
+    """Run an experiment on a live model from the present state on.
+
+    Args:
+        run: see `prepare`.
+        data: of its model; stepped in place.
+        backend: the one the model is live with.
+    """
+    model, experiment = run.model, run.experiment
+    relative = np.arange(run.samples) / experiment.sample_rate
+    expected = data.time + relative
+    slack = 0.5 * model.opt.timestep
     commands = experiment.command_at(relative)
-    angle = np.empty(samples)
-    velocity = np.empty(samples)
-    act = np.empty((samples, model.na))
-    length = np.empty((samples, muscles))
-    tension = np.empty((samples, muscles))
     final_state = save_state(model, data)
-    position, rate = rig.angle_address, rig.velocity_address
-    outcome, message, recorded = Outcome.COMPLETED, "ran to the end", samples
-    for k in range(samples):
-        broken = _breakdown(data, start + relative[k], 0.5 * model.opt.timestep)
-        if broken is not None:
-            outcome, reason = broken
-            message = f"simulation broke down before t = {relative[k]:.4g} s: {reason}"
-            recorded = k
-            break
-        data.ctrl[:] = commands[k]
-        angle[k] = data.qpos[position]
-        velocity[k] = data.qvel[rate]
-        act[k] = data.act
-        if k < samples - 1:
+    trace = empty_trace(model, run.samples)
+    # Views of the engine's arrays: each look-up of one costs as much as reading it.
+    ctrl, position, velocity, act = data.ctrl, data.qpos, data.qvel, data.act
+    length, force, warnings = data.actuator_length, data.actuator_force, data.warning.number
+    last, looked, broken = run.samples - 1, 0, None
+    for k in range(run.samples):
+        trace.time[k] = data.time
+        trace.position[k] = position
+        trace.velocity[k] = velocity
+        trace.act[k] = act
+        trace.warnings[k] = warnings
+        if (k + 1) % _LOOK_EVERY == 0 or k == last:
+            broken = first_breakdown(trace, expected, slack, looked, k + 1)
+            looked = k + 1
+            if broken is not None:
+                break
+        ctrl[:] = commands[k]
+        if k < last:
             mujoco.mj_step(model, data)
         else:
             final_state = save_state(model, data)
             mujoco.mj_forward(model, data)
         # Tendon lengths and forces are of the instant the step started from.
-        length[k] = data.actuator_length
-        tension[k] = -data.actuator_force
-        if k < samples - 1 and steps > 1:
-            mujoco.mj_step(model, data, steps - 1)
+        trace.length[k] = length
+        trace.force[k] = force
+        if k < last and run.steps > 1:
+            mujoco.mj_step(model, data, run.steps - 1)
+    outcome, message, recorded = Outcome.COMPLETED, "ran to the end", run.samples
+    if broken is not None:
+        recorded, outcome, reason = broken
+        message = f"simulation broke down before t = {relative[recorded]:.4g} s: {reason}"
     keep = slice(0, recorded)
     return Recording(
         time=relative[keep],
-        angle=angle[keep],
-        velocity=velocity[keep],
-        pressure=_pressures(model, act[keep], length[keep]),
-        tension=tension[keep],
+        angle=trace.position[keep, run.rig.angle_address].copy(),
+        velocity=trace.velocity[keep, run.rig.velocity_address].copy(),
+        pressure=gauge_pressures(model, trace.act[keep], trace.length[keep], backend=backend),
+        tension=-trace.force[keep],
         command=commands[keep],
         command_kind=experiment.command,
         load=experiment.load,
-        muscles=tuple(rig.muscles),
+        muscles=tuple(run.rig.muscles),
         outcome=outcome,
         message=message,
         final_state=final_state,
         meta={
-            "rig": rig.name,
+            "rig": run.rig.name,
             "experiment": experiment.name,
             "timestep_s": float(model.opt.timestep),
             "sample_hz": experiment.sample_rate,
             "mujoco": mujoco.__version__,
         },
     )
-
-
-def _breakdown(
-    data: mujoco.MjData, expected_time: float, slack: float
-) -> tuple[Outcome, str] | None:
-    """What is wrong with the state, if anything; the engine itself would only print a warning."""
-    if not (np.isfinite(data.act).all() and np.isfinite(data.qpos).all()):
-        return (
-            Outcome.NOT_FINITE,
-            "a state is not finite; check parameters and start pressures, or take a smaller time"
-            " step",
-        )
-    if data.warning.number.any():
-        kind = mujoco.mjtWarning(int(np.flatnonzero(data.warning.number)[0]))
-        return (
-            Outcome.ENGINE_WARNING,
-            f"MuJoCo warned of {kind.name.removeprefix('mjWARN_')}; take a smaller time step",
-        )
-    if abs(data.time - expected_time) > slack:
-        return Outcome.TIME_STALLED, f"time is {data.time:.6g} s, not {expected_time:.6g} s"
-    return None
-
-
-def _pressures(
-    model: mujoco.MjModel, act: NDArray[np.float64], length: NDArray[np.float64]
-) -> NDArray[np.float64]:
-    pressure = np.empty_like(length)
-    for muscle in range(length.shape[1]):
-        row = model.actuator_user[muscle].tolist()
-        first = model.actuator_actadr[muscle]
-        states = act[:, first : first + model.actuator_actnum[muscle]].tolist()
-        lengths = length[:, muscle].tolist()
-        pressure[:, muscle] = [
-            gauge_pressure(row, a, at) for a, at in zip(states, lengths, strict=True)
-        ]
-    return pressure

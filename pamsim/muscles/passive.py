@@ -1,9 +1,12 @@
-"""Passive elasticity of tube and braid: a spring that hardens as the muscle is stretched.
+"""Passive elasticity of tube and braid: a spring that locks on stretch and lets go on contraction.
 
-F = (k/h) (exp(h (kappa_slack - kappa)) - 1), the one-sided exponential used for soft tissue (Fung
-1967) and, with other letters, for the pressure-free part b exp(c kappa) + f of seed 004 (4). Below
-its slack length the spring is taut with stiffness k that grows e-fold per 1/h of stretch; above it,
-it resists contraction with at most k/h, which is what a muscle must overcome before it pulls.
+With x = kappa_slack - kappa, the stretch beyond the slack point:
+
+    x <= 0:  F = (k/h) (exp(h x) - 1)     the pressure-free part b exp(c kappa) + f of seed 004 (4)
+    x > 0:   F = k x / (1 - (x/x_lock)^2)   a finitely extensible spring (Warner 1972)
+
+Contracted, the tube resists with at most k/h, which is what a muscle must overcome before it pulls.
+Stretched, rubber and fibres first carry load in proportion, then the fibres meet and lock.
 """
 
 from __future__ import annotations
@@ -14,35 +17,54 @@ from typing import ClassVar
 
 from pamsim.core.parameters import ParameterGroup, parameter
 
+_TANGENT = 0.95
+"""Share of the locking stretch beyond which the force goes on along its tangent."""
+
 
 @dataclass(frozen=True, kw_only=True)
-class HardeningPassive(ParameterGroup):
-    """Stiffness, hardening and slack point of the passive spring; stiffness 0 turns it off."""
+class PassiveSpring(ParameterGroup):
+    """Stiffness, softening, locking and slack point of the passive spring; stiffness 0 is none."""
 
     group: ClassVar[str] = "passive"
     stiffness: float = parameter(
         unit="N", low=0.0, high=1e6, doc="k = -dF/dkappa at the slack point", default=0.0
     )
-    hardening: float = parameter(
-        unit="1", low=0.1, high=500.0, doc="h, e-fold hardening per unit of stretch", default=1.0
+    softening: float = parameter(
+        unit="1", low=0.1, high=500.0, doc="h, e-fold softening per unit of contraction", default=1.0
     )
     slack_contraction: float = parameter(
         unit="1", low=-0.3, high=0.5, doc="contraction at which the spring is free", default=0.0
     )
+    locking: float = parameter(
+        unit="1", low=0.0, high=200.0, doc="1/x_lock, reciprocal stretch at which the braid locks;"
+        " 0 never", default=0.0,
+    )  # fmt: skip
 
 
-def hardening_force(
-    contraction: float, stiffness: float, hardening: float, slack_contraction: float
+def passive_force(
+    contraction: float, stiffness: float, softening: float, slack_contraction: float, locking: float
 ) -> float:
-    """Passive force of the stretched tube and braid (Fung-type exponential spring).
+    """Passive force of tube and braid.
 
     Args:
         contraction: kappa = 1 - l/l0 [-].
         stiffness: k [N] per unit of strain at the slack point.
-        hardening: h [-].
+        softening: h [-].
         slack_contraction: kappa at which the force is zero [-].
+        locking: 1/x_lock [-]; 0 for a braid that never locks.
 
     Returns:
         Force [N]: positive when stretched beyond the slack point, down to -k/h when contracted.
+        Beyond 95 % of the locking stretch it goes on along its tangent, so that it stays finite
+        where an integrator may step.
     """
-    return stiffness / hardening * math.expm1(hardening * (slack_contraction - contraction))
+    stretch = slack_contraction - contraction
+    if stretch <= 0.0:
+        return stiffness / softening * math.expm1(softening * stretch)
+    share = stretch * locking
+    if share <= _TANGENT:
+        return stiffness * stretch / (1.0 - share * share)
+    room = 1.0 - _TANGENT * _TANGENT
+    edge = _TANGENT / locking
+    slope = (1.0 + _TANGENT * _TANGENT) / (room * room)
+    return stiffness * (edge / room + slope * (stretch - edge))

@@ -15,6 +15,7 @@ from pamsim.report import reproduce_figures, reproduce_steps
 from pamsim.report.numbers import fixed, number_or_none, plain
 from pamsim.report.page import PageImage, page_template
 from pamsim.report.parameter_view import parameter_views
+from pamsim.report.reproduce_ladder import TORQUE_LAW_DEG, rung_views, static_ladder
 from pamsim.report.reproduce_rows import (
     OperatingPoint,
     distinct,
@@ -75,7 +76,10 @@ def _figures(
     recordings: Mapping[int, Recording],
 ) -> dict[str, Figure]:
     single = distinct(points)
+    rungs = result.get("ladder") or ()
+    ladder = {"ladder": static_ladder(rungs)} if rungs else {}
     return {
+        **ladder,
         "figure_6_static": reproduce_figures.static_characteristic(
             single, result.get("figure6") or {}
         ),
@@ -122,6 +126,9 @@ def render_page(
         rms_bar=fixed(dig(result, "figure6", "rms_bar_deg"), 1),
         rms_scaled=fixed(dig(result, "figure6", "rms_scaled_deg"), 1),
         models=model_views(result),
+        rungs=rung_views(result.get("ladder") or ()),
+        calibration=result.get("calibration"),
+        torque_law=fixed(TORQUE_LAW_DEG, 2),
         identified_row=dig(result, "identification", "row"),
         paper_notes=list(dig(result, "paper", "notes") or ()),
         parameters=parameters,

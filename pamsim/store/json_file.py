@@ -1,4 +1,4 @@
-"""Write results as JSON, whole or not at all."""
+"""Results as JSON: written whole or not at all, read back by their schema."""
 
 from __future__ import annotations
 
@@ -29,3 +29,25 @@ def write_json(path: Path, result: Mapping[str, Any]) -> None:
         os.replace(part, path)
     except OSError as error:
         raise InputError(f"cannot write {path}: {error.strerror}") from None
+
+
+def read_json(path: Path, schema: str) -> dict[str, Any]:
+    """Read a result that `write_json` wrote.
+
+    Args:
+        path: of the file.
+        schema: that it must state.
+
+    Raises:
+        InputError: if it cannot be read, is not JSON, or states another schema.
+    """
+    try:
+        found = json.loads(path.read_text(encoding="utf-8"))
+    except OSError as error:
+        raise InputError(f"cannot read {path}: {error.strerror}") from None
+    except ValueError as error:
+        raise InputError(f"{path}: not valid JSON: {error}") from None
+    stated = found.get("schema") if isinstance(found, dict) else None
+    if stated != schema:
+        raise InputError(f"{path}: schema is {stated!r}; this pamsim reads {schema!r}")
+    return found

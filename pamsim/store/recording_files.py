@@ -3,6 +3,9 @@
 from __future__ import annotations
 
 import csv
+import json
+import os
+import re
 from collections.abc import Mapping
 from pathlib import Path
 
@@ -15,13 +18,19 @@ from pamsim.core.units import DEG_PER_RAD, PA_PER_KPA
 SCHEMA = "pamsim-recording/1"
 
 
-def write_recording(folder: Path, rig: str, trials: Mapping[str, Recording]) -> list[Path]:
+def write_recording(
+    folder: Path,
+    rig: str,
+    trials: Mapping[str, Recording],
+    protocols: Mapping[str, str] | None = None,
+) -> list[Path]:
     """Write trials of one rig.
 
     Args:
         folder: created if need be.
-        rig: name or path of the rig.
-        trials: file stem -> recording; the stem without a trailing number is the protocol.
+        rig: name or path of the rig; the path of a rig folder is written relative to ``folder``.
+        trials: file stem -> recording.
+        protocols: file stem -> protocol, where that is not the stem without its trailing number.
 
     Returns:
         The paths written, ``recording.toml`` first.
@@ -30,7 +39,7 @@ def write_recording(folder: Path, rig: str, trials: Mapping[str, Recording]) -> 
         InputError: if the folder cannot be written.
     """
     index = folder / "recording.toml"
-    lines = [f'schema = "{SCHEMA}"', f'rig = "{rig}"']
+    lines = [f'schema = "{SCHEMA}"', f"rig = {_quoted(_reference(folder, rig))}"]
     written = [index]
     try:
         folder.mkdir(parents=True, exist_ok=True)
@@ -38,18 +47,34 @@ def write_recording(folder: Path, rig: str, trials: Mapping[str, Recording]) -> 
             path = folder / f"{stem}.csv"
             _write_csv(path, recording)
             written.append(path)
+            protocol = (protocols or {}).get(stem) or re.sub(r"_?\d+$", "", stem) or stem
             lines += [
                 "",
                 "[[trial]]",
-                f'file = "{path.name}"',
-                f'protocol = "{stem.rstrip("0123456789_")}"',
-                f'command = "{"pressure" if recording.command_kind == "pressure" else "valve"}"',
-                f"load_kg = {recording.load:g}",
+                f"file = {_quoted(path.name)}",
+                f"protocol = {_quoted(protocol)}",
+                f'command = "{recording.command_kind}"',
+                f"load_kg = {recording.load:.9g}",
             ]
         index.write_text("\n".join(lines) + "\n", encoding="utf-8")
     except OSError as error:
         raise InputError(f"cannot write {folder}: {error.strerror}") from None
     return written
+
+
+def _quoted(text: str) -> str:
+    # A JSON string is a TOML basic string.
+    return json.dumps(text, ensure_ascii=False)
+
+
+def _reference(folder: Path, rig: str) -> str:
+    """A rig as a reader of the folder finds it: by name, or by a path relative to the folder."""
+    if not (Path(rig) / "params.toml").is_file():
+        return rig
+    try:
+        return Path(os.path.relpath(rig, folder)).as_posix()
+    except ValueError:  # on another drive there is no relative path
+        return Path(rig).resolve().as_posix()
 
 
 def columns(recording: Recording) -> dict[str, np.ndarray]:

@@ -13,6 +13,7 @@ import scipy.special
 from numpy.typing import NDArray
 
 from pamsim.sysid.coefficient import Coefficient, Doubt, FittedCoefficient
+from pamsim.sysid.identifiability import covariance_along, determined, trade_offs
 from pamsim.sysid.linear_part import Curve
 
 FloatArray = NDArray[np.float64]
@@ -20,8 +21,6 @@ _student_quantile: Any = scipy.special.stdtrit
 
 _DEAD = 1e-10  # effect over the whole allowed range, relative to the data
 _SINGULAR = 1e-7  # smallest over largest singular value of the column-scaled Jacobian
-_MEMBER = 0.05  # share in a flat direction from which a coefficient belongs to it
-_CORRELATED = 0.95
 _AT_BOUND = 1e-6  # of the allowed range
 
 
@@ -63,7 +62,8 @@ def judged(
     freedom = measured.size - len(inner)
     if inner and freedom > 0:
         variance = float(residual @ residual) / freedom
-        covariance, flat = _covariance(jacobian[:, inner])
+        split = determined(jacobian[:, inner], _SINGULAR)
+        covariance, flat = covariance_along(jacobian[:, inner], split.basis), split.members
         spread = np.sqrt(np.diag(covariance))
         quantile = float(_student_quantile(freedom, 0.975))
         for a, i in enumerate(inner):
@@ -74,13 +74,7 @@ def judged(
                 }
                 continue
             half[i] = quantile * np.sqrt(variance) * spread[a]
-            twins = [
-                coefficients[j].name
-                for b, j in enumerate(inner)
-                if b != a
-                and not flat[b]
-                and abs(covariance[a, b]) > _CORRELATED * spread[a] * spread[b]
-            ]
+            twins = [coefficients[inner[b]].name for b in trade_offs(covariance, a, flat)]
             if twins:
                 doubts[i].append(Doubt.TRADE_OFF)
                 partners[i] |= set(twins)
@@ -117,13 +111,3 @@ def _jacobian(curve: Curve, values: FloatArray, coefficients: Sequence[Coefficie
             continue
         columns.append((curve(ahead) - curve(behind)) / (ahead[i] - behind[i]))
     return np.stack(columns, axis=1)
-
-
-def _covariance(jacobian: FloatArray) -> tuple[FloatArray, list[bool]]:
-    """Inverse of J^T J without its flat directions, and which columns take part in those."""
-    norms = np.linalg.norm(jacobian, axis=0)
-    _, singular, vt = np.linalg.svd(jacobian / norms, full_matrices=False)
-    good = singular > _SINGULAR * singular[0]
-    flat = np.any(np.abs(vt[~good]) > _MEMBER, axis=0)
-    half = vt[good].T / singular[good] / norms[:, np.newaxis]
-    return half @ half.T, [bool(f) for f in flat]

@@ -8,6 +8,7 @@ The only file that imports python-control: the import takes about a second.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Any
 
 import control
@@ -16,6 +17,8 @@ from numpy.typing import ArrayLike, NDArray
 
 from pamsim.core.errors import InputError
 from pamsim.sysid.arx import ArxModel, PoleStatus, lag, time_constants_from_arx
+from pamsim.sysid.continuous_result import ContinuousFit
+from pamsim.sysid.discrete_result import DiscreteFit
 from pamsim.sysid.output_error import StepFit
 from pamsim.sysid.record_checks import finite_samples, uniform_interval
 
@@ -23,11 +26,12 @@ FloatArray = NDArray[np.float64]
 _control: Any = control
 
 
-def continuous(model: StepFit | ArxModel, *, pade_order: int | None = None) -> Any:
-    """Return ``K / (T s + 1)`` or ``K / ((T1 s + 1)(T2 s + 1))`` of a fitted model.
+def continuous(model: StepFit | ArxModel | ContinuousFit, *, pade_order: int | None = None) -> Any:
+    """Return the continuous transfer function of a fitted model.
 
     Args:
-        model: an output-error fit, or an ARX model whose poles are those of one or two lags.
+        model: an output-error fit of a step or of general inputs, or an ARX model whose poles are
+            those of one or two lags.
         pade_order: order of the Pade approximation of a dead time; needed only if there is one.
 
     Returns:
@@ -40,8 +44,12 @@ def continuous(model: StepFit | ArxModel, *, pade_order: int | None = None) -> A
     Source: paper 003 (Appl. Sci. 2021, 11, 7288), equation (24).
     """
     dead_time = 0.0
-    if isinstance(model, StepFit):
-        gain, constants, dead_time = model.gain, model.time_constants, model.dead_time
+    if isinstance(model, ContinuousFit):
+        numerator, denominator = np.array(model.numerator), np.array(model.denominator)
+        dead_time = model.dead_time
+    elif isinstance(model, StepFit):
+        numerator, denominator = np.array([model.gain]), _lags(model.time_constants)
+        dead_time = model.dead_time
     else:
         chain = time_constants_from_arx(model)
         if chain.status is not PoleStatus.LAGS or chain.gain is None:
@@ -49,11 +57,8 @@ def continuous(model: StepFit | ArxModel, *, pade_order: int | None = None) -> A
                 f"ARX has no continuous G1 or G2: {chain.sentence}; "
                 "use discrete(model) or fit by output error"
             )
-        gain, constants = chain.gain, chain.time_constants
-    denominator = np.array([1.0])
-    for constant in constants:
-        denominator = np.convolve(denominator, [constant, 1.0])
-    result = _control.TransferFunction([gain], denominator)
+        numerator, denominator = np.array([chain.gain]), _lags(chain.time_constants)
+    result = _control.TransferFunction(numerator, denominator)
     if dead_time == 0.0:
         return result
     if pade_order is None or pade_order < 1:
@@ -64,17 +69,26 @@ def continuous(model: StepFit | ArxModel, *, pade_order: int | None = None) -> A
     return result * _control.TransferFunction(*_control.pade(dead_time, pade_order))
 
 
-def discrete(model: ArxModel) -> Any:
-    """Return ``B(z) / A(z)`` of an ARX model with its sample time.
+def _lags(constants: Sequence[float]) -> FloatArray:
+    denominator = np.array([1.0])
+    for constant in constants:
+        denominator = np.convolve(denominator, [constant, 1.0])
+    return denominator
+
+
+def discrete(model: ArxModel | DiscreteFit) -> Any:
+    """Return ``B(z) / A(z)`` of a discrete model with its sample time.
 
     Args:
-        model: ARX model of any order.
+        model: ARX model, or ARX or output-error fit, of any order.
 
     Returns:
         A discrete ``control.TransferFunction`` with ``dt`` = Ts [s].
 
     Source: paper 003, equation (25), z-transformed.
     """
+    if isinstance(model, DiscreteFit):
+        model = model.model
     reach = lag(len(model.a), len(model.b), model.delay)
     numerator = np.zeros(reach + 1)
     numerator[model.delay : model.delay + len(model.b)] = model.b

@@ -9,26 +9,24 @@ from collections.abc import Callable
 
 from pamsim.core.errors import InputError
 from pamsim.core.recording import Outcome, Recording
-from pamsim.core.units import DEG_PER_RAD
 from pamsim.engine.rig import Rig, load_rig
 from pamsim.engine.simulate import simulate
 from pamsim.signals.sensors import measured
 from pamsim.signals.step_metrics import step_metrics
-from pamsim.store.printed import PrintedStep, mas20_models, mas20_steps
-from pamsim.sysid.step_identification import StepIdentification, identify_step
+from pamsim.store.printed import PrintedStep, mas20_steps
+from pamsim.sysid.step_identification import identify_step
+from pamsim.workflows.calibration_record import calibration_record
 from pamsim.workflows.printed_steps import (
     Start,
     find_start,
     printed_experiment,
     start_pressures,
 )
-from pamsim.workflows.reproduction import IDENTIFIED_ROW, Check, Reproduction, Row, rms_error
+from pamsim.workflows.reproduce_checks import checks
+from pamsim.workflows.reproduction import IDENTIFIED_ROW, Reproduction, Row
 
-RMS_LIMIT_DEG = 2.0
-"""Largest RMS error of the final angle that still counts as this rig."""
-
-TIME_CONSTANT_LIMIT = 0.10
-"""Largest relative difference of T from the printed one."""
+CALIBRATED_START = "vent"
+"""The assumption under which the rig was calibrated."""
 
 Progress = Callable[[int, int, str], None]
 """Called as ``progress(done, total, what)`` before each simulation."""
@@ -80,12 +78,15 @@ def reproduce(
     large = rows[IDENTIFIED_ROW].recording
     identified = identify_step(large.time, large.angle) if _completed(large) else None
     ordered = tuple(rows.values())
+    record = calibration_record(loaded)
+    applies = assumed.name == CALIBRATED_START
     return Reproduction(
         rig=loaded,
         start=assumed,
         rows=ordered,
         identified=identified,
-        checks=_checks(ordered, identified),
+        record=record,
+        checks=checks(ordered, identified, record if applies else None),
         seconds=time.perf_counter() - began,
         sensors=sensors,
     )
@@ -104,75 +105,3 @@ def _row(rig: Rig, step: PrintedStep, start: Start, recording: Recording) -> Row
         metrics=step_metrics(recording.time, recording.angle) if _completed(recording) else None,
         increment=2.0 * math.pi / increments,
     )
-
-
-def _checks(rows: tuple[Row, ...], identified: StepIdentification | None) -> tuple[Check, ...]:
-    distinct = tuple(row for row in rows if row.step.repeats is None)
-    rms = rms_error(distinct) * DEG_PER_RAD
-    broken = [row.step.row for row in distinct if row.metrics is None]
-    wrong = [
-        row.step.row
-        for row in distinct
-        if row.metrics is None or row.metrics.final * row.step.angle <= 0.0
-    ]
-    turning = [row.step.row for row in distinct if row.step.size != "small" and not row.monotonic]
-    swinging = [
-        row.step.row
-        for row in distinct
-        if row.step.size == "small" and row.step.load > 0.0 and not row.monotonic
-    ]
-    checks = [
-        Check(
-            name="completed",
-            ok=not broken,
-            sentence="every simulation ran to its end"
-            if not broken
-            else f"{_rows(broken)} broke down",
-        ),
-        Check(
-            name="rms",
-            ok=rms <= RMS_LIMIT_DEG,
-            sentence=f"RMS error of the {len(distinct)} distinct end positions is {rms:.2f} deg"
-            f" (limit {RMS_LIMIT_DEG:g} deg)",
-        ),
-        Check(
-            name="signs",
-            ok=not wrong,
-            sentence="the arm turns the measured way in every row"
-            if not wrong
-            else f"{_rows(wrong)} end on the wrong side",
-        ),
-        Check(
-            name="monotonic",
-            ok=not turning,
-            sentence="no response to a large or medium step turns back by an encoder increment,"
-            " as the paper says"
-            if not turning
-            else f"large or medium {_rows(turning)} turn back, against the paper's words",
-        ),
-        Check(
-            name="oscillation",
-            ok=bool(swinging),
-            sentence=f"small steps with load swing before they settle ({_rows(swinging)}), as the"
-            " paper says"
-            if swinging
-            else "no small step with load swings, against the paper's words",
-        ),
-    ]
-    if identified is not None:
-        printed = float(mas20_models()["g1"]["T_s"])
-        found = identified.g1.output_error.time_constants[0]
-        off = found / printed - 1.0
-        checks.append(
-            Check(
-                name="time_constant",
-                ok=abs(off) <= TIME_CONSTANT_LIMIT,
-                sentence=f"T of G1 by output error is {found:.3f} s, printed {printed:.3f} s"
-                f" ({100.0 * off:+.1f} %, limit {100.0 * TIME_CONSTANT_LIMIT:.0f} %)",
-            )
-        )
-    return tuple(checks)
-
-
-def _rows(numbers: list[int]) -> str:
-    return f"rows {', '.join(map(str, numbers))}"

@@ -9,13 +9,17 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
-from pamsim.core.parameters import Sourced
 from pamsim.core.recording import Recording
 from pamsim.core.units import DEG_PER_RAD, PA_PER_KPA
 from pamsim.engine.rig import Rig
 from pamsim.signals.step_metrics import StepMetrics
 from pamsim.store.printed import PrintedStep, mas20_models
 from pamsim.sysid.step_identification import StepIdentification
+from pamsim.workflows.calibration_record import (
+    CalibrationRecord,
+    identified_parameters,
+    stated_parameters,
+)
 from pamsim.workflows.paper_models import model_responses, static_characteristic
 from pamsim.workflows.printed_steps import Start
 
@@ -96,6 +100,7 @@ class Reproduction:
         start: assumption on where the steps started.
         rows: the 24 rows; repeats share their original's recording.
         identified: G1 and G2 of the large step without load; None if it did not complete.
+        record: how the rig's static model was chosen; None if its folder does not tell.
         checks: what holds and what does not.
         seconds: wall time.
         sensors: whether the signals passed the rig's encoder and converter.
@@ -105,6 +110,7 @@ class Reproduction:
     start: Start
     rows: tuple[Row, ...]
     identified: StepIdentification | None
+    record: CalibrationRecord | None
     checks: tuple[Check, ...]
     seconds: float
     sensors: bool
@@ -154,7 +160,9 @@ class Reproduction:
                 "static": printed["static"],
                 "notes": [f"{slip['where']}: {slip['what']}" for slip in printed["slip"]],
             },
-            "parameters": _parameters(self.rig),
+            "parameters": stated_parameters(self.rig.file),
+            "calibration": self._calibration(),
+            "ladder": list(self.record.ladder) if self.record else None,
             "versions": {
                 "python": platform.python_version(),
                 **{
@@ -162,6 +170,18 @@ class Reproduction:
                 },
             },
             "wall_s": self.seconds,
+        }
+
+    def _calibration(self) -> dict[str, Any] | None:
+        if self.record is None:
+            return None
+        return {
+            "rms_deg": json_number(rms_error(self.distinct) * DEG_PER_RAD),
+            "loo_rms_deg": self.record.used["loo_rms_deg"],
+            "recorded_rms_deg": self.record.used["rms_deg"],
+            "model": self.record.used["name"],
+            "parameters": identified_parameters(self.rig.file),
+            "command": self.record.command,
         }
 
 
@@ -173,31 +193,3 @@ def rms_error(rows: tuple[Row, ...]) -> float:
 def json_number(value: float) -> float | None:
     """The number, or None where JSON has none."""
     return value if math.isfinite(value) else None
-
-
-def _parameters(rig: Rig) -> list[dict[str, Any]]:
-    """Every number of the rig with its unit, as written, and its source."""
-    shared = {
-        f"{group}.{name}": entry
-        for group, section in rig.file.muscle.items()
-        for name, entry in section.items()
-    }
-    own = {
-        f"{muscle}:{group}.{name}": entry
-        for muscle, groups in rig.file.overrides.items()
-        for group, section in groups.items()
-        for name, entry in section.items()
-    }
-    found = {**shared, **own, **rig.file.native, **rig.file.sensor}
-    return [
-        {
-            "name": name,
-            "value": entry.value,
-            "unit": entry.unit,
-            "source": entry.source,
-            "interval95": list(entry.interval95) if entry.interval95 else None,
-            "note": entry.note,
-        }
-        for name, entry in found.items()
-        if isinstance(entry, Sourced)
-    ]

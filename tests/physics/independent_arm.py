@@ -1,7 +1,8 @@
 """The arm's equations written a second time, without the kernel and without MuJoCo, for scipy.
 
-State: angle, rate, and per muscle the Bouc-Wen variable and the absolute pressure itself (not the
-air state y), so that even the chamber is integrated in another form.
+State: angle, rate, and per muscle the Bouc-Wen variable, the length that the muscle has left on its
+tendon (not the extension of the chain) and the absolute pressure itself (not the air state y), so
+that even chain and chamber are integrated in another form.
 """
 
 from __future__ import annotations
@@ -49,13 +50,22 @@ class IndependentArm:
 
     def force(self, length, pressure, z):
         m, f = self.m, self.m.force
-        kappa = 1.0 - length / m.braid.nominal_length
+        grown = 1.0 + m.braid.extensibility * max(pressure, 0.0)
+        kappa = 1.0 - length / m.braid.nominal_length / grown
         decay = math.exp(f.c * kappa)
         active = (f.a * pressure + f.b) * decay + f.d * pressure * kappa + f.e * pressure + f.f
-        stretch = m.passive.hardening * (m.passive.slack_contraction - kappa)
-        passive = m.passive.stiffness / m.passive.hardening * (math.exp(stretch) - 1.0)
+        passive = self.spring(m.passive.slack_contraction - kappa)
         loop = (m.hysteresis.force + m.hysteresis.force_per_pressure * max(pressure, 0.0)) * z
         return max(0.0, f.scale * active + passive - loop)
+
+    def spring(self, stretch):
+        p = self.m.passive
+        if stretch < 0.0:
+            return p.stiffness / p.softening * (math.exp(p.softening * stretch) - 1.0)
+        inside = stretch if p.locking == 0.0 else min(stretch, 0.95 / p.locking)
+        room = (1.0 - inside * p.locking) * (1.0 + inside * p.locking)
+        slope = (2.0 - room) / room**2  # derivative of x / (1 - (x/x_lock)^2)
+        return p.stiffness * (inside / room + slope * (stretch - inside))
 
     def volume(self, length):
         braid = self.m.braid
@@ -95,25 +105,29 @@ class IndependentArm:
 
     def rates(self, time, state, set_points):
         angle, rate = state[0], state[1]
-        out = np.empty(6)
+        out = np.empty(8)
         torque = 0.0
         for i, sign in enumerate((-1.0, 1.0)):
-            z, pressure_abs = state[2 + 2 * i : 4 + 2 * i]
-            length = self.m.mounting.length_at_zero + sign * self.radius * angle
-            speed = sign * self.radius * rate
+            z, length, pressure_abs = state[2 + 3 * i : 5 + 3 * i]
             tension = self.force(length, pressure_abs - self.m.chamber.atmosphere, z)
             torque -= sign * self.radius * tension
+            speed = sign * self.radius * rate
+            chain = self.m.chain
+            if chain.compliance > 0.0:
+                give = self.m.mounting.length_at_zero + sign * self.radius * angle - length
+                speed -= (chain.compliance * tension - give) / chain.relaxation_time
             shortening = -speed / self.m.braid.nominal_length
             h = self.m.hysteresis
             size = abs(z) ** h.sharpness
             sense = math.copysign(1.0, z * shortening) if z * shortening != 0 else -1.0
             blocked = size * (h.sigma * sense + 1.0 - h.sigma)
-            out[2 + 2 * i] = shortening / h.yield_contraction * (1.0 - blocked)
+            out[2 + 3 * i] = shortening / h.yield_contraction * (1.0 - blocked)
+            out[3 + 3 * i] = speed
             volume, slope = self.volume(length)
             chamber = self.m.chamber
             supplied = 287.05 * chamber.temperature * self.flow(pressure_abs, set_points[i])
             swept = pressure_abs * slope * speed
-            out[3 + 2 * i] = chamber.polytropic_index * (supplied - swept) / volume
+            out[4 + 3 * i] = chamber.polytropic_index * (supplied - swept) / volume
         # A rig tilted about x: gravity has a component -g sin(tilt) along the tilted y axis.
         along = self.direction + angle
         torque -= self.moment * self.gravity * math.sin(self.tilt) * math.cos(along)
@@ -123,7 +137,9 @@ class IndependentArm:
 
     def run(self, start, set_points, duration, samples):
         atmosphere = self.m.chamber.atmosphere
-        at_rest = np.array([0.0, 0.0, 0.0, start[0] + atmosphere, 0.0, start[1] + atmosphere])
+        length = self.m.mounting.length_at_zero
+        muscles = [[0.0, length, pressure + atmosphere] for pressure in start]
+        at_rest = np.array([0.0, 0.0, *muscles[0], *muscles[1]])
         options = {"method": "LSODA", "rtol": 1e-9, "atol": 1e-10, "max_step": 0.01}
         settled = solve_ivp(self.rates, (0, 4.0), at_rest, args=(start,), **options).y[:, -1]
         grid = np.linspace(0.0, duration, samples)
@@ -131,4 +147,4 @@ class IndependentArm:
             self.rates, (0, duration), settled, args=(set_points,), t_eval=grid, **options
         )
         assert found.success, found.message
-        return found.y[0], found.y[[3, 5]].T - atmosphere
+        return found.y[0], found.y[[4, 7]].T - atmosphere

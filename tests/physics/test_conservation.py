@@ -27,11 +27,11 @@ def test_air_mass_is_the_integral_of_valve_flow_over_a_fill_vent_cycle():
     cycle = np.repeat([1.0, 0.0, -1.0, 0.4], 1500)
     flowed, moved = 0.0, 0.0
     with pamsim.live(model):
-        before = data.act[1] / (GAS_CONSTANT * temperature)
+        before = data.act[2] / (GAS_CONSTANT * temperature)
         for u in cycle:
             data.ctrl[:] = (u, -0.3 * u)
             mujoco.mj_forward(model, data)
-            pressure = kernel.chamber_pressure(row, data.act[:2], float(data.actuator_length[0]))
+            pressure = kernel.chamber_pressure(row, data.act[:3], float(data.actuator_length[0]))
             flow = kernel.air_flow(row, pressure, float(u), data.time)
             flowed += flow * model.opt.timestep
             moved += abs(flow) * model.opt.timestep
@@ -39,7 +39,7 @@ def test_air_mass_is_the_integral_of_valve_flow_over_a_fill_vent_cycle():
     # mass from P V / (R T) at the end, by the ideal gas law and not by the state's own name
     mujoco.mj_fwdPosition(model, data)
     length = float(data.actuator_length[0])
-    pressure = kernel.chamber_pressure(row, data.act[:2], length)
+    pressure = kernel.chamber_pressure(row, data.act[:3], length)
     after = pressure * kernel.chamber_volume(row, length) / (GAS_CONSTANT * temperature)
     assert moved > 2.0 * before, "the cycle must move more air than the muscle holds"
     assert abs(after - before - flowed) < 1e-9 * moved

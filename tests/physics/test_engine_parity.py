@@ -10,10 +10,21 @@ from tests.physics.independent_arm import IndependentArm
 
 START, END, DURATION = (487e3, 487e3), (487e3, 0.0), 3.0
 
+CASES = {
+    "as shipped": {},
+    "soft chain": {"chain.compliance": 3e-6, "chain.relaxation_time": 0.03},
+    "stiffer braid that locks soon": {
+        "braid.extensibility": 3e-8,
+        "passive.locking": 32.0,
+        "chain.compliance": 1e-6,
+        "chain.relaxation_time": 0.01,
+    },
+}
 
-@pytest.fixture(scope="module")
-def rig():
-    return pamsim.load_rig("mas20_arm")
+
+@pytest.fixture(scope="module", params=CASES)
+def rig(request):
+    return pamsim.load_rig("mas20_arm").with_parameters(CASES[request.param])
 
 
 @pytest.fixture(scope="module")

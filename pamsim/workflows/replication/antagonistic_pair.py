@@ -11,7 +11,7 @@ from pamsim.actuator.layout import pack
 from pamsim.actuator.muscle import Mounting, Muscle
 from pamsim.muscles.braid import max_contraction
 from pamsim.muscles.mckibben import IdealMcKibben
-from pamsim.muscles.passive import HardeningPassive
+from pamsim.muscles.passive import PassiveSpring
 from pamsim.muscles.tension import Threshold
 from pamsim.store.rig_file import RigFile, read_rig
 from pamsim.workflows.replication.root import root
@@ -45,7 +45,7 @@ def ideal_muscle() -> Muscle:
         muscle,
         mounting=Mounting(length_at_zero=muscle.braid.nominal_length * (1.0 - half)),
         force=IdealMcKibben(),
-        passive=HardeningPassive(),
+        passive=PassiveSpring(),
         threshold=Threshold(),
         hysteresis=None,
     )

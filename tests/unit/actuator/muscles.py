@@ -5,7 +5,8 @@ from __future__ import annotations
 import dataclasses
 from typing import Any
 
-from pamsim.actuator.kernel import charged_air_state
+from pamsim.actuator.chain import Chain
+from pamsim.actuator.kernel import charged_air_state, taken_up
 from pamsim.actuator.layout import pack, state_size
 from pamsim.actuator.muscle import Mounting, Muscle
 from pamsim.core.parameters import ParameterGroup
@@ -17,7 +18,7 @@ from pamsim.muscles.exponential import SixParameter
 from pamsim.muscles.invertible_exponential import InvertibleExponential
 from pamsim.muscles.mckibben import IdealMcKibben
 from pamsim.muscles.mooney_rivlin import MooneyRivlin
-from pamsim.muscles.passive import HardeningPassive
+from pamsim.muscles.passive import PassiveSpring
 from pamsim.muscles.pleated import Pleated
 from pamsim.muscles.pleated_shape import PleatedShape
 from pamsim.muscles.single_pressure_exponential import SinglePressureExponential
@@ -57,9 +58,11 @@ def make(law: str = "ideal_mckibben", loop: str = "none", **changes: Any) -> Mus
     """A muscle in which every effect is on and every number differs from its default."""
     groups: dict[str, Any] = {
         "mounting": Mounting(length_at_zero=0.05),
-        "braid": Braid(nominal_length=0.25, diameter=0.02, fibre_angle=0.5),
+        "braid": Braid(nominal_length=0.25, diameter=0.02, fibre_angle=0.5, extensibility=2e-8),
         "force": FORCES[law],
-        "passive": HardeningPassive(stiffness=900.0, hardening=9.0, slack_contraction=0.02),
+        "passive": PassiveSpring(
+            stiffness=900.0, softening=9.0, slack_contraction=0.02, locking=18.0
+        ),
         "threshold": Threshold(pressure=2e4),
         "hysteresis": LOOPS.get(loop),
         "chamber": Chamber(
@@ -75,19 +78,25 @@ def make(law: str = "ideal_mckibben", loop: str = "none", **changes: Any) -> Mus
             regulator_band=2e4,
             regulator_dead_band=1e3,
         ),
+        "chain": Chain(compliance=2e-6, relaxation_time=8e-3),
         "command": "valve",
     }
     return Muscle(**(groups | changes))
+
+
+EXTENSION = 1e-3
+"""Of the chain in a `charged` muscle [m]; a rigid chain has the state too and does not mind it."""
 
 
 def charged(muscle: Muscle, tendon: float, pressure: float, z: float = 0.3) -> list[float]:
     """States of a muscle filled to a gauge pressure [Pa] at a tendon length [m].
 
     An operator's memory starts at zero but for its first state, which is ``z`` where that is one
-    of a single state.
+    of a single state. The chain is extended by `EXTENSION`.
     """
-    air = float(charged_air_state(pack(muscle), tendon, pressure))
-    memory = [0.0] * (state_size(muscle) - 1)
+    row = pack(muscle)
+    memory = [0.0] * (state_size(muscle) - 2)
     if len(memory) == 1:
         memory[0] = z
-    return [*memory, air]
+    length = taken_up(row, [*memory, EXTENSION, 0.0], tendon)
+    return [*memory, EXTENSION, float(charged_air_state(row, length, pressure))]

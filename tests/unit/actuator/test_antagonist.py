@@ -22,7 +22,7 @@ from pamsim.actuator.muscle import Mounting, Muscle
 from pamsim.muscles.braid import Braid
 from pamsim.muscles.exponential import SixParameter
 from pamsim.muscles.mckibben import IdealMcKibben
-from pamsim.muscles.passive import HardeningPassive
+from pamsim.muscles.passive import PassiveSpring
 from pamsim.muscles.tension import Threshold
 from pamsim.pneumatics.chamber import Chamber
 from pamsim.pneumatics.valves import ValvePair
@@ -51,7 +51,8 @@ REAL = dataclasses.replace(
         e=294.0538256e-5,
         f=-280.498151,
     ),
-    passive=HardeningPassive(stiffness=2e4, hardening=80.0, slack_contraction=-0.01),
+    braid=dataclasses.replace(IDEAL.braid, extensibility=2e-8),
+    passive=PassiveSpring(stiffness=2e4, softening=80.0, slack_contraction=0.02, locking=18.0),
     threshold=Threshold(pressure=2e4),
 )
 MUSCLES = {"ideal": IDEAL, "real": REAL}
@@ -62,9 +63,14 @@ def row(muscle: Muscle) -> list[float]:
     return [float(value) for value in pack(muscle)]
 
 
+def shut(par: list[float], length: float, pressure: float) -> list[float]:
+    """States of a muscle on a rigid chain that is shut at a gauge pressure [Pa]."""
+    return [0.0, charged_air_state(par, length, pressure)]
+
+
 def shut_slope(par: list[float], length: float, pressure: float) -> float:
     """Slope of the tension over length with the air shut in, by Richardson's differences."""
-    air = [charged_air_state(par, length, pressure)]
+    air = shut(par, length, pressure)
 
     def central(h: float) -> float:
         return (tension(par, air, length + h) - tension(par, air, length - h)) / (2.0 * h)
@@ -103,7 +109,7 @@ def test_geometric_part_is_the_slope_at_constant_pressure(length, pressure):
 @pytest.mark.parametrize(("length", "pressure"), STATES)
 def test_pressure_slope_is_that_of_the_air_state(length, pressure):
     par, h = row(IDEAL), 1e-6
-    air = [charged_air_state(par, length, pressure)]
+    air = shut(par, length, pressure)
     slope = gauge_pressure(par, air, length + h) - gauge_pressure(par, air, length - h)
     assert pressure_slope(par, length, pressure) == pytest.approx(slope / (2.0 * h), rel=1e-7)
 
@@ -126,7 +132,7 @@ def test_joint_stiffness_is_the_restoring_slope_of_the_torque(name):
     par, radius, angle, h = row(MUSCLES[name]), 0.0124, 0.3, 1e-3
     pressures = 4e5, 2.5e5
     ways = -radius * angle, radius * angle
-    airs = [[charged_air_state(par, way, p)] for way, p in zip(ways, pressures, strict=True)]
+    airs = [shut(par, way, p) for way, p in zip(ways, pressures, strict=True)]
 
     def torque(turned: float) -> float:
         now = -radius * turned, radius * turned

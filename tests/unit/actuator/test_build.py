@@ -66,11 +66,14 @@ def test_units_are_converted():
 
 def test_groups_that_may_be_left_out_take_their_neutral_values():
     stated = sections(make(loop="bouc_wen"))
-    for group in ("passive", "threshold", "hysteresis"):
+    for group in ("passive", "threshold", "hysteresis", "chain"):
         del stated[group]
+    del stated["braid"]["extensibility"]
     built = build_muscle(stated, where=WHERE)
     assert built.passive.stiffness == 0.0
+    assert built.braid.extensibility == 0.0
     assert built.threshold.pressure == 0.0
+    assert built.chain.compliance == 0.0
     assert built.hysteresis is None
 
 

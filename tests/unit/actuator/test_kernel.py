@@ -9,14 +9,15 @@ import numpy as np
 import pytest
 
 from pamsim.actuator import kernel
+from pamsim.actuator.chain import Chain
 from pamsim.actuator.layout import pack
 from pamsim.actuator.muscle import COMMANDS, Mounting, Muscle
 from pamsim.hysteresis.bouc_wen import BoucWen
 from pamsim.hysteresis.catalog import OPERATORS
-from pamsim.muscles.braid import volume
+from pamsim.muscles.braid import Braid, volume
 from pamsim.muscles.catalog import FORCE_LAWS
 from pamsim.muscles.force_law import coefficients_of
-from pamsim.muscles.passive import HardeningPassive, hardening_force
+from pamsim.muscles.passive import PassiveSpring, passive_force
 from pamsim.muscles.tension import Threshold
 from pamsim.pneumatics.chamber import Chamber, absolute_pressure, air_state_rate
 from pamsim.pneumatics.valves import (
@@ -25,7 +26,15 @@ from pamsim.pneumatics.valves import (
     regulated_opening,
     valve_flow,
 )
-from tests.unit.actuator.muscles import FORCES, KINDS, LOOPS, WIDTHS, charged, make
+from tests.unit.actuator.muscles import (
+    EXTENSION,
+    FORCES,
+    KINDS,
+    LOOPS,
+    WIDTHS,
+    charged,
+    make,
+)
 
 RNG = np.random.default_rng(5)
 CASES = [
@@ -41,23 +50,25 @@ CASES = [
 TIME, TIMESTEP = 0.0123, 1e-3
 
 
-def geometry(muscle: Muscle, tendon: float) -> tuple[float, float, float]:
+def geometry(muscle: Muscle, tendon: float, extension: float = 0.0) -> tuple[float, float, float]:
     """Length [m], contraction [-] and air volume [m^3], straight from the parameters."""
     braid = muscle.braid
-    length = muscle.mounting.length_at_zero + tendon
+    length = muscle.mounting.length_at_zero + (tendon - extension)
     inside = volume(length, braid.nominal_length, braid.diameter, braid.fibre_angle)
     return length, 1.0 - length / braid.nominal_length, inside + muscle.chamber.dead_volume
 
 
 def composed_tension(muscle: Muscle, act: list[float], tendon: float) -> float:
     """Tension from the catalogs' laws and the muscle's groups, without any row."""
-    _, kappa, room = geometry(muscle, tendon)
-    chamber, passive = muscle.chamber, muscle.passive
+    length, kappa, room = geometry(muscle, tendon, act[-2])
+    chamber, braid = muscle.chamber, muscle.braid
     pressure = (act[-1] / room) ** chamber.polytropic_index - chamber.atmosphere
+    grown = braid.nominal_length * (1.0 + braid.extensibility * max(pressure, 0.0))
     felt = max(pressure - muscle.threshold.pressure, 0.0)
     law = FORCE_LAWS[muscle.force.law]
-    force = law.force(felt, kappa, coefficients_of(muscle.force), muscle.braid) + hardening_force(
-        kappa, passive.stiffness, passive.hardening, passive.slack_contraction
+    strained = 1.0 - length / grown
+    force = law.force(felt, strained, coefficients_of(muscle.force), braid) + passive_force(
+        strained, *coefficients_of(muscle.passive)
     )
     loop = muscle.hysteresis
     if loop is not None:
@@ -73,7 +84,7 @@ def rates(muscle: Muscle, act: list[float], tendon: float, velocity: float, comm
     return out
 
 
-STRETCHED = HardeningPassive(stiffness=9e3, slack_contraction=0.4)
+STRETCHED = PassiveSpring(stiffness=9e3, slack_contraction=0.4)
 """A spring that keeps the muscle taut even when it is evacuated."""
 
 
@@ -105,7 +116,7 @@ def test_rates_are_the_laws_put_together(loop, command):
         velocity, told = 0.1 * math.sin(index), math.cos(index)
         if command == "pressure":
             told = pressure + 1.5e4 * told
-        _, kappa, room = geometry(muscle, tendon)
+        _, kappa, room = geometry(muscle, tendon, EXTENSION)
         p_abs = absolute_pressure(act[-1], room, chamber.polytropic_index, chamber.floor)
         opening = {
             "valve": clamped_opening(told),
@@ -130,11 +141,13 @@ def test_rates_are_the_laws_put_together(loop, command):
         )
         expected = [0.0] * len(act)
         expected[-1] = air_state_rate(act[-1], p_abs, room, chamber.temperature, flow)
+        pulled = muscle.chain.compliance * composed_tension(muscle, act, tendon)
+        expected[-2] = (pulled - EXTENSION) / muscle.chain.relaxation_time
         if muscle.hysteresis is not None:
-            shortening = -velocity / muscle.braid.nominal_length
+            shortening = (expected[-2] - velocity) / muscle.braid.nominal_length
             own = muscle.hysteresis.own()
             OPERATORS[loop].rates(own, 0, act, expected, kappa, shortening, TIMESTEP)
-        assert rates(muscle, act, tendon, velocity, told) == pytest.approx(expected, rel=1e-12)
+        assert rates(muscle, act, tendon, velocity, told) == pytest.approx(expected, rel=1e-11)
 
 
 def test_commands_mean_what_the_row_says():
@@ -168,16 +181,17 @@ def test_a_nan_command_does_not_shut_the_valves(command):
 
 
 def test_charging_and_reading_the_pressure_invert_each_other():
-    row = pack(make())
+    muscle = make()
+    row = pack(muscle)
     for tendon, pressure, _ in CASES:
-        act = [kernel.charged_air_state(row, tendon, pressure)]
+        act = charged(muscle, tendon, pressure)
         assert kernel.gauge_pressure(row, act, tendon) == pytest.approx(pressure, abs=1e-6)
 
 
 def test_shut_valves_leave_the_air_state_alone_at_any_motion():
     muscle = make()
     for tendon, pressure, _ in CASES:
-        assert rates(muscle, charged(muscle, tendon, pressure), tendon, 3.0, 0.0) == [0.0]
+        assert rates(muscle, charged(muscle, tendon, pressure), tendon, 3.0, 0.0)[-1] == 0.0
 
 
 def test_length_and_contraction_are_those_of_the_muscle_on_its_tendon():
@@ -188,21 +202,36 @@ def test_length_and_contraction_are_those_of_the_muscle_on_its_tendon():
         assert kernel.muscle_length(row, tendon) == length
         assert kernel.contraction(row, tendon) == kappa
         assert kernel.chamber_volume(row, tendon) == room
+        assert kernel.taken_up(row, charged(muscle, tendon, 1e5), tendon) == tendon - EXTENSION
+
+
+@pytest.mark.parametrize("law", [law for law in FORCES if not law.startswith("pleated")])
+def test_an_extended_braid_pulls_like_one_made_longer(law):
+    """But for the pleated laws, which go with the nominal length by itself as well."""
+    muscle = make(law)
+    for tendon, pressure, _ in CASES:
+        grown = muscle.braid.nominal_length * (1.0 + muscle.braid.extensibility * max(pressure, 0))
+        longer = dataclasses.replace(muscle.braid, nominal_length=grown, extensibility=0.0)
+        made = pack(dataclasses.replace(muscle, braid=longer))
+        force = kernel.static_force(pack(muscle), tendon, pressure)
+        assert force == pytest.approx(
+            kernel.static_force(made, tendon, pressure), rel=1e-12, abs=1e-9, nan_ok=True
+        )
 
 
 def test_muscle_pulls_less_while_it_shortens_and_a_cycle_costs_work():
     """The loop's sign: at one length the shortening muscle is the weaker one."""
-    muscle = make(loop="bouc_wen")
+    muscle = make(loop="bouc_wen", chain=Chain())  # a chain's give would cost work as well
     row, steps = pack(muscle).tolist(), 4000
     phase = 2.0 * math.pi * np.arange(2 * steps + 1) / steps
     tendons, velocities = 0.18 + 0.01 * np.sin(phase), 0.01 * np.cos(phase)
     act = charged(muscle, float(tendons[0]), 3e5, 0.0)
-    tensions, out = [], [0.0, 0.0]
+    tensions, out = [], [0.0, 0.0, 0.0]
     for tendon, velocity in zip(tendons.tolist(), velocities.tolist(), strict=True):
         tensions.append(kernel.tension(row, act, tendon))
         kernel.state_rates(row, act, out, tendon, velocity, 0.0, 0.0, 1e-3)
         act[0] += out[0] * 2.0 * math.pi / steps
-        assert out[1] == 0.0
+        assert out[1:] == [0.0, 0.0]
     lengthening, shortening = tensions[steps], tensions[steps + steps // 2]
     assert lengthening > shortening > 0.0
     last = slice(steps, None)
@@ -227,9 +256,15 @@ def traces(muscle: Muscle) -> list[list[str]]:
     return found
 
 
+RIGID_BRAID = Braid(nominal_length=0.25, diameter=0.02, fibre_angle=0.5)
 OFF = {
-    "passive": (HardeningPassive(), HardeningPassive(hardening=77.0, slack_contraction=0.1)),
+    "passive": (
+        PassiveSpring(),
+        PassiveSpring(softening=77.0, slack_contraction=0.1, locking=60.0),
+    ),
     "threshold": (Threshold(), Threshold(pressure=0.0)),
+    "chain": (Chain(), Chain(relaxation_time=3.0)),
+    "braid": (RIGID_BRAID, dataclasses.replace(RIGID_BRAID, extensibility=0.0)),
 }
 """Effect -> the group that a rig gets which does not state it, and one of no size."""
 NO_WIDTH = dict.fromkeys(WIDTHS, 0.0)
@@ -251,6 +286,42 @@ def test_effect_of_some_size_does_leave_a_trace(effect):
     assert traces(base) != traces(dataclasses.replace(base, **{effect: OFF[effect][0]}))
 
 
+def test_locking_by_itself_leaves_a_trace():
+    base = make()
+    free = dataclasses.replace(base.passive, locking=0.0)
+    assert traces(base) != traces(dataclasses.replace(base, passive=free))
+
+
+@pytest.mark.parametrize("kind", KINDS, ids="-".join)
+def test_braid_spring_and_chain_that_do_not_give_leave_the_plain_sum_of_forces(kind):
+    """No locking, extensibility or compliance: written without them, equal to the bit."""
+    linear = PassiveSpring(stiffness=900.0, softening=9.0, slack_contraction=0.02)
+    chain = Chain(relaxation_time=0.5)
+    muscle = make(*kind, passive=linear, braid=RIGID_BRAID, chain=chain)
+    row = pack(muscle).tolist()
+    for tendon, pressure, z in CASES:
+        act = charged(muscle, tendon, abs(pressure), z)
+        kappa, gauge = kernel.contraction(row, tendon), kernel.gauge_pressure(row, act, tendon)
+        stretch = 0.02 - kappa
+        spring = 900.0 * stretch if stretch > 0.0 else 100.0 * math.expm1(9.0 * stretch)
+        active = kernel.active_force(row, max(gauge - muscle.threshold.pressure, 0.0), kappa)
+        force = active + spring
+        force = max(force - kernel.loop_force(row, act, kappa, max(gauge, 0.0), force), 0.0)
+        assert bits([kernel.tension(row, act, tendon)]) == bits([force])
+
+
+@pytest.mark.parametrize("loop", LOOPS)
+def test_a_rigid_chain_keeps_its_state_and_nobody_minds_it(loop):
+    """Rates of all states with an extension that a rig cannot have left there but by hand."""
+    muscle = make(loop=loop, chain=Chain())
+    for tendon, pressure, z in CASES:
+        act = charged(muscle, tendon, pressure, z)
+        without = [*act[:-2], 0.0, act[-1]]
+        found = rates(muscle, act, tendon, 0.03, 0.4)
+        assert found[-2] == 0.0
+        assert bits(found) == bits(rates(muscle, without, tendon, 0.03, 0.4))
+
+
 @pytest.mark.parametrize("loop", LOOPS)
 def test_operator_of_no_width_leaves_no_trace(loop):
     base = make(loop=loop)
@@ -264,11 +335,16 @@ def test_operator_of_no_width_leaves_no_trace(loop):
 
 @pytest.mark.parametrize("name", FORCES)
 def test_all_effects_neutral_leave_the_bare_force_law(name):
-    """Scale 1, no spring, threshold or loop: the tension is the law's own number, to the bit."""
+    """Scale 1 and all else off: the tension is the law's own number, to the bit."""
     stated = dataclasses.asdict(FORCES[name])
     del stated["scale"]  # its default is the neutral value
     group = type(FORCES[name])(**stated)
-    off = {"passive": HardeningPassive(), "threshold": Threshold()}
+    off = {
+        "passive": PassiveSpring(),
+        "threshold": Threshold(),
+        "chain": Chain(),
+        "braid": RIGID_BRAID,
+    }
     muscle = make(force=group, hysteresis=BoucWen(yield_contraction=0.01), **off)
     row, law = pack(muscle).tolist(), FORCE_LAWS[name]
     numbers = [*coefficients_of(group)[1:], *(getattr(muscle.braid, f) for f in law.braid_fields)]
@@ -287,7 +363,7 @@ def test_loop_without_a_part_per_pressure_has_one_width_at_every_pressure():
     """force_per_pressure = 0 gives, bit by bit, the loop of the constant width alone."""
     loop = BoucWen(force=5.0, force_per_pressure=0.0, yield_contraction=0.005)
     for tendon, pressure, z in CASES:
-        bare = make(passive=STRETCHED)
+        bare = make(passive=STRETCHED, chain=Chain())
         air = charged(bare, tendon, pressure)
         plain = kernel.static_force(
             pack(bare), tendon, kernel.gauge_pressure(pack(bare), air, tendon)
@@ -305,5 +381,5 @@ def test_a_chamber_without_volume_stops_the_run():
     )
     row = pack(muscle).tolist()
     for tendon in (0.3, -0.1):  # beyond straight fibres, and shorter than nothing
-        assert math.isnan(kernel.chamber_pressure(row, [5.0], tendon))
-        assert math.isnan(kernel.tension(row, [5.0], tendon))
+        assert math.isnan(kernel.chamber_pressure(row, [0.0, 5.0], tendon))
+        assert math.isnan(kernel.tension(row, [0.0, 5.0], tendon))

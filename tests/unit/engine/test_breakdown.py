@@ -1,42 +1,98 @@
-"""What makes a run break off, and what it is called."""
+"""What makes a run break off, where, and what it is called."""
 
 from __future__ import annotations
+
+import dataclasses
 
 import mujoco
 import numpy as np
 import pytest
 
+import pamsim
 from pamsim.core.recording import Outcome
-from pamsim.engine.simulate import _breakdown
+from pamsim.engine.trace import Trace, first_breakdown
 
-PENDULUM = """<mujoco><worldbody><body><joint name='j'/><geom size='1'/></body></worldbody>
-<actuator><general joint='j' dyntype='integrator'/></actuator></mujoco>"""
+SAMPLES = 10
+TIME = 0.5 + 0.01 * np.arange(SAMPLES)
 
 
 @pytest.fixture
-def data():
-    model = mujoco.MjModel.from_xml_string(PENDULUM)
-    data = mujoco.MjData(model)
-    mujoco.mj_step(model, data)
-    return data
+def trace():
+    """A run of a pendulum in which nothing is wrong, all in small numbers that can be spoilt."""
+    kinds = len(mujoco.mjtWarning.__members__) - 1
+    blank = np.zeros((SAMPLES, 2))
+    return Trace(
+        time=TIME.copy(),
+        position=blank.copy(),
+        velocity=blank.copy(),
+        act=blank.copy(),
+        length=blank.copy(),
+        force=blank.copy(),
+        warnings=np.zeros((SAMPLES, kinds), dtype=np.int32),
+    )
 
 
-def test_a_healthy_state_goes_on(data):
-    assert _breakdown(data, data.time, 1e-3) is None
+def look(trace, first=0, last=SAMPLES):
+    return first_breakdown(trace, TIME, 1e-3, first, last)
 
 
-@pytest.mark.parametrize("field", ["act", "qpos"])
-def test_a_state_that_is_not_finite_stops(data, field):
-    getattr(data, field)[0] = np.nan
-    assert _breakdown(data, data.time, 1e-3)[0] is Outcome.NOT_FINITE
+def test_a_healthy_run_goes_on(trace):
+    trace.velocity[:] = np.nan  # follows from the position; not looked at
+    assert look(trace) is None
 
 
-def test_a_warning_of_the_engine_stops_and_is_named(data):
-    data.warning[mujoco.mjtWarning.mjWARN_BADQACC].number = 1
-    outcome, reason = _breakdown(data, data.time, 1e-3)
-    assert outcome is Outcome.ENGINE_WARNING
+@pytest.mark.parametrize("field", ["act", "position"])
+def test_a_state_that_is_not_finite_stops(trace, field):
+    getattr(trace, field)[6:, 1] = np.nan
+    assert look(trace)[:2] == (6, Outcome.NOT_FINITE)
+
+
+def test_a_warning_of_the_engine_stops_and_is_named(trace):
+    trace.warnings[4:, mujoco.mjtWarning.mjWARN_BADQACC] = 1
+    sample, outcome, reason = look(trace)
+    assert (sample, outcome) == (4, Outcome.ENGINE_WARNING)
     assert "BADQACC" in reason
 
 
-def test_time_that_does_not_advance_stops(data):
-    assert _breakdown(data, data.time + 0.1, 1e-3)[0] is Outcome.TIME_STALLED
+def test_time_that_does_not_advance_stops(trace):
+    trace.time[3:] = trace.time[2]
+    sample, outcome, reason = look(trace)
+    assert (sample, outcome) == (3, Outcome.TIME_STALLED)
+    assert "0.52 s, not 0.53 s" in reason
+
+
+def test_of_two_faults_the_earlier_counts(trace):
+    trace.act[7:, 0] = np.inf
+    trace.warnings[5:, 0] = 1
+    assert look(trace)[:2] == (5, Outcome.ENGINE_WARNING)
+
+
+def test_only_the_asked_samples_are_looked_at(trace):
+    trace.act[8, 0] = np.nan
+    assert look(trace, 0, 8) is None
+    assert look(trace, 8, 10)[0] == 8
+
+
+@pytest.mark.parametrize("stop", [3, 64, 100])
+def test_a_run_ends_before_the_sample_that_is_not_to_be_trusted(monkeypatch, stop):
+    """Looking only now and then must not let a bad sample into the recording."""
+    rig = pamsim.load_rig("mas20_arm")
+    step = pamsim.pressure_step((3e5, 3e5), (3e5, 1e5), duration=0.3, sample_rate=500.0)
+    step = dataclasses.replace(step, settle=0.1)
+    whole = pamsim.simulate(rig, step).completed()
+    calls = 0
+
+    def spoil(model, data, steps=1, real=mujoco.mj_step):
+        nonlocal calls
+        real(model, data, steps)
+        calls += 1
+        if calls == 1 + 2 * stop:  # one call to settle, then two per sample
+            data.act[-1] = np.nan
+
+    monkeypatch.setattr(mujoco, "mj_step", spoil)
+    broken = pamsim.simulate(rig, step)
+    assert broken.outcome is Outcome.NOT_FINITE
+    assert len(broken.time) == stop
+    assert f"before t = {stop * 0.002:.4g} s" in broken.message
+    for name in ("angle", "pressure", "tension"):
+        assert np.array_equal(getattr(broken, name), getattr(whole, name)[:stop])

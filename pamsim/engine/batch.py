@@ -1,0 +1,93 @@
+"""Many simulations at once, each with its own rig and experiment, on a pool of threads.
+
+Every simulation has a model of its own, so whatever `Rig.with_parameters` can set may differ, and
+the loads, commands and lengths of the experiments too. The engine steps outside Python's lock, and
+what little Python runs between the steps leaves two threads close to twice the speed of one.
+"""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Sequence
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass
+from typing import TypeAlias
+
+import mujoco
+import numpy as np
+from numpy.typing import NDArray
+
+from pamsim.core.errors import InputError
+from pamsim.core.experiment import Experiment
+from pamsim.core.recording import Recording
+from pamsim.engine.callback import live
+from pamsim.engine.rig import Rig
+from pamsim.engine.simulate import Run, prepare, record, settle
+from pamsim.engine.state import restore_state, save_state
+
+_Key: TypeAlias = tuple[int, float, tuple[float, ...], float]
+
+
+@dataclass(frozen=True)
+class _Rest:
+    """A rig at rest before time 0, and what the engine warned of on the way there."""
+
+    state: NDArray[np.float64]
+    warnings: NDArray[np.int32]
+
+
+def simulate_batch(
+    jobs: Sequence[tuple[Rig, Experiment]],
+    *,
+    timestep: float | None = None,
+    threads: int | None = None,
+) -> list[Recording]:
+    """Run many experiments at once.
+
+    Each result is equal to that of `pamsim.simulate` to the last bit, broken runs included.
+    Experiments that start from the same pressures with the same load on the same rig object come to
+    rest once for all of them.
+
+    Args:
+        jobs: rig and experiment of each simulation.
+        timestep: [s]; each rig's own if left out.
+        threads: how many run at a time; one per processor if left out.
+
+    Returns:
+        One recording per job, in their order.
+
+    Raises:
+        InputError: if an experiment does not fit its rig or the time step, or there is no thread.
+        EngineError: if a rig's integrator cannot carry the muscles' memory.
+    """
+    if threads is not None and threads < 1:
+        raise InputError(f"{threads} threads cannot run a simulation; give 1 or more")
+    runs = [prepare(rig, experiment, timestep=timestep) for rig, experiment in jobs]
+    first: dict[_Key, Run] = {}
+    for run in runs:
+        first.setdefault(_start(run), run)
+    with (
+        live(*(run.model for run in runs)),
+        ThreadPoolExecutor(threads or os.cpu_count()) as pool,
+    ):
+        rests = dict(zip(first, pool.map(_settled, first.values()), strict=True))
+        return list(pool.map(lambda run: _recorded(run, rests[_start(run)]), runs))
+
+
+def _start(run: Run) -> _Key:
+    """What the state at time 0 depends on; the time step is the same in a rig and batch."""
+    start = run.experiment
+    return id(run.rig), start.load, tuple(start.start_pressure.tolist()), start.settle
+
+
+def _settled(run: Run) -> _Rest:
+    data = mujoco.MjData(run.model)
+    settle(run.model, data, run.experiment)
+    return _Rest(save_state(run.model, data), data.warning.number.copy())
+
+
+def _recorded(run: Run, rest: _Rest) -> Recording:
+    data = mujoco.MjData(run.model)
+    restore_state(run.model, data, rest.state)
+    data.warning.number[:] = rest.warnings
+    return record(run, data)

@@ -1,0 +1,66 @@
+"""One parameter of a loaded rig by its name: value, allowed range, and what the file says of it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from pamsim.actuator.layout import parameter_slot
+from pamsim.core.errors import InputError, nearest
+from pamsim.core.parameters import FieldSpec, ParameterGroup, Sourced, specs
+from pamsim.engine.native import is_native, native_field, native_value
+from pamsim.engine.rig import Rig
+
+
+@dataclass(frozen=True, kw_only=True)
+class RigParameter:
+    """A parameter as `Rig.with_parameters` names it.
+
+    Attributes:
+        name: ``group.field``, ``muscle:group.field`` or a native name.
+        value: of the first muscle it belongs to, or of the MJCF field [SI].
+        spec: its unit and range.
+        stated: its entry in ``params.toml``, or None where the value is a default or the MJCF's.
+    """
+
+    name: str
+    value: float
+    spec: FieldSpec
+    stated: Sourced | None
+
+
+def rig_parameter(rig: Rig, name: str) -> RigParameter:
+    """Look a parameter of a rig up.
+
+    Raises:
+        InputError: if the rig has none of that name, with the nearest one.
+    """
+    if is_native(name):
+        return RigParameter(
+            name=name,
+            value=native_value(rig.model, name),
+            spec=native_field(name),
+            stated=rig.file.native.get(name),
+        )
+    only, _, parameter = name.rpartition(":")
+    if only and only not in rig.muscles:
+        raise InputError(f"no muscle {only!r}; {nearest(only, rig.muscles)}")
+    index, muscle = next((i, m) for i, m in enumerate(rig.muscles) if only in ("", m))
+    known = {
+        f"{group.group}.{field}": spec
+        for group in vars(rig.muscles[muscle]).values()
+        if isinstance(group, ParameterGroup)
+        for field, spec in specs(type(group))
+    }
+    if parameter not in known:
+        raise InputError(f"no parameter {name!r}; {nearest(name, [*known, *rig.file.native])}")
+    slot = parameter_slot(rig.muscles[muscle], parameter)
+    group, _, field = parameter.partition(".")
+    shared = rig.file.muscle.get(group, {}).get(field)
+    own = rig.file.overrides[muscle].get(group, {}).get(field) if only else None
+    stated = own or shared
+    return RigParameter(
+        name=name,
+        value=float(rig.model.actuator_user[index, slot]),
+        spec=known[parameter],
+        stated=stated if isinstance(stated, Sourced) else None,
+    )

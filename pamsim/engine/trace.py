@@ -1,0 +1,101 @@
+"""The raw samples of a run, and where in them it broke down."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TypeAlias
+
+import mujoco
+import numpy as np
+from numpy.typing import NDArray
+
+from pamsim.core.recording import Outcome
+
+FloatArray: TypeAlias = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Trace:
+    """What is read off the engine at every sample, before the step that leaves it.
+
+    Attributes:
+        time: (n,) engine time [s].
+        position: (n, nq) ``qpos``.
+        velocity: (n, nv) ``qvel``.
+        act: (n, na) states of all actuators.
+        length: (n, m) actuator lengths [m].
+        force: (n, m) actuator forces [N].
+        warnings: (n, k) how often the engine has warned of each kind.
+    """
+
+    time: FloatArray
+    position: FloatArray
+    velocity: FloatArray
+    act: FloatArray
+    length: FloatArray
+    force: FloatArray
+    warnings: NDArray[np.int32]
+
+
+def empty_trace(model: mujoco.MjModel, samples: int) -> Trace:
+    """A trace with room for a number of samples."""
+    kinds = len(mujoco.MjData(model).warning)
+    return Trace(
+        time=np.empty(samples),
+        position=np.empty((samples, model.nq)),
+        velocity=np.empty((samples, model.nv)),
+        act=np.empty((samples, model.na)),
+        length=np.empty((samples, model.nactuator)),
+        force=np.empty((samples, model.nactuator)),
+        warnings=np.empty((samples, kinds), dtype=np.int32),
+    )
+
+
+def first_breakdown(
+    trace: Trace, expected_time: FloatArray, slack: float, first: int, last: int
+) -> tuple[int, Outcome, str] | None:
+    """The first sample at which the state is not to be trusted, if there is one.
+
+    The engine itself only prints a warning and goes on.
+
+    Args:
+        trace: of the run.
+        expected_time: (n,) engine time that belongs to each sample [s].
+        slack: difference from it that rounding explains [s].
+        first: sample to begin at.
+        last: sample to stop before.
+
+    Returns:
+        Its number, what it is called, and the reason as a phrase.
+    """
+    rows = slice(first, last)
+    states = np.concatenate([trace.act[rows], trace.position[rows]], axis=1)
+    healthy = (
+        np.isfinite(states).all(axis=1)
+        & ~trace.warnings[rows].any(axis=1)
+        & (np.abs(trace.time[rows] - expected_time[rows]) <= slack)
+    )
+    broken = np.flatnonzero(np.logical_not(healthy))
+    if not len(broken):
+        return None
+    sample = first + int(broken[0])
+    if not np.isfinite(states[broken[0]]).all():
+        return (
+            sample,
+            Outcome.NOT_FINITE,
+            "a state is not finite; check parameters and start pressures, or take a smaller time"
+            " step",
+        )
+    warned = np.flatnonzero(trace.warnings[sample])
+    if len(warned):
+        kind = mujoco.mjtWarning(int(warned[0])).name.removeprefix("mjWARN_")
+        return (
+            sample,
+            Outcome.ENGINE_WARNING,
+            f"MuJoCo warned of {kind}; take a smaller time step",
+        )
+    return (
+        sample,
+        Outcome.TIME_STALLED,
+        f"time is {trace.time[sample]:.6g} s, not {expected_time[sample]:.6g} s",
+    )

@@ -1,0 +1,138 @@
+"""What the identification page shows, in words and finished numbers."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+from pamsim.report.numbers import fixed, interval, significant, words
+
+
+@dataclass(frozen=True)
+class ParameterView:
+    """One identified number."""
+
+    name: str
+    value: str
+    unit: str
+    interval: str
+
+
+@dataclass(frozen=True)
+class ModelView:
+    """One line of the table of models."""
+
+    name: str
+    recommended: bool
+    parameters: list[ParameterView]
+    fit: str
+    held_out: str
+    aicc: str
+    poles: list[str]
+    remark: str
+
+
+@dataclass(frozen=True)
+class TrialView:
+    """One line of the table of trials."""
+
+    name: str
+    role: str
+    load: str
+    samples: str
+    duration: str
+    fit: str
+    rms: str
+
+
+def model_title(name: str) -> str:
+    """Name of a model for people: ``second order``, ``ARX 2,2,1``, ``OE 1,2,1``."""
+    kind, _, orders = name.partition("_")
+    return f"{kind.upper()} {orders.replace('_', ',')}" if kind in ("arx", "oe") else words(name)
+
+
+def verdict(result: Mapping[str, Any]) -> str:
+    """The recommended model, its numbers and the reason, in one sentence."""
+    if not result["recommended"]:
+        return f"No model is recommended: {result['reason']}."
+    model = _named(result, result["recommended"])
+    numbers = ", ".join(
+        f"{p.name} = {p.value}{' ' + p.unit if p.unit else ''}" for p in parameters(model)
+    )
+    held = model["fit_percent_held_out"]
+    fit = f"fits {fixed(model['fit_percent'], 1)} % of the output's variation"
+    if held is not None:
+        fit += f" ({fixed(held, 1)} % on held-out trials)"
+    return f"Recommended: {model_title(model['name'])}, {numbers}; {fit}. Why: {result['reason']}."
+
+
+def parameters(model: Mapping[str, Any]) -> list[ParameterView]:
+    """Parameters of a model as printed."""
+    return [
+        ParameterView(
+            name=item["name"],
+            value=significant(item["value"], 4),
+            unit="" if item["unit"] in ("-", "1") else item["unit"],
+            interval=interval(item["interval95"], 3),
+        )
+        for item in model["parameters"].values()
+        if item["name"][0] not in "ab"  # coefficients of discrete models are for machines
+    ]
+
+
+def model_views(result: Mapping[str, Any]) -> list[ModelView]:
+    """Every model of the result, in its order."""
+    return [
+        ModelView(
+            name=model_title(model["name"]),
+            recommended=model["name"] == result["recommended"],
+            parameters=parameters(model),
+            fit=fixed(model["fit_percent"], 2),
+            held_out=fixed(model.get("fit_percent_held_out"), 2),
+            aicc=fixed(model.get("aicc_above_best"), 1),
+            poles=[_pole(pole) for pole in model["poles_rad_per_s"]],
+            remark=_remark(model),
+        )
+        for model in result["models"]
+    ]
+
+
+def trial_views(result: Mapping[str, Any]) -> list[TrialView]:
+    """Every trial, with how the shown model meets it."""
+    model = _named(result, result["shown"])
+    scores = {score["name"]: score for score in (*model["trials"], *model["held_out"])}
+    key = next(key for score in scores.values() for key in score if key.startswith("rms_"))
+    return [
+        TrialView(
+            name=trial["name"],
+            role=words(trial["role"]),
+            load=fixed(trial["load_kg"], 2),
+            samples=str(trial["samples"]),
+            duration=fixed(trial["duration_s"], 2),
+            fit=fixed(scores[trial["name"]]["fit_percent"], 2),
+            rms=significant(scores[trial["name"]][key], 3),
+        )
+        for trial in result["trials"]
+    ]
+
+
+def _named(result: Mapping[str, Any], name: str) -> Mapping[str, Any]:
+    return next(model for model in result["models"] if model["name"] == name)
+
+
+def _remark(model: Mapping[str, Any]) -> str:
+    parts = [model["sentence"]]
+    if model["independence"] is not None:
+        parts.append(model["independence"]["sentence"])
+    return "; ".join(part.rstrip(".") for part in parts)
+
+
+def _pole(pole: list[float] | None) -> str:
+    if pole is None:
+        return "none"
+    real, imaginary = pole
+    if imaginary == 0.0:
+        return significant(real, 3)
+    sign = "+" if imaginary > 0.0 else "−"
+    return f"{significant(real, 3)} {sign} {significant(abs(imaginary), 3)}j"

@@ -1,0 +1,169 @@
+"""Read recordings: a folder with ``recording.toml`` and one CSV per trial.
+
+Columns per CSV: ``time_s``; commands ``u1``, ``u2`` (valve opening or pulse duty, in [-1, 1]) or
+``p1_set_kpa``, ``p2_set_kpa``; then, as far as they were measured, ``p1_kpa``, ``p2_kpa``,
+``angle_deg``, ``force1_n``, ``force2_n``. Pressures are gauge.
+"""
+
+from __future__ import annotations
+
+import os
+import tomllib
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from pamsim.core.errors import InputError, nearest
+from pamsim.core.trial import Trial, TrialSet
+from pamsim.core.units import DEG_PER_RAD, PA_PER_KPA
+from pamsim.store import recording_checks
+from pamsim.store.recording_columns import COMMAND_COLUMN, TrialColumns, read_trial_columns
+from pamsim.store.recording_files import SCHEMA
+
+INDEX = "recording.toml"
+_TOP = {"schema", "rig", "trial"}
+_TRIAL = {"file", "protocol", "command", "load_kg"}
+_MOST_LOAD_KG = 100.0  # what no arm of such muscles lifts
+
+
+def read_recordings(path: str | os.PathLike[str]) -> TrialSet:
+    """Read the trials of a recording.
+
+    A trial begins at rest at its first measured pressures or, where a pressure was not measured
+    but commanded, at its first set points. Its clock is counted from its first row.
+
+    Args:
+        path: of the folder, or of its ``recording.toml``.
+
+    Returns:
+        The trials in SI, with notes on what was not measured, not used, or not uniform.
+
+    Raises:
+        InputError: in one line with file, line and column: a missing or unknown key, a missing
+            command, a cell that is no finite number, fewer than 8 rows, a clock that stands, runs
+            back or jumps, a command out of range, numbers that must be in another unit than their
+            column says.
+    """
+    index = Path(path) / INDEX if Path(path).is_dir() else Path(path)
+    table = _index(index)
+    entries = table["trial"]
+    files: list[str] = [str(entry["file"]) for entry in entries]
+    for number, file in enumerate(files):
+        if file in files[:number]:
+            raise InputError(f"{index}: file {file!r} is two trials; name each file once")
+    tables = [read_trial_columns(index.parent / file) for file in files]
+    notes: list[str] = []
+    trials = tuple(
+        _trial(entry, columns, notes) for entry, columns in zip(entries, tables, strict=True)
+    )
+    recording_checks.units_of_all(tables)
+    for trial, columns in zip(trials, tables, strict=True):
+        if trial.muscles != trials[0].muscles:
+            raise InputError(
+                f"{columns.path}: commands {trial.muscles} muscles, {tables[0].path.name}"
+                f" {trials[0].muscles}; a recording is of one rig"
+            )
+    return TrialSet(
+        rig=_rig(index.parent, table["rig"]),
+        trials=trials,
+        notes=(*_not_measured(trials), *notes),
+    )
+
+
+def _index(path: Path) -> Mapping[str, Any]:
+    try:
+        table = tomllib.loads(path.read_text(encoding="utf-8-sig"))
+    except FileNotFoundError:
+        raise InputError(
+            f"no recording at {path.parent if path.name == INDEX else path}: give a folder with"
+            f" {INDEX}, or that file"
+        ) from None
+    except OSError as error:
+        raise InputError(f"cannot read {path}: {error.strerror}") from None
+    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
+        raise InputError(f"{path}: not valid TOML: {error}") from None
+    if table.get("schema") != SCHEMA:
+        raise InputError(f"{path}: schema is {table.get('schema')!r}; this pamsim reads {SCHEMA!r}")
+    _check_keys(f"{path}", table, _TOP)
+    if not (isinstance(table.get("rig"), str) and table["rig"].strip()):
+        raise InputError(f'{path}: needs rig = "...": the name or path of the rig it is of')
+    entries = table.get("trial")
+    if not (isinstance(entries, list) and entries and all(isinstance(e, dict) for e in entries)):
+        raise InputError(f"{path}: no trial; write [[trial]] with file, protocol, command, load_kg")
+    for number, entry in enumerate(entries, start=1):
+        _check_entry(f"{path}: trial {number}", entry)
+    return table
+
+
+def _check_entry(where: str, entry: Mapping[str, Any]) -> None:
+    _check_keys(where, entry, _TRIAL)
+    for key in ("file", "protocol", "command"):
+        if not (isinstance(entry.get(key), str) and entry[key].strip()):
+            raise InputError(f'{where} needs {key} = "..."')
+    if entry["command"] not in COMMAND_COLUMN:
+        hint = nearest(entry["command"], COMMAND_COLUMN)
+        raise InputError(f"{where}: no command {entry['command']!r}; {hint}")
+    load = entry.get("load_kg")
+    if isinstance(load, bool) or not isinstance(load, int | float) or not load >= 0.0:
+        raise InputError(f"{where} needs load_kg = ..., the mass on the arm, 0 for none: {load!r}")
+    if load > _MOST_LOAD_KG:
+        raise InputError(f"{where}: load_kg = {load:g} is no load for an arm; write kg, not g")
+
+
+def _check_keys(where: str, table: Mapping[str, Any], known: set[str]) -> None:
+    for key in table:
+        if key not in known:
+            raise InputError(f"{where}: unknown key {key}; {nearest(key, known)}")
+
+
+def _trial(entry: Mapping[str, Any], columns: TrialColumns, notes: list[str]) -> Trial:
+    name, kind = Path(entry["file"]).with_suffix("").as_posix(), entry["command"]
+    names = columns.command(kind)
+    jitter = recording_checks.clock(columns)
+    recording_checks.commands(columns, kind)
+    recording_checks.units(columns, kind)
+    muscles = range(1, len(names) + 1)
+    channels = {
+        **{f"p{i}_kpa": (f"pressure_{i}", PA_PER_KPA) for i in muscles},
+        "angle_deg": ("angle", 1.0 / DEG_PER_RAD),
+        **{f"force{i}_n": (f"force_{i}", 1.0) for i in muscles},
+    }
+    notes += [f"{name}: {jitter}"] if jitter else []
+    used = {"time_s", *names, *channels}
+    unused = [*columns.ignored, *(column for column in columns.values if column not in used)]
+    notes += [f"{name}: column {column!r} is not used" for column in unused]
+    time = columns.values["time_s"]
+    scale = PA_PER_KPA if kind == "pressure" else 1.0
+    return Trial(
+        name=name,
+        protocol=entry["protocol"],
+        command_kind=kind,
+        load=float(entry["load_kg"]),
+        time=time - time[0],
+        command=np.column_stack([columns.values[column] for column in names]) * scale,
+        measured={
+            channel: columns.values[column] * factor
+            for column, (channel, factor) in channels.items()
+            if column in columns.values
+        },
+    )
+
+
+def _rig(folder: Path, rig: str) -> str:
+    """The rig as `pamsim.load_rig` finds it from anywhere: a path is relative to the recording."""
+    beside = folder / rig
+    return str(beside) if (beside / "params.toml").is_file() else rig
+
+
+def _not_measured(trials: tuple[Trial, ...]) -> list[str]:
+    muscles = range(1, trials[0].muscles + 1)
+    every = [*(f"pressure_{i}" for i in muscles), "angle", *(f"force_{i}" for i in muscles)]
+    notes: list[str] = []
+    for channel in every:
+        lacking = [trial.name for trial in trials if channel not in trial.measured]
+        if lacking:
+            where = "any trial" if len(lacking) == len(trials) else ", ".join(lacking)
+            notes.append(f"{channel} was not measured in {where}")
+    return notes

@@ -1,0 +1,153 @@
+"""Write a rig with changed parameters: a copy of its folder, its ``params.toml`` revised in place.
+
+Comments, order and units of the original stay; each changed number states its new source.
+"""
+
+from __future__ import annotations
+
+import os
+import shutil
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+import tomlkit
+from tomlkit.items import Comment, InlineTable, Item, Table
+
+from pamsim.core.errors import InputError, nearest
+from pamsim.core.parameters import Sourced
+from pamsim.core.units import to_si
+from pamsim.store.rig_file import RigFile
+
+_DIGITS = 10
+_RANGE_DIGITS = 5
+# What it says of parameters would be said of numbers that are no longer there.
+_LEFT_BEHIND = shutil.ignore_patterns("README.md", "__pycache__")
+
+
+def write_rig(
+    source: RigFile, folder: Path, values: Mapping[str, Sourced], *, heading: str = ""
+) -> Path:
+    """Write a rig in which some parameters have new values.
+
+    Args:
+        source: the rig to start from.
+        folder: of the new rig, created if need be; files of the same name are replaced.
+        values: name -> number, in any unit that measures the parameter; it is converted to the unit
+            the file has, and written in its own where the file lacks the parameter. Names are those
+            of `pamsim.engine.rig.Rig.with_parameters`: ``group.field`` (it replaces what single
+            muscles had of their own), ``muscle:group.field``, or a native name. The old 95 %
+            interval goes; bounds and note stay unless new ones are given.
+        heading: comment for the top of the file.
+
+    Returns:
+        Path of the new ``params.toml``.
+
+    Raises:
+        InputError: for an unknown muscle, a unit that does not fit, a folder that is the source's
+            own or lies inside it, or a place that cannot be written.
+    """
+    old, new = source.folder.resolve(), folder.resolve()
+    if new == old or old in new.parents:
+        raise InputError(
+            f"cannot write a rig to {folder}: it is the folder it is made from, or inside it"
+        )
+    document = tomlkit.parse((source.folder / "params.toml").read_text(encoding="utf-8"))
+    # Shared numbers first: they clear what single muscles had, which may follow anew.
+    for name in sorted(values, key=lambda name: ":" in name):
+        _put(document, source, name, values[name])
+    text = tomlkit.dumps(document)
+    if heading:
+        text = "".join(f"# {line}\n" for line in heading.splitlines()) + text
+    path = folder / "params.toml"
+    part = path.with_name("params.toml.part")
+    try:
+        shutil.copytree(source.folder, folder, dirs_exist_ok=True, ignore=_LEFT_BEHIND)
+        part.write_text(text, encoding="utf-8")
+        os.replace(part, path)
+    except (OSError, shutil.Error) as error:
+        raise InputError(f"cannot write {folder}: {error}") from None
+    return path
+
+
+def _put(document: Any, source: RigFile, name: str, number: Sourced) -> None:
+    muscle, _, parameter = name.rpartition(":")
+    if muscle:
+        if muscle not in source.tendons:
+            raise InputError(f"no muscle {muscle!r}; {nearest(muscle, source.tendons)}")
+        group, _, field = parameter.partition(".")
+        _revise(_table(_own_tables(document)[muscle], group), field, number)
+    elif name in source.native or parameter.count(".") == 2:
+        _revise(_table(document, "native"), name, number)
+    else:
+        group, _, field = parameter.partition(".")
+        _revise(_table(_table(document, "muscle"), group), field, number)
+        for own in document["muscles"].values():
+            own.get(group, {}).pop(field, None)
+
+
+def _own_tables(document: Any) -> Any:
+    """The muscles' tables, each under a header of its own, which an inline table cannot have."""
+    muscles = document["muscles"]
+    if any(isinstance(entry, InlineTable) for entry in muscles.values()):
+        # All of them: a header comes after every inline entry, and their order is the actuators'.
+        headed = tomlkit.table(is_super_table=True)
+        for name, entry in muscles.items():
+            headed.append(name, _with_header(entry))
+        last = headed[list(headed)[-1]]
+        for item in (item for _, item in muscles.value.body if isinstance(item, Comment)):
+            last.add(tomlkit.comment(item.trivia.comment.removeprefix("#").strip()))
+        document["muscles"] = headed
+    return document["muscles"]
+
+
+def _with_header(muscle: Any) -> Table:
+    table = tomlkit.table()
+    for key, value in muscle.unwrap().items():
+        table.append(key, _group(value) if isinstance(value, dict) else value)
+    return table
+
+
+def _group(fields: Mapping[str, Any]) -> Table:
+    table = tomlkit.table()
+    for field, value in fields.items():
+        table.append(field, _entry(value) if isinstance(value, dict) else value)
+    return table
+
+
+def _table(parent: Any, key: str) -> Any:
+    if key not in parent:
+        parent[key] = tomlkit.table()
+    return parent[key]
+
+
+def _revise(section: Any, key: str, number: Sourced) -> None:
+    """Change an entry, keeping the comment behind it, or add it."""
+    before = section[key].unwrap() if key in section else {"unit": number.unit}
+
+    def written(value: float, digits: int) -> float:
+        return float(f"{to_si(value, number.unit, before['unit'], where=key):.{digits}g}")
+
+    def pair(ends: tuple[float, float] | None) -> list[float] | None:
+        return [written(end, _RANGE_DIGITS) for end in ends] if ends else None
+
+    section[key] = _entry(
+        {
+            "value": written(number.value, _DIGITS),
+            "unit": before["unit"],
+            "source": number.source,
+            "interval95": pair(number.interval95),
+            "bounds": pair(number.bounds) or before.get("bounds"),
+            "note": number.note or before.get("note"),
+        }
+    )
+
+
+def _entry(fields: Mapping[str, Any]) -> Item:
+    """An inline table with the spaces people write; None stands for a key that is left out."""
+    inside = ", ".join(
+        f"{key} = {tomlkit.item(value).as_string()}"
+        for key, value in fields.items()
+        if value is not None
+    )
+    return tomlkit.value(f"{{ {inside} }}")

@@ -1,0 +1,89 @@
+"""Which directions of a parameter space the data determine, from the Jacobian alone."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+FloatArray = NDArray[np.float64]
+BoolArray = NDArray[np.bool_]
+
+_MEMBER = 0.05  # share in a flat direction from which a parameter belongs to it
+_CORRELATED = 0.95
+
+
+@dataclass(frozen=True)
+class Determined:
+    """Directions of a parameter space, told apart by how far they move the data.
+
+    Attributes:
+        basis: what is determined, one direction per column, shape (k, q). Columns of the Jacobian
+            times ``basis`` are orthogonal.
+        flat: what is not, one direction per row, shape (f, k).
+        members: which parameters take part in a flat direction, shape (k,).
+    """
+
+    basis: FloatArray
+    flat: FloatArray
+    members: BoolArray
+
+
+def determined(jacobian: FloatArray, singular: float) -> Determined:
+    """Split the parameter space by the singular values of the column-scaled Jacobian.
+
+    Scaled columns make the split independent of units and ranges: what counts is how alike the
+    effects of parameters are, not how large.
+
+    Args:
+        jacobian: shape (n, k), columns not zero.
+        singular: directions below this fraction of the largest singular value are flat.
+
+    Returns:
+        The split.
+    """
+    norms = np.linalg.norm(jacobian, axis=0)
+    _, values, vt = np.linalg.svd(jacobian / norms, full_matrices=False)
+    # Fewer rows than columns leave directions without a singular value: flat as well.
+    good = values > singular * values[0]
+    basis = (vt[good] / norms).T
+    if vt.shape[0] < vt.shape[1]:
+        vt = np.linalg.svd(jacobian / norms)[2]
+        good = np.append(good, np.zeros(vt.shape[0] - good.size, dtype=bool))
+    flat = vt[~good]
+    return Determined(basis, flat / norms, np.any(np.abs(flat) > _MEMBER, axis=0))
+
+
+def covariance_along(jacobian: FloatArray, basis: FloatArray) -> FloatArray:
+    """Covariance of the parameters under unit white noise, flat directions left out.
+
+    Args:
+        jacobian: shape (n, k).
+        basis: determined directions, shape (k, q), from `determined`.
+
+    Returns:
+        Shape (k, k).
+    """
+    _, triangle = np.linalg.qr(jacobian @ basis)
+    half = np.linalg.solve(triangle.T, basis.T)
+    return half.T @ half
+
+
+def trade_offs(covariance: FloatArray, i: int, barred: BoolArray) -> list[int]:
+    """Find parameters that are correlated with one by more than 0.95.
+
+    Args:
+        covariance: shape (k, k).
+        i: the one.
+        barred: parameters not to look at, such as members of flat directions, shape (k,).
+
+    Returns:
+        Their indices.
+    """
+    spread = np.sqrt(np.diag(covariance))
+    return [
+        j
+        for j in range(spread.size)
+        if j != i and not barred[j] and abs(covariance[i, j]) > _CORRELATED * spread[i] * spread[j]
+    ]

@@ -1,0 +1,112 @@
+"""Residuals of a simulation against trials, as calibration sees them: blocks of one channel."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pamsim.core.errors import InputError
+
+FloatArray = NDArray[np.float64]
+
+
+@dataclass(frozen=True, kw_only=True)
+class ResidualBlock:
+    """Simulated minus measured, one channel of one trial.
+
+    Attributes:
+        trial: name of the trial, or of a static table.
+        protocol: trials of the same protocol are repeats of each other.
+        channel: such as ``angle``; blocks of the same channel share their noise.
+        residual: shape (n,) [SI unit of the channel]. Its length must not depend on parameters.
+        sample_interval: [s], or None for rows without an order in time (static table), which are
+            taken as independent.
+        noise_sd: standard deviation of the sensor noise if it is known [SI unit of the channel].
+    """
+
+    trial: str
+    protocol: str
+    channel: str
+    residual: FloatArray
+    sample_interval: float | None = None
+    noise_sd: float | None = None
+
+
+Blocks = list[ResidualBlock]
+Simulate = Callable[[FloatArray], Sequence[Blocks | None]]
+"""Parameter vectors, shape (k, p) [parameter units], to the blocks of each. None, or a residual
+that is not finite, means that the simulation diverged there. The blocks of all vectors must agree
+in number, order and length."""
+
+
+@dataclass(frozen=True)
+class BlockPlace:
+    """Where a block lies in the stacked residual.
+
+    Attributes:
+        block: as first returned; its residual is that of the first simulation.
+        rows: its rows in the stack.
+    """
+
+    block: ResidualBlock
+    rows: slice
+
+
+def layout(blocks: Sequence[ResidualBlock]) -> tuple[BlockPlace, ...]:
+    """Stack blocks one after the other.
+
+    Args:
+        blocks: of one simulation.
+
+    Returns:
+        One place per block.
+
+    Raises:
+        InputError: no blocks, an empty or badly shaped block, or a useless noise or interval.
+    """
+    if not blocks:
+        raise InputError("nothing to calibrate to: the simulation returned no residuals")
+    places: list[BlockPlace] = []
+    end = 0
+    for block in blocks:
+        where = f"trial {block.trial}, channel {block.channel}"
+        if block.residual.ndim != 1 or block.residual.size == 0:
+            raise InputError(f"{where}: residual of shape {block.residual.shape} is not (n,)")
+        for what, value in (("noise", block.noise_sd), ("interval", block.sample_interval)):
+            if value is not None and not (np.isfinite(value) and value > 0.0):
+                raise InputError(f"{where}: {what} {value!r} is not a positive number")
+        places.append(BlockPlace(block, slice(end, end + block.residual.size)))
+        end += block.residual.size
+    return tuple(places)
+
+
+def stacked(blocks: Blocks | None, places: tuple[BlockPlace, ...]) -> FloatArray | None:
+    """Put the residuals of one simulation into one vector.
+
+    Args:
+        blocks: of one simulation, or None if it diverged.
+        places: from `layout`.
+
+    Returns:
+        Shape (n,), or None if the simulation diverged.
+
+    Raises:
+        InputError: the blocks are not those of ``places``.
+    """
+    if blocks is None:
+        return None
+    same = len(blocks) == len(places) and all(
+        (b.trial, b.channel, b.residual.size)
+        == (p.block.trial, p.block.channel, p.block.residual.size)
+        for b, p in zip(blocks, places, strict=True)
+    )
+    if not same:
+        raise InputError(
+            "simulations returned residuals of different layout; trial, channel and length of each"
+            " block must not depend on the parameters"
+        )
+    vector = np.concatenate([block.residual for block in blocks])
+    return vector if bool(np.all(np.isfinite(vector))) else None

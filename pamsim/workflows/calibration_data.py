@@ -1,0 +1,127 @@
+"""What a rig is calibrated to: trials over time and angles at rest, from any number of places."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+from pamsim.core.errors import InputError, nearest
+from pamsim.core.trial import Trial
+from pamsim.store.recording_reader import read_recordings
+from pamsim.store.static_table import StaticTable, read_static_table
+
+
+@dataclass(frozen=True, kw_only=True)
+class CalibrationData:
+    """Measurements of one rig.
+
+    Attributes:
+        sources: where they were read from, as given.
+        rig: name or path of the rig the recordings belong to, or None if there are none.
+        trials: over time.
+        tables: of angles at rest.
+        notes: what a reader should know, one sentence each.
+    """
+
+    sources: tuple[str, ...]
+    rig: str | None
+    trials: tuple[Trial, ...]
+    tables: tuple[StaticTable, ...]
+    notes: tuple[str, ...] = ()
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Names of all trials and tables."""
+        return tuple(part.name for part in (*self.trials, *self.tables))
+
+
+def read_calibration_data(sources: Sequence[str | os.PathLike[str]]) -> CalibrationData:
+    """Read recordings and static tables.
+
+    Args:
+        sources: each a recording's folder or its ``recording.toml``, the CSV of a static table, or
+            ``mas20`` for the packaged one.
+
+    Raises:
+        InputError: for what cannot be read, recordings of different rigs, or two static tables of
+            the same name.
+    """
+    trials: list[Trial] = []
+    tables: list[StaticTable] = []
+    notes: list[str] = []
+    rigs: dict[str, str] = {}
+    recordings = [s for s in sources if _is_recording(Path(s))]
+    for source in sources:
+        if source not in recordings:
+            table = read_static_table(source)
+            tables.append(table)
+            notes += table.notes
+            continue
+        found = read_recordings(source)
+        rigs[found.rig] = str(source)
+        # Trials of two recordings may well have the same file names.
+        stem = f"{_stem(Path(source))}/" if len(recordings) > 1 else ""
+        trials += [
+            replace(trial, name=f"{stem}{trial.name}", protocol=f"{stem}{trial.protocol}")
+            for trial in found.trials
+        ]
+        notes += [f"{stem}{note}" if stem else note for note in found.notes]
+    if len(rigs) > 1:
+        told = " and ".join(f"{source} of {rig!r}" for rig, source in rigs.items())
+        raise InputError(f"the recordings are of different rigs: {told}; calibrate one at a time")
+    data = CalibrationData(
+        sources=tuple(str(source) for source in sources),
+        rig=next(iter(rigs), None),
+        trials=tuple(trials),
+        tables=tuple(tables),
+        notes=tuple(notes),
+    )
+    for name in data.names:
+        if data.names.count(name) > 1:
+            raise InputError(f"{name!r} is given twice; rename one of the files")
+    return data
+
+
+def _is_recording(path: Path) -> bool:
+    return path.is_dir() or path.suffix == ".toml"
+
+
+def _stem(path: Path) -> str:
+    return path.resolve().name if path.is_dir() else path.resolve().parent.name
+
+
+def hold_out(
+    data: CalibrationData, names: Sequence[str]
+) -> tuple[CalibrationData, CalibrationData]:
+    """Split data into what is fitted and what is held out.
+
+    Args:
+        data: all of it.
+        names: of trials, protocols or tables to hold out.
+
+    Returns:
+        Fitted and held-out data.
+
+    Raises:
+        InputError: for an unknown name, or if nothing is left to fit.
+    """
+    known = {*data.names, *(trial.protocol for trial in data.trials)}
+    for name in names:
+        if name not in known:
+            raise InputError(f"--hold-out {name}: no trial of that name; {nearest(name, known)}")
+
+    def part(held: bool) -> CalibrationData:
+        return replace(
+            data,
+            trials=tuple(
+                t for t in data.trials if (t.name in names or t.protocol in names) == held
+            ),
+            tables=tuple(t for t in data.tables if (t.name in names) == held),
+        )
+
+    fitted = part(False)
+    if not fitted.names:
+        raise InputError("--hold-out leaves nothing to fit; hold out fewer trials")
+    return fitted, part(True)

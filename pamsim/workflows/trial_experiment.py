@@ -1,0 +1,114 @@
+"""A measured trial as an experiment to simulate, and the simulation at the trial's own times."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pamsim.core.errors import InputError
+from pamsim.core.experiment import Experiment
+from pamsim.core.recording import Recording
+from pamsim.core.trial import Trial
+
+GRID_HZ = 2000
+"""Steps of the shipped rigs per second; a sampling rate must divide it."""
+
+_ON_GRID = 0.02  # share of a sample by which written times may miss a grid
+
+
+def experiment_of(trial: Trial, *, sample_rate: float | None = None) -> Experiment:
+    """The experiment that repeats a trial in the engine.
+
+    Args:
+        trial: as measured.
+        sample_rate: of the simulation [Hz]; it must divide the rig's steps per second. If left
+            out: the trial's own where its clock is uniform and divides 2000 Hz, so that every
+            command changes at its own instant; otherwise 2000 Hz, late by one step at most.
+
+    Returns:
+        The commands held, from rest at the first measured pressures or, where a pressure was not
+        measured, at the first set point.
+
+    Raises:
+        InputError: if neither says at which pressures a muscle started.
+    """
+    rate = grid_rate(trial.time) if sample_rate is None else sample_rate
+    changed = np.flatnonzero(np.any(np.diff(trial.command, axis=0) != 0.0, axis=1)) + 1
+    rows = np.concatenate([[0], changed])
+    return Experiment(
+        command=trial.command_kind,
+        command_time=_snapped(trial.time[rows], rate),
+        command_value=trial.command[rows],
+        start_pressure=start_pressures(trial),
+        # Up to the first sample that is not before the trial's last.
+        duration=math.ceil(float(trial.time[-1]) * rate - _ON_GRID) / rate,
+        sample_rate=rate,
+        load=trial.load,
+        name=trial.name,
+    )
+
+
+def start_pressures(trial: Trial) -> NDArray[np.float64]:
+    """Gauge pressures at which the muscles of a trial rest before it begins, shape (m,) [Pa].
+
+    Raises:
+        InputError: if one was neither measured nor commanded.
+    """
+    start = np.empty(trial.muscles)
+    for muscle in range(trial.muscles):
+        measured = trial.measured.get(f"pressure_{muscle + 1}")
+        if measured is not None:
+            start[muscle] = measured[0]
+        elif trial.command_kind == "pressure":
+            start[muscle] = trial.command[0, muscle]
+        else:
+            raise InputError(
+                f"trial {trial.name!r} does not say at which pressure muscle {muscle + 1} started:"
+                f" record p{muscle + 1}_kpa, or command pressures"
+            )
+    # A vented sensor may read a little below the atmosphere; the muscle is at it.
+    return np.maximum(start, 0.0)
+
+
+def grid_rate(time: NDArray[np.float64]) -> float:
+    """Rate that samples at all given times, or 2000 Hz if no divisor of it does [Hz].
+
+    Args:
+        time: (n,) [s], increasing from 0.
+    """
+    rate = (time.size - 1) / float(time[-1])
+    whole = round(GRID_HZ / rate)
+    if whole < 1:
+        return float(GRID_HZ)
+    near = GRID_HZ / whole
+    on_grid = np.max(np.abs(time * near - np.arange(time.size))) <= _ON_GRID
+    return near if on_grid else float(GRID_HZ)
+
+
+def _snapped(time: NDArray[np.float64], rate: float) -> NDArray[np.float64]:
+    """Times moved back to the grid that rounding left: a command just late is a whole step late."""
+    grid = np.round(time * rate) / rate
+    return np.where(np.abs(time - grid) * rate <= _ON_GRID, grid, time)
+
+
+def at_times(recording: Recording, trial: Trial) -> dict[str, NDArray[np.float64]]:
+    """Simulated signals at the times of a trial, interpolated linearly between samples.
+
+    Args:
+        recording: of the trial's experiment.
+        trial: as measured.
+
+    Returns:
+        ``pressure_1`` ... [Pa, gauge], ``angle`` [rad], ``force_1`` ... [N], each (n,).
+
+    Raises:
+        SimulationError: if the run ended early.
+    """
+    done = recording.completed()
+    signals = {"angle": done.angle}
+    for muscle in range(trial.muscles):
+        signals[f"pressure_{muscle + 1}"] = done.pressure[:, muscle]
+        signals[f"force_{muscle + 1}"] = done.tension[:, muscle]
+    return {name: np.interp(trial.time, done.time, values) for name, values in signals.items()}

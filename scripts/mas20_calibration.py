@@ -1,0 +1,315 @@
+"""Calibrate models/mas20_arm: the numbers its params.toml calls identified, and why these terms.
+
+Static: a ladder of models of the 21 distinct printed end positions, each fitted in the engine and
+judged by the rows it has not seen. Dynamic: conductance and damping, to the step of the printed G2,
+on the large step without load. The rig folder's calibration.json is written; params.toml is not:
+a person copies the numbers, with their sources.
+
+    python scripts/mas20_calibration.py [--only dynamic] [--fresh]
+
+Takes about a quarter of an hour on two processors. Rungs that calibration.json already holds are
+not fitted again unless --fresh is given, so that an interrupted run goes on where it stopped.
+"""
+
+from __future__ import annotations
+
+import argparse
+import importlib.metadata
+import json
+import math
+import platform
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from tqdm import tqdm
+
+from pamsim.engine.batch import simulate_batch
+from pamsim.engine.rig import Rig, load_rig
+from pamsim.store.json_file import write_json
+from pamsim.store.printed import mas20_models, mas20_steps
+from pamsim.sysid.calibration import calibrate
+from pamsim.sysid.first_second_order import second_order_step
+from pamsim.sysid.free_parameter import FreeParameter
+from pamsim.sysid.residual_block import Blocks, ResidualBlock
+from pamsim.workflows.printed_steps import STARTS, printed_experiment
+from pamsim.workflows.static_ladder import Rung, RungResult, Term, climb
+
+RECORD = Path(__file__).parent.parent / "models" / "mas20_arm" / "calibration.json"
+SCHEMA = "pamsim-rig-calibration/1"
+
+PUBLISHED_SOFTENING = 32.930845
+USED_SOFTENING = 10.0
+
+LOCKING = Term(
+    name="braid locks when stretched",
+    parameter="passive.locking",
+    low=0.5,
+    high=60.0,
+    start=26.0,
+    neutral=0.0,
+)
+FLATTENING = Term(
+    name="pressure acts less on a stretched muscle",
+    parameter="force.a",
+    low=-2e-3,
+    high=0.0,
+    start=-4.5e-4,
+    neutral=-4.00180705e-5,
+)
+TILT = Term(
+    name="load turns a tilted shaft",
+    parameter="body.rig.tilt",
+    low=-0.3,
+    high=0.3,
+    start=-0.03,
+    neutral=0.0,
+)
+SOFTENING = Term(
+    name="tube softens in contraction",
+    parameter="passive.softening",
+    low=0.1,
+    high=60.0,
+    start=10.0,
+    neutral=PUBLISHED_SOFTENING,
+)
+EXTENSIBILITY = Term(
+    name="pressure lengthens the braid",
+    parameter="braid.extensibility",
+    low=0.0,
+    high=4e-7,
+    start=1e-7,
+    neutral=0.0,
+)
+COMPLIANCE = Term(
+    name="chain and fittings give",
+    parameter="chain.compliance",
+    low=0.0,
+    high=2e-5,
+    start=1e-6,
+    neutral=0.0,
+)
+STIFFNESS = Term(
+    name="tube stiffness",
+    parameter="passive.stiffness",
+    low=1e3,
+    high=4e4,
+    start=9237.0,
+    neutral=9237.0,
+)
+RADIUS = Term(
+    name="wheel radius",
+    parameter="tendon.chain_1.coef",
+    also=("tendon.chain_2.coef",),
+    low=8e-3,
+    high=2e-2,
+    start=0.01244,
+    neutral=0.01244,
+)
+SLACK = Term(
+    name="pretension (slack point)",
+    parameter="passive.slack_contraction",
+    low=-0.03,
+    high=0.03,
+    start=0.001,
+    neutral=0.0,
+)
+FRICTION = Term(
+    name="dry friction of the joint stops the arm short",
+    parameter="joint.shaft.frictionloss",
+    low=0.0,
+    high=3.0,
+    start=0.05,
+    neutral=0.0,
+)
+THRESHOLD = Term(
+    name="threshold pressure",
+    parameter="threshold.pressure",
+    low=0.0,
+    high=8e4,
+    start=5e3,
+    neutral=0.0,
+)
+MISMATCH = Term(
+    name="muscles differ in strength",
+    parameter="muscle_2:force.scale",
+    low=0.7,
+    high=1.4,
+    start=1.01,
+    neutral=1.0,
+)
+SLOPE = Term(
+    name="another slope of force against contraction",
+    parameter="force.d",
+    low=-3e-2,
+    high=3e-2,
+    start=-5e-3,
+    neutral=-933.564098e-5,
+)
+TERMS = (
+    LOCKING, FLATTENING, TILT, SOFTENING, EXTENSIBILITY, COMPLIANCE, STIFFNESS, RADIUS, SLACK,
+    FRICTION, THRESHOLD, MISMATCH, SLOPE,
+)  # fmt: skip
+
+_SOFT = {"passive.softening": USED_SOFTENING}
+_MAP = {"force.b": 292.4620246, "force.f": -280.498151, "passive.stiffness": 0.0}
+"""The published law whole, its pressure-free part included."""
+_USED = (LOCKING, FLATTENING, TILT)
+
+RUNGS = (
+    Rung(name="published force map in a plain balance", terms=(), climbed=True, held=_MAP),
+    Rung(
+        name="published force map, wheel radius fitted", terms=(RADIUS,), climbed=False, held=_MAP
+    ),
+    Rung(name="+ braid locks when stretched", terms=(LOCKING,), climbed=True),
+    Rung(
+        name="+ pressure acts less on a stretched muscle",
+        terms=(LOCKING, FLATTENING),
+        climbed=True,
+    ),
+    Rung(
+        name="+ tube softens less in contraction (held at 10)",
+        terms=(LOCKING, FLATTENING),
+        climbed=True,
+        held=_SOFT,
+    ),
+    Rung(name="+ load turns a tilted shaft: the model used", terms=_USED, climbed=True, held=_SOFT),
+    *(
+        Rung(name=f"used, and: {term.name}", terms=(*_USED, term), climbed=False, held=_SOFT)
+        for term in (
+            SOFTENING, COMPLIANCE, EXTENSIBILITY, STIFFNESS, RADIUS, SLACK, FRICTION, THRESHOLD,
+            MISMATCH,
+        )
+    ),
+    *(
+        Rung(
+            name=f"instead of the weaker pressure: {term.name}",
+            terms=(LOCKING, TILT, term),
+            climbed=False,
+            held=held,
+        )
+        for term, held in (
+            (COMPLIANCE, {}), (EXTENSIBILITY, {}), (SLOPE, _SOFT),
+        )
+    ),
+)  # fmt: skip
+
+
+def static_ladder(rig: Rig, record: dict[str, Any]) -> None:
+    """Fit the rungs that the record lacks; print and keep each as it is done."""
+    have = {entry["name"]: entry for entry in record.get("ladder", [])}
+    missing = [rung for rung in RUNGS if rung.name not in have]
+    bar = tqdm(total=len(missing), unit="rung")
+
+    def done(result: RungResult) -> None:
+        fitted = result.calibration.parameters if result.calibration else ()
+        bar.write(
+            f"{math.degrees(result.rms):6.3f} {math.degrees(result.left_out_rms):6.3f} deg  "
+            + result.rung.name
+            + "".join(
+                f"; {p.name} {p.value:.5g}"
+                + (f" [{p.interval95[0]:.4g}, {p.interval95[1]:.4g}]" if p.interval95 else "")
+                + "".join(f" {doubt}" for doubt in p.doubts)
+                for p in fitted
+            )
+        )
+        have[result.rung.name] = result.as_dict()
+        record["ladder"] = [have[rung.name] for rung in RUNGS if rung.name in have]
+        write_json(RECORD, record)
+        bar.update()
+
+    with bar:
+        climb(rig, missing, TERMS, timestep=1e-3, done=done)
+
+
+def dynamic_fit(rig: Rig) -> dict[str, Any]:
+    """Fit conductance and damping to the step of the printed G2; print and return them."""
+    printed = mas20_models()["g2"]
+    experiment = printed_experiment(mas20_steps()[0], STARTS["vent"], sample_rate=100.0)
+
+    def simulate(vectors: np.ndarray) -> list[Blocks | None]:
+        rigs = [
+            rig.with_parameters(
+                {
+                    "valve.conductance_fill": float(conductance),
+                    "valve.conductance_exhaust": float(conductance),
+                    "joint.shaft.damping": float(damping),
+                }
+            )
+            for conductance, damping in vectors
+        ]
+        found: list[Blocks | None] = []
+        for run in simulate_batch([(r, experiment) for r in rigs]):
+            moved = run.completed().angle - run.angle[0]
+            miss = moved / moved[-1] - second_order_step(run.time, printed["T1_s"], printed["T2_s"])
+            found.append(
+                [
+                    ResidualBlock(
+                        trial="row 1",
+                        protocol="step",
+                        channel="normalised angle",
+                        residual=miss,
+                        sample_interval=0.01,
+                    )
+                ]
+            )
+        return found
+
+    found = calibrate(
+        simulate,
+        [
+            FreeParameter(
+                name="valve.conductance_exhaust",
+                unit="m^3/(s*Pa)",
+                start=0.043e-8,
+                low=0.02e-8,
+                high=0.1e-8,
+                scale="log",
+            ),
+            FreeParameter(
+                name="joint.shaft.damping",
+                unit="N*m*s/rad",
+                start=0.3,
+                low=0.02,
+                high=3.0,
+                scale="log",
+            ),
+        ],
+    )
+    worst = float(np.max(np.abs(found.linearisation.residual)))
+    print(f"dynamic: largest deviation from the printed G2's step {100 * worst:.2f} %")
+    for p in found.parameters:
+        print(f"  {p.name} {p.value:.5g} {p.interval95} {p.sentence}")
+    return {
+        "largest_deviation_percent": 100.0 * worst,
+        "parameters": [p.as_dict() for p in found.parameters],
+        "interval_method": found.interval_method,
+    }
+
+
+def main() -> None:
+    """Run what is asked for and write the record."""
+    parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
+    parser.add_argument("--only", choices=("static", "dynamic"))
+    parser.add_argument("--fresh", action="store_true", help="fit again what is there")
+    asked = parser.parse_args()
+    rig = load_rig("mas20_arm")
+    keep = RECORD.is_file() and not asked.fresh
+    record: dict[str, Any] = json.loads(RECORD.read_text()) if keep else {}
+    record |= {
+        "schema": SCHEMA,
+        "command": "python scripts/mas20_calibration.py",
+        "versions": {
+            "python": platform.python_version(),
+            **{name: importlib.metadata.version(name) for name in ("mujoco", "numpy", "scipy")},
+        },
+    }
+    if asked.only != "dynamic":
+        static_ladder(rig, record)
+    if asked.only != "static":
+        record["dynamic"] = dynamic_fit(rig)
+    write_json(RECORD, record)
+
+
+if __name__ == "__main__":
+    main()
