@@ -21,8 +21,8 @@ from pamsim.store.rig_file import RigFile
 
 _DIGITS = 10
 _RANGE_DIGITS = 5
-# What it says of parameters would be said of numbers that are no longer there.
-_LEFT_BEHIND = shutil.ignore_patterns("README.md", "__pycache__")
+# What they say of parameters would be said of numbers that are no longer there.
+_LEFT_BEHIND = shutil.ignore_patterns("README.md", "calibration.json", "__pycache__")
 
 
 def write_rig(

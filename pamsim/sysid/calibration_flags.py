@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from pamsim.sysid.coefficient import Doubt
 from pamsim.sysid.free_parameter import FreeParameter
-from pamsim.sysid.identifiability import determined, trade_offs
+from pamsim.sysid.identifiability import determined, members, trade_offs
 
 FloatArray = NDArray[np.float64]
 BoolArray = NDArray[np.bool_]
@@ -18,7 +18,6 @@ BoolArray = NDArray[np.bool_]
 _DEAD = 1e-6  # column norm of the Jacobian relative to the largest
 _FLAT = 1e-3  # singular value of the column-scaled Jacobian relative to the largest
 _AT_BOUND = 1e-6  # of the range
-_MEMBER = 0.05
 _ZERO = 1e-2  # coefficient of a combination, relative to its first, that is not written
 
 
@@ -81,11 +80,10 @@ def identified(
             pinned = known >= 1.0
             basis.append(_embedded(plane @ turn[:, pinned] / np.sqrt(known[pinned]), inner, count))
             loose = plane @ turn[:, ~pinned]
-            scaled = np.linalg.qr(loose * norms[inner, np.newaxis])[0]
-            members = np.linalg.norm(scaled, axis=1) > _MEMBER
-            open_[inner] = members
-            chosen = [parameters[i] for i in inner[members]]
-            combinations = _combinations(chosen, loose[members])
+            taking_part = members(np.linalg.qr(loose * norms[inner, np.newaxis])[0])
+            open_[inner] = taking_part
+            chosen = [parameters[i] for i in inner[taking_part]]
+            combinations = _combinations(chosen, loose[taking_part])
     return Identified(np.hstack(basis), dead, at_bound, flat, open_, combinations)
 
 

@@ -31,6 +31,7 @@ from pamsim.sysid.residual_colour import (
     effective_samples,
     fit_colour,
     noise_in_estimate,
+    slow_gains,
 )
 
 FloatArray = NDArray[np.float64]
@@ -38,6 +39,7 @@ _student_quantile: Any = scipy.special.stdtrit
 
 _FEWEST_REPEATS = 4
 _ROUNDS = 4  # the colour's correction depends on the colour
+_SETTLED = 0.02  # relative change of variance
 _MANY = 1e6  # degrees of freedom beyond which Student's t is normal
 
 
@@ -94,19 +96,25 @@ def parameter_covariance(
         ArNoise((), float(np.mean(np.concatenate([r.residual for r in records]) ** 2)))
         for records in groups
     ]
+    total = np.zeros_like(white)
     for _ in range(_ROUNDS if groups else 0):
-        parts = [noise_in_estimate(n, r) for n, r in zip(preferred, groups, strict=True)]
+        before = np.diag(total)
+        slow = [slow_gains(noise, r) for noise, r in zip(preferred, groups, strict=True)]
+        parts = [noise_in_estimate(r, og) for r, og in zip(groups, slow, strict=True)]
         total = np.sum([matrix for matrix, _ in sure] + parts, axis=0)
         colours = [
-            fit_colour(records, total, noise, ordered=group[0].block.sample_interval is not None)
-            for records, noise, group in zip(groups, preferred, single, strict=True)
+            fit_colour(records, og, total, ordered=group[0].block.sample_interval is not None)
+            for records, og, group in zip(groups, slow, single, strict=True)
         ]
         preferred, longest = [c.preferred for c in colours], [c.longest for c in colours]
+        if np.all(np.abs(np.diag(total) - before) <= _SETTLED * before):
+            break
     matrix, quantile = _together([*sure, *_coloured_parts(preferred, groups, shares)])
     wide, wide_quantile = _together([*sure, *_coloured_parts(longest, groups, shares)])
-    # Slow drift below the sample noise escapes AICc; the longest model sees it. The wider of the
-    # two intervals covers in all noises tried (scripts/calibration_coverage.py), neither alone.
-    ratio = np.sqrt(np.diag(wide) / np.where(np.diag(matrix) > 0.0, np.diag(matrix), 1.0))
+    # Slow drift below the sample noise escapes AICc, and the longest model alone is too unsure of
+    # itself; the wider of the two covers best over the noises tried.
+    variance = np.maximum(np.diag(matrix), 0.0)
+    ratio = np.sqrt(np.maximum(np.diag(wide), 0.0) / np.where(variance > 0.0, variance, 1.0))
     wider = ratio * wide_quantile > quantile
     factor = np.where(wider, ratio, 1.0)
     return ParameterCovariance(
@@ -150,7 +158,7 @@ def _coloured_parts(
 ) -> list[_Part]:
     return [
         (
-            noise_in_estimate(noise, records),
+            noise_in_estimate(records, slow_gains(noise, records)),
             float(np.clip(effective_samples(noise, records) - share, 1.0, _MANY)),
         )
         for noise, records, share in zip(noises, groups, shares, strict=True)

@@ -191,6 +191,8 @@ class LeastSquares:
 
         # The solver wants its start strictly inside.
         first = np.clip(whole[moved], 1e-9, 1.0 - 1e-9)
+        if not np.all(np.isfinite(cost(first))):  # the bound itself is the rim of what diverges
+            return state, False
         solution = _least_squares(
             cost, first, jac=slope, bounds=(0.0, 1.0), method="trf", x_scale="jac",
             ftol=tolerance, xtol=tolerance, gtol=1e-12, max_nfev=max(most - state.steps, 1),

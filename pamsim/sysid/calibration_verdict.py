@@ -7,15 +7,14 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
+from pamsim.sysid.calibrated_parameter import CalibratedParameter, PriorPull
 from pamsim.sysid.calibration_flags import Identified, doubts, identified
 from pamsim.sysid.calibration_intervals import ParameterCovariance, parameter_covariance
 from pamsim.sysid.calibration_result import (
-    CalibratedParameter,
     Calibration,
     CalibrationStatus,
     ChannelNoise,
     Linearisation,
-    PriorPull,
     StartReport,
 )
 from pamsim.sysid.calibration_search import LeastSquares, SearchEnd
@@ -106,8 +105,9 @@ def _short(jacobian: FloatArray, residual: FloatArray) -> float:
     """How far the last linearisation sees the optimum, in standard errors under white noise."""
     if jacobian.shape[1] == 0:
         return 0.0
-    rms = float(np.sqrt(np.mean(residual**2)))
-    return float(np.linalg.norm(np.linalg.qr(jacobian)[0].T @ residual)) / rms if rms else 0.0
+    # Where the simulator misses more than noise, that is what blurs the optimum.
+    rms = max(float(np.sqrt(np.mean(residual**2))), 1.0)
+    return float(np.linalg.norm(np.linalg.qr(jacobian)[0].T @ residual)) / rms
 
 
 def _parameters(

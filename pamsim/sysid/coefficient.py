@@ -25,7 +25,8 @@ class Doubt(StrEnum):
     TRADE_OFF = "trade_off"
     """It is correlated by more than 0.95 with another: only a combination is determined."""
     NOT_PINNED = "not_pinned"
-    """Its 95 % interval is wider than the value on either side: not even the sign is known."""
+    """Of a curve: its 95 % interval is wider than the value on either side, so that not even the
+    sign is known. Of a calibration: its standard error is larger than its allowed range."""
 
 
 @dataclass(frozen=True, kw_only=True)

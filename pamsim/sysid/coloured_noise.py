@@ -19,7 +19,7 @@ import numpy as np
 import scipy.signal
 from numpy.typing import NDArray
 
-from pamsim.sysid.fit_report import safe
+from pamsim.sysid.estimate import safe
 
 FloatArray = NDArray[np.float64]
 _lfilter: Any = scipy.signal.lfilter

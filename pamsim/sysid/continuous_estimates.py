@@ -3,17 +3,19 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
 
 from pamsim.sysid.continuous_structure import ContinuousStructure
-from pamsim.sysid.fit_report import Estimate
+from pamsim.sysid.estimate import Estimate
 from pamsim.sysid.noise_weighted_fit import NoiseWeightedFit
 from pamsim.sysid.step_fit import FitStatus, Interval
 
 FloatArray = NDArray[np.float64]
 
+_VAGUE = 3.0  # factor up or down
 _AT_BOUND = 1e-3  # distance from the bound of a logarithm
 
 
@@ -125,9 +127,9 @@ def judged(
             "the gain cannot be told from 0: the input explains nothing of the output, or the "
             "records are too short to show where it settles"
         )
-    merged = _merged(at)
-    if merged:
-        return FitStatus.DEGENERATE, merged
+    doubt = _merged(at) or _unresolved(at)
+    if doubt:
+        return FitStatus.DEGENERATE, doubt
     sentence = "converged inside the bounds"
     if at.latest_dead_time is not None:
         sentence += f"; no dead time is seen, it is below {at.latest_dead_time:.3g} s"
@@ -141,26 +143,31 @@ def judged(
 
 def _merged(at: Located) -> str:
     structure, x = at.structure, at.coordinates
-    if structure.real_lags:
-        rising = np.argsort(x[: structure.order], kind="stable")
-        for low, high in zip(rising[:-1], rising[1:], strict=True):
-            # The cost is even in d = log(T2/T1), so d^2 is the parameter with a regular estimate,
-            # and its standard deviation is 2 d spread: two of them reach zero when d < 4 spread.
-            width = at.width(at.unit(int(high)) - at.unit(int(low)))
-            if width is not None and x[high] - x[low] < 4.0 * width / at.quantile:
-                return (
-                    f"time constants {np.exp(x[low]):.3g} s and {np.exp(x[high]):.3g} s merge "
-                    "within their uncertainty: the records show a double lag or an oscillation; "
-                    "allow complex poles or lower the order"
-                )
+    if not structure.real_lags:
         return ""
-    for pair in range(structure.pairs):
-        i = 2 * pair + 1
-        width = at.width(at.unit(i))
-        if width is not None and width > np.log(10.0):
+    rising = np.argsort(x[: structure.order], kind="stable")
+    for low, high in pairwise(map(int, rising)):
+        # The cost is even in d = log(T2/T1), so d^2 is the parameter with a regular estimate, and
+        # its standard deviation is 2 d spread: two of them reach zero when d < 4 spread.
+        width = at.width(at.unit(high) - at.unit(low))
+        if width is not None and x[high] - x[low] < 4.0 * width / at.quantile:
             return (
-                f"damping {np.exp(x[i]):.3g} is known to less than a factor of ten: two poles are "
-                "more than the records show, lower the order"
+                f"time constants {np.exp(x[low]):.3g} s and {np.exp(x[high]):.3g} s merge within "
+                "their uncertainty: the records show a double lag or an oscillation; allow "
+                "complex poles or lower the order"
+            )
+    return ""
+
+
+def _unresolved(at: Located) -> str:
+    structure, x = at.structure, at.coordinates
+    for name, unit, i in _pole_names(structure, x):
+        half = at.width(at.unit(i))
+        if half is not None and half > np.log(_VAGUE):
+            size = f"{np.exp(x[i]):.3g}" + ("" if unit == "-" else f" {unit}")
+            return (
+                f"{name} = {size} is known to no better than a factor of {_VAGUE:g}: more poles or "
+                "zeros than the records show, lower the order"
             )
     return ""
 

@@ -12,7 +12,7 @@ from pamsim.core.errors import InputError
 from pamsim.sysid.continuous_estimates import Located, continuous_estimates, judged
 from pamsim.sysid.continuous_result import ContinuousFit as ContinuousFit
 from pamsim.sysid.continuous_structure import STARTS, ContinuousStructure
-from pamsim.sysid.fit_report import pooled_fit_percent, trial_score
+from pamsim.sysid.estimate import pooled_fit_percent, trial_score
 from pamsim.sysid.noise_weighted_fit import NoiseWeightedFit, noise_weighted_fit
 from pamsim.sysid.separable_fit import Separable
 from pamsim.sysid.signal_record import SignalRecord, checked_records

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from pamsim.core.errors import InputError
 from pamsim.sysid.coloured_noise import ArNoise
 from pamsim.sysid.continuous_structure import ContinuousStructure
-from pamsim.sysid.fit_report import (
+from pamsim.sysid.estimate import (
     Estimate,
     TrialScore,
     complex_list,

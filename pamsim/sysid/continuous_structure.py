@@ -74,7 +74,7 @@ class ContinuousStructure:
             # zeta - root cancels for zeta >> 1; the product of both roots is 1.
             result += [(zeta + root) / wn, 1.0 / (zeta + root) / wn]
         result += list(values[2 * self.pairs :])
-        constants = np.array(result)
+        constants: Any = np.array(result)
         return constants.real if np.all(constants.imag == 0.0) else constants
 
     def delay(self, coordinates: FloatArray) -> float:
@@ -132,5 +132,5 @@ class ContinuousStructure:
         """
         forced = self.responses(coordinates, record) @ coordinates[self.searched :]
         own = self.unknown_start(coordinates, record, start)
-        coefficients = np.linalg.lstsq(own, record.output - forced, rcond=None)[0]
+        coefficients: Any = np.linalg.lstsq(own, record.output - forced, rcond=None)[0]
         return forced + own @ coefficients, coefficients

@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pamsim.sysid.arx import ArxModel
-from pamsim.sysid.fit_report import Estimate
+from pamsim.sysid.estimate import Estimate
 from pamsim.sysid.step_fit import FitStatus
 
 FloatArray = NDArray[np.float64]

@@ -7,8 +7,6 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from itertools import combinations
-from math import comb
 from typing import Any
 
 import numpy as np
@@ -17,7 +15,7 @@ import scipy.special
 from numpy.typing import NDArray
 
 from pamsim.core.errors import InputError
-from pamsim.sysid.arx import ArxModel, UnderdeterminedError, regression
+from pamsim.sysid.arx import ArxModel
 from pamsim.sysid.coloured_noise import ArNoise, fit_ar_noise
 from pamsim.sysid.discrete_estimates import (
     continuous_pole,
@@ -25,17 +23,20 @@ from pamsim.sysid.discrete_estimates import (
     discrete_status,
 )
 from pamsim.sysid.discrete_result import DiscreteFit as DiscreteFit
-from pamsim.sysid.fit_report import pooled_fit_percent, trial_score
+from pamsim.sysid.estimate import pooled_fit_percent, trial_score
 from pamsim.sysid.noise_weighted_fit import noise_weighted_fit
-from pamsim.sysid.separable_fit import Separable
+from pamsim.sysid.oe_search import (
+    from_differences,
+    oe_problem,
+    search_starts,
+    stacked_least_squares,
+)
 from pamsim.sysid.signal_record import SignalRecord, checked_records
 
 FloatArray = NDArray[np.float64]
 _lfilter: Any = scipy.signal.lfilter
 _student_quantile: Any = scipy.special.stdtrit
 
-_ROUNDS = 8
-_LAGS = 5
 _SAME_RATE = 1e-3
 
 
@@ -62,7 +63,7 @@ def fit_arx_records(records: Sequence[SignalRecord], *, na: int, nb: int, nk: in
     """
     trials, interval = _one_rate(records)
     pairs = [(record.output, record.input) for record in trials]
-    theta, covariance, residuals = _least_squares(pairs, na, nb, nk)
+    theta, covariance, residuals = stacked_least_squares(pairs, na, nb, nk)
     freedom = sum(r.size for r in residuals) - theta.size - len(trials)
     variance = sum(float(r @ r) for r in residuals) / freedom
     count = sum(r.size for r in residuals)
@@ -108,7 +109,8 @@ def fit_oe(records: Sequence[SignalRecord], *, nb: int, nf: int, nk: int) -> Dis
     trials, interval = _one_rate(records)
     to_f = from_differences(nf)
     problem = oe_problem(trials, nb=nb, nf=nf, nk=nk)
-    starts = [np.linalg.solve(to_f[1], f - to_f[0]) for f in _starts(trials, interval, nb, nf, nk)]
+    to_x: Any = np.linalg.inv(to_f[1])
+    starts = [to_x @ (f - to_f[0]) for f in search_starts(trials, interval, nb, nf, nk)]
     fit = noise_weighted_fit(problem, starts)
     turn = np.zeros((nf + nb, nf + nb))
     turn[:nf, :nf], turn[nf:, nf:] = to_f[1], np.eye(nb)
@@ -126,37 +128,6 @@ def fit_oe(records: Sequence[SignalRecord], *, nb: int, nf: int, nk: int) -> Dis
         weighted=fit.weighted,
         settled=fit.solution.settled,
         quantile=fit.quantile,
-    )
-
-
-def oe_problem(records: Sequence[SignalRecord], *, nb: int, nf: int, nk: int) -> Separable:
-    """Return the least-squares problem of output error: x as :func:`from_differences` has F.
-
-    Args:
-        records: the trials, all with one sample time.
-        nb: number of input coefficients.
-        nf: number of poles.
-        nk: delay [samples].
-
-    Returns:
-        The problem; theta is b1..bnb.
-    """
-    inputs = [record.input - record.input[0] for record in records]
-    constant, slopes = from_differences(nf)
-
-    def shared(x: FloatArray, i: int) -> FloatArray:
-        with np.errstate(over="ignore", invalid="ignore"):
-            through = _lfilter([1.0], np.append(1.0, constant + slopes @ x), inputs[i])
-        n = through.size
-        delayed = np.concatenate([np.zeros(nk + nb - 1), through])
-        return np.column_stack([delayed[nb - 1 - j : nb - 1 - j + n] for j in range(nb)])
-
-    return Separable(
-        outputs=tuple(record.output for record in records),
-        shared=shared,
-        own=lambda _, i: np.ones((records[i].output.size, 1)),
-        lower=np.full(nf, -np.inf),
-        upper=np.full(nf, np.inf),
     )
 
 
@@ -187,74 +158,6 @@ def _one_rate(records: Sequence[SignalRecord]) -> tuple[tuple[SignalRecord, ...]
                 f"{trials[0].name} every {interval:g} s; resample, or fit a continuous model"
             )
     return trials, interval
-
-
-def _least_squares(
-    pairs: Sequence[tuple[FloatArray, FloatArray]], na: int, nb: int, nk: int
-) -> tuple[FloatArray, FloatArray, list[FloatArray]]:
-    """Return theta, ``(phi^T phi)^-1`` and residuals; each trial's mean takes up its offset."""
-    blocks = [regression(y, u, na=na, nb=nb, delay=nk) for y, u in pairs]
-    centred = [(phi - phi.mean(axis=0), y - y.mean()) for phi, y in blocks]
-    design = np.concatenate([phi for phi, _ in centred])
-    target = np.concatenate([y for _, y in centred])
-    norms = np.linalg.norm(design, axis=0)
-    scale = np.where(norms > 0.0, norms, 1.0)
-    orthogonal, triangle = np.linalg.qr(design / scale)
-    left, singular, vt = np.linalg.svd(triangle)
-    if singular[-1] <= design.shape[0] * np.finfo(float).eps * singular[0]:
-        raise UnderdeterminedError(
-            f"records do not determine ARX na={na}, nb={nb}: directions are not excited; give an "
-            "input that changes more often, or lower the order"
-        )
-    half = vt.T / singular / scale[:, np.newaxis]
-    theta = half @ (left.T @ (orthogonal.T @ target))
-    return theta, half @ half.T, [y - phi @ theta for phi, y in centred]
-
-
-def _starts(
-    trials: Sequence[SignalRecord], interval: float, nb: int, nf: int, nk: int
-) -> list[FloatArray]:
-    """Return F's coefficients f1..fnf from which the search starts."""
-    found: list[FloatArray] = []
-    raw = [(r.output - r.output[0], r.input - r.input[0]) for r in trials]
-    pairs = raw
-    for _ in range(_ROUNDS):
-        try:
-            f = _inside(_least_squares(pairs, nf, nb, nk)[0][:nf])
-        except InputError:
-            break
-        found.append(f)
-        pairs = [
-            tuple(_lfilter([1.0], np.append(1.0, f), signal) for signal in pair) for pair in raw
-        ]
-    longest = max(record.duration for record in trials)
-    lags = np.geomspace(3.0 * interval, max(0.3 * longest, 30.0 * interval), max(_LAGS, nf + 1))
-    found += [np.poly(np.exp(-interval / np.array(t)))[1:] for t in combinations(lags, nf)]
-    return found
-
-
-def _inside(f: FloatArray) -> FloatArray:
-    """Mirror poles on or outside the unit circle to its inside."""
-    poles = np.roots(np.append(1.0, f))
-    size = np.abs(poles)
-    return np.real(np.poly(np.where(size < 1.0, poles, 0.999 * poles / size**2)))[1:]
-
-
-def from_differences(nf: int) -> tuple[FloatArray, FloatArray]:
-    """Return c, M of ``f = c + M x``, x the first coefficients of F in powers of ``1 - 1/q``.
-
-    Args:
-        nf: number of poles.
-
-    Returns:
-        Shapes ``(nf,)`` and ``(nf, nf)``.
-
-    Of a system sampled fast all poles are near 1 and f1..fnf nearly cancel; x do not.
-    """
-    powers = np.array([[(-1) ** j * comb(i, j) for i in range(nf + 1)] for j in range(1, nf + 1)])
-    # F's leading 1 fixes the last coefficient: they sum to 1.
-    last = powers[:, -1].astype(np.float64)
-    return last, powers[:, :-1] - last[:, np.newaxis]
 
 
 def _model(

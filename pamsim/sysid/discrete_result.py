@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from pamsim.sysid.arx import ArxModel
 from pamsim.sysid.coloured_noise import ArNoise
-from pamsim.sysid.fit_report import (
+from pamsim.sysid.estimate import (
     Estimate,
     TrialScore,
     complex_list,

@@ -57,13 +57,11 @@ def chain_derivatives(
     before, before_value, before_slope = _piece(chain, entry, part * sample_time)
     after, after_value, after_slope = _piece(chain, entry, (1.0 - part) * sample_time)
     step = after @ before
-    index = np.arange(given.size - 1)
-    old, now, ahead = (
-        given[np.clip(index - whole + shift, 0, given.size - 1)] for shift in (-1, 0, 1)
-    )
+    old, now = _late(given, whole + 1)[:-1], _late(given, whole)[:-1]
     if hold == "zoh":
         forcing = np.outer(after @ before_value, old) + np.outer(after_value, now)
     else:
+        ahead = _late(given, whole - 1)[:-1]
         rising, next_rising = (now - old) / sample_time, (ahead - now) / sample_time
         start = now - part * (now - old)
         forcing = (
@@ -93,6 +91,16 @@ def chain_modes(constants: NDArray[Any], samples: int, sample_time: float) -> Fl
     modes = _rows(chain, constants.size, _recursion(step, forcing, entry))
     largest = np.max(np.abs(modes), axis=0)
     return modes / np.where(largest > 0.0, largest, 1.0)
+
+
+def _late(values: FloatArray, samples: int) -> FloatArray:
+    """Shift by whole samples; what moves in is the first value, or the last if negative."""
+    if samples == 0:
+        return values
+    if samples < 0:
+        return np.concatenate([values[-samples:], np.full(-samples, values[-1])])
+    count = min(samples, values.size)
+    return np.concatenate([np.full(count, values[0]), values[: values.size - count]])
 
 
 def _chain(constants: NDArray[Any]) -> tuple[NDArray[Any], NDArray[Any]]:

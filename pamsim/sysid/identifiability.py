@@ -52,7 +52,19 @@ def determined(jacobian: FloatArray, singular: float) -> Determined:
         vt = np.linalg.svd(jacobian / norms)[2]
         good = np.append(good, np.zeros(vt.shape[0] - good.size, dtype=bool))
     flat = vt[~good]
-    return Determined(basis, flat / norms, np.any(np.abs(flat) > _MEMBER, axis=0))
+    return Determined(basis, flat / norms, members(flat.T))
+
+
+def members(directions: FloatArray) -> BoolArray:
+    """Which parameters take part in directions of a column-scaled space.
+
+    Args:
+        directions: orthonormal columns, shape (k, f).
+
+    Returns:
+        Shape (k,).
+    """
+    return np.linalg.norm(directions, axis=1) > _MEMBER
 
 
 def covariance_along(jacobian: FloatArray, basis: FloatArray) -> FloatArray:

@@ -18,7 +18,7 @@ import numpy as np
 import scipy.special
 from numpy.typing import NDArray
 
-from pamsim.sysid.fit_report import safe
+from pamsim.sysid.estimate import safe
 
 FloatArray = NDArray[np.float64]
 _chi2_tail: Any = scipy.special.chdtrc
@@ -172,7 +172,7 @@ def _mixed_regression(
 
     def solved(variances: FloatArray) -> tuple[FloatArray, FloatArray, float]:
         weights = 1.0 / variances
-        inverse = np.linalg.inv(design.T @ (weights[:, np.newaxis] * design))
+        inverse: Any = np.linalg.inv(design.T @ (weights[:, np.newaxis] * design))
         theta = inverse @ (design.T @ (weights * values))
         left = values - design @ theta
         return theta, inverse, float(np.sum(weights * left**2))

@@ -17,7 +17,6 @@ from typing import Any
 
 import numpy as np
 import scipy.linalg
-import scipy.signal
 from numpy.typing import NDArray
 
 from pamsim.sysid.coloured_noise import ArNoise
@@ -57,49 +56,39 @@ class Colour:
     longest: ArNoise
 
 
-def autocovariance(noise: ArNoise, count: int) -> FloatArray:
-    """Covariance of AR noise at lags 0 to ``count`` - 1, shape (count,) [squared unit].
-
-    The same as the noise's own, for thousands of lags: its first lags solve the Yule-Walker
-    equations, the others follow by filtering.
-    """
-    p = noise.order
-    if p == 0:
-        return np.concatenate([[noise.variance], np.zeros(count - 1)])
-    polynomial = np.concatenate([[1.0], -np.array(noise.coefficients)])
-    lag = np.abs(np.subtract.outer(np.arange(p + 1), np.arange(p + 1)))
-    equations = np.zeros((p + 1, p + 1))
-    np.add.at(equations, (np.arange(p + 1)[:, np.newaxis], lag), polynomial)
-    first = np.linalg.solve(equations, np.concatenate([[noise.variance], np.zeros(p)]))
-    if count <= p + 1:
-        return first[:count]
-    state = scipy.signal.lfiltic([1.0], polynomial, first[:0:-1])
-    rest, _ = scipy.signal.lfilter([1.0], polynomial, np.zeros(count - p - 1), zi=state)
-    return np.concatenate([first, rest])
+def slow_gains(noise: ArNoise, records: Sequence[FittedRows]) -> list[FloatArray]:
+    """O G of each record: the covariance matrix of the noise times the gain, shape (n, p)."""
+    if noise.order == 0:
+        return [noise.variance * r.gain for r in records]
+    lags = noise.autocovariance(max(r.residual.size for r in records))
+    return [_toeplitz_times(lags[: r.residual.size], r.gain) for r in records]
 
 
-def noise_in_estimate(noise: ArNoise, records: Sequence[FittedRows]) -> FloatArray:
+def noise_in_estimate(records: Sequence[FittedRows], slow: Sequence[FloatArray]) -> FloatArray:
     """Covariance of the estimate due to noise in these records: sum of G^T O G, shape (p, p)."""
-    lags = autocovariance(noise, max(r.residual.size for r in records))
-    return np.sum([r.gain.T @ _coloured(noise, lags, r.gain) for r in records], axis=0)
+    return np.sum([r.gain.T @ og for r, og in zip(records, slow, strict=True)], axis=0)
 
 
 def effective_samples(noise: ArNoise, records: Sequence[FittedRows]) -> float:
     """How many white samples would give a variance estimate as sure as these records do."""
-    lags = autocovariance(noise, max(r.residual.size for r in records))
+    lags = noise.autocovariance(max(r.residual.size for r in records))
     total = sum(r.residual.size for r in records)
     return total / (1.0 + 2.0 * float(np.sum((lags[1:] / lags[0]) ** 2))) if lags[0] else total
 
 
 def fit_colour(
-    records: Sequence[FittedRows], covariance: FloatArray, known: ArNoise, *, ordered: bool
+    records: Sequence[FittedRows],
+    slow: Sequence[FloatArray],
+    covariance: FloatArray,
+    *,
+    ordered: bool,
 ) -> Colour:
     """Fit AR models to the corrected autocovariance.
 
     Args:
         records: of one channel and sample interval.
-        covariance: of the estimate according to ``known``, shape (p, p).
-        known: the model so far, from which the correction is computed.
+        slow: from `slow_gains` with the noise as known so far.
+        covariance: of the estimate with that noise, shape (p, p).
         ordered: False for rows without order in time: white.
 
     Returns:
@@ -111,11 +100,9 @@ def fit_colour(
     shortest = min(r.residual.size for r in records)
     most = min(_MOST_ORDERS, total // 10, shortest // 4) if ordered else 0
     lags = np.zeros(most + 1)
-    model = autocovariance(known, max(r.residual.size for r in records))
-    for r in records:
-        slow = _coloured(known, model, r.gain)
+    for r, og in zip(records, slow, strict=True):
         lags += _lag_sums(r.residual[:, np.newaxis], r.residual[:, np.newaxis], most)
-        lags += _lag_sums(r.jacobian, slow, most) + _lag_sums(slow, r.jacobian, most)
+        lags += _lag_sums(r.jacobian, og, most) + _lag_sums(og, r.jacobian, most)
         lags -= _lag_sums(r.jacobian @ covariance, r.jacobian, most)
     # Divided by the count of all samples, not of the pairs: only so the recursion stays stable.
     return _levinson(lags / total, total)
@@ -143,13 +130,6 @@ def _levinson(lags: FloatArray, total: int) -> Colour:
 
 def _penalty(parameters: int, total: int) -> float:
     return 2.0 * parameters * total / max(total - parameters - 1, 1)
-
-
-def _coloured(noise: ArNoise, lags: FloatArray, columns: FloatArray) -> FloatArray:
-    """Covariance matrix of the noise times columns, shape (n, p)."""
-    if noise.order == 0:
-        return noise.variance * columns
-    return _toeplitz_times(lags[: columns.shape[0]], columns)
 
 
 def _lag_sums(first: FloatArray, second: FloatArray, most: int) -> FloatArray:

@@ -24,9 +24,9 @@ from pamsim.sysid.arx import regression
 from pamsim.sysid.coloured_noise import ArNoise
 from pamsim.sysid.continuous_fit import separable
 from pamsim.sysid.continuous_result import ContinuousFit
-from pamsim.sysid.discrete_fit import from_differences, oe_problem
 from pamsim.sysid.discrete_result import DiscreteFit
-from pamsim.sysid.fit_report import safe
+from pamsim.sysid.estimate import safe
+from pamsim.sysid.oe_search import from_differences, oe_problem
 from pamsim.sysid.separable_fit import Linearised, linearise
 from pamsim.sysid.signal_record import SignalRecord, checked_records
 
@@ -176,7 +176,7 @@ def _linearised(
     na, nb = len(model.a), len(model.b)
     if fit.kind == "oe":
         constant, slopes = from_differences(na)
-        x = np.linalg.solve(slopes, np.array(model.a) - constant)
+        x: Any = np.linalg.solve(slopes, np.array(model.a) - constant)
         problem = oe_problem(trials, nb=nb, nf=na, nk=model.delay)
         return linearise(problem, x, np.array(model.b), fit.noise), fit.noise
     residuals: list[FloatArray] = []

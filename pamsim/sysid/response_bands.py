@@ -107,7 +107,7 @@ def frequency_response(
                 "of the discrete model; leave it out"
             )
 
-    def response(coordinates: FloatArray) -> NDArray[np.complex128]:
+    def response(coordinates: FloatArray) -> NDArray[Any]:
         if isinstance(fit, ContinuousFit):
             structure, s = fit.structure, 1j * w
             value = np.polyval(structure.numerator(coordinates), s)
@@ -194,7 +194,8 @@ def _half_width(
     fit: ContinuousFit | DiscreteFit, values: Callable[[FloatArray], NDArray[Any]]
 ) -> NDArray[Any] | None:
     """Return half widths of 95 % bands; of complex values those of both parts."""
-    if fit.covariance is None:
+    covariance = fit.covariance
+    if covariance is None:
         return None
     at = _coordinates(fit)
     columns: list[NDArray[Any]] = []
@@ -205,7 +206,7 @@ def _half_width(
     slopes = np.column_stack(columns)
 
     def spread(part: FloatArray) -> FloatArray:
-        return np.sqrt(np.maximum(np.einsum("ij,jk,ik->i", part, fit.covariance, part), 0.0))
+        return np.sqrt(np.maximum(np.einsum("ij,jk,ik->i", part, covariance, part), 0.0))
 
     if np.iscomplexobj(slopes):
         return _NORMAL * (spread(np.real(slopes)) + 1j * spread(np.imag(slopes)))

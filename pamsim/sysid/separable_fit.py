@@ -61,7 +61,7 @@ class Separable:
         columns: list[FloatArray] = []
         for i, output in enumerate(self.outputs):
             both = noise.whiten(np.column_stack([self.shared(x, i), output]))
-            basis = _qr(noise.whiten(self.own(x, i)), mode="economic")[0]
+            basis = _orthonormal(noise.whiten(self.own(x, i)))
             columns.append(both - basis @ (basis.T @ both))
         stacked = np.concatenate(columns)
         return stacked[:, :-1], stacked[:, -1]
@@ -79,6 +79,13 @@ class Separable:
             scale = np.where(norms > 0.0, norms, 1.0)
             theta = np.linalg.lstsq(design / scale, target, rcond=None)[0] / scale
             return theta, target - design @ theta
+
+
+def _orthonormal(columns: FloatArray) -> FloatArray:
+    # An offset alone is the usual case, evaluated thousands of times.
+    if columns.shape[1] == 1:
+        return columns / np.linalg.norm(columns)
+    return _qr(columns, mode="economic")[0]
 
 
 @dataclass(frozen=True, eq=False)
@@ -192,7 +199,7 @@ def linearise(problem: Separable, x: FloatArray, theta: FloatArray, noise: ArNoi
             )
             columns.append((ahead - behind) / (2.0 * step[j]))
         jacobian = noise.whiten(np.column_stack([*columns, shared]))
-        basis = _qr(noise.whiten(own), mode="economic")[0]
+        basis = _orthonormal(noise.whiten(own))
         residuals.append(left - basis @ (basis.T @ left))
         jacobians.append(jacobian - basis @ (basis.T @ jacobian))
         count += own.shape[1]

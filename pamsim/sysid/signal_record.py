@@ -1,9 +1,10 @@
-"""One sampled trial of one input and one output, as the identification of linear models reads it."""
+"""One sampled trial of one input and one output, as identification of linear models reads it."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -64,7 +65,7 @@ class SignalRecord:
         for field, values in (("time", time), ("input", given), ("output", output)):
             object.__setattr__(self, field, values)
 
-    @property
+    @cached_property
     def sample_time(self) -> float:
         """Mean time between samples [s]."""
         return uniform_interval(self.time)

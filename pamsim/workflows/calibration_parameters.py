@@ -6,6 +6,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 from pamsim.core.errors import InputError, nearest
+from pamsim.core.parameters import Sourced
 from pamsim.core.units import parse_quantity, to_si
 from pamsim.engine.native import is_native
 from pamsim.engine.rig import Rig
@@ -19,10 +20,20 @@ either sign by this many times its size or the half-width of its stated 95 % int
 _NORMAL95 = 1.959964  # half-width of a normal distribution's 95 % interval in standard deviations
 _WIDE = 2.0  # from this ratio of its ends on, a range of positive numbers is searched in proportion
 
-# What a recording of valves, angle and pressures shows of most rigs: how hard the muscles pull and
-# push back, how wide the loops are, how fast the air flows each way, what damps the joint.
-_AT_REST = ("force.scale", "passive.stiffness", "passive.locking", "passive.slack_contraction")
-_MOVING = ("hysteresis.force_per_pressure", "valve.conductance_fill", "valve.conductance_exhaust")
+MOST_BY_DEFAULT = 8
+
+# How hard the muscles pull and push back, how wide the loops are, how fast the air flows each way,
+# what damps the joint: what a recording of valves, angle and pressures shows of most rigs.
+_MOVING = (
+    "force.scale",
+    "passive.stiffness",
+    "passive.locking",
+    "hysteresis.force_per_pressure",
+    "valve.conductance_fill",
+    "valve.conductance_exhaust",
+)
+# Without forces measured, the size of all forces together shows at rest by the load alone.
+_AT_REST = ("passive.stiffness", "passive.locking")
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -61,25 +72,42 @@ class FreedParameter:
 
 
 def default_names(rig: Rig, *, moving: bool) -> tuple[str, ...]:
-    """Parameters to free where the user names none: those the rig's file states, at most eight.
+    """Parameters to free where the user names none, `MOST_BY_DEFAULT` at most.
+
+    Those that such data show of most rigs, as far as the rig's file states them and they are not 0;
+    then what the file calls identified, for it was open before.
 
     Args:
         rig: to calibrate.
-        moving: whether there are recordings; angles at rest show neither flows nor damping, but do
-            show a tilt.
+        moving: whether there are recordings; angles at rest show neither flows nor damping.
+
+    Raises:
+        InputError: if the rig states none of them.
     """
+    stated = {
+        **{f"{group}.{k}": v for group, part in rig.file.muscle.items() for k, v in part.items()},
+        **rig.file.native,
+    }
     joint = f"joint.{rig.file.angle_joint}.damping"
-    tilts = [name for name in rig.file.native if name.endswith(".tilt")]
-    wanted = (*_AT_REST, *_MOVING, joint) if moving else (*_AT_REST[1:], *tilts)
-    stated = {*rig.file.native}
-    stated |= {f"{group}.{field}" for group, fields in rig.file.muscle.items() for field in fields}
-    chosen = [n for n in wanted if n in stated and rig_parameter(rig, n).value != 0.0]
+    usual = (*_MOVING, joint) if moving else _AT_REST
+    open_before = [
+        name
+        for name, entry in stated.items()
+        if isinstance(entry, Sourced)
+        and entry.source.startswith("identified")
+        and (moving or not (name.startswith("valve.") or name.endswith(".damping")))
+    ]
+    chosen = [
+        name
+        for name in dict.fromkeys((*usual, *open_before))
+        if name in stated and rig_parameter(rig, name).value != 0.0
+    ]
     if not chosen:
         raise InputError(
             f"rig {rig.name!r} states none of the parameters that are freed by default"
-            f" ({', '.join(wanted)}); name some with --free"
+            f" ({', '.join(usual)}); name some with --free"
         )
-    return tuple(chosen)
+    return tuple(chosen[:MOST_BY_DEFAULT])
 
 
 def freed_parameters(

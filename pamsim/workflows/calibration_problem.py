@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,6 +18,7 @@ from pamsim.store.static_table import StaticTable
 from pamsim.sysid.residual_block import Blocks, ResidualBlock
 from pamsim.workflows.calibration_data import CalibrationData
 from pamsim.workflows.calibration_parameters import FreedParameter
+from pamsim.workflows.start_errors import STEP, start_error, start_groups
 from pamsim.workflows.trial_experiment import at_times, experiment_of
 
 FloatArray = NDArray[np.float64]
@@ -91,7 +92,14 @@ class CalibrationProblem:
                 )
         for table in data.tables:
             self._check_muscles(table.name, table.pressure.shape[1])
-        self._of_trial = [self._number(experiment_of(trial)) for trial in data.trials]
+        self._of_trial = [0] * len(data.trials)
+        self._start_of = [np.zeros(0)] * len(data.trials)
+        for start, members in start_groups(data.trials):
+            experiment = replace(experiment_of(data.trials[members[0]]), start_pressure=start)
+            for member in members:
+                self._of_trial[member] = self._number(experiment)
+                self._start_of[member] = start
+        self._slopes: list[dict[str, FloatArray]] | None = None
         self._of_row = [[self._number(e) for e in table_experiments(t)] for t in data.tables]
 
     def _check_muscles(self, name: str, muscles: int) -> None:
@@ -133,15 +141,50 @@ class CalibrationProblem:
 
     def predictions(self, vectors: FloatArray) -> list[Prediction | None]:
         """What many parameter vectors make of the measurements; None where a run broke down."""
+        if self._slopes is None:
+            self.linearise_starts(np.array([freed.free.start for freed in self.freed]))
         rigs = [self._rig(vector) for vector in np.atleast_2d(vectors)]
-        jobs = [(rig, e) for rig in rigs if rig is not None for e in self._experiments]
-        if self._simulated is not None:
-            self._simulated(len(jobs))
-        runs = iter(simulate_batch(jobs, threads=self._threads))
+        runs = iter(
+            self._run([(rig, e) for rig in rigs if rig is not None for e in self._experiments])
+        )
         return [
             None if rig is None else self._prediction([next(runs) for _ in self._experiments])
             for rig in rigs
         ]
+
+    def linearise_starts(self, vector: FloatArray) -> None:
+        """Take the sensitivities to the start pressures at a parameter vector, (p,) [SI].
+
+        Done at the freed parameters' starts before the first prediction; where a run breaks down
+        there, starts are taken as read.
+        """
+        self._slopes = [{} for _ in self.data.trials]
+        rig = self._rig(vector)
+        if rig is None:
+            return
+        for number in set(self._of_trial):
+            experiment = self._experiments[number]
+            moved = [
+                experiment.start_pressure,
+                *(experiment.start_pressure + STEP * row for row in np.eye(len(rig.muscles))),
+            ]
+            runs = self._run([(rig, replace(experiment, start_pressure=start)) for start in moved])
+            if any(run.outcome is not Outcome.COMPLETED for run in runs):
+                continue
+            for trial, of, slopes in zip(
+                self.data.trials, self._of_trial, self._slopes, strict=True
+            ):
+                if of == number:
+                    base, *others = (at_times(run, trial) for run in runs)
+                    for name, signal in base.items():
+                        slopes[name] = np.column_stack(
+                            [(other[name] - signal) / STEP for other in others]
+                        )
+
+    def _run(self, jobs: list[tuple[Rig, Experiment]]) -> list[Recording]:
+        if self._simulated is not None:
+            self._simulated(len(jobs))
+        return simulate_batch(jobs, threads=self._threads)
 
     def values(self, vector: Sequence[float] | FloatArray) -> dict[str, float]:
         """Rig parameters that a vector stands for [SI]."""
@@ -160,11 +203,19 @@ class CalibrationProblem:
     def _prediction(self, runs: list[Recording]) -> Prediction | None:
         if any(run.outcome is not Outcome.COMPLETED for run in runs):
             return None
+        assert self._slopes is not None
+        trials: dict[str, dict[str, FloatArray]] = {}
+        for trial, number, start, slopes in zip(
+            self.data.trials, self._of_trial, self._start_of, self._slopes, strict=True
+        ):
+            simulated = at_times(runs[number], trial)
+            if slopes:
+                simulated = start_error(trial, start).adjusted(
+                    trial, simulated, slopes, self.compared(trial)
+                )
+            trials[trial.name] = simulated
         return Prediction(
-            trials={
-                trial.name: at_times(runs[index], trial)
-                for trial, index in zip(self.data.trials, self._of_trial, strict=True)
-            },
+            trials=trials,
             tables={
                 table.name: np.array([runs[index].angle[-1] for index in rows])
                 for table, rows in zip(self.data.tables, self._of_row, strict=True)

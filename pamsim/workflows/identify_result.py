@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from pamsim.core.units import PA_PER_KPA
 from pamsim.sysid.continuous_fit import ContinuousFit
 from pamsim.sysid.discrete_fit import DiscreteFit
-from pamsim.sysid.fit_report import Estimate, TrialScore, complex_list, safe
+from pamsim.sysid.estimate import Estimate, TrialScore, complex_list, safe
 from pamsim.sysid.local_models import Dependence, LocalModelMap
 from pamsim.sysid.signal_record import SignalRecord
 from pamsim.workflows.identify_choice import Recommendation

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
 import numpy as np
 import pytest
 
@@ -112,7 +114,7 @@ def test_a_protocol_may_be_named_and_a_rig_folder_is_found_from_elsewhere(tmp_pa
     monkeypatch.chdir(rig)
     found = read_recordings(tmp_path / "out" / "data")
     assert found.trials[0].protocol == "step_300"
-    assert (tmp_path / "out" / "data" / found.rig / "params.toml").is_file()
+    assert Path(found.rig, "params.toml").is_file()
 
 
 def test_time_is_counted_from_the_first_row_and_noise_below_zero_is_no_error(folder):
@@ -252,6 +254,13 @@ def test_a_bad_index_is_one_clear_line(folder, name):
     assert "\n" not in str(refused.value)
 
 
+def test_trials_of_different_rigs_are_no_recording(tmp_path):
+    runs = {"a_1": recording("valve", 2, 1), "a_2": recording("valve", 3, 2)}
+    write_recording(tmp_path, "mas20_arm", runs)
+    with pytest.raises(InputError, match=r"a_2.csv: commands 3 muscles, a_1.csv 2"):
+        read_recordings(tmp_path)
+
+
 def test_no_recording_is_said(tmp_path):
     with pytest.raises(InputError, match="no recording at"):
         read_recordings(tmp_path)
@@ -262,6 +271,8 @@ def test_honest_but_unusual_trials_are_read(folder, seed):
     draw = np.random.default_rng(seed)
     noise = draw.normal(0.0, 0.4, 20)
     dead_supply = changed(p1_kpa=noise, p2_kpa=0.5 * noise)
+    # As much as 400 kPa in bar, but only on average.
+    dead_with_zero_error = changed(p1_kpa=4.0 + 15.0 * noise, p2_kpa=noise)
     held_arm = changed(angle_deg=P["angle_deg"] / 100.0, force1_n=P["p1_kpa"])
     small_step = changed(
         p1_set_kpa=np.full(20, 305.0),
@@ -271,5 +282,5 @@ def test_honest_but_unusual_trials_are_read(folder, seed):
         angle_deg=P["angle_deg"] * 0.03,
     )
     vented = changed(p1_set_kpa=np.zeros(20), p2_set_kpa=np.zeros(20), p1_kpa=noise, p2_kpa=noise)
-    for table in (dead_supply, held_arm, small_step, vented):
+    for table in (dead_supply, dead_with_zero_error, held_arm, small_step, vented):
         assert len(read_recordings(folder(table)).trials) == 1

@@ -170,7 +170,7 @@ def test_a_shared_value_replaces_what_one_muscle_had_of_its_own(source, tmp_path
 def test_the_folder_comes_along_but_not_what_is_said_of_the_old_numbers(source, tmp_path):
     write_rig(source, tmp_path / "new", {})
     kept = {p.name for p in (tmp_path / "new").iterdir()}
-    assert kept == {p.name for p in source.folder.iterdir()} - {"README.md"}
+    assert kept == {p.name for p in source.folder.iterdir()} - {"README.md", "calibration.json"}
     assert read_rig(tmp_path / "new").scene is not None
 
 

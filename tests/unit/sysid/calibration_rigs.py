@@ -8,7 +8,7 @@ from scipy.signal import lfilter
 from pamsim.sysid.free_parameter import FreeParameter
 from pamsim.sysid.residual_block import ResidualBlock
 
-TIME = np.arange(150) / 50.0
+TIME = np.arange(100) / 40.0
 TRUTH = np.array([2.0, 1.5])
 
 
@@ -36,7 +36,7 @@ class Rig:
     trials: (name, protocol, channel, curve(values), measured) each.
     """
 
-    def __init__(self, trials, interval=0.02, diverges=lambda values: False, noise_sd=None):
+    def __init__(self, trials, interval=0.025, diverges=lambda values: False, noise_sd=None):
         self.trials, self.interval, self.diverges = trials, interval, diverges
         self.noise_sd = noise_sd
         self.batches = []

@@ -121,12 +121,13 @@ def test_channels_count_in_units_of_their_noise_not_of_their_signal():
     ]
     both = calibrate(Rig(trials), (DECAY[1],))
     angle = calibrate(Rig(trials[1:]), (DECAY[1],))
-    assert both.noise["pressure"].standard_deviation == pytest.approx(3e4, rel=0.1)
+    assert both.noise["pressure"].standard_deviation == pytest.approx(3e4, rel=0.2)
     # 0.3 against 0.001 of the signal: the pressure adds next to nothing.
     assert both.values == pytest.approx(angle.values, abs=0.1 * angle.parameters[0].standard_error)
     without = calibrate(Rig(trials), (DECAY[1],), weights={"angle": 0.0})
     pressure = calibrate(Rig(trials[:1]), (DECAY[1],))
-    assert without.values == pytest.approx(pressure.values, rel=1e-6)
+    error = pressure.parameters[0].standard_error
+    assert without.values == pytest.approx(pressure.values, abs=1e-3 * error)
 
 
 def test_noise_comes_from_repeats_where_there_are_some():
@@ -138,7 +139,8 @@ def test_noise_comes_from_repeats_where_there_are_some():
     assert fit.noise["angle"].standard_deviation == pytest.approx(0.02, rel=0.1)
     assert fit.noise["angle"].rms > 0.1
     once = calibrate(decay_rig(noisy(), noise_sd=0.05), DECAY).noise["angle"]
-    assert (once.source, once.standard_deviation) == (NoiseSource.GIVEN, 0.05)
+    assert once.source is NoiseSource.GIVEN
+    assert once.standard_deviation == pytest.approx(0.05)
 
 
 def test_a_start_on_a_bound_without_slope_there_is_moved_off():
@@ -308,7 +310,7 @@ def test_refusals():
         calibrate(rig, DECAY, starts=0)
     with pytest.raises(InputError, match="unknown channel 'force'"):
         calibrate(rig, DECAY, weights={"force": 1.0})
-    with pytest.raises(InputError, match="weight -1.0 of channel angle"):
+    with pytest.raises(InputError, match="of channel angle is not a number from 0"):
         calibrate(rig, DECAY, weights={"angle": -1.0})
     with pytest.raises(InputError, match="diverges at all 25 starts"):
         calibrate(decay_rig(noisy(), diverges=lambda v: True), DECAY)

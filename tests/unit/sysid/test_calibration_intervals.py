@@ -10,7 +10,7 @@ from pamsim.sysid.calibration_intervals import parameter_covariance
 from pamsim.sysid.calibration_result import Linearisation
 from pamsim.sysid.coloured_noise import ArNoise
 from pamsim.sysid.residual_block import BlockPlace, ResidualBlock
-from pamsim.sysid.residual_colour import FittedRows, autocovariance, fit_colour
+from pamsim.sysid.residual_colour import FittedRows, fit_colour, slow_gains
 from tests.unit.sysid.calibration_rigs import TIME, TRUTH, coloured, decay_rig, free, line_rig
 
 RUNS = 200
@@ -39,7 +39,7 @@ def covered(noise, protocols, jitter=0.0):
 # Binomial(200, 0.95): 99 % of all seeds lie between 0.905 and 0.985.
 @pytest.mark.parametrize("correlation", [0.0, 0.9])
 def test_single_trials_cover_under_white_and_coloured_noise(correlation):
-    share, ratio = covered(lambda rng: 0.05 * coloured(rng, TIME.size, correlation), "abc")
+    share, ratio = covered(lambda rng: 0.05 * coloured(rng, TIME.size, correlation), "ab")
     assert np.all((share >= 0.90) & (share <= 0.98)), share
     wanted = np.sqrt((1.0 + correlation) / (1.0 - correlation))  # a slow parameter under AR(1)
     assert np.all((ratio > 0.7 * wanted) & (ratio < 1.3 * wanted)), ratio
@@ -97,25 +97,26 @@ def ringing(rng, count):
     return lfilter([1.0], [1.0, -1.94 * np.cos(0.3), 0.97**2], e)[300:]
 
 
-@pytest.mark.parametrize("noise", [slow_drift, ringing])
-def test_noise_that_is_no_short_recursion_is_covered_too(noise):
-    places, rows = tangents("abcd")
+@pytest.mark.parametrize(("noise", "trials"), [(slow_drift, "abcd"), (ringing, "ab")])
+def test_noise_that_is_no_short_recursion_is_covered_too(noise, trials):
+    places, rows = tangents(trials, size=800)
     rng = np.random.default_rng(4)
-    hits = np.zeros(3)
-    for _ in range(RUNS):
-        e = np.concatenate([noise(rng, 400) for _ in "abcd"])
+    runs, hits = 100, np.zeros(3)
+    for _ in range(runs):
+        e = np.concatenate([noise(rng, 800) for _ in trials])
         estimate, found = estimated(places, rows, e)
         hits += np.abs(estimate) <= found.quantile * np.sqrt(np.diag(found.matrix))
-    assert np.all((hits / RUNS >= 0.90) & (hits / RUNS <= 0.985)), hits / RUNS
+    # Binomial(100, 0.95): 99.5 % of all seeds give 89 or more.
+    assert np.all(hits / runs >= 0.89), hits / runs
 
 
 def test_the_covariance_of_a_known_noise_is_the_sandwich():
     places, rows = tangents("abcd")
     found = np.zeros((3, 3))
     rng = np.random.default_rng(9)
-    for _ in range(40):
+    for _ in range(24):
         e = np.concatenate([coloured(rng, 400, 0.8) for _ in range(4)])
-        found += estimated(places, rows, e)[1].matrix / 40
+        found += estimated(places, rows, e)[1].matrix / 24
     lag = np.abs(np.subtract.outer(np.arange(1600), np.arange(1600)))
     same = np.equal.outer(np.arange(1600) // 400, np.arange(1600) // 400)
     inverse = np.linalg.inv(rows.T @ rows)
@@ -159,13 +160,6 @@ def test_intervals_are_symmetric_in_the_logarithm_and_end_at_the_bounds():
     assert wide.parameters[0].interval95[0] == 0.1
 
 
-def test_lags_of_a_long_record_are_those_of_the_model():
-    for reflections in ((), (-0.9,), (-0.9, 0.5, 0.3), (-0.5,) * 12):
-        noise = ArNoise(reflections, 2.0)
-        for count in (1, 3, 60):
-            assert autocovariance(noise, count) == pytest.approx(noise.autocovariance(count))
-
-
 def test_colour_absorbed_by_a_fit_is_given_back():
     places, rows = tangents("ab", size=300)
     rng = np.random.default_rng(6)
@@ -179,10 +173,11 @@ def test_colour_absorbed_by_a_fit_is_given_back():
         true = ArNoise((-0.95,), 1.0 - 0.95**2)
         lag = np.abs(np.subtract.outer(np.arange(300), np.arange(300)))
         known = sum(r.gain.T @ 0.95**lag @ r.gain for r in records)
-        noise = fit_colour(records, known, true, ordered=True).preferred
+        slow = slow_gains(true, records)
+        noise = fit_colour(records, slow, known, ordered=True).preferred
         corrected.append(noise.autocovariance(20)[[0, 19]])
-        none = [FittedRows(r.residual, r.jacobian * 0.0, r.gain) for r in records]
-        noise = fit_colour(none, known, true, ordered=True).preferred
+        none = [FittedRows(r.residual, 0.0 * r.jacobian, r.gain) for r in records]
+        noise = fit_colour(none, slow, known, ordered=True).preferred
         plain.append(noise.autocovariance(20)[[0, 19]])
     truth = np.array([1.0, 0.95**19])
     assert np.mean(corrected, axis=0) == pytest.approx(truth, rel=0.15)

@@ -50,7 +50,7 @@ def test_a_flat_direction_closes_only_where_a_partner_ends():
     a = profile(rig, pair, fit, "a")
     assert a.high is None
     assert a.low == pytest.approx(0.6, rel=0.01)  # there b is at its 10
-    assert "at least 0.6" in a.sentence
+    assert "a is at least 0.5" in a.sentence
     assert max(r for v, r in zip(a.values, a.rise, strict=True) if v > 0.61) < 0.01
     wide = (pair[0], free("b", 2.0, 1e-3, 1e3, scale="log"))
     open_ = profile(rig, wide, calibrate(rig, wide), "a")

@@ -1,0 +1,202 @@
+"""Figures of a calibration's fit: measured signals with the rig before and after, rows at rest."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any, Protocol
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from numpy.typing import NDArray
+
+from pamsim.core.units import DEG_PER_RAD, PA_PER_KPA
+from pamsim.report.numbers import fixed
+from pamsim.report.style import (
+    BLUE,
+    INK,
+    MUTED,
+    VERMILION,
+    finish_axes,
+    new_figure,
+    say_empty,
+    series_look,
+    styled,
+)
+
+FloatArray = NDArray[np.float64]
+MOST_TRIALS = 5
+
+_KINDS = {
+    "angle": ("angle β [deg]", DEG_PER_RAD),
+    "pressure": ("gauge pressure [kPa]", 1.0 / PA_PER_KPA),
+    "force": ("tension [N]", 1.0),
+}
+_MOST_POINTS = 400  # of measured samples drawn; more only make the file larger
+
+
+class Compared(Protocol):
+    """One channel of one trial, and what the rig made of it."""
+
+    @property
+    def trial(self) -> str:
+        """Name of the trial."""
+        ...
+
+    @property
+    def protocol(self) -> str:
+        """Trials of the same protocol are repeats."""
+        ...
+
+    @property
+    def channel(self) -> str:
+        """Such as ``pressure_1``."""
+        ...
+
+    @property
+    def held_out(self) -> bool:
+        """Whether it was kept from the fit."""
+        ...
+
+    @property
+    def time(self) -> FloatArray:
+        """(n,) [s]."""
+        ...
+
+    @property
+    def measured(self) -> FloatArray:
+        """(n,) [SI]."""
+        ...
+
+    @property
+    def before(self) -> FloatArray | None:
+        """(n,) [SI], simulated with the rig as it was."""
+        ...
+
+    @property
+    def after(self) -> FloatArray | None:
+        """(n,) [SI], simulated with the calibrated rig."""
+        ...
+
+
+@styled
+def trial_signals(comparisons: Sequence[Compared]) -> Figure:
+    """One row per trial, one column per kind of channel: measured, before, after.
+
+    Args:
+        comparisons: of all trials; the worst after the fit are drawn, held-out ones first.
+    """
+    chosen = shown_trials(comparisons)
+    kinds = [
+        k for k in _KINDS if any(c.channel.startswith(k) and c.trial in chosen for c in comparisons)
+    ]
+    figure, axes = new_figure(
+        0.9 + 1.75 * len(chosen), rows=len(chosen), columns=len(kinds), sharex="row"
+    )
+    for i, trial in enumerate(chosen):
+        for j, kind in enumerate(kinds):
+            ax = axes[i * len(kinds) + j]
+            parts = [c for c in comparisons if c.trial == trial and c.channel.startswith(kind)]
+            _signals(ax, kind, parts, legend=i == 0)
+            held = ", held out" if parts and parts[0].held_out else ""
+            finish_axes(
+                ax,
+                x="time [s]" if i == len(chosen) - 1 else "",
+                y=_KINDS[kind][0],
+                title=f"{trial}{held}" if j == 0 else "",
+                zero=False,
+            )
+    return figure
+
+
+def shown_trials(comparisons: Sequence[Compared]) -> list[str]:
+    """Names of the trials that are drawn: held-out first, then the worst; of repeats, one."""
+
+    def badness(trial: str) -> float:
+        return max(
+            (
+                float(np.sqrt(np.mean((c.after - c.measured) ** 2)) / (np.ptp(c.measured) or 1.0))
+                for c in comparisons
+                if c.trial == trial and c.after is not None
+            ),
+            default=np.inf,
+        )
+
+    held = {c.trial: c.held_out for c in comparisons}
+    protocol = {c.trial: c.protocol for c in comparisons}
+    ordered = sorted(held, key=lambda trial: (not held[trial], -badness(trial)))
+    first = {protocol[trial]: trial for trial in reversed(ordered)}
+    return [trial for trial in ordered if first[protocol[trial]] == trial][:MOST_TRIALS]
+
+
+def _signals(ax: Axes, kind: str, parts: Sequence[Compared], *, legend: bool) -> None:
+    if not parts:
+        say_empty(ax, "not measured")
+        return
+    scale = _KINDS[kind][1]
+    for number, part in enumerate(parts):
+        colour = series_look(number)[0] if len(parts) > 1 else BLUE
+        of = f" {part.channel.rpartition('_')[2]}" if len(parts) > 1 else ""
+        every = max(1, part.time.size // _MOST_POINTS)
+        ax.plot(
+            part.time[::every],
+            part.measured[::every] * scale,
+            ".",
+            color=MUTED,
+            markersize=1.6,
+            label="measured" if number == 0 else None,
+        )
+        if part.before is not None:
+            ax.plot(
+                part.time,
+                part.before * scale,
+                color=colour,
+                linestyle=(0, (3, 2)),
+                linewidth=0.9,
+                label=f"before{of}",
+            )
+        if part.after is not None:
+            ax.plot(part.time, part.after * scale, color=colour, linewidth=1.2, label=f"after{of}")
+    if legend:
+        ax.legend(loc="best", ncols=2 if len(parts) > 1 else 1, fontsize=7.5)
+
+
+@styled
+def rest_errors(tables: Sequence[Mapping[str, Any]]) -> Figure:
+    """Simulated minus measured angle of every row of the static tables, before and after.
+
+    Args:
+        tables: entries with ``rows`` of a result of schema ``pamsim-calibrate/1``.
+    """
+    figure, axes = new_figure(0.4 + 2.6 * len(tables), rows=len(tables))
+    for ax, table in zip(axes, tables, strict=True):
+        rows = table["rows"]
+        at = np.arange(len(rows))
+        for key, colour, marker, label in (
+            ("before_deg", VERMILION, "o", "before"),
+            ("after_deg", BLUE, "D", "after"),
+        ):
+            values = [row[key] for row in rows]
+            if None in values:
+                continue
+            error = np.array([row[key] - row["measured_deg"] for row in rows])
+            ax.plot(
+                at,
+                error,
+                marker,
+                color=colour,
+                markersize=4.5,
+                markerfacecolor="none" if key == "before_deg" else colour,
+                label=f"{label}: {fixed(np.sqrt(np.mean(error**2)), 2)} deg RMS",
+            )
+        ax.set_xticks(at, [row["row"].split(" ")[-1] for row in rows])
+        held = ", held out" if table["held_out"] else ""
+        finish_axes(
+            ax,
+            x=f"{rows[0]['row'].split(' ')[0]} of the table",
+            y="simulated − measured [deg]",
+            title=f"{table['trial']}{held}",
+        )
+        ax.legend(loc="best")
+        ax.axhline(0.0, color=INK, linewidth=0.7)
+    return figure

@@ -1,0 +1,138 @@
+"""What a trial's first pressure sample does not tell: where the muscles really started.
+
+A trial starts at its first measured pressures, which carry the sensor's noise. With shut valves an
+error of the start lasts as long as the trial, and a fit would take it for something else. So each
+trial's start may differ from what was read by about that noise, and what best fits the trial is
+added along the simulated signals' own sensitivity to the start: a linear nuisance, profiled out.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pamsim.core.trial import Trial
+from pamsim.workflows.trial_experiment import start_pressures
+
+FloatArray = NDArray[np.float64]
+Signals = Mapping[str, FloatArray]
+
+STEP = 1e3
+"""Change of a start pressure from which sensitivities are taken [Pa]."""
+
+_REACH = 3.0  # standard deviations of sensor noise that a start may be off by, as a prior's width
+_ALIKE = 6.0  # standard deviations by which starts of repeats may differ and still be one start
+_SECOND_DIFFERENCE = np.sqrt(6.0)  # of white noise, in its standard deviations
+_MEDIAN_TO_SD = 1.4826
+_UNIFORM = np.sqrt(12.0)  # of a uniform distribution, in its standard deviations
+
+
+@dataclass(frozen=True)
+class StartError:
+    """What is known of one trial's start before it is compared.
+
+    Attributes:
+        read: (m,) first measured minus simulated start pressure [Pa].
+        spread: (m,) how far the truth may be from what was read [Pa]; 0 where a set point says it.
+    """
+
+    read: FloatArray
+    spread: FloatArray
+
+    def adjusted(
+        self, trial: Trial, simulated: Signals, sensitivity: Signals, channels: Sequence[str]
+    ) -> dict[str, FloatArray]:
+        """Signals as they would be from the start that fits the trial best.
+
+        Args:
+            trial: as measured.
+            simulated: channel -> (n,) at the trial's times [SI].
+            sensitivity: channel -> (n, m) change per change of the start pressures [SI / Pa].
+            channels: that are compared.
+
+        Returns:
+            Channel -> (n,), all channels of ``simulated``.
+        """
+        free = self.spread > 0.0
+        if not free.any():
+            return dict(simulated)
+        # In units of the spread; each channel counts by what it misses, model error included.
+        normal = np.eye(int(free.sum()))
+        right = self.read[free] / self.spread[free]
+        for channel in channels:
+            miss = trial.measured[channel] - simulated[channel]
+            slope = sensitivity[channel][:, free] * self.spread[free]
+            weight = 1.0 / max(float(np.mean(miss**2)), np.finfo(float).tiny)
+            normal += weight * slope.T @ slope
+            right += weight * slope.T @ miss
+        shift = np.zeros(free.size)
+        shift[free] = np.linalg.solve(normal, right) * self.spread[free]
+        return {name: signal + sensitivity[name] @ shift for name, signal in simulated.items()}
+
+
+def start_groups(trials: Sequence[Trial]) -> list[tuple[FloatArray, list[int]]]:
+    """Trials that can be simulated from one start: repeats whose first samples differ by noise.
+
+    Args:
+        trials: of one rig.
+
+    Returns:
+        Start pressures (m,) [Pa] of each group, and the numbers of its trials.
+
+    Raises:
+        InputError: if a trial does not say where it started.
+    """
+    groups: list[tuple[list[FloatArray], list[int]]] = []
+    for number, trial in enumerate(trials):
+        start, near = start_pressures(trial), _ALIKE * _noise(trial)
+        for starts, members in groups:
+            first = trials[members[0]]
+            if _same_settings(first, trial) and np.all(np.abs(start - starts[0]) <= near):
+                starts.append(start)
+                members.append(number)
+                break
+        else:
+            groups.append(([start], [number]))
+    return [(np.mean(starts, axis=0), members) for starts, members in groups]
+
+
+def start_error(trial: Trial, simulated_start: FloatArray) -> StartError:
+    """What is known of a trial's start.
+
+    Args:
+        trial: as measured.
+        simulated_start: (m,) [Pa].
+    """
+    return StartError(start_pressures(trial) - simulated_start, _REACH * _noise(trial))
+
+
+def _noise(trial: Trial) -> FloatArray:
+    """Noise of each muscle's pressure sensor, (m,) [Pa]; 0 where there is none.
+
+    From second differences, in which a smooth signal all but cancels, by their median, which the
+    few samples at a switching valve do not move; at least that of rounding to the converter's step.
+    """
+    found = np.zeros(trial.muscles)
+    for muscle in range(trial.muscles):
+        measured = trial.measured.get(f"pressure_{muscle + 1}")
+        if measured is not None:
+            bend = np.abs(np.diff(measured, n=2))
+            white = _MEDIAN_TO_SD * float(np.median(bend)) / _SECOND_DIFFERENCE
+            jumps = np.abs(np.diff(measured))
+            digit = float(np.min(jumps[jumps > 0.0], initial=np.inf))
+            rounding = digit / _UNIFORM if np.isfinite(digit) else 0.0
+            found[muscle] = max(white, rounding)
+    return found
+
+
+def _same_settings(one: Trial, other: Trial) -> bool:
+    return (
+        one.protocol == other.protocol
+        and one.command_kind == other.command_kind
+        and one.load == other.load
+        and np.array_equal(one.time, other.time)
+        and np.array_equal(one.command, other.command)
+    )
