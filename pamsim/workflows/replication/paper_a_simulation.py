@@ -7,7 +7,8 @@ import numpy as np
 from pamsim.core.units import DEG_PER_RAD, PA_PER_KPA
 from pamsim.store.printed import mas20_models
 from pamsim.workflows.replication.claim import Claim, Verdict, compare, holds
-from pamsim.workflows.reproduce import RMS_LIMIT_DEG, TIME_CONSTANT_LIMIT, reproduce
+from pamsim.workflows.reproduce import reproduce
+from pamsim.workflows.reproduce_checks import MODEL_LIMIT, RMS_LIMIT_DEG
 from pamsim.workflows.reproduction import Reproduction, Row, rms_error
 
 _GRAVITY = 9.81  # m/s^2
@@ -55,12 +56,12 @@ def _first_order(done: Reproduction) -> Claim:
         "(30): T of G1 of the simulated large step without load",
         printed,
         found.g1.output_error.time_constants[0],
-        TIME_CONSTANT_LIMIT * printed,
+        MODEL_LIMIT * printed,
         unit="s",
         reason=f"output error with unit gain; ARX with unit gain gives"
         f" {found.g1.arx_unit_gain.time_constants[0]:.3f} s. The rig's valve and damping were"
         f" identified from (31), with which (30) disagrees; tolerance"
-        f" {100.0 * TIME_CONSTANT_LIMIT:.0f} %",
+        f" {100.0 * MODEL_LIMIT:.0f} %",
     )
 
 
@@ -75,10 +76,10 @@ def _second_order(done: Reproduction) -> Claim:
         "(31): T1, T2 of G2 of the simulated large step without load",
         told,
         found.g2.output_error.time_constants,
-        [TIME_CONSTANT_LIMIT * value for value in told],
+        [MODEL_LIMIT * value for value in told],
         unit="s",
         reason=f"output error with unit gain, fit {found.g2.output_error.fit_percent:.1f} %;"
-        f" {_FITTED}; tolerance {100.0 * TIME_CONSTANT_LIMIT:.0f} % of each",
+        f" {_FITTED}; tolerance {100.0 * MODEL_LIMIT:.0f} % of each",
     )
 
 
