@@ -201,7 +201,7 @@ def _print_model(model: dict[str, Any], best: bool) -> None:
             continue
         unit = "" if item["unit"] in ("-", "1") else f" {item['unit']}"
         line = f"    {item['name']:5s}{_number(item['value'], '12.5g')}{unit}"
-        if item["interval95"] is not None:
+        if item["interval95"] is not None and None not in item["interval95"]:
             low, high = (_number(end, ".4g") for end in item["interval95"])
             line += f"  [{low}, {high}]"
         click.echo(line)

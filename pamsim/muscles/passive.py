@@ -30,7 +30,11 @@ class PassiveSpring(ParameterGroup):
         unit="N", low=0.0, high=1e6, doc="k = -dF/dkappa at the slack point", default=0.0
     )
     softening: float = parameter(
-        unit="1", low=0.1, high=500.0, doc="h, e-fold softening per unit of contraction", default=1.0
+        unit="1",
+        low=0.1,
+        high=500.0,
+        doc="h, e-fold softening per unit of contraction",
+        default=1.0,
     )
     slack_contraction: float = parameter(
         unit="1", low=-0.3, high=0.5, doc="contraction at which the spring is free", default=0.0

@@ -27,6 +27,7 @@ PRINTED = "mas20"
 
 _ALIASES = {"beta_deg": "angle_deg"}
 _KNOWN = re.compile(r"(start_)?p[1-9]\d*_kpa|angle_deg|load_kg")
+_MEANT = re.compile(r"(start_)?p\d+(_.*)?|(angle|beta|load)(_.*)?")
 _HIGHEST_KPA = 5e3
 _LEAST_KPA = 20.0
 _MOST_LOAD_KG = 100.0
@@ -73,6 +74,11 @@ def read_static_table(source: str | os.PathLike[str]) -> StaticTable:
     for name in names:
         if names.count(name) > 1:
             raise InputError(f"{path}: line {first}: column {name!r} is there twice; keep one")
+        if _MEANT.fullmatch(name) and not _KNOWN.fullmatch(name):
+            raise InputError(
+                f"{path}: line {first}: column {name!r} is not of this format, whose units are in"
+                " the names: p1_kpa, p2_kpa, load_kg, angle_deg, start_p1_kpa, start_p2_kpa"
+            )
     columns = {
         name: np.array([finite_cell(row[i], f"{path}: line {n}: {name}") for n, row in rows])
         for i, name in enumerate(names)

@@ -2,7 +2,8 @@
 
 Gains, offsets and initial states are solved for exactly at every point of the search, so that it
 moves only in the poles (and the dead time): fewer dimensions and far fewer local minima.
-Source: variable projection (Golub and Pereyra, SIAM J. Numer. Anal. 1973).
+Source: variable projection (Golub and Pereyra, SIAM Journal on Numerical Analysis
+10, 1973).
 """
 
 # scipy carries no types: what it returns is Any at this file's boundary.
@@ -132,20 +133,24 @@ def minimise(
     if len(inside) > refined:
         costs = [float(r @ r) for r in map(residual, inside)]
         inside = [inside[i] for i in np.argsort(costs, kind="stable")[:refined]]
-    best: Any = None
-    for start in inside:
-        found = _least_squares(
+
+    def refine(start: FloatArray, tolerance: float, most: int) -> Any:
+        return _least_squares(
             residual,
             start,
             bounds=(problem.lower, problem.upper),
             x_scale="jac",
-            xtol=1e-10,
-            ftol=1e-11,
+            xtol=tolerance,
+            ftol=tolerance,
             gtol=1e-14,
-            max_nfev=150,
+            max_nfev=most,
         )
-        if best is None or found.cost < best.cost:
-            best = found
+
+    if len(inside) > 1:
+        # Roughly first: most starts fall into the same valley, and one end point of it is enough.
+        rough = [refine(start, 1e-4, 30) for start in inside]
+        inside = [min(rough, key=lambda found: float(found.cost)).x]
+    best = refine(inside[0], 1e-11, 150)
     return Solution(
         x=best.x,
         theta=problem.solved(best.x, noise)[0],

@@ -138,13 +138,15 @@ def section_of(
     Args:
         fitted: the fit.
         braid: geometry it was made with.
-        braid_source: field of the braid -> where its value is from.
+        braid_source: field of the braid -> where its value is from; a field it leaves out is at
+            its default and is not written.
     """
     sections: dict[str, dict[str, Any]] = {}
     if fitted.given:
         sections["muscle.braid"] = {
             name: {"value": getattr(braid, name), "unit": spec.unit, "source": braid_source[name]}
             for name, spec in specs(Braid)
+            if name in braid_source
         }
     sections["muscle.force"] = {"law": fitted.model, **coefficient_entries(fitted)}
     return sections

@@ -83,7 +83,9 @@ def identify(
     )
     best = next((c.fit for c in fitted.candidates if c.name == found.name), None)
     points, said = (
-        local_map(fitting, best) if local and isinstance(best, ContinuousFit) else (None, ())
+        local_map(fitting, best, progress)
+        if local and isinstance(best, ContinuousFit)
+        else (None, ())
     )
     return Identification(
         data=loaded,

@@ -8,9 +8,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pamsim.core.errors import InputError
-from pamsim.sysid.continuous_fit import ContinuousFit
-from pamsim.sysid.local_models import LocalModelMap, OperatingPoint, local_models
+from pamsim.sysid.continuous_fit import ContinuousFit, fit_continuous
+from pamsim.sysid.local_models import (
+    LocalModel,
+    LocalModelMap,
+    OperatingPoint,
+    local_model_map,
+)
 from pamsim.sysid.signal_record import FEWEST_SAMPLES, SignalRecord
+from pamsim.workflows.identify_models import Progress
 from pamsim.workflows.identify_signals import SignalTable
 
 FloatArray = NDArray[np.float64]
@@ -23,7 +29,9 @@ _SETTLED = 0.05  # change over that share, against the step's own, from which it
 
 
 def local_map(
-    pairs: Sequence[tuple[SignalTable, SignalRecord]], fit: ContinuousFit
+    pairs: Sequence[tuple[SignalTable, SignalRecord]],
+    fit: ContinuousFit,
+    progress: Progress | None = None,
 ) -> tuple[LocalModelMap | None, tuple[str, ...]]:
     """Fit the structure of a model again at every operating point.
 
@@ -33,6 +41,7 @@ def local_map(
     Args:
         pairs: trials with the records made of them.
         fit: the model whose structure is fitted.
+        progress: told ``(done, total, what)``.
 
     Returns:
         The map, or None for fewer than two points; and notes on steps that were left out.
@@ -48,19 +57,24 @@ def local_map(
             groups.setdefault(key, []).append(piece)
     if len(groups) < 2:
         return None, tuple(notes)
-    points = [([record for record, _ in group], _mean(group)) for group in groups.values()]
-    try:
-        found = local_models(
-            points,
-            order=fit.structure.order,
-            zeros=fit.structure.zeros,
-            dead_time=fit.structure.dead_time,
-            real_lags=fit.structure.real_lags,
-            start=fit.start,
-        )
-    except InputError as error:
-        return None, (*notes, f"no local models: {error}")
-    return found, tuple(notes)
+    models: list[LocalModel] = []
+    for done, group in enumerate(groups.values()):
+        if progress is not None:
+            progress(done, len(groups), "operating points")
+        try:
+            local = fit_continuous(
+                [record for record, _ in group],
+                order=fit.structure.order,
+                zeros=fit.structure.zeros,
+                dead_time=fit.structure.dead_time,
+                real_lags=fit.structure.real_lags,
+                start=fit.start,
+            )
+        except InputError as error:
+            notes.append(f"{group[0][0].name}: no model of its own: {error}")
+            continue
+        models.append(LocalModel(_mean(group), local))
+    return (local_model_map(models) if len(models) > 1 else None), tuple(notes)
 
 
 def _pieces(

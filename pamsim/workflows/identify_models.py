@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import functools
+import itertools
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
+from typing import TypeAlias
 
 from pamsim.core.errors import InputError, nearest
 from pamsim.sysid.continuous_fit import ContinuousFit, fit_continuous
@@ -14,9 +16,11 @@ from pamsim.sysid.signal_record import SignalRecord
 from pamsim.sysid.step_fit import FitStatus
 
 Progress = Callable[[int, int, str], None]
+Fit: TypeAlias = ContinuousFit | DiscreteFit
 
 DEAD_TIMES = ("auto", "none", "free")
 POLES = ("auto", "real", "any")
+_CLOSE = 2.0  # ratio of two time constants that merge
 _BESIDE_ARX = ((1, 1, 1), (2, 2, 1))
 _BESIDE_OE = ((1, 1, 1), (2, 2, 1))  # a sampled second order has two b
 
@@ -73,7 +77,7 @@ class Candidate:
     """
 
     name: str
-    fit: ContinuousFit | DiscreteFit
+    fit: Fit
     independence: Independence | None
 
 
@@ -111,7 +115,7 @@ def fit_models(
     skipped: dict[str, str] = {}
     refusals: list[InputError] = []
 
-    def attempt(name: str, fit_it: Callable[[], ContinuousFit | DiscreteFit]) -> FitStatus | None:
+    def attempt(name: str, fit_it: Callable[[], Fit]) -> Fit | None:
         if progress is not None:
             done = len(found) + len(skipped)
             progress(done, max(total, done + 1), name)
@@ -122,9 +126,9 @@ def fit_models(
             skipped[name] = str(error)
             return None
         found.append(Candidate(name=name, fit=fit, independence=_independence(fit, records)))
-        return fit.status
+        return fit
 
-    def continuous(order: int, delay: bool, real: bool) -> FitStatus | None:
+    def continuous(order: int, delay: bool, real: bool) -> Fit | None:
         return attempt(
             _name(order, choice.zeros, delay, real),
             lambda: fit_continuous(
@@ -146,20 +150,26 @@ def fit_models(
     total = len(jobs) + len(arx) + len(oe)
     for order, delay in jobs:
         real = order == 1 or choice.poles != "any"
-        status = continuous(order, delay, real)
-        # Two lags that merge may be a pair that swings.
-        if real and order > 1 and choice.poles == "auto" and status is FitStatus.DEGENERATE:
+        fit = continuous(order, delay, real)
+        if real and choice.poles == "auto" and _merged(fit):
             continuous(order, delay, False)
     if not found:
         raise refusals[0]
     for na, nb, nk in arx:
-        status = attempt(f"arx_{na}_{nb}_{nk}", _arx(records, na, nb, nk))
-        # A single step does not tell one b from the next.
-        if status is None and choice.arx is None and nb > 1:
+        fit = attempt(f"arx_{na}_{nb}_{nk}", _arx(records, na, nb, nk))
+        # A single step may not tell one b from the next.
+        if fit is None and choice.arx is None and nb > 1:
             attempt(f"arx_{na}_{nb - 1}_{nk}", _arx(records, na, nb - 1, nk))
     for nb, nf, nk in oe:
         attempt(f"oe_{nb}_{nf}_{nk}", functools.partial(fit_oe, records, nb=nb, nf=nf, nk=nk))
     return Fitted(candidates=tuple(found), skipped=skipped)
+
+
+def _merged(fit: Fit | None) -> bool:
+    """Whether two lags that the data do not tell apart may be a pair that swings."""
+    if not isinstance(fit, ContinuousFit) or fit.status is not FitStatus.DEGENERATE:
+        return False
+    return any(b < _CLOSE * a for a, b in itertools.pairwise(fit.time_constants))
 
 
 def _arx(records: Sequence[SignalRecord], na: int, nb: int, nk: int) -> Callable[[], DiscreteFit]:
@@ -173,9 +183,7 @@ def _name(order: int, zeros: int, delay: bool, real: bool) -> str:
     return name + ("_dead_time" if delay else "")
 
 
-def _independence(
-    fit: ContinuousFit | DiscreteFit, records: Sequence[SignalRecord]
-) -> Independence | None:
+def _independence(fit: Fit, records: Sequence[SignalRecord]) -> Independence | None:
     try:
         return residual_independence(fit, records)
     except InputError:

@@ -23,7 +23,7 @@ Signals = Mapping[str, FloatArray]
 STEP = 1e3
 """Change of a start pressure from which sensitivities are taken [Pa]."""
 
-_REACH = 3.0  # standard deviations of sensor noise that a start may be off by, as a prior's width
+_REACH = 4.0  # standard deviations of sensor noise that a first sample is not off by
 _ALIKE = 6.0  # standard deviations by which starts of repeats may differ and still be one start
 _SECOND_DIFFERENCE = np.sqrt(6.0)  # of white noise, in its standard deviations
 _MEDIAN_TO_SD = 1.4826
@@ -36,7 +36,8 @@ class StartError:
 
     Attributes:
         read: (m,) first measured minus simulated start pressure [Pa].
-        spread: (m,) how far the truth may be from what was read [Pa]; 0 where a set point says it.
+        spread: (m,) how far at most the truth is from what was read [Pa]; 0 where a set point says
+            it.
     """
 
     read: FloatArray
@@ -61,15 +62,19 @@ class StartError:
             return dict(simulated)
         # In units of the spread; each channel counts by what it misses, model error included.
         normal = np.eye(int(free.sum()))
-        right = self.read[free] / self.spread[free]
+        read = self.read[free] / self.spread[free]
+        right = read.copy()
         for channel in channels:
             miss = trial.measured[channel] - simulated[channel]
             slope = sensitivity[channel][:, free] * self.spread[free]
             weight = 1.0 / max(float(np.mean(miss**2)), np.finfo(float).tiny)
             normal += weight * slope.T @ slope
             right += weight * slope.T @ miss
+        away = np.linalg.solve(normal, right) - read
+        # A model that misses by far would take more than a sensor can be wrong by.
+        away /= (1.0 + away**4) ** 0.25
         shift = np.zeros(free.size)
-        shift[free] = np.linalg.solve(normal, right) * self.spread[free]
+        shift[free] = (read + away) * self.spread[free]
         return {name: signal + sensitivity[name] @ shift for name, signal in simulated.items()}
 
 
@@ -121,10 +126,9 @@ def _noise(trial: Trial) -> FloatArray:
         if measured is not None:
             bend = np.abs(np.diff(measured, n=2))
             white = _MEDIAN_TO_SD * float(np.median(bend)) / _SECOND_DIFFERENCE
-            jumps = np.abs(np.diff(measured))
-            digit = float(np.min(jumps[jumps > 0.0], initial=np.inf))
-            rounding = digit / _UNIFORM if np.isfinite(digit) else 0.0
-            found[muscle] = max(white, rounding)
+            # Neighbouring values of a converter are a step apart, those of a finer record are not.
+            step = float(np.min(np.diff(np.unique(measured)), initial=np.inf))
+            found[muscle] = max(white, step / _UNIFORM if np.isfinite(step) else 0.0)
     return found
 
 

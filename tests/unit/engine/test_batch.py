@@ -43,7 +43,7 @@ def assert_same(one, other):
     assert (one.outcome, one.message, one.meta) == (other.outcome, other.message, other.meta)
     assert (one.load, one.command_kind) == (other.load, other.command_kind)
     for name in SIGNALS:
-        assert np.array_equal(getattr(one, name), getattr(other, name)), name
+        assert np.array_equal(getattr(one, name), getattr(other, name), equal_nan=True), name
 
 
 @pytest.mark.parametrize("threads", [1, 3])
@@ -99,7 +99,7 @@ def test_a_run_that_breaks_down_leaves_the_others_whole(rig):
         {
             "passive.stiffness": 0.0,
             "chamber.dead_volume": 0.0,
-            "muscle_2:mounting.length_at_zero": 0.27,
+            "muscle_2:mounting.length_at_zero": 0.24,
             "tendon.chain_1.coef": 0.05,
             "tendon.chain_2.coef": 0.05,
         }
@@ -163,9 +163,11 @@ def test_resting_early_is_resting(rig):
 
 
 def test_a_rig_that_still_moves_does_not_count_as_at_rest(rig):
-    """Vented muscles creep for many seconds: there, the whole time asked for is taken."""
-    empty = pamsim.pressure_step((0.0, 0.0), (0.0, 0.0), duration=0.1)
+    """A shaft that its damping lets creep for seconds: there, the whole time asked for is taken."""
+    creeping = rig.with_parameters({"joint.shaft.damping": 10.0})
+    empty = pamsim.pressure_step((1e5, 0.0), (0.0, 0.0), duration=0.1)
     short, long = (
-        pamsim.simulate(rig, dataclasses.replace(empty, settle=settle)) for settle in (1.0, 3.0)
+        pamsim.simulate(creeping, dataclasses.replace(empty, settle=settle))
+        for settle in (1.0, 3.0)
     )
     assert abs(long.angle[0] - short.angle[0]) > 1e-3

@@ -111,7 +111,7 @@ def test_a_protocol_may_be_named_and_a_rig_folder_is_found_from_elsewhere(tmp_pa
     monkeypatch.chdir(tmp_path)
     runs = {"step_300": recording("valve", 2, 1)}
     write_recording(tmp_path / "out" / "data", "rigs/mine", runs, {"step_300": "step_300"})
-    monkeypatch.chdir(rig)
+    monkeypatch.chdir(tmp_path / "out")
     found = read_recordings(tmp_path / "out" / "data")
     assert found.trials[0].protocol == "step_300"
     assert Path(found.rig, "params.toml").is_file()

@@ -9,7 +9,7 @@ from pamsim.sysid.signal_record import SignalRecord
 
 
 def sampled(numerator, denominator, given, interval, delay=0.0, fine=20):
-    """Run a continuous system under a held input, a delay being whole steps of ``interval/fine``."""
+    """Run a continuous system under a held input; a delay is whole steps of ``interval/fine``."""
     step = interval / fine
     held = np.concatenate([np.zeros(round(delay / step)), np.repeat(given, fine)])
     # In state space: a transfer function in z loses digits where sampling is fast.

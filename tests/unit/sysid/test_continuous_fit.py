@@ -30,9 +30,7 @@ def test_planted_first_order_is_recovered() -> None:
 
 
 def test_planted_g2_with_a_fraction_of_a_sample_delay_is_recovered() -> None:
-    fit = fit_continuous(
-        [record(2, constants=(T1, T2), delay=0.047)], order=2, dead_time=True
-    )
+    fit = fit_continuous([record(2, constants=(T1, T2), delay=0.047)], order=2, dead_time=True)
     assert fit.status is FitStatus.CONVERGED
     assert values(fit) == pytest.approx({"K": 2.0, "T1": T1, "T2": T2, "L": 0.047}, rel=1e-5)
     assert fit.time_constants == pytest.approx((T1, T2), rel=1e-5)
@@ -104,9 +102,7 @@ def test_held_out_trials_are_scored_but_do_not_move_the_fit() -> None:
 
 
 def test_absent_dead_time_is_zero_with_an_upper_end() -> None:
-    fits = [
-        fit_continuous([record(s, noise=0.1)], order=1, dead_time=True) for s in range(60, 66)
-    ]
+    fits = [fit_continuous([record(s, noise=0.1)], order=1, dead_time=True) for s in range(60, 65)]
     absent = [fit for fit in fits if fit.dead_time == 0.0]
     assert 1 <= len(absent) < len(fits)  # an unbiased search lands below 0 half the time
     for fit in absent:
@@ -139,7 +135,7 @@ def test_what_the_data_do_not_determine_is_said(given, options, status: str, wor
 
 @pytest.mark.parametrize("phi", [0.0, np.exp(-0.02 / 0.2)])
 def test_intervals_cover_under_white_and_coloured_noise(phi: float) -> None:
-    runs, hits, widths, found = 40, np.zeros(2), [], []
+    runs, hits, widths, found = 30, np.zeros(2), [], []
     for seed in range(runs):
         fit = fit_continuous([record(1000 + seed, noise=0.1, phi=phi, n=400)], order=1)
         for k, (name, true) in enumerate((("K", 2.0), ("T", 0.3))):
@@ -147,8 +143,8 @@ def test_intervals_cover_under_white_and_coloured_noise(phi: float) -> None:
             hits[k] += low < true < high
         widths.append(np.log(fit["T"].interval95[1] / fit["T"].interval95[0]))
         found.append(np.log(fit["T"].value))
-    # Binomial(40, 0.95): 99.9 % of seeds give at least 33. Too wide is seen in the widths.
-    assert np.all(hits >= 33)
+    # Binomial(30, 0.95): 99.9 % of seeds give at least 24. Too wide is seen in the widths.
+    assert np.all(hits >= 24)
     assert np.mean(widths) == pytest.approx(3.92 * np.std(found), rel=0.3)
 
 
@@ -166,9 +162,7 @@ def test_a_wrong_structure_keeps_the_estimates_that_simulate_best() -> None:
 
 
 def test_result_is_json_safe_with_units_in_keys() -> None:
-    fit = fit_continuous(
-        [record(17, noise=0.05)], order=1, dead_time=True, held_out=[record(18)]
-    )
+    fit = fit_continuous([record(17, noise=0.05)], order=1, dead_time=True, held_out=[record(18)])
     page = json.loads(json.dumps(fit.as_dict(), allow_nan=False))
     assert {"K", "T_s", "interval95_T_s", "L_s", "interval95_L_s", "poles_rad_per_s"} <= set(page)
     assert page["unit_gain"] == "rad/Pa"
@@ -190,4 +184,4 @@ def test_bad_structures_are_refused(options, word: str) -> None:
 
 def test_too_few_samples_are_refused() -> None:
     with pytest.raises(InputError, match="too few"):
-        fit_continuous([record(20, n=40, hold=3)], order=5, dead_time=True)
+        fit_continuous([record(20, n=30, hold=3)], order=5, dead_time=True, start="free")

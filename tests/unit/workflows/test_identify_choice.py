@@ -51,6 +51,19 @@ def test_the_order_of_the_plant_is_recommended(constants, expected, hold):
     assert min(found.aicc.values()) == 0.0
 
 
+def test_a_parameter_that_is_not_there_is_seldom_taken_up():
+    taken = []
+    for seed in range(8):
+        records, held = [plant((0.5,), seed, n=250)], [plant((0.5,), 100 + seed, n=250)]
+        fits = {
+            "plain": fit_continuous(records, order=1, held_out=held),
+            "delayed": fit_continuous(records, order=1, dead_time=True, held_out=held),
+        }
+        given = [Candidate(name=n, fit=f, independence=None) for n, f in fits.items()]
+        taken.append(recommend(given, records, held).name == "delayed")
+    assert sum(taken) <= 1
+
+
 def test_correlated_residuals_are_worth_fewer_samples():
     records = [plant((0.15, 0.5), seed) for seed in (1, 2)]
     found = recommend(candidates(records), records, [])

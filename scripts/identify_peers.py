@@ -1,0 +1,96 @@
+r"""Estimates of the public identifier SIPPY on the records of scripts/identify_study.py.
+
+    OMP_NUM_THREADS=1 <venv with sippy-unipi>/bin/python scripts/identify_peers.py \
+        out/identify_peers.npz
+
+Runs in an environment of its own: it imports SIPPY and nothing of pamsim. SIPPY is given the right
+orders (two poles, two numerator coefficients, no extra delay) and the records less their first
+output value, since it has no offset in its models.
+"""
+
+from __future__ import annotations
+
+import argparse
+import contextlib
+import importlib.metadata
+import io
+import json
+import platform
+import time
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from sippy_unipi import system_identification
+
+INTERVAL = 0.01
+METHODS: dict[str, dict[str, Any]] = {
+    "SIPPY OE": {"id_method": "OE", "OE_orders": [2, 2, 0]},
+    "SIPPY ARMAX (OPT)": {"id_method": "ARMAX", "ARMAX_orders": [2, 2, 2, 0], "ARMAX_mod": "OPT"},
+    "SIPPY ARX": {"id_method": "ARX", "ARX_orders": [2, 2, 0]},
+    "SIPPY N4SID": {"id_method": "N4SID", "SS_fixed_order": 2},
+    "SIPPY CVA": {"id_method": "CVA", "SS_fixed_order": 2},
+}
+
+
+def time_constants(poles: Any) -> tuple[float, float] | None:
+    """Rising time constants of two poles of sampled lags; None if they are no lags."""
+    poles = np.asarray(poles, dtype=complex)
+    if poles.size != 2 or np.any(np.abs(poles.imag) > 1e-9):
+        return None
+    if np.any(poles.real <= 0.0) or np.any(poles.real >= 1.0):
+        return None
+    fast, slow = sorted(float(-INTERVAL / np.log(z)) for z in poles.real)
+    return fast, slow
+
+
+def estimated(u: Any, y: Any, options: dict[str, Any]) -> dict[str, Any]:
+    """Estimate one record; what SIPPY raises counts as a record without estimate."""
+    began = time.perf_counter()
+    try:
+        with contextlib.redirect_stdout(io.StringIO()):
+            model = system_identification(y - y[0], u, tsample=INTERVAL, **options)
+        if options["id_method"] in ("N4SID", "CVA"):
+            poles = np.linalg.eigvals(model.A)
+        else:
+            poles = np.roots(np.ravel(model.G.den[0][0]))
+        found = time_constants(poles)
+    except Exception as error:  # a peer's failure is a result, not an end
+        print(f"{options['id_method']}: {error!r}")
+        found = None
+    seconds = time.perf_counter() - began
+    fast, slow = found or (None, None)
+    return {"T1": fast, "T2": slow, "seconds": seconds}
+
+
+def main() -> None:
+    """Estimate all records with all methods."""
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("records", type=Path)
+    parser.add_argument("--json", type=Path, default=Path("scripts/results/identify_peers.json"))
+    options = parser.parse_args()
+    arrays = np.load(options.records)
+    names = [key.removesuffix("|u") for key in arrays if key.endswith("|u")]
+    scenarios: dict[str, list[dict[str, Any]]] = {}
+    for name in names:
+        pairs = list(zip(arrays[f"{name}|u"], arrays[f"{name}|y"], strict=True))
+        scenarios[name] = []
+        for i, (u, y) in enumerate(pairs):
+            scenarios[name].append({m: estimated(u, y, given) for m, given in METHODS.items()})
+            print(f"{name}: {i + 1} of {len(pairs)}", flush=True)
+    page = {
+        "command": "OMP_NUM_THREADS=1 <venv with sippy-unipi>/bin/python "
+        "scripts/identify_peers.py out/identify_peers.npz",
+        "versions": {
+            "python": platform.python_version(),
+            **{k: importlib.metadata.version(k) for k in ("sippy-unipi", "casadi", "numpy")},
+        },
+        "records_sha256": str(arrays["digest"]),
+        "scenarios": scenarios,
+    }
+    options.json.parent.mkdir(parents=True, exist_ok=True)
+    options.json.write_text(json.dumps(page, indent=1) + "\n", encoding="utf-8")
+
+
+if __name__ == "__main__":
+    main()
