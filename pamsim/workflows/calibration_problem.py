@@ -18,7 +18,7 @@ from pamsim.store.static_table import StaticTable
 from pamsim.sysid.residual_block import Blocks, ResidualBlock
 from pamsim.workflows.calibration_data import CalibrationData
 from pamsim.workflows.calibration_parameters import FreedParameter
-from pamsim.workflows.start_errors import STEP, start_error, start_groups
+from pamsim.workflows.start_errors import STEP, StartError, start_error, start_groups
 from pamsim.workflows.trial_experiment import at_times, experiment_of
 
 FloatArray = NDArray[np.float64]
@@ -100,6 +100,7 @@ class CalibrationProblem:
                 self._of_trial[member] = self._number(experiment)
                 self._start_of[member] = start
         self._slopes: list[dict[str, FloatArray]] | None = None
+        self._starts: list[StartError] = []
         self._of_row = [[self._number(e) for e in table_experiments(t)] for t in data.tables]
 
     def _check_muscles(self, name: str, muscles: int) -> None:
@@ -153,12 +154,13 @@ class CalibrationProblem:
         ]
 
     def linearise_starts(self, vector: FloatArray) -> None:
-        """Take the sensitivities to the start pressures at a parameter vector, (p,) [SI].
+        """Take the starts' noise and the sensitivities to them at a parameter vector, (p,) [SI].
 
         Done at the freed parameters' starts before the first prediction; where a run breaks down
         there, starts are taken as read.
         """
         self._slopes = [{} for _ in self.data.trials]
+        self._starts = list(map(start_error, self.data.trials, self._start_of))
         rig = self._rig(vector)
         if rig is None:
             return
@@ -171,11 +173,12 @@ class CalibrationProblem:
             runs = self._run([(rig, replace(experiment, start_pressure=start)) for start in moved])
             if any(run.outcome is not Outcome.COMPLETED for run in runs):
                 continue
-            for trial, of, slopes in zip(
-                self.data.trials, self._of_trial, self._slopes, strict=True
+            for i, (trial, of, slopes) in enumerate(
+                zip(self.data.trials, self._of_trial, self._slopes, strict=True)
             ):
                 if of == number:
                     base, *others = (at_times(run, trial) for run in runs)
+                    self._starts[i] = start_error(trial, self._start_of[i], base)
                     for name, signal in base.items():
                         slopes[name] = np.column_stack(
                             [(other[name] - signal) / STEP for other in others]
@@ -206,13 +209,11 @@ class CalibrationProblem:
         assert self._slopes is not None
         trials: dict[str, dict[str, FloatArray]] = {}
         for trial, number, start, slopes in zip(
-            self.data.trials, self._of_trial, self._start_of, self._slopes, strict=True
+            self.data.trials, self._of_trial, self._starts, self._slopes, strict=True
         ):
             simulated = at_times(runs[number], trial)
             if slopes:
-                simulated = start_error(trial, start).adjusted(
-                    trial, simulated, slopes, self.compared(trial)
-                )
+                simulated = start.adjusted(trial, simulated, slopes, self.compared(trial))
             trials[trial.name] = simulated
         return Prediction(
             trials=trials,

@@ -24,6 +24,7 @@ STEP = 1e3
 """Change of a start pressure from which sensitivities are taken [Pa]."""
 
 _REACH = 4.0  # standard deviations of sensor noise that a first sample is not off by
+_LAGS = 20  # parts of a trial, one of which is the longest time over which noise may drift
 _ALIKE = 6.0  # standard deviations by which starts of repeats may differ and still be one start
 _SECOND_DIFFERENCE = np.sqrt(6.0)  # of white noise, in its standard deviations
 _MEDIAN_TO_SD = 1.4826
@@ -60,13 +61,14 @@ class StartError:
         free = self.spread > 0.0
         if not free.any():
             return dict(simulated)
+        spread = self.spread[free]
         # In units of the spread; each channel counts by what it misses, model error included.
         normal = np.eye(int(free.sum()))
-        read = self.read[free] / self.spread[free]
+        read = self.read[free] / spread
         right = read.copy()
         for channel in channels:
             miss = trial.measured[channel] - simulated[channel]
-            slope = sensitivity[channel][:, free] * self.spread[free]
+            slope = sensitivity[channel][:, free] * spread
             weight = 1.0 / max(float(np.mean(miss**2)), np.finfo(float).tiny)
             normal += weight * slope.T @ slope
             right += weight * slope.T @ miss
@@ -74,7 +76,7 @@ class StartError:
         # A model that misses by far would take more than a sensor can be wrong by.
         away /= (1.0 + away**4) ** 0.25
         shift = np.zeros(free.size)
-        shift[free] = (read + away) * self.spread[free]
+        shift[free] = (read + away) * spread
         return {name: signal + sensitivity[name] @ shift for name, signal in simulated.items()}
 
 
@@ -92,10 +94,12 @@ def start_groups(trials: Sequence[Trial]) -> list[tuple[FloatArray, list[int]]]:
     """
     groups: list[tuple[list[FloatArray], list[int]]] = []
     for number, trial in enumerate(trials):
-        start, near = start_pressures(trial), _ALIKE * _noise(trial)
+        start = start_pressures(trial)
         for starts, members in groups:
             first = trials[members[0]]
-            if _same_settings(first, trial) and np.all(np.abs(start - starts[0]) <= near):
+            if _same_settings(first, trial) and np.all(
+                np.abs(start - starts[0]) <= _ALIKE * _noise_of_repeats(first, trial)
+            ):
                 starts.append(start)
                 members.append(number)
                 break
@@ -104,32 +108,68 @@ def start_groups(trials: Sequence[Trial]) -> list[tuple[FloatArray, list[int]]]:
     return [(np.mean(starts, axis=0), members) for starts, members in groups]
 
 
-def start_error(trial: Trial, simulated_start: FloatArray) -> StartError:
+def start_error(
+    trial: Trial, simulated_start: FloatArray, simulated: Signals | None = None
+) -> StartError:
     """What is known of a trial's start.
 
     Args:
         trial: as measured.
         simulated_start: (m,) [Pa].
+        simulated: channel -> (n,) at the trial's times from that start [SI]. What it misses shows
+            sensor noise that drifts; without it, noise counts as white.
     """
-    return StartError(start_pressures(trial) - simulated_start, _REACH * _noise(trial))
+    noise = _noise(trial)
+    for muscle, channel in enumerate(_channels(trial)):
+        if simulated is not None and channel in trial.measured:
+            drifting = _drifting(trial.measured[channel] - simulated[channel])
+            noise[muscle] = max(noise[muscle], drifting)
+    return StartError(start_pressures(trial) - simulated_start, _REACH * noise)
+
+
+def _channels(trial: Trial) -> list[str]:
+    return [f"pressure_{muscle + 1}" for muscle in range(trial.muscles)]
 
 
 def _noise(trial: Trial) -> FloatArray:
-    """Noise of each muscle's pressure sensor, (m,) [Pa]; 0 where there is none.
+    """Noise of each muscle's pressure sensor from sample to sample, (m,) [Pa]; 0 without sensor.
 
-    From second differences, in which a smooth signal all but cancels, by their median, which the
-    few samples at a switching valve do not move; at least that of rounding to the converter's step.
+    At least that of rounding to the converter's step.
     """
     found = np.zeros(trial.muscles)
-    for muscle in range(trial.muscles):
-        measured = trial.measured.get(f"pressure_{muscle + 1}")
+    for muscle, channel in enumerate(_channels(trial)):
+        measured = trial.measured.get(channel)
         if measured is not None:
-            bend = np.abs(np.diff(measured, n=2))
-            white = _MEDIAN_TO_SD * float(np.median(bend)) / _SECOND_DIFFERENCE
             # Neighbouring values of a converter are a step apart, those of a finer record are not.
             step = float(np.min(np.diff(np.unique(measured)), initial=np.inf))
-            found[muscle] = max(white, step / _UNIFORM if np.isfinite(step) else 0.0)
+            rounding = step / _UNIFORM if np.isfinite(step) else 0.0
+            found[muscle] = max(_rough(measured, 1), rounding)
     return found
+
+
+def _noise_of_repeats(one: Trial, other: Trial) -> FloatArray:
+    """Noise of each muscle's pressure sensor, (m,) [Pa], drift as two repeats show it included."""
+    found = np.maximum(_noise(one), _noise(other))
+    for muscle, channel in enumerate(_channels(one)):
+        if channel in one.measured and channel in other.measured:
+            apart = (one.measured[channel] - other.measured[channel]) / np.sqrt(2.0)
+            found[muscle] = max(found[muscle], _drifting(apart))
+    return found
+
+
+def _drifting(miss: FloatArray) -> float:
+    """Noise of a signal from which its smooth part is taken, drift included [as the signal]."""
+    return _rough(miss, max(len(miss) // _LAGS, 1))
+
+
+def _rough(signal: FloatArray, lag: int) -> float:
+    """Standard deviation of the noise on a signal, over a lag in samples.
+
+    From second differences, in which what is smooth over the lag all but cancels, by their median,
+    which the few samples at a switching valve do not move.
+    """
+    bend = signal[2 * lag :] - 2.0 * signal[lag:-lag] + signal[: -2 * lag]
+    return _MEDIAN_TO_SD * float(np.median(np.abs(bend))) / _SECOND_DIFFERENCE if len(bend) else 0.0
 
 
 def _same_settings(one: Trial, other: Trial) -> bool:
