@@ -4,8 +4,8 @@ r"""Estimates of the public identifier SIPPY on the records of scripts/identify_
         out/identify_peers.npz
 
 Runs in an environment of its own: it imports SIPPY and nothing of pamsim. SIPPY is given the right
-orders (two poles, two numerator coefficients, no extra delay) and the records less their first
-output value, since it has no offset in its models.
+orders (two poles, two numerator coefficients, no extra delay) and the records less the mean output
+of the 0.5 s of rest they begin with, since it has no offset in its models.
 """
 
 from __future__ import annotations
@@ -24,6 +24,7 @@ import numpy as np
 from sippy_unipi import system_identification
 
 INTERVAL = 0.01
+RESTING = 50  # samples before the input moves
 METHODS: dict[str, dict[str, Any]] = {
     "SIPPY OE": {"id_method": "OE", "OE_orders": [2, 2, 0]},
     "SIPPY ARMAX (OPT)": {"id_method": "ARMAX", "ARMAX_orders": [2, 2, 2, 0], "ARMAX_mod": "OPT"},
@@ -49,7 +50,7 @@ def estimated(u: Any, y: Any, options: dict[str, Any]) -> dict[str, Any]:
     began = time.perf_counter()
     try:
         with contextlib.redirect_stdout(io.StringIO()):
-            model = system_identification(y - y[0], u, tsample=INTERVAL, **options)
+            model = system_identification(y - np.mean(y[:RESTING]), u, tsample=INTERVAL, **options)
         if options["id_method"] in ("N4SID", "CVA"):
             poles = np.linalg.eigvals(model.A)
         else:

@@ -37,7 +37,8 @@ def write_rig(
             the file has, and written in its own where the file lacks the parameter. Names are those
             of `pamsim.engine.rig.Rig.with_parameters`: ``group.field`` (it replaces what single
             muscles had of their own), ``muscle:group.field``, or a native name. The old 95 %
-            interval goes; bounds and note stay unless new ones are given.
+            interval and the old note go, for they were the old value's; bounds stay unless new ones
+            are given.
         heading: comment for the top of the file.
 
     Returns:
@@ -138,7 +139,7 @@ def _revise(section: Any, key: str, number: Sourced) -> None:
             "source": number.source,
             "interval95": pair(number.interval95),
             "bounds": pair(number.bounds) or before.get("bounds"),
-            "note": number.note or before.get("note"),
+            "note": number.note or None,
         }
     )
 
