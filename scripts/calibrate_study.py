@@ -52,7 +52,7 @@ PLANTED = {
     "valve.conductance_exhaust": 4.7e-10,
     "joint.shaft.damping": 0.33,
     "passive.locking": 27.5,
-    "chamber.dead_volume": 1.1e-5,
+    "body.rig.tilt": -0.05,
 }
 SEQUENCES: dict[str, tuple[float, list[tuple[float, float]]]] = {
     "swing": (0.0, [(0.4, -0.5), (0.0, 0.0), (-0.6, 0.5), (0.0, 0.2), (0.3, -0.3)]),

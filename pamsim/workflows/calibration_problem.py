@@ -153,11 +153,16 @@ class CalibrationProblem:
             for rig in rigs
         ]
 
+    @property
+    def starts_matter(self) -> bool:
+        """Whether a trial starts at a pressure that a sensor has read."""
+        return any(np.any(start.spread > 0.0) for start in self._starts)
+
     def linearise_starts(self, vector: FloatArray) -> None:
         """Take the starts' noise and the sensitivities to them at a parameter vector, (p,) [SI].
 
-        Done at the freed parameters' starts before the first prediction; where a run breaks down
-        there, starts are taken as read.
+        Done at the freed parameters' starts before the first prediction, and to be done again where
+        a fit has ended; where a run breaks down there, starts are taken as read.
         """
         self._slopes = [{} for _ in self.data.trials]
         self._starts = list(map(start_error, self.data.trials, self._start_of))

@@ -25,6 +25,7 @@ STEP = 1e3
 
 _REACH = 4.0  # standard deviations of sensor noise that a first sample is not off by
 _LAGS = 20  # parts of a trial, one of which is the longest time over which noise may drift
+_PASSES = 2  # the second knows what a channel misses apart from the wrong start
 _ALIKE = 6.0  # standard deviations by which starts of repeats may differ and still be one start
 _SECOND_DIFFERENCE = np.sqrt(6.0)  # of white noise, in its standard deviations
 _MEDIAN_TO_SD = 1.4826
@@ -62,21 +63,23 @@ class StartError:
         if not free.any():
             return dict(simulated)
         spread = self.spread[free]
-        # In units of the spread; each channel counts by what it misses, model error included.
-        normal = np.eye(int(free.sum()))
-        read = self.read[free] / spread
-        right = read.copy()
-        for channel in channels:
-            miss = trial.measured[channel] - simulated[channel]
-            slope = sensitivity[channel][:, free] * spread
-            weight = 1.0 / max(float(np.mean(miss**2)), np.finfo(float).tiny)
-            normal += weight * slope.T @ slope
-            right += weight * slope.T @ miss
-        away = np.linalg.solve(normal, right) - read
-        # A model that misses by far would take more than a sensor can be wrong by.
-        away /= (1.0 + away**4) ** 0.25
         shift = np.zeros(free.size)
-        shift[free] = (read + away) * spread
+        for _ in range(_PASSES):
+            # In units of the spread; each channel counts by what it misses, model error included.
+            normal = np.eye(int(free.sum()))
+            read = self.read[free] / spread
+            right = read.copy()
+            for channel in channels:
+                miss = trial.measured[channel] - simulated[channel]
+                missed = miss - sensitivity[channel] @ shift
+                slope = sensitivity[channel][:, free] * spread
+                weight = 1.0 / max(float(np.mean(missed**2)), np.finfo(float).tiny)
+                normal += weight * slope.T @ slope
+                right += weight * slope.T @ miss
+            away = np.linalg.solve(normal, right) - read
+            # A model that misses by far would take more than a sensor can be wrong by.
+            away /= (1.0 + away**4) ** 0.25
+            shift[free] = (read + away) * spread
         return {name: signal + sensitivity[name] @ shift for name, signal in simulated.items()}
 
 

@@ -149,6 +149,17 @@ def test_a_start_read_from_one_noisy_sample_does_not_bias_the_fit(rig, tmp_path)
     assert found.noise["pressure_1"].rms == pytest.approx(PRESSURE_NOISE, rel=0.15)
 
 
+def test_result_does_not_hang_on_the_rig_it_starts_from(recording, rig):
+    """What a wrong start pressure does is taken where the fit ends, not where it began."""
+    near, far = (
+        calibrate([recording], rig=start, free=list(PLANTED)).calibration
+        for start in (rig.with_parameters(PLANTED), rig)
+    )
+    for one, other in zip(near.parameters, far.parameters, strict=True):
+        low, high = one.interval95
+        assert abs(one.value - other.value) < 0.05 * (high - low)
+
+
 def test_what_angles_at_rest_cannot_show_is_named(rig, monkeypatch, capsys, tmp_path):
     """How fast the air flows leaves no trace once the arm rests: no number may be claimed."""
     rows = ["p1_kpa,p2_kpa,load_kg,angle_deg"]
