@@ -21,7 +21,7 @@ def parameter_ranges(parameters: Sequence[Mapping[str, Any]]) -> Figure:
     Args:
         parameters: of a result of schema ``pamsim-calibrate/1``.
     """
-    figure, (ax,) = new_figure(0.9 + 0.36 * len(parameters))
+    figure, (ax,) = new_figure(1.1 + 0.36 * len(parameters))
     for row, parameter in enumerate(reversed(parameters)):
         written = parameter["written"]
 
@@ -46,16 +46,21 @@ def parameter_ranges(parameters: Sequence[Mapping[str, Any]]) -> Figure:
             zorder=3,
         )
         ax.plot(place(written["value"]), row, "D", color=colour, markersize=4, zorder=4)
-        between = interval(written["interval95"], 4) or "no interval"
-        text = f"{between} {unit(written['unit'])}".rstrip()
+        between = interval(written["interval95"], 4)
+        text = f"{between} {unit(written['unit'])}".rstrip() if between else "no interval"
         ax.text(1.02, row, text, va="center", fontsize=8, color=MUTED)
     ax.set_yticks(range(len(parameters)), [p["name"] for p in reversed(parameters)])
     ax.set_xlim(-0.02, 1.45)
     ax.set_ylim(-0.7, len(parameters) - 0.3)
-    ax.set_xticks([0.0, 1.0], ["low", "high"])
+    ax.set_xticks([0.0, 1.0], ["lowest allowed", "highest allowed"])
     finish_axes(ax, zero=False)
     ax.grid(False)
     ax.spines["left"].set_visible(False)
+    ax.spines["bottom"].set_bounds(0.0, 1.0)
+    ax.plot([], [], "o", color=INK, markerfacecolor="none", markersize=6, label="before")
+    ax.plot([], [], "D", color=BLUE, markersize=4, label="after")
+    ax.plot([], [], color=BLUE, linewidth=2.2, label="95 % interval")
+    figure.legend(loc="outside upper right", ncols=3)
     ax.tick_params(axis="y", length=0)
     return figure
 
@@ -73,7 +78,7 @@ def correlations(
     names = [p["name"] for p in parameters]
     values = np.array([[np.nan if v is None else v for v in row] for row in matrix], dtype=float)
     figure, (ax,) = new_figure(1.6 + 0.42 * len(names))
-    image = ax.imshow(values, cmap="RdBu_r", vmin=-1.0, vmax=1.0)
+    image = ax.imshow(values, cmap="RdBu_r", vmin=-1.0, vmax=1.0, aspect="auto")
     ax.set_xticks(range(len(names)), names, rotation=40, ha="right", rotation_mode="anchor")
     ax.set_yticks(range(len(names)), names)
     ax.tick_params(length=0)

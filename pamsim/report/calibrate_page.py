@@ -107,6 +107,7 @@ def render_page(
         same_optimum=calibration["same_optimum"],
         shown=shown,
         images=images,
+        numbers={name: f"Figure {number}" for number, name in enumerate(images, 1)},
         calibrated_rig=result["calibrated_rig"],
         settings={
             "simulations": plain(result["simulations"]),
@@ -123,15 +124,16 @@ def render_page(
 def verdict(result: Mapping[str, Any]) -> str:
     """What the calibration reached, in one sentence of numbers."""
     parts = [
-        f"{words(row['channel'])} {significant(row['before'], 2)} → {significant(row['after'], 2)}"
+        f"{words(row['channel'])}: {significant(row['before'], 2)} → {significant(row['after'], 2)}"
         f" {row['unit']}"
         for row in result["misfit"]
         if row["after"] is not None
     ]
     count = len(result["parameters"])
     named = f"{count} parameters" if count > 1 else "1 parameter"
-    text = f"{named} fitted; RMS misfit {', '.join(parts)}. {result['sentence']}"
-    return text if text.endswith(".") else f"{text}."
+    moved = f" RMS misfit, {', '.join(parts)}." if parts else ""
+    said = str(result["sentence"]).rstrip(".")
+    return f"{named} fitted.{moved} {said[:1].upper()}{said[1:]}."
 
 
 def _misfit(row: Mapping[str, Any]) -> dict[str, str]:

@@ -8,6 +8,7 @@ from typing import Any, Protocol
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
 from numpy.typing import NDArray
 
 from pamsim.core.units import DEG_PER_RAD, PA_PER_KPA
@@ -32,6 +33,7 @@ _KINDS = {
     "pressure": ("gauge pressure [kPa]", 1.0 / PA_PER_KPA),
     "force": ("tension [N]", 1.0),
 }
+_DASHED = (0, (3, 2))
 _MOST_POINTS = 400  # of measured samples drawn; more only make the file larger
 
 
@@ -93,20 +95,35 @@ def trial_signals(comparisons: Sequence[Compared]) -> Figure:
     figure, axes = new_figure(
         0.9 + 1.75 * len(chosen), rows=len(chosen), columns=len(kinds), sharex="row"
     )
+    held_out = {c.trial: c.held_out for c in comparisons}
     for i, trial in enumerate(chosen):
         for j, kind in enumerate(kinds):
             ax = axes[i * len(kinds) + j]
             parts = [c for c in comparisons if c.trial == trial and c.channel.startswith(kind)]
-            _signals(ax, kind, parts, legend=i == 0)
-            held = ", held out" if parts and parts[0].held_out else ""
+            _signals(ax, kind, parts)
             finish_axes(
                 ax,
                 x="time [s]" if i == len(chosen) - 1 else "",
                 y=_KINDS[kind][0],
-                title=f"{trial}{held}" if j == 0 else "",
+                title=f"{trial} ({'held out' if held_out[trial] else 'fitted'})" if j == 0 else "",
                 zero=False,
             )
+    figure.legend(handles=_legend(comparisons), loc="outside upper right", ncols=5)
     return figure
+
+
+def _legend(comparisons: Sequence[Compared]) -> list[Line2D]:
+    muscles = sorted({c.channel.rpartition("_")[2] for c in comparisons} - {"angle"})
+    several = len(muscles) > 1
+    return [
+        Line2D([], [], color=MUTED, marker=".", linestyle="none", markersize=3, label="measured"),
+        Line2D([], [], color=INK, linestyle=_DASHED, linewidth=0.9, label="before"),
+        Line2D([], [], color=INK, linewidth=1.2, label="after"),
+        *(
+            Line2D([], [], color=series_look(i)[0], linewidth=4, label=f"muscle {muscle}")
+            for i, muscle in enumerate(muscles if several else ())
+        ),
+    ]
 
 
 def shown_trials(comparisons: Sequence[Compared]) -> list[str]:
@@ -129,14 +146,13 @@ def shown_trials(comparisons: Sequence[Compared]) -> list[str]:
     return [trial for trial in ordered if first[protocol[trial]] == trial][:MOST_TRIALS]
 
 
-def _signals(ax: Axes, kind: str, parts: Sequence[Compared], *, legend: bool) -> None:
+def _signals(ax: Axes, kind: str, parts: Sequence[Compared]) -> None:
     if not parts:
         say_empty(ax, "not measured")
         return
     scale = _KINDS[kind][1]
     for number, part in enumerate(parts):
-        colour = series_look(number)[0] if len(parts) > 1 else BLUE
-        of = f" {part.channel.rpartition('_')[2]}" if len(parts) > 1 else ""
+        colour = series_look(number)[0] if len(parts) > 1 else INK
         every = max(1, part.time.size // _MOST_POINTS)
         ax.plot(
             part.time[::every],
@@ -144,21 +160,17 @@ def _signals(ax: Axes, kind: str, parts: Sequence[Compared], *, legend: bool) ->
             ".",
             color=MUTED,
             markersize=1.6,
-            label="measured" if number == 0 else None,
         )
         if part.before is not None:
             ax.plot(
                 part.time,
                 part.before * scale,
                 color=colour,
-                linestyle=(0, (3, 2)),
+                linestyle=_DASHED,
                 linewidth=0.9,
-                label=f"before{of}",
             )
         if part.after is not None:
-            ax.plot(part.time, part.after * scale, color=colour, linewidth=1.2, label=f"after{of}")
-    if legend:
-        ax.legend(loc="best", ncols=2 if len(parts) > 1 else 1, fontsize=7.5)
+            ax.plot(part.time, part.after * scale, color=colour, linewidth=1.2)
 
 
 @styled

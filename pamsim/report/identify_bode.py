@@ -40,9 +40,16 @@ def bode(result: Mapping[str, Any], curves: Mapping[str, Any]) -> Figure:
         ax.set_xscale("log")
         ax.grid(True, axis="x")
     nyquist = curves["nyquist"] / (2.0 * np.pi)
-    for corner in sorted({round(abs(complex(*p)), 9) for p in model["poles_rad_per_s"]}):
+    corners = sorted({round(abs(complex(*p)), 9) for p in model["poles_rad_per_s"]})
+    for number, corner in enumerate(corners):
         for ax in (upper, lower):
-            ax.axvline(corner / (2.0 * np.pi), color=MUTED, linewidth=0.8, linestyle=":")
+            ax.axvline(
+                corner / (2.0 * np.pi),
+                color=MUTED,
+                linewidth=0.8,
+                linestyle=":",
+                label="corner frequency" if number == 0 else None,
+            )
     upper.set_yscale("log")
     finish_axes(upper, y=label("magnitude", unit), zero=False)
     finish_axes(lower, x="frequency [Hz]", y="phase [deg]", zero=False)

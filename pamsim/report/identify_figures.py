@@ -145,4 +145,4 @@ def _poles(ax: Axes, result: Mapping[str, Any]) -> None:
 def _pole_look(pole: complex) -> tuple[str, str]:
     if pole.real >= 0.0:
         return "unstable", "s"
-    return ("pair that swings", "D") if pole.imag else ("lag", "x")
+    return ("conjugate pair", "D") if pole.imag else ("lag", "x")

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -47,9 +47,11 @@ class TrialView:
 
 
 def model_title(name: str) -> str:
-    """Name of a model for people: ``second order``, ``ARX 2,2,1``, ``OE 1,2,1``."""
+    """Name of a model for people: ``first order with dead time``, ``ARX 2,2,1``, ``OE 1,2,1``."""
     kind, _, orders = name.partition("_")
-    return f"{kind.upper()} {orders.replace('_', ',')}" if kind in ("arx", "oe") else words(name)
+    if kind in ("arx", "oe"):
+        return f"{kind.upper()} {orders.replace('_', ',')}"
+    return words(name).replace(" dead time", " with dead time")
 
 
 def verdict(result: Mapping[str, Any]) -> str:
@@ -91,7 +93,7 @@ def model_views(result: Mapping[str, Any]) -> list[ModelView]:
             fit=fixed(model["fit_percent"], 2),
             held_out=fixed(model.get("fit_percent_held_out"), 2),
             aicc=fixed(model.get("aicc_above_best"), 1),
-            poles=[_pole(pole) for pole in model["poles_rad_per_s"]],
+            poles=_poles(model["poles_rad_per_s"]),
             remark=_remark(model),
         )
         for model in result["models"]
@@ -128,11 +130,14 @@ def _remark(model: Mapping[str, Any]) -> str:
     return "; ".join(part.rstrip(".") for part in parts)
 
 
-def _pole(pole: list[float] | None) -> str:
-    if pole is None:
-        return "none"
-    real, imaginary = pole
-    if imaginary == 0.0:
-        return significant(real, 3)
-    sign = "+" if imaginary > 0.0 else "−"
-    return f"{significant(real, 3)} {sign} {significant(abs(imaginary), 3)}j"
+def _poles(poles: Sequence[Sequence[float] | None]) -> list[str]:
+    """A conjugate pair is one entry."""
+    texts: list[str] = []
+    for pole in poles:
+        real, imaginary = pole or (None, 0.0)
+        text = "none" if real is None else significant(real, 3)
+        if imaginary != 0.0:
+            text += f" ± {significant(abs(imaginary), 3)}j"
+        if imaginary >= 0.0 or text not in texts:
+            texts.append(text)
+    return texts

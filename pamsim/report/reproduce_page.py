@@ -15,7 +15,7 @@ from pamsim.report import reproduce_figures, reproduce_steps
 from pamsim.report.numbers import fixed, number_or_none, plain
 from pamsim.report.page import PageImage, page_template
 from pamsim.report.parameter_view import parameter_views
-from pamsim.report.reproduce_ladder import TORQUE_LAW_DEG, rung_views, static_ladder
+from pamsim.report.reproduce_ladder import TORQUE_LAW_DEG, rivals, rung_views, static_ladder
 from pamsim.report.reproduce_rows import (
     OperatingPoint,
     distinct,
@@ -127,7 +127,8 @@ def render_page(
         rms_scaled=fixed(dig(result, "figure6", "rms_scaled_deg"), 1),
         models=model_views(result),
         rungs=rung_views(result.get("ladder") or ()),
-        calibration=result.get("calibration"),
+        rivals=rivals(result.get("ladder") or ()),
+        ladder_command=dig(result, "calibration", "command"),
         torque_law=fixed(TORQUE_LAW_DEG, 2),
         identified_row=dig(result, "identification", "row"),
         paper_notes=list(dig(result, "paper", "notes") or ()),

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from pamsim.core.errors import InputError
+from pamsim.report import identify_page
 from pamsim.report.identify_bode import bode
 from pamsim.report.identify_figures import measured_and_model, shown_trials, step_and_poles
 from pamsim.report.identify_local_figure import local_map
@@ -145,12 +146,22 @@ def test_another_schema_and_a_bad_place_are_refused(result, curves, tmp_path):
 
 def test_words_and_numbers(result):
     assert model_title("arx_2_2_1") == "ARX 2,2,1"
-    assert model_title("second_order_dead_time") == "second order dead time"
+    assert model_title("second_order_dead_time") == "second order with dead time"
     assert "K = 0.05000 deg/kPa, T = 0.5000 s" in verdict(result)
-    first, _, arx = model_views(result)
+    first, pair, arx = model_views(result)
     assert first.recommended
     assert [p.name for p in first.parameters] == ["K", "T"]
     assert arx.poles == ["none", "0.500"]
+    assert pair.poles == ["−1.00 ± 3.00j"]
+
+
+def test_held_out_column_is_there_only_with_held_out_trials(result, curves, tmp_path, monkeypatch):
+    monkeypatch.setattr(identify_page, "save_png", lambda figure, path: (691, 400))
+    held = write_identification(result, curves, tmp_path)[0].read_text(encoding="utf-8")
+    assert "held out<br>" in held
+    result["trials"][1]["role"] = "fitted"
+    none = write_identification(result, curves, tmp_path)[0].read_text(encoding="utf-8")
+    assert "held out<br>" not in none
 
 
 def test_held_out_trials_are_drawn_first_and_a_single_trial_is_stacked(result, curves):

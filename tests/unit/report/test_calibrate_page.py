@@ -1,0 +1,180 @@
+"""The page of a calibration: numbered figures, legends beside the data, units, doubts."""
+
+from __future__ import annotations
+
+import re
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+from pamsim.core.errors import InputError
+from pamsim.report import calibrate_page
+from pamsim.report.calibrate_numbers import correlations, parameter_ranges, profile_curves
+from pamsim.report.calibrate_page import verdict, write_calibration
+from pamsim.report.calibrate_signals import rest_errors, shown_trials, trial_signals
+from pamsim.report.style import BLUE, VERMILION
+
+TIME = np.linspace(0.0, 1.0, 50)
+
+
+def parameter(name, value, interval, *, doubts=(), scale="linear"):
+    written = {"unit": "N/bar", "value": value, "before": 4.0, "interval95": interval,
+               "bounds": [1.0, 16.0]}  # fmt: skip
+    return {
+        "name": name, "value": value * 1e-5, "tied": [], "doubts": list(doubts), "scale": scale,
+        "range_source": "a factor 4 either way", "sentence": "at its bound" if doubts else "",
+        "written": written,
+    }  # fmt: skip
+
+
+def compared(trial, protocol, channel, *, held=False, off=0.0):
+    measured = np.sin(6.0 * TIME) * (1e4 if channel.startswith("p") else 0.1)
+    return SimpleNamespace(
+        trial=trial, protocol=protocol, channel=channel, held_out=held, time=TIME,
+        measured=measured, before=0.8 * measured, after=(1.0 + off) * measured,
+    )  # fmt: skip
+
+
+@pytest.fixture
+def comparisons():
+    return [
+        compared(trial, protocol, channel, held=held, off=off)
+        for trial, protocol, held, off in (
+            ("a_1", "a", False, 0.01), ("a_2", "a", False, 0.02), ("b_1", "b", True, 0.0),
+        )
+        for channel in ("angle", "pressure_1", "pressure_2")
+    ]  # fmt: skip
+
+
+@pytest.fixture
+def table():
+    rows = [
+        {"row": f"row {i}", "measured_deg": 10.0 * i, "before_deg": 10.0 * i + 1.0,
+         "after_deg": 10.0 * i - 0.5}
+        for i in (1, 2, 3)
+    ]  # fmt: skip
+    return {"trial": "table", "held_out": False, "rows": rows}
+
+
+@pytest.fixture
+def result(table):
+    misfit = {"channel": "pressure_1", "unit": "kPa", "before": 10.02, "after": 0.376,
+              "held_out_before": None, "held_out_after": None}  # fmt: skip
+    return {
+        "schema": "pamsim-calibrate/1", "rig": "<arm>", "data": ["table"], "status": "converged",
+        "sentence": "converged inside the ranges", "notes": ["force_1 was <not> measured"],
+        "misfit": [misfit],
+        "parameters": [
+            parameter("force.e", 8.0, [7.0, 9.0], scale="log"),
+            parameter("force.a", 16.0, None, doubts=["at_bound"]),
+        ],
+        "trials": [table], "profiles": [], "calibrated_rig": "out/rig", "seed": 0,
+        "simulations": 12, "seconds": 1.0, "versions": {"pamsim": "0.1.0"},
+        "calibration": {
+            "correlation": [[1.0, None], [None, None]], "determined": [], "evaluations": 3,
+            "interval_method": "linear", "iterations": 2, "diverged": 0, "same_optimum": 1,
+            "noise": {"pressure_1": {"noise_sd": 400.0, "noise_source": "repeats"}},
+            "starts": [{"objective": 1.0, "converged": True, "iterations": 2,
+                        "same_optimum": True}],
+        },
+    }  # fmt: skip
+
+
+@pytest.fixture
+def quick(monkeypatch):
+    monkeypatch.setattr(calibrate_page, "save_png", lambda figure, path: (691, 400))
+
+
+def numbers(page):
+    return [int(found) for found in re.findall(r"<figcaption><b>Figure (\d+)\.", page)]
+
+
+@pytest.mark.usefixtures("quick")
+def test_figures_are_numbered_without_gaps(result, comparisons, tmp_path):
+    for shown, count in (([], 3), (comparisons, 4)):
+        page = write_calibration(result, shown, tmp_path)[0].read_text(encoding="utf-8")
+        assert numbers(page) == list(range(1, count + 1))
+
+
+@pytest.mark.usefixtures("quick")
+def test_page_is_escaped_and_says_every_doubt(result, tmp_path):
+    page = write_calibration(result, [], tmp_path)[0].read_text(encoding="utf-8")
+    assert "<arm>" not in page
+    assert "force_1 was &lt;not&gt; measured" in page
+    assert "at its bound" in page
+    assert "no interval" in page
+    assert "0.400 kPa (from: repeats)" in page
+    assert "None" not in page
+
+
+def test_verdict_is_made_of_sentences(result):
+    assert verdict(result) == (
+        "2 parameters fitted. RMS misfit, pressure 1: 10 → 0.38 kPa. Converged inside the ranges."
+    )
+    result["misfit"][0]["after"] = None
+    assert verdict(result) == "2 parameters fitted. Converged inside the ranges."
+
+
+def test_another_schema_and_a_bad_place_are_refused(result, tmp_path):
+    with pytest.raises(InputError, match="reads 'pamsim-calibrate/1'"):
+        write_calibration({**result, "schema": "x"}, [], tmp_path)
+    (tmp_path / "file").write_text("")
+    with pytest.raises(InputError, match="cannot write"):
+        write_calibration(result, [], tmp_path / "file")
+
+
+def test_held_out_trials_are_drawn_first_and_of_repeats_the_worst(comparisons):
+    assert shown_trials(comparisons) == ["b_1", "a_2"]
+
+
+def test_legend_of_signals_hides_no_data_and_names_the_muscles(comparisons):
+    figure = trial_signals(comparisons)
+    assert all(ax.get_legend() is None for ax in figure.axes)
+    (legend,) = figure.legends
+    assert [text.get_text() for text in legend.get_texts()] == [
+        "measured", "before", "after", "muscle 1", "muscle 2",
+    ]  # fmt: skip
+    assert [ax.get_title(loc="left") for ax in figure.axes[::2]] == [
+        "b_1 (held out)", "a_2 (fitted)",
+    ]  # fmt: skip
+    assert {ax.get_ylabel() for ax in figure.axes} == {"angle β [deg]", "gauge pressure [kPa]"}
+    angle_only = trial_signals([c for c in comparisons if c.channel == "angle"])
+    assert len(angle_only.legends[0].get_texts()) == 3
+    one_muscle = trial_signals([c for c in comparisons if c.channel != "pressure_2"])
+    assert len(one_muscle.legends[0].get_texts()) == 3
+
+
+def test_errors_at_rest_are_simulated_minus_measured(table):
+    (ax,) = rest_errors([table]).axes
+    drawn = {line.get_label(): list(line.get_ydata()) for line in ax.lines}
+    assert drawn["before: 1.00 deg RMS"] == pytest.approx([1.0] * 3)
+    assert drawn["after: 0.50 deg RMS"] == pytest.approx([-0.5] * 3)
+
+
+def test_places_in_the_range_follow_its_scale(result):
+    (ax,) = parameter_ranges(result["parameters"]).axes
+    marks = {
+        (line.get_marker(), line.get_ydata()[0]): (line.get_xdata()[0], line.get_color())
+        for line in ax.lines
+        if line.get_marker() in "oD" and len(line.get_xdata())
+    }
+    assert marks["D", 1][0] == pytest.approx(0.75)  # 8 in 1 to 16, by factors
+    assert marks["o", 1][0] == pytest.approx(0.5)
+    assert marks["o", 0][0] == pytest.approx(0.2)  # 4 in 1 to 16, by differences
+    assert (marks["D", 1][1], marks["D", 0][1]) == (BLUE, VERMILION)
+    assert {text.get_text() for text in ax.texts} == {"7.000 to 9.000 N/bar", "no interval"}
+
+
+def test_correlations_without_a_number_stay_empty(result):
+    figure = correlations(result["parameters"], result["calibration"]["correlation"])
+    assert [text.get_text() for text in figure.axes[0].texts] == ["1.00"]
+
+
+def test_profiles_are_drawn_in_the_unit_of_the_file(result):
+    profile = {"name": "force.e", "values": [6e-5, 8e-5, 1e-4], "rise": [4.0, 0.0, None],
+               "threshold": 3.84, "sentence": "closed"}  # fmt: skip
+    named = {p["name"]: p for p in result["parameters"]}
+    (ax,) = profile_curves([profile], named).axes
+    assert list(ax.lines[0].get_xdata()) == pytest.approx([6.0, 8.0, 10.0])
+    assert ax.get_xlabel() == "force.e [N/bar]"
