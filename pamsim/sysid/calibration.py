@@ -30,6 +30,7 @@ def calibrate(
     max_iterations: int = 100,
     weights: Mapping[str, float] | None = None,
     central: bool = True,
+    rough: bool = False,
     progress: Callable[[Progress], None] | None = None,
     checkpoint: Checkpoint | None = None,
 ) -> Calibration:
@@ -49,6 +50,8 @@ def calibrate(
         weights: channel -> factor on its residuals in units of noise; 1 where not named.
         central: True takes central differences at the optimum, for 2 p more simulations; False
             judges from the one-sided ones of the search.
+        rough: True ends each search near the optimum, with the noise estimated once: a place to
+            begin a better calibration from.
         progress: told after each Jacobian.
         checkpoint: keeps finished starts and the current one; an interrupted calibration that is
             called again with it goes on from there.
@@ -66,8 +69,14 @@ def calibrate(
     first = begun[0][1]
     noise = NoiseModel(residual.places, first)
     factors = _weights(weights, residual)
-    cost = LeastSquares(residual, parameters, noise, factors)
-    about = {"starts": starts, "seed": seed, "weights": factors, "max_iterations": max_iterations}
+    cost = LeastSquares(residual, parameters, noise, factors, rough=rough)
+    about = {
+        "starts": starts,
+        "seed": seed,
+        "weights": factors,
+        "max_iterations": max_iterations,
+        "rough": rough,
+    }
     state = CalibrationState(
         checkpoint, identity(residual, parameters, noise.estimate(first), about), residual
     )

@@ -69,6 +69,7 @@ class LeastSquares:
         noise: of the channels.
         weights: channel -> factor on its residuals in units of noise.
         frozen: True keeps the noise a search begins with.
+        rough: True ends a search with its first round, near the optimum.
     """
 
     def __init__(
@@ -79,11 +80,13 @@ class LeastSquares:
         weights: Mapping[str, float],
         *,
         frozen: bool = False,
+        rough: bool = False,
     ) -> None:
         self.residual = residual
         self.noise = noise
         self.weights = weights
         self.frozen = frozen or noise.fixed
+        self._rough = rough
         self._scale = residual.scale
         known = [(i, p.prior) for i, p in enumerate(parameters) if p.prior is not None]
         self._prior = np.array([i for i, _ in known], dtype=np.intp)
@@ -139,7 +142,7 @@ class LeastSquares:
         converged = not bool(np.any(moved))
         while not converged and state.steps < most and state.round < _ROUNDS:
             # Weights from a start far away are rough: no use in a sharp optimum for them.
-            loose = state.round == 0 and not self.frozen
+            loose = state.round == 0 and (self._rough or not self.frozen)
             state, ended = self._round(state, most, told, moved, _LOOSE if loose else _TIGHT)
             residual = self.residual.at(state.place)
             assert residual is not None
@@ -147,7 +150,7 @@ class LeastSquares:
             settled = all(
                 abs(noise[channel] - sd) <= _SETTLED * sd for channel, sd in state.noise.items()
             )
-            converged = ended and settled and not loose
+            converged = ended and (self._rough or (settled and not loose))
             if not settled or loose:
                 state = SearchState(
                     state.place, noise, state.round + 1, state.steps, state.iterations

@@ -127,6 +127,8 @@ def calibrate(
         progress=report.reached,
         checkpoint=checkpoint,
         central=False,
+        # Several starts are compared by their optima, which must be sharp for that.
+        rough=starts == 1,
     )
     found = _at_the_optimum(compared, parameters, found, max_iterations, report)
     report.say("profiles" if profiles else "comparison")
