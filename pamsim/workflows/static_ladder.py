@@ -15,6 +15,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from pamsim.core.errors import InputError
 from pamsim.core.recording import Outcome, Recording
 from pamsim.core.units import DEG_PER_RAD
 from pamsim.engine.batch import simulate_batch
@@ -164,7 +165,11 @@ def climb(
 def _fitted(simulate: _RowSimulator, rung: Rung) -> RungResult:
     if not rung.terms:
         (blocks,) = simulate(np.empty((1, 0)))
-        assert blocks is not None
+        if blocks is None:
+            raise InputError(
+                f"rung {rung.name!r}: a row's simulation breaks down with the terms at neutral;"
+                " check the rig's parameters"
+            )
         return RungResult(rung=rung, residual=blocks[0].residual, calibration=None, left_out=None)
     free = [
         FreeParameter(

@@ -162,6 +162,8 @@ def test_one_row_that_breaks_down_makes_its_values_impossible(rig, stand):
     stand.breaks = lambda values, row: row == 7
     with refused("diverge"):
         climb(rig, [rung(LOCKING)], TERMS, steps=planted())
+    with refused("bare.*breaks down"):
+        climb(rig, [rung()], TERMS, steps=planted())
 
 
 def test_more_terms_than_rows_and_an_unknown_parameter_are_refused(rig, stand):
