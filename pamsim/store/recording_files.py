@@ -23,6 +23,8 @@ def write_recording(
     rig: str,
     trials: Mapping[str, Recording],
     protocols: Mapping[str, str] | None = None,
+    *,
+    forces: bool = True,
 ) -> list[Path]:
     """Write trials of one rig.
 
@@ -31,6 +33,7 @@ def write_recording(
         rig: name or path of the rig; the path of a rig folder is written relative to ``folder``.
         trials: file stem -> recording.
         protocols: file stem -> protocol, where that is not the stem without its trailing number.
+        forces: False leaves the muscles' forces out, as most rigs do.
 
     Returns:
         The paths written, ``recording.toml`` first.
@@ -45,7 +48,7 @@ def write_recording(
         folder.mkdir(parents=True, exist_ok=True)
         for stem, recording in trials.items():
             path = folder / f"{stem}.csv"
-            _write_csv(path, recording)
+            _write_csv(path, recording, forces)
             written.append(path)
             protocol = (protocols or {}).get(stem) or re.sub(r"_?\d+$", "", stem) or stem
             lines += [
@@ -99,8 +102,10 @@ def columns(recording: Recording) -> dict[str, np.ndarray]:
     return found
 
 
-def _write_csv(path: Path, recording: Recording) -> None:
+def _write_csv(path: Path, recording: Recording, forces: bool) -> None:
     named = columns(recording)
+    if not forces:
+        named = {name: values for name, values in named.items() if not name.startswith("force")}
     with path.open("w", newline="", encoding="utf-8") as file:
         writer = csv.writer(file)
         writer.writerow(named)

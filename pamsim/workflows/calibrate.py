@@ -27,14 +27,9 @@ from pamsim.workflows.calibration_parameters import (
     default_names,
     freed_parameters,
 )
-from pamsim.workflows.calibration_problem import (
-    AT_REST,
-    CHANNELS,
-    CalibrationProblem,
-    Prediction,
-    check_channels,
-)
+from pamsim.workflows.calibration_problem import CalibrationProblem
 from pamsim.workflows.calibration_report import CalibrationReport, Comparison
+from pamsim.workflows.trial_prediction import AT_REST, CHANNELS, Prediction, check_channels
 
 DEFAULT_RIG = "mas20_arm"
 CHECKPOINT = "checkpoint.json"
@@ -166,7 +161,7 @@ def _at_the_optimum(
     the rig does, and the fit is biased by several of its standard errors.
     """
     for _ in range(_ROUNDS):
-        if problem.starts_matter:
+        if problem.predictor.starts_matter:
             problem.linearise_starts(found.values)
         begin = [replace(p, start=v) for p, v in zip(parameters, found.values, strict=True)]
         again = fit(problem, begin, max_iterations=max_iterations, progress=report.reached)
@@ -177,7 +172,7 @@ def _at_the_optimum(
             starts=found.starts,
             **{count: getattr(found, count) + getattr(again, count) for count in _COUNTS},
         )
-        if not problem.starts_matter or not np.any(moved > _STILL):
+        if not problem.predictor.starts_matter or not np.any(moved > _STILL):
             break
     return found
 
@@ -225,7 +220,7 @@ def _comparisons(
     problem: CalibrationProblem, pair: NDArray[np.float64], held: bool
 ) -> list[Comparison]:
     """Every channel of some measurements, simulated before and after."""
-    before, after = problem.predictions(pair) if problem.experiments else (None, None)
+    before, after = problem.predictions(pair) if problem.predictor.experiments else (None, None)
 
     def signal(found: Prediction | None, trial: str, channel: str) -> NDArray[np.float64] | None:
         if found is None:
@@ -235,7 +230,7 @@ def _comparisons(
     places = [
         (trial.name, trial.protocol, channel, trial.time, trial.measured[channel], None)
         for trial in problem.data.trials
-        for channel in problem.compared(trial)
+        for channel in problem.predictor.compared(trial)
     ]
     places += [
         (

@@ -3,54 +3,22 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
-from pamsim.core.errors import InputError, ParameterError, nearest
-from pamsim.core.experiment import Experiment, pressure_step
-from pamsim.core.recording import Outcome, Recording
-from pamsim.core.trial import Trial
-from pamsim.engine.batch import simulate_batch
+from pamsim.core.errors import ParameterError
 from pamsim.engine.rig import Rig
-from pamsim.store.static_table import StaticTable
-from pamsim.sysid.residual_block import Blocks, ResidualBlock
+from pamsim.sysid.residual_block import Blocks
 from pamsim.workflows.calibration_data import CalibrationData
 from pamsim.workflows.calibration_parameters import FreedParameter
-from pamsim.workflows.start_errors import STEP, StartError, start_error, start_groups
-from pamsim.workflows.trial_experiment import at_times, experiment_of
+from pamsim.workflows.trial_prediction import CHANNELS, Prediction, TrialPredictor
 
 FloatArray = NDArray[np.float64]
-
-CHANNELS = ("angle", "pressure", "force")
-
-AT_REST = "angle_at_rest"
-"""Channel of static tables: its misfit is of another kind than the noise of a recorded angle."""
-
-REST_DURATION = 6.0
-"""Time given to a step whose end is an angle at rest [s]: ten times the MAS-20's slow lag."""
-
-_REST_HZ = 20.0
-
-
-@dataclass(frozen=True, kw_only=True)
-class Prediction:
-    """What one parameter vector makes of the measurements.
-
-    Attributes:
-        trials: name of the trial -> channel -> simulated signal at the trial's times [SI].
-        tables: name of the table -> (n,) angles at rest [rad].
-    """
-
-    trials: dict[str, dict[str, FloatArray]]
-    tables: dict[str, FloatArray]
 
 
 class CalibrationProblem:
     """Residuals of a rig against measurements, as a function of its freed parameters.
-
-    Trials and rows whose experiments are alike are simulated once.
 
     Args:
         rig: to calibrate.
@@ -61,8 +29,7 @@ class CalibrationProblem:
         simulated: is told the number of simulations before each batch.
 
     Raises:
-        InputError: if a trial has none of the channels, does not fit the rig, or does not say where
-            it started.
+        InputError: see `TrialPredictor`.
     """
 
     def __init__(
@@ -76,56 +43,16 @@ class CalibrationProblem:
         simulated: Callable[[int], None] | None = None,
     ) -> None:
         self.rig = rig
-        self.data = data
         self.freed = tuple(freed)
-        self._channels = tuple(channels)
-        self._threads = threads
-        self._simulated = simulated
-        self._experiments: list[Experiment] = []
-        self._numbers: dict[tuple[object, ...], int] = {}
-        for trial in data.trials:
-            self._check_muscles(trial.name, trial.muscles)
-            if not self.compared(trial):
-                raise InputError(
-                    f"trial {trial.name!r} has none of the channels {', '.join(channels)}; it has"
-                    f" {', '.join(trial.measured) or 'none'}"
-                )
-        for table in data.tables:
-            self._check_muscles(table.name, table.pressure.shape[1])
-        self._of_trial = [0] * len(data.trials)
-        self._start_of = [np.zeros(0)] * len(data.trials)
-        for start, members in start_groups(data.trials):
-            experiment = replace(experiment_of(data.trials[members[0]]), start_pressure=start)
-            for member in members:
-                self._of_trial[member] = self._number(experiment)
-                self._start_of[member] = start
-        self._slopes: list[dict[str, FloatArray]] | None = None
-        self._starts: list[StartError] = []
-        self._of_row = [[self._number(e) for e in table_experiments(t)] for t in data.tables]
-
-    def _check_muscles(self, name: str, muscles: int) -> None:
-        if muscles != len(self.rig.muscles):
-            raise InputError(
-                f"{name!r} is of {muscles} muscles, rig {self.rig.name!r} has"
-                f" {len(self.rig.muscles)}"
-            )
-
-    def _number(self, experiment: Experiment) -> int:
-        """Number of an experiment among the different ones."""
-        key = _identity(experiment)
-        if key not in self._numbers:
-            self._numbers[key] = len(self._experiments)
-            self._experiments.append(experiment)
-        return self._numbers[key]
+        self.predictor = TrialPredictor(
+            rig, data, channels=channels, threads=threads, simulated=simulated
+        )
+        self._linearised = False
 
     @property
-    def experiments(self) -> int:
-        """Simulations that one parameter vector takes."""
-        return len(self._experiments)
-
-    def compared(self, trial: Trial) -> tuple[str, ...]:
-        """Channels of a trial that are compared."""
-        return tuple(name for name in trial.measured if name.split("_")[0] in self._channels)
+    def data(self) -> CalibrationData:
+        """What the rig is compared with."""
+        return self.predictor.data
 
     def __call__(self, vectors: FloatArray) -> list[Blocks | None]:
         """Residuals of many parameter vectors.
@@ -137,62 +64,24 @@ class CalibrationProblem:
             For each its blocks, simulated minus measured; None if a simulation broke down.
         """
         return [
-            None if found is None else self._blocks(found) for found in self.predictions(vectors)
+            None if found is None else self.predictor.blocks(found)
+            for found in self.predictions(vectors)
         ]
 
     def predictions(self, vectors: FloatArray) -> list[Prediction | None]:
         """What many parameter vectors make of the measurements; None where a run broke down."""
-        if self._slopes is None:
+        if not self._linearised:
             self.linearise_starts(np.array([freed.free.start for freed in self.freed]))
-        rigs = [self._rig(vector) for vector in np.atleast_2d(vectors)]
-        runs = iter(
-            self._run([(rig, e) for rig in rigs if rig is not None for e in self._experiments])
-        )
-        return [
-            None if rig is None else self._prediction([next(runs) for _ in self._experiments])
-            for rig in rigs
-        ]
-
-    @property
-    def starts_matter(self) -> bool:
-        """Whether a trial starts at a pressure that a sensor has read."""
-        return any(np.any(start.spread > 0.0) for start in self._starts)
+        return self.predictor.predictions([self._rig(v) for v in np.atleast_2d(vectors)])
 
     def linearise_starts(self, vector: FloatArray) -> None:
-        """Take the starts' noise and the sensitivities to them at a parameter vector, (p,) [SI].
+        """Take the trials' starts at a parameter vector, (p,) [SI]; see `TrialPredictor`.
 
         Done at the freed parameters' starts before the first prediction, and to be done again where
-        a fit has ended; where a run breaks down there, starts are taken as read.
+        a fit has ended.
         """
-        self._slopes = [{} for _ in self.data.trials]
-        self._starts = list(map(start_error, self.data.trials, self._start_of))
-        rig = self._rig(vector)
-        if rig is None:
-            return
-        for number in set(self._of_trial):
-            experiment = self._experiments[number]
-            moved = [
-                experiment.start_pressure,
-                *(experiment.start_pressure + STEP * row for row in np.eye(len(rig.muscles))),
-            ]
-            runs = self._run([(rig, replace(experiment, start_pressure=start)) for start in moved])
-            if any(run.outcome is not Outcome.COMPLETED for run in runs):
-                continue
-            for i, (trial, of, slopes) in enumerate(
-                zip(self.data.trials, self._of_trial, self._slopes, strict=True)
-            ):
-                if of == number:
-                    base, *others = (at_times(run, trial) for run in runs)
-                    self._starts[i] = start_error(trial, self._start_of[i], base)
-                    for name, signal in base.items():
-                        slopes[name] = np.column_stack(
-                            [(other[name] - signal) / STEP for other in others]
-                        )
-
-    def _run(self, jobs: list[tuple[Rig, Experiment]]) -> list[Recording]:
-        if self._simulated is not None:
-            self._simulated(len(jobs))
-        return simulate_batch(jobs, threads=self._threads)
+        self._linearised = True
+        self.predictor.linearise_starts(self._rig(vector))
 
     def values(self, vector: Sequence[float] | FloatArray) -> dict[str, float]:
         """Rig parameters that a vector stands for [SI]."""
@@ -207,96 +96,3 @@ class CalibrationProblem:
             return self.rig.with_parameters(self.values(vector))
         except ParameterError:  # an open end of a range, such as a length of exactly 0
             return None
-
-    def _prediction(self, runs: list[Recording]) -> Prediction | None:
-        if any(run.outcome is not Outcome.COMPLETED for run in runs):
-            return None
-        assert self._slopes is not None
-        trials: dict[str, dict[str, FloatArray]] = {}
-        for trial, number, start, slopes in zip(
-            self.data.trials, self._of_trial, self._starts, self._slopes, strict=True
-        ):
-            simulated = at_times(runs[number], trial)
-            if slopes:
-                simulated = start.adjusted(trial, simulated, slopes, self.compared(trial))
-            trials[trial.name] = simulated
-        return Prediction(
-            trials=trials,
-            tables={
-                table.name: np.array([runs[index].angle[-1] for index in rows])
-                for table, rows in zip(self.data.tables, self._of_row, strict=True)
-            },
-        )
-
-    def _blocks(self, found: Prediction) -> Blocks:
-        blocks = [
-            ResidualBlock(
-                trial=trial.name,
-                protocol=trial.protocol,
-                channel=channel,
-                residual=found.trials[trial.name][channel] - trial.measured[channel],
-                sample_interval=trial.sample_interval,
-            )
-            for trial in self.data.trials
-            for channel in self.compared(trial)
-        ]
-        blocks += [
-            ResidualBlock(
-                trial=table.name,
-                protocol=table.name,
-                channel=AT_REST,
-                residual=found.tables[table.name] - table.angle,
-            )
-            for table in self.data.tables
-        ]
-        return blocks
-
-
-def table_experiments(table: StaticTable) -> list[Experiment]:
-    """The steps behind the rows of a static table.
-
-    Where the table does not say from which pressures a row started, all muscles rest at its highest
-    pressure before the others are vented: the operating concept of seed 003, section 3.1.
-    """
-    start = table.start
-    if start is None:
-        start = np.broadcast_to(table.pressure.max(axis=1, keepdims=True), table.pressure.shape)
-    return [
-        pressure_step(
-            before,
-            after,
-            duration=REST_DURATION,
-            load=float(load),
-            sample_rate=_REST_HZ,
-            name=f"{table.name}, {row}",
-        )
-        for row, before, after, load in zip(
-            table.rows, start, table.pressure, table.load, strict=True
-        )
-    ]
-
-
-def check_channels(channels: Sequence[str]) -> tuple[str, ...]:
-    """Kinds of channel by name.
-
-    Raises:
-        InputError: for an unknown one.
-    """
-    for name in channels:
-        if name not in CHANNELS:
-            raise InputError(f"--channels: no channel {name!r}; {nearest(name, CHANNELS)}")
-    return tuple(channels)
-
-
-def _identity(experiment: Experiment) -> tuple[object, ...]:
-    """What tells experiments apart, their name aside."""
-    return (
-        experiment.command,
-        experiment.command_time.tobytes(),
-        experiment.command_value.tobytes(),
-        experiment.start_pressure.tobytes(),
-        experiment.duration,
-        experiment.sample_rate,
-        experiment.load,
-        experiment.settle,
-    )

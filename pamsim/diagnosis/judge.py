@@ -1,0 +1,118 @@
+"""Whether adding effects to the base model predicts held-out trials better, by how much."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from pamsim.core.errors import InputError
+from pamsim.diagnosis.candidate import Candidate
+from pamsim.diagnosis.evidence import Comparison, compare, losses
+from pamsim.diagnosis.intervals import intervals95
+from pamsim.diagnosis.refit import Fitter, Refit
+from pamsim.sysid.free_parameter import FreeParameter
+
+EFFECT_FLOOR = 0.01
+"""Gain, in noise floors, below which an effect is not claimed: a candidate nearer the truth by luck
+does predict a little better."""
+
+SIGNIFICANCE = 0.05
+"""Share of false claims allowed over all effects that were tried."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Trialled:
+    """A model with some effects freed, after its fit.
+
+    Attributes:
+        candidates: the effects, none for the base model.
+        parameters: all that were fitted, ordinary ones first.
+        fit: the best over the starts.
+        loss: held-out trial -> loss, 1 for a perfect model.
+        gain: over the base model on the held-out trials.
+        intervals: name of each effect parameter -> 95 % interval [SI].
+    """
+
+    candidates: tuple[Candidate, ...]
+    parameters: tuple[FreeParameter, ...]
+    fit: Refit
+    loss: Mapping[str, float]
+    gain: Comparison
+    intervals: Mapping[str, tuple[float, float]]
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Names of the effects."""
+        return tuple(c.name for c in self.candidates)
+
+    @property
+    def mean_loss(self) -> float:
+        """Mean loss over the held-out trials."""
+        return float(np.mean(list(self.loss.values())))
+
+    def size_known(self) -> bool:
+        """Whether the size of every effect is inside its range and its interval off neutral."""
+        for candidate in self.candidates:
+            size = candidate.parameters[0].name
+            low, high = self.intervals[size]
+            if low <= candidate.neutral[size] <= high or size in self.fit.at_bound:
+                return False
+        return True
+
+    def accepted(self, tried: int, over: Comparison | None = None) -> bool:
+        """Whether its effects may be claimed.
+
+        Args:
+            tried: models that were compared, against whose luck it must stand.
+            over: gain that counts; that over the base model if left out.
+        """
+        gain = over or self.gain
+        sure = gain.p_value * tried < SIGNIFICANCE and gain.gain > EFFECT_FLOOR
+        return sure and self.size_known()
+
+
+def trial(
+    fitter: Fitter,
+    base: Refit,
+    base_loss: Mapping[str, float],
+    ordinary: Sequence[FreeParameter],
+    candidates: Sequence[Candidate],
+    starts: Sequence[Mapping[str, float]],
+) -> Trialled | None:
+    """Fit the base model with effects freed, from several starts, and judge it.
+
+    Args:
+        fitter: of the trials.
+        base: fit of the base model.
+        base_loss: its loss on the held-out trials.
+        ordinary: parameters of the base model.
+        candidates: effects to free.
+        starts: values of their parameters to begin from [SI].
+
+    Returns:
+        The result, or None if the simulation breaks down at every start.
+    """
+    parameters = (*ordinary, *(p for c in candidates for p in c.parameters))
+    best: Refit | None = None
+    for start in starts:
+        try:
+            found = fitter.fit(parameters, {**base.values, **start})
+        except InputError:
+            continue
+        if best is None or found.cost < best.cost:
+            best = found
+    if best is None:
+        return None
+    layout = fitter.simulator.layout
+    loss = losses(layout, best.residual, fitter.floor, held_out=True)
+    slopes = fitter.all_slopes(parameters, best)
+    return Trialled(
+        candidates=tuple(candidates),
+        parameters=parameters,
+        fit=best,
+        loss=loss,
+        gain=compare(base_loss, loss, layout.protocol_of),
+        intervals=intervals95(fitter, best, parameters, slopes),
+    )

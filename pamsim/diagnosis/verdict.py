@@ -1,0 +1,158 @@
+"""From fitted models to a verdict: one name, a family, a set, unexplained, or no gap."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from enum import StrEnum
+
+import numpy as np
+
+from pamsim.diagnosis.evidence import compare
+from pamsim.diagnosis.judge import Trialled
+from pamsim.diagnosis.noise_floor import NoiseFloor
+from pamsim.diagnosis.trial_residuals import TrialLayout
+
+TIE_ERRORS = 2.0
+"""Standard errors within which another model predicts as well."""
+
+TIE_FLOOR = 0.002
+"""Difference of losses, in floors, that never separates two models."""
+
+SAME_SIGNATURE = 0.95
+"""Cosine from which two effects cannot be told apart, whatever a test says."""
+
+NAMED, PARTLY = 0.9, 0.5
+"""Share of the gap that a name must explain, and below which it is none."""
+
+REMAINDER_FLOOR = 0.02
+"""Remainder, in floors, that is left alone."""
+
+
+class Verdict(StrEnum):
+    """What a diagnosis ends with."""
+
+    NO_GAP = "no_gap"
+    """The base model predicts the held-out trials as well as their noise allows."""
+    NAMED = "named"
+    """One effect, or one set of effects, is missing."""
+    NAMED_WITH_REMAINDER = "named_with_remainder"
+    """The same, and something else that no effect explains."""
+    AMBIGUOUS = "ambiguous"
+    """Something is missing; the data do not tell which of several effects it is."""
+    UNEXPLAINED = "unexplained"
+    """Something is missing that no known effect explains."""
+    NOT_IDENTIFIABLE = "not_identifiable"
+    """The recording cannot carry a verdict: no repeats, or nothing to hold out."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Named:
+    """The verdict and what it rests on.
+
+    Attributes:
+        verdict: see `Verdict`.
+        best: model with the claimed effects; None if nothing is claimed or resembled.
+        tied: other models that predict as well, the base model not among them.
+        explained: share of the base model's excess over the floor that the best model removes.
+        remainder: excess that it leaves, in floors.
+    """
+
+    verdict: Verdict
+    best: Trialled | None
+    tied: tuple[Trialled, ...]
+    explained: float
+    remainder: float
+
+
+def floor_loss(layout: TrialLayout, floor: NoiseFloor) -> dict[str, float]:
+    """Loss of a perfect model on each held-out trial: its protocol's own noise."""
+    found: dict[str, float] = {}
+    for trial in layout.trials(held_out=True):
+        parts = [
+            floor.variance.get((p.block.channel, p.block.protocol), floor.sd[p.block.channel] ** 2)
+            / floor.sd[p.block.channel] ** 2
+            for p in layout.places
+            if p.block.trial == trial
+        ]
+        found[trial] = float(np.mean(parts))
+    return found
+
+
+def tied_with(
+    best: Trialled,
+    others: Sequence[Trialled],
+    layout: TrialLayout,
+    alike: Callable[[str, str], float],
+) -> tuple[Trialled, ...]:
+    """Models that predict as well as the best, or whose effect cannot be told from its own.
+
+    Args:
+        best: the model of least held-out loss.
+        others: models with as many effects.
+        layout: of the trials.
+        alike: cosine between the signatures of two effects.
+    """
+    found: list[Trialled] = []
+    for other in others:
+        if other.names == best.names:
+            continue
+        behind = compare(other.loss, best.loss, layout.protocol_of)
+        near = behind.gain < max(TIE_ERRORS * behind.error, TIE_FLOOR)
+        different = set(other.names) ^ set(best.names)
+        same = len(different) == 2 and alike(*sorted(different)) > SAME_SIGNATURE
+        explains = other.gain.gain > 0.5 * best.gain.gain
+        if explains and (near or (same and behind.gain < 0.1 * best.gain.gain)):
+            found.append(other)
+    return tuple(found)
+
+
+def name(
+    layout: TrialLayout,
+    floor: NoiseFloor,
+    base_loss: Mapping[str, float],
+    models: Sequence[Trialled],
+    tried: int,
+    alike: Callable[[str, str], float],
+    *,
+    gap_seen: bool,
+) -> Named:
+    """Name what is missing.
+
+    Args:
+        layout: of the trials.
+        floor: of the noise.
+        base_loss: held-out trial -> loss of the base model.
+        models: with effects, fitted; sets of effects only where they have earned their place.
+        tried: single effects that could have been claimed.
+        alike: cosine between the signatures of two effects.
+        gap_seen: whether something else than these models shows a gap, such as a where-map.
+    """
+    perfect = floor_loss(layout, floor)
+    excess = compare(base_loss, perfect, layout.protocol_of)
+    able = [m for m in models if m.accepted(tried)]
+    if not able:
+        gap = gap_seen or (excess.p_value < 1e-3 and excess.gain > 5.0 * REMAINDER_FLOOR)
+        return Named(
+            verdict=Verdict.UNEXPLAINED if gap else Verdict.NO_GAP,
+            best=None,
+            tied=(),
+            explained=0.0,
+            remainder=excess.gain,
+        )
+    most = max(len(m.candidates) for m in able)
+    best = min((m for m in able if len(m.candidates) == most), key=lambda m: m.mean_loss)
+    left = compare(best.loss, perfect, layout.protocol_of)
+    large = left.gain > max(3.0 * left.error, REMAINDER_FLOOR)
+    explained = best.gain.gain / (best.gain.gain + max(left.gain, 0.0)) if large else 1.0
+    rivals = [m for m in models if len(m.candidates) == most]
+    tied = tied_with(best, rivals, layout, alike)
+    if explained < PARTLY:
+        verdict = Verdict.UNEXPLAINED
+    elif tied:
+        verdict = Verdict.AMBIGUOUS
+    elif explained < NAMED:
+        verdict = Verdict.NAMED_WITH_REMAINDER
+    else:
+        verdict = Verdict.NAMED
+    return Named(verdict=verdict, best=best, tied=tied, explained=explained, remainder=left.gain)

@@ -1,0 +1,113 @@
+"""Excitations that make effects visible: scalar signals over time, between -1 and 1.
+
+Each is a pure function of time [s]; what it drives, and how far, is the caller's.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+FloatArray = NDArray[np.float64]
+
+
+def triangle(time: FloatArray, period: float, shrink: float = 1.0) -> FloatArray:
+    """Triangle wave from 0, upwards first; loops at constant rate.
+
+    Args:
+        time: (n,) [s].
+        period: [s].
+        shrink: factor on the amplitude from one period to the next; below 1 draws minor loops.
+
+    Returns:
+        (n,) in [-1, 1].
+    """
+    phase = time / period
+    shape = 1.0 - 4.0 * np.abs(np.mod(phase + 0.25, 1.0) - 0.5)
+    return shape * shrink ** np.floor(phase + 1e-9)
+
+
+def held_levels(time: FloatArray, hold: float, count: int, rng: np.random.Generator) -> FloatArray:
+    """Random levels, each held; long holds show creep and leaks, jumps show flows and delays.
+
+    Levels are drawn evenly (a shuffled ladder), so that every record covers the range.
+
+    Args:
+        time: (n,) [s].
+        hold: [s].
+        count: of different levels.
+        rng: random numbers.
+
+    Returns:
+        (n,) in [-1, 1].
+    """
+    ladder = np.linspace(-1.0, 1.0, count)
+    number = np.floor(time / hold + 1e-9).astype(int)
+    rounds = int(number.max()) // count + 1
+    return np.concatenate([rng.permutation(ladder) for _ in range(rounds)])[number]
+
+
+def multisine_lines(lines: int) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+    """Excited and detection harmonics of an odd random-phase multisine.
+
+    Of each group of four odd harmonics one is left out: there, and at the even ones, whatever the
+    output shows is distortion, not linear response (Pintelon and Schoukens, System Identification,
+    2012, section 4.3).
+
+    Args:
+        lines: number of odd harmonics.
+
+    Returns:
+        Excited odd harmonics, and odd harmonics left out.
+    """
+    odd = 2 * np.arange(lines, dtype=np.int64) + 1
+    left_out = np.arange(lines) % 4 == 2
+    return odd[~left_out], odd[left_out]
+
+
+def multisine(time: FloatArray, period: float, lines: int, rng: np.random.Generator) -> FloatArray:
+    """Odd random-phase multisine with unexcited detection lines.
+
+    Args:
+        time: (n,) [s].
+        period: of the fundamental [s].
+        lines: number of odd harmonics, see `multisine_lines`.
+        rng: random phases.
+
+    Returns:
+        (n,) scaled so that its peak over a period is 1.
+    """
+    excited, _ = multisine_lines(lines)
+    phases = rng.uniform(0.0, 2.0 * np.pi, excited.size)
+
+    def at(when: FloatArray) -> FloatArray:
+        angle = 2.0 * np.pi * np.outer(when / period, excited) + phases
+        # Amplitudes fall with frequency: the arm is a low pass, and sharp motion is for bursts.
+        return np.cos(angle) @ (1.0 / np.sqrt(excited))
+
+    peak = np.abs(at(np.linspace(0.0, period, 64 * int(excited[-1]) + 1))).max()
+    return at(time) / peak
+
+
+def bursts(
+    time: FloatArray, spacing: float, shortest: float, longest: float, rng: np.random.Generator
+) -> FloatArray:
+    """Short full openings of either sign with shut holds between, each followed by its opposite.
+
+    Args:
+        time: (n,) [s].
+        spacing: from one burst to the next [s].
+        shortest: burst [s].
+        longest: burst [s], shorter than the spacing.
+        rng: lengths and signs.
+
+    Returns:
+        (n,) -1, 0 or 1.
+    """
+    number = np.floor(time / spacing + 1e-9).astype(int)
+    pairs = int(number.max()) // 2 + 1
+    length = np.repeat(rng.uniform(shortest, longest, pairs), 2)
+    sign = np.repeat(rng.choice([-1.0, 1.0], pairs), 2)
+    sign[1::2] *= -1.0
+    inside = time - number * spacing < length[number] - 1e-9
+    return np.where(inside, sign[number], 0.0)

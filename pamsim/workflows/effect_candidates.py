@@ -1,0 +1,119 @@
+"""The effects of the catalogue on a given rig: ranges, probes and starts of their parameters."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from pamsim.core.errors import InputError
+from pamsim.diagnosis.candidate import Candidate
+from pamsim.effects.catalog import EFFECTS
+from pamsim.effects.effect import JOINT, TILTED, Effect, EffectParameter
+from pamsim.engine.rig import Rig
+from pamsim.engine.rig_parameter import RigParameter, rig_parameter
+from pamsim.sysid.free_parameter import FreeParameter
+
+_INSIDE = 1e-3  # share of a range that starts keep from its ends, where friction has no slope
+
+
+def rig_name(rig: Rig, parameter: EffectParameter) -> str:
+    """Name of an effect's parameter on a rig.
+
+    Raises:
+        InputError: if the rig lacks the part it belongs to.
+    """
+    name = parameter.name.replace(JOINT, rig.file.angle_joint)
+    if TILTED in name:
+        tilted = [n.split(".")[1] for n in rig.file.native if n.endswith(".tilt")]
+        if not tilted:
+            raise InputError(
+                f"{rig.name}: no body's tilt is stated; add body.NAME.tilt under [native]"
+            )
+        name = name.replace(TILTED, tilted[0])
+    return name
+
+
+def at_size(rig: Rig, effect: Effect, size: float) -> dict[str, float]:
+    """Rig parameters of an effect at a size.
+
+    Args:
+        rig: without it, or with; its own values are where it starts from.
+        effect: which.
+        size: in units of its typical size; 0 is neutral.
+
+    Raises:
+        InputError: if the rig lacks what the effect acts on.
+    """
+    values: dict[str, float] = {}
+    for parameter in effect.parameters:
+        found = rig_parameter(rig, rig_name(rig, parameter))
+        value = parameter.at(size, found.value)
+        values[found.name] = min(max(value, found.spec.low), found.spec.high)
+    return values
+
+
+def candidate(rig: Rig, effect: Effect) -> Candidate:
+    """An effect as a search on a rig may treat it.
+
+    Raises:
+        InputError: if the rig lacks what the effect acts on.
+    """
+    found = [rig_parameter(rig, rig_name(rig, p)) for p in effect.parameters]
+    free = tuple(_free(p, r) for p, r in zip(effect.parameters, found, strict=True))
+    neutral = {
+        r.name: r.value if p.neutral is None or p.relative else p.neutral
+        for p, r in zip(effect.parameters, found, strict=True)
+    }
+    typical = at_size(rig, effect, 1.0)
+    starts = [
+        {**typical, r.name: s}
+        for p, r in zip(effect.parameters, found, strict=True)
+        for s in p.starts
+    ]
+    two_sided = any(f.low < neutral[f.name] < f.high for f in free[:1])
+    sizes = [sign * size for size in effect.probes for sign in ((1, -1) if two_sided else (1,))]
+    return Candidate(
+        effect=effect,
+        parameters=free,
+        neutral=neutral,
+        probes=tuple((size, _inside(free, at_size(rig, effect, size))) for size in sizes),
+        starts=tuple(_inside(free, start) for start in starts),
+    )
+
+
+def candidates(rig: Rig, names: Sequence[str] = ()) -> tuple[tuple[Candidate, ...], dict[str, str]]:
+    """The effects that can be tried on a rig.
+
+    Args:
+        rig: its model.
+        names: of effects; all if left out.
+
+    Returns:
+        The effects, and why others cannot be tried.
+    """
+    found: list[Candidate] = []
+    skipped: dict[str, str] = {}
+    for name in names or EFFECTS:
+        try:
+            found.append(candidate(rig, EFFECTS[name]))
+        except InputError as error:
+            skipped[name] = str(error)
+    return tuple(found), skipped
+
+
+def _free(parameter: EffectParameter, found: RigParameter) -> FreeParameter:
+    low, high = sorted(parameter.bounds(found.value))
+    low, high = max(low, found.spec.low), min(high, found.spec.high)
+    if found.spec.low_open and low <= found.spec.low:
+        low = found.spec.low + 1e-6 * (high - found.spec.low)
+    start = min(max(parameter.at(1.0, found.value), low), high)
+    return FreeParameter(
+        name=found.name, unit=found.spec.unit, start=start, low=low, high=high, scale="linear"
+    )
+
+
+def _inside(free: Sequence[FreeParameter], values: dict[str, float]) -> dict[str, float]:
+    edges = {p.name: (p.low, p.high, _INSIDE * (p.high - p.low)) for p in free}
+    return {
+        name: min(max(value, edges[name][0] + edges[name][2]), edges[name][1] - edges[name][2])
+        for name, value in values.items()
+    }

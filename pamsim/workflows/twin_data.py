@@ -1,0 +1,155 @@
+"""Twin data: recordings of a rig in which effects are hidden, with noise and variation."""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.signal import lfilter
+
+from pamsim.core.errors import InputError
+from pamsim.core.recording import Recording
+from pamsim.core.units import DEG_PER_RAD
+from pamsim.effects.catalog import effect
+from pamsim.engine.batch import simulate_batch
+from pamsim.engine.rig import Rig
+from pamsim.engine.rig_parameter import rig_parameter
+from pamsim.workflows.effect_candidates import at_size
+from pamsim.workflows.protocols import PROTOCOLS, protocol
+
+FloatArray = NDArray[np.float64]
+
+CHECK = "_check"
+"""End of the name of a protocol's second setting, by which diagnoses judge."""
+
+ANGLE_NOISE, PRESSURE_NOISE, FORCE_NOISE = 0.05 / DEG_PER_RAD, 400.0, 1.5
+"""Standard deviations of sensor noise [rad, Pa, N]: an encoder of 2500 increments, transducers of
+1 MPa with 12 bits, load cells of 2 kN."""
+
+DRIFT = 0.3
+"""Correlation time of coloured noise [s]."""
+
+# What differs a little from one trial to the next: warmth, seating of the muscle, supply.
+_VARYING = (
+    "force.scale",
+    "passive.stiffness",
+    "valve.conductance_fill",
+    "valve.conductance_exhaust",
+)
+
+
+@dataclass(frozen=True, kw_only=True)
+class TwinSettings:
+    """How twin data are made.
+
+    Attributes:
+        protocols: names of the inputs.
+        repeats: of each, in each of its two settings.
+        coloured: True for noise half of which drifts (AR(1)), False for white noise.
+        noise: factor on the sensors' noise.
+        variation: relative standard deviation of what differs from trial to trial.
+        forces: whether muscle forces are measured.
+        seed: of everything random.
+    """
+
+    protocols: tuple[str, ...] = tuple(PROTOCOLS)
+    repeats: int = 4
+    coloured: bool = False
+    noise: float = 1.0
+    variation: float = 0.003
+    forces: bool = True
+    seed: int = 0
+
+
+@dataclass(frozen=True, kw_only=True)
+class TwinData:
+    """Recordings with hidden effects, and what was hidden.
+
+    Attributes:
+        trials: file stem -> noisy recording.
+        protocols: file stem -> protocol.
+        hidden: rig parameter -> value that makes the effects [SI].
+        rig: the rig with the effects.
+    """
+
+    trials: Mapping[str, Recording]
+    protocols: Mapping[str, str]
+    hidden: Mapping[str, float]
+    rig: Rig
+
+
+def twin_data(
+    rig: Rig, effects: Sequence[tuple[str, float]], settings: TwinSettings | None = None
+) -> TwinData:
+    """Record a rig in which effects are hidden.
+
+    Args:
+        rig: without the effects.
+        effects: names and sizes, in units of the effect's typical one.
+        settings: see `TwinSettings`.
+
+    Raises:
+        InputError: for an unknown effect or protocol, or one that the rig cannot have.
+        SimulationError: if the rig with the effects breaks down.
+    """
+    chosen = settings or TwinSettings()
+    if chosen.repeats < 1:
+        raise InputError(f"{chosen.repeats} repeats: at least one trial is needed")
+    hidden: dict[str, float] = {}
+    for name, size in effects:
+        hidden |= at_size(rig, effect(name), size)
+    truth = rig.with_parameters(hidden)
+    rng = np.random.default_rng([chosen.seed, 77])
+    stems: dict[str, str] = {}
+    jobs = []
+    for name in chosen.protocols:
+        for setting, end in enumerate(("", CHECK)):
+            experiment = protocol(name).experiment(2 * chosen.seed + setting)
+            for repeat in range(1, chosen.repeats + 1):
+                stems[f"{name}{end}_{repeat}"] = f"{name}{end}"
+                jobs.append((_varied(truth, rng, chosen.variation), experiment))
+    runs = [run.completed() for run in simulate_batch(jobs)]
+    trials = {stem: _noisy(run, rng, chosen) for stem, run in zip(stems, runs, strict=True)}
+    return TwinData(trials=trials, protocols=stems, hidden=hidden, rig=truth)
+
+
+def _varied(rig: Rig, rng: np.random.Generator, variation: float) -> Rig:
+    factors = 1.0 + variation * rng.standard_normal(len(_VARYING))
+    values = {
+        name: rig_parameter(rig, name).value * factor
+        for name, factor in zip(_VARYING, factors, strict=True)
+    }
+    return rig.with_parameters(values) if variation else rig
+
+
+def _noisy(run: Recording, rng: np.random.Generator, settings: TwinSettings) -> Recording:
+    def off(shape: tuple[int, ...], sd: float) -> FloatArray:
+        return settings.noise * sd * _unit_noise(rng, shape, settings.coloured, _rate(run))
+
+    return dataclasses.replace(
+        run,
+        angle=run.angle + off(run.angle.shape, ANGLE_NOISE),
+        pressure=run.pressure + off(run.pressure.shape, PRESSURE_NOISE),
+        tension=run.tension + off(run.tension.shape, FORCE_NOISE),
+    )
+
+
+def _rate(run: Recording) -> float:
+    return float(run.meta["sample_hz"])
+
+
+def _unit_noise(
+    rng: np.random.Generator, shape: tuple[int, ...], coloured: bool, rate: float
+) -> FloatArray:
+    """Noise of unit variance along the first axis."""
+    white = rng.standard_normal(shape)
+    if not coloured:
+        return white
+    keep = np.exp(-1.0 / (rate * DRIFT))
+    drive = rng.standard_normal(shape)
+    drive[0] /= np.sqrt(1.0 - keep**2)  # the drift has been going on for long
+    drift = lfilter([np.sqrt(1.0 - keep**2)], [1.0, -keep], drive, axis=0)
+    return np.sqrt(0.5) * (white + drift)

@@ -1,0 +1,125 @@
+"""A diagnosis names what is hidden, claims nothing where nothing is, and says what it cannot tell."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from pamsim.core.errors import InputError
+from pamsim.diagnosis.diagnose import diagnose
+from pamsim.diagnosis.verdict import Verdict
+from tests.unit.diagnosis.toy_arm import (
+    BIAS,
+    DRY,
+    LEAK,
+    ORDINARY,
+    TWIN,
+    recorded,
+    regressors,
+    simulator,
+)
+
+LIBRARY = (DRY, BIAS, LEAK)
+
+
+def found(hidden, library=LIBRARY, **options):
+    trials = recorded(hidden, **options)
+    return diagnose(simulator(trials), ORDINARY, library, regressors(trials))
+
+
+@pytest.mark.parametrize("drift", [False, True])
+def test_nothing_is_claimed_where_nothing_is_hidden(drift):
+    """Drifting noise and trials that differ a little must not look like an effect."""
+    verdicts = [found({}, seed=seed, drift=drift).named for seed in range(12)]
+    assert all(named.best is None for named in verdicts)
+    assert sum(named.verdict is Verdict.NO_GAP for named in verdicts) >= 11
+
+
+@pytest.mark.parametrize(
+    ("hidden", "name"),
+    [({"dry": 0.03}, "dry"), ({"bias": -0.03}, "bias"), ({"leak": 0.03}, "leak")],
+)
+def test_what_is_hidden_is_named_and_measured(hidden, name):
+    inside = 0
+    for seed in range(5):
+        one = found(hidden, seed=seed)
+        assert one.named.verdict is Verdict.NAMED, (seed, one.named)
+        assert one.named.best.names == (name,)
+        assert one.named.explained > 0.9
+        assert one.named.best.fit.values[name] == pytest.approx(hidden[name], rel=0.15)
+        low, high = one.named.best.intervals[name]
+        inside += low < hidden[name] < high
+    assert inside >= 4
+
+
+def test_the_repair_reaches_the_noise_floor():
+    one = found({"dry": 0.06})
+    before = np.mean(list(one.base_loss.values()))
+    assert before > 1.3
+    assert one.named.best.mean_loss == pytest.approx(1.0, abs=0.05)
+    assert abs(one.named.remainder) < 0.05
+
+
+def test_effects_that_leave_the_same_trace_are_not_told_apart():
+    one = found({"dry": 0.06}, library=(DRY, TWIN, BIAS))
+    assert one.named.verdict is Verdict.AMBIGUOUS
+    assert {one.named.best.names, *(m.names for m in one.named.tied)} == {("dry",), ("twin",)}
+
+
+def test_what_no_effect_explains_is_called_unexplained():
+    for seed in range(5):
+        one = found({"ripple": 0.05}, seed=seed)
+        assert one.named.verdict is Verdict.UNEXPLAINED
+
+
+def test_the_true_effect_missing_from_the_library_is_not_replaced_by_another():
+    for seed in range(5):
+        one = found({"dry": 0.06}, library=(BIAS, LEAK), seed=seed)
+        assert one.named.verdict is Verdict.UNEXPLAINED
+
+
+def test_two_effects_are_both_named():
+    for seed in range(4):
+        one = found({"dry": 0.06, "leak": 0.05}, seed=seed)
+        assert one.named.best is not None
+        assert set(one.named.best.names) == {"dry", "leak"}
+
+
+def test_a_single_effect_gets_no_companion():
+    for seed in range(5):
+        one = found({"dry": 0.06}, seed=seed)
+        assert one.named.best.names == ("dry",)
+
+
+def test_the_channel_and_the_protocol_that_miss_most_come_first():
+    one = found({"leak": 0.06})
+    assert one.cells[0].channel == "pressure_1"
+    assert one.cells[0].protocol.startswith("high")
+    assert one.cells[0].p_value < 0.01
+    pressure = [m for m in one.maps if (m.channel, m.quantity) == ("pressure_1", "pressure")]
+    assert pressure[0].p_value == one.maps[0].p_value
+    assert pressure[0].region[1] == pressure[0].edges[-1]
+
+
+def test_without_repeats_no_name_is_given():
+    one = found({"dry": 0.06}, repeats=1)
+    assert one.floor.assumed
+    assert one.named.verdict in (Verdict.NOT_IDENTIFIABLE, Verdict.UNEXPLAINED, Verdict.NO_GAP)
+
+
+def test_the_same_data_give_the_same_diagnosis():
+    one, other = (found({"bias": 0.02}) for _ in range(2))
+    assert one.named.best.fit.values == other.named.best.fit.values
+    assert [m.p_value for m in one.maps] == [m.p_value for m in other.maps]
+
+
+def test_a_model_that_breaks_down_or_nothing_to_judge_by_is_refused():
+    trials = recorded({})
+    broken = simulator(trials)
+    broken.simulate = lambda sets: [None] * len(sets)
+    with pytest.raises(InputError, match="base model's simulation breaks down"):
+        diagnose(broken, ORDINARY, LIBRARY, {})
+    blind = simulator(trials)
+    blind.held_out = frozenset()
+    with pytest.raises(InputError, match="nothing to judge by"):
+        diagnose(blind, ORDINARY, LIBRARY, {})

@@ -1,0 +1,95 @@
+"""Trials are the units of evidence, protocols are strata, and repeats give the floor."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from scipy import stats
+
+from pamsim.diagnosis.evidence import compare
+from pamsim.diagnosis.noise_floor import noise_floor
+from pamsim.diagnosis.trial_residuals import TrialLayout
+from pamsim.sysid.residual_block import ResidualBlock, layout
+
+
+def table(rng, *, sizes=(4, 4), shift=0.0, spread=0.1, strata=(0.0, 1.0)):
+    """Losses before and after over trials of some protocols, which differ by themselves."""
+    before, after, protocol_of = {}, {}, {}
+    for number, (count, level) in enumerate(zip(sizes, strata, strict=True)):
+        for k in range(count):
+            name = f"{number}_{k}"
+            protocol_of[name] = f"p{number}"
+            before[name] = 1.0 + level + spread * rng.standard_normal()
+            after[name] = before[name] - shift - 0.5 * spread * rng.standard_normal()
+    return before, after, protocol_of
+
+
+def test_one_protocol_is_the_paired_t_test():
+    before, after, protocol_of = table(
+        np.random.default_rng(1), sizes=(6,), shift=0.05, strata=(0.0,)
+    )
+    found = compare(before, after, protocol_of)
+    peer = stats.ttest_rel(list(before.values()), list(after.values()), alternative="greater")
+    assert found.p_value == pytest.approx(peer.pvalue)
+    assert found.degrees == peer.df
+    assert found.interval95 == pytest.approx(
+        tuple(
+            stats.ttest_rel(list(before.values()), list(after.values())).confidence_interval(0.95)
+        )
+    )
+
+
+def test_false_alarms_are_as_rare_as_promised():
+    rng = np.random.default_rng(2)
+    p = np.array([compare(*table(rng)).p_value for _ in range(800)])
+    assert np.mean(p < 0.05) == pytest.approx(0.05, abs=0.025)
+    assert np.mean(p < 0.5) == pytest.approx(0.5, abs=0.06)
+
+
+def test_a_protocol_with_more_trials_has_no_more_say():
+    before = {"a": 2.0, "b": 2.0, **{f"c{k}": 1.0 for k in range(10)}}
+    after = dict.fromkeys(before, 1.0)
+    protocol_of = {name: "few" if name in "ab" else "many" for name in before}
+    assert compare(before, after, protocol_of).gain == pytest.approx(0.5)
+
+
+def test_without_repeats_nothing_is_sure():
+    found = compare({"a": 2.0, "b": 3.0}, {"a": 1.0, "b": 1.0}, {"a": "p", "b": "q"})
+    assert found.p_value == 1.0
+    assert found.interval95 == (-np.inf, np.inf)
+
+
+def blocks(rng, *, repeats, count=400, model=0.0):
+    time = np.linspace(0.0, 6.0, count)
+    return [
+        ResidualBlock(
+            trial=f"{protocol}_{k}",
+            protocol=protocol,
+            channel=channel,
+            residual=model * np.sin(time) + sd * rng.standard_normal(count),
+        )
+        for protocol, factor in (("calm", 1.0), ("rough", 3.0))
+        for k in range(repeats)
+        for channel, sd in (("angle", 0.1 * factor), ("pressure_1", 20.0 * factor))
+    ]
+
+
+def test_floor_is_the_planted_noise_whatever_the_model_misses():
+    for model in (0.0, 50.0):
+        found = blocks(np.random.default_rng(3), repeats=5, model=model)
+        places = TrialLayout(places=layout(found), held_out=frozenset())
+        floor = noise_floor(places, np.concatenate([b.residual for b in found]))
+        assert not floor.assumed
+        assert floor.variance["angle", "calm"] == pytest.approx(0.01, rel=0.1)
+        assert floor.variance["pressure_1", "rough"] == pytest.approx(3600.0, rel=0.1)
+        assert floor.sd["angle"] == pytest.approx(np.sqrt((0.01 + 0.09) / 2.0), rel=0.05)
+
+
+@pytest.mark.parametrize(("repeats", "assumed"), [(1, True), (2, True), (3, False)])
+def test_a_floor_without_enough_repeats_is_said_to_be_assumed(repeats, assumed):
+    found = blocks(np.random.default_rng(4), repeats=repeats)
+    places = TrialLayout(places=layout(found), held_out=frozenset())
+    floor = noise_floor(places, np.concatenate([b.residual for b in found]))
+    assert floor.assumed is assumed
+    assert floor.repeats == repeats
+    assert floor.sd["angle"] == pytest.approx(np.sqrt(0.05), rel=0.1)
