@@ -18,8 +18,10 @@ from pamsim.muscles.braid import pressurised_contraction, volume
 from pamsim.muscles.passive import passive_force
 from pamsim.muscles.tension import effective_pressure, taut
 from pamsim.pneumatics.chamber import absolute_pressure, air_state, air_state_rate
+from pamsim.pneumatics.orifice import mass_flow
 from pamsim.pneumatics.valves import (
     clamped_opening,
+    past_dead_zone,
     pulsed_opening,
     regulated_opening,
     valve_flow,
@@ -43,6 +45,7 @@ _TEMPERATURE = slot("chamber.temperature")
 _DEAD_VOLUME = slot("chamber.dead_volume")
 _ATMOSPHERE = slot("chamber.atmosphere")
 _FLOOR = slot("chamber.floor")
+_LEAK = slot("chamber.leak_conductance")
 _FILL = slot("valve.conductance_fill")
 _EXHAUST = slot("valve.conductance_exhaust")
 _CRITICAL = slot("valve.critical_ratio")
@@ -51,6 +54,7 @@ _SUPPLY = slot("valve.supply_pressure")
 _PULSE_PERIOD = slot("valve.pulse_period")
 _BAND = slot("valve.regulator_band")
 _DEAD_BAND = slot("valve.regulator_dead_band")
+_DEAD_ZONE = slot("valve.dead_zone")
 
 
 def taken_up(par: Row, act: Row, tendon_length: float) -> float:
@@ -130,7 +134,7 @@ def tension(par: Row, act: Row, tendon_length: float) -> float:
 
 
 def valve_opening(par: Row, command: float, pressure: float, time: float) -> float:
-    """Signed opening of the valve pair that a command means, in [-1, 1].
+    """Signed opening of the valve pair that a command means, dead zone passed, in [-1, 1].
 
     Args:
         par: parameter row.
@@ -139,16 +143,20 @@ def valve_opening(par: Row, command: float, pressure: float, time: float) -> flo
         time: [s].
     """
     if par[_COMMAND] == 0.0:
-        return clamped_opening(command)
-    if par[_COMMAND] == 1.0:
-        return pulsed_opening(command, time, par[_PULSE_PERIOD])
-    return regulated_opening(command, pressure, par[_BAND], par[_DEAD_BAND])
+        opening = clamped_opening(command)
+    elif par[_COMMAND] == 1.0:
+        opening = pulsed_opening(command, time, par[_PULSE_PERIOD])
+    else:
+        opening = regulated_opening(command, pressure, par[_BAND], par[_DEAD_BAND])
+    if par[_DEAD_ZONE] == 0.0:
+        return opening
+    return past_dead_zone(opening, par[_DEAD_ZONE])
 
 
 def air_flow(par: Row, pressure_abs: float, command: float, time: float) -> float:
-    """Mass flow into the chamber [kg/s] at an absolute pressure [Pa] in it."""
+    """Mass flow into the chamber [kg/s] at an absolute pressure [Pa] in it, less what leaks out."""
     atmosphere = par[_ATMOSPHERE]
-    return valve_flow(
+    flow = valve_flow(
         valve_opening(par, command, pressure_abs - atmosphere, time),
         pressure_abs,
         par[_SUPPLY] + atmosphere,
@@ -158,6 +166,11 @@ def air_flow(par: Row, pressure_abs: float, command: float, time: float) -> floa
         par[_CRITICAL],
         par[_LAMINAR],
         par[_TEMPERATURE],
+    )
+    if par[_LEAK] == 0.0:
+        return flow
+    return flow - mass_flow(
+        pressure_abs, atmosphere, par[_LEAK], par[_CRITICAL], par[_LAMINAR], par[_TEMPERATURE]
     )
 
 

@@ -46,6 +46,9 @@ class ValvePair(ParameterGroup):
     regulator_dead_band: float = parameter(
         unit="Pa", low=0.0, high=1e5, doc="error the regulator leaves alone", default=0.0
     )
+    dead_zone: float = parameter(
+        unit="1", low=0.0, high=0.9, doc="opening up to which a valve stays shut", default=0.0
+    )
 
 
 def clamped_opening(command: float) -> float:
@@ -99,6 +102,27 @@ def regulated_opening(set_point: float, pressure: float, band: float, dead_band:
     if error < -dead_band:
         return clamped_opening((error + dead_band) / band)
     return 0.0 * error  # not a plain 0: a NaN error must not shut the valve silently
+
+
+def past_dead_zone(opening: float, dead_zone: float) -> float:
+    """What is left of a signed opening behind the overlap that shuts a valve around zero.
+
+    The rest is stretched to the full range: the flow sets in without a jump, on which a regulator
+    would chatter, and the conductance stays that of the fully open valve. On/off valves, which open
+    fully or not at all, do not notice.
+
+    Args:
+        opening: in [-1, 1].
+        dead_zone: opening up to which both valves stay shut, in [0, 1); 0 for none, exactly.
+
+    Returns:
+        Opening in [-1, 1].
+    """
+    if opening > dead_zone:
+        return (opening - dead_zone) / (1.0 - dead_zone)
+    if opening < -dead_zone:
+        return (opening + dead_zone) / (1.0 - dead_zone)
+    return 0.0 * opening  # not a plain 0: a NaN opening must not shut the valve silently
 
 
 def valve_flow(

@@ -66,7 +66,12 @@ def make(law: str = "ideal_mckibben", loop: str = "none", **changes: Any) -> Mus
         "threshold": Threshold(pressure=2e4),
         "hysteresis": LOOPS.get(loop),
         "chamber": Chamber(
-            polytropic_index=1.2, temperature=300.0, dead_volume=1e-5, atmosphere=9.8e4, floor=2e3
+            polytropic_index=1.2,
+            temperature=300.0,
+            dead_volume=1e-5,
+            atmosphere=9.8e4,
+            floor=2e3,
+            leak_conductance=2e-11,
         ),
         "valve": ValvePair(
             conductance_fill=6e-9,
@@ -77,12 +82,16 @@ def make(law: str = "ideal_mckibben", loop: str = "none", **changes: Any) -> Mus
             pulse_period=0.03,
             regulator_band=2e4,
             regulator_dead_band=1e3,
+            dead_zone=0.04,
         ),
         "chain": Chain(compliance=2e-6, relaxation_time=8e-3),
         "command": "valve",
     }
     return Muscle(**(groups | changes))
 
+
+TIGHT = dataclasses.replace(make().chamber, leak_conductance=0.0)
+"""A chamber from which nothing leaks."""
 
 EXTENSION = 1e-3
 """Of the chain in a `charged` muscle [m]; a rigid chain has the state too and does not mind it."""

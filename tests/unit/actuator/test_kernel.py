@@ -12,6 +12,7 @@ from pamsim.actuator import kernel
 from pamsim.actuator.chain import Chain
 from pamsim.actuator.layout import pack
 from pamsim.actuator.muscle import COMMANDS, Mounting, Muscle
+from pamsim.core.parameters import specs
 from pamsim.hysteresis.bouc_wen import BoucWen
 from pamsim.hysteresis.catalog import OPERATORS
 from pamsim.muscles.braid import Braid, volume
@@ -20,8 +21,11 @@ from pamsim.muscles.force_law import coefficients_of
 from pamsim.muscles.passive import PassiveSpring, passive_force
 from pamsim.muscles.tension import Threshold
 from pamsim.pneumatics.chamber import Chamber, absolute_pressure, air_state_rate
+from pamsim.pneumatics.orifice import mass_flow
 from pamsim.pneumatics.valves import (
+    ValvePair,
     clamped_opening,
+    past_dead_zone,
     pulsed_opening,
     regulated_opening,
     valve_flow,
@@ -31,6 +35,7 @@ from tests.unit.actuator.muscles import (
     FORCES,
     KINDS,
     LOOPS,
+    TIGHT,
     WIDTHS,
     charged,
     make,
@@ -128,19 +133,19 @@ def test_rates_are_the_laws_put_together(loop, command):
                 valve.regulator_dead_band,
             ),
         }[command]
+        orifice = valve.critical_ratio, valve.laminar_ratio, chamber.temperature
+        leak = mass_flow(p_abs, chamber.atmosphere, chamber.leak_conductance, *orifice)
         flow = valve_flow(
-            opening,
+            past_dead_zone(opening, valve.dead_zone),
             p_abs,
             valve.supply_pressure + chamber.atmosphere,
             chamber.atmosphere,
             valve.conductance_fill,
             valve.conductance_exhaust,
-            valve.critical_ratio,
-            valve.laminar_ratio,
-            chamber.temperature,
+            *orifice,
         )
         expected = [0.0] * len(act)
-        expected[-1] = air_state_rate(act[-1], p_abs, room, chamber.temperature, flow)
+        expected[-1] = air_state_rate(act[-1], p_abs, room, chamber.temperature, flow - leak)
         pulled = muscle.chain.compliance * composed_tension(muscle, act, tendon)
         expected[-2] = (pulled - EXTENSION) / muscle.chain.relaxation_time
         if muscle.hysteresis is not None:
@@ -151,8 +156,8 @@ def test_rates_are_the_laws_put_together(loop, command):
 
 
 def test_commands_mean_what_the_row_says():
-    rows = {command: pack(make(command=command)).tolist() for command in COMMANDS}
-    valve = make().valve
+    valve = dataclasses.replace(make().valve, dead_zone=0.0)
+    rows = {command: pack(make(command=command, valve=valve)).tolist() for command in COMMANDS}
     half, late = 0.4 * valve.pulse_period, 0.6 * valve.pulse_period
     assert kernel.valve_opening(rows["valve"], 1.7, 1e5, half) == 1.0
     assert kernel.valve_opening(rows["valve"], -0.5, 1e5, half) == -0.5
@@ -189,7 +194,7 @@ def test_charging_and_reading_the_pressure_invert_each_other():
 
 
 def test_shut_valves_leave_the_air_state_alone_at_any_motion():
-    muscle = make()
+    muscle = make(chamber=TIGHT)
     for tendon, pressure, _ in CASES:
         assert rates(muscle, charged(muscle, tendon, pressure), tendon, 3.0, 0.0)[-1] == 0.0
 
@@ -221,7 +226,7 @@ def test_an_extended_braid_pulls_like_one_made_longer(law):
 
 def test_muscle_pulls_less_while_it_shortens_and_a_cycle_costs_work():
     """The loop's sign: at one length the shortening muscle is the weaker one."""
-    muscle = make(loop="bouc_wen", chain=Chain())  # a chain's give would cost work as well
+    muscle = make(loop="bouc_wen", chain=Chain(), chamber=TIGHT)  # both would cost work as well
     row, steps = pack(muscle).tolist(), 4000
     phase = 2.0 * math.pi * np.arange(2 * steps + 1) / steps
     tendons, velocities = 0.18 + 0.01 * np.sin(phase), 0.01 * np.cos(phase)
@@ -257,6 +262,11 @@ def traces(muscle: Muscle) -> list[list[str]]:
 
 
 RIGID_BRAID = Braid(nominal_length=0.25, diameter=0.02, fibre_angle=0.5)
+GIVEN_CHAMBER = {
+    name: getattr(make().chamber, name) for name, _ in specs(Chamber) if name != "leak_conductance"
+}
+GIVEN_VALVE = {name: getattr(make().valve, name) for name, _ in specs(ValvePair)}
+del GIVEN_VALVE["dead_zone"]
 OFF = {
     "passive": (
         PassiveSpring(),
@@ -265,6 +275,8 @@ OFF = {
     "threshold": (Threshold(), Threshold(pressure=0.0)),
     "chain": (Chain(), Chain(relaxation_time=3.0)),
     "braid": (RIGID_BRAID, dataclasses.replace(RIGID_BRAID, extensibility=0.0)),
+    "chamber": (Chamber(**GIVEN_CHAMBER), Chamber(**GIVEN_CHAMBER, leak_conductance=0.0)),
+    "valve": (ValvePair(**GIVEN_VALVE), ValvePair(**GIVEN_VALVE, dead_zone=0.0)),
 }
 """Effect -> the group that a rig gets which does not state it, and one of no size."""
 NO_WIDTH = dict.fromkeys(WIDTHS, 0.0)
