@@ -49,6 +49,19 @@ class ValvePair(ParameterGroup):
     dead_zone: float = parameter(
         unit="1", low=0.0, high=0.9, doc="opening up to which a valve stays shut", default=0.0
     )
+    supply_resistance: float = parameter(
+        unit="Pa*s/kg",
+        low=0.0,
+        high=1e11,
+        doc="fall of the supply's pressure per mass flow that this muscle draws",
+        default=0.0,
+    )
+    line_lag: float = parameter(
+        unit="s", low=0.0, high=10.0, doc="time constant from command to valve", default=0.0
+    )
+    delay: float = parameter(
+        unit="s", low=0.0, high=1.0, doc="dead time of the command; in simulate only", default=0.0
+    )
 
 
 def clamped_opening(command: float) -> float:
@@ -102,6 +115,21 @@ def regulated_opening(set_point: float, pressure: float, band: float, dead_band:
     if error < -dead_band:
         return clamped_opening((error + dead_band) / band)
     return 0.0 * error  # not a plain 0: a NaN error must not shut the valve silently
+
+
+def line_rate(command: float, carried: float, lag: float, timestep: float) -> float:
+    """Rate of a command on a line that follows with a first-order lag, over an Euler step.
+
+    Args:
+        command: at the line's one end, held during the step [any unit].
+        carried: at its other end, in the same unit.
+        lag: time constant [s].
+        timestep: [s].
+
+    Returns:
+        Rate, in that unit per second, that takes ``carried`` in one step to where it is exactly.
+    """
+    return (command - carried) * -math.expm1(-timestep / lag) / timestep
 
 
 def past_dead_zone(opening: float, dead_zone: float) -> float:

@@ -9,17 +9,16 @@ import pytest
 from scipy.integrate import solve_ivp
 
 from pamsim.actuator import kernel
-from pamsim.actuator.chain import Chain
 from pamsim.actuator.layout import pack
 from pamsim.pneumatics.air import GAS_CONSTANT, REFERENCE_DENSITY, REFERENCE_TEMPERATURE
-from tests.unit.actuator.muscles import charged, make
+from tests.unit.actuator.muscles import LASTING, PLAIN_VALVE, charged, make
 
 TENDON = 0.19
 LEAK = 5e-11
 
 
 def leaking(conductance: float = LEAK, index: float = 1.0):
-    base = make(chain=Chain())
+    base = make(**LASTING, valve=PLAIN_VALVE)
     chamber = dataclasses.replace(
         base.chamber, polytropic_index=index, leak_conductance=conductance
     )
