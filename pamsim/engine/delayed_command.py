@@ -2,13 +2,14 @@
 
 MuJoCo delays the control of its own actuator types only: a callback sees it as it was set. So the
 delay is in the commands that a simulated experiment sets, and in no loop of ``mj_step`` of one's
-own.
+own. A command that arrives within a time step divides it in two, so that what follows depends
+smoothly on the delay.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from itertools import pairwise
 from typing import TypeAlias
 
@@ -16,19 +17,20 @@ import numpy as np
 from numpy.typing import NDArray
 
 FloatArray: TypeAlias = NDArray[np.float64]
+Stretch: TypeAlias = tuple[FloatArray, float, int]
+"""Command (m,), length of a time step [s], number of such steps."""
+
+_ALIKE = 1e-6  # of a time step: what is closer to its end is taken to be at it
 
 
-def delayed_commands(
+def arriving_commands(
     commands: FloatArray,
     before: Sequence[float],
     delays: Sequence[float],
     timestep: float,
     steps: int,
-) -> FloatArray:
-    """Mean over every time step of the command as it arrives.
-
-    The mean keeps what an edge inside a step does to the air to first order, so that a simulation
-    depends smoothly on a delay that is no whole number of steps.
+) -> list[list[Stretch]]:
+    """What the valves are told in each sample, in stretches of equal time steps.
 
     Args:
         commands: (n, m) held over each sample.
@@ -38,27 +40,42 @@ def delayed_commands(
         steps: time steps per sample.
 
     Returns:
-        (n, steps, m), in the unit of the commands.
+        (n,) stretches of each sample, in order; their lengths add up to the sample's.
     """
-    table = np.repeat(commands, steps, axis=0)
-    late = np.empty_like(table)
-    for column, (delay, first) in enumerate(zip(delays, before, strict=True)):
-        whole = math.floor(delay / timestep + 1e-9)
-        rest = max(delay / timestep - whole, 0.0)
-        told = np.concatenate([np.full(whole + 1, first), table[:, column]])
-        arrived, earlier = told[1 : len(table) + 1], told[: len(table)]
-        late[:, column] = arrived + rest * (earlier - arrived)
-    return late.reshape(len(commands), steps, -1)
+    edges: list[list[tuple[float, int, float]]] = [[] for _ in commands]
+    for muscle, (delay, first) in enumerate(zip(delays, before, strict=True)):
+        told = np.concatenate([[first], commands[:, muscle]])
+        for sample in np.flatnonzero(np.diff(told)).tolist():
+            late = delay / timestep
+            if abs(late - round(late)) < _ALIKE:
+                late = float(round(late))
+            at, offset = divmod(sample * steps + late, steps)
+            if at < len(commands):
+                edges[int(at)].append((offset, muscle, float(told[sample + 1])))
+    row, plan = np.array(before, dtype=float), []
+    for arriving in edges:
+        plan.append(_stretches(row, sorted(arriving), timestep, steps))
+        for _, muscle, value in sorted(arriving):
+            row = row.copy()
+            row[muscle] = value
+    return plan
 
 
-def stretches(rows: FloatArray) -> Iterator[tuple[FloatArray, int]]:
-    """Yield each row with the number of times it repeats in a sequence, in order.
-
-    Args:
-        rows: (k, m).
-    """
-    edges = np.flatnonzero(np.any(rows[1:] != rows[:-1], axis=1)) + 1
-    ends = [0, *edges.tolist(), len(rows)]
-    for first, last in pairwise(ends):
-        if last > first:
-            yield rows[first], last - first
+def _stretches(
+    row: FloatArray, arriving: list[tuple[float, int, float]], timestep: float, steps: int
+) -> list[Stretch]:
+    found: list[Stretch] = []
+    points = sorted({*map(float, range(steps + 1)), *(offset for offset, _, _ in arriving)})
+    for begin, end in pairwise(points):
+        now = row.copy()
+        for offset, muscle, value in arriving:
+            if offset <= begin:
+                now[muscle] = value
+        # A whole step is the time step itself, not what a difference has made of it.
+        whole = begin == math.floor(begin) and end == begin + 1.0
+        length = timestep if whole else (end - begin) * timestep
+        if found and found[-1][1] == length and np.array_equal(found[-1][0], now):
+            found[-1] = (now, length, found[-1][2] + 1)
+        else:
+            found.append((now, length, 1))
+    return found

@@ -14,7 +14,7 @@ from pamsim.core.experiment import Experiment
 from pamsim.core.recording import Outcome, Recording
 from pamsim.engine.callback import live
 from pamsim.engine.chamber_trace import gauge_pressures, tensions
-from pamsim.engine.delayed_command import delayed_commands, stretches
+from pamsim.engine.delayed_command import Stretch, arriving_commands
 from pamsim.engine.rig import Rig, set_command
 from pamsim.engine.state import reset, restore_state, save_state, settled
 from pamsim.engine.step_check import check_timestep
@@ -204,9 +204,10 @@ def record(run: Run, data: mujoco.MjData, *, backend: str = "compiled") -> Recor
     model, experiment = run.model, run.experiment
     relative = np.arange(run.samples) / experiment.sample_rate
     expected = data.time + relative
-    slack = 0.5 * model.opt.timestep
+    timestep = float(model.opt.timestep)
+    slack = 0.5 * timestep
     commands = experiment.command_at(relative)
-    arriving = _arriving(run, commands)
+    plan = _arriving(run, commands)
     final_state = save_state(model, data)
     trace = empty_trace(model, run.samples)
     # Views of the engine's arrays: each look-up of one costs as much as reading it.
@@ -224,7 +225,11 @@ def record(run: Run, data: mujoco.MjData, *, backend: str = "compiled") -> Recor
             looked = k + 1
             if broken is not None:
                 break
-        ctrl[:] = commands[k] if arriving is None else arriving[k, 0]
+        later: list[Stretch] = []
+        if plan is None:
+            ctrl[:], count = commands[k], run.steps
+        else:
+            (ctrl[:], model.opt.timestep, count), *later = plan[k]
         if k < last:
             mujoco.mj_step(model, data)
         else:
@@ -233,13 +238,13 @@ def record(run: Run, data: mujoco.MjData, *, backend: str = "compiled") -> Recor
         # Tendon lengths and forces are of the instant the step started from.
         trace.length[k] = length
         trace.force[k] = force
-        if k < last and run.steps > 1:
-            if arriving is None:
-                mujoco.mj_step(model, data, run.steps - 1)
-            else:
-                for row, count in stretches(arriving[k, 1:]):
-                    ctrl[:] = row
-                    mujoco.mj_step(model, data, count)
+        if k < last:
+            if count > 1:
+                mujoco.mj_step(model, data, count - 1)
+            for row, model.opt.timestep, count in later:
+                ctrl[:] = row
+                mujoco.mj_step(model, data, count)
+    model.opt.timestep = timestep
     outcome, message, recorded = Outcome.COMPLETED, "ran to the end", run.samples
     if broken is not None:
         recorded, outcome, reason = broken
@@ -265,17 +270,17 @@ def record(run: Run, data: mujoco.MjData, *, backend: str = "compiled") -> Recor
         meta={
             "rig": run.rig.name,
             "experiment": experiment.name,
-            "timestep_s": float(model.opt.timestep),
+            "timestep_s": timestep,
             "sample_hz": experiment.sample_rate,
             "mujoco": mujoco.__version__,
         },
     )
 
 
-def _arriving(run: Run, commands: NDArray[np.float64]) -> NDArray[np.float64] | None:
-    """Command at the valves in every time step (n, steps, m); None if it is there at once."""
+def _arriving(run: Run, commands: NDArray[np.float64]) -> list[list[Stretch]] | None:
+    """What the valves are told in each sample; None if it is what was commanded there."""
     delays, start = _delays(run.rig), run.experiment.start_pressure
     if not any(delays):
         return None
     before = start.tolist() if run.experiment.command == "pressure" else [0.0] * len(start)
-    return delayed_commands(commands, before, delays, run.model.opt.timestep, run.steps)
+    return arriving_commands(commands, before, delays, float(run.model.opt.timestep), run.steps)
