@@ -12,14 +12,22 @@ import math
 
 from pamsim.actuator.active_force import active_force
 from pamsim.actuator.chain import extension_rate
+from pamsim.actuator.friction import stribeck_friction
 from pamsim.actuator.hysteresis_loop import loop_force, loop_rates
-from pamsim.actuator.layout import MutableRow, Row, slot
+from pamsim.actuator.layout import AIR, CREEP, EXTENSION, LINE, PLAY, MutableRow, Row, slot
+from pamsim.hysteresis.play import play
 from pamsim.muscles.braid import pressurised_contraction, volume
+from pamsim.muscles.creep import creep_force, creep_rate
+from pamsim.muscles.end_shape import force_left
 from pamsim.muscles.passive import passive_force
 from pamsim.muscles.tension import effective_pressure, taut
 from pamsim.pneumatics.chamber import absolute_pressure, air_state, air_state_rate
+from pamsim.pneumatics.orifice import mass_flow
+from pamsim.pneumatics.supply import drawn_flow
 from pamsim.pneumatics.valves import (
     clamped_opening,
+    line_rate,
+    past_dead_zone,
     pulsed_opening,
     regulated_opening,
     valve_flow,
@@ -28,6 +36,9 @@ from pamsim.pneumatics.valves import (
 _COMMAND = slot("command")
 _COMPLIANCE = slot("chain.compliance")
 _RELAXATION = slot("chain.relaxation_time")
+_BACKLASH = slot("chain.backlash")
+_STRIBECK_FORCE = slot("friction.stribeck_force")
+_STRIBECK_VELOCITY = slot("friction.stribeck_velocity")
 _LENGTH_AT_ZERO = slot("mounting.length_at_zero")
 _NOMINAL_LENGTH = slot("braid.nominal_length")
 _DIAMETER = slot("braid.diameter")
@@ -38,26 +49,42 @@ _PASSIVE_SOFTENING = slot("passive.softening")
 _PASSIVE_SLACK = slot("passive.slack_contraction")
 _PASSIVE_LOCKING = slot("passive.locking")
 _THRESHOLD = slot("threshold.pressure")
+_END_LOSS = slot("end_shape.loss")
+_END_ONSET = slot("end_shape.onset")
+_CREEP_STIFFNESS = slot("creep.stiffness")
+_CREEP_TIME = slot("creep.relaxation_time")
 _POLYTROPIC = slot("chamber.polytropic_index")
 _TEMPERATURE = slot("chamber.temperature")
 _DEAD_VOLUME = slot("chamber.dead_volume")
 _ATMOSPHERE = slot("chamber.atmosphere")
 _FLOOR = slot("chamber.floor")
+_LEAK = slot("chamber.leak_conductance")
 _FILL = slot("valve.conductance_fill")
 _EXHAUST = slot("valve.conductance_exhaust")
 _CRITICAL = slot("valve.critical_ratio")
 _LAMINAR = slot("valve.laminar_ratio")
 _SUPPLY = slot("valve.supply_pressure")
+_RESISTANCE = slot("valve.supply_resistance")
+_LINE_LAG = slot("valve.line_lag")
 _PULSE_PERIOD = slot("valve.pulse_period")
 _BAND = slot("valve.regulator_band")
 _DEAD_BAND = slot("valve.regulator_dead_band")
+_DEAD_ZONE = slot("valve.dead_zone")
+
+
+def past_play(par: Row, act: Row, tendon_length: float) -> float:
+    """Length of the chain [m], which follows that of the tendon with the sprocket's play."""
+    if par[_BACKLASH] == 0.0:
+        return tendon_length
+    return play(tendon_length, act[len(act) - PLAY], 0.5 * par[_BACKLASH])
 
 
 def taken_up(par: Row, act: Row, tendon_length: float) -> float:
-    """Length of the tendon less the extension of its chain [m]: what the muscle is left with."""
+    """Length of the tendon less play and extension of its chain [m]: what the muscle is left."""
+    length = past_play(par, act, tendon_length)
     if par[_COMPLIANCE] == 0.0:
-        return tendon_length
-    return tendon_length - act[len(act) - 2]
+        return length
+    return length - act[len(act) - EXTENSION]
 
 
 def muscle_length(par: Row, tendon_length: float) -> float:
@@ -84,7 +111,7 @@ def chamber_pressure(par: Row, act: Row, tendon_length: float) -> float:
     without volume is stretched beyond its fibres: both give NaN, so that the run stops there and
     not at a plausible wrong number.
     """
-    air = act[len(act) - 1]
+    air = act[len(act) - AIR]
     inside = chamber_volume(par, taken_up(par, act, tendon_length))
     if not (air > 0.0 and inside > 0.0):
         return math.nan
@@ -103,6 +130,36 @@ def charged_air_state(par: Row, tendon_length: float, pressure: float) -> float:
     )
 
 
+def rest(par: Row, act: MutableRow, tendon_length: float, pressure: float) -> None:
+    """Write the states of a muscle that has long been at rest.
+
+    Args:
+        par: (SIZE,) parameter row.
+        act: (n,) written: the operator and the chain free of memory and force, the creep relaxed,
+            the command's line carrying what keeps the valves shut.
+        tendon_length: [m].
+        pressure: gauge pressure [Pa].
+    """
+    for i in range(len(act)):
+        act[i] = 0.0
+    act[len(act) - PLAY] = tendon_length
+    act[len(act) - AIR] = charged_air_state(par, tendon_length, pressure)
+    quieten(par, act, tendon_length, pressure)
+
+
+def quieten(par: Row, act: MutableRow, tendon_length: float, pressure: float) -> None:
+    """Relax the creep and let the command's line carry what keeps the valves shut.
+
+    Args:
+        par: (SIZE,) parameter row.
+        act: (n,) states, of which these two are written.
+        tendon_length: [m].
+        pressure: gauge pressure [Pa].
+    """
+    act[len(act) - CREEP] = contraction(par, taken_up(par, act, tendon_length))
+    act[len(act) - LINE] = pressure if par[_COMMAND] == 2.0 else 0.0
+
+
 def static_force(par: Row, tendon_length: float, pressure: float) -> float:
     """Signed muscle force without hysteresis [N] at a gauge pressure [Pa]."""
     above = effective_pressure(pressure, 0.0)
@@ -117,20 +174,35 @@ def static_force(par: Row, tendon_length: float, pressure: float) -> float:
         par[_PASSIVE_SLACK],
         par[_PASSIVE_LOCKING],
     )
-    return active_force(par, felt, kappa) + passive
+    active = active_force(par, felt, kappa)
+    if par[_END_LOSS] > 0.0 and active > 0.0:
+        active *= force_left(kappa, par[_END_LOSS], par[_END_ONSET])
+    return active + passive
 
 
 def tension(par: Row, act: Row, tendon_length: float) -> float:
     """Tension of the muscle [N], never negative; NaN if the chamber was never charged."""
     pressure = gauge_pressure(par, act, tendon_length)
     length = taken_up(par, act, tendon_length)
+    kappa = contraction(par, length)
     force = static_force(par, length, pressure)
     above = effective_pressure(pressure, 0.0)
-    return taut(force - loop_force(par, act, contraction(par, length), above, force))
+    pull = force - loop_force(par, act, kappa, above, force)
+    if par[_CREEP_STIFFNESS] > 0.0:
+        pull -= creep_force(kappa, act[len(act) - CREEP], par[_CREEP_STIFFNESS])
+    return taut(pull)
+
+
+def tendon_force(par: Row, act: Row, tendon_length: float, tendon_velocity: float) -> float:
+    """Force against the tendon's lengthening [N]: the muscle's tension and friction."""
+    pull = tension(par, act, tendon_length)
+    if par[_STRIBECK_FORCE] == 0.0:
+        return pull
+    return pull + stribeck_friction(tendon_velocity, par[_STRIBECK_FORCE], par[_STRIBECK_VELOCITY])
 
 
 def valve_opening(par: Row, command: float, pressure: float, time: float) -> float:
-    """Signed opening of the valve pair that a command means, in [-1, 1].
+    """Signed opening of the valve pair that a command means, dead zone passed, in [-1, 1].
 
     Args:
         par: parameter row.
@@ -139,25 +211,46 @@ def valve_opening(par: Row, command: float, pressure: float, time: float) -> flo
         time: [s].
     """
     if par[_COMMAND] == 0.0:
-        return clamped_opening(command)
-    if par[_COMMAND] == 1.0:
-        return pulsed_opening(command, time, par[_PULSE_PERIOD])
-    return regulated_opening(command, pressure, par[_BAND], par[_DEAD_BAND])
+        opening = clamped_opening(command)
+    elif par[_COMMAND] == 1.0:
+        opening = pulsed_opening(command, time, par[_PULSE_PERIOD])
+    else:
+        opening = regulated_opening(command, pressure, par[_BAND], par[_DEAD_BAND])
+    if par[_DEAD_ZONE] == 0.0:
+        return opening
+    return past_dead_zone(opening, par[_DEAD_ZONE])
 
 
 def air_flow(par: Row, pressure_abs: float, command: float, time: float) -> float:
-    """Mass flow into the chamber [kg/s] at an absolute pressure [Pa] in it."""
+    """Mass flow into the chamber [kg/s] at an absolute pressure [Pa] in it, less what leaks out."""
     atmosphere = par[_ATMOSPHERE]
-    return valve_flow(
-        valve_opening(par, command, pressure_abs - atmosphere, time),
-        pressure_abs,
-        par[_SUPPLY] + atmosphere,
-        atmosphere,
-        par[_FILL],
-        par[_EXHAUST],
-        par[_CRITICAL],
-        par[_LAMINAR],
-        par[_TEMPERATURE],
+    opening = valve_opening(par, command, pressure_abs - atmosphere, time)
+    if par[_RESISTANCE] > 0.0 and opening > 0.0:
+        flow = drawn_flow(
+            par[_SUPPLY] + atmosphere,
+            par[_RESISTANCE],
+            pressure_abs,
+            opening * par[_FILL],
+            par[_CRITICAL],
+            par[_LAMINAR],
+            par[_TEMPERATURE],
+        )
+    else:
+        flow = valve_flow(
+            opening,
+            pressure_abs,
+            par[_SUPPLY] + atmosphere,
+            atmosphere,
+            par[_FILL],
+            par[_EXHAUST],
+            par[_CRITICAL],
+            par[_LAMINAR],
+            par[_TEMPERATURE],
+        )
+    if par[_LEAK] == 0.0:
+        return flow
+    return flow - mass_flow(
+        pressure_abs, atmosphere, par[_LEAK], par[_CRITICAL], par[_LAMINAR], par[_TEMPERATURE]
     )
 
 
@@ -175,7 +268,7 @@ def state_rates(
 
     Args:
         par: (SIZE,) parameter row.
-        act: (n,) states: the operator's, the chain's extension, the air state.
+        act: (n,) states in the order of `pamsim.actuator.layout`.
         rates: (n,) written: their rates [1/s].
         tendon_length: [m].
         tendon_velocity: [m/s].
@@ -184,28 +277,36 @@ def state_rates(
         timestep: [s]; an operator that steps from turning point to turning point writes the rate
             that takes it to its next memory in one Euler step of this length.
     """
-    last = len(act) - 1
+    count = len(act)
     pressure_abs = chamber_pressure(par, act, tendon_length)
     length = taken_up(par, act, tendon_length)
     velocity = tendon_velocity
-    rates[last - 1] = 0.0
+    rates[count - PLAY] = 0.0
+    if par[_BACKLASH] > 0.0:
+        held = act[count - PLAY]
+        velocity = (past_play(par, act, tendon_length) - held) / timestep
+        rates[count - PLAY] = velocity
+    rates[count - EXTENSION] = 0.0
     if par[_COMPLIANCE] > 0.0:
         pull = tension(par, act, tendon_length)
-        extending = extension_rate(act[last - 1], pull, par[_COMPLIANCE], par[_RELAXATION])
-        rates[last - 1] = extending
-        velocity = tendon_velocity - extending
-    loop_rates(
-        par,
-        act,
-        rates,
-        contraction(par, length),
-        -velocity / par[_NOMINAL_LENGTH],
-        timestep,
-    )
-    rates[last] = air_state_rate(
-        act[last],
+        extending = extension_rate(act[count - EXTENSION], pull, par[_COMPLIANCE], par[_RELAXATION])
+        rates[count - EXTENSION] = extending
+        velocity = velocity - extending
+    kappa = contraction(par, length)
+    loop_rates(par, act, rates, kappa, -velocity / par[_NOMINAL_LENGTH], timestep)
+    rates[count - CREEP] = 0.0
+    if par[_CREEP_STIFFNESS] > 0.0:
+        rates[count - CREEP] = creep_rate(kappa, act[count - CREEP], par[_CREEP_TIME], timestep)
+    rates[count - LINE] = 0.0
+    seen = command
+    if par[_LINE_LAG] > 0.0:
+        seen = act[count - LINE]
+        sent = command if par[_COMMAND] == 2.0 else clamped_opening(command)
+        rates[count - LINE] = line_rate(sent, seen, par[_LINE_LAG], timestep)
+    rates[count - AIR] = air_state_rate(
+        act[count - AIR],
         pressure_abs,
         chamber_volume(par, length),
         par[_TEMPERATURE],
-        air_flow(par, pressure_abs, command, time),
+        air_flow(par, pressure_abs, seen, time),
     )

@@ -4,8 +4,10 @@ All parameters live in the model and all memory in the state, so a saved model a
 replay bit for bit, and a batch can give every simulation its own parameters.
 
 ``actuator_user`` row: signature, codes of the chosen laws, then every group's fields in their
-declared order. ``act`` of one actuator: the hysteresis operator's states, the extension of the
-chain, the air state y.
+declared order. ``act`` of one actuator: the hysteresis operator's states, then one each for what
+the command's line carries, the creep, the chain's play, the chain's extension, and the air state y.
+They are there whether their effects are or not, so that any effect can be added to a model that is
+compiled.
 """
 
 from __future__ import annotations
@@ -34,6 +36,9 @@ _Choice = TypeVar("_Choice")
 
 SIGNATURE = 7240.288
 """Marks a row as a pamsim muscle: a number that no other actuator carries by chance."""
+
+LINE, CREEP, PLAY, EXTENSION, AIR = 5, 4, 3, 2, 1
+"""Where the states that every muscle has lie in its ``act``, counted from its end."""
 
 _FORCE_SLOTS = max(len(list(specs(law))) for law in FORCE_GROUPS)
 _HYSTERESIS_SLOTS = max(len(list(specs(law))) for law in HYSTERESIS_GROUPS if law)
@@ -79,8 +84,8 @@ def parameter_slot(muscle: Muscle, name: str) -> int:
 
 
 def state_size(muscle: Muscle) -> int:
-    """Number of states of one muscle: its hysteresis operator's, the chain's and the air's."""
-    return (muscle.hysteresis.state_count if muscle.hysteresis else 0) + 2
+    """Number of states of one muscle: its hysteresis operator's and those that all have."""
+    return (muscle.hysteresis.state_count if muscle.hysteresis else 0) + LINE
 
 
 def pack(muscle: Muscle) -> NDArray[np.float64]:

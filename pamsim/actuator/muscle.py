@@ -6,12 +6,15 @@ from dataclasses import dataclass, field
 from typing import ClassVar
 
 from pamsim.actuator.chain import Chain
+from pamsim.actuator.friction import Friction
 from pamsim.core.errors import InputError, nearest
 from pamsim.core.parameters import ParameterGroup, parameter
 from pamsim.hysteresis.catalog import OPERATORS
 from pamsim.hysteresis.group import Hysteresis
 from pamsim.muscles.braid import Braid
 from pamsim.muscles.catalog import FORCE_LAWS
+from pamsim.muscles.creep import Creep
+from pamsim.muscles.end_shape import EndShape
 from pamsim.muscles.passive import PassiveSpring
 from pamsim.muscles.tension import Threshold
 from pamsim.pneumatics.chamber import Chamber
@@ -49,9 +52,12 @@ PLAIN_GROUPS: tuple[type[ParameterGroup], ...] = (
     Braid,
     PassiveSpring,
     Threshold,
+    EndShape,
+    Creep,
     Chamber,
     ValvePair,
     Chain,
+    Friction,
 )
 """The groups every muscle has exactly one kind of."""
 
@@ -66,10 +72,13 @@ class Muscle:
         force: group of the active force law, one of `FORCE_GROUPS`.
         passive: passive spring beside it.
         threshold: pressure lost before the braid is reached.
+        end_shape: active force lost at high contraction.
+        creep: relaxing element beside the muscle.
         hysteresis: group of the operator on the force, or None.
         chamber: polytropic air.
         valve: fill and exhaust valves.
         chain: what the muscle pulls through.
+        friction: along its tendon.
         command: what the control means, one of `COMMANDS`.
     """
 
@@ -80,7 +89,10 @@ class Muscle:
     valve: ValvePair
     passive: PassiveSpring = field(default_factory=PassiveSpring)
     threshold: Threshold = field(default_factory=Threshold)
+    end_shape: EndShape = field(default_factory=EndShape)
+    creep: Creep = field(default_factory=Creep)
     chain: Chain = field(default_factory=Chain)
+    friction: Friction = field(default_factory=Friction)
     hysteresis: Hysteresis | None = None
     command: str = "valve"
 

@@ -13,7 +13,8 @@ def regulator_time_constant(muscle: Muscle) -> float:
 
     Inside the band the opening is the error over the band, so the pressure follows a lag whose
     time constant is the band over the pressure's rate at full opening. The rate is taken where it
-    is largest: choked flow from the supply into a muscle at nominal length.
+    is largest: choked flow from the supply into a muscle at nominal length. A dead zone of the
+    valves leaves the more slope to the rest of the band.
 
     Args:
         muscle: braid, chamber and valves count.
@@ -32,4 +33,5 @@ def regulator_time_constant(muscle: Muscle) -> float:
         chamber.temperature,
     )
     rate = chamber.polytropic_index * GAS_CONSTANT * chamber.temperature * flow
-    return valve.regulator_band * (inside + chamber.dead_volume) / max(rate, 1e-300)
+    band = valve.regulator_band * (1.0 - valve.dead_zone)
+    return band * (inside + chamber.dead_volume) / max(rate, 1e-300)

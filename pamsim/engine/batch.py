@@ -23,7 +23,7 @@ from pamsim.core.recording import Recording
 from pamsim.engine.callback import live
 from pamsim.engine.rig import Rig
 from pamsim.engine.simulate import Run, prepare, record, settle
-from pamsim.engine.state import restore_state, save_state
+from pamsim.engine.state import restore_state, save_state, settled
 
 _Key: TypeAlias = tuple[int, float, tuple[float, ...], float]
 
@@ -89,5 +89,6 @@ def _settled(run: Run) -> _Rest:
 def _recorded(run: Run, rest: _Rest) -> Recording:
     data = mujoco.MjData(run.model)
     restore_state(run.model, data, rest.state)
+    settled(run.model, data, run.experiment.start_pressure.tolist())  # under the run's own command
     data.warning.number[:] = rest.warnings
     return record(run, data)

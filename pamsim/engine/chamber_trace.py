@@ -1,17 +1,20 @@
-"""Gauge pressures along a run, from the recorded states and tendon lengths."""
+"""Gauge pressures and tensions along a run, from the recorded states and tendon lengths."""
 
 from __future__ import annotations
 
 import functools
 from collections.abc import Callable
-from typing import Any
+from typing import Any, TypeAlias
 
 import mujoco
 import numpy as np
 
-from pamsim.actuator.kernel import gauge_pressure
+from pamsim.actuator.kernel import gauge_pressure, tension
 from pamsim.engine.callback import muscle_ids
 from pamsim.engine.trace import FloatArray
+
+_Law: TypeAlias = Callable[..., float]
+_Along: TypeAlias = Callable[[FloatArray, FloatArray, FloatArray, FloatArray], None]
 
 
 def gauge_pressures(
@@ -28,37 +31,71 @@ def gauge_pressures(
     Returns:
         (n, m) [Pa], one column per muscle.
     """
-    along = _compiled() if backend == "compiled" else _interpreted
+    return _along(gauge_pressure, model, act, length, backend)
+
+
+def tensions(
+    model: mujoco.MjModel, act: FloatArray, length: FloatArray, *, backend: str
+) -> FloatArray:
+    """Tensions of all muscles at every sample.
+
+    Args:
+        model: a model with pamsim muscles.
+        act: (n, na) states.
+        length: (n, m) lengths of the actuators' tendons [m].
+        backend: ``compiled`` or ``python``: which of the kernel's two forms is run.
+
+    Returns:
+        (n, m) [N], one column per muscle.
+    """
+    return _along(tension, model, act, length, backend)
+
+
+def _along(
+    law: _Law, model: mujoco.MjModel, act: FloatArray, length: FloatArray, backend: str
+) -> FloatArray:
+    along = _compiled(law) if backend == "compiled" else _interpreted(law)
     ids = muscle_ids(model)
-    pressure = np.empty((len(ids), len(act)))
-    for index, column in zip(ids, pressure, strict=True):
+    found = np.empty((len(ids), len(act)))
+    for index, column in zip(ids, found, strict=True):
         first = model.actuator_actadr[index]
         states = act[:, first : first + model.actuator_actnum[index]]
         lengths = length[:, model.actuator_outadr[index]]
         along(
             model.actuator_user[index].copy(), np.ascontiguousarray(states), lengths.copy(), column
         )
-    return pressure.T
+    return found.T
 
 
-def _interpreted(row: FloatArray, states: FloatArray, length: FloatArray, out: FloatArray) -> None:
-    par = row.tolist()
-    out[:] = [
-        gauge_pressure(par, a, at) for a, at in zip(states.tolist(), length.tolist(), strict=True)
-    ]
+def _interpreted(law: _Law) -> _Along:
+    def along(row: FloatArray, states: FloatArray, length: FloatArray, out: FloatArray) -> None:
+        par = row.tolist()
+        out[:] = [law(par, a, at) for a, at in zip(states.tolist(), length.tolist(), strict=True)]
+
+    return along
 
 
 @functools.cache
-def _compiled() -> Callable[[FloatArray, FloatArray, FloatArray, FloatArray], None]:
-    # Numba is imported by choice of backend. Of the functions the callbacks are made of, the one
-    # wanted here is among those they register with it.
+def _compiled(law: _Law) -> _Along:
+    # Numba is imported by choice of backend. Of the functions the callbacks are made of, those
+    # wanted here are among those they register with it.
     import numba
 
     from pamsim.engine import compiled
 
     compiled.compiled_callbacks()
-    key = compiled.fingerprint(compiled.reached_functions(gauge_pressure))
+    key = compiled.fingerprint(compiled.reached_functions(law))
     mark: Any = compiled._keyed_by
+
+    if law is tension:
+
+        @numba.njit(cache=True, nogil=True, error_model="numpy")
+        def pulls(row, states, length, out):
+            mark(key)
+            for k in range(length.size):
+                out[k] = tension(row, states[k], length[k])
+
+        return pulls
 
     @numba.njit(cache=True, nogil=True, error_model="numpy")
     def along(row, states, length, out):

@@ -21,7 +21,7 @@ from numba import types
 from numba.core import cgutils
 from numba.extending import intrinsic, register_jitable
 
-from pamsim.actuator.kernel import state_rates, tension
+from pamsim.actuator.kernel import state_rates, tendon_force
 from pamsim.actuator.layout import SIGNATURE, SIZE
 from pamsim.engine.structs import callback_offsets
 
@@ -175,7 +175,12 @@ def _compile(key: str, word: Mapping[str, int]) -> tuple[Any, Any, Any]:
         count = _entry(model[actnum], index)
         out = _entry(model[outadr], index)
         # The engine's force lengthens the tendon; a muscle shortens it.
-        return -tension(row, _doubles(data[act], first, count), _doubles(data[length], out, 1)[0])
+        return -tendon_force(
+            row,
+            _doubles(data[act], first, count),
+            _doubles(data[length], out, 1)[0],
+            _doubles(data[velocity], out, 1)[0],
+        )
 
     return dyn, gain, bias
 
@@ -188,7 +193,7 @@ def compiled_callbacks() -> Callbacks:
         ctypes function pointers for the three callbacks of a muscle actuator. They must stay
         referenced while installed, which this function's cache does.
     """
-    functions = reached_functions(state_rates, tension)
+    functions = reached_functions(state_rates, tendon_force)
     for function in functions:
         register_jitable(function)
     word = {name: offset // _POINTER_SIZE for name, offset in callback_offsets().items()}

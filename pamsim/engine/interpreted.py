@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import mujoco
 
-from pamsim.actuator.kernel import state_rates, tension
+from pamsim.actuator.kernel import state_rates, tendon_force
 from pamsim.actuator.layout import is_muscle
 
 
@@ -35,12 +35,17 @@ def gain(model: mujoco.MjModel, data: mujoco.MjData, index: int) -> float:
 
 
 def bias(model: mujoco.MjModel, data: mujoco.MjData, index: int) -> float:
-    """``mjcb_act_bias``: minus the tension, since the engine's force lengthens the tendon."""
+    """``mjcb_act_bias``: minus the force, since the engine's lengthens the tendon."""
     row = model.actuator_user[index]
     if not is_muscle(row):
         return 0.0
-    act = data.act[_states(model, index)].tolist()
-    return -tension(row.tolist(), act, float(data.actuator_length[model.actuator_outadr[index]]))
+    out = model.actuator_outadr[index]
+    return -tendon_force(
+        row.tolist(),
+        data.act[_states(model, index)].tolist(),
+        float(data.actuator_length[out]),
+        float(data.actuator_velocity[out]),
+    )
 
 
 def _states(model: mujoco.MjModel, index: int) -> slice:

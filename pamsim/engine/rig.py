@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import copy
+import dataclasses
 import os
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -20,6 +21,8 @@ from pamsim.engine.callback import set_integrator
 from pamsim.engine.native import is_native, native_si, set_native
 from pamsim.signals.sensors import MeasurementChain
 from pamsim.store.rig_file import RigFile, read_rig
+
+_SENSOR = f"{MeasurementChain.group}."
 
 _TIMESTEP = FieldSpec(
     unit="s", low=0.0, high=0.1, low_open=True, doc="valves and muscles change in milliseconds"
@@ -106,14 +109,19 @@ class Rig:
 
         Args:
             values: name -> value in SI. ``group.field`` sets all muscles, ``muscle:group.field``
-                one of them, and a native name such as ``joint.shaft.damping`` an MJCF field.
+                one of them, a native name such as ``joint.shaft.damping`` an MJCF field, and
+                ``sensor.field`` what `pamsim.signals.sensors` makes of a recording.
 
         Raises:
             InputError: for an unknown name.
             ParameterError: for a value out of range.
         """
         model = copy.copy(self.model)
+        sensing: dict[str, float] = {}
         for name, value in values.items():
+            if name.startswith(_SENSOR):
+                sensing[_sensor_field(name.removeprefix(_SENSOR))] = value
+                continue
             if is_native(name):
                 set_native(model, name, value)
                 continue
@@ -127,7 +135,10 @@ class Rig:
         muscles = {
             name: unpack(model.actuator_user[index]) for index, name in enumerate(self.muscles)
         }
-        return Rig(file=self.file, model=model, muscles=muscles, sensor=self.sensor)
+        sensor = self.sensor
+        if sensing:
+            sensor = dataclasses.replace(sensor or MeasurementChain(), **sensing)
+        return Rig(file=self.file, model=model, muscles=muscles, sensor=sensor)
 
 
 def load_rig(rig: str | os.PathLike[str], *, scene: bool = False) -> Rig:
@@ -196,6 +207,13 @@ def _sensor(file: RigFile) -> MeasurementChain | None:
                 f"{file.folder / 'params.toml'}: unknown sensor.{name}; {nearest(name, units)}"
             )
     return MeasurementChain(**{name: entry.si(units[name]) for name, entry in file.sensor.items()})
+
+
+def _sensor_field(name: str) -> str:
+    fields = [field for field, _ in specs(MeasurementChain)]
+    if name not in fields:
+        raise InputError(f"no parameter 'sensor.{name}'; {nearest(name, fields)}")
+    return name
 
 
 def _require(model: mujoco.MjModel, kind: Any, key: str, name: str, file: RigFile) -> None:

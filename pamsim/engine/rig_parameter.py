@@ -9,6 +9,7 @@ from pamsim.core.errors import InputError, nearest
 from pamsim.core.parameters import FieldSpec, ParameterGroup, Sourced, specs
 from pamsim.engine.native import is_native, native_field, native_value
 from pamsim.engine.rig import Rig
+from pamsim.signals.sensors import MeasurementChain
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -16,7 +17,7 @@ class RigParameter:
     """A parameter as `Rig.with_parameters` names it.
 
     Attributes:
-        name: ``group.field``, ``muscle:group.field`` or a native name.
+        name: ``group.field``, ``muscle:group.field``, ``sensor.field`` or a native name.
         value: of the first muscle it belongs to, or of the MJCF field [SI].
         spec: its unit and range.
         stated: its entry in ``params.toml``, or None where the value is a default or the MJCF's.
@@ -40,6 +41,17 @@ def rig_parameter(rig: Rig, name: str) -> RigParameter:
             value=native_value(rig.model, name),
             spec=native_field(name),
             stated=rig.file.native.get(name),
+        )
+    group, _, field = name.partition(".")
+    if group == MeasurementChain.group:
+        fields = dict(specs(MeasurementChain))
+        if field not in fields:
+            raise InputError(f"no parameter {name!r}; {nearest(field, fields)}")
+        return RigParameter(
+            name=name,
+            value=float(getattr(rig.sensor or MeasurementChain(), field)),
+            spec=fields[field],
+            stated=rig.file.sensor.get(field),
         )
     only, _, parameter = name.rpartition(":")
     if only and only not in rig.muscles:

@@ -8,14 +8,16 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
-from pamsim.actuator.regulation import regulator_time_constant
+from pamsim.actuator.layout import slot
 from pamsim.core.errors import InputError
 from pamsim.core.experiment import Experiment
 from pamsim.core.recording import Outcome, Recording
 from pamsim.engine.callback import live
-from pamsim.engine.chamber_trace import gauge_pressures
+from pamsim.engine.chamber_trace import gauge_pressures, tensions
+from pamsim.engine.delayed_command import Stretch, arriving_commands
 from pamsim.engine.rig import Rig, set_command
-from pamsim.engine.state import reset, restore_state, save_state
+from pamsim.engine.state import reset, restore_state, save_state, settled
+from pamsim.engine.step_check import check_timestep
 from pamsim.engine.trace import empty_trace, first_breakdown
 
 _LOOK_EVERY = 64
@@ -26,6 +28,8 @@ _REST_BLOCK = 0.1
 
 _REST = 1e-10
 """Largest relative change of a state over that time in a rig that counts as at rest."""
+
+_CREEP = slot("creep.stiffness")
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -60,7 +64,9 @@ def simulate(
 
     The rig first comes to rest at the start pressures (held by the set-point regulator whatever the
     experiment's command), then time starts. Every sample is taken before the step that leaves it,
-    so angle, pressure and tension belong to the same instant.
+    so angle, pressure and tension belong to the same instant. A muscle that creeps has crept to
+    its end by then. Commands reach the valves late by ``valve.delay``; the recording holds them as
+    told.
 
     Args:
         rig: see `pamsim.load_rig`.
@@ -69,7 +75,7 @@ def simulate(
         integrator: MJCF name such as ``implicitfast``; the rig's own if left out.
         backend: ``compiled`` or ``python``, see `pamsim.live`.
         from_state: ``final_state`` of an earlier recording to continue from instead of settling;
-            the rig must be the same. Time goes on from there.
+            the rig must be the same, without ``valve.delay``. Time goes on from there.
 
     Returns:
         The recording; if the run broke down, what was recorded before, with the outcome.
@@ -78,6 +84,11 @@ def simulate(
         InputError: if the experiment does not fit the rig or the time step.
         EngineError: if the rig's integrator cannot carry the muscles' memory.
     """
+    if from_state is not None and any(_delays(rig)):
+        raise InputError(
+            "a run with valve.delay cannot be continued: its state lacks the commands under way;"
+            " simulate the whole experiment at once"
+        )
     run = prepare(rig, experiment, timestep=timestep, integrator=integrator)
     data = mujoco.MjData(run.model)
     with live(run.model, backend=backend):
@@ -113,7 +124,7 @@ def prepare(
         timestep=timestep,
         integrator=integrator,
     )
-    _check_regulators(rig, model.opt.timestep)
+    check_timestep(model, rig.muscles)
     return Run(
         rig=rig,
         experiment=experiment,
@@ -139,25 +150,20 @@ def whole_steps(period: float, timestep: float) -> int:
     return steps
 
 
-def _check_regulators(rig: Rig, timestep: float) -> None:
-    # The regulators hold the start pressures in every experiment, whatever its command.
-    for name, muscle in rig.muscles.items():
-        limit = regulator_time_constant(muscle)
-        if timestep > limit:
-            raise InputError(
-                f"a time step of {timestep * 1e3:g} ms is longer than the {limit * 1e3:.2g} ms in"
-                f" which the pressure regulator of {name} settles; take a shorter step or a wider"
-                " valve.regulator_band"
-            )
+def _delays(rig: Rig) -> list[float]:
+    return [muscle.valve.delay for muscle in rig.muscles.values()]
 
 
 def settle(model: mujoco.MjModel, data: mujoco.MjData, experiment: Experiment) -> None:
     """Bring a live model to rest at the start pressures of an experiment and set time to 0.
 
-    It ends early once nothing moves any more, which a slow state such as creep prevents.
+    It ends early once nothing moves any more, which a slow operator prevents. Creep would, too;
+    but where it ends the relaxed element carries nothing, so that it is left out on the way.
     """
-    reset(model, data, experiment.start_pressure.tolist())
     set_command(model, "pressure")
+    reset(model, data, experiment.start_pressure.tolist())
+    creep = model.actuator_user[:, _CREEP].copy()
+    model.actuator_user[:, _CREEP] = 0.0
     data.ctrl[:] = experiment.start_pressure
     left = round(experiment.settle / model.opt.timestep)
     block = max(1, round(_REST_BLOCK / model.opt.timestep))
@@ -169,7 +175,9 @@ def settle(model: mujoco.MjModel, data: mujoco.MjData, experiment: Experiment) -
         if _at_rest(before, now, data.qvel):
             break
         before = now
+    model.actuator_user[:, _CREEP] = creep
     set_command(model, experiment.command)
+    settled(model, data, experiment.start_pressure.tolist())
     data.time = 0.0
 
 
@@ -196,8 +204,10 @@ def record(run: Run, data: mujoco.MjData, *, backend: str = "compiled") -> Recor
     model, experiment = run.model, run.experiment
     relative = np.arange(run.samples) / experiment.sample_rate
     expected = data.time + relative
-    slack = 0.5 * model.opt.timestep
+    timestep = float(model.opt.timestep)
+    slack = 0.5 * timestep
     commands = experiment.command_at(relative)
+    plan = _arriving(run, commands)
     final_state = save_state(model, data)
     trace = empty_trace(model, run.samples)
     # Views of the engine's arrays: each look-up of one costs as much as reading it.
@@ -215,7 +225,11 @@ def record(run: Run, data: mujoco.MjData, *, backend: str = "compiled") -> Recor
             looked = k + 1
             if broken is not None:
                 break
-        ctrl[:] = commands[k]
+        later: list[Stretch] = []
+        if plan is None:
+            ctrl[:], count = commands[k], run.steps
+        else:
+            (ctrl[:], model.opt.timestep, count), *later = plan[k]
         if k < last:
             mujoco.mj_step(model, data)
         else:
@@ -224,19 +238,28 @@ def record(run: Run, data: mujoco.MjData, *, backend: str = "compiled") -> Recor
         # Tendon lengths and forces are of the instant the step started from.
         trace.length[k] = length
         trace.force[k] = force
-        if k < last and run.steps > 1:
-            mujoco.mj_step(model, data, run.steps - 1)
+        if k < last:
+            if count > 1:
+                mujoco.mj_step(model, data, count - 1)
+            for row, model.opt.timestep, count in later:
+                ctrl[:] = row
+                mujoco.mj_step(model, data, count)
+    model.opt.timestep = timestep
     outcome, message, recorded = Outcome.COMPLETED, "ran to the end", run.samples
     if broken is not None:
         recorded, outcome, reason = broken
         message = f"simulation broke down before t = {relative[recorded]:.4g} s: {reason}"
     keep = slice(0, recorded)
+    tension = -trace.force[keep]
+    if any(muscle.friction.stribeck_force for muscle in run.rig.muscles.values()):
+        # What pulls on the tendon is then more than the muscle.
+        tension = tensions(model, trace.act[keep], trace.length[keep], backend=backend)
     return Recording(
         time=relative[keep],
         angle=trace.position[keep, run.rig.angle_address].copy(),
         velocity=trace.velocity[keep, run.rig.velocity_address].copy(),
         pressure=gauge_pressures(model, trace.act[keep], trace.length[keep], backend=backend),
-        tension=-trace.force[keep],
+        tension=tension,
         command=commands[keep],
         command_kind=experiment.command,
         load=experiment.load,
@@ -247,8 +270,17 @@ def record(run: Run, data: mujoco.MjData, *, backend: str = "compiled") -> Recor
         meta={
             "rig": run.rig.name,
             "experiment": experiment.name,
-            "timestep_s": float(model.opt.timestep),
+            "timestep_s": timestep,
             "sample_hz": experiment.sample_rate,
             "mujoco": mujoco.__version__,
         },
     )
+
+
+def _arriving(run: Run, commands: NDArray[np.float64]) -> list[list[Stretch]] | None:
+    """What the valves are told in each sample; None if it is what was commanded there."""
+    delays, start = _delays(run.rig), run.experiment.start_pressure
+    if not any(delays):
+        return None
+    before = start.tolist() if run.experiment.command == "pressure" else [0.0] * len(start)
+    return arriving_commands(commands, before, delays, float(run.model.opt.timestep), run.steps)

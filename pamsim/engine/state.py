@@ -8,7 +8,7 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
-from pamsim.actuator.kernel import charged_air_state, gauge_pressure
+from pamsim.actuator.kernel import gauge_pressure, quieten, rest
 from pamsim.core.errors import InputError
 from pamsim.engine.callback import muscle_ids
 
@@ -35,7 +35,10 @@ def reset(
 
 
 def charge(model: mujoco.MjModel, data: mujoco.MjData, pressures: float | Sequence[float]) -> None:
-    """Set every chamber to a gauge pressure at the present position; other states start at zero.
+    """Set every chamber to a gauge pressure at the present position, all else free of memory.
+
+    Creep is relaxed there, and on a line with a lag lies what keeps the valves shut: under the
+    command ``pressure`` that pressure, else 0.
 
     Args:
         model: a model with pamsim muscles.
@@ -52,24 +55,50 @@ def charge(model: mujoco.MjModel, data: mujoco.MjData, pressures: float | Sequen
         raise InputError(
             f"{np.size(pressures)} pressures for {len(ids)} muscles; give one, or one per muscle"
         ) from None
-    # Positions and tendon lengths only: this part of the engine calls no callback.
-    mujoco.mj_kinematics(model, data)
-    mujoco.mj_comPos(model, data)
-    mujoco.mj_tendon(model, data)
-    mujoco.mj_transmission(model, data)
+    _measure_tendons(model, data)
     for index, pressure in zip(ids, wanted, strict=True):
         row = model.actuator_user[index]
         first, count = model.actuator_actadr[index], model.actuator_actnum[index]
-        air = charged_air_state(
-            row.tolist(), float(data.actuator_length[model.actuator_outadr[index]]), pressure
-        )
+        states = [0.0] * count
+        length = float(data.actuator_length[model.actuator_outadr[index]])
+        rest(row.tolist(), states, length, float(pressure))
+        air = states[-1]
         if not (isinstance(air, float) and np.isfinite(air) and air > 0.0):
             raise InputError(
                 f"pressure {pressure:g} Pa (gauge) in muscle {index} is not above vacuum; gauge"
                 " pressures are zero at the atmosphere"
             )
-        data.act[first : first + count] = 0.0
-        data.act[first + count - 1] = air
+        data.act[first : first + count] = states
+
+
+def settled(model: mujoco.MjModel, data: mujoco.MjData, pressures: Sequence[float]) -> None:
+    """Count the present position as one that muscles have long rested in.
+
+    Creep is relaxed there, and on a line with a lag lies what keeps the valves shut.
+
+    Args:
+        model: a model with pamsim muscles whose command is already the one to come.
+        data: its data; ``act`` is changed in place.
+        pressures: gauge pressure of each muscle in actuator order [Pa].
+    """
+    _measure_tendons(model, data)
+    for index, pressure in zip(muscle_ids(model), pressures, strict=True):
+        first, count = model.actuator_actadr[index], model.actuator_actnum[index]
+        length = float(data.actuator_length[model.actuator_outadr[index]])
+        quieten(
+            model.actuator_user[index].tolist(),
+            data.act[first : first + count],
+            length,
+            float(pressure),
+        )
+
+
+def _measure_tendons(model: mujoco.MjModel, data: mujoco.MjData) -> None:
+    # Positions and tendon lengths only: this part of the engine calls no callback.
+    mujoco.mj_kinematics(model, data)
+    mujoco.mj_comPos(model, data)
+    mujoco.mj_tendon(model, data)
+    mujoco.mj_transmission(model, data)
 
 
 def pressures(model: mujoco.MjModel, data: mujoco.MjData) -> NDArray[np.float64]:

@@ -37,6 +37,13 @@ class Chamber(ParameterGroup):
         doc="absolute pressure below which the chamber is never evaluated",
         default=1e3,
     )
+    leak_conductance: float = parameter(
+        unit="m^3/(s*Pa)",
+        low=0.0,
+        high=1e-8,
+        doc="sonic conductance C of a leak to the atmosphere",
+        default=0.0,
+    )
 
 
 def absolute_pressure(

@@ -46,6 +46,22 @@ class ValvePair(ParameterGroup):
     regulator_dead_band: float = parameter(
         unit="Pa", low=0.0, high=1e5, doc="error the regulator leaves alone", default=0.0
     )
+    dead_zone: float = parameter(
+        unit="1", low=0.0, high=0.9, doc="opening up to which a valve stays shut", default=0.0
+    )
+    supply_resistance: float = parameter(
+        unit="Pa*s/kg",
+        low=0.0,
+        high=1e11,
+        doc="fall of the supply's pressure per mass flow that this muscle draws",
+        default=0.0,
+    )
+    line_lag: float = parameter(
+        unit="s", low=0.0, high=10.0, doc="time constant from command to valve", default=0.0
+    )
+    delay: float = parameter(
+        unit="s", low=0.0, high=1.0, doc="dead time of the command; in simulate only", default=0.0
+    )
 
 
 def clamped_opening(command: float) -> float:
@@ -99,6 +115,42 @@ def regulated_opening(set_point: float, pressure: float, band: float, dead_band:
     if error < -dead_band:
         return clamped_opening((error + dead_band) / band)
     return 0.0 * error  # not a plain 0: a NaN error must not shut the valve silently
+
+
+def line_rate(command: float, carried: float, lag: float, timestep: float) -> float:
+    """Rate of a command on a line that follows with a first-order lag, over an Euler step.
+
+    Args:
+        command: at the line's one end, held during the step [any unit].
+        carried: at its other end, in the same unit.
+        lag: time constant [s].
+        timestep: [s].
+
+    Returns:
+        Rate, in that unit per second, that takes ``carried`` in one step to where it is exactly.
+    """
+    return (command - carried) * -math.expm1(-timestep / lag) / timestep
+
+
+def past_dead_zone(opening: float, dead_zone: float) -> float:
+    """What is left of a signed opening behind the overlap that shuts a valve around zero.
+
+    The rest is stretched to the full range: the flow sets in without a jump, on which a regulator
+    would chatter, and the conductance stays that of the fully open valve. On/off valves, which open
+    fully or not at all, do not notice.
+
+    Args:
+        opening: in [-1, 1].
+        dead_zone: opening up to which both valves stay shut, in [0, 1); 0 for none, exactly.
+
+    Returns:
+        Opening in [-1, 1].
+    """
+    if opening > dead_zone:
+        return (opening - dead_zone) / (1.0 - dead_zone)
+    if opening < -dead_zone:
+        return (opening + dead_zone) / (1.0 - dead_zone)
+    return 0.0 * opening  # not a plain 0: a NaN opening must not shut the valve silently
 
 
 def valve_flow(

@@ -1,4 +1,4 @@
-"""What the rig's instruments make of a signal: incremental encoder, transducer and converter."""
+"""What the rig's instruments make of a signal: lag, scale, bias, encoder and converter."""
 
 from __future__ import annotations
 
@@ -10,31 +10,97 @@ from typing import ClassVar
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from pamsim.core.errors import InputError
+from pamsim.core.errors import InputError, ParameterError
 from pamsim.core.parameters import ParameterGroup, parameter
 from pamsim.core.recording import Recording
 
 
 @dataclass(frozen=True, kw_only=True)
 class MeasurementChain(ParameterGroup):
-    """Encoder and pressure conversion of a rig."""
+    """Encoder and pressure conversion of a rig, and what both err by."""
 
     group: ClassVar[str] = "sensor"
     encoder_increments: float = parameter(
-        unit="1", low=4.0, high=1e7, doc="encoder increments per revolution"
+        unit="1",
+        low=0.0,
+        high=1e7,
+        doc="encoder increments per revolution; 0 not told",
+        default=0.0,
     )
-    converter_bits: float = parameter(unit="1", low=4.0, high=32.0, doc="bits of the converter")
+    converter_bits: float = parameter(
+        unit="1", low=0.0, high=32.0, doc="bits of the converter; 0 not told", default=0.0
+    )
     converter_span: float = parameter(
-        unit="V", low=0.0, high=100.0, low_open=True, doc="width of the converter's input range"
+        unit="V", low=0.0, high=100.0, doc="width of the converter's input range", default=0.0
     )
     transducer_gain: float = parameter(
-        unit="Pa/V", low=0.0, high=1e7, low_open=True, doc="pressure per volt of the transducer"
+        unit="Pa/V", low=0.0, high=1e7, doc="pressure per volt of the transducer", default=0.0
     )
+    angle_bias: float = parameter(
+        unit="rad", low=-3.2, high=3.2, doc="reported less true angle at zero", default=0.0
+    )
+    angle_scale: float = parameter(
+        unit="1", low=0.1, high=10.0, doc="reported per true change of angle", default=1.0
+    )
+    angle_lag: float = parameter(
+        unit="s", low=0.0, high=10.0, doc="time constant of the reported angle", default=0.0
+    )
+    pressure_bias: float = parameter(
+        unit="Pa", low=-1e6, high=1e6, doc="reported less true pressure at zero", default=0.0
+    )
+    pressure_scale: float = parameter(
+        unit="1", low=0.1, high=10.0, doc="reported per true change of pressure", default=1.0
+    )
+    pressure_lag: float = parameter(
+        unit="s", low=0.0, high=10.0, doc="time constant of the reported pressures", default=0.0
+    )
+
+    def __post_init__(self) -> None:
+        """Check every field, and that a converter is stated whole.
+
+        Raises:
+            ParameterError: naming what is out of range or missing.
+        """
+        super().__post_init__()
+        names = ("converter_bits", "converter_span", "transducer_gain")
+        missing = [name for name in names if getattr(self, name) == 0.0]
+        if missing and len(missing) < len(names):
+            raise ParameterError(
+                f"sensor.{missing[0]} is missing: a converter is stated by {', '.join(names)}, all"
+                " above 0, or by none of them"
+            )
 
     @property
     def pressure_step(self) -> float:
-        """Smallest difference of pressure the converter tells apart [Pa]."""
+        """Smallest difference of pressure the converter tells apart [Pa]; 0 if it is not told."""
         return self.converter_span / 2.0**self.converter_bits * self.transducer_gain
+
+
+def lagged(time: ArrayLike, signal: ArrayLike, lag: float) -> NDArray[np.float64]:
+    """A sampled signal behind a first-order lag, at rest before its first sample.
+
+    Exact at the given times, uniform or not, for a signal that is straight between them.
+
+    Args:
+        time: (n,) increasing [s].
+        signal: (n,) or (n, m), in any unit.
+        lag: time constant [s]; 0 gives the signal itself.
+
+    Returns:
+        Array of the signal's shape and unit.
+    """
+    true = np.asarray(signal, dtype=float)
+    if lag == 0.0 or len(true) == 0:
+        return true
+    ratio = np.diff(np.asarray(time, dtype=float)) / lag
+    done = -np.expm1(-ratio)  # share of a jump that is made up within an interval
+    along = 1.0 - done / ratio  # share of a change that is spread evenly over it
+    seen = np.empty_like(true)
+    seen[0] = held = true[0]
+    for k, (share, part) in enumerate(zip(done.tolist(), along.tolist(), strict=True)):
+        held = held + share * (true[k] - held) + part * (true[k + 1] - true[k])
+        seen[k + 1] = held
+    return seen
 
 
 def encode_angle(angle: ArrayLike, increments: float) -> NDArray[np.float64]:
@@ -64,12 +130,49 @@ def convert_pressure(pressure: ArrayLike, step: float) -> NDArray[np.float64]:
     return np.round(np.asarray(pressure, dtype=float) / step) * step
 
 
+def distorted(recording: Recording, chain: MeasurementChain) -> Recording:
+    """A recording as instruments that err report it: lag first, then scale, then bias.
+
+    Args:
+        recording: of the true signals.
+        chain: what they err by.
+
+    Returns:
+        A copy with other angle and pressures; of instruments that do not err, the same arrays.
+    """
+    return dataclasses.replace(
+        recording,
+        angle=_erring(
+            recording.time, recording.angle, chain.angle_lag, chain.angle_scale, chain.angle_bias
+        ),
+        pressure=_erring(
+            recording.time,
+            recording.pressure,
+            chain.pressure_lag,
+            chain.pressure_scale,
+            chain.pressure_bias,
+        ),
+    )
+
+
+def _erring(
+    time: NDArray[np.float64], true: NDArray[np.float64], lag: float, scale: float, bias: float
+) -> NDArray[np.float64]:
+    seen = lagged(time, true, lag)
+    if scale != 1.0:
+        seen = scale * seen
+    if bias != 0.0:
+        seen = seen + bias
+    return seen
+
+
 def measured(recording: Recording, chain: MeasurementChain | None) -> Recording:
     """A recording as the rig's instruments would have taken it.
 
     Args:
         recording: of the true signals.
-        chain: encoder and converter.
+        chain: what the instruments err by, encoder and converter. What it does not tell of encoder
+            and converter does not round.
 
     Returns:
         A copy with angle and pressures as reported; velocity and tension, which the rig does not
@@ -80,8 +183,11 @@ def measured(recording: Recording, chain: MeasurementChain | None) -> Recording:
     """
     if chain is None:
         raise InputError("this rig declares no sensors; add a [sensor] table to its params.toml")
-    return dataclasses.replace(
-        recording,
-        angle=encode_angle(recording.angle, chain.encoder_increments),
-        pressure=convert_pressure(recording.pressure, chain.pressure_step),
-    )
+    seen = distorted(recording, chain)
+    if chain.encoder_increments > 0.0:
+        seen = dataclasses.replace(seen, angle=encode_angle(seen.angle, chain.encoder_increments))
+    if chain.pressure_step > 0.0:
+        seen = dataclasses.replace(
+            seen, pressure=convert_pressure(seen.pressure, chain.pressure_step)
+        )
+    return seen

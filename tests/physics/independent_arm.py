@@ -1,16 +1,19 @@
 """The arm's equations written a second time, without the kernel and without MuJoCo, for scipy.
 
 State: angle, rate, and per muscle the Bouc-Wen variable, the length that the muscle has left on its
-tendon (not the extension of the chain) and the absolute pressure itself (not the air state y), so
-that even chain and chamber are integrated in another form.
+tendon (not the extension of the chain), the absolute pressure itself (not the air state y), the
+strain of the creeping element (not its damper's) and the set point on its line, so that even chain,
+chamber and creep are integrated in another form. Left out: play of the chain, dead zone, delay.
 """
 
 from __future__ import annotations
 
+import dataclasses
 import math
 
 import numpy as np
 from scipy.integrate import solve_ivp
+from scipy.optimize import brentq
 
 
 class IndependentArm:
@@ -48,15 +51,18 @@ class IndependentArm:
         )  # third row of the rotation: the vertical in the inertia's own axes
         return float(vertical**2 @ model.body_inertia[index])
 
-    def force(self, length, pressure, z):
+    def force(self, length, pressure, z, strain=0.0):
         m, f = self.m, self.m.force
         grown = 1.0 + m.braid.extensibility * max(pressure, 0.0)
         kappa = 1.0 - length / m.braid.nominal_length / grown
         decay = math.exp(f.c * kappa)
         active = (f.a * pressure + f.b) * decay + f.d * pressure * kappa + f.e * pressure + f.f
+        end = m.end_shape
+        beyond = max(kappa - end.onset, 0.0) / 0.1
+        active *= f.scale * (1.0 - end.loss + end.loss / (1.0 + beyond**2))
         passive = self.spring(m.passive.slack_contraction - kappa)
         loop = (m.hysteresis.force + m.hysteresis.force_per_pressure * max(pressure, 0.0)) * z
-        return max(0.0, f.scale * active + passive - loop)
+        return max(0.0, active + passive - loop - m.creep.stiffness * strain)
 
     def spring(self, stretch):
         p = self.m.passive
@@ -80,9 +86,28 @@ class IndependentArm:
         opening = (set_point - (pressure_abs - chamber.atmosphere)) / valve.regulator_band
         opening = min(1.0, max(-1.0, opening))
         supply = valve.supply_pressure + chamber.atmosphere
+        leak = self.nozzle(pressure_abs, chamber.atmosphere, chamber.leak_conductance)
         if opening > 0:
-            return opening * self.nozzle(supply, pressure_abs, valve.conductance_fill)
-        return opening * self.nozzle(pressure_abs, chamber.atmosphere, valve.conductance_exhaust)
+            return self.drawn(supply, pressure_abs, opening * valve.conductance_fill) - leak
+        vent = opening * self.nozzle(pressure_abs, chamber.atmosphere, valve.conductance_exhaust)
+        return vent - leak
+
+    def drawn(self, supply, pressure_abs, conductance):
+        """Flow at which the supply, less its resistance times the flow, gives that flow."""
+        resistance = self.m.valve.supply_resistance
+        stiff = self.nozzle(supply, pressure_abs, conductance)
+        if resistance == 0.0 or stiff <= 0.0:
+            return stiff
+
+        def more(flow):
+            return self.nozzle(supply - resistance * flow, pressure_abs, conductance) - flow
+
+        return brentq(more, 0.0, stiff, xtol=1e-15, rtol=1e-12)
+
+    def brake(self, speed):
+        friction = self.m.friction
+        share = speed / friction.stribeck_velocity
+        return friction.stribeck_force * share * math.exp((1.0 - share**2) / 2.0)
 
     def nozzle(self, up, down, conductance):
         if down > up:
@@ -105,13 +130,13 @@ class IndependentArm:
 
     def rates(self, time, state, set_points):
         angle, rate = state[0], state[1]
-        out = np.empty(8)
+        out = np.empty(12)
         torque = 0.0
         for i, sign in enumerate((-1.0, 1.0)):
-            z, length, pressure_abs = state[2 + 3 * i : 5 + 3 * i]
-            tension = self.force(length, pressure_abs - self.m.chamber.atmosphere, z)
-            torque -= sign * self.radius * tension
+            z, length, pressure_abs, strain, carried = state[2 + 5 * i : 7 + 5 * i]
+            tension = self.force(length, pressure_abs - self.m.chamber.atmosphere, z, strain)
             speed = sign * self.radius * rate
+            torque -= sign * self.radius * (tension + self.brake(speed))
             chain = self.m.chain
             if chain.compliance > 0.0:
                 give = self.m.mounting.length_at_zero + sign * self.radius * angle - length
@@ -121,13 +146,17 @@ class IndependentArm:
             size = abs(z) ** h.sharpness
             sense = math.copysign(1.0, z * shortening) if z * shortening != 0 else -1.0
             blocked = size * (h.sigma * sense + 1.0 - h.sigma)
-            out[2 + 3 * i] = shortening / h.yield_contraction * (1.0 - blocked)
-            out[3 + 3 * i] = speed
+            out[2 + 5 * i] = shortening / h.yield_contraction * (1.0 - blocked)
+            out[3 + 5 * i] = speed
+            out[5 + 5 * i] = shortening - strain / self.m.creep.relaxation_time
+            lag = self.m.valve.line_lag
+            told = carried if lag else set_points[i]
+            out[6 + 5 * i] = (set_points[i] - carried) / lag if lag else 0.0
             volume, slope = self.volume(length)
             chamber = self.m.chamber
-            supplied = 287.05 * chamber.temperature * self.flow(pressure_abs, set_points[i])
+            supplied = 287.05 * chamber.temperature * self.flow(pressure_abs, told)
             swept = pressure_abs * slope * speed
-            out[4 + 3 * i] = chamber.polytropic_index * (supplied - swept) / volume
+            out[4 + 5 * i] = chamber.polytropic_index * (supplied - swept) / volume
         # A rig tilted about x: gravity has a component -g sin(tilt) along the tilted y axis.
         along = self.direction + angle
         torque -= self.moment * self.gravity * math.sin(self.tilt) * math.cos(along)
@@ -138,13 +167,19 @@ class IndependentArm:
     def run(self, start, set_points, duration, samples):
         atmosphere = self.m.chamber.atmosphere
         length = self.m.mounting.length_at_zero
-        muscles = [[0.0, length, pressure + atmosphere] for pressure in start]
+        muscles = [[0.0, length, pressure + atmosphere, 0.0, pressure] for pressure in start]
         at_rest = np.array([0.0, 0.0, *muscles[0], *muscles[1]])
         options = {"method": "LSODA", "rtol": 1e-9, "atol": 1e-10, "max_step": 0.01}
+        # The relaxed element carries nothing, so that the arm rests where it would without.
+        creep = self.m.creep
+        bare = dataclasses.replace(creep, stiffness=0.0)
+        self.m = dataclasses.replace(self.m, creep=bare)
         settled = solve_ivp(self.rates, (0, 4.0), at_rest, args=(start,), **options).y[:, -1]
+        self.m = dataclasses.replace(self.m, creep=creep)
+        settled[[5, 10]] = 0.0
         grid = np.linspace(0.0, duration, samples)
         found = solve_ivp(
             self.rates, (0, duration), settled, args=(set_points,), t_eval=grid, **options
         )
         assert found.success, found.message
-        return found.y[0], found.y[[4, 7]].T - atmosphere
+        return found.y[0], found.y[[4, 9]].T - atmosphere

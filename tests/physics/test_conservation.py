@@ -27,11 +27,11 @@ def test_air_mass_is_the_integral_of_valve_flow_over_a_fill_vent_cycle():
     cycle = np.repeat([1.0, 0.0, -1.0, 0.4], 1500)
     flowed, moved = 0.0, 0.0
     with pamsim.live(model):
-        before = data.act[2] / (GAS_CONSTANT * temperature)
+        before = data.act[5] / (GAS_CONSTANT * temperature)
         for u in cycle:
             data.ctrl[:] = (u, -0.3 * u)
             mujoco.mj_forward(model, data)
-            pressure = kernel.chamber_pressure(row, data.act[:3], float(data.actuator_length[0]))
+            pressure = kernel.chamber_pressure(row, data.act[:6], float(data.actuator_length[0]))
             flow = kernel.air_flow(row, pressure, float(u), data.time)
             flowed += flow * model.opt.timestep
             moved += abs(flow) * model.opt.timestep
@@ -39,7 +39,7 @@ def test_air_mass_is_the_integral_of_valve_flow_over_a_fill_vent_cycle():
     # mass from P V / (R T) at the end, by the ideal gas law and not by the state's own name
     mujoco.mj_fwdPosition(model, data)
     length = float(data.actuator_length[0])
-    pressure = kernel.chamber_pressure(row, data.act[:3], length)
+    pressure = kernel.chamber_pressure(row, data.act[:6], length)
     after = pressure * kernel.chamber_volume(row, length) / (GAS_CONSTANT * temperature)
     assert moved > 2.0 * before, "the cycle must move more air than the muscle holds"
     assert abs(after - before - flowed) < 1e-9 * moved
@@ -59,7 +59,7 @@ def test_sealed_chamber_keeps_p_v_to_the_n_under_motion_at_any_step(index, times
             length = float(data.actuator_length[0])
             volume = kernel.chamber_volume(row, length)
             volumes.append(volume)
-            seen.append(kernel.chamber_pressure(row, data.act[:2], length) * volume**index)
+            seen.append(kernel.chamber_pressure(row, data.act[:6], length) * volume**index)
     assert np.ptp(volumes) > 0.01 * np.mean(volumes), "the arm must move the muscle"
     np.testing.assert_allclose(seen, seen[0], rtol=1e-9)
 

@@ -19,6 +19,19 @@ CASES = {
         "chain.compliance": 1e-6,
         "chain.relaxation_time": 0.01,
     },
+    "creep, ends and friction": {
+        "creep.stiffness": 3e3,
+        "creep.relaxation_time": 0.4,
+        "end_shape.loss": 0.5,
+        "end_shape.onset": -0.02,
+        "friction.stribeck_force": 12.0,
+        "friction.stribeck_velocity": 8e-3,
+    },
+    "leak, sag and line": {
+        "chamber.leak_conductance": 1e-11,
+        "valve.supply_resistance": 3e8,
+        "valve.line_lag": 0.15,
+    },
 }
 
 

@@ -6,6 +6,7 @@ import dataclasses
 from typing import Any
 
 from pamsim.actuator.chain import Chain
+from pamsim.actuator.friction import Friction
 from pamsim.actuator.kernel import charged_air_state, taken_up
 from pamsim.actuator.layout import pack, state_size
 from pamsim.actuator.muscle import Mounting, Muscle
@@ -13,7 +14,9 @@ from pamsim.core.parameters import ParameterGroup
 from pamsim.hysteresis.group import Hysteresis
 from pamsim.muscles.braid import Braid
 from pamsim.muscles.corrected_mckibben import CorrectedMcKibben
+from pamsim.muscles.creep import Creep
 from pamsim.muscles.elastic_energy import ElasticEnergy
+from pamsim.muscles.end_shape import EndShape
 from pamsim.muscles.exponential import SixParameter
 from pamsim.muscles.invertible_exponential import InvertibleExponential
 from pamsim.muscles.mckibben import IdealMcKibben
@@ -66,7 +69,12 @@ def make(law: str = "ideal_mckibben", loop: str = "none", **changes: Any) -> Mus
         "threshold": Threshold(pressure=2e4),
         "hysteresis": LOOPS.get(loop),
         "chamber": Chamber(
-            polytropic_index=1.2, temperature=300.0, dead_volume=1e-5, atmosphere=9.8e4, floor=2e3
+            polytropic_index=1.2,
+            temperature=300.0,
+            dead_volume=1e-5,
+            atmosphere=9.8e4,
+            floor=2e3,
+            leak_conductance=2e-11,
         ),
         "valve": ValvePair(
             conductance_fill=6e-9,
@@ -77,26 +85,49 @@ def make(law: str = "ideal_mckibben", loop: str = "none", **changes: Any) -> Mus
             pulse_period=0.03,
             regulator_band=2e4,
             regulator_dead_band=1e3,
+            dead_zone=0.04,
+            supply_resistance=3e7,
+            line_lag=0.03,
+            delay=0.02,
         ),
-        "chain": Chain(compliance=2e-6, relaxation_time=8e-3),
+        "end_shape": EndShape(loss=0.3, onset=0.02),
+        "creep": Creep(stiffness=700.0, relaxation_time=0.6),
+        "chain": Chain(compliance=2e-6, relaxation_time=8e-3, backlash=4e-4),
+        "friction": Friction(stribeck_force=9.0, stribeck_velocity=3e-3),
         "command": "valve",
     }
     return Muscle(**(groups | changes))
 
 
+TIGHT = dataclasses.replace(make().chamber, leak_conductance=0.0)
+"""A chamber from which nothing leaks."""
+PLAIN_VALVE = dataclasses.replace(
+    make().valve, dead_zone=0.0, supply_resistance=0.0, line_lag=0.0, delay=0.0
+)
+"""A pair of valves that hears its command at once, behind a supply that does not sag."""
+LASTING = {"chain": Chain(), "creep": Creep(), "chamber": TIGHT}
+"""For `make`: nothing but the operator remembers, loses air or costs work."""
+
 EXTENSION = 1e-3
 """Of the chain in a `charged` muscle [m]; a rigid chain has the state too and does not mind it."""
+AHEAD = 3e-4
+"""How much shorter than the tendon the chain is held in a `charged` muscle [m]."""
+RELAXED = 0.07
+"""Contraction at which a `charged` muscle's creep is relaxed [-]."""
 
 
-def charged(muscle: Muscle, tendon: float, pressure: float, z: float = 0.3) -> list[float]:
+def charged(
+    muscle: Muscle, tendon: float, pressure: float, z: float = 0.3, carried: float = 0.0
+) -> list[float]:
     """States of a muscle filled to a gauge pressure [Pa] at a tendon length [m].
 
     An operator's memory starts at zero but for its first state, which is ``z`` where that is one
-    of a single state. The chain is extended by `EXTENSION`.
+    of a single state. The command's line carries ``carried``, the others are as stated above.
     """
     row = pack(muscle)
-    memory = [0.0] * (state_size(muscle) - 2)
+    memory = [0.0] * (state_size(muscle) - 5)
     if len(memory) == 1:
         memory[0] = z
-    length = taken_up(row, [*memory, EXTENSION, 0.0], tendon)
-    return [*memory, EXTENSION, float(charged_air_state(row, length, pressure))]
+    states = [*memory, carried, RELAXED, tendon - AHEAD, EXTENSION, 0.0]
+    length = taken_up(row, states, tendon)
+    return [*states[:-1], float(charged_air_state(row, length, pressure))]

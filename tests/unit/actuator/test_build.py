@@ -66,14 +66,15 @@ def test_units_are_converted():
 
 def test_groups_that_may_be_left_out_take_their_neutral_values():
     stated = sections(make(loop="bouc_wen"))
-    for group in ("passive", "threshold", "hysteresis", "chain"):
+    for group in ("passive", "threshold", "end_shape", "creep", "hysteresis", "chain", "friction"):
         del stated[group]
     del stated["braid"]["extensibility"]
     built = build_muscle(stated, where=WHERE)
     assert built.passive.stiffness == 0.0
     assert built.braid.extensibility == 0.0
     assert built.threshold.pressure == 0.0
-    assert built.chain.compliance == 0.0
+    assert (built.chain.compliance, built.chain.backlash) == (0.0, 0.0)
+    assert (built.end_shape.loss, built.creep.stiffness, built.friction.stribeck_force) == (0, 0, 0)
     assert built.hysteresis is None
 
 

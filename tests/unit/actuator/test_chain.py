@@ -14,7 +14,7 @@ from pamsim.actuator import kernel
 from pamsim.actuator.chain import Chain, extension_rate
 from pamsim.actuator.layout import pack
 from pamsim.actuator.muscle import Muscle
-from tests.unit.actuator.muscles import LOOPS, charged, make
+from tests.unit.actuator.muscles import LASTING, LOOPS, charged, make
 
 COMPLIANCE, RELAXATION = 3e-6, 0.02
 SOFT = Chain(compliance=COMPLIANCE, relaxation_time=RELAXATION)
@@ -23,7 +23,7 @@ STATES = [(0.185, 2e5), (0.19, 4e5), (0.21, 0.0), (0.205, 1e5)]
 
 
 def on_chain(chain: Chain, loop: str = "none") -> Muscle:
-    return make("six_parameter", loop, chain=chain)
+    return make("six_parameter", loop, **(LASTING | {"chain": chain}))
 
 
 def follow(

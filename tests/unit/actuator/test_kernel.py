@@ -10,27 +10,38 @@ import pytest
 
 from pamsim.actuator import kernel
 from pamsim.actuator.chain import Chain
+from pamsim.actuator.friction import Friction
 from pamsim.actuator.layout import pack
 from pamsim.actuator.muscle import COMMANDS, Mounting, Muscle
+from pamsim.core.parameters import specs
 from pamsim.hysteresis.bouc_wen import BoucWen
 from pamsim.hysteresis.catalog import OPERATORS
 from pamsim.muscles.braid import Braid, volume
 from pamsim.muscles.catalog import FORCE_LAWS
+from pamsim.muscles.creep import Creep
+from pamsim.muscles.end_shape import EndShape
 from pamsim.muscles.force_law import coefficients_of
 from pamsim.muscles.passive import PassiveSpring, passive_force
 from pamsim.muscles.tension import Threshold
 from pamsim.pneumatics.chamber import Chamber, absolute_pressure, air_state_rate
+from pamsim.pneumatics.orifice import mass_flow
+from pamsim.pneumatics.supply import drawn_flow
 from pamsim.pneumatics.valves import (
+    ValvePair,
     clamped_opening,
+    past_dead_zone,
     pulsed_opening,
     regulated_opening,
-    valve_flow,
 )
 from tests.unit.actuator.muscles import (
     EXTENSION,
     FORCES,
     KINDS,
+    LASTING,
     LOOPS,
+    PLAIN_VALVE,
+    RELAXED,
+    TIGHT,
     WIDTHS,
     charged,
     make,
@@ -58,23 +69,33 @@ def geometry(muscle: Muscle, tendon: float, extension: float = 0.0) -> tuple[flo
     return length, 1.0 - length / braid.nominal_length, inside + muscle.chamber.dead_volume
 
 
+def lost_length(muscle: Muscle, act: list[float], tendon: float) -> float:
+    """What play and extension of the chain take from a tendon's length [m]."""
+    half = 0.5 * muscle.chain.backlash
+    lag = min(max(tendon - act[-3], -half), half)
+    return lag + (act[-2] if muscle.chain.compliance else 0.0)
+
+
 def composed_tension(muscle: Muscle, act: list[float], tendon: float) -> float:
     """Tension from the catalogs' laws and the muscle's groups, without any row."""
-    length, kappa, room = geometry(muscle, tendon, act[-2])
+    length, kappa, room = geometry(muscle, tendon, lost_length(muscle, act, tendon))
     chamber, braid = muscle.chamber, muscle.braid
     pressure = (act[-1] / room) ** chamber.polytropic_index - chamber.atmosphere
     grown = braid.nominal_length * (1.0 + braid.extensibility * max(pressure, 0.0))
     felt = max(pressure - muscle.threshold.pressure, 0.0)
     law = FORCE_LAWS[muscle.force.law]
     strained = 1.0 - length / grown
-    force = law.force(felt, strained, coefficients_of(muscle.force), braid) + passive_force(
-        strained, *coefficients_of(muscle.passive)
-    )
+    force = law.force(felt, strained, coefficients_of(muscle.force), braid)
+    beyond = max(strained - muscle.end_shape.onset, 0.0) ** 2
+    if force > 0.0:
+        force *= 1.0 - muscle.end_shape.loss * beyond / (beyond + 0.01)
+    force += passive_force(strained, *coefficients_of(muscle.passive))
     loop = muscle.hysteresis
     if loop is not None:
         width = loop.force + loop.force_per_pressure * max(pressure, 0.0)
         output = OPERATORS[loop.law].output(loop.own(), 0, act, kappa)
         force -= (width + loop.force_share * force) * output
+    force -= muscle.creep.stiffness * (kappa - act[-4])
     return force if math.isnan(force) else max(force, 0.0)
 
 
@@ -112,11 +133,11 @@ def test_rates_are_the_laws_put_together(loop, command):
     muscle = make(loop=loop, command=command)
     chamber, valve = muscle.chamber, muscle.valve
     for index, (tendon, pressure, z) in enumerate(CASES):
-        act = charged(muscle, tendon, pressure, z)
-        velocity, told = 0.1 * math.sin(index), math.cos(index)
+        velocity, told, sent = 0.1 * math.sin(index), math.cos(index), 1.3 * math.sin(5 * index)
         if command == "pressure":
-            told = pressure + 1.5e4 * told
-        _, kappa, room = geometry(muscle, tendon, EXTENSION)
+            told, sent = pressure + 1.5e4 * told, 1e5 * (1.0 + sent)
+        act = charged(muscle, tendon, pressure, z, carried=told)
+        _, kappa, room = geometry(muscle, tendon, lost_length(muscle, act, tendon))
         p_abs = absolute_pressure(act[-1], room, chamber.polytropic_index, chamber.floor)
         opening = {
             "valve": clamped_opening(told),
@@ -128,31 +149,37 @@ def test_rates_are_the_laws_put_together(loop, command):
                 valve.regulator_dead_band,
             ),
         }[command]
-        flow = valve_flow(
-            opening,
-            p_abs,
-            valve.supply_pressure + chamber.atmosphere,
-            chamber.atmosphere,
-            valve.conductance_fill,
-            valve.conductance_exhaust,
-            valve.critical_ratio,
-            valve.laminar_ratio,
-            chamber.temperature,
-        )
+        orifice = valve.critical_ratio, valve.laminar_ratio, chamber.temperature
+        leak = mass_flow(p_abs, chamber.atmosphere, chamber.leak_conductance, *orifice)
+        opening = past_dead_zone(opening, valve.dead_zone)
+        supply = valve.supply_pressure + chamber.atmosphere
+        if opening > 0.0:
+            fill = opening * valve.conductance_fill
+            flow = drawn_flow(supply, valve.supply_resistance, p_abs, fill, *orifice)
+        else:
+            vent = opening * valve.conductance_exhaust
+            flow = mass_flow(p_abs, chamber.atmosphere, vent, *orifice)
         expected = [0.0] * len(act)
-        expected[-1] = air_state_rate(act[-1], p_abs, room, chamber.temperature, flow)
+        expected[-1] = air_state_rate(act[-1], p_abs, room, chamber.temperature, flow - leak)
         pulled = muscle.chain.compliance * composed_tension(muscle, act, tendon)
         expected[-2] = (pulled - EXTENSION) / muscle.chain.relaxation_time
+        chain = tendon - 0.5 * muscle.chain.backlash  # as far as the play of 0.3 mm allows
+        expected[-3] = (max(chain, act[-3]) - act[-3]) / TIMESTEP
+        whole = 1.0 - math.exp(-TIMESTEP / muscle.creep.relaxation_time)
+        expected[-4] = (kappa - RELAXED) * whole / TIMESTEP
+        meant = sent if command == "pressure" else min(max(sent, -1.0), 1.0)
+        whole = 1.0 - math.exp(-TIMESTEP / valve.line_lag)
+        expected[-5] = (meant - told) * whole / TIMESTEP
         if muscle.hysteresis is not None:
-            shortening = (expected[-2] - velocity) / muscle.braid.nominal_length
+            shortening = (expected[-2] - expected[-3]) / muscle.braid.nominal_length
             own = muscle.hysteresis.own()
             OPERATORS[loop].rates(own, 0, act, expected, kappa, shortening, TIMESTEP)
-        assert rates(muscle, act, tendon, velocity, told) == pytest.approx(expected, rel=1e-11)
+        assert rates(muscle, act, tendon, velocity, sent) == pytest.approx(expected, rel=1e-11)
 
 
 def test_commands_mean_what_the_row_says():
-    rows = {command: pack(make(command=command)).tolist() for command in COMMANDS}
-    valve = make().valve
+    valve = PLAIN_VALVE
+    rows = {command: pack(make(command=command, valve=valve)).tolist() for command in COMMANDS}
     half, late = 0.4 * valve.pulse_period, 0.6 * valve.pulse_period
     assert kernel.valve_opening(rows["valve"], 1.7, 1e5, half) == 1.0
     assert kernel.valve_opening(rows["valve"], -0.5, 1e5, half) == -0.5
@@ -176,8 +203,9 @@ def test_a_chamber_that_was_never_charged_gives_nan(kind, air):
 
 @pytest.mark.parametrize("command", COMMANDS)
 def test_a_nan_command_does_not_shut_the_valves(command):
-    muscle = make(command=command)
-    assert math.isnan(rates(muscle, charged(muscle, 0.2, 1e5), 0.2, 0.0, math.nan)[-1])
+    prompt, lagging = make(command=command, valve=PLAIN_VALVE), make(command=command)
+    assert math.isnan(rates(prompt, charged(prompt, 0.2, 1e5), 0.2, 0.0, math.nan)[-1])
+    assert math.isnan(rates(lagging, charged(lagging, 0.2, 1e5), 0.2, 0.0, math.nan)[-5])
 
 
 def test_charging_and_reading_the_pressure_invert_each_other():
@@ -189,7 +217,7 @@ def test_charging_and_reading_the_pressure_invert_each_other():
 
 
 def test_shut_valves_leave_the_air_state_alone_at_any_motion():
-    muscle = make()
+    muscle = make(chamber=TIGHT)
     for tendon, pressure, _ in CASES:
         assert rates(muscle, charged(muscle, tendon, pressure), tendon, 3.0, 0.0)[-1] == 0.0
 
@@ -202,7 +230,9 @@ def test_length_and_contraction_are_those_of_the_muscle_on_its_tendon():
         assert kernel.muscle_length(row, tendon) == length
         assert kernel.contraction(row, tendon) == kappa
         assert kernel.chamber_volume(row, tendon) == room
-        assert kernel.taken_up(row, charged(muscle, tendon, 1e5), tendon) == tendon - EXTENSION
+        act = charged(muscle, tendon, 1e5)
+        assert kernel.past_play(row, act, tendon) == tendon - 0.5 * muscle.chain.backlash
+        assert kernel.taken_up(row, act, tendon) == kernel.past_play(row, act, tendon) - EXTENSION
 
 
 @pytest.mark.parametrize("law", [law for law in FORCES if not law.startswith("pleated")])
@@ -221,17 +251,17 @@ def test_an_extended_braid_pulls_like_one_made_longer(law):
 
 def test_muscle_pulls_less_while_it_shortens_and_a_cycle_costs_work():
     """The loop's sign: at one length the shortening muscle is the weaker one."""
-    muscle = make(loop="bouc_wen", chain=Chain())  # a chain's give would cost work as well
+    muscle = make(loop="bouc_wen", **LASTING)  # what is left out would cost work as well
     row, steps = pack(muscle).tolist(), 4000
     phase = 2.0 * math.pi * np.arange(2 * steps + 1) / steps
     tendons, velocities = 0.18 + 0.01 * np.sin(phase), 0.01 * np.cos(phase)
     act = charged(muscle, float(tendons[0]), 3e5, 0.0)
-    tensions, out = [], [0.0, 0.0, 0.0]
+    tensions, out = [], [0.0] * len(act)
     for tendon, velocity in zip(tendons.tolist(), velocities.tolist(), strict=True):
         tensions.append(kernel.tension(row, act, tendon))
         kernel.state_rates(row, act, out, tendon, velocity, 0.0, 0.0, 1e-3)
         act[0] += out[0] * 2.0 * math.pi / steps
-        assert out[1:] == [0.0, 0.0]
+        assert out[1:] == [0.0] * 5
     lengthening, shortening = tensions[steps], tensions[steps + steps // 2]
     assert lengthening > shortening > 0.0
     last = slice(steps, None)
@@ -252,11 +282,20 @@ def traces(muscle: Muscle) -> list[list[str]]:
     for tendon, pressure, z in CASES:
         act = charged(muscle, tendon, abs(pressure), z)
         tension = kernel.tension(row, act, tendon)
-        found.append(bits([tension, rates(muscle, act, tendon, 0.02, 0.7)[-1]]))
+        pull = kernel.tendon_force(row, act, tendon, 2e-3)
+        moved = rates(muscle, act, tendon, 0.02, 0.7)
+        found.append(bits([tension, pull, moved[-1]]))
     return found
 
 
 RIGID_BRAID = Braid(nominal_length=0.25, diameter=0.02, fibre_angle=0.5)
+GIVEN_CHAMBER = {
+    name: getattr(make().chamber, name) for name, _ in specs(Chamber) if name != "leak_conductance"
+}
+NO_VALVE_EFFECT = {"dead_zone": 0.0, "supply_resistance": 0.0, "line_lag": 0.0}
+GIVEN_VALVE = {
+    name: getattr(make().valve, name) for name, _ in specs(ValvePair) if name not in NO_VALVE_EFFECT
+}
 OFF = {
     "passive": (
         PassiveSpring(),
@@ -264,7 +303,12 @@ OFF = {
     ),
     "threshold": (Threshold(), Threshold(pressure=0.0)),
     "chain": (Chain(), Chain(relaxation_time=3.0)),
+    "end_shape": (EndShape(), EndShape(onset=-0.05)),
+    "creep": (Creep(), Creep(relaxation_time=0.1)),
+    "friction": (Friction(), Friction(stribeck_velocity=1e-3)),
     "braid": (RIGID_BRAID, dataclasses.replace(RIGID_BRAID, extensibility=0.0)),
+    "chamber": (Chamber(**GIVEN_CHAMBER), Chamber(**GIVEN_CHAMBER, leak_conductance=0.0)),
+    "valve": (ValvePair(**GIVEN_VALVE), ValvePair(**GIVEN_VALVE, **NO_VALVE_EFFECT)),
 }
 """Effect -> the group that a rig gets which does not state it, and one of no size."""
 NO_WIDTH = dict.fromkeys(WIDTHS, 0.0)
@@ -296,8 +340,8 @@ def test_locking_by_itself_leaves_a_trace():
 def test_braid_spring_and_chain_that_do_not_give_leave_the_plain_sum_of_forces(kind):
     """No locking, extensibility or compliance: written without them, equal to the bit."""
     linear = PassiveSpring(stiffness=900.0, softening=9.0, slack_contraction=0.02)
-    chain = Chain(relaxation_time=0.5)
-    muscle = make(*kind, passive=linear, braid=RIGID_BRAID, chain=chain)
+    off = {"chain": Chain(relaxation_time=0.5), "end_shape": EndShape(), "creep": Creep()}
+    muscle = make(*kind, passive=linear, braid=RIGID_BRAID, **off)
     row = pack(muscle).tolist()
     for tendon, pressure, z in CASES:
         act = charged(muscle, tendon, abs(pressure), z)
@@ -311,14 +355,14 @@ def test_braid_spring_and_chain_that_do_not_give_leave_the_plain_sum_of_forces(k
 
 
 @pytest.mark.parametrize("loop", LOOPS)
-def test_a_rigid_chain_keeps_its_state_and_nobody_minds_it(loop):
-    """Rates of all states with an extension that a rig cannot have left there but by hand."""
-    muscle = make(loop=loop, chain=Chain())
+def test_states_of_effects_that_are_off_stand_still_and_nobody_minds_them(loop):
+    """Rates of all states with such as a rig cannot have left there but by hand."""
+    muscle = make(loop=loop, chain=Chain(), creep=Creep(), valve=PLAIN_VALVE)
     for tendon, pressure, z in CASES:
-        act = charged(muscle, tendon, pressure, z)
-        without = [*act[:-2], 0.0, act[-1]]
+        act = charged(muscle, tendon, pressure, z, carried=0.4)
+        without = [*act[:-5], 0.0, 0.0, 0.0, 0.0, act[-1]]
         found = rates(muscle, act, tendon, 0.03, 0.4)
-        assert found[-2] == 0.0
+        assert found[-5:-1] == [0.0] * 4
         assert bits(found) == bits(rates(muscle, without, tendon, 0.03, 0.4))
 
 
@@ -343,6 +387,8 @@ def test_all_effects_neutral_leave_the_bare_force_law(name):
         "passive": PassiveSpring(),
         "threshold": Threshold(),
         "chain": Chain(),
+        "end_shape": EndShape(),
+        "creep": Creep(),
         "braid": RIGID_BRAID,
     }
     muscle = make(force=group, hysteresis=BoucWen(yield_contraction=0.01), **off)
@@ -363,7 +409,7 @@ def test_loop_without_a_part_per_pressure_has_one_width_at_every_pressure():
     """force_per_pressure = 0 gives, bit by bit, the loop of the constant width alone."""
     loop = BoucWen(force=5.0, force_per_pressure=0.0, yield_contraction=0.005)
     for tendon, pressure, z in CASES:
-        bare = make(passive=STRETCHED, chain=Chain())
+        bare = make(passive=STRETCHED, **LASTING)
         air = charged(bare, tendon, pressure)
         plain = kernel.static_force(
             pack(bare), tendon, kernel.gauge_pressure(pack(bare), air, tendon)
@@ -377,6 +423,8 @@ def test_loop_without_a_part_per_pressure_has_one_width_at_every_pressure():
 def test_a_chamber_without_volume_stops_the_run():
     muscle = make(
         chamber=Chamber(polytropic_index=1.2, temperature=300.0, dead_volume=0.0),
+        chain=Chain(),
+        creep=Creep(),
         mounting=Mounting(length_at_zero=0.0),
     )
     row = pack(muscle).tolist()

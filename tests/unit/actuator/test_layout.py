@@ -24,7 +24,8 @@ from tests.unit.actuator.muscles import FORCES, KINDS, LOOPS, make
 from tests.unit.core.refusals import refused
 
 GROUP_FIELDS = {
-    "mounting", "braid", "force", "passive", "threshold", "hysteresis", "chamber", "valve", "chain"
+    "mounting", "braid", "force", "passive", "threshold", "end_shape", "creep", "hysteresis",
+    "chamber", "valve", "chain", "friction",
 }  # fmt: skip
 
 
@@ -128,9 +129,9 @@ def test_unknown_names_suggest_the_nearest():
 
 
 @pytest.mark.parametrize("loop", LOOPS)
-def test_states_are_the_operator_s_one_for_the_chain_and_one_for_the_air(loop):
-    assert state_size(make()) == 2
-    assert state_size(make(loop=loop)) == LOOPS[loop].state_count + 2
+def test_states_are_the_operator_s_and_five_that_all_muscles_have(loop):
+    assert state_size(make()) == 5
+    assert state_size(make(loop=loop)) == LOOPS[loop].state_count + 5
 
 
 @pytest.mark.parametrize("row", [np.zeros(SIZE), np.ones(3), pack(make())[:-1]])

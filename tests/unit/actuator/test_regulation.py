@@ -8,16 +8,20 @@ import pytest
 from scipy.integrate import solve_ivp
 
 from pamsim.actuator import kernel
-from pamsim.actuator.chain import Chain
 from pamsim.actuator.layout import pack
 from pamsim.actuator.regulation import regulator_time_constant
-from tests.unit.actuator.muscles import make
+from tests.unit.actuator.muscles import LASTING, PLAIN_VALVE, make
 
 
-def test_small_errors_decay_with_the_stated_time_constant():
-    muscle = make(command="pressure", chain=Chain())  # on a rigid one the muscle stays where it is
+@pytest.mark.parametrize("dead_zone", [0.0, 0.3])
+def test_small_errors_decay_with_the_stated_time_constant(dead_zone):
+    """What a dead zone leaves alone is left; the rest decays, and the faster for it."""
+    muscle = make(command="pressure", **LASTING)  # on a rigid chain it stays where it is
     valve = dataclasses.replace(
-        muscle.valve, regulator_dead_band=0.0, conductance_exhaust=muscle.valve.conductance_fill
+        PLAIN_VALVE,
+        regulator_dead_band=0.0,
+        conductance_exhaust=muscle.valve.conductance_fill,
+        dead_zone=dead_zone,
     )
     # at half the supply the flow is still choked on the way in, as the bound assumes
     muscle = dataclasses.replace(
@@ -28,12 +32,13 @@ def test_small_errors_decay_with_the_stated_time_constant():
     row, target = pack(muscle).tolist(), 2e5
 
     def rate(time, state):
-        rates = [0.0, 0.0]
+        rates = [0.0] * len(state)
         kernel.state_rates(row, state.tolist(), rates, 0.0, 0.0, target, time, 1e-3)
         return rates
 
-    start = kernel.charged_air_state(row, 0.0, target - 1e3)
+    kept = dead_zone * valve.regulator_band
+    start = kernel.charged_air_state(row, 0.0, target - kept - 1e3)
     stated = regulator_time_constant(muscle)
-    found = solve_ivp(rate, (0.0, stated), [0.0, start], rtol=1e-9, atol=1e-9)
-    left = target - kernel.gauge_pressure(row, found.y[:, -1].tolist(), 0.0)
+    found = solve_ivp(rate, (0.0, stated), [0.0, 0.0, 0.0, 0.0, start], rtol=1e-9, atol=1e-9)
+    left = target - kept - kernel.gauge_pressure(row, found.y[:, -1].tolist(), 0.0)
     assert left == pytest.approx(1e3 / 2.718281828, rel=0.05)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import math
 
 import mujoco
@@ -12,6 +13,7 @@ import pamsim
 from pamsim.actuator.layout import parameter_slot, unpack
 from pamsim.core.errors import InputError, ParameterError
 from pamsim.engine.native import set_native
+from pamsim.engine.rig_parameter import rig_parameter
 from pamsim.engine.simulate import whole_steps
 
 
@@ -46,6 +48,22 @@ def test_changed_parameters_leave_the_original_alone(rig):
     np.testing.assert_allclose(data.actuator_length[0], -0.002, rtol=1e-12)
 
 
+def test_sensors_are_parameters_like_any_other(rig):
+    changed = rig.with_parameters({"sensor.angle_bias": 0.02, "sensor.pressure_lag": 0.01})
+    assert (changed.sensor.angle_bias, changed.sensor.pressure_lag) == (0.02, 0.01)
+    assert changed.sensor.encoder_increments == rig.sensor.encoder_increments == 2500.0
+    assert rig.sensor.angle_bias == 0.0
+    again = changed.with_parameters({"passive.stiffness": 1e4})
+    assert again.sensor == changed.sensor
+    blind = dataclasses.replace(rig, sensor=None).with_parameters({"sensor.angle_scale": 1.1})
+    assert (blind.sensor.angle_scale, blind.sensor.pressure_step) == (1.1, 0.0)
+    found = rig_parameter(changed, "sensor.angle_bias")
+    assert (found.value, found.spec.unit, found.stated) == (0.02, "rad", None)
+    assert rig_parameter(rig, "sensor.converter_bits").stated is not None
+    with pytest.raises(InputError, match="did you mean 'angle_bias'"):
+        rig_parameter(rig, "sensor.angle_bais")
+
+
 @pytest.mark.parametrize(
     ("name", "value", "error", "words"),
     [
@@ -53,6 +71,8 @@ def test_changed_parameters_leave_the_original_alone(rig):
         ("muscle_3:passive.stiffness", 1.0, InputError, "no muscle 'muscle_3'"),
         ("passive.stiffness", -1.0, ParameterError, r"passive.stiffness = -1 is outside \[0, "),
         ("joint.shaft.damping", -1.0, ParameterError, "joint.shaft.damping = -1"),
+        ("sensor.angle_bais", 0.1, InputError, "did you mean 'angle_bias'"),
+        ("sensor.angle_scale", 0.0, ParameterError, "sensor.angle_scale = 0 is outside"),
         ("joint.shaft.damping", math.nan, ParameterError, "finite number"),
     ],
 )

@@ -10,6 +10,7 @@ import pytest
 from pamsim.pneumatics.orifice import mass_flow
 from pamsim.pneumatics.valves import (
     clamped_opening,
+    past_dead_zone,
     pulsed_opening,
     regulated_opening,
     valve_flow,
@@ -39,6 +40,7 @@ WITH_NAN = {
     "pulse": lambda: pulsed_opening(math.nan, 0.001, PERIOD),
     "set point": lambda: regulated_opening(math.nan, 1e5, 1e4, 0.0),
     "pressure": lambda: regulated_opening(1e5, math.nan, 1e4, 5e3),
+    "dead zone": lambda: past_dead_zone(math.nan, 0.1),
     "opening": lambda: flow(math.nan, 3e5),
     "chamber, filling": lambda: flow(0.5, math.nan),
     "chamber, venting": lambda: flow(-0.5, math.nan),
@@ -83,6 +85,26 @@ def test_regulator_leaves_the_dead_band_alone_and_opens_fully_a_band_later():
     assert regulated_opening(1e5 + dead + 0.5 * band, 1e5, band, dead) == pytest.approx(0.5)
     assert regulated_opening(1e5 + dead + band, 1e5, band, dead) == pytest.approx(1.0)
     assert regulated_opening(1e5 - dead - 2.0 * band, 1e5, band, dead) == -1.0
+
+
+@pytest.mark.parametrize("zone", [0.01, 0.2, 0.9])
+def test_a_dead_zone_shuts_the_middle_and_keeps_the_ends(zone):
+    """Odd, shut up to the zone, without a jump, straight, fully open at the end."""
+    half = np.linspace(0.0, 1.0, 2001)
+    openings = np.concatenate([-half[:0:-1], half])
+    left = np.array([past_dead_zone(u, zone) for u in openings.tolist()])
+    assert np.array_equal(left, -left[::-1])
+    assert np.all(left[np.abs(openings) <= zone] == 0.0)
+    assert np.all(left[openings > zone] > 0.0)
+    assert (left[0], left[-1]) == (-1.0, 1.0)
+    slopes = np.diff(left) / np.diff(openings)
+    assert np.all((slopes >= 0.0) & (slopes <= 1.0 / (1.0 - zone) + 1e-9))
+    assert past_dead_zone(0.5 * (1.0 + zone), zone) == pytest.approx(0.5, rel=1e-12)
+
+
+def test_no_dead_zone_is_none_to_the_bit():
+    for opening in np.random.default_rng(1).uniform(-1.0, 1.0, 200).tolist():
+        assert past_dead_zone(opening, 0.0) == opening
 
 
 @pytest.mark.parametrize("chamber", [2e4, EXHAUST, 3e5, SUPPLY, 9e5])

@@ -4,13 +4,22 @@ from __future__ import annotations
 
 import dataclasses
 import math
+from itertools import pairwise
 
 import numpy as np
 import pytest
+from scipy.integrate import solve_ivp
 
-from pamsim.core.errors import InputError
+from pamsim.core.errors import InputError, ParameterError
 from pamsim.core.recording import Outcome, Recording
-from pamsim.signals.sensors import MeasurementChain, convert_pressure, encode_angle, measured
+from pamsim.signals.sensors import (
+    MeasurementChain,
+    convert_pressure,
+    distorted,
+    encode_angle,
+    lagged,
+    measured,
+)
 
 # seed 003, sections 2.3 and 2.4: 2500 increments, 14 bits over 20 V, 100 kPa/V
 CHAIN = MeasurementChain(
@@ -87,3 +96,63 @@ def test_a_measured_recording_differs_only_in_what_the_rig_measures():
 def test_a_rig_without_sensors_measures_nothing():
     with pytest.raises(InputError, match=r"\A[^\n]*\[sensor\][^\n]*\Z"):
         measured(recording(), None)
+
+
+def test_instruments_that_do_not_err_give_the_signals_themselves():
+    true = recording()
+    seen = distorted(true, MeasurementChain())
+    assert seen.angle is true.angle
+    assert seen.pressure is true.pressure
+    assert np.array_equal(measured(true, MeasurementChain()).angle, true.angle)  # nothing rounds
+    half = measured(true, MeasurementChain(encoder_increments=2500.0))
+    assert np.array_equal(half.angle, encode_angle(true.angle, 2500.0))
+    assert np.array_equal(half.pressure, true.pressure)
+
+
+def test_lag_scale_and_bias_act_on_their_own_signal_in_that_order():
+    true = recording()
+    angle = {"angle_lag": 0.03, "angle_scale": 1.1, "angle_bias": 0.02}
+    pressure = {"pressure_lag": 0.01, "pressure_scale": 0.9, "pressure_bias": -4e3}
+    seen = distorted(true, MeasurementChain(**angle, **pressure))
+    np.testing.assert_allclose(
+        seen.angle, 0.02 + 1.1 * lagged(true.time, true.angle, 0.03), rtol=1e-13
+    )
+    np.testing.assert_allclose(
+        seen.pressure, 0.9 * lagged(true.time, true.pressure, 0.01) - 4e3, rtol=1e-13
+    )
+    assert distorted(true, MeasurementChain(**angle)).pressure is true.pressure
+    assert distorted(true, MeasurementChain(**pressure)).angle is true.angle
+    seen = measured(true, dataclasses.replace(CHAIN, angle_bias=0.02))
+    assert np.array_equal(seen.angle, encode_angle(true.angle + 0.02, 2500.0))  # erring, then round
+
+
+@pytest.mark.parametrize("lag", [1e-4, 0.02, 3.0])
+def test_lag_is_the_differential_equation_at_any_times(lag):
+    """y' = (x - y) / tau with x straight between samples, by scipy's integrator."""
+    rng = np.random.default_rng(7)
+    time = np.cumsum(rng.uniform(1e-3, 0.05, 8))
+    true = rng.normal(size=8)
+
+    def rate(t, y):
+        return (np.interp(t, time, true) - y) / lag
+
+    options = {"method": "Radau", "rtol": 1e-9, "atol": 1e-10, "jac": [[-1.0 / lag]]}
+    expected = [true[0]]
+    for one, two in pairwise(time):  # no interval hides a kink
+        expected.append(solve_ivp(rate, (one, two), expected[-1:], **options).y[0, -1])
+    np.testing.assert_allclose(lagged(time, true, lag), expected, atol=1e-8)
+
+
+def test_a_ramp_is_seen_later_by_the_lag_and_a_step_falls_short_by_an_e_th():
+    time = np.linspace(0.0, 2.0, 401)
+    assert lagged(time, 3.0 * time, 0.05)[-1] == pytest.approx(3.0 * (2.0 - 0.05), rel=1e-12)
+    jump = np.column_stack([np.ones(401), np.zeros(401)])
+    jump[0] = 0.0, 1.0
+    seen = lagged(np.concatenate([[-1e-9], time[:-1]]), jump, 0.1)
+    at = 21  # 0.1 s after the jump
+    assert seen[at] == pytest.approx([1.0 - math.exp(-1.0), math.exp(-1.0)], rel=1e-6)
+
+
+def test_half_a_converter_is_refused():
+    with pytest.raises(ParameterError, match=r"\A[^\n]*sensor\.converter_span[^\n]*\Z"):
+        MeasurementChain(converter_bits=14.0, transducer_gain=1e5)

@@ -1,0 +1,64 @@
+"""Refuse a time step that the muscles of a rig cannot be stepped with."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+import mujoco
+
+from pamsim.actuator.friction import stribeck_damping
+from pamsim.actuator.muscle import Muscle
+from pamsim.actuator.regulation import regulator_time_constant
+from pamsim.actuator.step_limits import chain_step_limit
+from pamsim.core.errors import InputError
+from pamsim.engine.callback import muscle_ids
+
+
+def check_timestep(model: mujoco.MjModel, muscles: Mapping[str, Muscle]) -> None:
+    """Check a model's time step against what its muscles do fastest.
+
+    Args:
+        model: set up for an experiment.
+        muscles: its muscles, in actuator order.
+
+    Raises:
+        InputError: if a regulator, a chain or the friction along the tendons settles within less.
+    """
+    step = model.opt.timestep
+    # The regulators hold the start pressures in every experiment, whatever its command.
+    for name, muscle in muscles.items():
+        limit = regulator_time_constant(muscle)
+        if step > limit:
+            raise InputError(
+                f"a time step of {step * 1e3:g} ms is longer than the {limit * 1e3:.2g} ms in"
+                f" which the pressure regulator of {name} settles; take a shorter step or a wider"
+                " valve.regulator_band"
+            )
+    for index, (name, muscle) in zip(muscle_ids(model), muscles.items(), strict=True):
+        start = float(model.actuator_length0[index])
+        limit = chain_step_limit(muscle, start, muscle.valve.supply_pressure)
+        if step > limit:
+            raise InputError(
+                f"a time step of {step * 1e3:g} ms is longer than the {limit * 1e3:.2g} ms from"
+                f" which on the chain of {name} swings up; take a shorter step or a longer"
+                " chain.relaxation_time"
+            )
+    braking = _braking_rate(model, muscles)
+    if step * braking > 1.0:
+        raise InputError(
+            f"a time step of {step * 1e3:g} ms is longer than the {1e3 / braking:.2g} ms in which"
+            " friction stops the arm; take a shorter step, a smaller friction.stribeck_force or a"
+            " larger friction.stribeck_velocity"
+        )
+
+
+def _braking_rate(model: mujoco.MjModel, muscles: Mapping[str, Muscle]) -> float:
+    """Bound on the rate at which friction stops any motion from the initial position [1/s].
+
+    The sum over tendons of slope times inverse inertia is a trace: no less than any eigenvalue.
+    """
+    total = 0.0
+    for index, muscle in zip(muscle_ids(model), muscles.values(), strict=True):
+        slope = stribeck_damping(muscle.friction.stribeck_force, muscle.friction.stribeck_velocity)
+        total += slope * float(model.tendon_invweight0[model.actuator_trnid[index, 0]])
+    return total

@@ -1,0 +1,171 @@
+"""Effects in the engine: off without a trace, on in both backends, at rest where a run starts."""
+
+from __future__ import annotations
+
+import dataclasses
+import sys
+
+import mujoco
+import numpy as np
+import pytest
+
+import pamsim
+from pamsim.core.errors import InputError
+from pamsim.engine.batch import simulate_batch
+
+SIGNALS = ("angle", "velocity", "pressure", "tension")
+LOAD = 1.2
+EFFECTS = {
+    "air_leak": {"chamber.leak_conductance": 5e-12},
+    "supply_sag": {"valve.supply_resistance": 3e8},
+    "valve_dead_zone": {"valve.dead_zone": 0.2},
+    "viscoelastic_creep": {"creep.stiffness": 3e3, "creep.relaxation_time": 0.5},
+    "end_shape": {"end_shape.loss": 0.4, "end_shape.onset": -0.02},
+    "line_lag": {"valve.line_lag": 0.04},
+    "valve_delay": {"valve.delay": 0.013},
+    "chain_backlash": {"chain.backlash": 3e-4},
+    "stribeck_friction": {"friction.stribeck_force": 10.0, "friction.stribeck_velocity": 5e-3},
+}
+SHAPES = {"creep.relaxation_time": 0.1, "end_shape.onset": -0.1, "friction.stribeck_velocity": 0.1}
+"""What says how an effect acts and nothing while there is none."""
+
+
+@pytest.fixture(scope="module")
+def rig():
+    return pamsim.load_rig("mas20_arm")
+
+
+def valves(command="valve", duration=0.5, settle=1.0):
+    return pamsim.Experiment(
+        command=command,
+        command_time=np.array([0.0, 0.15, 0.3]),
+        command_value=np.array([[0.6, -0.8], [0.0, 0.3], [-0.5, 0.0]]),
+        start_pressure=np.array([3e5, 2e5]),
+        duration=duration,
+        settle=settle,
+        load=LOAD,
+    )
+
+
+def step(start=(3e5, 3e5), end=(4.5e5, 1e5), duration=0.5, settle=1.0):
+    made = pamsim.pressure_step(start, end, duration=duration, load=LOAD)
+    return dataclasses.replace(made, settle=settle)
+
+
+def same(one, other):
+    return all(np.array_equal(getattr(one, name), getattr(other, name)) for name in SIGNALS)
+
+
+@pytest.mark.parametrize("experiment", [step(), valves(), valves("pulse")])
+def test_shapes_of_effects_that_are_absent_leave_no_trace(rig, experiment):
+    plain = pamsim.simulate(rig, experiment).completed()
+    shaped = pamsim.simulate(rig.with_parameters(SHAPES), experiment).completed()
+    assert same(plain, shaped)
+
+
+@pytest.mark.parametrize("name", EFFECTS)
+def test_effect_acts_alike_in_both_backends_and_goes_when_it_is_taken_out(rig, name):
+    there = rig.with_parameters(EFFECTS[name])
+    fast = pamsim.simulate(there, valves()).completed()
+    slow = pamsim.simulate(there, valves(), backend="python").completed()
+    for signal in SIGNALS:
+        np.testing.assert_allclose(
+            getattr(fast, signal), getattr(slow, signal), rtol=1e-9, atol=1e-12
+        )
+    if sys.platform == "linux":  # there, machine code and interpreter call one mathematics library
+        assert np.array_equal(fast.final_state, slow.final_state)
+    plain = pamsim.simulate(rig, valves()).completed()
+    assert np.abs(fast.angle - plain.angle).max() > 1e-4
+    assert np.all(fast.tension >= 0.0)
+    assert np.array_equal(fast.command, plain.command)
+    gone = there.with_parameters(dict.fromkeys([next(iter(EFFECTS[name]))], 0.0))
+    assert same(pamsim.simulate(gone, valves()), plain)
+
+
+@pytest.mark.parametrize("name", [name for name in EFFECTS if name != "chain_backlash"])
+def test_a_rig_that_is_told_to_stay_stays(rig, name):
+    """No state of an effect is left to settle when time starts. Play is not passive: it hunts."""
+    stay = step((3e5, 2e5), (3e5, 2e5), settle=12.0)
+    run = pamsim.simulate(rig.with_parameters(EFFECTS[name]), stay).completed()
+    assert np.ptp(run.angle) < 2e-6
+    np.testing.assert_allclose(np.ptp(run.pressure, axis=0), 0.0, atol=2.0)
+
+
+@pytest.mark.parametrize("name", EFFECTS)
+def test_a_batch_of_mixed_commands_equals_its_simulations(rig, name):
+    there = rig.with_parameters(EFFECTS[name])
+    start = dataclasses.replace(valves(duration=0.2), start_pressure=np.array([3e5, 3e5]))
+    jobs = [(there, start), (there, step(duration=0.2))]
+    for order in (jobs, jobs[::-1]):
+        for job, found in zip(order, simulate_batch(order), strict=True):
+            alone = pamsim.simulate(*job)
+            assert same(found, alone)
+            assert np.array_equal(found.final_state, alone.final_state)
+
+
+@pytest.mark.parametrize("name", EFFECTS)
+def test_a_run_goes_on_from_its_state_to_the_bit_or_is_refused(rig, name):
+    there = rig.with_parameters(EFFECTS[name])
+    part = pamsim.simulate(there, step(duration=0.2)).completed()
+    if name == "valve_delay":
+        with pytest.raises(InputError, match=r"\A[^\n]*valve\.delay[^\n]*\Z"):
+            pamsim.simulate(there, step(duration=0.2), from_state=part.final_state)
+        return
+    whole = pamsim.simulate(there, step(duration=0.4)).completed()
+    rest = pamsim.simulate(there, step(duration=0.2), from_state=part.final_state).completed()
+    for signal in SIGNALS:
+        joined = np.concatenate([getattr(part, signal), getattr(rest, signal)[1:]])
+        assert np.array_equal(joined, getattr(whole, signal)), signal
+
+
+@pytest.mark.parametrize("experiment", [step(settle=12.0), valves(settle=12.0)])
+def test_a_delay_of_whole_samples_shifts_the_run_to_the_bit(rig, experiment):
+    samples = 15
+    late = rig.with_parameters({"valve.delay": samples / experiment.sample_rate})
+    prompt = pamsim.simulate(rig, experiment).completed()
+    run = pamsim.simulate(late, experiment).completed()
+    np.testing.assert_allclose(run.angle[samples:], prompt.angle[:-samples], atol=2e-6)
+    assert np.ptp(run.angle[:samples]) < 1e-6
+
+
+def test_each_muscle_has_its_own_delay_of_any_fraction_of_a_step(rig):
+    """A run depends on the delay smoothly: halfway between two steps lies halfway between them."""
+    dt = rig.model.opt.timestep
+    runs = [
+        pamsim.simulate(rig.with_parameters({"muscle_1:valve.delay": d}), step()).angle
+        for d in (0.0, 0.020, 0.020 + 0.5 * dt, 0.020 + dt)
+    ]
+    whole = np.abs(runs[3] - runs[1]).max()
+    assert np.abs(runs[1] - runs[0]).max() > 10.0 * whole > 0.0
+    np.testing.assert_allclose(runs[2], 0.5 * (runs[1] + runs[3]), atol=0.02 * whole)
+
+
+def test_the_tension_recorded_is_the_muscle_s_and_not_its_friction(rig):
+    there = rig.with_parameters(EFFECTS["stribeck_friction"])
+    model = there.model_for(load=LOAD, command="pressure")
+    run = pamsim.simulate(there, step()).completed()
+    moving = np.abs(run.velocity) > 0.05
+    assert moving.sum() > 50
+    data = mujoco.MjData(model)
+    pamsim.restore_state(model, data, run.final_state)
+    with pamsim.live(model):
+        mujoco.mj_forward(model, data)
+    speed = data.actuator_velocity
+    share = speed / 5e-3
+    friction = 10.0 * share * np.exp((1.0 - share**2) / 2.0)
+    np.testing.assert_allclose(run.tension[-1], -data.actuator_force - friction, rtol=1e-12)
+
+
+REFUSED = {
+    "chain": {"chain.compliance": 1e-4, "chain.relaxation_time": 1e-3},
+    "friction": {"friction.stribeck_force": 1e3, "friction.stribeck_velocity": 1e-4},
+    "regulator": {"valve.regulator_band": 20.0},
+}
+
+
+@pytest.mark.parametrize("what", REFUSED)
+def test_a_step_too_long_for_what_is_fast_is_refused_with_the_remedy(rig, what):
+    fast = rig.with_parameters(REFUSED[what])
+    remedy = list(REFUSED[what])[-1]
+    with pytest.raises(InputError, match=rf"\A[^\n]*{what}[^\n]*{remedy}[^\n]*\Z"):
+        pamsim.simulate(fast, step())

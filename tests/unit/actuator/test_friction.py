@@ -1,0 +1,59 @@
+"""Friction that is highest while the arm creeps."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from scipy.optimize import minimize_scalar
+
+from pamsim.actuator import kernel
+from pamsim.actuator.friction import stribeck_damping, stribeck_friction
+from pamsim.actuator.layout import pack
+from tests.unit.actuator.muscles import charged, make
+
+FORCE, SPEED = 12.0, 4e-3
+
+
+def test_it_is_odd_brakes_always_and_peaks_at_its_speed():
+    speeds = np.linspace(-0.1, 0.1, 2001)
+    found = np.array([stribeck_friction(v, FORCE, SPEED) for v in speeds.tolist()])
+    assert np.all(found * speeds >= 0.0)
+    assert found == pytest.approx(-found[::-1], abs=1e-12)
+    peak = minimize_scalar(
+        lambda v: -stribeck_friction(v, FORCE, SPEED),
+        bounds=(0.0, 10.0 * SPEED),
+        method="bounded",
+        options={"xatol": 1e-9},
+    )
+    assert peak.x == pytest.approx(SPEED, rel=1e-5)
+    assert -peak.fun == pytest.approx(FORCE, rel=1e-9)
+    assert stribeck_friction(8.0 * SPEED, FORCE, SPEED) < 1e-10 * FORCE
+
+
+def test_the_stated_damping_is_the_largest_slope():
+    speeds = np.linspace(-3.0 * SPEED, 3.0 * SPEED, 60001)
+    found = np.array([stribeck_friction(v, FORCE, SPEED) for v in speeds.tolist()])
+    assert np.gradient(found, speeds).max() == pytest.approx(
+        stribeck_damping(FORCE, SPEED), rel=1e-6
+    )
+
+
+def test_the_tendon_feels_it_both_ways_and_the_muscle_s_tension_does_not():
+    muscle = make("six_parameter")
+    row, act = pack(muscle), charged(muscle, 0.19, 3e5)
+    tension = kernel.tension(row, act, 0.19)
+    assert tension > 50.0
+    for speed in (-8e-3, -1e-3, 0.0, 2e-3):
+        braked = stribeck_friction(
+            speed, muscle.friction.stribeck_force, muscle.friction.stribeck_velocity
+        )
+        assert kernel.tendon_force(row, act, 0.19, speed) == pytest.approx(
+            tension + braked, rel=1e-14
+        )
+    slack = charged(muscle, 0.12, 0.0)
+    assert kernel.tension(row, slack, 0.12) == 0.0
+    assert (
+        kernel.tendon_force(row, slack, 0.12, -2e-3)
+        < 0.0
+        < kernel.tendon_force(row, slack, 0.12, 2e-3)
+    )

@@ -1,0 +1,73 @@
+"""A leaking muscle loses its air as an orifice to the atmosphere lets it, and none when empty."""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+
+import pytest
+from scipy.integrate import solve_ivp
+
+from pamsim.actuator import kernel
+from pamsim.actuator.layout import pack
+from pamsim.pneumatics.air import GAS_CONSTANT, REFERENCE_DENSITY, REFERENCE_TEMPERATURE
+from tests.unit.actuator.muscles import LASTING, PLAIN_VALVE, charged, make
+
+TENDON = 0.19
+LEAK = 5e-11
+
+
+def leaking(conductance: float = LEAK, index: float = 1.0):
+    base = make(**LASTING, valve=PLAIN_VALVE)
+    chamber = dataclasses.replace(
+        base.chamber, polytropic_index=index, leak_conductance=conductance
+    )
+    return dataclasses.replace(base, chamber=chamber)
+
+
+def emptied(muscle, pressure: float, duration: float) -> float:
+    """Absolute pressure [Pa] in a still muscle on shut valves after a time [s]."""
+    row = pack(muscle).tolist()
+    *still, air = charged(muscle, TENDON, pressure)
+
+    def rate(time, state):
+        act = [*still, float(state[0])]
+        out = [0.0] * len(act)
+        kernel.state_rates(row, act, out, TENDON, 0.0, 0.0, time, 1e-3)
+        return out[-1:]
+
+    found = solve_ivp(rate, (0.0, duration), [air], rtol=1e-10, atol=1e-10)
+    return kernel.chamber_pressure(row, [*still, float(found.y[0, -1])], TENDON)
+
+
+@pytest.mark.parametrize("index", [1.0, 1.2, 1.4])
+def test_choked_leak_empties_a_still_muscle_exponentially(index):
+    """dP/dt = n R T mdot / V with mdot in proportion to P: rate n R T C rho sqrt(T0/T) / V."""
+    muscle = leaking(index=index)
+    row, chamber = pack(muscle), muscle.chamber
+    cold = math.sqrt(REFERENCE_TEMPERATURE / chamber.temperature)
+    speed = index * GAS_CONSTANT * chamber.temperature * LEAK * REFERENCE_DENSITY * cold
+    speed /= kernel.chamber_volume(row, TENDON)
+    duration = 0.3 / speed
+    start = 6e5 + chamber.atmosphere
+    end = emptied(muscle, 6e5, duration)
+    assert chamber.atmosphere < muscle.valve.critical_ratio * end, "choked to the end"
+    assert end == pytest.approx(start * math.exp(-0.3), rel=1e-7)
+
+
+def test_it_ends_at_the_atmosphere():
+    muscle = leaking()
+    assert emptied(muscle, 3e5, 100.0) == pytest.approx(muscle.chamber.atmosphere, rel=1e-6)
+    assert emptied(muscle, 0.0, 1.0) == pytest.approx(muscle.chamber.atmosphere, rel=1e-12)
+
+
+def test_what_the_valve_brings_comes_on_top():
+    """Net flow is the valve's less the leak's, which the command does not touch."""
+    tight, leaky = pack(leaking(0.0)).tolist(), pack(leaking()).tolist()
+    for pressure in (1.5e5, 4e5, 6.5e5):
+        lost = kernel.air_flow(leaky, pressure, 0.0, 0.0)
+        assert lost < 0.0
+        for command in (-0.7, 0.3, 1.0):
+            valve = kernel.air_flow(tight, pressure, command, 0.0)
+            both = kernel.air_flow(leaky, pressure, command, 0.0)
+            assert both - valve == pytest.approx(lost, rel=1e-9)

@@ -1,0 +1,96 @@
+"""The command's line, and the rest that every state starts from."""
+
+from __future__ import annotations
+
+import dataclasses
+
+import numpy as np
+import pytest
+
+from pamsim.actuator import kernel
+from pamsim.actuator.chain import Chain
+from pamsim.actuator.layout import pack, state_size
+from pamsim.actuator.step_limits import chain_step_limit
+from pamsim.pneumatics.valves import line_rate
+from tests.unit.actuator.muscles import LASTING, LOOPS, PLAIN_VALVE, charged, make
+
+
+@pytest.mark.parametrize("timestep", [1e-4, 0.02, 1.0])
+def test_the_line_closes_in_exponentially_at_any_time_step(timestep):
+    carried, seen = 0.2, []
+    for _ in range(30):
+        seen.append(carried)
+        carried += timestep * line_rate(0.9, carried, 0.05, timestep)
+    expected = 0.9 - 0.7 * np.exp(-timestep * np.arange(30) / 0.05)
+    assert seen == pytest.approx(expected, rel=1e-9)
+
+
+def test_the_valve_hears_what_the_line_carries_and_not_the_command():
+    lagging = make(valve=dataclasses.replace(PLAIN_VALVE, line_lag=0.05))
+    prompt = make(valve=PLAIN_VALVE)
+    for carried in (-0.6, 0.3):
+        act = charged(lagging, 0.19, 3e5, carried=carried)
+        found, expected = [0.0] * len(act), [0.0] * len(act)
+        for muscle, told, out in ((lagging, 0.8, found), (prompt, carried, expected)):
+            kernel.state_rates(pack(muscle), act, out, 0.19, 0.0, told, 0.0, 1e-3)
+        assert found[-1] == expected[-1] != 0.0
+
+
+@pytest.mark.parametrize("command", ["valve", "pulse", "pressure"])
+@pytest.mark.parametrize("loop", ["none", *LOOPS])
+def test_a_muscle_at_rest_has_free_creep_middle_play_and_shut_valves(loop, command):
+    """Nothing moves but what its own tension, and a leak, set in motion."""
+    muscle = make(loop=loop, command=command, **LASTING)
+    muscle = dataclasses.replace(muscle, creep=make().creep, chain=Chain(backlash=5e-4))
+    row, act = pack(muscle).tolist(), [9.0] * state_size(muscle)
+    kernel.rest(row, act, 0.19, 3e5)
+    assert kernel.taken_up(row, act, 0.19) == 0.19
+    assert kernel.gauge_pressure(row, act, 0.19) == pytest.approx(3e5, rel=1e-12)
+    without = pack(dataclasses.replace(muscle, creep=LASTING["creep"])).tolist()
+    assert kernel.tension(row, act, 0.19) == kernel.tension(without, act, 0.19)
+    out = [9.0] * len(act)
+    held = act[-5]
+    assert held == (3e5 if command == "pressure" else 0.0)
+    kernel.state_rates(row, act, out, 0.19, 0.0, held, 0.0, 1e-3)
+    assert out[-5:-1] == [0.0] * 4
+    # the set point is the pressure but for its rounding
+    assert out[-1] == pytest.approx(0.0, abs=1e-9 * act[-1])
+
+
+def test_quieten_relaxes_creep_where_the_muscle_is_and_leaves_play_and_air():
+    muscle = make("six_parameter")
+    row, act = pack(muscle).tolist(), charged(muscle, 0.2, 3e5)
+    before = list(act)
+    kernel.quieten(row, act, 0.2, 3e5)
+    assert act[-4] == kernel.contraction(row, kernel.taken_up(row, act, 0.2))
+    assert act[-5] == 0.0
+    assert act[-3:] == before[-3:]
+
+
+@pytest.mark.parametrize("pressure", [1e5, 5e5])
+def test_a_chain_settles_just_inside_its_step_limit_and_swings_up_beyond(pressure):
+    chain = Chain(compliance=1.5e-5, relaxation_time=5e-3)
+    muscle = make("six_parameter", **(LASTING | {"chain": chain}))
+    row, tendon = pack(muscle).tolist(), 0.185
+
+    def swing(share):
+        """Growth of a small deviation of the extension over 60 steps on shut valves."""
+        act = charged(muscle, tendon, pressure)
+        act[-3] = tendon
+        for _ in range(4000):  # to rest, in steps well inside
+            out = [0.0] * len(act)
+            kernel.state_rates(row, act, out, tendon, 0.0, 0.0, 0.0, 2e-4)
+            act[-2] += 2e-4 * out[-2]
+        at = act[-2]
+        own = kernel.gauge_pressure(row, act, tendon)
+        step = share * chain_step_limit(muscle, tendon - at, own)
+        act[-2] += 1e-9
+        for _ in range(60):
+            out = [0.0] * len(act)
+            kernel.state_rates(row, act, out, tendon, 0.0, 0.0, 0.0, step)
+            act[-2] += step * out[-2]
+        return abs(act[-2] - at) / 1e-9
+
+    assert swing(0.97) < 0.2
+    assert swing(1.03) > 5.0
+    assert chain_step_limit(dataclasses.replace(muscle, chain=Chain()), tendon, pressure) > 1e9
