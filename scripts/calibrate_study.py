@@ -2,13 +2,13 @@
 
     python scripts/calibrate_study.py [--workers 2] [--json scripts/results/calibrate_study.json]
 
-Five parameters of the MAS-20 arm are planted 5 to 50 % off the rig's own values. Eight trials (three
-repeats of each of two valve sequences, one of them under load, 1.5 s each at 100 Hz) are
-simulated, get noise on angle and pressures, are written to files and calibrated from the rig's own
-values: 200 seeds of white and 200 of coloured noise (AR(1), correlation time 0.1 s) of 0.05 deg and
-0.4 kPa. Then experiments that cannot show what is asked: valves that only fill, from which the
-conductance of exhaust is wanted; and angles at rest without load, from which active and passive
-forces are both wanted, though only their ratio turns the arm.
+Five parameters of the MAS-20 arm are planted 5 to 50 % off the rig's own values. Eight trials (four
+repeats of each of two valve sequences, one of them under load, 1.5 s each at 100 Hz) are simulated,
+get noise on angle and pressures, are written to files and calibrated from the rig's own values: 200
+seeds of white and 200 of coloured noise (AR(1), correlation time 0.1 s) of 0.05 deg and 0.4 kPa.
+Then experiments that cannot show what is asked: valves that only fill, from which the conductance
+of exhaust is wanted; and angles at rest without load, from which active and passive forces are both
+wanted, though only their ratio turns the arm.
 
 Finished runs are kept in out/calibrate_study.jsonl: a stopped study goes on where it was.
 """
