@@ -16,7 +16,7 @@ class Candidate:
         effect: which.
         parameters: ranges of what it frees, under the rig's names; the one that measures its size
             first.
-        neutral: values at which it is absent [SI].
+        neutral: values at which it is absent [SI]; none for numbers that mean nothing then.
         probes: values at which its signature is taken, with their sizes.
         starts: values that a fit begins from; none lies on a bound, where friction has no slope.
     """

@@ -10,9 +10,9 @@ EFFECT = Effect(
     layer="muscle",
     missing="force lost to the tapered ends of a contracted muscle",
     parameters=(
-        EffectParameter(name="end_shape.loss", typical=0.3, low=0.0, high=1.0),
+        EffectParameter(name="end_shape.loss", typical=0.5, low=0.0, high=1.0),
         EffectParameter(
-            name="end_shape.onset", typical=0.02, low=0.0, high=0.2, shape=True, starts=(0.0, 0.05)
+            name="end_shape.onset", typical=0.01, low=0.0, high=0.2, shape=True, starts=(0.0, 0.03)
         ),
     ),
     signature="force too high at large contraction only",

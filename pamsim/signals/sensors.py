@@ -155,6 +155,22 @@ def distorted(recording: Recording, chain: MeasurementChain) -> Recording:
     )
 
 
+def true_pressure(reading: ArrayLike, chain: MeasurementChain) -> NDArray[np.float64]:
+    """Pressure at rest behind a reading of an instrument that errs.
+
+    Args:
+        reading: (...) [Pa].
+        chain: what it errs by.
+
+    Returns:
+        (...) true pressure [Pa]; the reading itself of an instrument that does not err.
+    """
+    true = np.asarray(reading, dtype=float)
+    if chain.pressure_bias != 0.0:
+        true = true - chain.pressure_bias
+    return true / chain.pressure_scale if chain.pressure_scale != 1.0 else true
+
+
 def _erring(
     time: NDArray[np.float64], true: NDArray[np.float64], lag: float, scale: float, bias: float
 ) -> NDArray[np.float64]:

@@ -62,6 +62,7 @@ def candidate(rig: Rig, effect: Effect) -> Candidate:
     neutral = {
         r.name: r.value if p.neutral is None or p.relative else p.neutral
         for p, r in zip(effect.parameters, found, strict=True)
+        if not p.shape
     }
     typical = at_size(rig, effect, 1.0)
     starts = [

@@ -14,6 +14,7 @@ from pamsim.core.recording import Outcome, Recording
 from pamsim.core.trial import Trial
 from pamsim.engine.batch import simulate_batch
 from pamsim.engine.rig import Rig
+from pamsim.signals.sensors import distorted, true_pressure
 from pamsim.store.static_table import StaticTable
 from pamsim.sysid.residual_block import Blocks, ResidualBlock
 from pamsim.workflows.calibration_data import CalibrationData
@@ -128,7 +129,14 @@ class TrialPredictor:
         if self._slopes is None:
             self.linearise_starts(next((rig for rig in rigs if rig is not None), None))
         runs = iter(
-            self._run([(rig, e) for rig in rigs if rig is not None for e in self._experiments])
+            self._run(
+                [
+                    (rig, self._read(rig, e) if number in self._of_trial else e)
+                    for rig in rigs
+                    if rig is not None
+                    for number, e in enumerate(self._experiments)
+                ]
+            )
         )
         return [
             None if rig is None else self._prediction([next(runs) for _ in self._experiments])
@@ -156,7 +164,9 @@ class TrialPredictor:
                 experiment.start_pressure,
                 *(experiment.start_pressure + STEP * row for row in np.eye(len(rig.muscles))),
             ]
-            runs = self._run([(rig, replace(experiment, start_pressure=start)) for start in moved])
+            runs = self._run(
+                [(rig, self._read(rig, replace(experiment, start_pressure=s))) for s in moved]
+            )
             if any(run.outcome is not Outcome.COMPLETED for run in runs):
                 continue
             for i, (trial, of, slopes) in enumerate(
@@ -170,10 +180,22 @@ class TrialPredictor:
                             [(other[name] - signal) / STEP for other in others]
                         )
 
+    @staticmethod
+    def _read(rig: Rig, experiment: Experiment) -> Experiment:
+        """An experiment whose start pressures were read from the rig's sensors, as they were."""
+        if rig.sensor is None:
+            return experiment
+        true = np.maximum(true_pressure(experiment.start_pressure, rig.sensor), 0.0)
+        return replace(experiment, start_pressure=true)
+
     def _run(self, jobs: list[tuple[Rig, Experiment]]) -> list[Recording]:
+        """Simulated recordings as the rigs' sensors would report them."""
         if self._simulated is not None:
             self._simulated(len(jobs))
-        return simulate_batch(jobs, threads=self._threads)
+        return [
+            run if rig.sensor is None else distorted(run, rig.sensor)
+            for (rig, _), run in zip(jobs, simulate_batch(jobs, threads=self._threads), strict=True)
+        ]
 
     def _prediction(self, runs: list[Recording]) -> Prediction | None:
         if any(run.outcome is not Outcome.COMPLETED for run in runs):

@@ -40,7 +40,7 @@ def regressors(trial: Trial) -> dict[str, FloatArray]:
         window = np.hanning(2 * _SMOOTH + 3)[1:-1]
         padded = np.pad(angle, _SMOOTH, mode="edge")
         smooth = np.convolve(padded, window / window.sum(), mode="valid")
-        speed = np.gradient(smooth, trial.time)
+        speed = np.asarray(np.gradient(smooth, trial.time), dtype=np.float64)
         found["speed"] = speed
         moving = np.abs(speed) > _STILL * np.abs(speed).max()
         direction = np.where(moving, np.sign(speed), 0.0)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import dataclasses
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,6 +18,7 @@ from pamsim.effects.catalog import effect
 from pamsim.engine.batch import simulate_batch
 from pamsim.engine.rig import Rig
 from pamsim.engine.rig_parameter import rig_parameter
+from pamsim.signals.sensors import distorted
 from pamsim.workflows.effect_candidates import at_size
 from pamsim.workflows.protocols import PROTOCOLS, protocol
 
@@ -111,7 +113,10 @@ def twin_data(
             for repeat in range(1, chosen.repeats + 1):
                 stems[f"{name}{end}_{repeat}"] = f"{name}{end}"
                 jobs.append((_varied(truth, rng, chosen.variation), experiment))
-    runs = [run.completed() for run in simulate_batch(jobs)]
+    runs = [
+        run.completed() if truth.sensor is None else distorted(run.completed(), truth.sensor)
+        for run in simulate_batch(jobs)
+    ]
     trials = {stem: _noisy(run, rng, chosen) for stem, run in zip(stems, runs, strict=True)}
     return TwinData(trials=trials, protocols=stems, hidden=hidden, rig=truth)
 
@@ -151,5 +156,5 @@ def _unit_noise(
     keep = np.exp(-1.0 / (rate * DRIFT))
     drive = rng.standard_normal(shape)
     drive[0] /= np.sqrt(1.0 - keep**2)  # the drift has been going on for long
-    drift = lfilter([np.sqrt(1.0 - keep**2)], [1.0, -keep], drive, axis=0)
-    return np.sqrt(0.5) * (white + drift)
+    drift: Any = lfilter([np.sqrt(1.0 - keep**2)], [1.0, -keep], drive, axis=0)
+    return np.asarray(np.sqrt(0.5) * (white + drift))

@@ -1,0 +1,134 @@
+"""Every effect is nothing at neutral, shows at its probes, and says what it needs to say."""
+
+from __future__ import annotations
+
+import dataclasses
+
+import numpy as np
+import pytest
+
+import pamsim
+from pamsim.core.errors import InputError
+from pamsim.effects.catalog import EFFECTS, effect
+from pamsim.effects.effect import LAYERS
+from pamsim.engine.rig_parameter import rig_parameter
+from pamsim.signals.sensors import distorted
+from pamsim.workflows.effect_candidates import at_size, candidate, rig_name
+from pamsim.workflows.protocols import PROTOCOLS
+
+CONTRACT = [
+    "coulomb_friction",
+    "stribeck_friction",
+    "viscous_friction",
+    "load_torque",
+    "added_inertia",
+    "muscle_hysteresis",
+    "viscoelastic_creep",
+    "threshold_pressure",
+    "passive_stiffness",
+    "end_shape",
+    "muscle_mismatch",
+    "air_leak",
+    "supply_sag",
+    "valve_dead_zone",
+    "valve_flow",
+    "thermal_relaxation",
+    "valve_delay",
+    "line_lag",
+    "chain_backlash",
+    "chain_compliance",
+    "angle_bias",
+    "angle_scale",
+    "angle_lag",
+    "pressure_bias",
+    "pressure_scale",
+    "pressure_lag",
+]
+NOISE = {"angle": np.radians(0.05), "pressure": 400.0, "tension": 1.5}
+
+
+@pytest.fixture(scope="module")
+def rig():
+    return pamsim.load_rig("mas20_arm")
+
+
+@pytest.fixture(scope="module")
+def trials():
+    """Two seconds of inputs that move everything, one of them under load."""
+    names = ("triangle", "bursts", "loaded_steps")
+    return [
+        dataclasses.replace(PROTOCOLS[name].experiment(3), duration=2.0, settle=0.5)
+        for name in names
+    ]
+
+
+def runs(rig, trials):
+    found = [pamsim.simulate(rig, trial).completed() for trial in trials]
+    return found if rig.sensor is None else [distorted(run, rig.sensor) for run in found]
+
+
+@pytest.fixture(scope="module")
+def plain(rig, trials):
+    return runs(rig, trials)
+
+
+def test_the_contract_s_names_are_all_there():
+    assert sorted(EFFECTS) == sorted(CONTRACT)
+
+
+@pytest.mark.parametrize("name", CONTRACT)
+def test_it_says_what_it_is(name):
+    one = EFFECTS[name]
+    assert one.name == name
+    assert one.layer in LAYERS
+    assert one.missing
+    assert one.signature
+    assert one.separating
+    assert set(one.look_alikes) <= set(EFFECTS) - {name}
+    assert not one.parameters[0].shape
+
+
+@pytest.mark.parametrize("name", CONTRACT)
+def test_neutral_changes_not_one_bit(name, rig, trials, plain):
+    """Its size at neutral, its shape parameters at their typical values."""
+    neutral = rig.with_parameters(at_size(rig, EFFECTS[name], 0.0))
+    for one, other in zip(runs(neutral, trials), plain, strict=True):
+        for signal in ("angle", "pressure", "tension", "velocity"):
+            assert np.array_equal(getattr(one, signal), getattr(other, signal)), signal
+
+
+@pytest.mark.parametrize("name", CONTRACT)
+def test_every_probe_shows_and_more_shows_more(name, rig, trials, plain):
+    sizes = [s for s in candidate(rig, EFFECTS[name]).probes if s[0] > 0]
+    moved = []
+    for _, values in sizes:
+        changes = [
+            np.sqrt(np.mean((getattr(one, signal) - getattr(other, signal)) ** 2)) / noise
+            for one, other in zip(runs(rig.with_parameters(values), trials), plain, strict=True)
+            for signal, noise in NOISE.items()
+        ]
+        moved.append(max(changes))
+    assert moved == sorted(moved)
+    assert moved[1] > 0.5  # a typical size is a matter of half the noise at least
+    assert moved[0] > 0.02
+
+
+@pytest.mark.parametrize("name", CONTRACT)
+def test_a_search_may_reach_neutral_and_every_probe(name, rig):
+    one = candidate(rig, EFFECTS[name])
+    for parameter in one.parameters:
+        neutral = one.neutral.get(parameter.name, parameter.start)
+        assert parameter.low <= neutral <= parameter.high
+        spec = rig_parameter(rig, parameter.name).spec
+        assert spec.low <= parameter.low < parameter.high <= spec.high
+        for _, values in one.probes:
+            assert parameter.low < values[parameter.name] < parameter.high
+    size = one.parameters[0].name
+    assert len({values[size] for _, values in one.probes}) == len(one.probes)
+
+
+def test_names_stand_for_the_rig_s_own_parts(rig):
+    assert rig_name(rig, EFFECTS["coulomb_friction"].parameters[0]) == "joint.shaft.frictionloss"
+    assert rig_name(rig, EFFECTS["load_torque"].parameters[0]) == "body.rig.tilt"
+    with pytest.raises(InputError, match="did you mean 'air_leak'"):
+        effect("air_lek")
