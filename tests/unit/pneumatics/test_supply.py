@@ -75,3 +75,15 @@ def test_flow_back_meets_the_supply_at_rest_and_nan_is_not_hidden():
     assert drawn_flow(5e5, 1e9, 5e5, *orifice) == 0.0
     assert drawn_flow(5e5, 1e9, 6e5, *orifice) == mass_flow(5e5, 6e5, *orifice) < 0.0
     assert math.isnan(drawn_flow(5e5, 1e9, math.nan, *orifice))
+
+
+@pytest.mark.parametrize("resistance", [3e8, 1e9])
+def test_the_flow_is_found_where_a_coefficient_of_its_equation_vanishes(resistance):
+    """For b > 1/2 the constant one does at P = (2 b - 1) P_0: the roots' short form is 0 / 0."""
+    supply, critical = 8e5, 0.75
+    chamber = (2.0 * critical - 1.0) * supply
+    orifice = (8e-9, critical, 0.999, 293.15)
+    found = drawn_flow(supply, resistance, chamber, *orifice)
+    left = supply - resistance * found
+    assert critical < chamber / left < 0.999
+    assert found == pytest.approx(mass_flow(left, chamber, *orifice), rel=1e-9)
