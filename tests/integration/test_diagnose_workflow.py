@@ -1,0 +1,60 @@
+"""A diagnosis in the engine: what twin data hide is found on trials that no fit has seen."""
+
+from __future__ import annotations
+
+import pytest
+
+import pamsim
+from pamsim.core.errors import InputError
+from pamsim.diagnosis.verdict import Verdict
+from pamsim.store.recording_files import write_recording
+from pamsim.workflows.diagnose import diagnose
+from pamsim.workflows.twin_data import TwinSettings, twin_data
+
+TRIED = ("air_leak", "coulomb_friction")
+
+
+@pytest.fixture(scope="module")
+def rig():
+    rig = pamsim.load_rig("mas20_arm")
+    rig.model.opt.timestep = 1e-3  # twin and fit alike
+    return rig
+
+
+@pytest.fixture(autouse=True)
+def short_trials(monkeypatch):
+    monkeypatch.setattr("pamsim.workflows.protocols.DURATION", 3.2)
+
+
+def recorded(rig, effects, folder):
+    settings = TwinSettings(protocols=("bursts",), repeats=4, seed=4)
+    data = twin_data(rig, effects, settings)
+    write_recording(folder, "mas20_arm", data.trials, data.protocols)
+    return folder
+
+
+@pytest.mark.parametrize(
+    ("effects", "verdict"),
+    [([], Verdict.NO_GAP), ([("air_leak", 1.0)], Verdict.NAMED)],
+    ids=["nothing", "air_leak"],
+)
+def test_what_is_hidden_is_named_and_nothing_else(rig, effects, verdict, tmp_path):
+    folder = recorded(rig, effects, tmp_path / "data")
+    found = diagnose([folder], rig=rig, effects=TRIED, ordinary=("force.scale",)).found
+    assert found.named.verdict is verdict
+    if effects:
+        best = found.named.best
+        assert best.names == ("air_leak",)
+        assert found.cells[0].channel.startswith("pressure")
+        assert best.fit.values["chamber.leak_conductance"] == pytest.approx(2e-12, rel=0.05)
+        assert best.mean_loss < 1.1 < sum(found.base_loss.values()) / len(found.base_loss)
+    else:
+        assert found.named.best is None
+
+
+def test_trials_to_judge_by_are_chosen_and_said(rig, tmp_path):
+    folder = recorded(rig, [], tmp_path / "data")
+    with pytest.raises(InputError, match="did you mean 'bursts'"):
+        diagnose([folder], rig=rig, held_out=["burst"])
+    with pytest.raises(InputError, match="recordings over time"):
+        diagnose(["mas20"])
