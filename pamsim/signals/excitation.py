@@ -55,7 +55,7 @@ def multisine_lines(lines: int) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
     2012, section 4.3).
 
     Args:
-        lines: number of odd harmonics.
+        lines: number of odd harmonics [-].
 
     Returns:
         Excited odd harmonics, and odd harmonics left out.
