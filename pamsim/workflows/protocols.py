@@ -117,7 +117,7 @@ PROTOCOLS: dict[str, Protocol] = {
         ),
         Protocol(
             name="staircase",
-            shows="creep and leaks in holds, statics over the whole range",
+            shows="creep and leaks in holds, angles at rest over the whole range",
             command="pressure",
             drive=_staircase(1.6, 1.8e5),
         ),
