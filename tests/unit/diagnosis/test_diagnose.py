@@ -30,9 +30,9 @@ def found(hidden, library=LIBRARY, **options):
 @pytest.mark.parametrize("drift", [False, True])
 def test_nothing_is_claimed_where_nothing_is_hidden(drift):
     """Drifting noise and trials that differ a little must not look like an effect."""
-    verdicts = [found({}, seed=seed, drift=drift).named for seed in range(12)]
+    verdicts = [found({}, seed=seed, drift=drift).named for seed in range(8)]
     assert all(named.best is None for named in verdicts)
-    assert sum(named.verdict is Verdict.NO_GAP for named in verdicts) >= 11
+    assert sum(named.verdict is Verdict.NO_GAP for named in verdicts) >= 7
 
 
 @pytest.mark.parametrize(
@@ -41,7 +41,7 @@ def test_nothing_is_claimed_where_nothing_is_hidden(drift):
 )
 def test_what_is_hidden_is_named_and_measured(hidden, name):
     inside = 0
-    for seed in range(5):
+    for seed in range(3):
         one = found(hidden, seed=seed)
         assert one.named.verdict is Verdict.NAMED, (seed, one.named)
         assert one.named.best.names == (name,)
@@ -49,7 +49,7 @@ def test_what_is_hidden_is_named_and_measured(hidden, name):
         assert one.named.best.fit.values[name] == pytest.approx(hidden[name], rel=0.15)
         low, high = one.named.best.intervals[name]
         inside += low < hidden[name] < high
-    assert inside >= 4
+    assert inside >= 2
 
 
 def test_the_repair_reaches_the_noise_floor():
@@ -67,13 +67,13 @@ def test_effects_that_leave_the_same_trace_are_not_told_apart():
 
 
 def test_what_no_effect_explains_is_called_unexplained():
-    for seed in range(5):
+    for seed in range(3):
         one = found({"ripple": 0.05}, seed=seed)
         assert one.named.verdict is Verdict.UNEXPLAINED
 
 
 def test_the_true_effect_missing_from_the_library_is_not_replaced_by_another():
-    for seed in range(5):
+    for seed in range(3):
         one = found({"dry": 0.06}, library=(BIAS, LEAK), seed=seed)
         assert one.named.verdict is Verdict.UNEXPLAINED
 
@@ -86,7 +86,7 @@ def test_two_effects_are_both_named():
 
 
 def test_a_single_effect_gets_no_companion():
-    for seed in range(5):
+    for seed in range(3):
         one = found({"dry": 0.06}, seed=seed)
         assert one.named.best.names == ("dry",)
 
