@@ -39,7 +39,7 @@ def command(
     seed: int,
     json_file: Path | None,
 ) -> int:
-    """Record a rig in which EFFECTS are hidden: air_leak, or air_leak+chain_backlash, or none.
+    """Record a rig in which EFFECTS are hidden: air_leak, or air_leak+coulomb_friction, or none.
 
     Writes a recording folder and, beside it, the truth.
     """
