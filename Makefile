@@ -10,7 +10,8 @@ PY := $(VENV)/bin/python
 # uv as a module: it needs no script whose first line would break when the folder is moved.
 UV := $(PY) -m uv
 # pytest needs no more than two workers, and a file's tests share compiled kernels within one worker.
-PYTEST := -m pytest -n 2 --dist loadfile
+# In the order of the folders: the few long tests of integration/ begin, or one worker ends with them.
+PYTEST := -m pytest -n 2 --dist loadfile --no-loadscope-reorder
 
 # A slow mirror is no reason to fail, and the Python given above is the one to use.
 export UV_HTTP_TIMEOUT ?= 180
