@@ -21,7 +21,7 @@ from pamsim.muscles.creep import creep_force, creep_rate
 from pamsim.muscles.end_shape import force_left
 from pamsim.muscles.passive import passive_force
 from pamsim.muscles.tension import effective_pressure, taut
-from pamsim.pneumatics.chamber import absolute_pressure, air_state, air_state_rate
+from pamsim.pneumatics.chamber import absolute_pressure, air_state_rate
 from pamsim.pneumatics.orifice import mass_flow
 from pamsim.pneumatics.supply import drawn_flow
 from pamsim.pneumatics.valves import (
@@ -121,43 +121,6 @@ def chamber_pressure(par: Row, act: Row, tendon_length: float) -> float:
 def gauge_pressure(par: Row, act: Row, tendon_length: float) -> float:
     """Gauge pressure in the chamber [Pa]."""
     return chamber_pressure(par, act, tendon_length) - par[_ATMOSPHERE]
-
-
-def charged_air_state(par: Row, tendon_length: float, pressure: float) -> float:
-    """Air state y that gives a gauge pressure [Pa] at a tendon length [m]."""
-    return air_state(
-        pressure + par[_ATMOSPHERE], chamber_volume(par, tendon_length), par[_POLYTROPIC]
-    )
-
-
-def rest(par: Row, act: MutableRow, tendon_length: float, pressure: float) -> None:
-    """Write the states of a muscle that has long been at rest.
-
-    Args:
-        par: (SIZE,) parameter row.
-        act: (n,) written: the operator and the chain free of memory and force, the creep relaxed,
-            the command's line carrying what keeps the valves shut.
-        tendon_length: [m].
-        pressure: gauge pressure [Pa].
-    """
-    for i in range(len(act)):
-        act[i] = 0.0
-    act[len(act) - PLAY] = tendon_length
-    act[len(act) - AIR] = charged_air_state(par, tendon_length, pressure)
-    quieten(par, act, tendon_length, pressure)
-
-
-def quieten(par: Row, act: MutableRow, tendon_length: float, pressure: float) -> None:
-    """Relax the creep and let the command's line carry what keeps the valves shut.
-
-    Args:
-        par: (SIZE,) parameter row.
-        act: (n,) states, of which these two are written.
-        tendon_length: [m].
-        pressure: gauge pressure [Pa].
-    """
-    act[len(act) - CREEP] = contraction(par, taken_up(par, act, tendon_length))
-    act[len(act) - LINE] = pressure if par[_COMMAND] == 2.0 else 0.0
 
 
 def static_force(par: Row, tendon_length: float, pressure: float) -> float:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from pamsim.core.errors import InputError
 from pamsim.diagnosis.candidate import Candidate
@@ -119,7 +119,7 @@ def diagnose(
     def likeness(one: str, other: str) -> float:
         return alike(by_name[one], by_name[other])
 
-    seen = bool(over) and over[0].p_value * len(over) < _SURE_MAP * len(over)
+    seen = bool(over) and over[0].p_value < _SURE_MAP
     named = name(
         layout,
         floor,
@@ -130,13 +130,7 @@ def diagnose(
         gap_seen=seen and where[0].p_value < 1e-3 and where[0].excess > 0.1,
     )
     if floor.repeats < 2 and named.verdict is not Verdict.NO_GAP:
-        named = Named(
-            verdict=Verdict.NOT_IDENTIFIABLE,
-            best=named.best,
-            tied=named.tied,
-            explained=named.explained,
-            remainder=named.remainder,
-        )
+        named = replace(named, verdict=Verdict.NOT_IDENTIFIABLE)
     return Diagnosis(
         named=named,
         floor=floor,

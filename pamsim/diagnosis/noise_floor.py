@@ -9,14 +9,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pamsim.diagnosis.trial_residuals import TrialLayout
+from pamsim.signals.roughness import rough_noise
 
 FloatArray = NDArray[np.float64]
 
 FEWEST_REPEATS = 3
 """Fewer repeats of a protocol than this, and its floor is a guess."""
-
-_SECOND_DIFFERENCE = np.sqrt(6.0)  # of white noise, in its standard deviations
-_MEDIAN_TO_SD = 1.4826
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -61,9 +59,7 @@ def noise_floor(layout: TrialLayout, residual: FloatArray) -> NoiseFloor:
             variance[key] = float(np.mean(np.var(stack, axis=0, ddof=1)))
         else:
             assumed = True
-            bend = np.abs(np.diff(members[0], n=2))
-            white = _MEDIAN_TO_SD * float(np.median(bend)) / _SECOND_DIFFERENCE
-            variance[key] = white**2
+            variance[key] = rough_noise(members[0]) ** 2
     least = {c: _smallest(layout, c) for c in layout.channels}
     pooled = {
         channel: max(

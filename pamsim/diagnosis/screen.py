@@ -92,14 +92,14 @@ def shortlist(
         count: of them that are taken for their likeness.
         look_alikes: effect -> names of effects that must compete if it does.
     """
-    chosen = {s.candidate.name for s in screened[:count]}
+    chosen = [s.candidate.name for s in screened[:count]]
     families = {s.candidate.family for s in screened[: max(count // 2, 1)]}
-    wanted = {name for chosen_name in list(chosen)[:3] for name in look_alikes.get(chosen_name, ())}
+    wanted = {other for name in chosen[:3] for other in look_alikes.get(name, ())}
     unmoved = {s.candidate.name for s in screened if not s.visible and s.signatures}
     return tuple(
         s
         for s in screened
-        if s.candidate.name in chosen | wanted
+        if s.candidate.name in wanted.union(chosen)
         or (s.candidate.family in families and s.visible)
         or (s.candidate.name in unmoved and s.likeness > 0.5)
     )

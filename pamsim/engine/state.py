@@ -8,7 +8,8 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
-from pamsim.actuator.kernel import gauge_pressure, quieten, rest
+from pamsim.actuator.kernel import gauge_pressure
+from pamsim.actuator.rest_state import quieten, rest
 from pamsim.core.errors import InputError
 from pamsim.engine.callback import muscle_ids
 

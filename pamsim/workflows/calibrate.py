@@ -12,15 +12,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pamsim.core.errors import InputError, nearest
-from pamsim.core.parameters import Sourced
 from pamsim.engine.rig import Rig, load_rig
 from pamsim.store.checkpoint_file import CheckpointFile
 from pamsim.store.rig_writer import write_rig
 from pamsim.sysid.calibration import calibrate as fit
 from pamsim.sysid.calibration_result import Calibration, Progress
-from pamsim.sysid.coefficient import Doubt
 from pamsim.sysid.free_parameter import FreeParameter
 from pamsim.sysid.profile_likelihood import profile
+from pamsim.workflows.calibrated_rig import calibrated_numbers, calibration_heading
 from pamsim.workflows.calibration_data import CalibrationData, hold_out, read_calibration_data
 from pamsim.workflows.calibration_parameters import (
     FreedParameter,
@@ -132,7 +131,12 @@ def calibrate(
     comparisons = [*_comparisons(compared, pair, False), *_comparisons(unseen, pair, True)]
     folder = None if out is None else out / RIG_FOLDER
     if folder is not None:
-        write_rig(loaded.file, folder, _numbers(freed, found, data), heading=_heading(data, found))
+        write_rig(
+            loaded.file,
+            folder,
+            calibrated_numbers(freed, found, data),
+            heading=calibration_heading(data, found),
+        )
     return CalibrationReport(
         rig=loaded.name,
         sources=data.sources,
@@ -257,42 +261,6 @@ def _comparisons(
         )
         for trial, protocol, channel, at, measured, table in places
     ]
-
-
-def _numbers(
-    freed: Sequence[FreedParameter], found: Calibration, data: CalibrationData
-) -> dict[str, Sourced]:
-    """The calibrated numbers as entries of the rig's file; what no datum shows stays as it was."""
-    source = f"identified by pamsim calibrate from {_short(data)}"
-    numbers: dict[str, Sourced] = {}
-    for one, result in zip(freed, found.parameters, strict=True):
-        if Doubt.DEAD in result.doubts:
-            continue
-        for name in one.names:
-            tied = [other for other in one.names if other != name]
-            notes = [f"one number with {', '.join(tied)}"] if tied else []
-            notes += [result.sentence] if result.sentence else []
-            numbers[name] = Sourced(
-                value=result.value,
-                unit=result.unit,
-                source=source,
-                where=f"calibrated {name}",
-                interval95=result.interval95,
-                note="; ".join(notes),
-            )
-    return numbers
-
-
-def _heading(data: CalibrationData, found: Calibration) -> str:
-    return (
-        f"Written by pamsim calibrate from {_short(data)}.\n"
-        f"Status: {found.status}: {found.sentence}.\n"
-        "Everything below that does not say so is as it was in the rig it started from."
-    )
-
-
-def _short(data: CalibrationData) -> str:
-    return ", ".join(Path(source).name or source for source in data.sources)
 
 
 def _tie_notes(freed: Sequence[FreedParameter]) -> list[str]:

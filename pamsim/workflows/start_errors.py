@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pamsim.core.trial import Trial
+from pamsim.signals.roughness import rough_noise
 from pamsim.workflows.trial_experiment import start_pressures
 
 FloatArray = NDArray[np.float64]
@@ -27,8 +28,6 @@ _REACH = 4.0  # standard deviations of sensor noise that a first sample is not o
 _LAGS = 20  # parts of a trial, one of which is the longest time over which noise may drift
 _PASSES = 2  # the second knows what a channel misses apart from the wrong start
 _ALIKE = 6.0  # standard deviations by which starts of repeats may differ and still be one start
-_SECOND_DIFFERENCE = np.sqrt(6.0)  # of white noise, in its standard deviations
-_MEDIAN_TO_SD = 1.4826
 _UNIFORM = np.sqrt(12.0)  # of a uniform distribution, in its standard deviations
 
 
@@ -146,7 +145,7 @@ def _noise(trial: Trial) -> FloatArray:
             # Neighbouring values of a converter are a step apart, those of a finer record are not.
             step = float(np.min(np.diff(np.unique(measured)), initial=np.inf))
             rounding = step / _UNIFORM if np.isfinite(step) else 0.0
-            found[muscle] = max(_rough(measured, 1), rounding)
+            found[muscle] = max(rough_noise(measured, 1), rounding)
     return found
 
 
@@ -162,17 +161,7 @@ def _noise_of_repeats(one: Trial, other: Trial) -> FloatArray:
 
 def _drifting(miss: FloatArray) -> float:
     """Noise of a signal from which its smooth part is taken, drift included [as the signal]."""
-    return _rough(miss, max(len(miss) // _LAGS, 1))
-
-
-def _rough(signal: FloatArray, lag: int) -> float:
-    """Standard deviation of the noise on a signal, over a lag in samples.
-
-    From second differences, in which what is smooth over the lag all but cancels, by their median,
-    which the few samples at a switching valve do not move.
-    """
-    bend = signal[2 * lag :] - 2.0 * signal[lag:-lag] + signal[: -2 * lag]
-    return _MEDIAN_TO_SD * float(np.median(np.abs(bend))) / _SECOND_DIFFERENCE if len(bend) else 0.0
+    return rough_noise(miss, max(len(miss) // _LAGS, 1))
 
 
 def _same_settings(one: Trial, other: Trial) -> bool:

@@ -10,7 +10,8 @@ from pamsim.actuator.antagonist import (
     ideal_stiffness,
     joint_stiffness,
 )
-from pamsim.actuator.kernel import charged_air_state, gauge_pressure
+from pamsim.actuator.kernel import gauge_pressure
+from pamsim.actuator.rest_state import charged_air_state
 from pamsim.core.units import DEG_PER_RAD, PA_PER_KPA
 from pamsim.store.printed import PrintedStep, distinct_steps
 from pamsim.workflows.replication.antagonistic_pair import (

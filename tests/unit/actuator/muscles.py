@@ -7,9 +7,10 @@ from typing import Any
 
 from pamsim.actuator.chain import Chain
 from pamsim.actuator.friction import Friction
-from pamsim.actuator.kernel import charged_air_state, taken_up
+from pamsim.actuator.kernel import taken_up
 from pamsim.actuator.layout import pack, state_size
 from pamsim.actuator.muscle import Mounting, Muscle
+from pamsim.actuator.rest_state import charged_air_state
 from pamsim.core.parameters import ParameterGroup
 from pamsim.hysteresis.group import Hysteresis
 from pamsim.muscles.braid import Braid

@@ -7,7 +7,7 @@ import dataclasses
 import pytest
 from scipy.integrate import solve_ivp
 
-from pamsim.actuator import kernel
+from pamsim.actuator import kernel, rest_state
 from pamsim.actuator.layout import pack
 from pamsim.actuator.regulation import regulator_time_constant
 from tests.unit.actuator.muscles import LASTING, PLAIN_VALVE, make
@@ -37,7 +37,7 @@ def test_small_errors_decay_with_the_stated_time_constant(dead_zone):
         return rates
 
     kept = dead_zone * valve.regulator_band
-    start = kernel.charged_air_state(row, 0.0, target - kept - 1e3)
+    start = rest_state.charged_air_state(row, 0.0, target - kept - 1e3)
     stated = regulator_time_constant(muscle)
     found = solve_ivp(rate, (0.0, stated), [0.0, 0.0, 0.0, 0.0, start], rtol=1e-9, atol=1e-9)
     left = target - kept - kernel.gauge_pressure(row, found.y[:, -1].tolist(), 0.0)

@@ -34,7 +34,7 @@ def test_interval_and_duration() -> None:
 )
 def test_bad_records_are_refused_by_name(changes: dict[str, object], word: str) -> None:
     with pytest.raises(InputError, match=word) as caught:
-        SignalRecord(**{"name": "arm_3", "time": T, "input": U, "output": Y, **changes})  # type: ignore[arg-type]
+        SignalRecord(**{"name": "arm_3", "time": T, "input": U, "output": Y, **changes})
     assert "arm_3" in str(caught.value)
 
 

@@ -1,0 +1,48 @@
+"""States of a muscle at rest: where a run begins, and what a settled one is taken for."""
+
+from __future__ import annotations
+
+from pamsim.actuator.kernel import chamber_volume, contraction, taken_up
+from pamsim.actuator.layout import AIR, CREEP, LINE, PLAY, MutableRow, Row, slot
+from pamsim.pneumatics.chamber import air_state
+
+_COMMAND = slot("command")
+_POLYTROPIC = slot("chamber.polytropic_index")
+_ATMOSPHERE = slot("chamber.atmosphere")
+
+
+def charged_air_state(par: Row, tendon_length: float, pressure: float) -> float:
+    """Air state y that gives a gauge pressure [Pa] at a tendon length [m]."""
+    return air_state(
+        pressure + par[_ATMOSPHERE], chamber_volume(par, tendon_length), par[_POLYTROPIC]
+    )
+
+
+def rest(par: Row, act: MutableRow, tendon_length: float, pressure: float) -> None:
+    """Write the states of a muscle that has long been at rest.
+
+    Args:
+        par: (SIZE,) parameter row.
+        act: (n,) written: the operator and the chain free of memory and force, the creep relaxed,
+            the command's line carrying what keeps the valves shut.
+        tendon_length: [m].
+        pressure: gauge pressure [Pa].
+    """
+    for i in range(len(act)):
+        act[i] = 0.0
+    act[len(act) - PLAY] = tendon_length
+    act[len(act) - AIR] = charged_air_state(par, tendon_length, pressure)
+    quieten(par, act, tendon_length, pressure)
+
+
+def quieten(par: Row, act: MutableRow, tendon_length: float, pressure: float) -> None:
+    """Relax the creep and let the command's line carry what keeps the valves shut.
+
+    Args:
+        par: (SIZE,) parameter row.
+        act: (n,) states, of which these two are written.
+        tendon_length: [m].
+        pressure: gauge pressure [Pa].
+    """
+    act[len(act) - CREEP] = contraction(par, taken_up(par, act, tendon_length))
+    act[len(act) - LINE] = pressure if par[_COMMAND] == 2.0 else 0.0
