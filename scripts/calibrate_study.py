@@ -17,23 +17,18 @@ from __future__ import annotations
 
 import argparse
 import dataclasses
-import hashlib
 import json
-import multiprocessing
-import os
 import platform
-import sys
 import tempfile
 import time
-from concurrent.futures import ProcessPoolExecutor
 from pathlib import Path
 from typing import Any
 
 import mujoco
 import numpy as np
+from kept_rows import fingerprint, kept_rows
 from numpy.typing import NDArray
 from scipy.signal import lfilter
-from tqdm import tqdm
 
 import pamsim
 from pamsim.store.recording_files import write_recording
@@ -204,31 +199,10 @@ def blindness(rows: list[dict[str, Any]]) -> dict[str, Any]:
 
 def study(workers: int) -> dict[str, Any]:
     """Run what is not yet there and summarise all."""
-    used = [m.__file__ for name, m in sys.modules.items() if name.startswith("pamsim.")]
-    code = b"".join(Path(path).read_bytes() for path in sorted(filter(None, [*used, __file__])))
-    rigs = b"".join(path.read_bytes() for path in sorted(Path("models/mas20_arm").glob("*.toml")))
-    fingerprint = hashlib.sha256(code + rigs).hexdigest()[:16]
+    mark = fingerprint("pamsim.", __file__, *Path("models/mas20_arm").glob("*.toml"))
     tasks = [("cover", name, seed) for name in COLOURS for seed in range(RUNS)]
     tasks += [("blind", name, seed) for name in BLIND for seed in range(BLIND_RUNS)]
-    rows: dict[tuple[str, str, int], dict[str, Any]] = {}
-    if KEPT.exists():
-        for line in KEPT.read_text(encoding="utf-8").splitlines():
-            page = json.loads(line)
-            if page["fingerprint"] == fingerprint:
-                rows[page["kind"], page["name"], page["seed"]] = page["row"]
-    left = [task for task in tasks if task not in rows]
-    KEPT.parent.mkdir(parents=True, exist_ok=True)
-    os.environ.setdefault("OMP_NUM_THREADS", "1")
-    spawned = multiprocessing.get_context("spawn")
-    with (
-        ProcessPoolExecutor(workers, mp_context=spawned) as pool,
-        KEPT.open("a", encoding="utf-8") as file,
-    ):
-        for kind, name, seed, row in tqdm(pool.map(run_one, left), total=len(left), desc="runs"):
-            rows[kind, name, seed] = row
-            page = {"fingerprint": fingerprint, "kind": kind, "name": name, "seed": seed}
-            file.write(json.dumps({**page, "row": row}) + "\n")
-            file.flush()
+    rows = kept_rows(run_one, tasks, KEPT, mark, workers)
     return {
         "command": "python scripts/calibrate_study.py",
         "versions": {

@@ -24,22 +24,18 @@ from __future__ import annotations
 import argparse
 import hashlib
 import json
-import multiprocessing
-import os
 import platform
-import sys
 import time
 from collections.abc import Callable
-from concurrent.futures import ProcessPoolExecutor
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import scipy
+from kept_rows import fingerprint, kept_rows
 from numpy.typing import NDArray
 from scipy.optimize import curve_fit
 from scipy.signal import cont2discrete, lfilter, ss2tf, tf2ss
-from tqdm import tqdm
 
 from pamsim.sysid.continuous_fit import fit_continuous
 from pamsim.sysid.discrete_fit import fit_arx_records, fit_oe
@@ -255,46 +251,12 @@ def records_digest() -> str:
     return hashlib.sha256(text).hexdigest()
 
 
-def finished(fingerprint: str) -> dict[tuple[str, str, int], dict[str, Any]]:
-    """Rows of an earlier, stopped study with the same settings."""
-    rows: dict[tuple[str, str, int], dict[str, Any]] = {}
-    if KEPT.exists():
-        for line in KEPT.read_text(encoding="utf-8").splitlines():
-            page = json.loads(line)
-            if page["fingerprint"] == fingerprint:
-                rows[page["kind"], page["name"], page["seed"]] = page["row"]
-    return rows
-
-
 def study(workers: int) -> dict[str, Any]:
     """Run what is not yet there and summarise all."""
-    used = [m.__file__ for name, m in sys.modules.items() if name.startswith("pamsim.sysid.")]
-    code = b"".join(Path(path).read_bytes() for path in sorted(filter(None, [*used, __file__])))
-    fingerprint = hashlib.sha256(code).hexdigest()[:16]
+    mark = fingerprint("pamsim.sysid.", __file__)
     tasks = [("fit", name, seed) for name in SCENARIOS for seed in range(RUNS)]
     tasks += [("compare", name, seed) for name in PEER_SCENARIOS for seed in range(PEER_RUNS)]
-    rows = finished(fingerprint)
-    left = [task for task in tasks if task not in rows]
-    KEPT.parent.mkdir(parents=True, exist_ok=True)
-    # The workers are the parallel part; threads inside each would only fight over the cores.
-    os.environ.setdefault("OMP_NUM_THREADS", "1")
-    spawned = multiprocessing.get_context("spawn")
-    with (
-        ProcessPoolExecutor(workers, mp_context=spawned) as pool,
-        KEPT.open("a", encoding="utf-8") as file,
-    ):
-        found = pool.map(run_one, left, chunksize=4)
-        for kind, name, seed, row in tqdm(found, total=len(left), desc="records"):
-            rows[kind, name, seed] = row
-            page = {
-                "fingerprint": fingerprint,
-                "kind": kind,
-                "name": name,
-                "seed": seed,
-                "row": row,
-            }
-            file.write(json.dumps(page) + "\n")
-            file.flush()
+    rows = kept_rows(run_one, tasks, KEPT, mark, workers)
     return {
         "command": "python scripts/identify_study.py",
         "versions": {
