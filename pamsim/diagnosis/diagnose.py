@@ -5,6 +5,8 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
+import numpy as np
+
 from pamsim.core.errors import InputError
 from pamsim.diagnosis.absent import AbsentBound, absent_bounds
 from pamsim.diagnosis.candidate import Candidate
@@ -17,16 +19,20 @@ from pamsim.diagnosis.refit import Fitter, Refit, Remembered
 from pamsim.diagnosis.regimes import Regime, regimes
 from pamsim.diagnosis.screen import Screened, alike, screen, shortlist
 from pamsim.diagnosis.signature import TangentSpace
-from pamsim.diagnosis.trial_residuals import TrialSimulator
-from pamsim.diagnosis.verdict import Named, Verdict, name
+from pamsim.diagnosis.trial_residuals import TrialLayout, TrialSimulator
+from pamsim.diagnosis.verdict import Named, Verdict, floor_loss, name
 from pamsim.diagnosis.where import Cell, Map, Regressors, cells, maps
 from pamsim.sysid.free_parameter import FreeParameter
 
-SHORTLIST = 6
-"""Effects that are refitted for what they promise."""
+SHORTLIST = 8
+"""Most effects that are refitted for what they promise."""
 
-PROMISE = 0.2
-"""Share of the best promise that an effect must reach to be refitted."""
+PROMISE, RIVAL = 0.1, 0.3
+"""Shares of the best promise that an effect must reach to be refitted: as long as the gap is not
+closed, and once it is."""
+
+CLOSED = 0.9
+"""Share of the gap, on the fitted trials, that closes it."""
 
 _SURE_MAP = 0.005  # p-value of a where-map that shows a gap by itself
 
@@ -116,8 +122,7 @@ def diagnose(
     say("screening")
     screened = screen(fitter, base.values, base.residual, space, candidates)
     search = SetSearch(fitter, base, base_loss, screened, say)
-    listed = shortlist(screened, SHORTLIST, 0.5 * EFFECT_FLOOR, PROMISE)
-    models = [m for m in map(search.single, listed) if m is not None]
+    models = _singles(search, screened, base.cost, _perfect(layout, floor))
     tried = len(candidates)
     able = sorted((m for m in models if m.accepted(tried)), key=lambda m: m.mean_loss)
     for growth in (PAIRS, TRIPLES):
@@ -166,3 +171,30 @@ def diagnose(
         next_experiment=next_experiment(named, fitter, menu) if menu is not None else None,
         evaluations=simulator.evaluations,
     )
+
+
+def _singles(
+    search: SetSearch, screened: Sequence[Screened], base_cost: float, perfect: float
+) -> list[Trialled]:
+    """Refits of single effects, the most promising first.
+
+    A promise is of first order, so the second is tried whatever the first achieves; further down
+    the list only what may still be a rival, or while the gap is open.
+    """
+    models: list[Trialled] = []
+    best = 0.0
+    for place, one in enumerate(shortlist(screened, SHORTLIST, 0.5 * EFFECT_FLOOR, PROMISE)):
+        closed = best >= CLOSED * (base_cost - perfect)
+        if closed and place > 1 and one.gain < RIVAL * max(best, screened[0].gain):
+            continue
+        found = search.single(one)
+        if found is not None:
+            models.append(found)
+            best = max(best, base_cost - found.fit.cost)
+    return models
+
+
+def _perfect(layout: TrialLayout, floor: NoiseFloor) -> float:
+    """Cost of a perfect model on the fitted trials."""
+    trials = layout.trials(held_out=False)
+    return float(np.mean(list(floor_loss(layout, floor, trials).values())))

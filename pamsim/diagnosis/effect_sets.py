@@ -5,6 +5,8 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 
+import numpy as np
+
 from pamsim.diagnosis.evidence import compare
 from pamsim.diagnosis.judge import EFFECT_FLOOR, Trialled, trial
 from pamsim.diagnosis.refit import Fitter, Refit
@@ -31,6 +33,8 @@ class Growth:
     significance: float
     floor: float = 2.0 * EFFECT_FLOOR
 
+
+_LEEWAY = 1.5
 
 PAIRS = Growth(beam=2, others=4, significance=0.01)
 TRIPLES = Growth(beam=1, others=3, significance=0.001)
@@ -79,7 +83,8 @@ class SetSearch:
             The accepted ones, the best first.
         """
         protocol_of = self._fitter.simulator.layout.protocol_of
-        jobs = [job for parent in able[: growth.beam] for job in self._jobs(parent, growth)]
+        least = min((m.fit.cost for m in able), default=np.inf)
+        jobs = [job for parent in able[: growth.beam] for job in self._jobs(parent, growth, least)]
         found: dict[frozenset[str], Trialled] = {}
         for parent, other, starts in jobs:
             names = frozenset({*parent.names, other.candidate.name})
@@ -121,16 +126,22 @@ class SetSearch:
         return model
 
     def _jobs(
-        self, parent: Trialled, growth: Growth
+        self, parent: Trialled, growth: Growth, least: float
     ) -> list[tuple[Trialled, Screened, list[dict[str, float]]]]:
-        """Effects that promise most beside a model's own, and where their fits begin."""
+        """Effects that promise most beside a model's own, and where their fits begin.
+
+        Those that could not get below the least cost so far by what must be gained are left out,
+        with leeway for promises being of first order.
+        """
         space = TangentSpace(parent.fit.slopes)
         misfit = space.across(-self._fitter.weighted(parent.fit.residual))
         taken = {p.name for p in parent.fit.parameters}
         others = [
             s
             for s in screened_again(self._screened, space, misfit)
-            if not taken & {p.name for p in s.candidate.parameters} and s.gain >= 0.5 * growth.floor
+            if not taken & {p.name for p in s.candidate.parameters}
+            and s.gain >= growth.floor
+            and parent.fit.cost - _LEEWAY * s.gain < least - growth.floor
         ]
         return [(parent, s, s.starts(misfit)) for s in others[: growth.others]]
 

@@ -14,14 +14,17 @@ import numpy as np
 
 from pamsim.actuator.regulation import regulator_time_constant
 from pamsim.core.errors import InputError
+from pamsim.core.experiment import Experiment
+from pamsim.core.recording import Outcome
 from pamsim.core.trial import Trial
 from pamsim.diagnosis.noise_floor import NoiseFloor
 from pamsim.diagnosis.trial_residuals import TrialLayout
 from pamsim.diagnosis.where import Cell, cells
+from pamsim.engine.batch import simulate_batch
 from pamsim.engine.rig import Rig
-from pamsim.sysid.residual_block import layout, stacked
+from pamsim.sysid.residual_block import ResidualBlock, layout, stacked
 from pamsim.workflows.calibration_data import CalibrationData
-from pamsim.workflows.trial_prediction import TrialPredictor
+from pamsim.workflows.trial_experiment import at_times, experiment_of
 
 _DIRECT = {
     "valve.line_lag": 0.0,
@@ -32,7 +35,7 @@ _DIRECT = {
     "chamber.leak_conductance": 0.0,
 }
 
-_FASTEST = 8.0  # times larger valves
+_RATE = 500.0  # of set points [Hz]: several within a sample of a usual recording
 _STEPS = 3.0  # time steps in which pressures follow at the quickest
 
 
@@ -52,59 +55,84 @@ def given_pressures(
         measured, or the arm cannot be driven so.
     """
     direct = with_direct_air(rig)
-    lag = max(map(regulator_time_constant, direct.muscles.values()))
-    driven = driven_by_pressures(data.trials, lag)
-    if not driven:
+    groups = _repeats(data.trials)
+    if not groups:
         return ()
-    given = replace(data, trials=tuple(driven), tables=())
+    jobs = [(direct, driven(members, _lag(direct))) for members in groups]
     try:
-        predictor = TrialPredictor(rig, given, channels=("angle", "force"), threads=threads)
-        (found,) = predictor.predictions([direct])
+        runs = simulate_batch(jobs, threads=threads)
     except InputError:
         return ()
-    if found is None:
-        return ()
-    blocks = predictor.blocks(found)
+    blocks: list[ResidualBlock] = []
+    for members, run in zip(groups, runs, strict=True):
+        if run.outcome is not Outcome.COMPLETED:
+            return ()
+        for trial in members:
+            simulated = at_times(run, trial)
+            blocks += [
+                ResidualBlock(
+                    trial=trial.name,
+                    protocol=trial.protocol,
+                    channel=channel,
+                    residual=simulated[channel] - measured,
+                    sample_interval=trial.sample_interval,
+                )
+                for channel, measured in trial.measured.items()
+                if not channel.startswith("pressure")
+            ]
     places = layout(blocks)
     residual = stacked(blocks, places)
     if residual is None:
         return ()
     every = TrialLayout(places=places, held_out=frozenset())
-    return cells(every, residual, floor, [trial.name for trial in driven])
+    return cells(every, residual, floor, [t.name for members in groups for t in members])
 
 
-def driven_by_pressures(trials: Sequence[Trial], lag: float) -> list[Trial]:
-    """Trials whose command is what the pressure sensors read, the mean over repeats.
+def _repeats(trials: Sequence[Trial]) -> list[list[Trial]]:
+    """Repeats together; trials without every pressure, or without anything else, are left out."""
+    groups: dict[tuple[str, bytes, float, bytes], list[Trial]] = {}
+    for trial in trials:
+        pressures = {f"pressure_{m + 1}" for m in range(trial.muscles)}
+        if pressures < set(trial.measured):
+            key = (trial.protocol, trial.command.tobytes(), trial.load, trial.time.tobytes())
+            groups.setdefault(key, []).append(trial)
+    return list(groups.values())
+
+
+def driven(repeats: Sequence[Trial], lag: float) -> Experiment:
+    """The experiment whose set points are what the pressure sensors read, the mean over repeats.
 
     Args:
-        trials: all of one rig; those without every pressure, or without anything else, are left
-            out.
+        repeats: of one experiment, with every pressure measured.
         lag: of the pressures behind their set points, made up for [s].
-
-    Returns:
-        The same measurements under other commands, without the pressures to compare.
     """
-    groups: dict[tuple[str, bytes, float, int], list[Trial]] = {}
-    for trial in trials:
-        channels = [f"pressure_{m + 1}" for m in range(trial.muscles)]
-        if set(channels) < set(trial.measured):
-            key = (trial.protocol, trial.command.tobytes(), trial.load, trial.time.size)
-            groups.setdefault(key, []).append(trial)
-    found: list[Trial] = []
-    for members in groups.values():
-        stacks = [
+    one = repeats[0]
+    mean = np.mean(
+        [
             np.stack([t.measured[f"pressure_{m + 1}"] for m in range(t.muscles)], axis=1)
-            for t in members
-        ]
-        mean = np.maximum(np.mean(stacks, axis=0), 0.0)
-        # Held from sample to sample, the mean of the two neither leads nor lags.
-        between = 0.5 * (mean[:-1] + mean[1:])
-        rate = np.diff(mean, axis=0) / np.diff(members[0].time)[:, np.newaxis]
-        held = np.concatenate([np.maximum(between + lag * rate, 0.0), mean[-1:]])
-        for trial in members:
-            rest = {n: v for n, v in trial.measured.items() if not n.startswith("pressure")}
-            found.append(replace(trial, command=held, command_kind="pressure", measured=rest))
-    return found
+            for t in repeats
+        ],
+        axis=0,
+    )
+    told = experiment_of(one)
+    count = round(told.duration * _RATE)
+    # Each value is held to the next: taken in the middle, it neither leads nor lags.
+    time = np.arange(count) / _RATE
+    ahead = np.stack(
+        [np.interp(time + lag + 0.5 / _RATE, one.time, column) for column in mean.T], axis=1
+    )
+    return replace(
+        told,
+        command="pressure",
+        command_time=time,
+        command_value=np.maximum(ahead, 0.0),
+        start_pressure=np.maximum(mean[0], 0.0),
+        sample_rate=_RATE,
+    )
+
+
+def _lag(rig: Rig) -> float:
+    return 2.0 * max(map(regulator_time_constant, rig.muscles.values()))
 
 
 def with_direct_air(rig: Rig) -> Rig:
@@ -113,7 +141,7 @@ def with_direct_air(rig: Rig) -> Rig:
     slowest = _STEPS * float(rig.model.opt.timestep)
     flows: dict[str, float] = {}
     for name, muscle in direct.muscles.items():
-        larger = min(max(regulator_time_constant(muscle) / slowest, 1.0), _FASTEST)
+        larger = max(regulator_time_constant(muscle) / slowest, 1.0)
         for side in ("conductance_fill", "conductance_exhaust"):
             flows[f"{name}:valve.{side}"] = larger * float(getattr(muscle.valve, side))
     return direct.with_parameters(flows)
