@@ -5,8 +5,6 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
-import numpy as np
-
 from pamsim.core.errors import InputError
 from pamsim.diagnosis.absent import AbsentBound, absent_bounds
 from pamsim.diagnosis.candidate import Candidate
@@ -19,8 +17,8 @@ from pamsim.diagnosis.refit import Fitter, Refit, Remembered
 from pamsim.diagnosis.regimes import Regime, regimes
 from pamsim.diagnosis.screen import Screened, alike, screen, shortlist
 from pamsim.diagnosis.signature import TangentSpace
-from pamsim.diagnosis.trial_residuals import TrialLayout, TrialSimulator
-from pamsim.diagnosis.verdict import Named, Verdict, floor_loss, name
+from pamsim.diagnosis.trial_residuals import TrialSimulator
+from pamsim.diagnosis.verdict import Named, Verdict, name
 from pamsim.diagnosis.where import Cell, Map, Regressors, cells, maps
 from pamsim.sysid.free_parameter import FreeParameter
 
@@ -31,8 +29,8 @@ PROMISE, RIVAL = 0.1, 0.3
 """Shares of the best promise that an effect must reach to be refitted: as long as the gap is not
 closed, and once it is."""
 
-CLOSED = 0.9
-"""Share of the gap, on the fitted trials, that closes it."""
+OPEN = 0.1
+"""Share of what an effect explains that another must promise beside it for the gap to be open."""
 
 _SURE_MAP = 0.005  # p-value of a where-map that shows a gap by itself
 
@@ -122,7 +120,7 @@ def diagnose(
     say("screening")
     screened = screen(fitter, base.values, base.residual, space, candidates)
     search = SetSearch(fitter, base, base_loss, screened, say)
-    models = _singles(search, screened, base.cost, _perfect(layout, floor))
+    models = _singles(search, screened, base.cost)
     tried = len(candidates)
     able = sorted((m for m in models if m.accepted(tried)), key=lambda m: m.mean_loss)
     for growth in (PAIRS, TRIPLES):
@@ -173,28 +171,22 @@ def diagnose(
     )
 
 
-def _singles(
-    search: SetSearch, screened: Sequence[Screened], base_cost: float, perfect: float
-) -> list[Trialled]:
+def _singles(search: SetSearch, screened: Sequence[Screened], base_cost: float) -> list[Trialled]:
     """Refits of single effects, the most promising first.
 
     A promise is of first order, so the second is tried whatever the first achieves; further down
     the list only what may still be a rival, or while the gap is open.
     """
     models: list[Trialled] = []
-    best = 0.0
+    best, closed = 0.0, False
     for place, one in enumerate(shortlist(screened, SHORTLIST, 0.5 * EFFECT_FLOOR, PROMISE)):
-        closed = best >= CLOSED * (base_cost - perfect)
         if closed and place > 1 and one.gain < RIVAL * max(best, screened[0].gain):
             continue
         found = search.single(one)
-        if found is not None:
-            models.append(found)
-            best = max(best, base_cost - found.fit.cost)
+        if found is None:
+            continue
+        models.append(found)
+        gain = base_cost - found.fit.cost
+        if gain > best:
+            best, closed = gain, search.promise_left(found) < OPEN * gain
     return models
-
-
-def _perfect(layout: TrialLayout, floor: NoiseFloor) -> float:
-    """Cost of a perfect model on the fitted trials."""
-    trials = layout.trials(held_out=False)
-    return float(np.mean(list(floor_loss(layout, floor, trials).values())))

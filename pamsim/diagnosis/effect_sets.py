@@ -72,6 +72,13 @@ class SetSearch:
         misfit = space.across(-self._fitter.weighted(self._base.residual))
         return self._fitted(None, one, one.starts(misfit))
 
+    def promise_left(self, model: Trialled) -> float:
+        """Largest fall of the mean loss that an effect promises beside those of a model."""
+        space = TangentSpace(model.fit.slopes)
+        misfit = space.across(-self._fitter.weighted(model.fit.residual))
+        others = [s for s in self._screened if s.candidate.name not in model.names]
+        return max((s.gain for s in screened_again(others, space, misfit)), default=0.0)
+
     def grown(self, able: Sequence[Trialled], growth: Growth) -> list[Trialled]:
         """Models with one effect more that predict better than what they grew from and the best.
 

@@ -27,6 +27,9 @@ _COARSE = 2
 """Coarse steps in fine ones: the MAS-20 arm's signals then move by up to a tenth of sensor noise,
 and by a hundredth once corrected."""
 
+_SETTLE = 4
+"""Coarse steps in those in which rigs come to rest."""
+
 _SENSOR = "sensor."
 
 
@@ -73,6 +76,7 @@ class DiagnosedRig:
             self._rigs(sets, step),
             left_out=frozenset() if held_out else self._held_out,
             timestep=step,
+            settle_steps=1 if fine else _SETTLE,
         )
         return [None if p is None else self._predictor.blocks(p) for p in found]
 

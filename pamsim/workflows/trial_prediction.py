@@ -135,6 +135,7 @@ class TrialPredictor:
         *,
         left_out: frozenset[str] = frozenset(),
         timestep: float | None = None,
+        settle_steps: int = 1,
     ) -> list[Prediction | None]:
         """What rigs make of the measurements; None where there is none or a run broke down.
 
@@ -142,6 +143,7 @@ class TrialPredictor:
             rigs: to simulate.
             left_out: names of trials that need not be predicted.
             timestep: [s]; each rig's own if left out.
+            settle_steps: see `pamsim.engine.batch.simulate_batch`.
         """
         if self._slopes is None:
             self.linearise_starts(next((rig for rig in rigs if rig is not None), None))
@@ -160,6 +162,7 @@ class TrialPredictor:
                     if number in numbers
                 ],
                 timestep,
+                settle_steps,
             )
         )
         return [
@@ -216,7 +219,10 @@ class TrialPredictor:
         return replace(experiment, start_pressure=true)
 
     def _run(
-        self, jobs: list[tuple[Rig, Experiment]], timestep: float | None = None
+        self,
+        jobs: list[tuple[Rig, Experiment]],
+        timestep: float | None = None,
+        settle_steps: int = 1,
     ) -> list[Recording]:
         """Simulated recordings as the rigs' sensors would report them.
 
@@ -226,7 +232,12 @@ class TrialPredictor:
         different = dict(zip(reversed(keys), reversed(jobs), strict=True))
         if self._simulated is not None:
             self._simulated(len(different))
-        runs = simulate_batch(list(different.values()), timestep=timestep, threads=self._threads)
+        runs = simulate_batch(
+            list(different.values()),
+            timestep=timestep,
+            settle_steps=settle_steps,
+            threads=self._threads,
+        )
         of_key = dict(zip(different, runs, strict=True))
         return [
             of_key[key] if rig.sensor is None else distorted(of_key[key], rig.sensor)
