@@ -124,6 +124,8 @@ def twin_data(
         if truth is None:
             hidden |= at_size(rig, effect(name), size)
             continue
+        if not (size > 0.0 or truth.signed):
+            raise InputError(f"{name}: a size of {size:g} means nothing; give one above 0")
         foreign.append((truth, size))
         if truth.parameters is not None:
             hidden |= truth.parameters(rig, size)

@@ -171,6 +171,7 @@ TRUTHS = (
         name="valve_flow",
         formulation="other conductances and another critical pressure ratio",
         parameters=_flow,
+        signed=True,
     ),
     Truth(
         name="supply_sag",
@@ -188,6 +189,7 @@ TRUTHS = (
         formulation="another index for fast changes, and heat exchange with the walls",
         parameters=_index,
         law=_thermal,
+        signed=True,
     ),
 )
 """Truths of air and valves."""

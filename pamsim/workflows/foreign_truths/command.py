@@ -23,14 +23,14 @@ class SampledBus:
 
     Args:
         delay: in the mean [s].
-        phase: of the ticks when time starts, in [0, 1).
+        phase: time of the first tick, in periods.
         before: what it carries before time 0, per muscle.
     """
 
     def __init__(self, delay: float, phase: float, before: list[float]) -> None:
         self._period = _TICK_SHARE * delay
         self._dead = delay - 0.5 * self._period
-        self._next = -phase * self._period
+        self._next = phase * self._period
         self._coming: deque[tuple[float, list[float]]] = deque()
         self._heard = before
 

@@ -51,7 +51,7 @@ class LuGre:
         level = self._coulomb + (self._static - self._coulomb) * math.exp(-share * share)
         before = self._deflection
         # Implicit in the deflection: stable however fast the joint is.
-        slip = self._stiffness * abs(speed) / level if level > 0.0 else 0.0
+        slip = self._stiffness * abs(speed) / level
         self._deflection = (before + timestep * speed) / (1.0 + timestep * slip)
         rate = (self._deflection - before) / timestep
         damped = math.exp(-((speed / _DAMPED_SPEED) ** 2)) * _BRISTLE_TIME
@@ -115,16 +115,19 @@ TRUTHS = (
         name="viscous_friction",
         formulation="friction at the joint that grows as speed to the power of 1.25",
         law=_viscous,
+        signed=True,
     ),
     Truth(
         name="load_torque",
         formulation="gravity tilted about another axis, 25 deg from the library's",
         law=_gravity,
+        signed=True,
     ),
     Truth(
         name="added_inertia",
         formulation="as in the library, at a finer time step",
         parameters=_inertia,
+        signed=True,
     ),
 )
 """Truths at the joint."""

@@ -98,11 +98,13 @@ TRUTHS = (
         name="angle_scale",
         formulation="a scale that is off and not quite straight",
         seen=_angle(bent_scale, "angle_scale"),
+        signed=True,
     ),
     Truth(
         name="angle_bias",
         formulation="an encoder off its axis: an offset that changes with the angle",
         seen=_angle(eccentric_bias, "angle_bias"),
+        signed=True,
     ),
     Truth(
         name="pressure_lag",
@@ -113,11 +115,13 @@ TRUTHS = (
         name="pressure_scale",
         formulation="an error of scale that lessens with the pressure",
         seen=_pressure(saturating_scale, "pressure_scale"),
+        signed=True,
     ),
     Truth(
         name="pressure_bias",
         formulation="an offset that changes with the pressure",
         seen=_pressure(drifting_bias, "pressure_bias"),
+        signed=True,
     ),
 )
 """Truths of the sensors."""

@@ -23,6 +23,9 @@ _BRANCHES = ((0.55, 0.25), (0.45, 2.5))
 
 _THRESHOLD = slot("threshold.pressure")
 
+_SETS_IN = 8e4
+"""Pressure over which the smooth threshold sets in, if it is not itself higher [Pa]."""
+
 _CURVATURE = 0.02
 """Stretch at which the passive spring's cubic part is as strong as its linear one [-]."""
 
@@ -93,9 +96,9 @@ def smooth_threshold(pressure: float, threshold: float) -> float:
 
     Args:
         pressure: gauge [Pa].
-        threshold: lost at high pressure, above 0 [Pa].
+        threshold: lost at high pressure [Pa].
     """
-    return -threshold * math.expm1(-max(pressure, 0.0) / threshold)
+    return -threshold * math.expm1(-max(pressure, 0.0) / max(threshold, _SETS_IN))
 
 
 def cubic_spring(stretch: float, stiffness: float) -> float:
@@ -190,6 +193,7 @@ TRUTHS = (
         name="passive_stiffness",
         formulation="a cubic spring beside the muscle",
         law=_passive,
+        signed=True,
     ),
     Truth(
         name="end_shape",
@@ -200,6 +204,7 @@ TRUTHS = (
         name="muscle_mismatch",
         formulation="coefficients e and d of muscle 2's law differ, d three times as much",
         parameters=_mismatch,
+        signed=True,
     ),
 )
 """Truths of the muscle's force."""

@@ -138,16 +138,19 @@ TRUTHS = (
         name="ageing_drift",
         formulation="both muscles lose force within each trial, up to 3 %",
         law=_ageing,
+        signed=True,
     ),
     Truth(
         name="sprocket_ripple",
         formulation="a torque of 16 periods per turn",
         law=_ripple,
+        signed=True,
     ),
     Truth(
         name="smooth_torque",
         formulation="a random smooth function of angle, speed and both pressures",
         law=_smooth,
+        signed=True,
     ),
     Truth(
         name="quadratic_drag",
@@ -159,12 +162,14 @@ TRUTHS = (
         formulation="air 25 K colder than the model's",
         parameters=_cooling,
         span=("valve_flow",),
+        signed=True,
     ),
     Truth(
         name="mounting_offset",
         formulation="muscle 2 mounted 0.2 mm longer",
         parameters=_offset,
         span=("angle_bias", "muscle_mismatch", "load_torque"),
+        signed=True,
     ),
 )
 """Truths from outside the library."""

@@ -26,6 +26,7 @@ class Truth:
         parameters: rig and size to the rig parameters that it changes [SI].
         law: size and run to what acts at every time step.
         seen: recording and size to the recording that the sensors give.
+        signed: whether a size below 0 means something.
         span: library effects in whose span it lies, for one from outside the library.
     """
 
@@ -34,6 +35,7 @@ class Truth:
     parameters: Callable[[Rig, float], Mapping[str, float]] | None = None
     law: Callable[[float, Occasion], Law] | None = None
     seen: Callable[[Recording, float], Recording] | None = None
+    signed: bool = False
     span: tuple[str, ...] = ()
 
 
