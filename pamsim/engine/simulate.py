@@ -17,6 +17,7 @@ from pamsim.core.recording import Outcome, Recording
 from pamsim.engine.callback import live
 from pamsim.engine.chamber_trace import gauge_pressures, tensions
 from pamsim.engine.delayed_command import Stretch, arriving_commands
+from pamsim.engine.play_check import check_play
 from pamsim.engine.rig import Rig, set_command
 from pamsim.engine.state import reset, restore_state, save_state, settled
 from pamsim.engine.step_check import check_timestep
@@ -119,7 +120,7 @@ def prepare(
     """Check an experiment against a rig and set up its model.
 
     Raises:
-        InputError: if the experiment does not fit the rig or the time step.
+        InputError: if the experiment does not fit the rig or the time step, or the rig not itself.
         EngineError: if the rig's integrator cannot carry the muscles' memory.
     """
     muscles = len(rig.muscles)
@@ -135,6 +136,7 @@ def prepare(
         integrator=integrator,
     )
     check_timestep(model, rig.muscles)
+    check_play(model, rig.muscles)
     return Run(
         rig=rig,
         experiment=experiment,

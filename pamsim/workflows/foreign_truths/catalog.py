@@ -8,7 +8,7 @@ Other formulations, beside a time step half as long for all of them:
     muscle        muscle_hysteresis (Maxwell slip), viscoelastic_creep (two branches),
                   threshold_pressure (no kink), passive_stiffness (cubic), end_shape (cone),
                   muscle_mismatch (two coefficients)
-    transmission  chain_compliance (hardening)
+    transmission  chain_backlash (elastic teeth), chain_compliance (hardening)
     joint         coulomb_friction and stribeck_friction (LuGre), viscous_friction (power of 1.25),
                   load_torque (another axis), added_inertia (the step only: inertia is inertia)
     measurement   angle_ and pressure_lag (second order), _scale and _bias (bent)

@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 
 from pamsim.actuator.active_force import active_force
 from pamsim.actuator.kernel import chamber_volume, contraction
-from pamsim.actuator.layout import AIR, EXTENSION, slot
+from pamsim.actuator.layout import AIR, EXTENSION, SHIFT, slot
 from pamsim.core.errors import InputError
 from pamsim.core.experiment import Experiment
 from pamsim.engine.rig import Rig
@@ -27,7 +27,9 @@ from pamsim.pneumatics.valves import clamped_opening, regulated_opening
 
 _COMMAND = slot("command")
 _SCALE, _CONSTANT = slot("force.0"), slot("force.6")
-_COMPLIANCE = slot("chain.compliance")
+_COMPLIANCE, _BACKLASH = slot("chain.compliance"), slot("chain.backlash")
+_SEATING = slot("chain.seating_damping")
+_FREE_PLAY, _NO_SEATING = 1.0, 1e12  # [m], [N s/m]: the engine's own law moves and stops nothing
 _INDEX = slot("chamber.polytropic_index")
 _TEMPERATURE = slot("chamber.temperature")
 _ATMOSPHERE = slot("chamber.atmosphere")
@@ -84,6 +86,7 @@ class Plant:
         ends = [int(model.actuator_actadr[i] + model.actuator_actnum[i]) for i in self.muscles]
         self._air = [end - AIR for end in ends]
         self._extension = [end - EXTENSION for end in ends]
+        self._shift = [end - SHIFT for end in ends]
         self._out = [int(model.actuator_outadr[i]) for i in self.muscles]
         self._pulls = False
         self._upright: NDArray[np.float64] | None = None
@@ -159,11 +162,24 @@ class Plant:
         self._ctrl[muscle] = opening
 
     def length(self, muscle: int) -> float:
-        """Length of a muscle's tendon less the extension of its chain [m]."""
+        """Length of a muscle's tendon with its chain's shift, less its extension [m]."""
         length: float = self._length.item(self._out[muscle])
+        if self.rows[muscle][_BACKLASH] > 0.0:
+            length += self._act.item(self._shift[muscle])
         if self.rows[muscle][_COMPLIANCE] > 0.0:
             return length - self._act.item(self._extension[muscle])
         return length
+
+    def shift(self, muscle: int) -> float:
+        """Shift of a muscle's chain on the sprocket [m]."""
+        return self._act.item(self._shift[muscle])
+
+    def set_shift(self, muscle: int, shift: float) -> None:
+        """Set the shift of a muscle's chain, in the engine free to be set at all."""
+        for name, value in ((_BACKLASH, _FREE_PLAY), (_SEATING, _NO_SEATING)):
+            self.rows[muscle][name] = value
+            self.user[muscle, name] = value
+        self._act[self._shift[muscle]] = shift
 
     def contraction(self, muscle: int) -> float:
         """Contraction of a muscle [-]."""
