@@ -15,6 +15,12 @@ from pamsim.cli.output import save_json
 @click.option("--out", type=click.Path(path_type=Path), required=True, help="Folder to write.")
 @click.option("--rig", default="mas20_arm", show_default=True, help="Shipped rig or rig folder.")
 @click.option("--size", default="1", show_default=True, help="Of each effect, in typical sizes.")
+@click.option(
+    "--tier",
+    default="same",
+    show_default=True,
+    help="same: as the library formulates effects; different: other formulas, finer time step.",
+)
 @click.option("--protocols", help="Inputs, such as triangle,bursts; all if left out.")
 @click.option("--repeats", type=int, default=4, show_default=True, help="Trials per setting.")
 @click.option("--coloured", is_flag=True, help="Noise half of which drifts; white if left out.")
@@ -30,6 +36,7 @@ def command(
     out: Path,
     rig: str,
     size: str,
+    tier: str,
     protocols: str | None,
     repeats: int,
     coloured: bool,
@@ -41,6 +48,7 @@ def command(
 ) -> int:
     """Record a rig in which EFFECTS are hidden: air_leak, or air_leak+coulomb_friction, or none.
 
+    Names of truths that no effect of the library states, such as sprocket_ripple, are taken too.
     Writes a recording folder and, beside it, the truth.
     """
     from pamsim.core.units import parse_quantity
@@ -54,7 +62,7 @@ def command(
     if len(sizes) != len(names):
         raise click.UsageError(f"{len(sizes)} sizes for {len(names)} effects; give one, or each")
     settings = TwinSettings(repeats=repeats, coloured=coloured, noise=noise, variation=variation,
-                            forces=not no_forces, seed=seed)  # fmt: skip
+                            forces=not no_forces, tier=tier, seed=seed)  # fmt: skip
     if protocols is not None:
         from dataclasses import replace
 
