@@ -99,7 +99,9 @@ def _strata(
 
 
 def _own_level(strata: Mapping[str, Sequence[FloatArray]]) -> Level:
-    squares = [np.array([np.mean(r**2) for r in parts]) for parts in strata.values()]
+    squares = [
+        np.array([np.mean(r**2) for r in parts], dtype=np.float64) for parts in strata.values()
+    ]
     return _level(float(np.mean([s.mean() for s in squares])), squares, _independent)
 
 
