@@ -7,17 +7,14 @@ from pathlib import Path
 from pamsim.core.errors import InputError
 from pamsim.core.parameters import Sourced
 from pamsim.diagnosis.judge import Trialled
-from pamsim.diagnosis.verdict import Verdict
 from pamsim.engine.rig import Rig
 from pamsim.engine.rig_parameter import rig_parameter
 from pamsim.store.rig_writer import write_rig
 from pamsim.workflows.diagnose import DiagnosisReport
+from pamsim.workflows.diagnosis_models import CLAIMING
 from pamsim.workflows.readable_unit import readable, readable_unit
 
 RIG_FOLDER = "rig"
-
-REPAIRED = (Verdict.NAMED, Verdict.NAMED_WITH_REMAINDER)
-"""Verdicts that one repair follows from."""
 
 
 def check_folder(rig: Rig, out: Path) -> None:
@@ -51,7 +48,7 @@ def write_repaired_rig(report: DiagnosisReport, out: Path, sentence: str) -> Pat
         InputError: if it cannot be written.
     """
     best = report.found.named.best
-    if best is None or report.found.named.verdict not in REPAIRED:
+    if best is None or report.found.named.verdict not in CLAIMING:
         return None
     folder = out / RIG_FOLDER
     origin = ", ".join(Path(source).name or source for source in report.data.sources)
@@ -76,12 +73,11 @@ def repaired_numbers(rig: Rig, best: Trialled, origin: str) -> dict[str, Sourced
     """
     effect_of = {p.name: c.name for c in best.candidates for p in c.parameters}
     numbers: dict[str, Sourced] = {}
-    for parameter in best.parameters:
-        name = parameter.name
+    for name, value in best.fit.values.items():
         before = rig_parameter(rig, name)
         known = best.intervals.get(name)
         numbers[name] = Sourced(
-            value=readable(before, best.fit.values[name]),
+            value=readable(before, value),
             unit=readable_unit(before),
             source=f"identified by pamsim diagnose from {origin}",
             where=f"repaired {name}",

@@ -14,7 +14,6 @@ from pamsim.core.errors import InputError
 from pamsim.diagnosis.verdict import Verdict
 from pamsim.effects.catalog import EFFECTS
 from pamsim.engine.rig_parameter import rig_parameter
-from pamsim.sysid.free_parameter import FreeParameter
 from pamsim.workflows.effect_candidates import at_size, candidate
 from pamsim.workflows.readable_unit import readable, readable_unit
 from pamsim.workflows.repaired_rig import check_folder, write_repaired_rig
@@ -32,13 +31,8 @@ def report(rig, effects, verdict=Verdict.NAMED):
     found = [candidate(rig, EFFECTS[name]) for name in effects]
     sizes = {k: v for c in found for k, v in at_size(rig, c.effect, 0.7).items()}
     values = {**ORDINARY, **sizes}
-    ordinary = [
-        FreeParameter(name=n, unit="1", start=v, low=0.5 * v, high=2.0 * v)
-        for n, v in ORDINARY.items()
-    ]
     best = SimpleNamespace(
         candidates=tuple(found),
-        parameters=(*ordinary, *(p for c in found for p in c.parameters)),
         fit=SimpleNamespace(values=values),
         intervals={n: (v - 0.1 * abs(v), v + 0.1 * abs(v)) for n, v in values.items()},
     )
