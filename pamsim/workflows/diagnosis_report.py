@@ -186,7 +186,7 @@ def _floor(report: DiagnosisReport) -> dict[str, Any]:
     channels: dict[str, Any] = {}
     for channel, sd in floor.sd.items():
         unit, scale = shown_unit(channel)
-        channels[channel] = {"sd": sd * scale, "unit": unit}
+        channels[channel] = {"sd": sd * scale, "unit": unit, "sd_si": sd}
     return {"channels": channels, "repeats": floor.repeats, "assumed": floor.assumed}
 
 

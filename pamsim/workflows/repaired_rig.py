@@ -9,6 +9,7 @@ from pamsim.core.parameters import Sourced
 from pamsim.diagnosis.judge import Trialled
 from pamsim.engine.rig import Rig
 from pamsim.engine.rig_parameter import rig_parameter
+from pamsim.store.rig_file import find_rig
 from pamsim.store.rig_writer import write_rig
 from pamsim.workflows.diagnose import DiagnosisReport
 from pamsim.workflows.diagnosis_models import CLAIMING
@@ -17,15 +18,21 @@ from pamsim.workflows.readable_unit import readable, readable_unit
 RIG_FOLDER = "rig"
 
 
-def check_folder(rig: Rig, out: Path) -> None:
+def check_folder(out: Path, rig: str | None) -> None:
     """Refuse, before the work begins, a folder that the repaired rig could not be written to.
 
+    Args:
+        out: folder that is to get the rig's folder.
+        rig: name or folder of the rig that is diagnosed, if it is given.
+
     Raises:
-        InputError: if it is a file, or the rig is read from it.
+        InputError: if the folder is a file, or the rig is read from it.
     """
     if out.exists() and not out.is_dir():
         raise InputError(f"{out} is a file; name a folder to write into")
-    old, new = rig.file.folder.resolve(), (out / RIG_FOLDER).resolve()
+    if rig is None:
+        return
+    old, new = find_rig(rig).resolve(), (out / RIG_FOLDER).resolve()
     if new == old or old in new.parents:
         raise InputError(
             f"--out {out}: the repaired rig would lie in the folder of the rig it is made from;"

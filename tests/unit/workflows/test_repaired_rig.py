@@ -111,11 +111,12 @@ def test_units_are_the_file_s_own_or_such_as_people_use(rig):
 
 
 def test_a_folder_that_cannot_take_the_rig_is_refused_beforehand(rig, tmp_path):
-    check_folder(rig, tmp_path / "new")
+    check_folder(tmp_path / "new", "mas20_arm")
+    check_folder(tmp_path, None)
     (tmp_path / "file").write_text("", encoding="utf-8")
     with pytest.raises(InputError, match="is a file"):
-        check_folder(rig, tmp_path / "file")
+        check_folder(tmp_path / "file", None)
     folder = write_repaired_rig(report(rig, ["air_leak"]), tmp_path, "")
     for out in (tmp_path, Path(folder)):
         with pytest.raises(InputError, match="the folder of the rig it is made from"):
-            check_folder(pamsim.load_rig(folder), out)
+            check_folder(out, str(folder))
