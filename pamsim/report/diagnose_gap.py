@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
@@ -13,7 +12,6 @@ from pamsim.report.numbers import significant, unit, words
 from pamsim.report.style import (
     BLUE,
     INK,
-    MUTED,
     RULE,
     VERMILION,
     finish_axes,
@@ -32,7 +30,8 @@ def gap_bars(gap: Mapping[str, Mapping[str, Any]]) -> Figure:
         gap: of a result of schema ``pamsim-diagnosis/1``.
     """
     figure, (ax,) = new_figure(1.0 + 0.55 * len(gap))
-    for row, entry in enumerate(reversed(list(gap.values()))):
+    entries = list(gap.items())[::-1]
+    for row, (_, entry) in enumerate(entries):
         floor = entry["floor"]
         ends = floor["interval95"]
         if ends is not None:
@@ -42,7 +41,7 @@ def gap_bars(gap: Mapping[str, Mapping[str, Any]]) -> Figure:
         _bar(ax, row + 0.18, entry["before"], floor["value"], VERMILION)
         if entry["after"] is not None:
             _bar(ax, row - 0.18, entry["after"], floor["value"], BLUE)
-    labels = [f"{words(name)}\n{_told(entry)}" for name, entry in reversed(gap.items())]
+    labels = [f"{words(name)}\n{_told(entry)}" for name, entry in entries]
     ax.set_yticks(range(len(gap)), labels)
     ax.set_ylim(-0.6, len(gap) - 0.4)
     ax.set_xlim(left=0.0)
@@ -54,7 +53,8 @@ def gap_bars(gap: Mapping[str, Mapping[str, Any]]) -> Figure:
     if any(entry["after"] is not None for entry in gap.values()):
         ax.plot([], [], color=BLUE, linewidth=5, label="after the repair")
     ax.plot([], [], color=INK, linewidth=1.3, label="noise floor")
-    ax.plot([], [], color=RULE, linewidth=7, label="its 95 % interval")
+    if any(entry["floor"]["interval95"] is not None for entry in gap.values()):
+        ax.plot([], [], color=RULE, linewidth=7, label="its 95 % interval")
     figure.legend(loc="outside upper right", ncols=4)
     return figure
 
@@ -90,15 +90,14 @@ def regime_values(regimes: Sequence[Mapping[str, Any]]) -> Figure:
                 continue
             ax.plot(found["interval95"], [row, row], color=BLUE, linewidth=1.6)
             ax.plot(found["value"], row, "o", color=BLUE, markersize=4)
-        values = [found["value"] for found in regime["values"].values()]
-        ax.axvline(float(np.median(values)), color=MUTED, linewidth=0.8, linestyle=":")
-        name = unit(regime["unit"])
+        shown_unit = unit(regime["unit"])
         finish_axes(
             ax,
-            x=f"{words(regime['parameter'].rpartition('.')[2])}{f' [{name}]' if name else ''}",
+            x=f"{words(regime['parameter'])}{f' [{shown_unit}]' if shown_unit else ''}",
             title=f"p = {significant(regime['p_value'], 2)}",
             zero=False,
         )
         ax.locator_params(axis="x", nbins=3)
     axes[0].set_yticks(range(len(protocols)), [words(p) for p in reversed(protocols)])
+    axes[0].set_ylim(-0.5, len(protocols) - 0.5)
     return figure

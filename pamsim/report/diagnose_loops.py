@@ -123,8 +123,9 @@ def _lines(ax: Axes, at: int, entry: Mapping[str, Any]) -> None:
         if levels is None:
             continue
         for step, (name, marker) in enumerate(_LINES):
-            ax.plot(at + 0.22 * (step - 1) + side / 2, levels[name], marker, color=colour,
-                    markersize=5, markerfacecolor="none" if key == "before" else colour)  # fmt: skip
+            place = at + 0.22 * (step - 1) + side / 2
+            inside = "none" if key == "before" else colour
+            ax.plot(place, levels[name], marker, color=colour, markersize=5, markerfacecolor=inside)
     noise = entry["before"]["noise"]
     if noise is not None:
         ax.plot([at - 0.4, at + 0.4], [noise, noise], color=MUTED, linestyle=":", linewidth=1.2)

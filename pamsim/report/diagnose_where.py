@@ -24,7 +24,8 @@ MOST_MAPS = 6
 SURE = 0.05
 """p-value up to which a cell or a map counts as a gap that luck does not explain."""
 
-_CEILING = 20.0  # floors at which the colour is full
+_FULL = (4.0, 20.0)  # floors between which lies the one at which the colour is full
+_DARK = 0.6  # share of the colours, from pale to full, from which on text must be white
 
 
 @styled
@@ -47,10 +48,11 @@ def where_map(where: Sequence[Mapping[str, Any]], given: Sequence[Mapping[str, A
     )
     protocols = _names(where, "protocol")
     most = max((_ratio(cell) for _, cells in panels for cell in cells), default=2.0)
-    norm = LogNorm(vmin=1.0, vmax=min(max(most, 2.0), _CEILING))
+    full = min(max(most, _FULL[0]), _FULL[1])
+    norm = LogNorm(vmin=1.0, vmax=full)
     image = None
     for ax, (title, cells) in zip(axes, panels, strict=True):
-        image = _heat(ax, cells, protocols, norm)
+        image = _heat(ax, cells, protocols, norm, dark=full**_DARK)
         ax.set_title(title)
     axes[-1].set_xticks(
         range(len(protocols)), [words(p) for p in protocols], rotation=35, ha="right",
@@ -58,7 +60,7 @@ def where_map(where: Sequence[Mapping[str, Any]], given: Sequence[Mapping[str, A
     )  # fmt: skip
     assert image is not None
     bar = figure.colorbar(image, ax=axes, shrink=0.9, label="RMS / noise floor", extend="max")
-    ticks = [t for t in (1.0, 2.0, 5.0, 10.0, 20.0) if t <= norm.vmax]
+    ticks = [t for t in (1.0, 2.0, 5.0, 10.0, 20.0) if t <= full]
     bar.set_ticks(ticks, labels=[f"{t:g}" for t in ticks])
     bar.minorticks_off()
     return figure
@@ -73,7 +75,12 @@ def _ratio(cell: Mapping[str, Any]) -> float:
 
 
 def _heat(
-    ax: Axes, cells: Sequence[Mapping[str, Any]], protocols: Sequence[str], norm: LogNorm
+    ax: Axes,
+    cells: Sequence[Mapping[str, Any]],
+    protocols: Sequence[str],
+    norm: LogNorm,
+    *,
+    dark: float,
 ) -> Any:
     channels = _names(cells, "channel")
     values = np.full((len(channels), len(protocols)), np.nan)
@@ -81,11 +88,10 @@ def _heat(
         i, j = channels.index(cell["channel"]), protocols.index(cell["protocol"])
         values[i, j] = max(_ratio(cell), 1.0)
         sure = cell["p_value"] <= SURE
-        dark = values[i, j] > (norm.vmin or 1.0) * ((norm.vmax or 1.0) ** 0.6)
         ax.text(
             j, i, significant(_ratio(cell), 2), ha="center", va="center", fontsize=8,
             fontweight="bold" if sure else "normal",
-            color="white" if dark else INK if sure else MUTED,
+            color="white" if values[i, j] > dark else INK if sure else MUTED,
         )  # fmt: skip
     image = ax.imshow(values, cmap="OrRd", norm=norm, aspect="auto")
     ax.set_yticks(range(len(channels)), [words(c) for c in channels])
@@ -125,6 +131,8 @@ def binned_maps(maps: Sequence[Mapping[str, Any]]) -> Figure:
         ax.stairs(np.nan_to_num(mean), one["edges"], fill=True, color=BLUE, alpha=0.25)
         ax.stairs(mean, one["edges"], baseline=None, color=BLUE, linewidth=1.4)
         shown = unit(one["unit"])
+        if one["quantity"] == "direction":
+            ax.set_xticks([-1.0, 0.0, 1.0])
         finish_axes(
             ax,
             x=f"{words(one['quantity'])}{f' [{shown}]' if shown else ''}",

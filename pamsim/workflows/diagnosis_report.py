@@ -4,15 +4,13 @@ from __future__ import annotations
 
 import importlib.metadata
 import platform
-from collections.abc import Mapping, Sequence
-from dataclasses import asdict
-from pathlib import Path
 from typing import Any
 
 from pamsim.core.trial import Trial
 from pamsim.diagnosis.absent import AbsentBound
 from pamsim.diagnosis.gap import FloatArray, Residuals, gaps
 from pamsim.diagnosis.loops import Signals, loops
+from pamsim.diagnosis.next_experiment import NextExperiment
 from pamsim.diagnosis.spectrum_split import spectrum_splits
 from pamsim.diagnosis.verdict import Verdict
 from pamsim.engine.rig import Rig
@@ -75,9 +73,7 @@ def diagnosis_dict(report: DiagnosisReport) -> dict[str, Any]:
             "after": None if closed is None else finite(closed),
         },
         "absent": {bound.effect: _absent(report.rig, bound) for bound in found.absent},
-        "next_experiment": (
-            None if found.next_experiment is None else _json_safe(asdict(found.next_experiment))
-        ),
+        "next_experiment": _following(found.next_experiment),
         "given": cell_entries(report.given, ()),
         "regimes": regime_entries(report.rig, found.regimes),
         "loops": loop_entries(loops(report.data.trials, report.predictions_before, predicted)),
@@ -161,6 +157,20 @@ def _absent(rig: Rig, bound: AbsentBound) -> dict[str, Any]:
     }
 
 
+def _following(chosen: NextExperiment | None) -> dict[str, Any] | None:
+    if chosen is None:
+        return None
+    return {
+        "protocol": chosen.protocol,
+        "shows": chosen.shows,
+        "between": list(chosen.between),
+        "before": finite(chosen.before),
+        "after": finite(chosen.after),
+        "menu": {name: finite(distance) for name, distance in chosen.menu.items()},
+        "advice": chosen.advice,
+    }
+
+
 def _base(report: DiagnosisReport) -> list[dict[str, Any]]:
     """Ordinary parameters as the rig has them, and as the base and the best model were fitted."""
     best = report.found.named.best
@@ -188,16 +198,3 @@ def _floor(report: DiagnosisReport) -> dict[str, Any]:
         unit, scale = shown_unit(channel)
         channels[channel] = {"sd": sd * scale, "unit": unit, "sd_si": sd}
     return {"channels": channels, "repeats": floor.repeats, "assumed": floor.assumed}
-
-
-def _json_safe(value: Any) -> Any:
-    if isinstance(value, Mapping):
-        return {key: _json_safe(entry) for key, entry in value.items()}
-    if isinstance(value, Sequence) and not isinstance(value, str):
-        return [_json_safe(entry) for entry in value]
-    return finite(value) if isinstance(value, float) else value
-
-
-def with_rig(result: Mapping[str, Any], folder: Path | None) -> dict[str, Any]:
-    """A result that says where the repaired rig was written."""
-    return {**result, "repaired_rig": None if folder is None else str(folder)}
