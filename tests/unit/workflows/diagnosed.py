@@ -184,7 +184,8 @@ def report(rig, verdict, best=(), tied=(), *, repeats=REPEATS, explained=0.98, f
 def following():
     return SimpleNamespace(
         protocol="shut_hold", shows="what leaves a shut chamber", before=0.3, after=7.1,
-        between=("air_leak", "angle_bias"), menu={"shut_hold": 7.1, "bursts": 2.0}, advice="shut the valves",
+        between=("air_leak", "angle_bias"), menu={"shut_hold": 7.1, "bursts": 2.0},
+        advice="shut the valves",
     )  # fmt: skip
 
 
