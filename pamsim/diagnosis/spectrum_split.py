@@ -56,14 +56,16 @@ def samples_per_period(command: FloatArray) -> int | None:
     """Period of a command that goes on for two periods at least, in samples; None without one.
 
     Args:
-        command: (n, m).
+        command: (n, m), held from each sample on: the last one is never acted on and may be any.
     """
-    limit = _SAME * float(np.ptp(command, axis=0).max())
+    command = command[:-1]
+    count = command.shape[0]
+    limit = _SAME * float(np.ptp(command, axis=0).max()) if count else 0.0
     if limit == 0.0:
         return None
-    count = command.shape[0]
-    lags = np.arange(2, count // 2 + 1)
-    for at in np.linspace(0, count - count // 2 - 1, _PROBES).astype(int):
+    most = (count + 1) // 2  # the last period may lack its last sample
+    lags = np.arange(2, most + 1)
+    for at in np.linspace(0, count - most - 1, _PROBES).astype(int):
         lags = lags[np.all(np.abs(command[at + lags] - command[at]) <= limit, axis=1)]
     for lag in lags.tolist():
         if np.all(np.abs(command[lag:] - command[:-lag]) <= limit):

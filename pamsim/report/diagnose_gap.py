@@ -93,7 +93,7 @@ def regime_values(regimes: Sequence[Mapping[str, Any]]) -> Figure:
         shown_unit = unit(regime["unit"])
         finish_axes(
             ax,
-            x=f"{words(regime['parameter'])}{f' [{shown_unit}]' if shown_unit else ''}",
+            x=f"{regime['parameter']}{f' [{shown_unit}]' if shown_unit else ''}",
             title=f"p = {significant(regime['p_value'], 2)}",
             zero=False,
         )

@@ -85,3 +85,6 @@ def test_the_smallest_period_is_found_in_rounded_numbers(written):
     rounded = np.array([float(f"{value:.{written}g}") for value in 2.5e5 + 1e5 * WAVE])
     assert samples_per_period(rounded[:, np.newaxis]) == 400
     assert samples_per_period(triangle(TIME, 2.0)[:, np.newaxis]) == 200
+    held = np.append(rounded, rounded[-1])  # a record often ends with its last command once more
+    assert samples_per_period(held[:, np.newaxis]) == 400
+    assert samples_per_period(rounded[:-1, np.newaxis]) is None
