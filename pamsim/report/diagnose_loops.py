@@ -25,6 +25,7 @@ _AGAINST = (
     ("common_pressure_kpa", "common pressure [kPa]"),
     ("period_s", "period [s]"),
 )
+_BELOW = 0.05  # of an axis below zero, so that marks on it are whole
 _LINES = (("excited", "o"), ("even", "s"), ("odd", "^"))
 
 
@@ -89,7 +90,7 @@ def residual_lines(spectrum: Sequence[Mapping[str, Any]]) -> Figure:
     protocols = list(dict.fromkeys(entry["protocol"] for entry in spectrum))
     channels = list(dict.fromkeys(entry["channel"] for entry in spectrum))
     figure, axes = new_figure(
-        0.7 + 2.0 * -(-len(channels) // 3), rows=-(-len(channels) // 3),
+        0.7 + 2.1 * -(-len(channels) // 3), rows=-(-len(channels) // 3),
         columns=min(len(channels), 3),
     )  # fmt: skip
     for ax in axes[len(channels) :]:
@@ -99,10 +100,10 @@ def residual_lines(spectrum: Sequence[Mapping[str, Any]]) -> Figure:
         for at, protocol in enumerate(protocols):
             for entry in (e for e in members if e["protocol"] == protocol):
                 _lines(ax, at, entry)
-        ax.set_xticks(range(len(protocols)), [words(p) for p in protocols])
+        ax.set_xticks(range(len(protocols)), [words(p).replace(" ", "\n") for p in protocols])
         ax.set_xlim(-0.5, len(protocols) - 0.5)
         finish_axes(ax, y=f"RMS [{members[0]['unit']}]", title=words(channel))
-        ax.set_ylim(bottom=0.0)
+        ax.set_ylim(bottom=-_BELOW * ax.get_ylim()[1])
     handles = [
         Line2D([], [], color=INK, marker=marker, markersize=5, linestyle="none",
                label=f"{name} lines")

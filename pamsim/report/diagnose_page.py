@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import re
+from collections import Counter
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
@@ -124,8 +126,9 @@ def render_page(
         base=base_rows(result["base"]),
         assumed=floors["assumed"],
         repeats=floors["repeats"],
-        held_out=list(result["held_out"]),
+        held_out=_grouped(result["held_out"]),
         shown=list(shown),
+        given=bool(result["given"]),
         images=images,
         numbers={name: f"Figure {number}" for number, name in enumerate(images, 1)},
         settings={
@@ -138,6 +141,12 @@ def render_page(
         },
         versions=dict(result["versions"]),
     )
+
+
+def _grouped(trials: Sequence[str]) -> str:
+    """Names of trials, those that differ in their last number together."""
+    stems = Counter(re.sub(r"_?\d+$", "", name) or name for name in trials)
+    return ", ".join(f"{stem} ({count} trials)" for stem, count in stems.items())
 
 
 def _distances(following: Mapping[str, Any]) -> dict[str, Any]:

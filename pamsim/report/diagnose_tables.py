@@ -32,7 +32,6 @@ def model_rows(models: Sequence[Mapping[str, Any]]) -> list[dict[str, Any]]:
         {
             "name": words(model["name"]).replace("+", " + "),
             "family": words(model["family"]).replace("+", " + "),
-            "missing": model["missing"],
             "explained": percent(model["explained"]),
             "p_value": chance(model.get("p_value")),
             "behind": fixed(model.get("loss_difference_in_standard_errors"), 1),

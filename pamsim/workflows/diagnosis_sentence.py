@@ -97,9 +97,9 @@ def _levels(gaps: Sequence[ChannelGap], *, repaired: bool) -> str:
     if not np.isfinite(before):
         return ""
     if not repaired:
-        return f" (RMS {before:.2f} of the noise floor)"
+        return f" (RMS {before:#.3g} times the noise floor)"
     after = ratio_to_floor(gaps, repaired=True)
-    return f" {before:.2f} of the noise floor before and {after:.2f} after the repair"
+    return f" {before:#.3g} times the noise floor before and {after:#.3g} after the repair"
 
 
 def _ambiguous(found: Diagnosis, best: Trialled) -> str:

@@ -134,7 +134,7 @@ def test_alternatives_are_told_by_how_far_they_are_behind(rig):
                 "Missing: a leak of air from the muscles (air_leak, leak conductance 1.4"
                 " [1.26, 1.54] mm^3/(s*kPa))",
                 "it explains 98 % of the gap",
-                "of the noise floor before and 0.9",
+                "times the noise floor before and 0.9",
             ],
         ),
         (
