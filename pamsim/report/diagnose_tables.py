@@ -77,7 +77,6 @@ def absent_rows(absent: Mapping[str, Mapping[str, Any]]) -> list[dict[str, str]]
             "limit": significant(bound["limit"], 2) if bound["visible"] else NONE,
             "unit": unit(bound["unit"]) if bound["visible"] else "",
             "size": significant(bound["size"], 2) if bound["visible"] else NONE,
-            "said": "" if bound["visible"] else "these data cannot show it",
         }
         for name, bound in absent.items()
     ]

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import textwrap
 from pathlib import Path
 
 from pamsim.core.errors import InputError
@@ -16,6 +17,7 @@ from pamsim.workflows.diagnosis_models import CLAIMING
 from pamsim.workflows.readable_unit import readable, readable_unit
 
 RIG_FOLDER = "rig"
+_WIDTH = 98  # of the comment at the top of the file
 
 
 def check_folder(out: Path, rig: str | None) -> None:
@@ -60,7 +62,7 @@ def write_repaired_rig(report: DiagnosisReport, out: Path, sentence: str) -> Pat
     folder = out / RIG_FOLDER
     origin = ", ".join(Path(source).name or source for source in report.data.sources)
     heading = (
-        f"Written by pamsim diagnose from {origin}.\n{sentence}\n"
+        f"Written by pamsim diagnose from {origin}.\n{textwrap.fill(sentence, _WIDTH)}\n"
         "Everything below that does not say so is as it was in the rig it started from."
     )
     write_rig(report.rig.file, folder, repaired_numbers(report.rig, best, origin), heading=heading)

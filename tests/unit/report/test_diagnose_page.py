@@ -62,7 +62,7 @@ def test_what_the_reader_needs_is_on_the_page(rig, tmp_path):
     page = page_of(one, tmp_path)
     for words in (
         "What it could be", "supply sag", "What to measure next: shut_hold",
-        "What leaves a shut chamber", "these data cannot show it", "no body&#39;s tilt is stated",
+        "What leaves a shut chamber", "a dash where they cannot show", "no body&#39;s tilt is stated",
         "forces were not measured", "swing_check (3 trials)", "at the end of its range",
     ):  # fmt: skip
         assert words in page, words
@@ -178,7 +178,7 @@ def test_rows_say_what_is_out_of_sight_or_in_doubt():
     )  # fmt: skip
     hidden = {"parameter": "x", "visible": False, "limit": None, "unit": "kg*m^2", "size": None}
     (row,) = absent_rows({"added_inertia": hidden})
-    assert (row["limit"], row["unit"], row["said"]) == ("–", "", "these data cannot show it")
+    assert (row["limit"], row["unit"], row["size"]) == ("–", "", "–")
     model = {"effects": ["a_b", "c"], "held_out_loss": 1.0, "gain": 0.1, "gain_error": 0.01,
              "p_value": 0.2, "at_bound": [], "size_known": False}  # fmt: skip
     (row,) = tried_rows([model])
