@@ -23,6 +23,7 @@ _COMMANDS = {
     "fit": "Fit a law to your force, length or pressure data, or rank all laws on them.",
     "models": "The force laws and hysteresis operators, with parameters, ranges and sources.",
     "calibrate": "Fit rig parameters to recordings and static tables; writes the new rig.",
+    "diagnose": "Find where a rig and recordings disagree, name the missing effect, add it.",
     "hide": "Twin data: a recording of a rig in which effects are hidden, the truth apart.",
     "replicate": "Recompute every printed number of the five papers; what agrees, what not.",
     "render": "A picture of a rig at given pressures, without a screen.",

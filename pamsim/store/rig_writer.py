@@ -19,6 +19,7 @@ from pamsim.core.parameters import Sourced
 from pamsim.core.units import to_si
 from pamsim.store.rig_file import RigFile
 
+_SENSOR = "sensor"
 _DIGITS = 10
 _RANGE_DIGITS = 5
 # What they say of parameters would be said of numbers that are no longer there.
@@ -36,9 +37,9 @@ def write_rig(
         values: name -> number, in any unit that measures the parameter; it is converted to the unit
             the file has, and written in its own where the file lacks the parameter. Names are those
             of `pamsim.engine.rig.Rig.with_parameters`: ``group.field`` (it replaces what single
-            muscles had of their own), ``muscle:group.field``, or a native name. The old 95 %
-            interval and the old note go, for they were the old value's; bounds stay unless new ones
-            are given.
+            muscles had of their own), ``muscle:group.field``, ``sensor.field``, or a native name.
+            The old 95 % interval and the old note go, for they were the old value's; bounds stay
+            unless new ones are given.
         heading: comment for the top of the file.
 
     Returns:
@@ -78,10 +79,13 @@ def _put(document: Any, source: RigFile, name: str, number: Sourced) -> None:
             raise InputError(f"no muscle {muscle!r}; {nearest(muscle, source.tendons)}")
         group, _, field = parameter.partition(".")
         _revise(_table(_own_tables(document)[muscle], group), field, number)
-    elif name in source.native or parameter.count(".") == 2:
+        return
+    group, _, field = parameter.partition(".")
+    if name in source.native or "." in field:
         _revise(_table(document, "native"), name, number)
+    elif group == _SENSOR:
+        _revise(_table(document, _SENSOR), field, number)
     else:
-        group, _, field = parameter.partition(".")
         _revise(_table(_table(document, "muscle"), group), field, number)
         for own in document["muscles"].values():
             own.get(group, {}).pop(field, None)

@@ -135,6 +135,27 @@ def test_parameters_that_the_file_lacks_are_added(source, tmp_path):
     assert rig.file.muscle["threshold"]["pressure"].unit == "kPa"
 
 
+def test_what_sensors_err_by_goes_where_sensors_are_described(source, tmp_path):
+    path = write_rig(
+        source,
+        tmp_path / "new",
+        {"sensor.angle_bias": number(-0.5, "deg"), "sensor.pressure_lag": number(0.02, "s")},
+    )
+    rig = pamsim.load_rig(tmp_path / "new")
+    assert rig.sensor.angle_bias == pytest.approx(np.radians(-0.5))
+    assert rig.sensor.pressure_lag == 0.02
+    assert rig.sensor.converter_bits == 14.0
+    shutil.copytree(source.folder, tmp_path / "bare")
+    bare = tmp_path / "bare" / "params.toml"
+    bare.write_text(path.read_text(encoding="utf-8").split("[sensor]")[0], encoding="utf-8")
+    write_rig(
+        read_rig(tmp_path / "bare"),
+        tmp_path / "again",
+        {"sensor.pressure_scale": number(1.02, "1")},
+    )
+    assert pamsim.load_rig(tmp_path / "again").sensor.pressure_scale == 1.02
+
+
 def test_one_muscle_may_differ_and_the_actuators_keep_their_order(source, tmp_path):
     write_rig(
         source,

@@ -1,0 +1,142 @@
+"""Figures of where a simulation misses: channels against protocols, residuals over quantities."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.colors import LogNorm
+from matplotlib.figure import Figure
+
+from pamsim.report.numbers import significant, unit, words
+from pamsim.report.style import (
+    BLUE,
+    INK,
+    MUTED,
+    finish_axes,
+    new_figure,
+    styled,
+)
+
+MOST_MAPS = 6
+SURE = 0.05
+"""p-value up to which a cell or a map counts as a gap that luck does not explain."""
+
+_FULL = (4.0, 20.0)  # floors between which lies the one at which the colour is full
+_DARK = 0.6  # share of the colours, from pale to full, from which on text must be white
+
+
+@styled
+def where_map(where: Sequence[Mapping[str, Any]], given: Sequence[Mapping[str, Any]]) -> Figure:
+    """Residual of the base model in noise floors, channel by protocol.
+
+    Args:
+        where: entries of a result of schema ``pamsim-diagnosis/1``.
+        given: the same with the simulation driven by the measured pressures; may be empty.
+    """
+    panels = [("whole simulation", where)]
+    if given:
+        panels.append(("arm alone, driven by the measured pressures", given))
+    rows = [len(_names(cells, "channel")) for _, cells in panels]
+    figure, axes = new_figure(
+        1.7 + 0.36 * sum(rows) + 0.35 * len(panels),
+        rows=len(panels),
+        sharex=True,
+        height_ratios=tuple(float(count) for count in rows),
+    )
+    protocols = _names(where, "protocol")
+    most = max((_ratio(cell) for _, cells in panels for cell in cells), default=2.0)
+    full = min(max(most, _FULL[0]), _FULL[1])
+    norm = LogNorm(vmin=1.0, vmax=full)
+    image = None
+    for ax, (title, cells) in zip(axes, panels, strict=True):
+        image = _heat(ax, cells, protocols, norm, dark=full**_DARK)
+        ax.set_title(title)
+    axes[-1].set_xticks(
+        range(len(protocols)), [words(p) for p in protocols], rotation=35, ha="right",
+        rotation_mode="anchor",
+    )  # fmt: skip
+    assert image is not None
+    bar = figure.colorbar(image, ax=axes, shrink=0.9, label="RMS / noise floor", extend="max")
+    ticks = [t for t in (1.0, 2.0, 5.0, 10.0, 20.0) if t <= full]
+    bar.set_ticks(ticks, labels=[f"{t:g}" for t in ticks])
+    bar.minorticks_off()
+    return figure
+
+
+def _names(cells: Sequence[Mapping[str, Any]], key: str) -> list[str]:
+    return sorted({str(cell[key]) for cell in cells})
+
+
+def _ratio(cell: Mapping[str, Any]) -> float:
+    return float(np.sqrt(max(1.0 + cell["excess"], 0.0)))
+
+
+def _heat(
+    ax: Axes,
+    cells: Sequence[Mapping[str, Any]],
+    protocols: Sequence[str],
+    norm: LogNorm,
+    *,
+    dark: float,
+) -> Any:
+    channels = _names(cells, "channel")
+    values = np.full((len(channels), len(protocols)), np.nan)
+    for cell in cells:
+        i, j = channels.index(cell["channel"]), protocols.index(cell["protocol"])
+        values[i, j] = max(_ratio(cell), 1.0)
+        sure = cell["p_value"] <= SURE
+        ax.text(
+            j, i, significant(_ratio(cell), 2), ha="center", va="center", fontsize=8,
+            fontweight="bold" if sure else "normal",
+            color="white" if values[i, j] > dark else INK if sure else MUTED,
+        )  # fmt: skip
+    image = ax.imshow(values, cmap="OrRd", norm=norm, aspect="auto")
+    ax.set_yticks(range(len(channels)), [words(c) for c in channels])
+    ax.tick_params(length=0)
+    for spine in ax.spines.values():
+        spine.set_visible(False)
+    return image
+
+
+def surest_maps(maps: Sequence[Mapping[str, Any]]) -> list[Mapping[str, Any]]:
+    """Maps that are drawn: those that luck does not explain, one per quantity and kind of channel.
+
+    Args:
+        maps: entries of a result of schema ``pamsim-diagnosis/1``, the surest first.
+    """
+    chosen: dict[tuple[str, str], Mapping[str, Any]] = {}
+    for one in maps:
+        if one["p_value"] <= SURE:
+            chosen.setdefault((one["channel"].split("_")[0], one["quantity"]), one)
+    return list(chosen.values())[:MOST_MAPS]
+
+
+@styled
+def binned_maps(maps: Sequence[Mapping[str, Any]]) -> Figure:
+    """Mean residual over bins of one quantity, a panel per map.
+
+    Args:
+        maps: from `surest_maps`.
+    """
+    columns = min(2, len(maps))
+    rows = -(-len(maps) // columns)
+    figure, axes = new_figure(0.3 + 2.1 * rows, rows=rows, columns=columns)
+    for ax in axes[len(maps) :]:
+        ax.set_axis_off()
+    for i, (ax, one) in enumerate(zip(axes, maps, strict=False)):
+        mean = np.array([np.nan if m is None else m for m in one["mean_in_noise"]], dtype=float)
+        ax.stairs(np.nan_to_num(mean), one["edges"], fill=True, color=BLUE, alpha=0.25)
+        ax.stairs(mean, one["edges"], baseline=None, color=BLUE, linewidth=1.4)
+        shown = unit(one["unit"])
+        if one["quantity"] == "direction":
+            ax.set_xticks([-1.0, 0.0, 1.0])
+        finish_axes(
+            ax,
+            x=f"{words(one['quantity'])}{f' [{shown}]' if shown else ''}",
+            y="mean residual [noise SD]" if i % columns == 0 else "",
+            title=f"{words(one['channel'])}, p = {significant(one['p_value'], 2)}",
+        )
+    return figure

@@ -1,0 +1,30 @@
+"""The unit in which a rig's parameter is written: its file's own, or one that people use."""
+
+from __future__ import annotations
+
+from pamsim.core.units import to_si
+from pamsim.engine.rig_parameter import RigParameter
+
+_READABLE = {
+    "rad": "deg",
+    "Pa": "kPa",
+    "m": "mm",
+    "m/s": "mm/s",
+    "m/N": "mm/kN",
+    "m^3": "cm^3",
+    "m^3/(s*Pa)": "mm^3/(s*kPa)",
+    "N/Pa": "N/bar",
+    "Pa*s/kg": "kPa*s/g",
+}
+
+
+def readable_unit(parameter: RigParameter) -> str:
+    """Unit that the rig's file has a parameter in; one for people where the file lacks it."""
+    if parameter.stated is not None:
+        return parameter.stated.unit
+    return _READABLE.get(parameter.spec.unit, parameter.spec.unit)
+
+
+def readable(parameter: RigParameter, value: float) -> float:
+    """A value [SI] in the unit of `readable_unit`."""
+    return to_si(value, parameter.spec.unit, readable_unit(parameter), where=parameter.name)

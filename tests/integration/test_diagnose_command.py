@@ -1,0 +1,163 @@
+"""``pamsim diagnose``: hidden in twin data, found by the command, repaired, and then gone."""
+
+from __future__ import annotations
+
+import json
+
+import pytest
+
+import pamsim
+from pamsim.cli.main import main
+from pamsim.diagnosis.verdict import Verdict
+from pamsim.store.rig_file import shipped_rigs
+from tests.unit.workflows.diagnosed import VERDICTS, following, report
+
+TRIED = ("--effects", "air_leak,pressure_bias", "--ordinary", "force.scale")
+
+
+def run(monkeypatch, capsys, *args):
+    """Run ``pamsim ...`` through its entry point; returns exit code, output and errors."""
+    monkeypatch.setattr("sys.argv", ["pamsim", *map(str, args)])
+    with pytest.raises(SystemExit) as ended:
+        main()
+    captured = capsys.readouterr()
+    return ended.value.code, captured.out, captured.err
+
+
+@pytest.fixture(scope="module")
+def rig_folder(tmp_path_factory):
+    """The shipped rig in steps twice as long, twin and fit alike."""
+    folder = tmp_path_factory.mktemp("rig") / "quick_arm"
+    folder.mkdir()
+    for path in (shipped_rigs() / "mas20_arm").glob("*.*"):
+        if path.suffix in (".toml", ".xml"):
+            text = path.read_text(encoding="utf-8")
+            text = text.replace('timestep="0.0005"', 'timestep="0.001"')
+            (folder / path.name).write_text(text, encoding="utf-8")
+    assert pamsim.load_rig(folder).model.opt.timestep == 1e-3
+    return folder
+
+
+@pytest.fixture(autouse=True)
+def short_trials(monkeypatch):
+    monkeypatch.setattr("pamsim.workflows.protocols.DURATION", 3.2)
+
+
+@pytest.fixture
+def recording(rig_folder, tmp_path, monkeypatch, capsys):
+    data = tmp_path / "bench"
+    code, _, err = run(
+        monkeypatch, capsys, "hide", "air_leak", "--out", data, "--rig", rig_folder,
+        "--protocols", "bursts", "--repeats", "3", "--seed", "4",
+    )  # fmt: skip
+    assert code == 0, err
+    return data
+
+
+def test_a_hidden_leak_is_named_repaired_and_no_longer_missing(
+    recording, tmp_path, monkeypatch, capsys
+):
+    out = tmp_path / "out"
+    code, told, err = run(
+        monkeypatch, capsys, "diagnose", recording, *TRIED, "--out", out, "--json",
+        tmp_path / "r.json",
+    )  # fmt: skip
+    assert code == 0, err
+    *_, sentence, verdict = told.strip().splitlines()
+    assert verdict == "verdict: named"
+    assert sentence.startswith("Missing: a leak of air from the muscles (air_leak, leak conduct")
+    result = json.loads((out / "diagnosis.json").read_text(encoding="utf-8"))
+    assert result == json.loads((tmp_path / "r.json").read_text(encoding="utf-8"))
+    assert result["sentence"] == sentence
+    leak = result["effects"][0]["parameters"]["chamber.leak_conductance"]
+    assert leak["value_si"] == pytest.approx(2e-12, rel=0.1)
+    for gap in result["gap"].values():
+        assert gap["after"]["value"] < 1.5 * gap["floor"]["value"]
+    assert sentence in (out / "index.html").read_text(encoding="utf-8")
+    repaired = pamsim.load_rig(out / "rig")
+    found = [m.chamber.leak_conductance for m in repaired.muscles.values()]
+    assert found == pytest.approx([leak["value_si"]] * 2)
+
+    code, told, err = run(
+        monkeypatch, capsys, "diagnose", recording, *TRIED, "--rig", out / "rig"
+    )  # fmt: skip
+    assert code == 0, err
+    assert told.strip().splitlines()[-1] == "verdict: no_gap"
+
+
+@pytest.mark.parametrize("verdict", list(Verdict))
+def test_every_verdict_is_printed_and_has_its_exit_code(verdict, tmp_path, monkeypatch, capsys):
+    rig = pamsim.load_rig("mas20_arm")
+    one = report(rig, verdict, **VERDICTS[verdict], following=following())
+    asked = {}
+
+    def quick(sources, **options):
+        options["progress"](3, "air_leak")
+        asked.update(options, sources=sources)
+        return one
+
+    monkeypatch.setattr("pamsim.workflows.diagnose.diagnose", quick)
+    monkeypatch.setattr("pamsim.report.diagnose_page.save_png", lambda figure, path: (691, 400))
+    out = tmp_path / "out"
+    code, told, _ = run(
+        monkeypatch, capsys, "diagnose", "a", "b", "--effects", "air_leak", "--effects",
+        "angle_bias", "--hold-out", "x,y", "--seed", "7", "--out", out,
+    )  # fmt: skip
+    assert code == (0 if verdict in (Verdict.NO_GAP, Verdict.NAMED) else 1)
+    assert told.strip().splitlines()[-1] == f"verdict: {verdict.value}"
+    assert "note: forces were not measured" in told
+    assert "not tried: load_torque: no body's tilt is stated" in told
+    assert "pressure_1 [kPa]" in told
+    assert (asked["sources"], asked["held_out"], asked["seed"]) == (("a", "b"), ("x", "y"), 7)
+    assert asked["effects"] == ["air_leak", "angle_bias"]
+    repaired = verdict in (Verdict.NAMED, Verdict.NAMED_WITH_REMAINDER)
+    assert (out / "rig" / "params.toml").is_file() is repaired
+    assert (f"rig:  {out / 'rig'}" if repaired else "rig:  not written") in told
+    if verdict is Verdict.AMBIGUOUS:
+        assert "alternative" in told
+        assert "next experiment: shut_hold" in told
+
+
+@pytest.mark.parametrize(
+    ("options", "words"),
+    [
+        (["--effects", "air_lek"], "did you mean 'air_leak'"),
+        (["--ordinary", "force.scal"], "did you mean 'force.scale'"),
+        (["--channels", "angel"], "did you mean 'angle'"),
+        (["--hold-out", "burst"], "did you mean 'bursts'"),
+        (["--rig", "mas30_arm"], "did you mean 'mas20_arm'"),
+        (["--resume"], "--resume needs --out"),
+        (["--threads", "0"], "0 threads"),
+    ],
+)
+def test_bad_input_is_one_line_and_exit_2(recording, monkeypatch, capsys, options, words):
+    code, _, err = run(
+        monkeypatch, capsys, "diagnose", recording, "--effects", "air_leak", *options
+    )
+    assert code == 2
+    assert words in err
+    assert len(err.strip().splitlines()) == 1
+
+
+def test_places_that_cannot_take_the_result_are_refused_before_the_work(
+    rig_folder, tmp_path, monkeypatch, capsys
+):
+    (tmp_path / "file").write_text("", encoding="utf-8")
+    for rig, out, words in (
+        ("mas20_arm", tmp_path / "file", "is a file"),
+        (rig_folder, rig_folder, "the folder of the rig it is made from"),
+    ):
+        code, _, err = run(monkeypatch, capsys, "diagnose", "none", "--rig", rig, "--out", out)
+        assert (code, words in err) == (2, True)
+    code, _, err = run(monkeypatch, capsys, "diagnose", tmp_path / "none.csv")
+    assert (code, "cannot read" in err) == (2, True)
+
+
+def test_an_interrupted_diagnosis_says_how_to_go_on(tmp_path, monkeypatch, capsys):
+    def stopped(*args, **options):
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr("pamsim.workflows.diagnose.diagnose", stopped)
+    code, _, err = run(monkeypatch, capsys, "diagnose", "data", "--out", tmp_path / "out")
+    assert code == 130
+    assert "the same command and --resume" in err

@@ -1,0 +1,186 @@
+"""The page of a diagnosis: every verdict makes one, figures carry units and both states."""
+
+from __future__ import annotations
+
+import re
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+import pamsim
+from pamsim.core.errors import InputError
+from pamsim.diagnosis.verdict import Verdict
+from pamsim.report import diagnose_page
+from pamsim.report.diagnose_gap import gap_bars, regime_values
+from pamsim.report.diagnose_loops import loop_areas, residual_lines
+from pamsim.report.diagnose_page import write_diagnosis
+from pamsim.report.diagnose_signals import trial_channels, worst_trials
+from pamsim.report.diagnose_tables import absent_rows, chance, percent, tried_rows
+from pamsim.report.diagnose_where import binned_maps, surest_maps, where_map
+from pamsim.report.style import BLUE, VERMILION
+from pamsim.workflows.diagnosis_report import comparisons, diagnosis_dict
+from tests.unit.workflows.diagnosed import VERDICTS, following, report
+
+TIME = np.linspace(0.0, 1.0, 50)
+
+
+@pytest.fixture(scope="module")
+def rig():
+    return pamsim.load_rig("mas20_arm")
+
+
+@pytest.fixture
+def quick(monkeypatch):
+    monkeypatch.setattr(diagnose_page, "save_png", lambda figure, path: (691, 400))
+
+
+def page_of(one, folder):
+    return write_diagnosis(diagnosis_dict(one), comparisons(one), folder)[0].read_text("utf-8")
+
+
+@pytest.mark.usefixtures("quick")
+@pytest.mark.parametrize("verdict", list(Verdict))
+def test_every_verdict_makes_a_page_that_begins_with_its_sentence(rig, verdict, tmp_path):
+    one = report(rig, verdict, **VERDICTS[verdict], following=following())
+    page = page_of(one, tmp_path)
+    sentence = diagnosis_dict(one)["sentence"]
+    assert f'<p class="verdict">{sentence}</p>' in page
+    assert page.index(sentence) < page.index("<h2>")
+    assert "None" not in page
+    assert "nan" not in re.sub(r"<[^>]+>", " ", page)
+    found = [int(n) for n in re.findall(r"<figcaption><b>Figure (\d+)\.", page)]
+    assert found == list(range(1, len(found) + 1))
+    assert ("after<br>" in page) is (one.found.named.verdict in (
+        Verdict.NAMED, Verdict.NAMED_WITH_REMAINDER, Verdict.AMBIGUOUS
+    ))  # fmt: skip
+
+
+@pytest.mark.usefixtures("quick")
+def test_what_the_reader_needs_is_on_the_page(rig, tmp_path):
+    one = report(rig, Verdict.AMBIGUOUS, **VERDICTS[Verdict.AMBIGUOUS], following=following())
+    page = page_of(one, tmp_path)
+    for words in (
+        "What it could be", "supply sag", "What to measure next: shut_hold",
+        "What leaves a shut chamber", "a dash where they cannot", "no body&#39;s tilt is stated",
+        "forces were not measured", "swing_check (3 trials)", "at the end of its range",
+    ):  # fmt: skip
+        assert words in page, words
+
+
+@pytest.mark.usefixtures("quick")
+def test_text_of_the_result_is_escaped(rig, tmp_path):
+    result = diagnosis_dict(report(rig, Verdict.NO_GAP))
+    result |= {"rig": "<arm>", "notes": ["<b>"], "sentence": "No <gap>."}
+    page = write_diagnosis(result, [], tmp_path)[0].read_text("utf-8")
+    assert "<arm>" not in page
+    assert "No &lt;gap&gt;." in page
+
+
+def test_another_schema_and_a_bad_place_are_refused(rig, tmp_path):
+    result = diagnosis_dict(report(rig, Verdict.NO_GAP))
+    with pytest.raises(InputError, match="reads 'pamsim-diagnosis/1'"):
+        write_diagnosis({**result, "schema": "x"}, [], tmp_path)
+    (tmp_path / "file").write_text("")
+    with pytest.raises(InputError, match="cannot write"):
+        write_diagnosis(result, [], tmp_path / "file")
+
+
+@pytest.fixture(scope="module")
+def named(rig):
+    one = report(rig, Verdict.NAMED, ["air_leak"])
+    return diagnosis_dict(one), comparisons(one)
+
+
+def test_the_heat_map_has_a_cell_per_channel_and_protocol_and_marks_what_is_sure(named):
+    result, _ = named
+    figure = where_map(result["where"], result["given"])
+    upper, lower = figure.axes[:2]
+    assert len(upper.texts) == len(result["where"]) == 6
+    assert len(lower.texts) == 1
+    told = {text.get_text(): text.get_fontweight() for text in upper.texts}
+    assert told["4.6"] == "bold"  # excess 20, p = 0.001
+    assert told["4.0"] == "normal"  # excess 15, p = 0.4
+    assert figure.axes[-1].get_ylabel() == "RMS / noise floor"
+    assert len(where_map(result["where"], []).axes) == 2  # the map and its scale
+
+
+def test_only_maps_that_luck_does_not_explain_are_drawn(named):
+    result, _ = named
+    (chosen,) = surest_maps(result["maps"])
+    assert chosen["quantity"] == "common_pressure"
+    (ax,) = binned_maps([chosen]).axes
+    assert ax.get_xlabel() == "common pressure [kPa]"
+    assert ax.get_ylabel() == "mean residual [noise SD]"
+    assert ax.get_xlim()[1] == pytest.approx(300.0, rel=0.05)
+
+
+def test_gaps_are_drawn_over_the_floor_of_their_channel(named):
+    result, _ = named
+    (ax,) = gap_bars(result["gap"]).axes
+    widths = [bar.get_width() for bar in ax.patches]
+    gaps = list(result["gap"].values())[::-1]
+    expected = [
+        gap[key]["value"] / gap["floor"]["value"] for gap in gaps for key in ("before", "after")
+    ]
+    assert widths == pytest.approx(expected)
+    assert ax.get_yticklabels()[-1].get_text().startswith("pressure 1\n2.0")
+
+
+def test_the_worst_held_out_trial_of_each_protocol_is_drawn_with_both_simulations(named):
+    result, signals = named
+    noise = {name: entry["sd_si"] for name, entry in result["noise_floor"]["channels"].items()}
+    (worst,) = worst_trials(signals, noise)
+    assert worst.startswith("swing_check")
+    figure = trial_channels([part for part in signals if part.trial == worst], noise)
+    assert [ax.get_ylabel() for ax in figure.axes[::2]] == [
+        "pressure 1 [kPa]", "pressure 2 [kPa]", "angle [deg]"
+    ]  # fmt: skip
+    left = figure.axes[1]
+    before, after = (
+        next(line for line in left.lines if line.get_color() == colour)
+        for colour in (VERMILION, BLUE)
+    )
+    assert np.mean(before.get_ydata()) == pytest.approx(-2.0, abs=0.1)  # measured less simulated
+    assert np.mean(after.get_ydata()) == pytest.approx(0.0, abs=0.1)
+
+
+def test_trials_are_ranked_by_what_the_base_model_misses_in_noise():
+    def part(trial, protocol, off, held=True):
+        still = np.zeros(TIME.size)
+        return SimpleNamespace(
+            trial=trial, protocol=protocol, channel="angle", held_out=held, time=TIME,
+            measured=still, before=still + off, after=None,
+        )  # fmt: skip
+
+    signals = [part("a_1", "a", 1.0), part("a_2", "a", 2.0), part("b_1", "b", 3.0),
+               part("c_1", "c", 9.0, held=False)]  # fmt: skip
+    assert worst_trials(signals, {"angle": 0.1}) == ["b_1", "a_2"]
+
+
+def test_loops_lines_and_regimes_have_units_and_both_states(named):
+    result, _ = named
+    loops = loop_areas(result["loops"])
+    assert loops.axes[0].get_ylabel() == "loop area [kPa·deg]"
+    assert [ax.get_xlabel() for ax in loops.axes] == [
+        "amplitude [deg]", "common pressure [kPa]", "period [s]"
+    ]  # fmt: skip
+    lines = residual_lines(result["spectrum"])
+    assert [ax.get_ylabel() for ax in lines.axes] == ["RMS [kPa]", "RMS [kPa]", "RMS [deg]"]
+    (regime,) = regime_values(result["regimes"]).axes
+    assert regime.get_xlabel() == "force.scale"
+    assert regime.get_title(loc="left") == "p = 0.020"
+
+
+def test_rows_say_what_is_out_of_sight_or_in_doubt():
+    assert (percent(None), percent(0.978), chance(None), chance(1e-9)) == (
+        "–", "98 %", "–", "< 0.0001"
+    )  # fmt: skip
+    hidden = {"parameter": "x", "visible": False, "limit": None, "unit": "kg*m^2", "size": None}
+    (row,) = absent_rows({"added_inertia": hidden})
+    assert (row["limit"], row["unit"], row["size"]) == ("–", "", "–")
+    model = {"effects": ["a_b", "c"], "held_out_loss": 1.0, "gain": 0.1, "gain_error": 0.01,
+             "p_value": 0.2, "at_bound": [], "size_known": False}  # fmt: skip
+    (row,) = tried_rows([model])
+    assert row["effects"] == "a b + c"
+    assert row["doubt"] == "its interval holds its absence"
