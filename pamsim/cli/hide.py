@@ -23,6 +23,7 @@ from pamsim.cli.output import save_json
 )
 @click.option("--protocols", help="Inputs, such as triangle,bursts; all if left out.")
 @click.option("--repeats", type=int, default=4, show_default=True, help="Trials per setting.")
+@click.option("--duration", help="Of a trial, such as 5s; 8 s if left out.")
 @click.option("--coloured", is_flag=True, help="Noise half of which drifts; white if left out.")
 @click.option("--noise", type=float, default=1.0, show_default=True, help="Factor on all noise.")
 @click.option(
@@ -39,6 +40,7 @@ def command(
     tier: str,
     protocols: str | None,
     repeats: int,
+    duration: str | None,
     coloured: bool,
     noise: float,
     variation: float,
@@ -61,8 +63,17 @@ def command(
         sizes *= len(names)
     if len(sizes) != len(names):
         raise click.UsageError(f"{len(sizes)} sizes for {len(names)} effects; give one, or each")
-    settings = TwinSettings(repeats=repeats, coloured=coloured, noise=noise, variation=variation,
-                            forces=not no_forces, tier=tier, seed=seed)  # fmt: skip
+    length = None if duration is None else parse_quantity(duration, "s", "s", where="--duration")
+    settings = TwinSettings(
+        repeats=repeats,
+        duration=length,
+        coloured=coloured,
+        noise=noise,
+        variation=variation,
+        forces=not no_forces,
+        tier=tier,
+        seed=seed,
+    )
     if protocols is not None:
         from dataclasses import replace
 

@@ -48,13 +48,15 @@ class Protocol:
     drive: Drive
     load: float = 0.0
 
-    def experiment(self, seed: int = 0) -> Experiment:
+    def experiment(self, seed: int = 0, duration: float | None = None) -> Experiment:
         """The experiment; the same seed gives the same one.
 
         Args:
             seed: of its random levels, periods, phases and signs.
+            duration: [s]; `DURATION` if left out.
         """
-        time = np.arange(round(DURATION * RATE)) / RATE
+        duration = DURATION if duration is None else duration
+        time = np.arange(round(duration * RATE)) / RATE
         rng = np.random.default_rng([seed, zlib.crc32(self.name.encode())])
         command = self.drive(time, rng)
         start = command[0] if self.command == "pressure" else np.full(2, _MIDDLE)
@@ -63,7 +65,7 @@ class Protocol:
             command_time=time,
             command_value=command,
             start_pressure=start,
-            duration=DURATION,
+            duration=duration,
             sample_rate=RATE,
             load=self.load,
             name=self.name,

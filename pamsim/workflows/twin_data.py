@@ -59,6 +59,7 @@ class TwinSettings:
     Attributes:
         protocols: names of the inputs.
         repeats: of each, in each of its two settings.
+        duration: of a trial [s]; the protocols' own if left out.
         coloured: True for noise half of which drifts (AR(1)), False for white noise.
         noise: factor on the sensors' noise.
         variation: relative standard deviation of what differs from trial to trial.
@@ -69,6 +70,7 @@ class TwinSettings:
 
     protocols: tuple[str, ...] = tuple(PROTOCOLS)
     repeats: int = 4
+    duration: float | None = None
     coloured: bool = False
     noise: float = 1.0
     variation: float = 0.003
@@ -136,7 +138,7 @@ def twin_data(
     jobs: list[tuple[Rig, Experiment]] = []
     for name in chosen.protocols:
         for setting, end in enumerate(("", CHECK)):
-            experiment = protocol(name).experiment(2 * chosen.seed + setting)
+            experiment = protocol(name).experiment(2 * chosen.seed + setting, chosen.duration)
             for repeat in range(1, chosen.repeats + 1):
                 stems[f"{name}{end}_{repeat}"] = f"{name}{end}"
                 jobs.append((_varied(changed, rng, chosen.variation), experiment))
