@@ -18,7 +18,7 @@ from pamsim.diagnosis.regimes import Regime, regimes
 from pamsim.diagnosis.screen import Screened, alike, screen, shortlist
 from pamsim.diagnosis.signature import TangentSpace
 from pamsim.diagnosis.trial_residuals import TrialSimulator
-from pamsim.diagnosis.verdict import Named, Verdict, name
+from pamsim.diagnosis.verdict import Named, Verdict, floor_loss, name
 from pamsim.diagnosis.where import Cell, Map, Regressors, cells, maps
 from pamsim.sysid.free_parameter import FreeParameter
 
@@ -44,6 +44,7 @@ class Diagnosis:
         floor: of the noise.
         base: fit of the base model.
         base_loss: held-out trial -> its loss.
+        perfect_loss: held-out trial -> loss of a perfect model.
         cells: excess per channel and protocol of the base model's fit, the largest first.
         maps: residual over quantities, the surest first.
         regimes: ordinary parameters asked of every protocol by itself, the least alike first.
@@ -58,6 +59,7 @@ class Diagnosis:
     floor: NoiseFloor
     base: Refit
     base_loss: Mapping[str, float]
+    perfect_loss: Mapping[str, float]
     cells: tuple[Cell, ...]
     maps: tuple[Map, ...]
     regimes: tuple[Regime, ...]
@@ -155,6 +157,7 @@ def diagnose(
         floor=floor,
         base=base,
         base_loss=base_loss,
+        perfect_loss=floor_loss(layout, floor, layout.trials(held_out=True)),
         cells=where,
         maps=over,
         regimes=regimes(fitter, base),
