@@ -50,6 +50,7 @@ class Diagnosis:
         regimes: ordinary parameters asked of every protocol by itself, the least alike first.
         screened: what the data can show of every effect.
         models: every model with effects that was fitted.
+        tried: single effects that the held-out trials have judged.
         absent: how large the effects that are not claimed could be.
         next_experiment: what would tell tied effects apart; None if nothing is tied.
         evaluations: parameter sets simulated.
@@ -65,6 +66,7 @@ class Diagnosis:
     regimes: tuple[Regime, ...]
     screened: tuple[Screened, ...]
     models: tuple[Trialled, ...]
+    tried: int
     absent: tuple[AbsentBound, ...]
     next_experiment: NextExperiment | None
     evaluations: int
@@ -123,7 +125,8 @@ def diagnose(
     screened = screen(fitter, base.values, base.residual, space, candidates)
     search = SetSearch(fitter, base, base_loss, screened, say)
     models = _singles(search, screened, base.cost)
-    tried = len(candidates)
+    # The shortlist was made without the held-out trials: they judge what stands on it alone.
+    tried = max(len(models), 1)
     able = sorted((m for m in models if m.accepted(tried)), key=lambda m: m.mean_loss)
     for growth in (PAIRS, TRIPLES):
         grown = search.grown(able, growth) if able else []
@@ -163,6 +166,7 @@ def diagnose(
         regimes=regimes(fitter, base),
         screened=screened,
         models=tuple(models),
+        tried=tried,
         absent=absent_bounds(
             fitter,
             [s for s in screened if s.candidate.name not in claimed],

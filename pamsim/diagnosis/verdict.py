@@ -22,11 +22,11 @@ TIE_FLOOR = 0.002
 SAME_SIGNATURE = 0.95
 """Cosine from which two effects cannot be told apart, whatever a test says."""
 
-NAMED, PARTLY = 0.9, 0.5
-"""Share of the gap that a name must explain, and below which it is none."""
+ADEQUATE = 0.95
+"""Share of the gap that a name must explain: what explains less only resembles what is missing."""
 
-REMAINDER_FLOOR = 0.02
-"""Remainder, in floors, that is left alone."""
+REMAINDER_FLOOR, SMALL_REMAINDER = 0.02, 0.1
+"""Remainders, in floors: one that is left alone, and one beyond which a name comes with it."""
 
 
 class Verdict(StrEnum):
@@ -124,7 +124,7 @@ def name(
         floor: of the noise.
         base_loss: held-out trial -> loss of the base model.
         models: with effects, fitted; sets of effects only where they have earned their place.
-        tried: single effects that could have been claimed.
+        tried: single effects that were judged by the held-out trials.
         alike: cosine between the signatures of two effects.
         gap_seen: whether something else than these models shows a gap, such as a where-map.
     """
@@ -147,11 +147,11 @@ def name(
     explained = best.gain.gain / (best.gain.gain + max(left.gain, 0.0)) if large else 1.0
     rivals = [m for m in models if len(m.candidates) == most]
     tied = tied_with(best, rivals, layout, alike)
-    if explained < PARTLY:
+    if explained < ADEQUATE:
         verdict = Verdict.UNEXPLAINED
     elif tied:
         verdict = Verdict.AMBIGUOUS
-    elif explained < NAMED:
+    elif large and left.gain > SMALL_REMAINDER:
         verdict = Verdict.NAMED_WITH_REMAINDER
     else:
         verdict = Verdict.NAMED

@@ -83,7 +83,7 @@ def effect_entries(
                     p.name: parameter_entry(rig, best, p.name) for p in candidate.parameters
                 },
                 "explained": share,
-                "p_value": None if chance is None else min(chance * len(found.screened), 1.0),
+                "p_value": None if chance is None else min(chance * found.tried, 1.0),
             }
         )
     return entries
@@ -137,7 +137,7 @@ def share_of_gap(found: Diagnosis, model: Trialled) -> float | None:
 
 def tried_entries(found: Diagnosis) -> list[dict[str, Any]]:
     """Every model that was fitted, the best first."""
-    tried = len(found.screened)
+    tried = found.tried
     return [
         {
             "effects": list(model.names),

@@ -183,10 +183,12 @@ def _seen(run: Recording, rig: Rig, foreign: Sequence[tuple[Truth, float]]) -> R
 
 
 def _varied(rig: Rig, rng: np.random.Generator, variation: float) -> Rig:
+    """The rig as it is in one trial; muscles vary together, whatever sets them apart stays."""
     factors = 1.0 + variation * rng.standard_normal(len(_VARYING))
     values = {
-        name: rig_parameter(rig, name).value * factor
+        f"{muscle}:{name}": rig_parameter(rig, f"{muscle}:{name}").value * factor
         for name, factor in zip(_VARYING, factors, strict=True)
+        for muscle in rig.muscles
     }
     return rig.with_parameters(values) if variation else rig
 
