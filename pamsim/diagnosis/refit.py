@@ -3,27 +3,24 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Mapping, MutableMapping, Sequence
+from collections.abc import Callable, Mapping, MutableMapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
-import scipy.optimize
 from numpy.typing import NDArray
 
 from pamsim.core.errors import InputError
 from pamsim.diagnosis.noise_floor import NoiseFloor
 from pamsim.diagnosis.trial_residuals import TrialSimulator
+from pamsim.diagnosis.trust_region import Stop, descend
 from pamsim.sysid.free_parameter import FreeParameter, SearchScale
 
 FloatArray = NDArray[np.float64]
 Remembered = MutableMapping[str, Mapping[str, Any]]
 """Fits that are done: what was fitted from where -> ``values`` and ``cost``."""
 
-_least_squares: Any = scipy.optimize.least_squares
-
 _STEP = 1e-4  # of a range, for differences: wide enough to bridge the kinks of switching valves
-_LOST = 1e3  # factor on the residual where a simulation breaks down
 _TOLERANCE, _LAST_TOLERANCE = 1e-3, 1e-5  # of cost and place; while comparing, at the end
 _FAR = 1.0  # floors of improvement beyond which slopes taken before are no longer good ones
 _EDGE = 1e-3  # share of a range from its ends that counts as an end
@@ -48,14 +45,6 @@ class Refit:
     cost: float
     slopes: FloatArray
     at_bound: tuple[str, ...]
-
-
-@dataclass(frozen=True, kw_only=True)
-class _Stop:
-    place: FloatArray
-    cost: float
-    slopes: FloatArray
-    fell: float = 0.0  # by how much the cost fell on the way
 
 
 class Fitter:
@@ -159,7 +148,7 @@ class Fitter:
         known = self._remembered.get(key)
         if known is not None:
             return self._finished(parameters, self._stop_at(parameters, known))
-        best: _Stop | None = None
+        best: Stop | None = None
         for start in starts:
             found = self._search(parameters, start, most)
             if found is not None and (best is None or found.cost < best.cost):
@@ -206,12 +195,14 @@ class Fitter:
 
     def _search(
         self, parameters: Sequence[FreeParameter], start: Mapping[str, float], most: int
-    ) -> _Stop | None:
+    ) -> Stop | None:
         scale = SearchScale(parameters)
         names = [p.name for p in parameters]
         begin = np.clip(scale.to_unit(np.array([start[n] for n in names])), _EDGE, 1.0 - _EDGE)
 
-        def slopes(kept: Mapping[str, FloatArray]) -> Any:
+        def slopes(
+            kept: Mapping[str, FloatArray],
+        ) -> Callable[[FloatArray, FloatArray], FloatArray]:
             def at(place: FloatArray, here: FloatArray) -> FloatArray:
                 values = dict(zip(names, scale.from_unit(place).tolist(), strict=True))
                 fresh = [p for p in parameters if p.name not in kept]
@@ -229,55 +220,24 @@ class Fitter:
         self,
         parameters: Sequence[FreeParameter],
         begin: FloatArray,
-        slopes: Any,
+        slopes: Callable[[FloatArray, FloatArray], FloatArray],
         most: int,
         *,
         fine: bool = False,
-    ) -> _Stop | None:
-        """Trust-region steps from a place; None if the simulation breaks down there."""
+    ) -> Stop | None:
+        """Descend from a place; None if the simulation breaks down there."""
         scale = SearchScale(parameters)
         names = [p.name for p in parameters]
-        seen: dict[bytes, FloatArray | None] = {}
 
         def residual(place: FloatArray) -> FloatArray | None:
-            key = place.tobytes()
-            if key not in seen:
-                values = dict(zip(names, scale.from_unit(place).tolist(), strict=True))
-                (found,) = self.simulator.fit_rows([values], fine=fine)
-                seen[key] = None if found is None else found * self.weights
-            return seen[key]
+            values = dict(zip(names, scale.from_unit(place).tolist(), strict=True))
+            (found,) = self.simulator.fit_rows([values], fine=fine)
+            return None if found is None else found * self.weights
 
         tolerance = _LAST_TOLERANCE if fine else _TOLERANCE
-        first = residual(begin)
-        if first is None:
-            return None
-        lost = _LOST * first
-        last = np.empty((first.size, 0))
+        return descend(residual, slopes, begin, most=most, tolerance=tolerance)
 
-        def weighted(place: FloatArray) -> FloatArray:
-            found = residual(place)
-            return lost if found is None else found
-
-        def jacobian(place: FloatArray) -> FloatArray:
-            nonlocal last
-            last = slopes(place, weighted(place))
-            return last
-
-        found = _least_squares(
-            weighted,
-            begin,
-            jac=jacobian,
-            bounds=(0.0, 1.0),
-            x_scale="jac",
-            ftol=tolerance,
-            xtol=tolerance,
-            gtol=1e-10,
-            max_nfev=most,
-        )
-        cost = 2.0 * float(found.cost)
-        return _Stop(place=found.x, cost=cost, slopes=last, fell=float(first @ first) - cost)
-
-    def _stop_at(self, parameters: Sequence[FreeParameter], known: Mapping[str, Any]) -> _Stop:
+    def _stop_at(self, parameters: Sequence[FreeParameter], known: Mapping[str, Any]) -> Stop:
         """A remembered fit, with slopes taken anew."""
         values = {p.name: float(known["values"][p.name]) for p in parameters}
         (at,) = self.simulator.fit_rows([values])
@@ -290,9 +250,9 @@ class Fitter:
             self._slopes[p.name] if p.name in self._slopes else next(own) for p in parameters
         ]
         place = SearchScale(parameters).to_unit(np.array([values[p.name] for p in parameters]))
-        return _Stop(place=place, cost=float(known["cost"]), slopes=np.stack(columns, axis=1))
+        return Stop(place=place, cost=float(known["cost"]), slopes=np.stack(columns, axis=1))
 
-    def _finished(self, parameters: Sequence[FreeParameter], stop: _Stop) -> Refit:
+    def _finished(self, parameters: Sequence[FreeParameter], stop: Stop) -> Refit:
         names = [p.name for p in parameters]
         values = dict(
             zip(names, SearchScale(parameters).from_unit(stop.place).tolist(), strict=True)

@@ -1,0 +1,140 @@
+"""What a diagnosis says beside its verdict: bounds, regimes, the next experiment, sets cut back."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from pamsim.diagnosis.absent import absent_bounds
+from pamsim.diagnosis.diagnose import diagnose
+from pamsim.diagnosis.effect_sets import PAIRS, SetSearch
+from pamsim.diagnosis.evidence import losses
+from pamsim.diagnosis.judge import trial
+from pamsim.diagnosis.noise_floor import noise_floor
+from pamsim.diagnosis.refit import Fitter
+from pamsim.diagnosis.regimes import regimes
+from pamsim.diagnosis.screen import screen
+from pamsim.diagnosis.signature import TangentSpace
+from pamsim.diagnosis.verdict import Verdict
+from tests.unit.diagnosis.toy_arm import (
+    BIAS,
+    DRY,
+    LEAK,
+    ORDINARY,
+    OWN,
+    TWIN,
+    drive,
+    recorded,
+    regressors,
+    signals,
+    simulator,
+)
+
+
+def fitted(hidden, candidates, **options):
+    """Fitter, base fit, tangent space and screened effects on data with something hidden."""
+    arm = simulator(recorded(hidden, **options))
+    start = {p.name: p.start for p in ORDINARY}
+    fitter = Fitter(arm, noise_floor_of(arm, start))
+    base = fitter.fit(ORDINARY, [start])
+    fitter.keep_slopes(base)
+    space = TangentSpace(base.slopes)
+    return fitter, base, space, screen(fitter, base.values, base.residual, space, candidates)
+
+
+def noise_floor_of(arm, start):
+    first = arm.anchor(start)
+    return noise_floor(arm.layout, first)
+
+
+def test_a_linear_effect_keeps_its_promise():
+    """The fall of the mean loss and the size that a signature promises are those of the refit."""
+    fitter, base, space, screened = fitted({"bias": 0.02}, (BIAS, DRY))
+    assert screened[0].candidate is BIAS
+    misfit = space.across(-fitter.weighted(base.residual))
+    (start,) = screened[0].starts(misfit)
+    found = fitter.fit((*ORDINARY, *BIAS.parameters), [{**base.values, **start}])
+    assert base.cost - found.cost == pytest.approx(screened[0].gain, rel=0.02)
+    assert start["bias"] == pytest.approx(found.values["bias"], rel=0.02)
+
+
+def test_an_effect_of_one_sign_promises_nothing_with_the_other():
+    _, _, _, screened = fitted({"leak": -0.03}, (LEAK,))
+    assert screened[0].gain == 0.0
+    assert screened[0].likeness < 0.0
+
+
+def test_what_is_there_is_within_the_bound_and_little_more_is():
+    """97.5 % one-sided: of 20 data sets with a small bias, a few may lie beyond their bound."""
+    beyond, limits = 0, []
+    for seed in range(20):
+        fitter, base, space, screened = fitted({"bias": 0.004}, (BIAS,), seed=seed)
+        (bound,) = absent_bounds(fitter, screened, space, base.residual)
+        assert bound.visible
+        beyond += bound.limit < 0.004
+        limits.append(bound.limit)
+    assert beyond <= 3
+    assert np.median(limits) < 0.008
+
+
+def test_what_leaves_no_trace_has_no_bound():
+    fitter, base, space, _ = fitted({}, (BIAS,))
+    _, _, _, (blind,) = fitted({}, (DRY,))
+    bare = type(blind)(candidate=DRY, traces=(), likeness=0.0, gain=0.0)
+    (bound,) = absent_bounds(fitter, [bare], space, base.residual)
+    assert not bound.visible
+    assert bound.limit == np.inf
+
+
+def test_a_parameter_that_stands_in_for_an_effect_differs_between_protocols():
+    honest = [regimes(*fitted({}, (), seed=seed)[:2])[0] for seed in range(6)]
+    assert min(r.p_value for r in honest) > 0.005
+    for one in honest:
+        inside = [low <= OWN["gain"] <= high for _, low, high in one.values.values()]
+        assert sum(inside) >= len(inside) - 1
+    bent = regimes(*fitted({"bias": 0.1}, ())[:2])[0]
+    assert bent.parameter == "gain"
+    assert bent.p_value < 1e-4
+
+
+def test_an_effect_that_is_not_needed_is_left_out_again():
+    fitter, base, _, screened = fitted({"dry": 0.06}, (DRY, BIAS))
+    base_loss = losses(fitter.simulator.layout, base.residual, fitter.floor, held_out=True)
+    search = SetSearch(fitter, base, base_loss, screened, lambda _: None)
+    both = trial(fitter, base, base_loss, [DRY, BIAS], [{"dry": 0.05, "bias": 0.001}])
+    assert search.cut_back(both, PAIRS).names == ("dry",)
+    needed = fitted({"dry": 0.06, "bias": 0.03}, (DRY, BIAS))
+    base_loss = losses(needed[0].simulator.layout, needed[1].residual, needed[0].floor,
+                       held_out=True)  # fmt: skip
+    search = SetSearch(needed[0], needed[1], base_loss, needed[3], lambda _: None)
+    both = trial(needed[0], needed[1], base_loss, [DRY, BIAS], [{"dry": 0.05, "bias": 0.02}])
+    assert set(search.cut_back(both, PAIRS).names) == {"dry", "bias"}
+
+
+def test_three_effects_are_named_together():
+    trials = recorded({"dry": 0.06, "leak": 0.05, "bias": 0.04})
+    found = diagnose(simulator(trials), ORDINARY, (DRY, LEAK, BIAS), regressors(trials))
+    assert found.named.verdict is Verdict.NAMED
+    assert set(found.named.best.names) == {"dry", "leak", "bias"}
+
+
+def test_the_next_experiment_is_the_one_at_which_tied_effects_differ():
+    """Two frictions of slightly different width: turns part them, rest does not."""
+
+    def menu(sets):
+        inputs = {"rest": np.zeros(200), "slow": drive("slow", check=False)}
+        return [
+            {name: signals({**OWN, **values}, u) for name, u in inputs.items()} for values in sets
+        ]
+
+    trials = recorded({"dry": 0.06})
+    found = diagnose(simulator(trials), ORDINARY, (DRY, TWIN, BIAS), regressors(trials), menu=menu)
+    assert found.named.verdict is Verdict.AMBIGUOUS
+    chosen = found.next_experiment
+    assert chosen.protocol == "slow"
+    assert set(chosen.between) == {"dry", "twin"}
+    assert chosen.menu["rest"] < 0.1 * chosen.menu["slow"]
+    assert chosen.before >= 0.0
+    named = recorded({"bias": 0.04})
+    found = diagnose(simulator(named), ORDINARY, (DRY, BIAS), regressors(named), menu=menu)
+    assert found.next_experiment is None

@@ -1,0 +1,106 @@
+"""Coarse steps, remembered fits: quicker ways to the same diagnosis."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from pamsim.diagnosis.diagnose import diagnose
+from pamsim.diagnosis.trial_residuals import TrialSimulator
+from pamsim.sysid.residual_block import ResidualBlock
+from tests.unit.diagnosis.toy_arm import (
+    BIAS,
+    DRY,
+    LEAK,
+    NOISE,
+    ORDINARY,
+    TIME,
+    recorded,
+    regressors,
+    simulator,
+)
+
+LIBRARY = (DRY, BIAS, LEAK)
+
+
+def coarse(trials, off):
+    """The arm, off by something when it is not simulated in fine steps."""
+    exact = simulator(trials)
+
+    def simulate(sets, *, held_out, fine):
+        answers = exact.simulate(sets, held_out=held_out, fine=fine)
+        if fine:
+            return answers
+        return [
+            [
+                ResidualBlock(
+                    trial=b.trial,
+                    protocol=b.protocol,
+                    channel=b.channel,
+                    residual=b.residual + off(values) * NOISE[b.channel] * np.sin(3.0 * TIME),
+                    sample_interval=b.sample_interval,
+                )
+                for b in blocks
+            ]
+            for values, blocks in zip(sets, answers, strict=True)
+        ]
+
+    return TrialSimulator(simulate, exact.held_out)
+
+
+def test_what_coarse_steps_are_off_by_does_not_move_the_result():
+    trials = recorded({"dry": 0.06})
+    one = diagnose(simulator(trials), ORDINARY, LIBRARY, regressors(trials))
+    other = diagnose(coarse(trials, lambda _: 0.8), ORDINARY, LIBRARY, regressors(trials))
+    assert other.named.best.names == one.named.best.names == ("dry",)
+    for name, value in one.named.best.fit.values.items():
+        assert other.named.best.fit.values[name] == pytest.approx(value, rel=2e-3)
+    np.testing.assert_allclose(other.base.residual, one.base.residual, atol=2e-4)
+
+
+def test_the_end_is_fitted_in_fine_steps():
+    """An error that grows with the effect biases coarse fits; the result must not show it."""
+    trials = recorded({"bias": 0.06})
+    one = diagnose(simulator(trials), ORDINARY, (BIAS,), regressors(trials))
+    skewed = coarse(trials, lambda values: 4.0 * values.get("bias", 0.0))
+    other = diagnose(skewed, ORDINARY, (BIAS,), regressors(trials))
+    ends = [d.named.best.fit.values["bias"] for d in (one, other)]
+    assert ends[1] == pytest.approx(ends[0], rel=5e-3)
+    assert other.named.best.mean_loss == pytest.approx(one.named.best.mean_loss, rel=1e-3)
+
+
+def test_an_interrupted_diagnosis_goes_on_to_the_same_end():
+    trials = recorded({"dry": 0.06, "leak": 0.05})
+    whole = diagnose(simulator(trials), ORDINARY, LIBRARY, regressors(trials))
+    fits, told = {}, []
+
+    def stop(what):
+        told.append(what)
+        if len(told) == 5:
+            raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        diagnose(simulator(trials), ORDINARY, LIBRARY, regressors(trials), remembered=fits,
+                 told=stop)  # fmt: skip
+    assert fits
+    resumed = diagnose(simulator(trials), ORDINARY, LIBRARY, regressors(trials), remembered=fits)
+    assert resumed.evaluations < whole.evaluations
+    assert resumed.named.best.names == whole.named.best.names
+    for name, value in whole.named.best.fit.values.items():
+        assert resumed.named.best.fit.values[name] == pytest.approx(value, rel=1e-6)
+    again = diagnose(simulator(trials), ORDINARY, LIBRARY, regressors(trials), remembered=fits)
+    assert again.evaluations < 0.7 * whole.evaluations
+
+
+def test_trials_that_are_held_out_are_not_simulated_while_fitting():
+    trials = recorded({"dry": 0.06})
+    exact = simulator(trials)
+    seen = []
+
+    def simulate(sets, *, held_out, fine):
+        seen.append((len(sets), held_out))
+        return exact.simulate(sets, held_out=held_out, fine=fine)
+
+    diagnose(TrialSimulator(simulate, exact.held_out), ORDINARY, LIBRARY, regressors(trials))
+    whole = sum(count for count, held_out in seen if held_out)
+    assert whole < 0.3 * sum(count for count, _ in seen)
