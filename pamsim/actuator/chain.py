@@ -4,10 +4,14 @@ A spring of compliance C with a damper beside it (Kelvin-Voigt): under a tension
 goes to C T with a time constant. As the extension is a state, the tension needs no equation to be
 solved for in a time step; at rest the time constant does not matter.
 
-Between sprocket and chain there may be play: the chain follows the sprocket as the play operator of
-`pamsim.hysteresis.play` does, at most half the play behind or ahead. It passes on its tension all
-the while, as the pull of the other muscle keeps it on the teeth. Such a lag is not passive: a slow
-cycle of the sprocket between shut muscles gives back the play times the swing of the tension.
+Between sprocket and chain there may be play g. The chain that two muscles pull from both sides then
+lies shifted by s on the teeth, |s| <= g/2: one muscle is longer by s, the other shorter. It slides
+towards the stronger pull, braked in proportion to its speed, and rests where a tooth stops it:
+
+    s' = (T_other - T) / b
+
+Whether tooth or brake holds it, the sprocket feels r (T - T_other), so what the muscles give and
+the joint does not get is (T - T_other)^2 / b or nothing: play never makes energy.
 """
 
 from __future__ import annotations
@@ -34,7 +38,14 @@ class Chain(ParameterGroup):
         default=5e-3,
     )
     backlash: float = parameter(
-        unit="m", low=0.0, high=2e-2, doc="travel of the sprocket that is lost", default=0.0
+        unit="m", low=0.0, high=2e-2, doc="g, travel of the sprocket that is lost", default=0.0
+    )
+    seating_damping: float = parameter(
+        unit="N*s/m",
+        low=1.0,
+        high=1e9,
+        doc="b, difference of pulls per speed at which the chain slides within the play",
+        default=1e3,
     )
 
 
@@ -50,3 +61,34 @@ def extension_rate(
         relaxation_time: [s].
     """
     return (compliance * tension - extension) / relaxation_time
+
+
+def shift_rate(
+    shift: float,
+    tension: float,
+    opposing: float,
+    backlash: float,
+    seating_damping: float,
+    timestep: float,
+) -> float:
+    """Rate of the chain's shift on the sprocket, over an Euler step.
+
+    Args:
+        shift: s, by which the muscle is longer than its tendon [m].
+        tension: T of the muscle [N].
+        opposing: of the muscle at the chain's other end; 0 if there is none [N].
+        backlash: g [m].
+        seating_damping: b [N s/m].
+        timestep: [s].
+
+    Returns:
+        Rate [m/s] that in one step leaves the shift within half the play, exactly at a tooth where
+        one stops it.
+    """
+    after = shift - timestep * (tension - opposing) / seating_damping
+    half = 0.5 * backlash
+    if after > half:
+        after = half
+    elif after < -half:
+        after = -half
+    return (after - shift) / timestep

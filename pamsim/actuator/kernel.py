@@ -11,11 +11,10 @@ from __future__ import annotations
 import math
 
 from pamsim.actuator.active_force import active_force
-from pamsim.actuator.chain import extension_rate
+from pamsim.actuator.chain import extension_rate, shift_rate
 from pamsim.actuator.friction import stribeck_friction
 from pamsim.actuator.hysteresis_loop import loop_force, loop_rates
-from pamsim.actuator.layout import AIR, CREEP, EXTENSION, LINE, PLAY, MutableRow, Row, slot
-from pamsim.hysteresis.play import play
+from pamsim.actuator.layout import AIR, CREEP, EXTENSION, LINE, SHIFT, MutableRow, Row, slot
 from pamsim.muscles.braid import pressurised_contraction, volume
 from pamsim.muscles.creep import creep_force, creep_rate
 from pamsim.muscles.end_shape import force_left
@@ -37,6 +36,7 @@ _COMMAND = slot("command")
 _COMPLIANCE = slot("chain.compliance")
 _RELAXATION = slot("chain.relaxation_time")
 _BACKLASH = slot("chain.backlash")
+_SEATING = slot("chain.seating_damping")
 _STRIBECK_FORCE = slot("friction.stribeck_force")
 _STRIBECK_VELOCITY = slot("friction.stribeck_velocity")
 _LENGTH_AT_ZERO = slot("mounting.length_at_zero")
@@ -72,16 +72,11 @@ _DEAD_BAND = slot("valve.regulator_dead_band")
 _DEAD_ZONE = slot("valve.dead_zone")
 
 
-def past_play(par: Row, act: Row, tendon_length: float) -> float:
-    """Length of the chain [m], which follows that of the tendon with the sprocket's play."""
-    if par[_BACKLASH] == 0.0:
-        return tendon_length
-    return play(tendon_length, act[len(act) - PLAY], 0.5 * par[_BACKLASH])
-
-
 def taken_up(par: Row, act: Row, tendon_length: float) -> float:
-    """Length of the tendon less play and extension of its chain [m]: what the muscle is left."""
-    length = past_play(par, act, tendon_length)
+    """Length of the tendon with its chain's shift, less its extension [m]: the muscle's share."""
+    length = tendon_length
+    if par[_BACKLASH] > 0.0:
+        length = tendon_length + act[len(act) - SHIFT]
     if par[_COMPLIANCE] == 0.0:
         return length
     return length - act[len(act) - EXTENSION]
@@ -226,6 +221,7 @@ def state_rates(
     command: float,
     time: float,
     timestep: float,
+    opposing: float = 0.0,
 ) -> None:
     """Write the rates of all states of one muscle.
 
@@ -239,16 +235,24 @@ def state_rates(
         time: [s].
         timestep: [s]; an operator that steps from turning point to turning point writes the rate
             that takes it to its next memory in one Euler step of this length.
+        opposing: tension of the muscle at the other end of the chain [N]; counts with play only.
     """
     count = len(act)
     pressure_abs = chamber_pressure(par, act, tendon_length)
     length = taken_up(par, act, tendon_length)
     velocity = tendon_velocity
-    rates[count - PLAY] = 0.0
+    rates[count - SHIFT] = 0.0
     if par[_BACKLASH] > 0.0:
-        held = act[count - PLAY]
-        velocity = (past_play(par, act, tendon_length) - held) / timestep
-        rates[count - PLAY] = velocity
+        shifting = shift_rate(
+            act[count - SHIFT],
+            tension(par, act, tendon_length),
+            opposing,
+            par[_BACKLASH],
+            par[_SEATING],
+            timestep,
+        )
+        rates[count - SHIFT] = shifting
+        velocity = velocity + shifting
     rates[count - EXTENSION] = 0.0
     if par[_COMPLIANCE] > 0.0:
         pull = tension(par, act, tendon_length)

@@ -3,9 +3,10 @@
 All parameters live in the model and all memory in the state, so a saved model and a saved state
 replay bit for bit, and a batch can give every simulation its own parameters.
 
-``actuator_user`` row: signature, codes of the chosen laws, then every group's fields in their
-declared order. ``act`` of one actuator: the hysteresis operator's states, then one each for what
-the command's line carries, the creep, the chain's play, the chain's extension, and the air state y.
+``actuator_user`` row: signature, codes of the chosen laws, which actuator pulls at the other end of
+the chain (its id plus 1, 0 for none), then every group's fields in their declared order. ``act`` of
+one actuator: the hysteresis operator's states, then one each for what the command's line carries,
+the creep, the chain's shift on the sprocket, the chain's extension, and the air state y.
 They are there whether their effects are or not, so that any effect can be added to a model that is
 compiled.
 """
@@ -37,7 +38,7 @@ _Choice = TypeVar("_Choice")
 SIGNATURE = 7240.288
 """Marks a row as a pamsim muscle: a number that no other actuator carries by chance."""
 
-LINE, CREEP, PLAY, EXTENSION, AIR = 5, 4, 3, 2, 1
+LINE, CREEP, SHIFT, EXTENSION, AIR = 5, 4, 3, 2, 1
 """Where the states that every muscle has lie in its ``act``, counted from its end."""
 
 _FORCE_SLOTS = max(len(list(specs(law))) for law in FORCE_GROUPS)
@@ -45,7 +46,7 @@ _HYSTERESIS_SLOTS = max(len(list(specs(law))) for law in HYSTERESIS_GROUPS if la
 
 
 def _names() -> Iterator[str]:
-    yield from ("signature", "command", "force.law", "hysteresis.law")
+    yield from ("signature", "command", "force.law", "hysteresis.law", "partner")
     for group in PLAIN_GROUPS:
         yield from (f"{group.group}.{name}" for name, _ in specs(group))
     yield from (f"force.{i}" for i in range(_FORCE_SLOTS))

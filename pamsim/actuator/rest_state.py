@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from pamsim.actuator.kernel import chamber_volume, contraction, taken_up
-from pamsim.actuator.layout import AIR, CREEP, LINE, PLAY, MutableRow, Row, slot
+from pamsim.actuator.layout import AIR, CREEP, LINE, MutableRow, Row, slot
 from pamsim.pneumatics.chamber import air_state
 
 _COMMAND = slot("command")
@@ -23,14 +23,13 @@ def rest(par: Row, act: MutableRow, tendon_length: float, pressure: float) -> No
 
     Args:
         par: (SIZE,) parameter row.
-        act: (n,) written: the operator and the chain free of memory and force, the creep relaxed,
-            the command's line carrying what keeps the valves shut.
+        act: (n,) written: the operator free of memory, the chain free of force and in the middle
+            of its play, the creep relaxed, the command's line carrying what keeps the valves shut.
         tendon_length: [m].
         pressure: gauge pressure [Pa].
     """
     for i in range(len(act)):
         act[i] = 0.0
-    act[len(act) - PLAY] = tendon_length
     act[len(act) - AIR] = charged_air_state(par, tendon_length, pressure)
     quieten(par, act, tendon_length, pressure)
 

@@ -8,10 +8,11 @@ from pamsim.actuator.muscle import Muscle
 
 
 def chain_step_limit(muscle: Muscle, tendon_length: float, pressure: float) -> float:
-    """Longest time step in which the chain's extension does not swing up.
+    """Longest time step in which the chain's extension and its shift do not swing up.
 
     Extension x and tension T of a muscle of stiffness k obey x' = (C T - x) / tau, dT/dx = -k, a
-    lag of time constant tau / (1 + C k). An explicit step of twice that makes it grow.
+    lag of time constant tau / (1 + C k). Within its play the chain shifts between two such muscles
+    by s' = -2 k s / b. An explicit step of twice the time constant makes either grow.
 
     Args:
         muscle: on its chain.
@@ -19,10 +20,14 @@ def chain_step_limit(muscle: Muscle, tendon_length: float, pressure: float) -> f
         pressure: gauge, at which it is [Pa].
 
     Returns:
-        2 tau / (1 + C k) [s]; no limit on a rigid chain.
+        The smaller of 2 tau / (1 + C k) and b / k [s]; no limit on a rigid chain without play.
     """
-    chain = muscle.chain
-    if chain.compliance == 0.0:
-        return float("inf")
+    chain, limit = muscle.chain, float("inf")
+    if chain.compliance == 0.0 and chain.backlash == 0.0:
+        return limit
     stiffness = max(muscle_stiffness(pack(muscle), tendon_length, pressure).total, 0.0)
-    return 2.0 * chain.relaxation_time / (1.0 + chain.compliance * stiffness)
+    if chain.compliance > 0.0:
+        limit = 2.0 * chain.relaxation_time / (1.0 + chain.compliance * stiffness)
+    if chain.backlash > 0.0 and stiffness > 0.0:
+        limit = min(limit, chain.seating_damping / stiffness)
+    return limit

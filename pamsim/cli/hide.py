@@ -15,8 +15,15 @@ from pamsim.cli.output import save_json
 @click.option("--out", type=click.Path(path_type=Path), required=True, help="Folder to write.")
 @click.option("--rig", default="mas20_arm", show_default=True, help="Shipped rig or rig folder.")
 @click.option("--size", default="1", show_default=True, help="Of each effect, in typical sizes.")
+@click.option(
+    "--tier",
+    default="same",
+    show_default=True,
+    help="same: as the library formulates effects; different: other formulas, finer time step.",
+)
 @click.option("--protocols", help="Inputs, such as triangle,bursts; all if left out.")
 @click.option("--repeats", type=int, default=4, show_default=True, help="Trials per setting.")
+@click.option("--duration", help="Of a trial, such as 5s; 8 s if left out.")
 @click.option("--coloured", is_flag=True, help="Noise half of which drifts; white if left out.")
 @click.option("--noise", type=float, default=1.0, show_default=True, help="Factor on all noise.")
 @click.option(
@@ -30,8 +37,10 @@ def command(
     out: Path,
     rig: str,
     size: str,
+    tier: str,
     protocols: str | None,
     repeats: int,
+    duration: str | None,
     coloured: bool,
     noise: float,
     variation: float,
@@ -41,6 +50,7 @@ def command(
 ) -> int:
     """Record a rig in which EFFECTS are hidden: air_leak, or air_leak+coulomb_friction, or none.
 
+    Names of truths that no effect of the library states, such as sprocket_ripple, are taken too.
     Writes a recording folder and, beside it, the truth.
     """
     from pamsim.core.units import parse_quantity
@@ -53,8 +63,17 @@ def command(
         sizes *= len(names)
     if len(sizes) != len(names):
         raise click.UsageError(f"{len(sizes)} sizes for {len(names)} effects; give one, or each")
-    settings = TwinSettings(repeats=repeats, coloured=coloured, noise=noise, variation=variation,
-                            forces=not no_forces, seed=seed)  # fmt: skip
+    length = None if duration is None else parse_quantity(duration, "s", "s", where="--duration")
+    settings = TwinSettings(
+        repeats=repeats,
+        duration=length,
+        coloured=coloured,
+        noise=noise,
+        variation=variation,
+        forces=not no_forces,
+        tier=tier,
+        seed=seed,
+    )
     if protocols is not None:
         from dataclasses import replace
 

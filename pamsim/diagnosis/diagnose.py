@@ -2,33 +2,37 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 from pamsim.core.errors import InputError
+from pamsim.diagnosis.absent import AbsentBound, absent_bounds
 from pamsim.diagnosis.candidate import Candidate
-from pamsim.diagnosis.evidence import compare, losses
-from pamsim.diagnosis.judge import EFFECT_FLOOR, Trialled, trial
+from pamsim.diagnosis.effect_sets import PAIRS, TRIPLES, SetSearch, Told
+from pamsim.diagnosis.evidence import losses
+from pamsim.diagnosis.judge import EFFECT_FLOOR, Trialled, polished
+from pamsim.diagnosis.next_experiment import NextExperiment, SimulateMenu, next_experiment
 from pamsim.diagnosis.noise_floor import NoiseFloor, noise_floor
-from pamsim.diagnosis.refit import Fitter, Refit
+from pamsim.diagnosis.refit import Fitter, Refit, Remembered
+from pamsim.diagnosis.regimes import Regime, regimes
 from pamsim.diagnosis.screen import Screened, alike, screen, shortlist
 from pamsim.diagnosis.signature import TangentSpace
 from pamsim.diagnosis.trial_residuals import TrialSimulator
-from pamsim.diagnosis.verdict import Named, Verdict, name
+from pamsim.diagnosis.verdict import Named, Verdict, floor_loss, name
 from pamsim.diagnosis.where import Cell, Map, Regressors, cells, maps
 from pamsim.sysid.free_parameter import FreeParameter
 
-Told = Callable[[str], None]
-"""Is told what is being tried."""
+SHORTLIST = 8
+"""Most effects that are refitted for what they promise."""
 
-SHORTLIST = 7
-SECONDS = 4
-"""Second effects that are tried beside each of the best single ones."""
+PROMISE, RIVAL = 0.1, 0.3
+"""Shares of the best promise that an effect must reach to be refitted: as long as the gap is not
+closed, and once it is."""
 
-BEAM = 2
+OPEN = 0.1
+"""Share of what an effect explains that another must promise beside it for the gap to be open."""
+
 _SURE_MAP = 0.005  # p-value of a where-map that shows a gap by itself
-_SECOND_SIGNIFICANCE = 0.01
-_SECOND_FLOOR = 2.0 * EFFECT_FLOOR
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -40,10 +44,14 @@ class Diagnosis:
         floor: of the noise.
         base: fit of the base model.
         base_loss: held-out trial -> its loss.
+        perfect_loss: held-out trial -> loss of a perfect model.
         cells: excess per channel and protocol of the base model's fit, the largest first.
         maps: residual over quantities, the surest first.
+        regimes: ordinary parameters asked of every protocol by itself, the least alike first.
         screened: what the data can show of every effect.
         models: every model with effects that was fitted.
+        absent: how large the effects that are not claimed could be.
+        next_experiment: what would tell tied effects apart; None if nothing is tied.
         evaluations: parameter sets simulated.
     """
 
@@ -51,10 +59,14 @@ class Diagnosis:
     floor: NoiseFloor
     base: Refit
     base_loss: Mapping[str, float]
+    perfect_loss: Mapping[str, float]
     cells: tuple[Cell, ...]
     maps: tuple[Map, ...]
+    regimes: tuple[Regime, ...]
     screened: tuple[Screened, ...]
     models: tuple[Trialled, ...]
+    absent: tuple[AbsentBound, ...]
+    next_experiment: NextExperiment | None
     evaluations: int
 
 
@@ -64,7 +76,9 @@ def diagnose(
     candidates: Sequence[Candidate],
     regressors: Regressors,
     *,
+    menu: SimulateMenu | None = None,
     seed: int = 0,
+    remembered: Remembered | None = None,
     told: Told | None = None,
 ) -> Diagnosis:
     """Find where a simulator and its data disagree and name the missing effect.
@@ -74,7 +88,9 @@ def diagnose(
         ordinary: parameters that any effect must beat: they are refitted with every one.
         candidates: effects that may be missing.
         regressors: quantities over which residuals are mapped, per trial.
+        menu: simulator of further experiments, from which the next one is chosen.
         seed: of the maps' sign flips.
+        remembered: fits of an interrupted run; new ones are added.
         told: is told what is being tried.
 
     Raises:
@@ -83,7 +99,7 @@ def diagnose(
     say = told or (lambda _: None)
     say("base model")
     start = {p.name: p.start for p in ordinary}
-    (first,) = simulator.many([start])
+    first = simulator.anchor(start)
     if first is None:
         raise InputError(
             "the base model's simulation breaks down on these trials; check the rig's parameters"
@@ -93,102 +109,87 @@ def diagnose(
     if not layout.trials(held_out=True) or not layout.trials(held_out=False):
         raise InputError("nothing to judge by: some trials must be held out, and some not")
     floor = noise_floor(layout, first)
-    fitter = Fitter(simulator, floor)
-    base = fitter.fit(ordinary, start)
-    slopes = fitter.keep_slopes(ordinary, base)
-    space = TangentSpace(slopes)
+    fitter = Fitter(simulator, floor, remembered)
+    base = fitter.fit(ordinary, [start])
+    anchored = simulator.anchor(base.values)
+    base = base if anchored is None else replace(base, residual=anchored)
+    fitter.keep_slopes(base)
+    space = TangentSpace(base.slopes)
     base_loss = losses(layout, base.residual, floor, held_out=True)
     every = [*layout.trials(held_out=False), *layout.trials(held_out=True)]
     where = cells(layout, base.residual, floor, every)
     over = maps(layout, base.residual, floor, regressors, seed=seed)
     say("screening")
-    screened = screen(fitter, base, space, candidates)
-    look_alikes = {c.name: c.effect.look_alikes for c in candidates}
-    listed = shortlist(screened, SHORTLIST, look_alikes)
-    models: list[Trialled] = []
-    for one in listed:
-        say(one.candidate.name)
-        found = trial(fitter, base, base_loss, ordinary, [one.candidate], _starts(one))
-        if found is not None:
-            models.append(found)
+    screened = screen(fitter, base.values, base.residual, space, candidates)
+    search = SetSearch(fitter, base, base_loss, screened, say)
+    models = _singles(search, screened, base.cost)
     tried = len(candidates)
     able = sorted((m for m in models if m.accepted(tried)), key=lambda m: m.mean_loss)
-    pairs = _pairs(fitter, base, base_loss, ordinary, space, screened, able, say)
+    for growth in (PAIRS, TRIPLES):
+        grown = search.grown(able, growth) if able else []
+        kept = [m for m in grown if len(search.cut_back(m, growth).names) == len(m.names)]
+        models += kept
+        able = kept
     by_name = {s.candidate.name: s for s in screened}
 
     def likeness(one: str, other: str) -> float:
         return alike(by_name[one], by_name[other])
 
     seen = bool(over) and over[0].p_value < _SURE_MAP
-    named = name(
-        layout,
-        floor,
-        base_loss,
-        [*models, *pairs],
-        tried,
-        likeness,
-        gap_seen=seen and where[0].p_value < 1e-3 and where[0].excess > 0.1,
-    )
+    gap_seen = seen and where[0].p_value < 1e-3 and where[0].excess > 0.1
+
+    def verdict() -> Named:
+        return name(layout, floor, base_loss, models, tried, likeness, gap_seen=gap_seen)
+
+    named = verdict()
+    if named.best is not None:
+        for close in (named.best, *named.tied[:2]):
+            say(" + ".join(close.names) + " in fine steps")
+            models[models.index(close)] = polished(fitter, base_loss, close)
+        named = verdict()
     if floor.repeats < 2 and named.verdict is not Verdict.NO_GAP:
         named = replace(named, verdict=Verdict.NOT_IDENTIFIABLE)
+    claimed = named.best.names if named.best is not None else ()
+    found = named.best.fit if named.best is not None else base
+    say("what else the data allow")
     return Diagnosis(
         named=named,
         floor=floor,
         base=base,
         base_loss=base_loss,
+        perfect_loss=floor_loss(layout, floor, layout.trials(held_out=True)),
         cells=where,
         maps=over,
+        regimes=regimes(fitter, base),
         screened=screened,
-        models=(*models, *pairs),
+        models=tuple(models),
+        absent=absent_bounds(
+            fitter,
+            [s for s in screened if s.candidate.name not in claimed],
+            TangentSpace(found.slopes),
+            found.residual,
+        ),
+        next_experiment=next_experiment(named, fitter, menu) if menu is not None else None,
         evaluations=simulator.evaluations,
     )
 
 
-def _starts(one: Screened) -> list[dict[str, float]]:
-    """The probe whose signature is most alike, then the effect's own further starts."""
-    probes = dict(one.candidate.probes)
-    return [probes[one.best], *one.candidate.starts]
+def _singles(search: SetSearch, screened: Sequence[Screened], base_cost: float) -> list[Trialled]:
+    """Refits of single effects, the most promising first.
 
-
-def _pairs(
-    fitter: Fitter,
-    base: Refit,
-    base_loss: Mapping[str, float],
-    ordinary: Sequence[FreeParameter],
-    space: TangentSpace,
-    screened: Sequence[Screened],
-    able: Sequence[Trialled],
-    say: Told,
-) -> list[Trialled]:
-    """Pairs that beat both their members and the best single effect on the held-out trials."""
-    layout = fitter.simulator.layout
-    accepted: list[Trialled] = []
-    jobs: list[tuple[Trialled, Screened]] = []
-    for single in able[:BEAM]:
-        misfit = space.across(-fitter.weighted(single.fit.residual))
-        others = [s for s in screened if s.candidate.name not in single.names and s.visible]
-        others.sort(key=lambda s: -max((g.likeness(misfit) for g in s.signatures), default=0.0))
-        jobs += [(single, other) for other in others[:SECONDS]]
-    done: set[frozenset[str]] = set()
-    for single, other in jobs:
-        pair = frozenset({*single.names, other.candidate.name})
-        if pair in done:
+    A promise is of first order, so the second is tried whatever the first achieves; further down
+    the list only what may still be a rival, or while the gap is open.
+    """
+    models: list[Trialled] = []
+    best, closed = 0.0, False
+    for place, one in enumerate(shortlist(screened, SHORTLIST, 0.5 * EFFECT_FLOOR, PROMISE)):
+        if closed and place > 1 and one.gain < RIVAL * max(best, screened[0].gain):
             continue
-        done.add(pair)
-        say(" + ".join(sorted(pair)))
-        began = {p.name: single.fit.values[p.name] for c in single.candidates for p in c.parameters}
-        starts = [{**began, **values} for values in _starts(other)]
-        found = trial(
-            fitter, base, base_loss, ordinary, [*single.candidates, other.candidate], starts
-        )
+        found = search.single(one)
         if found is None:
             continue
-        over = compare(able[0].loss, found.loss, layout.protocol_of)
-        parent = compare(single.loss, found.loss, layout.protocol_of)
-        sure = all(
-            c.p_value * max(len(jobs), 1) < _SECOND_SIGNIFICANCE and c.gain > _SECOND_FLOOR
-            for c in (over, parent)
-        )
-        if sure and found.size_known():
-            accepted.append(found)
-    return accepted
+        models.append(found)
+        gain = base_cost - found.fit.cost
+        if gain > best:
+            best, closed = gain, search.promise_left(found) < OPEN * gain
+    return models

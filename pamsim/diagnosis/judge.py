@@ -12,7 +12,6 @@ from pamsim.diagnosis.candidate import Candidate
 from pamsim.diagnosis.evidence import Comparison, compare, losses
 from pamsim.diagnosis.intervals import intervals95
 from pamsim.diagnosis.refit import Fitter, Refit
-from pamsim.sysid.free_parameter import FreeParameter
 
 EFFECT_FLOOR = 0.01
 """Gain, in noise floors, below which an effect is not claimed: a candidate nearer the truth by luck
@@ -27,16 +26,14 @@ class Trialled:
     """A model with some effects freed, after its fit.
 
     Attributes:
-        candidates: the effects, none for the base model.
-        parameters: all that were fitted, ordinary ones first.
+        candidates: the effects.
         fit: the best over the starts.
         loss: held-out trial -> loss, 1 for a perfect model.
         gain: over the base model on the held-out trials.
-        intervals: name of each effect parameter -> 95 % interval [SI].
+        intervals: name of each parameter -> 95 % interval [SI].
     """
 
     candidates: tuple[Candidate, ...]
-    parameters: tuple[FreeParameter, ...]
     fit: Refit
     loss: Mapping[str, float]
     gain: Comparison
@@ -77,7 +74,6 @@ def trial(
     fitter: Fitter,
     base: Refit,
     base_loss: Mapping[str, float],
-    ordinary: Sequence[FreeParameter],
     candidates: Sequence[Candidate],
     starts: Sequence[Mapping[str, float]],
 ) -> Trialled | None:
@@ -87,32 +83,42 @@ def trial(
         fitter: of the trials.
         base: fit of the base model.
         base_loss: its loss on the held-out trials.
-        ordinary: parameters of the base model.
         candidates: effects to free.
         starts: values of their parameters to begin from [SI].
 
     Returns:
-        The result, or None if the simulation breaks down at every start.
+        The result, or None if the simulation breaks down.
     """
-    parameters = (*ordinary, *(p for c in candidates for p in c.parameters))
-    best: Refit | None = None
-    for start in starts:
-        try:
-            found = fitter.fit(parameters, {**base.values, **start})
-        except InputError:
-            continue
-        if best is None or found.cost < best.cost:
-            best = found
-    if best is None:
+    parameters = (*base.parameters, *(p for c in candidates for p in c.parameters))
+    try:
+        found = fitter.fit(parameters, [{**base.values, **start} for start in starts])
+    except InputError:
         return None
+    return judged(fitter, base_loss, candidates, found)
+
+
+def judged(
+    fitter: Fitter, base_loss: Mapping[str, float], candidates: Sequence[Candidate], found: Refit
+) -> Trialled:
+    """A fit with its losses and intervals.
+
+    Args:
+        fitter: of the trials.
+        base_loss: of the base model on the held-out trials.
+        candidates: effects that were freed.
+        found: the fit.
+    """
     layout = fitter.simulator.layout
-    loss = losses(layout, best.residual, fitter.floor, held_out=True)
-    slopes = fitter.all_slopes(parameters, best)
+    loss = losses(layout, found.residual, fitter.floor, held_out=True)
     return Trialled(
         candidates=tuple(candidates),
-        parameters=parameters,
-        fit=best,
+        fit=found,
         loss=loss,
         gain=compare(base_loss, loss, layout.protocol_of),
-        intervals=intervals95(fitter, best, parameters, slopes),
+        intervals=intervals95(fitter, found),
     )
+
+
+def polished(fitter: Fitter, base_loss: Mapping[str, float], model: Trialled) -> Trialled:
+    """A model fitted the last bit of the way in fine steps, judged anew."""
+    return judged(fitter, base_loss, model.candidates, fitter.polish(model.fit))

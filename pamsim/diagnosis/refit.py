@@ -1,9 +1,10 @@
-"""Fit ordinary and effect parameters together to the trials that are not held out."""
+"""Refits of parameters to the trials that are not held out, ordinary and effects' ones together."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+import json
+from collections.abc import Mapping, MutableMapping, Sequence
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -16,11 +17,16 @@ from pamsim.diagnosis.trial_residuals import TrialSimulator
 from pamsim.sysid.free_parameter import FreeParameter, SearchScale
 
 FloatArray = NDArray[np.float64]
+Remembered = MutableMapping[str, Mapping[str, Any]]
+"""Fits that are done: what was fitted from where -> ``values`` and ``cost``."""
+
 _least_squares: Any = scipy.optimize.least_squares
 
 _STEP = 1e-4  # of a range, for differences: wide enough to bridge the kinks of switching valves
 _LOST = 1e3  # factor on the residual where a simulation breaks down
-_TOLERANCE = 1e-4
+_TOLERANCE, _LAST_TOLERANCE = 1e-3, 1e-5  # of cost and place; while comparing, at the end
+_FAR = 1.0  # floors of improvement beyond which slopes taken before are no longer good ones
+_EDGE = 1e-3  # share of a range from its ends that counts as an end
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -28,52 +34,91 @@ class Refit:
     """The end of a fit.
 
     Attributes:
+        parameters: p that were fitted.
         values: name -> value [SI].
         residual: (n,) of all trials, held out ones too [SI].
         cost: mean square over the fitted trials, in units of the noise.
+        slopes: (f, p) change of the weighted residual of the fitted trials per range.
         at_bound: names that ended on their range's ends.
     """
 
+    parameters: tuple[FreeParameter, ...]
     values: dict[str, float]
     residual: FloatArray
     cost: float
+    slopes: FloatArray
     at_bound: tuple[str, ...]
+
+
+@dataclass(frozen=True, kw_only=True)
+class _Stop:
+    place: FloatArray
+    cost: float
+    slopes: FloatArray
+    fell: float = 0.0  # by how much the cost fell on the way
 
 
 class Fitter:
     """Fits by Gauss-Newton steps within ranges, with slopes kept where they hardly change.
 
     The slopes of ordinary parameters are taken once, at the fit of the base model, and serve every
-    effect: a fit then costs its effect's own slopes and the steps.
+    effect that changes little: such a fit costs its effect's own slopes and the steps.
 
     Args:
         simulator: of all trials.
         floor: of the noise.
+        remembered: fits of an interrupted run; new ones are added.
     """
 
-    def __init__(self, simulator: TrialSimulator, floor: NoiseFloor) -> None:
+    def __init__(
+        self,
+        simulator: TrialSimulator,
+        floor: NoiseFloor,
+        remembered: Remembered | None = None,
+    ) -> None:
         self.simulator = simulator
         self.floor = floor
+        self.fitted = simulator.fitted
+        self._remembered: Remembered = {} if remembered is None else remembered
         fitted = simulator.layout.trials(held_out=False)
-        self.fitted = simulator.layout.rows(fitted)
         weights = simulator.layout.weights(floor.sd)[self.fitted]
         channels = len(simulator.layout.channels)
         self.weights = weights / np.sqrt(len(fitted) * channels)
         self._slopes: dict[str, FloatArray] = {}
 
     def weighted(self, residual: FloatArray) -> FloatArray:
-        """Rows of the fitted trials in units of noise; their sum of squares is the mean loss."""
+        """Rows (f,) of the fitted trials out of (n,) [SI] in units of noise.
+
+        Their sum of squares is the mean loss.
+        """
         return residual[self.fitted] * self.weights
+
+    def changes(
+        self, sets: Sequence[Mapping[str, float]], at: FloatArray
+    ) -> list[FloatArray | None]:
+        """How parameter sets change the weighted residual.
+
+        Args:
+            sets: values by name [SI].
+            at: (f,) weighted residual to compare with.
+
+        Returns:
+            For each (f,), or None where the simulation breaks down.
+        """
+        return [
+            None if found is None else found * self.weights - at
+            for found in self.simulator.fit_rows(sets)
+        ]
 
     def slopes(
         self, parameters: Sequence[FreeParameter], values: Mapping[str, float], at: FloatArray
     ) -> FloatArray:
-        """Change of the weighted residual per range of each parameter, shape (n, p).
+        """Change of the weighted residual per range of each parameter, shape (f, p).
 
         Args:
             parameters: p of them.
             values: of all that is not at the rig's own value [SI].
-            at: (n,) weighted residual there.
+            at: (f,) weighted residual there, in coarse steps.
         """
         scale = SearchScale(parameters)
         place = scale.to_unit(np.array([values[p.name] for p in parameters]))
@@ -84,72 +129,139 @@ class Fitter:
             for i, (parameter, vector) in enumerate(zip(parameters, moved, strict=True))
         ]
         columns = [
-            np.zeros_like(at) if found is None else (self.weighted(found) - at) / step
-            for found, step in zip(self.simulator.many(sets), steps, strict=True)
+            np.zeros_like(at) if change is None else change / step
+            for change, step in zip(self.changes(sets, at), steps, strict=True)
         ]
         return np.stack(columns, axis=1) if columns else np.empty((at.size, 0))
 
-    def keep_slopes(self, parameters: Sequence[FreeParameter], found: Refit) -> FloatArray:
-        """Take the slopes of ordinary parameters at a fit, for all later ones, shape (n, p)."""
-        matrix = self.slopes(parameters, found.values, self.weighted(found.residual))
-        self._slopes = {p.name: matrix[:, i] for i, p in enumerate(parameters)}
-        return matrix
-
-    def all_slopes(self, parameters: Sequence[FreeParameter], found: Refit) -> FloatArray:
-        """Slopes at a fit, kept ones as they are, shape (n, p)."""
-        fresh = [p for p in parameters if p.name not in self._slopes]
-        own = iter(self.slopes(fresh, found.values, self.weighted(found.residual)).T)
-        return np.stack(
-            [self._slopes[p.name] if p.name in self._slopes else next(own) for p in parameters],
-            axis=1,
-        )
+    def keep_slopes(self, found: Refit) -> None:
+        """Let the slopes at a fit of ordinary parameters serve all later ones."""
+        self._slopes = {p.name: found.slopes[:, i] for i, p in enumerate(found.parameters)}
 
     def fit(
         self,
         parameters: Sequence[FreeParameter],
-        start: Mapping[str, float],
+        starts: Sequence[Mapping[str, float]],
         *,
         most: int = 12,
     ) -> Refit:
-        """Fit from one start.
+        """Fit from one or more starts; the best end counts.
 
         Args:
             parameters: p of them.
-            start: name -> value for each [SI].
+            starts: name -> value for each [SI].
             most: steps tried.
 
         Raises:
-            InputError: if the simulation breaks down at the start.
+            InputError: if the simulation breaks down at every start.
         """
+        key = json.dumps([[p.name for p in parameters], [dict(s) for s in starts]])
+        known = self._remembered.get(key)
+        if known is not None:
+            return self._finished(parameters, self._stop_at(parameters, known))
+        best: _Stop | None = None
+        for start in starts:
+            found = self._search(parameters, start, most)
+            if found is not None and (best is None or found.cost < best.cost):
+                best = found
+        if best is None:
+            names = ", ".join(p.name for p in parameters)
+            raise InputError(f"the simulation breaks down wherever a fit of {names} begins")
+        scale = SearchScale(parameters)
+        values = scale.from_unit(best.place).tolist()
+        named = dict(zip([p.name for p in parameters], values, strict=True))
+        self._remembered[key] = {"values": named, "cost": best.cost}
+        return self._finished(parameters, best)
+
+    def polish(self, found: Refit) -> Refit:
+        """Take a fit the last bit of the way, in fine steps and with fresh slopes.
+
+        Returns:
+            The fit with its residual in fine steps; the one handed in if nothing comes through.
+        """
+        scale = SearchScale(found.parameters)
+        names = [p.name for p in found.parameters]
+        (coarse,) = self.simulator.fit_rows([found.values])
+        if coarse is None:
+            return found
+        slopes = self.slopes(found.parameters, found.values, coarse * self.weights)
+        place = np.clip(
+            scale.to_unit(np.array([found.values[n] for n in names])), _EDGE, 1.0 - _EDGE
+        )
+        end = self._steps(found.parameters, place, lambda _place, _at: slopes, 4, fine=True)
+        if end is None:
+            return found
+        values = dict(zip(names, scale.from_unit(end.place).tolist(), strict=True))
+        residual = self.simulator.fine(values)
+        if residual is None:
+            return found
+        return replace(
+            found,
+            values=values,
+            residual=residual,
+            cost=end.cost,
+            slopes=slopes,
+            at_bound=_at_ends(names, end.place),
+        )
+
+    def _search(
+        self, parameters: Sequence[FreeParameter], start: Mapping[str, float], most: int
+    ) -> _Stop | None:
         scale = SearchScale(parameters)
         names = [p.name for p in parameters]
-        begin = np.clip(scale.to_unit(np.array([start[n] for n in names])), 1e-3, 1.0 - 1e-3)
-        seen: dict[bytes, FloatArray | None] = {}
+        begin = np.clip(scale.to_unit(np.array([start[n] for n in names])), _EDGE, 1.0 - _EDGE)
 
-        def values(place: FloatArray) -> dict[str, float]:
-            return dict(zip(names, scale.from_unit(place).tolist(), strict=True))
+        def slopes(kept: Mapping[str, FloatArray]) -> Any:
+            def at(place: FloatArray, here: FloatArray) -> FloatArray:
+                values = dict(zip(names, scale.from_unit(place).tolist(), strict=True))
+                fresh = [p for p in parameters if p.name not in kept]
+                own = iter(self.slopes(fresh, values, here).T)
+                return np.stack([kept[n] if n in kept else next(own) for n in names], axis=1)
+
+            return at
+
+        found = self._steps(parameters, begin, slopes(self._slopes), most)
+        if found is not None and self._slopes and found.fell > _FAR:
+            return self._steps(parameters, found.place, slopes({}), most) or found
+        return found
+
+    def _steps(
+        self,
+        parameters: Sequence[FreeParameter],
+        begin: FloatArray,
+        slopes: Any,
+        most: int,
+        *,
+        fine: bool = False,
+    ) -> _Stop | None:
+        """Trust-region steps from a place; None if the simulation breaks down there."""
+        scale = SearchScale(parameters)
+        names = [p.name for p in parameters]
+        seen: dict[bytes, FloatArray | None] = {}
 
         def residual(place: FloatArray) -> FloatArray | None:
             key = place.tobytes()
             if key not in seen:
-                seen[key] = self.simulator.many([values(place)])[0]
+                values = dict(zip(names, scale.from_unit(place).tolist(), strict=True))
+                (found,) = self.simulator.fit_rows([values], fine=fine)
+                seen[key] = None if found is None else found * self.weights
             return seen[key]
 
+        tolerance = _LAST_TOLERANCE if fine else _TOLERANCE
         first = residual(begin)
         if first is None:
-            raise InputError(f"the simulation breaks down at {', '.join(names)} = {dict(start)}")
-        lost = _LOST * self.weighted(first)
+            return None
+        lost = _LOST * first
+        last = np.empty((first.size, 0))
 
         def weighted(place: FloatArray) -> FloatArray:
             found = residual(place)
-            return lost if found is None else self.weighted(found)
+            return lost if found is None else found
 
         def jacobian(place: FloatArray) -> FloatArray:
-            fresh = [p for p in parameters if p.name not in self._slopes]
-            own = iter(self.slopes(fresh, values(place), weighted(place)).T)
-            return np.stack(
-                [self._slopes[n] if n in self._slopes else next(own) for n in names], axis=1
-            )
+            nonlocal last
+            last = slopes(place, weighted(place))
+            return last
 
         found = _least_squares(
             weighted,
@@ -157,17 +269,47 @@ class Fitter:
             jac=jacobian,
             bounds=(0.0, 1.0),
             x_scale="jac",
-            ftol=_TOLERANCE,
-            xtol=_TOLERANCE,
+            ftol=tolerance,
+            xtol=tolerance,
             gtol=1e-10,
             max_nfev=most,
         )
-        whole = residual(found.x)
-        assert whole is not None  # a place where it breaks down is never accepted
-        ends = np.minimum(found.x, 1.0 - found.x) < 1e-3
-        return Refit(
-            values=values(found.x),
-            residual=whole,
-            cost=2.0 * float(found.cost),
-            at_bound=tuple(n for n, end in zip(names, ends, strict=True) if end),
+        cost = 2.0 * float(found.cost)
+        return _Stop(place=found.x, cost=cost, slopes=last, fell=float(first @ first) - cost)
+
+    def _stop_at(self, parameters: Sequence[FreeParameter], known: Mapping[str, Any]) -> _Stop:
+        """A remembered fit, with slopes taken anew."""
+        values = {p.name: float(known["values"][p.name]) for p in parameters}
+        (at,) = self.simulator.fit_rows([values])
+        if at is None:
+            raise InputError("a remembered fit no longer runs; start without --resume")
+        here = at * self.weights
+        fresh = [p for p in parameters if p.name not in self._slopes]
+        own = iter(self.slopes(fresh, values, here).T)
+        columns = [
+            self._slopes[p.name] if p.name in self._slopes else next(own) for p in parameters
+        ]
+        place = SearchScale(parameters).to_unit(np.array([values[p.name] for p in parameters]))
+        return _Stop(place=place, cost=float(known["cost"]), slopes=np.stack(columns, axis=1))
+
+    def _finished(self, parameters: Sequence[FreeParameter], stop: _Stop) -> Refit:
+        names = [p.name for p in parameters]
+        values = dict(
+            zip(names, SearchScale(parameters).from_unit(stop.place).tolist(), strict=True)
         )
+        residual = self.simulator.whole(values)
+        if residual is None:
+            raise InputError(f"held-out trials break down at {values}")
+        return Refit(
+            parameters=tuple(parameters),
+            values=values,
+            residual=residual,
+            cost=stop.cost,
+            slopes=stop.slopes,
+            at_bound=_at_ends(names, stop.place),
+        )
+
+
+def _at_ends(names: Sequence[str], place: FloatArray) -> tuple[str, ...]:
+    ends = np.minimum(place, 1.0 - place) < _EDGE
+    return tuple(n for n, end in zip(names, ends, strict=True) if end)

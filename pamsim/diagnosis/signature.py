@@ -6,7 +6,7 @@ can name it.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -29,6 +29,28 @@ class Signature:
     across: FloatArray
     visible: float
     absorbed: float
+
+    def share(self, misfit: FloatArray) -> float:
+        """How many of this signature the misfit holds: 1 for exactly this size of the effect.
+
+        Args:
+            misfit: (n,) measured minus simulated across the tangent space, in units of noise.
+        """
+        square = float(self.across @ self.across)
+        return float(self.across @ misfit) / square if square > 0.0 else 0.0
+
+    def gain(self, misfit: FloatArray) -> float:
+        """By how much the mean loss would fall, in floors, were the effect linear in its size.
+
+        Args:
+            misfit: (n,) measured minus simulated across the tangent space, in units of noise.
+        """
+        return self.share(misfit) * float(self.across @ misfit)
+
+    def within(self, space: TangentSpace) -> Signature:
+        """The same signature across a larger tangent space."""
+        across = space.across(self.across)
+        return replace(self, across=across, visible=float(across @ across))
 
     def likeness(self, misfit: FloatArray) -> float:
         """Cosine between what a model lacks and this signature, in [-1, 1].

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import dataclass, field
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,9 +15,25 @@ from pamsim.sysid.residual_block import BlockPlace, Blocks, layout, stacked
 FloatArray = NDArray[np.float64]
 Values = Mapping[str, float]
 
-SimulateValues = Callable[[Sequence[Values]], Sequence[Blocks | None]]
-"""Rig parameters [SI] by name, those left out at the rig's own values, to residual blocks
-(simulated minus measured) of every trial; None where a simulation broke down."""
+
+class SimulateValues(Protocol):
+    """What a diagnosis is handed: parameters to residuals."""
+
+    def __call__(
+        self, sets: Sequence[Values], *, held_out: bool, fine: bool
+    ) -> Sequence[Blocks | None]:
+        """Simulate every trial with several parameter sets.
+
+        Args:
+            sets: rig parameters [SI] by name, those left out at the rig's own values.
+            held_out: False to leave out the trials that are kept for judging.
+            fine: False for coarser and quicker steps, where there are any.
+
+        Returns:
+            For each the residual blocks (simulated minus measured); None where a simulation broke
+            down.
+        """
+        ...
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -46,6 +63,18 @@ class TrialLayout:
         names = dict.fromkeys(p.block.trial for p in self.places)
         return tuple(name for name in names if (name in self.held_out) == held_out)
 
+    @property
+    def fitted_places(self) -> tuple[BlockPlace, ...]:
+        """Every channel of the trials that fits see, with its rows in a stack of these alone."""
+        found: list[BlockPlace] = []
+        end = 0
+        for place in self.places:
+            if place.block.trial not in self.held_out:
+                count = place.rows.stop - place.rows.start
+                found.append(BlockPlace(place.block, slice(end, end + count)))
+                end += count
+        return tuple(found)
+
     def rows(self, trials: Iterable[str]) -> NDArray[np.bool_]:
         """Mask of the rows of some trials, shape (n,)."""
         wanted = set(trials)
@@ -69,20 +98,24 @@ class TrialLayout:
         return found
 
 
-@dataclass
 class TrialSimulator:
-    """A handed-in simulator, with its residuals stacked and its runs counted.
+    """A handed-in simulator: residuals stacked, coarse steps corrected, runs counted.
 
-    Attributes:
+    Coarse steps are off by almost the same whatever a few parameters are: what fine steps change at
+    one parameter set is added everywhere.
+
+    Args:
         simulate: see `SimulateValues`.
         held_out: names of the trials that no fit may see.
-        evaluations: parameter sets simulated so far.
     """
 
-    simulate: SimulateValues
-    held_out: frozenset[str] = frozenset()
-    evaluations: int = 0
-    _layout: TrialLayout | None = field(default=None, repr=False)
+    def __init__(self, simulate: SimulateValues, held_out: frozenset[str] = frozenset()) -> None:
+        self.simulate = simulate
+        self.held_out = held_out
+        self.evaluations = 0
+        self._layout: TrialLayout | None = None
+        self._seen = np.zeros(0, dtype=bool)
+        self._correction = np.zeros(0)
 
     @property
     def layout(self) -> TrialLayout:
@@ -95,19 +128,61 @@ class TrialSimulator:
             raise InputError("no simulation has run to its end yet; check the rig's parameters")
         return self._layout
 
-    def many(self, sets: Sequence[Values]) -> list[FloatArray | None]:
-        """Stacked residuals of several parameter sets, in one call.
+    @property
+    def fitted(self) -> NDArray[np.bool_]:
+        """Mask (n,) of the rows of the trials that fits see."""
+        return self._seen
+
+    def anchor(self, values: Values) -> FloatArray | None:
+        """Simulate in fine steps, and correct coarse ones by the difference from now on.
+
+        Returns:
+            Residual of all trials, (n,) [SI], or None if the simulation broke down.
+        """
+        fine = self.fine(values)
+        (coarse,) = self._run([values], held_out=True, fine=False)
+        if fine is not None and coarse is not None:
+            self._correction = fine - coarse
+        return fine
+
+    def fine(self, values: Values) -> FloatArray | None:
+        """Residual of all trials in fine steps, (n,) [SI], or None if the simulation broke down."""
+        return self._run([values], held_out=True, fine=True)[0]
+
+    def whole(self, values: Values) -> FloatArray | None:
+        """Residual of all trials in coarse steps, corrected, (n,) [SI], or None."""
+        (found,) = self._run([values], held_out=True, fine=False)
+        return None if found is None else found + self._correction
+
+    def fit_rows(self, sets: Sequence[Values], *, fine: bool = False) -> list[FloatArray | None]:
+        """Residuals of the trials that fits see, for several parameter sets in one call.
 
         Args:
             sets: rig parameters by name [SI].
+            fine: True for fine steps.
 
         Returns:
-            For each shape (n,) [SI], or None where the simulation broke down.
+            For each shape (f,) [SI], or None where the simulation broke down.
         """
+        found = self._run(sets, held_out=False, fine=fine)
+        if fine:
+            return found
+        correction = self._correction[self._seen]
+        return [None if r is None else r + correction for r in found]
+
+    def _run(
+        self, sets: Sequence[Values], *, held_out: bool, fine: bool
+    ) -> list[FloatArray | None]:
         self.evaluations += len(sets)
         found: list[FloatArray | None] = []
-        for blocks in self.simulate(sets):
-            if blocks is not None and self._layout is None:
+        for blocks in self.simulate(sets, held_out=held_out, fine=fine):
+            if blocks is not None and self._layout is None and held_out:
                 self._layout = TrialLayout(places=layout(blocks), held_out=self.held_out)
-            found.append(stacked(blocks, self.layout.places) if blocks is not None else None)
+                self._seen = self._layout.rows(self._layout.trials(held_out=False))
+                self._correction = np.zeros(self._seen.size)
+            if blocks is None:
+                found.append(None)
+                continue
+            places = self.layout.places if held_out else self.layout.fitted_places
+            found.append(stacked(blocks, places))
         return found

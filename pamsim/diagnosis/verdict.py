@@ -65,10 +65,10 @@ class Named:
     remainder: float
 
 
-def floor_loss(layout: TrialLayout, floor: NoiseFloor) -> dict[str, float]:
-    """Loss of a perfect model on each held-out trial: its protocol's own noise."""
+def floor_loss(layout: TrialLayout, floor: NoiseFloor, trials: Sequence[str]) -> dict[str, float]:
+    """Loss of a perfect model on each trial: its protocol's own noise."""
     found: dict[str, float] = {}
-    for trial in layout.trials(held_out=True):
+    for trial in trials:
         parts = [
             floor.variance.get((p.block.channel, p.block.protocol), floor.sd[p.block.channel] ** 2)
             / floor.sd[p.block.channel] ** 2
@@ -128,7 +128,7 @@ def name(
         alike: cosine between the signatures of two effects.
         gap_seen: whether something else than these models shows a gap, such as a where-map.
     """
-    perfect = floor_loss(layout, floor)
+    perfect = floor_loss(layout, floor, layout.trials(held_out=True))
     excess = compare(base_loss, perfect, layout.protocol_of)
     able = [m for m in models if m.accepted(tried)]
     if not able:

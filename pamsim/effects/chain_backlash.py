@@ -14,7 +14,8 @@ EFFECT = Effect(
             name="chain.backlash", typical=3e-4, low=0.0, high=5e-3, starts=(1e-4, 1e-3)
         ),
     ),
-    signature="a flat spot after every reversal, as wide at every pressure",
+    signature="a flat spot wherever the torque on the arm changes its sign, as wide at every"
+    " pressure",
     look_alikes=("muscle_hysteresis", "coulomb_friction"),
     separating="small reversals at low stiffness, with the angle read on both sides of the chain",
 )

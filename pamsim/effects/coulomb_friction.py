@@ -17,4 +17,5 @@ EFFECT = Effect(
     look_alikes=("stribeck_friction", "muscle_hysteresis", "chain_backlash"),
     separating="equal loops at two common pressures: dry friction leaves them alike, the muscle's"
     " hysteresis grows",
+    probes=(0.1, 0.5, 2.0),
 )

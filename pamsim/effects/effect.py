@@ -31,7 +31,7 @@ class EffectParameter:
         relative: True if ``typical``, ``low`` and ``high`` are factors of the rig's own value.
         shape: True for a number that means nothing while the effect is absent, such as a time
             constant; ``typical`` is then the value itself.
-        starts: further values a search begins from, as ``typical``.
+        starts: of a shape, further values a search begins from, as ``typical``.
     """
 
     name: str
@@ -77,8 +77,8 @@ class Effect:
         signature: what it leaves in the residuals.
         look_alikes: names of effects it is mistaken for.
         separating: the experiment that tells it from them.
-        probes: sizes, in units of the typical one, at which its signature is taken: from just
-            visible to dominant, so that an effect with a threshold binds at one of them.
+        probes: sizes, in units of the typical one, at which its signature is taken: one small one,
+            or, of an effect with a threshold, several, so that it binds at one of them.
     """
 
     name: str
@@ -89,7 +89,7 @@ class Effect:
     signature: str
     look_alikes: tuple[str, ...]
     separating: str
-    probes: tuple[float, ...] = (0.3, 1.0, 3.0)
+    probes: tuple[float, ...] = (0.3,)
 
     def at(self, size: float, own: Mapping[str, float]) -> dict[str, float]:
         """Values of all its parameters at a size.

@@ -18,4 +18,5 @@ EFFECT = Effect(
     signature="force too high at large contraction only",
     look_alikes=("passive_stiffness", "threshold_pressure"),
     separating="isometric force at several lengths from nominal to fully contracted",
+    probes=(0.3, 1.0, 1.9),
 )

@@ -18,4 +18,5 @@ EFFECT = Effect(
     look_alikes=("coulomb_friction", "viscoelastic_creep", "chain_backlash"),
     separating="equal loops at two common pressures: hysteresis grows with pressure, dry friction"
     " does not",
+    probes=(0.1, 0.5, 2.0),
 )

@@ -23,4 +23,5 @@ EFFECT = Effect(
     signature="more friction when the arm creeps than when it runs; sticking before reversals",
     look_alikes=("coulomb_friction",),
     separating="a triangle so slow that the arm turns at less than 0.05 rad/s",
+    probes=(0.1, 0.5, 2.0),
 )

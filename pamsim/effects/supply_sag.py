@@ -13,4 +13,5 @@ EFFECT = Effect(
     signature="filling slower than venting, most when the flow is large",
     look_alikes=("valve_flow", "air_leak"),
     separating="a gauge on the supply while a muscle is filled from empty",
+    probes=(0.1, 0.5, 2.0),
 )

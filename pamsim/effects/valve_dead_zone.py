@@ -13,4 +13,5 @@ EFFECT = Effect(
     signature="no response to small openings; pressure stays off the set point on both sides of it",
     look_alikes=("coulomb_friction", "valve_flow"),
     separating="a staircase of small openings from shut",
+    probes=(0.1, 0.5, 2.0),
 )

@@ -4,10 +4,12 @@ from __future__ import annotations
 
 import mujoco
 
-from pamsim.actuator.layout import SIZE, pack, state_size
+from pamsim.actuator.layout import SIZE, pack, slot, state_size
 from pamsim.actuator.muscle import Muscle
 from pamsim.core.errors import InputError, nearest
-from pamsim.engine.callback import guard, refuse_multistage
+from pamsim.engine.callback import guard, muscle_ids, refuse_multistage
+
+_PARTNER = slot("partner")
 
 
 def attach(
@@ -62,5 +64,25 @@ def compile_model(spec: mujoco.MjSpec) -> mujoco.MjModel:
         model = spec.compile()
     except ValueError as error:
         raise InputError(f"the model does not compile: {' '.join(str(error).split())}") from error
+    _couple(model)
     guard(model)
     return model
+
+
+def _couple(model: mujoco.MjModel) -> None:
+    """Let every two muscles know each other that pull on one joint from both sides.
+
+    Their fixed tendons are then the two ends of a chain, which play on its wheel shifts.
+    """
+    ends: dict[int, list[tuple[int, float]]] = {}
+    for index in muscle_ids(model):
+        tendon = model.actuator_trnid[index, 0]
+        first = model.tendon_adr[tendon]
+        if model.tendon_num[tendon] == 1 and model.wrap_type[first] == mujoco.mjtWrap.mjWRAP_JOINT:
+            joint = int(model.wrap_objid[first])
+            ends.setdefault(joint, []).append((index, float(model.wrap_prm[first])))
+    for pulling in ends.values():
+        if len(pulling) == 2 and pulling[0][1] * pulling[1][1] < 0.0:
+            (one, _), (other, _) = pulling
+            model.actuator_user[one, _PARTNER] = other + 1
+            model.actuator_user[other, _PARTNER] = one + 1

@@ -21,11 +21,12 @@ from numba import types
 from numba.core import cgutils
 from numba.extending import intrinsic, register_jitable
 
-from pamsim.actuator.kernel import state_rates, tendon_force
-from pamsim.actuator.layout import SIGNATURE, SIZE
+from pamsim.actuator.kernel import state_rates, tendon_force, tension
+from pamsim.actuator.layout import SIGNATURE, SIZE, slot
 from pamsim.engine.structs import callback_offsets
 
 _POINTER_SIZE = 8
+_PARTNER, _BACKLASH = slot("partner"), slot("chain.backlash")
 
 
 @dataclass(frozen=True)
@@ -144,6 +145,14 @@ def _compile(key: str, word: Mapping[str, int]) -> tuple[Any, Any, Any]:
         count = _entry(model[actnum], index)
         out = _entry(model[outadr], index)
         rates = _doubles(data[act_dot], first, count)
+        opposing = 0.0
+        if row[_BACKLASH] > 0.0 and row[_PARTNER] > 0.0:
+            other = int(row[_PARTNER]) - 1
+            opposing = tension(
+                _muscle_row(model[user], model[nuser], other),
+                _doubles(data[act], _entry(model[actadr], other), _entry(model[actnum], other)),
+                _doubles(data[length], _entry(model[outadr], other), 1)[0],
+            )
         state_rates(
             row,
             _doubles(data[act], first, count),
@@ -153,6 +162,7 @@ def _compile(key: str, word: Mapping[str, int]) -> tuple[Any, Any, Any]:
             _doubles(data[ctrl], _entry(model[ctrladr], index), 1)[0],
             clock[time],
             option[timestep],
+            opposing,
         )
         # The engine takes the returned value for an actuator with a single state.
         return rates[count - 1]

@@ -3,9 +3,13 @@
 from __future__ import annotations
 
 import mujoco
+import numpy as np
+from numpy.typing import NDArray
 
-from pamsim.actuator.kernel import state_rates, tendon_force
-from pamsim.actuator.layout import is_muscle
+from pamsim.actuator.kernel import state_rates, tendon_force, tension
+from pamsim.actuator.layout import is_muscle, slot
+
+_PARTNER, _BACKLASH = slot("partner"), slot("chain.backlash")
 
 
 def dyn(model: mujoco.MjModel, data: mujoco.MjData, index: int) -> float:
@@ -25,6 +29,7 @@ def dyn(model: mujoco.MjModel, data: mujoco.MjData, index: int) -> float:
         float(data.ctrl[model.actuator_ctrladr[index]]),
         data.time,
         model.opt.timestep,
+        _opposing(model, data, row),
     )
     return float(rates[-1])
 
@@ -45,6 +50,18 @@ def bias(model: mujoco.MjModel, data: mujoco.MjData, index: int) -> float:
         data.act[_states(model, index)].tolist(),
         float(data.actuator_length[out]),
         float(data.actuator_velocity[out]),
+    )
+
+
+def _opposing(model: mujoco.MjModel, data: mujoco.MjData, row: NDArray[np.float64]) -> float:
+    """Tension of the muscle at the other end of a chain with play [N]."""
+    if row[_BACKLASH] == 0.0 or row[_PARTNER] == 0.0:
+        return 0.0
+    other = int(row[_PARTNER]) - 1
+    return tension(
+        model.actuator_user[other].tolist(),
+        data.act[_states(model, other)].tolist(),
+        float(data.actuator_length[model.actuator_outadr[other]]),
     )
 
 

@@ -116,7 +116,10 @@ class Rig:
             InputError: for an unknown name.
             ParameterError: for a value out of range.
         """
-        model = copy.copy(self.model)
+        if all(name.startswith(_SENSOR) for name in values):
+            model = self.model  # nothing in it depends on who looks at it
+        else:
+            model = copy.copy(self.model)
         sensing: dict[str, float] = {}
         for name, value in values.items():
             if name.startswith(_SENSOR):
@@ -131,7 +134,8 @@ class Rig:
             for index, (muscle_name, muscle) in enumerate(self.muscles.items()):
                 if only in ("", muscle_name):
                     model.actuator_user[index, parameter_slot(muscle, parameter)] = value
-        mujoco.mj_setConst(model, mujoco.MjData(model))
+        if model is not self.model:
+            mujoco.mj_setConst(model, mujoco.MjData(model))
         muscles = {
             name: unpack(model.actuator_user[index]) for index, name in enumerate(self.muscles)
         }

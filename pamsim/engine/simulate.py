@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
+from typing import TypeAlias
 
 import mujoco
 import numpy as np
@@ -15,10 +17,14 @@ from pamsim.core.recording import Outcome, Recording
 from pamsim.engine.callback import live
 from pamsim.engine.chamber_trace import gauge_pressures, tensions
 from pamsim.engine.delayed_command import Stretch, arriving_commands
+from pamsim.engine.play_check import check_play
 from pamsim.engine.rig import Rig, set_command
 from pamsim.engine.state import reset, restore_state, save_state, settled
 from pamsim.engine.step_check import check_timestep
 from pamsim.engine.trace import empty_trace, first_breakdown
+
+EachStep: TypeAlias = Callable[[mujoco.MjModel, mujoco.MjData], None]
+"""What acts on model and data before every time step: a law that no rig contains."""
 
 _LOOK_EVERY = 64
 """Samples between two looks at whether the run still holds."""
@@ -59,6 +65,7 @@ def simulate(
     integrator: str | None = None,
     backend: str = "compiled",
     from_state: NDArray[np.float64] | None = None,
+    each_step: EachStep | None = None,
 ) -> Recording:
     """Run an experiment.
 
@@ -76,6 +83,10 @@ def simulate(
         backend: ``compiled`` or ``python``, see `pamsim.live`.
         from_state: ``final_state`` of an earlier recording to continue from instead of settling;
             the rig must be the same, without ``valve.delay``. Time goes on from there.
+        each_step: called before every time step, with the command already in ``data.ctrl``, and
+            free to change that, the muscles' parameters and states, and ``data.qfrc_applied``.
+            While the rig comes to rest, time is negative. What it remembers is its own: one object
+            per run.
 
     Returns:
         The recording; if the run broke down, what was recorded before, with the outcome.
@@ -93,10 +104,10 @@ def simulate(
     data = mujoco.MjData(run.model)
     with live(run.model, backend=backend):
         if from_state is None:
-            settle(run.model, data, experiment)
+            settle(run.model, data, experiment, each_step=each_step)
         else:
             restore_state(run.model, data, from_state)
-        return record(run, data, backend=backend)
+        return record(run, data, backend=backend, each_step=each_step)
 
 
 def prepare(
@@ -109,7 +120,7 @@ def prepare(
     """Check an experiment against a rig and set up its model.
 
     Raises:
-        InputError: if the experiment does not fit the rig or the time step.
+        InputError: if the experiment does not fit the rig or the time step, or the rig not itself.
         EngineError: if the rig's integrator cannot carry the muscles' memory.
     """
     muscles = len(rig.muscles)
@@ -125,6 +136,7 @@ def prepare(
         integrator=integrator,
     )
     check_timestep(model, rig.muscles)
+    check_play(model, rig.muscles)
     return Run(
         rig=rig,
         experiment=experiment,
@@ -154,7 +166,13 @@ def _delays(rig: Rig) -> list[float]:
     return [muscle.valve.delay for muscle in rig.muscles.values()]
 
 
-def settle(model: mujoco.MjModel, data: mujoco.MjData, experiment: Experiment) -> None:
+def settle(
+    model: mujoco.MjModel,
+    data: mujoco.MjData,
+    experiment: Experiment,
+    *,
+    each_step: EachStep | None = None,
+) -> None:
     """Bring a live model to rest at the start pressures of an experiment and set time to 0.
 
     It ends early once nothing moves any more, which a slow operator prevents. Creep would, too;
@@ -165,11 +183,12 @@ def settle(model: mujoco.MjModel, data: mujoco.MjData, experiment: Experiment) -
     creep = model.actuator_user[:, _CREEP].copy()
     model.actuator_user[:, _CREEP] = 0.0
     data.ctrl[:] = experiment.start_pressure
+    data.time = -experiment.settle
     left = round(experiment.settle / model.opt.timestep)
     block = max(1, round(_REST_BLOCK / model.opt.timestep))
     before = _configuration(data)
     while left > 0:
-        mujoco.mj_step(model, data, min(block, left))
+        _advance(model, data, experiment.start_pressure, min(block, left), each_step)
         left -= block
         now = _configuration(data)
         if _at_rest(before, now, data.qvel):
@@ -179,6 +198,23 @@ def settle(model: mujoco.MjModel, data: mujoco.MjData, experiment: Experiment) -
     set_command(model, experiment.command)
     settled(model, data, experiment.start_pressure.tolist())
     data.time = 0.0
+
+
+def _advance(
+    model: mujoco.MjModel,
+    data: mujoco.MjData,
+    command: NDArray[np.float64],
+    count: int,
+    each_step: EachStep | None,
+) -> None:
+    """Take some time steps under one command; without a hook, ``data.ctrl`` holds it already."""
+    if each_step is None:
+        mujoco.mj_step(model, data, count)
+        return
+    for _ in range(count):
+        data.ctrl[:] = command
+        each_step(model, data)
+        mujoco.mj_step(model, data)
 
 
 def _configuration(data: mujoco.MjData) -> NDArray[np.float64]:
@@ -193,13 +229,20 @@ def _at_rest(
     return bool(still.all() and (np.abs(velocity) <= _REST).all())
 
 
-def record(run: Run, data: mujoco.MjData, *, backend: str = "compiled") -> Recording:
+def record(
+    run: Run,
+    data: mujoco.MjData,
+    *,
+    backend: str = "compiled",
+    each_step: EachStep | None = None,
+) -> Recording:
     """Run an experiment on a live model from the present state on.
 
     Args:
         run: see `prepare`.
         data: of its model; stepped in place.
         backend: the one the model is live with.
+        each_step: see `simulate`.
     """
     model, experiment = run.model, run.experiment
     relative = np.arange(run.samples) / experiment.sample_rate
@@ -213,6 +256,9 @@ def record(run: Run, data: mujoco.MjData, *, backend: str = "compiled") -> Recor
     # Views of the engine's arrays: each look-up of one costs as much as reading it.
     ctrl, position, velocity, act = data.ctrl, data.qpos, data.qvel, data.act
     length, force, warnings = data.actuator_length, data.actuator_force, data.warning.number
+    # What pulls on a tendon with friction is more than its muscle.
+    braked = any(muscle.friction.stribeck_force for muscle in run.rig.muscles.values())
+    pulls = np.empty_like(trace.force)
     last, looked, broken = run.samples - 1, 0, None
     for k in range(run.samples):
         trace.time[k] = data.time
@@ -227,23 +273,31 @@ def record(run: Run, data: mujoco.MjData, *, backend: str = "compiled") -> Recor
                 break
         later: list[Stretch] = []
         if plan is None:
-            ctrl[:], count = commands[k], run.steps
+            row, count = commands[k], run.steps
         else:
-            (ctrl[:], model.opt.timestep, count), *later = plan[k]
+            (row, model.opt.timestep, count), *later = plan[k]
+        ctrl[:] = row
         if k < last:
-            mujoco.mj_step(model, data)
+            _advance(model, data, row, 1, each_step)
         else:
             final_state = save_state(model, data)
+            if each_step is not None:
+                each_step(model, data)
             mujoco.mj_forward(model, data)
         # Tendon lengths and forces are of the instant the step started from.
         trace.length[k] = length
         trace.force[k] = force
+        if braked and each_step is not None:
+            # It may change the muscles from step to step: what they pull has to be asked for now.
+            pulls[k] = tensions(
+                model, trace.act[k : k + 1], trace.length[k : k + 1], backend=backend
+            )
         if k < last:
             if count > 1:
-                mujoco.mj_step(model, data, count - 1)
+                _advance(model, data, row, count - 1, each_step)
             for row, model.opt.timestep, count in later:
                 ctrl[:] = row
-                mujoco.mj_step(model, data, count)
+                _advance(model, data, row, count, each_step)
     model.opt.timestep = timestep
     outcome, message, recorded = Outcome.COMPLETED, "ran to the end", run.samples
     if broken is not None:
@@ -251,9 +305,10 @@ def record(run: Run, data: mujoco.MjData, *, backend: str = "compiled") -> Recor
         message = f"simulation broke down before t = {relative[recorded]:.4g} s: {reason}"
     keep = slice(0, recorded)
     tension = -trace.force[keep]
-    if any(muscle.friction.stribeck_force for muscle in run.rig.muscles.values()):
-        # What pulls on the tendon is then more than the muscle.
+    if braked and each_step is None:
         tension = tensions(model, trace.act[keep], trace.length[keep], backend=backend)
+    elif braked:
+        tension = pulls[keep]
     return Recording(
         time=relative[keep],
         angle=trace.position[keep, run.rig.angle_address].copy(),

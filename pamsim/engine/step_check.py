@@ -40,8 +40,8 @@ def check_timestep(model: mujoco.MjModel, muscles: Mapping[str, Muscle]) -> None
         if step > limit:
             raise InputError(
                 f"a time step of {step * 1e3:g} ms is longer than the {limit * 1e3:.2g} ms from"
-                f" which on the chain of {name} swings up; take a shorter step or a longer"
-                " chain.relaxation_time"
+                f" which on the chain of {name} swings up; take a shorter step, a longer"
+                " chain.relaxation_time or, with play, a larger chain.seating_damping"
             )
     braking = _braking_rate(model, muscles)
     if step * braking > 1.0:

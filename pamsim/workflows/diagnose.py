@@ -2,21 +2,29 @@
 
 from __future__ import annotations
 
+import hashlib
 import os
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
+from pathlib import Path
 
-from pamsim.core.errors import InputError, ParameterError, nearest
+import numpy as np
+from numpy.typing import NDArray
+
+from pamsim.core.errors import InputError, nearest
 from pamsim.diagnosis.diagnose import Diagnosis
 from pamsim.diagnosis.diagnose import diagnose as find
-from pamsim.diagnosis.trial_residuals import TrialSimulator, Values
+from pamsim.diagnosis.trial_residuals import TrialSimulator
+from pamsim.diagnosis.where import Cell
 from pamsim.engine.rig import Rig, load_rig
-from pamsim.sysid.residual_block import Blocks
 from pamsim.workflows.calibration_data import CalibrationData, read_calibration_data
 from pamsim.workflows.calibration_parameters import freed_parameters
+from pamsim.workflows.diagnosed_rig import DiagnosedRig
 from pamsim.workflows.effect_candidates import candidates
-from pamsim.workflows.trial_prediction import CHANNELS, TrialPredictor, check_channels
+from pamsim.workflows.measured_pressures import given_pressures
+from pamsim.workflows.remembered_fits import RememberedFits
+from pamsim.workflows.trial_prediction import CHANNELS
 from pamsim.workflows.trial_regressors import regressors
 from pamsim.workflows.twin_data import CHECK
 
@@ -37,9 +45,13 @@ class DiagnosisReport:
         data: the measurements.
         held_out: names of the trials judged by.
         found: the diagnosis.
+        given: excess of angle and forces when the arm is driven by the measured pressures.
+        predictions_before: trial -> channel -> (n,) simulated by the refitted base model [SI].
+        predictions_after: the same with the effects of the best model; empty without one.
         skipped: effect -> why it could not be tried.
         notes: what a reader should know, one sentence each.
         seed: of the maps' sign flips.
+        rollouts: simulations that it took.
         seconds: it took.
     """
 
@@ -47,9 +59,13 @@ class DiagnosisReport:
     data: CalibrationData
     held_out: tuple[str, ...]
     found: Diagnosis
+    given: tuple[Cell, ...]
+    predictions_before: Mapping[str, Mapping[str, NDArray[np.float64]]]
+    predictions_after: Mapping[str, Mapping[str, NDArray[np.float64]]]
     skipped: dict[str, str]
     notes: tuple[str, ...]
     seed: int
+    rollouts: int
     seconds: float
 
 
@@ -63,6 +79,8 @@ def diagnose(
     held_out: Sequence[str] = (),
     seed: int = 0,
     threads: int | None = None,
+    out: Path | None = None,
+    resume: bool = False,
     progress: Tell | None = None,
 ) -> DiagnosisReport:
     """Diagnose a rig by recordings of it.
@@ -77,6 +95,8 @@ def diagnose(
             ``_check``, or else every second repeat.
         seed: of the maps' sign flips.
         threads: simulations at a time; None for one per processor.
+        out: folder in which fits that are done are kept; None keeps none.
+        resume: go on with the fits in ``out``.
         progress: see `Tell`.
 
     Raises:
@@ -88,19 +108,14 @@ def diagnose(
         raise InputError("diagnose needs recordings over time; angles at rest alone have none")
     loaded = rig if isinstance(rig, Rig) else load_rig(rig or data.rig or "mas20_arm")
     names, notes = _held_out(data, held_out)
-    predictor = TrialPredictor(loaded, data, channels=check_channels(channels), threads=threads)
-    predictor.linearise_starts(loaded)
     freed = [f.free for f in freed_parameters(loaded, ordinary)]
     tried, skipped = candidates(loaded, effects)
-
-    def simulate(sets: Sequence[Values]) -> list[Blocks | None]:
-        rigs = [_with(loaded, values) for values in sets]
-        return [
-            None if prediction is None else predictor.blocks(prediction)
-            for prediction in predictor.predictions(rigs)
-        ]
-
-    simulator = TrialSimulator(simulate=simulate, held_out=frozenset(names))
+    engine = DiagnosedRig(loaded, data, names, channels=channels, threads=threads)
+    simulator = TrialSimulator(engine.residuals, frozenset(names))
+    fits = None
+    if out is not None:
+        of = [_fingerprint(data), loaded.name, names, [p.name for p in freed], list(channels)]
+        fits = RememberedFits(out, of, resume=resume)
 
     def told(what: str) -> None:
         if progress is not None:
@@ -111,26 +126,38 @@ def diagnose(
         freed,
         [c for c in tried if not {p.name for p in c.parameters} & {p.name for p in freed}],
         {trial.name: regressors(trial) for trial in data.trials},
+        menu=engine.menu,
         seed=seed,
+        remembered=fits,
         told=told,
     )
+    best = found.named.best
     return DiagnosisReport(
         rig=loaded,
         data=data,
         held_out=names,
         found=found,
+        given=given_pressures(
+            loaded.with_parameters(found.base.values), data, found.floor, threads=threads
+        ),
+        predictions_before=engine.signals(found.base.values),
+        predictions_after={} if best is None else engine.signals(best.fit.values),
         skipped=skipped,
         notes=(*data.notes, *notes),
         seed=seed,
+        rollouts=engine.rollouts,
         seconds=time.perf_counter() - began,
     )
 
 
-def _with(rig: Rig, values: Values) -> Rig | None:
-    try:
-        return rig.with_parameters(values)
-    except ParameterError:  # an open end of a range
-        return None
+def _fingerprint(data: CalibrationData) -> str:
+    """What tells recordings apart."""
+    digest = hashlib.sha256()
+    for trial in data.trials:
+        digest.update(trial.name.encode())
+        for values in (trial.time, trial.command, *trial.measured.values()):
+            digest.update(np.ascontiguousarray(values).tobytes())
+    return digest.hexdigest()
 
 
 def _held_out(

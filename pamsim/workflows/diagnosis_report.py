@@ -34,6 +34,7 @@ from pamsim.workflows.diagnosis_signals import (
     regime_entries,
     spectrum_entries,
 )
+from pamsim.workflows.experiment_menu import MENU
 from pamsim.workflows.readable_unit import readable, readable_unit
 
 SCHEMA = "pamsim-diagnosis/1"
@@ -162,7 +163,7 @@ def _following(chosen: NextExperiment | None) -> dict[str, Any] | None:
         return None
     return {
         "protocol": chosen.protocol,
-        "shows": chosen.shows,
+        "shows": MENU[chosen.protocol].shows,
         "between": list(chosen.between),
         "before": finite(chosen.before),
         "after": finite(chosen.after),

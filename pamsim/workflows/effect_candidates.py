@@ -5,14 +5,12 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from pamsim.core.errors import InputError
-from pamsim.diagnosis.candidate import Candidate
+from pamsim.diagnosis.candidate import INSIDE, Candidate, Probe
 from pamsim.effects.catalog import EFFECTS
 from pamsim.effects.effect import JOINT, TILTED, Effect, EffectParameter
 from pamsim.engine.rig import Rig
 from pamsim.engine.rig_parameter import RigParameter, rig_parameter
 from pamsim.sysid.free_parameter import FreeParameter
-
-_INSIDE = 1e-3  # share of a range that starts keep from its ends, where friction has no slope
 
 
 def rig_name(rig: Rig, parameter: EffectParameter) -> str:
@@ -64,21 +62,22 @@ def candidate(rig: Rig, effect: Effect) -> Candidate:
         for p, r in zip(effect.parameters, found, strict=True)
         if not p.shape
     }
-    typical = at_size(rig, effect, 1.0)
-    starts = [
-        {**typical, r.name: s}
+    shapes = [r.name for p, r in zip(effect.parameters, found, strict=True) if p.shape]
+    variants: list[dict[str, float]] = [{}]
+    variants += [
+        {r.name: value}
         for p, r in zip(effect.parameters, found, strict=True)
-        for s in p.starts
+        if p.shape
+        for value in p.starts
     ]
-    two_sided = any(f.low < neutral[f.name] < f.high for f in free[:1])
-    sizes = [sign * size for size in effect.probes for sign in ((1, -1) if two_sided else (1,))]
-    return Candidate(
-        effect=effect,
-        parameters=free,
-        neutral=neutral,
-        probes=tuple((size, _inside(free, at_size(rig, effect, size))) for size in sizes),
-        starts=tuple(_inside(free, start) for start in starts),
-    )
+    probes: list[Probe] = []
+    for number, size in enumerate(effect.probes):
+        # Other shapes are tried at one size only: which shape it is shows at any.
+        for variant in variants if number == 0 else variants[:1]:
+            values = _inside(free, {**at_size(rig, effect, size), **variant})
+            shape = tuple(values[name] for name in shapes)
+            probes.append(Probe(size=size, values=values, shape=shape))
+    return Candidate(effect=effect, parameters=free, neutral=neutral, probes=tuple(probes))
 
 
 def candidates(rig: Rig, names: Sequence[str] = ()) -> tuple[tuple[Candidate, ...], dict[str, str]]:
@@ -113,7 +112,7 @@ def _free(parameter: EffectParameter, found: RigParameter) -> FreeParameter:
 
 
 def _inside(free: Sequence[FreeParameter], values: dict[str, float]) -> dict[str, float]:
-    edges = {p.name: (p.low, p.high, _INSIDE * (p.high - p.low)) for p in free}
+    edges = {p.name: (p.low, p.high, INSIDE * (p.high - p.low)) for p in free}
     return {
         name: min(max(value, edges[name][0] + edges[name][2]), edges[name][1] - edges[name][2])
         for name, value in values.items()

@@ -3,16 +3,18 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
 from pamsim.core.errors import InputError
+from pamsim.effects.catalog import EFFECTS
 from pamsim.engine.rig import load_rig
 from pamsim.engine.rig_parameter import rig_parameter
 from pamsim.store.json_file import write_json
 from pamsim.store.recording_files import write_recording
+from pamsim.workflows.foreign_truths.catalog import OUTSIDE
 from pamsim.workflows.twin_data import TwinSettings, twin_data
 
 NOTHING = "none"
@@ -32,7 +34,7 @@ def hide(
     not into it, so that nothing that reads the recording can read it.
 
     Args:
-        effects: names and sizes, in units of the effect's typical one.
+        effects: names, of the library or from outside, and sizes in units of the typical one.
         out: folder of the recording.
         rig: name or folder of the rig without effects.
         settings: see `TwinSettings`.
@@ -52,7 +54,7 @@ def hide(
     truth: dict[str, Any] = {
         "schema": "pamsim-truth/1",
         "rig": base.name,
-        "effects": [{"name": name, "size": size} for name, size in effects],
+        "effects": [_told(name, size, chosen.tier, data.formulations) for name, size in effects],
         "parameters": {
             name: {"value_si": value, "unit_si": rig_parameter(base, name).spec.unit}
             for name, value in data.hidden.items()
@@ -62,6 +64,17 @@ def hide(
     }
     write_json(truth_file(out), truth)
     return truth
+
+
+def _told(name: str, size: float, tier: str, formulations: Mapping[str, str]) -> dict[str, Any]:
+    inside = name in EFFECTS
+    return {
+        "name": name,
+        "size": size,
+        "tier": tier if inside else "outside",
+        "formulation": formulations.get(name, "as in the library"),
+        "span": [name] if inside else list(OUTSIDE[name].span),
+    }
 
 
 def truth_file(out: Path) -> Path:

@@ -48,13 +48,15 @@ class Protocol:
     drive: Drive
     load: float = 0.0
 
-    def experiment(self, seed: int = 0) -> Experiment:
+    def experiment(self, seed: int = 0, duration: float | None = None) -> Experiment:
         """The experiment; the same seed gives the same one.
 
         Args:
-            seed: of its random levels, phases and signs.
+            seed: of its random levels, periods, phases and signs.
+            duration: [s]; `DURATION` if left out.
         """
-        time = np.arange(round(DURATION * RATE)) / RATE
+        duration = DURATION if duration is None else duration
+        time = np.arange(round(duration * RATE)) / RATE
         rng = np.random.default_rng([seed, zlib.crc32(self.name.encode())])
         command = self.drive(time, rng)
         start = command[0] if self.command == "pressure" else np.full(2, _MIDDLE)
@@ -63,7 +65,7 @@ class Protocol:
             command_time=time,
             command_value=command,
             start_pressure=start,
-            duration=DURATION,
+            duration=duration,
             sample_rate=RATE,
             load=self.load,
             name=self.name,
@@ -75,8 +77,10 @@ def _apart(difference: FloatArray, common: float | FloatArray = _MIDDLE) -> Floa
     return np.stack([common + difference, common - difference], axis=1)
 
 
-def _triangle(period: float, shrink: float, half: float) -> Drive:
-    return lambda time, rng: _apart(half * triangle(time, period, shrink))
+def _triangle(time: FloatArray, rng: np.random.Generator) -> FloatArray:
+    period, shrink = rng.uniform(2.8, 4.4), rng.uniform(0.5, 0.75)
+    half = rng.choice([-1.0, 1.0]) * rng.uniform(1.2e5, 1.8e5)
+    return _apart(half * triangle(time, period, shrink))
 
 
 def _staircase(hold: float, half: float) -> Drive:
@@ -87,13 +91,13 @@ def _multisine(half: float) -> Drive:
     return lambda time, rng: _apart(half * multisine(time, MULTISINE_PERIOD, MULTISINE_LINES, rng))
 
 
-def _cocontraction(period: float, half: float) -> Drive:
-    def drive(time: FloatArray, rng: np.random.Generator) -> FloatArray:
-        common = _MIDDLE - 1.5e5 * np.cos(2.0 * np.pi * time / period)
-        side = np.where(np.mod(time, 2.0 * period) < period, 1.0, -1.0)
-        return np.maximum(_apart(half * side, common), 0.0)
-
-    return drive
+def _cocontraction(time: FloatArray, rng: np.random.Generator) -> FloatArray:
+    # The lowest set point stays above the atmosphere and the highest far below the supply.
+    period, swing = rng.uniform(2.8, 4.4), rng.uniform(1.4e5, 1.9e5)
+    half = rng.choice([-1.0, 1.0]) * rng.uniform(2e4, 4e4)
+    common = _MIDDLE - swing * np.cos(2.0 * np.pi * time / period)
+    side = np.where(np.mod(time, 2.0 * period) < period, 1.0, -1.0)
+    return _apart(half * side, common)
 
 
 def _bursts(spacing: float) -> Drive:
@@ -113,7 +117,7 @@ PROTOCOLS: dict[str, Protocol] = {
             name="triangle",
             shows="hysteresis, friction, play: slow loops with minor loops inside",
             command="pressure",
-            drive=_triangle(4.0, 0.6, 1.5e5),
+            drive=_triangle,
         ),
         Protocol(
             name="staircase",
@@ -131,7 +135,7 @@ PROTOCOLS: dict[str, Protocol] = {
             name="cocontraction",
             shows="what grows with the common pressure: stiffness, threshold, mismatch",
             command="pressure",
-            drive=_cocontraction(4.0, 3e4),
+            drive=_cocontraction,
         ),
         Protocol(
             name="bursts",

@@ -120,14 +120,38 @@ class TrialPredictor:
         """Simulations that one parameter vector takes."""
         return len(self._experiments)
 
+    @property
+    def different_experiments(self) -> tuple[Experiment, ...]:
+        """What one parameter vector is simulated with."""
+        return tuple(self._experiments)
+
     def compared(self, trial: Trial) -> tuple[str, ...]:
         """Channels of a trial that are compared."""
         return tuple(name for name in trial.measured if name.split("_")[0] in self._channels)
 
-    def predictions(self, rigs: Sequence[Rig | None]) -> list[Prediction | None]:
-        """What rigs make of the measurements; None where there is none or a run broke down."""
+    def predictions(
+        self,
+        rigs: Sequence[Rig | None],
+        *,
+        left_out: frozenset[str] = frozenset(),
+        timestep: float | None = None,
+        settle_steps: int = 1,
+    ) -> list[Prediction | None]:
+        """What rigs make of the measurements; None where there is none or a run broke down.
+
+        Args:
+            rigs: to simulate.
+            left_out: names of trials that need not be predicted.
+            timestep: [s]; each rig's own if left out.
+            settle_steps: see `pamsim.engine.batch.simulate_batch`.
+        """
         if self._slopes is None:
             self.linearise_starts(next((rig for rig in rigs if rig is not None), None))
+        numbers = {
+            number
+            for trial, number in zip(self.data.trials, self._of_trial, strict=True)
+            if trial.name not in left_out
+        }.union(*self._of_row)
         runs = iter(
             self._run(
                 [
@@ -135,11 +159,16 @@ class TrialPredictor:
                     for rig in rigs
                     if rig is not None
                     for number, e in enumerate(self._experiments)
-                ]
+                    if number in numbers
+                ],
+                timestep,
+                settle_steps,
             )
         )
         return [
-            None if rig is None else self._prediction([next(runs) for _ in self._experiments])
+            None
+            if rig is None
+            else self._prediction({n: next(runs) for n in sorted(numbers)}, left_out)
             for rig in rigs
         ]
 
@@ -148,7 +177,7 @@ class TrialPredictor:
         """Whether a trial starts at a pressure that a sensor has read."""
         return any(np.any(start.spread > 0.0) for start in self._starts)
 
-    def linearise_starts(self, rig: Rig | None) -> None:
+    def linearise_starts(self, rig: Rig | None, *, timestep: float | None = None) -> None:
         """Take the starts' noise and the sensitivities to them at a rig.
 
         To be done before the first prediction, and again where a fit has ended; where a run breaks
@@ -165,7 +194,8 @@ class TrialPredictor:
                 *(experiment.start_pressure + STEP * row for row in np.eye(len(rig.muscles))),
             ]
             runs = self._run(
-                [(rig, self._read(rig, replace(experiment, start_pressure=s))) for s in moved]
+                [(rig, self._read(rig, replace(experiment, start_pressure=s))) for s in moved],
+                timestep,
             )
             if any(run.outcome is not Outcome.COMPLETED for run in runs):
                 continue
@@ -188,23 +218,44 @@ class TrialPredictor:
         true = np.maximum(true_pressure(experiment.start_pressure, rig.sensor), 0.0)
         return replace(experiment, start_pressure=true)
 
-    def _run(self, jobs: list[tuple[Rig, Experiment]]) -> list[Recording]:
-        """Simulated recordings as the rigs' sensors would report them."""
+    def _run(
+        self,
+        jobs: list[tuple[Rig, Experiment]],
+        timestep: float | None = None,
+        settle_steps: int = 1,
+    ) -> list[Recording]:
+        """Simulated recordings as the rigs' sensors would report them.
+
+        Rigs that differ in their sensors alone share a model, and are simulated once.
+        """
+        keys = [(id(rig.model), _identity(experiment)) for rig, experiment in jobs]
+        different = dict(zip(reversed(keys), reversed(jobs), strict=True))
         if self._simulated is not None:
-            self._simulated(len(jobs))
+            self._simulated(len(different))
+        runs = simulate_batch(
+            list(different.values()),
+            timestep=timestep,
+            settle_steps=settle_steps,
+            threads=self._threads,
+        )
+        of_key = dict(zip(different, runs, strict=True))
         return [
-            run if rig.sensor is None else distorted(run, rig.sensor)
-            for (rig, _), run in zip(jobs, simulate_batch(jobs, threads=self._threads), strict=True)
+            of_key[key] if rig.sensor is None else distorted(of_key[key], rig.sensor)
+            for key, (rig, _) in zip(keys, jobs, strict=True)
         ]
 
-    def _prediction(self, runs: list[Recording]) -> Prediction | None:
-        if any(run.outcome is not Outcome.COMPLETED for run in runs):
+    def _prediction(
+        self, runs: dict[int, Recording], left_out: frozenset[str]
+    ) -> Prediction | None:
+        if any(run.outcome is not Outcome.COMPLETED for run in runs.values()):
             return None
         assert self._slopes is not None
         trials: dict[str, dict[str, FloatArray]] = {}
         for trial, number, start, slopes in zip(
             self.data.trials, self._of_trial, self._starts, self._slopes, strict=True
         ):
+            if trial.name in left_out:
+                continue
             simulated = at_times(runs[number], trial)
             if slopes:
                 simulated = start.adjusted(trial, simulated, slopes, self.compared(trial))
@@ -228,6 +279,7 @@ class TrialPredictor:
                 sample_interval=trial.sample_interval,
             )
             for trial in self.data.trials
+            if trial.name in found.trials
             for channel in self.compared(trial)
         ]
         blocks += [

@@ -36,6 +36,7 @@ def test_the_truth_is_beside_the_recording_and_not_in_it(monkeypatch, capsys, tm
     assert truth == json.loads((tmp_path / "t.json").read_text(encoding="utf-8"))
     assert [e["name"] for e in truth["effects"]] == ["air_leak", "chain_backlash"]
     assert truth["parameters"]["chain.backlash"]["value_si"] == pytest.approx(6e-4)
+    assert {e["tier"] for e in truth["effects"]} == {"same"}
     text = "".join(path.read_text(encoding="utf-8") for path in folder.iterdir())
     assert "leak" not in text
     found = read_recordings(folder)
@@ -48,10 +49,35 @@ def test_the_truth_is_beside_the_recording_and_not_in_it(monkeypatch, capsys, tm
     assert not np.array_equal(found.trials[0].command, found.trials[2].command)
 
 
+def test_other_formulations_and_outside_truths_are_told_in_the_truth_alone(
+    monkeypatch, capsys, tmp_path
+):
+    monkeypatch.setattr("pamsim.workflows.protocols.DURATION", 0.4)
+    folder = tmp_path / "data"
+    code, _, err = run(
+        monkeypatch, capsys, "air_leak+sprocket_ripple+mounting_offset", "--tier", "different",
+        "--protocols", "bursts", "--repeats", "1", "--out", folder,
+    )  # fmt: skip
+    assert code == 0, err
+    told = json.loads((tmp_path / "data.truth.json").read_text(encoding="utf-8"))
+    leak, ripple, offset = told["effects"]
+    assert (leak["tier"], leak["span"]) == ("different", ["air_leak"])
+    assert "laminar" in leak["formulation"]
+    assert (ripple["tier"], ripple["span"]) == ("outside", [])
+    assert offset["tier"] == "outside"
+    assert "angle_bias" in offset["span"]
+    assert told["settings"]["tier"] == "different"
+    text = "".join(path.read_text(encoding="utf-8") for path in folder.iterdir())
+    assert not any(word in text for word in ("ripple", "leak", "different", "timestep"))
+    assert read_recordings(folder).trials[0].time[-1] == pytest.approx(0.4)
+
+
 @pytest.mark.parametrize(
     ("args", "words"),
     [
         (["air_lek", *QUICK], "did you mean 'air_leak'"),
+        (["sprocket_riple", *QUICK], "did you mean 'sprocket_ripple'"),
+        (["air_leak", "--tier", "diffrent", *QUICK], "did you mean 'different'"),
         (["air_leak", "--protocols", "burst"], "did you mean 'bursts'"),
         (["air_leak", "--size", "1,2", *QUICK], "2 sizes for 1 effects"),
         (["none", "--protocols", "bursts", "--repeats", "0"], "at least one trial"),

@@ -111,8 +111,8 @@ LASTING = {"chain": Chain(), "creep": Creep(), "chamber": TIGHT}
 
 EXTENSION = 1e-3
 """Of the chain in a `charged` muscle [m]; a rigid chain has the state too and does not mind it."""
-AHEAD = 3e-4
-"""How much shorter than the tendon the chain is held in a `charged` muscle [m]."""
+SHIFT = -1e-4
+"""Of the chain on the sprocket in a `charged` muscle [m]; without play nobody looks at it."""
 RELAXED = 0.07
 """Contraction at which a `charged` muscle's creep is relaxed [-]."""
 
@@ -129,6 +129,6 @@ def charged(
     memory = [0.0] * (state_size(muscle) - 5)
     if len(memory) == 1:
         memory[0] = z
-    states = [*memory, carried, RELAXED, tendon - AHEAD, EXTENSION, 0.0]
+    states = [*memory, carried, RELAXED, SHIFT, EXTENSION, 0.0]
     length = taken_up(row, states, tendon)
     return [*states[:-1], float(charged_air_state(row, length, pressure))]

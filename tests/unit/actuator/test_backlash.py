@@ -1,4 +1,4 @@
-"""Play between sprocket and chain: how the muscle follows, and what a cycle gives back."""
+"""Play of a chain between two muscles: where it shifts, what it costs, that it gives nothing."""
 
 from __future__ import annotations
 
@@ -8,93 +8,120 @@ import numpy as np
 import pytest
 
 from pamsim.actuator import kernel
-from pamsim.actuator.chain import Chain
+from pamsim.actuator.chain import Chain, shift_rate
 from pamsim.actuator.layout import pack
+from pamsim.actuator.step_limits import chain_step_limit
 from tests.unit.actuator.muscles import LASTING, charged, make
 
-PLAY = 6e-4
+PLAY, DAMPING = 6e-4, 1e3
+TENDON, PRESSURE = 0.19, 3e5
 
 
-def follow(muscle, lengths, timestep=1e-3):
-    """Length left to the muscle and tension along a path of the tendon with the valves shut."""
+def with_play(play: float = PLAY, loop: str = "none", **chain):
+    return make("six_parameter", loop, **(LASTING | {"chain": Chain(backlash=play, **chain)}))
+
+
+def turned(muscle, travel, timestep):
+    """Shift of the chain and difference of pulls while its sprocket is turned, valves shut.
+
+    Args:
+        muscle: at both ends.
+        travel: (n,) of the sprocket's rim, towards the first muscle [m].
+        timestep: [s].
+    """
     row = pack(muscle).tolist()
-    act = charged(muscle, float(lengths[0]), 2e5, 0.0)
-    act[-3] = float(lengths[0])  # in the middle of the play
-    left, tensions, out = [], [], [0.0] * len(act)
-    for length in lengths.tolist():
-        left.append(kernel.taken_up(row, act, length))
-        tensions.append(kernel.tension(row, act, length))
-        kernel.state_rates(row, act, out, length, 0.0, 0.0, 0.0, timestep)
-        for i in range(len(act)):
-            act[i] += timestep * out[i]
-    return np.array(left), np.array(tensions)
+    ends = [charged(muscle, TENDON, PRESSURE, 0.0) for _ in range(2)]
+    for act in ends:
+        act[-3] = 0.0
+    shifts, apart = [], []
+    out = [0.0] * len(ends[0])
+    speeds = np.diff(travel, append=travel[-1]) / timestep
+    for x, v in zip(travel.tolist(), speeds.tolist(), strict=True):
+        lengths = TENDON - x, TENDON + x
+        pulls = [kernel.tension(row, a, at) for a, at in zip(ends, lengths, strict=True)]
+        shifts.append(ends[0][-3])
+        apart.append(pulls[0] - pulls[1])
+        assert ends[1][-3] == -ends[0][-3]
+        for act, at, speed, other in zip(ends, lengths, (-v, v), pulls[::-1], strict=True):
+            kernel.state_rates(row, act, out, at, speed, 0.0, 0.0, timestep, other)
+            for i in range(len(act)):
+                act[i] += timestep * out[i]
+    return np.array(shifts), np.array(apart)
 
 
-def with_play(play: float = PLAY, loop: str = "none", compliance: float = 0.0):
-    chain = Chain(backlash=play, compliance=compliance, relaxation_time=0.01)
-    return make("six_parameter", loop, **(LASTING | {"chain": chain}))
+def sine(amplitude, cycles, steps):
+    return amplitude * np.sin(np.linspace(0.0, 2.0 * math.pi * cycles, cycles * steps + 1))
 
 
-PATH = (
-    0.19
-    + np.concatenate(
-        [
-            np.linspace(0.0, 2e-3, 101),
-            np.linspace(2e-3, -1e-3, 151)[1:],
-            np.linspace(-1e-3, -0.6e-3, 21)[1:],  # a reversal inside the play
-            np.linspace(-0.6e-3, 2e-3, 131)[1:],
-        ]
-    )
-)
+def test_the_chain_slides_towards_the_stronger_pull_up_to_a_tooth():
+    speed = shift_rate(0.0, 130.0, 30.0, PLAY, DAMPING, 1e-4)
+    assert speed == pytest.approx(-0.1)
+    assert shift_rate(0.0, 30.0, 130.0, PLAY, DAMPING, 1e-4) == -speed
+    for start, pull, tooth in ((2e-4, 0.0, 3e-4), (-2.9e-4, 5e3, -3e-4), (3e-4, -9e9, 3e-4)):
+        at = start + 1e-2 * shift_rate(start, pull, 40.0, PLAY, DAMPING, 1e-2)
+        assert at == pytest.approx(tooth, rel=1e-12)
+    assert shift_rate(3e-4, 0.0, 50.0, PLAY, DAMPING, 1e-3) == 0.0
+    assert math.isnan(shift_rate(0.0, math.nan, 50.0, PLAY, DAMPING, 1e-3))
 
 
-def test_the_muscle_stands_still_for_the_play_after_every_reversal():
-    """Against the play operator written as running maximum and minimum of the path."""
-    left, _ = follow(with_play(), PATH)
-    held, expected = PATH[0], []
-    for length in PATH.tolist():
-        held = max(length - PLAY / 2, min(length + PLAY / 2, held))
-        expected.append(held)
-    np.testing.assert_allclose(left, expected, rtol=0.0, atol=1e-15)
-    assert np.abs(PATH - left).max() == pytest.approx(PLAY / 2, rel=1e-9)
-    assert np.all(left[101:121] == left[100])  # 0.4 mm back from the top: within the play
-    assert left[-1] == pytest.approx(PATH[-1] - PLAY / 2, rel=1e-12)
+def test_turned_slowly_the_chain_stays_where_the_pulls_are_equal_until_a_tooth_takes_it():
+    """Without friction or hysteresis the pulls are a function of the rim beyond the play alone."""
+    travel = sine(2e-3, 2, 8000)
+    shifts, apart = turned(with_play(), travel, 1e-2)
+    np.testing.assert_allclose(shifts, np.clip(travel, -PLAY / 2, PLAY / 2), atol=2e-5)
+    beyond = travel - np.clip(travel, -PLAY / 2, PLAY / 2)
+    _, tight = turned(with_play(0.0), beyond, 1e-2)
+    np.testing.assert_allclose(apart, tight, atol=0.01 * np.ptp(tight))
+    assert np.ptp(tight) > 100.0
 
 
-def test_it_does_not_matter_how_fast_the_tendon_goes():
-    once, _ = follow(with_play(), PATH, 1e-3)
-    slow, _ = follow(with_play(), PATH, 1.0)
-    np.testing.assert_allclose(once, slow, rtol=0.0, atol=1e-15)
+@pytest.mark.parametrize("timestep", [2e-6, 1e-5, 5e-5, 2e-3])
+def test_turning_it_to_and_fro_takes_work_and_never_gives_any(timestep):
+    """Muscles without loss: over a cycle all work is what sliding costs, (T - T')^2 / b."""
+    travel = sine(1.5e-3, 4, 4000)
+    shifts, apart = turned(with_play(), travel, timestep)
+    cycle = slice(-4001, None)
+    work = -np.trapezoid(apart[cycle], travel[cycle])  # against the pull of muscle 1
+    sliding = np.diff(shifts)[-4000:] / timestep
+    brake = DAMPING * float(np.sum(sliding**2)) * timestep
+    assert work > 0.0
+    assert work == pytest.approx(brake, rel=0.05)
 
 
 def test_an_operator_sees_the_muscle_s_own_travel():
-    """Bouc-Wen turns over with the travel that is left, not with the sprocket's."""
-    swing = 0.19 + 0.2e-3 * np.sin(
-        np.linspace(0.0, 4.0 * math.pi, 400)
-    )  # all of it within the play
-    row = pack(with_play(loop="bouc_wen")).tolist()
-    act = charged(with_play(loop="bouc_wen"), 0.19, 2e5, 0.0)
-    act[-3] = 0.19
+    """A chain that shifts as fast as its tendon shortens leaves the muscle at rest."""
+    muscle = with_play(loop="bouc_wen", seating_damping=DAMPING)
+    row, act = pack(muscle).tolist(), charged(muscle, TENDON, PRESSURE, 0.0)
+    act[-3] = 0.0
     out = [0.0] * len(act)
-    for length, velocity in zip(swing, np.gradient(swing, 1e-3), strict=True):
-        kernel.state_rates(row, act, out, float(length), float(velocity), 0.0, 0.0, 1e-3)
-        assert out[0] == 0.0
-        assert out[-3] == 0.0
+    opposing = kernel.tension(row, act, TENDON) + 50.0
+    kernel.state_rates(row, act, out, TENDON, -50.0 / DAMPING, 0.0, 0.0, 1e-3, opposing)
+    assert out[-3] == pytest.approx(50.0 / DAMPING, rel=1e-12)
+    assert out[0] == pytest.approx(0.0, abs=1e-12)
 
 
-@pytest.mark.parametrize("play", [2e-4, 1e-3])
-def test_a_slow_cycle_gives_back_the_play_times_the_swing_of_tension(play):
-    """Virtual work: muscle and air return all, and the travel lost has the tension of its place."""
-    phase = np.linspace(0.0, 4.0 * math.pi, 8001)
-    path = 0.19 + 4e-3 * np.sin(phase)
-    _, tensions = follow(with_play(play), path)
-    last = slice(4000, None)
-    work = float(np.trapezoid(tensions[last], path[last]))
-    assert np.ptp(tensions[last]) > 50.0
-    assert work == pytest.approx(-play * np.ptp(tensions[last]), rel=2e-3)
-
-
-def test_the_chain_extends_beyond_the_play():
+def test_the_chain_extends_beside_its_shift():
     muscle = with_play(compliance=2e-6)
-    left, tensions = follow(muscle, np.concatenate([PATH, np.full(400, PATH[-1])]))
-    assert left[-1] == pytest.approx(PATH[-1] - PLAY / 2 - 2e-6 * tensions[-1], rel=1e-9)
+    row, act = pack(muscle).tolist(), charged(muscle, TENDON, PRESSURE)
+    act[-3], act[-2] = 1.7e-4, 4e-4
+    assert kernel.taken_up(row, act, TENDON) == pytest.approx(TENDON + 1.7e-4 - 4e-4, rel=1e-15)
+
+
+def test_between_two_muscles_it_settles_inside_its_step_limit_and_swings_up_beyond():
+    muscle = with_play(seating_damping=200.0)
+    row = pack(muscle).tolist()
+
+    def growth(share):
+        step = share * chain_step_limit(muscle, TENDON, PRESSURE)
+        ends = [charged(muscle, TENDON, PRESSURE, 0.0) for _ in range(2)]
+        ends[0][-3], ends[1][-3] = 1e-9, -1e-9
+        out = [0.0] * len(ends[0])
+        for _ in range(60):
+            pulls = [kernel.tension(row, act, TENDON) for act in ends]
+            for act, other in zip(ends, pulls[::-1], strict=True):
+                kernel.state_rates(row, act, out, TENDON, 0.0, 0.0, 0.0, step, other)
+                act[-3] += step * out[-3]
+        return abs(ends[0][-3]) / 1e-9
+
+    assert growth(0.95) < 0.3
+    assert growth(1.05) > 3.0

@@ -41,6 +41,7 @@ from tests.unit.actuator.muscles import (
     LOOPS,
     PLAIN_VALVE,
     RELAXED,
+    SHIFT,
     TIGHT,
     WIDTHS,
     charged,
@@ -59,6 +60,8 @@ CASES = [
 ]
 """Tendon length [m], gauge pressure [Pa], z [-]."""
 TIME, TIMESTEP = 0.0123, 1e-3
+OPPOSING = 310.0
+"""Tension at the other end of the chain [N]."""
 
 
 def geometry(muscle: Muscle, tendon: float, extension: float = 0.0) -> tuple[float, float, float]:
@@ -70,10 +73,9 @@ def geometry(muscle: Muscle, tendon: float, extension: float = 0.0) -> tuple[flo
 
 
 def lost_length(muscle: Muscle, act: list[float], tendon: float) -> float:
-    """What play and extension of the chain take from a tendon's length [m]."""
-    half = 0.5 * muscle.chain.backlash
-    lag = min(max(tendon - act[-3], -half), half)
-    return lag + (act[-2] if muscle.chain.compliance else 0.0)
+    """What shift and extension of the chain take from a tendon's length [m]."""
+    shift = act[-3] if muscle.chain.backlash else 0.0
+    return (act[-2] if muscle.chain.compliance else 0.0) - shift
 
 
 def composed_tension(muscle: Muscle, act: list[float], tendon: float) -> float:
@@ -101,7 +103,8 @@ def composed_tension(muscle: Muscle, act: list[float], tendon: float) -> float:
 
 def rates(muscle: Muscle, act: list[float], tendon: float, velocity: float, command: float):
     out = [math.inf] * len(act)
-    kernel.state_rates(pack(muscle).tolist(), act, out, tendon, velocity, command, TIME, TIMESTEP)
+    row = pack(muscle).tolist()
+    kernel.state_rates(row, act, out, tendon, velocity, command, TIME, TIMESTEP, OPPOSING)
     return out
 
 
@@ -163,15 +166,18 @@ def test_rates_are_the_laws_put_together(loop, command):
         expected[-1] = air_state_rate(act[-1], p_abs, room, chamber.temperature, flow - leak)
         pulled = muscle.chain.compliance * composed_tension(muscle, act, tendon)
         expected[-2] = (pulled - EXTENSION) / muscle.chain.relaxation_time
-        chain = tendon - 0.5 * muscle.chain.backlash  # as far as the play of 0.3 mm allows
-        expected[-3] = (max(chain, act[-3]) - act[-3]) / TIMESTEP
+        apart = composed_tension(muscle, act, tendon) - OPPOSING
+        half = 0.5 * muscle.chain.backlash
+        after = SHIFT - TIMESTEP * apart / muscle.chain.seating_damping
+        expected[-3] = (min(max(after, -half), half) - SHIFT) / TIMESTEP
         whole = 1.0 - math.exp(-TIMESTEP / muscle.creep.relaxation_time)
         expected[-4] = (kappa - RELAXED) * whole / TIMESTEP
         meant = sent if command == "pressure" else min(max(sent, -1.0), 1.0)
         whole = 1.0 - math.exp(-TIMESTEP / valve.line_lag)
         expected[-5] = (meant - told) * whole / TIMESTEP
         if muscle.hysteresis is not None:
-            shortening = (expected[-2] - expected[-3]) / muscle.braid.nominal_length
+            shortening = expected[-2] - expected[-3] - velocity
+            shortening /= muscle.braid.nominal_length
             own = muscle.hysteresis.own()
             OPERATORS[loop].rates(own, 0, act, expected, kappa, shortening, TIMESTEP)
         assert rates(muscle, act, tendon, velocity, sent) == pytest.approx(expected, rel=1e-11)
@@ -231,8 +237,7 @@ def test_length_and_contraction_are_those_of_the_muscle_on_its_tendon():
         assert kernel.contraction(row, tendon) == kappa
         assert kernel.chamber_volume(row, tendon) == room
         act = charged(muscle, tendon, 1e5)
-        assert kernel.past_play(row, act, tendon) == tendon - 0.5 * muscle.chain.backlash
-        assert kernel.taken_up(row, act, tendon) == kernel.past_play(row, act, tendon) - EXTENSION
+        assert kernel.taken_up(row, act, tendon) == (tendon + SHIFT) - EXTENSION
 
 
 @pytest.mark.parametrize("law", [law for law in FORCES if not law.startswith("pleated")])

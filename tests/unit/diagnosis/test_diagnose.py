@@ -116,7 +116,7 @@ def test_the_same_data_give_the_same_diagnosis():
 def test_a_model_that_breaks_down_or_nothing_to_judge_by_is_refused():
     trials = recorded({})
     broken = simulator(trials)
-    broken.simulate = lambda sets: [None] * len(sets)
+    broken.simulate = lambda sets, **_: [None] * len(sets)
     with pytest.raises(InputError, match="base model's simulation breaks down"):
         diagnose(broken, ORDINARY, LIBRARY, {})
     blind = simulator(trials)

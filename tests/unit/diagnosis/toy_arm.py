@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from scipy.signal import lfilter
 
-from pamsim.diagnosis.candidate import Candidate
+from pamsim.diagnosis.candidate import Candidate, Probe
 from pamsim.diagnosis.trial_residuals import TrialSimulator
 from pamsim.effects.effect import Effect, EffectParameter
 from pamsim.sysid.free_parameter import FreeParameter
@@ -62,11 +62,13 @@ def recorded(hidden, *, seed=0, repeats=4, drift=False, variation=0.002):
 def simulator(trials, base=OWN):
     """The arm without effects, against trials."""
 
-    def simulate(sets):
+    def simulate(sets, *, held_out, fine):
         answers = []
         for values in sets:
             blocks = []
             for name, protocol, check, measured in trials:
+                if check and not held_out:
+                    continue
                 found = signals({**base, **values}, drive(protocol.split("_")[0], check))
                 blocks += [
                     ResidualBlock(
@@ -102,16 +104,12 @@ def candidate(name, low, high, typical, family=None):
         parameters=(EffectParameter(name=name, typical=typical, low=low, high=high),),
         signature="", look_alikes=(), separating="",
     )  # fmt: skip
-    sizes = (0.3, 1.0, 3.0)
-    probes = [
-        (s * k, {name: s * k * typical}) for s in ((1, -1) if low < 0 else (1,)) for k in sizes
-    ]
+    probes = [Probe(size=size, values={name: size * typical}) for size in (0.3, 1.0, 3.0)]
     return Candidate(
         effect=effect,
         parameters=(FreeParameter(name=name, unit="1", start=typical, low=low, high=high),),
         neutral={name: 0.0},
         probes=tuple(probes),
-        starts=(),
     )
 
 

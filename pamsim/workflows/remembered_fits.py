@@ -1,0 +1,60 @@
+"""Fits of a diagnosis on disk, so that an interrupted one goes on where it stopped."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+from collections.abc import Iterator, Mapping, MutableMapping
+from pathlib import Path
+from typing import Any
+
+from pamsim.core.errors import InputError
+from pamsim.store.checkpoint_file import CheckpointFile
+
+FILE = "fits.json"
+
+
+class RememberedFits(MutableMapping[str, Mapping[str, Any]]):
+    """A mapping whose every new entry is on disk before the next fit begins.
+
+    Args:
+        folder: of the diagnosis.
+        settings: JSON-safe; fits of other settings are not taken up.
+        resume: True to go on with what is there.
+
+    Raises:
+        InputError: on resuming if there is nothing, or it belongs to another diagnosis.
+    """
+
+    def __init__(self, folder: Path, settings: Any, *, resume: bool = False) -> None:
+        told = json.dumps(settings, sort_keys=True, default=str)
+        self._settings = hashlib.sha256(told.encode()).hexdigest()
+        self._file = CheckpointFile(folder / FILE)
+        self._fits: dict[str, Mapping[str, Any]] = {}
+        if not resume:
+            self._file.clear()
+            return
+        state = self._file.load()
+        if state is None:
+            raise InputError(f"--resume: {folder} holds no interrupted diagnosis")
+        if state.get("settings") != self._settings:
+            raise InputError(
+                f"--resume: {folder / FILE} is of other data or options; start without --resume"
+            )
+        self._fits = dict(state["fits"])
+
+    def __getitem__(self, key: str) -> Mapping[str, Any]:
+        return self._fits[key]
+
+    def __setitem__(self, key: str, value: Mapping[str, Any]) -> None:
+        self._fits[key] = value
+        self._file.save({"settings": self._settings, "fits": self._fits})
+
+    def __delitem__(self, key: str) -> None:
+        del self._fits[key]
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self._fits)
+
+    def __len__(self) -> int:
+        return len(self._fits)

@@ -1,0 +1,180 @@
+"""How often `pamsim diagnose` is right: data sets in which an effect, several or none are hidden.
+
+    python scripts/blind_study.py tuning|final [--workers 2] [--only KIND] [--json FILE]
+
+Every data set is a recording on disk (five protocols, four repeats of each of two settings, 5 s at
+100 Hz, angle, pressures and forces) of the MAS-20 arm; it is diagnosed through files, by all
+effects, as `pamsim diagnose` does. Conditions and seeds stand in blind_study_conditions.py: those
+of ``tuning`` served to choose thresholds, those of ``final`` were committed before and are run with
+the thresholds as they then were. Finished rows are kept in out/blind_study.jsonl: a stopped study
+goes on where it was.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import platform
+import tempfile
+import time
+from pathlib import Path
+from typing import Any
+
+import mujoco
+import numpy as np
+from blind_study_conditions import Condition, conditions
+from blind_study_scores import scores
+from kept_rows import fingerprint, kept_rows
+
+import pamsim
+from pamsim.diagnosis.screen import alike
+from pamsim.effects.catalog import EFFECTS
+from pamsim.store.recording_files import write_recording
+from pamsim.workflows.diagnose import DiagnosisReport, diagnose
+from pamsim.workflows.twin_data import CHECK, TwinData, TwinSettings, twin_data
+
+RESULTS = Path("scripts/results/blind_study.json")
+KEPT = Path("out/blind_study.jsonl")
+RIG = "mas20_arm"
+PROTOCOLS = ("triangle", "staircase", "multisine", "bursts", "loaded_steps")
+DURATION, REPEATS = 5.0, 4
+
+
+def settings(one: Condition, **changed: Any) -> TwinSettings:
+    """How the data of a condition are made."""
+    chosen: dict[str, Any] = {
+        "protocols": PROTOCOLS,
+        "duration": DURATION,
+        "repeats": REPEATS,
+        "coloured": one.coloured,
+        "variation": one.variation,
+        "tier": one.tier,
+        "seed": one.seed,
+    }
+    return TwinSettings(**{**chosen, **changed})
+
+
+def run_one(task: tuple[str, str, int]) -> tuple[str, str, int, dict[str, Any]]:
+    """Hide, diagnose, and write down what a score needs."""
+    kind, name, seed = task
+    (one,) = [c for c in conditions(kind) if c.name == name]
+    rig = pamsim.load_rig(RIG)
+    began = time.perf_counter()
+    hidden = twin_data(rig, one.effects, settings(one))
+    with tempfile.TemporaryDirectory() as folder:
+        write_recording(Path(folder), RIG, hidden.trials, hidden.protocols)
+        tried = [effect for effect in EFFECTS if effect not in one.removed]
+        report = diagnose([folder], effects=tried, threads=1, seed=seed)
+    row = found_row(report, hidden)
+    if one.effects:
+        clean = twin_data(rig, one.effects, settings(one, repeats=1, noise=0.0, variation=0.0))
+        row["true_cells"] = true_cells(report, clean)
+    row["seconds_with_data"] = round(time.perf_counter() - began, 1)
+    return kind, name, seed, row
+
+
+def found_row(report: DiagnosisReport, hidden: TwinData) -> dict[str, Any]:
+    """What a diagnosis said, and the truth's own numbers beside it."""
+    found = report.found
+    layout = {t.name: t.protocol for t in report.data.trials}
+    best = found.named.best
+    perfect = found.perfect_loss
+    after = found.base_loss if best is None else best.loss
+    by_name = {s.candidate.name: s for s in found.screened}
+    likest = {
+        name: max((alike(s, o) for n, o in by_name.items() if n != name), default=0.0)
+        for name, s in by_name.items()
+    }
+    return {
+        "verdict": str(found.named.verdict),
+        "named": list(best.names) if best else [],
+        "tied": [list(m.names) for m in found.named.tied],
+        "explained": round(found.named.explained, 4),
+        "remainder": round(found.named.remainder, 4),
+        "excess": round(_ratio(found.base_loss, perfect) - 1.0, 4),
+        "rms_after": round(float(np.sqrt(_ratio(after, perfect))), 4),
+        "parameters": {}
+        if best is None
+        else {
+            p.name: {
+                "value": best.fit.values[p.name],
+                "interval95": list(best.intervals[p.name]),
+                "truth": hidden.hidden.get(p.name),
+                "neutral": c.neutral.get(p.name),
+            }
+            for c in best.candidates
+            for p in c.parameters
+        },
+        "cells": [[c.channel, c.protocol, round(c.excess, 3)] for c in found.cells[:4]],
+        "likest": {name: round(value, 3) for name, value in likest.items()},
+        "visible": {name: s.visible for name, s in by_name.items()},
+        "screened": [s.candidate.name for s in found.screened[:5]],
+        "models": [
+            [list(m.names), round(m.mean_loss, 4), round(m.gain.gain, 4), m.gain.p_value]
+            for m in found.models
+        ],
+        "protocols": len(set(layout.values())),
+        "evaluations": found.evaluations,
+        "rollouts": report.rollouts,
+        "seconds": round(report.seconds, 1),
+    }
+
+
+def true_cells(report: DiagnosisReport, clean: TwinData) -> list[list[Any]]:
+    """Where the hidden effect truly shows: noise-free truth against the refitted base model."""
+    floor = report.found.floor
+    first: dict[str, str] = {}
+    for trial in report.data.trials:
+        first.setdefault(trial.protocol, trial.name)
+    cells: list[tuple[float, str, str]] = []
+    for stem, protocol in clean.protocols.items():
+        run = clean.trials[stem]
+        signals = {"angle": run.angle}
+        for muscle in range(run.pressure.shape[1]):
+            signals[f"pressure_{muscle + 1}"] = run.pressure[:, muscle]
+            signals[f"force_{muscle + 1}"] = run.tension[:, muscle]
+        simulated = report.predictions_before[first[protocol]]
+        for channel, values in simulated.items():
+            count = min(values.size, signals[channel].size)
+            off = float(np.mean((values[:count] - signals[channel][:count]) ** 2))
+            cells.append((off / floor.variance[channel, protocol], channel, protocol))
+    cells.sort(reverse=True)
+    return [[channel, protocol, round(excess, 3)] for excess, channel, protocol in cells[:4]]
+
+
+def _ratio(loss: Any, perfect: Any) -> float:
+    return float(np.mean([loss[t] for t in perfect]) / np.mean(list(perfect.values())))
+
+
+def main() -> None:
+    """Run what is left, score, write."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("batch", choices=("tuning", "final"))
+    parser.add_argument("--workers", type=int, default=2)
+    parser.add_argument("--only", default="", help="kinds of condition that begin so")
+    parser.add_argument("--json", type=Path)
+    options = parser.parse_args()
+    here = Path(__file__).parent
+    mark = fingerprint(
+        "pamsim", __file__, here / "blind_study_conditions.py", *Path("models").glob("*/*.*ml")
+    )
+    chosen = [c for c in conditions(options.batch) if c.kind.startswith(options.only)]
+    tasks = [(options.batch, c.name, c.seed) for c in chosen]
+    rows = kept_rows(run_one, tasks, KEPT, mark, options.workers)
+    pairs = [(c, rows[options.batch, c.name, c.seed]) for c in chosen]
+    result = {
+        "schema": "pamsim-blind-study/1",
+        "command": f"python scripts/blind_study.py {options.batch}",
+        "fingerprint": mark,
+        "data": {"protocols": PROTOCOLS, "check": CHECK, "s": DURATION, "repeats": REPEATS},
+        "versions": {"mujoco": mujoco.__version__, "python": platform.python_version()},
+        "scores": scores(pairs),
+        "rows": [{**c.as_dict(), **row} for c, row in pairs],
+    }
+    print(json.dumps(result["scores"], indent=1))
+    if options.json is not None:
+        options.json.write_text(json.dumps(result, indent=1) + "\n", encoding="utf-8")
+
+
+if __name__ == "__main__":
+    main()

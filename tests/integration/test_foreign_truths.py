@@ -1,0 +1,220 @@
+"""Foreign truths in the engine, against library laws wherever both can say the same."""
+
+from __future__ import annotations
+
+import dataclasses
+
+import numpy as np
+import pytest
+
+import pamsim
+from pamsim.actuator.layout import slot
+from pamsim.core.errors import InputError
+from pamsim.effects.catalog import EFFECTS, effect
+from pamsim.pneumatics.orifice import mass_flow
+from pamsim.workflows.effect_candidates import at_size
+from pamsim.workflows.foreign_truths import catalog, joint
+from pamsim.workflows.foreign_truths.catalog import FORMULATIONS, ORDER, OUTSIDE
+from pamsim.workflows.foreign_truths.plant import Occasion
+from pamsim.workflows.foreign_truths.truth import Hook
+from pamsim.workflows.protocols import PROTOCOLS
+from pamsim.workflows.twin_data import TwinSettings, twin_data
+
+FINE = 2.5e-4
+
+
+@pytest.fixture(scope="module")
+def rig():
+    return pamsim.load_rig("mas20_arm")
+
+
+def trial(name, duration=0.6):
+    return dataclasses.replace(PROTOCOLS[name].experiment(1), duration=duration, settle=1.0)
+
+
+def run(rig, experiment, *laws, seed=0):
+    occasion = Occasion(rig=rig, experiment=experiment, seed=seed, number=0)
+    made = [law(occasion) if law is not None else None for law in laws]
+    hook = Hook(occasion, made) if laws else None
+    return pamsim.simulate(rig, experiment, timestep=FINE, each_step=hook).completed()
+
+
+def close(one, other, part):
+    """Signals that differ by less than a share of how far they move."""
+    for name in ("angle", "pressure", "tension"):
+        found, known = getattr(one, name), getattr(other, name)
+        np.testing.assert_allclose(found, known, atol=part * np.ptp(known, axis=0).max())
+
+
+def test_a_pull_is_part_of_the_muscle(rig):
+    def law(occasion):
+        def pull(plant):
+            plant.pull[0] += 20.0
+
+        return pull
+
+    known = run(rig.with_parameters({"muscle_1:force.f": 20.0}), trial("triangle"))
+    found = run(rig, trial("triangle"), law)
+    assert np.array_equal(found.tension, known.tension)
+    assert np.array_equal(found.angle, known.angle)
+
+
+@pytest.mark.parametrize("name", ["triangle", "bursts"])
+def test_reading_openings_and_setting_them_again_changes_next_to_nothing(rig, name):
+    def law(occasion):
+        def open_by_hand(plant):
+            for i in plant.muscles:
+                plant.open(i, plant.opening(i))
+
+        return open_by_hand
+
+    close(run(rig, trial(name), law), run(rig, trial(name)), 2e-3)
+
+
+@pytest.mark.parametrize("name", ["triangle", "bursts"])
+def test_air_blown_off_as_the_library_s_leak_is_that_leak(rig, name):
+    leaking = {"chamber.leak_conductance": 1e-11}
+
+    def law(occasion):
+        def blow(plant):
+            for i, row in enumerate(plant.rows):
+                outside = row[slot("chamber.atmosphere")]
+                plant.blow(i, -mass_flow(plant.pressure_abs(i), outside, 1e-11, 0.3, 0.999, 293.15))
+
+        return blow
+
+    known = run(rig.with_parameters(leaking), trial(name))
+    assert np.ptp(known.pressure - run(rig, trial(name)).pressure) > 400.0
+    close(run(rig, trial(name), law), known, 2e-3)
+
+
+def test_a_shut_muscle_leaks_to_the_atmosphere_as_an_exponential(rig):
+    """At a constant volume: equal muscles, upright, so that nothing turns."""
+    upright = rig.with_parameters({"body.rig.tilt": 0.0})
+    idle = pamsim.Experiment(
+        command="valve",
+        command_time=np.array([0.0]),
+        command_value=np.zeros((1, 2)),
+        start_pressure=np.array([2.5e5, 2.5e5]),
+        duration=4.0,
+        sample_rate=100.0,
+    )
+    size = 40.0
+    found = run(upright, idle, lambda o: FORMULATIONS["air_leak"].law(size, o))
+    assert np.ptp(found.angle) < 1e-9
+    pressure = found.pressure[:, 0]
+    rate = -np.diff(np.log(pressure)) / np.diff(found.time)
+    assert pressure[-1] < 0.8 * pressure[0]
+    np.testing.assert_allclose(rate, rate.mean(), rtol=2e-3)
+    # The flow at the pressure where both leaks agree is the library's.
+    sonic = run(
+        upright.with_parameters(at_size(rig, effect("air_leak"), size)),
+        dataclasses.replace(idle, duration=0.1),
+    )
+    fall = (sonic.pressure[0, 0] - sonic.pressure[-1, 0]) / 0.1
+    assert rate[0] * pressure[0] == pytest.approx(fall, rel=0.02)
+
+
+def test_ground_tilted_about_the_library_s_axis_is_the_library_s_tilt(rig, monkeypatch):
+    monkeypatch.setattr(joint, "_TILT_AXIS", 0.0)
+    experiment = trial("loaded_steps")
+    known = run(rig.with_parameters(at_size(rig, effect("load_torque"), 2.0)), experiment)
+    found = run(rig, experiment, lambda o: FORMULATIONS["load_torque"].law(2.0, o))
+    assert np.abs(known.angle - run(rig, experiment).angle).max() > 1e-3
+    np.testing.assert_allclose(found.angle, known.angle, atol=1e-9)
+
+
+def test_the_plant_reads_what_is_recorded(rig):
+    read = []
+
+    def law(occasion):
+        def look(plant):
+            read.append((plant.time, *(plant.pressure(i) for i in plant.muscles), plant.angle))
+
+        return look
+
+    there = rig.with_parameters({"chain.compliance": 1e-6})
+    found = run(there, trial("bursts"), law)
+    rows = np.array([row for row in read if row[0] >= 0.0])[:: round(0.01 / FINE)]
+    np.testing.assert_allclose(rows[:, 3], found.angle, atol=1e-12)
+    np.testing.assert_allclose(rows[:, 1:3], found.pressure, atol=200.0)  # lengths one step old
+
+
+ALL = [*FORMULATIONS, *OUTSIDE]
+
+
+@pytest.fixture(scope="module")
+def quick():
+    """The rig at a time step at which the many short runs below take little time."""
+    quick = pamsim.load_rig("mas20_arm")
+    quick.model.opt.timestep = 1e-3
+    return quick
+
+
+@pytest.fixture
+def short(monkeypatch):
+    monkeypatch.setattr("pamsim.workflows.protocols.DURATION", 1.0)
+
+
+def twins(rig, effects, **options):
+    chosen = {"protocols": ("bursts",), "repeats": 1, "variation": 0.0, "noise": 0.0}
+    return twin_data(rig, effects, TwinSettings(**{**chosen, "tier": "different", **options}))
+
+
+def test_every_effect_has_another_formulation_and_no_outside_name_is_an_effect():
+    assert set(FORMULATIONS) == set(EFFECTS)
+    assert not set(OUTSIDE) & set(EFFECTS)
+    assert len(ORDER) == len(set(ORDER))
+    for truth in OUTSIDE.values():
+        assert set(truth.span) <= set(EFFECTS)
+
+
+def far(one, other):
+    """Largest RMS of any signal's difference, in sensor noise."""
+    sizes = (("angle", np.radians(0.05)), ("pressure", 400.0), ("tension", 1.5))
+    return max(
+        np.sqrt(np.mean((getattr(one.trials[k], s) - getattr(other.trials[k], s)) ** 2)) / sd
+        for k in one.trials.keys() & other.trials.keys()
+        for s, sd in sizes
+    )
+
+
+@pytest.mark.parametrize("name", ALL)
+def test_each_shows_and_starts_afresh_in_every_run(quick, name, monkeypatch):
+    # Bursts open a valve fully or not at all, which a dead zone does not notice.
+    of_opening = name in ("valve_dead_zone", "stuck_valve")
+    monkeypatch.setattr("pamsim.workflows.protocols.DURATION", 2.2 if of_opening else 1.0)
+    protocol, size = ("staircase", 4.0) if of_opening else ("bursts", 1.0)
+
+    def hidden(*effects, **options):
+        return twins(quick, effects, protocols=(protocol,), **options)
+
+    there, plain = hidden((name, size), repeats=2), hidden()
+    assert far(there, plain) > 0.2
+    assert there.formulations.keys() == {name}
+    first, second = (there.trials[f"{protocol}_{k}"].angle for k in (1, 2))
+    assert np.array_equal(first, second) == (name != "valve_delay")  # its bus ticks when it likes
+    if name in FORMULATIONS and name != "added_inertia":
+        library = hidden((name, size), tier="same")
+        assert far(there, library) > 1.2 * far(plain, hidden(tier="same"))
+
+
+def test_two_act_together_in_the_order_of_the_signal(quick, short):
+    one = twins(quick, [("air_leak", 3.0), ("line_lag", 2.0)])
+    assert far(one, twins(quick, [("line_lag", 2.0), ("air_leak", 3.0)])) == 0.0
+    assert far(one, twins(quick, [("line_lag", 2.0)])) > 0.2
+    assert far(one, twins(quick, [("air_leak", 3.0)])) > 0.2
+
+
+def test_what_cannot_be_hidden_is_said(quick, monkeypatch, short):
+    with pytest.raises(InputError, match=r"\A[^\n]*did you mean 'sprocket_ripple'[^\n]*\Z"):
+        twins(quick, [("sprocket_riple", 1.0)])
+    with pytest.raises(InputError, match="did you mean 'different'"):
+        twins(quick, [], tier="diferent")
+    with pytest.raises(InputError, match="give one above 0"):
+        twins(quick, [("valve_delay", 0.0)])
+    with pytest.raises(InputError, match="line_lag cannot be hidden together"):
+        twins(quick, [("line_lag", 1.0), ("stuck_valve", 1.0)], tier="same")
+    monkeypatch.delitem(catalog.FORMULATIONS, "air_leak")
+    with pytest.raises(InputError, match=r"air_leak has no other[^\n]*have: added_inertia, "):
+        twins(quick, [("air_leak", 1.0)])

@@ -1,0 +1,98 @@
+"""What acts before every time step: when it is called, what it sees, what it moves."""
+
+from __future__ import annotations
+
+import dataclasses
+
+import numpy as np
+import pytest
+
+import pamsim
+from pamsim.actuator.layout import parameter_slot
+
+SIGNALS = ("angle", "velocity", "pressure", "tension", "final_state")
+
+
+@pytest.fixture(scope="module")
+def rig():
+    return pamsim.load_rig("mas20_arm")
+
+
+def valves(duration=0.2, settle=0.3):
+    return pamsim.Experiment(
+        command="valve",
+        command_time=np.array([0.0, 0.1]),
+        command_value=np.array([[0.6, -0.8], [0.0, 0.3]]),
+        start_pressure=np.array([3e5, 2e5]),
+        duration=duration,
+        settle=settle,
+        sample_rate=200.0,
+    )
+
+
+def step():
+    made = pamsim.pressure_step((3e5, 3e5), (4.5e5, 1e5), duration=0.2, load=1.2)
+    return dataclasses.replace(made, settle=0.3)
+
+
+def same(one, other):
+    return all(np.array_equal(getattr(one, name), getattr(other, name)) for name in SIGNALS)
+
+
+@pytest.mark.parametrize("backend", ["compiled", "python"])
+@pytest.mark.parametrize("changes", [{}, {"valve.delay": 0.0133}, {"friction.stribeck_force": 8.0}])
+def test_one_that_does_nothing_changes_nothing(rig, changes, backend):
+    there = rig.with_parameters(changes)
+    for experiment in (valves(), step()):
+        plain = pamsim.simulate(there, experiment, backend=backend)
+        watched = pamsim.simulate(
+            there, experiment, backend=backend, each_step=lambda model, data: None
+        )
+        assert same(plain.completed(), watched.completed())
+
+
+def test_it_sees_every_step_once_with_the_command_and_negative_time_while_settling(rig):
+    seen = []
+    experiment = valves()
+    pamsim.simulate(
+        rig, experiment, each_step=lambda model, data: seen.append((data.time, *data.ctrl))
+    )
+    dt = rig.model.opt.timestep
+    at_rest = [row for row in seen if row[0] < 0.0]
+    under_way = np.array(seen[len(at_rest) :])
+    assert at_rest[0][0] == -0.3
+    assert {row[1:] for row in at_rest} == {(3e5, 2e5)}
+    np.testing.assert_allclose(under_way[:, 0], dt * np.arange(round(0.2 / dt) + 1), atol=1e-9)
+    told = np.where(under_way[:, :1] < 0.1 - 1e-9, (0.6, -0.8), (0.0, 0.3))
+    assert np.array_equal(under_way[:, 1:], told)
+
+
+def test_a_command_that_it_changes_acts_and_the_next_step_hears_the_told_one_again(rig):
+    told = []
+
+    def shut(model, data):
+        if data.time >= 0.0:
+            told.append(tuple(data.ctrl))
+            data.ctrl[:] = 0.0
+
+    run = pamsim.simulate(rig, valves(), each_step=shut).completed()
+    idle = dataclasses.replace(valves(), command_value=np.zeros((2, 2)))
+    assert np.array_equal(run.angle, pamsim.simulate(rig, idle).angle)
+    assert set(told) == {(0.6, -0.8), (0.0, 0.3)}
+    assert np.array_equal(run.command, pamsim.simulate(rig, valves()).command)
+
+
+@pytest.mark.parametrize("changes", [{}, {"friction.stribeck_force": 8.0}])
+def test_tension_is_recorded_as_the_muscle_is_at_its_time(rig, changes):
+    """A parameter moved at half time: before and after, what the rig with that parameter has."""
+    there = rig.with_parameters(changes)
+    slot = parameter_slot(there.muscles["muscle_1"], "force.scale")
+
+    def weaken(model, data):
+        model.actuator_user[:, slot] = 1.0 if data.time < 0.1 - 1e-9 else 0.9
+
+    run = pamsim.simulate(there, valves(), each_step=weaken).completed()
+    strong = pamsim.simulate(there, valves()).completed()
+    assert np.array_equal(run.tension[:20], strong.tension[:20])
+    before, after = run.tension[19], run.tension[20]
+    assert np.all(after < 0.95 * before)
