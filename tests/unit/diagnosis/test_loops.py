@@ -1,4 +1,4 @@
-"""Loop areas of closed-form signals, and cycles found where a drive goes to and fro."""
+"""Loop areas of closed-form signals, and cycles found where a drive goes back and forth."""
 
 from __future__ import annotations
 

@@ -62,7 +62,7 @@ def test_what_the_reader_needs_is_on_the_page(rig, tmp_path):
     page = page_of(one, tmp_path)
     for words in (
         "What it could be", "supply sag", "What to measure next: shut_hold",
-        "What leaves a shut chamber", "a dash where they cannot", "no body&#39;s tilt is stated",
+        "What leaves a chamber whose", "a dash where they cannot", "no body&#39;s tilt is stated",
         "forces were not measured", "swing_check (3 trials)", "at the end of its range",
     ):  # fmt: skip
         assert words in page, words

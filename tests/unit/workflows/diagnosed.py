@@ -9,6 +9,7 @@ import numpy as np
 from pamsim.core.trial import Trial
 from pamsim.diagnosis.absent import AbsentBound
 from pamsim.diagnosis.evidence import compare
+from pamsim.diagnosis.next_experiment import NextExperiment
 from pamsim.diagnosis.noise_floor import NoiseFloor
 from pamsim.diagnosis.regimes import Regime
 from pamsim.diagnosis.verdict import Verdict
@@ -87,7 +88,6 @@ def screened(rig, name, likeness):
     return SimpleNamespace(
         candidate=candidate(rig, EFFECTS[name]),
         traces=(SimpleNamespace(signature=signature),),
-        signatures=(signature,),
         likeness=likeness,
         gain=likeness,
         visible=True,
@@ -189,10 +189,9 @@ def report(rig, verdict, best=(), tied=(), *, repeats=REPEATS, explained=0.98, f
 
 
 def following():
-    return SimpleNamespace(
-        protocol="shut_hold", shows="what leaves a shut chamber", before=0.3, after=7.1,
-        between=("air_leak", "angle_bias"), menu={"shut_hold": 7.1, "bursts": 2.0},
-        advice="shut the valves",
+    return NextExperiment(
+        protocol="shut_hold", between=("air_leak", "angle_bias"), before=0.3, after=7.1,
+        menu={"shut_hold": 7.1, "bursts": 2.0}, advice="shut the valves",
     )  # fmt: skip
 
 

@@ -175,7 +175,10 @@ def test_a_family_is_named_where_its_members_are_not_told_apart(rig):
 
 def test_the_experiment_that_would_decide_is_said(rig):
     found = result(rig, Verdict.AMBIGUOUS, following=following())
-    assert "recording shut_hold would decide (what leaves a shut chamber)" in found["sentence"]
+    assert (
+        "recording shut_hold would decide (what leaves a chamber whose valves are shut)"
+        in found["sentence"]
+    )
     assert "sets them 7.1 noise floors apart, these data 0.3" in found["sentence"]
     assert found["next_experiment"]["menu"] == {"shut_hold": 7.1, "bursts": 2.0}
 
