@@ -103,7 +103,7 @@ def _turned(off: FloatArray, start: int, marks: Sequence[int], band: float) -> i
 
 
 def loops(trials: Sequence[Trial], before: Signals, after: Signals) -> tuple[Loop, ...]:
-    """Loops of all trials of two muscles whose drive goes to and fro.
+    """Loops of all trials of two muscles whose drive goes back and forth.
 
     Args:
         trials: as measured.

@@ -13,6 +13,7 @@ from pamsim.diagnosis.verdict import Verdict
 from pamsim.effects.catalog import EFFECTS
 from pamsim.engine.rig import Rig
 from pamsim.engine.rig_parameter import rig_parameter
+from pamsim.workflows.experiment_menu import MENU
 from pamsim.workflows.readable_unit import readable, readable_unit
 
 _DIGITS = 3
@@ -114,8 +115,8 @@ def _ambiguous(found: Diagnosis, best: Trialled) -> str:
     if following is None:
         return f"{text}; to tell: {best.candidates[0].effect.separating}"
     return (
-        f"{text}; recording {following.protocol} would decide ({following.shows}): it sets them"
-        f" {following.after:.2g} noise floors apart, these data {following.before:.2g}"
+        f"{text}; recording {following.protocol} would decide ({MENU[following.protocol].shows}):"
+        f" it sets them {following.after:.2g} noise floors apart, these data {following.before:.2g}"
     )
 
 

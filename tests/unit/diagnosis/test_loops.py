@@ -1,4 +1,4 @@
-"""Loop areas of closed-form signals, and cycles found where a drive goes to and fro."""
+"""Loop areas of closed-form signals, and cycles found where a drive goes back and forth."""
 
 from __future__ import annotations
 
@@ -32,6 +32,8 @@ def test_cycles_are_whole_turns_of_the_drive():
     shifted = cycles(np.cos(2.0 * np.pi * TIME / 2.5))  # begins and ends away from the middle
     assert [c.start for c in shifted] == pytest.approx([188, 438], abs=2)
     assert all(c.stop - c.start == pytest.approx(251, abs=2) for c in shifted)
+    (falling,) = cycles(-np.sin(2.0 * np.pi * TIME[:600] / 4.0))  # first down: half a turn is lost
+    assert (falling.start, falling.stop) == (201, 600)
 
 
 def test_noise_about_the_middle_is_no_cycle():
@@ -42,6 +44,7 @@ def test_noise_about_the_middle_is_no_cycle():
 def test_steps_and_rest_draw_no_loops():
     steps = held_levels(TIME, 1.6, 5, np.random.default_rng(0))
     assert cycles(steps) == []
+    assert cycles(np.tanh(20.0 * np.sin(2.0 * np.pi * TIME / 2.0))) == []
     assert cycles(np.ones(50)) == []
 
 

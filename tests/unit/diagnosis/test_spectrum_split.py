@@ -71,6 +71,13 @@ def test_noise_is_told_apart_from_distortion():
     assert np.mean([q.odd**2 for q in quiet]) < 0.1**2 / 6 / 4
 
 
+def test_every_line_counts_once_in_the_sum_of_squares():
+    fastest = np.where(np.arange(COUNT) % 2 == 0, 1.0, -1.0)
+    assert split([fastest]).even == pytest.approx(1.0)
+    offsets = split([np.full(COUNT, 3.0), np.full(COUNT, 1.0)])
+    assert (offsets.mean, offsets.noise) == pytest.approx((2.0, np.sqrt(2.0)))
+
+
 def test_commands_without_a_period_are_left_out():
     steps = held_levels(TIME, 1.6, 6, np.random.default_rng(0))
     assert split([WAVE], command=steps) is None

@@ -62,7 +62,7 @@ def test_what_the_reader_needs_is_on_the_page(rig, tmp_path):
     page = page_of(one, tmp_path)
     for words in (
         "What it could be", "supply sag", "What to measure next: shut_hold",
-        "What leaves a shut chamber", "a dash where they cannot", "no body&#39;s tilt is stated",
+        "What leaves a chamber whose", "a dash where they cannot", "no body&#39;s tilt is stated",
         "forces were not measured", "swing_check (3 trials)", "at the end of its range",
     ):  # fmt: skip
         assert words in page, words
@@ -107,9 +107,9 @@ def test_the_heat_map_has_a_cell_per_channel_and_protocol_and_marks_what_is_sure
 
 def test_only_maps_that_luck_does_not_explain_are_drawn(named):
     result, _ = named
-    (chosen,) = surest_maps(result["maps"])
-    assert chosen["quantity"] == "common_pressure"
-    (ax,) = binned_maps([chosen]).axes
+    chosen = surest_maps(result["maps"])
+    assert [one["quantity"] for one in chosen] == ["common_pressure", "elapsed"]
+    ax, _ = binned_maps(chosen).axes
     assert ax.get_xlabel() == "common pressure [kPa]"
     assert ax.get_ylabel() == "mean residual [noise SD]"
     assert ax.get_xlim()[1] == pytest.approx(300.0, rel=0.05)
@@ -146,16 +146,18 @@ def test_the_worst_held_out_trial_of_each_protocol_is_drawn_with_both_simulation
 
 
 def test_trials_are_ranked_by_what_the_base_model_misses_in_noise():
-    def part(trial, protocol, off, held=True):
+    def part(trial, protocol, off, held=True, channel="angle"):
         still = np.zeros(TIME.size)
         return SimpleNamespace(
-            trial=trial, protocol=protocol, channel="angle", held_out=held, time=TIME,
+            trial=trial, protocol=protocol, channel=channel, held_out=held, time=TIME,
             measured=still, before=still + off, after=None,
         )  # fmt: skip
 
     signals = [part("a_1", "a", 1.0), part("a_2", "a", 2.0), part("b_1", "b", 3.0),
                part("c_1", "c", 9.0, held=False)]  # fmt: skip
     assert worst_trials(signals, {"angle": 0.1}) == ["b_1", "a_2"]
+    signals.append(part("d_1", "d", 300.0, channel="pressure_1"))  # large, but only one noise floor
+    assert worst_trials(signals, {"angle": 0.1, "pressure_1": 300.0}) == ["b_1", "a_2", "d_1"]
 
 
 def test_loops_lines_and_regimes_have_units_and_both_states(named):

@@ -9,6 +9,7 @@ import numpy as np
 from pamsim.core.trial import Trial
 from pamsim.diagnosis.absent import AbsentBound
 from pamsim.diagnosis.evidence import compare
+from pamsim.diagnosis.next_experiment import NextExperiment
 from pamsim.diagnosis.noise_floor import NoiseFloor
 from pamsim.diagnosis.regimes import Regime
 from pamsim.diagnosis.verdict import Verdict
@@ -87,7 +88,6 @@ def screened(rig, name, likeness):
     return SimpleNamespace(
         candidate=candidate(rig, EFFECTS[name]),
         traces=(SimpleNamespace(signature=signature),),
-        signatures=(signature,),
         likeness=likeness,
         gain=likeness,
         visible=True,
@@ -113,7 +113,7 @@ def report(rig, verdict, best=(), tied=(), *, repeats=REPEATS, explained=0.98, f
     options = {"base_loss": base_loss, "protocol_of": protocol_of}
     chosen = model(rig, best, 1.0, **options) if best else None
     others = tuple(model(rig, names, 1.01, **options) for names in tied)
-    parents = tuple(model(rig, [n], 2.0, **options) for n in best) if len(best) > 1 else ()
+    parents = tuple(model(rig, [n], 2.0 + i, **options) for i, n in enumerate(best) if best[1:])
     clean = clean_signals(np.sin(2.0 * np.pi * TIME / 4.0))
     off = {"pressure_1": 2e3, "pressure_2": -2e3, "angle": 4e-3}
     named = SimpleNamespace(
@@ -141,6 +141,13 @@ def report(rig, verdict, best=(), tied=(), *, repeats=REPEATS, explained=0.98, f
                 edges=np.array([1e5, 2e5, 3e5]),
                 mean=np.array([0.5, -3.0]),
                 p_value=0.001,
+            ),
+            Map(
+                channel="pressure_1",
+                quantity="elapsed",
+                edges=np.array([0.0, 4.0, 8.0]),
+                mean=np.array([0.1, 0.2]),
+                p_value=0.04,
             ),
             Map(
                 channel="angle",
@@ -182,10 +189,9 @@ def report(rig, verdict, best=(), tied=(), *, repeats=REPEATS, explained=0.98, f
 
 
 def following():
-    return SimpleNamespace(
-        protocol="shut_hold", shows="what leaves a shut chamber", before=0.3, after=7.1,
-        between=("air_leak", "angle_bias"), menu={"shut_hold": 7.1, "bursts": 2.0},
-        advice="shut the valves",
+    return NextExperiment(
+        protocol="shut_hold", between=("air_leak", "angle_bias"), before=0.3, after=7.1,
+        menu={"shut_hold": 7.1, "bursts": 2.0}, advice="shut the valves",
     )  # fmt: skip
 
 

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 import pamsim
+from pamsim.diagnosis.evidence import compare
 from pamsim.diagnosis.verdict import Verdict
 from pamsim.workflows.diagnosis_report import comparisons, diagnosis_dict
 from tests.unit.workflows.diagnosed import NOISE, VERDICTS, following, report
@@ -57,8 +58,8 @@ def test_an_effect_has_its_numbers_in_the_rig_s_unit_and_in_si(rig):
 def test_each_of_two_effects_says_what_it_explains_beyond_the_other(rig):
     effects = result(rig, Verdict.NAMED_WITH_REMAINDER)["effects"]
     assert [e["name"] for e in effects] == ["air_leak", "angle_bias"]
-    # Losses: 5.1 without, 2 with either, 1 with both.
-    assert [e["explained"] for e in effects] == pytest.approx([0.7 * 1.0 / 4.1] * 2, rel=0.01)
+    # Losses: 5.1 without, 2 with the leak, 3 with the bias, 1 with both.
+    assert [e["explained"] for e in effects] == pytest.approx([0.7 * 2 / 4.1, 0.7 / 4.1], rel=0.01)
     assert all(0.0 < e["p_value"] < 0.05 for e in effects)
 
 
@@ -92,7 +93,7 @@ def test_where_comes_with_the_region_of_the_channel_s_surest_map(rig):
     }  # fmt: skip
     angle = next(cell for cell in found["where"] if cell["channel"] == "angle")
     assert angle["region"] is None  # no map of it is sure
-    assert found["maps"][1]["mean_in_noise"] == [None, 1.0]
+    assert found["maps"][2]["mean_in_noise"] == [None, 1.0]
 
 
 def test_what_is_absent_is_bounded_or_said_to_be_out_of_sight(rig):
@@ -116,11 +117,14 @@ def test_loops_and_lines_of_measured_and_simulated_signals_are_told(rig):
 
 
 def test_alternatives_are_told_by_how_far_they_are_behind(rig):
-    one = result(rig, Verdict.AMBIGUOUS)
+    made = report(rig, Verdict.AMBIGUOUS, **VERDICTS[Verdict.AMBIGUOUS])
+    one = diagnosis_dict(made)
     assert [a["name"] for a in one["alternatives"]] == ["air_leak", "supply_sag", "angle_bias"]
     behind = [a["loss_difference_in_standard_errors"] for a in one["alternatives"]]
-    assert behind[0] == 0.0
-    assert behind[1] > 0.0
+    named = made.found.named
+    protocol_of = dict.fromkeys(named.best.loss, "swing_check")
+    expected = compare(named.tied[0].loss, named.best.loss, protocol_of)
+    assert behind == pytest.approx([0.0] + [expected.gain / expected.error] * 2)
     assert result(rig, Verdict.NAMED)["alternatives"] == []
 
 
@@ -171,7 +175,10 @@ def test_a_family_is_named_where_its_members_are_not_told_apart(rig):
 
 def test_the_experiment_that_would_decide_is_said(rig):
     found = result(rig, Verdict.AMBIGUOUS, following=following())
-    assert "recording shut_hold would decide (what leaves a shut chamber)" in found["sentence"]
+    assert (
+        "recording shut_hold would decide (what leaves a chamber whose valves are shut)"
+        in found["sentence"]
+    )
     assert "sets them 7.1 noise floors apart, these data 0.3" in found["sentence"]
     assert found["next_experiment"]["menu"] == {"shut_hold": 7.1, "bursts": 2.0}
 
