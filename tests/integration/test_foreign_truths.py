@@ -13,7 +13,7 @@ from pamsim.core.errors import InputError
 from pamsim.effects.catalog import EFFECTS, effect
 from pamsim.pneumatics.orifice import mass_flow
 from pamsim.workflows.effect_candidates import at_size
-from pamsim.workflows.foreign_truths import catalog, joint
+from pamsim.workflows.foreign_truths import catalog, joint, transmission
 from pamsim.workflows.foreign_truths.catalog import FORMULATIONS, ORDER, OUTSIDE
 from pamsim.workflows.foreign_truths.plant import Occasion
 from pamsim.workflows.foreign_truths.truth import Hook
@@ -140,6 +140,22 @@ def test_the_plant_reads_what_is_recorded(rig):
     np.testing.assert_allclose(rows[:, 1:3], found.pressure, atol=200.0)  # lengths one step old
 
 
+def test_elastic_teeth_leave_a_loaded_arm_further_away_than_hard_ones(rig, monkeypatch):
+    """At rest by the load's pull over the teeth's stiffness, and no further when they are hard."""
+    loose = rig.with_parameters({"hysteresis.force_per_pressure": 0.0})
+    idle = pamsim.pressure_step((3e5, 2e5), (3e5, 2e5), duration=0.1, load=1.2)
+    hidden = FORMULATIONS["chain_backlash"]
+    there = loose.with_parameters(hidden.parameters(loose, 1.0))
+    known = run(loose.with_parameters(at_size(loose, effect("chain_backlash"), 1.0)), idle)
+    found = run(there, idle, lambda o: hidden.law(1.0, o))
+    monkeypatch.setattr(transmission, "_TOOTH", 1e12)
+    hard = run(there, idle, lambda o: hidden.law(1.0, o))
+    apart = abs(known.tension[0, 0] - known.tension[0, 1])
+    np.testing.assert_allclose(hard.angle, known.angle, atol=1e-6)
+    further = apart / 4e5 / 12.44e-3
+    assert abs(found.angle[0] - known.angle[0]) == pytest.approx(further, rel=0.03)
+
+
 ALL = [*FORMULATIONS, *OUTSIDE]
 
 
@@ -200,10 +216,23 @@ def test_each_shows_and_starts_afresh_in_every_run(quick, name, monkeypatch):
 
 
 def test_two_act_together_in_the_order_of_the_signal(quick, short):
-    one = twins(quick, [("air_leak", 3.0), ("line_lag", 2.0)])
-    assert far(one, twins(quick, [("line_lag", 2.0), ("air_leak", 3.0)])) == 0.0
-    assert far(one, twins(quick, [("line_lag", 2.0)])) > 0.2
-    assert far(one, twins(quick, [("air_leak", 3.0)])) > 0.2
+    """A lag shapes what the regulator is told; after the valves are set, it would undo that."""
+
+    def hidden(*effects):
+        return twins(quick, effects, protocols=("triangle",))
+
+    lag, zone = ("line_lag", 2.0), ("valve_dead_zone", 6.0)
+    both = hidden(lag, zone)
+    assert far(both, hidden(zone, lag)) == 0.0
+    assert far(both, hidden(lag)) > 0.2
+    assert far(both, hidden(zone)) > 0.2
+
+
+def test_the_other_tier_takes_steps_half_as_long(quick, short):
+    for effects in ([], [("air_leak", 1.0)], [("sprocket_ripple", 1.0)]):
+        for tier, step in (("same", 1e-3), ("different", 5e-4)):
+            run = twins(quick, effects, tier=tier).trials["bursts_1"]
+            assert run.meta["timestep_s"] == step
 
 
 def test_what_cannot_be_hidden_is_said(quick, monkeypatch, short):
