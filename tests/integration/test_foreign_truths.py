@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -133,7 +134,7 @@ def test_the_plant_reads_what_is_recorded(rig):
 
         return look
 
-    there = rig.with_parameters({"chain.compliance": 1e-6})
+    there = rig.with_parameters({"chain.compliance": 1e-6, "chain.backlash": 1e-3})
     found = run(there, trial("bursts"), law)
     rows = np.array([row for row in read if row[0] >= 0.0])[:: round(0.01 / FINE)]
     np.testing.assert_allclose(rows[:, 3], found.angle, atol=1e-12)
@@ -154,6 +155,60 @@ def test_elastic_teeth_leave_a_loaded_arm_further_away_than_hard_ones(rig, monke
     np.testing.assert_allclose(hard.angle, known.angle, atol=1e-6)
     further = apart / 4e5 / 12.44e-3
     assert abs(found.angle[0] - known.angle[0]) == pytest.approx(further, rel=0.03)
+
+
+def asked(name, rig, experiment, seed=0, **state):
+    """What a law asks of an arm in a stated position: a namespace stands for the plant."""
+    occasion = Occasion(rig=rig, experiment=experiment, seed=seed, number=0)
+    law = (FORMULATIONS | OUTSIDE)[name].law(2.0, occasion)
+    opened = {}
+    plant = SimpleNamespace(
+        torque=0.0, user=np.ones((2, 200)), rows=np.ones((2, 200)), muscles=range(2), **state
+    )
+    plant.open = opened.__setitem__
+    law(plant)
+    return plant, opened
+
+
+@pytest.mark.parametrize("speed", [-1.5, 0.5, 2.0])
+def test_drag_is_against_the_motion_and_of_its_power(rig, speed):
+    step = trial("loaded_steps")
+    quadratic, _ = asked("quadratic_drag", rig, step, speed=speed)
+    assert quadratic.torque == pytest.approx(-2.0 * 0.15 * speed * abs(speed))
+    viscous, _ = asked("viscous_friction", rig, step, speed=speed)
+    linear = -2.0 * 0.5 * 0.2484 * speed  # twice the typical half more of the rig's own
+    assert viscous.torque == pytest.approx(linear * (abs(speed) / 0.5) ** 0.25)
+
+
+def test_a_stuck_valve_holds_back_one_direction_of_one_muscle_from_half_time(rig):
+    seen = set()
+    for seed in range(12):
+        limited = []
+        for wanted in (0.9, -0.9):
+            state = {"opening": lambda i, u=wanted: u}
+            _, early = asked("stuck_valve", rig, trial("triangle"), seed, time=0.2, **state)
+            _, late = asked("stuck_valve", rig, trial("triangle"), seed, time=0.4, **state)
+            (muscle,) = early
+            assert early[muscle] == wanted
+            assert late[muscle] in (wanted, np.copysign(0.3**2, wanted))
+            if late[muscle] != wanted:
+                limited.append((muscle, wanted))
+        assert len(limited) == 1
+        seen |= set(limited)
+    assert len(seen) == 4  # any of the valves, by the seed
+
+
+def test_muscles_age_by_the_stated_share_and_a_ripple_has_its_pitch(rig):
+    ages = [
+        asked("ageing_drift", rig, trial("triangle"), time=t)[0].user[0, slot("force.0")]
+        for t in (-1.0, 0.0, 4.0, 1e3)
+    ]
+    assert ages == pytest.approx([1.0, 1.0, 1.0 - 0.06 * (1.0 - np.exp(-1.0)), 0.94])
+    turn = np.linspace(0.0, 2.0 * np.pi, 400, endpoint=False)
+    torque = [asked("sprocket_ripple", rig, trial("triangle"), angle=a)[0].torque for a in turn]
+    lines = np.abs(np.fft.rfft(torque)) / 200.0
+    assert lines[16] == pytest.approx(0.3)
+    assert np.delete(lines, 16).max() < 1e-9
 
 
 ALL = [*FORMULATIONS, *OUTSIDE]
