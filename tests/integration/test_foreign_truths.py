@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -13,7 +14,7 @@ from pamsim.core.errors import InputError
 from pamsim.effects.catalog import EFFECTS, effect
 from pamsim.pneumatics.orifice import mass_flow
 from pamsim.workflows.effect_candidates import at_size
-from pamsim.workflows.foreign_truths import catalog, joint
+from pamsim.workflows.foreign_truths import catalog, joint, transmission
 from pamsim.workflows.foreign_truths.catalog import FORMULATIONS, ORDER, OUTSIDE
 from pamsim.workflows.foreign_truths.plant import Occasion
 from pamsim.workflows.foreign_truths.truth import Hook
@@ -133,11 +134,81 @@ def test_the_plant_reads_what_is_recorded(rig):
 
         return look
 
-    there = rig.with_parameters({"chain.compliance": 1e-6})
+    there = rig.with_parameters({"chain.compliance": 1e-6, "chain.backlash": 1e-3})
     found = run(there, trial("bursts"), law)
     rows = np.array([row for row in read if row[0] >= 0.0])[:: round(0.01 / FINE)]
     np.testing.assert_allclose(rows[:, 3], found.angle, atol=1e-12)
     np.testing.assert_allclose(rows[:, 1:3], found.pressure, atol=200.0)  # lengths one step old
+
+
+def test_elastic_teeth_leave_a_loaded_arm_further_away_than_hard_ones(rig, monkeypatch):
+    """At rest by the load's pull over the teeth's stiffness, and no further when they are hard."""
+    loose = rig.with_parameters({"hysteresis.force_per_pressure": 0.0})
+    idle = pamsim.pressure_step((3e5, 2e5), (3e5, 2e5), duration=0.1, load=1.2)
+    hidden = FORMULATIONS["chain_backlash"]
+    there = loose.with_parameters(hidden.parameters(loose, 1.0))
+    known = run(loose.with_parameters(at_size(loose, effect("chain_backlash"), 1.0)), idle)
+    found = run(there, idle, lambda o: hidden.law(1.0, o))
+    monkeypatch.setattr(transmission, "_TOOTH", 1e12)
+    hard = run(there, idle, lambda o: hidden.law(1.0, o))
+    apart = abs(known.tension[0, 0] - known.tension[0, 1])
+    np.testing.assert_allclose(hard.angle, known.angle, atol=1e-6)
+    further = apart / 4e5 / 12.44e-3
+    assert abs(found.angle[0] - known.angle[0]) == pytest.approx(further, rel=0.03)
+
+
+def asked(name, rig, experiment, seed=0, **state):
+    """What a law asks of an arm in a stated position: a namespace stands for the plant."""
+    occasion = Occasion(rig=rig, experiment=experiment, seed=seed, number=0)
+    law = (FORMULATIONS | OUTSIDE)[name].law(2.0, occasion)
+    opened = {}
+    plant = SimpleNamespace(
+        torque=0.0, user=np.ones((2, 200)), rows=np.ones((2, 200)), muscles=range(2), **state
+    )
+    plant.open = opened.__setitem__
+    law(plant)
+    return plant, opened
+
+
+@pytest.mark.parametrize("speed", [-1.5, 0.5, 2.0])
+def test_drag_is_against_the_motion_and_of_its_power(rig, speed):
+    step = trial("loaded_steps")
+    quadratic, _ = asked("quadratic_drag", rig, step, speed=speed)
+    assert quadratic.torque == pytest.approx(-2.0 * 0.15 * speed * abs(speed))
+    viscous, _ = asked("viscous_friction", rig, step, speed=speed)
+    linear = -2.0 * 0.5 * 0.2484 * speed  # twice the typical half more of the rig's own
+    assert viscous.torque == pytest.approx(linear * (abs(speed) / 0.5) ** 0.25)
+
+
+def test_a_stuck_valve_holds_back_one_direction_of_one_muscle_from_half_time(rig):
+    seen = set()
+    for seed in range(12):
+        limited = []
+        for wanted in (0.9, -0.9):
+            state = {"opening": lambda i, u=wanted: u}
+            _, early = asked("stuck_valve", rig, trial("triangle"), seed, time=0.2, **state)
+            _, late = asked("stuck_valve", rig, trial("triangle"), seed, time=0.4, **state)
+            (muscle,) = early
+            assert early[muscle] == wanted
+            assert late[muscle] in (wanted, np.copysign(0.3**2, wanted))
+            if late[muscle] != wanted:
+                limited.append((muscle, wanted))
+        assert len(limited) == 1
+        seen |= set(limited)
+    assert len(seen) == 4  # any of the valves, by the seed
+
+
+def test_muscles_age_by_the_stated_share_and_a_ripple_has_its_pitch(rig):
+    ages = [
+        asked("ageing_drift", rig, trial("triangle"), time=t)[0].user[0, slot("force.0")]
+        for t in (-1.0, 0.0, 4.0, 1e3)
+    ]
+    assert ages == pytest.approx([1.0, 1.0, 1.0 - 0.06 * (1.0 - np.exp(-1.0)), 0.94])
+    turn = np.linspace(0.0, 2.0 * np.pi, 400, endpoint=False)
+    torque = [asked("sprocket_ripple", rig, trial("triangle"), angle=a)[0].torque for a in turn]
+    lines = np.abs(np.fft.rfft(torque)) / 200.0
+    assert lines[16] == pytest.approx(0.3)
+    assert np.delete(lines, 16).max() < 1e-9
 
 
 ALL = [*FORMULATIONS, *OUTSIDE]
@@ -200,10 +271,23 @@ def test_each_shows_and_starts_afresh_in_every_run(quick, name, monkeypatch):
 
 
 def test_two_act_together_in_the_order_of_the_signal(quick, short):
-    one = twins(quick, [("air_leak", 3.0), ("line_lag", 2.0)])
-    assert far(one, twins(quick, [("line_lag", 2.0), ("air_leak", 3.0)])) == 0.0
-    assert far(one, twins(quick, [("line_lag", 2.0)])) > 0.2
-    assert far(one, twins(quick, [("air_leak", 3.0)])) > 0.2
+    """A lag shapes what the regulator is told; after the valves are set, it would undo that."""
+
+    def hidden(*effects):
+        return twins(quick, effects, protocols=("triangle",))
+
+    lag, zone = ("line_lag", 2.0), ("valve_dead_zone", 6.0)
+    both = hidden(lag, zone)
+    assert far(both, hidden(zone, lag)) == 0.0
+    assert far(both, hidden(lag)) > 0.2
+    assert far(both, hidden(zone)) > 0.2
+
+
+def test_the_other_tier_takes_steps_half_as_long(quick, short):
+    for effects in ([], [("air_leak", 1.0)], [("sprocket_ripple", 1.0)]):
+        for tier, step in (("same", 1e-3), ("different", 5e-4)):
+            run = twins(quick, effects, tier=tier).trials["bursts_1"]
+            assert run.meta["timestep_s"] == step
 
 
 def test_what_cannot_be_hidden_is_said(quick, monkeypatch, short):

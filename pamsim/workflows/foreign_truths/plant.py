@@ -28,8 +28,6 @@ from pamsim.pneumatics.valves import clamped_opening, regulated_opening
 _COMMAND = slot("command")
 _SCALE, _CONSTANT = slot("force.0"), slot("force.6")
 _COMPLIANCE, _BACKLASH = slot("chain.compliance"), slot("chain.backlash")
-_SEATING = slot("chain.seating_damping")
-_FREE_PLAY, _NO_SEATING = 1.0, 1e12  # [m], [N s/m]: the engine's own law moves and stops nothing
 _INDEX = slot("chamber.polytropic_index")
 _TEMPERATURE = slot("chamber.temperature")
 _ATMOSPHERE = slot("chamber.atmosphere")
@@ -169,17 +167,6 @@ class Plant:
         if self.rows[muscle][_COMPLIANCE] > 0.0:
             return length - self._act.item(self._extension[muscle])
         return length
-
-    def shift(self, muscle: int) -> float:
-        """Shift of a muscle's chain on the sprocket [m]."""
-        return self._act.item(self._shift[muscle])
-
-    def set_shift(self, muscle: int, shift: float) -> None:
-        """Set the shift of a muscle's chain, in the engine free to be set at all."""
-        for name, value in ((_BACKLASH, _FREE_PLAY), (_SEATING, _NO_SEATING)):
-            self.rows[muscle][name] = value
-            self.user[muscle, name] = value
-        self._act[self._shift[muscle]] = shift
 
     def contraction(self, muscle: int) -> float:
         """Contraction of a muscle [-]."""

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import math
-
 from pamsim.actuator.layout import slot
 from pamsim.core.errors import InputError
 from pamsim.effects.catalog import effect
@@ -13,12 +11,13 @@ from pamsim.workflows.foreign_truths.plant import Occasion, Plant
 from pamsim.workflows.foreign_truths.truth import Law, Truth
 
 _COMPLIANCE = slot("chain.compliance")
+_BACKLASH = slot("chain.backlash")
 _PARTNER = slot("partner")
 
 _MIDDLE_TENSION = 700.0
 """Tension at which the hardening chain is as long as the library's [N]."""
 
-_TOOTH = 1e6
+_TOOTH = 4e5
 """Stiffness of the teeth that stop the chain [N/m]."""
 
 _BRAKE = 500.0
@@ -49,45 +48,39 @@ def _hardening(size: float, occasion: Occasion) -> Law:
     return law
 
 
-class StiffContact:
-    """Play between teeth that are springs, with a brake of its own between them.
+def elastic_gap(pull: float, play: float) -> float:
+    """Travel of a chain between teeth that give way to what it presses on them [m].
 
     Args:
-        play: travel without contact [m].
+        pull: difference of the pulls at its ends [N].
+        play: travel between teeth that nothing presses on [m].
     """
-
-    def __init__(self, play: float) -> None:
-        self._half = 0.5 * play
-        self._shift = 0.0
-
-    def shifted(self, pull: float, timestep: float) -> float:
-        """Shift of the chain [m] after a time step [s] under a difference of pulls [N]."""
-        after = self._shift - timestep * pull / _BRAKE
-        beyond = abs(after) - self._half
-        if beyond > 0.0:  # implicit: stable however stiff the teeth are
-            beyond /= 1.0 + timestep * _TOOTH / _BRAKE
-            after = math.copysign(self._half + beyond, after)
-        self._shift = after
-        return after
-
-    def __call__(self, plant: Plant) -> None:
-        """Shift the chain of both muscles."""
-        shift = self.shifted(plant.tension(0) - plant.tension(1), plant.timestep)
-        plant.set_shift(0, shift)
-        plant.set_shift(1, -shift)
+    return play + 2.0 * abs(pull) / _TOOTH
 
 
-def _play(size: float, occasion: Occasion) -> Law:
+def _backlash(rig: Rig, size: float) -> dict[str, float]:
+    return at_size(rig, effect("chain_backlash"), size) | {"chain.seating_damping": _BRAKE}
+
+
+def _teeth(size: float, occasion: Occasion) -> Law:
     if not all(row[_PARTNER] for row in occasion.rig.model.actuator_user):
         raise InputError("chain_backlash needs two muscles on one chain; this rig has others")
-    return StiffContact(size * effect("chain_backlash").parameters[0].typical)
+    play = size * effect("chain_backlash").parameters[0].typical
+
+    def law(plant: Plant) -> None:
+        gap = elastic_gap(plant.tension(0) - plant.tension(1), play)
+        for i in plant.muscles:
+            plant.user[i, _BACKLASH] = gap
+
+    return law
 
 
 TRUTHS = (
     Truth(
         name="chain_backlash",
         formulation="play between elastic teeth, with less friction on them",
-        law=_play,
+        parameters=_backlash,
+        law=_teeth,
     ),
     Truth(
         name="chain_compliance",

@@ -127,19 +127,11 @@ def test_static_curves_are_smooth_forms_of_the_library_s():
     assert np.all(slopes > 0.0)
 
 
-@pytest.mark.parametrize("seed", range(3))
-def test_elastic_teeth_hold_the_chain_as_springs_and_give_no_energy(seed):
-    contact = transmission.StiffContact(4e-4)
-    for _ in range(4000):
-        held = contact.shifted(50.0, DT)
-    assert held == pytest.approx(-(2e-4 + 50.0 / transmission._TOOTH), rel=1e-6)
-    contact = transmission.StiffContact(4e-4)
-    pulls = wander(20000, 200.0, seed)
-    shifts = np.array([0.0, *(contact.shifted(pull, DT) for pull in pulls.tolist())])
-    # Work of the pulls, less what the teeth still hold, is spent.
-    spent = np.cumsum(-pulls * np.diff(shifts))
-    beyond = np.maximum(np.abs(shifts[1:]) - 2e-4, 0.0)
-    assert (spent - 0.5 * transmission._TOOTH * beyond**2).min() > -1e-9
+def test_elastic_teeth_give_way_on_both_sides_in_proportion_to_what_presses():
+    gaps = [transmission.elastic_gap(pull, 3e-4) for pull in (0.0, 40.0, -40.0, 80.0)]
+    assert gaps[0] == 3e-4
+    assert gaps[1] == gaps[2] == pytest.approx(3e-4 + 2.0 * 40.0 / transmission._TOOTH)
+    assert gaps[3] - gaps[0] == pytest.approx(2.0 * (gaps[1] - gaps[0]))
 
 
 def test_a_reservoir_falls_by_resistance_times_flow_in_its_own_time():
