@@ -1,6 +1,6 @@
 """How often `pamsim diagnose` is right: data sets in which an effect, several or none are hidden.
 
-    python scripts/blind_study.py tuning|final [--workers 2] [--only KIND] [--json FILE]
+    python scripts/blind_study.py tuning|final [--workers 2] [--only KIND] [--stopped] [--json FILE]
 
 Every data set is a recording on disk (five protocols, four repeats of each of two settings, 5 s at
 100 Hz, angle, pressures and forces) of the MAS-20 arm; it is diagnosed through files, by all
@@ -17,6 +17,7 @@ import json
 import platform
 import tempfile
 import time
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -24,14 +25,14 @@ import mujoco
 import numpy as np
 from blind_study_conditions import Condition, conditions
 from blind_study_scores import scores
-from kept_rows import fingerprint, kept_rows
+from kept_rows import Task, fingerprint, kept_rows
 
 import pamsim
 from pamsim.diagnosis.screen import alike
 from pamsim.effects.catalog import EFFECTS
 from pamsim.store.recording_files import write_recording
 from pamsim.workflows.diagnose import DiagnosisReport, diagnose
-from pamsim.workflows.twin_data import CHECK, TwinData, TwinSettings, twin_data
+from pamsim.workflows.twin_data import TwinData, TwinSettings, twin_data
 
 RESULTS = Path("scripts/results/blind_study.json")
 KEPT = Path("out/blind_study.jsonl")
@@ -152,6 +153,7 @@ def main() -> None:
     parser.add_argument("batch", choices=("tuning", "final"))
     parser.add_argument("--workers", type=int, default=2)
     parser.add_argument("--only", default="", help="kinds of condition that begin so")
+    parser.add_argument("--stopped", action="store_true", help="score the finished rows only")
     parser.add_argument("--json", type=Path)
     options = parser.parse_args()
     here = Path(__file__).parent
@@ -160,20 +162,67 @@ def main() -> None:
     )
     chosen = [c for c in conditions(options.batch) if c.kind.startswith(options.only)]
     tasks = [(options.batch, c.name, c.seed) for c in chosen]
+    if options.stopped:
+        done = {(r["kind"], r["name"], r["seed"]) for r in _kept() if r["fingerprint"] == mark}
+        tasks = [task for task in tasks if task in done]
     rows = kept_rows(run_one, tasks, KEPT, mark, options.workers)
-    pairs = [(c, rows[options.batch, c.name, c.seed]) for c in chosen]
-    result = {
-        "schema": "pamsim-blind-study/1",
-        "command": f"python scripts/blind_study.py {options.batch}",
-        "fingerprint": mark,
-        "data": {"protocols": PROTOCOLS, "check": CHECK, "s": DURATION, "repeats": REPEATS},
-        "versions": {"mujoco": mujoco.__version__, "python": platform.python_version()},
-        "scores": scores(pairs),
-        "rows": [{**c.as_dict(), **row} for c, row in pairs],
-    }
+    result = study(options.batch, chosen, rows, mark)
     print(json.dumps(result["scores"], indent=1))
     if options.json is not None:
-        options.json.write_text(json.dumps(result, indent=1) + "\n", encoding="utf-8")
+        options.json.write_text(written(result), encoding="utf-8")
+
+
+def study(
+    batch: str, chosen: Sequence[Condition], rows: Mapping[Task, dict[str, Any]], mark: str
+) -> dict[str, Any]:
+    """The result: scores, and what they were counted from.
+
+    Args:
+        batch: ``tuning`` or ``final``.
+        chosen: conditions; those without a row do not count, but are said.
+        rows: (batch, name, seed) -> row.
+        mark: of the code that made them.
+    """
+    pairs = [(c, rows[key]) for c in chosen if (key := (batch, c.name, c.seed)) in rows]
+    return {
+        "schema": "pamsim-blind-study/1",
+        "command": f"python scripts/blind_study.py {batch}",
+        "fingerprint": mark,
+        "planned": len(chosen),
+        "data": {
+            "protocols": PROTOCOLS,
+            "settings_of_each": 2,
+            "repeats": REPEATS,
+            "seconds_of_a_trial": DURATION,
+        },
+        "versions": {"mujoco": mujoco.__version__, "python": platform.python_version()},
+        "scores": scores(pairs),
+        "rows": [{**c.as_dict(), **_short(c, row)} for c, row in pairs],
+    }
+
+
+def written(result: Mapping[str, Any]) -> str:
+    """JSON with a line per data set."""
+    head = {name: value for name, value in result.items() if name != "rows"}
+    lines = ",\n".join("  " + json.dumps(row) for row in result["rows"])
+    text = json.dumps(head, indent=1)
+    return f'{text[:-2]},\n "rows": [\n{lines}\n ]\n}}\n'
+
+
+def _short(one: Condition, row: dict[str, Any]) -> dict[str, Any]:
+    """A row without what only its making was watched by."""
+    kept = {k: v for k, v in row.items() if k not in ("visible", "models", "screened", "protocols")}
+    truths = {name for name, _ in one.effects}
+    kept["likest"] = {n: v for n, v in row["likest"].items() if n in truths}
+    for cells in ("cells", "true_cells"):
+        if cells in kept:
+            kept[cells] = kept[cells][:2]
+    return kept
+
+
+def _kept() -> list[dict[str, Any]]:
+    lines = KEPT.read_text(encoding="utf-8").splitlines() if KEPT.exists() else []
+    return [json.loads(line) for line in lines]
 
 
 if __name__ == "__main__":
