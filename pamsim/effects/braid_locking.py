@@ -10,7 +10,7 @@ EFFECT = Effect(
     layer="muscle",
     missing="a braid that locks when it is stretched",
     parameters=(
-        EffectParameter(name="passive.locking", typical=10.0, low=-60.0, high=60.0, neutral=None),
+        EffectParameter(name="passive.locking", typical=10.0, low=-120.0, high=120.0, neutral=None),
         EffectParameter(name="passive.stiffness", typical=300.0, low=-4e4, high=4e4, neutral=None),
     ),
     signature="the angle falls short at large steps and is right at small ones, whatever the"
