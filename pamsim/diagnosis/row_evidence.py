@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 FloatArray = NDArray[np.float64]
 
-_FLIPS = 19_999
+_FLIPS = 9_999
 _RESAMPLES = 4_000
 _BLOCK = 500  # of flips at a time, so that large tables fit into memory
 

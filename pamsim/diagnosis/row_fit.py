@@ -150,9 +150,7 @@ def fit_rows(
         (found,) = simulator.many([{}])
         if found is None:
             return None
-        return RowFit(
-            parameters=(), values={}, residual=found, jacobian=np.empty((found.size, 0))
-        )
+        return RowFit(parameters=(), values={}, residual=found, jacobian=np.empty((found.size, 0)))
     if len(starts) > _FOLLOWED:
         first = simulator.many(starts)
         costs = [np.inf if r is None else float(r @ r) for r in first]
@@ -302,4 +300,4 @@ def _bounded_step(jacobian: FloatArray, residual: FloatArray, place: FloatArray)
     if np.all((place + free >= 0.0) & (place + free <= 1.0)):
         return free
     ends = (np.minimum(-place, -1e-12), np.maximum(1.0 - place, 1e-12))
-    return _bounded_linear(jacobian, -residual, bounds=ends).x
+    return _bounded_linear(jacobian, -residual, bounds=ends, method="bvls").x

@@ -8,6 +8,7 @@ Every order is fitted with all effects' slopes, and only the best of them counts
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,7 +18,7 @@ from pamsim.diagnosis.row_fit import RowFit
 
 FloatArray = NDArray[np.float64]
 
-_ORDERS = 4_999
+_ORDERS = 2_999
 _RANK = 1e-8  # of the largest singular value: what slopes below it span is none
 
 
@@ -42,7 +43,7 @@ def luck(parent: RowFit, others: Sequence[RowFit], *, seed: int = 0) -> list[flo
     mixed = rng.permuted(np.tile(rest - rest.mean(), (_ORDERS, 1)), axis=1).T
     before = np.sum(mixed**2, axis=0) - np.sum((spanned.T @ mixed) ** 2, axis=0)
     own: list[float] = []
-    best = np.ones(_ORDERS)
+    most: dict[tuple[int, int], FloatArray] = {}  # largest gains, by degrees of freedom
     total = float(parent.residual @ parent.residual)
     for other in others:
         wider = _span(other.jacobian[order])
@@ -52,9 +53,14 @@ def luck(parent: RowFit, others: Sequence[RowFit], *, seed: int = 0) -> list[flo
             own.append(1.0)
             continue
         after = np.sum(mixed**2, axis=0) - np.sum((wider.T @ mixed) ** 2, axis=0)
-        best = np.minimum(best, _chance(before, after, added, left))
+        ratio = _ratio(before, after, added, left)
+        most[added, left] = np.maximum(most.get((added, left), 0.0), ratio)
         reached = float(other.residual @ other.residual)
-        own.append(float(_chance(np.array([total]), np.array([reached]), added, left)[0]))
+        own.append(float(fisher.sf(_ratio(total, reached, added, left), added, left)))
+    # The tail of an F distribution is a common scale for effects of one number and of two.
+    best = np.ones(_ORDERS)
+    for (added, left), ratio in most.items():
+        best = np.minimum(best, fisher.sf(ratio, added, left))
     return [(1 + int(np.sum(best <= p * (1.0 + 1e-9)))) / (1 + _ORDERS) for p in own]
 
 
@@ -67,7 +73,9 @@ def _span(slopes: FloatArray) -> FloatArray:
     return left[:, size > _RANK * max(float(size[0]), 1e-300)]
 
 
-def _chance(before: FloatArray, after: FloatArray, added: int, left: int) -> FloatArray:
-    """Share of an F distribution beyond the gain; a common scale for effects of any size."""
-    gain = np.maximum(before - after, 0.0) / added
-    return fisher.sf(gain / np.maximum(after / left, 1e-300), added, left)
+_Either = TypeVar("_Either", float, FloatArray)
+
+
+def _ratio(before: _Either, after: _Either, added: int, left: int) -> _Either:
+    """F ratio of a gain."""
+    return np.maximum(before - after, 0.0) / added / np.maximum(after / left, 1e-300)

@@ -12,7 +12,7 @@ FloatArray = NDArray[np.float64]
 
 _MOST_BINS = 4
 _FEWEST = 3  # rows in a bin
-_EXCHANGES = 9_999
+_EXCHANGES = 4_999
 _BLOCK = 500
 
 

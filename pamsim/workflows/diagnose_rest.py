@@ -160,9 +160,7 @@ class RestReport:
             )
         missing = " and ".join(known(name).missing for name in best.names)
         after = f"{best.left.rms * DEG_PER_RAD:.2f} deg"
-        return (
-            f"The model lacks {missing}: error at rows left out {before} before, {after} after."
-        )
+        return f"The model lacks {missing}: error at rows left out {before} before, {after} after."
 
     def repaired_rows(self) -> tuple[str, ...]:
         """Rows off by more than twice the rest's error after the repair before it, not after."""
@@ -436,9 +434,7 @@ def _ordinary(rig: Rig, name: str, wheels: Sequence[str]) -> FreeParameter:
     found = rig_parameter(rig, name)
     low, high = sorted((0.7 * found.value, 1.4 * found.value))
     low, high = max(low, found.spec.low), min(high, found.spec.high)
-    return FreeParameter(
-        name=name, unit=found.spec.unit, start=found.value, low=low, high=high
-    )
+    return FreeParameter(name=name, unit=found.spec.unit, start=found.value, low=low, high=high)
 
 
 def _effects(

@@ -1,0 +1,366 @@
+"""Whether a reversible curve is enough for a loop, and if not, what opens it.
+
+The base model is the best reversible curve there is: one free value per input level, whatever its
+shape. What it cannot do is differ between rising and falling input. Where there is no memory, the
+two readings at a level may be exchanged: that is what every p-value here is counted over.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.stats import t as student
+
+from pamsim.core.errors import InputError
+from pamsim.diagnosis.loop_effects import CANDIDATES, LoopEffect
+from pamsim.diagnosis.row_evidence import RowGain, compare_rows
+from pamsim.diagnosis.row_model import SIGNIFICANCE
+from pamsim.diagnosis.verdict import NAMED, TIE_ERRORS, Verdict
+
+FloatArray = NDArray[np.float64]
+
+_EXCHANGES = 4_999
+_FEWEST_LEVELS = 5
+_NOTHING = 1e-9  # of a column: what is left of it is rounding
+
+
+@dataclass(frozen=True, kw_only=True)
+class Loop:
+    """Readings along a path of the input, up and down.
+
+    Attributes:
+        input: (n,) in the order of the path, such as pressures [Pa].
+        output: (n,) such as lengths [m].
+        rising: (n,) True on a rising branch.
+        error: (n,) standard error of each reading [unit of the output], or None if it is not known.
+    """
+
+    input: FloatArray
+    output: FloatArray
+    rising: NDArray[np.bool_]
+    error: FloatArray | None = None
+
+
+@dataclass(frozen=True, kw_only=True)
+class LoopModel:
+    """A reversible curve with one candidate.
+
+    Attributes:
+        effect: the candidate; None for the curve alone.
+        opening: largest rising less falling output at one level [unit of the output], with its
+            sign; 0 for the curve alone.
+        interval95: of the opening, by leaving out levels.
+        shape: its number.
+        residual: (n,) fitted minus measured [unit of the output].
+        unseen: (n,) the same, each reading predicted from the others.
+        gain: over the curve alone at unseen readings; None for that.
+        luck: chance that the best candidate fits as well if readings are exchanged.
+    """
+
+    effect: LoopEffect | None
+    opening: float
+    interval95: tuple[float, float]
+    shape: float
+    residual: FloatArray
+    unseen: FloatArray
+    gain: RowGain | None
+    luck: float
+
+    @property
+    def name(self) -> str:
+        """Name of the candidate, or ``reversible``."""
+        return "reversible" if self.effect is None else self.effect.name
+
+    @property
+    def rms(self) -> float:
+        """Root mean square of the residual [unit of the output]."""
+        return float(np.sqrt(np.mean(self.residual**2)))
+
+    @property
+    def unseen_rms(self) -> float:
+        """Root mean square at unseen readings [unit of the output]."""
+        return float(np.sqrt(np.mean(self.unseen**2)))
+
+    @property
+    def earned(self) -> bool:
+        """Whether it may be claimed: better at unseen readings, and by more than luck."""
+        better = self.gain is not None and self.gain.p_value < SIGNIFICANCE
+        return better and self.luck < SIGNIFICANCE and self.interval95[0] * self.interval95[1] > 0.0
+
+
+@dataclass(frozen=True, kw_only=True)
+class LoopDiagnosis:
+    """What opens a loop.
+
+    Attributes:
+        verdict: see `pamsim.diagnosis.verdict.Verdict`.
+        base: the reversible curve.
+        best: model of the claimed candidate; None if none is claimed.
+        tied: others that predict unseen readings as well.
+        tried: all of them, the best at unseen readings first.
+        level: (m,) inputs at which both branches were read.
+        difference: (m,) rising less falling there [unit of the output].
+        p_value: that the sign of the residual does not follow the direction.
+        floor: root mean square standard error of the readings [unit of the output], or None.
+        explained: share of the mean square at unseen readings that the best model removes.
+    """
+
+    verdict: Verdict
+    base: LoopModel
+    best: LoopModel | None
+    tied: tuple[LoopModel, ...]
+    tried: tuple[LoopModel, ...]
+    level: FloatArray
+    difference: FloatArray
+    p_value: float
+    floor: float | None
+    explained: float
+
+
+def diagnose_loop(
+    loop: Loop, candidates: Sequence[LoopEffect] = CANDIDATES, *, seed: int = 0
+) -> LoopDiagnosis:
+    """Find out what opens a loop.
+
+    Args:
+        loop: readings at the same levels up and down.
+        candidates: what may open it.
+        seed: of exchanges and sign flips.
+
+    Raises:
+        InputError: if fewer than five levels were read on both branches.
+    """
+    fitter = _LoopFitter(loop, candidates, seed)
+    base = fitter.base()
+    models = sorted(fitter.models(base), key=lambda m: fitter.loss(m))
+    able = [m for m in models if m.earned]
+    best = min(able, key=fitter.loss) if able else None
+    p_value = fitter.direction()
+    tied: tuple[LoopModel, ...] = ()
+    explained = 0.0
+    if best is not None:
+        tied = tuple(m for m in models if m is not best and fitter.tied(m, best, base))
+        explained = 1.0 - fitter.loss(best) / fitter.loss(base)
+    return LoopDiagnosis(
+        verdict=_verdict(best, tied, explained, p_value),
+        base=base,
+        best=best,
+        tied=tied,
+        tried=tuple(models),
+        level=fitter.levels[fitter.both],
+        difference=fitter.difference,
+        p_value=p_value,
+        floor=None if loop.error is None else float(np.sqrt(np.mean(loop.error**2))),
+        explained=explained,
+    )
+
+
+def _verdict(
+    best: LoopModel | None, tied: Sequence[LoopModel], explained: float, p_value: float
+) -> Verdict:
+    if best is None or best.effect is None:
+        return Verdict.UNEXPLAINED if p_value < SIGNIFICANCE else Verdict.NO_GAP
+    if any(m.effect is not None and m.effect.family != best.effect.family for m in tied):
+        return Verdict.AMBIGUOUS
+    return Verdict.NAMED if explained > NAMED else Verdict.NAMED_WITH_REMAINDER
+
+
+class _LoopFitter:
+    """Least squares of curves and candidates, all shapes at once."""
+
+    def __init__(self, loop: Loop, candidates: Sequence[LoopEffect], seed: int) -> None:
+        self.loop = loop
+        self.seed = seed
+        self.levels, self.level = np.unique(np.round(loop.input, 9), return_inverse=True)
+        up, down = (
+            np.bincount(self.level[side], minlength=self.levels.size) > 0
+            for side in (loop.rising, ~loop.rising)
+        )
+        self.both = up & down
+        if int(self.both.sum()) < _FEWEST_LEVELS:
+            raise InputError(
+                f"{int(self.both.sum())} levels were read on both branches; a loop needs"
+                f" {_FEWEST_LEVELS} to tell what opens it"
+            )
+        self.weight = np.ones(loop.output.size) if loop.error is None else 1.0 / loop.error
+        span = float(np.ptp(loop.input))
+        path = (loop.input - loop.input.min()) / span
+        self.columns = [(c, s, c.signal(path, s)) for c in candidates for s in c.shapes]
+        self.curve = np.eye(self.levels.size)[self.level]
+        self.difference = self._apart(loop.output)
+
+    def base(self) -> LoopModel:
+        """The reversible curve alone."""
+        return LoopModel(
+            effect=None,
+            opening=0.0,
+            interval95=(0.0, 0.0),
+            shape=0.0,
+            residual=self._residual(None),
+            unseen=self._unseen([])[0],
+            gain=None,
+            luck=1.0,
+        )
+
+    def models(self, base: LoopModel) -> list[LoopModel]:
+        """Every candidate beside the curve."""
+        effects = list(dict.fromkeys(c for c, _, _ in self.columns))
+        luck = self._luck(base.residual, self.curve, effects)
+        found: list[LoopModel] = []
+        for effect in effects:
+            own = [(s, w) for c, s, w in self.columns if c is effect]
+            shape, signal = min(own, key=lambda one: self._cost(one[1]))
+            unseen, openings = self._unseen([w for _, w in own])
+            count = openings.size
+            scatter = np.sum((openings - openings.mean()) ** 2)
+            reach = float(student.ppf(0.975, count - 1) * np.sqrt((count - 1) / count * scatter))
+            whole = np.ones(signal.size, dtype=bool)
+            opening = self._opening(signal, float(self._solve(signal, whole)[-1]))
+            found.append(
+                LoopModel(
+                    effect=effect,
+                    opening=opening,
+                    interval95=(opening - reach, opening + reach),
+                    shape=shape,
+                    residual=self._residual(signal),
+                    unseen=unseen,
+                    gain=compare_rows(
+                        self._per_level(base.unseen), self._per_level(unseen), seed=self.seed
+                    ),
+                    luck=luck[effect.name],
+                )
+            )
+        return found
+
+    def loss(self, model: LoopModel) -> float:
+        """Mean square at unseen readings, in units of their errors where these are known."""
+        return float(np.mean((model.unseen * self.weight) ** 2))
+
+    def tied(self, other: LoopModel, best: LoopModel, base: LoopModel) -> bool:
+        """Whether another model predicts unseen readings as well and leaves nothing to the best."""
+        behind = compare_rows(
+            self._per_level(other.unseen), self._per_level(best.unseen), seed=self.seed
+        )
+        half = self.loss(base) - self.loss(other) > 0.5 * (self.loss(base) - self.loss(best))
+        if behind.in_errors >= TIE_ERRORS or not half or other.luck >= SIGNIFICANCE:
+            return False
+        (taken,) = (w for c, s, w in self.columns if c is other.effect and s == other.shape)
+        basis = np.column_stack([self.curve, taken])
+        assert best.effect is not None
+        return self._luck(other.residual, basis, [best.effect])[best.name] >= SIGNIFICANCE
+
+    def direction(self) -> float:
+        """Two-sided chance that branches differ on the average as they do, by exchanges."""
+        spread = np.array(
+            [
+                np.sqrt(np.mean(1.0 / self.weight[self.level == k] ** 2))
+                for k in np.flatnonzero(self.both)
+            ]
+        )
+        value = np.sort(self.difference / spread)
+        signs = np.random.default_rng(self.seed).choice([-1.0, 1.0], (_EXCHANGES, value.size))
+        beyond = np.abs(signs @ value) >= abs(float(value.sum())) * (1.0 - 1e-12)
+        return (1 + int(np.sum(beyond))) / (1 + _EXCHANGES)
+
+    def _per_level(self, error: FloatArray) -> FloatArray:
+        """Root mean square of weighted errors at each level: readings there are not independent."""
+        square = np.bincount(self.level, weights=(error * self.weight) ** 2)
+        return np.sqrt(square / np.bincount(self.level))
+
+    def _solve(self, signal: FloatArray | None, keep: NDArray[np.bool_]) -> FloatArray:
+        basis = self.curve if signal is None else np.column_stack([self.curve, signal])
+        rows = basis[keep] * self.weight[keep, np.newaxis]
+        return np.linalg.lstsq(rows, (self.loop.output * self.weight)[keep], rcond=None)[0]
+
+    def _residual(self, signal: FloatArray | None) -> FloatArray:
+        found = self._solve(signal, np.ones(self.loop.output.size, dtype=bool))
+        basis = self.curve if signal is None else np.column_stack([self.curve, signal])
+        return basis @ found - self.loop.output
+
+    def _cost(self, signal: FloatArray) -> float:
+        return float(np.sum((self._residual(signal) * self.weight) ** 2))
+
+    def _opening(self, signal: FloatArray, size: float) -> float:
+        """Largest rising less falling value of a signal at one level, times its size."""
+        return size * float(max(self._apart(signal), key=abs))
+
+    def _apart(self, values: FloatArray) -> FloatArray:
+        """Mean of rising less mean of falling values at each level that has both, (m,)."""
+        rising = self.loop.rising
+        return np.array(
+            [
+                np.mean(values[(self.level == k) & rising])
+                - np.mean(values[(self.level == k) & ~rising])
+                for k in np.flatnonzero(self.both)
+            ]
+        )
+
+    def _unseen(self, signals: Sequence[FloatArray]) -> tuple[FloatArray, FloatArray]:
+        """Errors at readings left out, and the opening without each level.
+
+        The shape is chosen anew each time, from readings at other levels. The level's own value
+        rests on its other reading, so that only what tells the branches apart predicts the one
+        that is left out.
+        """
+        loop = self.loop
+        errors, openings = np.zeros(loop.output.size), np.zeros(self.levels.size)
+        for level in range(self.levels.size):
+            rest = self.level != level
+            size, signal = self._best(signals, rest)
+            if signals:
+                openings[level] = self._opening(signal, size)
+            here = np.flatnonzero(~rest)
+            for i in here:
+                others = here[here != i]
+                if others.size > 0:
+                    step = size * float(signal[i] - np.mean(signal[others]))
+                    errors[i] = float(np.mean(loop.output[others])) + step - loop.output[i]
+        return errors, openings
+
+    def _best(
+        self, signals: Sequence[FloatArray], keep: NDArray[np.bool_]
+    ) -> tuple[float, FloatArray]:
+        """Size and signal of least squares among shapes; none without signals."""
+        best = np.inf, 0.0, np.zeros(self.loop.output.size)
+        for signal in signals:
+            found = self._solve(signal, keep)
+            miss = np.column_stack([self.curve, signal]) @ found - self.loop.output
+            cost = float(np.sum((miss * self.weight)[keep] ** 2))
+            if cost < best[0]:
+                best = cost, float(found[-1]), signal
+        return best[1], best[2]
+
+    def _luck(
+        self, residual: FloatArray, basis: FloatArray, effects: Sequence[LoopEffect]
+    ) -> dict[str, float]:
+        """Chance that the best of some effects and their shapes fits as well after exchanges.
+
+        Args:
+            residual: (n,) of a model.
+            basis: (n, r) columns of that model, which no effect may fit again.
+            effects: that are tried beside it.
+        """
+        rng = np.random.default_rng(self.seed)
+        weighted = residual * self.weight
+        signs = rng.choice([-1.0, 1.0], (_EXCHANGES, self.levels.size))
+        exchanged = (signs[:, self.level] * weighted).T
+        spanned = np.linalg.qr(basis * self.weight[:, np.newaxis])[0]
+        own = dict.fromkeys((effect.name for effect in effects), 0.0)
+        best = np.zeros(_EXCHANGES)
+        for effect, _, signal in self.columns:
+            if effect not in effects:
+                continue
+            column = signal * self.weight
+            column = column - spanned @ (spanned.T @ column)
+            size = float(np.linalg.norm(column))
+            if size > _NOTHING:
+                column /= size
+                best = np.maximum(best, (column @ exchanged) ** 2)
+                own[effect.name] = max(own[effect.name], float(column @ weighted) ** 2)
+        return {
+            name: (1 + int(np.sum(best >= reached * (1.0 - 1e-12)))) / (1 + _EXCHANGES)
+            for name, reached in own.items()
+        }
