@@ -11,8 +11,9 @@ from numpy.typing import NDArray
 
 from pamsim.core.errors import InputError, nearest
 from pamsim.core.units import PA_PER_KPA
-from pamsim.diagnosis.loop_diagnosis import Loop, LoopDiagnosis, LoopModel, diagnose_loop
+from pamsim.diagnosis.loop_diagnosis import LoopDiagnosis, diagnose_loop
 from pamsim.diagnosis.loop_effects import CANDIDATES
+from pamsim.diagnosis.loop_fit import Loop, LoopModel
 from pamsim.diagnosis.row_evidence import rms_interval95
 from pamsim.diagnosis.verdict import Verdict
 from pamsim.signals.static_law import arctangent_law

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from pamsim.core.errors import InputError
-from pamsim.diagnosis.loop_diagnosis import Loop, diagnose_loop
+from pamsim.diagnosis.loop_diagnosis import diagnose_loop
 from pamsim.diagnosis.loop_effects import (
     CANDIDATES,
     bouc_wen_signal,
@@ -16,6 +16,7 @@ from pamsim.diagnosis.loop_effects import (
     rate_signal,
     stop_signal,
 )
+from pamsim.diagnosis.loop_fit import Loop
 from pamsim.diagnosis.verdict import Verdict
 
 LEVELS = np.linspace(0.0, 5e5, 21)
