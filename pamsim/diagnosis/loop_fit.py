@@ -190,7 +190,8 @@ class LoopFitter:
 
     def _summed(self, values: FloatArray) -> FloatArray:
         """Sums over the readings of each level."""
-        return np.bincount(self.level, weights=values, minlength=self.levels.size)
+        found = np.bincount(self.level, weights=values, minlength=self.levels.size)
+        return found.astype(np.float64)
 
     def _about_mean(self, values: FloatArray) -> FloatArray:
         """Values about their weighted mean at each level, in units of the readings' errors."""

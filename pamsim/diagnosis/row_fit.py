@@ -296,7 +296,7 @@ def left_out(simulator: RowSimulator, fit: RowFit) -> LeftOutRows:
 
 def _bounded_step(jacobian: FloatArray, residual: FloatArray, place: FloatArray) -> FloatArray:
     """Step that least squares take from a place, to no place outside 0 ... 1, (p,)."""
-    free = np.linalg.lstsq(jacobian, -residual, rcond=None)[0]
+    free: FloatArray = np.asarray(np.linalg.lstsq(jacobian, -residual, rcond=None)[0], dtype=float)
     if np.all((place + free >= 0.0) & (place + free <= 1.0)):
         return free
     ends = (np.minimum(-place, -1e-12), np.maximum(1.0 - place, 1e-12))

@@ -8,7 +8,6 @@ Every order is fitted with all effects' slopes, and only the best of them counts
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -44,7 +43,7 @@ def luck(parent: RowFit, others: Sequence[RowFit], *, seed: int = 0) -> list[flo
     before = np.sum(mixed**2, axis=0) - np.sum((spanned.T @ mixed) ** 2, axis=0)
     own: list[float] = []
     most: dict[tuple[int, int], FloatArray] = {}  # largest gains, by degrees of freedom
-    total = float(parent.residual @ parent.residual)
+    total = np.array([float(parent.residual @ parent.residual)])
     for other in others:
         wider = _span(other.jacobian[order])
         added = max(other.jacobian.shape[1] - parent.jacobian.shape[1], 1)
@@ -55,8 +54,8 @@ def luck(parent: RowFit, others: Sequence[RowFit], *, seed: int = 0) -> list[flo
         after = np.sum(mixed**2, axis=0) - np.sum((wider.T @ mixed) ** 2, axis=0)
         ratio = _ratio(before, after, added, left)
         most[added, left] = np.maximum(most.get((added, left), 0.0), ratio)
-        reached = float(other.residual @ other.residual)
-        own.append(float(fisher.sf(_ratio(total, reached, added, left), added, left)))
+        reached = np.array([float(other.residual @ other.residual)])
+        own.append(float(fisher.sf(_ratio(total, reached, added, left), added, left)[0]))
     # The tail of an F distribution is a common scale for effects of one number and of two.
     best = np.ones(_ORDERS)
     for (added, left), ratio in most.items():
@@ -73,9 +72,6 @@ def _span(slopes: FloatArray) -> FloatArray:
     return left[:, size > _RANK * max(float(size[0]), 1e-300)]
 
 
-_Either = TypeVar("_Either", float, FloatArray)
-
-
-def _ratio(before: _Either, after: _Either, added: int, left: int) -> _Either:
+def _ratio(before: FloatArray, after: FloatArray, added: int, left: int) -> FloatArray:
     """F ratio of a gain."""
     return np.maximum(before - after, 0.0) / added / np.maximum(after / left, 1e-300)
