@@ -9,10 +9,13 @@ from pamsim.effects import (
     angle_bias,
     angle_lag,
     angle_scale,
+    braid_extensibility,
+    braid_locking,
     chain_backlash,
     chain_compliance,
     coulomb_friction,
     end_shape,
+    force_slope,
     line_lag,
     load_torque,
     muscle_hysteresis,
@@ -21,6 +24,8 @@ from pamsim.effects import (
     pressure_bias,
     pressure_lag,
     pressure_scale,
+    rest_length,
+    stretch_weakening,
     stribeck_friction,
     supply_sag,
     thermal_relaxation,
@@ -66,6 +71,20 @@ EFFECTS: dict[str, Effect] = {
 }
 """Name -> effect."""
 
+MUSCLE_SHAPE: dict[str, Effect] = {
+    module.EFFECT.name: module.EFFECT
+    for module in (
+        braid_locking,
+        braid_extensibility,
+        stretch_weakening,
+        force_slope,
+        rest_length,
+    )
+}
+"""Name -> effect on what a muscle does at rest, at lengths and pressures its law was not made for.
+Tables of angles at rest are searched for them; for trials over time they are numbers of the force
+law, close to its scale and its passive spring, and not searched for."""
+
 
 def effect(name: str) -> Effect:
     """Look an effect up.
@@ -73,6 +92,7 @@ def effect(name: str) -> Effect:
     Raises:
         InputError: if there is none of that name, with the nearest.
     """
-    if name not in EFFECTS:
-        raise InputError(f"no effect {name!r}; {nearest(name, EFFECTS)}")
-    return EFFECTS[name]
+    known = EFFECTS | MUSCLE_SHAPE
+    if name not in known:
+        raise InputError(f"no effect {name!r}; {nearest(name, known)}")
+    return known[name]

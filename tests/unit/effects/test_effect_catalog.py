@@ -9,7 +9,8 @@ import pytest
 
 import pamsim
 from pamsim.core.errors import InputError
-from pamsim.effects.catalog import EFFECTS, effect
+from pamsim.effects.catalog import EFFECTS as TIMED
+from pamsim.effects.catalog import MUSCLE_SHAPE, effect
 from pamsim.effects.effect import LAYERS
 from pamsim.engine.rig_parameter import rig_parameter
 from pamsim.signals.sensors import distorted
@@ -44,6 +45,8 @@ CONTRACT = [
     "pressure_scale",
     "pressure_lag",
 ]
+SHAPE = ["braid_locking", "braid_extensibility", "stretch_weakening", "force_slope", "rest_length"]
+EFFECTS = {**TIMED, **MUSCLE_SHAPE}
 NOISE = {"angle": np.radians(0.05), "pressure": 400.0, "tension": 1.5}
 
 
@@ -73,10 +76,11 @@ def plain(rig, trials):
 
 
 def test_the_contract_s_names_are_all_there():
-    assert sorted(EFFECTS) == sorted(CONTRACT)
+    assert sorted(TIMED) == sorted(CONTRACT)
+    assert sorted(MUSCLE_SHAPE) == sorted(SHAPE)
 
 
-@pytest.mark.parametrize("name", CONTRACT)
+@pytest.mark.parametrize("name", [*CONTRACT, *SHAPE])
 def test_it_says_what_it_is(name):
     one = EFFECTS[name]
     assert one.name == name
@@ -88,7 +92,7 @@ def test_it_says_what_it_is(name):
     assert not one.parameters[0].shape
 
 
-@pytest.mark.parametrize("name", CONTRACT)
+@pytest.mark.parametrize("name", [*CONTRACT, *SHAPE])
 def test_neutral_changes_not_one_bit(name, rig, trials, plain):
     """Its size at neutral, its shape parameters at their typical values."""
     neutral = rig.with_parameters(at_size(rig, EFFECTS[name], 0.0))
@@ -97,7 +101,7 @@ def test_neutral_changes_not_one_bit(name, rig, trials, plain):
             assert np.array_equal(getattr(one, signal), getattr(other, signal)), signal
 
 
-@pytest.mark.parametrize("name", CONTRACT)
+@pytest.mark.parametrize("name", [*CONTRACT, *SHAPE])
 def test_every_effect_shows_and_more_shows_more(name, rig, trials, plain):
     moved = []
     for size in (0.1, 1.0, 3.0):
@@ -113,7 +117,7 @@ def test_every_effect_shows_and_more_shows_more(name, rig, trials, plain):
     assert moved[0] > 0.01
 
 
-@pytest.mark.parametrize("name", CONTRACT)
+@pytest.mark.parametrize("name", [*CONTRACT, *SHAPE])
 def test_a_search_may_reach_neutral_and_every_probe(name, rig):
     one = candidate(rig, EFFECTS[name])
     for parameter in one.parameters:

@@ -1,0 +1,159 @@
+"""What may open a loop between rising and falling input: candidates as signals along its path.
+
+Every candidate is one signal of size 1 with at most one number for its shape, so that a fit is
+linear but for that number. Inputs are scaled to their span.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pamsim.hysteresis.bouc_wen import bouc_wen_rate
+from pamsim.hysteresis.play import play
+
+FloatArray = NDArray[np.float64]
+
+_SUBSTEPS = 8  # of the Bouc-Wen equation between two points
+_SLIPS = 4  # elements of the Maxwell-slip candidate
+_TRAVEL = (0.02, 0.05, 0.1, 0.15, 0.2, 0.3, 0.45)  # of the span
+_LAGS = (1.0, 2.0, 4.0, 8.0, 16.0)  # points
+
+
+@dataclass(frozen=True, kw_only=True)
+class LoopEffect:
+    """A candidate.
+
+    Attributes:
+        name: of the operator, such as ``maxwell_slip``.
+        family: the effect that it stands for, such as ``muscle_hysteresis``.
+        missing: what a reversible curve lacks, as a sentence's end.
+        shape: what its number is, with unit; empty if it has none.
+        shapes: values of that number that are tried.
+        signal: scaled input along the path (n,), and a shape, to the signal (n,).
+        moving: True for what is gone where readings are taken at rest.
+    """
+
+    name: str
+    family: str
+    missing: str
+    shape: str
+    shapes: tuple[float, ...]
+    signal: Callable[[FloatArray, float], FloatArray]
+    moving: bool = False
+
+
+def _along(path: FloatArray, step: Callable[[float, float], float]) -> FloatArray:
+    """A memory driven along a path, which is a closed one run through before if it ends at home."""
+    start = [*path] if abs(path[-1] - path[0]) < 0.05 else []
+    memory, found = float(path[0]), np.empty(path.size)
+    for x in start:
+        memory = step(memory, float(x))
+    for k, x in enumerate(path):
+        memory = step(memory, float(x))
+        found[k] = memory
+    return found
+
+
+def stop_signal(path: FloatArray, travel: float) -> FloatArray:
+    """One block on a spring: input less play, over the travel that drags the block along."""
+    return (path - _along(path, lambda z, x: play(x, z, travel))) / travel
+
+
+def maxwell_slip_signal(path: FloatArray, travel: float) -> FloatArray:
+    """Blocks in parallel that slip one after the other, the last at the travel (Iwan 1966)."""
+    parts = [stop_signal(path, travel * (k + 1) / _SLIPS) for k in range(_SLIPS)]
+    return np.mean(parts, axis=0)
+
+
+def bouc_wen_signal(path: FloatArray, travel: float) -> FloatArray:
+    """Internal variable of the normalised Bouc-Wen model that turns over within the travel."""
+    before = [float(path[0])]
+
+    def step(z: float, x: float) -> float:
+        h = (x - before[0]) / _SUBSTEPS
+        before[0] = x
+        if h == 0.0:
+            return z
+        for _ in range(_SUBSTEPS):
+            half = z + 0.5 * abs(h) * bouc_wen_rate(z, np.sign(h), travel, 0.5, 1.0)
+            z += abs(h) * bouc_wen_rate(half, np.sign(h), travel, 0.5, 1.0)
+        return min(max(z, -1.0), 1.0)
+
+    # `_along` begins its memory at the input; that of this operator begins at rest.
+    shifted = path - path[0]
+    before[0] = 0.0
+    return _along(shifted, step)
+
+
+def rate_signal(path: FloatArray, _: float) -> FloatArray:
+    """A resistance to motion: its direction, at turning points the mean of both sides."""
+    change = np.sign(np.diff(path))
+    return 0.5 * (np.concatenate([change[:1], change]) + np.concatenate([change, change[-1:]]))
+
+
+def lag_signal(path: FloatArray, lag: float) -> FloatArray:
+    """Creep: input less what a first-order lag has made up, in points of the path."""
+    keep = np.exp(-1.0 / lag)
+    return path - _along(path, lambda z, x: keep * z + (1.0 - keep) * x)
+
+
+def drift_signal(path: FloatArray, _: float) -> FloatArray:
+    """A drift in time."""
+    return np.linspace(-1.0, 1.0, path.size)
+
+
+CANDIDATES: tuple[LoopEffect, ...] = (
+    LoopEffect(
+        name="stop",
+        family="muscle_hysteresis",
+        missing="rate-independent hysteresis",
+        shape="travel over span",
+        shapes=_TRAVEL,
+        signal=stop_signal,
+    ),
+    LoopEffect(
+        name="maxwell_slip",
+        family="muscle_hysteresis",
+        missing="rate-independent hysteresis",
+        shape="travel over span",
+        shapes=_TRAVEL,
+        signal=maxwell_slip_signal,
+    ),
+    LoopEffect(
+        name="bouc_wen",
+        family="muscle_hysteresis",
+        missing="rate-independent hysteresis",
+        shape="travel over span",
+        shapes=_TRAVEL,
+        signal=bouc_wen_signal,
+    ),
+    LoopEffect(
+        name="viscous",
+        family="viscous_friction",
+        missing="a resistance that grows with the rate",
+        shape="",
+        shapes=(0.0,),
+        signal=rate_signal,
+        moving=True,
+    ),
+    LoopEffect(
+        name="creep",
+        family="viscoelastic_creep",
+        missing="creep",
+        shape="lag in points",
+        shapes=_LAGS,
+        signal=lag_signal,
+    ),
+    LoopEffect(
+        name="drift",
+        family="drift",
+        missing="a drift in time",
+        shape="",
+        shapes=(0.0,),
+        signal=drift_signal,
+    ),
+)

@@ -1,0 +1,149 @@
+"""Where an arm of one joint comes to rest: the torque balance itself, without going there in time.
+
+An angle at rest depends neither on the valves nor on the damping, so that hundreds of rigs can be
+compared in the time that one simulated response takes. What depends on the path is left out: dry
+friction, the hysteresis of the muscles, their creep (relaxed at rest) and the play of the chain.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+import mujoco
+import numpy as np
+import scipy.optimize
+from numpy.typing import NDArray
+
+from pamsim.actuator.kernel import static_force
+from pamsim.actuator.layout import slot
+from pamsim.core.errors import InputError
+from pamsim.engine.callback import muscle_ids
+from pamsim.engine.rig import Rig
+from pamsim.muscles.tension import taut
+
+FloatArray = NDArray[np.float64]
+# scipy carries no types: what it returns is Any at this file's boundary.
+_root: Any = scipy.optimize.brentq
+
+_COMPLIANCE = slot("chain.compliance")
+
+_STRIDE = 0.1
+"""Longest step of the search for the first balance [rad]."""
+
+_FARTHEST = 3.0
+"""Angle beyond which none is looked for [rad]."""
+
+_NEAR = 1e-9  # rad
+_DOUBLINGS = 5
+_TAUT = 1e-7  # N, of the force in a chain that gives
+
+
+def rest_angles(
+    rig: Rig, pressure: FloatArray, load: FloatArray, near: FloatArray | None = None
+) -> FloatArray:
+    """Angles at which an arm comes to rest.
+
+    The arm goes where the torque drives it, to the first balance.
+
+    Args:
+        rig: of one joint.
+        pressure: (n, m) gauge pressures at rest [Pa].
+        load: (n,) mass on the arm [kg].
+        near: (n,) angles from which it goes [rad], the nearer the quicker; 0 if left out.
+
+    Returns:
+        (n,) angles [rad]; NaN for a row without a balance.
+
+    Raises:
+        InputError: if the rig has more than one degree of freedom.
+    """
+    if rig.model.nv != 1:
+        raise InputError(
+            f"rig {rig.name!r} has {rig.model.nv} degrees of freedom; angles at rest are solved for"
+            " arms of one joint"
+        )
+    found = np.full(len(pressure), np.nan)
+    begin = np.zeros(len(pressure)) if near is None else near
+    stride = _STRIDE if near is None else _STRIDE / 10.0
+    data = mujoco.MjData(rig.model)  # serves all loads: their models are of one size
+    for mass in np.unique(load):
+        arm = _Arm(rig, float(mass), data)
+        for i in np.flatnonzero(load == mass):
+            torque = arm.torque(pressure[i].tolist())
+            found[i] = _first_balance(torque, float(begin[i]), stride)
+    return found
+
+
+def _first_balance(torque: Callable[[float], float], origin: float, stride: float) -> float:
+    """First angle from an origin on at which a torque vanishes [rad]; NaN if there is none."""
+    near, driven = origin, torque(origin)
+    if driven == 0.0:
+        return near
+    way = float(np.sign(driven))
+    while abs(near) < _FARTHEST and np.isfinite(driven):
+        far = near + way * stride
+        driven = torque(far)
+        if way * driven <= 0.0:
+            return float(_root(torque, near, far, xtol=_NEAR))
+        near, stride = far, min(2.0 * stride, _STRIDE)
+    return float("nan")
+
+
+class _Arm:
+    """An arm with a load, ready to be asked for the torque at an angle.
+
+    Args:
+        rig: the arm.
+        load: mass on it [kg].
+        data: of the rig's model, overwritten.
+    """
+
+    def __init__(self, rig: Rig, load: float, data: mujoco.MjData) -> None:
+        self._model = model = rig.model_for(load=load)
+        self._data = data
+        self._muscles = [
+            (int(model.actuator_trnid[i, 0]), model.actuator_user[i].tolist())
+            for i in muscle_ids(model)
+        ]
+
+    def torque(self, pressure: list[float]) -> Callable[[float], float]:
+        """Angle [rad] to the torque on the joint [N m], all at rest at gauge pressures [Pa]."""
+        model, data = self._model, self._data
+        # Views of the engine's arrays: each look-up of one costs as much as reading it.
+        position, length, moment = data.qpos, data.ten_length, data.ten_J.reshape(-1)
+        places = [_place(model, data, tendon) for tendon, _ in self._muscles]
+        passive, bias = data.qfrc_passive, data.qfrc_bias
+
+        def at(angle: float) -> float:
+            position[0] = angle
+            mujoco.mj_fwdPosition(model, data)
+            mujoco.mj_fwdVelocity(model, data)
+            total = float(passive[0] - bias[0])
+            for (tendon, row), place, held in zip(self._muscles, places, pressure, strict=True):
+                total -= float(moment[place]) * _tension(row, float(length[tendon]), held)
+            return total
+
+        return at
+
+
+def _place(model: mujoco.MjModel, data: mujoco.MjData, tendon: int) -> int:
+    """Where a tendon's moment arm lies: MuJoCo 4 keeps a sparse matrix, 3 a full one."""
+    return tendon if data.ten_J.ndim == 2 else int(model.ten_J_rowadr[tendon])
+
+
+def _tension(row: list[float], length: float, pressure: float) -> float:
+    """Tension of a muscle behind its chain [N] at a tendon length [m]."""
+    most = taut(static_force(row, length, pressure))
+    give = row[_COMPLIANCE]
+    if give == 0.0 or not most > 0.0:
+        return most
+
+    def miss(pull: float) -> float:
+        return taut(static_force(row, length - give * pull, pressure)) - pull
+
+    for _ in range(_DOUBLINGS):
+        if miss(most) <= 0.0:
+            return float(_root(miss, 0.0, most, xtol=_TAUT))
+        most *= 2.0  # a muscle that pulls the more, the shorter it is
+    return float("nan")

@@ -1,0 +1,148 @@
+"""Figures of a diagnosis of angles at rest and of a loop: what was off, what the repair left."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+from pamsim.core.errors import InputError
+from pamsim.report.numbers import fixed
+from pamsim.report.style import (
+    BLUE,
+    GREEN,
+    INK,
+    MUTED,
+    VERMILION,
+    finish_axes,
+    new_figure,
+    save_png,
+    say_empty,
+    styled,
+)
+
+_BEST_TRIED = 6
+
+
+def write_rest_figure(result: Mapping[str, Any], folder: Path) -> Path:
+    """Draw a diagnosis of angles at rest into ``rows.png`` of a folder.
+
+    Returns:
+        The path written.
+
+    Raises:
+        InputError: if the place cannot be written.
+    """
+    return _written(rest_figure(result), folder / "rows.png")
+
+
+def write_loop_figure(result: Mapping[str, Any], folder: Path) -> Path:
+    """Draw a diagnosis of a loop into ``loop.png`` of a folder.
+
+    Returns:
+        The path written.
+
+    Raises:
+        InputError: if the place cannot be written.
+    """
+    return _written(loop_figure(result), folder / "loop.png")
+
+
+@styled
+def rest_figure(result: Mapping[str, Any]) -> Figure:
+    """Three panels: rows over common pressure, before and after, and the errors of all models.
+
+    Args:
+        result: content of ``diagnosis.json`` of angles at rest.
+    """
+    figure, (before, after, errors) = new_figure(
+        6.6, rows=3, height_ratios=(1.0, 1.0, 1.0), sharex=False
+    )
+    _rows(before, result, "before_deg", VERMILION, "base model, refitted")
+    _rows(after, result, "after_deg", BLUE, "with the named effects")
+    if result["effects"]:
+        limit = 1.15 * max(abs(row["before_deg"]) for row in result["rows"])
+        for ax in (before, after):
+            ax.set_ylim(-limit, limit)
+    _errors(errors, result)
+    return figure
+
+
+@styled
+def loop_figure(result: Mapping[str, Any]) -> Figure:
+    """One panel: rising less falling output at every level.
+
+    Args:
+        result: content of ``diagnosis.json`` of a loop.
+    """
+    figure, (ax,) = new_figure(2.6)
+    (where,) = result["where"]
+    ax.bar(where["levels_kpa"], where["rising_less_falling_mm"], width=22.0, color=BLUE, zorder=2)
+    title = f"{result['verdict'].replace('_', ' ')}: exchanged readings differ as much in"
+    finish_axes(
+        ax, x="gauge pressure [kPa]", y="rising − falling [mm]",
+        title=f"{title} {fixed(100.0 * where['p_value'], 1)} % of cases",
+    )  # fmt: skip
+    return figure
+
+
+def _rows(ax: Axes, result: Mapping[str, Any], key: str, colour: str, title: str) -> None:
+    rows = [row for row in result["rows"] if row[key] is not None]
+    if not rows:
+        say_empty(ax, "no effect was named")
+        return
+    names = [name for name in rows[0] if name.startswith("p") and name.endswith("_kpa")]
+    common = np.array([min(row[name] for name in names) for row in rows])
+    off = np.array([row[key] for row in rows])
+    ax.plot(common, off, "o", color=colour, markersize=4.5, zorder=3)
+    worst = np.argsort(-np.abs(off), kind="stable")[:4]
+    for i in worst:
+        if common[i] > 0.0:  # rows without common pressure lie on one another
+            ax.annotate(
+                rows[i]["row"], (common[i], off[i]), xytext=(5, -3), textcoords="offset points",
+                fontsize=8, color=MUTED,
+            )  # fmt: skip
+    rms = float(np.sqrt(np.mean(off**2)))
+    finish_axes(
+        ax, x="lower pressure of the row [kPa]", y="simulated − measured [deg]",
+        title=f"{title}: {fixed(rms, 2)} deg RMS at rows left out",
+    )  # fmt: skip
+
+
+def _errors(ax: Axes, result: Mapping[str, Any]) -> None:
+    gap = next(iter(result["gap"].values()))
+    shown: list[tuple[str, float, str]] = [
+        ("as it stands", gap["as_it_stands_deg"], MUTED),
+        ("refitted", gap["before"]["value_deg"], VERMILION),
+    ]
+    first = [t for t in result["tried"] if not t["beside"]][:_BEST_TRIED]
+    shown += [
+        (f"+ {t['name']}", t["left_out_rms_deg"], GREEN if t["earned"] else MUTED) for t in first
+    ]
+    if gap["after"]:
+        names = " + ".join(effect["name"] for effect in result["effects"])
+        shown.append((names, gap["after"]["value_deg"], BLUE))
+    places = np.arange(len(shown))
+    ax.barh(places, [value for _, value, _ in shown], color=[c for _, _, c in shown], height=0.65)
+    for place, (_, value, _) in enumerate(shown):
+        ax.annotate(
+            fixed(value, 2), (value, place), xytext=(4, 0), textcoords="offset points",
+            va="center", fontsize=8, color=INK,
+        )  # fmt: skip
+    ax.set_yticks(places, [name for name, _, _ in shown], fontsize=8)
+    ax.invert_yaxis()
+    finish_axes(ax, x="RMS error at rows left out [deg]", zero=False)
+    ax.grid(False, axis="y")
+
+
+def _written(figure: Figure, path: Path) -> Path:
+    try:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        save_png(figure, path)
+    except OSError as error:
+        raise InputError(f"cannot write {path}: {error.strerror}") from None
+    return path

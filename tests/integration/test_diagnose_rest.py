@@ -1,0 +1,102 @@
+"""Angles at rest in the engine: what a table hides is found, and the rig that lacks it repaired."""
+
+from __future__ import annotations
+
+import dataclasses
+import json
+
+import numpy as np
+import pytest
+
+import pamsim
+from pamsim.core.errors import InputError
+from pamsim.report.diagnose_rest_figure import write_rest_figure
+from pamsim.store.static_table import read_static_table
+from pamsim.workflows.diagnose_rest import WHEEL, diagnose_rest
+from pamsim.workflows.published_rig import published_rig
+from pamsim.workflows.rest_prediction import RestPredictor
+
+TRIED = ("load_torque", "angle_bias", "muscle_hysteresis", "viscous_friction", "passive_stiffness")
+TILT = -0.12
+
+
+@pytest.fixture(scope="module")
+def rig():
+    rig = published_rig()
+    rig.model.opt.timestep = 2e-3  # twin and fit alike
+    return rig
+
+
+@pytest.fixture(scope="module")
+def report(rig):
+    """The loaded and some unloaded printed rows, with a tilted shaft hidden in them."""
+    printed = read_static_table("mas20")
+    keep = np.flatnonzero(np.abs(printed.angle) < 0.5)
+    table = dataclasses.replace(
+        printed,
+        name="twin",
+        rows=tuple(printed.rows[i] for i in keep),
+        pressure=printed.pressure[keep],
+        load=printed.load[keep],
+        angle=printed.angle[keep],
+    )
+    ends = RestPredictor(lambda _: None, table).simulated(
+        rig.with_parameters({"body.rig.tilt": TILT})
+    )
+    noise = 2e-3 * np.random.default_rng(1).standard_normal(ends.size)
+    return diagnose_rest(dataclasses.replace(table, angle=ends + noise), rig, effects=TRIED)
+
+
+def test_what_is_hidden_is_named_with_its_size(report):
+    found = report.as_dict()
+    assert found["verdict"] == "named"
+    (effect,) = found["effects"]
+    assert effect["name"] == "load_torque"
+    low, high = effect["parameters"]["body.rig.tilt"]["interval95"]
+    assert low < TILT < high
+    gap = found["gap"]["angle_at_rest"]
+    assert gap["after"]["value_deg"] < 0.3 < gap["before"]["value_deg"]
+    assert set(report.repaired_rows()) <= set(report.table.rows)
+    assert report.repaired_rows()
+    assert "no repeats" in " ".join(found["notes"])
+
+
+def test_the_repaired_rig_simulates_what_was_fitted(report):
+    best = report.found.best
+    rows = RestPredictor(lambda _: report.repaired, report.table)
+    residual = rows.simulated(report.repaired) - report.table.angle
+    assert residual == pytest.approx(best.fit.residual, abs=np.radians(0.02))
+    radius = best.fit.values[WHEEL]
+    for tendon in ("chain_1", "chain_2"):
+        wheel = pamsim.engine.rig_parameter.rig_parameter(report.repaired, f"tendon.{tendon}.coef")
+        assert wheel.value == pytest.approx(radius)
+
+
+def test_why_an_effect_was_not_tried_is_said(report):
+    said = report.as_dict()["skipped"]
+    assert "path" in said["muscle_hysteresis"]
+    assert said["viscous_friction"] == "moves no angle at rest"
+    assert "empty" in said["passive_stiffness"]
+
+
+def test_it_fits_into_json_and_into_a_figure(report, tmp_path):
+    result = json.loads(json.dumps(report.as_dict(), allow_nan=False))
+    assert result["schema"] == "pamsim-diagnosis/1"
+    assert write_rest_figure(result, tmp_path).stat().st_size > 10_000
+
+
+def test_the_published_rig_is_the_first_rung_of_the_calibration(rig):
+    table = read_static_table("mas20")
+    ends = RestPredictor(lambda _: None, table).simulated(rig)
+    recorded = json.loads((rig.file.folder / "calibration.json").read_text(encoding="utf-8"))
+    rms = np.degrees(np.sqrt(np.mean((ends - table.angle) ** 2)))
+    assert rms == pytest.approx(recorded["ladder"][0]["rms_deg"], abs=2e-3)
+
+
+def test_a_table_of_another_rig_and_an_unknown_effect_are_refused(rig):
+    table = read_static_table("mas20")
+    one = dataclasses.replace(table, pressure=table.pressure[:, :1])
+    with pytest.raises(InputError, match="is of 1 muscles"):
+        diagnose_rest(one, rig)
+    with pytest.raises(InputError, match="did you mean 'load_torque'"):
+        diagnose_rest(table, rig, effects=("load_torq",))

@@ -1,0 +1,242 @@
+"""Effects hidden in a table are named, nothing is named for nothing, and order means nothing."""
+
+from __future__ import annotations
+
+import dataclasses
+import itertools
+
+import numpy as np
+import pytest
+
+from pamsim.core.errors import InputError
+from pamsim.diagnosis.row_evidence import compare_rows, rms_interval95
+from pamsim.diagnosis.row_fit import RowSimulator, fit_rows, left_out, linearised_left_out
+from pamsim.diagnosis.row_luck import luck
+from pamsim.diagnosis.row_where import row_maps
+from pamsim.diagnosis.verdict import Verdict
+from tests.unit.diagnosis.toy_rows import (
+    LIBRARY,
+    LOCK,
+    NOISE,
+    ORDINARY,
+    SOFTEN,
+    Table,
+    diagnosed,
+    effect,
+    measured,
+)
+
+TABLE = Table()
+
+
+@pytest.mark.parametrize(
+    ("hidden", "quantity"),
+    [({"lock": 1.5}, "step"), ({"soften": 0.1}, "low"), ({"tilt": 1.5}, None)],
+    ids=["lock", "soften", "tilt"],
+)
+def test_a_hidden_effect_is_named_sized_and_shown_where_it_acts(hidden, quantity):
+    found = diagnosed(TABLE, measured(TABLE, hidden))
+    ((name, truth),) = hidden.items()
+    assert found.verdict is Verdict.NAMED
+    assert found.best.names == (name,)
+    low, high = found.best.intervals[name]
+    assert low < truth < high
+    assert found.best.left.rms < 1.5 * NOISE < found.base.left.rms
+    if quantity:
+        surest = found.before[0]
+        assert surest.quantity == quantity
+        assert surest.p_value < 0.01
+
+
+def test_two_hidden_effects_are_both_named():
+    found = diagnosed(TABLE, measured(TABLE, {"lock": 1.5, "soften": 0.1}))
+    assert found.verdict is Verdict.NAMED
+    assert sorted(found.best.names) == ["lock", "soften"]
+
+
+def test_nothing_is_named_for_noise_alone():
+    verdicts = [diagnosed(TABLE, measured(TABLE, {}, seed=s)).verdict for s in range(6)]
+    assert sum(v is not Verdict.NO_GAP for v in verdicts) <= 1
+
+
+def test_rows_that_scatter_more_at_high_pressure_name_nothing():
+    """Noise that is not alike everywhere must not be taken for an effect there."""
+    named = 0
+    for seed in range(5):
+        scatter = np.random.default_rng([seed, 9]).standard_normal(TABLE.step.size)
+        angle = TABLE.angle({}) + NOISE * scatter * np.where(TABLE.low > 2.0, 6.0, 1.0)
+        named += diagnosed(TABLE, angle).best is not None
+    assert named <= 1
+
+
+def test_a_truth_outside_the_library_is_not_named_something_else():
+    found = diagnosed(TABLE, measured(TABLE, {"wave": 0.06}))
+    assert found.verdict in (Verdict.UNEXPLAINED, Verdict.NO_GAP)
+    assert found.best is None
+    without = [e for e in LIBRARY if e is not LOCK]
+    found = diagnosed(TABLE, measured(TABLE, {"lock": 1.5}), without)
+    assert found.verdict in (Verdict.UNEXPLAINED, Verdict.NAMED_WITH_REMAINDER)
+
+
+@pytest.mark.parametrize(
+    ("family", "verdict"), [("soften", Verdict.NAMED), ("other", Verdict.AMBIGUOUS)]
+)
+def test_a_twin_is_listed_and_of_another_family_leaves_it_open(family, verdict):
+    twin = effect("twin", 0.03, -0.3, 0.3, family=family)
+    found = diagnosed(TABLE, measured(TABLE, {"soften": 0.1}), (*LIBRARY, twin))
+    assert found.verdict is verdict
+    assert len(found.tied) == 1
+    assert {found.best.names[0], found.tied[0].names[0]} == {"soften", "twin"}
+    assert found.sure == (() if family == "other" else found.best.names)
+
+
+def test_a_second_open_question_leaves_the_first_name_sure():
+    twin = effect("twin", 0.03, -0.3, 0.3, family="other")
+    angle = measured(TABLE, {"soften": 0.1, "lock": 1.5})
+    found = diagnosed(TABLE, angle, (*LIBRARY, twin))
+    assert found.verdict is Verdict.NAMED_WITH_REMAINDER
+    assert found.sure == ("lock",)
+
+
+def test_the_order_of_the_rows_changes_nothing():
+    angle = measured(TABLE, {"lock": 1.5, "soften": 0.1})
+    order = np.random.default_rng(1).permutation(TABLE.step.size)
+    one, other = diagnosed(TABLE, angle), diagnosed(TABLE.taken(order), angle[order])
+    assert one.verdict is other.verdict
+    assert one.best.names == other.best.names
+    assert [m.p_value for m in one.before] == [m.p_value for m in other.before]
+    for a, b in zip(one.tried, other.tried, strict=True):
+        assert (a.name, a.p_value, a.luck) == (b.name, b.p_value, b.luck)
+        assert a.left_out_rms == pytest.approx(b.left_out_rms, rel=1e-6)
+    assert one.best.left.residual[order] == pytest.approx(other.best.left.residual, abs=1e-7)
+
+
+def test_few_rows_carry_no_name():
+    few = TABLE.taken(np.arange(9))
+    found = diagnosed(few, measured(few, {"lock": 3.0}, noise=1e-3))
+    assert found.verdict in (Verdict.NOT_IDENTIFIABLE, Verdict.NO_GAP)
+
+
+def test_predictions_that_need_an_anchor_end_where_they_are_exact():
+    angle = measured(TABLE, {"lock": 1.5})
+    off = {"value": np.zeros(TABLE.step.size)}
+
+    def exact(values):
+        return TABLE.angle(values) + 0.02 * np.tanh(TABLE.step * (1.0 + values.get("lock", 0.0)))
+
+    def anchor(values):
+        off["value"] = exact(values) - TABLE.angle(values)
+
+    target = angle + 0.02 * np.tanh(TABLE.step * 2.5)
+    simulator = RowSimulator(
+        predict=lambda sets: [TABLE.angle(v) + off["value"] - target for v in sets], anchor=anchor
+    )
+    found = diagnosed(TABLE, target, simulator=simulator)
+    assert found.best.names == ("lock",)
+    assert found.best.fit.residual == pytest.approx(exact(found.best.fit.values) - target, abs=1e-4)
+
+
+def simulator_of(angle):
+    return RowSimulator(predict=lambda sets: [TABLE.angle(v) - angle for v in sets])
+
+
+def test_rows_left_out_are_those_of_full_refits():
+    angle = measured(TABLE, {"lock": 1.0, "soften": 0.1}, noise=0.02)
+    parameters = (*ORDINARY, *LOCK.parameters, *SOFTEN.parameters)
+    start = {"gain": 0.12, "lock": 0.5, "soften": 0.03}
+    fit = fit_rows(simulator_of(angle), parameters, [start])
+    left = left_out(simulator_of(angle), fit)
+    for i in range(TABLE.step.size):
+        keep = np.arange(TABLE.step.size) != i
+        part = RowSimulator(
+            predict=lambda sets, keep=keep: [(TABLE.angle(v) - angle)[keep] for v in sets]
+        )
+        alone = fit_rows(part, parameters, [fit.values])
+        error = (TABLE.angle(alone.values) - angle)[i]
+        assert left.residual[i] == pytest.approx(error, abs=2e-4)
+    assert linearised_left_out(fit) == pytest.approx(left.residual, abs=0.1 * left.rms)
+
+
+def test_a_model_without_free_parameters_leaves_nothing_to_refit():
+    found = diagnosed(TABLE, measured(TABLE, {"lock": 1.5}), ordinary=())
+    assert found.base.fit.parameters == ()
+    assert np.array_equal(found.base.left.residual, found.base.fit.residual)
+    assert found.best.names == ("lock",)
+
+
+def test_a_base_model_that_predicts_nothing_is_refused():
+    with pytest.raises(InputError, match="no angle at rest"):
+        diagnosed(
+            TABLE, TABLE.angle({}), simulator=RowSimulator(predict=lambda sets: [None] * len(sets))
+        )
+
+
+def test_sign_flips_count_what_all_signs_would():
+    before, after = np.random.default_rng(2).normal(0.0, [[1.0], [0.7]], (2, 9))
+    difference = before**2 - after**2
+    signs = np.array(list(itertools.product([-1.0, 1.0], repeat=9)))
+    exact = np.mean(signs @ difference >= difference.sum() - 1e-12)
+    found = compare_rows(before, after)
+    assert found.p_value == pytest.approx(exact, abs=0.02)
+    assert found.gain == pytest.approx(difference.mean())
+    assert compare_rows(before, before).p_value == 1.0
+
+
+def test_luck_claims_no_more_than_its_share_under_noise():
+    """Ten useless effects: the smallest chance among them is below 0.05 in 5 % of tables."""
+    rng = np.random.default_rng(4)
+    count, below, tables = 20, 0, 60
+    for _ in range(tables):
+        columns = rng.standard_normal((count, 11))
+        noise = rng.standard_normal(count)
+        parent = linear_fit(columns[:, :1], noise)
+        below += (
+            min(luck(parent, [linear_fit(columns[:, [0, k]], noise) for k in range(1, 11)])) < 0.05
+        )
+    assert below / tables < 0.13
+
+
+def linear_fit(columns, noise):
+    from pamsim.diagnosis.row_fit import RowFit
+
+    size = np.linalg.lstsq(columns, noise, rcond=None)[0]
+    return RowFit(parameters=(), values={}, residual=noise - columns @ size, jacobian=columns)
+
+
+def test_maps_keep_equal_values_together_and_find_the_bin_that_is_off():
+    rng = np.random.default_rng(5)
+    pressure = np.repeat([0.0, 1.0, 2.0, 3.0], [11, 4, 4, 4])
+    names = tuple(map(str, range(pressure.size)))
+    misfit = 0.3 * rng.standard_normal(pressure.size) + np.where(pressure == 3.0, 1.0, 0.0)
+    found, _ = row_maps(misfit, {"pressure": pressure, "other": rng.permutation(pressure)}, names)
+    assert found.quantity == "pressure"
+    assert found.region == (3.0, 3.0)
+    assert found.rows[found.worst] == names[19:]
+    assert found.p_value < 0.01
+    flat = row_maps(misfit, {"same": np.ones(pressure.size)}, names)
+    assert flat == ()
+
+
+def test_maps_of_noise_are_uniform():
+    rng = np.random.default_rng(6)
+    values = rng.uniform(size=20)
+    names = tuple(map(str, range(20)))
+    chances = [
+        row_maps(rng.standard_normal(20), {"x": values}, names, seed=s)[0].p_value
+        for s in range(60)
+    ]
+    assert 0.3 < np.mean(chances) < 0.7
+
+
+def test_the_interval_of_an_error_holds_it():
+    errors = np.random.default_rng(7).standard_normal(40)
+    low, high = rms_interval95(errors)
+    assert low < np.sqrt(np.mean(errors**2)) < high
+    assert high - low == pytest.approx(4 * 0.7 / np.sqrt(40), rel=0.4)
+
+
+def test_an_effect_is_not_claimed_on_one_test_alone():
+    found = diagnosed(TABLE, measured(TABLE, {"lock": 1.5})).best
+    assert found.earned
+    assert not dataclasses.replace(found, luck=0.06).earned
+    assert not dataclasses.replace(found, gain=dataclasses.replace(found.gain, p_value=0.06)).earned
