@@ -7,6 +7,7 @@ from typing import Any
 
 import click
 
+from pamsim.cli.diagnose_rest import diagnose_table, is_table
 from pamsim.cli.main import FINDING, OK
 from pamsim.cli.output import save_json
 
@@ -42,8 +43,9 @@ def command(
     """Find where a rig's simulation and DATA disagree, name the missing effect, and add it.
 
     DATA are recording folders; each input should be repeated three times or more, and some kept to
-    judge by (protocols whose name ends in _check, or --hold-out). Exit 0 if there is no gap or its
-    cause is named, 1 if something is missing and not, or not only, what is named.
+    judge by (protocols whose name ends in _check, or --hold-out). Or DATA is one table of angles at
+    rest; mas20 is the printed one, and its rig the arm by its published force map. Exit 0 if there
+    is no gap or its cause is named, 1 if something is missing and not, or not only, what is named.
     """
     from tqdm import tqdm
 
@@ -53,6 +55,17 @@ def command(
     from pamsim.workflows.diagnosis_report import comparisons, diagnosis_dict
     from pamsim.workflows.repaired_rig import check_folder, write_repaired_rig
 
+    if len(data) == 1 and is_table(data[0]):
+        return diagnose_table(
+            data[0],
+            rig=rig,
+            effects=_listed(effects),
+            ordinary=_listed(ordinary),
+            seed=seed,
+            threads=threads,
+            out=out,
+            json_file=json_file,
+        )
     if resume and out is None:
         raise InputError("--resume needs --out: the folder of the interrupted diagnosis")
     if out is not None:

@@ -16,7 +16,8 @@ from numpy.typing import NDArray
 from pamsim.diagnosis.loop_effects import CANDIDATES, LoopEffect
 from pamsim.diagnosis.loop_fit import Loop, LoopFitter, LoopModel
 from pamsim.diagnosis.row_model import SIGNIFICANCE
-from pamsim.diagnosis.verdict import NAMED, Verdict
+from pamsim.diagnosis.static_diagnosis import NAMED
+from pamsim.diagnosis.verdict import Verdict
 
 FloatArray = NDArray[np.float64]
 

@@ -18,10 +18,13 @@ from pamsim.diagnosis.row_fit import RowSimulator
 from pamsim.diagnosis.row_model import SIGNIFICANCE, RowEffect, RowModel, RowModels
 from pamsim.diagnosis.row_search import RowSearch, Tried
 from pamsim.diagnosis.row_where import RowMap, row_maps
-from pamsim.diagnosis.verdict import NAMED, PARTLY, Verdict
+from pamsim.diagnosis.verdict import Verdict
 from pamsim.sysid.free_parameter import FreeParameter
 
 FloatArray = NDArray[np.float64]
+
+NAMED, PARTLY = 0.9, 0.5
+"""Shares of the base model's misfit that a name must explain: without a remainder, and at all."""
 
 FEWEST_ROWS = 10
 """Rows below which no number of signs can be surprising enough to name one of twenty effects."""
