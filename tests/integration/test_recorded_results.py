@@ -68,3 +68,40 @@ def test_calibrate_study_meets_what_is_promised():
     assert study["rank_deficient"]["rest without load"]["doubts_percent"] == {
         name: {"trade_off": 100.0} for name in ("force.scale", "passive.stiffness")
     }
+
+
+def test_the_blind_study_s_table_is_that_of_the_study():
+    study = recorded("results/blind_study.json")
+    text = (ROOT / "docs" / "diagnose.md").read_text(encoding="utf-8")
+    table = text[text.index("## How often it is right") :].splitlines()
+    found = {}
+    for line in table:
+        cells = re.split(r"\s*\|\s*", line.strip("| "))
+        if len(cells) == 4:
+            found[cells[0]] = cells[1:]
+    checked = 0
+    for label, score in study["scores"].items():
+        if isinstance(score, dict) and score.get("count"):
+            value, count, interval = found[label]
+            if "share" in score:
+                low, high = score["interval95"]
+                assert value == f"{100 * score['share']:.1f} %", label
+                assert count == f"{score['hits']} of {score['count']}", label
+                assert interval == f"{100 * low:.1f} to {100 * high:.1f} %", label
+            else:
+                assert value == f"{score['median']:.4g}", label
+            checked += 1
+    assert checked >= 18
+    assert f"{study['scores']['data sets']} of {study['planned']} planned" in text
+    assert len(study["rows"]) == study["scores"]["data sets"]
+
+
+def test_the_blind_study_meets_what_is_promised():
+    """Bars that the recorded data sets meet; the others stand in the document."""
+    scores = recorded("results/blind_study.json")["scores"]
+    assert scores["none: effect claimed or suggested"]["share"] <= 0.02
+    assert scores["single: wrong confident name"]["share"] <= 0.02
+    assert scores["single: spurious second effect"]["share"] <= 0.05
+    assert scores["single, E >= 0.5, separable: unique correct name"]["share"] >= 0.9
+    assert scores["region among the two top cells, E >= 0.5"]["share"] >= 0.85
+    assert scores["different formulation: right family"]["share"] >= 0.8
