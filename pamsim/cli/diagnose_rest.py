@@ -11,13 +11,16 @@ import click
 from pamsim.cli.main import FINDING, OK
 from pamsim.cli.output import save_json
 
+PRINTED = "mas20"
+"""Stands for the printed angles at rest of the MAS-20 arm."""
+
 PUBLISHED = "published"
 """Stands for the MAS-20 arm by its published force map alone."""
 
 
 def is_table(source: str) -> bool:
     """Whether a source is a table of angles at rest, and no recording."""
-    return not (Path(source).is_dir() or source.endswith(".toml"))
+    return (source == PRINTED and not Path(source).exists()) or source.lower().endswith(".csv")
 
 
 def diagnose_table(

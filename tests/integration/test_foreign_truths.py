@@ -294,7 +294,7 @@ def test_what_cannot_be_hidden_is_said(quick, monkeypatch, short):
     with pytest.raises(InputError, match=r"\A[^\n]*did you mean 'sprocket_ripple'[^\n]*\Z"):
         twins(quick, [("sprocket_riple", 1.0)])
     with pytest.raises(InputError, match="did you mean 'different'"):
-        twins(quick, [], tier="diferent")
+        twins(quick, [], tier="diffrent")
     with pytest.raises(InputError, match="give one above 0"):
         twins(quick, [("valve_delay", 0.0)])
     with pytest.raises(InputError, match="line_lag cannot be hidden together"):

@@ -159,6 +159,7 @@ def report(rig, verdict, best=(), tied=(), *, repeats=REPEATS, explained=0.98, f
         ),
         screened=(screened(rig, "air_leak", 0.9), screened(rig, "angle_bias", 0.4)),
         models=tuple(m for m in (chosen, *others, *parents) if m is not None),
+        tried=2,
         evaluations=40,
         absent=(
             AbsentBound(effect="load_torque", parameter="body.rig.tilt", size=0.5,
