@@ -96,3 +96,21 @@ def test_the_page_s_numbers_are_the_recorded_ones(record, mas20):
         )
     for row in loops["runs"]:
         assert f"{row['runs']} runs {100.0 * row['claimed']:.0f} %" in PAGE
+
+
+def test_twins_are_named_rightly_or_left_open(record):
+    rows = {row["hidden"]: row for row in record["twins"]["rows"]}
+    assert rows.pop("nothing")["verdict"] == "no_gap"
+    for hidden, row in rows.items():
+        named = [effect["name"] for effect in row["effects"]]
+        others = list(dict.fromkeys(a["name"] for a in row["alternatives"]))
+        assert row["verdict"] in ("named", "ambiguous")
+        if hidden.endswith("not in the library"):
+            assert row["verdict"] == "ambiguous"
+        else:
+            assert hidden in (*named, *others)
+            assert len(named) == 1
+        text = (
+            f"| {hidden} | `{row['verdict']}` | {', '.join(named)} | {', '.join(others) or '-'} |"
+        )
+        assert text in PAGE
