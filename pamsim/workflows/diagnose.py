@@ -110,6 +110,11 @@ def diagnose(
     names, notes = _held_out(data, held_out)
     freed = [f.free for f in freed_parameters(loaded, ordinary)]
     tried, skipped = candidates(loaded, effects)
+    refitted = {p.name for p in freed}
+    for one in tried:
+        taken = sorted(refitted & {p.name for p in one.parameters})
+        if taken:
+            skipped[one.name] = f"{', '.join(taken)} is refitted with every effect (--ordinary)"
     engine = DiagnosedRig(loaded, data, names, channels=channels, threads=threads)
     simulator = TrialSimulator(engine.residuals, frozenset(names))
     fits = None
@@ -124,7 +129,7 @@ def diagnose(
     found = find(
         simulator,
         freed,
-        [c for c in tried if not {p.name for p in c.parameters} & {p.name for p in freed}],
+        [c for c in tried if c.name not in skipped],
         {trial.name: regressors(trial) for trial in data.trials},
         menu=engine.menu,
         seed=seed,

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 from pamsim.core.errors import InputError
 from pamsim.diagnosis.candidate import INSIDE, Candidate, Probe
-from pamsim.effects.catalog import EFFECTS
+from pamsim.effects.catalog import EFFECTS, effect
 from pamsim.effects.effect import JOINT, TILTED, Effect, EffectParameter
 from pamsim.engine.rig import Rig
 from pamsim.engine.rig_parameter import RigParameter, rig_parameter
@@ -94,7 +94,7 @@ def candidates(rig: Rig, names: Sequence[str] = ()) -> tuple[tuple[Candidate, ..
     skipped: dict[str, str] = {}
     for name in names or EFFECTS:
         try:
-            found.append(candidate(rig, EFFECTS[name]))
+            found.append(candidate(rig, effect(name)))
         except InputError as error:
             skipped[name] = str(error)
     return tuple(found), skipped
