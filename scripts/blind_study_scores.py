@@ -23,12 +23,8 @@ def share(cases: Sequence[Case], hit: Callable[[Condition, Row], bool]) -> dict[
     hits = [hit(*case) for case in cases]
     if not hits:
         return {"count": 0}
-    interval = binomtest(sum(hits), len(hits)).proportion_ci(method="exact")
     return {
-        "share": round(sum(hits) / len(hits), 4),
-        "hits": sum(hits),
-        "count": len(hits),
-        "interval95": [round(float(interval.low), 4), round(float(interval.high), 4)],
+        **_plain(hits),
         "others": [c.name for (c, _), h in zip(cases, hits, strict=True) if not h][:40]
         if sum(hits) > len(hits) / 2
         else [c.name for (c, _), h in zip(cases, hits, strict=True) if h][:40],

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 from pamsim.effects.effect import Effect
@@ -9,6 +10,21 @@ from pamsim.sysid.free_parameter import FreeParameter
 
 INSIDE = 1e-3
 """Share of a range that starts keep from its ends, where friction has no slope."""
+
+
+def inside(parameters: Sequence[FreeParameter], values: Mapping[str, float]) -> dict[str, float]:
+    """Values moved into their ranges and off the ends.
+
+    Args:
+        parameters: that have ranges.
+        values: name -> value of each [SI].
+    """
+    found: dict[str, float] = {}
+    for parameter in parameters:
+        off = INSIDE * (parameter.high - parameter.low)
+        value = values[parameter.name]
+        found[parameter.name] = min(max(value, parameter.low + off), parameter.high - off)
+    return found
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -79,6 +95,5 @@ class Candidate:
             if parameter.name in self.neutral:
                 neutral = self.neutral[parameter.name]
                 value = neutral + factor * (value - neutral)
-            off = INSIDE * (parameter.high - parameter.low)
-            found[parameter.name] = min(max(value, parameter.low + off), parameter.high - off)
-        return found
+            found[parameter.name] = value
+        return inside(self.parameters, found)

@@ -22,7 +22,8 @@ from pamsim.core.experiment import Experiment
 from pamsim.core.recording import Recording
 from pamsim.engine.callback import live
 from pamsim.engine.rig import Rig
-from pamsim.engine.simulate import Run, prepare, record, settle
+from pamsim.engine.settle import settle
+from pamsim.engine.simulate import Run, prepare, record
 from pamsim.engine.state import restore_state, save_state, settled
 from pamsim.engine.step_check import check_timestep
 

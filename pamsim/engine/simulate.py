@@ -2,15 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass
-from typing import TypeAlias
 
 import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
-from pamsim.actuator.layout import slot
 from pamsim.core.errors import InputError
 from pamsim.core.experiment import Experiment
 from pamsim.core.recording import Outcome, Recording
@@ -18,24 +15,14 @@ from pamsim.engine.callback import live
 from pamsim.engine.chamber_trace import gauge_pressures, tensions
 from pamsim.engine.delayed_command import Stretch, arriving_commands
 from pamsim.engine.play_check import check_play
-from pamsim.engine.rig import Rig, set_command
-from pamsim.engine.state import reset, restore_state, save_state, settled
+from pamsim.engine.rig import Rig
+from pamsim.engine.settle import EachStep, advance, settle
+from pamsim.engine.state import restore_state, save_state
 from pamsim.engine.step_check import check_timestep
 from pamsim.engine.trace import empty_trace, first_breakdown
 
-EachStep: TypeAlias = Callable[[mujoco.MjModel, mujoco.MjData], None]
-"""What acts on model and data before every time step: a law that no rig contains."""
-
 _LOOK_EVERY = 64
 """Samples between two looks at whether the run still holds."""
-
-_REST_BLOCK = 0.1
-"""Time between two looks at whether a rig has come to rest [s]."""
-
-_REST = 1e-10
-"""Largest relative change of a state over that time in a rig that counts as at rest."""
-
-_CREEP = slot("creep.stiffness")
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -166,69 +153,6 @@ def _delays(rig: Rig) -> list[float]:
     return [muscle.valve.delay for muscle in rig.muscles.values()]
 
 
-def settle(
-    model: mujoco.MjModel,
-    data: mujoco.MjData,
-    experiment: Experiment,
-    *,
-    each_step: EachStep | None = None,
-) -> None:
-    """Bring a live model to rest at the start pressures of an experiment and set time to 0.
-
-    It ends early once nothing moves any more, which a slow operator prevents. Creep would, too;
-    but where it ends the relaxed element carries nothing, so that it is left out on the way.
-    """
-    set_command(model, "pressure")
-    reset(model, data, experiment.start_pressure.tolist())
-    creep = model.actuator_user[:, _CREEP].copy()
-    model.actuator_user[:, _CREEP] = 0.0
-    data.ctrl[:] = experiment.start_pressure
-    data.time = -experiment.settle
-    left = round(experiment.settle / model.opt.timestep)
-    block = max(1, round(_REST_BLOCK / model.opt.timestep))
-    before = _configuration(data)
-    while left > 0:
-        _advance(model, data, experiment.start_pressure, min(block, left), each_step)
-        left -= block
-        now = _configuration(data)
-        if _at_rest(before, now, data.qvel):
-            break
-        before = now
-    model.actuator_user[:, _CREEP] = creep
-    set_command(model, experiment.command)
-    settled(model, data, experiment.start_pressure.tolist())
-    data.time = 0.0
-
-
-def _advance(
-    model: mujoco.MjModel,
-    data: mujoco.MjData,
-    command: NDArray[np.float64],
-    count: int,
-    each_step: EachStep | None,
-) -> None:
-    """Take some time steps under one command; without a hook, ``data.ctrl`` holds it already."""
-    if each_step is None:
-        mujoco.mj_step(model, data, count)
-        return
-    for _ in range(count):
-        data.ctrl[:] = command
-        each_step(model, data)
-        mujoco.mj_step(model, data)
-
-
-def _configuration(data: mujoco.MjData) -> NDArray[np.float64]:
-    return np.concatenate([data.qpos, data.act])
-
-
-def _at_rest(
-    before: NDArray[np.float64], now: NDArray[np.float64], velocity: NDArray[np.float64]
-) -> bool:
-    # Rounding keeps a joint that rests at zero from ever being still relative to its own angle.
-    still = np.abs(now - before) <= _REST * np.abs(now) + 1e-3 * _REST
-    return bool(still.all() and (np.abs(velocity) <= _REST).all())
-
-
 def record(
     run: Run,
     data: mujoco.MjData,
@@ -278,7 +202,7 @@ def record(
             (row, model.opt.timestep, count), *later = plan[k]
         ctrl[:] = row
         if k < last:
-            _advance(model, data, row, 1, each_step)
+            advance(model, data, row, 1, each_step)
         else:
             final_state = save_state(model, data)
             if each_step is not None:
@@ -294,10 +218,10 @@ def record(
             )
         if k < last:
             if count > 1:
-                _advance(model, data, row, count - 1, each_step)
+                advance(model, data, row, count - 1, each_step)
             for row, model.opt.timestep, count in later:
                 ctrl[:] = row
-                _advance(model, data, row, count, each_step)
+                advance(model, data, row, count, each_step)
     model.opt.timestep = timestep
     outcome, message, recorded = Outcome.COMPLETED, "ran to the end", run.samples
     if broken is not None:

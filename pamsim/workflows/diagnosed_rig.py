@@ -63,7 +63,7 @@ class DiagnosedRig:
         self._predictor = TrialPredictor(
             rig, data, channels=check_channels(channels), threads=threads, simulated=self._counted
         )
-        rates = [e.sample_rate for e in self._predictor.different_experiments]
+        rates = [e.sample_rate for e in self._predictor.experiments]
         self._coarse = _coarse_step(rig, rates)
         self._predictor.linearise_starts(rig, timestep=self._coarse)
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from pamsim.core.errors import InputError
-from pamsim.diagnosis.candidate import INSIDE, Candidate, Probe
+from pamsim.diagnosis.candidate import Candidate, Probe, inside
 from pamsim.effects.catalog import EFFECTS, effect
 from pamsim.effects.effect import JOINT, TILTED, Effect, EffectParameter
 from pamsim.engine.rig import Rig
@@ -74,7 +74,7 @@ def candidate(rig: Rig, effect: Effect) -> Candidate:
     for number, size in enumerate(effect.probes):
         # Other shapes are tried at one size only: which shape it is shows at any.
         for variant in variants if number == 0 else variants[:1]:
-            values = _inside(free, {**at_size(rig, effect, size), **variant})
+            values = inside(free, {**at_size(rig, effect, size), **variant})
             shape = tuple(values[name] for name in shapes)
             probes.append(Probe(size=size, values=values, shape=shape))
     return Candidate(effect=effect, parameters=free, neutral=neutral, probes=tuple(probes))
@@ -109,11 +109,3 @@ def _free(parameter: EffectParameter, found: RigParameter) -> FreeParameter:
     return FreeParameter(
         name=found.name, unit=found.spec.unit, start=start, low=low, high=high, scale="linear"
     )
-
-
-def _inside(free: Sequence[FreeParameter], values: dict[str, float]) -> dict[str, float]:
-    edges = {p.name: (p.low, p.high, INSIDE * (p.high - p.low)) for p in free}
-    return {
-        name: min(max(value, edges[name][0] + edges[name][2]), edges[name][1] - edges[name][2])
-        for name, value in values.items()
-    }

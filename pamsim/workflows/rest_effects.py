@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from pamsim.core.errors import InputError
+from pamsim.diagnosis.candidate import inside
 from pamsim.diagnosis.row_model import RowEffect
 from pamsim.effects.catalog import EFFECTS, MUSCLE_SHAPE, effect
 from pamsim.effects.effect import Effect
@@ -22,7 +23,6 @@ _PATH = (
 _PRESSURES = ("air_leak", "supply_sag", "valve_dead_zone", "valve_flow")
 _PER_PRESSURE = ("force.a", "force.d")
 _SIZES = (1.0, 3.0, 6.0, -1.0, -3.0)  # of the typical one, at which fits begin
-_INSIDE = 1e-3  # of a range, that starts keep from its ends
 
 
 def effects_at_rest(
@@ -73,18 +73,15 @@ def _row_effect(rig: Rig, one: Effect) -> RowEffect:
         for free, parameter in zip(made.parameters, one.parameters, strict=True)
         for value in parameter.starts
     ]
-    inside: list[dict[str, float]] = []
+    different: list[dict[str, float]] = []
     for start in starts:
-        kept: dict[str, float] = {}
-        for free in made.parameters:
-            off = _INSIDE * (free.high - free.low)
-            kept[free.name] = min(max(start[free.name], free.low + off), free.high - off)
-        if kept not in inside:
-            inside.append(kept)
+        kept = inside(made.parameters, start)
+        if kept not in different:
+            different.append(kept)
     return RowEffect(
         name=one.name,
         family=one.family,
         parameters=made.parameters,
         neutral=made.neutral,
-        starts=tuple(inside),
+        starts=tuple(different),
     )

@@ -18,7 +18,7 @@ from pamsim.engine.equilibrium import rest_angles
 from pamsim.engine.rig import Rig
 from pamsim.signals.sensors import MeasurementChain, true_pressure
 from pamsim.store.static_table import StaticTable
-from pamsim.workflows.trial_prediction import table_experiments
+from pamsim.workflows.table_experiments import table_experiments
 
 FloatArray = NDArray[np.float64]
 Values = Mapping[str, float]

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import importlib.metadata
-import math
 import platform
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -13,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pamsim.core.units import DEG_PER_RAD, PA_PER_KPA
-from pamsim.diagnosis.row_evidence import rms_interval95
+from pamsim.diagnosis.row_evidence import compare_rows, rms_interval95
 from pamsim.diagnosis.row_model import RowModel
 from pamsim.diagnosis.row_search import Tried
 from pamsim.diagnosis.row_where import RowMap
@@ -24,11 +23,11 @@ from pamsim.engine.rig import Rig
 from pamsim.engine.rig_parameter import rig_parameter
 from pamsim.store.static_table import StaticTable
 from pamsim.sysid.free_parameter import FreeParameter
+from pamsim.workflows.trial_prediction import AT_REST
 
 FloatArray = NDArray[np.float64]
 
 SCHEMA = "pamsim-diagnosis/1"
-CHANNEL = "angle_at_rest"
 
 _DISPLAY = {
     "common_pressure": (1.0 / PA_PER_KPA, "kPa"),
@@ -199,21 +198,20 @@ class RestReport:
         assert best is not None
         instead = [name for name in best.names if name not in other.names]
         new = next(e for e in other.effects if e.name not in best.names)
-        difference = other.left.residual**2 - best.left.residual**2
-        error = float(np.std(difference, ddof=1)) / math.sqrt(difference.size)
+        behind = compare_rows(other.left.residual, best.left.residual, seed=self.seed)
         return {
             "name": new.name,
             "family": new.family,
             "instead_of": instead[0],
             "left_out_rms_deg": other.left.rms * DEG_PER_RAD,
-            "loss_difference_in_standard_errors": float(np.mean(difference)) / error,
+            "loss_difference_in_standard_errors": behind.in_errors,
             "parameters": self._parameters(other, new.parameters),
         }
 
     def _where(self, found: RowMap) -> dict[str, Any]:
         scale, unit = _DISPLAY.get(found.quantity, (1.0, "1"))
         return {
-            "channel": CHANNEL,
+            "channel": AT_REST,
             "protocol": self.table.name,
             "quantity": found.quantity,
             "unit": unit,
@@ -248,7 +246,7 @@ class RestReport:
             }
 
         return {
-            CHANNEL: {
+            AT_REST: {
                 "held_out": "each row by the fit without it",
                 "as_it_stands_deg": self.published_rms * DEG_PER_RAD,
                 "floor": {

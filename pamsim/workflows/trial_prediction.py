@@ -9,16 +9,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pamsim.core.errors import InputError, nearest
-from pamsim.core.experiment import Experiment, pressure_step
+from pamsim.core.experiment import Experiment
 from pamsim.core.recording import Outcome, Recording
 from pamsim.core.trial import Trial
 from pamsim.engine.batch import simulate_batch
 from pamsim.engine.rig import Rig
 from pamsim.signals.sensors import distorted, true_pressure
-from pamsim.store.static_table import StaticTable
 from pamsim.sysid.residual_block import Blocks, ResidualBlock
 from pamsim.workflows.calibration_data import CalibrationData
 from pamsim.workflows.start_errors import STEP, StartError, start_error, start_groups
+from pamsim.workflows.table_experiments import table_experiments
 from pamsim.workflows.trial_experiment import at_times, experiment_of
 
 FloatArray = NDArray[np.float64]
@@ -27,11 +27,6 @@ CHANNELS = ("angle", "pressure", "force")
 
 AT_REST = "angle_at_rest"
 """Channel of static tables: its misfit is of another kind than the noise of a recorded angle."""
-
-REST_DURATION = 6.0
-"""Time given to a step whose end is an angle at rest [s]: ten times the MAS-20's slow lag."""
-
-_REST_HZ = 20.0
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -116,12 +111,7 @@ class TrialPredictor:
         return self._numbers[key]
 
     @property
-    def experiments(self) -> int:
-        """Simulations that one parameter vector takes."""
-        return len(self._experiments)
-
-    @property
-    def different_experiments(self) -> tuple[Experiment, ...]:
+    def experiments(self) -> tuple[Experiment, ...]:
         """What one parameter vector is simulated with."""
         return tuple(self._experiments)
 
@@ -292,30 +282,6 @@ class TrialPredictor:
             for table in self.data.tables
         ]
         return blocks
-
-
-def table_experiments(table: StaticTable) -> list[Experiment]:
-    """The steps behind the rows of a static table.
-
-    Where the table does not say from which pressures a row started, all muscles rest at its highest
-    pressure before the others are vented: the operating concept of seed 003, section 3.1.
-    """
-    start = table.start
-    if start is None:
-        start = np.broadcast_to(table.pressure.max(axis=1, keepdims=True), table.pressure.shape)
-    return [
-        pressure_step(
-            before,
-            after,
-            duration=REST_DURATION,
-            load=float(load),
-            sample_rate=_REST_HZ,
-            name=f"{table.name}, {row}",
-        )
-        for row, before, after, load in zip(
-            table.rows, start, table.pressure, table.load, strict=True
-        )
-    ]
 
 
 def check_channels(channels: Sequence[str]) -> tuple[str, ...]:

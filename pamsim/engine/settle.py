@@ -1,0 +1,103 @@
+"""Bring a rig to rest before time 0, by letting time pass."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import TypeAlias
+
+import mujoco
+import numpy as np
+from numpy.typing import NDArray
+
+from pamsim.actuator.layout import slot
+from pamsim.core.experiment import Experiment
+from pamsim.engine.rig import set_command
+from pamsim.engine.state import reset, settled
+
+EachStep: TypeAlias = Callable[[mujoco.MjModel, mujoco.MjData], None]
+"""What acts on model and data before every time step: a law that no rig contains."""
+
+_REST_BLOCK = 0.1
+"""Time between two looks at whether a rig has come to rest [s]."""
+
+_REST = 1e-10
+"""Largest relative change of a state over that time in a rig that counts as at rest."""
+
+_CREEP = slot("creep.stiffness")
+
+
+def settle(
+    model: mujoco.MjModel,
+    data: mujoco.MjData,
+    experiment: Experiment,
+    *,
+    each_step: EachStep | None = None,
+) -> None:
+    """Bring a live model to rest at the start pressures of an experiment and set time to 0.
+
+    It ends early once nothing moves any more, which a slow operator prevents. Creep would, too;
+    but where it ends the relaxed element carries nothing, so that it is left out on the way.
+
+    Args:
+        model: live; its command is that of the experiment afterwards.
+        data: of it, overwritten.
+        experiment: its start pressures [Pa] and the time [s] that it allows.
+        each_step: acts before every step, or None.
+    """
+    set_command(model, "pressure")
+    reset(model, data, experiment.start_pressure.tolist())
+    creep = model.actuator_user[:, _CREEP].copy()
+    model.actuator_user[:, _CREEP] = 0.0
+    data.ctrl[:] = experiment.start_pressure
+    data.time = -experiment.settle
+    left = round(experiment.settle / model.opt.timestep)
+    block = max(1, round(_REST_BLOCK / model.opt.timestep))
+    before = _configuration(data)
+    while left > 0:
+        advance(model, data, experiment.start_pressure, min(block, left), each_step)
+        left -= block
+        now = _configuration(data)
+        if _at_rest(before, now, data.qvel):
+            break
+        before = now
+    model.actuator_user[:, _CREEP] = creep
+    set_command(model, experiment.command)
+    settled(model, data, experiment.start_pressure.tolist())
+    data.time = 0.0
+
+
+def advance(
+    model: mujoco.MjModel,
+    data: mujoco.MjData,
+    command: NDArray[np.float64],
+    count: int,
+    each_step: EachStep | None,
+) -> None:
+    """Take some time steps under one command.
+
+    Args:
+        model: live.
+        data: of it; stepped in place.
+        command: (m,) of the muscles; without a hook, ``data.ctrl`` holds it already.
+        count: of steps.
+        each_step: acts before each of them, or None.
+    """
+    if each_step is None:
+        mujoco.mj_step(model, data, count)
+        return
+    for _ in range(count):
+        data.ctrl[:] = command
+        each_step(model, data)
+        mujoco.mj_step(model, data)
+
+
+def _configuration(data: mujoco.MjData) -> NDArray[np.float64]:
+    return np.concatenate([data.qpos, data.act])
+
+
+def _at_rest(
+    before: NDArray[np.float64], now: NDArray[np.float64], velocity: NDArray[np.float64]
+) -> bool:
+    # Rounding keeps a joint that rests at zero from ever being still relative to its own angle.
+    still = np.abs(now - before) <= _REST * np.abs(now) + 1e-3 * _REST
+    return bool(still.all() and (np.abs(velocity) <= _REST).all())
