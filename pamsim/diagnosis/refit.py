@@ -250,7 +250,12 @@ class Fitter:
             self._slopes[p.name] if p.name in self._slopes else next(own) for p in parameters
         ]
         place = SearchScale(parameters).to_unit(np.array([values[p.name] for p in parameters]))
-        return Stop(place=place, cost=float(known["cost"]), slopes=np.stack(columns, axis=1))
+        return Stop(
+            place=place,
+            residual=here,
+            cost=float(known["cost"]),
+            slopes=np.stack(columns, axis=1),
+        )
 
     def _finished(self, parameters: Sequence[FreeParameter], stop: Stop) -> Refit:
         names = [p.name for p in parameters]

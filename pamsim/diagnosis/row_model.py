@@ -10,15 +10,10 @@ from numpy.typing import NDArray
 
 from pamsim.core.errors import InputError
 from pamsim.diagnosis.row_evidence import RowGain, compare_rows
-from pamsim.diagnosis.row_fit import (
-    LeftOutRows,
-    RowFit,
-    RowSimulator,
-    fit_rows,
-    left_out,
-    linearised_left_out,
-)
+from pamsim.diagnosis.row_fit import RowFit, RowSimulator, fit_rows
+from pamsim.diagnosis.row_left_out import jackknife_reach95, left_out, linearised_left_out
 from pamsim.sysid.free_parameter import FreeParameter
+from pamsim.sysid.leave_one_out import LeftOut
 
 FloatArray = NDArray[np.float64]
 
@@ -63,7 +58,7 @@ class RowModel:
 
     effects: tuple[RowEffect, ...]
     fit: RowFit
-    left: LeftOutRows
+    left: LeftOut
     gain: RowGain | None = None
     luck: float = 1.0
 
@@ -75,7 +70,7 @@ class RowModel:
     @property
     def intervals(self) -> dict[str, tuple[float, float]]:
         """Parameter -> 95 % interval [SI]."""
-        reach = self.left.reach95().tolist()
+        reach = jackknife_reach95(self.left).tolist()
         return {
             p.name: (self.fit.values[p.name] - r, self.fit.values[p.name] + r)
             for p, r in zip(self.fit.parameters, reach, strict=True)

@@ -6,7 +6,8 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 from pamsim.core.errors import InputError
-from pamsim.diagnosis.row_fit import RowFit, linearised_reach95
+from pamsim.diagnosis.row_fit import RowFit
+from pamsim.diagnosis.row_left_out import linearised_reach95
 from pamsim.diagnosis.row_luck import luck
 from pamsim.diagnosis.row_model import SIGNIFICANCE, RowEffect, RowModel, RowModels
 from pamsim.diagnosis.verdict import TIE_ERRORS

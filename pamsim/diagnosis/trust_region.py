@@ -23,12 +23,14 @@ class Stop:
 
     Attributes:
         place: (p,) in the unit cube.
-        cost: sum of squares there.
+        residual: (f,) there.
+        cost: sum of its squares.
         slopes: (f, p) last used.
         fell: by how much the cost fell on the way.
     """
 
     place: FloatArray
+    residual: FloatArray
     cost: float
     slopes: FloatArray
     fell: float = 0.0
@@ -41,6 +43,7 @@ def descend(
     *,
     most: int,
     tolerance: float,
+    gradient: float = 1e-10,
 ) -> Stop | None:
     """Go down from a place.
 
@@ -50,6 +53,7 @@ def descend(
         begin: (p,) inside the cube.
         most: steps tried.
         tolerance: relative, of cost and place.
+        gradient: at which it is flat.
 
     Returns:
         The end, or None if the simulation breaks down at the beginning.
@@ -65,7 +69,7 @@ def descend(
     first = known(begin)
     if first is None:
         return None
-    lost = _LOST * first
+    lost = _LOST * np.maximum(np.abs(first), np.max(np.abs(first)))
     last = np.empty((first.size, 0))
 
     def kept(place: FloatArray) -> FloatArray:
@@ -85,8 +89,14 @@ def descend(
         x_scale="jac",
         ftol=tolerance,
         xtol=tolerance,
-        gtol=1e-10,
+        gtol=gradient,
         max_nfev=most,
     )
     cost = 2.0 * float(found.cost)
-    return Stop(place=found.x, cost=cost, slopes=last, fell=float(first @ first) - cost)
+    return Stop(
+        place=found.x,
+        residual=kept(found.x),
+        cost=cost,
+        slopes=last,
+        fell=float(first @ first) - cost,
+    )

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -80,29 +80,62 @@ def leave_one_out(
     optimum = scale.to_unit(calibration.values)
     pull = _Priors(parameters, scale, optimum)
     jacobian = linear.jacobian * linear.weight[:, np.newaxis]
-    at = np.tile(optimum, (count, 1))
-    residual = np.tile(linear.residual, (count, 1))
+
+    def step(i: int, residual: FloatArray, place: FloatArray) -> FloatArray:
+        keep = np.arange(count) != i
+        rows = np.vstack([jacobian[keep], pull.jacobian])
+        miss = np.concatenate([(residual * linear.weight)[keep], pull.residual(place)])
+        return np.clip(place - np.linalg.lstsq(rows, miss, rcond=None)[0], 0.0, 1.0)
+
+    def rows_of(values: FloatArray) -> list[FloatArray | None]:
+        return [stacked(blocks, linear.places) for blocks in simulate(values)]
+
+    return refits_without(
+        optimum, linear.residual, step, rows_of, scale, tolerance=tolerance, most=most
+    )
+
+
+def refits_without(
+    optimum: FloatArray,
+    residual: FloatArray,
+    step: Callable[[int, FloatArray, FloatArray], FloatArray],
+    simulate: Callable[[FloatArray], Sequence[FloatArray | None]],
+    scale: SearchScale,
+    *,
+    tolerance: float,
+    most: int,
+) -> LeftOut:
+    """Iterate the refits without each row side by side, all simulated in one call per round.
+
+    Args:
+        optimum: place of the fit to all rows in the parameters' ranges, (p,).
+        residual: of that fit, (n,) [SI].
+        step: number of a row, residual (n,) and place (p,) of the refit without it, to its next
+            place.
+        simulate: values, (n, p) [parameter units], to the residual of each, None where it diverged.
+        scale: between places and values.
+        tolerance: change of a place at which a refit is done.
+        most: rounds.
+
+    Raises:
+        InputError: if a refit diverges.
+    """
+    count = residual.size
+    at, found = np.tile(optimum, (count, 1)), np.tile(residual, (count, 1))
     evaluations, change = 0, math.inf
     for _ in range(most):
-        moved = at.copy()
-        for i in range(count):
-            keep = np.arange(count) != i
-            rows = np.vstack([jacobian[keep], pull.jacobian])
-            miss = np.concatenate([(residual[i] * linear.weight)[keep], pull.residual(at[i])])
-            moved[i] = np.clip(at[i] - np.linalg.lstsq(rows, miss, rcond=None)[0], 0.0, 1.0)
+        moved = np.stack([step(i, found[i], at[i]) for i in range(count)])
         change = float(np.max(np.abs(moved - at)))
         at = moved
-        answers = simulate(scale.from_unit(at))
         evaluations += count
-        for i, blocks in enumerate(answers):
-            found = stacked(blocks, linear.places)
-            if found is None:
+        for i, answer in enumerate(simulate(scale.from_unit(at))):
+            if answer is None:
                 raise InputError(f"without row {i + 1} the fit leaves what can be simulated")
-            residual[i] = found
+            found[i] = answer
         if change < tolerance:
             break
     return LeftOut(
-        residual=np.diag(residual).copy(),
+        residual=np.diag(found).copy(),
         values=scale.from_unit(at),
         evaluations=evaluations,
         settled=change,

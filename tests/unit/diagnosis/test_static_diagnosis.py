@@ -10,7 +10,8 @@ import pytest
 
 from pamsim.core.errors import InputError
 from pamsim.diagnosis.row_evidence import compare_rows, rms_interval95
-from pamsim.diagnosis.row_fit import RowSimulator, fit_rows, left_out, linearised_left_out
+from pamsim.diagnosis.row_fit import RowSimulator, fit_rows
+from pamsim.diagnosis.row_left_out import left_out, linearised_left_out
 from pamsim.diagnosis.row_luck import luck
 from pamsim.diagnosis.row_where import row_maps
 from pamsim.diagnosis.verdict import Verdict
