@@ -28,7 +28,7 @@ from kept_rows import Task, fingerprint, kept_rows
 from pamsim.core.units import DEG_PER_RAD
 from pamsim.diagnosis.loop_diagnosis import diagnose_loop
 from pamsim.diagnosis.loop_effects import CANDIDATES
-from pamsim.diagnosis.loop_fit import Loop
+from pamsim.diagnosis.loop_model import Loop
 from pamsim.effects.catalog import EFFECTS, MUSCLE_SHAPE
 from pamsim.store.json_file import write_json
 from pamsim.store.static_table import read_static_table

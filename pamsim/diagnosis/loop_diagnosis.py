@@ -14,7 +14,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pamsim.diagnosis.loop_effects import CANDIDATES, LoopEffect
-from pamsim.diagnosis.loop_fit import Loop, LoopFitter, LoopModel
+from pamsim.diagnosis.loop_fit import LoopFitter
+from pamsim.diagnosis.loop_model import Loop, LoopModel
 from pamsim.diagnosis.row_model import SIGNIFICANCE
 from pamsim.diagnosis.static_diagnosis import NAMED
 from pamsim.diagnosis.verdict import Verdict

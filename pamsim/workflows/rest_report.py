@@ -23,11 +23,11 @@ from pamsim.engine.rig import Rig
 from pamsim.engine.rig_parameter import rig_parameter
 from pamsim.store.static_table import StaticTable
 from pamsim.sysid.free_parameter import FreeParameter
+from pamsim.workflows.diagnosis_report import SCHEMA
 from pamsim.workflows.trial_prediction import AT_REST
 
 FloatArray = NDArray[np.float64]
 
-SCHEMA = "pamsim-diagnosis/1"
 
 _DISPLAY = {
     "common_pressure": (1.0 / PA_PER_KPA, "kPa"),

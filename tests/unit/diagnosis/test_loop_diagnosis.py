@@ -16,7 +16,7 @@ from pamsim.diagnosis.loop_effects import (
     rate_signal,
     stop_signal,
 )
-from pamsim.diagnosis.loop_fit import Loop
+from pamsim.diagnosis.loop_model import Loop
 from pamsim.diagnosis.verdict import Verdict
 
 LEVELS = np.linspace(0.0, 5e5, 21)
