@@ -8,12 +8,10 @@ from typing import Any
 
 from matplotlib.figure import Figure
 
-from pamsim.core.errors import InputError
 from pamsim.report import calibrate_numbers, calibrate_signals
 from pamsim.report.calibrate_signals import Compared
 from pamsim.report.numbers import fixed, interval, plain, significant, unit, words
-from pamsim.report.page import PageImage, page_template
-from pamsim.report.style import save_png
+from pamsim.report.page import PageImage, check_schema, page_template, save_page
 
 SCHEMA = "pamsim-calibrate/1"
 
@@ -34,20 +32,12 @@ def write_calibration(
     Raises:
         InputError: if the result has another schema, or the place cannot be written.
     """
-    if result.get("schema") != SCHEMA:
-        raise InputError(
-            f"the result has schema {result.get('schema')!r}; this page reads {SCHEMA!r}"
-        )
-    images: dict[str, PageImage] = {}
-    page = out / "index.html"
-    try:
-        out.mkdir(parents=True, exist_ok=True)
-        for name, figure in _figures(result, comparisons).items():
-            images[name] = PageImage(f"{name}.png", *save_png(figure, out / f"{name}.png"))
-        page.write_text(render_page(result, images, _shown(comparisons)), encoding="utf-8")
-    except OSError as error:
-        raise InputError(f"cannot write {out}: {error.strerror}") from None
-    return [page, *(out / image.file for image in images.values())]
+    check_schema(result, SCHEMA)
+    return save_page(
+        out,
+        lambda: _figures(result, comparisons),
+        lambda images: render_page(result, images, _shown(comparisons)),
+    )
 
 
 def _trials(comparisons: Sequence[Compared]) -> list[Compared]:

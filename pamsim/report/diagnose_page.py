@@ -10,7 +10,6 @@ from typing import Any
 
 from matplotlib.figure import Figure
 
-from pamsim.core.errors import InputError
 from pamsim.report import diagnose_gap, diagnose_loops, diagnose_signals, diagnose_where
 from pamsim.report.calibrate_signals import Compared
 from pamsim.report.diagnose_tables import (
@@ -22,8 +21,7 @@ from pamsim.report.diagnose_tables import (
     tried_rows,
 )
 from pamsim.report.numbers import fixed, plain, significant, words
-from pamsim.report.page import PageImage, page_template
-from pamsim.report.style import save_png
+from pamsim.report.page import PageImage, check_schema, page_template, save_page
 
 SCHEMA = "pamsim-diagnosis/1"
 
@@ -44,21 +42,13 @@ def write_diagnosis(
     Raises:
         InputError: if the result has another schema, or the place cannot be written.
     """
-    if result.get("schema") != SCHEMA:
-        raise InputError(
-            f"the result has schema {result.get('schema')!r}; this page reads {SCHEMA!r}"
-        )
-    images: dict[str, PageImage] = {}
-    page = out / "index.html"
+    check_schema(result, SCHEMA)
     shown = diagnose_signals.worst_trials(comparisons, _noise(comparisons, result))
-    try:
-        out.mkdir(parents=True, exist_ok=True)
-        for name, figure in _figures(result, comparisons, shown).items():
-            images[name] = PageImage(f"{name}.png", *save_png(figure, out / f"{name}.png"))
-        page.write_text(render_page(result, images, shown), encoding="utf-8")
-    except OSError as error:
-        raise InputError(f"cannot write {out}: {error.strerror}") from None
-    return [page, *(out / image.file for image in images.values())]
+    return save_page(
+        out,
+        lambda: _figures(result, comparisons, shown),
+        lambda images: render_page(result, images, shown),
+    )
 
 
 def _noise(comparisons: Sequence[Compared], result: Mapping[str, Any]) -> dict[str, float]:

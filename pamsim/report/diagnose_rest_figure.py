@@ -10,7 +10,6 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from pamsim.core.errors import InputError
 from pamsim.report.numbers import fixed
 from pamsim.report.style import (
     BLUE,
@@ -20,9 +19,9 @@ from pamsim.report.style import (
     VERMILION,
     finish_axes,
     new_figure,
-    save_png,
     say_empty,
     styled,
+    write_png,
 )
 
 _BEST_TRIED = 6
@@ -37,7 +36,7 @@ def write_rest_figure(result: Mapping[str, Any], folder: Path) -> Path:
     Raises:
         InputError: if the place cannot be written.
     """
-    return _written(rest_figure(result), folder / "rows.png")
+    return write_png(rest_figure(result), folder / "rows.png")
 
 
 def write_loop_figure(result: Mapping[str, Any], folder: Path) -> Path:
@@ -49,7 +48,7 @@ def write_loop_figure(result: Mapping[str, Any], folder: Path) -> Path:
     Raises:
         InputError: if the place cannot be written.
     """
-    return _written(loop_figure(result), folder / "loop.png")
+    return write_png(loop_figure(result), folder / "loop.png")
 
 
 @styled
@@ -137,12 +136,3 @@ def _errors(ax: Axes, result: Mapping[str, Any]) -> None:
     ax.invert_yaxis()
     finish_axes(ax, x="RMS error at rows left out [deg]", zero=False)
     ax.grid(False, axis="y")
-
-
-def _written(figure: Figure, path: Path) -> Path:
-    try:
-        path.parent.mkdir(parents=True, exist_ok=True)
-        save_png(figure, path)
-    except OSError as error:
-        raise InputError(f"cannot write {path}: {error.strerror}") from None
-    return path

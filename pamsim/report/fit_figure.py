@@ -11,7 +11,6 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
-from pamsim.core.errors import InputError
 from pamsim.core.units import PA_PER_KPA
 from pamsim.report.numbers import fixed
 from pamsim.report.style import (
@@ -19,10 +18,10 @@ from pamsim.report.style import (
     MUTED,
     finish_axes,
     new_figure,
-    save_png,
     say_empty,
     series_look,
     styled,
+    write_png,
 )
 
 FloatArray = NDArray[np.float64]
@@ -39,13 +38,7 @@ def write_fit_figure(result: Mapping[str, Any], folder: Path) -> Path:
     Raises:
         InputError: if the place cannot be written.
     """
-    path = folder / "fit.png"
-    try:
-        folder.mkdir(parents=True, exist_ok=True)
-        save_png(fit_figure(result), path)
-    except OSError as error:
-        raise InputError(f"cannot write {path}: {error.strerror}") from None
-    return path
+    return write_png(fit_figure(result), folder / "fit.png")
 
 
 @styled

@@ -15,8 +15,7 @@ from pamsim.report.identify_bode import bode
 from pamsim.report.identify_local_figure import local_map
 from pamsim.report.identify_view import model_title, model_views, trial_views, verdict
 from pamsim.report.numbers import fixed, plain
-from pamsim.report.page import PageImage, page_template
-from pamsim.report.style import save_png
+from pamsim.report.page import PageImage, check_schema, page_template, save_page
 
 SCHEMA = "pamsim-identify/1"
 
@@ -37,21 +36,16 @@ def write_identification(
     Raises:
         InputError: for another schema, or if the place cannot be written.
     """
-    if result.get("schema") != SCHEMA:
-        raise InputError(
-            f"the result has schema {result.get('schema')!r}; this page reads {SCHEMA!r}"
-        )
-    page, table = out / "index.html", out / "curves.csv"
-    images: dict[str, PageImage] = {}
+    check_schema(result, SCHEMA)
+    written = save_page(
+        out, lambda: _figures(result, curves), lambda images: _render(result, curves, images)
+    )
+    table = out / "curves.csv"
     try:
-        out.mkdir(parents=True, exist_ok=True)
-        for name, figure in _figures(result, curves).items():
-            images[name] = PageImage(f"{name}.png", *save_png(figure, out / f"{name}.png"))
         _write_curves(result, curves, table)
-        page.write_text(_render(result, curves, images), encoding="utf-8")
     except OSError as error:
-        raise InputError(f"cannot write {out}: {error.strerror}") from None
-    return [page, *(out / image.file for image in images.values()), table]
+        raise InputError(f"cannot write {table}: {error.strerror}") from None
+    return [*written, table]
 
 
 def _figures(result: Mapping[str, Any], curves: Mapping[str, Any]) -> dict[str, Figure]:

@@ -1,10 +1,17 @@
-"""What every page shares: how templates are filled, and how a page refers to its images."""
+"""What every page shares: its schema, its files, its images, and how templates are filled."""
 
 from __future__ import annotations
 
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
 
 import jinja2
+from matplotlib.figure import Figure
+
+from pamsim.core.errors import InputError
+from pamsim.report.style import save_png
 
 
 @dataclass(frozen=True)
@@ -30,3 +37,45 @@ def page_template(name: str) -> jinja2.Template:
         lstrip_blocks=True,
     )
     return environment.get_template(name)
+
+
+def check_schema(result: Mapping[str, Any], schema: str) -> None:
+    """Refuse a result that a page was not made for.
+
+    Raises:
+        InputError: if its schema is another.
+    """
+    if result.get("schema") != schema:
+        raise InputError(
+            f"the result has schema {result.get('schema')!r}; this page reads {schema!r}"
+        )
+
+
+def save_page(
+    out: Path,
+    draw: Callable[[], Mapping[str, Figure]],
+    render: Callable[[Mapping[str, PageImage]], str],
+) -> list[Path]:
+    """Write a page and its figures.
+
+    Args:
+        out: folder; made if missing, files of the same names are replaced.
+        draw: the figures, by the names of their files without ``.png``.
+        render: the page's text, from the images of those names.
+
+    Returns:
+        The files written, the page first.
+
+    Raises:
+        InputError: if the place cannot be written.
+    """
+    images: dict[str, PageImage] = {}
+    page = out / "index.html"
+    try:
+        out.mkdir(parents=True, exist_ok=True)
+        for name, figure in draw().items():
+            images[name] = PageImage(f"{name}.png", *save_png(figure, out / f"{name}.png"))
+        page.write_text(render(images), encoding="utf-8")
+    except OSError as error:
+        raise InputError(f"cannot write {out}: {error.strerror}") from None
+    return [page, *(out / image.file for image in images.values())]

@@ -13,6 +13,8 @@ from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
+from pamsim.core.errors import InputError
+
 # Okabe and Ito (2008): stays apart under the common colour-vision deficiencies and in grey print.
 BLUE = "#0072B2"
 VERMILION = "#D55E00"
@@ -146,6 +148,23 @@ def say_empty(ax: Axes, text: str) -> None:
     ax.text(
         0.5, 0.5, text, transform=ax.transAxes, ha="center", va="center", color=MUTED, wrap=True
     )
+
+
+def write_png(figure: Figure, path: Path) -> Path:
+    """Write a figure that stands alone, its folder made if missing.
+
+    Returns:
+        The path written.
+
+    Raises:
+        InputError: if the place cannot be written.
+    """
+    try:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        save_png(figure, path)
+    except OSError as error:
+        raise InputError(f"cannot write {path}: {error.strerror}") from None
+    return path
 
 
 def save_png(figure: Figure, path: Path) -> tuple[int, int]:

@@ -97,7 +97,7 @@ def test_every_verdict_is_printed_and_has_its_exit_code(verdict, tmp_path, monke
         return one
 
     monkeypatch.setattr("pamsim.workflows.diagnose.diagnose", quick)
-    monkeypatch.setattr("pamsim.report.diagnose_page.save_png", lambda figure, path: (691, 400))
+    monkeypatch.setattr("pamsim.report.page.save_png", lambda figure, path: (691, 400))
     out = tmp_path / "out"
     code, told, _ = run(
         monkeypatch, capsys, "diagnose", "a", "b", "--effects", "air_leak", "--effects",

@@ -9,7 +9,6 @@ import numpy as np
 import pytest
 
 from pamsim.core.errors import InputError
-from pamsim.report import calibrate_page
 from pamsim.report.calibrate_numbers import correlations, parameter_ranges, profile_curves
 from pamsim.report.calibrate_page import verdict, write_calibration
 from pamsim.report.calibrate_signals import rest_errors, shown_trials, trial_signals
@@ -83,7 +82,7 @@ def result(table):
 
 @pytest.fixture
 def quick(monkeypatch):
-    monkeypatch.setattr(calibrate_page, "save_png", lambda figure, path: (691, 400))
+    monkeypatch.setattr("pamsim.report.page.save_png", lambda figure, path: (691, 400))
 
 
 def numbers(page):

@@ -11,7 +11,6 @@ import pytest
 import pamsim
 from pamsim.core.errors import InputError
 from pamsim.diagnosis.verdict import Verdict
-from pamsim.report import diagnose_page
 from pamsim.report.diagnose_gap import gap_bars, regime_values
 from pamsim.report.diagnose_loops import loop_areas, residual_lines
 from pamsim.report.diagnose_page import write_diagnosis
@@ -32,7 +31,7 @@ def rig():
 
 @pytest.fixture
 def quick(monkeypatch):
-    monkeypatch.setattr(diagnose_page, "save_png", lambda figure, path: (691, 400))
+    monkeypatch.setattr("pamsim.report.page.save_png", lambda figure, path: (691, 400))
 
 
 def page_of(one, folder):

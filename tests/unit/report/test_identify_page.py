@@ -8,7 +8,6 @@ import numpy as np
 import pytest
 
 from pamsim.core.errors import InputError
-from pamsim.report import identify_page
 from pamsim.report.identify_bode import bode
 from pamsim.report.identify_figures import measured_and_model, shown_trials, step_and_poles
 from pamsim.report.identify_local_figure import local_map
@@ -156,7 +155,7 @@ def test_words_and_numbers(result):
 
 
 def test_held_out_column_is_there_only_with_held_out_trials(result, curves, tmp_path, monkeypatch):
-    monkeypatch.setattr(identify_page, "save_png", lambda figure, path: (691, 400))
+    monkeypatch.setattr("pamsim.report.page.save_png", lambda figure, path: (691, 400))
     held = write_identification(result, curves, tmp_path)[0].read_text(encoding="utf-8")
     assert "held out<br>" in held
     result["trials"][1]["role"] = "fitted"
