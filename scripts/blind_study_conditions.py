@@ -71,6 +71,11 @@ IN_SPAN = ("cold_air", "mounting_offset")
 
 _VARIATION = 0.003
 
+_TUNING_SEEDS = 100
+_FINAL_SEEDS = 9000
+"""First seeds of the batches. Those from 5000 on had been seen when play became passive; those from
+9000 on were committed before any of them was run."""
+
 
 @dataclass(frozen=True, kw_only=True)
 class Condition:
@@ -108,7 +113,7 @@ def conditions(batch: str) -> list[Condition]:
         batch: ``tuning`` or ``final``.
     """
     final = batch == "final"
-    first = 5000 if final else 100
+    first = _FINAL_SEEDS if final else _TUNING_SEEDS
     found = _all() if final else _some()
     rng = np.random.default_rng(17)
     numbered = [Condition(**{**one, "seed": first + number}) for number, one in enumerate(found)]
