@@ -1,0 +1,56 @@
+"""Leave out of a model what is only there to be seen: it costs a third of every step.
+
+MuJoCo places each geom anew at every step, whether it collides, weighs something, or is a screw
+on the housing.
+"""
+
+from __future__ import annotations
+
+import mujoco
+
+_JOINT_LIKE = (
+    mujoco.mjtObj.mjOBJ_JOINT,
+    mujoco.mjtObj.mjOBJ_TENDON,
+    mujoco.mjtObj.mjOBJ_ACTUATOR,
+)
+
+
+def drop_looks(spec: mujoco.MjSpec) -> None:
+    """Remove the geoms of a specification that no force and no sensor can depend on.
+
+    Where something in the model might look at geoms (spatial tendons, contact pairs, a fluid,
+    sensors of bodies or sites) all are left in place.
+
+    Args:
+        spec: changed in place; its dynamics stay the same to the last bit.
+    """
+    if _looked_at(spec):
+        return
+    for geom in list(spec.geoms):
+        body = geom.parent
+        if not geom.contype and not geom.conaffinity and (body.explicitinertial or _fixed(body)):
+            spec.delete(geom)
+
+
+def _looked_at(spec: mujoco.MjSpec) -> bool:
+    option = spec.option
+    return bool(
+        spec.pairs
+        or option.density
+        or option.viscosity
+        or any(sensor.objtype not in _JOINT_LIKE for sensor in spec.sensors)
+        or any(
+            wrap.type != mujoco.mjtWrap.mjWRAP_JOINT
+            for tendon in spec.tendons
+            for wrap in tendon.path
+        )
+    )
+
+
+def _fixed(body: mujoco.MjsBody) -> bool:
+    """Whether a body never moves, so that its mass counts for nothing."""
+    while body.parent is not None:
+        if body.joints:
+            return False
+        body = body.parent
+    return True
