@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import contextlib
 from collections.abc import Iterator
-from typing import Any
+from typing import Any, TypeAlias
 
 import mujoco
 
@@ -21,11 +21,31 @@ BACKENDS = ("compiled", "python")
 
 _GUARD = 1000
 
+Callbacks: TypeAlias = tuple[Any, Any, Any]
+"""``mjcb_act_dyn``, ``mjcb_act_gain``, ``mjcb_act_bias``: pointers, functions or None."""
+
 
 def guard(model: mujoco.MjModel) -> None:
     """Make ``mj_step`` on a model raise unless it runs inside `live`."""
     if model.opt.integrator < _GUARD:
         model.opt.integrator += _GUARD
+
+
+def lift_guard(model: mujoco.MjModel) -> None:
+    """Let ``mj_step`` run on a model again; only while the callbacks are in place."""
+    model.opt.integrator %= _GUARD
+
+
+def check_steppable(model: mujoco.MjModel) -> None:
+    """Refuse a model that the callbacks are not for.
+
+    Raises:
+        InputError: if it has no pamsim muscle.
+        EngineError: if it asks for an integrator that would break the muscles' memory.
+    """
+    if not muscle_ids(model):
+        raise InputError("this model has no pamsim muscle; add one with pamsim.attach")
+    refuse_multistage(model.opt.integrator % _GUARD)
 
 
 def muscle_ids(model: mujoco.MjModel) -> list[int]:
@@ -50,19 +70,17 @@ def live(*models: mujoco.MjModel, backend: str = "compiled") -> Iterator[None]:
             engine's structs are not laid out as declared.
     """
     for model in models:
-        if not muscle_ids(model):
-            raise InputError("this model has no pamsim muscle; add one with pamsim.attach")
-        refuse_multistage(model.opt.integrator % _GUARD)
-    callbacks = _callbacks(backend)
+        check_steppable(model)
+    callbacks = native_callbacks() if backend == "compiled" else _interpreted(backend)
     before = (mujoco.get_mjcb_act_dyn(), mujoco.get_mjcb_act_gain(), mujoco.get_mjcb_act_bias())
     integrators = [model.opt.integrator for model in models]
     try:
-        _install(callbacks)
+        install(callbacks)
         for model in models:
-            model.opt.integrator %= _GUARD
+            lift_guard(model)
         yield
     finally:
-        _install(before)
+        install(before)
         for model, integrator in zip(models, integrators, strict=True):
             model.opt.integrator = integrator
 
@@ -122,22 +140,30 @@ def refuse_multistage(integrator: int) -> None:
         )
 
 
-def _callbacks(backend: str) -> tuple[Any, Any, Any]:
-    # Imported by choice of backend: numba takes half a second that the Python backend need not pay.
-    if backend == "compiled":
-        from pamsim.engine import compiled, structs
+def native_callbacks() -> Callbacks:
+    """The compiled callbacks, for `install`.
 
-        natives = compiled.compiled_callbacks()
-        structs.verified_layout()
-        return natives.dyn, natives.gain, natives.bias
-    if backend == "python":
-        from pamsim.engine import interpreted
+    Raises:
+        EngineError: if the engine's structs are not laid out as declared.
+    """
+    # Numba takes half a second that the Python backend need not pay.
+    from pamsim.engine import compiled, structs
 
-        return interpreted.dyn, interpreted.gain, interpreted.bias
-    raise InputError(f"no backend {backend!r}; {nearest(backend, BACKENDS)}")
+    natives = compiled.compiled_callbacks()
+    structs.verified_layout()
+    return natives.dyn, natives.gain, natives.bias
 
 
-def _install(callbacks: tuple[Any, Any, Any]) -> None:
+def install(callbacks: Callbacks) -> None:
+    """Put callbacks in place for the whole process; `live` does it for a while."""
     mujoco.set_mjcb_act_dyn(callbacks[0])
     mujoco.set_mjcb_act_gain(callbacks[1])
     mujoco.set_mjcb_act_bias(callbacks[2])
+
+
+def _interpreted(backend: str) -> Callbacks:
+    if backend != "python":
+        raise InputError(f"no backend {backend!r}; {nearest(backend, BACKENDS)}")
+    from pamsim.engine import interpreted
+
+    return interpreted.dyn, interpreted.gain, interpreted.bias

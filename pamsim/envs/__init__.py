@@ -1,1 +1,5 @@
-"""Gymnasium environments of the antagonistic arm."""
+"""Gymnasium environments of the antagonistic arm; importing this room registers them."""
+
+from pamsim.envs.registration import register
+
+register()

@@ -1,0 +1,81 @@
+"""Gauge pressures of many arms at one instant, each with parameters and states of its own."""
+
+from __future__ import annotations
+
+import functools
+from collections.abc import Callable
+from typing import Any, TypeAlias
+
+import mujoco
+import numpy as np
+from numpy.typing import NDArray
+
+from pamsim.actuator.kernel import gauge_pressure
+from pamsim.engine.callback import muscle_ids
+
+FloatArray = NDArray[np.float64]
+_Read: TypeAlias = Callable[..., None]
+
+
+class ChamberGauge:
+    """Reads all chambers of arms that are alike but for their numbers.
+
+    Args:
+        model: of one arm: which muscles there are and where their states lie.
+        arms: how many.
+
+    Attributes:
+        rows: (arms, m, SIZE) parameters of each arm's muscles.
+    """
+
+    def __init__(self, model: mujoco.MjModel, arms: int) -> None:
+        ids = muscle_ids(model)
+        self._first = np.array([model.actuator_actadr[i] for i in ids], dtype=np.int64)
+        self._count = np.array([model.actuator_actnum[i] for i in ids], dtype=np.int64)
+        self._out = np.array([model.actuator_outadr[i] for i in ids], dtype=np.int64)
+        self._ids = ids
+        self.rows = np.empty((arms, len(ids), model.nuser_actuator))
+        self._read = _compiled()
+
+    def set_parameters(self, arm: int, model: mujoco.MjModel) -> None:
+        """Take the parameters of one arm from its model."""
+        self.rows[arm] = model.actuator_user[self._ids]
+
+    def read(self, act: FloatArray, length: FloatArray) -> FloatArray:
+        """Gauge pressures.
+
+        Args:
+            act: (n, na) states.
+            length: (n, m) lengths of the actuators' tendons [m].
+
+        Returns:
+            (n, m) [Pa], one column per muscle.
+        """
+        found = np.empty(self.rows.shape[:2])
+        self._read(self.rows, act, length, self._first, self._count, self._out, found)
+        return found
+
+
+@functools.cache
+def _compiled() -> _Read:
+    import numba
+
+    from pamsim.engine import compiled
+
+    compiled.compiled_callbacks()  # hands the kernel's functions to numba
+    key = compiled.fingerprint(compiled.reached_functions(gauge_pressure))
+    mark: Any = compiled._keyed_by
+
+    @numba.njit(cache=True, nogil=True, error_model="numpy")
+    def read(rows, act, length, first, count, out, found):
+        mark(key)
+        for arm in range(found.shape[0]):
+            for muscle in range(found.shape[1]):
+                begin = first[muscle]
+                found[arm, muscle] = gauge_pressure(
+                    rows[arm, muscle],
+                    act[arm, begin : begin + count[muscle]],
+                    length[arm, out[muscle]],
+                )
+
+    return read

@@ -1,0 +1,209 @@
+"""Arms that go through episodes: what one environment and a vector of them have in common.
+
+Everything is kept in rows, one per arm, and computed element by element, so that an arm's results
+do not depend on how many others go with it.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from typing import Any
+
+import gymnasium
+import numpy as np
+from numpy.typing import NDArray
+
+from pamsim.core.errors import InputError
+from pamsim.engine.chamber_gauge import ChamberGauge
+from pamsim.envs.commands import KINDS
+from pamsim.envs.episode import ANGLE, COLUMNS, STIFFNESS, TORQUE, Episodes
+from pamsim.envs.instruments import Instruments
+from pamsim.envs.plant import ManyArms, OneArm, Plant, Rest
+from pamsim.envs.reach import JointStiffness, reach_of, supply_pressure
+from pamsim.envs.settings import ArmSettings
+
+FloatArray = NDArray[np.float64]
+
+LOW = np.array([-2.0 * math.pi, -1e3, -0.2, -0.2, -math.pi, -1e2, -1e4, 0.0])
+HIGH = np.array([2.0 * math.pi, 1e3, 2.0, 2.0, math.pi, 1e2, 1e4, 1e4])
+"""Ends of the observation space, wider than what an arm that has not broken down can show."""
+
+ANGLE_UNIT = math.radians(5.0)
+"""Error of the angle that costs 1 in the reward [rad]."""
+
+BREAKDOWN = -100.0
+"""Reward of the step in which a simulation breaks down."""
+
+
+class Arms:
+    """Arms in step with each other.
+
+    Args:
+        settings: of the environment.
+        kind: of its actions, one of `pamsim.envs.commands.KINDS`.
+        count: how many arms.
+        threads: to step them on, 0 for one per processor; None for a single arm without a pool.
+
+    Attributes:
+        rig: as loaded.
+        supply: pressure that measured and commanded ones are scaled by [Pa].
+        period: between samples [s].
+        reach: what tasks are scaled by.
+        observation_space: of one arm.
+        action_space: of one arm.
+
+    Raises:
+        InputError: if the rig or an option does not fit.
+    """
+
+    def __init__(
+        self, settings: ArmSettings, kind: str, count: int, threads: int | None = None
+    ) -> None:
+        self.settings = settings
+        self.rig = rig = settings.loaded_rig()
+        self._kind = KINDS[kind]
+        self.supply = supply_pressure(rig)
+        if settings.start_pressure > self.supply:
+            raise InputError(
+                f"start_pressure {settings.start_pressure / 1e3:g} kPa is above the supply's"
+                f" {self.supply / 1e3:g} kPa"
+            )
+        timestep = float(rig.model.opt.timestep)
+        self.period = settings.frame_skip * timestep
+        self.reach = reach_of(rig)
+        self.observation_space = gymnasium.spaces.Box(LOW, HIGH, dtype=np.float64)
+        self.action_space = self._kind.space()
+        self._episodes = Episodes(settings, rig, self.reach, self.period)
+        self.samples = self._episodes.samples
+        self._rest = Rest(rig, self._kind, settings.start_pressure, self.period)
+        self._instruments = Instruments(settings, rig.sensor, count, self.period)
+        _, model, _ = self._rest.at({}, settings.load_range[0])
+        self._plant: Plant = (
+            OneArm(rig) if threads is None else ManyArms(rig, model, count, threads)
+        )
+        self._gauge = ChamberGauge(model, count)
+        self._stiffness = JointStiffness(rig) if settings.task == "stiffness" else None
+        delays = [muscle.valve.delay + settings.delay for muscle in rig.muscles.values()]
+        self._stretches, depth = _stretches(
+            [round(delay / timestep) for delay in delays], settings.frame_skip
+        )
+        self._history = np.empty((count, depth, 2))
+        self._table = np.zeros((count, self.samples + 1, COLUMNS))
+        self._rows = np.arange(count)
+        self._sample = np.zeros(count, dtype=np.int64)
+        self._seen, self._velocity = np.zeros((count, 3)), np.zeros(count)
+        self.true = np.zeros((count, 3))
+
+    def begin(self, generators: Mapping[int, np.random.Generator]) -> None:
+        """Let some arms begin new episodes, drawn from a generator each."""
+        drawn = {arm: self._episodes.draw(generator) for arm, generator in generators.items()}
+        rests = {arm: self._rest.at(one.values, one.load) for arm, one in drawn.items()}
+        self._plant.put({arm: (model, state) for arm, (_, model, state) in rests.items()})
+        for arm, (_, model, _) in rests.items():
+            self._gauge.set_parameters(arm, model)
+            self._table[arm] = drawn[arm].table
+        arms = list(drawn)
+        self._sample[arms] = 0
+        self._history[arms] = self._kind.rest(self.settings.start_pressure)
+        self._velocity[arms] = 0.0
+        self.true[arms] = self._read()[arms]
+        for arm, (rig, _, _) in rests.items():
+            self._instruments.begin(arm, rig.sensor, self.true[arm])
+        self._seen[arms] = self._instruments.shown(self.true, self._table[:, 0])[arms]
+
+    def rewind(self, over: NDArray[np.bool_]) -> None:
+        """Let arms whose episode is over (n,) take part in steps until they begin a new one."""
+        self._sample[over] = 0
+
+    def step(self, action: NDArray[Any]) -> tuple[FloatArray, NDArray[np.bool_]]:
+        """Advance all arms by one period.
+
+        Args:
+            action: (n, ...) of the kind's space.
+
+        Returns:
+            Rewards (n,), and which arms have broken down (n,).
+        """
+        command = self._kind.commands(action, self.supply)
+        history = self._history
+        change = (command - history[:, 0]) / self._kind.span(self.supply)
+        if history.shape[1] > 1:
+            history[:, 1:] = history[:, :-1]
+        history[:, 0] = command
+        asked = self._table[self._rows, self._sample]
+        self._plant.step(
+            [(count, history[:, old, (0, 1)]) for count, old in self._stretches],
+            asked[:, TORQUE],
+        )
+        self._sample += 1
+        true = self.true = self._read()
+        before = self._seen
+        self._seen = self._instruments.see(true, self._table[self._rows, self._sample])
+        self._velocity = (self._seen[:, 0] - before[:, 0]) / self.period
+        reward = -np.abs(true[:, 0] - asked[:, ANGLE]) / ANGLE_UNIT
+        reward -= self.settings.effort * (change[:, 0] ** 2 + change[:, 1] ** 2)
+        if self._stiffness is not None:
+            reward -= np.abs(self.stiffness() / asked[:, STIFFNESS] - 1.0)
+        broken = self._plant.broken()
+        if broken.any():
+            reward[broken] = BREAKDOWN
+            self._seen[broken] = 0.0
+            self._velocity[broken] = 0.0
+        return reward, broken
+
+    def observation(self) -> FloatArray:
+        """(n, 8) what is seen and what is asked for next."""
+        asked = self._table[self._rows, self._sample]
+        found = np.empty((len(asked), len(LOW)))
+        found[:, 0] = self._seen[:, 0]
+        found[:, 1] = self._velocity
+        found[:, 2:4] = self._seen[:, 1:] / self.supply
+        found[:, 4:] = asked[:, ANGLE:TORQUE]
+        return found
+
+    def ended(self) -> NDArray[np.bool_]:
+        """(n,) whether an episode's time is up."""
+        return self._sample >= self.samples
+
+    def stiffness(self) -> FloatArray:
+        """(n,) stiffness of the joints between shut muscles, as they stand [N m/rad]."""
+        measure = self._stiffness or JointStiffness(self.rig)
+        length, pressure = self._plant.length.tolist(), self.true[:, 1:].tolist()
+        rows = self._gauge.rows.tolist()
+        return np.array(
+            [measure(row, at, held) for row, at, held in zip(rows, length, pressure, strict=True)]
+        )
+
+    def lengths(self) -> FloatArray:
+        """(n, 2) lengths of the muscles' tendons [m]."""
+        return self._plant.length
+
+    def close(self) -> None:
+        """Give the callbacks back; the arms cannot be stepped any more."""
+        self._plant.close()
+
+    def _read(self) -> FloatArray:
+        found = np.empty((len(self._rows), 3))
+        found[:, 0] = self._plant.angle
+        found[:, 1:] = self._gauge.read(self._plant.act, self._plant.length)
+        return found
+
+
+def _stretches(delays: list[int], steps: int) -> tuple[list[tuple[int, tuple[int, ...]]], int]:
+    """Which commands the valves get during a period.
+
+    Args:
+        delays: of each muscle, in time steps.
+        steps: time steps of a period.
+
+    Returns:
+        For each stretch of the period its time steps and how many periods old each muscle's command
+        is then; and how many commands have to be remembered.
+    """
+    ends = sorted({delay % steps for delay in delays} - {0})
+    found = []
+    for begin, end in zip([0, *ends], [*ends, steps], strict=True):
+        old = tuple(delay // steps + (begin < delay % steps) for delay in delays)
+        found.append((end - begin, old))
+    return found, 1 + max(max(old) for _, old in found)

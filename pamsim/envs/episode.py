@@ -1,0 +1,137 @@
+"""An episode, drawn whole at its beginning: arm, task, disturbance, noise.
+
+What follows is a function of it and of the actions alone, so that one arm and many, each with its
+generator, go through the same episodes.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pamsim.core.units import to_si
+from pamsim.engine.rig import Rig
+from pamsim.engine.rig_parameter import rig_parameter
+from pamsim.envs.reach import Reach
+from pamsim.envs.settings import ArmSettings
+from pamsim.envs.tasks import TASKS
+
+FloatArray = NDArray[np.float64]
+
+ANGLE, RATE, ACCELERATION, STIFFNESS, TORQUE, NOISE = range(6)
+"""Columns of an episode's table; the noise is of the angle and of both pressures."""
+
+COLUMNS = NOISE + 3
+
+_NORMAL95 = 1.959964
+"""Standard deviations from the centre of a 95 % interval to its ends."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Episode:
+    """One episode.
+
+    Attributes:
+        values: parameters of the arm that differ from the rig's [SI].
+        load: [kg].
+        table: (samples + 1, COLUMNS). Row k holds what is asked at the end of step k and the torque
+            during it, in SI, and the noise of what is seen before it, in standard deviations.
+    """
+
+    values: dict[str, float]
+    load: float
+    table: FloatArray
+
+
+@dataclass(frozen=True, kw_only=True)
+class Spread:
+    """A parameter that differs from episode to episode.
+
+    Attributes:
+        name: as `Rig.with_parameters` takes it.
+        value: centre [SI].
+        sd: standard deviation [SI].
+        low: smallest allowed value.
+        high: largest.
+    """
+
+    name: str
+    value: float
+    sd: float
+    low: float
+    high: float
+
+
+def spreads(rig: Rig) -> list[Spread]:
+    """The parameters that a rig's file states with a 95 % interval.
+
+    The dead time of the valves is left out: commands are delayed by whole time steps.
+    """
+    file = rig.file
+    names = [f"{group}.{field}" for group, section in file.muscle.items() for field in section]
+    names += [
+        f"{muscle}:{group}.{field}"
+        for muscle, groups in file.overrides.items()
+        for group, section in groups.items()
+        for field in section
+    ]
+    names += [*file.native, *(f"sensor.{field}" for field in file.sensor)]
+    found: list[Spread] = []
+    for name in names:
+        if name.endswith((".law", "valve.delay")):
+            continue
+        known = rig_parameter(rig, name)
+        stated = known.stated
+        if stated is None or stated.interval95 is None:
+            continue
+        low, high = (
+            to_si(end, stated.unit, known.spec.unit, where=stated.where)
+            for end in stated.interval95
+        )
+        found.append(
+            Spread(
+                name=name,
+                value=known.value,
+                sd=abs(high - low) / (2.0 * _NORMAL95),
+                low=known.spec.low,
+                high=known.spec.high,
+            )
+        )
+    return found
+
+
+class Episodes:
+    """Draws the episodes of an environment.
+
+    Args:
+        settings: of it.
+        rig: its arm.
+        reach: what that can do.
+        period: between samples [s].
+    """
+
+    def __init__(self, settings: ArmSettings, rig: Rig, reach: Reach, period: float) -> None:
+        self.samples = max(1, round(settings.duration / period))
+        self._settings = settings
+        self._reach = reach
+        self._time: FloatArray = period * np.arange(self.samples + 2, dtype=np.float64)
+        self._spreads = spreads(rig) if settings.randomize else []
+
+    def draw(self, rng: np.random.Generator) -> Episode:
+        """One episode."""
+        values = {
+            one.name: float(np.clip(rng.normal(one.value, one.sd), one.low, one.high))
+            for one in self._spreads
+        }
+        low, high = self._settings.load_range
+        load = float(rng.uniform(low, high)) if high > low else low
+        asked = TASKS[self._settings.task](rng, self._time, self._reach)
+        table = np.empty((self.samples + 1, COLUMNS))
+        wanted = (asked.angle, asked.rate, asked.acceleration, asked.stiffness)
+        for column, signal in enumerate(wanted):
+            table[:, column] = signal[1:]
+        table[:, TORQUE] = asked.torque[:-1]
+        table[:, NOISE:] = rng.standard_normal((self.samples + 1, 3))
+        return Episode(values=values, load=load, table=table)

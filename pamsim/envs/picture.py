@@ -1,0 +1,82 @@
+"""Pictures of an environment's arm, or a window on it."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import mujoco
+import numpy as np
+from numpy.typing import NDArray
+
+from pamsim.actuator.kernel import muscle_length
+from pamsim.core.errors import InputError
+from pamsim.engine.picture import open_renderer, render_arm
+from pamsim.engine.rig import load_rig
+from pamsim.envs.arms import Arms
+
+MODES = (None, "rgb_array", "human")
+
+
+class ArmPicture:
+    """Draws the first of an environment's arms; OpenGL starts with the first picture.
+
+    Args:
+        arms: of the environment.
+        mode: one of `MODES`.
+        width: [px].
+        height: [px].
+
+    Raises:
+        InputError: if there is no such mode.
+    """
+
+    def __init__(self, arms: Arms, mode: str | None, width: int, height: int) -> None:
+        if mode not in MODES:
+            raise InputError(f"no render mode {mode!r}; known: rgb_array, human")
+        self._arms, self._mode, self._size = arms, mode, (width, height)
+        self._model: mujoco.MjModel | None = None
+        self._shown: Any = None
+
+    def show(self) -> NDArray[np.uint8] | None:
+        """Draw the arm as it stands, see `pamsim.envs.pam_arm.PamArmEnv.render`."""
+        if self._mode is None:
+            raise InputError(
+                "the environment was made without a render mode; make it with"
+                " render_mode='rgb_array' or 'human'"
+            )
+        if self._model is None:
+            self._model = load_rig(self._arms.rig.file.folder, scene=True).model
+            self._data = mujoco.MjData(self._model)
+        model, data = self._model, self._data
+        data.qpos[self._arms.rig.angle_address] = self._arms.true[0, 0]
+        mujoco.mj_fwdPosition(model, data)
+        pressures = self._arms.true[0, 1:].tolist()
+        lengths = [
+            muscle_length(row, at)
+            for row, at in zip(
+                self._arms.rig.model.actuator_user,
+                self._arms.lengths()[0].tolist(),
+                strict=True,
+            )
+        ]
+        if self._shown is None:
+            self._shown = self._open()
+        if self._mode == "human":
+            self._shown.show(data, pressures=pressures, lengths=lengths)
+            return None
+        return render_arm(model, data, pressures=pressures, lengths=lengths, renderer=self._shown)
+
+    def close(self) -> None:
+        """Close renderer or window."""
+        if self._shown is not None:
+            self._shown.close()
+            self._shown = None
+
+    def _open(self) -> Any:
+        assert self._model is not None
+        if self._mode == "human":
+            from pamsim.engine.viewer import ArmViewer
+
+            return ArmViewer(self._model, self._data)
+        width, height = self._size
+        return open_renderer(self._model, width=width, height=height)
