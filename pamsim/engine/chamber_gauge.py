@@ -41,19 +41,15 @@ class ChamberGauge:
         """Take the parameters of one arm from its model."""
         self.rows[arm] = model.actuator_user[self._ids]
 
-    def read(self, act: FloatArray, length: FloatArray) -> FloatArray:
-        """Gauge pressures.
+    def read(self, act: FloatArray, length: FloatArray, out: FloatArray) -> None:
+        """Read gauge pressures.
 
         Args:
             act: (n, na) states.
             length: (n, m) lengths of the actuators' tendons [m].
-
-        Returns:
-            (n, m) [Pa], one column per muscle.
+            out: (n, m) written, one column per muscle [Pa].
         """
-        found = np.empty(self.rows.shape[:2])
-        self._read(self.rows, act, length, self._first, self._count, self._out, found)
-        return found
+        self._read(self.rows, act, length, self._first, self._count, self._out, out)
 
 
 @functools.cache

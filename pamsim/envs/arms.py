@@ -35,6 +35,9 @@ ANGLE_UNIT = math.radians(5.0)
 BREAKDOWN = -100.0
 """Reward of the step in which a simulation breaks down."""
 
+RUNAWAY = 100.0
+"""Angle beyond which it has [rad]."""
+
 
 class Arms:
     """Arms in step with each other.
@@ -89,7 +92,11 @@ class Arms:
             [round(delay / timestep) for delay in delays], settings.frame_skip
         )
         self._history = np.empty((count, depth, 2))
+        self._command = np.empty((count, 2))
+        self._span = self._kind.span(self.supply)
+        self._effort = settings.effort
         self._table = np.zeros((count, self.samples + 1, COLUMNS))
+        self._asked = np.zeros((count, COLUMNS))
         self._rows = np.arange(count)
         self._sample = np.zeros(count, dtype=np.int64)
         self._seen, self._velocity = np.zeros((count, 3)), np.zeros(count)
@@ -105,12 +112,14 @@ class Arms:
             self._table[arm] = drawn[arm].table
         arms = list(drawn)
         self._sample[arms] = 0
-        self._history[arms] = self._kind.rest(self.settings.start_pressure)
+        start = self._kind.rest(self.settings.start_pressure)
+        self._history[arms] = self._command[arms] = start
         self._velocity[arms] = 0.0
         self.true[arms] = self._read()[arms]
         for arm, (rig, _, _) in rests.items():
             self._instruments.begin(arm, rig.sensor, self.true[arm])
-        self._seen[arms] = self._instruments.shown(self.true, self._table[:, 0])[arms]
+        self._asked = self._table[self._rows, self._sample]
+        self._seen[arms] = self._instruments.shown(self.true, self._asked)[arms]
 
     def rewind(self, over: NDArray[np.bool_]) -> None:
         """Let arms whose episode is over (n,) take part in steps until they begin a new one."""
@@ -125,41 +134,43 @@ class Arms:
         Returns:
             Rewards (n,), and which arms have broken down (n,).
         """
-        command = self._kind.commands(action, self.supply)
-        history = self._history
-        change = (command - history[:, 0]) / self._kind.span(self.supply)
-        if history.shape[1] > 1:
-            history[:, 1:] = history[:, :-1]
-        history[:, 0] = command
-        asked = self._table[self._rows, self._sample]
-        self._plant.step(
-            [(count, history[:, old, (0, 1)]) for count, old in self._stretches],
-            asked[:, TORQUE],
-        )
+        asked, command = self._asked, self._kind.commands(action, self.supply)
+        change = (command - self._command) / self._span
+        self._command = command
+        self._plant.step(self._late(command), asked[:, TORQUE])
         self._sample += 1
         true = self.true = self._read()
-        before = self._seen
-        self._seen = self._instruments.see(true, self._table[self._rows, self._sample])
-        self._velocity = (self._seen[:, 0] - before[:, 0]) / self.period
-        reward = -np.abs(true[:, 0] - asked[:, ANGLE]) / ANGLE_UNIT
-        reward -= self.settings.effort * (change[:, 0] ** 2 + change[:, 1] ** 2)
+        self._asked = row = self._table[self._rows, self._sample]
+        before, seen = self._seen, self._instruments.see(true, row)
+        self._seen, self._velocity = seen, (seen[:, 0] - before[:, 0]) / self.period
+        reward = np.abs(true[:, 0] - asked[:, ANGLE]) / -ANGLE_UNIT
+        if self._effort > 0.0:
+            reward -= self._effort * (change[:, 0] ** 2 + change[:, 1] ** 2)
         if self._stiffness is not None:
             reward -= np.abs(self.stiffness() / asked[:, STIFFNESS] - 1.0)
-        broken = self._plant.broken()
+        broken = ~(np.abs(true[:, 0]) < RUNAWAY)  # of what is not a number, too
         if broken.any():
             reward[broken] = BREAKDOWN
+            self._seen, self._velocity = seen.copy(), np.where(broken, 0.0, self._velocity)
             self._seen[broken] = 0.0
-            self._velocity[broken] = 0.0
         return reward, broken
+
+    def _late(self, command: FloatArray) -> list[tuple[int, FloatArray]]:
+        """What the valves get during a period: time steps and commands (n, 2) of each stretch."""
+        history = self._history
+        if history.shape[1] == 1:
+            return [(self.settings.frame_skip, command)]
+        history[:, 1:] = history[:, :-1]
+        history[:, 0] = command
+        return [(count, history[:, old, (0, 1)]) for count, old in self._stretches]
 
     def observation(self) -> FloatArray:
         """(n, 8) what is seen and what is asked for next."""
-        asked = self._table[self._rows, self._sample]
-        found = np.empty((len(asked), len(LOW)))
+        found = np.empty((len(self._rows), len(LOW)))
         found[:, 0] = self._seen[:, 0]
         found[:, 1] = self._velocity
         found[:, 2:4] = self._seen[:, 1:] / self.supply
-        found[:, 4:] = asked[:, ANGLE:TORQUE]
+        found[:, 4:] = self._asked[:, :TORQUE]
         return found
 
     def ended(self) -> NDArray[np.bool_]:
@@ -186,7 +197,7 @@ class Arms:
     def _read(self) -> FloatArray:
         found = np.empty((len(self._rows), 3))
         found[:, 0] = self._plant.angle
-        found[:, 1:] = self._gauge.read(self._plant.act, self._plant.length)
+        self._gauge.read(self._plant.act, self._plant.length, found[:, 1:])
         return found
 
 

@@ -46,8 +46,8 @@ class Plant(Protocol):
         """Advance all arms: for some time steps by (n, 2) commands each, under a torque [N m]."""
         ...
 
-    def broken(self) -> NDArray[np.bool_]:
-        """(n,) whether the engine has warned or lost an arm."""
+    def warnings(self) -> int:
+        """How often the engine has warned since arms were last put."""
         ...
 
     def close(self) -> None:
@@ -74,7 +74,6 @@ class OneArm:
         restore_state(model, data, state)
         # Views of the engine's arrays: each look-up of one costs as much as reading it.
         self._data, self._ctrl, self._torque = data, data.ctrl, data.qfrc_applied
-        self._warnings = data.warning.number
         self.angle = data.qpos[self._joint : self._joint + 1]
         self.act = data.act[np.newaxis]
         self.length = data.actuator_length[np.newaxis]
@@ -89,9 +88,9 @@ class OneArm:
             mujoco.mj_step(self._model, self._data, count)
         mujoco.mj_fwdPosition(self._model, self._data)
 
-    def broken(self) -> NDArray[np.bool_]:
-        """See `Plant.broken`."""
-        return ~np.isfinite(self.angle) | bool(self._warnings.any())
+    def warnings(self) -> int:
+        """See `Plant.warnings`."""
+        return int(self._data.warning.number.sum())
 
     def close(self) -> None:
         """See `Plant.close`."""
@@ -142,9 +141,9 @@ class ManyArms:
             last = number == len(commands)
             self._batch.step(nstep=count, stage=_POSITION if last else 0)
 
-    def broken(self) -> NDArray[np.bool_]:
-        """See `Plant.broken`."""
-        return ~np.isfinite(self.angle) | self._batch.warning.any(axis=(1, 2))
+    def warnings(self) -> int:
+        """See `Plant.warnings`."""
+        return int(self._batch.warning[:, :, 1].sum())
 
     def close(self) -> None:
         """See `Plant.close`."""

@@ -76,7 +76,7 @@ def step(rng: np.random.Generator, time: FloatArray, reach: Reach) -> Asked:
 
 
 def sine(rng: np.random.Generator, time: FloatArray, reach: Reach) -> Asked:
-    """A sine that begins at 0, of half to full reach."""
+    """A sine of half to full reach that grows from rest over a second."""
     height = reach.angle * rng.uniform(0.5, 1.0)
     low, high = np.log(SINE_HZ)
     turn = 2.0 * math.pi * math.exp(rng.uniform(low, high))
@@ -84,7 +84,7 @@ def sine(rng: np.random.Generator, time: FloatArray, reach: Reach) -> Asked:
 
 
 def multisine(rng: np.random.Generator, time: FloatArray, reach: Reach) -> Asked:
-    """Five tones at random phases, together within reach, growing from rest over a second."""
+    """Five tones at random phases that grow from rest over a second; their peaks may add up."""
     turn = 2.0 * math.pi * np.array(MULTISINE_HZ)
     phase = rng.uniform(0.0, 2.0 * math.pi, len(turn))
     height = np.full(len(turn), reach.angle / len(turn) * 1.6)

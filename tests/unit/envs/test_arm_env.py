@@ -1,0 +1,292 @@
+"""One environment: Gymnasium's own check, the plant behind it, seeds, delay, instruments."""
+
+from __future__ import annotations
+
+import hashlib
+import math
+import subprocess
+import sys
+
+import gymnasium
+import mujoco
+import numpy as np
+import pytest
+from gymnasium.utils.env_checker import check_env
+
+import pamsim
+from pamsim.core.errors import EngineError, InputError, ParameterError
+from pamsim.core.experiment import Experiment
+from pamsim.envs.registration import ENVIRONMENTS
+from pamsim.envs.tasks import TASKS
+
+PRESSURE = "pamsim/PamArmPressure-v0"
+VALVE = "pamsim/PamArmValve-v0"
+SHORT = {"duration": 0.4, "frame_skip": 20}
+
+
+@pytest.fixture
+def made():
+    opened = []
+
+    def make(name=PRESSURE, **options):
+        opened.append(gymnasium.make(name, **{**SHORT, **options}).unwrapped)
+        return opened[-1]
+
+    yield make
+    for env in opened:
+        env.close()
+
+
+def played(env, actions, seed=0):
+    """Observations, rewards and true angles of an episode."""
+    seen, told = env.reset(seed=seed)
+    rows = [[*seen, 0.0, told["angle"]]]
+    for action in actions:
+        seen, reward, _, _, told = env.step(action)
+        rows.append([*seen, reward, told["angle"]])
+    return np.array(rows)
+
+
+def actions(count, seed=1):
+    return np.random.default_rng(seed).uniform(-1.0, 1.0, (count, 2)).astype(np.float32)
+
+
+@pytest.mark.parametrize("task", TASKS)
+@pytest.mark.parametrize("name", ENVIRONMENTS)
+def test_gymnasium_finds_nothing_to_say(name, task, made):
+    check_env(made(name, task=task, duration=0.1), skip_render_check=True)
+
+
+def test_an_episode_is_what_simulate_makes_of_the_same_commands(made):
+    env = made(load=1.2, effort=0.0)
+    moves = actions(30)
+    rows = played(env, moves)
+    supply = env.arms.supply
+    set_points = 0.5 * supply * (np.minimum(np.maximum(moves.astype(float), -1), 1) + 1.0)
+    run = pamsim.simulate(
+        pamsim.load_rig("mas20_arm"),
+        Experiment(
+            command="pressure",
+            command_time=env.arms.period * np.arange(30),
+            command_value=set_points,
+            start_pressure=np.full(2, 300e3),
+            duration=0.3,
+            sample_rate=1.0 / env.arms.period,
+            load=1.2,
+        ),
+    ).completed()
+    assert np.array_equal(rows[:, -1], run.angle)
+    assert np.array_equal(rows[:, 2:4], run.pressure / supply)
+
+
+def test_reset_restores_pressure_and_memory_too(made):
+    env = made(VALVE)
+    moves = actions(25)
+    first = played(env, moves, seed=3)
+    played(env, actions(13, seed=9), seed=4)
+    assert np.array_equal(played(env, moves, seed=3), first)
+
+
+PLAYED = """
+import hashlib, gymnasium, numpy as np, pamsim.envs
+env = gymnasium.make("pamsim/PamArmValve-v0", duration=0.4, frame_skip=20, angle_noise=1e-3)
+moves = np.random.default_rng(1).uniform(-1.0, 1.0, (25, 2)).astype(np.float32)
+seen = [env.reset(seed=3)[0], *(env.step(a)[0] for a in moves)]
+print(hashlib.sha256(np.array(seen).tobytes()).hexdigest())
+"""
+
+
+def test_same_seed_same_bits_in_another_process(made):
+    env = made(VALVE, angle_noise=1e-3)
+    own = played(env, actions(25), seed=3)[:, :8]
+    said = subprocess.run(
+        [sys.executable, "-c", PLAYED], capture_output=True, text=True, check=True, timeout=120
+    )
+    assert said.stdout.strip() == hashlib.sha256(own.tobytes()).hexdigest()
+
+
+@pytest.mark.parametrize("kind", [PRESSURE, VALVE])
+def test_a_delay_of_whole_periods_is_a_shift_of_the_actions(kind, made):
+    moves = actions(20)
+    prompt, late = made(kind, effort=0.0), made(kind, effort=0.0, delay=0.02)
+    rest = np.zeros((2, 2), dtype=np.float32)  # 300 kPa of 600; valves shut
+    shifted = played(prompt, np.concatenate([rest, moves[:-2]]))
+    assert np.array_equal(played(late, moves), shifted)
+
+
+def test_part_of_a_period_of_delay_is_what_simulate_does(made):
+    env = made(delay=0.013)
+    moves = actions(20)
+    rig = pamsim.load_rig("mas20_arm").with_parameters({"valve.delay": 0.013})
+    run = pamsim.simulate(
+        rig,
+        Experiment(
+            command="pressure",
+            command_time=env.arms.period * np.arange(20),
+            command_value=0.5 * env.arms.supply * (moves.astype(float) + 1.0),
+            start_pressure=np.full(2, 300e3),
+            duration=0.2,
+            sample_rate=100.0,
+        ),
+    )
+    assert played(env, moves)[:, -1] == pytest.approx(run.angle, abs=1e-9)
+
+
+def test_reward_is_the_error_in_units_of_five_degrees(made):
+    env = made(task="sine", effort=0.0)
+    rows = played(env, actions(20))
+    wanted = rows[:-1, 4]
+    assert rows[1:, 8] == pytest.approx(-np.abs(rows[1:, -1] - wanted) / math.radians(5.0))
+
+
+def test_effort_costs_the_squared_change_of_command(made):
+    moves = actions(20)
+    free, dear = made(effort=0.0), made(effort=0.5)
+    change = np.diff(np.concatenate([np.zeros((1, 2)), moves]), axis=0)
+    cost = played(free, moves)[1:, 8] - played(dear, moves)[1:, 8]
+    assert cost == pytest.approx(0.5 * (change**2).sum(axis=1), abs=1e-6)
+
+
+def test_stiffness_is_rewarded_where_it_is_asked(made):
+    env = made(task="stiffness", effort=0.0)
+    env.reset(seed=2)
+    seen, reward, *_ = env.step(np.zeros(2, dtype=np.float32))
+    (have,) = env.arms.stiffness()
+    error = abs(env.arms.true[0, 0] - seen[4]) / math.radians(5.0)
+    assert reward == pytest.approx(-error - abs(have / seen[7] - 1.0))
+
+
+def test_a_torque_from_outside_turns_the_arm(made):
+    env = made(task="disturbance", duration=2.0)
+    hold = np.zeros((120, 2), dtype=np.float32)
+    angle = played(env, hold)[:, -1]
+    assert np.ptp(angle[:100]) < 1e-6
+    assert np.ptp(angle[100:]) > 1e-3
+
+
+def test_noise_and_encoder_are_of_the_stated_size(made):
+    still = np.zeros((400, 2), dtype=np.float32)
+    noisy = played(made(duration=4.0, angle_noise=2e-3, pressure_noise=1e3), still)
+    assert noisy[:, 0].std() == pytest.approx(2e-3, rel=0.15)
+    assert noisy[:, 2].std() * 600e3 == pytest.approx(1e3, rel=0.15)
+    rounded = played(made(instruments=True), actions(30))[:, 0]
+    steps = rounded / (2.0 * math.pi / 2500.0)
+    assert steps == pytest.approx(np.round(steps), abs=1e-6)
+    assert len(np.unique(steps.round())) > 3
+
+
+def test_a_lagging_instrument_shows_what_a_recording_would(made):
+    rig = pamsim.load_rig("mas20_arm").with_parameters(
+        {"sensor.angle_lag": 0.05, "sensor.pressure_scale": 1.1, "sensor.angle_bias": 0.01}
+    )
+    env = made(rig=rig)
+    rows = played(env, actions(30))
+    from pamsim.signals.sensors import lagged
+
+    time = env.arms.period * np.arange(31)
+    assert rows[:, 0] == pytest.approx(lagged(time, rows[:, -1], 0.05) + 0.01, abs=1e-12)
+    assert env.arms.true[0, 1] * 1.1 / 600e3 == pytest.approx(rows[-1, 2])
+
+
+def test_randomized_arms_spread_as_the_file_says(made):
+    from pamsim.envs.episode import spreads
+
+    (damping,) = [s for s in spreads(pamsim.load_rig("mas20_arm")) if "damping" in s.name]
+    assert damping.value == pytest.approx(0.2484)
+    assert damping.sd == pytest.approx((0.380 - 0.163) / 3.92, rel=1e-3)
+    env = made(randomize=True, duration=0.02)
+    rng = np.random.default_rng(0)
+    episodes = [env.arms._episodes.draw(rng) for _ in range(300)]
+    drawn = [episode.values["joint.shaft.damping"] for episode in episodes]
+    assert np.mean(drawn) == pytest.approx(damping.value, abs=4 * damping.sd / 300**0.5)
+    assert np.std(drawn) == pytest.approx(damping.sd, rel=0.15)
+    one, other = (played(env, actions(2), seed=s)[:, -1] for s in (1, 2))
+    assert not np.array_equal(one, other)
+
+
+def test_on_off_valves_are_interlocked(made):
+    env = made("pamsim/PamArmOnOff-v0")
+    env.reset(seed=0)
+    for _ in range(35):
+        *_, told = env.step(np.array([1, 1, 1, 0], dtype=np.int8))
+    # Muscle 1 stays shut, muscle 2 fills; the arm turns towards it and stretches muscle 1.
+    assert told["pressure"][1] > 380e3
+    assert told["pressure"][0] < 310e3
+    assert told["angle"] < 0.0
+
+
+def test_environments_and_other_scopes_do_not_take_each_others_callbacks(made):
+    one, other = made(), made()
+    moves = actions(10)
+    alone = played(one, moves)
+    one.reset(seed=0)
+    other.reset(seed=0)
+    rig = pamsim.load_rig("mas20_arm")
+    found = []
+    for move in moves:
+        pamsim.simulate(rig, pamsim.pressure_step((1e5, 1e5), (1e5, 1e5), duration=0.01))
+        found.append(one.step(move)[4]["angle"])
+    assert np.array_equal(found, alone[1:, -1])
+    other.close()
+    one.step(moves[0])
+    one.close()
+    assert mujoco.get_mjcb_act_dyn() is None
+    with pytest.raises(EngineError, match="closed"):
+        one.step(moves[0])
+
+
+def test_episodes_end_when_their_time_is_up(made):
+    env = made(duration=0.1)
+    env.reset(seed=0)
+    ended = [env.step(np.zeros(2, dtype=np.float32))[3] for _ in range(10)]
+    assert ended == [False] * 9 + [True]
+
+
+def test_a_run_that_breaks_down_terminates_with_finite_observations(made):
+    env = made()
+    env.reset(seed=0)
+    env.arms._plant.act[0, -1] = np.nan
+    for _ in range(3):
+        seen, reward, terminated, *_ = env.step(np.zeros(2, dtype=np.float32))
+    assert terminated
+    assert np.isfinite(seen).all()
+    assert reward == -100.0
+
+
+def test_a_picture_shows_the_arm(made):
+    env = made(render_mode="rgb_array", width=160, height=100)
+    env.reset(seed=0)
+    first = env.render()
+    for _ in range(40):
+        env.step(np.array([1.0, -1.0], dtype=np.float32))
+    assert first.shape == (100, 160, 3)
+    assert np.abs(first.astype(int) - env.render()).max() > 50
+
+
+@pytest.mark.parametrize(
+    ("options", "error", "said"),
+    [
+        ({"taks": "step"}, InputError, "task"),
+        ({"task": "sin"}, InputError, "sine"),
+        ({"frame_skip": 2.5}, InputError, "whole"),
+        ({"load": (2.0, 1.0)}, InputError, "lower end"),
+        ({"load": "heavy"}, InputError, "kg"),
+        ({"load": -1.0}, ParameterError, "load"),
+        ({"start_pressure": 900e3}, InputError, "supply"),
+        ({"duration": math.nan}, ParameterError, "duration"),
+        ({"rig": "mas20"}, InputError, "mas20_arm"),
+        ({"render_mode": "ansi"}, InputError, "rgb_array"),
+    ],
+)
+def test_a_bad_option_is_refused_by_name(options, error, said, made):
+    from pamsim.envs.pam_arm import PamArmPressureEnv
+
+    with pytest.raises(error, match=said):
+        PamArmPressureEnv(**options)
+
+
+def test_render_without_a_mode_says_how(made):
+    env = made()
+    env.reset(seed=0)
+    with pytest.raises(InputError, match="render_mode"):
+        env.render()

@@ -1,0 +1,130 @@
+"""Many arms at once are so many single ones, to the last bit."""
+
+from __future__ import annotations
+
+import gymnasium
+import numpy as np
+import pytest
+
+from pamsim.core.errors import InputError
+from pamsim.envs.registration import ENVIRONMENTS
+
+ARMS = 3
+
+
+@pytest.fixture
+def both():
+    opened = []
+
+    def make(name, **options):
+        opened.extend(
+            gymnasium.make_vec(name, num_envs=ARMS, vectorization_mode=mode, **options)
+            for mode in ("vector_entry_point", "sync")
+        )
+        return opened[-2:]
+
+    yield make
+    for env in opened:
+        env.close()
+
+
+VARIANTS = (
+    {"task": "step", "angle_noise": 1e-3, "pressure_noise": 500.0},
+    {"task": "disturbance", "delay": 0.0035, "instruments": True},
+    {"task": "stiffness", "randomize": True, "load": (0.0, 2.0)},
+)
+
+
+@pytest.mark.parametrize("name", ENVIRONMENTS)
+@pytest.mark.parametrize("options", VARIANTS, ids=[v["task"] for v in VARIANTS])
+def test_same_results_as_single_environments(name, options, both):
+    many, single = both(name, duration=0.1, frame_skip=10, **options)
+    assert many.observation_space == single.observation_space
+    assert many.action_space == single.action_space
+    many.action_space.seed(1)
+    for one, other in zip(many.reset(seed=5), single.reset(seed=5), strict=True):
+        same(one, other)
+    for _ in range(45):  # through two ends of episodes
+        action = many.action_space.sample()
+        for one, other in zip(many.step(action), single.step(action), strict=True):
+            same(one, other)
+
+
+def same(one, other):
+    if isinstance(one, dict):
+        assert one.keys() == other.keys()
+        for key in one:
+            same(one[key], other[key])
+    else:
+        assert one.dtype == other.dtype
+        assert np.array_equal(one, other)
+
+
+@pytest.mark.parametrize("name", ENVIRONMENTS)
+def test_what_it_gives_lies_in_its_spaces(name, both):
+    many, _ = both(name, duration=0.1)
+    seen, _ = many.reset(seed=0)
+    assert many.observation_space.contains(seen)
+    for _ in range(8):
+        seen, reward, terminated, truncated, _ = many.step(many.action_space.sample())
+        assert many.observation_space.contains(seen)
+        assert reward.shape == terminated.shape == truncated.shape == (ARMS,)
+        assert reward.dtype == np.float64
+        assert terminated.dtype == truncated.dtype == np.bool_
+        assert not terminated.any()
+
+
+def test_number_of_threads_changes_nothing():
+    found = []
+    for threads in (1, 2):
+        env = gymnasium.make_vec(ENVIRONMENTS[0], num_envs=5, duration=0.2, threads=threads)
+        env.reset(seed=1)
+        found.append([env.step(np.full((5, 2), 0.3, np.float32))[0] for _ in range(8)])
+        env.close()
+    assert np.array_equal(*found)
+
+
+def test_some_arms_can_be_reset_alone(both):
+    many, single = both(ENVIRONMENTS[0], duration=1.0)
+    action = np.tile(np.array([0.4, -0.6], np.float32), (ARMS, 1))
+    for env in (many, single):
+        env.reset(seed=3)
+        for _ in range(4):
+            env.step(action)
+    mask = np.array([False, True, False])
+    one, told = many.reset(seed=[None, 8, None], options={"reset_mask": mask})
+    other, _ = single.reset(seed=[None, 8, None], options={"reset_mask": mask.copy()})
+    same(one, other)
+    assert told["_angle"].tolist() == mask.tolist()
+    same(many.step(action)[0], single.step(action)[0])
+
+
+def test_an_arm_that_breaks_down_leaves_the_others_alone(both):
+    many, single = both(ENVIRONMENTS[1], duration=1.0)
+    action = np.zeros((ARMS, 2), np.float32)
+    many.reset(seed=3)
+    single.reset(seed=3)
+    many.arms._plant.act[1, -1] = np.nan
+    ended = np.zeros(ARMS, dtype=bool)
+    for _ in range(3):
+        seen, _, broken, _, _ = many.step(action)
+        expected = single.step(action)[0]
+        ended |= broken
+        assert np.array_equal(seen[[0, 2]], expected[[0, 2]])
+        assert np.isfinite(seen).all()
+    assert ended.tolist() == [False, True, False]
+
+
+@pytest.mark.parametrize(
+    ("count", "call", "said"),
+    [(0, None, "none"), (2, {"seed": [1]}, "seeds"), (2, {"options": {"reset_mask": [1]}}, "mask")],
+)
+def test_bad_input_is_refused(count, call, said):
+    from pamsim.envs.pam_arm_vector import PamArmPressureVectorEnv
+
+    with pytest.raises(InputError, match=said):  # noqa: PT012
+        env = PamArmPressureVectorEnv(count, duration=0.1)
+        try:
+            env.reset(**call)
+        finally:
+            env.close()
