@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pamsim.actuator.kernel import gauge_pressure
+from pamsim.actuator.layout import AIR
 from pamsim.engine.callback import muscle_ids
 
 FloatArray = NDArray[np.float64]
@@ -26,6 +27,7 @@ class ChamberGauge:
 
     Attributes:
         rows: (arms, m, SIZE) parameters of each arm's muscles.
+        air: (m,) where the air states lie in ``act``.
     """
 
     def __init__(self, model: mujoco.MjModel, arms: int) -> None:
@@ -33,6 +35,7 @@ class ChamberGauge:
         self._first = np.array([model.actuator_actadr[i] for i in ids], dtype=np.int64)
         self._count = np.array([model.actuator_actnum[i] for i in ids], dtype=np.int64)
         self._out = np.array([model.actuator_outadr[i] for i in ids], dtype=np.int64)
+        self.air = self._first + self._count - AIR
         self._ids = ids
         self.rows = np.empty((arms, len(ids), model.nuser_actuator))
         self._read = _compiled()

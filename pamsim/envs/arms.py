@@ -181,7 +181,7 @@ class Arms:
         """(n,) stiffness of the joints between shut muscles, as they stand [N m/rad]."""
         measure = self._stiffness or JointStiffness(self.rig)
         length, pressure = self._plant.length.tolist(), self.true[:, 1:].tolist()
-        rows = self._gauge.rows.tolist()
+        rows = self.rows.tolist()
         return np.array(
             [measure(row, at, held) for row, at, held in zip(rows, length, pressure, strict=True)]
         )
@@ -189,6 +189,15 @@ class Arms:
     def lengths(self) -> FloatArray:
         """(n, 2) lengths of the muscles' tendons [m]."""
         return self._plant.length
+
+    def air(self) -> FloatArray:
+        """(n, 2) air states y of the chambers, see `pamsim.pneumatics.chamber`."""
+        return self._plant.act[:, self._gauge.air]
+
+    @property
+    def rows(self) -> FloatArray:
+        """(n, 2, SIZE) parameters of the muscles as they are in this episode."""
+        return self._gauge.rows
 
     def close(self) -> None:
         """Give the callbacks back; the arms cannot be stepped any more."""

@@ -1,0 +1,101 @@
+"""How well an episode was driven: error, overshoot, settling, switching, air."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pamsim.envs.closed_loop import OPEN, Drive
+
+FloatArray = NDArray[np.float64]
+
+SETTLED_SHARE, SETTLED_ANGLE = 0.05, math.radians(0.2)
+"""A step has settled within this share of its height, or this angle [rad], the larger of both."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Score:
+    """Figures of an episode, or their means over several.
+
+    Attributes:
+        rmse: of the angle [rad].
+        worst: largest error of the angle [rad].
+        overshoot: largest travel beyond a new reference, as a share of the step; NaN without steps.
+        settling: median time from a step to the end of what exceeds the band [s]; what has not
+            settled when the next step comes counts with the time till then; NaN without steps.
+        stiffness_error: RMS error relative to the stiffness wanted; NaN where none is.
+        switching: changes of both muscles' valves between filling, shut and exhausting [1/s].
+        air: let in [kg/s].
+        reward: of the episode.
+    """
+
+    rmse: float
+    worst: float
+    overshoot: float
+    settling: float
+    stiffness_error: float
+    switching: float
+    air: float
+    reward: float
+
+
+def score(run: Drive) -> Score:
+    """Figures of one episode."""
+    error = run.angle - run.reference
+    seconds = len(error) * run.period
+    state = np.sign(run.opening) * (np.abs(run.opening) > OPEN)
+    steps = _steps(run)
+    wanted = run.wanted_stiffness > 0.0
+    relative = run.stiffness[wanted] / run.wanted_stiffness[wanted] - 1.0
+    return Score(
+        rmse=float(np.sqrt(np.mean(error**2))),
+        worst=float(np.abs(error).max()),
+        overshoot=max((s[0] for s in steps), default=math.nan),
+        settling=float(np.median([s[1] for s in steps])) if steps else math.nan,
+        stiffness_error=float(np.sqrt(np.mean(relative**2))) if wanted.any() else math.nan,
+        switching=float((np.diff(state, axis=0) != 0.0).sum() / seconds),
+        air=float(run.air.sum() / seconds),
+        reward=run.reward,
+    )
+
+
+def mean_score(scores: list[Score]) -> Score:
+    """Means over episodes; of the RMSE the root of the mean square, of the worst the largest."""
+
+    def mean(name: str) -> float:
+        return float(np.mean([getattr(one, name) for one in scores]))
+
+    return Score(
+        rmse=math.sqrt(float(np.mean([one.rmse**2 for one in scores]))),
+        worst=max(one.worst for one in scores),
+        overshoot=mean("overshoot"),
+        settling=mean("settling"),
+        stiffness_error=mean("stiffness_error"),
+        switching=mean("switching"),
+        air=mean("air"),
+        reward=mean("reward"),
+    )
+
+
+def _steps(run: Drive) -> list[tuple[float, float]]:
+    """Overshoot [-] and settling time [s] of every jump of a reference that is held after it."""
+    jumps = np.flatnonzero(np.diff(run.reference) != 0.0) + 1
+    # A reference that moves all the time has no steps.
+    if len(jumps) > 0.1 * len(run.reference):
+        return []
+    starts = [0, *jumps.tolist()]
+    found: list[tuple[float, float]] = []
+    for begin, end in zip(starts, [*jumps.tolist(), len(run.reference)], strict=True):
+        wanted = float(run.reference[begin])
+        height = wanted - float(run.angle[begin - 1] if begin else 0.0)
+        if abs(height) < SETTLED_ANGLE:
+            continue
+        beyond = (run.angle[begin:end] - wanted) * math.copysign(1.0, height)
+        band = max(SETTLED_SHARE * abs(height), SETTLED_ANGLE)
+        outside = np.flatnonzero(np.abs(beyond) > band)
+        settled = (int(outside[-1]) + 1) * run.period if len(outside) else 0.0
+        found.append((max(0.0, float(beyond.max()) / abs(height)), settled))
+    return found
