@@ -51,7 +51,8 @@ def render_arm(
     Args:
         model: a compiled rig with the sites named above, best through its ``scene.xml``.
         data: state after ``mj_forward``.
-        pressures: (2,) gauge pressures of muscles 1 and 2 [Pa]; they set the muscles' colour.
+        pressures: (2,) gauge pressures of muscles 1 and 2 [Pa]; they set the muscles' colour,
+            NaN where not known: grey.
         lengths: (2,) active lengths of muscles 1 and 2 [m].
         width: picture width [px].
         height: picture height [px].
@@ -181,8 +182,8 @@ def _add(scene: mujoco.MjvScene, solid: Solid) -> None:
         solid.rotation.flatten(),
         np.array(solid.rgba, dtype=np.float32),
     )
-    # Decor casts no shadow; a muscle should.
-    geom.category = mujoco.mjtCatBit.mjCAT_DYNAMIC
+    if solid.shadow:  # decor, which the geom is as yet, casts none
+        geom.category = mujoco.mjtCatBit.mjCAT_DYNAMIC
     geom.specular = solid.gloss
     geom.shininess = solid.gloss
     scene.ngeom += 1
