@@ -9,13 +9,13 @@ import click
 from pamsim.cli.main import OK
 
 _REST_SIZE, _INSTANT_SIZE, _FILM_SIZE = (1600, 1000), (1600, 1280), (800, 640)
-_FPS = 25.0
-_PALETTE_FRAMES = 5
 
 
 @click.command(name="render")
 @click.argument("picture", type=click.Path(path_type=Path))
-@click.option("--rig", help="Shipped rig or rig folder; mas20_arm, or the recording's, if left out.")
+@click.option(
+    "--rig", help="Shipped rig or rig folder; mas20_arm, or the recording's, if left out."
+)
 @click.option("--pressure", help="Pressures to rest at, one per muscle; 487,100 if left out.")
 @click.option("--load", help="Mass on the arm; 2.14 if left out.")
 @click.option("--recording", type=click.Path(path_type=Path), help="Show this instead of rest.")
@@ -58,9 +58,6 @@ def command(
                 " pamsim step --out FOLDER writes"
             )
         _refuse(given, "needs --recording: a rig at rest does not move")
-    else:
-        _refuse({"--pressure": pressure, "--load": load}, "is known from the recording")
-    if recording is None:
         from pamsim.workflows.portrait import portrait
 
         wanted = [
@@ -75,10 +72,21 @@ def command(
             camera=camera,
             size=_size(width, height, _REST_SIZE),
         )
-    elif film:
+        click.echo(f"wrote {picture}")
+        return OK
+    _refuse({"--pressure": pressure, "--load": load}, "is known from the recording")
+    from pamsim.cli.film import Shot, make_film, make_instant
+
+    size = _size(width, height, _FILM_SIZE if film else _INSTANT_SIZE)
+    shot = Shot(recording=recording, trial=trial, rig=rig, camera=camera, size=size)
+    if film:
         _refuse({"--time": instant}, "is of a picture, not of a film: write a .png")
-        size = _size(width, height, _FILM_SIZE)
-        _film(picture, recording, trial, rig, camera, size, fps or _FPS, speed or 1.0)
+        make_film(
+            picture,
+            shot,
+            fps=25.0 if fps is None else fps,
+            speed=1.0 if speed is None else speed,
+        )
     else:
         _refuse({"--fps": fps, "--speed": speed}, "is of a film: write a .gif or .mp4")
         if instant is None:
@@ -86,82 +94,9 @@ def command(
                 f"{picture}: which instant of the recording? give --time, or write a film as .gif"
                 " or .mp4"
             )
-        time = parse_quantity(instant, "s", "s", where="--time")
-        size = _size(width, height, _INSTANT_SIZE)
-        _instant(picture, recording, trial, rig, camera, size, time)
+        make_instant(picture, shot, time=parse_quantity(instant, "s", "s", where="--time"))
     click.echo(f"wrote {picture}")
     return OK
-
-
-def _film(
-    path: Path,
-    recording: Path,
-    trial: str | None,
-    rig: str | None,
-    camera: str,
-    size: tuple[int, int],
-    fps: float,
-    speed: float,
-) -> None:
-    from pamsim.cli.output import progress_bar
-    from pamsim.report.film_sheet import arm_size, film_sheet
-    from pamsim.store.film_file import check_film, write_film
-    from pamsim.workflows.arm_camera import arm_camera
-    from pamsim.workflows.replay import frame_times, read_replay
-
-    check_film(path, fps)
-    replay = read_replay(recording, trial=trial, rig=rig)
-    times = frame_times(replay.duration, fps=fps, speed=speed).tolist()
-    wide, high = arm_size(*size)
-    title = replay.title + (f", at {speed:g} times its speed" if speed != 1.0 else "")
-    with (
-        arm_camera(replay, camera=camera, width=wide, height=high) as arm,
-        progress_bar("frame") as progress,
-    ):
-        sheet = film_sheet(
-            replay.trial, width=size[0], height=size[1], labels=arm.labels, title=title
-        )
-
-        def frames():
-            for done, time in enumerate(times, start=1):
-                yield sheet.frame(arm.draw(time), time)
-                progress(done, len(times), path.name)
-
-        some = times[:: max(1, len(times) // _PALETTE_FRAMES)]
-        write_film(
-            path, frames(), fps=fps, palette_from=[sheet.frame(arm.draw(t), t) for t in some]
-        )
-    _say_which(replay)
-
-
-def _instant(
-    path: Path,
-    recording: Path,
-    trial: str | None,
-    rig: str | None,
-    camera: str,
-    size: tuple[int, int],
-    time: float,
-) -> None:
-    from pamsim.core.errors import InputError
-    from pamsim.report.film_sheet import arm_size, film_sheet
-    from pamsim.store.picture_file import write_picture
-    from pamsim.workflows.arm_camera import arm_camera
-    from pamsim.workflows.replay import read_replay
-
-    replay = read_replay(recording, trial=trial, rig=rig)
-    if not 0.0 <= time <= replay.duration:
-        raise InputError(
-            f"--time {time:g} s is not in trial {replay.trial.name!r}, which lasts"
-            f" {replay.duration:g} s"
-        )
-    wide, high = arm_size(*size)
-    with arm_camera(replay, camera=camera, width=wide, height=high) as arm:
-        sheet = film_sheet(
-            replay.trial, width=size[0], height=size[1], labels=arm.labels, title=replay.title
-        )
-        write_picture(path, sheet.frame(arm.draw(time), time))
-    _say_which(replay)
 
 
 def _refuse(options: dict[str, object], why: str) -> None:
@@ -174,8 +109,3 @@ def _refuse(options: dict[str, object], why: str) -> None:
 
 def _size(width: int | None, height: int | None, default: tuple[int, int]) -> tuple[int, int]:
     return width or default[0], height or default[1]
-
-
-def _say_which(replay) -> None:
-    if replay.others:
-        click.echo(f"trial {replay.trial.name}; others by --trial: {', '.join(replay.others)}")

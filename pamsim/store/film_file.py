@@ -6,6 +6,7 @@ import os
 from collections.abc import Iterable, Iterator, Sequence
 from itertools import chain
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -67,15 +68,16 @@ def write_film(
     partial = path.with_name(f".{path.stem}.partial{suffix}")
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
-        if suffix == ".gif":
-            _write_gif(partial, frames, fps, palette_from)
-        else:
-            _write_mp4(partial, frames, fps)
-        os.replace(partial, path)
+        try:
+            if suffix == ".gif":
+                _write_gif(partial, frames, fps, palette_from)
+            else:
+                _write_mp4(partial, frames, fps)
+            os.replace(partial, path)
+        finally:  # whatever stopped it, an interrupt included
+            partial.unlink(missing_ok=True)
     except OSError as error:
         raise InputError(f"cannot write {path}: {error.strerror or error}") from None
-    finally:  # whatever stopped it, an interrupt included
-        partial.unlink(missing_ok=True)
 
 
 def _write_gif(
@@ -107,8 +109,9 @@ def _write_mp4(path: Path, frames: Iterable[Picture], fps: float) -> None:
     height, width = first.shape[:2]
     # The common colour format halves the colours' resolution: sizes must be even.
     even = width + width % 2, height + height % 2
+    rate: Any = fps  # said to be an int, and handed on as any number
     writer = imageio_ffmpeg.write_frames(
-        str(path), even, fps=fps, quality=_QUALITY, macro_block_size=2, ffmpeg_log_level="error"
+        str(path), even, fps=rate, quality=_QUALITY, macro_block_size=2, ffmpeg_log_level="error"
     )
     writer.send(None)
     try:

@@ -14,6 +14,7 @@ from pamsim.core.trial import Trial
 from pamsim.engine.rig import Rig, load_rig
 from pamsim.store.recording_reader import read_recordings
 
+
 @dataclass(frozen=True, kw_only=True)
 class Replay:
     """One trial of a recording and the rig it is of.
@@ -108,4 +109,4 @@ def frame_times(duration: float, *, fps: float, speed: float) -> NDArray[np.floa
         if not 0.0 < value < np.inf:
             raise InputError(f"{name} {value:g} must be above 0")
     count = max(1, round(duration * fps / speed))
-    return np.arange(count) * speed / fps
+    return np.arange(count, dtype=np.float64) * (speed / fps)
