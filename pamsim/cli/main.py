@@ -26,7 +26,8 @@ _COMMANDS = {
     "diagnose": "Find where a rig and recordings disagree, name the missing effect, add it.",
     "hide": "Twin data: a recording of a rig in which effects are hidden, the truth apart.",
     "replicate": "Recompute every printed number of the five papers; what agrees, what not.",
-    "render": "A picture of a rig at given pressures, without a screen.",
+    "render": "A picture of a rig, or a film of a recording, without a screen.",
+    "view": "A window on a rig that you drive by sliders, or on a recording.",
 }
 
 

@@ -17,11 +17,11 @@ def save_json(path: Path | None, result: Mapping[str, Any]) -> None:
 
 
 @contextlib.contextmanager
-def progress_bar() -> Iterator[Callable[[int, int, str], None]]:
+def progress_bar(unit: str = "run") -> Iterator[Callable[[int, int, str], None]]:
     """A bar on standard error, driven by ``progress(done, total, what)``; silent in a pipe."""
     from tqdm import tqdm
 
-    with tqdm(total=None, disable=None, leave=False, unit="run") as bar:
+    with tqdm(total=None, disable=None, leave=False, unit=unit) as bar:
 
         def report(done: int, total: int, what: str) -> None:
             bar.total = total

@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from itertools import pairwise
 
 import numpy as np
 import numpy.typing as npt
@@ -33,6 +32,8 @@ FULL_PRESSURE = 600e3
 """Gauge pressure that has the warmest colour [Pa]."""
 _RUBBER = np.array([[0.12, 0.14, 0.18], [0.40, 0.20, 0.16], [0.80, 0.30, 0.10]])
 _FIBRE = np.array([[0.30, 0.35, 0.42], [0.72, 0.45, 0.34], [1.00, 0.68, 0.36]])
+_UNKNOWN_RUBBER: Rgba = (0.42, 0.42, 0.43, 1.0)
+_UNKNOWN_FIBRE: Rgba = (0.66, 0.66, 0.67, 1.0)
 _BLUE: Rgba = (0.10, 0.29, 0.58, 1.0)
 _ALUMINIUM: Rgba = (0.74, 0.76, 0.78, 1.0)
 _STEEL: Rgba = (0.58, 0.59, 0.60, 1.0)
@@ -40,6 +41,8 @@ _STEEL: Rgba = (0.58, 0.59, 0.60, 1.0)
 _NECK = NOMINAL_DIAMETER / 2 + WALL - 0.0005
 _FIBRES = 8
 _SEGMENTS = 36
+_THREAD = 0.00045
+"""Half the width of a fibre [m]."""
 # One end fitting outward from the active length: start [m], end [m], radius [m], colour.
 _FITTING: tuple[tuple[float, float, float, Rgba], ...] = (
     (-0.005, 0.014, 0.0155, _BLUE),
@@ -67,6 +70,8 @@ class Solid:
     """Colour and opacity, each 0 to 1."""
     gloss: float = 0.5
     """Specular reflection, 0 to 1."""
+    shadow: bool = True
+    """Whether it casts one."""
 
 
 def outer_radius(length: float) -> float:
@@ -95,7 +100,7 @@ def muscle_solids(anchor: Vector, axis: Vector, length: float, pressure: float) 
         anchor: (3,) where the active length starts [m].
         axis: (3,) unit vector from the anchor along the muscle [-].
         length: active length [m].
-        pressure: gauge pressure, which sets the colour only [Pa].
+        pressure: gauge pressure, which sets the colour only [Pa]; grey if NaN, not known.
 
     Returns:
         Solids in world coordinates; the chain begins at anchor + (length + MOVING_REACH) * axis.
@@ -105,7 +110,9 @@ def muscle_solids(anchor: Vector, axis: Vector, length: float, pressure: float) 
     """
     frame = frame_along(axis)
     radius = outer_radius(length)
-    rubber, fibre = _tint(_RUBBER, pressure), _tint(_FIBRE, pressure)
+    rubber, fibre = _UNKNOWN_RUBBER, _UNKNOWN_FIBRE
+    if not math.isnan(pressure):
+        rubber, fibre = _tint(_RUBBER, pressure), _tint(_FIBRE, pressure)
     shoulder, semi_axis = _shoulder(radius)
 
     solids = [rod(anchor + shoulder * axis, anchor + (length - shoulder) * axis, radius, rubber)]
@@ -209,11 +216,36 @@ def _braid(anchor: Vector, frame: Vector, length: float, radius: float, rgba: Rg
         if shoulder
         else np.full_like(along, radius)
     )
-    solids = []
-    for sense in (1.0, -1.0):
-        for start in np.arange(_FIBRES) * (2.0 * math.pi / _FIBRES):
-            angle = start + sense * 2.0 * math.pi * turns * along / length
-            local = np.column_stack([skin * np.cos(angle), skin * np.sin(angle), along])
-            points = anchor + local @ frame.T
-            solids += [rod(a, b, 0.00045, rgba, gloss=0.2) for a, b in pairwise(points)]
-    return solids
+    starts = np.arange(_FIBRES) * (2.0 * math.pi / _FIBRES)
+    twist = 2.0 * math.pi * turns * along / length
+    angle = np.concatenate([starts[:, None] + sense * twist for sense in (1.0, -1.0)])
+    local = np.stack([skin * np.cos(angle), skin * np.sin(angle), 0.0 * angle + along], axis=-1)
+    points = anchor + local @ frame.T
+    return _threads(points[:, :-1].reshape(-1, 3), points[:, 1:].reshape(-1, 3), rgba)
+
+
+def _threads(starts: Vector, ends: Vector, rgba: Rgba) -> list[Solid]:
+    """Join (k, 3) pairs of points by threads.
+
+    They are square: at this thickness nobody sees it, and a box is drawn many times faster than a
+    cylinder.
+    """
+    along = ends - starts
+    half = np.linalg.norm(along, axis=1) / 2.0
+    axes = along / (2.0 * half[:, None])
+    flat = np.abs(axes[:, 2:]) < 0.9
+    first = np.cross(np.where(flat, [0.0, 0.0, 1.0], [1.0, 0.0, 0.0]), axes)
+    first /= np.linalg.norm(first, axis=1)[:, None]
+    frames = np.stack([first, np.cross(axes, first), axes], axis=-1)
+    return [
+        Solid(
+            kind="box",
+            size=(_THREAD, _THREAD, reach),
+            position=middle,
+            rotation=turned,
+            rgba=rgba,
+            gloss=0.2,
+            shadow=False,  # it would fall on the rubber right below
+        )
+        for middle, turned, reach in zip((starts + ends) / 2.0, frames, half.tolist(), strict=True)
+    ]

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import mujoco
 
-from pamsim.core.errors import EngineError
+from pamsim.core.errors import EngineError, InputError, nearest
 from pamsim.engine.muscle_shape import Vector
 
 
@@ -29,3 +29,14 @@ def object_id(model: mujoco.MjModel, kind: mujoco.mjtObj, name: str) -> int:
         what = kind.name.removeprefix("mjOBJ_").lower()
         raise EngineError(f"the picture needs a {what} named {name!r}, which this model lacks")
     return index
+
+
+def require_camera(model: mujoco.MjModel, camera: str) -> None:
+    """See that a scene has a camera that a user asked for.
+
+    Raises:
+        InputError: naming the cameras there are, if it has not.
+    """
+    cameras = [model.camera(i).name for i in range(model.ncam)]
+    if camera not in cameras:
+        raise InputError(f"no camera {camera!r} in this scene; {nearest(camera, cameras)}")

@@ -51,7 +51,8 @@ def render_arm(
     Args:
         model: a compiled rig with the sites named above, best through its ``scene.xml``.
         data: state after ``mj_forward``.
-        pressures: (2,) gauge pressures of muscles 1 and 2 [Pa]; they set the muscles' colour.
+        pressures: (2,) gauge pressures of muscles 1 and 2 [Pa]; they set the muscles' colour,
+            NaN where not known: grey.
         lengths: (2,) active lengths of muscles 1 and 2 [m].
         width: picture width [px].
         height: picture height [px].
@@ -119,7 +120,7 @@ def decorate(
     """Add muscles, chain, teeth and load discs to a scene, such as that of a renderer.
 
     Args:
-        scene: the scene to add to, already updated from ``data``.
+        scene: the scene to add to, already updated from ``data``, or a viewer's ``user_scn``.
         model: a compiled rig with the named sites.
         data: state after ``mj_forward``.
         pressures: (2,) gauge pressures [Pa].
@@ -152,14 +153,18 @@ def _load_solids(scene: mujoco.MjvScene, model: mujoco.MjModel, data: mujoco.MjD
     top = mass / (_IRON_DENSITY * math.pi * radius**2)
     # The gaps between the discs show the core. Without load it sinks into the tip of the arm.
     core = (0.96 * radius, max(top / 2 - 0.001, 0.0005)) if mass > 0.0 else (0.001, 0.0005)
+    own = False
     for geom in scene.geoms[: scene.ngeom]:
         if geom.objtype == mujoco.mjtObj.mjOBJ_GEOM and geom.objid == disc:
+            own = True
             geom.size[:] = core[0], core[0], core[1]
             geom.pos[:] = seat + ((top / 2) if mass > 0.0 else -0.001) * up
     if mass <= 0.0:
         return []
     count = max(1, round(mass / 0.5))
     solids = [rod(seat, seat + (top + 0.004) * up, 0.005, STEEL, gloss=0.8)]
+    if not own:  # a viewer's scene for additions holds none of the model's geoms
+        solids.append(rod(seat, seat + 2.0 * core[1] * up, core[0], _IRON))
     for k in range(count):
         low, high = k * top / count + 0.0006, (k + 1) * top / count - 0.0006
         solids.append(rod(seat + low * up, seat + high * up, radius, _IRON, gloss=0.8))
@@ -181,8 +186,8 @@ def _add(scene: mujoco.MjvScene, solid: Solid) -> None:
         solid.rotation.flatten(),
         np.array(solid.rgba, dtype=np.float32),
     )
-    # Decor casts no shadow; a muscle should.
-    geom.category = mujoco.mjtCatBit.mjCAT_DYNAMIC
+    if solid.shadow:  # decor, which the geom is as yet, casts none
+        geom.category = mujoco.mjtCatBit.mjCAT_DYNAMIC
     geom.specular = solid.gloss
     geom.shininess = solid.gloss
     scene.ngeom += 1

@@ -8,10 +8,10 @@ from pathlib import Path
 
 import mujoco
 
-from pamsim.actuator.kernel import muscle_length
-from pamsim.core.errors import InputError
 from pamsim.core.experiment import pressure_step
+from pamsim.engine.named import require_camera
 from pamsim.engine.picture import render_arm
+from pamsim.engine.pose import muscle_lengths, pose
 from pamsim.engine.rig import load_rig
 from pamsim.engine.simulate import simulate
 from pamsim.store.picture_file import write_picture
@@ -44,25 +44,14 @@ def portrait(
     rest = simulate(loaded, pressure_step(pressures, pressures, duration=0.01, load=load))
     rest.completed()
     model = loaded.model_for(load=load)
-    if mujoco.mj_name2id(model, mujoco.mjtObj.mjOBJ_CAMERA, camera) < 0:
-        cameras = [model.camera(i).name for i in range(model.ncam)]
-        raise InputError(f"no camera {camera!r} in this scene; known: {', '.join(cameras)}")
+    require_camera(model, camera)
     data = mujoco.MjData(model)
-    data.qpos[loaded.angle_address] = rest.angle[-1]
-    mujoco.mj_kinematics(model, data)
-    mujoco.mj_comPos(model, data)
-    mujoco.mj_camlight(model, data)
-    mujoco.mj_tendon(model, data)
-    mujoco.mj_transmission(model, data)
-    lengths = [
-        muscle_length(model.actuator_user[i], float(data.actuator_length[i]))
-        for i in range(len(loaded.muscles))
-    ]
+    pose(model, data, loaded.angle_address, float(rest.angle[-1]))
     image = render_arm(
         model,
         data,
         pressures=rest.pressure[-1].tolist(),
-        lengths=lengths,
+        lengths=muscle_lengths(model, data),
         width=size[0],
         height=size[1],
         camera=camera,

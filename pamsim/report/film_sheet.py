@@ -1,0 +1,276 @@
+"""A frame of a film: the arm on top, its angle and pressures below, a cursor at the time shown.
+
+Everything that stands still is drawn once by matplotlib; a frame only paints the cursor over it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.colors import to_rgb
+from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+from matplotlib.patheffects import withStroke
+from numpy.typing import NDArray
+
+from pamsim.core.errors import InputError
+from pamsim.core.trial import Trial
+from pamsim.core.units import DEG_PER_RAD, PA_PER_KPA
+from pamsim.report.style import INK, MUTED, finish_axes, series_look, styled
+
+Picture = NDArray[np.uint8]
+
+SMALLEST = 400, 320
+"""Width and height below which labels run into each other [px]."""
+
+_PANEL_SHARE = 1 / 3
+_WIDTH_IN = 8.0  # at any number of pixels, so that letters keep their share of the width
+_ABOVE, _BELOW = 0.045, -0.075
+"""From a muscle's fixed end up to its label, in heights of the arm's picture."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class _Curve:
+    """A curve as painted: colour and, for each column of its plot, the row it passes."""
+
+    colour: NDArray[np.uint8]
+    rows: NDArray[np.float64]
+
+
+@dataclass(frozen=True, kw_only=True)
+class _Plot:
+    """A plot as painted; columns and rows count from the panel's upper left corner [px]."""
+
+    left: float
+    right: float
+    top: int
+    bottom: int
+    curves: tuple[_Curve, ...]
+
+
+@dataclass(frozen=True, kw_only=True)
+class FilmSheet:
+    """What all frames of a film share.
+
+    Attributes:
+        arm_size: width and height that the picture of the arm must have [px].
+        duration: of the trial [s].
+        panel: (h, width, 3) plots without cursor.
+        ink: (arm height, width, 3) colour of what is written over the arm.
+        cover: (arm height, width, 1) its opacity, 0 to 1.
+        plots: where the cursors go.
+    """
+
+    arm_size: tuple[int, int]
+    duration: float
+    panel: Picture
+    ink: NDArray[np.float32]
+    cover: NDArray[np.float32]
+    plots: tuple[_Plot, ...]
+
+    def frame(self, arm: Picture, time: float) -> Picture:
+        """Put a frame together.
+
+        Args:
+            arm: (h, w, 3) picture of the arm, of ``arm_size``.
+            time: that it shows [s].
+
+        Returns:
+            (height, width, 3) picture.
+        """
+        above = arm + (self.ink - arm) * self.cover
+        below = self.panel.copy()
+        share = min(max(time / self.duration, 0.0), 1.0)
+        size = max(1, round(arm.shape[1] / 400))
+        for plot in self.plots:
+            column = round(plot.left + share * (plot.right - plot.left))
+            below[plot.top : plot.bottom, column : column + size] = _colour(INK)
+            for curve in plot.curves:
+                _dot(below, column + size / 2, float(curve.rows[column]), 2.2 * size, curve.colour)
+        return np.concatenate([np.round(above).astype(np.uint8), below])
+
+    def cursor(self, time: float) -> int:
+        """Column of the first plot's cursor at a time [px]."""
+        share = min(max(time / self.duration, 0.0), 1.0)
+        return round(self.plots[0].left + share * (self.plots[0].right - self.plots[0].left))
+
+
+def arm_size(width: int, height: int) -> tuple[int, int]:
+    """Width and height left for the arm in a frame [px].
+
+    Raises:
+        InputError: if the frame is too small for labels.
+    """
+    if width < SMALLEST[0] or height < SMALLEST[1]:
+        raise InputError(
+            f"{width} x {height} pixels are too small for arm and plots; give --width"
+            f" {SMALLEST[0]} and --height {SMALLEST[1]} or more"
+        )
+    return width, height - round(_PANEL_SHARE * height)
+
+
+@styled
+def film_sheet(
+    trial: Trial,
+    *,
+    width: int,
+    height: int,
+    labels: Mapping[str, tuple[float, float]],
+    title: str,
+) -> FilmSheet:
+    """Draw what all frames of a film share.
+
+    Args:
+        trial: with a measured angle; pressures that were not measured are left out and said so.
+        width: of a frame [px].
+        height: of a frame [px].
+        labels: name of each muscle -> column and row of its fixed end in the arm's picture [px].
+        title: written above the arm.
+
+    Raises:
+        InputError: if the frame is too small for labels.
+    """
+    size = arm_size(width, height)
+    panel, plots = _panel(trial, width, height - size[1])
+    written = _writing(size, labels, title)
+    return FilmSheet(
+        arm_size=size,
+        duration=float(trial.time[-1]),
+        panel=panel,
+        ink=written[..., :3],
+        cover=written[..., 3:] / np.float32(255.0),
+        plots=plots,
+    )
+
+
+def _panel(trial: Trial, width: int, height: int) -> tuple[Picture, tuple[_Plot, ...]]:
+    figure = _figure(width, height)
+    left, right = figure.subplots(1, 2)
+    (angle,) = left.plot(trial.time, trial.measured["angle"] * DEG_PER_RAD, color=INK)
+    finish_axes(left, x="time [s]", y="angle β [deg]", zero=False)
+    curves = _pressures(right, trial)
+    finish_axes(right, x="time [s]", y="gauge pressure [kPa]", zero=False)
+    for ax in (left, right):
+        ax.set_xlim(0.0, trial.time[-1])
+        ax.margins(y=0.08)
+    picture = _painted(figure)[..., :3].copy()
+    plots = tuple(_plot(ax, lines, height) for ax, lines in ((left, [angle]), (right, curves)))
+    return picture, plots
+
+
+def _pressures(ax: Axes, trial: Trial) -> list[Line2D]:
+    """Plot measured pressures, and set points if those were commanded; return the measured."""
+    curves, missing, handles = [], [], []
+    for index in range(trial.muscles):
+        colour, _ = series_look(index)
+        label = f"muscle {index + 1}"
+        values = trial.measured.get(f"pressure_{index + 1}")
+        if trial.command_kind == "pressure":
+            ax.step(
+                trial.time,
+                trial.command[:, index] / PA_PER_KPA,
+                where="post",
+                color=colour,
+                linestyle=":",
+                linewidth=1.1,
+            )
+        if values is None:
+            missing.append(label)
+            continue
+        curves += ax.plot(trial.time, values / PA_PER_KPA, color=colour, label=label)
+    handles = [*curves]
+    if trial.command_kind == "pressure":
+        handles.append(Line2D([], [], color=MUTED, linestyle=":", label="set point"))
+    if missing:
+        handles.append(Line2D([], [], linestyle="", label=f"{', '.join(missing)}: not measured"))
+    ax.legend(
+        handles=handles,
+        loc="lower right",
+        bbox_to_anchor=(1.0, 1.0),
+        ncols=len(handles),
+        borderaxespad=0.1,
+        handlelength=1.4,
+        columnspacing=1.1,
+    )
+    return curves
+
+
+def _writing(
+    size: tuple[int, int], labels: Mapping[str, tuple[float, float]], title: str
+) -> NDArray[np.float32]:
+    """Title and names of the muscles on nothing, (h, w, 4) in 0 to 255."""
+    width, height = size
+    figure = _figure(width, height)
+    figure.patch.set_alpha(0.0)
+    halo = [withStroke(linewidth=3.0, foreground="white")]
+    figure.text(0.015, 1.0 - 9.0 / height * width / 400, title, va="top", size=10.5, color=INK)
+    top = min((row for _, row in labels.values()), default=0.0)
+    for index, (name, (column, row)) in enumerate(labels.items()):
+        colour, _ = series_look(index)
+        upper = row == top  # away from the other muscle
+        figure.text(
+            column / width,
+            1.0 - row / height + (_ABOVE if upper else _BELOW),
+            name.replace("_", " "),
+            ha="left",
+            va="bottom" if upper else "top",
+            color=colour,
+            weight="bold",
+            size=10.5,
+            path_effects=halo,
+        )
+    return _painted(figure).astype(np.float32)
+
+
+def _figure(width: int, height: int) -> Figure:
+    dpi = width / _WIDTH_IN
+    figure = Figure(figsize=(_WIDTH_IN, height / dpi), dpi=dpi, layout="constrained")
+    FigureCanvasAgg(figure)
+    return figure
+
+
+def _painted(figure: Figure) -> Picture:
+    canvas = figure.canvas
+    assert isinstance(canvas, FigureCanvasAgg)
+    canvas.draw()
+    return np.asarray(canvas.buffer_rgba())
+
+
+def _plot(ax: Axes, lines: list[Line2D], height: int) -> _Plot:
+    """Where a drawn plot and its curves lie in pixels; rows count from the top."""
+    box = ax.get_window_extent()
+    columns = np.arange(int(np.ceil(box.x1)) + 2)
+    curves = []
+    for line in lines:
+        across, up = ax.transData.transform(line.get_xydata()).T
+        rows = height - np.interp(columns, across, up)
+        curves.append(_Curve(colour=_colour(str(line.get_color())), rows=rows))
+    return _Plot(
+        left=box.x0,
+        right=box.x1,
+        top=round(height - box.y1),
+        bottom=round(height - box.y0),
+        curves=tuple(curves),
+    )
+
+
+def _colour(name: str) -> NDArray[np.uint8]:
+    return np.round(255.0 * np.array(to_rgb(name))).astype(np.uint8)
+
+
+def _dot(
+    picture: Picture, column: float, row: float, radius: float, colour: NDArray[np.uint8]
+) -> None:
+    """Paint a disc with a soft rim and a white ring around it, so that it shows on its curve."""
+    reach = int(radius + 3.0)
+    top, left = max(0, int(row) - reach), max(0, int(column) - reach)
+    patch = picture[top : int(row) + reach + 1, left : int(column) + reach + 1]
+    y, x = np.ogrid[top : top + patch.shape[0], left : left + patch.shape[1]]
+    distance = np.hypot(x + 0.5 - column, y + 0.5 - row)[..., None]
+    for size, paint in ((radius + 1.5, np.full(3, 255.0)), (radius, colour)):
+        cover = np.clip(size + 0.5 - distance, 0.0, 1.0)
+        patch[:] = np.round(patch + (paint - patch.astype(float)) * cover)

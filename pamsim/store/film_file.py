@@ -1,0 +1,122 @@
+"""Write a film to disk: GIF by Pillow, MP4 by the ffmpeg of the optional ``imageio-ffmpeg``."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterable, Iterator, Sequence
+from itertools import chain
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pamsim.core.errors import InputError
+
+Picture = NDArray[np.uint8]
+
+FILM_SUFFIXES = (".gif", ".mp4")
+
+_GIF_FASTEST = 50.0
+"""Frames per second that every viewer of GIFs still shows at the right pace [Hz]."""
+_COLOURS = 255  # one of 256 is left for "as before", which keeps a GIF small
+_QUALITY = 8  # of 10, in imageio-ffmpeg's scale
+
+
+def check_film(path: Path, fps: float) -> None:
+    """See that a film can be written before anything is drawn for it.
+
+    Args:
+        path: of the film.
+        fps: frames per second [Hz].
+
+    Raises:
+        InputError: for an unknown ending, too many frames per second, no ffmpeg.
+    """
+    suffix = path.suffix.lower()
+    if suffix not in FILM_SUFFIXES:
+        raise InputError(f"{path}: unknown film format; use {' or '.join(FILM_SUFFIXES)}")
+    if suffix == ".gif" and fps > _GIF_FASTEST:
+        raise InputError(
+            f"a GIF shows at most {_GIF_FASTEST:g} frames per second, not {fps:g}; write an .mp4"
+        )
+    if suffix == ".mp4":
+        try:
+            import imageio_ffmpeg  # noqa: F401
+        except ImportError:
+            raise InputError(
+                f'{path}: an .mp4 needs ffmpeg: pip install "pamsim[video]", or write a .gif'
+            ) from None
+
+
+def write_film(
+    path: Path, frames: Iterable[Picture], *, fps: float, palette_from: Sequence[Picture]
+) -> None:
+    """Write a film; it appears under its name only when it is whole.
+
+    Args:
+        path: ending in .gif, which then loops, or .mp4; its folder is created.
+        frames: (height, width, 3) RGB, all of one size.
+        fps: frames per second [Hz].
+        palette_from: some frames that show all colours of the film, for the one palette of a GIF.
+
+    Raises:
+        InputError: as `check_film`, or if the place cannot be written.
+    """
+    check_film(path, fps)
+    suffix = path.suffix.lower()
+    partial = path.with_name(f".{path.stem}.partial{suffix}")
+    try:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        try:
+            if suffix == ".gif":
+                _write_gif(partial, frames, fps, palette_from)
+            else:
+                _write_mp4(partial, frames, fps)
+            os.replace(partial, path)
+        finally:  # whatever stopped it, an interrupt included
+            partial.unlink(missing_ok=True)
+    except OSError as error:
+        raise InputError(f"cannot write {path}: {error.strerror or error}") from None
+
+
+def _write_gif(
+    path: Path, frames: Iterable[Picture], fps: float, palette_from: Sequence[Picture]
+) -> None:
+    from PIL import Image
+
+    sheet = Image.fromarray(np.concatenate(list(palette_from)))
+    palette = sheet.quantize(_COLOURS, method=Image.Quantize.MEDIANCUT)
+    durations: list[int] = []
+
+    def pages() -> Iterator[Image.Image]:
+        # One palette and no dithering: what stands still has the same pixels in every frame.
+        for number, frame in enumerate(frames):
+            # GIF counts hundredths of a second; rounding each frame alone would shift the pace.
+            until, since = (round(100.0 * (number + more) / fps) for more in (1, 0))
+            durations.append(10 * (until - since))
+            yield Image.fromarray(frame).quantize(palette=palette, dither=Image.Dither.NONE)
+
+    first, *rest = pages()
+    first.save(path, save_all=True, append_images=rest, duration=durations, loop=0, disposal=1)
+
+
+def _write_mp4(path: Path, frames: Iterable[Picture], fps: float) -> None:
+    import imageio_ffmpeg
+
+    rest = iter(frames)
+    first = next(rest)
+    height, width = first.shape[:2]
+    # The common colour format halves the colours' resolution: sizes must be even.
+    even = width + width % 2, height + height % 2
+    rate: Any = fps  # said to be an int, and handed on as any number
+    writer = imageio_ffmpeg.write_frames(
+        str(path), even, fps=rate, quality=_QUALITY, macro_block_size=2, ffmpeg_log_level="error"
+    )
+    writer.send(None)
+    try:
+        for frame in chain([first], rest):
+            padding = ((0, even[1] - height), (0, even[0] - width), (0, 0))
+            writer.send(np.ascontiguousarray(np.pad(frame, padding, mode="edge")))
+    finally:
+        writer.close()

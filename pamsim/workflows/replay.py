@@ -1,0 +1,112 @@
+"""A recording looked at: the state of the arm at any instant of a trial."""
+
+from __future__ import annotations
+
+import math
+import os
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pamsim.core.errors import InputError, nearest
+from pamsim.core.trial import Trial
+from pamsim.engine.rig import Rig, load_rig
+from pamsim.store.recording_reader import read_recordings
+
+
+@dataclass(frozen=True, kw_only=True)
+class Replay:
+    """One trial of a recording and the rig it is of.
+
+    Attributes:
+        rig: loaded with its scene.
+        trial: with a measured angle.
+        others: names of the recording's other trials.
+    """
+
+    rig: Rig
+    trial: Trial
+    others: tuple[str, ...] = ()
+
+    @property
+    def duration(self) -> float:
+        """Length of the trial [s]."""
+        return float(self.trial.time[-1])
+
+    @property
+    def title(self) -> str:
+        """What is shown, in a few words."""
+        return f"{self.rig.name}, {self.trial.name}, load {self.trial.load:g} kg"
+
+    def angle(self, time: float) -> float:
+        """Angle at a time of the trial, linear between samples [rad]."""
+        return float(np.interp(time, self.trial.time, self.trial.measured["angle"]))
+
+    def pressures(self, time: float) -> list[float]:
+        """Gauge pressures at a time [Pa], one per muscle; NaN where none was measured."""
+        measured = self.trial.measured
+        return [
+            float(np.interp(time, self.trial.time, measured[f"pressure_{number}"]))
+            if f"pressure_{number}" in measured
+            else math.nan
+            for number in range(1, self.trial.muscles + 1)
+        ]
+
+
+def read_replay(
+    recording: str | os.PathLike[str],
+    *,
+    trial: str | None = None,
+    rig: str | os.PathLike[str] | None = None,
+) -> Replay:
+    """Read one trial of a recording to look at.
+
+    Args:
+        recording: folder with ``recording.toml``, or that file.
+        trial: its name; the first if None.
+        rig: name or folder of a rig instead of the one the recording names.
+
+    Raises:
+        InputError: what `read_recordings` refuses, an unknown trial, a rig with another number of
+            muscles, an angle that was not measured.
+    """
+    found = read_recordings(recording)
+    named = {each.name: each for each in found.trials}
+    if trial is not None and trial not in named:
+        raise InputError(f"{recording}: no trial {trial!r}; {nearest(trial, named)}")
+    chosen = found.trials[0] if trial is None else named[trial]
+    if "angle" not in chosen.measured:
+        raise InputError(
+            f"{recording}: trial {chosen.name!r} has no column 'angle_deg', without which nobody"
+            " knows where the arm was"
+        )
+    loaded = load_rig(found.rig if rig is None else rig, scene=True)
+    if len(loaded.muscles) != chosen.muscles:
+        raise InputError(
+            f"{recording}: trial {chosen.name!r} is of {chosen.muscles} muscles, rig"
+            f" {loaded.name!r} has {len(loaded.muscles)}; name its rig by --rig"
+        )
+    others = tuple(name for name in named if name != chosen.name)
+    return Replay(rig=loaded, trial=chosen, others=others)
+
+
+def frame_times(duration: float, *, fps: float, speed: float) -> NDArray[np.float64]:
+    """Instants that the frames of a film show.
+
+    Args:
+        duration: of what is filmed [s].
+        fps: frames per second of the film [Hz].
+        speed: 1 for real time, 0.5 for slow motion.
+
+    Returns:
+        (n,) [s] from 0, n = duration fps / speed, so that the film lasts duration / speed.
+
+    Raises:
+        InputError: if fps or speed is not positive.
+    """
+    for name, value in (("--fps", fps), ("--speed", speed)):
+        if not 0.0 < value < np.inf:
+            raise InputError(f"{name} {value:g} must be above 0")
+    count = max(1, round(duration * fps / speed))
+    return np.arange(count, dtype=np.float64) * (speed / fps)
