@@ -16,6 +16,7 @@ from pamsim.controllers.controller import Command, Sight
 from pamsim.controllers.hysteresis_inverse import HysteresisInverse
 from pamsim.controllers.inverse_law import balanced_pressures, stiff_pressures
 from pamsim.controllers.pid import Pid, PidMemory
+from pamsim.controllers.pressure_rate import regulated_lag
 from pamsim.controllers.split import PressureSplit
 from pamsim.engine.rig import Rig
 
@@ -60,17 +61,27 @@ class FeedForward:
         *,
         load: float = 0.0,
         common_pressure: float,
-        lead: float = 0.0,
+        lead: float | None = None,
         hysteresis: HysteresisInverse | None = None,
         feedback: Pid | None = None,
     ) -> FeedForward:
-        """Feed-forward for a rig with a load [kg]; see the attributes.
+        """Feed-forward for a rig with a load.
+
+        Args:
+            rig: the rig.
+            load: mass on the arm [kg].
+            common_pressure: see the attributes, as for the others [Pa].
+            lead: if left out, the lag of muscle 1's regulated pressure there [s].
+            hysteresis: undoes the muscles' hysteresis, or None.
+            feedback: adds to the difference, or None.
 
         Raises:
             InputError: as `Arm.for_rig`, or if the common pressure cannot be had.
         """
         arm = Arm.for_rig(rig, load=load)
-        PressureSplit(common=common_pressure, supply=arm.supply)
+        split = PressureSplit(common=common_pressure, supply=arm.supply)
+        if lead is None:
+            lead = regulated_lag(arm.pair[0], 0.0, split.common)
         return cls(
             arm=arm,
             common_pressure=common_pressure,

@@ -1,6 +1,6 @@
 """Prandtl-Ishlinskii operator of a measured loop: weights by non-negative least squares.
 
-With thresholds given, the output is linear in the weights, so that the fit has one answer. Weights
+With its thresholds given, the output is linear in the weights, so that the fit has one answer. Weights
 that are not negative make an operator that lags, and one that can be inverted (Kuhnen 2003).
 """
 
@@ -9,7 +9,6 @@ that are not negative make an operator that lags, and one that can be inverted (
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -25,7 +24,6 @@ from pamsim.sysid.record_checks import finite_samples
 FloatArray = NDArray[np.float64]
 _nnls: Any = scipy.optimize.nnls
 
-_PLAYS = 12
 _NOTHING = 1e-6  # of the sum of all weights: a play that light is left out
 
 
@@ -46,7 +44,7 @@ def identify_play_sum(
     input: ArrayLike,  # noqa: A002 - the term of the field
     output: ArrayLike,
     *,
-    thresholds: Sequence[float] | None = None,
+    plays: int = 12,
 ) -> PlaySumFit:
     """Fit the operator ``w_0 v + sum of w_k play(v; r_k)`` to a loop.
 
@@ -54,8 +52,7 @@ def identify_play_sum(
         input: v, shape ``(n,)``, from a state in which every play is at 0; a decaying triangle
             shows every threshold [input unit].
         output: shape ``(n,)`` [output unit].
-        thresholds: r_k, positive and increasing; if left out, 12 evenly below the largest input
-            [input unit].
+        plays: number of thresholds, evenly over the largest input.
 
     Returns:
         The operator and its error.
@@ -68,17 +65,16 @@ def identify_play_sum(
     if v.shape != y.shape:
         raise InputError(f"input has {v.size} samples, output {y.size}; give one for each")
     largest = float(np.max(np.abs(v)))
-    if thresholds is None:
-        thresholds = [largest * (k + 0.5) / _PLAYS for k in range(_PLAYS)]
     if not largest > 0.0:
         raise InputError("the input stays at 0; give a loop, such as a decaying triangle")
+    thresholds = [largest * (k + 0.5) / plays for k in range(plays)]
     columns = np.column_stack([v, *(_played(v, r) for r in thresholds)])
     weights, miss = _nnls(columns, y)
     total = float(np.sum(weights))
     if not weights[0] > _NOTHING * total:
         raise InputError(
             "the loop has no part that follows its input at once, so that its operator has no"
-            " inverse; give a larger first threshold or data with less play"
+            " inverse; give fewer plays or a loop that reaches farther"
         )
     kept = [k for k in range(len(thresholds)) if weights[k + 1] > _NOTHING * total]
     operator = PlaySum(

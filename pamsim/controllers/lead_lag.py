@@ -1,0 +1,66 @@
+"""Lead-lag filter on the error, over the model's own input for the wanted motion.
+
+Its memory holds the outputs that the limits let through, not those it wanted: a filter so
+conditioned does not wind up (Astrom and Rundqwist 1989).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from pamsim.controllers.controller import Command, Sight
+from pamsim.controllers.operating_point import OperatingPoint
+from pamsim.sysid.lead_lag_design import LeadLagDesign
+from pamsim.sysid.second_order_model import SecondOrderModel
+
+
+@dataclass(frozen=True, kw_only=True, slots=True)
+class LeadLagMemory:
+    """What a lead-lag filter keeps, latest first.
+
+    Attributes:
+        errors: (2,) [rad].
+        outputs: (2,) [Pa].
+    """
+
+    errors: tuple[float, ...]
+    outputs: tuple[float, ...]
+
+
+@dataclass(frozen=True, kw_only=True)
+class LeadLag:
+    """From angle to pressures by a sampled lead-lag design.
+
+    Attributes:
+        design: see `pamsim.sysid.lead_lag_design.design_lead_lag`.
+        model: G2, whose inverse goes ahead.
+        point: where it holds.
+        command: always ``pressure``.
+    """
+
+    design: LeadLagDesign
+    model: SecondOrderModel
+    point: OperatingPoint
+    command: str = "pressure"
+
+    def start(self, first: Sight) -> LeadLagMemory:
+        """Memory with which the pressures at rest stay what they are, and then ease off."""
+        ahead = self.model.input_for(first.angle - self.point.angle, 0.0, 0.0)
+        count = len(self.design.denominator) - 1
+        return LeadLagMemory(
+            errors=(0.0,) * count, outputs=(self.point.told(first) - ahead,) * count
+        )
+
+    def act(self, seen: Sight, memory: LeadLagMemory) -> tuple[Command, LeadLagMemory]:
+        """Pressures from now on, and the memory for the next sample."""
+        goal = seen.reference - self.point.angle
+        ahead = self.model.input_for(goal, seen.reference_rate, seen.reference_acceleration)
+        errors = (seen.reference - seen.angle, *memory.errors)
+        filtered = sum(b * e for b, e in zip(self.design.numerator, errors, strict=True))
+        filtered -= sum(
+            a * u for a, u in zip(self.design.denominator[1:], memory.outputs, strict=True)
+        )
+        let_through = self.point.given(ahead + filtered) - ahead
+        return self.point.pressures(ahead + filtered), LeadLagMemory(
+            errors=errors[:-1], outputs=(let_through, *memory.outputs[:-1])
+        )
