@@ -8,10 +8,10 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+from pamsim.actuator.layout import pack
 from pamsim.controllers.controller import Command, Controller, Memory, Sight
 from pamsim.controllers.pressure_rate import full_rates
 from pamsim.core.errors import InputError
-from pamsim.actuator.layout import pack
 from pamsim.engine.rig import Rig
 from pamsim.pneumatics.valves import clamped_opening
 

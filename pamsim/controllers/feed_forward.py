@@ -95,7 +95,7 @@ class FeedForward:
         plays = () if self.hysteresis is None else self.hysteresis.start(first.angle)
         feedback = None
         if self.feedback is not None:
-            feedback = PidMemory(integral=0.0, rate=first.velocity)
+            feedback = PidMemory(integral=0.0, rate=0.0)
         return FeedForwardMemory(plays=plays, feedback=feedback)
 
     def act(self, seen: Sight, memory: FeedForwardMemory) -> tuple[Command, FeedForwardMemory]:

@@ -1,8 +1,9 @@
 """Inverse of the muscles' force law: pressures at which the pair gives a torque, and a stiffness.
 
 At a common pressure p0 the torque of the pair rises with the pressure difference; among the pairs
-of pressures that give one torque, the stiffness rises with p0. So each is found by bisection of one
-unknown, inside the limits of the supply. Hysteresis is left out, as in `pamsim.actuator.antagonist`.
+of pressures that give one torque, the stiffness rises with p0. So each is the root of a function of
+one unknown, sought inside the limits of the supply. Hysteresis is left out, as in
+`pamsim.actuator.antagonist`.
 """
 
 from __future__ import annotations

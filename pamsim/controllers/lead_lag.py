@@ -9,7 +9,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from pamsim.controllers.controller import Command, Sight
-from pamsim.controllers.operating_point import OperatingPoint
+from pamsim.controllers.trim_point import TrimPoint
+from pamsim.controllers.wanted_now import wanted_now
 from pamsim.sysid.lead_lag_design import LeadLagDesign
 from pamsim.sysid.second_order_model import SecondOrderModel
 
@@ -40,7 +41,7 @@ class LeadLag:
 
     design: LeadLagDesign
     model: SecondOrderModel
-    point: OperatingPoint
+    point: TrimPoint
     command: str = "pressure"
 
     def start(self, first: Sight) -> LeadLagMemory:
@@ -55,7 +56,7 @@ class LeadLag:
         """Pressures from now on, and the memory for the next sample."""
         goal = seen.reference - self.point.angle
         ahead = self.model.input_for(goal, seen.reference_rate, seen.reference_acceleration)
-        errors = (seen.reference - seen.angle, *memory.errors)
+        errors = (wanted_now(seen, self.design.period)[0] - seen.angle, *memory.errors)
         filtered = sum(b * e for b, e in zip(self.design.numerator, errors, strict=True))
         filtered -= sum(
             a * u for a, u in zip(self.design.denominator[1:], memory.outputs, strict=True)

@@ -9,7 +9,8 @@ import math
 from dataclasses import dataclass
 
 from pamsim.controllers.controller import Command, Sight
-from pamsim.controllers.operating_point import OperatingPoint
+from pamsim.controllers.trim_point import TrimPoint
+from pamsim.controllers.wanted_now import wanted_now
 from pamsim.sysid.regulator_design import RegulatorDesign
 
 
@@ -38,7 +39,7 @@ class Lqg:
     """
 
     design: RegulatorDesign
-    point: OperatingPoint
+    point: TrimPoint
     tracking_time: float = math.inf
     command: str = "pressure"
 
@@ -55,15 +56,18 @@ class Lqg:
         angle, rate = (
             x + gain * surprise for x, gain in zip(memory.expected, design.correction, strict=True)
         )
-        goal = seen.reference - self.point.angle
+        now, rate_now = wanted_now(seen, design.period)
+        ahead = design.model.input_for(
+            seen.reference - self.point.angle, seen.reference_rate, seen.reference_acceleration
+        )
         wanted = (
-            design.model.input_for(goal, seen.reference_rate, seen.reference_acceleration)
-            + design.feedback[0] * (goal - angle)
-            + design.feedback[1] * (seen.reference_rate - rate)
+            ahead
+            + design.feedback[0] * (now - self.point.angle - angle)
+            + design.feedback[1] * (rate_now - rate)
             + design.integral_gain * memory.integral
         )
         given = self.point.given(wanted)
-        grown = seen.reference - seen.angle
+        grown = now - seen.angle
         grown += (given - wanted) / (design.integral_gain * self.tracking_time)
         first, second = (
             row[0] * angle + row[1] * rate + into * given

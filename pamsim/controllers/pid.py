@@ -1,6 +1,8 @@
 """PID on the pressure difference, which neither kicks at a jump of the reference nor winds up.
 
-dp = K (e + 1/Ti integral of e - Td rate), the rate being that of the measured angle behind a lag.
+dp = K (e + 1/Ti integral of e + Td (c wanted rate - rate)), with the rates behind a lag. With c = 0
+the derivative is that of the measured angle alone; over a feed-forward, which moves the arm by
+itself, c = 1 keeps it from braking.
 Where the limits take something of dp, the integral is drawn back with the time constant Tt (back
 calculation: Astrom and Hagglund, Advanced PID Control, 2006, section 3.5).
 """
@@ -12,6 +14,7 @@ from dataclasses import dataclass
 
 from pamsim.controllers.controller import Command, Sight
 from pamsim.controllers.split import PressureSplit
+from pamsim.controllers.wanted_now import wanted_now
 from pamsim.core.errors import InputError
 
 
@@ -21,7 +24,7 @@ class PidMemory:
 
     Attributes:
         integral: its integral part [Pa].
-        rate: lagged rate of the angle [rad/s].
+        rate: lagged rate of the angle, less c of the wanted one [rad/s].
     """
 
     integral: float
@@ -39,6 +42,7 @@ class Pid:
         integral_time: Ti; infinite for none [s].
         derivative_time: Td [s].
         filter_time: time constant of the lag on the rate; 0 for none [s].
+        rate_weight: c, from 0 to 1.
         tracking_time: Tt; infinite to let the integral wind up [s].
         command: always ``pressure``.
     """
@@ -49,6 +53,7 @@ class Pid:
     integral_time: float = math.inf
     derivative_time: float = 0.0
     filter_time: float = 0.0
+    rate_weight: float = 0.0
     tracking_time: float = math.inf
     command: str = "pressure"
 
@@ -72,7 +77,7 @@ class Pid:
 
     def start(self, first: Sight) -> PidMemory:
         """Memory with which the pressures at rest stay what they are."""
-        return PidMemory(integral=first.pressure[0] - first.pressure[1], rate=first.velocity)
+        return PidMemory(integral=first.pressure[0] - first.pressure[1], rate=0.0)
 
     def act(self, seen: Sight, memory: PidMemory) -> tuple[Command, PidMemory]:
         """Pressures from now on, and the memory for the next sample."""
@@ -82,9 +87,11 @@ class Pid:
 
     def wanted(self, seen: Sight, memory: PidMemory) -> tuple[float, float]:
         """Difference before the limits [Pa], and the lagged rate it was made with [rad/s]."""
+        goal, goal_rate = wanted_now(seen, self.period)
         share = self.period / (self.filter_time + self.period)
-        rate = memory.rate + share * (seen.velocity - memory.rate)
-        error = seen.reference - seen.angle
+        rate = seen.velocity - self.rate_weight * goal_rate
+        rate = memory.rate + share * (rate - memory.rate)
+        error = goal - seen.angle
         return self.gain * (error - self.derivative_time * rate) + memory.integral, rate
 
     def remembered(self, seen: Sight, memory: PidMemory, rate: float, missed: float) -> PidMemory:
@@ -96,6 +103,6 @@ class Pid:
             rate: lagged, of this sample [rad/s].
             missed: difference given less the one wanted [Pa].
         """
-        error = seen.reference - seen.angle
+        error = wanted_now(seen, self.period)[0] - seen.angle
         grown = self.gain * error / self.integral_time + missed / self.tracking_time
         return PidMemory(integral=memory.integral + self.period * grown, rate=rate)

@@ -1,9 +1,9 @@
 """Integral sliding mode on G2 with a boundary layer.
 
-With e = angle - reference the surface is s = e' + 2 l e + l^2 integral of e, on which the error dies
-out with both poles at -l, whatever disturbs the input less than ``reach`` can overcome. Inside the
-layer |s| < layer the switching is a gain, so that valves do not chatter; the integral takes the
-offset that a layer would leave (Slotine and Li, Applied Nonlinear Control, 1991, sections 7.1-7.2).
+With e = angle - reference the surface is s = e' + 2 l e + l^2 integral of e, on which the error
+dies out with both poles at -l, whatever disturbs the input less than ``reach`` can overcome. Inside
+the layer |s| < layer the switching is a gain, so that valves do not chatter; the integral takes the
+offset that a layer would leave (Slotine and Li, Applied Nonlinear Control, 1991, chapter 7).
 """
 
 from __future__ import annotations
@@ -11,7 +11,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from pamsim.controllers.controller import Command, Sight
-from pamsim.controllers.operating_point import OperatingPoint
+from pamsim.controllers.trim_point import TrimPoint
+from pamsim.controllers.wanted_now import wanted_now
 from pamsim.sysid.second_order_model import SecondOrderModel
 
 
@@ -41,7 +42,7 @@ class SlidingMode:
     """
 
     model: SecondOrderModel
-    point: OperatingPoint
+    point: TrimPoint
     period: float
     bandwidth: float
     reach: float
@@ -55,16 +56,14 @@ class SlidingMode:
 
     def surface(self, seen: Sight, memory: SlidingMemory) -> float:
         """Distance s from the surface [rad/s]."""
-        error = seen.angle - seen.reference
-        drift = seen.velocity - seen.reference_rate
+        error, drift = self._missed(seen)
         return (
             drift + 2.0 * self.bandwidth * error + self.bandwidth * self.bandwidth * memory.integral
         )
 
     def act(self, seen: Sight, memory: SlidingMemory) -> tuple[Command, SlidingMemory]:
         """Pressures from now on, and the memory for the next sample."""
-        error = seen.angle - seen.reference
-        drift = seen.velocity - seen.reference_rate
+        error, drift = self._missed(seen)
         pull = min(max(self.surface(seen, memory) / self.layer, -1.0), 1.0)
         acceleration = (
             seen.reference_acceleration
@@ -78,3 +77,7 @@ class SlidingMode:
         held = self.point.given(wanted) != wanted
         integral = memory.integral if held else memory.integral + self.period * error
         return self.point.pressures(wanted), SlidingMemory(integral=integral)
+
+    def _missed(self, seen: Sight) -> tuple[float, float]:
+        goal, rate = wanted_now(seen, self.period)
+        return seen.angle - goal, seen.velocity - rate

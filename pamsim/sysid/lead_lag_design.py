@@ -1,8 +1,8 @@
 """Lead-lag design on G2 for a crossover and a phase margin, sampled by Tustin's rule.
 
-The lead is centred on the crossover, where it gives phi = asin((r - 1)/(r + 1)) for a ratio r of its
-corners; the lag lies a decade below and lifts the gain at rest (Franklin, Powell and Emami-Naeini,
-Feedback Control of Dynamic Systems, section 6.7). The phase of the held, sampled plant is taken as
+The lead is centred on the crossover, where it gives phi = asin((r - 1)/(r + 1)) for a ratio r of
+its corners; the lag lies a decade below and lifts the gain at rest (Franklin, Powell and
+Emami-Naeini, Feedback Control of Dynamic Systems, section 6.7). The phase of the held, sampled plant is taken as
 it is and Tustin's rule is made exact at the crossover, so that the margin asked is the margin had;
 where the plant has more than that by itself, no lead is added.
 """
@@ -82,10 +82,10 @@ def design_lead_lag(
             f" {0.5 * math.pi / period:g} rad/s; sample faster or ask for less"
         )
     a, b = model.matrices()
-    plant = _control.sample_system(
-        _control.ss(a, b, [[1.0, 0.0]], 0.0), period, method="zoh"
+    plant = _control.sample_system(_control.ss(a, b, [[1.0, 0.0]], 0.0), period, method="zoh")
+    plant = _control.ss2tf(plant) * _control.tf(
+        [1.0], [1.0] + [0.0] * round(dead_time / period), period
     )
-    plant = _control.ss2tf(plant) * _control.tf([1.0], [1.0] + [0.0] * round(dead_time / period), period)
     lag = np.array([1.0, crossover / 10.0]), np.array([1.0, crossover / 10.0 / lag_ratio])
     here = complex(plant(cmath.exp(1j * crossover * period)))
     here *= np.polyval(lag[0], 1j * crossover) / np.polyval(lag[1], 1j * crossover)
@@ -105,14 +105,16 @@ def design_lead_lag(
     sampled = _control.sample_system(filtered, period, method="tustin", prewarp_frequency=crossover)
     loop = sampled * plant
     # By its frequency response: the polynomial way loses digits where a pole lies near 1.
-    gain_margin, margin, _, _, crossed, _ = map(float, _control.stability_margins(loop, method="frd"))
+    gain_margin, margin, _, _, crossed, _ = map(
+        float, _control.stability_margins(loop, method="frd")
+    )
     margin = math.radians(margin)
     stable = bool(np.all(np.abs(_control.feedback(loop, 1).poles()) < 1.0))
     if not (stable and margin > phase_margin - _EXACT):
         raise InputError(
-            f"crossing at {crossover:g} rad/s leaves a phase margin of {math.degrees(margin):.3g} deg"
-            f" at {crossed:.3g} rad/s and a gain margin of {gain_margin:.3g}: G2 swings too much for"
-            " this filter; move the crossover away from its resonance"
+            f"crossing at {crossover:g} rad/s leaves a phase margin of {math.degrees(margin):.3g}"
+            f" deg at {crossed:.3g} rad/s and a gain margin of {gain_margin:.3g}: G2 swings too"
+            " much for this filter; move the crossover away from its resonance"
         )
     numerator, denominator = (
         np.asarray(item[0][0], dtype=float) for item in (sampled.num, sampled.den)

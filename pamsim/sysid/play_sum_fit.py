@@ -1,7 +1,7 @@
 """Prandtl-Ishlinskii operator of a measured loop: weights by non-negative least squares.
 
-With its thresholds given, the output is linear in the weights, so that the fit has one answer. Weights
-that are not negative make an operator that lags, and one that can be inverted (Kuhnen 2003).
+With its thresholds given, the output is linear in the weights, so that the fit has one answer.
+Weights that are not negative make an operator that lags, and one that can be inverted (Kuhnen 2003).
 """
 
 # scipy carries no types: what it returns is Any at this file's boundary.
@@ -41,7 +41,7 @@ class PlaySumFit:
 
 
 def identify_play_sum(
-    input: ArrayLike,  # noqa: A002 - the term of the field
+    input: ArrayLike,
     output: ArrayLike,
     *,
     plays: int = 12,

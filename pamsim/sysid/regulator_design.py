@@ -79,9 +79,7 @@ def design_regulator(
     sampled = _control.sample_system(plant, period, method="zoh")
     transition, into = np.asarray(sampled.A), np.asarray(sampled.B)
     # z+ = z + period (reference - output): the reference is no state of the design.
-    augmented = np.block(
-        [[transition, np.zeros((2, 1))], [np.array([[-period, 0.0, 1.0]])]]
-    )
+    augmented = np.block([[transition, np.zeros((2, 1))], [np.array([[-period, 0.0, 1.0]])]])
     driven = np.vstack([into, [[0.0]]])
     # A rate costs nothing of its own.
     cost = np.diag([largest_error**-2.0, 0.0, (largest_error * integral_time) ** -2.0])

@@ -1,4 +1,4 @@
-"""Where a linear model of the arm holds, and what it is then told and asked."""
+"""The trim point of a linear model of the arm: the command and the angle it counts from."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from pamsim.controllers.split import PressureSplit
 
 
 @dataclass(frozen=True, kw_only=True)
-class OperatingPoint:
+class TrimPoint:
     """A pressure difference and the angle it holds; linear models count from there.
 
     Attributes:
