@@ -1,7 +1,7 @@
 """Lead-lag filter on the error, over the model's own input for the wanted motion.
 
-Its memory holds the outputs that the limits let through, not those it wanted: a filter so
-conditioned does not wind up (Astrom and Rundqwist 1989).
+Its memory holds what the limits let through, and the error that would have led to just that: a
+filter so conditioned does not wind up (Hanus, Kinnaert and Henrotte 1987).
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ class LeadLagMemory:
     """What a lead-lag filter keeps, latest first.
 
     Attributes:
-        errors: (2,) [rad].
+        errors: (2,) that led to the outputs [rad].
         outputs: (2,) [Pa].
     """
 
@@ -57,11 +57,14 @@ class LeadLag:
         goal = seen.reference - self.point.angle
         ahead = self.model.input_for(goal, seen.reference_rate, seen.reference_acceleration)
         errors = (wanted_now(seen, self.design.period)[0] - seen.angle, *memory.errors)
+        # Of a reference out of reach, only what can be had: the filter must not make up for it.
+        ahead = self.point.given(ahead)
         filtered = sum(b * e for b, e in zip(self.design.numerator, errors, strict=True))
         filtered -= sum(
             a * u for a, u in zip(self.design.denominator[1:], memory.outputs, strict=True)
         )
         let_through = self.point.given(ahead + filtered) - ahead
+        realised = errors[0] + (let_through - filtered) / self.design.numerator[0]
         return self.point.pressures(ahead + filtered), LeadLagMemory(
-            errors=errors[:-1], outputs=(let_through, *memory.outputs[:-1])
+            errors=(realised, *errors[1:-1]), outputs=(let_through, *memory.outputs[:-1])
         )

@@ -74,8 +74,8 @@ class SlidingMode:
         away = seen.angle - self.point.angle
         wanted = self.model.input_for(away, seen.velocity, acceleration)
         # What the limits take cannot be slid on: the integral waits.
-        held = self.point.given(wanted) != wanted
-        integral = memory.integral if held else memory.integral + self.period * error
+        waits = self.point.split.beyond(self.point.difference + wanted)
+        integral = memory.integral if waits else memory.integral + self.period * error
         return self.point.pressures(wanted), SlidingMemory(integral=integral)
 
     def _missed(self, seen: Sight) -> tuple[float, float]:

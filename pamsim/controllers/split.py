@@ -47,5 +47,9 @@ class PressureSplit:
         first, second = self.pressures(difference)
         return first - second
 
+    def beyond(self, difference: float) -> bool:
+        """Whether the limits take something of a wanted difference [Pa]."""
+        return 0.5 * abs(difference) > min(self.common, self.supply - self.common)
+
     def _limited(self, pressure: float) -> float:
         return min(max(pressure, 0.0), self.supply)

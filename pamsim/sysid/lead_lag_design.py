@@ -2,9 +2,9 @@
 
 The lead is centred on the crossover, where it gives phi = asin((r - 1)/(r + 1)) for a ratio r of
 its corners; the lag lies a decade below and lifts the gain at rest (Franklin, Powell and
-Emami-Naeini, Feedback Control of Dynamic Systems, section 6.7). The phase of the held, sampled plant is taken as
-it is and Tustin's rule is made exact at the crossover, so that the margin asked is the margin had;
-where the plant has more than that by itself, no lead is added.
+Emami-Naeini, Feedback Control of Dynamic Systems, section 6.7). The phase of the held, sampled
+plant is taken as it is and Tustin's rule is made exact at the crossover, so that the margin asked is
+the margin had; where the plant has more than that by itself, no lead is added.
 """
 
 # python-control carries no types: its objects are Any at this file's boundary.
@@ -57,7 +57,7 @@ def design_lead_lag(
     crossover: float,
     phase_margin: float,
     lag_ratio: float = 10.0,
-    dead_time: float = 0.0,
+    delay: int = 0,
 ) -> LeadLagDesign:
     """Design the filter.
 
@@ -67,7 +67,7 @@ def design_lead_lag(
         crossover: wanted [rad/s].
         phase_margin: wanted at least [rad].
         lag_ratio: by how much the lag lifts the gain at rest, from 1 on.
-        dead_time: of the plant beside G2, whole periods [s].
+        delay: dead time of the plant beside G2, in whole periods.
 
     Returns:
         The filter with its margins, found by python-control.
@@ -83,9 +83,7 @@ def design_lead_lag(
         )
     a, b = model.matrices()
     plant = _control.sample_system(_control.ss(a, b, [[1.0, 0.0]], 0.0), period, method="zoh")
-    plant = _control.ss2tf(plant) * _control.tf(
-        [1.0], [1.0] + [0.0] * round(dead_time / period), period
-    )
+    plant = _control.ss2tf(plant) * _control.tf([1.0], [1.0] + [0.0] * delay, period)
     lag = np.array([1.0, crossover / 10.0]), np.array([1.0, crossover / 10.0 / lag_ratio])
     here = complex(plant(cmath.exp(1j * crossover * period)))
     here *= np.polyval(lag[0], 1j * crossover) / np.polyval(lag[1], 1j * crossover)

@@ -1,7 +1,7 @@
 """Prandtl-Ishlinskii operator of a measured loop: weights by non-negative least squares.
 
 With its thresholds given, the output is linear in the weights, so that the fit has one answer.
-Weights that are not negative make an operator that lags, and one that can be inverted (Kuhnen 2003).
+Weights that are not negative make an operator that lags and can be inverted (Kuhnen 2003).
 """
 
 # scipy carries no types: what it returns is Any at this file's boundary.
