@@ -88,7 +88,7 @@ class PlaySum:
         Raises:
             InputError: if thresholds do not increase from above 0 or a partial sum is not positive.
         """
-        lower = (0.0, *self.thresholds[:-1])
+        lower = (0.0, *self.thresholds)[:-1]
         if len(self.weights) != len(self.thresholds) or any(
             r <= before for r, before in zip(self.thresholds, lower, strict=True)
         ):

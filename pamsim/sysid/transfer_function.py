@@ -1,6 +1,6 @@
 """From fitted models to python-control transfer functions and their step responses.
 
-The only file that imports python-control: the import takes about a second.
+Like the files that end in ``_design``, it imports python-control, which takes about a second.
 """
 
 # python-control carries no types: its objects are Any at this file's boundary.

@@ -1,0 +1,125 @@
+"""The arm as a controller knows it: what torque a motion needs, read once from the MuJoCo model.
+
+A hinge that turns rigid bodies in uniform gravity feels a cos(beta) + b sin(beta) from it and, with
+a linear spring, c - k beta more. These four numbers hold at every angle, so that the controller
+carries no engine and no table; that they do is checked against the engine at the angles between.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import mujoco
+import numpy as np
+
+from pamsim.actuator.layout import slot
+from pamsim.core.errors import InputError
+from pamsim.engine.callback import muscle_ids
+from pamsim.engine.rig import Rig
+
+_SUPPLY = slot("valve.supply_pressure")
+
+_LOOKS = np.linspace(-1.0, 1.0, 9)  # rad
+_EXACT = 1e-9  # of the largest torque or length: rounding lies far below
+
+_SLOW = 0.02
+"""Rate at which dry friction has reached three quarters of its size [rad/s]."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Arm:
+    """An arm of one hinge between two equal-armed muscles.
+
+    Attributes:
+        pair: parameter rows of muscles 1 and 2, see `pamsim.actuator.layout`.
+        radius: moment arm of both [m].
+        rest_torque: (c, a, b, -k) of c + a cos(beta) + b sin(beta) - k beta, the torque on the arm
+            at rest but for the muscles' [N m].
+        inertia: load and rotor included [kg m^2].
+        damping: [N m s/rad].
+        friction: dry, in the joint [N m].
+        supply: lowest supply pressure of both, gauge [Pa].
+    """
+
+    pair: tuple[tuple[float, ...], tuple[float, ...]]
+    radius: float
+    rest_torque: tuple[float, float, float, float]
+    inertia: float
+    damping: float
+    friction: float
+    supply: float
+
+    def muscle_torque(self, angle: float, rate: float = 0.0, acceleration: float = 0.0) -> float:
+        """Torque that the muscles must give for a motion [N m].
+
+        Args:
+            angle: [rad].
+            rate: [rad/s].
+            acceleration: [rad/s^2].
+        """
+        constant, cosine, sine, slope = self.rest_torque
+        rest = constant + cosine * math.cos(angle) + sine * math.sin(angle) + slope * angle
+        dry = self.friction * math.tanh(rate / _SLOW)
+        return self.inertia * acceleration + self.damping * rate + dry - rest
+
+    @classmethod
+    def for_rig(cls, rig: Rig, *, load: float = 0.0) -> Arm:
+        """Read an arm from a rig.
+
+        Chains that give or have play, and friction of the tendons, are left out.
+
+        Args:
+            rig: of one hinge and two muscles that pull it opposite ways on equal arms.
+            load: mass on the arm [kg].
+
+        Raises:
+            InputError: if the rig is not of that kind.
+        """
+        model = rig.model_for(load=load)
+        muscles = muscle_ids(model)
+        if model.nv != 1 or model.jnt_type[0] != mujoco.mjtJoint.mjJNT_HINGE or len(muscles) != 2:
+            raise InputError(
+                f"rig {rig.name!r} is not one hinge between two muscles; controllers of the"
+                " pressure difference need one that is"
+            )
+        data = mujoco.MjData(model)
+        torques = np.empty(_LOOKS.size)
+        lengths = np.empty((_LOOKS.size, 2))
+        tendons = [int(model.actuator_trnid[i, 0]) for i in muscles]
+        for k, angle in enumerate(_LOOKS):
+            data.qpos[0] = angle
+            mujoco.mj_fwdPosition(model, data)
+            mujoco.mj_fwdVelocity(model, data)
+            torques[k] = data.qfrc_passive[0] - data.qfrc_bias[0]
+            lengths[k] = data.ten_length[tendons]
+        radius = float(lengths[-1, 1] - lengths[0, 1]) / float(_LOOKS[-1] - _LOOKS[0])
+        law = radius * np.outer(_LOOKS, (-1.0, 1.0))
+        if not np.max(np.abs(lengths - law)) <= _EXACT * abs(radius):
+            raise InputError(
+                f"rig {rig.name!r}: its tendons are not -/+ r beta long, as a chain on a wheel is"
+            )
+        inertia = np.empty((1, 1))
+        mujoco.mj_fullM(model, data, inertia)
+        first, second = (tuple(model.actuator_user[i].tolist()) for i in muscles)
+        return cls(
+            pair=(first, second),
+            radius=radius,
+            rest_torque=_rest_torque(rig.name, torques),
+            inertia=float(inertia[0, 0]),
+            damping=float(model.dof_damping[0]),
+            friction=float(model.dof_frictionloss[0]),
+            supply=min(first[_SUPPLY], second[_SUPPLY]),
+        )
+
+
+def _rest_torque(name: str, torques: np.ndarray) -> tuple[float, float, float, float]:
+    design = np.column_stack([np.ones(_LOOKS.size), np.cos(_LOOKS), np.sin(_LOOKS), _LOOKS])
+    found = np.linalg.lstsq(design, torques, rcond=None)[0]
+    scale = max(float(np.max(np.abs(torques))), _EXACT)
+    if not np.max(np.abs(design @ found - torques)) <= _EXACT * scale:
+        raise InputError(
+            f"rig {name!r}: what loads its hinge at rest is not gravity and a linear spring"
+        )
+    constant, cosine, sine, slope = map(float, found)
+    return constant, cosine, sine, slope

@@ -1,0 +1,70 @@
+"""Lead-lag filter on the error, over the model's own input for the wanted motion.
+
+Its memory holds what the limits let through, and the error that would have led to just that: a
+filter so conditioned does not wind up (Hanus, Kinnaert and Henrotte 1987).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from pamsim.controllers.controller import Command, Sight
+from pamsim.controllers.trim_point import TrimPoint
+from pamsim.controllers.wanted_now import wanted_now
+from pamsim.sysid.lead_lag_design import LeadLagDesign
+from pamsim.sysid.second_order_model import SecondOrderModel
+
+
+@dataclass(frozen=True, kw_only=True, slots=True)
+class LeadLagMemory:
+    """What a lead-lag filter keeps, latest first.
+
+    Attributes:
+        errors: (2,) that led to the outputs [rad].
+        outputs: (2,) [Pa].
+    """
+
+    errors: tuple[float, ...]
+    outputs: tuple[float, ...]
+
+
+@dataclass(frozen=True, kw_only=True)
+class LeadLag:
+    """From angle to pressures by a sampled lead-lag design.
+
+    Attributes:
+        design: see `pamsim.sysid.lead_lag_design.design_lead_lag`.
+        model: G2, whose inverse goes ahead.
+        point: where it holds.
+        command: always ``pressure``.
+    """
+
+    design: LeadLagDesign
+    model: SecondOrderModel
+    point: TrimPoint
+    command: str = "pressure"
+
+    def start(self, first: Sight) -> LeadLagMemory:
+        """Memory with which the pressures at rest stay what they are, and then ease off."""
+        ahead = self.model.input_for(first.angle - self.point.angle, 0.0, 0.0)
+        count = len(self.design.denominator) - 1
+        return LeadLagMemory(
+            errors=(0.0,) * count, outputs=(self.point.told(first) - ahead,) * count
+        )
+
+    def act(self, seen: Sight, memory: LeadLagMemory) -> tuple[Command, LeadLagMemory]:
+        """Pressures from now on, and the memory for the next sample."""
+        goal = seen.reference - self.point.angle
+        ahead = self.model.input_for(goal, seen.reference_rate, seen.reference_acceleration)
+        errors = (wanted_now(seen, self.design.period)[0] - seen.angle, *memory.errors)
+        # Of a reference out of reach, only what can be had: the filter must not make up for it.
+        ahead = self.point.given(ahead)
+        filtered = sum(b * e for b, e in zip(self.design.numerator, errors, strict=True))
+        filtered -= sum(
+            a * u for a, u in zip(self.design.denominator[1:], memory.outputs, strict=True)
+        )
+        let_through = self.point.given(ahead + filtered) - ahead
+        realised = errors[0] + (let_through - filtered) / self.design.numerator[0]
+        return self.point.pressures(ahead + filtered), LeadLagMemory(
+            errors=(realised, *errors[1:-1]), outputs=(let_through, *memory.outputs[:-1])
+        )

@@ -1,0 +1,78 @@
+"""LQG regulator: a Kalman filter on G2, feedback of its state, and an integral of the error.
+
+The model's own input for the wanted motion goes ahead, so that feedback sees only what differs.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+from pamsim.controllers.controller import Command, Sight
+from pamsim.controllers.trim_point import TrimPoint
+from pamsim.controllers.wanted_now import wanted_now
+from pamsim.sysid.regulator_design import RegulatorDesign
+
+
+@dataclass(frozen=True, kw_only=True, slots=True)
+class LqgMemory:
+    """What an LQG regulator keeps.
+
+    Attributes:
+        expected: (2,) state at this sample as the last one foresaw it [rad, rad/s].
+        integral: of the error [rad s].
+    """
+
+    expected: tuple[float, float]
+    integral: float
+
+
+@dataclass(frozen=True, kw_only=True)
+class Lqg:
+    """From angle to pressures by a sampled LQG design.
+
+    Attributes:
+        design: gains, see `pamsim.sysid.regulator_design.design_regulator`.
+        point: where its model holds.
+        tracking_time: in which the integral follows what the limits take; infinite: not [s].
+        command: always ``pressure``.
+    """
+
+    design: RegulatorDesign
+    point: TrimPoint
+    tracking_time: float = math.inf
+    command: str = "pressure"
+
+    def start(self, first: Sight) -> LqgMemory:
+        """Memory with which the pressures at rest stay what they are."""
+        away = first.angle - self.point.angle
+        told = self.point.told(first) - away / self.design.model.gain
+        return LqgMemory(expected=(away, 0.0), integral=told / self.design.integral_gain)
+
+    def act(self, seen: Sight, memory: LqgMemory) -> tuple[Command, LqgMemory]:
+        """Pressures from now on, and the memory for the next sample."""
+        design = self.design
+        surprise = seen.angle - self.point.angle - memory.expected[0]
+        angle, rate = (
+            x + gain * surprise for x, gain in zip(memory.expected, design.correction, strict=True)
+        )
+        now, rate_now = wanted_now(seen, design.period)
+        ahead = design.model.input_for(
+            seen.reference - self.point.angle, seen.reference_rate, seen.reference_acceleration
+        )
+        wanted = (
+            self.point.given(ahead)  # of a reference out of reach, only what can be had
+            + design.feedback[0] * (now - self.point.angle - angle)
+            + design.feedback[1] * (rate_now - rate)
+            + design.integral_gain * memory.integral
+        )
+        given = self.point.given(wanted)
+        grown = now - seen.angle
+        grown += (given - wanted) / (design.integral_gain * self.tracking_time)
+        first, second = (
+            row[0] * angle + row[1] * rate + into * given
+            for row, into in zip(design.transition, design.input, strict=True)
+        )
+        return self.point.pressures(wanted), LqgMemory(
+            expected=(first, second), integral=memory.integral + design.period * grown
+        )

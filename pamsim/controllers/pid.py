@@ -1,0 +1,108 @@
+"""PID on the pressure difference, which neither kicks at a jump of the reference nor winds up.
+
+dp = K (e + 1/Ti integral of e + Td (c wanted rate - rate)), with the rates behind a lag. With c = 0
+the derivative is that of the measured angle alone; over a feed-forward, which moves the arm by
+itself, c = 1 keeps it from braking.
+Where the limits take something of dp, the integral is drawn back with the time constant Tt (back
+calculation: Astrom and Hagglund, Advanced PID Control, 2006, section 3.5).
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+from pamsim.controllers.controller import Command, Sight
+from pamsim.controllers.split import PressureSplit
+from pamsim.controllers.wanted_now import wanted_now
+from pamsim.core.errors import InputError
+
+
+@dataclass(frozen=True, kw_only=True, slots=True)
+class PidMemory:
+    """What a PID keeps.
+
+    Attributes:
+        integral: its integral part [Pa].
+        rate: lagged rate of the angle, less c of the wanted one [rad/s].
+    """
+
+    integral: float
+    rate: float
+
+
+@dataclass(frozen=True, kw_only=True)
+class Pid:
+    """PID from angle to pressures.
+
+    Attributes:
+        split: makes pressures of the difference.
+        period: between two samples [s].
+        gain: K [Pa/rad].
+        integral_time: Ti; infinite for none [s].
+        derivative_time: Td [s].
+        filter_time: time constant of the lag on the rate; 0 for none [s].
+        rate_weight: c, from 0 to 1.
+        tracking_time: Tt; infinite to let the integral wind up [s].
+        command: always ``pressure``.
+    """
+
+    split: PressureSplit
+    period: float
+    gain: float
+    integral_time: float = math.inf
+    derivative_time: float = 0.0
+    filter_time: float = 0.0
+    rate_weight: float = 0.0
+    tracking_time: float = math.inf
+    command: str = "pressure"
+
+    def __post_init__(self) -> None:
+        """Check the times.
+
+        Raises:
+            InputError: for a time that the difference equations cannot take.
+        """
+        for name in ("period", "integral_time", "tracking_time"):
+            if not getattr(self, name) > 0.0:
+                raise InputError(f"PID: {name} = {getattr(self, name)!r} s must be above 0")
+        for name in ("derivative_time", "filter_time"):
+            if not getattr(self, name) >= 0.0:
+                raise InputError(f"PID: {name} = {getattr(self, name)!r} s must not be below 0")
+        if self.tracking_time < self.period:
+            raise InputError(
+                f"PID: tracking_time = {self.tracking_time:g} s is shorter than a period"
+                f" ({self.period:g} s), so that the integral would swing; give a longer one"
+            )
+
+    def start(self, first: Sight) -> PidMemory:
+        """Memory with which the pressures at rest stay what they are."""
+        return PidMemory(integral=first.pressure[0] - first.pressure[1], rate=0.0)
+
+    def act(self, seen: Sight, memory: PidMemory) -> tuple[Command, PidMemory]:
+        """Pressures from now on, and the memory for the next sample."""
+        wanted, rate = self.wanted(seen, memory)
+        missed = self.split.given(wanted) - wanted
+        return self.split.pressures(wanted), self.remembered(seen, memory, rate, missed)
+
+    def wanted(self, seen: Sight, memory: PidMemory) -> tuple[float, float]:
+        """Difference before the limits [Pa], and the lagged rate it was made with [rad/s]."""
+        goal, goal_rate = wanted_now(seen, self.period)
+        share = self.period / (self.filter_time + self.period)
+        rate = seen.velocity - self.rate_weight * goal_rate
+        rate = memory.rate + share * (rate - memory.rate)
+        error = goal - seen.angle
+        return self.gain * (error - self.derivative_time * rate) + memory.integral, rate
+
+    def remembered(self, seen: Sight, memory: PidMemory, rate: float, missed: float) -> PidMemory:
+        """Memory for the next sample.
+
+        Args:
+            seen: at this sample.
+            memory: before it.
+            rate: lagged, of this sample [rad/s].
+            missed: difference given less the one wanted [Pa].
+        """
+        error = wanted_now(seen, self.period)[0] - seen.angle
+        grown = self.gain * error / self.integral_time + missed / self.tracking_time
+        return PidMemory(integral=memory.integral + self.period * grown, rate=rate)

@@ -1,0 +1,44 @@
+"""How fast the valves change a muscle's pressure, and how late a regulated pressure is for it.
+
+dP/dt = n R T mdot / V at full opening; inside the regulator's band the opening is the error over
+the band, so that the pressure follows its set point as a lag does.
+"""
+
+from __future__ import annotations
+
+from pamsim.actuator.kernel import Row, air_flow, chamber_volume
+from pamsim.actuator.layout import slot
+from pamsim.pneumatics.air import GAS_CONSTANT
+
+_POLYTROPIC = slot("chamber.polytropic_index")
+_TEMPERATURE = slot("chamber.temperature")
+_ATMOSPHERE = slot("chamber.atmosphere")
+_COMMAND = slot("command")
+_BAND = slot("valve.regulator_band")
+
+
+def full_rates(par: Row, tendon_length: float, pressure: float) -> tuple[float, float]:
+    """Rates of pressure with the fill and with the exhaust valve fully open [Pa/s].
+
+    Args:
+        par: parameter row of the muscle.
+        tendon_length: held [m].
+        pressure: gauge [Pa].
+    """
+    row = list(par)
+    row[_COMMAND] = 0.0  # a signed opening
+    absolute = pressure + row[_ATMOSPHERE]
+    scale = row[_POLYTROPIC] * GAS_CONSTANT * row[_TEMPERATURE] / chamber_volume(row, tendon_length)
+    return scale * air_flow(row, absolute, 1.0, 0.0), scale * air_flow(row, absolute, -1.0, 0.0)
+
+
+def regulated_lag(par: Row, tendon_length: float, pressure: float) -> float:
+    """Time constant of a regulated pressure, mean of filling and venting [s].
+
+    Args:
+        par: parameter row of the muscle.
+        tendon_length: held [m].
+        pressure: gauge [Pa].
+    """
+    fill, exhaust = full_rates(par, tendon_length, pressure)
+    return 0.5 * par[_BAND] * (1.0 / fill - 1.0 / exhaust)

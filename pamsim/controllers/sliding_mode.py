@@ -1,0 +1,83 @@
+"""Integral sliding mode on G2 with a boundary layer.
+
+With e = angle - reference the surface is s = e' + 2 l e + l^2 integral of e, on which the error
+dies out with both poles at -l, whatever disturbs the input less than ``reach`` can overcome. Inside
+the layer |s| < layer the switching is a gain, so that valves do not chatter; the integral takes the
+offset that a layer would leave (Slotine and Li, Applied Nonlinear Control, 1991, chapter 7).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from pamsim.controllers.controller import Command, Sight
+from pamsim.controllers.trim_point import TrimPoint
+from pamsim.controllers.wanted_now import wanted_now
+from pamsim.sysid.second_order_model import SecondOrderModel
+
+
+@dataclass(frozen=True, kw_only=True, slots=True)
+class SlidingMemory:
+    """What a sliding mode keeps.
+
+    Attributes:
+        integral: of the error [rad s].
+    """
+
+    integral: float
+
+
+@dataclass(frozen=True, kw_only=True)
+class SlidingMode:
+    """From angle to pressures by an integral sliding surface.
+
+    Attributes:
+        model: G2.
+        point: where it holds.
+        period: between two samples [s].
+        bandwidth: l of the surface [rad/s].
+        reach: rate at which s is driven to the layer [rad/s^2].
+        layer: half width of the boundary layer [rad/s].
+        command: always ``pressure``.
+    """
+
+    model: SecondOrderModel
+    point: TrimPoint
+    period: float
+    bandwidth: float
+    reach: float
+    layer: float
+    command: str = "pressure"
+
+    def start(self, first: Sight) -> SlidingMemory:
+        """Memory of an arm that has not missed anything yet."""
+        del first
+        return SlidingMemory(integral=0.0)
+
+    def surface(self, seen: Sight, memory: SlidingMemory) -> float:
+        """Distance s from the surface [rad/s]."""
+        error, drift = self._missed(seen)
+        return (
+            drift + 2.0 * self.bandwidth * error + self.bandwidth * self.bandwidth * memory.integral
+        )
+
+    def act(self, seen: Sight, memory: SlidingMemory) -> tuple[Command, SlidingMemory]:
+        """Pressures from now on, and the memory for the next sample."""
+        error, drift = self._missed(seen)
+        pull = min(max(self.surface(seen, memory) / self.layer, -1.0), 1.0)
+        acceleration = (
+            seen.reference_acceleration
+            - 2.0 * self.bandwidth * drift
+            - self.bandwidth * self.bandwidth * error
+            - self.reach * pull
+        )
+        away = seen.angle - self.point.angle
+        wanted = self.model.input_for(away, seen.velocity, acceleration)
+        # What the limits take cannot be slid on: the integral waits.
+        waits = self.point.split.beyond(self.point.difference + wanted)
+        integral = memory.integral if waits else memory.integral + self.period * error
+        return self.point.pressures(wanted), SlidingMemory(integral=integral)
+
+    def _missed(self, seen: Sight) -> tuple[float, float]:
+        goal, rate = wanted_now(seen, self.period)
+        return seen.angle - goal, seen.velocity - rate

@@ -1,0 +1,94 @@
+"""A model about a trim point: small steps of the pressure difference, and G2 fitted to them.
+
+Steps both ways, so that what differs between filling and venting is met half-way.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from pamsim.controllers.split import PressureSplit
+from pamsim.controllers.trim_point import TrimPoint
+from pamsim.core.experiment import Experiment
+from pamsim.engine.rig import Rig
+from pamsim.engine.simulate import simulate
+from pamsim.sysid.continuous_fit import fit_continuous
+from pamsim.sysid.continuous_result import ContinuousFit
+from pamsim.sysid.second_order_model import SecondOrderModel
+from pamsim.sysid.signal_record import SignalRecord
+
+_STEPS = (0.0, 1.0, 0.0, -1.0, 0.0)
+_RATE = 100.0  # Hz
+
+
+@dataclass(frozen=True, eq=False)
+class IdentifiedTrim:
+    """A trim point with its model.
+
+    Attributes:
+        point: command and angle that the model counts from.
+        model: G2 from p1 - p2 [Pa] to the angle [rad].
+        fit: the same with intervals, scores and status; look there before trusting it.
+    """
+
+    point: TrimPoint
+    model: SecondOrderModel
+    fit: ContinuousFit
+
+
+def identify_trim(
+    rig: Rig,
+    split: PressureSplit,
+    *,
+    difference: float = 0.0,
+    step: float = 2e4,
+    load: float = 0.0,
+    hold: float = 1.5,
+) -> IdentifiedTrim:
+    """Simulate steps about a pressure difference and fit G2.
+
+    Args:
+        rig: the rig.
+        split: makes pressures of the difference.
+        difference: p1 - p2 at the trim point [Pa].
+        step: to either side of it [Pa].
+        load: mass on the arm [kg].
+        hold: time between two steps, long enough to come to rest [s].
+
+    Returns:
+        The point and its model.
+
+    Raises:
+        InputError: if what was found is no stable G2 that rises.
+        SimulationError: if the run broke down.
+    """
+    # The first level is short: it only shows the angle at rest.
+    time = np.array([0.0, *(0.1 + hold * np.arange(len(_STEPS) - 1))])
+    command = np.array([split.pressures(difference + step * level) for level in _STEPS])
+    experiment = Experiment(
+        command="pressure",
+        command_time=time,
+        command_value=command,
+        start_pressure=command[0],
+        duration=float(time[-1]) + hold,
+        sample_rate=_RATE,
+        load=load,
+        name="steps about a trim point",
+    )
+    run = simulate(rig, experiment).completed()
+    record = SignalRecord(
+        name=experiment.name,
+        time=run.time,
+        input=run.command[:, 0] - run.command[:, 1],
+        output=run.angle,
+        unit_input="Pa",
+        unit_output="rad",
+    )
+    fit = fit_continuous([record], order=2, real_lags=False)
+    return IdentifiedTrim(
+        point=TrimPoint(split=split, difference=difference, angle=float(run.angle[0])),
+        model=SecondOrderModel.of_fit(fit),
+        fit=fit,
+    )

@@ -1,0 +1,129 @@
+"""Lead-lag: the margins asked for, the filter that is run, and its limits."""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+
+import control
+import numpy as np
+import pytest
+from scipy.signal import lfilter
+
+from pamsim.controllers.lead_lag import LeadLag
+from pamsim.controllers.split import PressureSplit
+from pamsim.core.errors import InputError
+from pamsim.sysid.lead_lag_design import design_lead_lag
+from pamsim.sysid.second_order_model import SecondOrderModel
+from tests.unit.controllers.closed_loop import PERIOD, sight
+from tests.unit.controllers.linear_plant import MODEL, POINT, LinearPlant
+
+LAGS = SecondOrderModel.of_lags(3e-6, 0.09, 0.58)
+
+
+def margins(model, design, delay=0):
+    """Phase margin [deg] and crossover [rad/s] by python-control from the loop's response."""
+    a, b = model.matrices()
+    plant = control.sample_system(control.ss(a, b, [[1.0, 0.0]], 0.0), design.period, method="zoh")
+    omega = np.geomspace(0.2, 0.99 * np.pi / design.period, 400)
+    z = np.exp(1j * omega * design.period)
+    filtered = np.polyval(design.numerator, z) / np.polyval(design.denominator, z)
+    loop = filtered * plant(z) * z**-delay
+    _, margin, _, crossed = control.margin(
+        np.abs(loop), np.degrees(np.unwrap(np.angle(loop))), omega
+    )
+    return margin, crossed
+
+
+@pytest.mark.parametrize(
+    ("model", "crossover", "margin", "delay"),
+    [(LAGS, 10.0, 60.0, 0), (LAGS, 8.0, 60.0, 1), (MODEL, 14.0, 50.0, 0), (MODEL, 16.0, 40.0, 2)],
+)
+def test_the_margin_asked_is_the_margin_had(model, crossover, margin, delay):
+    design = design_lead_lag(
+        model, period=PERIOD, crossover=crossover, phase_margin=math.radians(margin), delay=delay
+    )
+    found, crossed = margins(model, design, delay)
+    assert found == pytest.approx(margin, abs=0.01)
+    assert crossed == pytest.approx(crossover, rel=1e-4)
+    assert math.degrees(design.phase_margin) == pytest.approx(margin, abs=1e-3)
+    assert design.gain_margin > 1.0
+
+
+def test_more_phase_than_asked_is_left_to_the_plant():
+    easy = design_lead_lag(LAGS, period=PERIOD, crossover=1.0, phase_margin=math.radians(20.0))
+    assert easy.phase_margin > math.radians(60.0)
+
+
+def test_the_lag_lifts_the_gain_at_rest():
+    def at_rest(ratio):
+        design = design_lead_lag(
+            LAGS, period=PERIOD, crossover=4.0, phase_margin=1.0, lag_ratio=ratio
+        )
+        return sum(design.numerator) / sum(design.denominator)
+
+    assert at_rest(20.0) / at_rest(2.0) == pytest.approx(10.0, rel=0.2)
+
+
+@pytest.mark.parametrize(
+    ("asked", "message"),
+    [
+        ({"crossover": 90.0, "phase_margin": 0.7}, "Nyquist"),
+        ({"crossover": 30.0, "phase_margin": 1.5, "delay": 2}, "ask for less"),
+        ({"crossover": 6.0, "phase_margin": 0.7, "delay": 3}, "swings too"),
+    ],
+)
+def test_what_it_cannot_do_is_said(asked, message):
+    with pytest.raises(InputError, match=message):
+        design_lead_lag(MODEL, period=PERIOD, **asked)
+
+
+@pytest.fixture(scope="module")
+def lead_lag():
+    design = design_lead_lag(MODEL, period=PERIOD, crossover=14.0, phase_margin=math.radians(50.0))
+    return LeadLag(design=design, model=MODEL, point=POINT)
+
+
+def test_it_runs_the_filter_of_the_design(lead_lag):
+    errors = 0.02 * np.sin(np.arange(60) ** 1.3)
+    memory, outputs = lead_lag.start(sight(angle=POINT.angle, pressure=POINT.pressures(0.0))), []
+    for error in errors.tolist():
+        seen = sight(angle=POINT.angle - error, wanted=(POINT.angle, 0.0, 0.0))
+        command, memory = lead_lag.act(seen, memory)
+        outputs.append(command[0] - command[1] - POINT.difference)
+    design = lead_lag.design
+    np.testing.assert_allclose(
+        outputs, lfilter(design.numerator, design.denominator, errors), atol=1e-6
+    )
+
+
+def test_a_disturbance_is_held_down_by_the_gain_at_rest(lead_lag):
+    plant = LinearPlant(PERIOD, disturbance=lambda time: 1e4)
+    wanted = POINT.angle + 0.1
+    angles, _ = plant.close(lead_lag, lambda time: (wanted, 0.0, 0.0), 1500)
+    at_rest = sum(lead_lag.design.numerator) / sum(lead_lag.design.denominator)
+    left = MODEL.gain * 1e4 / (1.0 + MODEL.gain * at_rest)
+    assert angles[-1] - wanted == pytest.approx(left, rel=1e-3)
+
+
+class Unlimited:
+    """The filter with a memory that knows no limits."""
+
+    def __init__(self, lead_lag):
+        split = PressureSplit(common=1e9, supply=2e9)
+        self._filter = dataclasses.replace(lead_lag, point=dataclasses.replace(POINT, split=split))
+        self.start = lead_lag.start
+
+    def act(self, seen, memory):
+        (first, second), memory = self._filter.act(seen, memory)
+        return POINT.split.pressures(first - second), memory
+
+
+def test_it_comes_back_from_the_limits_where_a_wound_up_one_does_not(lead_lag):
+    def wanted(time):
+        return (3.0, 0.0, 0.0) if time < 6.0 else (0.2, 0.0, 0.0)
+
+    angles, _ = LinearPlant(PERIOD).close(lead_lag, wanted, 350)
+    assert abs(angles[-1] - 0.2) < 0.1
+    left, _ = LinearPlant(PERIOD).close(Unlimited(lead_lag), wanted, 350)
+    assert abs(left[-1] - 0.2) > 0.5

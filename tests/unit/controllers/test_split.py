@@ -1,0 +1,39 @@
+"""What a split gives, what it keeps, and what the limits take."""
+
+from __future__ import annotations
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from pamsim.controllers.split import PressureSplit
+from pamsim.core.errors import InputError
+
+differences = st.floats(-2e6, 2e6)
+commons = st.floats(0.0, 6e5)
+
+
+@given(commons, differences)
+def test_inside_the_limits_mean_and_difference_are_kept(common, difference):
+    split = PressureSplit(common=common, supply=6e5)
+    first, second = split.pressures(difference)
+    assert 0.0 <= min(first, second) <= max(first, second) <= 6e5
+    if abs(difference) / 2.0 <= min(common, 6e5 - common):
+        assert not split.beyond(difference)
+        assert first + second == pytest.approx(2.0 * common)
+        assert split.given(difference) == pytest.approx(difference, abs=1e-9)
+
+
+@given(commons, differences, differences)
+def test_what_is_given_rises_with_what_is_wanted_and_never_exceeds_it(common, one, two):
+    split = PressureSplit(common=common, supply=6e5)
+    assert (split.given(one) - split.given(two)) * (one - two) >= 0.0
+    assert abs(split.given(one)) <= abs(one) + 1e-9
+    if abs(split.given(one)) < abs(one) - 1e-6:
+        assert split.beyond(one)
+
+
+def test_a_common_pressure_that_cannot_be_had_is_refused():
+    for common in (-1.0, 6.1e5, float("nan")):
+        with pytest.raises(InputError, match="common pressure"):
+            PressureSplit(common=common, supply=6e5)
