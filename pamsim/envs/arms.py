@@ -186,6 +186,10 @@ class Arms:
             [measure(row, at, held) for row, at, held in zip(rows, length, pressure, strict=True)]
         )
 
+    def warnings(self) -> int:
+        """How often the engine has warned in the episodes that go on."""
+        return self._plant.warnings()
+
     def lengths(self) -> FloatArray:
         """(n, 2) lengths of the muscles' tendons [m]."""
         return self._plant.length

@@ -62,7 +62,7 @@ class ArmPicture:
         if self._shown is None:
             self._shown = self._open()
         if self._mode == "human":
-            self._shown.show(data, pressures=pressures, lengths=lengths)
+            self._shown.show(model, data, pressures=pressures, lengths=lengths)
             return None
         return render_arm(model, data, pressures=pressures, lengths=lengths, renderer=self._shown)
 
@@ -77,6 +77,6 @@ class ArmPicture:
         if self._mode == "human":
             from pamsim.engine.viewer import ArmViewer
 
-            return ArmViewer(self._model, self._data)
+            return ArmViewer(self._model)
         width, height = self._size
         return open_renderer(self._model, width=width, height=height)

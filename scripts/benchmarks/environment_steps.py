@@ -1,0 +1,143 @@
+"""Steps per second of the environments against Gymnasium's InvertedPendulum-v5, at its frame skip.
+
+    python scripts/benchmarks/environment_steps.py [--json FILE]
+
+One arm against one pendulum, both as `gymnasium.make` gives them; 64 and 256 arms on one thread
+against `SyncVectorEnv` of as many pendulums. Rounds alternate between the peers in one process, so
+that a slow phase of the machine hits all of them; a ratio is the median over rounds. Random actions
+all through, resets included. A pendulum's step is one of the RK4 integrator, four evaluations; an
+arm's is one Euler step, one evaluation of mechanics, air and hysteresis of two muscles.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import platform
+import statistics
+import time
+from collections.abc import Callable
+from pathlib import Path
+
+import gymnasium
+import mujoco
+import numpy as np
+
+import pamsim.envs
+from pamsim.envs.registration import ENVIRONMENTS
+
+PEER = "InvertedPendulum-v5"
+FRAME_SKIPS = (2, 5, 10, 40)
+"""The peer's own first, ours last."""
+COUNTS = (64, 256)
+ROUNDS = 15
+SECONDS_PER_RUN = 0.15
+
+
+def single(name: str, frame_skip: int) -> Callable[[int], None]:
+    """Run one environment for some steps."""
+    env = gymnasium.make(name, frame_skip=frame_skip)
+    env.reset(seed=0)
+    env.action_space.seed(0)
+    actions = [env.action_space.sample() for _ in range(64)]
+
+    def run(steps: int) -> None:
+        for k in range(steps):
+            _, _, terminated, truncated, _ = env.step(actions[k % 64])
+            if terminated or truncated:
+                env.reset()
+
+    return run
+
+
+def many(env: gymnasium.vector.VectorEnv) -> Callable[[int], None]:
+    """Run a vector environment for some steps of all."""
+    env.reset(seed=0)
+    env.action_space.seed(0)
+    actions = [env.action_space.sample() for _ in range(8)]
+
+    def run(steps: int) -> None:
+        for k in range(steps):
+            env.step(actions[k % 8])
+
+    return run
+
+
+def compare(ours: Callable[[int], None], theirs: Callable[[int], None]) -> tuple[float, float]:
+    """Median seconds per step of ours, and median of theirs by ours."""
+    steps = [_calibrated(run) for run in (ours, theirs)]
+    taken, ratios = [], []
+    for _ in range(ROUNDS):
+        own, other = (_seconds(run, n) / n for run, n in zip((ours, theirs), steps, strict=True))
+        taken.append(own)
+        ratios.append(other / own)
+    return statistics.median(taken), statistics.median(ratios)
+
+
+def _seconds(run: Callable[[int], None], steps: int) -> float:
+    began = time.perf_counter()
+    run(steps)
+    return time.perf_counter() - began
+
+
+def _calibrated(run: Callable[[int], None]) -> int:
+    run(5)
+    return max(3, round(SECONDS_PER_RUN * 20 / _seconds(run, 20)))
+
+
+def main() -> None:
+    """Time the peers, print a table, write it if asked."""
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("--json", type=Path)
+    target = parser.parse_args().json
+    rows = []
+    for frame_skip in FRAME_SKIPS:
+        for name in ENVIRONMENTS:
+            own, ratio = compare(single(name, frame_skip), single(PEER, frame_skip))
+            rows.append(_row(name, frame_skip, 1, own, ratio))
+        for count in COUNTS:
+            peers = [lambda: gymnasium.make(PEER, frame_skip=frame_skip)] * count  # noqa: B023
+            own, ratio = compare(
+                many(
+                    gymnasium.make_vec(
+                        ENVIRONMENTS[0],
+                        num_envs=count,
+                        vectorization_mode="vector_entry_point",
+                        frame_skip=frame_skip,
+                        threads=1,
+                    )
+                ),
+                many(gymnasium.vector.SyncVectorEnv(peers)),
+            )
+            rows.append(_row(ENVIRONMENTS[0], frame_skip, count, own, ratio))
+    if target:
+        page = {
+            "command": "python scripts/benchmarks/environment_steps.py",
+            "peer": PEER,
+            "rounds": ROUNDS,
+            "rows": rows,
+            "versions": {
+                "python": platform.python_version(),
+                "pamsim": pamsim.__version__,
+                "mujoco": mujoco.__version__,
+                "gymnasium": gymnasium.__version__,
+                "numpy": np.__version__,
+            },
+        }
+        target.write_text(json.dumps(page, indent=1) + "\n", encoding="utf-8")
+
+
+def _row(name: str, frame_skip: int, count: int, seconds: float, ratio: float) -> dict[str, object]:
+    rate = count / seconds
+    print(f"{name:26} x {count:3}  frame skip {frame_skip:2}: {rate:9.0f} steps/s, {ratio:5.2f} x")
+    return {
+        "environment": name,
+        "arms": count,
+        "frame_skip": frame_skip,
+        "steps_per_second": round(rate),
+        "ratio": round(ratio, 3),
+    }
+
+
+if __name__ == "__main__":
+    main()

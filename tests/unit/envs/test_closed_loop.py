@@ -1,0 +1,180 @@
+"""A loop over an environment, and the figures read off it."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import gymnasium
+import numpy as np
+import pytest
+
+from pamsim.actuator.kernel import air_flow
+from pamsim.controllers.neural_policy import NeuralPolicy
+from pamsim.core.errors import InputError
+from pamsim.envs.closed_loop import Drive, action, drive
+from pamsim.envs.registration import ENVIRONMENTS
+from pamsim.envs.scores import mean_score, score
+from pamsim.store.policy_file import read_policy
+
+
+@dataclass(frozen=True)
+class Held:
+    """Always the same command."""
+
+    told: tuple[float, float]
+    period: float = 0.02
+    command: str = "pressure"
+
+    def start(self, first):
+        return 0
+
+    def act(self, seen, memory):
+        assert seen.time == pytest.approx(memory * self.period)
+        return self.told, memory + 1
+
+
+@pytest.fixture
+def made():
+    opened = []
+
+    def make(name=ENVIRONMENTS[0], **options):
+        opened.append(gymnasium.make(name, **{"duration": 1.0, **options}).unwrapped)
+        return opened[-1]
+
+    yield make
+    for env in opened:
+        env.close()
+
+
+def test_air_let_in_is_what_flowed_through_the_valve(made):
+    env = made(duration=2.0, frame_skip=4)
+    run = drive(env, Held((500e3, 300e3), period=0.002), seed=0)
+    row = env.arms.rows[0, 0]
+    flow = [air_flow(row, p + 101325.0, 500e3, 0.0) for p in run.pressure[:, 0]]
+    assert run.air[:, 0].sum() == pytest.approx(np.sum(flow) * run.period, rel=0.01)
+    assert run.air[:, 1].sum() < 0.2 * run.air[:, 0].sum()
+
+
+def test_what_the_loop_commands_is_what_the_environment_gets(made):
+    env = made()
+    assert action(env, (0.0, 600e3)).tolist() == [-1.0, 1.0]
+    assert action(made(ENVIRONMENTS[1]), (0.25, -1.0)).tolist() == [0.25, -1.0]
+    assert action(made(ENVIRONMENTS[2]), (0.5, -0.5)).tolist() == [1, 0, 0, 1]
+    assert action(made(ENVIRONMENTS[2]), (0.1, -0.1)).tolist() == [0, 0, 0, 0]
+    run = drive(env, Held((350e3, 250e3)), seed=0)
+    assert run.pressure[-1] == pytest.approx([350e3, 250e3], abs=1e3)
+    assert len(run.angle) == 50
+
+
+def test_a_controller_of_the_other_kind_is_refused(made):
+    with pytest.raises(InputError, match="Cascade"):
+        drive(made(ENVIRONMENTS[1]), Held((0.0, 0.0)), seed=0)
+
+
+def made_run(angle, reference, **more):
+    n = len(angle)
+    given = {
+        "period": 0.01,
+        "angle": np.asarray(angle, float),
+        "reference": np.asarray(reference, float),
+        "pressure": np.zeros((n, 2)),
+        "command": np.zeros((n, 2)),
+        "opening": np.zeros((n, 2)),
+        "air": np.zeros((n, 2)),
+        "stiffness": np.ones(n),
+        "wanted_stiffness": np.zeros(n),
+        "reward": 0.0,
+    }
+    return Drive(**{**given, **more})
+
+
+def test_overshoot_and_settling_of_a_known_second_order_step():
+    time = 0.01 * np.arange(1, 401)
+    damping, turn = 0.4, 8.0
+    fast = turn * math.sqrt(1.0 - damping**2)
+    decay = np.exp(-damping * turn * time)
+    step = 1.0 - decay * (np.cos(fast * time) + damping * turn / fast * np.sin(fast * time))
+    found = score(made_run(0.2 * step, np.full(400, 0.2)))
+    assert found.overshoot == pytest.approx(
+        math.exp(-math.pi * damping / math.sqrt(1.0 - damping**2)), rel=0.01
+    )
+    last = time[np.abs(step - 1.0) > 0.05][-1]
+    assert found.settling == pytest.approx(last, abs=1e-9)
+    assert found.rmse == pytest.approx(0.2 * np.sqrt(np.mean((step - 1.0) ** 2)))
+
+
+def test_a_reference_that_moves_has_no_steps_and_a_free_stiffness_no_error():
+    time = np.linspace(0.0, 6.0, 300)
+    found = score(made_run(np.sin(time), np.sin(time)))
+    assert found.rmse == found.worst == 0.0
+    assert math.isnan(found.overshoot)
+    assert math.isnan(found.settling)
+    assert math.isnan(found.stiffness_error)
+
+
+def test_switching_counts_changes_between_fill_shut_and_exhaust():
+    opening = np.zeros((100, 2))
+    opening[10:20, 0] = 1.0  # 2 changes
+    opening[50:60, 1] = 1.0
+    opening[60:70, 1] = -0.5  # 3 changes
+    opening[80:, 0] = 0.01  # a leak of the regulator is shut
+    assert score(made_run(np.zeros(100), np.zeros(100), opening=opening)).switching == 5.0
+
+
+def test_means_over_episodes():
+    one = score(made_run(np.full(10, 0.3), np.zeros(10)))
+    other = score(made_run(np.full(10, 0.4), np.zeros(10)))
+    both = mean_score([one, other])
+    assert both.rmse == pytest.approx(math.sqrt((0.3**2 + 0.4**2) / 2.0))
+    assert both.worst == pytest.approx(0.4)
+
+
+def written(path, **changed):
+    rng = np.random.default_rng(0)
+    arrays = {
+        "centre": np.zeros(8),
+        "scale": np.full(8, 2.0),
+        "w_0": rng.normal(size=(5, 8)),
+        "b_0": rng.normal(size=5),
+        "w_1": rng.normal(size=(2, 5)),
+        "b_1": rng.normal(size=2),
+        **changed,
+    }
+    np.savez(path, **{name: a for name, a in arrays.items() if a is not None})
+    return arrays
+
+
+def test_a_policy_sees_what_the_environment_shows(tmp_path, made):
+    numbers = written(tmp_path / "p.npz")
+    env = made(task="sine")
+    policy = NeuralPolicy.read(tmp_path / "p.npz", supply=env.arms.supply)
+    run = drive(env, policy, seed=4)
+    seen, _ = env.reset(seed=4)
+    for k in range(20):
+        hidden = np.tanh(numbers["w_0"] @ (seen / 2.0) + numbers["b_0"])
+        told = np.clip(numbers["w_1"] @ hidden + numbers["b_1"], -1.0, 1.0)
+        seen, *_, info = env.step(told.astype(np.float32))
+        assert info["angle"] == pytest.approx(run.angle[k], abs=1e-9)
+
+
+@pytest.mark.parametrize(
+    ("changed", "said"),
+    [
+        ({"w_1": np.zeros((2, 4))}, "fit each other"),
+        ({"b_0": None}, "b_0"),
+        ({"w_1": np.zeros((3, 5)), "b_1": np.zeros(3)}, "takes 2"),
+    ],
+)
+def test_what_is_no_policy_for_this_arm_is_refused(changed, said, tmp_path):
+    written(tmp_path / "p.npz", **changed)
+    with pytest.raises(InputError, match=said):
+        NeuralPolicy.read(tmp_path / "p.npz", supply=600e3)
+
+
+def test_a_missing_or_foreign_file_is_refused(tmp_path):
+    with pytest.raises(InputError, match="cannot read"):
+        read_policy(tmp_path / "none.npz")
+    (tmp_path / "text.npz").write_text("hello")
+    with pytest.raises(InputError, match=r"no \.npz"):
+        read_policy(tmp_path / "text.npz")
