@@ -20,7 +20,7 @@ from pamsim.sysid.second_order_model import SecondOrderModel
 from pamsim.sysid.signal_record import SignalRecord
 
 _STEPS = (0.0, 1.0, 0.0, -1.0, 0.0)
-_RATE = 100.0  # Hz
+_RATE = 50.0  # Hz
 
 
 @dataclass(frozen=True, eq=False)

@@ -3,8 +3,8 @@
 The lead is centred on the crossover, where it gives phi = asin((r - 1)/(r + 1)) for a ratio r of
 its corners; the lag lies a decade below and lifts the gain at rest (Franklin, Powell and
 Emami-Naeini, Feedback Control of Dynamic Systems, section 6.7). The phase of the held, sampled
-plant is taken as it is and Tustin's rule is made exact at the crossover, so that the margin asked is
-the margin had; where the plant has more than that by itself, no lead is added.
+plant is taken as it is and Tustin's rule is made exact at the crossover, so that the margin asked
+is the margin had; where the plant has more than that by itself, no lead is added.
 """
 
 # python-control carries no types: its objects are Any at this file's boundary.

@@ -1,0 +1,94 @@
+"""Pressure loops: their limits, their place on the rig, and the valves' speed they rest on."""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+
+import numpy as np
+import pytest
+
+import pamsim
+from pamsim.actuator.layout import pack
+from pamsim.controllers.cascade import Cascade, PressureLoop
+from pamsim.controllers.feed_forward import FeedForward
+from pamsim.controllers.pid import Pid
+from pamsim.controllers.pressure_rate import full_rates, regulated_lag
+from pamsim.controllers.split import PressureSplit
+from pamsim.core.errors import InputError
+from tests.unit.controllers.closed_loop import (
+    LEVEL,
+    PERIOD,
+    SUPPLY,
+    constant,
+    miss,
+    run,
+    sight,
+    sine,
+)
+
+LOOP = PressureLoop(period=PERIOD, gain=5e-5, integral_time=0.3, tracking_time=0.3)
+
+
+@pytest.fixture(scope="module")
+def rig():
+    return pamsim.load_rig("mas20_arm")
+
+
+def filled(loop, goal, samples, pressure, integral):
+    """Pressure after some samples in a chamber that fills at 300 kPa/s at full opening."""
+    for _ in range(samples):
+        opening, integral = loop.opening(goal - pressure, integral)
+        assert abs(opening) <= 1.0
+        pressure += 3e5 * PERIOD * opening
+    return pressure, integral
+
+
+def test_it_recovers_from_a_full_opening_where_plain_integration_overshoots():
+    wound = dataclasses.replace(LOOP, tracking_time=math.inf)
+    ends = []
+    for loop in (LOOP, wound):
+        pressure, integral = filled(loop, 4e5, 60, 0.0, 0.0)
+        ends.append(filled(loop, 4e5, 20, pressure, integral)[0])
+    assert abs(ends[0] - 4e5) < 1.5e4
+    assert ends[1] > 4.5e5
+
+
+def test_the_valves_are_as_fast_as_it_takes_them_to_be(rig):
+    row = pack(rig.muscles["muscle_1"])
+    rates = full_rates(row, 0.0, LEVEL)
+    for opening, rate in zip((1.0, -1.0), rates, strict=True):
+        experiment = pamsim.Experiment(
+            command="valve",
+            command_time=np.zeros(1),
+            command_value=np.full((1, 2), opening),  # both alike: the arm stays
+            start_pressure=np.full(2, LEVEL),
+            duration=0.01,
+            sample_rate=1000.0,
+        )
+        pressure = pamsim.simulate(rig, experiment).pressure[:, 0]
+        assert (pressure[4] - pressure[0]) / 4e-3 == pytest.approx(rate, rel=0.02)
+    band = rig.muscles["muscle_1"].valve.regulator_band
+    assert regulated_lag(row, 0.0, LEVEL) == pytest.approx(
+        0.5 * (band / rates[0] + band / -rates[1])
+    )
+
+
+def test_it_brings_the_pressures_where_the_angle_controller_wants_them(rig):
+    forward = FeedForward.for_rig(rig, load=1.2, common_pressure=LEVEL, lead=0.04)
+    inner = PressureLoop.for_rig(rig, period=PERIOD, common_pressure=LEVEL, closed_loop_time=0.04)
+    cascade = Cascade(outer=forward, inner=inner)
+    assert cascade.command == "valve"
+    still = run(rig, cascade, constant(0.15), 2.5)
+    goal, _ = forward.ahead(sight(angle=0.15, wanted=(0.15, 0.0, 0.0)), ())
+    np.testing.assert_allclose(still.pressure[-1], goal, atol=2e3)
+    wanted = sine(0.5, 10.0)
+    assert miss(run(rig, cascade, wanted, 4.0), wanted, after=2.0) < math.radians(0.6)
+
+
+def test_what_does_not_fit_is_refused(rig):
+    outer = Pid(split=PressureSplit(common=LEVEL, supply=SUPPLY), period=PERIOD, gain=1e5)
+    with pytest.raises(InputError, match="must command pressure"):
+        Cascade(outer=Cascade(outer=outer, inner=LOOP), inner=LOOP)
+    with pytest.raises(InputError, match="samples every"):
+        PressureLoop.for_rig(rig, period=PERIOD, common_pressure=LEVEL, closed_loop_time=0.03)
