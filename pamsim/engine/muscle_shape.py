@@ -178,10 +178,14 @@ def frame_along(axis: Vector) -> Vector:
     Returns:
         (3, 3) right-handed rotation [-].
     """
-    helper = np.array([0.0, 0.0, 1.0]) if abs(axis[2]) < 0.9 else np.array([1.0, 0.0, 0.0])
-    first = np.cross(helper, axis)
-    first /= np.linalg.norm(first)
-    return np.column_stack([first, np.cross(axis, first), axis])
+    # Written out: a picture has hundreds of solids, and numpy's cross product is slow for one.
+    x, y, z = axis.tolist()
+    a, b, c = (-y, x, 0.0) if abs(z) < 0.9 else (0.0, -z, y)
+    size = math.sqrt(a * a + b * b + c * c)
+    a, b, c = a / size, b / size, c / size
+    return np.array(
+        [[a, y * c - z * b, x], [b, z * a - x * c, y], [c, x * b - y * a, z]], dtype=np.float64
+    )
 
 
 def _tint(stops: Vector, pressure: float) -> Rgba:

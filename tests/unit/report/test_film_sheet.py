@@ -48,10 +48,13 @@ def test_a_frame_is_the_arm_above_the_plots_with_the_cursor_where_it_is_said_to_
     frame = drawn.frame(arm, 1.0)
     assert frame.shape == (SIZE["height"], SIZE["width"], 3)
     assert (frame[height // 2 : height, width // 2 :] == 200).all()  # nothing is written there
-    changed = np.nonzero((frame[height:] != drawn.panel).any(axis=2))
-    assert drawn.cursor(1.0) in changed[1]
-    # Half-way along its ramp the angle's dot is half-way up the plot; rows count downwards.
+    # The plot's upper edge is crossed by nothing but the cursor.
     plot = drawn.plots[0]
+    edge = frame[height + plot.top, round(plot.left) + 2 : round(plot.right) - 2].max(axis=1)
+    np.testing.assert_array_equal(
+        np.flatnonzero(edge < 60) + round(plot.left) + 2, [drawn.cursor(1.0)]
+    )
+    # Half-way along its ramp the angle's dot is half-way up the plot; rows count downwards.
     row = plot.curves[0].rows[drawn.cursor(1.0)]
     assert row == pytest.approx((plot.top + plot.bottom) / 2.0, abs=2.0)
     assert plot.curves[0].rows[drawn.cursor(0.2)] > row

@@ -61,7 +61,8 @@ def test_what_cannot_be_shown_is_refused_by_name(tmp_path):
 
 @needs_gl
 def test_equal_states_give_equal_pixels_and_a_turned_arm_others(tmp_path):
-    with arm_camera(read_replay(write(tmp_path, turn=columns())), **SIZE) as arm:
+    held = columns(p1_kpa=300.0 + 0.0 * TIME, p2_kpa=300.0 + 0.0 * TIME)
+    with arm_camera(read_replay(write(tmp_path, turn=held)), **SIZE) as arm:
         start, middle, rest = (arm.draw(time).astype(int) for time in (0.0, 0.25, 0.6))
         assert start.shape == (150, 240, 3)
         np.testing.assert_array_equal(arm.draw(0.9), rest)
