@@ -1,0 +1,162 @@
+"""Every controller on every task: error, overshoot, settling, valve switching, air.
+
+    python scripts/controller_scoreboard.py [--json FILE]
+
+Plants: the MAS-20 arm without and with 1.2 kg, the same with ten times the hysteresis, and one
+whose load the designs do not know. A controller's one free number is chosen for each plant and task
+by its RMSE on two tuning seeds; scores are means over five other seeds. Trained policies
+(scripts/train_policy.py) have nothing to choose; they were trained with 1.2 kg and the rig's own
+hysteresis.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import math
+import platform
+import sys
+from dataclasses import dataclass
+from pathlib import Path
+
+import gymnasium
+import mujoco
+import numpy as np
+from tqdm import tqdm
+
+import pamsim
+import pamsim.envs  # registers the environments
+from pamsim.controllers.controller import Controller
+from pamsim.controllers.neural_policy import NeuralPolicy
+from pamsim.controllers.suite import FAMILIES, Suite
+from pamsim.core.errors import PamsimError
+from pamsim.envs.closed_loop import drive
+from pamsim.envs.pam_arm import PamArmEnv
+from pamsim.envs.scores import Score, mean_score, score
+
+RESULTS = Path("scripts/results/controller_scoreboard.json")
+POLICIES = ("sine", "step")
+TASKS = ("sine", "multisine", "step", "disturbance", "stiffness")
+TUNING, SEEDS = (1000, 1001), (0, 1, 2, 3, 4)
+STRONG = {"hysteresis.force_per_pressure": 2e-4}
+"""Ten times the MAS-20's: 20 N/bar, what Paper A's and D's McKibben muscles show."""
+
+
+@dataclass(frozen=True)
+class Plant:
+    """An arm, and what its designer takes it for."""
+
+    name: str
+    values: dict[str, float]
+    load: float
+    believed: float
+
+
+PLANTS = (
+    Plant("unloaded", {}, 0.0, 0.0),
+    Plant("1.2 kg", {}, 1.2, 1.2),
+    Plant("1.2 kg, ten times the hysteresis", STRONG, 1.2, 1.2),
+    Plant("1.2 kg, designed for none", {}, 1.2, 0.0),
+)
+
+
+def environment(plant: Plant, task: str, command: str) -> PamArmEnv:
+    """The environment of a plant and task for a kind of command."""
+    name = "pamsim/PamArmPressure-v0" if command == "pressure" else "pamsim/PamArmValve-v0"
+    rig = pamsim.load_rig("mas20_arm").with_parameters(plant.values)
+    return gymnasium.make(name, rig=rig, task=task, load=plant.load).unwrapped
+
+
+def driven(env: PamArmEnv, controller: Controller, seeds: tuple[int, ...]) -> Score:
+    """Mean score over some episodes."""
+    return mean_score([score(drive(env, controller, seed)) for seed in seeds])
+
+
+def rows_of(plant: Plant, bar: tqdm) -> list[dict[str, object]]:
+    """Scores of all controllers on a plant."""
+    rig = pamsim.load_rig("mas20_arm").with_parameters(plant.values)
+    suite = Suite(rig=rig, load=plant.believed)
+    found = []
+    for task in TASKS:
+        pressure, valve = (environment(plant, task, kind) for kind in ("pressure", "valve"))
+        for name, family in FAMILIES.items():
+            bar.set_postfix_str(f"{plant.name}, {task}, {name}")
+            tuned = []
+            for value in family.tried:
+                try:
+                    controller = family.make(suite, value)
+                except PamsimError as error:  # a margin that cannot be had is no candidate
+                    bar.write(f"{name} {value:g}: {error}")
+                    continue
+                env = pressure if controller.command == "pressure" else valve
+                tried = driven(env, controller, TUNING).rmse if len(family.tried) > 1 else 0.0
+                tuned.append((tried, value, controller, env))
+            if tuned:
+                _, value, controller, env = min(tuned, key=lambda one: one[0])
+                chosen = value if len(family.tried) > 1 else None
+                found.append(row(plant, task, name, chosen, driven(env, controller, SEEDS)))
+            bar.update()
+        for trained in POLICIES:
+            path = RESULTS.parent / f"policy_{trained}.npz"
+            policy = NeuralPolicy.read(path, supply=pressure.arms.supply)
+            name = f"policy trained on {trained}"
+            found.append(row(plant, task, name, None, driven(pressure, policy, SEEDS)))
+            bar.update()
+        pressure.close()
+        valve.close()
+    return found
+
+
+def row(plant: Plant, task: str, name: str, chosen: float | None, got: Score) -> dict[str, object]:
+    """One line of the board."""
+    return {
+        "plant": plant.name,
+        "task": task,
+        "controller": name,
+        "chosen": chosen,
+        "rmse_deg": _round(math.degrees(got.rmse)),
+        "worst_deg": _round(math.degrees(got.worst)),
+        "overshoot": _round(got.overshoot),
+        "settling_s": _round(got.settling),
+        "stiffness_error": _round(got.stiffness_error),
+        "switching_hz": _round(got.switching),
+        "air_mg_s": _round(got.air * 1e6),
+        "reward": _round(got.reward),
+    }
+
+
+def _round(value: float) -> float | None:
+    return None if math.isnan(value) else float(f"{value:.4g}")
+
+
+def main() -> int:
+    """Drive, print the RMSE, write."""
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("--json", type=Path, default=RESULTS)
+    target = parser.parse_args().json
+    rows: list[dict[str, object]] = []
+    each = len(TASKS) * (len(FAMILIES) + len(POLICIES))
+    with tqdm(total=len(PLANTS) * each, file=sys.stderr) as bar:
+        for plant in PLANTS:
+            rows += rows_of(plant, bar)
+    page = {
+        "schema": "pamsim-scoreboard/1",
+        "command": "python scripts/controller_scoreboard.py",
+        "tuning_seeds": TUNING,
+        "seeds": SEEDS,
+        "rows": rows,
+        "versions": {
+            "python": platform.python_version(),
+            "pamsim": pamsim.__version__,
+            "mujoco": mujoco.__version__,
+            "numpy": np.__version__,
+        },
+    }
+    target.write_text(json.dumps(page, indent=1) + "\n", encoding="utf-8")
+    for one in rows:
+        print(f"{one['plant']:34} {one['task']:12} {one['controller']:32} {one['rmse_deg']} deg")
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
