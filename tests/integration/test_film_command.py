@@ -63,7 +63,7 @@ def test_a_film_and_a_picture_show_the_same_instants(tmp_path, recording, monkey
         (["f.gif", "--recording", "DATA", "--load", "1"], "--load is known from the recording"),
         (["f.gif", "--recording", "DATA", "--fps", "60"], "at most 50 frames per second"),
         (["f.gif", "--recording", "DATA", "--speed", "0"], "--speed 0 must be above 0"),
-        (["f.gif", "--recording", "DATA", "--trial", "trun"], "did you mean 'turn'"),
+        (["f.gif", "--recording", "DATA", "--trial", "turns"], "did you mean 'turn'"),
         (["f.gif", "--recording", "DATA", "--camera", "sky"], "no camera 'sky'"),
         (["f.gif", "--recording", "DATA", "--height", "90"], "are too small"),
         (["f.mp4", "--recording", "DATA"], 'pip install "pamsim[video]"'),
