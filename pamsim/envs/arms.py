@@ -190,10 +190,6 @@ class Arms:
         """How often the engine has warned in the episodes that go on."""
         return self._plant.warnings()
 
-    def lengths(self) -> FloatArray:
-        """(n, 2) lengths of the muscles' tendons [m]."""
-        return self._plant.length
-
     def air(self) -> FloatArray:
         """(n, 2) air states y of the chambers, see `pamsim.pneumatics.chamber`."""
         return self._plant.act[:, self._gauge.air]

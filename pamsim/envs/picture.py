@@ -8,9 +8,9 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
-from pamsim.actuator.kernel import muscle_length
 from pamsim.core.errors import InputError
 from pamsim.engine.picture import open_renderer, render_arm
+from pamsim.engine.pose import muscle_lengths, pose
 from pamsim.engine.rig import load_rig
 from pamsim.envs.arms import Arms
 
@@ -48,17 +48,8 @@ class ArmPicture:
             self._model = load_rig(self._arms.rig.file.folder, scene=True).model
             self._data = mujoco.MjData(self._model)
         model, data = self._model, self._data
-        data.qpos[self._arms.rig.angle_address] = self._arms.true[0, 0]
-        mujoco.mj_fwdPosition(model, data)
-        pressures = self._arms.true[0, 1:].tolist()
-        lengths = [
-            muscle_length(row, at)
-            for row, at in zip(
-                self._arms.rig.model.actuator_user,
-                self._arms.lengths()[0].tolist(),
-                strict=True,
-            )
-        ]
+        pose(model, data, self._arms.rig.angle_address, float(self._arms.true[0, 0]))
+        pressures, lengths = self._arms.true[0, 1:].tolist(), muscle_lengths(model, data)
         if self._shown is None:
             self._shown = self._open()
         if self._mode == "human":
