@@ -61,7 +61,7 @@ class Lqg:
             seen.reference - self.point.angle, seen.reference_rate, seen.reference_acceleration
         )
         wanted = (
-            self.point.given(ahead)  # of a reference out of reach, only what can be had
+            ahead
             + design.feedback[0] * (now - self.point.angle - angle)
             + design.feedback[1] * (rate_now - rate)
             + design.integral_gain * memory.integral

@@ -51,8 +51,9 @@ def forward(rig):
 
 def test_the_lead_is_the_lag_of_the_pressure_and_looks_along_the_motion(forward):
     assert forward.lead == regulated_lag(forward.arm.pair[0], 0.0, LEVEL)
-    later = (0.2 + 0.5 * forward.lead, 0.5, 0.0)
-    looking, _ = forward.act(sight(wanted=(0.2, 0.5, 0.0)), forward.start(sight()))
+    lead = forward.lead
+    later = (0.2 + 0.5 * lead + 4.0 * lead**2, 0.5 + 8.0 * lead, 8.0)
+    looking, _ = forward.act(sight(wanted=(0.2, 0.5, 8.0)), forward.start(sight()))
     there = dataclasses.replace(forward, lead=0.0)
     assert looking == pytest.approx(there.act(sight(wanted=later), there.start(sight()))[0])
     torque = forward.arm.muscle_torque(*later)

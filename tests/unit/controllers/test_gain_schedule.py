@@ -78,6 +78,6 @@ def test_a_schedule_that_is_none_is_refused(found, schedule):
     with pytest.raises(InputError, match="places"):
         GainSchedule.from_models(found, pid=PID, closed_loop_time=0.2, at=(0.0,))
     with pytest.raises(InputError, match="difference"):
-        dataclasses.replace(schedule, by="diference")
+        dataclasses.replace(schedule, by="presure")
     with pytest.raises(InputError, match="increasing"):
         dataclasses.replace(schedule, points=PLACES[::-1])

@@ -81,6 +81,16 @@ def test_a_moving_reference_is_followed_by_the_models_own_input(lqg):
     assert np.max(np.abs(angles - goal)[100:]) < math.radians(0.2)
 
 
+def test_at_the_limits_the_filter_still_knows_where_the_arm_is(lqg):
+    plant = LinearPlant(PERIOD)
+    memory = lqg.start(plant.seen())
+    for _ in range(60):
+        command, memory = lqg.act(plant.seen((3.0, 0.0, 0.0)), memory)
+        plant.take(command)
+    assert command[1] == 0.0
+    np.testing.assert_allclose(memory.expected, plant.state, atol=1e-6)
+
+
 def test_it_comes_back_from_the_limits_where_a_wound_up_one_does_not(lqg):
     def wanted(time):
         return (3.0, 0.0, 0.0) if time < 6.0 else (0.2, 0.0, 0.0)
