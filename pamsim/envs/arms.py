@@ -86,7 +86,8 @@ class Arms:
             OneArm(rig) if threads is None else ManyArms(rig, model, count, threads)
         )
         self._gauge = ChamberGauge(model, count)
-        self._stiffness = JointStiffness(rig) if settings.task == "stiffness" else None
+        self._stiffness = JointStiffness(rig)
+        self._stiff = settings.task == "stiffness"
         delays = [muscle.valve.delay + settings.delay for muscle in rig.muscles.values()]
         self._stretches, depth = _stretches(
             [round(delay / timestep) for delay in delays], settings.frame_skip
@@ -146,7 +147,7 @@ class Arms:
         reward = np.abs(true[:, 0] - asked[:, ANGLE]) / -ANGLE_UNIT
         if self._effort > 0.0:
             reward -= self._effort * (change[:, 0] ** 2 + change[:, 1] ** 2)
-        if self._stiffness is not None:
+        if self._stiff:
             reward -= np.abs(self.stiffness() / asked[:, STIFFNESS] - 1.0)
         broken = ~(np.abs(true[:, 0]) < RUNAWAY)  # of what is not a number, too
         if broken.any():
@@ -179,11 +180,13 @@ class Arms:
 
     def stiffness(self) -> FloatArray:
         """(n,) stiffness of the joints between shut muscles, as they stand [N m/rad]."""
-        measure = self._stiffness or JointStiffness(self.rig)
         length, pressure = self._plant.length.tolist(), self.true[:, 1:].tolist()
         rows = self.rows.tolist()
         return np.array(
-            [measure(row, at, held) for row, at, held in zip(rows, length, pressure, strict=True)]
+            [
+                self._stiffness(row, at, held)
+                for row, at, held in zip(rows, length, pressure, strict=True)
+            ]
         )
 
     def warnings(self) -> int:

@@ -1,0 +1,74 @@
+"""Every controller that a suite designs brings the arm where it is wanted."""
+
+from __future__ import annotations
+
+import math
+import os
+import sys
+
+import gymnasium
+import numpy as np
+import pytest
+
+import pamsim
+from pamsim.controllers.suite import FAMILIES, Suite
+from pamsim.core.errors import EngineError
+from pamsim.envs.closed_loop import drive
+from pamsim.envs.scores import score
+
+
+@pytest.fixture(scope="module")
+def suite():
+    return Suite(rig=pamsim.load_rig("mas20_arm"), load=1.2)
+
+
+@pytest.fixture
+def made():
+    opened = []
+
+    def make(command, **options):
+        name = "pamsim/PamArmPressure-v0" if command == "pressure" else "pamsim/PamArmValve-v0"
+        opened.append(gymnasium.make(name, load=1.2, **options).unwrapped)
+        return opened[-1]
+
+    yield make
+    for env in opened:
+        env.close()
+
+
+@pytest.mark.parametrize("name", FAMILIES)
+def test_the_arm_comes_to_the_angle_wanted(name, suite, made):
+    family = FAMILIES[name]
+    controller = family.make(suite, family.tried[len(family.tried) // 2])
+    run = drive(made(controller.command, task="regulation", duration=3.0), controller, seed=0)
+    assert abs(run.reference[0]) > math.radians(5.0)
+    left = math.degrees(abs(run.angle[-10:] - run.reference[-10:]).max())
+    assert left < (0.3 if name == "feed-forward, compensated" else 1.0)
+
+
+def test_stiffness_is_had_by_co_contraction(suite, made):
+    run = drive(made("pressure", task="stiffness", duration=1.9), suite.feed_forward(), seed=2)
+    asked = run.wanted_stiffness[-1]
+    assert run.stiffness[-20:] == pytest.approx(np.full(20, asked), rel=0.03)
+    assert abs(run.angle[-1] - run.reference[-1]) < math.radians(0.5)
+
+
+def test_compensated_feed_forward_halves_the_error_of_a_pid(suite, made):
+    env = made("pressure", task="sine", duration=4.0)
+    pid = min(
+        (drive(env, suite.pid(time), seed=0) for time in FAMILIES["PID"].tried),
+        key=lambda run: score(run).rmse,
+    )
+    ahead = drive(env, suite.feed_forward(0.2, compensated=True), seed=0)
+    assert score(ahead).rmse < 0.5 * score(pid).rmse
+
+
+@pytest.mark.skipif(
+    sys.platform != "linux" or bool(os.environ.get("DISPLAY") or os.environ.get("WAYLAND_DISPLAY")),
+    reason="there is a screen",
+)
+def test_a_missing_screen_is_one_line_that_names_the_fix(made):
+    env = made("pressure", render_mode="human")
+    with pytest.raises(EngineError, match="DISPLAY") as caught:
+        env.reset(seed=0)
+    assert "\n" not in str(caught.value)
