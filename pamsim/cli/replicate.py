@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import importlib.metadata
-import platform
 import time
 from collections import Counter
 from pathlib import Path
@@ -14,6 +12,7 @@ import click
 from pamsim.cli.main import FINDING, OK
 from pamsim.cli.output import progress_bar, save_json
 from pamsim.core.errors import InputError, nearest
+from pamsim.core.versions import versions
 
 SCHEMA = "pamsim-replicate/1"
 _WHAT_WIDTH = 62
@@ -74,10 +73,7 @@ def _run(letters: list[str]) -> dict[str, Any]:
         "claims": claims,
         "failures": failures,
         "counts": {verdict.value: counted[verdict.value] for verdict in Verdict},
-        "versions": {
-            "python": platform.python_version(),
-            **{name: importlib.metadata.version(name) for name in ("pamsim", "mujoco", "numpy")},
-        },
+        "versions": versions(),
         "wall_s": time.monotonic() - started,
     }
 

@@ -26,7 +26,7 @@ _MOSTLY = 0.5  # share of a trial in which its drive must move: steps draw no lo
 
 
 @dataclass(frozen=True, kw_only=True)
-class Loop:
+class DrivenCycle:
     """One cycle of one trial.
 
     Attributes:
@@ -102,7 +102,7 @@ def _turned(off: FloatArray, start: int, marks: Sequence[int], band: float) -> i
     return None
 
 
-def loops(trials: Sequence[Trial], before: Signals, after: Signals) -> tuple[Loop, ...]:
+def loops(trials: Sequence[Trial], before: Signals, after: Signals) -> tuple[DrivenCycle, ...]:
     """Loops of all trials of two muscles whose drive goes back and forth.
 
     Args:
@@ -110,7 +110,7 @@ def loops(trials: Sequence[Trial], before: Signals, after: Signals) -> tuple[Loo
         before: what the base model makes of them.
         after: what the repaired model makes of them; empty where nothing is claimed.
     """
-    found: list[Loop] = []
+    found: list[DrivenCycle] = []
     for trial in trials:
         if trial.muscles != 2 or "angle" not in trial.measured or trial.name not in before:
             continue
@@ -124,7 +124,7 @@ def loops(trials: Sequence[Trial], before: Signals, after: Signals) -> tuple[Loo
                 angle = trial.measured["angle"][part]
                 mean = 0.5 * (common["pressure_1"][part] + common["pressure_2"][part])
                 found.append(
-                    Loop(
+                    DrivenCycle(
                         trial=trial.name,
                         protocol=trial.protocol,
                         drive=drive,

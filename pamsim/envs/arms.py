@@ -19,8 +19,9 @@ from pamsim.engine.chamber_gauge import ChamberGauge
 from pamsim.envs.commands import KINDS
 from pamsim.envs.episode import ANGLE, COLUMNS, STIFFNESS, TORQUE, Episodes
 from pamsim.envs.instruments import Instruments
-from pamsim.envs.plant import ManyArms, OneArm, Plant, Rest
+from pamsim.envs.plant import ManyArms, OneArm, Plant
 from pamsim.envs.reach import JointStiffness, reach_of, supply_pressure
+from pamsim.envs.rest import Rest
 from pamsim.envs.settings import ArmSettings
 
 FloatArray = NDArray[np.float64]

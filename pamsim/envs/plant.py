@@ -10,14 +10,9 @@ import numpy as np
 from mujoco.batch import Batch
 from numpy.typing import NDArray
 
-from pamsim.core.experiment import Experiment
-from pamsim.engine.callback import live
 from pamsim.engine.held_callbacks import HeldCallbacks
 from pamsim.engine.rig import Rig
-from pamsim.engine.settle import settle
-from pamsim.engine.state import restore_state, save_state
-from pamsim.engine.step_check import check_timestep
-from pamsim.envs.commands import ActionKind
+from pamsim.engine.state import restore_state
 
 FloatArray = NDArray[np.float64]
 
@@ -148,48 +143,3 @@ class ManyArms:
     def close(self) -> None:
         """See `Plant.close`."""
         self._held.release()
-
-
-class Rest:
-    """Models at rest, ready to begin an episode; that of the rig's own numbers is kept.
-
-    Args:
-        rig: the arm.
-        kind: of its actions.
-        pressure: in both muscles [Pa].
-        period: between samples [s].
-    """
-
-    def __init__(self, rig: Rig, kind: ActionKind, pressure: float, period: float) -> None:
-        self._rig, self._kind, self._pressure, self._period = rig, kind, pressure, period
-        self._known: dict[float, tuple[Rig, mujoco.MjModel, FloatArray]] = {}
-
-    def at(self, values: dict[str, float], load: float) -> tuple[Rig, mujoco.MjModel, FloatArray]:
-        """Rig, model and state of an arm with some parameters [SI] and a load [kg].
-
-        Raises:
-            InputError: if the rig cannot be stepped at its time step.
-        """
-        if not values and load in self._known:
-            return self._known[load]
-        rig = self._rig.with_parameters(values) if values else self._rig
-        command = np.full((1, 2), self._kind.rest(self._pressure))
-        start = Experiment(
-            command=self._kind.command,
-            command_time=np.zeros(1),
-            command_value=command,
-            start_pressure=np.full(2, self._pressure),
-            duration=self._period,
-            sample_rate=1.0 / self._period,
-            load=load,
-        )
-        model = rig.model_for(load=load, command=self._kind.command)
-        check_timestep(model, rig.muscles)
-        data = mujoco.MjData(model)
-        with live(model):
-            settle(model, data, start)
-        data.ctrl[:] = command[0]
-        found = rig, model, save_state(model, data)
-        if not values:
-            self._known = {load: found}
-        return found

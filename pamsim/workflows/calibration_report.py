@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import importlib.metadata
-import platform
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -13,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pamsim.core.units import DEG_PER_RAD, PA_PER_KPA
+from pamsim.core.versions import versions
 from pamsim.store.static_table import StaticTable
 from pamsim.sysid.calibration_result import Calibration
 from pamsim.sysid.profile_likelihood import Profile
@@ -155,13 +154,7 @@ class CalibrationReport:
             "seed": self.seed,
             "simulations": self.simulations,
             "seconds": self.seconds,
-            "versions": {
-                "python": platform.python_version(),
-                **{
-                    name: importlib.metadata.version(name)
-                    for name in ("pamsim", "mujoco", "numpy", "scipy")
-                },
-            },
+            "versions": versions("scipy"),
         }
 
 

@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-import importlib.metadata
-import platform
 from typing import Any
 
 from pamsim.core.trial import Trial
+from pamsim.core.versions import versions
 from pamsim.diagnosis.absent import AbsentBound
 from pamsim.diagnosis.gap import FloatArray, Residuals, gaps
 from pamsim.diagnosis.loops import Signals, loops
@@ -92,13 +91,7 @@ def diagnosis_dict(report: DiagnosisReport) -> dict[str, Any]:
         "rollouts": report.rollouts,
         "parameter_sets": found.evaluations,
         "seconds": report.seconds,
-        "versions": {
-            "python": platform.python_version(),
-            **{
-                name: importlib.metadata.version(name)
-                for name in ("pamsim", "mujoco", "numpy", "scipy")
-            },
-        },
+        "versions": versions("scipy"),
         "repaired_rig": None,
     }
 

@@ -10,7 +10,7 @@ import numpy as np
 
 from pamsim.core.units import DEG_PER_RAD, PA_PER_KPA
 from pamsim.diagnosis.gap import ChannelGap, Level
-from pamsim.diagnosis.loops import PRESSURE, Loop
+from pamsim.diagnosis.loops import PRESSURE, DrivenCycle
 from pamsim.diagnosis.regimes import Regime
 from pamsim.diagnosis.spectrum_split import SpectrumSplit
 from pamsim.diagnosis.where import Cell, Map
@@ -97,9 +97,9 @@ def gap_entries(gaps: Sequence[ChannelGap]) -> dict[str, Any]:
     return entries
 
 
-def loop_entries(loops: Sequence[Loop]) -> list[dict[str, Any]]:
+def loop_entries(loops: Sequence[DrivenCycle]) -> list[dict[str, Any]]:
     """Loops as means over the repeats of a protocol, with the spread of the measured ones."""
-    groups: dict[tuple[str, str, int], list[Loop]] = {}
+    groups: dict[tuple[str, str, int], list[DrivenCycle]] = {}
     for loop in loops:
         groups.setdefault((loop.drive, loop.protocol, loop.cycle), []).append(loop)
     entries: list[dict[str, Any]] = []
@@ -107,7 +107,9 @@ def loop_entries(loops: Sequence[Loop]) -> list[dict[str, Any]]:
         pressure = drive == PRESSURE
         scale = DEG_PER_RAD / (PA_PER_KPA if pressure else 1.0)
 
-        def mean(of: Callable[[Loop], float], members: Sequence[Loop] = members) -> float:
+        def mean(
+            of: Callable[[DrivenCycle], float], members: Sequence[DrivenCycle] = members
+        ) -> float:
             return float(np.mean([of(member) for member in members]))
 
         areas = [member.measured * scale for member in members]

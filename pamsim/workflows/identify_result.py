@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import importlib.metadata
-import platform
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
@@ -12,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pamsim.core.units import PA_PER_KPA
+from pamsim.core.versions import versions
 from pamsim.sysid.continuous_fit import ContinuousFit
 from pamsim.sysid.discrete_fit import DiscreteFit
 from pamsim.sysid.estimate import Estimate, TrialScore, complex_list, safe
@@ -88,13 +87,7 @@ class Identification:
             "effective_samples": safe(self.recommendation.effective_samples),
             "local": None if self.local is None else self._local(self.local),
             "notes": list(self.notes),
-            "versions": {
-                "python": platform.python_version(),
-                **{
-                    name: importlib.metadata.version(name)
-                    for name in ("pamsim", "mujoco", "numpy", "scipy", "control")
-                },
-            },
+            "versions": versions("scipy", "control"),
             "seconds": self.seconds,
         }
 

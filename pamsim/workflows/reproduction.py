@@ -2,15 +2,14 @@
 
 from __future__ import annotations
 
-import importlib.metadata
 import math
-import platform
 from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
 from pamsim.core.recording import Recording
 from pamsim.core.units import DEG_PER_RAD, PA_PER_KPA
+from pamsim.core.versions import versions
 from pamsim.engine.rig import Rig
 from pamsim.signals.step_metrics import StepMetrics
 from pamsim.store.printed import PrintedStep, mas20_models
@@ -163,12 +162,7 @@ class Reproduction:
             "parameters": stated_parameters(self.rig.file),
             "calibration": self._calibration(),
             "ladder": list(self.record.ladder) if self.record else None,
-            "versions": {
-                "python": platform.python_version(),
-                **{
-                    name: importlib.metadata.version(name) for name in ("pamsim", "mujoco", "numpy")
-                },
-            },
+            "versions": versions(),
             "wall_s": self.seconds,
         }
 

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import importlib.metadata
-import platform
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
@@ -12,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pamsim.core.units import DEG_PER_RAD, PA_PER_KPA
+from pamsim.core.versions import versions
 from pamsim.diagnosis.row_evidence import compare_rows, rms_interval95
 from pamsim.diagnosis.row_model import RowModel
 from pamsim.diagnosis.row_search import Tried
@@ -112,10 +111,7 @@ class RestReport:
             "next_experiment": self._next(),
             "notes": list(self.notes),
             "seed": self.seed,
-            "versions": {
-                "python": platform.python_version(),
-                **{n: importlib.metadata.version(n) for n in ("pamsim", "mujoco", "numpy")},
-            },
+            "versions": versions(),
             "rollouts": self.simulations,
             "balances": self.balances,
             "seconds": self.seconds,
