@@ -29,6 +29,10 @@ REMAINDER_FLOOR, SMALL_REMAINDER = 0.02, 0.1
 """Remainders, in floors: one that is left alone, and one beyond which a name comes with it."""
 
 
+UNPROVEN = 0.5
+"""Excess, in floors, from which too few repeats to prove a gap are no proof that there is none."""
+
+
 class Verdict(StrEnum):
     """What a diagnosis ends with."""
 
@@ -43,7 +47,7 @@ class Verdict(StrEnum):
     UNEXPLAINED = "unexplained"
     """Something is missing that no known effect explains."""
     NOT_IDENTIFIABLE = "not_identifiable"
-    """The recording cannot carry a verdict: no repeats, or nothing to hold out."""
+    """The recording cannot carry a verdict: there is a gap, and too few repeats to tell."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -133,8 +137,9 @@ def name(
     able = [m for m in models if m.accepted(tried)]
     if not able:
         gap = gap_seen or (excess.p_value < 1e-3 and excess.gain > 5.0 * REMAINDER_FLOOR)
+        unproven = Verdict.NOT_IDENTIFIABLE if excess.gain > UNPROVEN else Verdict.NO_GAP
         return Named(
-            verdict=Verdict.UNEXPLAINED if gap else Verdict.NO_GAP,
+            verdict=Verdict.UNEXPLAINED if gap else unproven,
             best=None,
             tied=(),
             explained=0.0,

@@ -145,10 +145,12 @@ def _why_not(found: Diagnosis) -> str:
             "a protocol has no repeats, so that noise cannot be told from a gap; record every input"
             " three times or more"
         )
-    elif not found.base_loss:
-        reason = "nothing is held out to judge by"
     else:
-        reason = "these data cannot carry a verdict"
+        reason = (
+            f"on held-out trials the simulation is off by {found.named.remainder:.2g} noise floors,"
+            " and too few of them repeat each other to tell that from chance; record every input"
+            " three times or more"
+        )
     best = found.named.best
     if best is None:
         return reason
