@@ -13,17 +13,15 @@ from __future__ import annotations
 import argparse
 import json
 import math
-import platform
 import sys
 import tempfile
 from pathlib import Path
 
 import gymnasium
 
-import pamsim
-import pamsim.envs  # registers the environments
 from pamsim.controllers.suite import FAMILIES, Suite
 from pamsim.core.errors import PamsimError
+from pamsim.core.versions import versions
 from pamsim.engine.rig import Rig, load_rig
 from pamsim.envs.closed_loop import drive
 from pamsim.envs.pam_arm import PamArmEnv
@@ -42,7 +40,7 @@ SETTINGS = TwinSettings(
 NAMES = ("PID", "LQG", "feed-forward", "feed-forward + PID", "feed-forward, compensated + PID")
 TASKS = ("sine", "step")
 LOAD = 1.2
-TUNING, SEEDS = (1000, 1001), (0, 1, 2, 3, 4)
+TUNING, SEEDS = (1000, 1001, 1002), (0, 1, 2)
 
 
 def environment(rig: Rig, task: str) -> PamArmEnv:
@@ -114,7 +112,7 @@ def main() -> int:
         "sentence": told["sentence"],
         "load_kg": LOAD,
         "rows": rows,
-        "versions": {"python": platform.python_version(), "pamsim": pamsim.__version__},
+        "versions": versions("scipy", "control", "gymnasium"),
     }
     target.write_text(json.dumps(page, indent=1) + "\n", encoding="utf-8")
     return 0
