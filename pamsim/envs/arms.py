@@ -117,11 +117,13 @@ class Arms:
         start = self._kind.rest(self.settings.start_pressure)
         self._history[arms] = self._command[arms] = start
         self._velocity[arms] = 0.0
-        self.true[arms] = self._read()[arms]
+        self._asked = self._table[self._rows, self._sample]
+        # New arrays: what instruments without errors show is the array they were given.
+        new = np.isin(self._rows, arms)[:, np.newaxis]
+        self.true = np.where(new, self._read(), self.true)
         for arm, (rig, _, _) in rests.items():
             self._instruments.begin(arm, rig.sensor, self.true[arm])
-        self._asked = self._table[self._rows, self._sample]
-        self._seen[arms] = self._instruments.shown(self.true, self._asked)[arms]
+        self._seen = np.where(new, self._instruments.shown(self.true, self._asked), self._seen)
 
     def rewind(self, over: NDArray[np.bool_]) -> None:
         """Let arms whose episode is over (n,) take part in steps until they begin a new one."""

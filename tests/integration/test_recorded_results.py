@@ -105,3 +105,79 @@ def test_the_blind_study_meets_what_is_promised():
     assert scores["single, E >= 0.5, separable: unique correct name"]["share"] >= 0.9
     assert scores["region among the two top cells, E >= 0.5"]["share"] >= 0.85
     assert scores["different formulation: right family"]["share"] >= 0.8
+
+
+def table_after(document, first_cell):
+    """Rows of the table of a document whose head begins with a cell: first cell -> others."""
+    text = (ROOT / "docs" / document).read_text(encoding="utf-8")
+    lines = [re.split(r"\s*\|\s*", line.strip("| ")) for line in text.splitlines()]
+    start = next(i for i, cells in enumerate(lines) if cells[0] == first_cell and len(cells) > 1)
+    rows = {}
+    for cells in lines[start + 2 :]:
+        if len(cells) < 2:
+            break
+        rows[cells[0]] = cells[1:]
+    return lines[start][1:], rows
+
+
+def test_the_scoreboard_s_tables_are_those_of_its_result():
+    board = recorded("results/controller_scoreboard.json")
+    got = {(r["plant"], r["task"], r["controller"]): r for r in board["rows"]}
+    plants, rows = table_after("control.md", "controller")
+    assert len(rows) == 12
+    for name, cells in rows.items():
+        for plant, cell in zip(plants, cells, strict=True):
+            assert cell == f"{got[plant, 'sine', name]['rmse_deg']:.2f}", (plant, name)
+    _, rows = table_after("control.md", "controller, 1.2 kg")
+    assert len(rows) == 12
+    for name, cells in rows.items():
+        step, push, stiff, sine = (
+            got["1.2 kg", task, name] for task in ("step", "disturbance", "stiffness", "sine")
+        )
+        assert cells == [
+            f"{step['rmse_deg']:.2f}",
+            f"{100 * step['overshoot']:.0f}",
+            f"{step['settling_s']:.2f}",
+            f"{push['rmse_deg']:.2f}",
+            f"{100 * stiff['stiffness_error']:.0f}",
+            f"{sine['switching_hz']:.1f}",
+            f"{sine['air_mg_s']:.0f}",
+        ]
+
+
+def test_the_scoreboard_meets_what_is_promised():
+    got = {
+        (r["plant"], r["controller"]): r["rmse_deg"]
+        for r in recorded("results/controller_scoreboard.json")["rows"]
+        if r["task"] == "sine"
+    }
+    ahead = "feed-forward, compensated + PID"
+    for plant in ("unloaded", "1.2 kg"):
+        assert got[plant, ahead] <= 0.5 * got[plant, "PID"]
+    assert got["1.2 kg", "policy trained on sine"] < got["1.2 kg", "PID"]
+
+
+def test_random_episodes_broke_nothing():
+    for row in recorded("results/random_episodes.json")["rows"]:
+        assert row["episodes"] >= 10_000
+        assert row["broke_down"] == row["engine_warnings"] == row["not_finite"] == 0
+        assert row["lowest_pressure_kpa"] >= 0.0
+        assert row["highest_pressure_kpa"] <= row["supply_kpa"]
+
+
+def test_environments_are_as_fast_as_is_promised():
+    rows = recorded("benchmarks/results/environment_steps.json")["rows"]
+    at_the_peer_s = [row for row in rows if row["frame_skip"] == 2]
+    assert {row["arms"] for row in at_the_peer_s} == {1, 64, 256}
+    for row in at_the_peer_s:
+        assert row["ratio"] >= (1.0 if row["arms"] == 1 else 5.0), row
+
+
+def test_the_repaired_rig_s_table_is_that_of_its_result():
+    result = recorded("results/repaired_rig_control.json")
+    got = {(r["designed_on"], r["task"], r["controller"]): r for r in result["rows"]}
+    head, rows = table_after("control.md", "sine RMSE [deg] of a controller designed on")
+    assert rows
+    for name, cells in rows.items():
+        for place, cell in zip(head, cells, strict=True):
+            assert cell == f"{got[place, 'sine', name]['rmse_deg']:.2f}", (place, name)
