@@ -36,9 +36,9 @@ RESULTS = Path("scripts/results/controller_scoreboard.json")
 POLICIES = ("sine", "step")
 TASKS = ("sine", "step", "disturbance", "stiffness")
 TUNING, SEEDS = (1000, 1005, 1012), (0, 1, 2, 3, 4)
-"""Sines of the tuning seeds: 0.53, 0.89, 0.70 Hz. Slow ones let through what fast ones shake apart."""
+"""Sines of the tuning seeds: 0.5, 0.9, 0.7 Hz. Slow ones let through what fast ones shake apart."""
 STRONG = {"hysteresis.force_per_pressure": 2e-4}
-"""Ten times the MAS-20's: 20 N/bar, what Paper A's and D's McKibben muscles show."""
+"""Ten times the rig's: 20 N/bar."""
 
 
 @dataclass(frozen=True)

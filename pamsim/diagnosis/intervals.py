@@ -9,6 +9,10 @@ from pamsim.sysid.calibration_intervals import parameter_covariance
 from pamsim.sysid.calibration_result import Linearisation
 from pamsim.sysid.free_parameter import SearchScale
 
+_FEWEST_REPEATS = 2
+"""Fitted trials of a protocol: of four recorded, one is held out. What differs from trial to trial
+would go unseen if they were taken for one trial with coloured noise."""
+
 
 def intervals95(fitter: Fitter, found: Refit) -> dict[str, tuple[float, float]]:
     """Intervals from the scatter of trials about the mean of their protocol.
@@ -36,6 +40,7 @@ def intervals95(fitter: Fitter, found: Refit) -> dict[str, tuple[float, float]]:
             ),
             np.eye(int(shown.sum())),
             np.zeros((int(shown.sum()), int(shown.sum()))),
+            fewest_repeats=_FEWEST_REPEATS,
         )
         reach[shown] = spread.quantile * np.sqrt(np.diag(spread.matrix))
     low = scale.from_unit(np.clip(at - reach, 0.0, 1.0))

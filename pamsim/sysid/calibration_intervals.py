@@ -4,8 +4,8 @@ The estimate solves J^T W^2 r = 0. Its covariance is the sandwich H^-1 B H^-1 wi
 B the covariance of the scores J^T W^2 r (Huber, Berkeley Symposium 1967; White, Econometrica 50,
 1982). B is put together from
 
-* protocols with at least four repeats: the scatter of the trials' scores about the mean of their
-  protocol. It holds whatever the noise, and where parameters differ a little from trial to trial;
+* protocols with enough repeats, four if nothing else is said: the scatter of the trials' scores
+  about the mean of their protocol. It holds whatever the noise, and where parameters differ a little from trial to trial;
 * other trials: autoregressive noise per channel, see `pamsim.sysid.residual_colour`;
 * rows without order in time: white noise;
 * priors: their own information.
@@ -67,7 +67,11 @@ _Part = tuple[FloatArray, float]
 
 
 def parameter_covariance(
-    linear: Linearisation, basis: FloatArray, information: FloatArray
+    linear: Linearisation,
+    basis: FloatArray,
+    information: FloatArray,
+    *,
+    fewest_repeats: int = _FEWEST_REPEATS,
 ) -> ParameterCovariance:
     """Estimate the covariance of the optimum.
 
@@ -75,6 +79,8 @@ def parameter_covariance(
         linear: the simulator at the optimum.
         basis: determined directions, shape (p, q).
         information: of the priors, per squared range, shape (p, p).
+        fewest_repeats: trials of a protocol from which their scatter counts; 2 where there are many
+            protocols, whose degrees of freedom add up.
 
     Returns:
         The covariance.
@@ -83,7 +89,7 @@ def parameter_covariance(
     along = weighted @ basis
     white = basis @ np.linalg.solve(along.T @ along + basis.T @ information @ basis, basis.T)
     gain = (weighted * linear.weight[:, np.newaxis]) @ white
-    repeated, single = _split(linear.places)
+    repeated, single = _split(linear.places, fewest_repeats)
     sure: list[_Part] = [(white @ information @ white, _MANY)]
     sure += [_scatter(trials, linear.residual, gain) for trials in repeated]
     groups = [
@@ -128,17 +134,17 @@ def parameter_covariance(
 
 
 def _split(
-    places: Sequence[BlockPlace],
+    places: Sequence[BlockPlace], fewest: int
 ) -> tuple[list[dict[str, list[BlockPlace]]], list[list[BlockPlace]]]:
     """Protocols with enough repeats (trial -> blocks), and the other blocks by kind of noise."""
     protocols: dict[str, dict[str, list[BlockPlace]]] = {}
     for place in places:
         trials = protocols.setdefault(place.block.protocol, {})
         trials.setdefault(place.block.trial, []).append(place)
-    repeated = [trials for trials in protocols.values() if len(trials) >= _FEWEST_REPEATS]
+    repeated = [trials for trials in protocols.values() if len(trials) >= fewest]
     groups: dict[tuple[str, str], list[BlockPlace]] = {}
     for trials in protocols.values():
-        if len(trials) < _FEWEST_REPEATS:
+        if len(trials) < fewest:
             for place in (p for blocks in trials.values() for p in blocks):
                 interval = place.block.sample_interval
                 clock = "" if interval is None else f"{interval:.2e}"
