@@ -5,7 +5,8 @@ B the covariance of the scores J^T W^2 r (Huber, Berkeley Symposium 1967; White,
 1982). B is put together from
 
 * protocols with enough repeats, four if nothing else is said: the scatter of the trials' scores
-  about the mean of their protocol. It holds whatever the noise, and where parameters differ a little from trial to trial;
+  about the mean of their protocol. It holds whatever the noise, and where parameters differ a
+  little from trial to trial;
 * other trials: autoregressive noise per channel, see `pamsim.sysid.residual_colour`;
 * rows without order in time: white noise;
 * priors: their own information.
