@@ -123,7 +123,7 @@ def table_after(document, first_cell):
 def test_the_scoreboard_s_tables_are_those_of_its_result():
     board = recorded("results/controller_scoreboard.json")
     got = {(r["plant"], r["task"], r["controller"]): r for r in board["rows"]}
-    plants, rows = table_after("control.md", "controller")
+    plants, rows = table_after("control.md", "controller on a sine")
     assert len(rows) == 12
     for name, cells in rows.items():
         for plant, cell in zip(plants, cells, strict=True):
