@@ -17,11 +17,12 @@ from numpy.typing import NDArray
 from pamsim.core.errors import InputError
 from pamsim.engine.chamber_gauge import ChamberGauge
 from pamsim.envs.commands import KINDS
-from pamsim.envs.episode import ANGLE, COLUMNS, STIFFNESS, TORQUE, Episodes
-from pamsim.envs.instruments import Instruments
+from pamsim.envs.episode import COLUMNS, STIFFNESS, TORQUE, Episodes
+from pamsim.envs.instruments import instruments, set_errors
 from pamsim.envs.plant import ManyArms, OneArm, Plant
 from pamsim.envs.reach import JointStiffness, reach_of, supply_pressure
 from pamsim.envs.rest import Rest
+from pamsim.envs.sampling import first_sample, next_sample
 from pamsim.envs.settings import ArmSettings
 
 FloatArray = NDArray[np.float64]
@@ -29,15 +30,6 @@ FloatArray = NDArray[np.float64]
 LOW = np.array([-2.0 * math.pi, -1e3, -0.2, -0.2, -math.pi, -1e2, -1e4, 0.0])
 HIGH = np.array([2.0 * math.pi, 1e3, 2.0, 2.0, math.pi, 1e2, 1e4, 1e4])
 """Ends of the observation space, wider than what an arm that has not broken down can show."""
-
-ANGLE_UNIT = math.radians(5.0)
-"""Error of the angle that costs 1 in the reward [rad]."""
-
-BREAKDOWN = -100.0
-"""Reward of the step in which a simulation breaks down."""
-
-RUNAWAY = 100.0
-"""Angle beyond which it has [rad]."""
 
 
 class Arms:
@@ -54,6 +46,8 @@ class Arms:
         supply: pressure that measured and commanded ones are scaled by [Pa].
         period: between samples [s].
         reach: what tasks are scaled by.
+        observation: (n, 8) what is seen and what is asked for next; not changed afterwards.
+        true: (n, 3) angles [rad] and pressures [Pa] behind it.
         observation_space: of one arm.
         action_space: of one arm.
 
@@ -81,7 +75,7 @@ class Arms:
         self._episodes = Episodes(settings, rig, self.reach, self.period)
         self.samples = self._episodes.samples
         self._rest = Rest(rig, self._kind, settings.start_pressure, self.period)
-        self._instruments = Instruments(settings, rig.sensor, count, self.period)
+        self._instruments = instruments(settings, rig.sensor, count)
         _, model, _ = self._rest.at({}, settings.load_range[0])
         self._plant: Plant = (
             OneArm(rig) if threads is None else ManyArms(rig, model, count, threads)
@@ -96,13 +90,11 @@ class Arms:
         self._history = np.empty((count, depth, 2))
         self._command = np.empty((count, 2))
         self._span = self._kind.span(self.supply)
-        self._effort = settings.effort
         self._table = np.zeros((count, self.samples + 1, COLUMNS))
-        self._asked = np.zeros((count, COLUMNS))
         self._rows = np.arange(count)
         self._sample = np.zeros(count, dtype=np.int64)
-        self._seen, self._velocity = np.zeros((count, 3)), np.zeros(count)
-        self.true = np.zeros((count, 3))
+        self._seen, self.true = np.zeros((count, 3)), np.zeros((count, 3))
+        self.observation = np.zeros((count, len(LOW)))
 
     def begin(self, generators: Mapping[int, np.random.Generator]) -> None:
         """Let some arms begin new episodes, drawn from a generator each."""
@@ -116,14 +108,20 @@ class Arms:
         self._sample[arms] = 0
         start = self._kind.rest(self.settings.start_pressure)
         self._history[arms] = self._command[arms] = start
-        self._velocity[arms] = 0.0
-        self._asked = self._table[self._rows, self._sample]
-        # New arrays: what instruments without errors show is the array they were given.
-        new = np.isin(self._rows, arms)[:, np.newaxis]
-        self.true = np.where(new, self._read(), self.true)
+        new = np.isin(self._rows, arms)
+        self.true[new] = self._read()[new]
         for arm, (rig, _, _) in rests.items():
-            self._instruments.begin(arm, rig.sensor, self.true[arm])
-        self._seen = np.where(new, self._instruments.shown(self.true, self._asked), self._seen)
+            set_errors(self._instruments, arm, rig.sensor, self.period)
+        self.observation = self.observation.copy()
+        first_sample(
+            new,
+            self.true,
+            self._instruments,
+            self._seen,
+            self._table,
+            self.supply,
+            self.observation,
+        )
 
     def rewind(self, over: NDArray[np.bool_]) -> None:
         """Let arms whose episode is over (n,) take part in steps until they begin a new one."""
@@ -138,25 +136,31 @@ class Arms:
         Returns:
             Rewards (n,), and which arms have broken down (n,).
         """
-        asked, command = self._asked, self._kind.commands(action, self.supply)
+        command = self._kind.commands(action, self.supply)
         change = (command - self._command) / self._span
         self._command = command
+        asked = self._table[self._rows, self._sample]
         self._plant.step(self._late(command), asked[:, TORQUE])
-        self._sample += 1
-        true = self.true = self._read()
-        self._asked = row = self._table[self._rows, self._sample]
-        before, seen = self._seen, self._instruments.see(true, row)
-        self._seen, self._velocity = seen, (seen[:, 0] - before[:, 0]) / self.period
-        reward = np.abs(true[:, 0] - asked[:, ANGLE]) / -ANGLE_UNIT
-        if self._effort > 0.0:
-            reward -= self._effort * (change[:, 0] ** 2 + change[:, 1] ** 2)
+        self.true = self._read()
+        # New arrays: those of the last step may be in somebody's hands.
+        self.observation = np.empty_like(self.observation)
+        reward, broken = np.empty(len(command)), np.empty(len(command), dtype=np.bool_)
+        next_sample(
+            self.true,
+            self._instruments,
+            self._seen,
+            self._table,
+            self._sample,
+            change,
+            self.settings.effort,
+            self.period,
+            self.supply,
+            self.observation,
+            reward,
+            broken,
+        )
         if self._stiff:
-            reward -= np.abs(self.stiffness() / asked[:, STIFFNESS] - 1.0)
-        broken = ~(np.abs(true[:, 0]) < RUNAWAY)  # of what is not a number, too
-        if broken.any():
-            reward[broken] = BREAKDOWN
-            self._seen, self._velocity = seen.copy(), np.where(broken, 0.0, self._velocity)
-            self._seen[broken] = 0.0
+            reward -= np.where(broken, 0.0, np.abs(self.stiffness() / asked[:, STIFFNESS] - 1.0))
         return reward, broken
 
     def _late(self, command: FloatArray) -> list[tuple[int, FloatArray]]:
@@ -167,15 +171,6 @@ class Arms:
         history[:, 1:] = history[:, :-1]
         history[:, 0] = command
         return [(count, history[:, old, (0, 1)]) for count, old in self._stretches]
-
-    def observation(self) -> FloatArray:
-        """(n, 8) what is seen and what is asked for next."""
-        found = np.empty((len(self._rows), len(LOW)))
-        found[:, 0] = self._seen[:, 0]
-        found[:, 1] = self._velocity
-        found[:, 2:4] = self._seen[:, 1:] / self.supply
-        found[:, 4:] = self._asked[:, :TORQUE]
-        return found
 
     def ended(self) -> NDArray[np.bool_]:
         """(n,) whether an episode's time is up."""

@@ -1,87 +1,80 @@
-"""What is seen of the arms: lag, scale, bias, noise and rounding of the rig's instruments."""
+"""The instruments of arms that are looked at together: lag, scale, bias, noise and rounding."""
 
 from __future__ import annotations
 
 import math
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from pamsim.envs.episode import NOISE
 from pamsim.envs.settings import ArmSettings
-from pamsim.signals.sensors import MeasurementChain, convert_pressure, encode_angle
+from pamsim.signals.sensors import MeasurementChain
 
 FloatArray = NDArray[np.float64]
 
 
-class Instruments:
-    """Encoder and pressure transducers of arms that are looked at together.
+class Gauge(NamedTuple):
+    """What encoder and pressure transducers do; columns are angle and both pressures.
+
+    Attributes:
+        scale: (n, 3) shown per true change.
+        bias: (n, 3) shown at zero [rad, Pa, Pa].
+        done: (n, 3) share of a jump that a lag makes up within a period; 1 without lag.
+        along: (n, 3) share of a change spread evenly over it.
+        noise: (3,) standard deviations.
+        step: (3,) smallest differences told apart; 0 for any.
+        held: (n, 3) memory: signals behind their lags.
+        before: (n, 3) memory: true signals of the last sample.
+    """
+
+    scale: FloatArray
+    bias: FloatArray
+    done: FloatArray
+    along: FloatArray
+    noise: FloatArray
+    step: FloatArray
+    held: FloatArray
+    before: FloatArray
+
+
+def instruments(settings: ArmSettings, chain: MeasurementChain | None, arms: int) -> Gauge:
+    """Instruments of a number of arms.
 
     Args:
         settings: noise, and whether encoder and converter round.
         chain: of the rig; None if it states none.
         arms: how many.
+    """
+    own = chain or MeasurementChain()
+    increments = own.encoder_increments if settings.instruments else 0.0
+    converter = own.pressure_step if settings.instruments else 0.0
+    return Gauge(
+        scale=np.ones((arms, 3)),
+        bias=np.zeros((arms, 3)),
+        done=np.ones((arms, 3)),
+        along=np.ones((arms, 3)),
+        noise=np.array([settings.angle_noise, *[settings.pressure_noise] * 2]),
+        step=np.array([2.0 * math.pi / increments if increments else 0.0, *[converter] * 2]),
+        held=np.zeros((arms, 3)),
+        before=np.zeros((arms, 3)),
+    )
+
+
+def set_errors(gauge: Gauge, arm: int, chain: MeasurementChain | None, period: float) -> None:
+    """Give one arm's instruments their scale, bias and lag.
+
+    Args:
+        gauge: changed in place.
+        arm: which.
+        chain: what they err by; None for nothing.
         period: between samples [s].
     """
-
-    def __init__(
-        self, settings: ArmSettings, chain: MeasurementChain | None, arms: int, period: float
-    ) -> None:
-        own = chain or MeasurementChain()
-        rounds = settings.instruments
-        self._increments = own.encoder_increments if rounds else 0.0
-        self._step = own.pressure_step if rounds else 0.0
-        self._period = period
-        self._scale, self._bias = np.ones((arms, 3)), np.zeros((arms, 3))
-        self._done, self._along = np.ones((arms, 3)), np.ones((arms, 3))
-        self._noise = np.array([settings.angle_noise, *[settings.pressure_noise] * 2])
-        self._noisy = bool(self._noise.any())
-        self._lagging = self._erring = False
-        self._true, self._held = np.zeros((arms, 3)), np.zeros((arms, 3))
-
-    def begin(self, arm: int, chain: MeasurementChain | None, true: FloatArray) -> None:
-        """Begin at rest: an arm's own errors, and the true signals (3,) that its lags hold."""
-        own = chain or MeasurementChain()
-        self._scale[arm] = own.angle_scale, own.pressure_scale, own.pressure_scale
-        self._bias[arm] = own.angle_bias, own.pressure_bias, own.pressure_bias
-        for column, lag in enumerate((own.angle_lag, own.pressure_lag, own.pressure_lag)):
-            ratio = self._period / lag if lag > 0.0 else math.inf
-            done = -math.expm1(-ratio)
-            self._done[arm, column] = done
-            self._along[arm, column] = 1.0 - done / ratio
-        self._true[arm] = self._held[arm] = true
-        self._lagging |= own.angle_lag > 0.0 or own.pressure_lag > 0.0
-        self._erring |= bool((self._scale[arm] != 1.0).any() or (self._bias[arm] != 0.0).any())
-
-    def see(self, true: FloatArray, row: FloatArray) -> FloatArray:
-        """What the instruments show one period after they were last asked.
-
-        Args:
-            true: (n, 3) angle [rad] and pressures [Pa].
-            row: (n, columns) of the episodes' tables, for the noise.
-
-        Returns:
-            (n, 3) the same, measured.
-        """
-        if not self._lagging:
-            return self.shown(true, row)
-        # Exact for signals that are straight between the samples.
-        held = self._held + self._done * (self._true - self._held)
-        self._held = np.where(self._done == 1.0, true, held + self._along * (true - self._true))
-        self._true = true
-        return self.shown(self._held, row)
-
-    def shown(self, signal: FloatArray, row: FloatArray) -> FloatArray:
-        """What the instruments make of a signal (n, 3) behind their lags."""
-        seen = signal
-        if self._erring:
-            seen = self._scale * seen + self._bias
-        if self._noisy:
-            seen = seen + self._noise * row[:, NOISE:]
-        if self._increments > 0.0 or self._step > 0.0:
-            seen = seen.copy()
-            if self._increments > 0.0:
-                seen[:, 0] = encode_angle(seen[:, 0], self._increments)
-            if self._step > 0.0:
-                seen[:, 1:] = convert_pressure(seen[:, 1:], self._step)
-        return seen
+    own = chain or MeasurementChain()
+    gauge.scale[arm] = own.angle_scale, own.pressure_scale, own.pressure_scale
+    gauge.bias[arm] = own.angle_bias, own.pressure_bias, own.pressure_bias
+    for column, lag in enumerate((own.angle_lag, own.pressure_lag, own.pressure_lag)):
+        ratio = period / lag if lag > 0.0 else math.inf
+        done = -math.expm1(-ratio)
+        gauge.done[arm, column] = done
+        gauge.along[arm, column] = 1.0 - done / ratio

@@ -80,7 +80,7 @@ class PamArmEnv(gymnasium.Env[FloatArray, NDArray[Any]]):
         self.arms.begin({0: self.np_random})
         if self.render_mode == "human":
             self.render()
-        return self.arms.observation()[0], self.information()
+        return self.arms.observation[0], self.information()
 
     def step(self, action: NDArray[Any]) -> tuple[FloatArray, float, bool, bool, dict[str, Any]]:
         """Hold an action for one period."""
@@ -88,7 +88,7 @@ class PamArmEnv(gymnasium.Env[FloatArray, NDArray[Any]]):
         if self.render_mode == "human":
             self.render()
         return (
-            self.arms.observation()[0],
+            self.arms.observation[0],
             float(reward[0]),
             bool(broken[0]),
             bool(self.arms.ended()[0]),

@@ -76,7 +76,7 @@ class PamArmVectorEnv(VectorEnv[FloatArray, NDArray[Any], NDArray[Any]]):
             if one is not None and mask[arm]:
                 self._generators[arm], _ = seeding.np_random(one)
         self._begin(mask)
-        return self.arms.observation(), self.information(mask)
+        return self.arms.observation, self.information(mask)
 
     def step(
         self, actions: NDArray[Any]
@@ -91,7 +91,7 @@ class PamArmVectorEnv(VectorEnv[FloatArray, NDArray[Any], NDArray[Any]]):
             self._begin(over)
         self._over = broken | ended
         return (
-            self.arms.observation(),
+            self.arms.observation,
             reward,
             broken,
             ended,

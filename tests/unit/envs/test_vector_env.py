@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 from pamsim.core.errors import InputError
+from pamsim.envs import plant
 from pamsim.envs.registration import ENVIRONMENTS
 
 ARMS = 3
@@ -72,6 +73,17 @@ def test_what_it_gives_lies_in_its_spaces(name, both):
         assert reward.dtype == np.float64
         assert terminated.dtype == truncated.dtype == np.bool_
         assert not terminated.any()
+
+
+def test_lengths_by_their_slopes_are_the_engine_s(monkeypatch, both):
+    found = []
+    for slopes in (plant.slopes, lambda model: None):
+        monkeypatch.setattr(plant, "slopes", slopes)
+        for env in both(ENVIRONMENTS[1], duration=1.0, frame_skip=10):
+            env.reset(seed=2)
+            rows = [env.step(np.full((ARMS, 2), push, np.float32))[0] for push in (0.4, -0.7, 0.1)]
+            found.append(rows)
+    assert all(np.array_equal(rows, found[0]) for rows in found)
 
 
 def test_number_of_threads_changes_nothing():

@@ -1,0 +1,116 @@
+"""What happens at a sample: what the instruments show, what is observed, what is earned.
+
+One arm at a time and number by number, compiled: for a single arm numpy's calls would cost more
+than the simulation, and for many the same numbers come out whatever their number.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numba
+import numpy as np
+
+from pamsim.envs.episode import ACCELERATION, ANGLE, NOISE, RATE, STIFFNESS
+
+ANGLE_UNIT = math.radians(5.0)
+"""Error of the angle that costs 1 in the reward [rad]."""
+
+BREAKDOWN = -100.0
+"""Reward of the step in which a simulation breaks down."""
+
+RUNAWAY = 100.0
+"""Angle beyond which it has [rad]."""
+
+
+@numba.njit(cache=True, nogil=True, error_model="numpy")
+def _shown(signal, arm, column, gauge, draws):
+    """Signal behind its lag -> what encoder or transducer shows of it."""
+    shown = gauge.scale[arm, column] * signal + gauge.bias[arm, column]
+    shown += gauge.noise[column] * draws[NOISE + column]
+    step = gauge.step[column]
+    if step > 0.0:
+        # An encoder counts whole increments, a converter rounds.
+        shown = (np.floor(shown / step) if column == 0 else np.rint(shown / step)) * step
+    return shown
+
+
+@numba.njit(cache=True, nogil=True, error_model="numpy")
+def _observe(arm, seen, velocity, asked, supply, observation):
+    observation[arm, 0] = seen[arm, 0]
+    observation[arm, 1] = velocity
+    observation[arm, 2] = seen[arm, 1] / supply
+    observation[arm, 3] = seen[arm, 2] / supply
+    observation[arm, 4] = asked[ANGLE]
+    observation[arm, 5] = asked[RATE]
+    observation[arm, 6] = asked[ACCELERATION]
+    observation[arm, 7] = asked[STIFFNESS]
+
+
+@numba.njit(cache=True, nogil=True, error_model="numpy")
+def first_sample(new, true, gauge, seen, table, supply, observation):
+    """Begin at rest.
+
+    Args:
+        new: (n,) of bool: which arms begin.
+        true: (n, 3) angle [rad] and pressures [Pa].
+        gauge: `pamsim.envs.instruments.Gauge`; its memories are set.
+        seen: (n, 3) written: what the instruments show.
+        table: (n, samples + 1, columns) of the episodes.
+        supply: [Pa].
+        observation: (n, 8) written.
+    """
+    for arm in range(new.size):
+        if new[arm]:
+            for column in range(3):
+                gauge.before[arm, column] = gauge.held[arm, column] = true[arm, column]
+                seen[arm, column] = _shown(true[arm, column], arm, column, gauge, table[arm, 0])
+            _observe(arm, seen, 0.0, table[arm, 0], supply, observation)
+
+
+@numba.njit(cache=True, nogil=True, error_model="numpy")
+def next_sample(
+    true, gauge, seen, table, sample, change, effort, period, supply, observation, reward, broken
+):
+    """One period later.
+
+    Args:
+        true: (n, 3) angle [rad] and pressures [Pa].
+        gauge: `pamsim.envs.instruments.Gauge`; its memories go on.
+        seen: (n, 3) what the instruments showed, and now show.
+        table: (n, samples + 1, columns) of the episodes.
+        sample: (n,) number of the sample, one more afterwards.
+        change: (n, 2) of the command, in its unit.
+        effort: weight of its square.
+        period: [s].
+        supply: [Pa].
+        observation: (n, 8) written.
+        reward: (n,) written.
+        broken: (n,) written: whether an arm is lost.
+    """
+    for arm in range(sample.size):
+        asked = table[arm, sample[arm], ANGLE]
+        sample[arm] += 1
+        following = table[arm, sample[arm]]
+        angle = seen[arm, 0]
+        for column in range(3):
+            now = true[arm, column]
+            if gauge.done[arm, column] < 1.0:
+                # Exact for a signal that is straight between the samples.
+                held, last = gauge.held[arm, column], gauge.before[arm, column]
+                held += gauge.done[arm, column] * (last - held)
+                held += gauge.along[arm, column] * (now - last)
+            else:
+                held = now
+            gauge.held[arm, column] = held
+            gauge.before[arm, column] = now
+            seen[arm, column] = _shown(held, arm, column, gauge, following)
+        velocity = (seen[arm, 0] - angle) / period
+        error = abs(true[arm, 0] - asked) / ANGLE_UNIT
+        reward[arm] = -error - effort * (change[arm, 0] ** 2 + change[arm, 1] ** 2)
+        broken[arm] = not (abs(true[arm, 0]) < RUNAWAY)  # of what is not a number, too
+        if broken[arm]:
+            reward[arm] = BREAKDOWN
+            velocity = 0.0
+            seen[arm, :] = 0.0
+        _observe(arm, seen, velocity, following, supply, observation)
