@@ -82,14 +82,14 @@ class Arms:
         )
         self._gauge = ChamberGauge(model, count)
         self._stiffness = JointStiffness(rig)
-        self._stiff = settings.task == "stiffness"
+        self._stiff, self._pushed = settings.task == "stiffness", settings.task == "disturbance"
         delays = [muscle.valve.delay + settings.delay for muscle in rig.muscles.values()]
         self._stretches, depth = _stretches(
             [round(delay / timestep) for delay in delays], settings.frame_skip
         )
         self._history = np.empty((count, depth, 2))
         self._command = np.empty((count, 2))
-        self._span = self._kind.span(self.supply)
+        self._span, self._effort = self._kind.span(self.supply), float(settings.effort)
         self._table = np.zeros((count, self.samples + 1, COLUMNS))
         self._rows = np.arange(count)
         self._sample = np.zeros(count, dtype=np.int64)
@@ -137,10 +137,9 @@ class Arms:
             Rewards (n,), and which arms have broken down (n,).
         """
         command = self._kind.commands(action, self.supply)
-        change = (command - self._command) / self._span
-        self._command = command
-        asked = self._table[self._rows, self._sample]
-        self._plant.step(self._late(command), asked[:, TORQUE])
+        if self._pushed:
+            self._plant.push(self._table[self._rows, self._sample, TORQUE])
+        self._plant.step(self._late(command))
         self.true = self._read()
         # New arrays: those of the last step may be in somebody's hands.
         self.observation = np.empty_like(self.observation)
@@ -151,8 +150,10 @@ class Arms:
             self._seen,
             self._table,
             self._sample,
-            change,
-            self.settings.effort,
+            command,
+            self._command,
+            self._span,
+            self._effort,
             self.period,
             self.supply,
             self.observation,
@@ -160,7 +161,8 @@ class Arms:
             broken,
         )
         if self._stiff:
-            reward -= np.where(broken, 0.0, np.abs(self.stiffness() / asked[:, STIFFNESS] - 1.0))
+            wanted = self._table[self._rows, self._sample - 1, STIFFNESS]
+            reward -= np.where(broken, 0.0, np.abs(self.stiffness() / wanted - 1.0))
         return reward, broken
 
     def _late(self, command: FloatArray) -> list[tuple[int, FloatArray]]:

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from types import MappingProxyType
 
 import gymnasium
+import numba
 import numpy as np
 from numpy.typing import NDArray
 
@@ -43,16 +44,25 @@ def _signed_pair() -> gymnasium.Space:
     return gymnasium.spaces.Box(-1.0, 1.0, (2,), np.float32)
 
 
-def _set_points(action: NDArray[np.generic], supply: float) -> FloatArray:
+@numba.njit(cache=True, nogil=True)
+def _openings(action, supply):
+    found = action.astype(np.float64)
+    for arm in range(found.shape[0]):
+        for muscle in range(found.shape[1]):
+            if found[arm, muscle] < -1.0:
+                found[arm, muscle] = -1.0
+            elif found[arm, muscle] > 1.0:
+                found[arm, muscle] = 1.0
+    return found
+
+
+@numba.njit(cache=True, nogil=True)
+def _set_points(action, supply):
     return (0.5 * supply) * (_openings(action, supply) + 1.0)
 
 
-def _openings(action: NDArray[np.generic], supply: float) -> FloatArray:
-    # As np.clip, in a fifth of its time for a single arm; NaN stays NaN.
-    return np.minimum(np.maximum(action, -1.0, dtype=np.float64), 1.0)
-
-
-def _switches(action: NDArray[np.generic], supply: float) -> FloatArray:
+@numba.njit(cache=True, nogil=True)
+def _switches(action, supply):
     # An interlock, not a short circuit from supply to exhaust: both on is both shut.
     on = action.astype(np.float64)
     return on[:, 0::2] - on[:, 1::2]

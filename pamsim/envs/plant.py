@@ -54,8 +54,12 @@ class Plant(Protocol):
         """Give some arms a model and a state."""
         ...
 
-    def step(self, commands: Sequence[tuple[int, FloatArray]], torque: FloatArray) -> None:
-        """Advance all arms: for some time steps by (n, 2) commands each, under a torque [N m]."""
+    def push(self, torque: FloatArray) -> None:
+        """Torques (n,) that act on the joints from now on [N m]."""
+        ...
+
+    def step(self, commands: Sequence[tuple[int, FloatArray]]) -> None:
+        """Advance all arms: for some time steps by (n, 2) commands each."""
         ...
 
     def warnings(self) -> int:
@@ -92,10 +96,13 @@ class OneArm:
         self._slopes = slopes(model)
         self._measure()
 
-    def step(self, commands: Sequence[tuple[int, FloatArray]], torque: FloatArray) -> None:
+    def push(self, torque: FloatArray) -> None:
+        """See `Plant.push`."""
+        self._torque[self._dof] = torque[0]
+
+    def step(self, commands: Sequence[tuple[int, FloatArray]]) -> None:
         """See `Plant.step`."""
         self._held.look()
-        self._torque[self._dof] = torque[0]
         for count, command in commands:
             self._ctrl[:] = command[0]
             mujoco.mj_step(self._model, self._data, count)
@@ -161,10 +168,13 @@ class ManyArms:
         else:
             self.length = self._slopes * self.angle[:, np.newaxis]
 
-    def step(self, commands: Sequence[tuple[int, FloatArray]], torque: FloatArray) -> None:
+    def push(self, torque: FloatArray) -> None:
+        """See `Plant.push`."""
+        self._torque[:] = torque
+
+    def step(self, commands: Sequence[tuple[int, FloatArray]]) -> None:
         """See `Plant.step`."""
         self._held.look()
-        self._torque[:] = torque
         for number, (count, command) in enumerate(commands, start=1):
             self._ctrl[:] = command
             wanted = self._slopes is None and number == len(commands)

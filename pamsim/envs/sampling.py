@@ -70,7 +70,20 @@ def first_sample(new, true, gauge, seen, table, supply, observation):
 
 @numba.njit(cache=True, nogil=True, error_model="numpy")
 def next_sample(
-    true, gauge, seen, table, sample, change, effort, period, supply, observation, reward, broken
+    true,
+    gauge,
+    seen,
+    table,
+    sample,
+    command,
+    last,
+    span,
+    effort,
+    period,
+    supply,
+    observation,
+    reward,
+    broken,
 ):
     """One period later.
 
@@ -80,8 +93,10 @@ def next_sample(
         seen: (n, 3) what the instruments showed, and now show.
         table: (n, samples + 1, columns) of the episodes.
         sample: (n,) number of the sample, one more afterwards.
-        change: (n, 2) of the command, in its unit.
-        effort: weight of its square.
+        command: (n, 2) of the step.
+        last: (n, 2) of the step before, and now of this one.
+        span: change of command that counts as 1.
+        effort: weight of the squared change.
         period: [s].
         supply: [Pa].
         observation: (n, 8) written.
@@ -97,9 +112,9 @@ def next_sample(
             now = true[arm, column]
             if gauge.done[arm, column] < 1.0:
                 # Exact for a signal that is straight between the samples.
-                held, last = gauge.held[arm, column], gauge.before[arm, column]
-                held += gauge.done[arm, column] * (last - held)
-                held += gauge.along[arm, column] * (now - last)
+                held, then = gauge.held[arm, column], gauge.before[arm, column]
+                held += gauge.done[arm, column] * (then - held)
+                held += gauge.along[arm, column] * (now - then)
             else:
                 held = now
             gauge.held[arm, column] = held
@@ -107,7 +122,11 @@ def next_sample(
             seen[arm, column] = _shown(held, arm, column, gauge, following)
         velocity = (seen[arm, 0] - angle) / period
         error = abs(true[arm, 0] - asked) / ANGLE_UNIT
-        reward[arm] = -error - effort * (change[arm, 0] ** 2 + change[arm, 1] ** 2)
+        reward[arm] = -error
+        for muscle in range(2):
+            change = (command[arm, muscle] - last[arm, muscle]) / span
+            reward[arm] -= effort * change * change
+            last[arm, muscle] = command[arm, muscle]
         broken[arm] = not (abs(true[arm, 0]) < RUNAWAY)  # of what is not a number, too
         if broken[arm]:
             reward[arm] = BREAKDOWN
