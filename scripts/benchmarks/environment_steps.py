@@ -27,7 +27,7 @@ import pamsim.envs
 from pamsim.envs.registration import ENVIRONMENTS
 
 PEER = "InvertedPendulum-v5"
-FRAME_SKIPS = (2, 10, 40)
+FRAME_SKIPS = (2, 5, 10, 40)
 """The peer's own first, ours last."""
 COUNTS = (64, 256)
 ROUNDS = 15

@@ -162,11 +162,17 @@ def test_random_episodes_broke_nothing():
         assert row["episodes"] >= 10_000
         assert row["broke_down"] == row["engine_warnings"] == row["not_finite"] == 0
         assert row["lowest_pressure_kpa"] >= 0.0
-        assert row["highest_pressure_kpa"] <= row["supply_kpa"]
+        # Air trapped in a muscle that the other one stretches may pass the supply's pressure.
+        shut = 1.05 if row["environment"] == "pamsim/PamArmOnOff-v0" else 1.0
+        assert row["highest_pressure_kpa"] <= shut * row["supply_kpa"]
 
 
 def test_environments_are_as_fast_as_is_promised():
     rows = recorded("benchmarks/results/environment_steps.json")["rows"]
+    head, table = table_after("control.md", "against `InvertedPendulum-v5`, frame skip")
+    for row in rows:
+        name = row["environment"] if row["arms"] == 1 else f"{row['arms']} x {row['environment']}"
+        assert table[name][head.index(str(row["frame_skip"]))] == f"{row['ratio']:.2f} x"
     at_the_peer_s = [row for row in rows if row["frame_skip"] == 2]
     assert {row["arms"] for row in at_the_peer_s} == {1, 64, 256}
     for row in at_the_peer_s:
