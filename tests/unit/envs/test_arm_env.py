@@ -235,6 +235,19 @@ def test_environments_and_other_scopes_do_not_take_each_others_callbacks(made):
         one.step(moves[0])
 
 
+def test_an_environment_begun_inside_another_scope_outlives_it(made):
+    env, moves = made(), actions(10)
+    alone = played(env, moves)
+    rig = pamsim.load_rig("mas20_arm")
+    env.close()
+    with pamsim.live(rig.model):
+        env = made()
+        env.reset(seed=0)
+    assert mujoco.get_mjcb_act_dyn() is None  # the scope has taken them away
+    found = [env.step(move)[4]["angle"] for move in moves]
+    assert np.array_equal(found, alone[1:, -1])
+
+
 def test_episodes_end_when_their_time_is_up(made):
     env = made(duration=0.1)
     env.reset(seed=0)
