@@ -67,8 +67,7 @@ class Suite:
     @cached_property
     def split(self) -> PressureSplit:
         """Common pressure and supply."""
-        supply = min(muscle.valve.supply_pressure for muscle in self.rig.muscles.values())
-        return PressureSplit(common=self.common_pressure, supply=supply)
+        return PressureSplit(common=self.common_pressure, supply=self.rig.supply_pressure)
 
     @cached_property
     def trim(self) -> IdentifiedTrim:

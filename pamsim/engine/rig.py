@@ -61,6 +61,11 @@ class Rig:
         """Index of the output angle's rate in ``data.qvel``."""
         return int(self.model.joint(self.file.angle_joint).dofadr[0])
 
+    @property
+    def supply_pressure(self) -> float:
+        """Gauge pressure of the supply, the lowest if the muscles' differ [Pa]."""
+        return min(muscle.valve.supply_pressure for muscle in self.muscles.values())
+
     def model_for(
         self,
         *,

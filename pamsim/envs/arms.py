@@ -20,7 +20,7 @@ from pamsim.envs.commands import KINDS
 from pamsim.envs.episode import COLUMNS, STIFFNESS, TORQUE, Episodes
 from pamsim.envs.instruments import instruments, set_errors
 from pamsim.envs.plant import ManyArms, OneArm, Plant
-from pamsim.envs.reach import JointStiffness, reach_of, supply_pressure
+from pamsim.envs.reach import JointStiffness, reach_of
 from pamsim.envs.rest import Rest
 from pamsim.envs.sampling import first_sample, next_sample
 from pamsim.envs.settings import ArmSettings
@@ -61,7 +61,7 @@ class Arms:
         self.settings = settings
         self.rig = rig = settings.loaded_rig()
         self._kind = KINDS[kind]
-        self.supply = supply_pressure(rig)
+        self.supply = rig.supply_pressure
         if settings.start_pressure > self.supply:
             raise InputError(
                 f"start_pressure {settings.start_pressure / 1e3:g} kPa is above the supply's"

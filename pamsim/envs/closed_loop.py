@@ -12,6 +12,7 @@ from pamsim.actuator.layout import slot
 from pamsim.controllers.controller import Command, Controller, Sight
 from pamsim.core.errors import InputError
 from pamsim.envs.arms import Arms
+from pamsim.envs.commands import KINDS
 from pamsim.envs.pam_arm import PamArmEnv
 from pamsim.pneumatics.air import GAS_CONSTANT
 
@@ -97,7 +98,7 @@ def drive(env: PamArmEnv, controller: Controller, seed: int) -> Drive:
     Raises:
         InputError: if pressures are commanded to an environment of valves, or the other way round.
     """
-    takes = "pressure" if env.kind == "pressure" else "valve"
+    takes = KINDS[env.kind].command
     if controller.command != takes:
         raise InputError(
             f"the controller commands {controller.command}, this environment takes {takes}:"

@@ -136,11 +136,11 @@ class PamArmValveEnv(PamArmEnv):
 
     | index | action | unit | range | in the MJCF |
     |---|---|---|---|---|
-    | 0 | opening of muscle 1's valves | 1: open to supply, -1: to exhaust | [-1, 1] | actuator ``muscle_1`` |
-    | 1 | opening of muscle 2's valves | 1: open to supply, -1: to exhaust | [-1, 1] | actuator ``muscle_2`` |
+    | 0 | valves of muscle 1 | 1: open to supply, -1: to exhaust | [-1, 1] | actuator ``muscle_1`` |
+    | 1 | valves of muscle 2 | 1: open to supply, -1: to exhaust | [-1, 1] | actuator ``muscle_2`` |
 
     Observations, reward and options: see `PamArmEnv`.
-    """  # noqa: E501
+    """
 
     kind = "valve"
 

@@ -26,7 +26,7 @@ def slopes(model: mujoco.MjModel) -> FloatArray | None:
     Returns:
         (nout,) [m/rad] if every actuator pulls a fixed tendon of the model's one joint, else None.
     """
-    found = np.zeros(model.nout if hasattr(model, "nout") else model.nu)
+    found = np.zeros(model.nout)
     for index in range(len(model.actuator_trnid)):
         tendon = model.actuator_trnid[index, 0]
         wrap = model.tendon_adr[tendon]

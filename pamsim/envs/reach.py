@@ -79,7 +79,7 @@ def tendon_lengths(rig: Rig, angle: float) -> NDArray[np.float64]:
 
 def reach_of(rig: Rig) -> Reach:
     """What a rig can do, without load."""
-    supply = supply_pressure(rig)
+    supply = rig.supply_pressure
     ends = np.array([[supply, 0.0], [0.0, supply]])
     farthest = float(np.nanmin(np.abs(rest_angles(rig, ends, np.zeros(2)))))
     rows = rig.model.actuator_user.tolist()
@@ -96,8 +96,3 @@ def reach_of(rig: Rig) -> Reach:
         stiffness=(low, high),
         torque=abs(moment_arms(rig)[0]) * abs(first - second),
     )
-
-
-def supply_pressure(rig: Rig) -> float:
-    """Gauge pressure of the supply, the lower one if the muscles' differ [Pa]."""
-    return min(muscle.valve.supply_pressure for muscle in rig.muscles.values())

@@ -84,10 +84,9 @@ class FilmSheet:
         """
         above = arm + (self.ink - arm) * self.cover
         below = self.panel.copy()
-        share = min(max(time / self.duration, 0.0), 1.0)
         size = max(1, round(arm.shape[1] / 400))
         for plot in self.plots:
-            column = round(plot.left + share * (plot.right - plot.left))
+            column = self._column(plot, time)
             below[plot.top : plot.bottom, column : column + size] = _colour(INK)
             for curve in plot.curves:
                 _dot(below, column + size / 2, float(curve.rows[column]), 2.2 * size, curve.colour)
@@ -95,8 +94,11 @@ class FilmSheet:
 
     def cursor(self, time: float) -> int:
         """Column of the first plot's cursor at a time [px]."""
+        return self._column(self.plots[0], time)
+
+    def _column(self, plot: _Plot, time: float) -> int:
         share = min(max(time / self.duration, 0.0), 1.0)
-        return round(self.plots[0].left + share * (self.plots[0].right - self.plots[0].left))
+        return round(plot.left + share * (plot.right - plot.left))
 
 
 def arm_size(width: int, height: int) -> tuple[int, int]:

@@ -12,6 +12,7 @@ arm's is one Euler step, one evaluation of mechanics, air and hysteresis of two 
 from __future__ import annotations
 
 import argparse
+import functools
 import json
 import platform
 import statistics
@@ -96,7 +97,7 @@ def main() -> None:
             own, ratio = compare(single(name, frame_skip), single(PEER, frame_skip))
             rows.append(_row(name, frame_skip, 1, own, ratio))
         for count in COUNTS:
-            peers = [lambda: gymnasium.make(PEER, frame_skip=frame_skip)] * count  # noqa: B023
+            peers = [functools.partial(gymnasium.make, PEER, frame_skip=frame_skip)] * count
             own, ratio = compare(
                 many(
                     gymnasium.make_vec(

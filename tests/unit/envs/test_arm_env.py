@@ -189,7 +189,7 @@ def test_a_lagging_instrument_shows_what_a_recording_would(made):
 
 
 def test_randomized_arms_spread_as_the_file_says(made):
-    from pamsim.envs.episode import spreads
+    from pamsim.envs.spread import spreads
 
     (damping,) = [s for s in spreads(pamsim.load_rig("mas20_arm")) if "damping" in s.name]
     assert damping.value == pytest.approx(0.2484)

@@ -1,0 +1,69 @@
+"""How far a rig's parameters are known: what differs from episode to episode, if asked."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from pamsim.core.units import to_si
+from pamsim.engine.rig import Rig
+from pamsim.engine.rig_parameter import rig_parameter
+
+_NORMAL95 = 1.959964
+"""Standard deviations from the centre of a 95 % interval to its ends."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Spread:
+    """A parameter that differs from episode to episode.
+
+    Attributes:
+        name: as `Rig.with_parameters` takes it.
+        value: centre [SI].
+        sd: standard deviation [SI].
+        low: smallest allowed value.
+        high: largest.
+    """
+
+    name: str
+    value: float
+    sd: float
+    low: float
+    high: float
+
+
+def spreads(rig: Rig) -> list[Spread]:
+    """The parameters that a rig's file states with a 95 % interval.
+
+    The dead time of the valves is left out: commands are delayed by whole time steps.
+    """
+    file = rig.file
+    names = [f"{group}.{field}" for group, section in file.muscle.items() for field in section]
+    names += [
+        f"{muscle}:{group}.{field}"
+        for muscle, groups in file.overrides.items()
+        for group, section in groups.items()
+        for field in section
+    ]
+    names += [*file.native, *(f"sensor.{field}" for field in file.sensor)]
+    found: list[Spread] = []
+    for name in names:
+        if name.endswith((".law", "valve.delay")):
+            continue
+        known = rig_parameter(rig, name)
+        stated = known.stated
+        if stated is None or stated.interval95 is None:
+            continue
+        low, high = (
+            to_si(end, stated.unit, known.spec.unit, where=stated.where)
+            for end in stated.interval95
+        )
+        found.append(
+            Spread(
+                name=name,
+                value=known.value,
+                sd=abs(high - low) / (2.0 * _NORMAL95),
+                low=known.spec.low,
+                high=known.spec.high,
+            )
+        )
+    return found
