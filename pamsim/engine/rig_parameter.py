@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from pamsim.actuator.layout import parameter_slot
 from pamsim.core.errors import InputError, nearest
 from pamsim.core.parameters import FieldSpec, ParameterGroup, Sourced, specs
+from pamsim.core.units import to_si
 from pamsim.engine.native import is_native, native_field, native_value
 from pamsim.engine.rig import Rig
 from pamsim.signals.sensors import MeasurementChain
@@ -27,6 +28,17 @@ class RigParameter:
     value: float
     spec: FieldSpec
     stated: Sourced | None
+
+    @property
+    def interval95(self) -> tuple[float, float] | None:
+        """The 95 % interval that ``params.toml`` states [SI], or None."""
+        if self.stated is None or self.stated.interval95 is None:
+            return None
+        low, high = (
+            to_si(end, self.stated.unit, self.spec.unit, where=self.stated.where)
+            for end in self.stated.interval95
+        )
+        return low, high
 
 
 def rig_parameter(rig: Rig, name: str) -> RigParameter:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from pamsim.core.units import to_si
 from pamsim.engine.rig import Rig
 from pamsim.engine.rig_parameter import rig_parameter
 
@@ -50,13 +49,9 @@ def spreads(rig: Rig) -> list[Spread]:
         if name.endswith((".law", "valve.delay")):
             continue
         known = rig_parameter(rig, name)
-        stated = known.stated
-        if stated is None or stated.interval95 is None:
+        if known.interval95 is None:
             continue
-        low, high = (
-            to_si(end, stated.unit, known.spec.unit, where=stated.where)
-            for end in stated.interval95
-        )
+        low, high = known.interval95
         found.append(
             Spread(
                 name=name,

@@ -203,13 +203,13 @@ def _range(parameter: RigParameter, limits: str | None) -> tuple[float, float, s
         return spec.low, spec.high, "whole allowed range, because it is 0"
     if spec.low >= 0.0:
         return value / FACTOR, value * FACTOR, f"a factor {FACTOR:g} either way"
-    known = _stated_interval(parameter)
+    known = parameter.interval95
     reach = FACTOR * max(abs(value), 0.5 * (known[1] - known[0]) if known else 0.0)
     return value - reach, value + reach, f"{FACTOR:g} times its size, or its doubt, either way"
 
 
 def _prior(parameter: RigParameter) -> Prior | None:
-    known = _stated_interval(parameter)
+    known = parameter.interval95
     if known is None or parameter.stated is None:
         return None
     return Prior(
@@ -217,15 +217,3 @@ def _prior(parameter: RigParameter) -> Prior | None:
         standard_deviation=(known[1] - known[0]) / (2.0 * _NORMAL95),
         source=f"95 % interval in params.toml ({parameter.stated.source})",
     )
-
-
-def _stated_interval(parameter: RigParameter) -> tuple[float, float] | None:
-    """The 95 % interval of the rig's file [SI], or None."""
-    stated = parameter.stated
-    if stated is None or stated.interval95 is None:
-        return None
-    low, high = (
-        to_si(end, stated.unit, parameter.spec.unit, where=stated.where)
-        for end in stated.interval95
-    )
-    return low, high
