@@ -92,6 +92,9 @@ def found_row(report: DiagnosisReport, hidden: TwinData) -> dict[str, Any]:
         "tied": [list(m.names) for m in found.named.tied],
         "explained": round(found.named.explained, 4),
         "remainder": round(found.named.remainder, 4),
+        "lack": None
+        if found.named.lack is None
+        else [round(found.named.lack.size, 4), found.named.lack.p_value],
         "excess": round(_ratio(found.base_loss, perfect) - 1.0, 4),
         "rms_after": round(float(np.sqrt(_ratio(after, perfect))), 4),
         "parameters": {}

@@ -14,7 +14,7 @@ from pamsim.effects.catalog import EFFECTS
 Row = dict[str, Any]
 Case = tuple[Condition, Row]
 
-CLAIMING = ("named", "named_with_remainder")
+NAMED, KIND = "named", "named_with_remainder"
 SEPARABLE = 0.95
 
 
@@ -31,13 +31,18 @@ def share(cases: Sequence[Case], hit: Callable[[Condition, Row], bool]) -> dict[
     }
 
 
+def member(row: Row) -> bool:
+    """Whether an effect is claimed, not only its kind."""
+    return row["verdict"] == NAMED
+
+
 def claims(row: Row) -> bool:
-    """Whether a name is given without reserve."""
-    return row["verdict"] in CLAIMING
+    """Whether an effect or its kind is claimed."""
+    return row["verdict"] in (NAMED, KIND)
 
 
 def suggested(row: Row) -> set[str]:
-    """All names in the verdict: claimed, or in the reported set."""
+    """All names in the verdict: claimed, nearest of its kind, or in the reported set."""
     if not (claims(row) or row["verdict"] == "ambiguous"):
         return set()
     return {*row["named"], *(name for model in row["tied"] for name in model)}
@@ -63,11 +68,14 @@ def scores(cases: Sequence[Case]) -> dict[str, Any]:
     def of(*kinds: str, low: float = -np.inf, high: float = np.inf) -> list[Case]:
         return [(c, r) for c, r in cases if c.kind in kinds and low <= r["excess"] < high]
 
+    def right_names(c: Condition, r: Row) -> bool:
+        return claims(r) and set(r["named"]) == truths(c)
+
     def unique(c: Condition, r: Row) -> bool:
-        return claims(r) and set(r["named"]) == truths(c) and not r["tied"]
+        return member(r) and right_names(c, r)
 
     singles = of("single")
-    right = [(c, r) for c, r in singles if unique(c, r)]
+    right = [(c, r) for c, r in singles if right_names(c, r)]
     separable = [
         (c, r)
         for c, r in of("single", low=0.5)
@@ -85,6 +93,9 @@ def scores(cases: Sequence[Case]) -> dict[str, Any]:
             of("single", low=0.5), lambda c, r: truths(c) <= suggested(r)
         ),
         "single, E >= 0.5, separable: unique correct name": share(separable, unique),
+        "single, E >= 0.5: right effect, only its kind held for sure": share(
+            of("single", low=0.5), lambda c, r: right_names(c, r) and not member(r)
+        ),
         "single, 0.1 <= E < 0.5: detected": share(
             of("single", low=0.1, high=0.5), lambda c, r: r["verdict"] != "no_gap"
         ),
@@ -100,10 +111,10 @@ def scores(cases: Sequence[Case]) -> dict[str, Any]:
             of("outside", low=0.1), lambda c, r: r["verdict"] == "unexplained"
         ),
         "outside, in span: no member claimed": share(
-            of("in_span", low=0.1), lambda c, r: not claims(r)
+            of("in_span", low=0.1), lambda c, r: not member(r)
         ),
         "truth removed from the library, E >= 0.5: no other name claimed": share(
-            of("removed", low=0.5), lambda c, r: not claims(r)
+            of("removed", low=0.5), lambda c, r: not member(r)
         ),
         "intervals that hold the truth": _plain(covered),
         "region among the two top cells, E >= 0.5": share(of("single", low=0.5), _region),

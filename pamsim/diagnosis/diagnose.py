@@ -11,6 +11,7 @@ from pamsim.diagnosis.candidate import Candidate
 from pamsim.diagnosis.effect_sets import PAIRS, TRIPLES, SetSearch, Told
 from pamsim.diagnosis.evidence import losses
 from pamsim.diagnosis.judge import EFFECT_FLOOR, Trialled, polished
+from pamsim.diagnosis.lack_of_fit import LackOfFit, lack_of_fit
 from pamsim.diagnosis.next_experiment import NextExperiment, SimulateMenu, next_experiment
 from pamsim.diagnosis.noise_floor import NoiseFloor, noise_floor
 from pamsim.diagnosis.refit import Fitter, Refit, Remembered
@@ -141,8 +142,11 @@ def diagnose(
     seen = bool(over) and over[0].p_value < _SURE_MAP
     gap_seen = seen and where[0].p_value < 1e-3 and where[0].excess > 0.1
 
+    def lack(model: Trialled) -> LackOfFit:
+        return lack_of_fit(fitter, model.fit, screened, seed=seed)
+
     def verdict() -> Named:
-        return name(layout, floor, base_loss, models, tried, likeness, gap_seen=gap_seen)
+        return name(layout, floor, base_loss, models, tried, likeness, lack, gap_seen=gap_seen)
 
     named = verdict()
     if named.best is not None:

@@ -50,11 +50,13 @@ class Trialled:
         return float(np.mean(list(self.loss.values())))
 
     def size_known(self) -> bool:
-        """Whether the size of every effect is inside its range and its interval off neutral."""
+        """Whether every effect's interval is off neutral, and its size not at an arbitrary end."""
         for candidate in self.candidates:
             size = candidate.parameters[0].name
             low, high = self.intervals[size]
-            if low <= candidate.neutral[size] <= high or size in self.fit.at_bound:
+            if low <= candidate.neutral[size] <= high:
+                return False
+            if size in self.fit.at_bound and not candidate.effect.parameters[0].natural_ends:
                 return False
         return True
 

@@ -10,6 +10,7 @@ import numpy as np
 
 from pamsim.diagnosis.evidence import compare
 from pamsim.diagnosis.judge import Trialled
+from pamsim.diagnosis.lack_of_fit import LackOfFit
 from pamsim.diagnosis.noise_floor import NoiseFloor
 from pamsim.diagnosis.trial_residuals import TrialLayout
 
@@ -28,6 +29,9 @@ ADEQUATE = 0.95
 REMAINDER_FLOOR, SMALL_REMAINDER = 0.02, 0.1
 """Remainders, in floors: one that is left alone, and one beyond which a name comes with it."""
 
+RIVAL_LACKS, BEST_FITS = 0.01, 0.1
+"""p-values of lack of fit: a rival below the first is out if another model is above the second."""
+
 
 UNPROVEN = 0.5
 """Excess, in floors, from which too few repeats to prove a gap are no proof that there is none."""
@@ -41,7 +45,7 @@ class Verdict(StrEnum):
     NAMED = "named"
     """One effect, or one set of effects, is missing."""
     NAMED_WITH_REMAINDER = "named_with_remainder"
-    """The same, and something else that no effect explains."""
+    """An effect explains nearly all, and what it leaves is no chance: it stands for its family."""
     AMBIGUOUS = "ambiguous"
     """Something is missing; the data do not tell which of several effects it is."""
     UNEXPLAINED = "unexplained"
@@ -60,6 +64,7 @@ class Named:
         tied: other models that predict as well, the base model not among them.
         explained: share of the base model's excess over the floor that the best model removes.
         remainder: excess that it leaves, in floors.
+        lack: what repeats share that the best model does not predict; None without one.
     """
 
     verdict: Verdict
@@ -67,6 +72,7 @@ class Named:
     tied: tuple[Trialled, ...]
     explained: float
     remainder: float
+    lack: LackOfFit | None
 
 
 def floor_loss(layout: TrialLayout, floor: NoiseFloor, trials: Sequence[str]) -> dict[str, float]:
@@ -118,6 +124,7 @@ def name(
     models: Sequence[Trialled],
     tried: int,
     alike: Callable[[str, str], float],
+    lack_of_fit: Callable[[Trialled], LackOfFit],
     *,
     gap_seen: bool,
 ) -> Named:
@@ -130,6 +137,7 @@ def name(
         models: with effects, fitted; sets of effects only where they have earned their place.
         tried: single effects that were judged by the held-out trials.
         alike: cosine between the signatures of two effects.
+        lack_of_fit: what a model leaves that repeats share.
         gap_seen: whether something else than these models shows a gap, such as a where-map.
     """
     perfect = floor_loss(layout, floor, layout.trials(held_out=True))
@@ -144,20 +152,42 @@ def name(
             tied=(),
             explained=0.0,
             remainder=excess.gain,
+            lack=None,
         )
     most = max(len(m.candidates) for m in able)
     best = min((m for m in able if len(m.candidates) == most), key=lambda m: m.mean_loss)
+    rivals = [m for m in models if len(m.candidates) == most]
+    best, tied, lack = _fitting(best, tied_with(best, rivals, layout, alike), lack_of_fit)
     left = compare(best.loss, perfect, layout.protocol_of)
     large = left.gain > max(3.0 * left.error, REMAINDER_FLOOR)
     explained = best.gain.gain / (best.gain.gain + max(left.gain, 0.0)) if large else 1.0
-    rivals = [m for m in models if len(m.candidates) == most]
-    tied = tied_with(best, rivals, layout, alike)
     if explained < ADEQUATE:
         verdict = Verdict.UNEXPLAINED
     elif tied:
         verdict = Verdict.AMBIGUOUS
-    elif large and left.gain > SMALL_REMAINDER:
+    elif lack.found or (large and left.gain > SMALL_REMAINDER):
         verdict = Verdict.NAMED_WITH_REMAINDER
     else:
         verdict = Verdict.NAMED
-    return Named(verdict=verdict, best=best, tied=tied, explained=explained, remainder=left.gain)
+    return Named(
+        verdict=verdict,
+        best=best,
+        tied=tied,
+        explained=explained,
+        remainder=left.gain,
+        lack=lack,
+    )
+
+
+def _fitting(
+    best: Trialled, tied: Sequence[Trialled], lack_of_fit: Callable[[Trialled], LackOfFit]
+) -> tuple[Trialled, tuple[Trialled, ...], LackOfFit]:
+    """The best model and its rivals, without those that lack what another one of them does not.
+
+    Held-out losses know a remainder no better than the noise floor is known; lack of fit does.
+    """
+    lacks = {model.names: lack_of_fit(model) for model in (best, *tied)}
+    if all(lack.p_value <= BEST_FITS for lack in lacks.values()):
+        return best, tuple(tied), lacks[best.names]
+    kept = [m for m in (best, *tied) if lacks[m.names].p_value >= RIVAL_LACKS]
+    return kept[0], tuple(kept[1:]), lacks[kept[0].names]

@@ -32,6 +32,8 @@ class EffectParameter:
         shape: True for a number that means nothing while the effect is absent, such as a time
             constant; ``typical`` is then the value itself.
         starts: of a shape, further values a search begins from, as ``typical``.
+        natural_ends: True if no rig can lie beyond the ends of the range, so that a fit that ends
+            there may be right; elsewhere it is a sign that the effect stands for another one.
     """
 
     name: str
@@ -42,6 +44,7 @@ class EffectParameter:
     relative: bool = False
     shape: bool = False
     starts: tuple[float, ...] = ()
+    natural_ends: bool = False
 
     def at(self, size: float, own: float) -> float:
         """Value at a size of the effect [SI].

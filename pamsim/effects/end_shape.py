@@ -10,7 +10,7 @@ EFFECT = Effect(
     layer="muscle",
     missing="force lost to the tapered ends of a contracted muscle",
     parameters=(
-        EffectParameter(name="end_shape.loss", typical=0.5, low=0.0, high=1.0),
+        EffectParameter(name="end_shape.loss", typical=0.5, low=0.0, high=1.0, natural_ends=True),
         EffectParameter(
             name="end_shape.onset", typical=0.01, low=0.0, high=0.2, shape=True, starts=(0.0, 0.03)
         ),

@@ -10,8 +10,14 @@ EFFECT = Effect(
     layer="pneumatic",
     missing="heat exchanged between the air and the muscle",
     parameters=(
+        # Cut to 1 to 1.4: from air at constant temperature to air without any exchange of heat.
         EffectParameter(
-            name="chamber.polytropic_index", typical=0.15, low=-0.2, high=0.2, neutral=None
+            name="chamber.polytropic_index",
+            typical=0.15,
+            low=-0.4,
+            high=0.4,
+            neutral=None,
+            natural_ends=True,
         ),
     ),
     signature="pressure ripples with the muscle's motion too much or too little, only in fast"

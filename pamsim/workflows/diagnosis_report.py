@@ -8,6 +8,7 @@ from pamsim.core.trial import Trial
 from pamsim.core.versions import versions
 from pamsim.diagnosis.absent import AbsentBound
 from pamsim.diagnosis.gap import FloatArray, Residuals, gaps
+from pamsim.diagnosis.lack_of_fit import LackOfFit
 from pamsim.diagnosis.loops import Signals, loops
 from pamsim.diagnosis.next_experiment import NextExperiment
 from pamsim.diagnosis.spectrum_split import spectrum_splits
@@ -63,6 +64,7 @@ def diagnosis_dict(report: DiagnosisReport) -> dict[str, Any]:
         "sentence": verdict_sentence(report.rig, found, gap),
         "explained": found.named.explained,
         "remainder_in_floors": finite(found.named.remainder),
+        "lack_of_fit": _lack(found.named.lack),
         "effects": effect_entries(report.rig, found, protocol_of),
         "alternatives": alternative_entries(report.rig, found, protocol_of),
         "where": cell_entries(found.cells, found.maps),
@@ -135,6 +137,13 @@ def _residuals(report: DiagnosisReport, predicted: Signals) -> Residuals:
                 for channel in _compared(report, trial)
             }
     return found
+
+
+def _lack(lack: LackOfFit | None) -> dict[str, Any] | None:
+    """What repeats share that the best model does not predict."""
+    if lack is None:
+        return None
+    return {"in_floors": lack.size, "p_value": lack.p_value, "found": lack.found}
 
 
 def _absent(rig: Rig, bound: AbsentBound) -> dict[str, Any]:

@@ -9,7 +9,7 @@ import numpy as np
 from pamsim.diagnosis.diagnose import Diagnosis
 from pamsim.diagnosis.gap import ChannelGap
 from pamsim.diagnosis.judge import Trialled
-from pamsim.diagnosis.verdict import Verdict
+from pamsim.diagnosis.verdict import Named, Verdict
 from pamsim.effects.catalog import EFFECTS
 from pamsim.engine.rig import Rig
 from pamsim.engine.rig_parameter import rig_parameter
@@ -72,25 +72,30 @@ def sized(rig: Rig, model: Trialled, name: str) -> str:
 
 def _named(rig: Rig, found: Diagnosis, best: Trialled, gaps: Sequence[ChannelGap]) -> str:
     named = found.named
-    if named.tied:
-        others = [model for model in (best, *named.tied) if len(model.candidates) == 1]
-        names = " or ".join(dict.fromkeys(n for model in others for n in model.names))
-        family = best.candidates[0].family.replace("_", " ")
-        what = f"{family} ({names}, which these data do not tell apart)"
-    else:
-        parts: list[str] = []
-        for candidate in best.candidates:
-            sizes = ", ".join(sized(rig, best, p.name) for p in candidate.parameters)
-            parts.append(f"{candidate.effect.missing} ({candidate.name}, {sizes})")
-        what = " and ".join(parts)
+    parts: list[str] = []
+    for candidate in best.candidates:
+        sizes = ", ".join(sized(rig, best, p.name) for p in candidate.parameters)
+        parts.append(f"{candidate.effect.missing} ({candidate.name}, {sizes})")
+    what = " and ".join(parts)
     it = "it explains" if len(best.candidates) == 1 else "together they explain"
     left = ""
     if named.verdict is Verdict.NAMED_WITH_REMAINDER:
-        left = ", and something that no effect tried explains is left"
+        kinds = dict.fromkeys(c.family.replace("_", " ") for c in best.candidates)
+        what = f"something that acts nearly like {what}"
+        left = f", and leave{'s' if len(parts) == 1 else ''} {_remainder(named)}: only the kind"
+        left += f" ({', '.join(kinds)}) is sure"
     return (
         f"Missing: {what}; {it} {100.0 * named.explained:.0f} % of the gap{left};"
         f" held-out RMS{_levels(gaps, repaired=True)}"
     )
+
+
+def _remainder(named: Named) -> str:
+    """What the best model leaves, for a reader who wonders whether it is chance."""
+    lack = named.lack
+    if lack is None or not lack.found:
+        return f"{named.remainder:.2g} noise floors"
+    return f"{lack.size:.2g} noise floors that all repeats share (p = {lack.p_value:.1g})"
 
 
 def _levels(gaps: Sequence[ChannelGap], *, repaired: bool) -> str:

@@ -14,10 +14,13 @@ from pamsim.actuator.layout import slot
 from pamsim.core.errors import InputError
 from pamsim.engine.rig import Rig
 from pamsim.engine.rig_parameter import rig_parameter
+from pamsim.pneumatics.air import GAS_CONSTANT
 from pamsim.workflows.foreign_truths.plant import Occasion, Plant
 from pamsim.workflows.foreign_truths.truth import Law, Truth
 
 _SCALE = slot("force.0")
+_TEMPERATURE = slot("chamber.temperature")
+_ATMOSPHERE = slot("chamber.atmosphere")
 
 _RIPPLE, _TEETH = 0.15, 16
 """Amplitude [N m] and periods per turn of the sprocket's ripple: pins come in and go out."""
@@ -42,6 +45,15 @@ _COOLING = 25.0
 
 _OFFSET = 2e-4
 """Difference of a muscle's mounted length [m]."""
+
+_CABLES = 0.2
+"""Stiffness of hoses and cables that bend with the joint [N m/rad]."""
+
+_RUBBING, _CREEPING = 1e-4, 0.02
+"""Friction of a bearing per tension that it carries [m], and speed below which it fades [rad/s]."""
+
+_CROSS_LEAK = 1e-11
+"""Flow from muscle to muscle per difference of pressure, as a volume at ambient [m^3/(s Pa)]."""
 
 
 def _ripple(size: float, occasion: Occasion) -> Law:
@@ -118,6 +130,35 @@ def _drag(size: float, occasion: Occasion) -> Law:
     return law
 
 
+def _cables(size: float, occasion: Occasion) -> Law:
+    def law(plant: Plant) -> None:
+        plant.torque -= size * _CABLES * plant.angle
+
+    return law
+
+
+def _rubbing(size: float, occasion: Occasion) -> Law:
+    def law(plant: Plant) -> None:
+        carried = sum(plant.tension(i) for i in plant.muscles)
+        plant.torque -= size * _RUBBING * carried * math.tanh(plant.speed / _CREEPING)
+
+    return law
+
+
+def _cross_leak(size: float, occasion: Occasion) -> Law:
+    if len(occasion.rig.muscles) != 2:
+        raise InputError("cross_leak is between two muscles; the rig has other muscles")
+
+    def law(plant: Plant) -> None:
+        temperature = plant.rows[0][_TEMPERATURE]
+        over = plant.pressure_abs(0) - plant.pressure_abs(1)
+        flow = size * _CROSS_LEAK * over * plant.rows[0][_ATMOSPHERE] / (GAS_CONSTANT * temperature)
+        plant.blow(0, -flow)
+        plant.blow(1, flow)
+
+    return law
+
+
 def _cooling(rig: Rig, size: float) -> dict[str, float]:
     name = "chamber.temperature"
     return {name: rig_parameter(rig, name).value - size * _COOLING}
@@ -170,6 +211,25 @@ TRUTHS = (
         parameters=_offset,
         span=("angle_bias", "muscle_mismatch", "load_torque"),
         signed=True,
+    ),
+    Truth(
+        name="cable_spring",
+        formulation="hoses and cables that bend with the joint, 0.2 N m/rad",
+        law=_cables,
+        span=("passive_stiffness", "angle_scale", "added_inertia"),
+        signed=True,
+    ),
+    Truth(
+        name="bearing_friction",
+        formulation="dry friction in proportion to the tension that the bearing carries",
+        law=_rubbing,
+        span=("coulomb_friction", "muscle_hysteresis"),
+    ),
+    Truth(
+        name="cross_leak",
+        formulation="a laminar leak from one muscle to the other",
+        law=_cross_leak,
+        span=("air_leak",),
     ),
 )
 """Truths from outside the library."""

@@ -9,6 +9,7 @@ import numpy as np
 from pamsim.core.trial import Trial
 from pamsim.diagnosis.absent import AbsentBound
 from pamsim.diagnosis.evidence import compare
+from pamsim.diagnosis.lack_of_fit import LackOfFit
 from pamsim.diagnosis.next_experiment import NextExperiment
 from pamsim.diagnosis.noise_floor import NoiseFloor
 from pamsim.diagnosis.regimes import Regime
@@ -117,7 +118,12 @@ def report(rig, verdict, best=(), tied=(), *, repeats=REPEATS, explained=0.98, f
     clean = clean_signals(np.sin(2.0 * np.pi * TIME / 4.0))
     off = {"pressure_1": 2e3, "pressure_2": -2e3, "angle": 4e-3}
     named = SimpleNamespace(
-        verdict=verdict, best=chosen, tied=others, explained=explained, remainder=0.01
+        verdict=verdict,
+        best=chosen,
+        tied=others,
+        explained=explained,
+        remainder=0.01,
+        lack=LackOfFit(size=0.02, p_value=0.0003) if chosen else None,
     )
     channels = [(c, p) for c in NOISE for p in PROTOCOLS]
     found = SimpleNamespace(
