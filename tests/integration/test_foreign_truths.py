@@ -13,6 +13,7 @@ from pamsim.actuator.layout import slot
 from pamsim.core.errors import InputError
 from pamsim.effects.catalog import EFFECTS, effect
 from pamsim.pneumatics.orifice import mass_flow
+from pamsim.pneumatics.air import GAS_CONSTANT
 from pamsim.workflows.effect_candidates import at_size
 from pamsim.workflows.foreign_truths import catalog, joint, transmission
 from pamsim.workflows.foreign_truths.catalog import FORMULATIONS, ORDER, OUTSIDE
@@ -209,6 +210,30 @@ def test_muscles_age_by_the_stated_share_and_a_ripple_has_its_pitch(rig):
     lines = np.abs(np.fft.rfft(torque)) / 200.0
     assert lines[16] == pytest.approx(0.3)
     assert np.delete(lines, 16).max() < 1e-9
+
+
+def test_cables_are_a_spring_and_a_bearing_rubs_by_what_it_carries(rig):
+    step = trial("loaded_steps")
+    pulled = [asked("cable_spring", rig, step, angle=a)[0].torque for a in (-0.4, 0.2)]
+    assert pulled == pytest.approx([2.0 * 0.2 * 0.4, -2.0 * 0.2 * 0.2])
+    for speed, carried in ((1.0, 900.0), (-1.0, 900.0), (1.0, 450.0)):
+        tensions = {"tension": lambda i, c=carried: (0.7 if i else 0.3) * c}
+        rubbed, _ = asked("bearing_friction", rig, step, speed=speed, **tensions)
+        assert rubbed.torque == pytest.approx(-2.0 * 1e-4 * carried * np.sign(speed))
+
+
+def test_a_cross_leak_takes_from_one_muscle_what_it_gives_to_the_other(rig):
+    flows = {}
+    for gap in (0.0, 1e5, 2e5):
+        blown = {}
+        levels = {"pressure_abs": lambda i, g=gap: 3e5 + (g if i == 0 else 0.0)}
+        asked("cross_leak", rig, trial("triangle"), blow=blown.__setitem__, **levels)
+        assert blown[0] == -blown[1]
+        flows[gap] = blown[1]
+    density = 1.0 / GAS_CONSTANT  # of the namespace's air, at 1 Pa and 1 K
+    assert flows[0.0] == 0.0
+    assert flows[1e5] == pytest.approx(2.0 * 1e-11 * 1e5 * density)
+    assert flows[2e5] == pytest.approx(2.0 * flows[1e5])
 
 
 ALL = [*FORMULATIONS, *OUTSIDE]

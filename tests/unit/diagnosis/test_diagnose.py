@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import dataclasses
+
 import numpy as np
 import pytest
 
@@ -89,6 +91,20 @@ def test_a_single_effect_gets_no_companion():
     for seed in range(3):
         one = found({"dry": 0.06}, seed=seed)
         assert one.named.best.names == ("dry",)
+
+
+def test_a_size_at_the_end_of_its_range_is_a_name_only_where_the_end_is_nature_s():
+    """What is hidden is as large as the range allows."""
+    (parameter,) = DRY.parameters
+    ended = dataclasses.replace(DRY, parameters=(dataclasses.replace(parameter, high=0.06),))
+    size = dataclasses.replace(DRY.effect.parameters[0], natural_ends=True)
+    natural = dataclasses.replace(ended, effect=dataclasses.replace(DRY.effect, parameters=(size,)))
+    for seed in range(3):
+        one = found({"dry": 0.065}, library=(ended, LEAK), seed=seed)
+        assert one.named.verdict is Verdict.UNEXPLAINED
+        other = found({"dry": 0.065}, library=(natural, LEAK), seed=seed)
+        assert other.named.best.names == ("dry",)
+        assert other.named.best.fit.at_bound == ("dry",)
 
 
 def test_the_channel_and_the_protocol_that_miss_most_come_first():
