@@ -12,8 +12,8 @@ import pamsim
 from pamsim.actuator.layout import slot
 from pamsim.core.errors import InputError
 from pamsim.effects.catalog import EFFECTS, effect
-from pamsim.pneumatics.orifice import mass_flow
 from pamsim.pneumatics.air import GAS_CONSTANT
+from pamsim.pneumatics.orifice import mass_flow
 from pamsim.workflows.effect_candidates import at_size
 from pamsim.workflows.foreign_truths import catalog, joint, transmission
 from pamsim.workflows.foreign_truths.catalog import FORMULATIONS, ORDER, OUTSIDE
