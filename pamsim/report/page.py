@@ -67,8 +67,10 @@ def save_page(
         The files written, the page first.
 
     Raises:
-        InputError: if the place cannot be written.
+        InputError: if the place is a file, or cannot be written.
     """
+    if out.exists() and not out.is_dir():
+        raise InputError(f"{out} is a file; name a folder to write the page into")
     images: dict[str, PageImage] = {}
     page = out / "index.html"
     try:

@@ -8,15 +8,13 @@ from typing import Any
 
 from matplotlib.figure import Figure
 
-from pamsim.core.errors import InputError
 from pamsim.report.numbers import fixed
-from pamsim.report.page import PageImage, page_template
+from pamsim.report.page import PageImage, check_schema, page_template, save_page
 from pamsim.report.replication_forces import force_laws, inverse_law
 from pamsim.report.replication_loops import loops_by_order, loops_by_test
 from pamsim.report.replication_preisach import exact_shape, force_loops, plane_and_loop
 from pamsim.report.replication_statics import arctangent_loop, bouc_wen_loop, static_law
 from pamsim.report.replication_view import VERDICTS, paper_views, verdict_sentence
-from pamsim.report.style import save_png
 
 SCHEMA = "pamsim-replicate/1"
 
@@ -49,21 +47,19 @@ def write_replication(
     Raises:
         InputError: if the result has another schema, or ``out`` is a file.
     """
-    schema = result.get("schema", SCHEMA)
-    if schema != SCHEMA:
-        raise InputError(f"the result has schema {schema!r}; this page reads {SCHEMA!r}")
-    if out.exists() and not out.is_dir():
-        raise InputError(f"{out} is a file; name a folder to write the page into")
-    out.mkdir(parents=True, exist_ok=True)
-    images: dict[str, PageImage] = {}
-    for letter, drawings in FIGURES.items():
-        if letter in curves:
-            for name, draw in drawings.items():
-                file = f"{name}.png"
-                images[name] = PageImage(file, *save_png(draw(curves[letter]), out / file))
-    page = out / "index.html"
-    page.write_text(render_page(result, curves, images), encoding="utf-8")
-    return [page, *(out / image.file for image in images.values())]
+    check_schema(result, SCHEMA)
+    return save_page(
+        out, lambda: _figures(curves), lambda images: render_page(result, curves, images)
+    )
+
+
+def _figures(curves: Mapping[str, Mapping[str, Any]]) -> dict[str, Figure]:
+    return {
+        name: draw(curves[letter])
+        for letter, drawings in FIGURES.items()
+        if letter in curves
+        for name, draw in drawings.items()
+    }
 
 
 def render_page(

@@ -9,11 +9,10 @@ from typing import Any
 
 from matplotlib.figure import Figure
 
-from pamsim.core.errors import InputError
 from pamsim.core.recording import Recording
 from pamsim.report import reproduce_figures, reproduce_steps
 from pamsim.report.numbers import fixed, number_or_none, plain
-from pamsim.report.page import PageImage, page_template
+from pamsim.report.page import PageImage, check_schema, page_template, save_page
 from pamsim.report.parameter_view import parameter_views
 from pamsim.report.reproduce_ladder import TORQUE_LAW_DEG, rivals, rung_views, static_ladder
 from pamsim.report.reproduce_rows import (
@@ -30,7 +29,6 @@ from pamsim.report.reproduce_view import (
     row_views,
     verdict,
 )
-from pamsim.report.style import save_png
 
 SCHEMA = "pamsim-reproduce/1"
 
@@ -52,22 +50,15 @@ def write_reproduction(
     Raises:
         InputError: if the result has another schema or lacks its rows, or ``out`` is a file.
     """
-    schema = result.get("schema", SCHEMA)
-    if schema != SCHEMA:
-        raise InputError(f"the result has schema {schema!r}; this page reads {SCHEMA!r}")
+    check_schema(result, SCHEMA)
     points = parse_rows(result)
-    if out.exists() and not out.is_dir():
-        raise InputError(f"{out} is a file; name a folder to write the page into")
-    out.mkdir(parents=True, exist_ok=True)
-
-    images: dict[str, PageImage] = {}
-    for name, figure in _figures(result, points, recordings).items():
-        file = f"{name}.png"
-        images[name] = PageImage(file, *save_png(figure, out / file))
+    written = save_page(
+        out,
+        lambda: _figures(result, points, recordings),
+        lambda images: render_page(result, points, images),
+    )
     write_rows_csv(points, out / "rows.csv")
-    page = out / "index.html"
-    page.write_text(render_page(result, points, images), encoding="utf-8")
-    return [page, *(out / image.file for image in images.values()), out / "rows.csv"]
+    return [*written, out / "rows.csv"]
 
 
 def _figures(

@@ -12,11 +12,10 @@ from pamsim.core.errors import InputError, nearest
 from pamsim.core.experiment import Experiment
 from pamsim.core.recording import Outcome, Recording
 from pamsim.core.trial import Trial
-from pamsim.engine.batch import simulate_batch
 from pamsim.engine.rig import Rig
-from pamsim.signals.sensors import distorted, true_pressure
 from pamsim.sysid.residual_block import Blocks, ResidualBlock
 from pamsim.workflows.calibration_data import CalibrationData
+from pamsim.workflows.sensed_runs import as_read, identity, sensed_runs
 from pamsim.workflows.start_errors import STEP, StartError, start_error, start_groups
 from pamsim.workflows.table_experiments import table_experiments
 from pamsim.workflows.trial_experiment import at_times, experiment_of
@@ -104,7 +103,7 @@ class TrialPredictor:
 
     def _number(self, experiment: Experiment) -> int:
         """Number of an experiment among the different ones."""
-        key = _identity(experiment)
+        key = identity(experiment)
         if key not in self._numbers:
             self._numbers[key] = len(self._experiments)
             self._experiments.append(experiment)
@@ -145,7 +144,7 @@ class TrialPredictor:
         runs = iter(
             self._run(
                 [
-                    (rig, self._read(rig, e) if number in self._of_trial else e)
+                    (rig, as_read(rig, e) if number in self._of_trial else e)
                     for rig in rigs
                     if rig is not None
                     for number, e in enumerate(self._experiments)
@@ -184,7 +183,7 @@ class TrialPredictor:
                 *(experiment.start_pressure + STEP * row for row in np.eye(len(rig.muscles))),
             ]
             runs = self._run(
-                [(rig, self._read(rig, replace(experiment, start_pressure=s))) for s in moved],
+                [(rig, as_read(rig, replace(experiment, start_pressure=s))) for s in moved],
                 timestep,
             )
             if any(run.outcome is not Outcome.COMPLETED for run in runs):
@@ -200,39 +199,19 @@ class TrialPredictor:
                             [(other[name] - signal) / STEP for other in others]
                         )
 
-    @staticmethod
-    def _read(rig: Rig, experiment: Experiment) -> Experiment:
-        """An experiment whose start pressures were read from the rig's sensors, as they were."""
-        if rig.sensor is None:
-            return experiment
-        true = np.maximum(true_pressure(experiment.start_pressure, rig.sensor), 0.0)
-        return replace(experiment, start_pressure=true)
-
     def _run(
         self,
         jobs: list[tuple[Rig, Experiment]],
         timestep: float | None = None,
         settle_steps: int = 1,
     ) -> list[Recording]:
-        """Simulated recordings as the rigs' sensors would report them.
-
-        Rigs that differ in their sensors alone share a model, and are simulated once.
-        """
-        keys = [(id(rig.model), _identity(experiment)) for rig, experiment in jobs]
-        different = dict(zip(reversed(keys), reversed(jobs), strict=True))
-        if self._simulated is not None:
-            self._simulated(len(different))
-        runs = simulate_batch(
-            list(different.values()),
+        return sensed_runs(
+            jobs,
             timestep=timestep,
             settle_steps=settle_steps,
             threads=self._threads,
+            simulated=self._simulated,
         )
-        of_key = dict(zip(different, runs, strict=True))
-        return [
-            of_key[key] if rig.sensor is None else distorted(of_key[key], rig.sensor)
-            for key, (rig, _) in zip(keys, jobs, strict=True)
-        ]
 
     def _prediction(
         self, runs: dict[int, Recording], left_out: frozenset[str]
@@ -294,17 +273,3 @@ def check_channels(channels: Sequence[str]) -> tuple[str, ...]:
         if name not in CHANNELS:
             raise InputError(f"--channels: no channel {name!r}; {nearest(name, CHANNELS)}")
     return tuple(channels)
-
-
-def _identity(experiment: Experiment) -> tuple[object, ...]:
-    """What tells experiments apart, their name aside."""
-    return (
-        experiment.command,
-        experiment.command_time.tobytes(),
-        experiment.command_value.tobytes(),
-        experiment.start_pressure.tobytes(),
-        experiment.duration,
-        experiment.sample_rate,
-        experiment.load,
-        experiment.settle,
-    )

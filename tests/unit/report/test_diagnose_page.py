@@ -81,7 +81,7 @@ def test_another_schema_and_a_bad_place_are_refused(rig, tmp_path):
     with pytest.raises(InputError, match="reads 'pamsim-diagnosis/1'"):
         write_diagnosis({**result, "schema": "x"}, [], tmp_path)
     (tmp_path / "file").write_text("")
-    with pytest.raises(InputError, match="cannot write"):
+    with pytest.raises(InputError, match="is a file; name a folder"):
         write_diagnosis(result, [], tmp_path / "file")
 
 

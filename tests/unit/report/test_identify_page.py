@@ -139,7 +139,7 @@ def test_another_schema_and_a_bad_place_are_refused(result, curves, tmp_path):
     with pytest.raises(InputError, match="reads 'pamsim-identify/1'"):
         write_identification({**result, "schema": "x"}, curves, tmp_path)
     (tmp_path / "file").write_text("")
-    with pytest.raises(InputError, match="cannot write"):
+    with pytest.raises(InputError, match="is a file; name a folder"):
         write_identification(result, curves, tmp_path / "file")
 
 

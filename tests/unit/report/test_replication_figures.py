@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from pamsim.report.replication_page import FIGURES, write_replication
+from pamsim.report.replication_page import FIGURES, SCHEMA, write_replication
 from pamsim.workflows.replication_figures import replication_figures
 
 NAMES = [(letter, name) for letter, drawings in FIGURES.items() for name in drawings]
@@ -31,7 +31,7 @@ def test_every_panel_holds_finite_data_and_labelled_axes(curves, letter, name):
 
 def test_page_has_the_figures_of_the_papers_asked_for_and_their_captions(curves, tmp_path):
     chosen = {letter: curves[letter] for letter in "CE"}
-    paths = write_replication({}, chosen, tmp_path)
+    paths = write_replication({"schema": SCHEMA}, chosen, tmp_path)
     assert [path.name for path in paths] == [
         "index.html",
         "c_order.png",

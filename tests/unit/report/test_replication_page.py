@@ -7,7 +7,7 @@ import html.parser
 import pytest
 
 from pamsim.core.errors import InputError
-from pamsim.report.replication_page import write_replication
+from pamsim.report.replication_page import SCHEMA, write_replication
 from pamsim.report.replication_view import paper_views, recomputed_text, verdict_sentence
 
 REPRODUCED, OPEN, INCONSISTENT = (
@@ -116,7 +116,7 @@ def test_verdict_counts_come_first_and_name_what_failed(replication, tmp_path):
 
 
 def test_a_result_without_claims_still_makes_a_page(tmp_path):
-    assert "0 printed statements of 0 papers" in write({}, tmp_path)
+    assert "0 printed statements of 0 papers" in write({"schema": SCHEMA}, tmp_path)
 
 
 @pytest.mark.parametrize(

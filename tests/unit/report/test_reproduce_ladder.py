@@ -6,7 +6,6 @@ import itertools
 
 import pytest
 
-from pamsim.report import reproduce_page
 from pamsim.report.numbers import NONE
 from pamsim.report.reproduce_ladder import TORQUE_LAW_DEG, rivals, rung_views, static_ladder
 from pamsim.report.reproduce_page import write_reproduction
@@ -115,7 +114,7 @@ def test_page_line_and_check_hold_the_same_torque_law():
 
 @pytest.mark.parametrize("missing", ["key", "none", "empty"])
 def test_page_without_ladder_says_nothing_of_it(result, tmp_path, monkeypatch, missing):
-    monkeypatch.setattr(reproduce_page, "save_png", lambda figure, path: (691, 400))
+    monkeypatch.setattr("pamsim.report.page.save_png", lambda figure, path: (691, 400))
     if missing != "key":
         result["ladder"] = None if missing == "none" else []
     paths = write_reproduction(result, {}, tmp_path)
@@ -126,7 +125,7 @@ def test_page_without_ladder_says_nothing_of_it(result, tmp_path, monkeypatch, m
 
 
 def test_page_names_the_better_model_and_escapes_names(result, ladder, tmp_path, monkeypatch):
-    monkeypatch.setattr(reproduce_page, "save_png", lambda figure, path: (691, 400))
+    monkeypatch.setattr("pamsim.report.page.save_png", lambda figure, path: (691, 400))
     result["ladder"] = ladder
     page = write_reproduction(result, {}, tmp_path)[0].read_text(encoding="utf-8")
     assert "One model that was not taken predicts the rows left out better" in page

@@ -10,7 +10,6 @@ from pathlib import Path
 import pytest
 
 from pamsim.core.errors import InputError
-from pamsim.report import reproduce_page
 from pamsim.report.reproduce_page import write_reproduction
 
 FILES = {
@@ -58,7 +57,7 @@ def quick(monkeypatch):
         path.write_bytes(b"")
         return 691, 400
 
-    monkeypatch.setattr(reproduce_page, "save_png", touch)
+    monkeypatch.setattr("pamsim.report.page.save_png", touch)
 
 
 def write(result, recordings, out: Path) -> Page:

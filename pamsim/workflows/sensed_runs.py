@@ -1,0 +1,67 @@
+"""Simulated recordings as a rig's sensors would report them, each different run made once."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from pamsim.core.experiment import Experiment
+from pamsim.core.recording import Recording
+from pamsim.engine.batch import simulate_batch
+from pamsim.engine.rig import Rig
+from pamsim.signals.sensors import distorted, true_pressure
+
+
+def identity(experiment: Experiment) -> tuple[object, ...]:
+    """What tells experiments apart, their name aside."""
+    return (
+        experiment.command,
+        experiment.command_time.tobytes(),
+        experiment.command_value.tobytes(),
+        experiment.start_pressure.tobytes(),
+        experiment.duration,
+        experiment.sample_rate,
+        experiment.load,
+        experiment.settle,
+    )
+
+
+def as_read(rig: Rig, experiment: Experiment) -> Experiment:
+    """An experiment whose start pressures were read from the rig's sensors, as they were."""
+    if rig.sensor is None:
+        return experiment
+    true = np.maximum(true_pressure(experiment.start_pressure, rig.sensor), 0.0)
+    return replace(experiment, start_pressure=true)
+
+
+def sensed_runs(
+    jobs: Sequence[tuple[Rig, Experiment]],
+    *,
+    timestep: float | None = None,
+    settle_steps: int = 1,
+    threads: int | None = None,
+    simulated: Callable[[int], None] | None = None,
+) -> list[Recording]:
+    """Simulate rigs; those that differ in their sensors alone share a model and are run once.
+
+    Args:
+        jobs: rigs and what each is to do.
+        timestep: [s]; each rig's own if left out.
+        settle_steps: see `pamsim.engine.batch.simulate_batch`.
+        threads: simulations at a time; None for one per processor.
+        simulated: is told the number of simulations before they begin.
+    """
+    keys = [(id(rig.model), identity(experiment)) for rig, experiment in jobs]
+    different = dict(zip(reversed(keys), reversed(jobs), strict=True))
+    if simulated is not None:
+        simulated(len(different))
+    runs = simulate_batch(
+        list(different.values()), timestep=timestep, settle_steps=settle_steps, threads=threads
+    )
+    of_key = dict(zip(different, runs, strict=True))
+    return [
+        of_key[key] if rig.sensor is None else distorted(of_key[key], rig.sensor)
+        for key, (rig, _) in zip(keys, jobs, strict=True)
+    ]
