@@ -21,7 +21,7 @@ TIE_FLOOR = 0.002
 """Difference of losses, in floors, that never separates two models."""
 
 SAME_SIGNATURE = 0.95
-"""Cosine from which two effects cannot be told apart, whatever a test says."""
+"""Cosine from which losses do not tell two effects apart; what one of them leaves may."""
 
 ADEQUATE = 0.95
 """Share of the gap that a name must explain: what explains less only resembles what is missing."""
@@ -31,7 +31,6 @@ REMAINDER_FLOOR, SMALL_REMAINDER = 0.02, 0.1
 
 RIVAL_LACKS, BEST_FITS = 0.01, 0.1
 """p-values of lack of fit: a rival below the first is out if another model is above the second."""
-
 
 UNPROVEN = 0.5
 """Excess, in floors, from which too few repeats to prove a gap are no proof that there is none."""
