@@ -44,7 +44,7 @@ class Verdict(StrEnum):
     NAMED = "named"
     """One effect, or one set of effects, is missing."""
     NAMED_WITH_REMAINDER = "named_with_remainder"
-    """An effect explains nearly all, and what it leaves is no chance: it stands for its family."""
+    """An effect explains nearly all, but what it leaves is no chance: the truth acts like it."""
     AMBIGUOUS = "ambiguous"
     """Something is missing; the data do not tell which of several effects it is."""
     UNEXPLAINED = "unexplained"

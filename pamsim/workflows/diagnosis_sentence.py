@@ -82,8 +82,10 @@ def _named(rig: Rig, found: Diagnosis, best: Trialled, gaps: Sequence[ChannelGap
     if named.verdict is Verdict.NAMED_WITH_REMAINDER:
         kinds = dict.fromkeys(c.family.replace("_", " ") for c in best.candidates)
         what = f"something that acts nearly like {what}"
-        left = f", and leave{'s' if len(parts) == 1 else ''} {_remainder(named)}: only the kind"
-        left += f" ({', '.join(kinds)}) is sure"
+        left = (
+            f", and leave{'s' if len(parts) == 1 else ''} {_remainder(named)}: another effect, of"
+            f" this kind ({', '.join(kinds)}) or one that resembles it"
+        )
     return (
         f"Missing: {what}; {it} {100.0 * named.explained:.0f} % of the gap{left};"
         f" held-out RMS{_levels(gaps, repaired=True)}"
