@@ -11,6 +11,7 @@ from pamsim.core.errors import InputError
 from pamsim.diagnosis.candidate import Candidate
 from pamsim.diagnosis.evidence import Comparison, compare, losses
 from pamsim.diagnosis.intervals import intervals95
+from pamsim.diagnosis.polish import polish
 from pamsim.diagnosis.refit import Fitter, Refit
 
 EFFECT_FLOOR = 0.01
@@ -122,5 +123,5 @@ def judged(
 
 
 def polished(fitter: Fitter, base_loss: Mapping[str, float], model: Trialled) -> Trialled:
-    """A model fitted the last bit of the way in fine steps, judged anew."""
-    return judged(fitter, base_loss, model.candidates, fitter.polish(model.fit))
+    """A model fitted the rest of the way in fine steps, judged anew."""
+    return judged(fitter, base_loss, model.candidates, polish(fitter, model.fit))

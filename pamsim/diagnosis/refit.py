@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Callable, Mapping, MutableMapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -23,7 +23,9 @@ Remembered = MutableMapping[str, Mapping[str, Any]]
 _STEP = 1e-4  # of a range, for differences: wide enough to bridge the kinks of switching valves
 _TOLERANCE, _LAST_TOLERANCE = 1e-3, 1e-5  # of cost and place; while comparing, at the end
 _FAR = 1.0  # floors of improvement beyond which slopes taken before are no longer good ones
-_EDGE = 1e-3  # share of a range from its ends that counts as an end
+
+EDGE = 1e-3
+"""Share of a range from its ends that counts as an end."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -162,43 +164,12 @@ class Fitter:
         self._remembered[key] = {"values": named, "cost": best.cost}
         return self._finished(parameters, best)
 
-    def polish(self, found: Refit) -> Refit:
-        """Take a fit the last bit of the way, in fine steps and with fresh slopes.
-
-        Returns:
-            The fit with its residual in fine steps; the one handed in if nothing comes through.
-        """
-        scale = SearchScale(found.parameters)
-        names = [p.name for p in found.parameters]
-        (coarse,) = self.simulator.fit_rows([found.values])
-        if coarse is None:
-            return found
-        slopes = self.slopes(found.parameters, found.values, coarse * self.weights)
-        place = np.clip(
-            scale.to_unit(np.array([found.values[n] for n in names])), _EDGE, 1.0 - _EDGE
-        )
-        end = self._steps(found.parameters, place, lambda _place, _at: slopes, 4, fine=True)
-        if end is None:
-            return found
-        values = dict(zip(names, scale.from_unit(end.place).tolist(), strict=True))
-        residual = self.simulator.fine(values)
-        if residual is None:
-            return found
-        return replace(
-            found,
-            values=values,
-            residual=residual,
-            cost=end.cost,
-            slopes=slopes,
-            at_bound=_at_ends(names, end.place),
-        )
-
     def _search(
         self, parameters: Sequence[FreeParameter], start: Mapping[str, float], most: int
     ) -> Stop | None:
         scale = SearchScale(parameters)
         names = [p.name for p in parameters]
-        begin = np.clip(scale.to_unit(np.array([start[n] for n in names])), _EDGE, 1.0 - _EDGE)
+        begin = np.clip(scale.to_unit(np.array([start[n] for n in names])), EDGE, 1.0 - EDGE)
 
         def slopes(
             kept: Mapping[str, FloatArray],
@@ -211,12 +182,12 @@ class Fitter:
 
             return at
 
-        found = self._steps(parameters, begin, slopes(self._slopes), most)
+        found = self.steps(parameters, begin, slopes(self._slopes), most)
         if found is not None and self._slopes and found.fell > _FAR:
-            return self._steps(parameters, found.place, slopes({}), most) or found
+            return self.steps(parameters, found.place, slopes({}), most) or found
         return found
 
-    def _steps(
+    def steps(
         self,
         parameters: Sequence[FreeParameter],
         begin: FloatArray,
@@ -225,7 +196,18 @@ class Fitter:
         *,
         fine: bool = False,
     ) -> Stop | None:
-        """Descend from a place; None if the simulation breaks down there."""
+        """Descend from a place.
+
+        Args:
+            parameters: p of them.
+            begin: (p,) in the unit cube of their ranges.
+            slopes: place and residual there to (f, p).
+            most: steps tried.
+            fine: whether in fine steps, and to the last of what they resolve.
+
+        Returns:
+            The end; None if the simulation breaks down at the beginning.
+        """
         scale = SearchScale(parameters)
         names = [p.name for p in parameters]
 
@@ -271,10 +253,11 @@ class Fitter:
             residual=residual,
             cost=stop.cost,
             slopes=stop.slopes,
-            at_bound=_at_ends(names, stop.place),
+            at_bound=at_ends(names, stop.place),
         )
 
 
-def _at_ends(names: Sequence[str], place: FloatArray) -> tuple[str, ...]:
-    ends = np.minimum(place, 1.0 - place) < _EDGE
+def at_ends(names: Sequence[str], place: FloatArray) -> tuple[str, ...]:
+    """Names of the parameters whose place (p,) in the unit cube is at an end."""
+    ends = np.minimum(place, 1.0 - place) < EDGE
     return tuple(n for n, end in zip(names, ends, strict=True) if end)
