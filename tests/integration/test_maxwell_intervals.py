@@ -49,7 +49,7 @@ def test_element_is_recovered_within_one_percent_without_noise():
 
 def test_intervals_cover_at_two_percent_noise():
     rng = np.random.default_rng(11)
-    repeats = 60
+    repeats = 30
     hits = np.zeros(3)
     for _ in range(repeats):
         fit = fit_maxwell(loops(0.02, rng), held={})[0].fit
@@ -57,5 +57,5 @@ def test_intervals_cover_at_two_percent_noise():
             low, high = coefficient.interval95
             hits[i] += low <= planted <= high
     print("coverage of alpha, beta, Ke:", hits / repeats)
-    # Binomial(60, 0.95): 99.9 % of all seeds give 51 to 60 hits.
-    assert np.all(hits >= 51), hits
+    # Binomial(30, 0.95): 99.9 % of all seeds give 24 to 30 hits.
+    assert np.all(hits >= 24), hits

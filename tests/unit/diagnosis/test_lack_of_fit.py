@@ -67,7 +67,7 @@ def test_its_size_is_the_mean_square_of_what_is_shared():
 
 @pytest.mark.parametrize("varying", [0.0, 1.0])
 def test_chance_is_held_to_be_more_as_often_as_it_says(varying):
-    found = [lack(noisy(np.random.default_rng([7, s]), 0.0, varying=varying)) for s in range(200)]
+    found = [lack(noisy(np.random.default_rng([7, s]), 0.0, varying=varying)) for s in range(120)]
     p_values = np.array([one.p_value for one in found])
     for level in (0.1, 0.3, 0.5):
         assert np.mean(p_values < level) == pytest.approx(level, abs=0.11)
