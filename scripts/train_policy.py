@@ -162,10 +162,10 @@ def _adapter() -> Any:
             return [getattr(self.env, attr_name, None)] * self.num_envs
 
         def set_attr(self, attr_name: str, value: Any, indices: Any = None) -> None:
-            raise NotImplementedError
+            raise NotImplementedError("PPO sets no attributes")
 
         def env_method(self, method_name: str, *args: Any, indices: Any = None, **kw: Any) -> Any:
-            raise NotImplementedError
+            raise NotImplementedError("PPO calls no methods of the environment")
 
         def env_is_wrapped(self, wrapper_class: Any, indices: Any = None) -> list[bool]:
             return [False] * self.num_envs

@@ -19,6 +19,7 @@ from numpy.typing import NDArray
 
 from pamsim.diagnosis.refit import Fitter, Refit
 from pamsim.diagnosis.screen import Screened
+from pamsim.diagnosis.signature import TangentSpace
 from pamsim.diagnosis.trial_residuals import TrialLayout
 
 FloatArray = NDArray[np.float64]
@@ -70,10 +71,11 @@ class _Trial:
     residual: FloatArray
     directions: FloatArray
 
-    def leave_out(self, basis: FloatArray) -> None:
-        """Project both across an orthonormal basis, shape (n, b)."""
-        self.residual = self.residual - basis @ (basis.T @ self.residual)
-        self.directions = self.directions - basis @ (basis.T @ self.directions)
+    def leave_out(self, columns: FloatArray) -> None:
+        """Keep of both what lies across the columns, shape (n, b)."""
+        space = TangentSpace(columns)
+        self.residual = space.across(self.residual)
+        self.directions = space.across(self.directions)
 
     def units(self) -> FloatArray:
         """Directions of length 1, shape (n, k); 0 where nothing is left of one."""
@@ -116,7 +118,7 @@ def _trials(fitter: Fitter, found: Refit, screened: Sequence[Screened]) -> list[
     for protocol, rows_of in places.items():
         for rows in rows_of:
             trial = _Trial(protocol, scale * residual[rows], directions[rows])
-            trial.leave_out(_basis(found.slopes[rows]))
+            trial.leave_out(found.slopes[rows])
             trials.append(trial)
     return trials
 
@@ -140,15 +142,6 @@ def _repeated(layout: TrialLayout) -> dict[str, list[NDArray[np.intp]]]:
                 for p in parts
             ]
     return found
-
-
-def _basis(slopes: FloatArray) -> FloatArray:
-    """Orthonormal basis of the columns, shape (n, b)."""
-    norms = np.linalg.norm(slopes, axis=0)
-    if not np.any(norms > 0.0):
-        return np.zeros((slopes.shape[0], 0))
-    basis, values, _ = np.linalg.svd(slopes[:, norms > 0.0] / norms[norms > 0.0], False)
-    return np.asarray(basis[:, values > 1e-6 * values[0]], dtype=np.float64)
 
 
 def _most_varying(trials: Sequence[_Trial]) -> int | None:

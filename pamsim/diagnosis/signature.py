@@ -77,7 +77,7 @@ class TangentSpace:
         self._basis = basis[:, values > 1e-6 * values[0]] if values.size else basis
 
     def across(self, change: FloatArray) -> FloatArray:
-        """The part of a change, shape (n,), that lies across the space."""
+        """The part of a change, shape (n,), or of several, (n, k), that lies across the space."""
         return change - self._basis @ (self._basis.T @ change)
 
 

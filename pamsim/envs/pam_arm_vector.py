@@ -33,6 +33,7 @@ class PamArmVectorEnv(VectorEnv[FloatArray, NDArray[Any], NDArray[Any]]):
         ParameterError: for a number out of range.
     """
 
+    # Gymnasium reads it from the class, and from the object what differs.
     metadata: dict[str, Any] = {"autoreset_mode": AutoresetMode.NEXT_STEP}  # noqa: RUF012
     kind: ClassVar[str]
 

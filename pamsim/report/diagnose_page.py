@@ -107,7 +107,7 @@ def render_page(
         gap=gap_rows(result["gap"]),
         repaired=result["gap_over_floor"]["after"] is not None,
         effects=model_rows(result["effects"]),
-        only_kind=result["verdict"] == "named_with_remainder",
+        only_alike=result["verdict"] == "named_with_remainder",
         alternatives=model_rows(result["alternatives"]),
         following=following,
         distances=None if following is None else _distances(following),

@@ -216,7 +216,7 @@ TRUTHS = (
         name="cable_spring",
         formulation="hoses and cables that bend with the joint, 0.2 N m/rad",
         law=_cables,
-        span=("passive_stiffness", "angle_scale", "added_inertia"),
+        span=("passive_stiffness", "angle_scale"),
         signed=True,
     ),
     Truth(

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from contextlib import closing
+
 import gymnasium
 import numpy as np
 import pytest
@@ -134,9 +136,8 @@ def test_an_arm_that_breaks_down_leaves_the_others_alone(both):
 def test_bad_input_is_refused(count, call, said):
     from pamsim.envs.pam_arm_vector import PamArmPressureVectorEnv
 
-    with pytest.raises(InputError, match=said):  # noqa: PT012
-        env = PamArmPressureVectorEnv(count, duration=0.1)
-        try:
-            env.reset(**call)
-        finally:
-            env.close()
+    with (
+        pytest.raises(InputError, match=said),
+        closing(PamArmPressureVectorEnv(count, duration=0.1)) as env,
+    ):
+        env.reset(**call)
