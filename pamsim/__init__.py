@@ -24,7 +24,7 @@ if TYPE_CHECKING:
     from pamsim.engine.state import reset as reset
     from pamsim.engine.state import restore_state as restore_state
     from pamsim.engine.state import save_state as save_state
-    from pamsim.sysid.step_identification import identify_step as identify_step
+    from pamsim.linear.step_identification import identify_step as identify_step
 
 __version__ = "0.1.0"
 
@@ -35,7 +35,7 @@ _HOME = {
     "Recording": "pamsim.core.recording",
     "attach": "pamsim.engine.attach",
     "compile_model": "pamsim.engine.attach",
-    "identify_step": "pamsim.sysid.step_identification",
+    "identify_step": "pamsim.linear.step_identification",
     "live": "pamsim.engine.callback",
     "load_rig": "pamsim.engine.rig",
     "pressure_step": "pamsim.core.experiment",

@@ -28,11 +28,11 @@ from blind_study_scores import scores
 from kept_rows import Task, fingerprint, kept_rows
 
 import pamsim
-from pamsim.diagnosis.screen import alike
+from pamsim.diagnosis.diagnose import DiagnosisReport, diagnose
+from pamsim.diagnosis.method.screen import alike
 from pamsim.effects.catalog import EFFECTS
 from pamsim.store.recording_files import write_recording
-from pamsim.workflows.diagnose import DiagnosisReport, diagnose
-from pamsim.workflows.twin_data import TwinData, TwinSettings, twin_data
+from pamsim.twins.twin_data import TwinData, TwinSettings, twin_data
 
 RESULTS = Path("scripts/results/blind_study.json")
 KEPT = Path("out/blind_study.jsonl")

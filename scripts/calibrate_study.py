@@ -31,8 +31,8 @@ from numpy.typing import NDArray
 from scipy.signal import lfilter
 
 import pamsim
+from pamsim.calibration.calibrate import calibrate
 from pamsim.store.recording_files import write_recording
-from pamsim.workflows.calibrate import calibrate
 
 FloatArray = NDArray[np.float64]
 

@@ -37,10 +37,10 @@ from numpy.typing import NDArray
 from scipy.optimize import curve_fit
 from scipy.signal import cont2discrete, lfilter, ss2tf, tf2ss
 
-from pamsim.sysid.continuous_fit import fit_continuous
-from pamsim.sysid.discrete_fit import fit_arx_records, fit_oe
-from pamsim.sysid.residual_independence import residual_independence
-from pamsim.sysid.signal_record import SignalRecord
+from pamsim.linear.continuous_fit import fit_continuous
+from pamsim.linear.discrete_fit import fit_arx_records, fit_oe
+from pamsim.linear.residual_independence import residual_independence
+from pamsim.linear.signal_record import SignalRecord
 
 FloatArray = NDArray[np.float64]
 
@@ -253,7 +253,7 @@ def records_digest() -> str:
 
 def study(workers: int) -> dict[str, Any]:
     """Run what is not yet there and summarise all."""
-    mark = fingerprint("pamsim.sysid.", __file__)
+    mark = fingerprint("pamsim.linear.", __file__)
     tasks = [("fit", name, seed) for name in SCENARIOS for seed in range(RUNS)]
     tasks += [("compare", name, seed) for name in PEER_SCENARIOS for seed in range(PEER_RUNS)]
     rows = kept_rows(run_one, tasks, KEPT, mark, workers)

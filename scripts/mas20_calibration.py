@@ -26,14 +26,14 @@ from tqdm import tqdm
 
 from pamsim.engine.batch import simulate_batch
 from pamsim.engine.rig import Rig, load_rig
+from pamsim.inference.bounded_fit import calibrate
+from pamsim.inference.free_parameter import FreeParameter
+from pamsim.inference.residual_block import Blocks, ResidualBlock
+from pamsim.linear.first_second_order import second_order_step
+from pamsim.papers.printed_steps import STARTS, printed_experiment
+from pamsim.papers.static_ladder import Rung, RungResult, Term, climb
 from pamsim.store.json_file import write_json
 from pamsim.store.printed import mas20_models, mas20_steps
-from pamsim.sysid.calibration import calibrate
-from pamsim.sysid.first_second_order import second_order_step
-from pamsim.sysid.free_parameter import FreeParameter
-from pamsim.sysid.residual_block import Blocks, ResidualBlock
-from pamsim.workflows.printed_steps import STARTS, printed_experiment
-from pamsim.workflows.static_ladder import Rung, RungResult, Term, climb
 
 RECORD = Path(__file__).parent.parent / "models" / "mas20_arm" / "calibration.json"
 SCHEMA = "pamsim-rig-calibration/1"

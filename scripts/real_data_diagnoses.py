@@ -25,17 +25,17 @@ from typing import Any
 import numpy as np
 from kept_rows import Task, fingerprint, kept_rows
 
+from pamsim.comparison.rest_prediction import RestPredictor
 from pamsim.core.units import DEG_PER_RAD
-from pamsim.diagnosis.loop_diagnosis import diagnose_loop
-from pamsim.diagnosis.loop_effects import CANDIDATES
-from pamsim.diagnosis.loop_model import Loop
+from pamsim.diagnosis.diagnose_loop import PAPER_B, diagnose_length_loop, paper_b_loop
+from pamsim.diagnosis.diagnose_rest import ORDINARY, RestReport, diagnose_rest
+from pamsim.diagnosis.method.loop_diagnosis import diagnose_loop
+from pamsim.diagnosis.method.loop_effects import CANDIDATES
+from pamsim.diagnosis.method.loop_model import Loop
 from pamsim.effects.catalog import EFFECTS, MUSCLE_SHAPE
+from pamsim.papers.published_rig import published_rig
 from pamsim.store.json_file import write_json
 from pamsim.store.static_table import read_static_table
-from pamsim.workflows.diagnose_loop import PAPER_B, diagnose_length_loop, paper_b_loop
-from pamsim.workflows.diagnose_rest import ORDINARY, RestReport, diagnose_rest
-from pamsim.workflows.published_rig import published_rig
-from pamsim.workflows.rest_prediction import RestPredictor
 
 RESULTS = Path(__file__).parent / "results" / "real_data_diagnoses.json"
 KEPT = Path("out") / "real_data_twins.jsonl"

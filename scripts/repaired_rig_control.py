@@ -22,15 +22,15 @@ import gymnasium
 from pamsim.controllers.suite import FAMILIES, Suite
 from pamsim.core.errors import PamsimError
 from pamsim.core.versions import versions
+from pamsim.diagnosis.diagnose import diagnose
+from pamsim.diagnosis.repaired_rig import write_repaired_rig
+from pamsim.diagnosis.report import diagnosis_dict
 from pamsim.engine.rig import Rig, load_rig
 from pamsim.envs.closed_loop import drive
 from pamsim.envs.pam_arm import PamArmEnv
 from pamsim.envs.scores import mean_score, score
-from pamsim.workflows.diagnose import diagnose
-from pamsim.workflows.diagnosis_report import diagnosis_dict
-from pamsim.workflows.hide import hide
-from pamsim.workflows.repaired_rig import write_repaired_rig
-from pamsim.workflows.twin_data import TwinSettings
+from pamsim.twins.hide import hide
+from pamsim.twins.twin_data import TwinSettings
 
 RESULTS = Path("scripts/results/repaired_rig_control.json")
 HIDDEN = (("passive_stiffness", 1.0), ("muscle_hysteresis", 1.0))

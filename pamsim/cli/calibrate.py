@@ -51,8 +51,8 @@ def command(
     """
     from tqdm import tqdm
 
+    from pamsim.calibration.calibrate import calibrate
     from pamsim.core.errors import InputError
-    from pamsim.workflows.calibrate import calibrate
 
     limits: dict[str, str] = {}
     for text in bounds:

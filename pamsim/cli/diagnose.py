@@ -50,10 +50,10 @@ def command(
     from tqdm import tqdm
 
     from pamsim.core.errors import InputError
+    from pamsim.diagnosis.diagnose import ORDINARY, diagnose
+    from pamsim.diagnosis.repaired_rig import check_folder, write_repaired_rig
+    from pamsim.diagnosis.report import comparisons, diagnosis_dict
     from pamsim.effects.catalog import effect
-    from pamsim.workflows.diagnose import ORDINARY, diagnose
-    from pamsim.workflows.diagnosis_report import comparisons, diagnosis_dict
-    from pamsim.workflows.repaired_rig import check_folder, write_repaired_rig
 
     if len(data) == 1 and is_table(data[0]):
         return diagnose_table(

@@ -51,10 +51,10 @@ def diagnose_table(
     """
     from tqdm import tqdm
 
+    from pamsim.diagnosis.diagnose_rest import ORDINARY, diagnose_rest
     from pamsim.engine.rig import load_rig
+    from pamsim.papers.published_rig import published_rig
     from pamsim.store.static_table import read_static_table
-    from pamsim.workflows.diagnose_rest import ORDINARY, diagnose_rest
-    from pamsim.workflows.published_rig import published_rig
 
     base = published_rig() if rig in (None, PUBLISHED) else load_rig(str(rig))
     with tqdm(disable=None, leave=False, unit="model") as bar:

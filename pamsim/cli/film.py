@@ -14,10 +14,10 @@ from numpy.typing import NDArray
 from pamsim.cli.output import progress_bar
 from pamsim.core.errors import InputError
 from pamsim.report.film_sheet import FilmSheet, arm_size, film_sheet
+from pamsim.scene.arm_camera import ArmCamera, arm_camera
+from pamsim.scene.replay import Replay, frame_times, read_replay
 from pamsim.store.film_file import check_film, write_film
 from pamsim.store.picture_file import write_picture
-from pamsim.workflows.arm_camera import ArmCamera, arm_camera
-from pamsim.workflows.replay import Replay, frame_times, read_replay
 
 _PALETTE_FRAMES = 5
 

@@ -49,7 +49,7 @@ def command(
     the name of each column.
     """
     from pamsim.core.units import parse_quantity
-    from pamsim.workflows.fit import fit
+    from pamsim.fitting.fit import fit
 
     def quantity(text: str | None, unit: str, si: str, option: str) -> float | None:
         return None if text is None else parse_quantity(text, unit, si, where=option)
@@ -88,7 +88,7 @@ def command(
 def _held(hold: tuple[str, ...], model: str | None) -> dict[str, float]:
     from pamsim.core.errors import InputError
     from pamsim.core.units import parse_quantity
-    from pamsim.workflows.fit import coefficient_unit
+    from pamsim.fitting.fit import coefficient_unit
 
     held: dict[str, float] = {}
     for text in hold:

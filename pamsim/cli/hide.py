@@ -54,8 +54,8 @@ def command(
     Writes a recording folder and, beside it, the truth.
     """
     from pamsim.core.units import parse_quantity
-    from pamsim.workflows.hide import NOTHING, hide, truth_file
-    from pamsim.workflows.twin_data import TwinSettings
+    from pamsim.twins.hide import NOTHING, hide, truth_file
+    from pamsim.twins.twin_data import TwinSettings
 
     names = [] if effects == NOTHING else [part.strip() for part in effects.split("+")]
     sizes = [parse_quantity(part, "1", "1", where="--size") for part in size.split(",")]

@@ -72,8 +72,8 @@ def command(
     # The fits take exponentials of thousands of tiny matrices, on which BLAS threads only wait for
     # each other: ten times slower on a busy machine. It is read when numpy is first imported.
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
-    from pamsim.workflows.identify import identify
-    from pamsim.workflows.identify_models import Choice
+    from pamsim.identification.identify import identify
+    from pamsim.identification.models import Choice
 
     choice = Choice(
         order=order,
@@ -121,7 +121,7 @@ def _source(
 ) -> Path | TrialSet:
     from pamsim.core.errors import InputError
     from pamsim.core.units import parse_quantity
-    from pamsim.workflows.identify_data import simulated_step
+    from pamsim.identification.data import simulated_step
 
     asked = {"--pressure": pressure, "--load": load, "--duration": duration}
     if data is not None:

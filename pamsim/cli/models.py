@@ -16,7 +16,7 @@ from pamsim.cli.output import save_json
 @click.option("--json", "json_file", type=click.Path(path_type=Path), help="Write the result here.")
 def command(name: str | None, json_file: Path | None) -> int:
     """List all force laws and hysteresis operators, or show the one called NAME."""
-    from pamsim.workflows.models import models
+    from pamsim.fitting.models import models
 
     result = models(name)
     save_json(json_file, result)

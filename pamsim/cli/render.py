@@ -58,7 +58,7 @@ def command(
                 " pamsim step --out FOLDER writes"
             )
         _refuse(given, "needs --recording: a rig at rest does not move")
-        from pamsim.workflows.portrait import portrait
+        from pamsim.scene.portrait import portrait
 
         wanted = [
             parse_quantity(p, "kPa", "Pa", where="--pressure")

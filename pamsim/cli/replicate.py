@@ -28,7 +28,7 @@ def command(papers: tuple[str, ...], out: Path | None, json_file: Path | None) -
     Exit 0 when every claim was evaluated: a number that a paper prints wrongly is a finding about
     the paper and no failure of the run. Exit 1 when claims could not be evaluated, 2 on bad input.
     """
-    from pamsim.workflows.replicate import PAPERS
+    from pamsim.papers.replicate import PAPERS
 
     wanted = [letter.strip().upper() for letter in papers] or list(PAPERS)
     for letter, given in zip(wanted, papers or wanted, strict=True):
@@ -42,8 +42,8 @@ def command(papers: tuple[str, ...], out: Path | None, json_file: Path | None) -
     save_json(json_file, result)
     _print(result)
     if out is not None:
+        from pamsim.papers.replication_figures import replication_figures
         from pamsim.report.replication_page import write_replication
-        from pamsim.workflows.replication_figures import replication_figures
 
         write_replication(result, replication_figures(wanted), out)
         click.echo(f"page: {out / 'index.html'}")
@@ -52,8 +52,8 @@ def command(papers: tuple[str, ...], out: Path | None, json_file: Path | None) -
 
 def _run(letters: list[str]) -> dict[str, Any]:
     """Result of schema ``pamsim-replicate/1``; a paper that fails does not hide the others."""
-    from pamsim.workflows.replicate import replicate
-    from pamsim.workflows.replication.claim import CITATIONS, Verdict
+    from pamsim.papers.claim import CITATIONS, Verdict
+    from pamsim.papers.replicate import replicate
 
     started = time.monotonic()
     claims: list[dict[str, Any]] = []

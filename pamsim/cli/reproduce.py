@@ -32,7 +32,7 @@ def command(
     json_file: Path | None,
 ) -> int:
     """Simulate every printed MAS-20 experiment, compare the end positions, identify G1 and G2."""
-    from pamsim.workflows.reproduce import reproduce
+    from pamsim.papers.reproduce import reproduce
 
     with progress_bar() as progress:
         found = reproduce(

@@ -36,8 +36,8 @@ def command(
         for option, value in (("--pressure", pressure), ("--load", load)):
             if value is not None:
                 raise InputError(f"{option} is known from the recording")
-        from pamsim.workflows.replay import read_replay
-        from pamsim.workflows.watch import watch_replay
+        from pamsim.scene.replay import read_replay
+        from pamsim.scene.watch import watch_replay
 
         replay = read_replay(recording, trial=trial, rig=rig)
         watch_replay(replay, speed=1.0 if speed is None else speed)
@@ -47,7 +47,7 @@ def command(
             raise InputError(f"{option} needs a RECORDING to replay")
     from pamsim.core.units import parse_quantity
     from pamsim.engine.rig import load_rig
-    from pamsim.workflows.watch import watch_live
+    from pamsim.scene.watch import watch_live
 
     start = [
         parse_quantity(p, "kPa", "Pa", where="--pressure")

@@ -3,7 +3,7 @@
 The force law without hysteresis says at which angle given pressures let the arm rest; with it, the
 arm gets there late. Taken from predicted to reached angle this is an operator P that lags, and the
 force law is asked for P^-1 of the wanted angle. So the law keeps what is nonlinear, and P only what
-depends on the past. P comes from `pamsim.sysid.play_sum_fit`.
+depends on the past. P comes from `pamsim.controllers.play_sum_fit`.
 """
 
 from __future__ import annotations

@@ -11,8 +11,8 @@ from dataclasses import dataclass
 from pamsim.controllers.controller import Command, Sight
 from pamsim.controllers.trim_point import TrimPoint
 from pamsim.controllers.wanted_now import wanted_now
-from pamsim.sysid.lead_lag_design import LeadLagDesign
-from pamsim.sysid.second_order_model import SecondOrderModel
+from pamsim.linear.lead_lag_design import LeadLagDesign
+from pamsim.linear.second_order_model import SecondOrderModel
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)
@@ -33,7 +33,7 @@ class LeadLag:
     """From angle to pressures by a sampled lead-lag design.
 
     Attributes:
-        design: see `pamsim.sysid.lead_lag_design.design_lead_lag`.
+        design: see `pamsim.linear.lead_lag_design.design_lead_lag`.
         model: G2, whose inverse goes ahead.
         point: where it holds.
         command: always ``pressure``.

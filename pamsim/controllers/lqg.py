@@ -11,7 +11,7 @@ from dataclasses import dataclass
 from pamsim.controllers.controller import Command, Sight
 from pamsim.controllers.trim_point import TrimPoint
 from pamsim.controllers.wanted_now import wanted_now
-from pamsim.sysid.regulator_design import RegulatorDesign
+from pamsim.linear.regulator_design import RegulatorDesign
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)
@@ -32,7 +32,7 @@ class Lqg:
     """From angle to pressures by a sampled LQG design.
 
     Attributes:
-        design: gains, see `pamsim.sysid.regulator_design.design_regulator`.
+        design: gains, see `pamsim.linear.regulator_design.design_regulator`.
         point: where its model holds.
         tracking_time: in which the integral follows what the limits take; infinite: not [s].
         command: always ``pressure``.

@@ -13,7 +13,7 @@ from dataclasses import dataclass
 from pamsim.controllers.controller import Command, Sight
 from pamsim.controllers.trim_point import TrimPoint
 from pamsim.controllers.wanted_now import wanted_now
-from pamsim.sysid.second_order_model import SecondOrderModel
+from pamsim.linear.second_order_model import SecondOrderModel
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)

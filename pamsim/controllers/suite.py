@@ -27,10 +27,10 @@ from pamsim.controllers.split import PressureSplit
 from pamsim.controllers.trim_identification import IdentifiedTrim, identify_trim
 from pamsim.engine.rig import Rig
 from pamsim.engine.simulate import simulate
-from pamsim.sysid.imc_tuning import imc_gains
-from pamsim.sysid.lead_lag_design import design_lead_lag
-from pamsim.sysid.local_models import LocalModel, OperatingPoint, local_model_map
-from pamsim.sysid.regulator_design import design_regulator
+from pamsim.linear.imc_tuning import imc_gains
+from pamsim.linear.lead_lag_design import design_lead_lag
+from pamsim.linear.local_models import LocalModel, OperatingPoint, local_model_map
+from pamsim.linear.regulator_design import design_regulator
 
 _SCHEDULED = (-0.6, -0.3, 0.0, 0.3, 0.6)
 """Pressure differences of the local models, as shares of twice the common pressure."""

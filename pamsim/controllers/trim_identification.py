@@ -14,10 +14,10 @@ from pamsim.controllers.trim_point import TrimPoint
 from pamsim.core.experiment import Experiment
 from pamsim.engine.rig import Rig
 from pamsim.engine.simulate import simulate
-from pamsim.sysid.continuous_fit import fit_continuous
-from pamsim.sysid.continuous_result import ContinuousFit
-from pamsim.sysid.second_order_model import SecondOrderModel
-from pamsim.sysid.signal_record import SignalRecord
+from pamsim.linear.continuous_fit import fit_continuous
+from pamsim.linear.continuous_result import ContinuousFit
+from pamsim.linear.second_order_model import SecondOrderModel
+from pamsim.linear.signal_record import SignalRecord
 
 _STEPS = (0.0, 1.0, 0.0, -1.0, 0.0)
 _RATE = 50.0  # Hz

@@ -1,203 +1,192 @@
-"""The workflow: floor, base fit, where, screen, refit, judge, sets of effects, verdict."""
+"""``pamsim diagnose``: find where rig and recording disagree, name the missing effect, add it."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+import hashlib
+import os
+import time
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
 
-from pamsim.core.errors import InputError
-from pamsim.diagnosis.absent import AbsentBound, absent_bounds
-from pamsim.diagnosis.candidate import Candidate
-from pamsim.diagnosis.effect_sets import PAIRS, TRIPLES, SetSearch, Told
-from pamsim.diagnosis.evidence import losses
-from pamsim.diagnosis.judge import EFFECT_FLOOR, Trialled, polished
-from pamsim.diagnosis.lack_of_fit import LackOfFit, lack_of_fit
-from pamsim.diagnosis.next_experiment import NextExperiment, SimulateMenu, next_experiment
-from pamsim.diagnosis.noise_floor import NoiseFloor, noise_floor
-from pamsim.diagnosis.refit import Fitter, Refit, Remembered
-from pamsim.diagnosis.regimes import Regime, regimes
-from pamsim.diagnosis.screen import Screened, alike, screen, shortlist
-from pamsim.diagnosis.signature import TangentSpace
-from pamsim.diagnosis.trial_residuals import TrialSimulator
-from pamsim.diagnosis.verdict import Named, Verdict, floor_loss, name
-from pamsim.diagnosis.where import Cell, Map, Regressors, cells, maps
-from pamsim.sysid.free_parameter import FreeParameter
+import numpy as np
+from numpy.typing import NDArray
 
-SHORTLIST = 8
-"""Most effects that are refitted for what they promise."""
+from pamsim.comparison.effects_on_rig import candidates
+from pamsim.comparison.free_parameters import freed_parameters
+from pamsim.comparison.measurements import CalibrationData, read_calibration_data
+from pamsim.comparison.protocols import HELD_OUT_SUFFIX
+from pamsim.comparison.trial_prediction import CHANNELS
+from pamsim.comparison.trial_regressors import regressors
+from pamsim.comparison.trial_residuals import TrialSimulator
+from pamsim.core.errors import InputError, nearest
+from pamsim.diagnosis.diagnosed_rig import DiagnosedRig
+from pamsim.diagnosis.measured_pressures import given_pressures
+from pamsim.diagnosis.method.procedure import Diagnosis
+from pamsim.diagnosis.method.procedure import diagnose as find
+from pamsim.diagnosis.method.where import Cell
+from pamsim.diagnosis.remembered_fits import RememberedFits
+from pamsim.engine.rig import Rig, load_rig
 
-PROMISE, RIVAL = 0.1, 0.3
-"""Shares of the best promise that an effect must reach to be refitted: as long as the gap is not
-closed, and once it is."""
+ORDINARY = ("force.scale", "passive.locking", "chamber.dead_volume")
+"""Numbers of every rig that are known to a few per cent only: they are refitted with every effect,
+so that none is named for what they can do."""
 
-OPEN = 0.1
-"""Share of what an effect explains that another must promise beside it for the gap to be open."""
-
-_SURE_MAP = 0.005  # p-value of a where-map that shows a gap by itself
+Tell = Callable[[int, str], None]
+"""Called as ``tell(parameter sets simulated so far, what is being tried)``."""
 
 
 @dataclass(frozen=True, kw_only=True)
-class Diagnosis:
-    """All that a diagnosis found.
+class DiagnosisReport:
+    """A diagnosis with what it was made from.
 
     Attributes:
-        named: the verdict.
-        floor: of the noise.
-        base: fit of the base model.
-        base_loss: held-out trial -> its loss.
-        perfect_loss: held-out trial -> loss of a perfect model.
-        cells: excess per channel and protocol of the base model's fit, the largest first.
-        maps: residual over quantities, the surest first.
-        regimes: ordinary parameters asked of every protocol by itself, the least alike first.
-        screened: what the data can show of every effect.
-        models: every model with effects that was fitted.
-        tried: single effects that the held-out trials have judged.
-        absent: how large the effects that are not claimed could be.
-        next_experiment: what would tell tied effects apart; None if nothing is tied.
-        evaluations: parameter sets simulated.
+        rig: without effects.
+        data: the measurements.
+        held_out: names of the trials judged by.
+        found: the diagnosis.
+        given: excess of angle and forces when the arm is driven by the measured pressures.
+        predictions_before: trial -> channel -> (n,) simulated by the refitted base model [SI].
+        predictions_after: the same with the effects of the best model; empty without one.
+        skipped: effect -> why it could not be tried.
+        notes: what a reader should know, one sentence each.
+        seed: of the maps' sign flips.
+        rollouts: simulations that it took.
+        seconds: it took.
     """
 
-    named: Named
-    floor: NoiseFloor
-    base: Refit
-    base_loss: Mapping[str, float]
-    perfect_loss: Mapping[str, float]
-    cells: tuple[Cell, ...]
-    maps: tuple[Map, ...]
-    regimes: tuple[Regime, ...]
-    screened: tuple[Screened, ...]
-    models: tuple[Trialled, ...]
-    tried: int
-    absent: tuple[AbsentBound, ...]
-    next_experiment: NextExperiment | None
-    evaluations: int
+    rig: Rig
+    data: CalibrationData
+    held_out: tuple[str, ...]
+    found: Diagnosis
+    given: tuple[Cell, ...]
+    predictions_before: Mapping[str, Mapping[str, NDArray[np.float64]]]
+    predictions_after: Mapping[str, Mapping[str, NDArray[np.float64]]]
+    skipped: dict[str, str]
+    notes: tuple[str, ...]
+    seed: int
+    rollouts: int
+    seconds: float
 
 
 def diagnose(
-    simulator: TrialSimulator,
-    ordinary: Sequence[FreeParameter],
-    candidates: Sequence[Candidate],
-    regressors: Regressors,
+    sources: Sequence[str | os.PathLike[str]],
     *,
-    menu: SimulateMenu | None = None,
+    rig: str | os.PathLike[str] | Rig | None = None,
+    effects: Sequence[str] = (),
+    ordinary: Sequence[str] = ORDINARY,
+    channels: Sequence[str] = CHANNELS,
+    held_out: Sequence[str] = (),
     seed: int = 0,
-    remembered: Remembered | None = None,
-    told: Told | None = None,
-) -> Diagnosis:
-    """Find where a simulator and its data disagree and name the missing effect.
+    threads: int | None = None,
+    out: Path | None = None,
+    resume: bool = False,
+    progress: Tell | None = None,
+) -> DiagnosisReport:
+    """Diagnose a rig by recordings of it.
 
     Args:
-        simulator: of all trials.
-        ordinary: parameters that any effect must beat: they are refitted with every one.
-        candidates: effects that may be missing.
-        regressors: quantities over which residuals are mapped, per trial.
-        menu: simulator of further experiments, from which the next one is chosen.
+        sources: recording folders.
+        rig: name or folder of the rig, or a loaded one; the recordings' own if left out.
+        effects: names of those that may be missing; all if left out.
+        ordinary: rig parameters that are refitted with every effect.
+        channels: kinds of channel to compare.
+        held_out: trials or protocols to judge by; if left out, protocols whose name ends in
+            ``_check``, or else every second repeat.
         seed: of the maps' sign flips.
-        remembered: fits of an interrupted run; new ones are added.
-        told: is told what is being tried.
+        threads: simulations at a time; None for one per processor.
+        out: folder in which fits that are done are kept; None keeps none.
+        resume: go on with the fits in ``out``.
+        progress: see `Tell`.
 
     Raises:
-        InputError: if the base model's simulation breaks down, or nothing is held out.
+        InputError: for what cannot be read or used, see `find`.
     """
-    say = told or (lambda _: None)
-    say("base model")
-    start = {p.name: p.start for p in ordinary}
-    first = simulator.anchor(start)
-    if first is None:
-        raise InputError(
-            "the base model's simulation breaks down on these trials; check the rig's parameters"
-            " and the recording's units"
-        )
-    layout = simulator.layout
-    if not layout.trials(held_out=True) or not layout.trials(held_out=False):
-        raise InputError("nothing to judge by: some trials must be held out, and some not")
-    floor = noise_floor(layout, first)
-    fitter = Fitter(simulator, floor, remembered)
-    base = fitter.fit(ordinary, [start])
-    anchored = simulator.anchor(base.values)
-    base = base if anchored is None else replace(base, residual=anchored)
-    fitter.keep_slopes(base)
-    space = TangentSpace(base.slopes)
-    base_loss = losses(layout, base.residual, floor, held_out=True)
-    every = [*layout.trials(held_out=False), *layout.trials(held_out=True)]
-    where = cells(layout, base.residual, floor, every)
-    over = maps(layout, base.residual, floor, regressors, seed=seed)
-    say("screening")
-    screened = screen(fitter, base.values, base.residual, space, candidates)
-    search = SetSearch(fitter, base, base_loss, screened, say)
-    models = _singles(search, screened, base.cost)
-    # The shortlist was made without the held-out trials: they judge what stands on it alone.
-    tried = max(len(models), 1)
-    able = sorted((m for m in models if m.accepted(tried)), key=lambda m: m.mean_loss)
-    for growth in (PAIRS, TRIPLES):
-        grown = search.grown(able, growth) if able else []
-        kept = [m for m in grown if len(search.cut_back(m, growth).names) == len(m.names)]
-        models += kept
-        able = kept
-    by_name = {s.candidate.name: s for s in screened}
+    began = time.perf_counter()
+    data = read_calibration_data(sources)
+    if not data.trials:
+        raise InputError("diagnose needs recordings over time; angles at rest alone have none")
+    loaded = rig if isinstance(rig, Rig) else load_rig(rig or data.rig or "mas20_arm")
+    names, notes = _held_out(data, held_out)
+    freed = [f.free for f in freed_parameters(loaded, ordinary)]
+    tried, skipped = candidates(loaded, effects)
+    refitted = {p.name for p in freed}
+    for one in tried:
+        taken = sorted(refitted & {p.name for p in one.parameters})
+        if taken:
+            skipped[one.name] = f"{', '.join(taken)} is refitted with every effect (--ordinary)"
+    engine = DiagnosedRig(loaded, data, names, channels=channels, threads=threads)
+    simulator = TrialSimulator(engine.residuals, frozenset(names))
+    fits = None
+    if out is not None:
+        of = [_fingerprint(data), loaded.name, names, [p.name for p in freed], list(channels)]
+        fits = RememberedFits(out, of, resume=resume)
 
-    def likeness(one: str, other: str) -> float:
-        return alike(by_name[one], by_name[other])
+    def told(what: str) -> None:
+        if progress is not None:
+            progress(simulator.evaluations, what)
 
-    seen = bool(over) and over[0].p_value < _SURE_MAP
-    gap_seen = seen and where[0].p_value < 1e-3 and where[0].excess > 0.1
-
-    def lack(model: Trialled) -> LackOfFit:
-        return lack_of_fit(fitter, model.fit, screened, seed=seed)
-
-    def verdict() -> Named:
-        return name(layout, floor, base_loss, models, tried, likeness, lack, gap_seen=gap_seen)
-
-    named = verdict()
-    if named.best is not None:
-        for close in (named.best, *named.tied[:2]):
-            say(" + ".join(close.names) + " in fine steps")
-            models[models.index(close)] = polished(fitter, base_loss, close)
-        named = verdict()
-    if floor.repeats < 2 and named.verdict is not Verdict.NO_GAP:
-        named = replace(named, verdict=Verdict.NOT_IDENTIFIABLE)
-    claimed = named.best.names if named.best is not None else ()
-    found = named.best.fit if named.best is not None else base
-    say("what else the data allow")
-    return Diagnosis(
-        named=named,
-        floor=floor,
-        base=base,
-        base_loss=base_loss,
-        perfect_loss=floor_loss(layout, floor, layout.trials(held_out=True)),
-        cells=where,
-        maps=over,
-        regimes=regimes(fitter, base),
-        screened=screened,
-        models=tuple(models),
-        tried=tried,
-        absent=absent_bounds(
-            fitter,
-            [s for s in screened if s.candidate.name not in claimed],
-            TangentSpace(found.slopes),
-            found.residual,
+    found = find(
+        simulator,
+        freed,
+        [c for c in tried if c.name not in skipped],
+        {trial.name: regressors(trial) for trial in data.trials},
+        menu=engine.menu,
+        seed=seed,
+        remembered=fits,
+        told=told,
+    )
+    best = found.named.best
+    return DiagnosisReport(
+        rig=loaded,
+        data=data,
+        held_out=names,
+        found=found,
+        given=given_pressures(
+            loaded.with_parameters(found.base.values), data, found.floor, threads=threads
         ),
-        next_experiment=next_experiment(named, fitter, menu) if menu is not None else None,
-        evaluations=simulator.evaluations,
+        predictions_before=engine.signals(found.base.values),
+        predictions_after={} if best is None else engine.signals(best.fit.values),
+        skipped=skipped,
+        notes=(*data.notes, *notes),
+        seed=seed,
+        rollouts=engine.rollouts,
+        seconds=time.perf_counter() - began,
     )
 
 
-def _singles(search: SetSearch, screened: Sequence[Screened], base_cost: float) -> list[Trialled]:
-    """Refits of single effects, the most promising first.
+def _fingerprint(data: CalibrationData) -> str:
+    """What tells recordings apart."""
+    digest = hashlib.sha256()
+    for trial in data.trials:
+        digest.update(trial.name.encode())
+        for values in (trial.time, trial.command, *trial.measured.values()):
+            digest.update(np.ascontiguousarray(values).tobytes())
+    return digest.hexdigest()
 
-    A promise is of first order, so the second is tried whatever the first achieves; further down
-    the list only what may still be a rival, or while the gap is open.
-    """
-    models: list[Trialled] = []
-    best, closed = 0.0, False
-    for place, one in enumerate(shortlist(screened, SHORTLIST, 0.5 * EFFECT_FLOOR, PROMISE)):
-        if closed and place > 1 and one.gain < RIVAL * max(best, screened[0].gain):
-            continue
-        found = search.single(one)
-        if found is None:
-            continue
-        models.append(found)
-        gain = base_cost - found.fit.cost
-        if gain > best:
-            best, closed = gain, search.promise_left(found) < OPEN * gain
-    return models
+
+def _held_out(
+    data: CalibrationData, wanted: Sequence[str]
+) -> tuple[tuple[str, ...], tuple[str, ...]]:
+    """Names of the trials to judge by, and what to say of the choice."""
+    if wanted:
+        known = {t.name for t in data.trials} | {t.protocol for t in data.trials}
+        for name in wanted:
+            if name not in known:
+                raise InputError(
+                    f"--hold-out {name}: no trial of that name; {nearest(name, known)}"
+                )
+        return tuple(t.name for t in data.trials if {t.name, t.protocol} & set(wanted)), ()
+    check = tuple(t.name for t in data.trials if t.protocol.endswith(HELD_OUT_SUFFIX))
+    if check:
+        return check, ()
+    seen: dict[str, int] = {}
+    chosen: list[str] = []
+    for trial in data.trials:
+        seen[trial.protocol] = seen.get(trial.protocol, 0) + 1
+        if seen[trial.protocol] % 2 == 0:
+            chosen.append(trial.name)
+    return tuple(chosen), (
+        "no protocol is kept for judging (a name ending in _check, or --hold-out); every second"
+        " repeat is, which does not tell what holds for other inputs",
+    )

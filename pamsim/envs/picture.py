@@ -9,10 +9,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pamsim.core.errors import InputError
-from pamsim.engine.picture import open_renderer, render_arm
-from pamsim.engine.pose import muscle_lengths, pose
 from pamsim.engine.rig import load_rig
 from pamsim.envs.arms import Arms
+from pamsim.scene.picture import open_renderer, render_arm
+from pamsim.scene.pose import muscle_lengths, pose
 
 MODES = (None, "rgb_array", "human")
 
@@ -66,7 +66,7 @@ class ArmPicture:
     def _open(self) -> Any:
         assert self._model is not None
         if self._mode == "human":
-            from pamsim.engine.viewer import ArmViewer
+            from pamsim.scene.viewer import ArmViewer
 
             return ArmViewer(self._model)
         width, height = self._size

@@ -46,7 +46,7 @@ def fit_figure(result: Mapping[str, Any]) -> Figure:
     """Two panels: points with fitted curves, and residuals in-sample and held-out.
 
     Args:
-        result: of `pamsim.workflows.fit`; the first fit is drawn, of a length loop all branches.
+        result: of `pamsim.fitting.fit`; the first fit is drawn, of a length loop all branches.
     """
     if result["kind"] == "force_loops":
         return _loops(result)

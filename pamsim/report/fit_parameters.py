@@ -32,7 +32,7 @@ def parameter_text(result: Mapping[str, Any]) -> str:
     """The sections of a fit result as TOML.
 
     Args:
-        result: of `pamsim.workflows.fit`, with ``section``: section -> key -> word or number.
+        result: of `pamsim.fitting.fit`, with ``section``: section -> key -> word or number.
 
     Returns:
         Text with value, unit, source and 95 % interval of each number [SI].

@@ -8,9 +8,9 @@ import pytest
 
 import pamsim
 from pamsim.cli.main import main
-from pamsim.diagnosis.verdict import Verdict
+from pamsim.diagnosis.method.verdict import Verdict
 from pamsim.store.rig_file import shipped_rigs
-from tests.unit.workflows.diagnosed import VERDICTS, following, report
+from tests.unit.diagnosis.diagnosed import VERDICTS, following, report
 
 TRIED = ("--effects", "air_leak,pressure_bias", "--ordinary", "force.scale")
 
@@ -40,7 +40,7 @@ def rig_folder(tmp_path_factory):
 
 @pytest.fixture(autouse=True)
 def short_trials(monkeypatch):
-    monkeypatch.setattr("pamsim.workflows.protocols.DURATION", 3.2)
+    monkeypatch.setattr("pamsim.comparison.protocols.DURATION", 3.2)
 
 
 @pytest.fixture
@@ -96,7 +96,7 @@ def test_every_verdict_is_printed_and_has_its_exit_code(verdict, tmp_path, monke
         asked.update(options, sources=sources)
         return one
 
-    monkeypatch.setattr("pamsim.workflows.diagnose.diagnose", quick)
+    monkeypatch.setattr("pamsim.diagnosis.diagnose.diagnose", quick)
     monkeypatch.setattr("pamsim.report.page.save_png", lambda figure, path: (691, 400))
     out = tmp_path / "out"
     code, told, _ = run(
@@ -157,7 +157,7 @@ def test_an_interrupted_diagnosis_says_how_to_go_on(tmp_path, monkeypatch, capsy
     def stopped(*args, **options):
         raise KeyboardInterrupt
 
-    monkeypatch.setattr("pamsim.workflows.diagnose.diagnose", stopped)
+    monkeypatch.setattr("pamsim.diagnosis.diagnose.diagnose", stopped)
     code, _, err = run(monkeypatch, capsys, "diagnose", "data", "--out", tmp_path / "out")
     assert code == 130
     assert "the same command and --resume" in err

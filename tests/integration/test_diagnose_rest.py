@@ -9,12 +9,12 @@ import numpy as np
 import pytest
 
 import pamsim
+from pamsim.comparison.rest_prediction import RestPredictor
 from pamsim.core.errors import InputError
+from pamsim.diagnosis.diagnose_rest import WHEEL, diagnose_rest
+from pamsim.papers.published_rig import published_rig
 from pamsim.report.diagnose_rest_figure import write_rest_figure
 from pamsim.store.static_table import read_static_table
-from pamsim.workflows.diagnose_rest import WHEEL, diagnose_rest
-from pamsim.workflows.published_rig import published_rig
-from pamsim.workflows.rest_prediction import RestPredictor
 
 TRIED = ("load_torque", "muscle_hysteresis", "viscous_friction", "passive_stiffness")
 TILT = -0.12

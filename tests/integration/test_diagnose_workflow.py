@@ -6,10 +6,10 @@ import pytest
 
 import pamsim
 from pamsim.core.errors import InputError
-from pamsim.diagnosis.verdict import Verdict
+from pamsim.diagnosis.diagnose import diagnose
+from pamsim.diagnosis.method.verdict import Verdict
 from pamsim.store.recording_files import write_recording
-from pamsim.workflows.diagnose import diagnose
-from pamsim.workflows.twin_data import TwinSettings, twin_data
+from pamsim.twins.twin_data import TwinSettings, twin_data
 
 TRIED = ("air_leak", "coulomb_friction")
 
@@ -23,7 +23,7 @@ def rig():
 
 @pytest.fixture(autouse=True)
 def short_trials(monkeypatch):
-    monkeypatch.setattr("pamsim.workflows.protocols.DURATION", 3.2)
+    monkeypatch.setattr("pamsim.comparison.protocols.DURATION", 3.2)
 
 
 def recorded(rig, effects, folder):

@@ -9,7 +9,7 @@ import pytest
 from PIL import Image
 
 from pamsim.cli.main import main
-from tests.unit.workflows.films import columns, needs_gl, write
+from tests.unit.scene.films import columns, needs_gl, write
 
 SMALL = ["--width", "400", "--height", "320"]
 

@@ -10,11 +10,11 @@ import numpy as np
 import pytest
 
 from pamsim.cli.main import main
+from pamsim.fitting.fit import fit
+from pamsim.fitting.law_curve import named_law
+from pamsim.fitting.loop_cost import maxwell_loop
 from pamsim.hysteresis.arctangent import PRINTED_DECREASING, PRINTED_INCREASING
 from pamsim.muscles.braid import Braid
-from pamsim.sysid.loop_cost import maxwell_loop
-from pamsim.workflows.fit import fit
-from pamsim.workflows.fit_law_curve import named_law
 
 DATA = resources.files("pamsim") / "data"
 DMSP_20 = DATA / "dmsp20_300_force_map.csv"

@@ -8,11 +8,11 @@ from importlib import resources
 import numpy as np
 import pytest
 
+from pamsim.fitting.curve_fit import search_curve
+from pamsim.fitting.force_map import fit_force_law
+from pamsim.fitting.law_curve import law_coefficients, law_curve, named_law
 from pamsim.muscles.braid import Braid
 from pamsim.store.measured_table import read_measured
-from pamsim.sysid.curve_fit import search_curve
-from pamsim.workflows.fit_force_map import fit_force_law
-from pamsim.workflows.fit_law_curve import law_coefficients, law_curve, named_law
 
 DATA = resources.files("pamsim") / "data"
 DMSP_20, DMSP_10 = DATA / "dmsp20_300_force_map.csv", DATA / "dmsp10_250_force_map.csv"

@@ -10,17 +10,17 @@ import pytest
 
 import pamsim
 from pamsim.actuator.layout import slot
+from pamsim.comparison.effects_on_rig import at_size
+from pamsim.comparison.protocols import PROTOCOLS
 from pamsim.core.errors import InputError
 from pamsim.effects.catalog import EFFECTS, effect
 from pamsim.pneumatics.air import GAS_CONSTANT
 from pamsim.pneumatics.orifice import mass_flow
-from pamsim.workflows.effect_candidates import at_size
-from pamsim.workflows.foreign_truths import catalog, joint, transmission
-from pamsim.workflows.foreign_truths.catalog import FORMULATIONS, ORDER, OUTSIDE
-from pamsim.workflows.foreign_truths.plant import Occasion
-from pamsim.workflows.foreign_truths.truth import Hook
-from pamsim.workflows.protocols import PROTOCOLS
-from pamsim.workflows.twin_data import TwinSettings, twin_data
+from pamsim.twins.independent_models import catalog, joint, transmission
+from pamsim.twins.independent_models.catalog import FORMULATIONS, ORDER, OUTSIDE
+from pamsim.twins.independent_models.independent_model import Hook
+from pamsim.twins.independent_models.plant import Occasion
+from pamsim.twins.twin_data import TwinSettings, twin_data
 
 FINE = 2.5e-4
 
@@ -249,7 +249,7 @@ def quick():
 
 @pytest.fixture
 def short(monkeypatch):
-    monkeypatch.setattr("pamsim.workflows.protocols.DURATION", 1.0)
+    monkeypatch.setattr("pamsim.comparison.protocols.DURATION", 1.0)
 
 
 def twins(rig, effects, **options):
@@ -279,7 +279,7 @@ def far(one, other):
 def test_each_shows_and_starts_afresh_in_every_run(quick, name, monkeypatch):
     # Bursts open a valve fully or not at all, which a dead zone does not notice.
     of_opening = name in ("valve_dead_zone", "stuck_valve")
-    monkeypatch.setattr("pamsim.workflows.protocols.DURATION", 2.2 if of_opening else 1.0)
+    monkeypatch.setattr("pamsim.comparison.protocols.DURATION", 2.2 if of_opening else 1.0)
     protocol, size = ("staircase", 4.0) if of_opening else ("bursts", 1.0)
 
     def hidden(*effects, **options):

@@ -9,9 +9,9 @@ import pytest
 
 import pamsim
 from pamsim.cli.main import main
+from pamsim.comparison.protocols import PROTOCOLS
 from pamsim.store.recording_reader import read_recordings
-from pamsim.workflows.protocols import PROTOCOLS
-from pamsim.workflows.twin_data import TwinSettings, twin_data
+from pamsim.twins.twin_data import TwinSettings, twin_data
 
 QUICK = ("--protocols", "bursts", "--repeats", "2")
 
@@ -52,7 +52,7 @@ def test_the_truth_is_beside_the_recording_and_not_in_it(monkeypatch, capsys, tm
 def test_other_formulations_and_outside_truths_are_told_in_the_truth_alone(
     monkeypatch, capsys, tmp_path
 ):
-    monkeypatch.setattr("pamsim.workflows.protocols.DURATION", 0.4)
+    monkeypatch.setattr("pamsim.comparison.protocols.DURATION", 0.4)
     folder = tmp_path / "data"
     code, _, err = run(
         monkeypatch, capsys, "air_leak+sprocket_ripple+mounting_offset", "--tier", "different",

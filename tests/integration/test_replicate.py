@@ -8,9 +8,10 @@ import pytest
 
 from pamsim.cli.main import main
 from pamsim.core.errors import ParameterError
-from pamsim.workflows import replicate as room
-from pamsim.workflows.replication import paper_a_tables, paper_b_arctangent
-from pamsim.workflows.replication.claim import Claim, Verdict
+from pamsim.papers import replicate as room
+from pamsim.papers.alraouf2025 import arctangent as paper_b_arctangent
+from pamsim.papers.claim import Claim, Verdict
+from pamsim.papers.matiskova2021 import tables as paper_a_tables
 
 KEYS = {"id", "paper", "what", "printed", "recomputed", "unit", "verdict", "reason"}
 

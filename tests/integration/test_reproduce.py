@@ -14,9 +14,9 @@ from pamsim.core.experiment import pressure_step
 from pamsim.core.recording import Outcome
 from pamsim.engine.rig import load_rig
 from pamsim.engine.simulate import simulate
+from pamsim.papers.printed_steps import STARTS, start_pressures
+from pamsim.papers.reproduce import reproduce
 from pamsim.store.printed import distinct_steps, mas20_models, mas20_steps
-from pamsim.workflows.printed_steps import STARTS, start_pressures
-from pamsim.workflows.reproduce import reproduce
 
 
 @pytest.fixture(scope="module")
@@ -114,7 +114,7 @@ def test_the_end_position_depends_on_the_side_it_is_reached_from_only_by_hystere
 
 
 def test_a_run_that_breaks_down_keeps_its_row_and_the_others_go_on(monkeypatch):
-    from pamsim.workflows import reproduce as module
+    from pamsim.papers import reproduce as module
 
     whole = module.simulate
 

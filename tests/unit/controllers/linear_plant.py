@@ -7,7 +7,7 @@ from scipy.signal import cont2discrete
 
 from pamsim.controllers.split import PressureSplit
 from pamsim.controllers.trim_point import TrimPoint
-from pamsim.sysid.second_order_model import SecondOrderModel
+from pamsim.linear.second_order_model import SecondOrderModel
 from tests.unit.controllers.closed_loop import LEVEL, SUPPLY, sight
 
 MODEL = SecondOrderModel(gain=3e-6, a1=0.066, a2=0.0092)

@@ -11,10 +11,10 @@ from pamsim.controllers.gain_schedule import GainSchedule
 from pamsim.controllers.pid import Pid
 from pamsim.controllers.split import PressureSplit
 from pamsim.core.errors import InputError
-from pamsim.sysid.imc_tuning import imc_gains_of_fit
-from pamsim.sysid.local_models import OperatingPoint, local_models
+from pamsim.linear.imc_tuning import imc_gains_of_fit
+from pamsim.linear.local_models import OperatingPoint, local_models
 from tests.unit.controllers.closed_loop import LEVEL, PERIOD, SUPPLY, sight
-from tests.unit.sysid.planted import record
+from tests.unit.linear.planted import record
 
 PLACES = (-1e5, 0.0, 1e5)
 PID = Pid(

@@ -13,8 +13,8 @@ from scipy.signal import lfilter
 from pamsim.controllers.lead_lag import LeadLag
 from pamsim.controllers.split import PressureSplit
 from pamsim.core.errors import InputError
-from pamsim.sysid.lead_lag_design import design_lead_lag
-from pamsim.sysid.second_order_model import SecondOrderModel
+from pamsim.linear.lead_lag_design import design_lead_lag
+from pamsim.linear.second_order_model import SecondOrderModel
 from tests.unit.controllers.closed_loop import PERIOD, sight
 from tests.unit.controllers.linear_plant import MODEL, POINT, LinearPlant
 

@@ -19,9 +19,9 @@ from pamsim.controllers.pid import Pid
 from pamsim.controllers.sliding_mode import SlidingMode
 from pamsim.controllers.split import PressureSplit
 from pamsim.hysteresis.prandtl_ishlinskii import PlaySum
-from pamsim.sysid.imc_tuning import PidGains
-from pamsim.sysid.lead_lag_design import design_lead_lag
-from pamsim.sysid.regulator_design import design_regulator
+from pamsim.linear.imc_tuning import PidGains
+from pamsim.linear.lead_lag_design import design_lead_lag
+from pamsim.linear.regulator_design import design_regulator
 from tests.unit.controllers.closed_loop import LEVEL, PERIOD, SUPPLY, sight
 from tests.unit.controllers.linear_plant import MODEL, POINT
 

@@ -5,17 +5,17 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from pamsim.diagnosis.absent import absent_bounds
-from pamsim.diagnosis.diagnose import diagnose
-from pamsim.diagnosis.effect_sets import PAIRS, SetSearch
-from pamsim.diagnosis.evidence import losses
-from pamsim.diagnosis.judge import trial
-from pamsim.diagnosis.noise_floor import noise_floor
-from pamsim.diagnosis.refit import Fitter
-from pamsim.diagnosis.regimes import regimes
-from pamsim.diagnosis.screen import screen
-from pamsim.diagnosis.signature import TangentSpace
-from pamsim.diagnosis.verdict import Verdict
+from pamsim.comparison.noise_floor import noise_floor
+from pamsim.diagnosis.method.absent import absent_bounds
+from pamsim.diagnosis.method.effect_sets import PAIRS, SetSearch
+from pamsim.diagnosis.method.evidence import losses
+from pamsim.diagnosis.method.judge import trial
+from pamsim.diagnosis.method.procedure import diagnose
+from pamsim.diagnosis.method.refit import Fitter
+from pamsim.diagnosis.method.regimes import regimes
+from pamsim.diagnosis.method.screen import screen
+from pamsim.diagnosis.method.signature import TangentSpace
+from pamsim.diagnosis.method.verdict import Verdict
 from tests.unit.diagnosis.toy_arm import (
     BIAS,
     DRY,

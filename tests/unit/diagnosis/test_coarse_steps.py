@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from pamsim.diagnosis.diagnose import diagnose
-from pamsim.diagnosis.trial_residuals import TrialSimulator
-from pamsim.sysid.residual_block import ResidualBlock
+from pamsim.comparison.trial_residuals import TrialSimulator
+from pamsim.diagnosis.method.procedure import diagnose
+from pamsim.inference.residual_block import ResidualBlock
 from tests.unit.diagnosis.toy_arm import (
     BIAS,
     DRY,

@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 from pamsim.core.errors import InputError
-from pamsim.diagnosis.diagnose import diagnose
-from pamsim.diagnosis.verdict import Verdict
+from pamsim.diagnosis.method.procedure import diagnose
+from pamsim.diagnosis.method.verdict import Verdict
 from tests.unit.diagnosis.toy_arm import (
     BIAS,
     DRY,

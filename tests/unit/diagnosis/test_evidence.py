@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 from scipy import stats
 
-from pamsim.diagnosis.evidence import compare
-from pamsim.diagnosis.noise_floor import noise_floor
-from pamsim.diagnosis.trial_residuals import TrialLayout
-from pamsim.sysid.residual_block import ResidualBlock, layout
+from pamsim.comparison.noise_floor import noise_floor
+from pamsim.comparison.trial_residuals import TrialLayout
+from pamsim.diagnosis.method.evidence import compare
+from pamsim.inference.residual_block import ResidualBlock, layout
 
 
 def table(rng, *, sizes=(4, 4), shift=0.0, spread=0.1, strata=(0.0, 1.0)):

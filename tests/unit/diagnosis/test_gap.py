@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from pamsim.diagnosis.gap import gaps
-from pamsim.diagnosis.noise_floor import NoiseFloor
+from pamsim.comparison.noise_floor import NoiseFloor
+from pamsim.diagnosis.method.gap import gaps
 
 SAMPLES = 60
 

@@ -7,11 +7,11 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from pamsim.diagnosis.diagnose import diagnose
-from pamsim.diagnosis.lack_of_fit import SIGNIFICANCE, lack_of_fit
-from pamsim.diagnosis.trial_residuals import TrialLayout
-from pamsim.diagnosis.verdict import SMALL_REMAINDER, Verdict
-from pamsim.sysid.residual_block import ResidualBlock, layout
+from pamsim.comparison.trial_residuals import TrialLayout
+from pamsim.diagnosis.method.lack_of_fit import SIGNIFICANCE, lack_of_fit
+from pamsim.diagnosis.method.procedure import diagnose
+from pamsim.diagnosis.method.verdict import SMALL_REMAINDER, Verdict
+from pamsim.inference.residual_block import ResidualBlock, layout
 from tests.unit.diagnosis.toy_arm import (
     BIAS,
     DRY,

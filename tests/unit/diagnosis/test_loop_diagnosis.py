@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from pamsim.core.errors import InputError
-from pamsim.diagnosis.loop_diagnosis import diagnose_loop
-from pamsim.diagnosis.loop_effects import (
+from pamsim.diagnosis.method.loop_diagnosis import diagnose_loop
+from pamsim.diagnosis.method.loop_effects import (
     CANDIDATES,
     bouc_wen_signal,
     drift_signal,
@@ -16,8 +16,8 @@ from pamsim.diagnosis.loop_effects import (
     rate_signal,
     stop_signal,
 )
-from pamsim.diagnosis.loop_model import Loop
-from pamsim.diagnosis.verdict import Verdict
+from pamsim.diagnosis.method.loop_model import Loop
+from pamsim.diagnosis.method.verdict import Verdict
 
 LEVELS = np.linspace(0.0, 5e5, 21)
 PATH = np.concatenate([LEVELS, LEVELS[::-1]])

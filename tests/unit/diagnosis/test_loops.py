@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from pamsim.core.trial import Trial
-from pamsim.diagnosis.loops import cycles, loop_area, loops
+from pamsim.diagnosis.method.loops import cycles, loop_area, loops
 from pamsim.signals.excitation import held_levels, triangle
 
 TIME = np.arange(800) / 100.0

@@ -5,12 +5,12 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from pamsim.diagnosis.noise_floor import noise_floor
-from pamsim.diagnosis.polish import polish
-from pamsim.diagnosis.refit import Fitter
-from pamsim.diagnosis.trial_residuals import TrialSimulator
-from pamsim.sysid.free_parameter import FreeParameter
-from pamsim.sysid.residual_block import ResidualBlock
+from pamsim.comparison.noise_floor import noise_floor
+from pamsim.comparison.trial_residuals import TrialSimulator
+from pamsim.diagnosis.method.polish import polish
+from pamsim.diagnosis.method.refit import Fitter
+from pamsim.inference.free_parameter import FreeParameter
+from pamsim.inference.residual_block import ResidualBlock
 
 COUNT, REPEATS = 200, 4
 TIME = np.linspace(0.0, 1.0, COUNT)

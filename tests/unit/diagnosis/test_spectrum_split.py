@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from pamsim.core.trial import Trial
-from pamsim.diagnosis.spectrum_split import samples_per_period, spectrum_splits
+from pamsim.diagnosis.method.spectrum_split import samples_per_period, spectrum_splits
 from pamsim.signals.excitation import held_levels, multisine, triangle
 
 RATE, PERIOD, COUNT = 100.0, 4.0, 800

@@ -9,12 +9,12 @@ import numpy as np
 import pytest
 
 from pamsim.core.errors import InputError
-from pamsim.diagnosis.row_evidence import compare_rows, rms_interval95
-from pamsim.diagnosis.row_fit import RowSimulator, fit_rows
-from pamsim.diagnosis.row_left_out import left_out, linearised_left_out
-from pamsim.diagnosis.row_luck import luck
-from pamsim.diagnosis.row_where import row_maps
-from pamsim.diagnosis.verdict import Verdict
+from pamsim.diagnosis.method.row_evidence import compare_rows, rms_interval95
+from pamsim.diagnosis.method.row_fit import RowSimulator, fit_rows
+from pamsim.diagnosis.method.row_held_out import left_out, linearised_left_out
+from pamsim.diagnosis.method.row_permutation import luck
+from pamsim.diagnosis.method.row_where import row_maps
+from pamsim.diagnosis.method.verdict import Verdict
 from tests.unit.diagnosis.toy_rows import (
     LIBRARY,
     LOCK,
@@ -198,7 +198,7 @@ def test_luck_claims_no_more_than_its_share_under_noise():
 
 
 def linear_fit(columns, noise):
-    from pamsim.diagnosis.row_fit import RowFit
+    from pamsim.diagnosis.method.row_fit import RowFit
 
     size = np.linalg.lstsq(columns, noise, rcond=None)[0]
     return RowFit(parameters=(), values={}, residual=noise - columns @ size, jacobian=columns)

@@ -5,11 +5,11 @@ from __future__ import annotations
 import numpy as np
 from scipy.signal import lfilter
 
-from pamsim.diagnosis.candidate import Candidate, Probe
-from pamsim.diagnosis.trial_residuals import TrialSimulator
+from pamsim.comparison.candidate import Candidate, Probe
+from pamsim.comparison.trial_residuals import TrialSimulator
 from pamsim.effects.effect import Effect, EffectParameter
-from pamsim.sysid.free_parameter import FreeParameter
-from pamsim.sysid.residual_block import ResidualBlock
+from pamsim.inference.free_parameter import FreeParameter
+from pamsim.inference.residual_block import ResidualBlock
 
 RATE, COUNT = 50.0, 200
 TIME = np.arange(COUNT) / RATE

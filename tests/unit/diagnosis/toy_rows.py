@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 
-from pamsim.diagnosis.row_fit import RowSimulator
-from pamsim.diagnosis.row_model import RowEffect
-from pamsim.diagnosis.static_diagnosis import diagnose_rows
-from pamsim.sysid.free_parameter import FreeParameter
+from pamsim.diagnosis.method.row_fit import RowSimulator
+from pamsim.diagnosis.method.row_model import RowEffect
+from pamsim.diagnosis.method.static_diagnosis import diagnose_rows
+from pamsim.inference.free_parameter import FreeParameter
 
 OWN = {"gain": 0.12, "lock": 0.0, "soften": 0.0, "tilt": 0.0, "bias": 0.0, "twin": 0.0, "wave": 0.0}
 

@@ -8,14 +8,14 @@ import numpy as np
 import pytest
 
 import pamsim
+from pamsim.comparison.effects_on_rig import at_size, candidate, rig_name
+from pamsim.comparison.protocols import PROTOCOLS
 from pamsim.core.errors import InputError
 from pamsim.effects.catalog import EFFECTS as TIMED
 from pamsim.effects.catalog import MUSCLE_SHAPE, effect
 from pamsim.effects.effect import LAYERS
 from pamsim.engine.rig_parameter import rig_parameter
 from pamsim.signals.sensors import distorted
-from pamsim.workflows.effect_candidates import at_size, candidate, rig_name
-from pamsim.workflows.protocols import PROTOCOLS
 
 CONTRACT = [
     "coulomb_friction",

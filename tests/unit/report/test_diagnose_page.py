@@ -10,7 +10,8 @@ import pytest
 
 import pamsim
 from pamsim.core.errors import InputError
-from pamsim.diagnosis.verdict import Verdict
+from pamsim.diagnosis.method.verdict import Verdict
+from pamsim.diagnosis.report import comparisons, diagnosis_dict
 from pamsim.report.diagnose_gap import gap_bars, regime_values
 from pamsim.report.diagnose_loops import loop_areas, residual_lines
 from pamsim.report.diagnose_page import write_diagnosis
@@ -18,8 +19,7 @@ from pamsim.report.diagnose_signals import trial_channels, worst_trials
 from pamsim.report.diagnose_tables import absent_rows, chance, percent, tried_rows
 from pamsim.report.diagnose_where import binned_maps, surest_maps, where_map
 from pamsim.report.style import BLUE, VERMILION
-from pamsim.workflows.diagnosis_report import comparisons, diagnosis_dict
-from tests.unit.workflows.diagnosed import VERDICTS, following, report
+from tests.unit.diagnosis.diagnosed import VERDICTS, following, report
 
 TIME = np.linspace(0.0, 1.0, 50)
 

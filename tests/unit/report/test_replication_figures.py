@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from pamsim.papers.replication_figures import replication_figures
 from pamsim.report.replication_page import FIGURES, SCHEMA, write_replication
-from pamsim.workflows.replication_figures import replication_figures
 
 NAMES = [(letter, name) for letter, drawings in FIGURES.items() for name in drawings]
 

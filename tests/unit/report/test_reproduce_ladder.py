@@ -6,11 +6,11 @@ import itertools
 
 import pytest
 
+from pamsim.papers.reproduce_checks import LEFT_OUT_LIMIT_DEG
 from pamsim.report.numbers import NONE
 from pamsim.report.reproduce_ladder import TORQUE_LAW_DEG, rivals, rung_views, static_ladder
 from pamsim.report.reproduce_page import write_reproduction
 from pamsim.report.style import BLUE, VERMILION
-from pamsim.workflows.reproduce_checks import LEFT_OUT_LIMIT_DEG
 
 
 def rung(name, climbed, rms, unseen, **rest):

@@ -1,0 +1,98 @@
+"""Measurements and a rig as the residuals that a calibration makes small."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pamsim.comparison.free_parameters import FreedParameter
+from pamsim.comparison.measurements import CalibrationData
+from pamsim.comparison.trial_prediction import CHANNELS, Prediction, TrialPredictor
+from pamsim.core.errors import ParameterError
+from pamsim.engine.rig import Rig
+from pamsim.inference.residual_block import Blocks
+
+FloatArray = NDArray[np.float64]
+
+
+class CalibrationProblem:
+    """Residuals of a rig against measurements, as a function of its freed parameters.
+
+    Args:
+        rig: to calibrate.
+        data: what it is compared with.
+        freed: its free parameters, in the order of the vectors.
+        channels: kinds of channel to compare: ``angle``, ``pressure``, ``force``.
+        threads: simulations at a time; None for one per processor.
+        simulated: is told the number of simulations before each batch.
+
+    Raises:
+        InputError: see `TrialPredictor`.
+    """
+
+    def __init__(
+        self,
+        rig: Rig,
+        data: CalibrationData,
+        freed: Sequence[FreedParameter],
+        *,
+        channels: Sequence[str] = CHANNELS,
+        threads: int | None = None,
+        simulated: Callable[[int], None] | None = None,
+    ) -> None:
+        self.rig = rig
+        self.freed = tuple(freed)
+        self.predictor = TrialPredictor(
+            rig, data, channels=channels, threads=threads, simulated=simulated
+        )
+        self._linearised = False
+
+    @property
+    def data(self) -> CalibrationData:
+        """What the rig is compared with."""
+        return self.predictor.data
+
+    def __call__(self, vectors: FloatArray) -> list[Blocks | None]:
+        """Residuals of many parameter vectors.
+
+        Args:
+            vectors: (k, p) [SI].
+
+        Returns:
+            For each its blocks, simulated minus measured; None if a simulation broke down.
+        """
+        return [
+            None if found is None else self.predictor.blocks(found)
+            for found in self.predictions(vectors)
+        ]
+
+    def predictions(self, vectors: FloatArray) -> list[Prediction | None]:
+        """What many parameter vectors make of the measurements; None where a run broke down."""
+        if not self._linearised:
+            self.linearise_starts(np.array([freed.free.start for freed in self.freed]))
+        return self.predictor.predictions([self._rig(v) for v in np.atleast_2d(vectors)])
+
+    def linearise_starts(self, vector: FloatArray) -> None:
+        """Take the trials' starts at a parameter vector, (p,) [SI]; see `TrialPredictor`.
+
+        Done at the freed parameters' starts before the first prediction, and to be done again where
+        a fit has ended.
+        """
+        self._linearised = True
+        self.predictor.linearise_starts(self._rig(vector))
+
+    def values(self, vector: Sequence[float] | FloatArray) -> dict[str, float]:
+        """Rig parameters that a vector stands for [SI]."""
+        return {
+            name: value
+            for freed, number in zip(self.freed, vector, strict=True)
+            for name, value in freed.values(float(number)).items()
+        }
+
+    def _rig(self, vector: FloatArray) -> Rig | None:
+        try:
+            return self.rig.with_parameters(self.values(vector))
+        except ParameterError:  # an open end of a range, such as a length of exactly 0
+            return None

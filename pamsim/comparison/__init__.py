@@ -1,0 +1,1 @@
+"""A rig against measurements: trials, predictions, residuals, starts and noise floor."""

@@ -1,0 +1,99 @@
+"""An effect on a given rig: what a search may do with its parameters."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+from pamsim.effects.effect import Effect
+from pamsim.inference.free_parameter import FreeParameter
+
+INSIDE = 1e-3
+"""Share of a range that starts keep from its ends, where friction has no slope."""
+
+
+def inside(parameters: Sequence[FreeParameter], values: Mapping[str, float]) -> dict[str, float]:
+    """Values moved into their ranges and off the ends.
+
+    Args:
+        parameters: that have ranges.
+        values: name -> value of each [SI].
+    """
+    found: dict[str, float] = {}
+    for parameter in parameters:
+        off = INSIDE * (parameter.high - parameter.low)
+        value = values[parameter.name]
+        found[parameter.name] = min(max(value, parameter.low + off), parameter.high - off)
+    return found
+
+
+@dataclass(frozen=True, kw_only=True)
+class Probe:
+    """Values of an effect's parameters at which its signature is taken.
+
+    Attributes:
+        size: in units of the effect's typical one.
+        values: rig parameter -> value [SI].
+        shape: numbers that mean nothing while the effect is absent, in order.
+    """
+
+    size: float
+    values: dict[str, float]
+    shape: tuple[float, ...] = ()
+
+    def same_shape(self, other: Probe) -> bool:
+        """Whether the two differ in size only."""
+        return self.shape == other.shape
+
+
+@dataclass(frozen=True, kw_only=True)
+class Candidate:
+    """An effect that a rig's model may lack.
+
+    Attributes:
+        effect: which.
+        parameters: ranges of what it frees, under the rig's names; the one that measures its size
+            first.
+        neutral: values at which it is absent [SI]; none for numbers that mean nothing then.
+        probes: where its signature is taken.
+    """
+
+    effect: Effect
+    parameters: tuple[FreeParameter, ...]
+    neutral: dict[str, float]
+    probes: tuple[Probe, ...]
+
+    @property
+    def name(self) -> str:
+        """Name of the effect."""
+        return self.effect.name
+
+    @property
+    def family(self) -> str:
+        """Family of the effect."""
+        return self.effect.family
+
+    @property
+    def two_sided(self) -> bool:
+        """Whether the effect may have either sign."""
+        size = self.parameters[0]
+        return size.low < self.neutral[size.name] < size.high
+
+    def moved(self, probe: Probe, factor: float) -> dict[str, float]:
+        """A probe made larger or smaller, within the ranges and off their ends.
+
+        Args:
+            probe: one of the effect's.
+            factor: on its size; negative for the other sign.
+
+        Returns:
+            Rig parameter -> value [SI].
+        """
+        found: dict[str, float] = {}
+        for parameter in self.parameters:
+            value = probe.values[parameter.name]
+            if parameter.name in self.neutral:
+                neutral = self.neutral[parameter.name]
+                value = neutral + factor * (value - neutral)
+            found[parameter.name] = value
+        return inside(self.parameters, found)

@@ -1,0 +1,82 @@
+"""One measured signal with what a rig makes of it, and the unit in which people read it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pamsim.core.units import DEG_PER_RAD, PA_PER_KPA
+from pamsim.store.static_table import StaticTable
+
+FloatArray = NDArray[np.float64]
+
+_SHOWN_UNIT = {"angle": ("deg", DEG_PER_RAD), "pressure": ("kPa", 1.0 / PA_PER_KPA)}
+
+
+def shown_unit(channel: str) -> tuple[str, float]:
+    """Unit in which a channel is written, and what to multiply its SI values by."""
+    return _SHOWN_UNIT.get(channel.split("_")[0], ("N", 1.0))
+
+
+@dataclass(frozen=True, kw_only=True)
+class Comparison:
+    """One channel of one trial, or a static table, with what the rig made of it.
+
+    Attributes:
+        trial: name of the trial or table.
+        protocol: of the trial.
+        channel: such as ``pressure_1``.
+        held_out: whether it was kept from the fit.
+        time: (n,) [s]; of a static table, the numbers of its rows.
+        measured: (n,) [SI].
+        before: (n,) simulated with the rig as it was; None if a run broke down.
+        after: (n,) simulated with the calibrated rig; None if a run broke down.
+        table: the static table, or None.
+    """
+
+    trial: str
+    protocol: str
+    channel: str
+    held_out: bool
+    time: FloatArray
+    measured: FloatArray
+    before: FloatArray | None
+    after: FloatArray | None
+    table: StaticTable | None = None
+
+    def rms(self, simulated: FloatArray | None) -> float | None:
+        """Root mean square of simulated minus measured, in the written unit."""
+        if simulated is None:
+            return None
+        return shown_unit(self.channel)[1] * float(
+            np.sqrt(np.mean((simulated - self.measured) ** 2))
+        )
+
+    def as_dict(self) -> dict[str, Any]:
+        """JSON-safe form without the signals over time."""
+        found: dict[str, Any] = {
+            "trial": self.trial,
+            "protocol": self.protocol,
+            "channel": self.channel,
+            "held_out": self.held_out,
+            "unit": shown_unit(self.channel)[0],
+            "rms_before": self.rms(self.before),
+            "rms_after": self.rms(self.after),
+        }
+        if self.table is not None:
+            scale = shown_unit(self.channel)[1]
+            found["rows"] = [
+                {
+                    "row": row,
+                    "pressure_kpa": (self.table.pressure[i] / PA_PER_KPA).tolist(),
+                    "load_kg": float(self.table.load[i]),
+                    "measured_deg": float(self.measured[i]) * scale,
+                    "before_deg": None if self.before is None else float(self.before[i]) * scale,
+                    "after_deg": None if self.after is None else float(self.after[i]) * scale,
+                }
+                for i, row in enumerate(self.table.rows)
+            ]
+        return found

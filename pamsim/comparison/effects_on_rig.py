@@ -1,0 +1,111 @@
+"""The effects of the catalogue on a given rig: ranges, probes and starts of their parameters."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from pamsim.comparison.candidate import Candidate, Probe, inside
+from pamsim.core.errors import InputError
+from pamsim.effects.catalog import EFFECTS, effect
+from pamsim.effects.effect import JOINT, TILTED, Effect, EffectParameter
+from pamsim.engine.rig import Rig
+from pamsim.engine.rig_parameter import RigParameter, rig_parameter
+from pamsim.inference.free_parameter import FreeParameter
+
+
+def rig_name(rig: Rig, parameter: EffectParameter) -> str:
+    """Name of an effect's parameter on a rig.
+
+    Raises:
+        InputError: if the rig lacks the part it belongs to.
+    """
+    name = parameter.name.replace(JOINT, rig.file.angle_joint)
+    if TILTED in name:
+        tilted = [n.split(".")[1] for n in rig.file.native if n.endswith(".tilt")]
+        if not tilted:
+            raise InputError(
+                f"{rig.name}: no body's tilt is stated; add body.NAME.tilt under [native]"
+            )
+        name = name.replace(TILTED, tilted[0])
+    return name
+
+
+def at_size(rig: Rig, effect: Effect, size: float) -> dict[str, float]:
+    """Rig parameters of an effect at a size.
+
+    Args:
+        rig: without it, or with; its own values are where it starts from.
+        effect: which.
+        size: in units of its typical size; 0 is neutral.
+
+    Raises:
+        InputError: if the rig lacks what the effect acts on.
+    """
+    values: dict[str, float] = {}
+    for parameter in effect.parameters:
+        found = rig_parameter(rig, rig_name(rig, parameter))
+        value = parameter.at(size, found.value)
+        values[found.name] = min(max(value, found.spec.low), found.spec.high)
+    return values
+
+
+def candidate(rig: Rig, effect: Effect) -> Candidate:
+    """An effect as a search on a rig may treat it.
+
+    Raises:
+        InputError: if the rig lacks what the effect acts on.
+    """
+    found = [rig_parameter(rig, rig_name(rig, p)) for p in effect.parameters]
+    free = tuple(_free(p, r) for p, r in zip(effect.parameters, found, strict=True))
+    neutral = {
+        r.name: r.value if p.neutral is None or p.relative else p.neutral
+        for p, r in zip(effect.parameters, found, strict=True)
+        if not p.shape
+    }
+    shapes = [r.name for p, r in zip(effect.parameters, found, strict=True) if p.shape]
+    variants: list[dict[str, float]] = [{}]
+    variants += [
+        {r.name: value}
+        for p, r in zip(effect.parameters, found, strict=True)
+        if p.shape
+        for value in p.starts
+    ]
+    probes: list[Probe] = []
+    for number, size in enumerate(effect.probes):
+        # Other shapes are tried at one size only: which shape it is shows at any.
+        for variant in variants if number == 0 else variants[:1]:
+            values = inside(free, {**at_size(rig, effect, size), **variant})
+            shape = tuple(values[name] for name in shapes)
+            probes.append(Probe(size=size, values=values, shape=shape))
+    return Candidate(effect=effect, parameters=free, neutral=neutral, probes=tuple(probes))
+
+
+def candidates(rig: Rig, names: Sequence[str] = ()) -> tuple[tuple[Candidate, ...], dict[str, str]]:
+    """The effects that can be tried on a rig.
+
+    Args:
+        rig: its model.
+        names: of effects; all if left out.
+
+    Returns:
+        The effects, and why others cannot be tried.
+    """
+    found: list[Candidate] = []
+    skipped: dict[str, str] = {}
+    for name in names or EFFECTS:
+        try:
+            found.append(candidate(rig, effect(name)))
+        except InputError as error:
+            skipped[name] = str(error)
+    return tuple(found), skipped
+
+
+def _free(parameter: EffectParameter, found: RigParameter) -> FreeParameter:
+    low, high = sorted(parameter.bounds(found.value))
+    low, high = max(low, found.spec.low), min(high, found.spec.high)
+    if found.spec.low_open and low <= found.spec.low:
+        low = found.spec.low + 1e-6 * (high - found.spec.low)
+    start = min(max(parameter.at(1.0, found.value), low), high)
+    return FreeParameter(
+        name=found.name, unit=found.spec.unit, start=start, low=low, high=high, scale="linear"
+    )

@@ -1,0 +1,219 @@
+"""Which parameters of a rig a calibration frees, within which range, from which knowledge."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+from pamsim.core.errors import InputError, nearest
+from pamsim.core.parameters import Sourced
+from pamsim.core.units import parse_quantity, to_si
+from pamsim.engine.native import is_native
+from pamsim.engine.rig import Rig
+from pamsim.engine.rig_parameter import RigParameter, rig_parameter
+from pamsim.inference.free_parameter import FreeParameter, Prior, Scale
+
+FACTOR = 5.0
+"""Where nothing states a range, a positive number may change by this factor either way, and one of
+either sign by this many times its size or the half-width of its stated 95 % interval."""
+
+_NORMAL95 = 1.959964  # half-width of a normal distribution's 95 % interval in standard deviations
+_WIDE = 2.0  # from this ratio of its ends on, a range of positive numbers is searched in proportion
+
+MOST_BY_DEFAULT = 8
+
+# How hard the muscles pull and push back, how wide the loops are, how fast the air flows each way,
+# what damps the joint: what a recording of valves, angle and pressures shows of most rigs.
+_MOVING = (
+    "force.scale",
+    "passive.stiffness",
+    "passive.locking",
+    "hysteresis.force_per_pressure",
+    "valve.conductance_fill",
+    "valve.conductance_exhaust",
+)
+# Without forces measured, the size of all forces together shows at rest by the load alone.
+_AT_REST = ("passive.stiffness", "passive.locking")
+
+
+@dataclass(frozen=True, kw_only=True)
+class FreedParameter:
+    """One number that the fit moves, and every parameter of the rig that takes it.
+
+    Attributes:
+        names: parameters that take it, the one it is named after first.
+        free: its range, scale, start and prior, for the search.
+        before: the rig's parameter it is named after.
+        range_source: where its range comes from.
+    """
+
+    names: tuple[str, ...]
+    free: FreeParameter
+    before: RigParameter
+    range_source: str
+
+    @property
+    def name(self) -> str:
+        """Name of the parameter it is named after."""
+        return self.names[0]
+
+    @property
+    def written_unit(self) -> str:
+        """Unit the rig's file has it in; SI if the file lacks it."""
+        return self.before.stated.unit if self.before.stated else self.before.spec.unit
+
+    def written(self, value: float) -> float:
+        """A value [SI] in the unit of the rig's file."""
+        return to_si(value, self.before.spec.unit, self.written_unit, where=self.name)
+
+    def values(self, value: float) -> dict[str, float]:
+        """The value under every name that takes it [SI]."""
+        return dict.fromkeys(self.names, value)
+
+
+def default_names(rig: Rig, *, moving: bool) -> tuple[str, ...]:
+    """Parameters to free where the user names none, `MOST_BY_DEFAULT` at most.
+
+    Those that such data show of most rigs, as far as the rig's file states them and they are not 0;
+    then what the file calls identified, for it was open before.
+
+    Args:
+        rig: to calibrate.
+        moving: whether there are recordings; angles at rest show neither flows nor damping.
+
+    Raises:
+        InputError: if the rig states none of them.
+    """
+    stated = {
+        **{f"{group}.{k}": v for group, part in rig.file.muscle.items() for k, v in part.items()},
+        **rig.file.native,
+    }
+    joint = f"joint.{rig.file.angle_joint}.damping"
+    usual = (*_MOVING, joint) if moving else _AT_REST
+    open_before = [
+        name
+        for name, entry in stated.items()
+        if isinstance(entry, Sourced)
+        and entry.source.startswith("identified")
+        and (moving or not (name.startswith("valve.") or name.endswith(".damping")))
+    ]
+    chosen = [
+        name
+        for name in dict.fromkeys((*usual, *open_before))
+        if name in stated and rig_parameter(rig, name).value != 0.0
+    ]
+    if not chosen:
+        raise InputError(
+            f"rig {rig.name!r} states none of the parameters that are freed by default"
+            f" ({', '.join(usual)}); name some with --free"
+        )
+    return tuple(chosen[:MOST_BY_DEFAULT])
+
+
+def freed_parameters(
+    rig: Rig,
+    wanted: Sequence[str],
+    *,
+    bounds: Mapping[str, str] | None = None,
+    prior: bool = False,
+) -> tuple[FreedParameter, ...]:
+    """Look the parameters to free up and give each its range.
+
+    Args:
+        rig: to calibrate.
+        wanted: names as `Rig.with_parameters` has them; ``a=b`` makes one number of both.
+        bounds: name -> ``low:high``, in the unit of the rig's file unless they carry one. Otherwise
+            the range is what the file states, and without that `FACTOR` around the value.
+        prior: take the 95 % intervals of the rig's file as prior knowledge.
+
+    Raises:
+        InputError: for an unknown or doubled name, bounds of a parameter that is not free, a range
+            that cannot be read or found, or values of one number that differ.
+        ParameterError: for a range that is empty or leaves the present value out.
+    """
+    given = dict(bounds or {})
+    found: list[FreedParameter] = []
+    for group in wanted:
+        names = tuple(name.strip() for name in group.split("="))
+        parameters = [rig_parameter(rig, name) for name in names]
+        units = {parameter.spec.unit for parameter in parameters}
+        if len(units) > 1:
+            raise InputError(f"--free {group}: one number cannot be both {' and '.join(units)}")
+        for name in names:
+            _refuse_doubled(name, [n for freed in found for n in freed.names])
+        limits = [given.pop(name) for name in names if name in given]
+        found.append(_freed(names, parameters, limits[0] if limits else None, prior))
+    if given:
+        known = [name for freed in found for name in freed.names]
+        unknown = next(iter(given))
+        raise InputError(f"--bounds {unknown}: it is not free; {nearest(unknown, known)}")
+    return tuple(found)
+
+
+def _refuse_doubled(name: str, before: Sequence[str]) -> None:
+    for other in before:
+        alike = name == other or other.endswith(f":{name}") or name.endswith(f":{other}")
+        if alike:
+            raise InputError(f"--free {name}: {other} is free already, which sets the same number")
+
+
+def _freed(
+    names: tuple[str, ...], parameters: Sequence[RigParameter], limits: str | None, prior: bool
+) -> FreedParameter:
+    first, spec = parameters[0], parameters[0].spec
+    low, high, source = _range(first, limits)
+    low = max(low, *(parameter.spec.low for parameter in parameters))
+    high = min(high, *(parameter.spec.high for parameter in parameters))
+    in_proportion = low > 0.0 and high > _WIDE * low
+    scale: Scale = "log" if in_proportion else "linear"
+    free = FreeParameter(
+        name=first.name,
+        unit=spec.unit,
+        start=first.value,
+        low=low,
+        high=high,
+        scale=scale,
+        prior=_prior(first) if prior else None,
+    )
+    return FreedParameter(names=names, free=free, before=first, range_source=source)
+
+
+def _range(parameter: RigParameter, limits: str | None) -> tuple[float, float, str]:
+    spec, stated, value = parameter.spec, parameter.stated, parameter.value
+    unit = stated.unit if stated else spec.unit
+    if limits is not None:
+        ends = limits.split(":")
+        if len(ends) != 2:
+            raise InputError(
+                f"--bounds {parameter.name}={limits}: write NAME=LOW:HIGH, such as"
+                " chamber.dead_volume=5:40"
+            )
+        where = f"--bounds {parameter.name}"
+        low, high = (parse_quantity(end, unit, spec.unit, where=where) for end in ends)
+        return low, high, "--bounds"
+    if stated and stated.bounds:
+        low, high = (to_si(end, unit, spec.unit, where=stated.where) for end in stated.bounds)
+        return low, high, "bounds of params.toml"
+    if value == 0.0:
+        if is_native(parameter.name):
+            raise InputError(
+                f"{parameter.name} is 0, which says nothing of its size: give a range with"
+                f" --bounds {parameter.name}=LOW:HIGH [{spec.unit}]"
+            )
+        return spec.low, spec.high, "whole allowed range, because it is 0"
+    if spec.low >= 0.0:
+        return value / FACTOR, value * FACTOR, f"a factor {FACTOR:g} either way"
+    known = parameter.interval95
+    reach = FACTOR * max(abs(value), 0.5 * (known[1] - known[0]) if known else 0.0)
+    return value - reach, value + reach, f"{FACTOR:g} times its size, or its doubt, either way"
+
+
+def _prior(parameter: RigParameter) -> Prior | None:
+    known = parameter.interval95
+    if known is None or parameter.stated is None:
+        return None
+    return Prior(
+        mean=parameter.value,
+        standard_deviation=(known[1] - known[0]) / (2.0 * _NORMAL95),
+        source=f"95 % interval in params.toml ({parameter.stated.source})",
+    )

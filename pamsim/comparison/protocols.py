@@ -1,0 +1,169 @@
+"""The safe inputs by which an antagonistic rig shows what its model lacks."""
+
+from __future__ import annotations
+
+import zlib
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pamsim.core.errors import InputError, nearest
+from pamsim.core.experiment import Experiment
+from pamsim.signals.excitation import bursts, held_levels, multisine, triangle
+
+FloatArray = NDArray[np.float64]
+Drive = Callable[[FloatArray, np.random.Generator], FloatArray]
+
+HELD_OUT_SUFFIX = "_check"
+"""End of the name of a protocol's second setting, which diagnoses hold out."""
+
+DURATION = 8.0
+"""Length of a trial [s]."""
+
+RATE = 100.0
+"""Sampling rate of a trial [Hz]."""
+
+MULTISINE_PERIOD = 4.0
+"""Period of the multisines' fundamental [s]; two fit into a trial."""
+
+MULTISINE_LINES = 12
+
+_MIDDLE = 2.5e5  # common pressure about which trials move [Pa]
+
+
+@dataclass(frozen=True, kw_only=True)
+class Protocol:
+    """An input for two antagonistic muscles.
+
+    Attributes:
+        name: as in recordings.
+        shows: what it is for.
+        command: ``pressure`` or ``valve``.
+        drive: times (n,) [s] and random numbers to commands (n, 2) [Pa or -].
+        load: mass on the arm [kg].
+    """
+
+    name: str
+    shows: str
+    command: str
+    drive: Drive
+    load: float = 0.0
+
+    def experiment(self, seed: int = 0, duration: float | None = None) -> Experiment:
+        """The experiment; the same seed gives the same one.
+
+        Args:
+            seed: of its random levels, periods, phases and signs.
+            duration: [s]; `DURATION` if left out.
+        """
+        duration = DURATION if duration is None else duration
+        time = np.arange(round(duration * RATE)) / RATE
+        rng = np.random.default_rng([seed, zlib.crc32(self.name.encode())])
+        command = self.drive(time, rng)
+        start = command[0] if self.command == "pressure" else np.full(2, _MIDDLE)
+        return Experiment(
+            command=self.command,
+            command_time=time,
+            command_value=command,
+            start_pressure=start,
+            duration=duration,
+            sample_rate=RATE,
+            load=self.load,
+            name=self.name,
+        )
+
+
+def _apart(difference: FloatArray, common: float | FloatArray = _MIDDLE) -> FloatArray:
+    """Set points (n, 2) of a common pressure and half a difference [Pa]."""
+    return np.stack([common + difference, common - difference], axis=1)
+
+
+def _triangle(time: FloatArray, rng: np.random.Generator) -> FloatArray:
+    period, shrink = rng.uniform(2.8, 4.4), rng.uniform(0.5, 0.75)
+    half = rng.choice([-1.0, 1.0]) * rng.uniform(1.2e5, 1.8e5)
+    return _apart(half * triangle(time, period, shrink))
+
+
+def _staircase(hold: float, half: float) -> Drive:
+    return lambda time, rng: _apart(half * held_levels(time, hold, 6, rng))
+
+
+def _multisine(half: float) -> Drive:
+    return lambda time, rng: _apart(half * multisine(time, MULTISINE_PERIOD, MULTISINE_LINES, rng))
+
+
+def _cocontraction(time: FloatArray, rng: np.random.Generator) -> FloatArray:
+    # The lowest set point stays above the atmosphere and the highest far below the supply.
+    period, swing = rng.uniform(2.8, 4.4), rng.uniform(1.4e5, 1.9e5)
+    half = rng.choice([-1.0, 1.0]) * rng.uniform(2e4, 4e4)
+    common = _MIDDLE - swing * np.cos(2.0 * np.pi * time / period)
+    side = np.where(np.mod(time, 2.0 * period) < period, 1.0, -1.0)
+    return _apart(half * side, common)
+
+
+def _bursts(spacing: float) -> Drive:
+    return lambda time, rng: np.stack(
+        [bursts(time, spacing, 0.05, 0.2, rng), bursts(time, spacing, 0.05, 0.2, rng)], axis=1
+    )
+
+
+def _loaded_steps(hold: float) -> Drive:
+    return lambda time, rng: _apart(4e4 * held_levels(time, hold, 5, rng))
+
+
+PROTOCOLS: dict[str, Protocol] = {
+    protocol.name: protocol
+    for protocol in (
+        Protocol(
+            name="triangle",
+            shows="hysteresis, friction, play: slow loops with minor loops inside",
+            command="pressure",
+            drive=_triangle,
+        ),
+        Protocol(
+            name="staircase",
+            shows="creep and leaks in holds, angles at rest over the whole range",
+            command="pressure",
+            drive=_staircase(1.6, 1.8e5),
+        ),
+        Protocol(
+            name="multisine",
+            shows="linear dynamics apart from even and odd distortion",
+            command="pressure",
+            drive=_multisine(1.6e5),
+        ),
+        Protocol(
+            name="cocontraction",
+            shows="what grows with the common pressure: stiffness, threshold, mismatch",
+            command="pressure",
+            drive=_cocontraction,
+        ),
+        Protocol(
+            name="bursts",
+            shows="valves, delays, and shut chambers between",
+            command="valve",
+            drive=_bursts(0.8),
+        ),
+        Protocol(
+            name="loaded_steps",
+            shows="load, inertia and friction: small steps with a mass on the arm",
+            command="pressure",
+            drive=_loaded_steps(1.0),
+            load=1.2,
+        ),
+    )
+}
+"""Name -> protocol."""
+
+
+def protocol(name: str) -> Protocol:
+    """Look a protocol up.
+
+    Raises:
+        InputError: if there is none of that name, with the nearest.
+    """
+    if name not in PROTOCOLS:
+        raise InputError(f"no protocol {name!r}; {nearest(name, PROTOCOLS)}")
+    return PROTOCOLS[name]

@@ -1,0 +1,174 @@
+"""What a trial's first pressure sample does not tell: where the muscles really started.
+
+A trial starts at its first measured pressures, which carry the sensor's noise. With shut valves an
+error of the start lasts as long as the trial, and a fit would take it for something else. So each
+trial's start may differ from what was read by about that noise, and what best fits the trial is
+added along the simulated signals' own sensitivity to the start: a linear nuisance, profiled out.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pamsim.comparison.trial_experiment import start_pressures
+from pamsim.core.trial import Trial
+from pamsim.signals.roughness import rough_noise
+
+FloatArray = NDArray[np.float64]
+Signals = Mapping[str, FloatArray]
+
+STEP = 1e3
+"""Change of a start pressure from which sensitivities are taken [Pa]."""
+
+_REACH = 4.0  # standard deviations of sensor noise that a first sample is not off by
+_LAGS = 20  # parts of a trial, one of which is the longest time over which noise may drift
+_PASSES = 2  # the second knows what a channel misses apart from the wrong start
+_ALIKE = 6.0  # standard deviations by which starts of repeats may differ and still be one start
+_UNIFORM = np.sqrt(12.0)  # of a uniform distribution, in its standard deviations
+
+
+@dataclass(frozen=True)
+class StartError:
+    """What is known of one trial's start before it is compared.
+
+    Attributes:
+        read: (m,) first measured minus simulated start pressure [Pa].
+        spread: (m,) how far at most the truth is from what was read [Pa]; 0 where a set point says
+            it.
+    """
+
+    read: FloatArray
+    spread: FloatArray
+
+    def adjusted(
+        self, trial: Trial, simulated: Signals, sensitivity: Signals, channels: Sequence[str]
+    ) -> dict[str, FloatArray]:
+        """Signals as they would be from the start that fits the trial best.
+
+        Args:
+            trial: as measured.
+            simulated: channel -> (n,) at the trial's times [SI].
+            sensitivity: channel -> (n, m) change per change of the start pressures [SI / Pa].
+            channels: that are compared.
+
+        Returns:
+            Channel -> (n,), all channels of ``simulated``.
+        """
+        free = self.spread > 0.0
+        if not free.any():
+            return dict(simulated)
+        spread = self.spread[free]
+        shift = np.zeros(free.size)
+        for _ in range(_PASSES):
+            # In units of the spread; each channel counts by what it misses, model error included.
+            normal = np.eye(int(free.sum()))
+            read = self.read[free] / spread
+            right = read.copy()
+            for channel in channels:
+                miss = trial.measured[channel] - simulated[channel]
+                missed = miss - sensitivity[channel] @ shift
+                slope = sensitivity[channel][:, free] * spread
+                weight = 1.0 / max(float(np.mean(missed**2)), np.finfo(float).tiny)
+                normal += weight * slope.T @ slope
+                right += weight * slope.T @ miss
+            away = np.linalg.solve(normal, right) - read
+            # A model that misses by far would take more than a sensor can be wrong by.
+            away /= (1.0 + away**4) ** 0.25
+            shift[free] = (read + away) * spread
+        return {name: signal + sensitivity[name] @ shift for name, signal in simulated.items()}
+
+
+def start_groups(trials: Sequence[Trial]) -> list[tuple[FloatArray, list[int]]]:
+    """Trials that can be simulated from one start: repeats whose first samples differ by noise.
+
+    Args:
+        trials: of one rig.
+
+    Returns:
+        Start pressures (m,) [Pa] of each group, and the numbers of its trials.
+
+    Raises:
+        InputError: if a trial does not say where it started.
+    """
+    groups: list[tuple[list[FloatArray], list[int]]] = []
+    for number, trial in enumerate(trials):
+        start = start_pressures(trial)
+        for starts, members in groups:
+            first = trials[members[0]]
+            if _same_settings(first, trial) and np.all(
+                np.abs(start - starts[0]) <= _ALIKE * _noise_of_repeats(first, trial)
+            ):
+                starts.append(start)
+                members.append(number)
+                break
+        else:
+            groups.append(([start], [number]))
+    return [(np.mean(starts, axis=0), members) for starts, members in groups]
+
+
+def start_error(
+    trial: Trial, simulated_start: FloatArray, simulated: Signals | None = None
+) -> StartError:
+    """What is known of a trial's start.
+
+    Args:
+        trial: as measured.
+        simulated_start: (m,) [Pa].
+        simulated: channel -> (n,) at the trial's times from that start [SI]. What it misses shows
+            sensor noise that drifts; without it, noise counts as white.
+    """
+    noise = _noise(trial)
+    for muscle, channel in enumerate(_channels(trial)):
+        if simulated is not None and channel in trial.measured:
+            drifting = _drifting(trial.measured[channel] - simulated[channel])
+            noise[muscle] = max(noise[muscle], drifting)
+    return StartError(start_pressures(trial) - simulated_start, _REACH * noise)
+
+
+def _channels(trial: Trial) -> list[str]:
+    return [f"pressure_{muscle + 1}" for muscle in range(trial.muscles)]
+
+
+def _noise(trial: Trial) -> FloatArray:
+    """Noise of each muscle's pressure sensor from sample to sample, (m,) [Pa]; 0 without sensor.
+
+    At least that of rounding to the converter's step.
+    """
+    found = np.zeros(trial.muscles)
+    for muscle, channel in enumerate(_channels(trial)):
+        measured = trial.measured.get(channel)
+        if measured is not None:
+            # Neighbouring values of a converter are a step apart, those of a finer record are not.
+            step = float(np.min(np.diff(np.unique(measured)), initial=np.inf))
+            rounding = step / _UNIFORM if np.isfinite(step) else 0.0
+            found[muscle] = max(rough_noise(measured, 1), rounding)
+    return found
+
+
+def _noise_of_repeats(one: Trial, other: Trial) -> FloatArray:
+    """Noise of each muscle's pressure sensor, (m,) [Pa], drift as two repeats show it included."""
+    found = np.maximum(_noise(one), _noise(other))
+    for muscle, channel in enumerate(_channels(one)):
+        if channel in one.measured and channel in other.measured:
+            apart = (one.measured[channel] - other.measured[channel]) / np.sqrt(2.0)
+            found[muscle] = max(found[muscle], _drifting(apart))
+    return found
+
+
+def _drifting(miss: FloatArray) -> float:
+    """Noise of a signal from which its smooth part is taken, drift included [as the signal]."""
+    return rough_noise(miss, max(len(miss) // _LAGS, 1))
+
+
+def _same_settings(one: Trial, other: Trial) -> bool:
+    return (
+        one.protocol == other.protocol
+        and one.command_kind == other.command_kind
+        and one.load == other.load
+        and np.array_equal(one.time, other.time)
+        and np.array_equal(one.command, other.command)
+    )

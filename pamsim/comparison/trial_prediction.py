@@ -1,0 +1,275 @@
+"""What a rig makes of measurements: the simulated signal beside every measured one."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pamsim.comparison.measurements import CalibrationData
+from pamsim.comparison.sensed_runs import as_read, identity, sensed_runs
+from pamsim.comparison.start_errors import STEP, StartError, start_error, start_groups
+from pamsim.comparison.table_experiments import table_experiments
+from pamsim.comparison.trial_experiment import at_times, experiment_of
+from pamsim.core.errors import InputError, nearest
+from pamsim.core.experiment import Experiment
+from pamsim.core.recording import Outcome, Recording
+from pamsim.core.trial import Trial
+from pamsim.engine.rig import Rig
+from pamsim.inference.residual_block import Blocks, ResidualBlock
+
+FloatArray = NDArray[np.float64]
+
+CHANNELS = ("angle", "pressure", "force")
+
+AT_REST = "angle_at_rest"
+"""Channel of static tables: its misfit is of another kind than the noise of a recorded angle."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Prediction:
+    """What one rig makes of the measurements.
+
+    Attributes:
+        trials: name of the trial -> channel -> simulated signal at the trial's times [SI].
+        tables: name of the table -> (n,) angles at rest [rad].
+    """
+
+    trials: dict[str, dict[str, FloatArray]]
+    tables: dict[str, FloatArray]
+
+
+class TrialPredictor:
+    """Simulates every trial and every row of measurements with rigs that differ in parameters.
+
+    Trials and rows whose experiments are alike are simulated once.
+
+    Args:
+        rig: any of them: it says how many muscles there are.
+        data: what is compared.
+        channels: kinds of channel to compare: ``angle``, ``pressure``, ``force``.
+        threads: simulations at a time; None for one per processor.
+        simulated: is told the number of simulations before each batch.
+
+    Raises:
+        InputError: if a trial has none of the channels, does not fit the rig, or does not say where
+            it started.
+    """
+
+    def __init__(
+        self,
+        rig: Rig,
+        data: CalibrationData,
+        *,
+        channels: Sequence[str] = CHANNELS,
+        threads: int | None = None,
+        simulated: Callable[[int], None] | None = None,
+    ) -> None:
+        self.rig = rig
+        self.data = data
+        self._channels = tuple(channels)
+        self._threads = threads
+        self._simulated = simulated
+        self._experiments: list[Experiment] = []
+        self._numbers: dict[tuple[object, ...], int] = {}
+        for trial in data.trials:
+            self._check_muscles(trial.name, trial.muscles)
+            if not self.compared(trial):
+                raise InputError(
+                    f"trial {trial.name!r} has none of the channels {', '.join(channels)}; it has"
+                    f" {', '.join(trial.measured) or 'none'}"
+                )
+        for table in data.tables:
+            self._check_muscles(table.name, table.pressure.shape[1])
+        self._of_trial = [0] * len(data.trials)
+        self._start_of = [np.zeros(0)] * len(data.trials)
+        for start, members in start_groups(data.trials):
+            experiment = replace(experiment_of(data.trials[members[0]]), start_pressure=start)
+            for member in members:
+                self._of_trial[member] = self._number(experiment)
+                self._start_of[member] = start
+        self._slopes: list[dict[str, FloatArray]] | None = None
+        self._starts: list[StartError] = []
+        self._of_row = [[self._number(e) for e in table_experiments(t)] for t in data.tables]
+
+    def _check_muscles(self, name: str, muscles: int) -> None:
+        if muscles != len(self.rig.muscles):
+            raise InputError(
+                f"{name!r} is of {muscles} muscles, rig {self.rig.name!r} has"
+                f" {len(self.rig.muscles)}"
+            )
+
+    def _number(self, experiment: Experiment) -> int:
+        """Number of an experiment among the different ones."""
+        key = identity(experiment)
+        if key not in self._numbers:
+            self._numbers[key] = len(self._experiments)
+            self._experiments.append(experiment)
+        return self._numbers[key]
+
+    @property
+    def experiments(self) -> tuple[Experiment, ...]:
+        """What one parameter vector is simulated with."""
+        return tuple(self._experiments)
+
+    def compared(self, trial: Trial) -> tuple[str, ...]:
+        """Channels of a trial that are compared."""
+        return tuple(name for name in trial.measured if name.split("_")[0] in self._channels)
+
+    def predictions(
+        self,
+        rigs: Sequence[Rig | None],
+        *,
+        left_out: frozenset[str] = frozenset(),
+        timestep: float | None = None,
+        settle_steps: int = 1,
+    ) -> list[Prediction | None]:
+        """What rigs make of the measurements; None where there is none or a run broke down.
+
+        Args:
+            rigs: to simulate.
+            left_out: names of trials that need not be predicted.
+            timestep: [s]; each rig's own if left out.
+            settle_steps: see `pamsim.engine.batch.simulate_batch`.
+        """
+        if self._slopes is None:
+            self.linearise_starts(next((rig for rig in rigs if rig is not None), None))
+        numbers = {
+            number
+            for trial, number in zip(self.data.trials, self._of_trial, strict=True)
+            if trial.name not in left_out
+        }.union(*self._of_row)
+        runs = iter(
+            self._run(
+                [
+                    (rig, as_read(rig, e) if number in self._of_trial else e)
+                    for rig in rigs
+                    if rig is not None
+                    for number, e in enumerate(self._experiments)
+                    if number in numbers
+                ],
+                timestep,
+                settle_steps,
+            )
+        )
+        return [
+            None
+            if rig is None
+            else self._prediction({n: next(runs) for n in sorted(numbers)}, left_out)
+            for rig in rigs
+        ]
+
+    @property
+    def starts_matter(self) -> bool:
+        """Whether a trial starts at a pressure that a sensor has read."""
+        return any(np.any(start.spread > 0.0) for start in self._starts)
+
+    def linearise_starts(self, rig: Rig | None, *, timestep: float | None = None) -> None:
+        """Take the starts' noise and the sensitivities to them at a rig.
+
+        To be done before the first prediction, and again where a fit has ended; where a run breaks
+        down there, or for None, starts are taken as read.
+        """
+        self._slopes = [{} for _ in self.data.trials]
+        self._starts = list(map(start_error, self.data.trials, self._start_of))
+        if rig is None:
+            return
+        for number in set(self._of_trial):
+            experiment = self._experiments[number]
+            moved = [
+                experiment.start_pressure,
+                *(experiment.start_pressure + STEP * row for row in np.eye(len(rig.muscles))),
+            ]
+            runs = self._run(
+                [(rig, as_read(rig, replace(experiment, start_pressure=s))) for s in moved],
+                timestep,
+            )
+            if any(run.outcome is not Outcome.COMPLETED for run in runs):
+                continue
+            for i, (trial, of, slopes) in enumerate(
+                zip(self.data.trials, self._of_trial, self._slopes, strict=True)
+            ):
+                if of == number:
+                    base, *others = (at_times(run, trial) for run in runs)
+                    self._starts[i] = start_error(trial, self._start_of[i], base)
+                    for name, signal in base.items():
+                        slopes[name] = np.column_stack(
+                            [(other[name] - signal) / STEP for other in others]
+                        )
+
+    def _run(
+        self,
+        jobs: list[tuple[Rig, Experiment]],
+        timestep: float | None = None,
+        settle_steps: int = 1,
+    ) -> list[Recording]:
+        return sensed_runs(
+            jobs,
+            timestep=timestep,
+            settle_steps=settle_steps,
+            threads=self._threads,
+            simulated=self._simulated,
+        )
+
+    def _prediction(
+        self, runs: dict[int, Recording], left_out: frozenset[str]
+    ) -> Prediction | None:
+        if any(run.outcome is not Outcome.COMPLETED for run in runs.values()):
+            return None
+        assert self._slopes is not None
+        trials: dict[str, dict[str, FloatArray]] = {}
+        for trial, number, start, slopes in zip(
+            self.data.trials, self._of_trial, self._starts, self._slopes, strict=True
+        ):
+            if trial.name in left_out:
+                continue
+            simulated = at_times(runs[number], trial)
+            if slopes:
+                simulated = start.adjusted(trial, simulated, slopes, self.compared(trial))
+            trials[trial.name] = simulated
+        return Prediction(
+            trials=trials,
+            tables={
+                table.name: np.array([runs[index].angle[-1] for index in rows])
+                for table, rows in zip(self.data.tables, self._of_row, strict=True)
+            },
+        )
+
+    def blocks(self, found: Prediction) -> Blocks:
+        """Residuals of a prediction, simulated minus measured."""
+        blocks = [
+            ResidualBlock(
+                trial=trial.name,
+                protocol=trial.protocol,
+                channel=channel,
+                residual=found.trials[trial.name][channel] - trial.measured[channel],
+                sample_interval=trial.sample_interval,
+            )
+            for trial in self.data.trials
+            if trial.name in found.trials
+            for channel in self.compared(trial)
+        ]
+        blocks += [
+            ResidualBlock(
+                trial=table.name,
+                protocol=table.name,
+                channel=AT_REST,
+                residual=found.tables[table.name] - table.angle,
+            )
+            for table in self.data.tables
+        ]
+        return blocks
+
+
+def check_channels(channels: Sequence[str]) -> tuple[str, ...]:
+    """Kinds of channel by name.
+
+    Raises:
+        InputError: for an unknown one.
+    """
+    for name in channels:
+        if name not in CHANNELS:
+            raise InputError(f"--channels: no channel {name!r}; {nearest(name, CHANNELS)}")
+    return tuple(channels)

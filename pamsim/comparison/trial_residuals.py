@@ -1,0 +1,188 @@
+"""Residuals of many trials as one vector, and what each part of it belongs to."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pamsim.core.errors import InputError
+from pamsim.inference.residual_block import BlockPlace, Blocks, layout, stacked
+
+FloatArray = NDArray[np.float64]
+Values = Mapping[str, float]
+
+
+class SimulateValues(Protocol):
+    """What a diagnosis is handed: parameters to residuals."""
+
+    def __call__(
+        self, sets: Sequence[Values], *, held_out: bool, fine: bool
+    ) -> Sequence[Blocks | None]:
+        """Simulate every trial with several parameter sets.
+
+        Args:
+            sets: rig parameters [SI] by name, those left out at the rig's own values.
+            held_out: False to leave out the trials that are kept for judging.
+            fine: False for coarser and quicker steps, where there are any.
+
+        Returns:
+            For each the residual blocks (simulated minus measured); None where a simulation broke
+            down.
+        """
+        ...
+
+
+@dataclass(frozen=True, kw_only=True)
+class TrialLayout:
+    """What the rows of a stacked residual belong to.
+
+    Attributes:
+        places: every channel of every trial.
+        held_out: names of the trials that no fit may see.
+    """
+
+    places: tuple[BlockPlace, ...]
+    held_out: frozenset[str]
+
+    @property
+    def channels(self) -> tuple[str, ...]:
+        """Channels, in the order of their first trial."""
+        return tuple(dict.fromkeys(p.block.channel for p in self.places))
+
+    @property
+    def protocol_of(self) -> dict[str, str]:
+        """Trial -> protocol."""
+        return {p.block.trial: p.block.protocol for p in self.places}
+
+    def trials(self, *, held_out: bool) -> tuple[str, ...]:
+        """Names of the trials that are held out, or of those that are fitted."""
+        names = dict.fromkeys(p.block.trial for p in self.places)
+        return tuple(name for name in names if (name in self.held_out) == held_out)
+
+    @property
+    def fitted_places(self) -> tuple[BlockPlace, ...]:
+        """Every channel of the trials that fits see, with its rows in a stack of these alone."""
+        found: list[BlockPlace] = []
+        end = 0
+        for place in self.places:
+            if place.block.trial not in self.held_out:
+                count = place.rows.stop - place.rows.start
+                found.append(BlockPlace(place.block, slice(end, end + count)))
+                end += count
+        return tuple(found)
+
+    def rows(self, trials: Iterable[str]) -> NDArray[np.bool_]:
+        """Mask of the rows of some trials, shape (n,)."""
+        wanted = set(trials)
+        mask = np.zeros(self.places[-1].rows.stop, dtype=bool)
+        for place in self.places:
+            mask[place.rows] = place.block.trial in wanted
+        return mask
+
+    def weights(self, noise: Mapping[str, float]) -> FloatArray:
+        """One over each row's noise, shape (n,), so that a channel counts by what it can tell.
+
+        Every channel of a trial has the same say however often it was sampled.
+
+        Args:
+            noise: channel -> standard deviation [SI].
+        """
+        found = np.empty(self.places[-1].rows.stop)
+        for place in self.places:
+            count = place.block.residual.size
+            found[place.rows] = 1.0 / (noise[place.block.channel] * np.sqrt(count))
+        return found
+
+
+class TrialSimulator:
+    """A handed-in simulator: residuals stacked, coarse steps corrected, runs counted.
+
+    Coarse steps are off by almost the same whatever a few parameters are: what fine steps change at
+    one parameter set is added everywhere.
+
+    Args:
+        simulate: see `SimulateValues`.
+        held_out: names of the trials that no fit may see.
+    """
+
+    def __init__(self, simulate: SimulateValues, held_out: frozenset[str] = frozenset()) -> None:
+        self.simulate = simulate
+        self.held_out = held_out
+        self.evaluations = 0
+        self._layout: TrialLayout | None = None
+        self._seen = np.zeros(0, dtype=bool)
+        self._correction = np.zeros(0)
+
+    @property
+    def layout(self) -> TrialLayout:
+        """What the rows belong to.
+
+        Raises:
+            InputError: if no simulation has come through yet.
+        """
+        if self._layout is None:
+            raise InputError("no simulation has run to its end yet; check the rig's parameters")
+        return self._layout
+
+    @property
+    def fitted(self) -> NDArray[np.bool_]:
+        """Mask (n,) of the rows of the trials that fits see."""
+        return self._seen
+
+    def anchor(self, values: Values) -> FloatArray | None:
+        """Simulate in fine steps, and correct coarse ones by the difference from now on.
+
+        Returns:
+            Residual of all trials, (n,) [SI], or None if the simulation broke down.
+        """
+        fine = self.fine(values)
+        (coarse,) = self._run([values], held_out=True, fine=False)
+        if fine is not None and coarse is not None:
+            self._correction = fine - coarse
+        return fine
+
+    def fine(self, values: Values) -> FloatArray | None:
+        """Residual of all trials in fine steps, (n,) [SI], or None if the simulation broke down."""
+        return self._run([values], held_out=True, fine=True)[0]
+
+    def whole(self, values: Values) -> FloatArray | None:
+        """Residual of all trials in coarse steps, corrected, (n,) [SI], or None."""
+        (found,) = self._run([values], held_out=True, fine=False)
+        return None if found is None else found + self._correction
+
+    def fit_rows(self, sets: Sequence[Values], *, fine: bool = False) -> list[FloatArray | None]:
+        """Residuals of the trials that fits see, for several parameter sets in one call.
+
+        Args:
+            sets: rig parameters by name [SI].
+            fine: True for fine steps.
+
+        Returns:
+            For each shape (f,) [SI], or None where the simulation broke down.
+        """
+        found = self._run(sets, held_out=False, fine=fine)
+        if fine:
+            return found
+        correction = self._correction[self._seen]
+        return [None if r is None else r + correction for r in found]
+
+    def _run(
+        self, sets: Sequence[Values], *, held_out: bool, fine: bool
+    ) -> list[FloatArray | None]:
+        self.evaluations += len(sets)
+        found: list[FloatArray | None] = []
+        for blocks in self.simulate(sets, held_out=held_out, fine=fine):
+            if blocks is not None and self._layout is None and held_out:
+                self._layout = TrialLayout(places=layout(blocks), held_out=self.held_out)
+                self._seen = self._layout.rows(self._layout.trials(held_out=False))
+                self._correction = np.zeros(self._seen.size)
+            if blocks is None:
+                found.append(None)
+                continue
+            places = self.layout.places if held_out else self.layout.fitted_places
+            found.append(stacked(blocks, places))
+        return found

@@ -1,0 +1,159 @@
+"""A rig beside its recordings, as a diagnosis asks for it: residuals, signals, a menu."""
+
+from __future__ import annotations
+
+import copy
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pamsim.comparison.measurements import CalibrationData
+from pamsim.comparison.trial_prediction import CHANNELS, TrialPredictor, check_channels
+from pamsim.comparison.trial_residuals import Values
+from pamsim.core.errors import InputError, ParameterError
+from pamsim.core.recording import Outcome, Recording
+from pamsim.diagnosis.experiment_menu import MENU
+from pamsim.diagnosis.method.next_experiment import Signals
+from pamsim.engine.batch import simulate_batch
+from pamsim.engine.rig import Rig
+from pamsim.engine.step_check import check_timestep
+from pamsim.inference.residual_block import Blocks
+from pamsim.signals.sensors import distorted
+
+FloatArray = NDArray[np.float64]
+
+_COARSE = 2
+"""Coarse steps in fine ones: the MAS-20 arm's signals then move by up to a tenth of sensor noise,
+and by a hundredth once corrected."""
+
+_SETTLE = 4
+"""Coarse steps in those in which rigs come to rest."""
+
+_SENSOR = "sensor."
+
+
+class DiagnosedRig:
+    """Simulates what a diagnosis compares.
+
+    Args:
+        rig: without effects.
+        data: recordings of it.
+        held_out: names of the trials that are kept for judging.
+        channels: kinds of channel to compare.
+        threads: simulations at a time; None for one per processor.
+
+    Raises:
+        InputError: for an unknown channel, or a trial that does not fit the rig.
+    """
+
+    def __init__(
+        self,
+        rig: Rig,
+        data: CalibrationData,
+        held_out: Sequence[str],
+        *,
+        channels: Sequence[str] = CHANNELS,
+        threads: int | None = None,
+    ) -> None:
+        self.rollouts = 0
+        self._rig = rig
+        self._held_out = frozenset(held_out)
+        self._threads = threads
+        self._predictor = TrialPredictor(
+            rig, data, channels=check_channels(channels), threads=threads, simulated=self._counted
+        )
+        rates = [e.sample_rate for e in self._predictor.experiments]
+        self._coarse = _coarse_step(rig, rates)
+        self._predictor.linearise_starts(rig, timestep=self._coarse)
+
+    def residuals(
+        self, sets: Sequence[Values], *, held_out: bool, fine: bool
+    ) -> list[Blocks | None]:
+        """See `pamsim.comparison.trial_residuals.SimulateValues`."""
+        step = None if fine else self._coarse
+        found = self._predictor.predictions(
+            self._rigs(sets, step),
+            left_out=frozenset() if held_out else self._held_out,
+            timestep=step,
+            settle_steps=1 if fine else _SETTLE,
+        )
+        return [None if p is None else self._predictor.blocks(p) for p in found]
+
+    def signals(self, values: Values) -> Mapping[str, Mapping[str, FloatArray]]:
+        """Simulated signals of every trial at its own times, trial -> channel -> (n,) [SI]."""
+        (found,) = self._predictor.predictions(self._rigs([values], None))
+        return {} if found is None else found.trials
+
+    def menu(self, sets: Sequence[Values]) -> list[Signals | None]:
+        """See `pamsim.diagnosis.method.next_experiment.SimulateMenu`."""
+        rigs = self._rigs(sets, self._coarse)
+        jobs = [(r, p.experiment()) for r in rigs if r is not None for p in MENU.values()]
+        self._counted(len(jobs))
+        runs = iter(simulate_batch(jobs, timestep=self._coarse, threads=self._threads))
+        return [
+            None if rig is None else _signals(rig, {name: next(runs) for name in MENU})
+            for rig in rigs
+        ]
+
+    def _counted(self, runs: int) -> None:
+        self.rollouts += runs
+
+    def _rigs(self, sets: Sequence[Values], step: float | None) -> list[Rig | None]:
+        """The rig with values; those that differ in their sensors alone share a model."""
+        plain: dict[tuple[tuple[str, float], ...], Rig | None] = {}
+        found: list[Rig | None] = []
+        for values in sets:
+            sensor = {n: v for n, v in values.items() if n.startswith(_SENSOR)}
+            rest = {n: v for n, v in values.items() if n not in sensor}
+            key = tuple(sorted(rest.items()))
+            if key not in plain:
+                plain[key] = self._possible(rest, step)
+            rig = plain[key]
+            try:
+                found.append(None if rig is None else rig.with_parameters(sensor))
+            except ParameterError:  # an open end of a range
+                found.append(None)
+        return found
+
+    def _possible(self, values: Values, step: float | None) -> Rig | None:
+        """The rig with values; None where they are out of range or too quick for the time step."""
+        try:
+            rig = self._rig.with_parameters(values)
+            _check(rig, step)
+        except (InputError, ParameterError):
+            return None
+        return rig
+
+
+def _check(rig: Rig, step: float | None) -> None:
+    model = copy.copy(rig.model)
+    if step is not None:
+        model.opt.timestep = step
+    check_timestep(model, rig.muscles)
+
+
+def _coarse_step(rig: Rig, rates: Sequence[float]) -> float | None:
+    """Coarse time step [s]; None where the rig or a sampling rate needs the rig's own."""
+    step = _COARSE * float(rig.model.opt.timestep)
+    ratios = [1.0 / (rate * step) for rate in rates]
+    if any(abs(r - round(r)) > 1e-6 * r or round(r) < 1 for r in ratios):
+        return None
+    try:
+        _check(rig, step)
+    except InputError:
+        return None
+    return step
+
+
+def _signals(rig: Rig, runs: Mapping[str, Recording]) -> Signals | None:
+    if any(run.outcome is not Outcome.COMPLETED for run in runs.values()):
+        return None
+    found: dict[str, dict[str, FloatArray]] = {}
+    for name, run in runs.items():
+        seen = run if rig.sensor is None else distorted(run, rig.sensor)
+        found[name] = {"angle": seen.angle}
+        for muscle in range(len(rig.muscles)):
+            found[name][f"pressure_{muscle + 1}"] = seen.pressure[:, muscle]
+            found[name][f"force_{muscle + 1}"] = seen.tension[:, muscle]
+    return found

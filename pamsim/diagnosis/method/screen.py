@@ -1,0 +1,206 @@
+"""Which effects are worth a refit: their signatures against what the refitted base model misses."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pamsim.comparison.candidate import Candidate, Probe
+from pamsim.diagnosis.method.refit import Fitter
+from pamsim.diagnosis.method.signature import Signature, TangentSpace, signature
+
+FloatArray = NDArray[np.float64]
+
+VISIBLE = 0.02
+"""Excess that an effect must leave at one of its probes to be called visible in the data."""
+
+_FARTHEST = 5.0
+"""Most probes' sizes from which a fit starts: beyond, a signature says little."""
+
+_NEAREST = 0.05
+"""The fewest: nearer to neutral, friction and play have no slope."""
+
+_AS_GOOD = 0.8
+"""Share of the best probe's gain from which another one, of another shape, is a start as well."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Traced:
+    """A probe and the signature that it left.
+
+    Attributes:
+        probe: values of the effect's parameters.
+        signature: across what ordinary parameters can do.
+    """
+
+    probe: Probe
+    signature: Signature
+
+
+@dataclass(frozen=True, kw_only=True)
+class Screened:
+    """What the data can say of one effect, before it is fitted.
+
+    Attributes:
+        candidate: the effect.
+        traces: one per probe that the simulation came through; those that moved nothing too.
+        likeness: largest cosine with the misfit over the probes, without sign where the effect may
+            have either.
+        gain: largest fall of the mean loss that a probe promises, in floors.
+    """
+
+    candidate: Candidate
+    traces: tuple[Traced, ...]
+    likeness: float
+    gain: float
+
+    @property
+    def visible(self) -> bool:
+        """Whether the data would show it at any of its probes."""
+        return any(t.signature.visible > VISIBLE for t in self.traces)
+
+    def starts(self, misfit: FloatArray) -> list[dict[str, float]]:
+        """Where a fit of the effect begins: at the sizes that the best probes point to.
+
+        Args:
+            misfit: (f,) that it is to explain, see `Signature.share`.
+        """
+        ranked = sorted(self.traces, key=lambda t: -_gain(self.candidate, t.signature, misfit))
+        found = [ranked[0]]
+        best = _gain(self.candidate, ranked[0].signature, misfit)
+        for other in ranked[1:]:
+            new = all(not other.probe.same_shape(t.probe) for t in found)
+            if new and _gain(self.candidate, other.signature, misfit) >= _AS_GOOD * best:
+                found.append(other)
+        return [
+            self.candidate.moved(t.probe, _clipped(t.signature.share(misfit))) for t in found[:2]
+        ]
+
+
+def _clipped(share: float) -> float:
+    size = min(max(abs(share), _NEAREST), _FARTHEST)
+    return size if share >= 0.0 else -size
+
+
+def _gain(candidate: Candidate, trace: Signature, misfit: FloatArray) -> float:
+    """Promised gain; none where the effect would need the sign that it cannot have."""
+    gain = trace.gain(misfit)
+    return gain if candidate.two_sided or trace.share(misfit) > 0.0 else 0.0
+
+
+def screen(
+    fitter: Fitter,
+    values: Mapping[str, float],
+    residual: FloatArray,
+    space: TangentSpace,
+    candidates: Sequence[Candidate],
+) -> tuple[Screened, ...]:
+    """Compare every effect's signatures with the misfit, all probes in one call.
+
+    Args:
+        fitter: of the trials.
+        values: of the model without effects, refitted [SI].
+        residual: (n,) of it [SI].
+        space: of its ordinary parameters.
+        candidates: effects.
+
+    Returns:
+        The effects, the most promising first.
+    """
+    jobs = [(c, probe) for c in candidates for probe in c.probes]
+    here = fitter.weighted(residual)
+    found = fitter.changes([{**values, **probe.values} for _, probe in jobs], here)
+    traces: dict[str, list[Traced]] = {c.name: [] for c in candidates}
+    for (candidate, probe), change in zip(jobs, found, strict=True):
+        if change is not None:
+            left = signature(space, change, probe.size)
+            traces[candidate.name].append(Traced(probe=probe, signature=left))
+    return ranked(candidates, traces, space.across(-here))
+
+
+def ranked(
+    candidates: Sequence[Candidate],
+    traces: Mapping[str, Sequence[Traced]],
+    misfit: FloatArray,
+) -> tuple[Screened, ...]:
+    """Effects by what they promise to explain of a misfit, the most promising first.
+
+    Args:
+        candidates: effects.
+        traces: of each.
+        misfit: (f,) measured minus simulated across the tangent space, in units of noise.
+    """
+    found: list[Screened] = []
+    for candidate in candidates:
+        own = tuple(traces[candidate.name])
+        cosines = [t.signature.likeness(misfit) for t in own]
+        if candidate.two_sided:
+            cosines = [abs(c) for c in cosines]
+        found.append(
+            Screened(
+                candidate=candidate,
+                traces=own,
+                likeness=max(cosines, default=0.0),
+                gain=max((_gain(candidate, t.signature, misfit) for t in own), default=0.0),
+            )
+        )
+    return tuple(sorted(found, key=lambda s: -s.gain))
+
+
+def screened_again(
+    screened: Sequence[Screened], space: TangentSpace, misfit: FloatArray
+) -> tuple[Screened, ...]:
+    """The same signatures against what is left once more has been fitted.
+
+    Args:
+        screened: before.
+        space: tangent space that contains the former one.
+        misfit: (f,) across it.
+    """
+    traces = {
+        s.candidate.name: [
+            Traced(probe=t.probe, signature=t.signature.within(space)) for t in s.traces
+        ]
+        for s in screened
+    }
+    return ranked([s.candidate for s in screened], traces, misfit)
+
+
+def alike(one: Screened, other: Screened) -> float:
+    """Largest cosine between the signatures of two effects, without sign."""
+    return max(
+        (abs(a.signature.likeness(b.signature.across)) for a in one.traces for b in other.traces),
+        default=0.0,
+    )
+
+
+def shortlist(
+    screened: Sequence[Screened], count: int, least: float, share: float
+) -> tuple[Screened, ...]:
+    """The effects to refit: the most promising, and the look-alikes and families of the first two.
+
+    Args:
+        screened: the most promising first.
+        count: most of them, look-alikes not counted.
+        least: gain below which an effect cannot be claimed anyhow.
+        share: of the best gain that an effect must promise; look-alikes half of it.
+    """
+    if not screened:
+        return ()
+    best = screened[0].gain
+    bar = max(least, share * best)
+    chosen = [s.candidate.name for s in screened if s.gain >= bar][:count]
+    families = {s.candidate.family for s in screened[:2]}
+    wanted = {name for s in screened[:2] for name in s.candidate.effect.look_alikes}
+    return tuple(
+        s
+        for s in screened
+        if s.candidate.name in chosen
+        or (
+            (s.candidate.name in wanted or s.candidate.family in families)
+            and s.gain >= max(least, 0.5 * share * best)
+        )
+    )

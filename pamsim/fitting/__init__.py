@@ -1,0 +1,1 @@
+"""Fit force laws and hysteresis operators to measured tables, and rank them."""

@@ -1,0 +1,139 @@
+"""Fit arctangent branches to a length-pressure loop (seed 000, (1) and (2))."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pamsim.core.errors import InputError
+from pamsim.core.parameters import specs
+from pamsim.fitting.curve_fit import fit_curve, search_curve
+from pamsim.fitting.held_out import Rows, grouped, leave_one_group_out
+from pamsim.fitting.report import FittedCurve
+from pamsim.hysteresis.arctangent import Arctangent, arctangent
+from pamsim.hysteresis.catalog import OPERATORS
+from pamsim.inference.coefficient import Coefficient, held_coefficients
+from pamsim.store.measured_table import LengthLoop
+
+FloatArray = NDArray[np.float64]
+
+
+def fit_branches(
+    table: LengthLoop, *, held: Mapping[str, float], hold_out: str
+) -> tuple[FittedCurve, ...]:
+    """Fit y = k0 atan(k1 p + k2) + k3 to each branch of a length-pressure loop.
+
+    Args:
+        table: the loop.
+        held: coefficients to hold in both branches [SI].
+        hold_out: ``pressure`` (pressures in turn) or ``none``.
+
+    Returns:
+        The rising and the falling branch, as far as they are there.
+
+    Raises:
+        InputError: for an unknown coefficient, too few points, or lengths held out, which here are
+            what is predicted.
+    """
+    if hold_out == "length":
+        raise InputError("--hold-out length: length is what is fitted here; hold out pressure")
+    fits: list[FittedCurve] = []
+    for part, rows in (("rising", table.rising), ("falling", ~table.rising)):
+        if np.any(rows):
+            fits.append(_branch(table.pressure[rows], table.length[rows], part, held, hold_out))
+    return tuple(fits)
+
+
+def branch_section(
+    fits: tuple[FittedCurve, ...], table: LengthLoop, nominal_length: float | None
+) -> dict[str, dict[str, Any]]:
+    """The fitted branches as ``[muscle.hysteresis]`` of the arctangent operator.
+
+    The operator's steepness is |k1| times the span of pressure, its middle the place of the
+    steepest point in it. The contraction where the branches meet above needs the nominal length.
+    """
+    low, high = float(np.min(table.pressure)), float(np.max(table.pressure))
+    known = dict(specs(Arctangent))
+    entries: dict[str, Any] = {"law": "arctangent"}
+    for fitted in fits:
+        values = {c.name: c for c in fitted.fit.coefficients}
+        k1, k2 = values["k1"], values["k2"]
+        steepness = {"value": abs(k1.value) * (high - low), "unit": "1", "source": "identified"}
+        if k1.interval95 is not None:
+            ends = sorted(abs(end) * (high - low) for end in k1.interval95)
+            if k1.interval95[0] * k1.interval95[1] > 0.0:
+                steepness["interval95"] = ends
+        entries[f"steepness_{fitted.part}"] = steepness
+        place = (-k2.value / k1.value - low) / (high - low)
+        spec = known[f"middle_{fitted.part}"]
+        entry: dict[str, Any] = {"value": min(max(place, spec.low), spec.high), "unit": "1"}
+        entry["source"] = "identified"
+        if not spec.low <= place <= spec.high:
+            entry["note"] = (
+                f"the steepest point lies outside the measured pressures, at {place:.2f}"
+            )
+        entries[f"middle_{fitted.part}"] = entry
+    if nominal_length is not None:
+        shortest = float(np.min(table.length))
+        entries["high_contraction"] = {
+            "value": 1.0 - shortest / nominal_length,
+            "unit": "1",
+            "source": "identified",
+            "note": "the shortest measured length",
+        }
+    return {"muscle.hysteresis": entries}
+
+
+def _branch(
+    pressure: FloatArray,
+    length: FloatArray,
+    part: str,
+    held: Mapping[str, float],
+    hold_out: str,
+) -> FittedCurve:
+    span = float(np.ptp(pressure))
+    size = float(np.ptp(length))
+    if span == 0.0 or size == 0.0:
+        raise InputError(f"{part} branch: pressure or length does not change; nothing to fit")
+    # (k0, k1, k2) and their negatives are the same curve: k0 > 0 picks one.
+    coefficients = held_coefficients(
+        (
+            Coefficient(name="k0", unit="m", low=0.01 * size, high=20.0 * size),
+            Coefficient(name="k1", unit="1/Pa", low=-50.0 / span, high=50.0 / span),
+            Coefficient(name="k2", unit="1", low=-20.0, high=20.0),
+            Coefficient(
+                name="k3",
+                unit="m",
+                low=float(np.min(length)) - 20.0 * size,
+                high=float(np.max(length)) + 20.0 * size,
+            ),
+        ),
+        held,
+    )
+
+    def over(rows: Rows) -> Callable[[FloatArray], FloatArray]:
+        points = pressure[rows].tolist()
+        return lambda values: np.array([arctangent(p, *values.tolist()) for p in points])
+
+    def fit_and_predict(train: Rows, test: Rows) -> FloatArray:
+        return over(test)(search_curve(over(train), length[train], coefficients).values)
+
+    fit = fit_curve(over(np.arange(length.size)), length, coefficients)
+    held_out = None
+    if hold_out == "pressure":
+        held_out = leave_one_group_out(length, grouped(pressure), fit_and_predict, by="pressure")
+    operator = OPERATORS["arctangent"]
+    return FittedCurve(
+        model="arctangent",
+        part=part,
+        title=operator.title,
+        equation="y = k0 atan(k1 p + k2) + k3",
+        source=operator.source,
+        unit="m",
+        points={"pressure": pressure, "measured": length, "predicted": fit.predicted},
+        fit=fit,
+        held_out=held_out,
+    )

@@ -1,0 +1,212 @@
+"""Least squares of any curve with bounded coefficients: several starts, intervals, doubts."""
+
+# scipy carries no types: what it returns is Any at this file's boundary.
+# pyright: reportMissingTypeStubs=false, reportUnknownMemberType=false
+# pyright: reportUnknownVariableType=false
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import scipy.optimize
+from numpy.typing import ArrayLike, NDArray
+
+from pamsim.core.errors import InputError
+from pamsim.fitting.coefficient_trust import judged
+from pamsim.fitting.linear_part import Curve, best_linear, linear_coefficients
+from pamsim.fitting.scores import Scores, scores
+from pamsim.inference.coefficient import Coefficient, FittedCoefficient
+from pamsim.inference.latin_hypercube import latin_hypercube
+from pamsim.inference.record_checks import finite_samples
+
+FloatArray = NDArray[np.float64]
+_least_squares: Any = scipy.optimize.least_squares
+
+_REFINED = 3  # starts that are followed to their end, of those tried
+
+
+@dataclass(frozen=True)
+class Optimum:
+    """Where a search ended.
+
+    Attributes:
+        values: all coefficients, shape (k,) [SI].
+        predicted: the curve there, shape (n,).
+        converged: False if the solver ran out of evaluations.
+        evaluations: of the curve, over all starts.
+    """
+
+    values: FloatArray
+    predicted: FloatArray
+    converged: bool
+    evaluations: int
+
+
+@dataclass(frozen=True)
+class CurveFit:
+    """A fitted curve.
+
+    The intervals are linearised at the optimum, with Student's t. They take the residuals as
+    independent; residuals of a law with the wrong shape, or of points that share one misread
+    length, are not, and then the intervals are too narrow.
+
+    Attributes:
+        coefficients: in the order given, with intervals and doubts.
+        predicted: shape (n,).
+        residual: predicted minus measured, shape (n,).
+        scores: in-sample.
+        converged: False if the solver ran out of evaluations.
+        evaluations: of the curve.
+    """
+
+    coefficients: tuple[FittedCoefficient, ...]
+    predicted: FloatArray
+    residual: FloatArray
+    scores: Scores
+    converged: bool
+    evaluations: int
+
+    @property
+    def values(self) -> FloatArray:
+        """All coefficients, shape (k,) [SI]."""
+        return np.array([c.value for c in self.coefficients])
+
+
+def search_curve(
+    curve: Curve,
+    measured: ArrayLike,
+    coefficients: Sequence[Coefficient],
+    *,
+    starts: int | None = None,
+    seed: int = 0,
+) -> Optimum:
+    """Find the least-squares optimum within the coefficients' ranges.
+
+    Coefficients in which the curve is linear are solved for, the others searched from a Latin
+    hypercube of starts and from their neutral values; the most promising are followed to the end.
+    The same seed gives the same result.
+
+    Args:
+        curve: all coefficients, shape (k,) [SI], to the predictions, shape (n,).
+        measured: shape (n,).
+        coefficients: ranges, neutral and held values.
+        starts: how many to try; None for eight per coefficient that is searched.
+        seed: of the starts.
+
+    Returns:
+        The best optimum.
+
+    Raises:
+        InputError: fewer points than free coefficients, a measurement that is not finite, a range
+            that is empty, or a curve that has no value at the points for any coefficients tried.
+    """
+    y = finite_samples(measured, "measured")
+    free = [i for i, c in enumerate(coefficients) if c.held is None]
+    for c in coefficients:
+        if not c.low < c.high:
+            raise InputError(f"{c.name}: range [{c.low:g}, {c.high:g}] is empty")
+    if y.size <= len(free):
+        raise InputError(
+            f"{y.size} points do not determine {len(free)} coefficients; measure more or hold some"
+        )
+    count = 0
+
+    def counted(values: FloatArray) -> FloatArray:
+        nonlocal count
+        count += 1
+        # A search looks at absurd values on purpose: overflow there is an answer, not a fault.
+        with np.errstate(all="ignore"):
+            return curve(values)
+
+    rng = np.random.default_rng(seed)
+    origin = np.array([_first(c) for c in coefficients])
+    linear = linear_coefficients(counted, coefficients, origin)
+    searched = [i for i in free if i not in linear]
+    low = np.array([coefficients[i].low for i in searched])
+    high = np.array([coefficients[i].high for i in searched])
+    # What a curve without a value somewhere costs: far more than any sensible one.
+    sizes = np.abs(np.concatenate([y, counted(origin)]))
+    penalty = 1e3 * max(float(np.max(sizes[np.isfinite(sizes)])), 1e-300)
+
+    def filled(u: FloatArray) -> tuple[FloatArray, FloatArray]:
+        place = origin.copy()
+        place[searched] = u
+        return best_linear(counted, y, place, linear, coefficients)
+
+    def residual(u: FloatArray) -> FloatArray:
+        miss = filled(u)[1] - y
+        return np.clip(np.nan_to_num(miss, nan=penalty), -penalty, penalty)
+
+    many = 8 * len(searched) if starts is None else starts
+    tried = [origin[searched], *(low + latin_hypercube(rng, many, len(searched)) * (high - low))]
+    if not searched:
+        tried = tried[:1]
+    inside = 1e-9 * (high - low)  # the solver wants its start strictly inside
+    tried = [np.clip(u, low + inside, high - inside) for u in tried]
+    ranked = sorted(tried, key=lambda u: float(np.sum(residual(u) ** 2)))
+    best: tuple[float, FloatArray, bool] | None = None
+    for u in ranked[:_REFINED]:
+        end, converged = u, True
+        if searched:
+            solution = _least_squares(
+                residual, u, jac="2-point", bounds=(low, high), x_scale=high - low,
+                ftol=1e-11, xtol=1e-11, gtol=1e-13, max_nfev=200,
+            )  # fmt: skip
+            end, converged = solution.x, solution.status > 0
+        cost = float(np.sum(residual(end) ** 2))
+        if best is None or cost < best[0] * (1.0 - 1e-9):
+            best = cost, end, converged
+    assert best is not None
+    values, _ = filled(best[1])
+    predicted = counted(values)
+    if not np.all(np.isfinite(predicted)):
+        raise InputError(
+            f"the curve has no value at {int(np.sum(~np.isfinite(predicted)))} of {y.size} points"
+            " for any coefficients tried: it does not hold there"
+        )
+    return Optimum(values, predicted, best[2], count)
+
+
+def fit_curve(
+    curve: Curve,
+    measured: ArrayLike,
+    coefficients: Sequence[Coefficient],
+    *,
+    starts: int | None = None,
+    seed: int = 0,
+) -> CurveFit:
+    """Fit a curve and judge what the data say about each coefficient.
+
+    Args:
+        curve: all coefficients, shape (k,) [SI], to the predictions, shape (n,).
+        measured: shape (n,).
+        coefficients: ranges, neutral and held values.
+        starts: how many to try; None for eight per coefficient that is searched.
+        seed: of the starts.
+
+    Returns:
+        The fit.
+
+    Raises:
+        InputError: as `search_curve`.
+    """
+    y = finite_samples(measured, "measured")
+    found = search_curve(curve, y, coefficients, starts=starts, seed=seed)
+    free = sum(c.held is None for c in coefficients)
+    return CurveFit(
+        coefficients=judged(curve, y, found.values, coefficients),
+        predicted=found.predicted,
+        residual=found.predicted - y,
+        scores=scores(y, found.predicted, free),
+        converged=found.converged,
+        evaluations=found.evaluations,
+    )
+
+
+def _first(c: Coefficient) -> float:
+    if c.held is not None:
+        return c.held
+    return 0.5 * (c.low + c.high) if c.default is None else c.default

@@ -1,0 +1,193 @@
+"""Fit force laws to a measured force map, and rank them by points they have not seen."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pamsim.core.errors import InputError, nearest
+from pamsim.core.parameters import specs
+from pamsim.core.units import PA_PER_KPA
+from pamsim.fitting.curve_fit import fit_curve, search_curve
+from pamsim.fitting.held_out import HeldOut, Rows, grouped, leave_one_group_out
+from pamsim.fitting.law_curve import law_coefficients, law_curve, named_law, unsuitable
+from pamsim.fitting.report import FittedCurve, coefficient_entries
+from pamsim.fitting.scores import shared_by_group
+from pamsim.muscles.braid import Braid
+from pamsim.muscles.catalog import FORCE_LAWS
+from pamsim.muscles.force_law import ForceLaw
+from pamsim.store.measured_table import ForceMap
+
+FloatArray = NDArray[np.float64]
+Progress = Callable[[int, int, str], None]
+
+
+def fit_force_law(
+    table: ForceMap,
+    model: str,
+    braid: Braid,
+    *,
+    held: Mapping[str, float],
+    hold_out: str,
+) -> FittedCurve:
+    """Fit one force law to a force map.
+
+    Args:
+        table: the map.
+        model: name of the law.
+        braid: geometry, for laws that look at it.
+        held: coefficients to hold [SI].
+        hold_out: ``pressure``, ``length`` or ``none``: what the held-out error leaves out in turn.
+
+    Returns:
+        The fit.
+
+    Raises:
+        InputError: for an unknown law or coefficient, a value out of range, too few points, or a
+            law that does not suit the map.
+    """
+    law = named_law(model)
+    unsuited = unsuitable(law, table)
+    if unsuited:
+        raise InputError(f"model {model!r}: {unsuited}")
+    coefficients = law_coefficients(law, braid, held)
+    every = np.arange(table.force.size)
+    fit = fit_curve(law_curve(law, table, braid, every), table.force, coefficients)
+
+    def fit_and_predict(train: Rows, test: Rows) -> FloatArray:
+        found = search_curve(law_curve(law, table, braid, train), table.force[train], coefficients)
+        return law_curve(law, table, braid, test)(found.values)
+
+    held_out: HeldOut | None = None
+    lengths = grouped(table.contraction)
+    if hold_out != "none":
+        groups = grouped(table.pressure) if hold_out == "pressure" else lengths
+        held_out = leave_one_group_out(table.force, groups, fit_and_predict, by=hold_out)
+    geometry = {name: spec for name, spec in specs(Braid) if name in law.braid_fields}
+    return FittedCurve(
+        model=model,
+        part="",
+        title=law.title,
+        equation=law.equation,
+        source=law.source,
+        unit="N",
+        points={
+            "pressure": table.pressure,
+            "contraction": table.contraction,
+            "measured": table.force,
+            "predicted": fit.predicted,
+        },
+        fit=fit,
+        held_out=held_out,
+        notes=tuple(_notes(law, table, braid, fit.values, fit.residual, lengths)),
+        given={name: (getattr(braid, name), spec.unit) for name, spec in geometry.items()},
+    )
+
+
+def compare_force_laws(
+    table: ForceMap,
+    braid: Braid,
+    *,
+    held: Mapping[str, float],
+    hold_out: str,
+    progress: Progress | None = None,
+) -> tuple[list[FittedCurve], dict[str, str]]:
+    """Fit every force law that suits a map, best first.
+
+    Args:
+        table: the map.
+        braid: geometry.
+        held: coefficients to hold [SI], in the laws that have them.
+        hold_out: as `fit_force_law`; what is ranked by. With ``none`` AICc ranks instead.
+        progress: is told how far it is.
+
+    Returns:
+        The fits and, for each law that was left out, why.
+
+    Raises:
+        InputError: if no law can be fitted.
+    """
+    known = {name for law in FORCE_LAWS.values() for name, _ in specs(law.group)}
+    for name in held:
+        if name not in known:
+            raise InputError(f"no force law has a coefficient {name!r}; {nearest(name, known)}")
+    fits: list[FittedCurve] = []
+    skipped: dict[str, str] = {}
+    for i, (name, law) in enumerate(FORCE_LAWS.items()):
+        if progress is not None:
+            progress(i, len(FORCE_LAWS), name)
+        own = {key: value for key, value in held.items() if key in dict(specs(law.group))}
+        try:
+            fits.append(fit_force_law(table, name, braid, held=own, hold_out=hold_out))
+        except InputError as error:
+            skipped[name] = str(error).removeprefix(f"model {name!r}: ")
+    if not fits:
+        raise InputError(f"no force law can be fitted: {next(iter(skipped.values()))}")
+    return sorted(fits, key=_rank), skipped
+
+
+def section_of(
+    fitted: FittedCurve, braid: Braid, braid_source: Mapping[str, str]
+) -> dict[str, dict[str, Any]]:
+    """The fitted law as sections of a rig's ``params.toml``.
+
+    Args:
+        fitted: the fit.
+        braid: geometry it was made with.
+        braid_source: field of the braid -> where its value is from; a field it leaves out is at
+            its default and is not written.
+    """
+    sections: dict[str, dict[str, Any]] = {}
+    if fitted.given:
+        sections["muscle.braid"] = {
+            name: {"value": getattr(braid, name), "unit": spec.unit, "source": braid_source[name]}
+            for name, spec in specs(Braid)
+            if name in braid_source
+        }
+    sections["muscle.force"] = {"law": fitted.model, **coefficient_entries(fitted)}
+    return sections
+
+
+def _notes(
+    law: ForceLaw,
+    table: ForceMap,
+    braid: Braid,
+    values: FloatArray,
+    residual: FloatArray,
+    lengths: FloatArray,
+) -> list[str]:
+    notes: list[str] = []
+    low, high = law.contraction_range(values.tolist(), braid)
+    outside = int(np.sum((table.contraction < low) | (table.contraction > high)))
+    if outside:
+        notes.append(
+            f"{outside} of {table.force.size} points lie outside the contractions its source"
+            f" vouches for, {low:.0%} to {high:.0%}"
+        )
+    if law.pressure_range is not None:
+        least, most = law.pressure_range
+        beyond = int(np.sum((table.pressure < least) | (table.pressure > most)))
+        if beyond:
+            notes.append(
+                f"{beyond} of {table.force.size} points lie outside the pressures its source"
+                f" vouches for, {least / PA_PER_KPA:.0f} to {most / PA_PER_KPA:.0f} kPa"
+            )
+    if shared_by_group(residual, lengths) < 0.01:
+        notes.append(
+            "residuals agree within each length: shape or length readings err in common, and the"
+            " intervals, which take points as independent, are too narrow"
+        )
+    return notes
+
+
+def _rank(fitted: FittedCurve) -> tuple[bool, float]:
+    if fitted.held_out is not None:
+        value = fitted.held_out.pooled
+    else:
+        aicc = fitted.fit.scores.aicc
+        value = -math.inf if aicc is None else aicc
+    return math.isnan(value), value

@@ -1,0 +1,153 @@
+"""A force law as a curve to be fitted to a map: which law, its coefficients, its forces."""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+from collections.abc import Callable, Mapping
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pamsim.core.errors import InputError, nearest
+from pamsim.core.parameters import specs
+from pamsim.fitting.held_out import Rows
+from pamsim.inference.coefficient import Coefficient
+from pamsim.muscles.braid import Braid
+from pamsim.muscles.catalog import FORCE_LAWS
+from pamsim.muscles.force_law import ForceLaw
+from pamsim.store.measured_table import ForceMap
+
+FloatArray = NDArray[np.float64]
+
+_NO_TENSION = {
+    "elastic_energy": "counts from a working point: it is no tension that a force map could show"
+}
+_PRESSURES, _CONTRACTIONS = np.linspace(1e5, 6e5, 5), np.linspace(0.05, 0.2, 6)
+_TINY = 1e-9  # an open lower bound, as a share of the range
+
+
+def named_law(model: str) -> ForceLaw:
+    """The force law of a name.
+
+    Raises:
+        InputError: if there is none, with the nearest name.
+    """
+    if model not in FORCE_LAWS:
+        raise InputError(f"no force law {model!r}; {nearest(model, FORCE_LAWS)}")
+    return FORCE_LAWS[model]
+
+
+def unsuitable(law: ForceLaw, table: ForceMap) -> str:
+    """Why a law cannot describe a map; empty if it can."""
+    if law.name in _NO_TENSION:
+        return _NO_TENSION[law.name]
+    if law.pressure_range is None and np.ptp(table.pressure) > 0.01 * np.max(table.pressure):
+        return "holds at one pressure, the map has several"
+    return ""
+
+
+def law_coefficients(
+    law: ForceLaw, braid: Braid, held: Mapping[str, float]
+) -> tuple[Coefficient, ...]:
+    """What a fit may do with the coefficients of a law.
+
+    The scale is held at 1 where the others can do the same: a law has one factor too many then.
+
+    Raises:
+        InputError: for a held name that the law lacks or a held value out of range.
+    """
+    fields = dict(specs(law.group))
+    for name in held:
+        if name not in fields:
+            raise InputError(f"{law.name} has no coefficient {name!r}; {nearest(name, fields)}")
+    defaults = {
+        f.name: f.default
+        for f in dataclasses.fields(law.group)
+        if f.default is not dataclasses.MISSING
+    }
+    result: list[Coefficient] = []
+    for name, spec in fields.items():
+        low = spec.low + _TINY * (spec.high - spec.low) if spec.low_open else spec.low
+        value = held.get(name)
+        if value is not None and not low <= value <= spec.high:
+            raise InputError(f"--hold {name}={value:g} is outside {spec.range_text()}")
+        result.append(
+            Coefficient(
+                name=name,
+                unit=spec.unit,
+                low=low,
+                high=spec.high,
+                default=defaults.get(name),
+                held=value,
+            )
+        )
+    if "scale" not in held and _scale_is_redundant(law, braid, result):
+        result[0] = dataclasses.replace(result[0], held=1.0)
+    return tuple(result)
+
+
+def law_curve(
+    law: ForceLaw, table: ForceMap, braid: Braid, rows: Rows
+) -> Callable[[FloatArray], FloatArray]:
+    """The force at some points of a map as a function of the law's coefficients.
+
+    Args:
+        law: the force law.
+        table: the map.
+        braid: geometry.
+        rows: which points, shape (m,).
+
+    Returns:
+        Function of all coefficients, shape (k,) [SI], to forces, shape (m,) [N]; NaN where the law
+        has none.
+    """
+    points = list(zip(table.pressure[rows].tolist(), table.contraction[rows].tolist(), strict=True))
+    geometry = [float(getattr(braid, name)) for name in law.braid_fields]
+
+    def force(pressure: float, contraction: float, numbers: list[float]) -> float:
+        # As ForceLaw.force, which would look the braid up again at each of a million points.
+        try:
+            return numbers[0] * law.force_function(pressure, contraction, *numbers[1:])
+        except (OverflowError, ZeroDivisionError, ValueError):
+            return math.nan  # scalar laws raise where arrays would give inf or NaN
+
+    def curve(values: FloatArray) -> FloatArray:
+        numbers = [*values.tolist(), *geometry]
+        return np.array([force(p, k, numbers) for p, k in points])
+
+    return curve
+
+
+def _scale_is_redundant(law: ForceLaw, braid: Braid, coefficients: list[Coefficient]) -> bool:
+    """Whether the others can do what the scale does: its slope lies in the span of theirs.
+
+    Asked over a grid of its own, since it is the law that has a factor too many, not the data.
+    """
+    if coefficients[0].name != "scale" or len(coefficients) == 1:
+        return False
+    pressure, contraction = (x.ravel() for x in np.meshgrid(_PRESSURES, _CONTRACTIONS))
+    grid = ForceMap(
+        pressure=pressure, contraction=contraction, force=0.0 * pressure, nominal_length=None
+    )
+    curve = law_curve(law, grid, braid, np.arange(pressure.size))
+    rng = np.random.default_rng(3)
+    for _ in range(5):
+        place = np.array([c.low + rng.uniform(0.3, 0.7) * (c.high - c.low) for c in coefficients])
+        place[0] = 1.0
+        columns: list[FloatArray] = []
+        for i, c in enumerate(coefficients):
+            step = np.zeros(place.size)
+            step[i] = 1e-5 * (c.high - c.low)
+            columns.append((curve(place + step) - curve(place - step)) / step[i])
+        matrix = np.stack(columns, axis=1)
+        if not np.all(np.isfinite(matrix)):
+            continue
+        norms = np.linalg.norm(matrix, axis=0)
+        if norms[0] == 0.0:
+            continue
+        others = matrix[:, 1:] / np.where(norms[1:] > 0.0, norms[1:], 1.0)
+        target = matrix[:, 0] / norms[0]
+        rest = target - others @ np.linalg.lstsq(others, target, rcond=1e-10)[0]
+        return float(np.linalg.norm(rest)) < 1e-5
+    return False

@@ -1,0 +1,130 @@
+"""Which coefficients of a curve enter it linearly, and their best values given the others.
+
+A search over all coefficients of a force law fails easily: exponentials make narrow curved valleys.
+Given the non-linear ones, the linear ones have a closed-form optimum, so only the non-linear few
+are searched (variable projection: Golub and Pereyra, SIAM Journal on Numerical Analysis 10, 1973,
+413-432). The six-parameter law so becomes a search over one number.
+"""
+
+# scipy carries no types: what it returns is Any at this file's boundary.
+# pyright: reportMissingTypeStubs=false, reportUnknownMemberType=false
+# pyright: reportUnknownVariableType=false
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from itertools import combinations
+from typing import Any
+
+import numpy as np
+import scipy.optimize
+from numpy.typing import NDArray
+
+from pamsim.inference.coefficient import Coefficient
+
+FloatArray = NDArray[np.float64]
+Curve = Callable[[FloatArray], FloatArray]
+"""All coefficients, shape (k,), to the predictions, shape (n,)."""
+
+_lsq_linear: Any = scipy.optimize.lsq_linear
+_PROBES = 3
+_ROUNDING = 1e-8
+
+
+def linear_coefficients(
+    curve: Curve, coefficients: Sequence[Coefficient], start: FloatArray
+) -> tuple[int, ...]:
+    """Find free coefficients in which the curve is jointly affine.
+
+    Second differences over steps as wide as a quarter of the allowed range must vanish to
+    rounding at a few random places. Of conflicting coefficients (a scale and what it multiplies)
+    those are kept that are in conflict with the fewest others.
+
+    Args:
+        curve: predictions from all coefficients.
+        coefficients: ranges, and which are held.
+        start: values of the held ones, shape (k,) [SI].
+
+    Returns:
+        Indices of the linear coefficients, increasing.
+    """
+    free = [i for i, c in enumerate(coefficients) if c.held is None]
+    low = np.array([c.low for c in coefficients])
+    step = 0.25 * (np.array([c.high for c in coefficients]) - low)
+    rng = np.random.default_rng(20)
+    conflicts: dict[int, set[int]] = {i: set() for i in free}
+    for _ in range(_PROBES):
+        place = start.copy()
+        place[free] = (low + rng.uniform(0.1, 1.9, low.size) * step)[free]
+
+        def at(*moved: int, place: FloatArray = place) -> FloatArray:
+            there = place.copy()
+            for i in moved:
+                there[i] += step[i]
+            return curve(there)
+
+        origin, once = at(), {i: at(i) for i in free}
+        for i in free:
+            if not _vanishes(at(i, i) - 2.0 * once[i] + origin, once[i], origin):
+                conflicts[i].add(i)
+        for i, j in combinations(free, 2):
+            if not _vanishes(at(i, j) - once[i] - once[j] + origin, once[i], once[j], origin):
+                conflicts[i].add(j)
+                conflicts[j].add(i)
+    kept: list[int] = []
+    for i in sorted(free, key=lambda i: (len(conflicts[i]), i)):
+        if i not in conflicts[i] and conflicts[i].isdisjoint(kept):
+            kept.append(i)
+    return tuple(sorted(kept))
+
+
+def best_linear(
+    curve: Curve,
+    measured: FloatArray,
+    place: FloatArray,
+    linear: Sequence[int],
+    coefficients: Sequence[Coefficient],
+) -> tuple[FloatArray, FloatArray]:
+    """Fill in the best values of the linear coefficients.
+
+    Args:
+        curve: predictions from all coefficients.
+        measured: shape (n,).
+        place: all coefficients, of which the linear ones are ignored, shape (k,) [SI].
+        linear: from `linear_coefficients`.
+        coefficients: their ranges, which are kept.
+
+    Returns:
+        All coefficients, shape (k,) [SI], and the predictions there, shape (n,). Where the curve
+        has no value, ``place`` unchanged and its predictions.
+    """
+    full = place.copy()
+    chosen = list(linear)
+    if not chosen:
+        return full, curve(full)
+    full[chosen] = 0.0
+    base = curve(full)
+    matrix = np.empty((measured.size, len(chosen)))
+    for column, i in enumerate(chosen):
+        full[i] = 1.0
+        matrix[:, column] = curve(full) - base
+        full[i] = 0.0
+    if not (np.all(np.isfinite(matrix)) and np.all(np.isfinite(base))):
+        return place.copy(), curve(place)
+    norms = np.linalg.norm(matrix, axis=0)
+    norms[norms == 0.0] = 1.0
+    low = np.array([coefficients[i].low for i in chosen]) * norms
+    high = np.array([coefficients[i].high for i in chosen]) * norms
+    target = measured - base
+    scaled: FloatArray = np.linalg.lstsq(matrix / norms, target, rcond=1e-12)[0]
+    if np.any(scaled < low) or np.any(scaled > high):
+        scaled = _lsq_linear(matrix / norms, target, bounds=(low, high), tol=1e-12).x
+    scaled = np.clip(scaled, low, high)
+    full[chosen] = scaled / norms
+    return full, base + (matrix / norms) @ scaled
+
+
+def _vanishes(difference: FloatArray, *terms: FloatArray) -> bool:
+    # A curve without a value there (NaN) counts as not linear: the search is then the safe way.
+    size = max(float(np.max(np.abs(term))) for term in terms)
+    return bool(np.all(np.abs(difference) <= _ROUNDING * size))

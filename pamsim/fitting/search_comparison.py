@@ -1,0 +1,141 @@
+"""Three searches on one sum of squares: water cycle, differential evolution, least squares."""
+
+# pyright: reportMissingTypeStubs=false, reportUnknownMemberType=false
+# pyright: reportUnknownVariableType=false
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import asdict, dataclass
+from typing import Any
+
+import numpy as np
+import scipy.optimize
+from numpy.typing import ArrayLike, NDArray
+
+from pamsim.fitting.water_cycle import water_cycle
+from pamsim.inference.latin_hypercube import latin_hypercube
+
+FloatArray = NDArray[np.float64]
+_least_squares: Any = scipy.optimize.least_squares
+_differential_evolution: Any = scipy.optimize.differential_evolution
+
+
+@dataclass(frozen=True, kw_only=True)
+class SearchRun:
+    """What one search reached, and how soon.
+
+    Attributes:
+        method: ``water_cycle``, ``differential_evolution`` or ``least_squares``.
+        x: best point, shape (d,), as a list.
+        value: cost there.
+        evaluations: of the cost in all, differences for slopes counted.
+        evaluations_to_tolerance: until the cost was within the tolerance of the best value any of
+            the three found; None if it never was.
+    """
+
+    method: str
+    x: list[float]
+    value: float
+    evaluations: int
+    evaluations_to_tolerance: int | None
+
+    def as_dict(self) -> dict[str, Any]:
+        """JSON-safe form."""
+        return asdict(self)
+
+
+class _Counted:
+    """A sum of squares that remembers each new best value and when it was found."""
+
+    def __init__(self, residual: Callable[[FloatArray], FloatArray]) -> None:
+        self._residual = residual
+        self.count = 0
+        self.best: list[tuple[int, float, FloatArray]] = []
+
+    def residual(self, x: FloatArray) -> FloatArray:
+        miss = self._residual(x)
+        self.count += 1
+        value = float(miss @ miss)
+        if not self.best or value < self.best[-1][1]:
+            self.best.append((self.count, value, np.array(x)))
+        return miss
+
+    def cost(self, x: FloatArray) -> float:
+        miss = self.residual(x)
+        return float(miss @ miss)
+
+
+def compare_searches(
+    residual: Callable[[FloatArray], FloatArray],
+    low: ArrayLike,
+    high: ArrayLike,
+    *,
+    tolerance: float,
+    seed: int = 0,
+    iterations: int = 200,
+) -> tuple[SearchRun, ...]:
+    """Run the three searches on the same cost and count their evaluations.
+
+    Least squares starts in the middle of the box and from eleven Latin places, the two others with
+    populations of 50. Differential evolution is not polished: searches are compared, not finishes.
+
+    Args:
+        residual: point, shape (d,), to residuals, shape (m,); the cost is their sum of squares.
+        low: lower corner, shape (d,).
+        high: upper corner, shape (d,).
+        tolerance: how near the optimum is near enough [unit of the cost].
+        seed: of the two random searches.
+        iterations: of the two population searches.
+
+    Returns:
+        One run per method: water cycle, differential evolution, least squares.
+
+    Raises:
+        InputError: for an empty box.
+    """
+    lower, upper = np.asarray(low, dtype=np.float64), np.asarray(high, dtype=np.float64)
+    counted = {
+        name: _Counted(residual)
+        for name in ("water_cycle", "differential_evolution", "least_squares")
+    }
+    water_cycle(
+        counted["water_cycle"].cost,
+        lower,
+        upper,
+        rng=np.random.default_rng(seed),
+        iterations=iterations,
+    )
+    _differential_evolution(
+        counted["differential_evolution"].cost,
+        list(zip(lower, upper, strict=True)),
+        rng=np.random.default_rng(seed),
+        maxiter=iterations,
+        popsize=max(1, 50 // lower.size),
+        tol=0.0,
+        polish=False,
+    )
+    spread = latin_hypercube(np.random.default_rng(seed), 11, lower.size)
+    for start in (np.full(lower.size, 0.5), *spread):
+        _least_squares(
+            counted["least_squares"].residual,
+            lower + start * (upper - lower),
+            bounds=(lower, upper),
+            x_scale=upper - lower,
+            ftol=1e-15,
+            xtol=1e-15,
+            gtol=1e-15,
+        )
+    optimum = min(run.best[-1][1] for run in counted.values())
+    return tuple(
+        SearchRun(
+            method=name,
+            x=run.best[-1][2].tolist(),
+            value=run.best[-1][1],
+            evaluations=run.count,
+            evaluations_to_tolerance=next(
+                (count for count, value, _ in run.best if value <= optimum + tolerance), None
+            ),
+        )
+        for name, run in counted.items()
+    )

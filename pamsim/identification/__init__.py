@@ -1,0 +1,1 @@
+"""Linear models of a recording: fit several, compare them, recommend one."""

@@ -1,0 +1,166 @@
+"""Which of several models to recommend: by held-out error where there is one, else by AICc."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pamsim.identification.models import Candidate
+from pamsim.inference.coloured_noise import fit_ar_noise
+from pamsim.linear.continuous_fit import ContinuousFit
+from pamsim.linear.signal_record import SignalRecord
+from pamsim.linear.step_fit import FitStatus
+
+FloatArray = NDArray[np.float64]
+
+_LEVEL = 0.05  # chance of taking up a parameter that does not help, per comparison
+_TIE = 2.0  # difference of AICc below which two models are equally supported
+
+
+@dataclass(frozen=True, kw_only=True)
+class Recommendation:
+    """The model to use, if any.
+
+    Attributes:
+        name: of the candidate; empty if none can be trusted.
+        reason: as a sentence.
+        aicc: name of every continuous candidate -> AICc by effective samples, relative to the best.
+        effective_samples: independent samples that the residuals are worth.
+    """
+
+    name: str
+    reason: str
+    aicc: dict[str, float]
+    effective_samples: float
+
+
+def recommend(
+    candidates: Sequence[Candidate],
+    records: Sequence[SignalRecord],
+    held_out: Sequence[SignalRecord],
+) -> Recommendation:
+    """Recommend one continuous model; discrete ones stand beside for comparison.
+
+    Only fits that converged and whose parameters the data tell apart are eligible. With held-out
+    trials a richer model is taken if its squared error there is smaller by more than chance
+    (Diebold and Mariano's test, one-sided, 5 %). Without, the smallest AICc decides, the simpler
+    model within 2; the number of samples in it is that of independent ones, since residuals of a
+    mechanism are correlated and would otherwise favour every parameter.
+
+    Args:
+        candidates: fitted side by side.
+        records: they were fitted to.
+        held_out: they were not fitted to.
+
+    Source: Diebold and Mariano (J. Business & Economic Statistics 1995); Hurvich and Tsai
+    (Biometrika 1989); rule of 2 of Burnham and Anderson, Model Selection (2002).
+    """
+    fits = {c.name: c.fit for c in candidates if isinstance(c.fit, ContinuousFit)}
+    effective = _effective_samples(fits, records)
+    scores = _aicc(fits, effective)
+    order = sorted(fits, key=lambda name: _parameters(fits[name]))
+    trusted = [name for name in order if fits[name].status is FitStatus.CONVERGED]
+    if not trusted:
+        reason = "; ".join(f"{name.replace('_', ' ')}: {fits[name].sentence}" for name in order)
+        return Recommendation(
+            name="",
+            reason=f"no model can be trusted ({reason})",
+            aicc=scores,
+            effective_samples=effective,
+        )
+    name, reason = (
+        _by_held_out(trusted, fits, held_out) if held_out else _by_aicc(trusted, scores, effective)
+    )
+    return Recommendation(name=name, reason=reason, aicc=scores, effective_samples=effective)
+
+
+def _parameters(fit: ContinuousFit) -> int:
+    own = 1 if fit.start == "rest" else 1 + fit.structure.order
+    return fit.coordinates.size + own * len(fit.trials)
+
+
+def _squares(fit: ContinuousFit) -> float:
+    return sum(trial.samples * trial.rms**2 for trial in fit.trials)
+
+
+def _effective_samples(fits: dict[str, ContinuousFit], records: Sequence[SignalRecord]) -> float:
+    """Samples divided by twice the correlation time of the residuals that are left at best."""
+    best = min(fits.values(), key=_squares)
+    samples = sum(record.output.size for record in records)
+    interval = float(np.median([record.sample_time for record in records]))
+    worth = samples * interval / (2.0 * best.noise.correlation_time(interval))
+    fewest = max(map(_parameters, fits.values())) + 2.0  # below, AICc has no value
+    return float(np.clip(worth, fewest, max(samples, fewest)))
+
+
+def _aicc(fits: dict[str, ContinuousFit], effective: float) -> dict[str, float]:
+    samples = {name: sum(trial.samples for trial in fit.trials) for name, fit in fits.items()}
+    scores: dict[str, float] = {}
+    for name, fit in fits.items():
+        k = _parameters(fit)
+        mean_square = max(_squares(fit) / samples[name], np.finfo(float).tiny)
+        scores[name] = effective * math.log(mean_square) + 2.0 * k * effective / (
+            effective - k - 1.0
+        )
+    best = min(scores.values())
+    return {name: score - best for name, score in scores.items()}
+
+
+def _by_aicc(trusted: list[str], scores: dict[str, float], effective: float) -> tuple[str, str]:
+    best = min(scores[name] for name in trusted)
+    name = next(name for name in trusted if scores[name] <= best + _TIE)
+    others = [other for other in trusted if other != name]
+    if not others:
+        return name, "the only model whose parameters the data tell apart"
+    rival = min(others, key=lambda other: scores[other])
+    gap = scores[rival] - scores[name]
+    against = rival.replace("_", " ")
+    if gap < 0.0:
+        reason = f"simpler than {against}, whose AICc is only {-gap:.1f} smaller"
+    else:
+        reason = f"smallest AICc, by {gap:.1f} before {against}"
+    return name, f"{reason} ({effective:.0f} effective samples; no trial was held out)"
+
+
+def _by_held_out(
+    trusted: list[str], fits: dict[str, ContinuousFit], held_out: Sequence[SignalRecord]
+) -> tuple[str, str]:
+    errors = {
+        name: [fits[name].simulate(record) - record.output for record in held_out]
+        for name in trusted
+    }
+    name, reason = trusted[0], "the only model whose parameters the data tell apart"
+    for richer in trusted[1:]:
+        chance = better_by_chance(errors[name], errors[richer])
+        shown = f"p = {chance:.2g} on {len(held_out)} held-out trial(s)"
+        if chance < _LEVEL:
+            before = name.replace("_", " ")
+            name, reason = richer, f"better than {before} on trials it was not fitted to ({shown})"
+        elif name == trusted[0] or not reason.startswith("better"):
+            reason = f"no richer model is better on trials it was not fitted to ({shown})"
+    return name, reason
+
+
+def better_by_chance(simple: Sequence[FloatArray], rich: Sequence[FloatArray]) -> float:
+    """Chance of so much smaller squared errors if both models were equally good.
+
+    Args:
+        simple: errors of one model, (n_i,) per trial.
+        rich: errors of the other on the same trials.
+
+    Returns:
+        One-sided p value; 1 where the errors are the same. The variance of the mean difference is
+        that of correlated samples, by an autoregressive model of the differences.
+    """
+    gains = [a**2 - b**2 for a, b in zip(simple, rich, strict=True)]
+    samples = sum(gain.size for gain in gains)
+    mean = sum(float(np.sum(gain)) for gain in gains) / samples
+    noise = fit_ar_noise([gain - mean for gain in gains])
+    if noise.variance <= 0.0:
+        return 1.0 if mean <= 0.0 else 0.0
+    at_zero = noise.variance / (1.0 - sum(noise.coefficients)) ** 2
+    return 0.5 * math.erfc(mean / math.sqrt(2.0 * at_zero / samples))

@@ -1,0 +1,184 @@
+"""What ``pamsim identify`` is given: a recording, a plain CSV, or a step to simulate first."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from pamsim.core.errors import InputError, nearest
+from pamsim.core.experiment import pressure_step
+from pamsim.core.recording import Recording
+from pamsim.core.trial import Trial, TrialSet
+from pamsim.core.units import DEG_PER_RAD, PA_PER_KPA
+from pamsim.engine.rig import load_rig
+from pamsim.engine.simulate import simulate
+from pamsim.identification.signals import SignalTable, table_of
+from pamsim.store.csv_cells import csv_rows, finite_cell
+from pamsim.store.recording_reader import read_recordings
+
+_SI = {"kpa": PA_PER_KPA, "deg": 1.0 / DEG_PER_RAD}
+_FEW_VALUES = 0.1  # share of distinct values up to which a column counts as held from row to row
+
+
+@dataclass(frozen=True, kw_only=True)
+class IdentifyData:
+    """Trials to identify from.
+
+    Attributes:
+        source: path, or the simulation in words.
+        rig: name or path of the rig; empty if unknown.
+        tables: one per trial.
+        notes: what a reader should know.
+    """
+
+    source: str
+    rig: str
+    tables: tuple[SignalTable, ...]
+    notes: tuple[str, ...]
+
+
+def load_data(data: str | os.PathLike[str] | TrialSet) -> IdentifyData:
+    """Read what is to be identified.
+
+    Args:
+        data: folder of a recording or its ``recording.toml``; a CSV with ``time_s`` and any other
+            columns; or trials.
+
+    Raises:
+        InputError: as `pamsim.store.recording_reader.read_recordings`.
+    """
+    if not isinstance(data, TrialSet):
+        path = Path(data)
+        if path.suffix.lower() == ".csv":
+            return _plain(path)
+        source, data = str(path), read_recordings(path)
+    else:
+        source = f"{', '.join(trial.name for trial in data.trials)} of {data.rig}"
+    tables = tuple(table_of(trial) for trial in data.trials)
+    return IdentifyData(source=source, rig=data.rig, tables=tables, notes=data.notes)
+
+
+def chosen(
+    data: IdentifyData, trials: Sequence[str], protocols: Sequence[str], hold_out: Sequence[str]
+) -> tuple[list[SignalTable], list[SignalTable]]:
+    """Trials to fit and trials to hold out.
+
+    Args:
+        data: all of them.
+        trials: names to use; all if empty.
+        protocols: protocols to use; all if empty.
+        hold_out: names to keep from the fit.
+
+    Raises:
+        InputError: for an unknown name, or if nothing is left to fit.
+    """
+    names = [table.name for table in data.tables]
+    kinds = {table.protocol for table in data.tables}
+    for option, wanted, known in (
+        ("--trial", trials, names),
+        ("--protocol", protocols, kinds),
+        ("--hold-out", hold_out, names),
+    ):
+        for name in wanted:
+            if name not in known:
+                raise InputError(f"{option} {name!r} is not in the data; {nearest(name, known)}")
+    used = [
+        table
+        for table in data.tables
+        if (not trials or table.name in trials)
+        and (not protocols or table.protocol in protocols)
+        and table.name not in hold_out
+    ]
+    if not used:
+        raise InputError("no trial is left to fit; select or hold out other ones")
+    return used, [table for table in data.tables if table.name in hold_out]
+
+
+def simulated_step(
+    rig: str,
+    *,
+    pressure: Sequence[float] = (487e3, 0.0),
+    load: float = 0.0,
+    duration: float = 6.0,
+) -> TrialSet:
+    """A large step of a rig: all muscles rest at the highest set point, then take their own.
+
+    Args:
+        rig: name of a shipped rig, or path of a rig folder.
+        pressure: set points after the step, gauge [Pa].
+        load: mass on the arm [kg].
+        duration: [s].
+
+    Raises:
+        InputError: as `pamsim.simulate`.
+        SimulationError: if the run broke down.
+    """
+    loaded = load_rig(rig)
+    start = [max(pressure)] * len(pressure)
+    step = pressure_step(start, pressure, duration=duration, load=load, name="simulated step")
+    run = simulate(loaded, step).completed()
+    return TrialSet(rig=loaded.name, trials=(_trial_of(run, "simulated_step"),))
+
+
+def _trial_of(run: Recording, name: str) -> Trial:
+    muscles = range(run.pressure.shape[1])
+    return Trial(
+        name=name,
+        protocol=name,
+        command_kind=run.command_kind,
+        load=run.load,
+        time=run.time,
+        command=run.command,
+        measured={
+            "angle": run.angle,
+            **{f"pressure_{i + 1}": run.pressure[:, i] for i in muscles},
+            **{f"force_{i + 1}": run.tension[:, i] for i in muscles},
+        },
+    )
+
+
+def _plain(path: Path) -> IdentifyData:
+    """A log of any columns: those of few distinct values are taken as held commands."""
+    (number, header), *rows = csv_rows(path)
+    if "time_s" not in header:
+        raise InputError(
+            f"{path}: line {number}: no column 'time_s' (there are: {', '.join(header)})"
+        )
+    twice = next((name for i, name in enumerate(header) if name in header[:i]), None)
+    if twice is not None:
+        raise InputError(f"{path}: line {number}: column {twice!r} is there twice; keep one")
+    cells = np.array(
+        [
+            [
+                finite_cell(cell, f"{path}: line {line}: {name}")
+                for name, cell in zip(header, row, strict=True)
+            ]
+            for line, row in rows
+        ]
+    )
+    columns = {
+        name: cells[:, i] * _SI.get(name.rpartition("_")[2].lower(), 1.0)
+        for i, name in enumerate(header)
+    }
+    time = columns.pop("time_s")
+    held = frozenset(
+        name
+        for name, values in columns.items()
+        if np.unique(values).size <= max(2, _FEW_VALUES * values.size)
+    )
+    table = SignalTable(
+        name=path.stem,
+        protocol=path.stem,
+        load=0.0,
+        time=time - time[0],
+        columns=columns,
+        held=held,
+        rest={name: float(columns[name][0]) for name in held},
+        level=None,
+    )
+    notes = (f"taken as held from row to row: {', '.join(sorted(held)) or 'no column'}",)
+    return IdentifyData(source=str(path), rig="", tables=(table,), notes=notes)

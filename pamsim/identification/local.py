@@ -1,0 +1,148 @@
+"""Operating points: every trial, or every step of a staircase, with the level it holds at."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pamsim.core.errors import InputError
+from pamsim.identification.models import Progress
+from pamsim.identification.signals import SignalTable
+from pamsim.linear.continuous_fit import ContinuousFit, fit_continuous
+from pamsim.linear.local_models import (
+    LocalModel,
+    LocalModelMap,
+    OperatingPoint,
+    local_model_map,
+)
+from pamsim.linear.signal_record import FEWEST_SAMPLES, SignalRecord
+
+FloatArray = NDArray[np.float64]
+Piece = tuple[SignalRecord, OperatingPoint]
+
+_LONG_ENOUGH = 2.0  # slowest time constants that a held input must last to show a gain
+_LEAD = 0.2  # share of the plateau before a step that shows where it starts from
+_LEVEL_GRID = 2e3  # [Pa]
+_SETTLED = 0.05  # change over that share, against the step's own, from which it had not settled
+
+
+def local_map(
+    pairs: Sequence[tuple[SignalTable, SignalRecord]],
+    fit: ContinuousFit,
+    progress: Progress | None = None,
+) -> tuple[LocalModelMap | None, tuple[str, ...]]:
+    """Fit the structure of a model again at every operating point.
+
+    A trial whose input is held long enough to settle is cut into its steps, others stay whole.
+    The same step of trials that repeat each other (same protocol and load) is one point.
+
+    Args:
+        pairs: trials with the records made of them.
+        fit: the model whose structure is fitted.
+        progress: told ``(done, total, what)``.
+
+    Returns:
+        The map, or None for fewer than two points; and notes on steps that were left out.
+    """
+    slowest = float(np.max(np.abs(1.0 / np.array(fit.poles))))
+    groups: dict[tuple[str, float, int, int], list[Piece]] = {}
+    notes: list[str] = []
+    for table, record in pairs:
+        pieces, left_out = _pieces(table, record, slowest)
+        notes += left_out
+        for index, piece in pieces:
+            key = (table.protocol, table.load, index, piece[1].direction)
+            groups.setdefault(key, []).append(piece)
+    if len(groups) < 2:
+        return None, tuple(notes)
+    models: list[LocalModel] = []
+    for done, group in enumerate(groups.values()):
+        if progress is not None:
+            progress(done, len(groups), "operating points")
+        try:
+            local = fit_continuous(
+                [record for record, _ in group],
+                order=fit.structure.order,
+                zeros=fit.structure.zeros,
+                dead_time=fit.structure.dead_time,
+                real_lags=fit.structure.real_lags,
+                start=fit.start,
+            )
+        except InputError as error:
+            notes.append(f"{group[0][0].name}: no model of its own: {error}")
+            continue
+        models.append(LocalModel(_mean(group), local))
+    return (local_model_map(models) if len(models) > 1 else None), tuple(notes)
+
+
+def _pieces(
+    table: SignalTable, record: SignalRecord, slowest: float
+) -> tuple[list[tuple[int, Piece]], list[str]]:
+    """Steps of a record with their index, or the record itself with index 0."""
+    into = record.input
+    changes = np.flatnonzero(np.diff(into) != 0.0) + 1
+    whole = [(0, (record, _point(table, record, 0)))]
+    if record.hold != "zoh" or changes.size < 2:
+        return [(0, (record, _point(table, record, _direction(into, changes))))], []
+    ends = np.append(changes[1:], into.size)
+    if np.min(ends - changes) * record.sample_time < _LONG_ENOUGH * slowest:
+        return whole, []
+    found: list[tuple[int, Piece]] = []
+    notes: list[str] = []
+    for index, (change, end) in enumerate(zip(changes, ends, strict=True)):
+        before = changes[index - 1] if index else 0
+        first = change - max(1, round(_LEAD * (change - before)))
+        part = slice(int(first), int(end))
+        if end - first < FEWEST_SAMPLES:
+            notes.append(f"{table.name}: step {index + 1} is too short for a model of its own")
+            continue
+        lead, moved = record.output[first:change], record.output[end - 1] - record.output[change]
+        # Means of the two halves, so that noise does not look like drift.
+        halves = np.array_split(lead, 2) if lead.size > 1 else [lead, lead]
+        if abs(np.mean(halves[1]) - np.mean(halves[0])) > _SETTLED * abs(moved):
+            notes.append(f"{table.name}: before step {index + 1} the output had not settled")
+        try:
+            cut = SignalRecord(
+                name=f"{table.name} step {index + 1}",
+                time=record.time[part],
+                input=into[part],
+                output=record.output[part],
+                unit_input=record.unit_input,
+                unit_output=record.unit_output,
+                hold=record.hold,
+            )
+        except InputError as error:
+            notes.append(f"{table.name}: step {index + 1} is left out: {error}")
+            continue
+        direction = int(np.sign(into[change] - into[change - 1]))
+        found.append((index, (cut, _point(table, cut, direction))))
+    return found or whole, notes
+
+
+def _direction(into: FloatArray, changes: NDArray[np.intp]) -> int:
+    """Of a single step; 0 for an input that goes both ways."""
+    return int(np.sign(into[-1] - into[0])) if changes.size == 1 else 0
+
+
+def _point(table: SignalTable, record: SignalRecord, direction: int) -> OperatingPoint:
+    inside = (table.time >= record.time[0]) & (table.time <= record.time[-1])
+    level = 0.0 if table.level is None else float(np.mean(table.level[inside]))
+    return OperatingPoint(
+        # Sensor noise must not look like levels that differ.
+        pressure=_LEVEL_GRID * round(level / _LEVEL_GRID),
+        load=table.load,
+        direction=direction,
+        amplitude=0.5 * float(np.ptp(record.input)),
+    )
+
+
+def _mean(group: Sequence[Piece]) -> OperatingPoint:
+    points = [point for _, point in group]
+    return OperatingPoint(
+        pressure=float(np.mean([point.pressure for point in points])),
+        load=points[0].load,
+        direction=points[0].direction,
+        amplitude=float(np.mean([point.amplitude for point in points])),
+    )

@@ -1,0 +1,238 @@
+"""From trials and tables to one input and one output: expressions over columns, in SI."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pamsim.comparison.trial_experiment import start_pressures
+from pamsim.core.errors import InputError, nearest
+from pamsim.core.trial import Trial
+from pamsim.core.units import DEG_PER_RAD, PA_PER_KPA
+from pamsim.inference.record_checks import UNIFORM_TOLERANCE
+from pamsim.linear.signal_record import SignalRecord
+
+FloatArray = NDArray[np.float64]
+
+# Ending of a column's name -> unit as shown, SI unit, SI per shown unit. Others stay as they are.
+_UNITS = {"kpa": ("kPa", "Pa", PA_PER_KPA), "deg": ("deg", "rad", 1.0 / DEG_PER_RAD)}
+_TERM = re.compile(r"\s*([+-]?)\s*([A-Za-z]\w*)")
+# A first command this close to where the trial rests is that rest: as a share of the input's span,
+# and in SI, for the noise of the sensor that says where it rests.
+_SMALL_JUMP = 0.05
+_ROWS_AT_REST = 5
+_SENSOR_NOISE = {"Pa": 2e3}
+
+
+@dataclass(frozen=True, kw_only=True)
+class SignalTable:
+    """Named columns of one trial, whatever it was read from.
+
+    Attributes:
+        name: of the trial.
+        protocol: trials of one protocol repeat each other.
+        load: mass on the arm [kg].
+        time: (n,) [s].
+        columns: name -> (n,) [SI].
+        held: names of columns that a computer held from sample to sample.
+        rest: name of a held column -> its value before the trial began [SI].
+        level: (n,) mean gauge pressure of the muscles [Pa], or None.
+    """
+
+    name: str
+    protocol: str
+    load: float
+    time: FloatArray
+    columns: Mapping[str, FloatArray]
+    held: frozenset[str]
+    rest: Mapping[str, float]
+    level: FloatArray | None
+
+
+@dataclass(frozen=True, kw_only=True)
+class Signal:
+    """A sum or difference of columns of one unit.
+
+    Attributes:
+        text: as the user wrote it.
+        terms: sign and column name.
+        unit: as shown, such as ``kPa``.
+        si_unit: such as ``Pa``.
+        factor: SI per shown unit.
+    """
+
+    text: str
+    terms: tuple[tuple[float, str], ...]
+    unit: str
+    si_unit: str
+    factor: float
+
+    def of(self, values: Mapping[str, FloatArray] | Mapping[str, float]) -> FloatArray:
+        """Evaluate on columns [SI]."""
+        return np.sum([sign * np.asarray(values[name]) for sign, name in self.terms], axis=0)
+
+    @property
+    def key(self) -> str:
+        """The unit as part of a JSON key: ``kpa``; ``1`` for none."""
+        return re.sub(r"\W+", "_", self.unit.lower())
+
+
+def signal(text: str, tables: Sequence[SignalTable]) -> Signal:
+    """Read an expression such as ``p1_set_kpa-p2_set_kpa``.
+
+    Args:
+        text: columns joined by ``+`` and ``-``.
+        tables: that must have them.
+
+    Raises:
+        InputError: for another form, a column that is in no table or not in all, or mixed units.
+    """
+    if not re.fullmatch(rf"(?:{_TERM.pattern})(?:\s*[+-]\s*[A-Za-z]\w*)*\s*", text):
+        raise InputError(
+            f"{text!r} is no signal: join column names by + and -, such as p1_set_kpa-p2_set_kpa"
+        )
+    terms = [(-1.0 if sign == "-" else 1.0, name) for sign, name in _TERM.findall(text)]
+    known = sorted({name for table in tables for name in table.columns})
+    for _, name in terms:
+        lacking = [table.name for table in tables if name not in table.columns]
+        if name not in known:
+            raise InputError(f"no column {name!r}; {nearest(name, known)}")
+        if lacking:
+            raise InputError(f"column {name!r} is not in trial {lacking[0]!r}; leave that one out")
+    units = {_unit(name) for _, name in terms}
+    if len(units) > 1:
+        raise InputError(
+            f"{text!r} adds {' and '.join(sorted(unit[0] for unit in units))}; take columns of one"
+            " unit"
+        )
+    unit, si_unit, factor = units.pop()
+    return Signal(text=text, terms=tuple(terms), unit=unit, si_unit=si_unit, factor=factor)
+
+
+def default_input(tables: Sequence[SignalTable]) -> str:
+    """The pressure difference that was set, else the difference of the valves.
+
+    Raises:
+        InputError: if there is neither for two muscles.
+    """
+    have = [name for name in tables[0].columns if all(name in t.columns for t in tables)]
+    for shape in ("p{}_set_kpa", "u{}", "p{}_kpa"):
+        pair = [shape.format(1), shape.format(2)]
+        if all(name in have for name in pair):
+            return "-".join(pair)
+    for name in have:
+        if re.fullmatch(r"p1_set_kpa|u1|p1_kpa", name):
+            return name
+    raise InputError(f"say with --input what drives the output; columns: {', '.join(have)}")
+
+
+def default_output(tables: Sequence[SignalTable]) -> str:
+    """``angle_deg``.
+
+    Raises:
+        InputError: if a table lacks it.
+    """
+    if all("angle_deg" in table.columns for table in tables):
+        return "angle_deg"
+    have = ", ".join(tables[0].columns)
+    raise InputError(
+        f"no column 'angle_deg' in every trial: say with --output what to fit ({have})"
+    )
+
+
+def table_of(trial: Trial) -> SignalTable:
+    """The columns of a trial, under the names of the recording format."""
+    numbers = range(1, trial.muscles + 1)
+    shape = "p{}_set_kpa" if trial.command_kind == "pressure" else "u{}"
+    commands = {shape.format(i): trial.command[:, i - 1] for i in numbers}
+    names = {
+        **{f"p{i}_kpa": f"pressure_{i}" for i in numbers},
+        "angle_deg": "angle",
+        **{f"force{i}_n": f"force_{i}" for i in numbers},
+    }
+    measured = {
+        column: trial.measured[channel]
+        for column, channel in names.items()
+        if channel in trial.measured
+    }
+    # A muscle rests at its start pressure, held by a regulator or behind a shut valve.
+    pressed = trial.command_kind == "pressure"
+    rest = start_pressures(trial) if pressed else np.zeros(trial.muscles)
+    pressures = [
+        trial.measured.get(f"pressure_{i}", trial.command[:, i - 1] if pressed else None)
+        for i in numbers
+    ]
+    known = [values for values in pressures if values is not None]
+    return SignalTable(
+        name=trial.name,
+        protocol=trial.protocol,
+        load=trial.load,
+        time=trial.time,
+        columns={**commands, **measured},
+        held=frozenset(commands),
+        rest={shape.format(i): float(rest[i - 1]) for i in numbers},
+        level=np.mean(known, axis=0) if known else None,
+    )
+
+
+def record_of(table: SignalTable, given: Signal, output: Signal) -> tuple[SignalRecord, str]:
+    """One trial as the identification reads it.
+
+    A held input that already differs in the first row from where the trial rests gets five rows
+    at rest before it: that is how a step at time 0 becomes visible, to ARX models as well, whose
+    first equations need rows of the past.
+
+    Args:
+        table: the trial.
+        given: the input.
+        output: the output.
+
+    Returns:
+        The record, uniformly sampled, and a note if the clock had to be evened out.
+
+    Raises:
+        InputError: as `SignalRecord`, such as for an input that never changes.
+    """
+    held = all(name in table.held for _, name in given.terms)
+    time, into, out = table.time, given.of(table.columns), output.of(table.columns)
+    steps = np.diff(time)
+    interval, note = float(np.median(steps)), ""
+    if np.max(np.abs(steps - np.mean(steps))) > UNIFORM_TOLERANCE * np.mean(steps):
+        even = np.arange(int((time[-1] - time[0]) / interval) + 1) * interval + time[0]
+        # A held command is that of the last row; a measured signal is interpolated.
+        last = np.maximum(np.searchsorted(time, even * (1.0 + 1e-12), side="right") - 1, 0)
+        into = into[last] if held else np.interp(even, time, into)
+        out = np.interp(even, time, out)
+        note = f"{table.name}: interpolated to a uniform step of {interval:.4g} s"
+        time = even
+    if held:
+        rest = float(given.of(table.rest))
+        span = float(np.ptp(np.append(into, rest)))
+        if abs(into[0] - rest) > max(_SMALL_JUMP * span, _SENSOR_NOISE.get(given.si_unit, 0.0)):
+            before = np.arange(-_ROWS_AT_REST, 0)
+            time = np.append(time[0] + before * np.mean(np.diff(time)), time)
+            into = np.append(np.full(_ROWS_AT_REST, rest), into)
+            out = np.append(np.full(_ROWS_AT_REST, out[0]), out)
+    return SignalRecord(
+        name=table.name,
+        time=time,
+        input=into,
+        output=out,
+        unit_input=given.si_unit,
+        unit_output=output.si_unit,
+        hold="zoh" if held else "foh",
+    ), note
+
+
+def _unit(name: str) -> tuple[str, str, float]:
+    if re.fullmatch(r"u\d+", name):
+        return "1", "1", 1.0
+    ending = name.rpartition("_")[2]
+    if ending == name:
+        return "1", "1", 1.0
+    as_written = ending.upper() if ending in ("n", "v", "a") else ending
+    return _UNITS.get(ending.lower(), (as_written, as_written, 1.0))

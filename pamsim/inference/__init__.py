@@ -1,0 +1,1 @@
+"""Bounded least squares, intervals, noise models and profile likelihood; no engine."""

@@ -1,0 +1,217 @@
+"""What a calibration hands back: values, intervals, reasons for doubt, and how it got there."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import asdict, dataclass
+from enum import StrEnum
+from typing import Any, Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pamsim.inference.calibrated_parameter import CalibratedParameter
+from pamsim.inference.residual_block import BlockPlace
+
+FloatArray = NDArray[np.float64]
+
+
+class CalibrationStatus(StrEnum):
+    """How far the numbers of a calibration can be trusted."""
+
+    CONVERGED = "converged"
+    AT_BOUND = "at_bound"
+    """A parameter ran into its range, which then decides, not the data."""
+    NOT_IDENTIFIABLE = "not_identifiable"
+    """The trials do not determine every parameter: only combinations of some."""
+    NOT_CONVERGED = "not_converged"
+    """The search ran out of simulations before it settled."""
+
+
+class NoiseSource(StrEnum):
+    """Where the standard deviation of a channel's noise comes from."""
+
+    GIVEN = "given"
+    REPEATS = "repeats"
+    """Scatter between trials of the same protocol."""
+    RESIDUAL = "residual"
+    """Root mean square of what the fit leaves, model error included."""
+
+
+class Checkpoint(Protocol):
+    """Where an interrupted calibration leaves its state; the caller owns the disk."""
+
+    def load(self) -> dict[str, Any] | None:
+        """The state last saved, or None."""
+        ...
+
+    def save(self, state: dict[str, Any]) -> None:
+        """Keep a JSON-safe state."""
+        ...
+
+
+@dataclass(frozen=True, kw_only=True)
+class Progress:
+    """Where a running calibration stands, told after each Jacobian.
+
+    Attributes:
+        start: number of the start that is followed, from 0.
+        starts: of how many.
+        iteration: of this start.
+        evaluations: simulated parameter vectors so far.
+        cost: mean square of the residuals in units of the noise.
+        values: name -> value [parameter units].
+    """
+
+    start: int
+    starts: int
+    iteration: int
+    evaluations: int
+    cost: float
+    values: Mapping[str, float]
+
+
+@dataclass(frozen=True, kw_only=True)
+class ChannelNoise:
+    """Noise of one channel.
+
+    Attributes:
+        standard_deviation: [SI unit of the channel].
+        source: where it comes from.
+        rms: root mean square residual over all trials [SI unit of the channel].
+        rms_per_trial: trial -> root mean square residual [SI unit of the channel].
+    """
+
+    standard_deviation: float
+    source: NoiseSource
+    rms: float
+    rms_per_trial: Mapping[str, float]
+
+    def as_dict(self) -> dict[str, Any]:
+        """JSON-safe form, SI."""
+        return {
+            "noise_sd": self.standard_deviation,
+            "noise_source": str(self.source),
+            "rms": self.rms,
+            "rms_per_trial": dict(self.rms_per_trial),
+        }
+
+
+@dataclass(frozen=True, kw_only=True)
+class StartReport:
+    """Where one start ended.
+
+    Attributes:
+        start: values it began with [parameter units].
+        end: values it ended with [parameter units].
+        objective: -2 log likelihood up to a constant, priors included.
+        converged: False if it ran out of simulations.
+        iterations: Jacobians it took.
+        same_optimum: True if its objective is that of the best start within 0.1.
+    """
+
+    start: tuple[float, ...]
+    end: tuple[float, ...]
+    objective: float
+    converged: bool
+    iterations: int
+    same_optimum: bool
+
+    def as_dict(self) -> dict[str, Any]:
+        """JSON-safe form."""
+        return asdict(self)
+
+
+@dataclass(frozen=True, kw_only=True)
+class Linearisation:
+    """The simulator near the optimum, for what builds on a calibration (intervals, screening).
+
+    Attributes:
+        places: the blocks and their rows.
+        residual: simulated minus measured, shape (n,) [SI units of the channels].
+        jacobian: change of the residual per change of each parameter's place in its range (0 to
+            1, see `SearchScale`), shape (n, p).
+        weight: 1 / noise standard deviation of each row times the channel's weight, shape (n,).
+    """
+
+    places: tuple[BlockPlace, ...]
+    residual: FloatArray
+    jacobian: FloatArray
+    weight: FloatArray
+
+
+@dataclass(frozen=True, kw_only=True)
+class Calibration:
+    """A calibrated simulator.
+
+    Attributes:
+        parameters: in the order given, with intervals and doubts.
+        covariance: of the values, shape (p, p) [products of parameter units]; NaN in rows and
+            columns without an interval.
+        correlation: the same scaled to 1 on the diagonal.
+        determined: combinations that are determined although their members are not, as text.
+        noise: channel -> noise and residual.
+        weights: channel -> factor on its residuals in units of noise.
+        status: whether to trust the numbers.
+        sentence: the same for a person.
+        interval_method: which intervals these are, for a person.
+        objective: -2 log likelihood up to a constant, priors included.
+        evaluations: simulated parameter vectors.
+        calls: of the simulate callable; one for each Jacobian.
+        iterations: Jacobians over all starts.
+        diverged: simulated vectors that diverged inside the search.
+        starts: where each start ended.
+        linearisation: residual and Jacobian at the optimum.
+    """
+
+    parameters: tuple[CalibratedParameter, ...]
+    covariance: FloatArray
+    correlation: FloatArray
+    determined: tuple[str, ...]
+    noise: Mapping[str, ChannelNoise]
+    weights: Mapping[str, float]
+    status: CalibrationStatus
+    sentence: str
+    interval_method: str
+    objective: float
+    evaluations: int
+    calls: int
+    iterations: int
+    diverged: int
+    starts: tuple[StartReport, ...]
+    linearisation: Linearisation
+
+    @property
+    def values(self) -> FloatArray:
+        """All values, shape (p,) [parameter units]."""
+        return np.array([p.value for p in self.parameters])
+
+    @property
+    def same_optimum(self) -> int:
+        """How many starts reached the best optimum."""
+        return sum(start.same_optimum for start in self.starts)
+
+    def as_dict(self) -> dict[str, Any]:
+        """JSON-safe form, SI."""
+        return {
+            "status": str(self.status),
+            "sentence": self.sentence,
+            "parameters": [p.as_dict() for p in self.parameters],
+            "determined": list(self.determined),
+            "covariance": _json_matrix(self.covariance),
+            "correlation": _json_matrix(self.correlation),
+            "interval_method": self.interval_method,
+            "noise": {name: noise.as_dict() for name, noise in self.noise.items()},
+            "weights": dict(self.weights),
+            "objective": self.objective,
+            "evaluations": self.evaluations,
+            "calls": self.calls,
+            "iterations": self.iterations,
+            "diverged": self.diverged,
+            "same_optimum": self.same_optimum,
+            "starts": [start.as_dict() for start in self.starts],
+        }
+
+
+def _json_matrix(matrix: FloatArray) -> list[list[float | None]]:
+    return [[float(x) if np.isfinite(x) else None for x in row] for row in matrix]

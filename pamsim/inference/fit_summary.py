@@ -1,0 +1,202 @@
+"""From the ends of all starts to a calibration: intervals, doubts, status."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pamsim.inference.calibrated_parameter import CalibratedParameter, PriorPull
+from pamsim.inference.fit_result import (
+    Calibration,
+    CalibrationStatus,
+    ChannelNoise,
+    Linearisation,
+    StartReport,
+)
+from pamsim.inference.flags import Identified, doubts, identified
+from pamsim.inference.free_parameter import FreeParameter
+from pamsim.inference.intervals import ParameterCovariance, parameter_covariance
+from pamsim.inference.search import LeastSquares, SearchEnd
+
+FloatArray = NDArray[np.float64]
+BoolArray = NDArray[np.bool_]
+
+_SAME_OPTIMUM = 0.1  # of -2 log likelihood: a tenth of what one standard error costs
+_SHORT = 0.5  # standard errors under white noise
+
+
+def verdict(
+    cost: LeastSquares,
+    parameters: Sequence[FreeParameter],
+    places: Sequence[FloatArray],
+    ends: Sequence[SearchEnd],
+    *,
+    central: bool,
+) -> Calibration:
+    """Judge the best of several ends.
+
+    Args:
+        cost: what was minimised.
+        parameters: p of them.
+        places: where the starts began, each (p,) in the unit cube.
+        ends: where they ended.
+        central: True takes central differences.
+
+    Returns:
+        The calibration.
+    """
+    best = min(ends, key=lambda end: end.objective)
+    place, scale = best.state.place, cost.residual.scale
+    residual = cost.residual.at(place)
+    assert residual is not None
+    linear = Linearisation(
+        places=cost.residual.places,
+        residual=residual,
+        jacobian=cost.residual.jacobian(place, central=central),
+        weight=cost.weight(best.state.noise),
+    )
+    prior_residual, prior_jacobian = cost.priors(place)
+    information = np.sum(prior_jacobian**2, axis=0)
+    weighted = linear.jacobian * linear.weight[:, np.newaxis]
+    split = identified(parameters, place, weighted, information)
+    spread = parameter_covariance(linear, split.basis, np.diag(information))
+    short = _short(
+        np.vstack([weighted, prior_jacobian]) @ split.basis,
+        np.concatenate([linear.weight * residual, prior_residual]),
+    )
+    without = split.open | split.at_bound
+    slope = np.where(without, np.nan, scale.slope(place))
+    covariance = spread.matrix * np.outer(slope, slope)
+    errors = np.sqrt(np.diag(covariance))
+    status, sentence = _status(parameters, split, best, short)
+    return Calibration(
+        parameters=_parameters(cost, parameters, split, spread, place, information),
+        covariance=covariance,
+        correlation=covariance / np.outer(errors, errors),
+        determined=split.combinations,
+        weights=cost.weights,
+        noise=_noise(cost, best, residual),
+        status=status,
+        sentence=sentence,
+        interval_method=spread.method,
+        objective=best.objective,
+        evaluations=cost.residual.evaluations,
+        calls=cost.residual.calls,
+        iterations=sum(end.state.iterations for end in ends),
+        diverged=cost.residual.diverged,
+        starts=tuple(
+            StartReport(
+                start=tuple(scale.from_unit(begin).tolist()),
+                end=tuple(scale.from_unit(end.state.place).tolist()),
+                objective=end.objective,
+                converged=end.converged,
+                iterations=end.state.iterations,
+                same_optimum=end.objective <= best.objective + _SAME_OPTIMUM,
+            )
+            for begin, end in zip(places, ends, strict=True)
+        ),
+        linearisation=linear,
+    )
+
+
+def _short(jacobian: FloatArray, residual: FloatArray) -> float:
+    """How far the last linearisation sees the optimum, in standard errors under white noise."""
+    if jacobian.shape[1] == 0:
+        return 0.0
+    # Where the simulator misses more than noise, that is what blurs the optimum.
+    rms = max(float(np.sqrt(np.mean(residual**2))), 1.0)
+    return float(np.linalg.norm(np.linalg.qr(jacobian)[0].T @ residual)) / rms
+
+
+def _parameters(
+    cost: LeastSquares,
+    parameters: Sequence[FreeParameter],
+    split: Identified,
+    spread: ParameterCovariance,
+    place: FloatArray,
+    information: FloatArray,
+) -> tuple[CalibratedParameter, ...]:
+    scale = cost.residual.scale
+    values, slope = scale.from_unit(place), scale.slope(place)
+    error = np.sqrt(np.diag(spread.matrix))
+    low = scale.from_unit(np.clip(place - spread.quantile * error, 0.0, 1.0))
+    high = scale.from_unit(np.clip(place + spread.quantile * error, 0.0, 1.0))
+    some = np.diag(spread.white) > 0.0
+    rise = spread.quantile**2 * np.diag(spread.matrix) / np.where(some, np.diag(spread.white), 1.0)
+    found: list[CalibratedParameter] = []
+    for i, (p, (why, partners, sentence)) in enumerate(
+        zip(parameters, doubts(parameters, split, place, spread.matrix), strict=True)
+    ):
+        known = not (split.open[i] or split.at_bound[i])
+        pull = p.prior and PriorPull(
+            prior=p.prior,
+            distance=float((values[i] - p.prior.mean) / p.prior.standard_deviation),
+            share=float(spread.white[i, i] * information[i]) if known else None,
+        )
+        found.append(
+            CalibratedParameter(
+                name=p.name,
+                unit=p.unit,
+                value=float(values[i]),
+                interval95=(float(low[i]), float(high[i])) if known else None,
+                standard_error=float(slope[i] * error[i]) if known else None,
+                rise95=float(rise[i]) if known else None,
+                bounds=(p.low, p.high),
+                doubts=why,
+                partners=partners,
+                sentence=sentence,
+                pull=pull,
+            )
+        )
+    return tuple(found)
+
+
+def _noise(cost: LeastSquares, best: SearchEnd, residual: FloatArray) -> dict[str, ChannelNoise]:
+    squares: dict[str, dict[str, list[FloatArray]]] = {}
+    for p in cost.residual.places:
+        trials = squares.setdefault(p.block.channel, {})
+        trials.setdefault(p.block.trial, []).append(residual[p.rows] ** 2)
+
+    def rms(parts: Sequence[FloatArray]) -> float:
+        return float(np.sqrt(np.mean(np.concatenate(parts))))
+
+    return {
+        channel: ChannelNoise(
+            standard_deviation=best.state.noise[channel],
+            source=cost.noise.source(channel),
+            rms=rms([part for parts in trials.values() for part in parts]),
+            rms_per_trial={trial: rms(parts) for trial, parts in trials.items()},
+        )
+        for channel, trials in squares.items()
+    }
+
+
+def _status(
+    parameters: Sequence[FreeParameter], split: Identified, best: SearchEnd, short: float
+) -> tuple[CalibrationStatus, str]:
+    def names(chosen: BoolArray) -> str:
+        return ", ".join(p.name for p, c in zip(parameters, chosen, strict=True) if c)
+
+    if not best.converged:
+        return CalibrationStatus.NOT_CONVERGED, (
+            f"the search ran out of steps after {best.state.steps}; allow more or start nearer"
+        )
+    if short > _SHORT:
+        return CalibrationStatus.NOT_CONVERGED, (
+            f"the search stopped {short:.2g} standard errors short of the optimum that its last"
+            " Jacobian shows: the simulation is not smooth there, or differences are too noisy"
+        )
+    if np.any(split.open):
+        said = f"these trials do not determine {names(split.open)}"
+        if split.combinations:
+            said += f", only {' and '.join(split.combinations)}"
+        return CalibrationStatus.NOT_IDENTIFIABLE, (
+            said + "; hold some of them, give them priors, or measure what tells them apart"
+        )
+    if np.any(split.at_bound):
+        return CalibrationStatus.AT_BOUND, (
+            f"{names(split.at_bound)} ran into the allowed range, which then decides, not the data"
+        )
+    return CalibrationStatus.CONVERGED, "converged inside the ranges"

@@ -1,0 +1,163 @@
+"""Leave-one-out errors of a calibration: each row predicted by a fit that has not seen it."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pamsim.core.errors import InputError
+from pamsim.inference.fit_result import Calibration
+from pamsim.inference.free_parameter import FreeParameter, SearchScale
+from pamsim.inference.residual_block import Simulate, stacked
+
+FloatArray = NDArray[np.float64]
+
+
+@dataclass(frozen=True, kw_only=True)
+class LeftOut:
+    """Errors at rows that a fit did not see.
+
+    Attributes:
+        residual: predicted minus measured, each row by the fit without it, shape (n,) [SI].
+        values: of those fits, shape (n, p) [parameter units].
+        evaluations: simulated parameter vectors.
+        settled: largest last change of a parameter, in units of its range; a large one means that
+            some fit had not come to rest.
+    """
+
+    residual: FloatArray
+    values: FloatArray
+    evaluations: int
+    settled: float
+
+    @property
+    def rms(self) -> float:
+        """Root mean square over the rows [SI]."""
+        return math.sqrt(float(np.mean(self.residual**2)))
+
+
+def leave_one_out(
+    simulate: Simulate,
+    parameters: Sequence[FreeParameter],
+    calibration: Calibration,
+    *,
+    tolerance: float = 1e-3,
+    most: int = 8,
+) -> LeftOut:
+    """Refit without each row in turn, starting from the fit to all of them.
+
+    Every refit is a Gauss-Newton iteration with the Jacobian of the common optimum, which is close
+    to its own; all refits are simulated in one call per iteration.
+
+    Args:
+        simulate: as it was calibrated.
+        parameters: as they were calibrated.
+        calibration: to all rows, which must not be ordered in time (a static table).
+        tolerance: change of a parameter, in units of its range, at which a refit is done.
+        most: iterations.
+
+    Returns:
+        The errors.
+
+    Raises:
+        InputError: a block of a time series, fewer rows than parameters, or a refit that diverges.
+    """
+    linear = calibration.linearisation
+    for place in linear.places:
+        if place.block.sample_interval is not None:
+            raise InputError(
+                f"trial {place.block.trial}: leaving out single samples of a record proves nothing,"
+                " their neighbours give them away; hold out whole trials"
+            )
+    count = linear.residual.size
+    if count <= len(parameters) + 1:
+        raise InputError(f"{count} rows less one do not determine {len(parameters)} parameters")
+    scale = SearchScale(parameters)
+    optimum = scale.to_unit(calibration.values)
+    pull = _Priors(parameters, scale, optimum)
+    jacobian = linear.jacobian * linear.weight[:, np.newaxis]
+
+    def step(i: int, residual: FloatArray, place: FloatArray) -> FloatArray:
+        keep = np.arange(count) != i
+        rows = np.vstack([jacobian[keep], pull.jacobian])
+        miss = np.concatenate([(residual * linear.weight)[keep], pull.residual(place)])
+        return np.clip(place - np.linalg.lstsq(rows, miss, rcond=None)[0], 0.0, 1.0)
+
+    def rows_of(values: FloatArray) -> list[FloatArray | None]:
+        return [stacked(blocks, linear.places) for blocks in simulate(values)]
+
+    return refits_without(
+        optimum, linear.residual, step, rows_of, scale, tolerance=tolerance, most=most
+    )
+
+
+def refits_without(
+    optimum: FloatArray,
+    residual: FloatArray,
+    step: Callable[[int, FloatArray, FloatArray], FloatArray],
+    simulate: Callable[[FloatArray], Sequence[FloatArray | None]],
+    scale: SearchScale,
+    *,
+    tolerance: float,
+    most: int,
+) -> LeftOut:
+    """Iterate the refits without each row side by side, all simulated in one call per round.
+
+    Args:
+        optimum: place of the fit to all rows in the parameters' ranges, (p,).
+        residual: of that fit, (n,) [SI].
+        step: number of a row, residual (n,) and place (p,) of the refit without it, to its next
+            place.
+        simulate: values, (n, p) [parameter units], to the residual of each, None where it diverged.
+        scale: between places and values.
+        tolerance: change of a place at which a refit is done.
+        most: rounds.
+
+    Raises:
+        InputError: if a refit diverges.
+    """
+    count = residual.size
+    at, found = np.tile(optimum, (count, 1)), np.tile(residual, (count, 1))
+    evaluations, change = 0, math.inf
+    for _ in range(most):
+        moved = np.stack([step(i, found[i], at[i]) for i in range(count)])
+        change = float(np.max(np.abs(moved - at)))
+        at = moved
+        evaluations += count
+        for i, answer in enumerate(simulate(scale.from_unit(at))):
+            if answer is None:
+                raise InputError(f"without row {i + 1} the fit leaves what can be simulated")
+            found[i] = answer
+        if change < tolerance:
+            break
+    return LeftOut(
+        residual=np.diag(found).copy(),
+        values=scale.from_unit(at),
+        evaluations=evaluations,
+        settled=change,
+    )
+
+
+class _Priors:
+    """Priors as rows of the least-squares problem, linear about the common optimum."""
+
+    def __init__(
+        self, parameters: Sequence[FreeParameter], scale: SearchScale, optimum: FloatArray
+    ) -> None:
+        self._scale = scale
+        self._known = [(i, p.prior) for i, p in enumerate(parameters) if p.prior is not None]
+        slope = scale.slope(optimum)
+        self.jacobian = np.zeros((len(self._known), len(parameters)))
+        for row, (i, prior) in enumerate(self._known):
+            self.jacobian[row, i] = slope[i] / prior.standard_deviation
+
+    def residual(self, place: FloatArray) -> FloatArray:
+        """(value - mean) / standard deviation of each prior, shape (k,)."""
+        values = self._scale.from_unit(place)
+        return np.array(
+            [(values[i] - prior.mean) / prior.standard_deviation for i, prior in self._known]
+        )

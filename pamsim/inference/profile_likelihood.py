@@ -1,0 +1,238 @@
+"""Profile likelihood of one calibrated parameter: all others refitted at each of its values."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import asdict, dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pamsim.core.errors import InputError, nearest
+from pamsim.inference.batched_residual import BatchedResidual
+from pamsim.inference.channel_noise import NoiseModel
+from pamsim.inference.fit_result import Calibration
+from pamsim.inference.free_parameter import FreeParameter
+from pamsim.inference.residual_block import Simulate
+from pamsim.inference.search import LeastSquares, SearchState
+
+FloatArray = NDArray[np.float64]
+
+_CHI2 = 3.841458820694124  # 95 % point of chi-squared with one degree of freedom
+_REACH = 1.3  # of the linear interval: how far the first points go
+_FURTHER = 6  # doublings of the reach where the profile has not closed yet
+_REFINED = 10  # points at most spent on the place where it closes
+_STEEP = 3.0  # of the root of the threshold: beyond, the root of the rise is no straight line
+_CLOSE = 0.01  # of the threshold
+_BETTER = 0.1  # fall of -2 log likelihood that is no rounding
+
+
+@dataclass(frozen=True, kw_only=True)
+class Profile:
+    """How much worse the fit becomes as one parameter leaves its optimum.
+
+    Attributes:
+        name: of the parameter.
+        unit: SI.
+        values: of the parameter, increasing, m of them [unit].
+        rise: of -2 log likelihood above its smallest value, all others refitted, one per value;
+            None where the simulation diverges.
+        threshold: rise at the ends of the 95 % interval. It is that of chi-squared for white
+            noise, and larger by as much as the calibration's interval is wider than a white one.
+        low: lower end of the 95 % interval [unit]; None if the range ends first.
+        high: upper end [unit]; None if the range ends first.
+        sentence: whether the profile closes on both sides.
+        evaluations: simulated parameter vectors.
+    """
+
+    name: str
+    unit: str
+    values: tuple[float, ...]
+    rise: tuple[float | None, ...]
+    threshold: float
+    low: float | None
+    high: float | None
+    sentence: str
+    evaluations: int
+
+    def as_dict(self) -> dict[str, Any]:
+        """JSON-safe form, SI."""
+        return asdict(self)
+
+
+def profile(
+    simulate: Simulate,
+    parameters: Sequence[FreeParameter],
+    calibration: Calibration,
+    name: str,
+    *,
+    points: int = 9,
+    max_iterations: int = 50,
+) -> Profile:
+    """Walk one parameter away from the optimum, refitting the others, until the data object.
+
+    The noise is held at what the calibration found. Where that is coloured, the threshold is
+    scaled so that profile and calibration agree for a linear simulator (Pace, Salvan and Sartori,
+    Statistica Sinica 21, 2011, 129-148); what differs is then the simulator's curvature.
+
+    Args:
+        simulate: as for `calibrate`.
+        parameters: as for `calibrate`.
+        calibration: its result.
+        name: of the parameter to walk.
+        points: on the walk, the optimum among them; a few more where it has to go on or to close.
+        max_iterations: steps tried per point.
+
+    Returns:
+        The profile.
+
+    Raises:
+        InputError: no such parameter, or fewer than three points.
+    """
+    names = [p.name for p in parameters]
+    if name not in names:
+        raise InputError(f"no parameter {name!r} to profile; {nearest(name, names)}")
+    if points < 3:
+        raise InputError(f"{points} points make no profile; give three or more")
+    walk = _Walk(simulate, parameters, calibration, names.index(name), max_iterations)
+    low = walk.side(-1.0, (points - 1) // 2)
+    high = walk.side(1.0, points // 2)
+    return walk.profile(low, high)
+
+
+class _Walk:
+    """One parameter's way from the optimum to both sides, in the unit cube."""
+
+    def __init__(
+        self,
+        simulate: Simulate,
+        parameters: Sequence[FreeParameter],
+        calibration: Calibration,
+        index: int,
+        steps: int,
+    ) -> None:
+        linear = calibration.linearisation
+        self._residual = BatchedResidual(simulate, parameters, linear.places)
+        self._cost = LeastSquares(
+            self._residual,
+            parameters,
+            NoiseModel(linear.places, linear.residual),
+            calibration.weights,
+            frozen=True,
+        )
+        self._parameter, self._index, self._steps = parameters[index], index, steps
+        self._noise = {c: n.standard_deviation for c, n in calibration.noise.items()}
+        self._free = np.arange(len(parameters)) != index
+        self._base = calibration.objective
+        result = calibration.parameters[index]
+        known = [p.rise95 for p in calibration.parameters if p.rise95 is not None]
+        self._threshold = result.rise95 or max([_CHI2, *known])
+        best = self._residual.scale.to_unit(calibration.values)
+        self._reach = 1.0
+        if result.interval95 is not None:
+            ends = [np.where(self._free, calibration.values, end) for end in result.interval95]
+            places = [float(self._residual.scale.to_unit(end)[index]) for end in ends]
+            self._reach = _REACH * max(abs(place - float(best[index])) for place in places)
+        self._middle = float(best[index])
+        self._seen: dict[float, tuple[float, FloatArray]] = {self._middle: (0.0, best)}
+
+    def side(self, sign: float, count: int) -> float | None:
+        """Walk to one side; return where the rise reaches the threshold, in the unit range."""
+        bound = 0.0 if sign < 0.0 else 1.0
+        room = abs(bound - self._middle)
+        distances = [self._reach * k / count for k in range(1, count + 1)]
+        distances += [self._reach * 2.0**k for k in range(1, _FURTHER)] + [room]
+        before = self._middle
+        for distance in distances:
+            here = bound if distance >= room else self._middle + sign * distance
+            if here == before:
+                return None
+            if self._rise(here, before) > self._threshold:
+                return self._closing(before, here)
+            before = here
+        return None
+
+    def _rise(self, here: float, near: float) -> float:
+        """Refit the others at a value, starting from what was found nearby."""
+        start = self._seen[near][1].copy()
+        behind = [u for u in self._seen if abs(u - here) > abs(near - here)]
+        for place in (*((self._onward(here, near, behind),) if behind else ()), start):
+            place[self._index] = here
+            if self._residual.at(place) is not None:
+                begin = SearchState(place, self._noise)
+                end = self._cost.search(begin, self._steps, lambda _: None, free=self._free)
+                self._seen[here] = end.objective - self._base, end.state.place
+                return self._seen[here][0]
+        self._seen[here] = np.inf, start
+        return np.inf
+
+    def _onward(self, here: float, near: float, behind: Sequence[float]) -> FloatArray:
+        """Continue the line through the two nearest points: the valley is followed, not climbed."""
+        second = min(behind, key=lambda u: abs(u - near))
+        one, two = self._seen[near][1], self._seen[second][1]
+        return np.clip(one + (one - two) * (here - near) / (near - second), 0.0, 1.0)
+
+    def _closing(self, inside: float, outside: float) -> float:
+        """Close in on the threshold; the root of the rise is nearly straight."""
+        for _ in range(_REFINED):
+            if self._crossing(inside, outside) in (inside, outside):
+                break
+            here = self._crossing(inside, outside)
+            rise = self._rise(here, inside)
+            inside, outside = (here, outside) if rise <= self._threshold else (inside, here)
+            if abs(rise - self._threshold) < _CLOSE * self._threshold:
+                break
+        return self._crossing(inside, outside)
+
+    def _crossing(self, inside: float, outside: float) -> float:
+        one, two = (np.sqrt(max(self._seen[u][0], 0.0)) for u in (inside, outside))
+        level = np.sqrt(self._threshold)
+        if two > _STEEP * level:
+            return 0.5 * (inside + outside)
+        return inside + (outside - inside) * float((level - one) / (two - one))
+
+    def profile(self, low: float | None, high: float | None) -> Profile:
+        """Put the points in order and into words."""
+        order = sorted(self._seen)
+        smallest = min(self._seen[u][0] for u in order)
+        ends = [None if u is None else self._value(u) for u in (low, high)]
+        return Profile(
+            name=self._parameter.name,
+            unit=self._parameter.unit,
+            values=tuple(self._value(u) for u in order),
+            rise=tuple(
+                float(rise - min(smallest, 0.0)) if np.isfinite(rise) else None
+                for rise in (self._seen[u][0] for u in order)
+            ),
+            threshold=self._threshold,
+            low=ends[0],
+            high=ends[1],
+            sentence=self._sentence(ends[0], ends[1], smallest),
+            evaluations=self._residual.evaluations,
+        )
+
+    def _value(self, place: float) -> float:
+        full = np.where(self._free, self._seen[self._middle][1], place)
+        return float(self._residual.scale.from_unit(full)[self._index])
+
+    def _sentence(self, low: float | None, high: float | None, smallest: float) -> str:
+        p = self._parameter
+        unit = "" if p.unit == "1" else f" {p.unit}"
+        if low is not None and high is not None:
+            said = f"{p.name} lies between {low:.4g} and {high:.4g}{unit}; closed on both sides"
+        elif low is None and high is None:
+            said = (
+                f"the profile of {p.name} closes on neither side: nothing in its range,"
+                f" {p.low:.4g} to {p.high:.4g}{unit}, contradicts the data"
+            )
+        else:
+            side, end, bound = ("below", high, p.low) if low is None else ("above", low, p.high)
+            word = "at most" if low is None else "at least"
+            said = (
+                f"{p.name} is {word} {end:.4g}{unit}; the profile does not close {side} before the"
+                f" end of its range, {bound:.4g}{unit}"
+            )
+        if smallest < -_BETTER:
+            said += "; the walk found a better fit than the calibration, which needs more starts"
+        return said

@@ -1,0 +1,115 @@
+"""A fit whose intervals hold under coloured noise: noise model, weighted refit, and which to keep.
+
+With a right structure, whitening by the noise model gives the best estimates and honest intervals.
+With a wrong one (hysteresis, a missing lag) the residuals hold the model's own error, and
+whitening it away gives a model that predicts one step well and simulates badly. So the weighted
+estimates are kept only while they lie within the unweighted ones' own uncertainty.
+"""
+
+# scipy carries no types: what it returns is Any at this file's boundary.
+# pyright: reportMissingTypeStubs=false, reportUnknownMemberType=false
+# pyright: reportUnknownVariableType=false
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+import scipy.special
+from numpy.typing import NDArray
+
+from pamsim.inference.coloured_noise import ArNoise, fit_ar_noise
+from pamsim.linear.separable_fit import (
+    Separable,
+    Solution,
+    linearise,
+    minimise,
+    sandwich_covariance,
+    whitened_covariance,
+)
+
+FloatArray = NDArray[np.float64]
+_chi2_tail: Any = scipy.special.chdtrc
+_student_quantile: Any = scipy.special.stdtrit
+
+_ROUNDS = 4
+_SETTLED = 0.02  # change between rounds, in standard errors
+_DISAGREE = 0.01  # p value below which the weighted estimates are given up
+_PERFECT = 1e-9  # residual over output, rms: what is left is rounding
+
+
+@dataclass(frozen=True, eq=False)
+class NoiseWeightedFit:
+    """Estimates with a covariance that holds under coloured noise.
+
+    Attributes:
+        solution: the optimum that is kept.
+        covariance: of (x, theta); None if the data do not determine them.
+        noise: model of the residuals.
+        weighted: whether the kept optimum minimises the whitened residual.
+        disagreement: p value of weighted against unweighted estimates; None if alike by design.
+        quantile: of Student's t, for 95 % intervals [-].
+    """
+
+    solution: Solution
+    covariance: FloatArray | None
+    noise: ArNoise
+    weighted: bool
+    disagreement: float | None
+    quantile: float
+
+
+def noise_weighted_fit(problem: Separable, starts: Sequence[FloatArray]) -> NoiseWeightedFit:
+    """Fit plainly, model the residuals, refit whitened, keep what the data bear out.
+
+    Args:
+        problem: what to fit.
+        starts: of the search.
+
+    Returns:
+        The fit.
+    """
+    plain = minimise(problem, starts)
+    line = linearise(problem, plain.x, plain.theta, ArNoise((), 1.0))
+    total = sum(output.size for output in problem.outputs)
+    free = plain.x.size + plain.theta.size + line.own
+    freedom = max(total - free, 1)
+    quantile = float(_student_quantile(freedom, 0.975))
+    moves = sum(float(np.sum((y - np.mean(y)) ** 2)) for y in problem.outputs)
+    if plain.cost <= _PERFECT**2 * moves:
+        noise = ArNoise((), plain.cost / freedom)
+        return NoiseWeightedFit(plain, whitened_covariance(line), noise, False, None, quantile)
+    noise = fit_ar_noise(line.residuals)
+    robust = sandwich_covariance(line, _unbiased(noise, total / freedom))
+    if noise.order == 0 or robust is None:
+        return NoiseWeightedFit(plain, whitened_covariance(line), noise, False, None, quantile)
+    evaluations = plain.evaluations
+    kept, covariance = plain, robust
+    for _ in range(_ROUNDS):
+        better = minimise(problem, [kept.x], noise)
+        evaluations += better.evaluations
+        line = linearise(problem, better.x, better.theta, noise)
+        found = whitened_covariance(line)
+        if found is None or not better.settled:
+            return NoiseWeightedFit(plain, robust, noise, False, None, quantile)
+        change = np.append(better.x - kept.x, better.theta - kept.theta)
+        kept, covariance = better, found
+        if np.max(np.abs(change) / np.sqrt(np.diag(found))) < _SETTLED:
+            break
+        raw = linearise(problem, kept.x, kept.theta, ArNoise((), 1.0))
+        noise = fit_ar_noise(raw.residuals)
+    apart = np.append(kept.x - plain.x, kept.theta - plain.theta)
+    distance = float(apart @ np.linalg.lstsq(robust, apart, rcond=None)[0])
+    agree = float(_chi2_tail(apart.size, max(distance, 0.0)))
+    if agree < _DISAGREE:
+        plain = replace(plain, evaluations=evaluations)
+        first = fit_ar_noise(linearise(problem, plain.x, plain.theta, ArNoise((), 1.0)).residuals)
+        return NoiseWeightedFit(plain, robust, first, False, agree, quantile)
+    kept = replace(kept, evaluations=evaluations)
+    return NoiseWeightedFit(kept, covariance, noise, True, agree, quantile)
+
+
+def _unbiased(noise: ArNoise, inflation: float) -> ArNoise:
+    return ArNoise(noise.reflections, noise.variance * inflation)

@@ -1,0 +1,207 @@
+"""Does a local model's parameter change with the operating point, beyond its own uncertainty?
+
+A meta-regression: every estimate counts by its own variance plus a scatter between the points
+that the regressors do not explain.
+"""
+
+# scipy carries no types: what it returns is Any at this file's boundary.
+# pyright: reportMissingTypeStubs=false, reportUnknownMemberType=false
+# pyright: reportUnknownVariableType=false
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import scipy.special
+from numpy.typing import NDArray
+
+from pamsim.core.finite import safe
+
+FloatArray = NDArray[np.float64]
+_chi2_tail: Any = scipy.special.chdtrc
+_student_cdf: Any = scipy.special.stdtr
+_student_quantile: Any = scipy.special.stdtrit
+
+_LEVEL = 0.05
+
+
+@dataclass(frozen=True)
+class Slope:
+    """Change of a parameter with one regressor, the others held.
+
+    Attributes:
+        value: per SI unit of the regressor; of ln(parameter) if ``logarithmic`` in Dependence.
+        interval95: lower and upper end.
+        p_value: chance of a steeper slope if there is none.
+        span: largest minus smallest value of the regressor over the map [SI].
+    """
+
+    value: float
+    interval95: tuple[float, float]
+    p_value: float
+    span: float
+
+
+@dataclass(frozen=True)
+class Dependence:
+    """How one parameter changes over the map.
+
+    Attributes:
+        parameter: name of the estimate, such as ``K``.
+        logarithmic: whether slopes are of ln(parameter), as for time constants.
+        mean: over the map, weighted [unit of the parameter].
+        points: local models used.
+        heterogeneity_chi2: Cochran's Q: spread of the estimates against their own intervals.
+        heterogeneity_freedom: its degrees of freedom.
+        heterogeneity_p: chance of a larger Q if all points share one value.
+        slopes: by regressor; only those that vary over the map and can be told apart.
+        sentence: the same for a person.
+    """
+
+    parameter: str
+    logarithmic: bool
+    mean: float
+    points: int
+    heterogeneity_chi2: float
+    heterogeneity_freedom: int
+    heterogeneity_p: float
+    slopes: Mapping[str, Slope]
+    sentence: str
+
+    def as_dict(self) -> dict[str, Any]:
+        """Return JSON-safe values; slopes are per SI unit of the regressor."""
+        return {
+            "parameter": self.parameter,
+            "logarithmic": self.logarithmic,
+            "mean": safe(self.mean),
+            "points": self.points,
+            "heterogeneity_chi2": safe(self.heterogeneity_chi2),
+            "heterogeneity_degrees_of_freedom": self.heterogeneity_freedom,
+            "heterogeneity_p_value": safe(self.heterogeneity_p),
+            "slopes": {
+                name: {
+                    "slope": safe(slope.value),
+                    "interval95_slope": [safe(end) for end in slope.interval95],
+                    "p_value": safe(slope.p_value),
+                    "span": safe(slope.span),
+                }
+                for name, slope in self.slopes.items()
+            },
+            "sentence": self.sentence,
+        }
+
+
+def dependence(
+    parameter: str,
+    values: FloatArray,
+    errors: FloatArray,
+    regressors: Mapping[str, FloatArray],
+    *,
+    logarithmic: bool,
+) -> Dependence:
+    """Regress estimates on the operating point.
+
+    Args:
+        parameter: name of the estimate.
+        values: estimates, or their logarithms, shape ``(n,)``, n >= 2.
+        errors: their standard errors, > 0, shape ``(n,)``.
+        regressors: name -> shape ``(n,)``.
+        logarithmic: whether ``values`` are logarithms.
+
+    Returns:
+        Heterogeneity, slopes and the sentence.
+
+    Source: Cochran's Q; moment estimate of the scatter between points (DerSimonian and Laird
+    1986, with regressors: Thompson and Sharp 1999); variance of Knapp and Hartung (2003).
+    """
+    weights = errors**-2.0
+    pooled = float(np.sum(weights * values) / np.sum(weights))
+    spread = float(np.sum(weights * (values - pooled) ** 2))
+    p_spread = float(_chi2_tail(values.size - 1, spread))
+    names = _separable_names(regressors, values.size)
+    centred = {name: regressors[name] - np.mean(regressors[name]) for name in names}
+    spans = {name: float(np.ptp(regressors[name])) for name in names}
+    design = np.column_stack(
+        [np.ones(values.size), *(centred[name] / spans[name] for name in names)]
+    )
+    theta, covariance, freedom = _mixed_regression(design, values, errors)
+    slopes: dict[str, Slope] = {}
+    for k, name in enumerate(names, start=1):
+        error = float(np.sqrt(covariance[k, k]))
+        half = float(_student_quantile(freedom, 0.975)) * error
+        p = 2.0 * float(_student_cdf(freedom, -abs(theta[k]) / error))
+        ends = (float(theta[k] - half) / spans[name], float(theta[k] + half) / spans[name])
+        slopes[name] = Slope(float(theta[k]) / spans[name], ends, p, spans[name])
+    mean = float(_mixed_regression(np.ones((values.size, 1)), values, errors)[0][0])
+    if logarithmic:
+        mean = float(np.exp(mean))
+    return Dependence(
+        parameter=parameter,
+        logarithmic=logarithmic,
+        mean=mean,
+        points=values.size,
+        heterogeneity_chi2=spread,
+        heterogeneity_freedom=values.size - 1,
+        heterogeneity_p=p_spread,
+        slopes=slopes,
+        sentence=_sentence(parameter, mean, p_spread, slopes, logarithmic),
+    )
+
+
+def _separable_names(regressors: Mapping[str, FloatArray], n: int) -> list[str]:
+    """Return the regressors that vary and are no combination of those before them."""
+    kept: list[str] = []
+    columns = [np.ones(n)]
+    for name, values in regressors.items():
+        span = float(np.ptp(values))
+        if span <= 1e-9 * max(float(np.max(np.abs(values))), 1e-300) or n < len(columns) + 2:
+            continue
+        added = np.column_stack([*columns, (values - np.mean(values)) / span])
+        if np.linalg.svd(added, compute_uv=False)[-1] > 1e-3:
+            columns, kept = [*added.T], [*kept, name]
+    return kept
+
+
+def _mixed_regression(
+    design: FloatArray, values: FloatArray, errors: FloatArray
+) -> tuple[FloatArray, FloatArray, int]:
+    """Return coefficients, covariance and degrees of freedom with a scatter between points."""
+
+    def solved(variances: FloatArray) -> tuple[FloatArray, FloatArray, float]:
+        weights = 1.0 / variances
+        inverse: Any = np.linalg.inv(design.T @ (weights[:, np.newaxis] * design))
+        theta = inverse @ (design.T @ (weights * values))
+        left = values - design @ theta
+        return theta, inverse, float(np.sum(weights * left**2))
+
+    n, k = design.shape
+    weights = errors**-2.0
+    _, inverse, spread = solved(errors**2.0)
+    squares = design.T @ (weights[:, np.newaxis] ** 2 * design)
+    between = max(0.0, (spread - (n - k)) / float(np.sum(weights) - np.trace(inverse @ squares)))
+    theta, inverse, spread = solved(errors**2.0 + between)
+    # Never narrower than the estimates' own intervals allow.
+    return theta, inverse * max(1.0, spread / (n - k)), n - k
+
+
+def _sentence(
+    parameter: str, mean: float, p_spread: float, slopes: Mapping[str, Slope], logarithmic: bool
+) -> str:
+    parts: list[str] = []
+    for name, slope in slopes.items():
+        shown = f"p = {slope.p_value:.2g}" if slope.p_value >= 1e-3 else "p < 0.001"
+        if slope.p_value >= _LEVEL:
+            parts.append(f"no change with {name} is seen ({shown})")
+            continue
+        change = slope.value * slope.span
+        share = np.expm1(change) if logarithmic else change / abs(mean)
+        verb = "rises" if share > 0.0 else "falls"
+        parts.append(f"{verb} by {100.0 * abs(share):.0f} % over the map's {name} ({shown})")
+    if not parts:
+        parts.append("the map has no regressor that varies enough to tell a slope")
+    shown = f"p = {p_spread:.2g}" if p_spread >= 1e-3 else "p < 0.001"
+    alike = "more than their intervals" if p_spread < _LEVEL else "no more than their intervals"
+    return f"{parameter}: {'; '.join(parts)}; the estimates differ {alike} ({shown})"

@@ -1,0 +1,65 @@
+"""The second-order model G2 about an operating point, as controllers are designed on it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from pamsim.core.errors import InputError
+from pamsim.linear.continuous_result import ContinuousFit
+
+
+@dataclass(frozen=True, kw_only=True)
+class SecondOrderModel:
+    """``G2(s) = K / (a2 s^2 + a1 s + 1)``: two real lags, or an oscillation with damping.
+
+    Attributes:
+        gain: K > 0 [output unit per input unit].
+        a1: T1 + T2, or 2 zeta/wn [s].
+        a2: T1 T2, or 1/wn^2 [s^2].
+    """
+
+    gain: float
+    a1: float
+    a2: float
+
+    def __post_init__(self) -> None:
+        """Check that the model is stable and turns the way it is told.
+
+        Raises:
+            InputError: if it does not.
+        """
+        if not (self.gain > 0.0 and self.a1 > 0.0 and self.a2 > 0.0):
+            raise InputError(
+                f"G2 with K = {self.gain:g}, a1 = {self.a1:g} s, a2 = {self.a2:g} s^2: all three"
+                " must be above 0; fit p1 - p2 to the angle, which is stable and rising"
+            )
+
+    @classmethod
+    def of_lags(cls, gain: float, first: float, second: float) -> SecondOrderModel:
+        """``K / ((T1 s + 1)(T2 s + 1))``, paper 003 equation (24), lags in s."""
+        return cls(gain=gain, a1=first + second, a2=first * second)
+
+    @classmethod
+    def of_fit(cls, fit: ContinuousFit) -> SecondOrderModel:
+        """The model of a fit of two poles; its dead time is left to the margins.
+
+        Raises:
+            InputError: if the fit has another order or a zero.
+        """
+        if len(fit.denominator) != 3 or len(fit.numerator) != 1:
+            raise InputError(
+                f"the fit has {len(fit.denominator) - 1} poles and {len(fit.numerator) - 1} zeros;"
+                " G2 has two poles and no zero: fit with order=2"
+            )
+        return cls(gain=fit.gain, a1=fit.denominator[1], a2=fit.denominator[0])
+
+    def input_for(self, output: float, rate: float, acceleration: float) -> float:
+        """Input under which the output moves so; all from the operating point [input unit]."""
+        return (output + self.a1 * rate + self.a2 * acceleration) / self.gain
+
+    def matrices(self) -> tuple[list[list[float]], list[list[float]]]:
+        """A and B of the states (output, its rate), continuous."""
+        return (
+            [[0.0, 1.0], [-1.0 / self.a2, -self.a1 / self.a2]],
+            [[0.0], [self.gain / self.a2]],
+        )

@@ -1,0 +1,263 @@
+"""Least squares in which most coefficients enter linearly: several trials, whitened, multi-start.
+
+Gains, offsets and initial states are solved for exactly at every point of the search, so that it
+moves only in the poles (and the dead time): fewer dimensions and far fewer local minima.
+Source: variable projection (Golub and Pereyra, SIAM Journal on Numerical Analysis
+10, 1973).
+"""
+
+# scipy carries no types: what it returns is Any at this file's boundary.
+# pyright: reportMissingTypeStubs=false, reportUnknownMemberType=false
+# pyright: reportUnknownVariableType=false
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import scipy.linalg
+import scipy.optimize
+from numpy.typing import NDArray
+
+from pamsim.inference.coloured_noise import ArNoise
+
+FloatArray = NDArray[np.float64]
+_least_squares: Any = scipy.optimize.least_squares
+_toeplitz_product: Any = scipy.linalg.matmul_toeplitz
+_qr: Any = scipy.linalg.qr
+
+_SINGULAR = 1e-8  # smallest over largest singular value of the column-scaled Jacobian
+_STEP = 6e-6  # the cube root of the rounding error, best for central differences
+_FAR = 1e150
+
+WHITE = ArNoise((), 1.0)
+
+
+@dataclass(frozen=True, eq=False)
+class Separable:
+    """Predictions ``shared(x) @ theta + own(x) @ eta_i`` of trials i.
+
+    Attributes:
+        outputs: one measured output per trial, shape ``(N_i,)``.
+        shared: ``(x, i)`` -> columns whose coefficients all trials share, shape ``(N_i, q)``.
+        own: ``(x, i)`` -> columns with coefficients of each trial's own, shape ``(N_i, l)``.
+        lower: bounds of x, shape ``(p,)``.
+        upper: same.
+    """
+
+    outputs: tuple[FloatArray, ...]
+    shared: Callable[[FloatArray, int], FloatArray]
+    own: Callable[[FloatArray, int], FloatArray]
+    lower: FloatArray
+    upper: FloatArray
+
+    def reduced(self, x: FloatArray, noise: ArNoise) -> tuple[FloatArray, FloatArray]:
+        """Return the whitened shared columns and outputs, each trial's own columns projected out.
+
+        Returns:
+            Shapes ``(N, q)`` and ``(N,)``, N summed over trials.
+        """
+        columns: list[FloatArray] = []
+        for i, output in enumerate(self.outputs):
+            both = noise.whiten(np.column_stack([self.shared(x, i), output]))
+            basis = _orthonormal(noise.whiten(self.own(x, i)))
+            columns.append(both - basis @ (basis.T @ both))
+        stacked = np.concatenate(columns)
+        return stacked[:, :-1], stacked[:, -1]
+
+    def solved(self, x: FloatArray, noise: ArNoise) -> tuple[FloatArray, FloatArray]:
+        """Return the best theta at x, shape ``(q,)``, and the residual it leaves, shape ``(N,)``.
+
+        Where the columns overflow, the residual is huge: an optimiser turns back.
+        """
+        with np.errstate(over="ignore", invalid="ignore"):
+            design, target = self.reduced(x, noise)
+            if not np.all(np.isfinite(design)) or np.max(np.abs(design)) > _FAR:
+                return np.full(design.shape[1], np.nan), np.full(target.size, _FAR)
+            norms = np.linalg.norm(design, axis=0)
+            scale = np.where(norms > 0.0, norms, 1.0)
+            theta = np.linalg.lstsq(design / scale, target, rcond=None)[0] / scale
+            return theta, target - design @ theta
+
+
+def _orthonormal(columns: FloatArray) -> FloatArray:
+    # An offset alone is the usual case, evaluated thousands of times.
+    if columns.shape[1] == 1:
+        return columns / np.linalg.norm(columns)
+    return _qr(columns, mode="economic")[0]
+
+
+@dataclass(frozen=True, eq=False)
+class Solution:
+    """An optimum of a separable problem.
+
+    Attributes:
+        x: shape ``(p,)``.
+        theta: shape ``(q,)``.
+        cost: sum of squares of the whitened residual.
+        settled: whether the optimiser stopped because it had converged.
+        evaluations: of the model.
+    """
+
+    x: FloatArray
+    theta: FloatArray
+    cost: float
+    settled: bool
+    evaluations: int
+
+
+def minimise(
+    problem: Separable, starts: Sequence[FloatArray], noise: ArNoise = WHITE, refined: int = 4
+) -> Solution:
+    """Evaluate all starts, refine the best few, return the best optimum.
+
+    Args:
+        problem: what to fit.
+        starts: points inside the bounds.
+        noise: whitens the residual.
+        refined: how many of the best starts are refined.
+
+    Returns:
+        The best optimum.
+    """
+    evaluations = 0
+
+    def residual(x: FloatArray) -> FloatArray:
+        nonlocal evaluations
+        evaluations += 1
+        return problem.solved(x, noise)[1]
+
+    inside = [np.clip(s, problem.lower + 1e-9, problem.upper - 1e-9) for s in starts]
+    if len(inside) > refined:
+        costs = [float(r @ r) for r in map(residual, inside)]
+        inside = [inside[i] for i in np.argsort(costs, kind="stable")[:refined]]
+
+    def refine(start: FloatArray, tolerance: float, most: int) -> Any:
+        return _least_squares(
+            residual,
+            start,
+            bounds=(problem.lower, problem.upper),
+            x_scale="jac",
+            xtol=tolerance,
+            ftol=tolerance,
+            gtol=1e-14,
+            max_nfev=most,
+        )
+
+    if len(inside) > 1:
+        # Roughly first: most starts fall into the same valley, and one end point of it is enough.
+        rough = [refine(start, 1e-4, 30) for start in inside]
+        inside = [min(rough, key=lambda found: float(found.cost)).x]
+    best = refine(inside[0], 1e-11, 150)
+    return Solution(
+        x=best.x,
+        theta=problem.solved(best.x, noise)[0],
+        cost=2.0 * float(best.cost),
+        settled=bool(best.status > 0),
+        evaluations=evaluations,
+    )
+
+
+@dataclass(frozen=True, eq=False)
+class Linearised:
+    """Residual and Jacobian at a point, per trial, each trial's own columns projected out.
+
+    Attributes:
+        residuals: measured minus predicted, whitened, one per trial, shape ``(N_i,)``.
+        jacobians: of the prediction to (x, theta), whitened, one per trial, ``(N_i, p + q)``.
+        own: number of coefficients of the trials' own, summed.
+    """
+
+    residuals: tuple[FloatArray, ...]
+    jacobians: tuple[FloatArray, ...]
+    own: int
+
+
+def linearise(problem: Separable, x: FloatArray, theta: FloatArray, noise: ArNoise) -> Linearised:
+    """Differentiate the prediction by central differences.
+
+    Args:
+        problem: what was fitted.
+        x: shape ``(p,)``.
+        theta: shape ``(q,)``.
+        noise: whitens residual and Jacobian.
+
+    Returns:
+        The linearisation.
+    """
+    residuals: list[FloatArray] = []
+    jacobians: list[FloatArray] = []
+    count = 0
+    for i, output in enumerate(problem.outputs):
+        shared, own = problem.shared(x, i), problem.own(x, i)
+        left = noise.whiten(output - shared @ theta)
+        eta = np.linalg.lstsq(noise.whiten(own), left, rcond=None)[0]
+        columns: list[FloatArray] = []
+        for j in range(x.size):
+            step = np.zeros(x.size)
+            step[j] = _STEP * max(abs(float(x[j])), 1e-3)
+            ahead, behind = (
+                problem.shared(x + s, i) @ theta + problem.own(x + s, i) @ eta
+                for s in (step, -step)
+            )
+            columns.append((ahead - behind) / (2.0 * step[j]))
+        jacobian = noise.whiten(np.column_stack([*columns, shared]))
+        basis = _orthonormal(noise.whiten(own))
+        residuals.append(left - basis @ (basis.T @ left))
+        jacobians.append(jacobian - basis @ (basis.T @ jacobian))
+        count += own.shape[1]
+    return Linearised(tuple(residuals), tuple(jacobians), count)
+
+
+def inverse_information(jacobian: FloatArray) -> FloatArray | None:
+    """Return ``(J^T J)^-1``, shape ``(k, k)``, or None where columns cannot be told apart."""
+    norms = np.linalg.norm(jacobian, axis=0)
+    if not np.all(np.isfinite(norms)) or np.any(norms == 0.0):
+        return None
+    # The triangular factor has the same singular values; a tall SVD is far dearer.
+    triangle = np.linalg.qr(jacobian / norms, mode="r")
+    _, singular, vt = np.linalg.svd(triangle)
+    if singular[-1] < _SINGULAR * singular[0]:
+        return None
+    half = vt.T / singular / norms[:, np.newaxis]
+    return half @ half.T
+
+
+def whitened_covariance(line: Linearised) -> FloatArray | None:
+    """Return the covariance of (x, theta) of a fit that minimised the whitened residual.
+
+    Args:
+        line: linearised with the noise model that whitened the fit.
+
+    Returns:
+        Shape ``(k, k)``, or None.
+    """
+    jacobian, residual = np.concatenate(line.jacobians), np.concatenate(line.residuals)
+    inverse = inverse_information(jacobian)
+    freedom = residual.size - jacobian.shape[1] - line.own
+    if inverse is None or freedom < 1:
+        return None
+    return inverse * float(residual @ residual) / freedom
+
+
+def sandwich_covariance(line: Linearised, noise: ArNoise) -> FloatArray | None:
+    """Return the covariance of (x, theta) of a fit that minimised the plain residual.
+
+    Args:
+        line: linearised without whitening.
+        noise: model of its residuals.
+
+    Returns:
+        ``(J^T J)^-1 J^T S J (J^T J)^-1`` with S the noise's covariance, or None.
+    """
+    jacobian = np.concatenate(line.jacobians)
+    inverse = inverse_information(jacobian)
+    if inverse is None:
+        return None
+    meat = np.zeros_like(inverse)
+    for block in line.jacobians:
+        covariance = noise.autocovariance(block.shape[0])
+        meat += block.T @ _toeplitz_product(covariance, block)
+    return inverse @ meat @ inverse

@@ -1,0 +1,1 @@
+"""The five source papers: the main job, and every printed number recomputed."""

@@ -1,0 +1,1 @@
+"""Alraouf et al. 2025: arctangent pressure-length hysteresis."""

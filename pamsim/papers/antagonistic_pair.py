@@ -1,0 +1,82 @@
+"""The MAS-20 rig's muscle at rest, without the engine: as identified, and as an ideal one."""
+
+from __future__ import annotations
+
+import dataclasses
+import functools
+
+from pamsim.actuator.antagonist import antagonist_torque
+from pamsim.actuator.build import build_muscle
+from pamsim.actuator.layout import pack
+from pamsim.actuator.muscle import Mounting, Muscle
+from pamsim.muscles.braid import max_contraction
+from pamsim.muscles.mckibben import IdealMcKibben
+from pamsim.muscles.passive import PassiveSpring
+from pamsim.muscles.tension import Threshold
+from pamsim.papers.root import root
+from pamsim.store.rig_file import RigFile, read_rig
+
+MILLIMETRE = 1e-3
+"""[m]."""
+
+Row = list[float]
+
+
+@functools.cache
+def _file() -> RigFile:
+    return read_rig("mas20_arm")
+
+
+@functools.cache
+def rig_muscle() -> Muscle:
+    """Either muscle of the rig; its numbers and their sources stand in its ``params.toml``."""
+    return build_muscle(_file().muscle, where="mas20_arm")
+
+
+@functools.cache
+def ideal_muscle() -> Muscle:
+    """The rig's braid and air with the ideal law alone, at half its stroke where the angle is 0.
+
+    That is the reference point E of equation (1), with its minus restored.
+    """
+    muscle = rig_muscle()
+    half = 0.5 * max_contraction(muscle.braid.fibre_angle)
+    return dataclasses.replace(
+        muscle,
+        mounting=Mounting(length_at_zero=muscle.braid.nominal_length * (1.0 - half)),
+        force=IdealMcKibben(),
+        passive=PassiveSpring(),
+        threshold=Threshold(),
+        hysteresis=None,
+    )
+
+
+def row(muscle: Muscle) -> Row:
+    """Parameter row of a muscle, as the kernel takes it."""
+    return [float(value) for value in pack(muscle)]
+
+
+def wheel_radius() -> float:
+    """Radius of the rig's chain wheel [m]; assumed, the paper prints none."""
+    return _file().native["tendon.chain_1.coef"].si("m")
+
+
+def stroke(muscle: Muscle) -> float:
+    """Largest shortening of the ideal law [m]."""
+    return muscle.braid.nominal_length * max_contraction(muscle.braid.fibre_angle)
+
+
+def rest_angle(muscle: Muscle, pressures: tuple[float, float]) -> float:
+    """Angle at which two such muscles balance without load [rad].
+
+    Args:
+        muscle: either of them.
+        pressures: gauge, of muscles 1 and 2 [Pa].
+    """
+    pair, radius = (row(muscle), row(muscle)), wheel_radius()
+    limit = 0.5 * stroke(muscle) / radius
+
+    def torque(angle: float) -> float:
+        return antagonist_torque(pair, radius, angle, pressures)
+
+    return root(torque, -limit, limit, 1e-12)

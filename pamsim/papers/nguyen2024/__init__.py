@@ -1,0 +1,1 @@
+"""Nguyen et al. 2024: the fractional Maxwell model."""

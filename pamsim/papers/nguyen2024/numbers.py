@@ -1,0 +1,52 @@
+"""Paper C's muscle, its identified element and its test loops, from the printed numbers, in SI."""
+
+from __future__ import annotations
+
+import math
+
+from pamsim.core.units import DEG_PER_RAD
+from pamsim.fitting.loop_cost import LoopPoints, maxwell_loop
+from pamsim.muscles.braid import Braid
+from pamsim.papers.printed_number import printed_number, printed_values
+
+MILLIMETRE = 1e-3
+"""[m]."""
+
+PERCENT = 1e-2
+
+
+def value(name: str) -> float:
+    """A printed number of paper C in its printed unit."""
+    return printed_number("C", name).value
+
+
+def muscle() -> Braid:
+    """The DMSP-20-300N as its inner diameter, free length and initial fibre angle describe it."""
+    return Braid(
+        nominal_length=value("free_length") * MILLIMETRE,
+        diameter=value("diameter") * MILLIMETRE,
+        fibre_angle=value("fibre_angle") / DEG_PER_RAD,
+    )
+
+
+def allowed_stroke() -> float:
+    """Printed largest contraction times printed free length [m]."""
+    return muscle().nominal_length * value("max_contraction") * PERCENT
+
+
+def element() -> tuple[float, float, float]:
+    """Identified alpha [-], beta [s] and Ke [N/m]; the units of the last two are assumed."""
+    return value("order"), value("time_constant"), value("stiffness")
+
+
+def omega(frequency: float) -> float:
+    """Angular frequency [rad/s] of a frequency [Hz]."""
+    return 2.0 * math.pi * frequency
+
+
+def identification_loops() -> tuple[LoopPoints, ...]:
+    """What the ten test loops would be if the identified element were the muscle."""
+    return tuple(
+        maxwell_loop(*element(), omega(f), value("test_amplitude"))
+        for f in printed_values("C", "test_frequencies")
+    )

@@ -1,0 +1,155 @@
+"""What a reproduction must show: statements about all rows that hold or do not."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from pamsim.core.recording import Recording
+from pamsim.core.units import DEG_PER_RAD
+from pamsim.linear.first_second_order import second_order_step
+from pamsim.linear.step_identification import StepIdentification
+from pamsim.papers.ladder_record import CalibrationRecord
+from pamsim.papers.reproduction import IDENTIFIED_ROW, Check, Row, rms_error
+from pamsim.store.printed import mas20_models
+
+RMS_LIMIT_DEG = 0.9
+"""Largest RMS error of the final angle: what the printed angles scatter about a good torque law."""
+
+LEFT_OUT_LIMIT_DEG = 1.22
+"""The same for rows left out: what a torque law of three terms without a muscle model reaches."""
+
+MODEL_LIMIT = 0.05
+"""Largest relative difference of a time constant from the printed one."""
+
+RESPONSE_LIMIT = 0.02
+"""Largest deviation of the normalised large step from the step of the printed G2 [-]."""
+
+
+def checks(
+    rows: tuple[Row, ...],
+    identified: StepIdentification | None,
+    record: CalibrationRecord | None,
+) -> tuple[Check, ...]:
+    """Judge a reproduction.
+
+    Args:
+        rows: all of them.
+        identified: models of the large step, or None if it did not complete.
+        record: of the rig's calibration, if it applies to these rows.
+    """
+    found = _row_checks(rows)
+    if identified is not None:
+        large = next(row.recording for row in rows if row.step.row == IDENTIFIED_ROW)
+        found += _model_checks(identified, large)
+    return found if record is None else (*found, _left_out(record, rows))
+
+
+def _row_checks(rows: tuple[Row, ...]) -> tuple[Check, ...]:
+    distinct = tuple(row for row in rows if row.step.repeats is None)
+    rms = rms_error(distinct) * DEG_PER_RAD
+    broken = [row.step.row for row in distinct if row.metrics is None]
+    wrong = [
+        row.step.row
+        for row in distinct
+        if row.metrics is None or row.metrics.final * row.step.angle <= 0.0
+    ]
+    turning = [row.step.row for row in distinct if row.step.size != "small" and not row.monotonic]
+    swinging = [
+        row.step.row
+        for row in distinct
+        if row.step.size == "small" and row.step.load > 0.0 and not row.monotonic
+    ]
+    return (
+        Check(
+            name="completed",
+            ok=not broken,
+            sentence="every simulation ran to its end"
+            if not broken
+            else f"{_rows(broken)} broke down",
+        ),
+        Check(
+            name="rms",
+            ok=rms <= RMS_LIMIT_DEG,
+            sentence=f"RMS error of the {len(distinct)} distinct end positions is {rms:.2f} deg"
+            f" (limit {RMS_LIMIT_DEG:g} deg)",
+        ),
+        Check(
+            name="signs",
+            ok=not wrong,
+            sentence="the arm turns the measured way in every row"
+            if not wrong
+            else f"{_rows(wrong)} end on the wrong side",
+        ),
+        Check(
+            name="monotonic",
+            ok=not turning,
+            sentence="no response to a large or medium step turns back by an encoder increment,"
+            " as the paper says"
+            if not turning
+            else f"large or medium {_rows(turning)} turn back, against the paper's words",
+        ),
+        Check(
+            name="oscillation",
+            ok=bool(swinging),
+            sentence=f"small steps with load swing before they settle ({_rows(swinging)}), as the"
+            " paper says"
+            if swinging
+            else "no small step with load swings, against the paper's words",
+        ),
+    )
+
+
+def _model_checks(identified: StepIdentification, large: Recording) -> tuple[Check, ...]:
+    printed = mas20_models()
+    (one,) = identified.g1.output_error.time_constants
+    fast, slow = identified.g2.output_error.time_constants
+    pairs = (
+        ("T of G1", one, float(printed["g1"]["T_s"])),
+        ("T1 of G2", fast, float(printed["g2"]["T1_s"])),
+        ("T2 of G2", slow, float(printed["g2"]["T2_s"])),
+    )
+    off = [found / paper - 1.0 for _, found, paper in pairs]
+    moved = large.angle - large.angle[0]
+    step = second_order_step(large.time, pairs[1][2], pairs[2][2])
+    away = float(np.max(np.abs(moved / moved[-1] - step)))
+    return (
+        Check(
+            name="time_constants",
+            ok=max(map(abs, off)) <= MODEL_LIMIT,
+            sentence="by output error "
+            + ", ".join(
+                f"{what} is {found:.4f} s, printed {paper:.4f} s ({100.0 * miss:+.1f} %)"
+                for (what, found, paper), miss in zip(pairs, off, strict=True)
+            )
+            + f"; limit {100.0 * MODEL_LIMIT:.0f} %",
+        ),
+        Check(
+            name="response",
+            ok=away <= RESPONSE_LIMIT,
+            sentence=f"the normalised large step is within {100.0 * away:.1f} % of the step of the"
+            f" printed G2 everywhere (limit {100.0 * RESPONSE_LIMIT:.0f} %)",
+        ),
+    )
+
+
+def _left_out(record: CalibrationRecord, rows: tuple[Row, ...]) -> Check:
+    rms = rms_error(tuple(row for row in rows if row.step.repeats is None)) * DEG_PER_RAD
+    recorded, unseen = (float(record.used[key]) for key in ("rms_deg", "loo_rms_deg"))
+    if not record.belongs(rms):
+        return Check(
+            name="left_out",
+            ok=False,
+            sentence=f"calibration.json tells of an RMS of {recorded:.2f} deg, simulated now:"
+            f" {rms:.2f} deg; the rig was changed since; run {record.command} again",
+        )
+    return Check(
+        name="left_out",
+        ok=unseen <= LEFT_OUT_LIMIT_DEG,
+        sentence=f"rows left out of the calibration are predicted with {unseen:.2f} deg RMS (limit"
+        f" {LEFT_OUT_LIMIT_DEG:g} deg, the best torque law without a muscle model; recorded by"
+        f" {record.command})",
+    )
+
+
+def _rows(numbers: list[int]) -> str:
+    return f"rows {', '.join(map(str, numbers))}"

@@ -1,0 +1,133 @@
+"""Paper E, the constants of (3) and (4), the inverse (5) and where the published law ends."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pamsim.core.units import PA_PER_BAR
+from pamsim.muscles.exponential import six_parameter_force, six_parameter_force_dp
+from pamsim.muscles.invertible_exponential import InvertibleExponential
+from pamsim.muscles.published import PUBLISHED
+from pamsim.papers.claim import Claim, Verdict, compare, holds
+from pamsim.papers.printed_number import printed_numbers
+from pamsim.papers.root import root
+
+FloatArray = NDArray[np.float64]
+Form = Callable[[FloatArray, FloatArray, FloatArray], FloatArray]
+
+_PERCENT = 1e-2
+_BARS = (1.0, 2.0, 3.0, 4.0, 5.0, 6.0)
+_TYPE = "DMSP-20-200"
+"""The muscle of paper E."""
+_ONE_PRESSURE = (280.0, -30.0, 0.5, -900.0, -20.0)
+_ALL_PRESSURES = (-4.0, 280.0, -30.0, 0.5, -900.0, 50.0, 290.0, -270.0)
+"""Where the derivatives are taken: of the size of the published constants, p in bar."""
+
+
+def claims() -> list[Claim]:
+    """Claims E-07 to E-11."""
+    return [
+        _rank("E-07", "(3), a to e", _single, _ONE_PRESSURE),
+        _rank("E-08", "(4), a to h", _both, _ALL_PRESSURES),
+        _inverse(),
+        _inverse_name(),
+        _published_largest(),
+    ]
+
+
+def _single(v: FloatArray, p: FloatArray, kappa: FloatArray) -> FloatArray:
+    a, b, c, d, e = v
+    return a * np.exp(b * kappa + c) + d * kappa + e
+
+
+def _both(v: FloatArray, p: FloatArray, kappa: FloatArray) -> FloatArray:
+    a, b, c, d, e, f, g, h = v
+    return (a * p + b) * np.exp(c * kappa + d) + (e * p + f) * kappa + g * p + h
+
+
+def _rank(id: str, names: str, law: Form, place: tuple[float, ...]) -> Claim:
+    p, kappa = (axis.ravel() for axis in np.meshgrid(_BARS, np.linspace(0.0, 0.25, 11)))
+    at, count = np.array(place), len(place)
+    steps = 1e-6 * np.maximum(np.abs(at), 1.0)
+    columns: list[FloatArray] = []
+    for i, step in enumerate(steps.tolist()):
+        shift = np.zeros(count)
+        shift[i] = step
+        column = (law(at + shift, p, kappa) - law(at - shift, p, kappa)) / (2.0 * step)
+        columns.append(column / np.linalg.norm(column))
+    rank = int(np.linalg.matrix_rank(np.stack(columns, axis=1), tol=1e-6))
+    return Claim(
+        id=id,
+        what=f"constants of {names}, by least squares: how many a force map determines",
+        printed=float(count),
+        recomputed=float(rank),
+        unit="1",
+        verdict=holds(rank == count, Verdict.NOT_REPRODUCIBLE),
+        reason="rank of the derivatives by the constants, pressures 1 to 6 bar, contractions to 25"
+        " %: exp of a constant only scales the factors before it, so a least-squares estimate of"
+        " all is not unique",
+        tolerance=0.0,
+    )
+
+
+def _inverse() -> Claim:
+    law, worst, least = InvertibleExponential.from_six_parameter(PUBLISHED[_TYPE]), 0.0, math.inf
+    a, b, c, e, f, g, h = law.a, law.b, law.c, law.e, law.f, law.g, law.h
+    for bar in _BARS:
+        for kappa in np.linspace(0.0, 0.25, 26).tolist():
+            p, rise = bar * PA_PER_BAR, math.exp(c * kappa)
+            force = (a * p + b) * rise + (e * p + f) * kappa + g * p + h
+            told = -(-force + b * rise + kappa * f + h) / (a * rise + kappa * e + g)
+            worst = max(worst, abs(told - p))
+            slope = six_parameter_force_dp(p, kappa, a, b, c, e, g, h)
+            least = min(least, slope * PA_PER_BAR)
+    return compare(
+        "E-09",
+        "(5) is the inverse of (4), signs as printed: largest error of the pressure",
+        0.0,
+        worst / PA_PER_BAR,
+        1e-9,
+        unit="bar",
+        reason=f"{_TYPE}, 1 to 6 bar, up to 25 %; (4) is linear in pressure, with a denominator of"
+        f" (5) of at least {least:.1f} N/bar there, so the inverse is the only one",
+        otherwise=Verdict.INCONSISTENT,
+    )
+
+
+def _inverse_name() -> Claim:
+    return Claim(
+        id="E-10",
+        what="left side of (5), 'where the pressure is the function of force and contraction'",
+        printed="F(y, kappa)",
+        recomputed="p(F, kappa)",
+        unit="",
+        verdict=Verdict.INCONSISTENT,
+        reason="the right side is a pressure (see E-09); y is the force of (4), which carries no y",
+    )
+
+
+def _published_largest() -> Claim:
+    law, numbers = PUBLISHED[_TYPE], printed_numbers("E", "max_contraction")
+    pressure = _BARS[-1] * PA_PER_BAR
+    found = root(
+        lambda k: six_parameter_force(pressure, k, law.a, law.b, law.c, law.d, law.e, law.f),
+        0.1,
+        0.4,
+        1e-12,
+    )
+    low, high = numbers[0].value - numbers[0].half_unit, numbers[1].value + numbers[1].half_unit
+    return Claim(
+        id="E-11",
+        what="maximum contraction over the nominal length is 25-27 %: (4) without force at 6 bar",
+        printed=tuple(number.value for number in numbers),
+        recomputed=found / _PERCENT,
+        unit="%",
+        verdict=holds(low <= found / _PERCENT <= high, Verdict.NOT_REPRODUCIBLE),
+        reason=f"constants of the {_TYPE} from later work of the group; paper E prints neither its"
+        " constants nor its highest pressure, 6 bar is the maker's",
+        tolerance=numbers[0].half_unit,
+    )

@@ -1,0 +1,28 @@
+"""Paper D's muscle and its loops, from the printed numbers, in SI."""
+
+from __future__ import annotations
+
+from pamsim.core.units import PA_PER_BAR
+from pamsim.papers.printed_number import printed_number, printed_values
+
+PERCENT = 1e-2
+
+
+def value(name: str) -> float:
+    """A printed number of paper D in its printed unit."""
+    return printed_number("D", name).value
+
+
+def length() -> float:
+    """Uncontracted length l0 [m]."""
+    return value("length") * 1e-2
+
+
+def pressures() -> tuple[float, ...]:
+    """Gauge pressures of the experiments [Pa]."""
+    return tuple(p * PA_PER_BAR for p in printed_values("D", "pressures"))
+
+
+def largest() -> float:
+    """eps_max, the contraction mapped to +1 [-]."""
+    return value("max_contraction") * PERCENT

@@ -1,0 +1,103 @@
+"""Pictures of the arm at any instant of a replay, without a screen."""
+
+from __future__ import annotations
+
+import contextlib
+import math
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+
+import mujoco
+import numpy as np
+from numpy.typing import NDArray
+from PIL import Image
+
+from pamsim.scene.named import require_camera, site_pose
+from pamsim.scene.picture import open_renderer, render_arm
+from pamsim.scene.pose import muscle_lengths, pose
+from pamsim.scene.projection import pixel_places
+from pamsim.scene.replay import Replay
+
+Picture = NDArray[np.uint8]
+
+# Steps too small to be seen, in angle [rad] and pressure [Pa]: an arm at rest is drawn once.
+_ANGLE_STEP, _PRESSURE_STEP = math.radians(0.02), 1e3
+_FINER = 1.5
+"""Drawn so much larger and then reduced: smoother than the engine's own smoothing, in less time."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class ArmCamera:
+    """Draws the arm of a replay.
+
+    Attributes:
+        draw: time [s] -> (height, width, 3) picture.
+        labels: name of each muscle -> column and row where its fixed end is seen [px].
+    """
+
+    draw: Callable[[float], Picture]
+    labels: dict[str, tuple[float, float]]
+
+
+@contextlib.contextmanager
+def arm_camera(
+    replay: Replay, *, camera: str = "overview", width: int, height: int
+) -> Iterator[ArmCamera]:
+    """Draw a replay as often as wanted for the time of a ``with`` block.
+
+    Args:
+        replay: of `read_replay`.
+        camera: of the rig's scene.
+        width: of the picture [px].
+        height: of the picture [px].
+
+    Raises:
+        InputError: for an unknown camera.
+        EngineError: if OpenGL cannot start, or the rig lacks a site that the picture needs.
+    """
+    model = replay.rig.model_for(load=replay.trial.load)
+    require_camera(model, camera)
+    quality = model.vis.quality
+    # Drawn in software, each of these costs time in every frame; at a film's size none is missed.
+    quality.shadowsize, quality.offsamples = min(quality.shadowsize, 2048), 0
+    quality.numslices, quality.numstacks = min(quality.numslices, 32), 3
+    data = mujoco.MjData(model)
+    renderer = open_renderer(model, width=round(_FINER * width), height=round(_FINER * height))
+    last: dict[tuple[int | None, ...], Picture] = {}
+
+    def draw(time: float) -> Picture:
+        angle = round(replay.angle(time) / _ANGLE_STEP)
+        pressures = [
+            None if math.isnan(pressure) else round(pressure / _PRESSURE_STEP)
+            for pressure in replay.pressures(time)
+        ]
+        state = (angle, *pressures)
+        if state not in last:
+            pose(model, data, replay.rig.angle_address, angle * _ANGLE_STEP)
+            fine = render_arm(
+                model,
+                data,
+                pressures=[math.nan if p is None else p * _PRESSURE_STEP for p in pressures],
+                lengths=muscle_lengths(model, data),
+                camera=camera,
+                renderer=renderer,
+            )
+            picture = np.asarray(
+                Image.fromarray(fine).resize((width, height), Image.Resampling.LANCZOS)
+            )
+            last.clear()
+            last[state] = picture
+        return last[state]
+
+    try:
+        draw(0.0)
+        muscles = list(replay.rig.muscles)
+        anchors = [
+            site_pose(model, data, f"muscle_{number}_anchor")[0]
+            for number in range(1, len(muscles) + 1)
+        ]
+        places = pixel_places(renderer.scene, anchors, width=width, height=height).tolist()
+        labels = {name: (x, y) for name, (x, y) in zip(muscles, places, strict=True)}
+        yield ArmCamera(draw=draw, labels=labels)
+    finally:
+        renderer.close()

@@ -1,0 +1,193 @@
+"""Pictures of the antagonistic arm without a screen.
+
+Muscles, chain, gear teeth and load discs are no part of the model: they are added to the drawn
+scene, follow the given lengths and pressures exactly, and add no degree of freedom to the dynamics.
+All places are read from named sites (``muscle_1_anchor``, ``muscle_1_guide``, ``sprocket``,
+``load_seat`` and so on; the rig's MJCF says what each means).
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+
+import mujoco
+import numpy as np
+import numpy.typing as npt
+
+from pamsim.core.errors import EngineError, InputError
+from pamsim.scene.chain_shape import STEEL, chain_solids
+from pamsim.scene.muscle_shape import Rgba, Solid, muscle_solids, rod
+from pamsim.scene.named import object_id, site_pose
+
+_KINDS = {
+    "cylinder": mujoco.mjtGeom.mjGEOM_CYLINDER,
+    "capsule": mujoco.mjtGeom.mjGEOM_CAPSULE,
+    "box": mujoco.mjtGeom.mjGEOM_BOX,
+    "ellipsoid": mujoco.mjtGeom.mjGEOM_ELLIPSOID,
+}
+_IRON: Rgba = (0.27, 0.27, 0.28, 1.0)
+_IRON_DENSITY = 7300.0
+"""Of the load discs, cast iron [kg/m^3]."""
+_NO_GL = (
+    "cannot draw without a screen: set MUJOCO_GL=egl before Python starts and install libegl1 and"
+    " libgl1-mesa-dri (software OpenGL)"
+)
+
+
+def render_arm(
+    model: mujoco.MjModel,
+    data: mujoco.MjData,
+    *,
+    pressures: Sequence[float],
+    lengths: Sequence[float],
+    width: int = 1600,
+    height: int = 1000,
+    camera: str = "overview",
+    renderer: mujoco.Renderer | None = None,
+) -> npt.NDArray[np.uint8]:
+    """Draw the arm at the state in ``data``.
+
+    Args:
+        model: a compiled rig with the sites named above, best through its ``scene.xml``.
+        data: state after ``mj_forward``.
+        pressures: (2,) gauge pressures of muscles 1 and 2 [Pa]; they set the muscles' colour,
+            NaN where not known: grey.
+        lengths: (2,) active lengths of muscles 1 and 2 [m].
+        width: picture width [px].
+        height: picture height [px].
+        camera: name of a camera in the model.
+        renderer: one from ``open_renderer`` to use again, for videos; its own size then counts.
+
+    Returns:
+        (height, width, 3) picture, red, green, blue from 0 to 255.
+
+    Raises:
+        EngineError: OpenGL cannot start, or the model lacks a named site, tendon or camera.
+        InputError: a length cannot be drawn, or not two muscles are given.
+    """
+    if renderer is None:
+        renderer = open_renderer(model, width=width, height=height)
+        try:
+            return render_arm(
+                model, data, pressures=pressures, lengths=lengths, camera=camera, renderer=renderer
+            )
+        finally:
+            renderer.close()
+    object_id(model, mujoco.mjtObj.mjOBJ_CAMERA, camera)
+    renderer.update_scene(data, camera=camera)
+    decorate(renderer.scene, model, data, pressures=pressures, lengths=lengths)
+    return renderer.render()
+
+
+def open_renderer(model: mujoco.MjModel, *, width: int, height: int) -> mujoco.Renderer:
+    """Start off-screen drawing; the caller closes it.
+
+    Args:
+        model: the model to draw.
+        width: picture width [px].
+        height: picture height [px].
+
+    Returns:
+        A renderer large enough for the picture, whatever buffer size the model asks for.
+
+    Raises:
+        EngineError: OpenGL cannot start.
+    """
+    view = model.vis.global_
+    asked = view.offwidth, view.offheight
+    view.offwidth, view.offheight = max(width, asked[0]), max(height, asked[1])
+    try:
+        return mujoco.Renderer(model, height=height, width=width)
+    except (
+        Exception
+    ) as error:  # each OpenGL backend fails in its own way, ImportError to FatalError
+        raise EngineError(
+            f"{_NO_GL} ({str(error).splitlines()[0] if str(error) else error!r})"
+        ) from error
+    finally:
+        view.offwidth, view.offheight = asked
+
+
+def decorate(
+    scene: mujoco.MjvScene,
+    model: mujoco.MjModel,
+    data: mujoco.MjData,
+    *,
+    pressures: Sequence[float],
+    lengths: Sequence[float],
+) -> None:
+    """Add muscles, chain, teeth and load discs to a scene, such as that of a renderer.
+
+    Args:
+        scene: the scene to add to, already updated from ``data``, or a viewer's ``user_scn``.
+        model: a compiled rig with the named sites.
+        data: state after ``mj_forward``.
+        pressures: (2,) gauge pressures [Pa].
+        lengths: (2,) active lengths [m].
+
+    Raises:
+        EngineError: the model lacks a named object, or the scene is full.
+        InputError: a length cannot be drawn, or not two muscles are given.
+    """
+    if len(pressures) != 2 or len(lengths) != 2:
+        raise InputError(
+            f"two pressures and two lengths are needed, got {len(pressures)} and {len(lengths)}"
+        )
+    solids: list[Solid] = []
+    for number in (1, 2):
+        anchor, frame = site_pose(model, data, f"muscle_{number}_anchor")
+        solids += muscle_solids(anchor, frame[:, 2], lengths[number - 1], pressures[number - 1])
+    solids += chain_solids(model, data, lengths)
+    solids += _load_solids(scene, model, data)
+    for solid in solids:
+        _add(scene, solid)
+
+
+def _load_solids(scene: mujoco.MjvScene, model: mujoco.MjModel, data: mujoco.MjData) -> list[Solid]:
+    """Draw as many discs as the load weighs, the model's one-kilogram disc shrunk to their core."""
+    disc = object_id(model, mujoco.mjtObj.mjOBJ_GEOM, "load_disc")
+    seat, frame = site_pose(model, data, "load_seat")
+    radius, up = float(model.site("load_seat").size[0]), frame[:, 2]
+    mass = float(model.body_mass[object_id(model, mujoco.mjtObj.mjOBJ_BODY, "load")])
+    top = mass / (_IRON_DENSITY * math.pi * radius**2)
+    # The gaps between the discs show the core. Without load it sinks into the tip of the arm.
+    core = (0.96 * radius, max(top / 2 - 0.001, 0.0005)) if mass > 0.0 else (0.001, 0.0005)
+    own = False
+    for geom in scene.geoms[: scene.ngeom]:
+        if geom.objtype == mujoco.mjtObj.mjOBJ_GEOM and geom.objid == disc:
+            own = True
+            geom.size[:] = core[0], core[0], core[1]
+            geom.pos[:] = seat + ((top / 2) if mass > 0.0 else -0.001) * up
+    if mass <= 0.0:
+        return []
+    count = max(1, round(mass / 0.5))
+    solids = [rod(seat, seat + (top + 0.004) * up, 0.005, STEEL, gloss=0.8)]
+    if not own:  # a viewer's scene for additions holds none of the model's geoms
+        solids.append(rod(seat, seat + 2.0 * core[1] * up, core[0], _IRON))
+    for k in range(count):
+        low, high = k * top / count + 0.0006, (k + 1) * top / count - 0.0006
+        solids.append(rod(seat + low * up, seat + high * up, radius, _IRON, gloss=0.8))
+    return solids
+
+
+def _add(scene: mujoco.MjvScene, solid: Solid) -> None:
+    """Append one solid to a scene."""
+    if scene.ngeom >= scene.maxgeom:
+        raise EngineError(
+            f"the scene is full ({scene.maxgeom} geoms): open it with a larger maxgeom"
+        )
+    geom = scene.geoms[scene.ngeom]
+    mujoco.mjv_initGeom(
+        geom,
+        _KINDS[solid.kind],
+        np.array(solid.size),
+        solid.position,
+        solid.rotation.flatten(),
+        np.array(solid.rgba, dtype=np.float32),
+    )
+    if solid.shadow:  # decor, which the geom is as yet, casts none
+        geom.category = mujoco.mjtCatBit.mjCAT_DYNAMIC
+    geom.specular = solid.gloss
+    geom.shininess = solid.gloss
+    scene.ngeom += 1

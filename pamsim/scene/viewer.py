@@ -1,0 +1,177 @@
+"""MuJoCo's interactive window with the muscles drawn: pan, zoom, and a slider for every control.
+
+The window has a model and data of its own, into which `ArmViewer.show` copies what is to be seen:
+no click in it can change a simulation. What its sliders say is read from `ArmViewer.controls`.
+"""
+
+from __future__ import annotations
+
+import copy
+import sys
+import warnings
+from collections.abc import Sequence
+from typing import Any, Protocol
+
+import mujoco
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from pamsim.core.errors import EngineError
+from pamsim.scene.picture import decorate
+
+_HIDDEN_GROUP = 5
+"""Of geoms, which a window does not show unless told to."""
+_REMEDY = "to see an arm without one, write a film: pamsim render film.gif --recording FOLDER"
+
+
+class Window(Protocol):
+    """What is used of the handle that `mujoco.viewer.launch_passive` returns."""
+
+    user_scn: Any
+    cam: Any
+
+    def is_running(self) -> bool:
+        """Whether it is still open."""
+        ...
+
+    def lock(self) -> Any:
+        """Keep the drawing thread from reading meanwhile."""
+        ...
+
+    def sync(self) -> None:
+        """Exchange state and controls with the window."""
+        ...
+
+    def close(self) -> None:
+        """Close it."""
+        ...
+
+
+class ArmViewer:
+    """A window on an arm; close it by `close` or a ``with`` block.
+
+    Attributes:
+        model: the window's own.
+        data: the window's own.
+    """
+
+    def __init__(self, model: mujoco.MjModel, *, control_range: ArrayLike | None = None) -> None:
+        """Open the window.
+
+        Args:
+            model: what to show, best through its ``scene.xml``; copied.
+            control_range: (2,) or (nu, 2) ends of the control sliders, in the controls' unit; the
+                model's own if None.
+
+        Raises:
+            EngineError: without a display, in one line that names the fix.
+        """
+        self.model = copy.copy(model)
+        # A window knows the engine's own integrators only, and asks for no force.
+        self.model.opt.integrator = mujoco.mjtIntegrator.mjINT_EULER
+        self.model.opt.disableflags |= mujoco.mjtDisableBit.mjDSBL_ACTUATION
+        if control_range is not None:
+            self.model.actuator_ctrllimited[:] = 1
+            self.model.actuator_ctrlrange[:] = control_range
+        # The load is drawn by its weight, in discs that `decorate` adds.
+        disc = mujoco.mj_name2id(self.model, mujoco.mjtObj.mjOBJ_GEOM, "load_disc")
+        if disc >= 0:
+            self.model.geom_group[disc] = _HIDDEN_GROUP
+        self.data = mujoco.MjData(self.model)
+        self._window = open_window(self.model, self.data)
+
+    def show(
+        self,
+        model: mujoco.MjModel,
+        data: mujoco.MjData,
+        *,
+        pressures: Sequence[float],
+        lengths: Sequence[float],
+    ) -> None:
+        """Show a state and hear what the sliders say; nothing happens once the window is closed.
+
+        Args:
+            model: the one simulated; its joints and controls are those of the window's.
+            data: its state; not changed.
+            pressures: (2,) gauge pressures of the muscles [Pa], NaN where not known.
+            lengths: (2,) their active lengths [m].
+
+        Raises:
+            EngineError: if the model lacks a site, tendon or geom that the drawing needs.
+            InputError: if a length cannot be drawn.
+        """
+        if not self.is_running:
+            return
+        with self._window.lock():
+            for name in ("qpos", "qvel", "ctrl"):
+                getattr(self.data, name)[:] = getattr(data, name)
+            self.data.time = data.time
+            self.model.body_mass[:] = model.body_mass
+            mujoco.mj_forward(self.model, self.data)
+            scene = self._window.user_scn
+            scene.ngeom = 0
+            decorate(scene, self.model, self.data, pressures=pressures, lengths=lengths)
+        self._window.sync()
+
+    @property
+    def controls(self) -> NDArray[np.float64]:
+        """(nu,) what the control sliders say, in the controls' unit: as last shown, or as moved."""
+        return self.data.ctrl.copy()
+
+    @property
+    def is_running(self) -> bool:
+        """Whether the window is open."""
+        return bool(self._window.is_running())
+
+    def close(self) -> None:
+        """Close the window; closing twice is no error."""
+        if self.is_running:
+            self._window.close()
+
+    def __enter__(self) -> ArmViewer:
+        return self
+
+    def __exit__(self, *stopped: object) -> None:
+        self.close()
+
+
+def open_window(model: mujoco.MjModel, data: mujoco.MjData) -> Window:
+    """Open MuJoCo's passive viewer.
+
+    Args:
+        model: shown; the window keeps it.
+        data: of it; the window reads and writes it in ``sync``.
+
+    Raises:
+        EngineError: without a display or its OpenGL; the text names the fix.
+    """
+    _require_display()
+    try:
+        from mujoco import viewer
+
+        return viewer.launch_passive(model, data, show_left_ui=False)
+    except RuntimeError as error:
+        fix = "start it by mjpython in place of python" if sys.platform == "darwin" else _REMEDY
+        raise EngineError(f"the viewer does not start ({error}); {fix}") from error
+
+
+def _require_display() -> None:
+    """Try a window of our own: where MuJoCo cannot open its own, it waits for it for ever."""
+    try:
+        import glfw
+    except ImportError as error:
+        raise EngineError(f"the viewer needs the package glfw ({error}); {_REMEDY}") from error
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")  # the reason is said below, in our words
+        opened = None
+        if glfw.init():
+            glfw.window_hint(glfw.VISIBLE, glfw.FALSE)
+            opened = glfw.create_window(64, 64, "pamsim", None, None)
+            glfw.default_window_hints()
+        if opened:
+            glfw.destroy_window(opened)
+            return
+    raise EngineError(
+        "no window can be opened here: set DISPLAY, or run this on a desktop with OpenGL;"
+        f" {_REMEDY}"
+    )

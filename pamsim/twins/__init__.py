@@ -1,0 +1,1 @@
+"""Synthetic recordings of a rig in which effects are hidden."""

@@ -1,1 +1,0 @@
-"""What a user calls: the rooms below, joined into one job."""

@@ -1,0 +1,53 @@
+"""The inputs of twin data: safe at every seed, the same at one seed, different at two."""
+
+from __future__ import annotations
+
+import itertools
+
+import numpy as np
+import pytest
+
+from pamsim.comparison.protocols import DURATION, PROTOCOLS, RATE, protocol
+from pamsim.core.errors import InputError
+
+SEEDS = range(40)
+SUPPLY = 6e5  # of the arm they are for [Pa]
+
+
+@pytest.mark.parametrize("name", PROTOCOLS)
+def test_no_seed_asks_for_less_than_the_atmosphere_or_more_than_the_supply(name):
+    for seed in SEEDS:
+        command = PROTOCOLS[name].experiment(seed).command_value
+        assert command.shape == (round(DURATION * RATE), 2)
+        if PROTOCOLS[name].command == "pressure":
+            assert command.min() >= 1e4
+            assert command.max() <= 0.8 * SUPPLY
+        else:
+            assert np.abs(command).max() <= 1.0
+
+
+@pytest.mark.parametrize("name", PROTOCOLS)
+def test_two_settings_differ_in_more_than_a_sign_or_a_scale(name):
+    """A held-out setting that repeats the fitted one would judge nothing."""
+    runs = [PROTOCOLS[name].experiment(seed).command_value for seed in SEEDS]
+    assert np.array_equal(runs[0], PROTOCOLS[name].experiment(0).command_value)
+    alike = []
+    for one, other in itertools.pairwise(runs):
+        first, second = (run - run.mean(axis=0) for run in (one, other))
+        power = np.sum(first**2) * np.sum(second**2)
+        alike.append(abs(np.sum(first * second)) / np.sqrt(power))
+    assert max(alike) < 0.99999  # chance may draw two that are close
+    assert np.median(alike) < 0.95
+
+
+def test_cocontraction_moves_both_muscles_together_and_turns_the_arm_both_ways():
+    for seed in SEEDS:
+        command = PROTOCOLS["cocontraction"].experiment(seed).command_value
+        common, apart = command.mean(axis=1), np.diff(command, axis=1)
+        assert np.ptp(common) > 2.5e5
+        assert apart.min() < 0.0 < apart.max()
+
+
+def test_an_unknown_name_is_refused_with_the_nearest():
+    with pytest.raises(InputError, match="did you mean 'bursts'"):
+        protocol("burst")

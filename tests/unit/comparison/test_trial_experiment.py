@@ -1,0 +1,114 @@
+"""A trial repeats in the engine what was recorded: commands, start, and the times to compare at."""
+
+from __future__ import annotations
+
+import dataclasses
+
+import numpy as np
+import pytest
+
+import pamsim
+from pamsim.comparison.trial_experiment import at_times, experiment_of, grid_rate
+from pamsim.core.errors import InputError, SimulationError
+from pamsim.core.experiment import Experiment
+from pamsim.core.recording import Outcome
+from pamsim.core.trial import Trial
+from pamsim.store.recording_files import write_recording
+from pamsim.store.recording_reader import read_recordings
+
+
+def trial(**changes):
+    time = np.arange(100) / 100.0
+    given = {
+        "name": "step_1",
+        "protocol": "step",
+        "command_kind": "valve",
+        "load": 0.5,
+        "time": time,
+        "command": np.column_stack([np.where(time < 0.5, 0.0, 1.0), np.zeros(100)]),
+        "measured": {"pressure_1": np.full(100, 2e5), "pressure_2": np.full(100, -50.0)},
+    }
+    return Trial(**(given | changes))
+
+
+def test_commands_are_held_from_rest_at_the_first_measured_pressures():
+    found = experiment_of(trial())
+    assert found.command_time.tolist() == [0.0, 0.5]
+    assert found.command_value.tolist() == [[0.0, 0.0], [1.0, 0.0]]
+    assert found.start_pressure.tolist() == [2e5, 0.0]
+    assert (found.load, found.sample_rate, found.command) == (0.5, 100.0, "valve")
+    assert found.duration == pytest.approx(0.99)
+
+
+def test_without_measured_pressures_the_first_set_points_are_the_start():
+    set_points = np.column_stack([np.linspace(1e5, 2e5, 100), np.full(100, 3e5)])
+    found = experiment_of(trial(command_kind="pressure", command=set_points, measured={}))
+    assert found.start_pressure.tolist() == [1e5, 3e5]
+    with pytest.raises(InputError, match="at which pressure muscle 2 started: record p2_kpa"):
+        experiment_of(trial(measured={"pressure_1": np.full(100, 2e5)}))
+
+
+@pytest.mark.parametrize(
+    ("rate", "expected"), [(100.0, 100.0), (2000.0, 2000.0), (10.0, 10.0), (300.0, 2000.0)]
+)
+def test_the_rate_is_the_trials_own_where_the_engine_has_it(rate, expected):
+    assert grid_rate(np.arange(50) / rate) == pytest.approx(expected)
+    assert grid_rate(np.round(np.arange(50) / rate, 6)) == pytest.approx(expected)
+
+
+def test_a_jittering_clock_is_simulated_at_every_step():
+    time = np.arange(100) / 100.0
+    time[1:-1] += np.random.default_rng(0).uniform(-2e-3, 2e-3, 98)
+    assert grid_rate(time) == 2000.0
+
+
+def test_a_command_whose_time_was_rounded_is_not_a_sample_late():
+    time = np.arange(100) / 100.0
+    shifted = (time + 1234.5) - 1234.5 + 3e-6  # what rounding leaves, to the late side
+    shifted[0] = 0.0
+    found = experiment_of(trial(time=shifted))
+    assert found.command_time[1] == pytest.approx(0.5, abs=1e-12)
+    assert found.command_at(time)[:, 0].tolist() == np.where(time < 0.5, 0.0, 1.0).tolist()
+
+
+@pytest.fixture(scope="module")
+def rig():
+    return pamsim.load_rig("mas20_arm")
+
+
+@pytest.mark.parametrize("kind", ["pressure", "valve"])
+def test_simulate_write_read_simulate_gives_the_same_signals(rig, tmp_path, kind):
+    levels = {"pressure": [[3e5, 3e5], [4e5, 2e5], [2e5, 4e5]], "valve": [[0, 0], [1, -1], [-1, 1]]}
+    first = Experiment(
+        command=kind,
+        command_time=np.array([0.0, 0.2, 0.6]),
+        command_value=np.array(levels[kind], dtype=float),
+        start_pressure=np.array([3e5, 3e5]),
+        duration=1.0,
+        sample_rate=200.0,
+        load=1.2,
+    )
+    before = pamsim.simulate(rig, first)
+    write_recording(tmp_path, "mas20_arm", {"steps_1": before})
+    read = read_recordings(tmp_path).trials[0]
+    again = at_times(pamsim.simulate(rig, experiment_of(read)), read)
+    assert set(again) == set(read.measured)
+    for channel, values in read.measured.items():
+        scale = np.max(np.abs(values))
+        np.testing.assert_allclose(again[channel], values, rtol=0, atol=1e-6 * scale)
+
+
+def test_signals_are_interpolated_to_the_trials_own_times(rig):
+    time = np.array([0.0, 0.0123, 0.1011, 0.25])
+    read = trial(time=time, command=np.tile([1.0, 0.0], (4, 1)))
+    run = pamsim.simulate(rig, experiment_of(read))
+    found = at_times(run, read)
+    assert run.time[-1] >= time[-1]
+    rising = found["pressure_1"]
+    assert np.all(np.diff(rising) > 0.0)
+    low = run.pressure[np.searchsorted(run.time, time[1:3]) - 1, 0]
+    assert np.all(rising[1:3] >= low)
+    assert np.all(rising[1:3] <= run.pressure[np.searchsorted(run.time, time[1:3]), 0])
+    broken = dataclasses.replace(run, outcome=Outcome.NOT_FINITE, message="broke down")
+    with pytest.raises(SimulationError, match="broke down"):
+        at_times(broken, read)

@@ -1,0 +1,112 @@
+"""A rig beside its recordings: what coarse steps, measured pressures and the menu make of it."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+import pamsim
+from pamsim.comparison.measurements import read_calibration_data
+from pamsim.comparison.noise_floor import noise_floor
+from pamsim.comparison.trial_residuals import TrialSimulator
+from pamsim.diagnosis.diagnosed_rig import DiagnosedRig
+from pamsim.diagnosis.experiment_menu import MENU
+from pamsim.diagnosis.measured_pressures import given_pressures
+from pamsim.store.recording_files import write_recording
+from pamsim.twins.twin_data import TwinSettings, twin_data
+
+SETTINGS = TwinSettings(protocols=("triangle",), duration=2.0, repeats=3, seed=2)
+
+
+@pytest.fixture(scope="module")
+def rig():
+    return pamsim.load_rig("mas20_arm")
+
+
+def recorded(rig, effects, folder, settings=SETTINGS):
+    data = twin_data(rig, effects, settings)
+    write_recording(folder, "mas20_arm", data.trials, data.protocols)
+    return read_calibration_data([folder])
+
+
+def test_coarse_steps_are_right_once_corrected(rig, tmp_path):
+    """Within a tenth of the noise as they are, within a hundredth where the damping is another."""
+    data = recorded(rig, [], tmp_path)
+    simulator = TrialSimulator(DiagnosedRig(rig, data, ["triangle_check_1"]).residuals)
+    first = simulator.anchor({})
+    floor = noise_floor(simulator.layout, first)
+    weights = simulator.layout.weights(floor.sd)
+    np.testing.assert_allclose(simulator.whole({}), first, rtol=0, atol=1e-9 * np.abs(first).max())
+    other = {"joint.shaft.damping": 0.27, "force.scale": 0.99}
+    off = (simulator.whole(other) - simulator.fine(other)) * weights
+    trials = len({p.block.trial for p in simulator.layout.places})
+    channels = len(simulator.layout.channels)
+    assert np.sum(off**2) / (trials * channels) < 1e-3
+
+
+def test_sensors_that_read_otherwise_take_no_simulation(rig, tmp_path):
+    data = recorded(rig, [], tmp_path)
+    engine = DiagnosedRig(rig, data, [])
+    before = engine.rollouts
+    engine.residuals([{}], held_out=True, fine=False)
+    one = engine.rollouts - before
+    sets = [{}, {"sensor.angle_bias": 0.01}, {"sensor.angle_lag": 0.02}]
+    blocks = engine.residuals(sets, held_out=True, fine=False)
+    assert engine.rollouts - before == 2 * one
+    for one, biased in zip(blocks[0], blocks[1], strict=True):
+        if one.channel == "angle":  # starts that fit the trial best move it a little, too
+            assert np.mean(biased.residual - one.residual) == pytest.approx(0.01, rel=0.1)
+
+
+def test_measured_pressures_tell_arm_from_air(rig, tmp_path):
+    """Friction at the joint shows in the angle whatever drives it; a wrong valve does not."""
+    worst = {}
+    for name, size in (("coulomb_friction", 0.4), ("valve_flow", 0.8)):
+        settings = SETTINGS if name == "coulomb_friction" else TwinSettings(
+            protocols=("bursts",), duration=2.0, repeats=3, seed=2
+        )  # fmt: skip
+        data = recorded(rig, [(name, size)], tmp_path / name, settings)
+        simulator = TrialSimulator(DiagnosedRig(rig, data, []).residuals)
+        residual = simulator.anchor({})
+        floor = noise_floor(simulator.layout, residual)
+        cells = given_pressures(rig, data, floor)
+        assert {c.channel for c in cells} == {"angle", "force_1", "force_2"}
+        given = max(c.excess for c in cells if c.channel == "angle")
+        commanded = max(
+            float(np.mean(residual[p.rows] ** 2)) / floor.variance["angle", p.block.protocol]
+            for p in simulator.layout.places
+            if p.block.channel == "angle"
+        )
+        worst[name] = given / commanded
+    assert worst["coulomb_friction"] > 0.3
+    assert worst["valve_flow"] < 0.1
+
+
+def test_the_menu_is_safe_and_runs(rig, tmp_path):
+    supply = next(iter(rig.muscles.values())).valve.supply_pressure
+    for name, protocol in MENU.items():
+        experiment = protocol.experiment(5)
+        if experiment.command == "pressure":
+            assert experiment.command_value.min() >= 0.0, name
+            assert experiment.command_value.max() < supply, name
+    data = recorded(rig, [], tmp_path)
+    engine = DiagnosedRig(rig, data, [])
+    (found,) = engine.menu([{}])
+    assert set(found) == set(MENU)
+    assert all(np.all(np.isfinite(v)) for signals in found.values() for v in signals.values())
+
+
+def test_what_sets_muscles_apart_survives_the_variation_of_trials(rig):
+    """Trials differ by their common scale; a hidden mismatch must be in every one of them."""
+    moved = {}
+    for variation in (0.0, 0.003):
+        settings = TwinSettings(
+            protocols=("triangle",), duration=0.5, repeats=2, noise=0.0, variation=variation
+        )
+        plain = twin_data(rig, [], settings)
+        apart = twin_data(rig, [("muscle_mismatch", 1.0)], settings)
+        moved[variation] = [
+            run.angle[0] - plain.trials[stem].angle[0] for stem, run in apart.trials.items()
+        ]
+    assert np.min(np.abs(moved[0.0])) > 1e-3
+    np.testing.assert_allclose(moved[0.003], moved[0.0], rtol=0.1)

@@ -1,0 +1,200 @@
+"""`diagnosis.json`: the contract's keys, numbers in stated units, a sentence for every verdict."""
+
+from __future__ import annotations
+
+import json
+
+import numpy as np
+import pytest
+
+import pamsim
+from pamsim.diagnosis.method.evidence import compare
+from pamsim.diagnosis.method.lack_of_fit import LackOfFit
+from pamsim.diagnosis.method.verdict import Verdict
+from pamsim.diagnosis.report import comparisons, diagnosis_dict
+from tests.unit.diagnosis.diagnosed import NOISE, VERDICTS, following, report
+
+CONTRACT = {
+    "schema", "verdict", "effects", "alternatives", "where", "gap", "absent", "next_experiment",
+    "seed", "versions", "rollouts", "seconds",
+}  # fmt: skip
+
+
+@pytest.fixture(scope="module")
+def rig():
+    return pamsim.load_rig("mas20_arm")
+
+
+def result(rig, verdict, **more):
+    return diagnosis_dict(report(rig, verdict, **VERDICTS[verdict], **more))
+
+
+@pytest.mark.parametrize("verdict", list(Verdict))
+def test_every_verdict_makes_a_whole_json(rig, verdict):
+    found = json.loads(json.dumps(result(rig, verdict), allow_nan=False))
+    assert found.keys() >= CONTRACT
+    assert found["schema"] == "pamsim-diagnosis/1"
+    assert found["verdict"] == verdict.value
+    claims = verdict in (Verdict.NAMED, Verdict.NAMED_WITH_REMAINDER)
+    assert bool(found["effects"]) is claims
+    repairs = claims or verdict is Verdict.AMBIGUOUS
+    assert all((gap["after"] is not None) is repairs for gap in found["gap"].values())
+    assert found["sentence"].endswith(".")
+    assert found["sentence"].count(". ") <= 1
+    assert (found["rollouts"], found["seed"]) == (240, 3)
+
+
+def test_an_effect_has_its_numbers_in_the_rig_s_unit_and_in_si(rig):
+    (effect,) = result(rig, Verdict.NAMED)["effects"]
+    assert (effect["name"], effect["family"]) == ("air_leak", "pressure_deficit")
+    leak = effect["parameters"]["chamber.leak_conductance"]
+    assert leak["value_si"] == pytest.approx(1.4e-12)
+    assert (leak["value"], leak["unit"]) == (pytest.approx(1.4), "mm^3/(s*kPa)")
+    assert leak["interval95"] == pytest.approx([1.26, 1.54])
+    assert leak["interval95_si"] == pytest.approx([1.26e-12, 1.54e-12])
+    assert effect["explained"] == pytest.approx(0.98)
+    assert effect["p_value"] < 0.05
+
+
+def test_each_of_two_effects_says_what_it_explains_beyond_the_other(rig):
+    effects = result(rig, Verdict.NAMED_WITH_REMAINDER)["effects"]
+    assert [e["name"] for e in effects] == ["air_leak", "angle_bias"]
+    # Losses: 5.1 without, 2 with the leak, 3 with the bias, 1 with both.
+    assert [e["explained"] for e in effects] == pytest.approx([0.7 * 2 / 4.1, 0.7 / 4.1], rel=0.01)
+    assert all(0.0 < e["p_value"] < 0.05 for e in effects)
+
+
+def test_luck_of_all_effects_that_were_tried_is_counted(rig):
+    one = report(rig, Verdict.NAMED, ["air_leak"])
+    (effect,) = diagnosis_dict(one)["effects"]
+    assert effect["p_value"] == pytest.approx(2.0 * one.found.named.best.gain.p_value)
+
+
+def test_gaps_are_of_the_held_out_trials_in_written_units(rig):
+    gap = result(rig, Verdict.NAMED)["gap"]
+    assert set(gap) == set(NOISE)
+    pressure, angle = gap["pressure_1"], gap["angle"]
+    assert (pressure["unit"], angle["unit"]) == ("kPa", "deg")
+    assert pressure["floor"]["value"] == pytest.approx(0.4)
+    assert pressure["before"]["value"] == pytest.approx(np.hypot(2.0, 0.4), rel=0.02)
+    assert angle["after"]["value"] == pytest.approx(np.degrees(1e-3), rel=0.1)
+    over = result(rig, Verdict.NAMED)["gap_over_floor"]
+    assert over["before"] == pytest.approx(np.sqrt((26.0 + 26.0 + 17.0) / 3.0), rel=0.02)
+    assert over["after"] == pytest.approx(1.0, rel=0.05)
+    low, high = pressure["after"]["interval95"]
+    assert low < pressure["after"]["value"] < high < pressure["before"]["value"]
+
+
+def test_where_comes_with_the_region_of_the_channel_s_surest_map(rig):
+    found = result(rig, Verdict.NAMED)
+    first = found["where"][0]
+    assert (first["channel"], first["protocol"], first["excess"]) == ("pressure_1", "swing", 20.0)
+    assert first["region"] == {
+        "quantity": "common_pressure", "low": 200.0, "high": 300.0, "unit": "kPa", "p_value": 0.001
+    }  # fmt: skip
+    angle = next(cell for cell in found["where"] if cell["channel"] == "angle")
+    assert angle["region"] is None  # no map of it is sure
+    assert found["maps"][2]["mean_in_noise"] == [None, 1.0]
+
+
+def test_what_is_absent_is_bounded_or_said_to_be_out_of_sight(rig):
+    absent = result(rig, Verdict.NO_GAP)["absent"]
+    tilt = absent["load_torque"]
+    assert (tilt["limit"], tilt["unit"], tilt["size"]) == (pytest.approx(1.0), "deg", 0.5)
+    assert absent["added_inertia"]["visible"] is False
+    assert absent["added_inertia"]["limit"] is None
+
+
+def test_loops_and_lines_of_measured_and_simulated_signals_are_told(rig):
+    found = result(rig, Verdict.NAMED)
+    assert {(loop["protocol"], loop["cycle"]) for loop in found["loops"]} == {
+        (p, c) for p in ("swing", "swing_check") for c in (1, 2)
+    }  # fmt: skip
+    assert {loop["repeats"] for loop in found["loops"]} == {3}
+    lines = {entry["channel"]: entry for entry in found["spectrum"]}
+    assert lines["pressure_1"]["before"]["mean"] == pytest.approx(2.0, abs=0.1)
+    assert lines["pressure_1"]["before"]["noise"] == pytest.approx(0.4, rel=0.1)
+    assert lines["pressure_1"]["after"]["mean"] == pytest.approx(0.0, abs=0.1)
+
+
+def test_alternatives_are_told_by_how_far_they_are_behind(rig):
+    made = report(rig, Verdict.AMBIGUOUS, **VERDICTS[Verdict.AMBIGUOUS])
+    one = diagnosis_dict(made)
+    assert [a["name"] for a in one["alternatives"]] == ["air_leak", "supply_sag", "angle_bias"]
+    behind = [a["loss_difference_in_standard_errors"] for a in one["alternatives"]]
+    named = made.found.named
+    protocol_of = dict.fromkeys(named.best.loss, "swing_check")
+    expected = compare(named.tied[0].loss, named.best.loss, protocol_of)
+    assert behind == pytest.approx([0.0] + [expected.gain / expected.error] * 2)
+    assert result(rig, Verdict.NAMED)["alternatives"] == []
+
+
+@pytest.mark.parametrize(
+    ("verdict", "words"),
+    [
+        (Verdict.NO_GAP, ["No gap", "as near to the data as their noise allows (RMS 4."]),
+        (
+            Verdict.NAMED,
+            [
+                "Missing: a leak of air from the muscles (air_leak, leak conductance 1.4"
+                " [1.26, 1.54] mm^3/(s*kPa))",
+                "it explains 98 % of the gap",
+                "times the noise floor before and 0.9",
+            ],
+        ),
+        (
+            Verdict.NAMED_WITH_REMAINDER,
+            ["Missing: something that acts nearly like a leak of air from the muscles (air_leak",
+             "and an offset of the angle sensor (angle_bias, angle bias 0.401", "together they"
+             " explain 70 % of the gap, and leave 0.02 noise floors that all repeats share (p ="
+             " 0.0003): another effect, of this kind (pressure deficit, offset) or one that"
+             " resembles it"],
+        ),
+        (
+            Verdict.AMBIGUOUS,
+            ["do not tell whether it is a leak of air from the muscles (air_leak), a supply",
+             "or an offset of the angle sensor (angle_bias)", "shut the valves at a high pressure"],
+        ),
+        (
+            Verdict.UNEXPLAINED,
+            ["none of the 2 effects tried explains", "air_leak resembles it most, with 40 %",
+             "largest in pressure 1 of swing"],
+        ),
+        (Verdict.NOT_IDENTIFIABLE, ["no repeats", "three times or more", "a leak of air"]),
+    ],
+)  # fmt: skip
+def test_the_verdict_is_one_plain_sentence(rig, verdict, words):
+    sentence = result(rig, verdict)["sentence"]
+    for part in words:
+        assert part in sentence
+
+
+def test_a_remainder_that_may_be_chance_is_said_in_floors_alone(rig):
+    one = report(rig, Verdict.NAMED_WITH_REMAINDER, ["air_leak"])
+    one.found.named.lack = LackOfFit(size=0.02, p_value=0.3)
+    sentence = diagnosis_dict(one)["sentence"]
+    assert "and leaves 0.01 noise floors: another effect, of this kind (pressure de" in sentence
+
+
+def test_the_experiment_that_would_decide_is_said(rig):
+    found = result(rig, Verdict.AMBIGUOUS, following=following())
+    assert (
+        "recording shut_hold would decide (what leaves a chamber whose valves are shut)"
+        in found["sentence"]
+    )
+    assert "sets them 7.1 noise floors apart, these data 0.3" in found["sentence"]
+    assert found["next_experiment"]["menu"] == {"shut_hold": 7.1, "bursts": 2.0}
+
+
+def test_an_unexplained_gap_without_a_model_names_the_nearest_trace(rig):
+    sentence = diagnosis_dict(report(rig, Verdict.UNEXPLAINED))["sentence"]
+    assert "air_leak resembles it most (cosine 0.90)" in sentence
+
+
+def test_signals_of_every_compared_channel_go_to_the_page(rig):
+    one = report(rig, Verdict.NAMED, ["air_leak"])
+    found = comparisons(one)
+    assert len(found) == 6 * len(NOISE)
+    assert all(part.after is not None for part in found)
+    unexplained = comparisons(report(rig, Verdict.UNEXPLAINED, ["air_leak"]))
+    assert all(part.after is None for part in unexplained)  # a likeness is no repair

@@ -1,0 +1,161 @@
+"""The water cycle algorithm on known functions and on the cost (16) it was used for."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from pamsim.core.errors import InputError
+from pamsim.fitting.loop_cost import (
+    MAXWELL,
+    LoopPoints,
+    loop_points,
+    maxwell_loop,
+    maxwell_residual,
+)
+from pamsim.fitting.search_comparison import compare_searches
+from pamsim.fitting.water_cycle import _shares, water_cycle
+
+LOW, HIGH = [c.low for c in MAXWELL], [c.high for c in MAXWELL]
+PUBLISHED = (0.27, 49.82, 2260.0)  # seed 001, section 4.2
+
+
+def loops(alpha, beta, stiffness):
+    """Loops at 1 to 10 Hz and 150 N, the tests of seed 001."""
+    return tuple(maxwell_loop(alpha, beta, stiffness, 2.0 * np.pi * f, 150.0) for f in range(1, 11))
+
+
+def run(cost, size, seed=0, **options):
+    rng = np.random.default_rng(seed)
+    return water_cycle(cost, [-5.0] * size, [5.0] * size, rng=rng, **options)
+
+
+@pytest.mark.parametrize("shrinking", [False, True])
+@pytest.mark.parametrize(
+    ("cost", "where"),
+    [
+        (lambda x: float(np.sum((x - 0.3) ** 2)), [0.3, 0.3, 0.3]),
+        (lambda x: float((1 - x[0]) ** 2 + 100 * (x[1] - x[0] ** 2) ** 2), [1.0, 1.0]),
+        (lambda x: float(np.sum(x**2 - 10 * np.cos(2 * np.pi * x) + 10)), [0.0, 0.0]),
+    ],
+    ids=["sphere", "Rosenbrock", "Rastrigin"],
+)
+def test_it_finds_the_optimum_of_known_functions(cost, where, shrinking):
+    found = run(cost, len(where), shrinking=shrinking)
+    assert found.value < 1e-4
+    assert found.x == pytest.approx(where, abs=0.02)
+
+
+def test_the_same_generator_gives_the_same_search():
+    first, second, other = (
+        run(lambda x: float(x @ x), 2, seed=s, iterations=20) for s in (3, 3, 4)
+    )
+    assert first.x.tolist() == second.x.tolist()
+    assert first.evaluations == second.evaluations
+    assert first.x.tolist() != other.x.tolist()
+
+
+def test_its_best_never_gets_worse_and_stays_in_the_box():
+    seen = []
+
+    def cost(x):
+        seen.append(x.copy())
+        return float(np.sum(x))  # the optimum is a corner
+
+    found = run(cost, 2, iterations=50)
+    assert np.all(np.diff(found.history) <= 0.0)
+    assert np.all(np.abs(seen) <= 5.0)
+    assert found.evaluations == len(seen)
+    assert found.value == pytest.approx(-10.0, abs=1e-3)
+
+
+def test_better_heads_get_more_streams_and_each_at_least_one():
+    value = np.array([0.0, 6.0, 9.0, *np.linspace(10.0, 20.0, 20)])
+    target = _shares(value, 3)
+    assert target[:3].tolist() == [0, 0, 0]  # rivers flow to the sea
+    counts = np.bincount(target[3:], minlength=3)
+    assert counts.sum() == 20
+    assert counts[0] > counts[1] > counts[2] >= 1
+    assert np.bincount(_shares(np.ones(23), 3)[3:]).sum() == 20  # a flat place
+
+
+@pytest.mark.parametrize(
+    ("low", "high", "options"),
+    [([0.0], [0.0], {}), ([0.0], [1.0, 2.0], {}), ([0.0], [1.0], {"population": 7}),
+     ([0.0], [1.0], {"rivers": 0})],
+)  # fmt: skip
+def test_what_cannot_be_searched_is_refused(low, high, options):
+    with pytest.raises(InputError, match="water cycle"):
+        water_cycle(lambda x: 0.0, low, high, rng=np.random.default_rng(0), **options)
+
+
+def test_the_cost_is_zero_at_the_models_own_loops():
+    assert maxwell_residual(
+        np.array([0.27, np.log10(49.82), np.log10(2260.0)]), loops(*PUBLISHED)
+    ) == pytest.approx(np.zeros(20), abs=1e-9)
+
+
+def test_points_of_a_loop_are_read_off_its_record():
+    model = maxwell_loop(0.4, 0.05, 2e4, 22.0, 150.0)
+    t = np.arange(0.0, 1.0, 0.002)
+    rng = np.random.default_rng(0)
+    x = model.at_force * np.sin(22.0 * t + 0.7) + model.at_zero * np.cos(22.0 * t + 0.7) + 0.01
+    found = loop_points(
+        t + 3.0, 150.0 * np.sin(22.0 * t + 0.7) + 20.0, x + 1e-6 * rng.normal(size=t.size)
+    )
+    for name in ("frequency", "force", "at_force", "at_zero"):
+        assert getattr(found, name) == pytest.approx(getattr(model, name), rel=1e-3)
+
+
+@pytest.mark.parametrize(
+    ("force", "displacement", "text"),
+    [
+        (np.sin, lambda u: np.cos(u), "leads the force"),
+        (lambda u: np.sin(u) ** 5, np.sin, "not a sine"),
+        (lambda u: np.sin(u / 20.0), lambda u: -np.cos(u / 20.0), "less than one period"),
+        (lambda u: 0.0 * u, np.sin, "constant"),
+    ],
+)
+def test_records_without_a_loop_are_refused(force, displacement, text):
+    u = np.linspace(0.0, 20.0, 400)
+    with pytest.raises(InputError, match=text):
+        loop_points(u, force(u), displacement(u))
+
+
+def test_water_cycle_comes_near_the_optimum_of_16_and_least_squares_needs_far_fewer():
+    planted = loops(0.5, 0.05, 2e4)  # omega beta about 1: the well-posed case
+    box = ([0.05, -3.0, 3.0], [0.95, 2.0, 6.0])
+    water, evolution, squares = compare_searches(
+        lambda v: maxwell_residual(v, planted), *box, tolerance=1e-3, seed=1
+    )
+    # 0.1 N^2 over twenty equations in forces of 150 N: within 0.05 % of the load
+    assert water.value < 0.1
+    assert water.x == pytest.approx([0.5, np.log10(0.05), np.log10(2e4)], abs=0.02)
+    assert squares.value < 1e-15
+    assert squares.evaluations_to_tolerance < 100
+    assert evolution.evaluations_to_tolerance > 10 * squares.evaluations_to_tolerance
+    assert [r.method for r in (water, evolution, squares)] == [
+        "water_cycle", "differential_evolution", "least_squares",
+    ]  # fmt: skip
+
+
+def test_on_the_published_numbers_only_least_squares_finds_the_optimum():
+    """(16) has a second minimum at the edge of the box, where both population searches end."""
+    planted = loops(*PUBLISHED)
+    water, evolution, squares = compare_searches(
+        lambda v: maxwell_residual(v, planted), LOW, HIGH, tolerance=1e-3, iterations=100
+    )
+    assert squares.value < 1e-15
+    assert squares.x == pytest.approx([0.27, np.log10(49.82), np.log10(2260.0)], rel=1e-6)
+    assert min(water.value, evolution.value) > 40.0
+    assert (water.evaluations_to_tolerance, evolution.evaluations_to_tolerance) == (None, None)
+
+
+def test_as_dict_is_plain():
+    loop = LoopPoints(frequency=6.0, force=1.0, at_force=1.0, at_zero=-0.1)
+    (first, *_) = compare_searches(
+        lambda v: maxwell_residual(v, (loop, loop)), LOW, HIGH, tolerance=1.0, iterations=3
+    )
+    assert set(first.as_dict()) == {
+        "method", "x", "value", "evaluations", "evaluations_to_tolerance",
+    }  # fmt: skip

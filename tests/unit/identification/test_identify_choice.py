@@ -1,0 +1,104 @@
+"""Models are recommended for what they explain beyond chance, not for their parameters."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from scipy.signal import lfilter
+
+from pamsim.identification.choice import better_by_chance, recommend
+from pamsim.identification.models import Candidate
+from pamsim.linear.continuous_fit import fit_continuous
+from pamsim.linear.signal_record import SignalRecord
+from pamsim.linear.step_fit import FitStatus
+
+TS = 0.02
+
+
+def plant(constants, seed, noise=0.05, n=600):
+    """A chain of lags driven by a random telegraph, with noise of 0.1 s correlation time."""
+    draw = np.random.default_rng(seed)
+    u = np.repeat(draw.choice([0.0, 1.0], n // 20 + 1), 20)[:n]
+    u[0] = 0.0
+    y = np.repeat(u, 10)
+    for constant in constants:
+        pole = np.exp(-TS / 10 / constant)
+        y = lfilter([0.0, 1.0 - pole], [1.0, -pole], y)
+    coloured = lfilter([np.sqrt(1 - 0.8**2)], [1.0, -0.8], draw.normal(size=n + 100))[100:]
+    return SignalRecord(
+        name=f"trial {seed}", time=np.arange(n) * TS, input=u, output=y[::10] + noise * coloured
+    )
+
+
+def candidates(records, held_out=()):
+    fits = {
+        "first_order": fit_continuous(records, order=1, held_out=held_out),
+        "second_order": fit_continuous(records, order=2, held_out=held_out),
+    }
+    return [Candidate(name=name, fit=fit, independence=None) for name, fit in fits.items()]
+
+
+@pytest.mark.parametrize("hold", [False, True])
+@pytest.mark.parametrize(
+    ("constants", "expected"), [((0.5,), "first_order"), ((0.15, 0.5), "second_order")]
+)
+def test_the_order_of_the_plant_is_recommended(constants, expected, hold):
+    records = [plant(constants, seed) for seed in (1, 2)]
+    held = [plant(constants, seed) for seed in (3, 4)] if hold else []
+    found = recommend(candidates(records, held), records, held)
+    assert found.name == expected, found.reason
+    assert ("held-out" in found.reason) is hold or "only model" in found.reason
+    assert min(found.aicc.values()) == 0.0
+
+
+def test_a_parameter_that_is_not_there_is_seldom_taken_up():
+    taken = []
+    for seed in range(8):
+        records, held = [plant((0.5,), seed, n=250)], [plant((0.5,), 100 + seed, n=250)]
+        fits = {
+            "plain": fit_continuous(records, order=1, held_out=held),
+            "delayed": fit_continuous(records, order=1, dead_time=True, held_out=held),
+        }
+        given = [Candidate(name=n, fit=f, independence=None) for n, f in fits.items()]
+        taken.append(recommend(given, records, held).name == "delayed")
+    assert sum(taken) <= 1
+
+
+def test_correlated_residuals_are_worth_fewer_samples():
+    records = [plant((0.15, 0.5), seed) for seed in (1, 2)]
+    found = recommend(candidates(records), records, [])
+    # Noise correlated by 0.8 from sample to sample: (1 - 0.8) / (1 + 0.8) of them count.
+    assert found.effective_samples == pytest.approx(1200 * 0.2 / 1.8, rel=0.35)
+
+
+def test_no_model_is_recommended_when_none_can_be_trusted():
+    records = [plant((0.5,), 1)]
+    second = candidates(records)[1]
+    assert second.fit.status is not FitStatus.CONVERGED
+    found = recommend([second], records, [])
+    assert found.name == ""
+    assert second.fit.sentence in found.reason
+
+
+def coloured(draw, n):
+    return lfilter([1.0], [1.0, -0.9], draw.normal(size=n + 200))[200:]
+
+
+def test_models_of_equal_error_are_told_apart_no_more_often_than_chance_says():
+    chances = []
+    for seed in range(300):
+        draw = np.random.default_rng(seed)
+        shared = [coloured(draw, 400) for _ in range(2)]
+        one = [s + coloured(draw, 400) for s in shared]
+        other = [s + coloured(draw, 400) for s in shared]
+        chances.append(better_by_chance(one, other))
+    assert np.mean(np.array(chances) < 0.05) < 0.09
+    assert np.mean(np.array(chances) < 0.5) == pytest.approx(0.5, abs=0.09)
+
+
+def test_a_smaller_error_is_seen_and_an_equal_one_is_not():
+    draw = np.random.default_rng(0)
+    small = [coloured(draw, 800)]
+    assert better_by_chance([1.5 * small[0]], small) < 0.01
+    assert better_by_chance(small, [1.5 * small[0]]) > 0.99
+    assert better_by_chance(small, small) == 1.0

@@ -1,0 +1,201 @@
+"""Intervals of a calibration cover the truth as often as they say, whatever the noise."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from pamsim.inference.bounded_fit import calibrate
+from pamsim.inference.coloured_noise import ArNoise
+from pamsim.inference.fit_result import Linearisation
+from pamsim.inference.intervals import parameter_covariance
+from pamsim.inference.residual_block import BlockPlace, ResidualBlock
+from pamsim.inference.residual_colour import FittedRows, fit_colour, slow_gains
+from tests.unit.inference.calibration_rigs import TIME, TRUTH, coloured, decay_rig, free, line_rig
+
+RUNS = 200
+NEAR = (free("gain", 1.9, scale="log"), free("rate", 1.6))
+
+
+def covered(noise, protocols, jitter=0.0):
+    """Share of runs in which each interval holds the truth, and width relative to a white one."""
+    rng = np.random.default_rng(12)
+    hits, ratio = np.zeros(2), []
+    for _ in range(RUNS):
+        rig = decay_rig([noise(rng) for _ in protocols], protocols)
+        moved = [TRUTH * (1.0 + jitter * rng.standard_normal(2)) for _ in protocols]
+        rig.trials = [
+            (*t[:3], t[3], t[4] + t[3](v) - t[3](TRUTH))
+            for t, v in zip(rig.trials, moved, strict=True)
+        ]
+        fit = calibrate(rig, NEAR, central=False)
+        assert fit.status == "converged", fit.sentence
+        sides = [p.interval95 for p in fit.parameters]
+        hits += [low <= v <= high for (low, high), v in zip(sides, TRUTH, strict=True)]
+        ratio.append([np.sqrt(p.rise95 / 3.84) for p in fit.parameters])
+    return hits / RUNS, np.median(ratio, axis=0)
+
+
+# Binomial(200, 0.95): 99 % of all seeds lie between 0.905 and 0.985.
+@pytest.mark.parametrize("correlation", [0.0, 0.9])
+def test_single_trials_cover_under_white_and_coloured_noise(correlation):
+    share, ratio = covered(lambda rng: 0.05 * coloured(rng, TIME.size, correlation), "ab")
+    assert np.all((share >= 0.90) & (share <= 0.98)), share
+    wanted = np.sqrt((1.0 + correlation) / (1.0 - correlation))  # a slow parameter under AR(1)
+    assert np.all((ratio > 0.7 * wanted) & (ratio < 1.3 * wanted)), ratio
+
+
+def test_repeats_cover_where_parameters_vary_from_trial_to_trial():
+    share, ratio = covered(
+        lambda rng: 0.02 * coloured(rng, TIME.size, 0.9), "aaaabbbb", jitter=0.01
+    )
+    assert np.all((share >= 0.90) & (share <= 0.98)), share
+    assert np.all(ratio > 3.0), ratio
+
+
+def tangents(protocols, interval=0.01, size=400):
+    """A linear simulator: amplitude, rate and offset of a step, one trial per protocol."""
+    time = np.arange(size) / 100.0
+    fading = np.exp(-3.0 * time)
+    rows = [
+        np.column_stack([s * (1.0 - fading), s * time * fading, np.ones(size)])
+        for s in np.resize([1.0, -0.6, 1.5, 0.8], len(protocols))
+    ]
+    places = tuple(
+        BlockPlace(
+            ResidualBlock(
+                trial=f"t{k}",
+                protocol=protocol,
+                channel="angle",
+                residual=np.zeros(size),
+                sample_interval=interval,
+            ),
+            slice(size * k, size * (k + 1)),
+        )
+        for k, protocol in enumerate(protocols)
+    )
+    return places, np.vstack(rows)
+
+
+def estimated(places, rows, noise, **options):
+    """Least-squares estimate of zeros from noise alone, with its covariance."""
+    estimate = np.linalg.lstsq(rows, -noise, rcond=None)[0]
+    residual = noise + rows @ estimate
+    weight = np.full(noise.size, 1.0 / np.std(residual))
+    linear = Linearisation(places=places, residual=residual, jacobian=rows, weight=weight)
+    return estimate, parameter_covariance(linear, np.eye(3), np.zeros((3, 3)), **options)
+
+
+def slow_drift(rng, count):
+    return rng.standard_normal(count) + coloured(rng, count, 0.967)
+
+
+def ringing(rng, count):
+    from scipy.signal import lfilter
+
+    e = rng.standard_normal(count + 300)
+    return lfilter([1.0], [1.0, -1.94 * np.cos(0.3), 0.97**2], e)[300:]
+
+
+@pytest.mark.parametrize(("noise", "trials"), [(slow_drift, "abcd"), (ringing, "ab")])
+def test_noise_that_is_no_short_recursion_is_covered_too(noise, trials):
+    places, rows = tangents(trials, size=800)
+    rng = np.random.default_rng(4)
+    runs, hits = 100, np.zeros(3)
+    for _ in range(runs):
+        e = np.concatenate([noise(rng, 800) for _ in trials])
+        estimate, found = estimated(places, rows, e)
+        hits += np.abs(estimate) <= found.quantile * np.sqrt(np.diag(found.matrix))
+    # Binomial(100, 0.95): 99.5 % of all seeds give 89 or more.
+    assert np.all(hits / runs >= 0.89), hits / runs
+
+
+def test_three_repeats_of_many_protocols_show_what_differs_from_trial_to_trial():
+    """Three trials fitted of four: as clusters they cover, as single trials they do not."""
+    places, rows = tangents("aaabbbcccdddeee")
+    rng = np.random.default_rng(6)
+    runs, clustered, single = 80, np.zeros(3), np.zeros(3)
+    for _ in range(runs):
+        moved = np.repeat(0.3 * rng.standard_normal((15, 3)), 400, axis=0)
+        e = rng.standard_normal(6000) + (rows * moved).sum(axis=1)
+        estimate, found = estimated(places, rows, e, fewest_repeats=2)
+        clustered += np.abs(estimate) <= found.quantile * np.sqrt(np.diag(found.matrix))
+        found = estimated(places, rows, e)[1]
+        single += np.abs(estimate) <= found.quantile * np.sqrt(np.diag(found.matrix))
+    # Binomial(80, 0.95): 99 % of all seeds give 0.88 or more.
+    assert np.all(clustered / runs >= 0.88), clustered / runs
+    assert np.any(single / runs < 0.85), single / runs
+
+
+def test_the_covariance_of_a_known_noise_is_the_sandwich():
+    places, rows = tangents("abcd")
+    found = np.zeros((3, 3))
+    rng = np.random.default_rng(9)
+    for _ in range(24):
+        e = np.concatenate([coloured(rng, 400, 0.8) for _ in range(4)])
+        found += estimated(places, rows, e)[1].matrix / 24
+    lag = np.abs(np.subtract.outer(np.arange(1600), np.arange(1600)))
+    same = np.equal.outer(np.arange(1600) // 400, np.arange(1600) // 400)
+    inverse = np.linalg.inv(rows.T @ rows)
+    exact = inverse @ rows.T @ (same * 0.8**lag) @ rows @ inverse
+    assert np.sqrt(np.diag(found)) == pytest.approx(np.sqrt(np.diag(exact)), rel=0.1)
+
+
+def test_repeats_give_the_scatter_of_their_scores_with_students_quantile():
+    places, rows = tangents("aaaa")
+    e = np.random.default_rng(1).standard_normal(1600)
+    estimate, found = estimated(places, rows, e)
+    inverse = np.linalg.inv(rows.T @ rows)
+    residual = e + rows @ estimate
+    pulls = np.array([inverse @ rows[p.rows].T @ residual[p.rows] for p in places])
+    assert found.matrix == pytest.approx(4.0 * np.cov(pulls.T), rel=1e-9)
+    assert found.quantile == pytest.approx(np.full(3, 3.182446305), rel=1e-6)  # t(3, 0.975)
+    pair = tangents("aaaabbbb")
+    both = estimated(*pair, np.random.default_rng(2).standard_normal(3200))[1]
+    assert np.all((both.quantile > 2.447) & (both.quantile < 3.182))  # t(6) to t(3)
+
+
+def test_rows_without_order_have_the_classical_interval():
+    rng = np.random.default_rng(8)
+    rows = rng.standard_normal((50, 2))
+    measured = rows @ [1.0, 2.0] + 0.3 * rng.standard_normal(50)
+    fit = calibrate(line_rig(rows, measured, noise_sd=None), (free("a"), free("b")))
+    variance = np.sum(fit.linearisation.residual**2) / 48
+    classical = np.sqrt(variance * np.diag(np.linalg.inv(rows.T @ rows)))
+    assert [p.standard_error for p in fit.parameters] == pytest.approx(classical, rel=0.02)
+    half = 2.010635 * classical  # t(48, 0.975)
+    found = [0.5 * (p.interval95[1] - p.interval95[0]) for p in fit.parameters]
+    assert found == pytest.approx(half, rel=0.02)
+
+
+def test_intervals_are_symmetric_in_the_logarithm_and_end_at_the_bounds():
+    rig = decay_rig(0.02 * np.random.default_rng(0).standard_normal((3, TIME.size)))
+    gain = calibrate(rig, NEAR).parameters[0]
+    assert np.sqrt(np.prod(gain.interval95)) == pytest.approx(gain.value, rel=1e-9)
+    rows = np.ones((4, 1))
+    wide = calibrate(line_rig(rows, [0.1, 3.0, 0.2, 0.3], noise_sd=None), (free("m"),))
+    assert wide.parameters[0].interval95[0] == 0.1
+
+
+def test_colour_absorbed_by_a_fit_is_given_back():
+    places, rows = tangents("ab", size=300)
+    rng = np.random.default_rng(6)
+    plain, corrected = [], []
+    for _ in range(30):
+        e = np.concatenate([coloured(rng, 300, 0.95) for _ in range(2)])
+        estimate = np.linalg.lstsq(rows, -e, rcond=None)[0]
+        gain = rows @ np.linalg.inv(rows.T @ rows)
+        residual = e + rows @ estimate
+        records = [FittedRows(residual[p.rows], rows[p.rows], gain[p.rows]) for p in places]
+        true = ArNoise((-0.95,), 1.0 - 0.95**2)
+        lag = np.abs(np.subtract.outer(np.arange(300), np.arange(300)))
+        known = sum(r.gain.T @ 0.95**lag @ r.gain for r in records)
+        slow = slow_gains(true, records)
+        noise = fit_colour(records, slow, known, ordered=True).preferred
+        corrected.append(noise.autocovariance(20)[[0, 19]])
+        none = [FittedRows(r.residual, 0.0 * r.jacobian, r.gain) for r in records]
+        noise = fit_colour(none, slow, known, ordered=True).preferred
+        plain.append(noise.autocovariance(20)[[0, 19]])
+    truth = np.array([1.0, 0.95**19])
+    assert np.mean(corrected, axis=0) == pytest.approx(truth, rel=0.15)
+    assert np.all(np.mean(plain, axis=0) < 0.9 * truth)

@@ -1,0 +1,150 @@
+"""Leave-one-out: the closed form of linear models, rows that are really unseen, refusals."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from pamsim.inference.bounded_fit import calibrate
+from pamsim.inference.free_parameter import Prior
+from pamsim.inference.leave_one_out import leave_one_out
+from tests.unit.core.refusals import refused
+from tests.unit.inference.calibration_rigs import Rig, free, line_rig
+
+NOISE = 0.1
+PLACES = np.linspace(0.0, 2.0, 12)
+
+
+def line(seed=0, count=15):
+    rng = np.random.default_rng(seed)
+    return rng.standard_normal((count, 3)), 2.0 * rng.standard_normal(count)
+
+
+def three(**rest):
+    return tuple(free(name, 1.0, -50.0, 50.0, **rest) for name in "abc")
+
+
+def left_out(rig, parameters, **options):
+    return leave_one_out(rig, parameters, calibrate(rig, parameters), **options)
+
+
+def bent(values, at=PLACES):
+    return values[0] * np.exp(-values[1] * at)
+
+
+def bent_rig(measured, at=PLACES):
+    trial = ("table", "table", "force", lambda v: bent(v, at), measured)
+    return Rig([trial], interval=None, noise_sd=NOISE)
+
+
+BENT = (free("gain"), free("rate", scale="log"))
+MEASURED = bent((2.0, 1.5)) + NOISE * np.random.default_rng(5).standard_normal(PLACES.size)
+
+
+def test_a_linear_model_gives_the_closed_form():
+    """Predicted residual sum of squares: e / (1 - h), h the diagonal of the hat matrix."""
+    rows, measured = line()
+    found = left_out(line_rig(rows, measured, noise_sd=NOISE), three())
+    hat = rows @ np.linalg.pinv(rows)
+    errors = (hat @ measured - measured) / (1.0 - np.diag(hat))
+    assert found.residual == pytest.approx(errors, abs=1e-6)
+    assert found.rms == pytest.approx(np.sqrt(np.mean(errors**2)))
+    for i, values in enumerate(found.values):
+        others = np.delete(np.arange(measured.size), i)
+        best = np.linalg.lstsq(rows[others], measured[others], rcond=None)[0]
+        assert values == pytest.approx(best, abs=1e-6)
+
+
+def test_priors_are_kept_in_every_refit():
+    rows, measured = line(seed=1)
+    known = Prior(mean=0.5, standard_deviation=0.05, source="data sheet")
+    found = left_out(line_rig(rows, measured, noise_sd=NOISE), three(prior=known))
+    whole = np.vstack([rows / NOISE, np.eye(3) / known.standard_deviation])
+    right = np.append(measured / NOISE, np.full(3, known.mean / known.standard_deviation))
+    for i, values in enumerate(found.values):
+        best = np.linalg.lstsq(np.delete(whole, i, 0), np.delete(right, i), rcond=None)[0]
+        assert values == pytest.approx(best, abs=1e-5)
+
+
+def standard_errors(fit):
+    return np.array([p.standard_error for p in fit.parameters])
+
+
+def test_refits_of_a_bent_model_are_nearly_those_of_fits_to_the_other_rows():
+    """The common Jacobian costs a few percent of a standard error, no more."""
+    rig = bent_rig(MEASURED)
+    fit = calibrate(rig, BENT)
+    found = leave_one_out(rig, BENT, fit, tolerance=1e-8, most=40)
+    for i, values in enumerate(found.values):
+        others = np.delete(np.arange(PLACES.size), i)
+        alone = calibrate(bent_rig(MEASURED[others], PLACES[others]), BENT)
+        assert np.all(np.abs(values - alone.values) < 0.05 * standard_errors(fit))
+        miss = bent(alone.values)[i] - MEASURED[i]
+        assert found.residual[i] == pytest.approx(miss, abs=0.05 * NOISE)
+
+
+def test_a_row_left_out_is_unseen():
+    """Spoiling one row leaves what is predicted for it as it was, and changes all else."""
+    spoilt = MEASURED.copy()
+    spoilt[4] += 0.4
+    kept, moved = (left_out(bent_rig(m), BENT, tolerance=1e-9, most=60) for m in (MEASURED, spoilt))
+    fit = calibrate(bent_rig(MEASURED), BENT)
+    change = (moved.values - kept.values) / standard_errors(fit)
+    assert np.all(np.abs(change[4]) < 0.01)
+    assert np.all(np.max(np.abs(np.delete(change, 4, 0)), axis=1) > 0.1)
+    assert (moved.residual - kept.residual)[4] == pytest.approx(-0.4, abs=0.01 * NOISE)
+
+
+def test_unseen_rows_are_missed_by_more_than_seen_ones():
+    rig = bent_rig(MEASURED)
+    fit = calibrate(rig, BENT)
+    inside = np.sqrt(np.mean(fit.linearisation.residual**2))
+    assert leave_one_out(rig, BENT, fit).rms > inside
+
+
+def test_ranges_hold_in_refits_too():
+    rows, measured = line(seed=2)
+    best = np.linalg.lstsq(rows, measured, rcond=None)[0]
+    narrow = tuple(
+        free(name, value, value - 0.01, value + 0.01)
+        for name, value in zip("abc", best, strict=True)
+    )
+    found = left_out(line_rig(rows, measured, noise_sd=NOISE), narrow)
+    away = np.abs(found.values - best)
+    assert np.max(away) <= 0.01 * (1.0 + 1e-9)
+    assert np.max(away) > 0.0099  # and rows pull against the range
+    assert found.settled < 1e-3  # a refit that rests on its bound has come to rest
+
+
+def test_all_refits_are_simulated_in_one_call():
+    rig = bent_rig(MEASURED)
+    fit = calibrate(rig, BENT)
+    rig.batches.clear()
+    found = leave_one_out(rig, BENT, fit)
+    assert set(rig.batches) == {PLACES.size}
+    assert found.evaluations == sum(rig.batches)
+    assert found.settled < 1e-3
+    rig.batches.clear()
+    hurried = leave_one_out(rig, BENT, fit, most=1)
+    assert rig.batches == [PLACES.size]
+    assert hurried.settled > 1e-3  # and says so
+
+
+def test_what_proves_nothing_is_refused():
+    rows, measured = line()
+    rig = line_rig(rows, measured, interval=0.01, noise_sd=NOISE)
+    fit = calibrate(rig, three())
+    with refused("trial table", "hold out whole trials"):
+        leave_one_out(rig, three(), fit)
+    few = line_rig(rows[:4], measured[:4], noise_sd=NOISE)
+    with refused("4 rows less one", "3 parameters"):
+        left_out(few, three())
+
+
+def test_a_refit_that_cannot_be_simulated_is_refused_with_its_row():
+    rig = bent_rig(MEASURED)
+    fit = calibrate(rig, BENT)
+    calls = iter(range(100))
+    rig.diverges = lambda values: next(calls) == 2
+    with refused("without row 3 "):
+        leave_one_out(rig, BENT, fit)

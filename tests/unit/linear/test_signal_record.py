@@ -1,0 +1,49 @@
+"""Records that cannot be identified from are refused with a sentence that names them."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from pamsim.core.errors import InputError
+from pamsim.linear.signal_record import SignalRecord, checked_records
+
+T = 0.01 * np.arange(50)
+U = np.sign(np.sin(T * 40.0))
+Y = np.cos(T)
+
+
+def test_interval_and_duration() -> None:
+    record = SignalRecord("a", T + 3.0, U, Y)
+    assert record.sample_time == pytest.approx(0.01)
+    assert record.duration == pytest.approx(0.49)
+
+
+@pytest.mark.parametrize(
+    ("changes", "word"),
+    [
+        ({"output": Y[:-1]}, "50 samples but response has 49"),
+        ({"input": np.append(U[:-1], np.nan)}, "not finite"),
+        ({"input": np.full(50, 3.0)}, "input is constant"),
+        ({"output": np.full(50, 3.0)}, "response is constant"),
+        ({"time": T**2}, "not uniform"),
+        ({"time": T[::-1]}, "does not increase"),
+        ({"hold": "cubic"}, "hold 'cubic'"),
+        ({"time": T[:8], "input": U[:8], "output": Y[:8]}, "too short"),
+    ],
+)
+def test_bad_records_are_refused_by_name(changes: dict[str, object], word: str) -> None:
+    with pytest.raises(InputError, match=word) as caught:
+        SignalRecord(**{"name": "arm_3", "time": T, "input": U, "output": Y, **changes})
+    assert "arm_3" in str(caught.value)
+
+
+def test_records_of_one_identification_fit_together() -> None:
+    a, b = SignalRecord("a", T, U, Y, "Pa", "rad"), SignalRecord("b", T, U, Y, "kPa", "rad")
+    with pytest.raises(InputError, match="at least one"):
+        checked_records([])
+    with pytest.raises(InputError, match="twice"):
+        checked_records([a, a])
+    with pytest.raises(InputError, match="convert"):
+        checked_records([a, b])
+    assert checked_records([a]) == (a,)

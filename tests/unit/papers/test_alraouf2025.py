@@ -1,0 +1,148 @@
+"""Paper B, recomputed: transcription, the checked numbers, and what the printed fit proves."""
+
+from __future__ import annotations
+
+import json
+
+import numpy as np
+import pytest
+
+from pamsim.papers.claim import Claim, Verdict
+from pamsim.papers.loop_fits import (
+    branch_data,
+    fit_arctangent,
+    fit_bouc_wen,
+    scores,
+)
+from pamsim.papers.replicate import replicate
+from pamsim.store.printed_loop import (
+    BRANCHES,
+    loop_coefficients,
+    loop_equation,
+    loop_instrument,
+    loop_rows,
+    loop_scores,
+)
+from pamsim.store.printed_table import Printed
+
+REPRODUCED, UNPRINTED, WRONG = (
+    Verdict.REPRODUCED,
+    Verdict.NOT_REPRODUCIBLE,
+    Verdict.INCONSISTENT,
+)
+
+
+@pytest.fixture(scope="module")
+def claims() -> dict[str, Claim]:
+    return {claim.id: claim for claim in replicate(["B"])}
+
+
+def test_claims_are_whole_and_json_safe(claims):
+    assert len(claims) >= 25
+    assert list(claims) == [f"B-{number:02d}" for number in range(1, len(claims) + 1)]
+    for claim in claims.values():
+        json.dumps(claim.as_dict(), allow_nan=False)
+
+
+def test_tables_are_whole():
+    for branch in BRANCHES:
+        assert [row.pressure_kpa for row in loop_rows(branch)] == list(range(0, 501, 50))
+        assert [row.symbol[-1] for row in loop_coefficients(branch)] == ["0", "1", "2", "3"]
+        for row in loop_coefficients(branch):  # Table 1's intervals are symmetric
+            middle = 0.5 * (row.low.value + row.high.value)
+            assert middle == pytest.approx(row.estimate.value, rel=2e-4)
+        for model in ("arctangent", "bouc_wen"):
+            found = loop_scores(branch, model)
+            assert found["MAE"].value < found["RMSE"].value
+    for name in ("transducer", "ranger", "converter"):
+        assert all(entry.source for entry in loop_instrument(name).values())
+
+
+def test_printed_digits_are_kept():
+    assert Printed.read("-0.0083212") == Printed(-0.0083212, 0.5e-7)
+    assert Printed.read("0.995290").half_unit == pytest.approx(0.5e-6)
+    assert Printed.read("30").half_unit == 0.5
+    assert loop_equation("up")[0].half_unit == pytest.approx(0.5e-4)
+
+
+@pytest.mark.parametrize(
+    ("branch", "expected", "mse"),
+    [
+        ("up", (2.4343, -0.010457, 1.6881, 27.620), 0.03430),
+        ("down", (2.6164, -0.0099168, 1.4041, 27.817), 0.03678),
+    ],
+)
+def test_least_squares_on_table_2(claims, branch, expected, mse):
+    assert fit_arctangent(branch) == pytest.approx(expected, rel=3e-5)
+    claim = claims["B-24" if branch == "up" else "B-25"]
+    assert claim.recomputed == pytest.approx(mse, abs=5e-6)
+    assert claim.verdict is UNPRINTED
+
+
+@pytest.mark.parametrize(("id", "expected"), [("B-16", 0.04802), ("B-20", 0.04238)])
+def test_printed_coefficients_on_table_2(claims, id, expected):
+    assert claims[id].recomputed == pytest.approx(expected, abs=5e-6)
+    assert claims[id].verdict is UNPRINTED
+
+
+@pytest.mark.parametrize(
+    ("id", "verdict"),
+    [
+        ("B-01", WRONG),  # b0 +
+        ("B-02", REPRODUCED),  # Table 1 holds (3)
+        ("B-06", REPRODUCED),  # its intervals follow from the printed MSE
+        ("B-07", REPRODUCED),
+        ("B-08", UNPRINTED),  # but not from Table 2
+        ("B-26", REPRODUCED),  # RMSE = sqrt(MSE)
+        ("B-28", REPRODUCED),  # both models scored on the same lengths
+        ("B-30", WRONG),  # which are not Table 2's
+        ("B-31", WRONG),
+        ("B-41", REPRODUCED),  # CI of Table 2
+        ("B-42", REPRODUCED),
+        ("B-54", REPRODUCED),
+        ("B-55", REPRODUCED),  # 0.61 kPa
+        ("B-62", REPRODUCED),  # 54.7 deg
+    ],
+)
+def test_verdicts_are_those_of_the_evidence(claims, id, verdict):
+    assert claims[id].verdict is verdict
+
+
+def test_fit_is_a_minimum_of_the_mse():
+    pressure, length = branch_data("up")
+    best = np.array(fit_arctangent("up"))
+
+    def mse(a: np.ndarray) -> float:
+        return scores(a[0] * np.arctan(a[1] * pressure + a[2]) + a[3] - length, length)["MSE"]
+
+    rng = np.random.default_rng(6)
+    for _ in range(50):
+        assert mse(best * (1.0 + 1e-3 * rng.standard_normal(4))) > mse(best)
+
+
+def test_bouc_wen_is_no_worse_in_either_branch_but_has_no_memory(claims):
+    loop = fit_bouc_wen()
+    for branch in BRANCHES:
+        _, length = branch_data(branch)
+        pressure = branch_data(branch)[0]
+        a = fit_arctangent(branch)
+        arctangent = a[0] * np.arctan(a[1] * pressure + a[2]) + a[3] - length
+        assert scores(loop.residual[branch], length)["MSE"] <= float(np.mean(arctangent**2))
+    assert loop.width < 0.05
+    assert claims["B-34"].verdict is REPRODUCED
+    assert claims["B-35"].verdict is REPRODUCED
+    assert claims["B-39"].verdict is UNPRINTED
+
+
+def test_bouc_wen_with_memory_opens_a_loop_and_fits_worse():
+    free, passive = fit_bouc_wen(), fit_bouc_wen(0.5)
+    assert passive.sigma >= 0.5
+    assert passive.width > 0.1
+    for branch in BRANCHES:
+        square = [float(np.mean(loop.residual[branch] ** 2)) for loop in (free, passive)]
+        assert square[1] > 5.0 * square[0]
+
+
+def test_scores_are_matlabs():
+    found = scores(np.array([1.0, -1.0, 2.0, 0.0]), np.array([0.0, 2.0, 4.0, 6.0]))
+    assert found == pytest.approx({"MSE": 1.5, "R2": 1.0 - 1.5 / 5.0, "RMSE": 1.5**0.5, "MAE": 1.0})

@@ -1,0 +1,158 @@
+"""The record of a rig's calibration: what belongs to it is used, what is damaged is refused."""
+
+from __future__ import annotations
+
+import copy
+import json
+from types import SimpleNamespace
+
+import pytest
+
+from pamsim.engine.rig import load_rig
+from pamsim.engine.rig_parameter import rig_parameter
+from pamsim.papers.ladder_record import (
+    FILE,
+    SAME_RMS_DEG,
+    SCHEMA,
+    calibration_record,
+    identified_parameters,
+    stated_parameters,
+)
+from tests.unit.core.refusals import cases, refused
+
+
+def rung(name, climbed, rms, unseen):
+    return {
+        "name": name,
+        "climbed": climbed,
+        "rms_deg": rms,
+        "loo_rms_deg": unseen,
+        "parameters": [],
+    }
+
+
+WHOLE = {
+    "schema": SCHEMA,
+    "command": "python calibrate.py",
+    "ladder": [
+        rung("first", True, 8.0, 8.0),
+        rung("used", True, 0.8, 1.0),
+        rung("tried", False, 0.7, 1.1),
+    ],
+}
+
+
+@pytest.fixture
+def rig(tmp_path):
+    """Something with a folder, which is all of a rig that is looked at."""
+    return SimpleNamespace(file=SimpleNamespace(folder=tmp_path))
+
+
+def write(rig, content):
+    text = content if isinstance(content, str) else json.dumps(content)
+    (rig.file.folder / FILE).write_text(text, encoding="utf-8")
+
+
+def test_a_rig_need_not_have_one(rig):
+    assert calibration_record(rig) is None
+
+
+def test_the_model_used_is_the_last_one_climbed(rig):
+    write(rig, {**WHOLE, "future": 1})
+    record = calibration_record(rig)
+    assert record.used["name"] == "used"
+    assert record.command == "python calibrate.py"
+    assert [entry["name"] for entry in record.ladder] == ["first", "used", "tried"]
+
+
+def test_it_belongs_to_what_simulates_as_it_did(rig):
+    write(rig, WHOLE)
+    record = calibration_record(rig)
+    for sign in (-1.0, 1.0):
+        assert record.belongs(0.8 + 0.99 * sign * SAME_RMS_DEG)
+        assert not record.belongs(0.8 + 1.01 * sign * SAME_RMS_DEG)
+    assert not record.belongs(float("nan"))
+
+
+def without(key):
+    return {name: value for name, value in WHOLE.items() if name != key}
+
+
+def used(**change):
+    content = copy.deepcopy(WHOLE)
+    content["ladder"][1].update(change)
+    return content
+
+
+def used_without(key):
+    content = copy.deepcopy(WHOLE)
+    del content["ladder"][1][key]
+    return content
+
+
+@pytest.mark.parametrize(
+    "content",
+    cases(
+        {
+            "cut off": json.dumps(WHOLE)[:-20],
+            "of another schema": {**WHOLE, "schema": "pamsim-calibrate/1"},
+            "of a later version": {**WHOLE, "schema": "pamsim-rig-calibration/2"},
+            "without ladder": without("ladder"),
+            "without command": without("command"),
+            "ladder null": {**WHOLE, "ladder": None},
+            "ladder empty": {**WHOLE, "ladder": []},
+            "ladder of names": {**WHOLE, "ladder": ["first", "used"]},
+            "ladder a mapping": {**WHOLE, "ladder": {"first": 1}},
+            "nothing climbed": {**WHOLE, "ladder": [rung("tried", False, 1.0, 1.0)]},
+            "error null": used(rms_deg=None),
+            "error a word": used(loo_rms_deg="small"),
+            "error a list": used(loo_rms_deg=[1.0]),
+            "without error": used_without("rms_deg"),
+            "without unseen error": used_without("loo_rms_deg"),
+            "without climbed": used_without("climbed"),
+        }
+    ),
+)
+def test_a_damaged_or_foreign_record_is_refused(rig, content):
+    write(rig, content)
+    with refused(FILE):
+        calibration_record(rig)
+
+
+@pytest.fixture(scope="module")
+def shipped():
+    return load_rig("mas20_arm")
+
+
+def test_every_step_of_the_shipped_ladder_predicts_unseen_rows_better(shipped):
+    """What the page says of it: no term was taken that only lowers the error in sample."""
+    record = calibration_record(shipped)
+    climbed = [entry for entry in record.ladder if entry["climbed"]]
+    unseen = [entry["loo_rms_deg"] for entry in climbed]
+    assert unseen == sorted(unseen, reverse=True)
+    assert len(set(unseen)) == len(unseen) >= 3
+    for entry in record.ladder:
+        assert entry["loo_rms_deg"] >= entry["rms_deg"]
+    assert record.used["name"].endswith("the model used")
+
+
+def test_shipped_numbers_are_those_of_the_record_up_to_rounding(shipped):
+    record = calibration_record(shipped)
+    for found in record.used["parameters"]:
+        now = rig_parameter(shipped, found["name"])
+        assert now.value == pytest.approx(found["value"], rel=1e-3)
+        assert now.stated.source == "identified"
+    assert record.used["parameters"]
+
+
+def test_stated_and_identified_parameters_come_with_their_sources(shipped):
+    stated = {entry["name"]: entry for entry in stated_parameters(shipped.file)}
+    assert {"passive.locking", "tendon.chain_1.coef", "encoder_increments"} <= set(stated)
+    assert "force.law" not in stated
+    assert all(entry["source"] for entry in stated.values())
+    found = identified_parameters(shipped.file)
+    assert found == [e for e in stated.values() if e["source"].startswith("identified")]
+    for entry in found:
+        low, high = entry["interval95"]
+        assert low < entry["value"] < high
+    json.dumps(list(stated.values()), allow_nan=False)

@@ -1,0 +1,188 @@
+"""Each check of a reproduction passes inside its bar and fails outside, whatever the others do."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+from pamsim.core.recording import Outcome, Recording
+from pamsim.core.units import DEG_PER_RAD
+from pamsim.linear.first_second_order import second_order_step
+from pamsim.papers.ladder_record import SAME_RMS_DEG, CalibrationRecord
+from pamsim.papers.reproduce_checks import (
+    LEFT_OUT_LIMIT_DEG,
+    MODEL_LIMIT,
+    RESPONSE_LIMIT,
+    RMS_LIMIT_DEG,
+    checks,
+)
+from pamsim.papers.reproduction import Row, rms_error
+from pamsim.signals.step_metrics import step_metrics
+from pamsim.store.printed import mas20_models, mas20_steps
+
+PRINTED = mas20_models()
+TIME = np.arange(3001) / 500.0
+STEP = second_order_step(TIME, PRINTED["g2"]["T1_s"], PRINTED["g2"]["T2_s"])
+SWING = 0.5 * np.exp(-1.5 * TIME) * np.sin(10.0 * TIME)
+INCREMENT = 2.0 * np.pi / 2500.0
+BUMP = np.exp(-(((TIME - 1.0) / 0.1) ** 2))
+
+
+def recording(angle):
+    both = np.zeros((TIME.size, 2))
+    return Recording(
+        time=TIME, angle=angle, velocity=np.zeros(TIME.size), pressure=both, tension=both,
+        command=both, command_kind="pressure", load=0.0, muscles=("muscle_1", "muscle_2"),
+        outcome=Outcome.COMPLETED, message="completed", final_state=np.zeros(1),
+    )  # fmt: skip
+
+
+def row(step, angle, *, completed=True):
+    return Row(
+        step=step,
+        start=(0.0, 0.0),
+        recording=recording(angle),
+        metrics=step_metrics(TIME, angle) if completed else None,
+        increment=INCREMENT,
+    )
+
+
+def course(step, error=0.0):
+    """As the paper says: small steps with load swing, all others rise to the printed angle."""
+    swings = step.size == "small" and step.load > 0.0
+    shape = STEP / STEP[-1] + (SWING if swings else 0.0)
+    return (step.angle + error) * shape
+
+
+@pytest.fixture
+def rows():
+    """Rows with an error of 0.5 deg of either sign."""
+    return tuple(
+        row(step, course(step, 0.5 / DEG_PER_RAD * (-1) ** step.row)) for step in mas20_steps()
+    )
+
+
+def models(t=1.0, t1=1.0, t2=1.0):
+    """Identified models whose time constants are so many times the printed ones."""
+
+    def order(*constants):
+        return SimpleNamespace(output_error=SimpleNamespace(time_constants=constants))
+
+    g1, g2 = PRINTED["g1"], PRINTED["g2"]
+    return SimpleNamespace(g1=order(t * g1["T_s"]), g2=order(t1 * g2["T1_s"], t2 * g2["T2_s"]))
+
+
+def record(rows, unseen=1.0, moved=0.0):
+    rms = rms_error(tuple(r for r in rows if r.step.repeats is None)) * DEG_PER_RAD
+    used = {"climbed": True, "rms_deg": rms + moved, "loo_rms_deg": unseen}
+    return CalibrationRecord(ladder=(used,), command="python calibrate.py")
+
+
+def failing(rows, identified=None, known=None):
+    return {c.name for c in checks(rows, identified, known) if not c.ok}
+
+
+def changed(rows, number, angle):
+    return tuple(row(r.step, angle) if r.step.row == number else r for r in rows)
+
+
+def test_a_good_reproduction_passes_every_check(rows):
+    found = checks(rows, models(), record(rows))
+    assert [c.name for c in found if not c.ok] == []
+    assert {c.name for c in found} == {
+        "completed", "rms", "signs", "monotonic", "oscillation", "time_constants", "response",
+        "left_out",
+    }  # fmt: skip
+    assert all(c.sentence and "\n" not in c.sentence for c in found)
+
+
+def test_what_cannot_be_judged_is_left_out(rows):
+    assert {c.name for c in checks(rows, None, record(rows))} & {
+        "time_constants",
+        "response",
+    } == set()
+    assert "left_out" not in {c.name for c in checks(rows, models(), None)}
+
+
+@pytest.mark.parametrize("which", ["t", "t1", "t2"])
+@pytest.mark.parametrize("side", [-1.0, 1.0])
+def test_time_constants(rows, which, side):
+    inside, outside = (1.0 + side * share * MODEL_LIMIT for share in (0.98, 1.02))
+    assert failing(rows, models(**{which: inside})) == set()
+    assert failing(rows, models(**{which: outside})) == {"time_constants"}
+
+
+@pytest.mark.parametrize("side", [-1.0, 1.0])
+def test_response_is_judged_everywhere_not_at_its_end(rows, side):
+    large = rows[0].recording.angle
+    for share, wanted in ((0.9, set()), (1.1, {"response"})):
+        bent = large + side * share * RESPONSE_LIMIT * large[-1] * BUMP
+        assert failing(changed(rows, 1, bent), models()) == wanted
+
+
+def test_response_does_not_depend_on_size_or_start(rows):
+    shifted = changed(rows, 1, 0.1 + 0.5 * rows[0].recording.angle)
+    assert "response" not in failing(shifted, models())
+
+
+def test_rows_left_out(rows):
+    assert failing(rows, known=record(rows, unseen=LEFT_OUT_LIMIT_DEG - 0.01)) == set()
+    assert failing(rows, known=record(rows, unseen=LEFT_OUT_LIMIT_DEG + 0.01)) == {"left_out"}
+
+
+@pytest.mark.parametrize("side", [-1.0, 1.0])
+def test_a_stale_record_fails_and_says_what_to_run(rows, side):
+    assert failing(rows, known=record(rows, moved=0.9 * side * SAME_RMS_DEG)) == set()
+    (check,) = (
+        c for c in checks(rows, None, record(rows, moved=1.1 * side * SAME_RMS_DEG)) if not c.ok
+    )
+    assert check.name == "left_out"
+    assert "run python calibrate.py again" in check.sentence
+
+
+def test_repeats_count_once(rows):
+    """The RMS is that of the distinct rows, so a repeat changes nothing."""
+    far = tuple(row(r.step, course(r.step, 0.2)) if r.step.repeats is not None else r for r in rows)
+    assert failing(far, known=record(rows)) == set()
+
+
+@pytest.mark.parametrize(("share", "wanted"), [(0.99, set()), (1.01, {"rms"})])
+def test_rms(share, wanted):
+    error = share * RMS_LIMIT_DEG / DEG_PER_RAD
+    found = tuple(row(step, course(step, error * (-1) ** step.row)) for step in mas20_steps())
+    assert failing(found) == wanted
+
+
+def test_a_run_that_broke_down_fails_by_its_row(rows):
+    broken = tuple(
+        replace(r, metrics=None) if r.step.row == 5 else r for r in rows
+    )  # its error is no number, so the RMS is none either
+    found = {c.name: c for c in checks(broken, None, None)}
+    assert not found["completed"].ok
+    assert "rows 5" in found["completed"].sentence
+    assert not found["rms"].ok
+
+
+def test_the_wrong_way_and_the_wrong_course_are_named(rows):
+    wrong = {c.name: c for c in checks(changed(rows, 20, -rows[19].recording.angle), None, None)}
+    assert not wrong["signs"].ok
+    assert "rows 20" in wrong["signs"].sentence
+    dip = INCREMENT * np.exp(-(((TIME - 5.0) / 0.1) ** 2))  # after it settled
+    assert failing(changed(rows, 7, rows[6].recording.angle - 0.8 * dip)) == set()
+    assert failing(changed(rows, 7, rows[6].recording.angle - 1.2 * dip)) == {"monotonic"}
+    back = rows[6].recording.angle * (1.0 + SWING)
+    found = {c.name: c for c in checks(changed(rows, 7, back), None, None)}
+    assert not found["monotonic"].ok
+    assert "rows 7 " in found["monotonic"].sentence
+
+
+def test_small_steps_with_load_must_swing(rows):
+    still = tuple(row(r.step, r.step.angle * STEP / STEP[-1]) for r in rows)
+    assert failing(still) == {"oscillation"}
+    one = changed(still, 13, rows[12].recording.angle)
+    assert failing(one) == set()
+    unloaded = changed(still, 17, rows[16].step.angle * (STEP / STEP[-1] + SWING))
+    assert failing(unloaded) == {"oscillation"}

@@ -1,0 +1,312 @@
+"""The shipped rig's MJCF, and pictures of it."""
+
+from __future__ import annotations
+
+import math
+import os
+import subprocess
+import sys
+from collections.abc import Iterator
+from pathlib import Path
+
+import mujoco
+import numpy as np
+import pytest
+
+from pamsim.core.errors import EngineError, InputError
+from pamsim.scene.chain_shape import _strand
+from pamsim.scene.muscle_shape import (
+    BRAID_ANGLE,
+    MOVING_REACH,
+    NOMINAL_DIAMETER,
+    NOMINAL_LENGTH,
+    WALL,
+    muscle_solids,
+    outer_radius,
+)
+from pamsim.scene.picture import decorate, open_renderer, render_arm
+
+FOLDER = Path(__file__).parents[3] / "models" / "mas20_arm"
+RADIUS = 0.0125
+LIMIT = math.pi / 3
+SIZE = {"width": 400, "height": 250}
+
+# tests/conftest.py says "disable" only where libEGL is not installed; a broken one must fail.
+needs_gl = pytest.mark.skipif(
+    os.environ.get("MUJOCO_GL") == "disable", reason="no OpenGL here: install libegl1"
+)
+
+
+@pytest.fixture
+def warnings() -> Iterator[list[str]]:
+    """Collect what the engine warns of."""
+    heard: list[str] = []
+    mujoco.set_mju_user_warning(heard.append)
+    yield heard
+    mujoco.set_mju_user_warning(None)
+
+
+@pytest.fixture
+def model() -> mujoco.MjModel:
+    return mujoco.MjModel.from_xml_path(str(FOLDER / "mas20_arm.xml"))
+
+
+@pytest.fixture
+def scene() -> mujoco.MjModel:
+    model = mujoco.MjModel.from_xml_path(str(FOLDER / "scene.xml"))
+    # Drawn in software: a rougher picture shows the same in a fraction of the time.
+    quality = model.vis.quality
+    quality.shadowsize, quality.offsamples, quality.numslices = 512, 0, 10
+    return model
+
+
+def at(model: mujoco.MjModel, beta: float) -> mujoco.MjData:
+    data = mujoco.MjData(model)
+    data.qpos[0] = beta
+    mujoco.mj_forward(model, data)
+    return data
+
+
+def set_load(model: mujoco.MjModel, load: float) -> None:
+    body = model.body("load").id
+    model.body_mass[body] *= load
+    model.body_inertia[body] *= load
+    mujoco.mj_setConst(model, mujoco.MjData(model))
+
+
+def picture(model: mujoco.MjModel, p1: float, p2: float, *, beta: float = 0.0) -> np.ndarray:
+    stroke = RADIUS * beta
+    return render_arm(
+        model,
+        at(model, beta),
+        pressures=(p1, p2),
+        lengths=(0.24 - stroke, 0.24 + stroke),
+        camera="top",
+        **SIZE,
+    ).astype(int)
+
+
+@pytest.mark.parametrize("name", ["mas20_arm.xml", "scene.xml"])
+def test_model_compiles_and_runs_a_second_without_a_warning(name: str, warnings: list[str]) -> None:
+    model = mujoco.MjModel.from_xml_path(str(FOLDER / name))
+    data = at(model, 0.9)
+    data.qvel[0] = 3.0  # into the limit
+    steps = round(1.0 / model.opt.timestep)
+    for _ in range(steps):
+        mujoco.mj_step(model, data)
+    assert data.time == pytest.approx(1.0)
+    assert warnings == []
+    assert sum(warning.number for warning in data.warning) == 0
+    assert abs(data.qpos[0]) < LIMIT + 0.05
+
+
+def test_names_and_settings_the_loader_relies_on(model: mujoco.MjModel) -> None:
+    assert (model.nq, model.nu) == (1, 0)
+    assert model.body("load").parentid == model.body("arm").id
+    assert model.body("arm").parentid == model.body("rig").id
+    assert model.joint("shaft").range == pytest.approx([-LIMIT, LIMIT])
+    assert model.dof_damping == pytest.approx([0.5])
+    assert model.sensor("angle").type == mujoco.mjtSensor.mjSENS_JOINTPOS
+    assert model.sensor("velocity").type == mujoco.mjtSensor.mjSENS_JOINTVEL
+    assert model.opt.disableflags == mujoco.mjtDisableBit.mjDSBL_AUTORESET
+    assert model.opt.integrator == mujoco.mjtIntegrator.mjINT_EULER
+
+
+def test_chain_law_is_exact_and_nothing_touches_over_the_whole_range(
+    model: mujoco.MjModel,
+) -> None:
+    data = mujoco.MjData(model)
+    for beta in np.linspace(-LIMIT, LIMIT, 241):
+        data.qpos[0] = beta
+        mujoco.mj_forward(model, data)
+        np.testing.assert_array_equal(data.ten_length, [-RADIUS * beta, RADIUS * beta])
+        np.testing.assert_array_equal(np.ravel(data.ten_J), [-RADIUS, RADIUS])
+        assert data.ncon == 0
+
+
+def test_positive_angle_turns_the_wheel_towards_muscle_1(model: mujoco.MjModel) -> None:
+    data = at(model, 0.2)
+    assert data.site("muscle_1_anchor").xpos[1] > 0.0
+    assert data.body("load").xpos[1] > 0.0
+    assert _strand(model, data, 1, 0.24).axes[1, 1] > 0.0
+
+
+def test_only_arm_and_load_have_mass(model: mujoco.MjModel) -> None:
+    heavy = {model.body(i).name for i in np.flatnonzero(model.body_mass)}
+    assert heavy == {"arm", "load"}
+    assert model.body("load").mass == pytest.approx(1.0)
+
+
+@pytest.mark.parametrize("load", [0.0, 1.2, 2.14])
+def test_inertia_and_gravity_torque_follow_load_and_tilt(
+    model: mujoco.MjModel, load: float
+) -> None:
+    own = model.body("arm").inertia[2] + 0.45 * 0.125**2
+    disc = model.body("load").inertia[2] + 0.25**2
+    set_load(model, load)
+    assert at(model, 0.3).qfrc_bias[0] == pytest.approx(0.0, abs=1e-12)
+    tilt = 0.1
+    model.body("rig").quat[:] = math.cos(tilt / 2), math.sin(tilt / 2), 0.0, 0.0
+    data = at(model, 0.3)
+    mass = np.zeros((1, 1))
+    mujoco.mj_fullM(model, data, mass)
+    assert mass[0, 0] == pytest.approx(own + load * disc)
+    torque = 9.81 * math.sin(tilt) * math.cos(0.3) * (0.45 * 0.125 + load * 0.25)
+    assert data.qfrc_bias[0] == pytest.approx(torque)
+
+
+@pytest.mark.parametrize("length", [0.19, 0.225, 0.25, 0.265])
+def test_muscle_keeps_the_length_of_its_fibres(length: float) -> None:
+    turns = NOMINAL_LENGTH * math.tan(BRAID_ANGLE) / (math.pi * NOMINAL_DIAMETER)
+    fibre = math.hypot(length, 2.0 * math.pi * turns * (outer_radius(length) - WALL))
+    assert fibre == pytest.approx(NOMINAL_LENGTH / math.cos(BRAID_ANGLE))
+
+
+@pytest.mark.parametrize("length", [0.18, 0.225, 0.2499, 0.25, 0.265])
+def test_rubber_stays_between_the_fittings(length: float) -> None:
+    axis = np.array([1.0, 0.0, 0.0])
+    solids = muscle_solids(np.zeros(3), axis, length, 3e5)
+    rounds = [solid for solid in solids if solid.kind == "ellipsoid"]
+    reach = [abs(solid.position[0] - length / 2) + solid.size[2] for solid in rounds]
+    assert max(reach, default=0.0) < length / 2 + 0.023
+
+
+@pytest.mark.parametrize("length", [0.0, -0.1, 0.29, math.nan])
+def test_length_no_braid_can_have_is_refused(length: float) -> None:
+    with pytest.raises(InputError, match="muscle length"):
+        outer_radius(length)
+
+
+@pytest.mark.parametrize("number", [1, 2])
+@pytest.mark.parametrize("wheel", [0.009, 0.0125, 0.02])
+def test_chain_runs_smoothly_from_the_wheel_to_the_muscle(
+    model: mujoco.MjModel, number: int, wheel: float
+) -> None:
+    model.wrap_prm[:] = -wheel, wheel
+    data = at(model, 0.5)
+    strand = _strand(model, data, number, 0.23)
+    path = np.linspace(0.0, strand.breaks[3], 2001)
+    points = np.array([strand.point(s) for s in path])
+    speed = np.linalg.norm(np.diff(points, axis=0), axis=1) / np.diff(path)
+    np.testing.assert_allclose(speed, 1.0, rtol=1e-4)
+
+    anchor = data.site(f"muscle_{number}_anchor")
+    moving_end = anchor.xpos + (0.23 + MOVING_REACH) * anchor.xmat.reshape(3, 3)[:, 2]
+    np.testing.assert_allclose(points[-1], moving_end, atol=1e-12)
+    hub = data.site("sprocket").xpos
+    assert np.linalg.norm(points - hub, axis=1).min() == pytest.approx(wheel)
+
+
+@needs_gl
+def test_picture_has_the_asked_size_and_is_not_blank(scene: mujoco.MjModel) -> None:
+    image = render_arm(
+        scene, at(scene, 0.4), pressures=(487e3, 60e3), lengths=(0.245, 0.255), **SIZE
+    )
+    assert image.shape == (SIZE["height"], SIZE["width"], 3)
+    assert image.dtype == np.uint8
+    assert image.std() > 20.0
+
+
+@needs_gl
+def test_pressure_colours_its_own_muscle_only(scene: mujoco.MjModel) -> None:
+    vented = picture(scene, 0.0, 0.0)
+    for number, warm in enumerate((picture(scene, 6e5, 0.0), picture(scene, 0.0, 6e5))):
+        rows, columns = np.nonzero(np.abs(warm - vented).sum(axis=2) > 60)
+        assert len(rows) > 200
+        half = SIZE["height"] // 2  # seen from above, muscle 1 lies in the upper half
+        assert (rows < half).all() if number == 0 else (rows >= half).all()
+        change = (warm - vented)[rows, columns].mean(axis=0)
+        assert change[0] > 60.0
+        assert change[0] > 2.0 * change[2]
+
+
+@needs_gl
+def test_moving_end_follows_the_length(scene: mujoco.MjModel) -> None:
+    """Seen from above, the pressurised muscle's coloured length shrinks as it should."""
+    widths = []
+    for beta in (-0.8, 0.8):
+        warm, vented = picture(scene, 6e5, 0.0, beta=beta), picture(scene, 0.0, 0.0, beta=beta)
+        columns = np.nonzero(np.abs(warm - vented).sum(axis=2) > 60)[1]
+        widths.append(columns.max() - columns.min())
+    assert widths[0] / widths[1] == pytest.approx(0.25 / 0.23, abs=0.03)
+
+
+@needs_gl
+def test_renderer_can_be_used_again_and_leaves_the_model_as_it_was(
+    model: mujoco.MjModel,
+) -> None:
+    before = model.vis.global_.offwidth
+    data = at(model, 0.1)
+    renderer = open_renderer(model, width=before + 80, height=100)
+    try:
+        first, second = (
+            render_arm(model, data, pressures=(1e5, 2e5), lengths=(0.24, 0.24), renderer=renderer)
+            for _ in range(2)
+        )
+    finally:
+        renderer.close()
+    assert first.shape == (100, before + 80, 3)
+    np.testing.assert_array_equal(first, second)
+    assert model.vis.global_.offwidth == before
+
+
+@pytest.mark.parametrize(("load", "discs"), [(0.0, 0), (1.2, 2), (2.14, 4)])
+def test_load_is_drawn_by_its_weight(model: mujoco.MjModel, load: float, discs: int) -> None:
+    set_load(model, load)
+    data = at(model, 0.0)
+    drawn = mujoco.MjvScene(model, maxgeom=5000)
+    mujoco.mjv_updateScene(
+        model,
+        data,
+        mujoco.MjvOption(),
+        None,
+        mujoco.MjvCamera(),
+        mujoco.mjtCatBit.mjCAT_ALL.value,
+        drawn,
+    )
+    own = drawn.ngeom
+    decorate(drawn, model, data, pressures=(0.0, 0.0), lengths=(0.25, 0.25))
+    radius = model.site("load_seat").size[0]
+    wide = [g for g in drawn.geoms[own : drawn.ngeom] if g.size[0] == pytest.approx(radius)]
+    assert len(wide) == discs
+    iron = 7300.0 * math.pi * radius**2 * sum(2.0 * g.size[2] for g in wide)
+    assert iron == pytest.approx(load, rel=0.1)  # short by the gaps between the discs
+
+
+def test_errors_name_what_is_missing(model: mujoco.MjModel) -> None:
+    data = at(model, 0.0)
+    full = mujoco.MjvScene(model, maxgeom=10)
+    with pytest.raises(EngineError, match="full"):
+        decorate(full, model, data, pressures=(0.0, 0.0), lengths=(0.25, 0.25))
+    with pytest.raises(InputError, match="two pressures"):
+        decorate(full, model, data, pressures=(0.0,), lengths=(0.25, 0.25))
+    model.wrap_prm[:] = 0.0
+    with pytest.raises(EngineError, match="radius 0 m"):
+        decorate(full, model, data, pressures=(0.0, 0.0), lengths=(0.25, 0.25))
+    bare = mujoco.MjModel.from_xml_string("<mujoco/>")
+    with pytest.raises(EngineError, match="site named 'muscle_1_anchor'"):
+        decorate(full, bare, mujoco.MjData(bare), pressures=(0, 0), lengths=(0.25, 0.25))
+
+
+def test_without_opengl_one_line_names_the_fix() -> None:
+    program = f"""
+import mujoco
+from pamsim.core.errors import EngineError
+from pamsim.scene.picture import render_arm
+model = mujoco.MjModel.from_xml_path({str(FOLDER / "mas20_arm.xml")!r})
+try:
+    render_arm(model, mujoco.MjData(model), pressures=(0, 0), lengths=(0.25, 0.25))
+except EngineError as error:
+    print(error)
+"""
+    run = subprocess.run(
+        [sys.executable, "-c", program],
+        env={**os.environ, "MUJOCO_GL": "disable"},
+        capture_output=True,
+        text=True,
+        check=True,
+    )
+    lines = run.stdout.splitlines()
+    assert len(lines) == 1
+    assert "MUJOCO_GL=egl" in lines[0]
+    assert "libegl1" in lines[0]

@@ -1,0 +1,187 @@
+"""The interactive window, with one that is none; a machine without a screen says so."""
+
+from __future__ import annotations
+
+import contextlib
+import os
+import sys
+
+import mujoco
+import numpy as np
+import pytest
+
+from pamsim.core.errors import EngineError, InputError
+from pamsim.engine.callback import live
+from pamsim.engine.rig import load_rig
+from pamsim.engine.state import pressures, reset
+from pamsim.scene import viewer as viewer_module
+from pamsim.scene.pose import muscle_lengths, pose
+from pamsim.scene.replay import read_replay
+from pamsim.scene.viewer import ArmViewer
+from pamsim.scene.watch import watch_live, watch_replay
+from tests.unit.scene.films import columns, write
+
+START = (300e3, 100e3)
+
+
+class FakeWindow:
+    """Keeps what MuJoCo's window would show; closes itself after some frames."""
+
+    def __init__(self, model, data, frames):
+        self.model, self.data, self.frames = model, data, frames
+        self.user_scn = mujoco.MjvScene(model, maxgeom=3000)
+        self.shown = []
+        self.slider = None
+        self.locked = False
+
+    @contextlib.contextmanager
+    def lock(self):
+        self.locked = True
+        yield
+        self.locked = False
+
+    def sync(self):
+        assert not self.locked  # the real one takes the lock itself
+        colours = [geom.rgba.tolist() for geom in self.user_scn.geoms[: self.user_scn.ngeom]]
+        self.shown.append((self.data.time, self.data.qpos.copy(), colours))
+        if self.slider is not None:
+            self.data.ctrl[:] = self.slider
+
+    def is_running(self):
+        return len(self.shown) < self.frames
+
+    def close(self):
+        self.frames = 0
+
+
+@pytest.fixture
+def windows(monkeypatch):
+    """The windows opened, each of six frames."""
+    opened = []
+
+    def open_window(model, data):
+        opened.append(FakeWindow(model, data, 6))
+        return opened[-1]
+
+    monkeypatch.setattr(viewer_module, "open_window", open_window)
+    return opened
+
+
+@pytest.fixture(scope="module")
+def rig():
+    return load_rig("mas20_arm", scene=True)
+
+
+def clock_of(step):
+    """A clock that its own sleep moves on."""
+    now = [100.0]
+
+    def sleep(_):
+        now[0] += step
+
+    return {"clock": lambda: now[0], "sleep": sleep}
+
+
+def test_show_draws_the_state_and_touches_nothing_of_the_simulation(windows, rig):
+    model = rig.model_for(load=1.2)
+    data = mujoco.MjData(model)
+    reset(model, data, START)
+    pose(model, data, rig.angle_address, 0.3)
+    before = data.qpos.copy(), data.ctrl.copy(), data.act.copy()
+    integrator = model.opt.integrator
+    with ArmViewer(model, control_range=(0.0, 6e5)) as viewer:
+        (window,) = windows
+        window.slider = (1e5, 2e5)
+        lengths = muscle_lengths(model, data)
+        for pressure in (0.0, 6e5):
+            viewer.show(model, data, pressures=(pressure, 0.0), lengths=lengths)
+        np.testing.assert_array_equal(viewer.controls, window.slider)
+        np.testing.assert_array_equal(viewer.model.actuator_ctrlrange, [[0.0, 6e5]] * 2)
+    for now, then in zip((data.qpos, data.ctrl, data.act), before, strict=True):
+        np.testing.assert_array_equal(now, then)
+    assert model.opt.integrator == integrator
+    (_, position, cold), (_, _, warm) = window.shown
+    np.testing.assert_array_equal(position, data.qpos)
+    assert len(cold) == len(warm) > 1000  # no geom of the frame before is left
+    assert max(b[0] - a[0] for a, b in zip(cold, warm, strict=True)) > 0.5
+    assert not viewer.is_running
+    viewer.close()
+    viewer.show(model, data, pressures=START, lengths=lengths)
+    assert len(window.shown) == 2
+
+
+def test_a_window_hides_the_disc_that_stands_for_the_load_and_needs_no_callback(windows, rig):
+    viewer = ArmViewer(rig.model_for(load=1.2))
+    disc = viewer.model.geom("load_disc").id
+    assert viewer.model.geom_group[disc] == 5
+    assert rig.model.geom_group[disc] != 5
+    mujoco.mj_step(viewer.model, viewer.data)  # guarded and forced, it would raise or be NaN
+    assert np.isfinite(viewer.data.qpos).all()
+    assert len(windows) == 1
+
+
+def test_live_rig_keeps_time_and_follows_the_sliders(windows, rig):
+    def opened(model, **options):
+        viewer = ArmViewer(model, **options)
+        windows[-1].frames = 30
+        windows[-1].slider = (100e3, 400e3)
+        return viewer
+
+    watch_live(rig, START, load=1.2, open_viewer=opened, **clock_of(0.05))
+    (window,) = windows
+    times, angles, _ = zip(*window.shown, strict=True)
+    np.testing.assert_allclose(times, 0.05 * np.arange(30), atol=rig.model.opt.timestep)
+    assert angles[2][0] > angles[0][0]  # towards muscle 1, as the start pressures pull
+    assert np.degrees(angles[-1][0]) < -10.0  # and back, as the sliders say
+    assert window.model.actuator_ctrlrange[0].tolist() == [0.0, 600e3]
+
+
+def test_a_slow_machine_slows_the_arm_down(windows, rig):
+    watch_live(rig, START, **clock_of(2.0))
+    times = [time for time, _, _ in windows[0].shown]
+    np.testing.assert_allclose(np.diff(times), 0.25, atol=rig.model.opt.timestep)
+
+
+def test_start_pressures_beyond_the_supply_are_refused(windows, rig):
+    with pytest.raises(InputError, match=r"muscle_2: 700 kPa is outside \[0, 600\] kPa"):
+        watch_live(rig, (300e3, 700e3))
+    assert not windows
+
+
+def test_replay_runs_at_its_speed_and_begins_again(windows, tmp_path):
+    replay = read_replay(write(tmp_path, turn=columns()))
+    watch_replay(replay, speed=2.0, **clock_of(0.15))
+    times, angles, colours = zip(*windows[0].shown, strict=True)
+    np.testing.assert_allclose(times, [0.0, 0.3, 0.6, 0.9, 0.2, 0.5], atol=1e-9)
+    np.testing.assert_allclose(np.degrees(np.ravel(angles)), [-20, 4, 20, 20, -4, 20], atol=1e-6)
+    assert colours[0] != colours[1]
+    assert colours[2] == colours[3]
+    with pytest.raises(InputError, match="--speed 0 must be above 0"):
+        watch_replay(replay, speed=0.0)
+
+
+def test_the_state_of_a_stepped_model_can_be_shown(windows, rig):
+    """As an environment does it: step inside `live`, then show."""
+    model = rig.model_for()
+    data = mujoco.MjData(model)
+    reset(model, data, START)
+    data.ctrl[:] = START
+    with live(model), ArmViewer(model) as viewer:
+        mujoco.mj_step(model, data, 100)
+        viewer.show(
+            model,
+            data,
+            pressures=pressures(model, data).tolist(),
+            lengths=muscle_lengths(model, data),
+        )
+    np.testing.assert_array_equal(windows[0].shown[0][1], data.qpos)
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="only there a missing screen is a variable")
+def test_without_a_screen_one_line_names_the_fix(monkeypatch, rig):
+    for name in ("DISPLAY", "WAYLAND_DISPLAY"):
+        monkeypatch.delenv(name, raising=False)
+    assert "DISPLAY" not in os.environ
+    with pytest.raises(EngineError, match=r"set DISPLAY.*pamsim render film\.gif") as said:
+        ArmViewer(rig.model)
+    assert "\n" not in str(said.value)
