@@ -2,10 +2,10 @@ r"""How well a planted G2 is found again: error, coverage, false alarms, and pub
 
     python scripts/identify_study.py [--workers 2] [--json scripts/results/identify_study.json]
 
-Plant: K = 1, T1 = 0.0926 s, T2 = 0.57873 s (the slow constant of paper 003's G2; T1/T2 = 0.16),
-sampled at 100 Hz for 20 s. Input: rest for 0.5 s, a step held for 2.5 s, then random levels -1
-and 1 held for 0.2 s each. Noise is white, or AR(1) with a correlation time of 0.1 or 0.3 s; dB is
-the variance of the clean output over that of the noise. 200 seeds each. Finished runs are kept in
+Plant: K = 1, T1 = 0.0926 s, T2 = 0.57873 s (the slow constant of Matiskova 2021's G2; T1/T2 =
+0.16), sampled at 100 Hz for 20 s. Input: rest for 0.5 s, a step held for 2.5 s, then random levels
+-1 and 1 held for 0.2 s each. Noise is white, or AR(1) with a correlation time of 0.1 or 0.3 s; dB
+is the variance of the clean output over that of the noise. 200 seeds each. Finished runs are in
 out/identify_study.jsonl, so that a stopped study goes on where it was.
 
 Public peers need an environment of their own, since pamsim does not depend on them:

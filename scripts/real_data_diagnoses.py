@@ -1,4 +1,4 @@
-"""Diagnoses of real data: the printed MAS-20 angles at rest, and paper B's length-pressure loop.
+"""Diagnoses of real data: the printed MAS-20 angles at rest, and the loop of Alraouf 2025.
 
 The base of the first is the published force map in a plain balance; it is diagnosed with the
 wheel's radius, which is not printed, refitted with every effect, and without. Twins of the same
@@ -27,7 +27,11 @@ from kept_rows import Task, fingerprint, kept_rows
 
 from pamsim.comparison.rest_prediction import RestPredictor
 from pamsim.core.units import DEG_PER_RAD
-from pamsim.diagnosis.diagnose_loop import PAPER_B, diagnose_length_loop, paper_b_loop
+from pamsim.diagnosis.diagnose_loop import (
+    ALRAOUF_2025_FORMS,
+    alraouf2025_loop,
+    diagnose_length_loop,
+)
 from pamsim.diagnosis.diagnose_rest import ORDINARY, RestReport, diagnose_rest
 from pamsim.diagnosis.method.loop_diagnosis import diagnose_loop
 from pamsim.diagnosis.method.loop_effects import CANDIDATES
@@ -124,10 +128,10 @@ def twins(seeds: int, workers: int) -> list[dict[str, Any]]:
 
 
 def loop() -> dict[str, Any]:
-    """Paper B's loop in both printed forms, and how many runs would show it."""
+    """The loop of Alraouf 2025 in both printed forms, and how many runs would show it."""
     found: dict[str, Any] = {}
-    for form, source in PAPER_B.items():
-        result = diagnose_length_loop(paper_b_loop(form), source).as_dict()
+    for form, source in ALRAOUF_2025_FORMS.items():
+        result = diagnose_length_loop(alraouf2025_loop(form), source).as_dict()
         print(f"{form}: {result['verdict']}; {result['sentence']}")
         found[form] = result
     found["runs"] = [shown_by(runs) for runs in RUNS]
@@ -138,7 +142,7 @@ def loop() -> dict[str, Any]:
 
 def shown_by(runs: int) -> dict[str, Any]:
     """How often the printed branches would be seen to be a loop, read with Table 2's scatter."""
-    branches, means = paper_b_loop("branches"), paper_b_loop("means")
+    branches, means = alraouf2025_loop("branches"), alraouf2025_loop("means")
     assert means.error is not None
     error = means.error * np.sqrt(3.0 / runs)
     tried = [c for c in CANDIDATES if not c.moving]
@@ -184,7 +188,7 @@ def main() -> None:
         record["mas20"] = rest()
         write_json(RESULTS, record)
     if asked.only in (None, "loop"):
-        record["paper_b"] = loop()
+        record["alraouf2025"] = loop()
         write_json(RESULTS, record)
     if asked.only in (None, "twins"):
         record["twins"] = {"noise_deg": NOISE_DEG, "rows": twins(asked.seeds, asked.workers)}

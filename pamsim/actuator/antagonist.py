@@ -1,8 +1,8 @@
-"""Stiffness of a joint between two muscles with their valves shut (seed 003, equation (5)).
+"""Stiffness of a joint between two muscles with their valves shut (Matiskova 2021, equation (5)).
 
 A shut muscle resists in two ways: its air is compressed (compressibility part) and its geometry
 changes at a pressure that stays (geometric part). For the ideal law F = -p dV/dl they are
--dP/dV (dV/dl)^2 and -p d2V/dl2. Seed 003 prints (5) with a plus before the second muscle's
+-dP/dV (dV/dl)^2 and -p d2V/dl2. Matiskova 2021 prints (5) with a plus before the second muscle's
 geometric part; by symmetry both muscles' parts must count alike, and here they do.
 
 Pressures p are gauge in the force, absolute in dP/dV. Hysteresis is left out: its stiffness
@@ -94,7 +94,7 @@ def muscle_stiffness(par: Row, tendon_length: float, pressure: float) -> Stiffne
 
 
 def ideal_stiffness(par: Row, tendon_length: float, pressure: float) -> Stiffness:
-    """Stiffness of one shut muscle if its force were F = -p dV/dl (seed 003, equation (5)).
+    """Stiffness of one shut muscle if its force were F = -p dV/dl (Matiskova 2021, equation (5)).
 
     Args:
         par: parameter row; its braid and chamber are used, its force law is not.
@@ -133,7 +133,7 @@ def joint_stiffness(muscles: Sequence[Stiffness], radii: Sequence[float]) -> Sti
 def antagonist_torque(
     pair: Sequence[Row], radius: float, angle: float, pressures: Sequence[float]
 ) -> float:
-    """Torque of two muscles on one wheel (seed 003, equation (4)), towards positive angles.
+    """Torque of two muscles on one wheel (Matiskova 2021, equation (4)), towards positive angles.
 
     Args:
         pair: (2,) parameter rows of muscles 1 and 2, each at tendon length 0 at angle 0.

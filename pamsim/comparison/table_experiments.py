@@ -17,7 +17,7 @@ def table_experiments(table: StaticTable) -> list[Experiment]:
     """The steps behind the rows of a static table.
 
     Where the table does not say from which pressures a row started, all muscles rest at its highest
-    pressure before the others are vented: the operating concept of seed 003, section 3.1.
+    pressure before the others are vented: the operating concept of Matiskova 2021, section 3.1.
     """
     start = table.start
     if start is None:

@@ -20,23 +20,23 @@ from pamsim.store.printed_loop import BRANCHES, loop_equation, loop_rows
 FloatArray = NDArray[np.float64]
 
 RUNS = 3
-"""Runs behind each printed mean (seed 000)."""
+"""Runs behind each printed mean (Alraouf 2025)."""
 
 _M_PER_CM = 1e-2
 
-PAPER_B = {
-    "means": "the printed means of three runs (seed 000, Table 2), with their standard errors",
-    "branches": "the printed branch equations (seed 000, (3) and (4)) at the pressures of Table 2:"
-    " a stand-in for readings that are not printed, without their noise",
+ALRAOUF_2025_FORMS = {
+    "means": "the printed means of three runs (Alraouf 2025, Table 2), with their standard errors",
+    "branches": "the printed branch equations (Alraouf 2025, (3) and (4)) at the pressures of"
+    " Table 2: a stand-in for readings that are not printed, without their noise",
 }
-"""Forms in which seed 000 gives its loop."""
+"""Forms in which Alraouf 2025 gives its loop."""
 
 
-def paper_b_loop(form: str) -> Loop:
-    """The length-pressure loop of seed 000.
+def alraouf2025_loop(form: str) -> Loop:
+    """The length-pressure loop of Alraouf 2025.
 
     Args:
-        form: ``means`` or ``branches``, see `PAPER_B`.
+        form: ``means`` or ``branches``, see `ALRAOUF_2025_FORMS`.
 
     Returns:
         Pressures [Pa] and lengths [m], up and down again.
@@ -44,8 +44,10 @@ def paper_b_loop(form: str) -> Loop:
     Raises:
         InputError: for another form.
     """
-    if form not in PAPER_B:
-        raise InputError(f"no form {form!r} of paper B's loop; {nearest(form, PAPER_B)}")
+    if form not in ALRAOUF_2025_FORMS:
+        raise InputError(
+            f"no form {form!r} of the loop of Alraouf 2025; {nearest(form, ALRAOUF_2025_FORMS)}"
+        )
     rows = {branch: loop_rows(branch) for branch in BRANCHES}
     if form == "means":
         lengths = {b: np.array([row.mean.value for row in rows[b]]) for b in BRANCHES}
@@ -80,7 +82,7 @@ def diagnose_length_loop(
     """Diagnose a length-pressure loop.
 
     Args:
-        loop: readings, see `paper_b_loop` and `table_loop`.
+        loop: readings, see `alraouf2025_loop` and `table_loop`.
         source: what they are, in words.
         at_rest: whether every reading was taken at rest, so that nothing viscous is left in it.
         seed: of exchanges and sign flips.

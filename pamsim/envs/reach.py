@@ -43,7 +43,7 @@ class Reach:
 
 
 class JointStiffness:
-    """Stiffness of the joint between two shut muscles (seed 003, equation (5)).
+    """Stiffness of the joint between two shut muscles (Matiskova 2021, equation (5)).
 
     Args:
         rig: whose moment arms count; they are taken at angle 0.

@@ -1,4 +1,4 @@
-"""Fit arctangent branches to a length-pressure loop (seed 000, (1) and (2))."""
+"""Fit arctangent branches to a length-pressure loop (Alraouf 2025, (1) and (2))."""
 
 from __future__ import annotations
 

@@ -22,7 +22,7 @@ from pamsim.store.measured_table import ForceLoops, ForceMap, LengthLoop, read_m
 
 HOLD_OUT = ("length", "pressure", "none")
 LOOP_MODELS = {"length_loop": "arctangent", "force_loops": "fractional_maxwell"}
-# A 20 mm Festo muscle (seed 001): what a law of the braid is given where the user says nothing.
+# A 20 mm Festo muscle (Nguyen 2024): what a law of the braid is given where the user says nothing.
 _BRAID = {"nominal_length": 0.3, "diameter": 0.02, "fibre_angle": 0.49916416607}
 
 

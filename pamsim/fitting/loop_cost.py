@@ -1,4 +1,4 @@
-"""Cost of a fractional Maxwell model against measured force-displacement loops (paper 001, (16)).
+"""Cost of a fractional Maxwell model against measured force-displacement loops (Nguyen 2024, (16)).
 
 Under F = F0 sin(w t) the loop passes through (x1, F0) and (x2 < 0, 0). With g = (w beta)^alpha the
 model asks there

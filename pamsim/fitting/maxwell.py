@@ -1,4 +1,4 @@
-"""Fit a fractional Maxwell element to force-displacement loops (seed 001, (14) to (16))."""
+"""Fit a fractional Maxwell element to force-displacement loops (Nguyen 2024, (14) to (16))."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ _NEAR = 1e-3  # of the optimum of (16): near enough [N^2]
 def fit_maxwell(
     table: ForceLoops, *, held: Mapping[str, float]
 ) -> tuple[FittedCurve, tuple[LoopPoints, ...]]:
-    """Fit order, relaxation time and stiffness to force-displacement loops (seed 001, (16)).
+    """Fit order, relaxation time and stiffness to force-displacement loops (Nguyen 2024, (16)).
 
     Args:
         table: loops, at two frequencies at least.
@@ -46,7 +46,7 @@ def fit_maxwell(
         part="",
         title=operator.title,
         equation=operator.equation,
-        source="seed 001, (14) to (16)",
+        source="Nguyen 2024, (14) to (16)",
         unit="N",
         points={
             "frequency": np.repeat([loop.frequency for loop in loops], 2),
@@ -55,7 +55,7 @@ def fit_maxwell(
         },
         fit=fit,
         held_out=None,
-        notes=("stiffness in N per m of displacement; seed 001 does not print its unit",),
+        notes=("stiffness in N per m of displacement; Nguyen 2024 does not print its unit",),
     )
     return fitted, loops
 

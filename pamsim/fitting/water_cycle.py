@@ -1,4 +1,4 @@
-"""The water cycle algorithm, as paper 001 used it (its Table 1; Eskandar et al. 2012).
+"""The water cycle algorithm, as Nguyen 2024 used it (its Table 1; Eskandar et al. 2012).
 
 Eskandar, Sadollah, Bahreininejad, Hamdi: Water cycle algorithm, Computers & Structures 110-111
 (2012) 151-166. Raindrops are random points; the best is the sea, the next few are rivers, the rest
@@ -14,7 +14,7 @@ Sadollah et al., Applied Soft Computing 30 (2015) 58-71). Its C is Eskandar's co
 operators). Rain after step 7 falls anywhere (Eskandar's (9)); Table 1 prints the formula of step 8
 for both.
 
-Which to use: not this one where least squares applies. The cost it was used for, (16) of paper 001,
+Which to use: not this one where least squares applies. The cost it was used for (Nguyen 2024, (16))
 is a smooth sum of squares. Least squares from a dozen starts (`search_comparison`) comes within
 0.001 N^2 of its optimum after 25 to 550 evaluations, differential evolution after 2000 to 3500, the
 water cycle after 10000 at best and mostly not at all; and only least squares leaves the Jacobian
@@ -80,7 +80,7 @@ def water_cycle(
         iterations: at most; every one costs about ``population`` evaluations.
         near: d_max at the start, share of the box.
         search_range: mu of Eskandar's (10), variance of the rain near the sea, box units squared.
-        shrinking: whether C falls to 0 as in Table 1 of paper 001, or stays 2.
+        shrinking: whether C falls to 0 as in Table 1 of Nguyen 2024, or stays 2.
 
     Returns:
         The best point found.
@@ -88,7 +88,7 @@ def water_cycle(
     Raises:
         InputError: for an empty box, or fewer streams than seas and rivers.
 
-    Source: paper 001 (Actuators 2024, 13, 355), Table 1; Eskandar et al. 2012.
+    Source: Nguyen 2024, Table 1; Eskandar et al. 2012.
     """
     lower, upper = np.asarray(low, dtype=np.float64), np.asarray(high, dtype=np.float64)
     if lower.shape != upper.shape or lower.ndim != 1 or not np.all(lower < upper):

@@ -1,4 +1,4 @@
-"""Arctangent branches (seed 000, (1) and (2)) and an operator that continues them to partial loops.
+"""Arctangent branches (Alraouf 2025, (1) and (2)) and an operator that adds partial loops.
 
 The paper fits one branch to rising and one to falling pressure, y = k_0 atan(k_1 p + k_2) + k_3,
 and says nothing about a reversal in between. `Arctangent` does, by Madelung's rules (Madelung 1905;
@@ -29,10 +29,10 @@ from pamsim.hysteresis.group import Hysteresis, MutableRow, Row
 from pamsim.hysteresis.madelung import SMALLEST_MOVE, kept_and_added
 
 PRINTED_INCREASING = (2.7378, -0.0083212, 1.3402, 27.759)
-"""a_0 [cm], a_1 [1/kPa], a_2, a_3 [cm] of a 30 cm muscle (seed 000, (3))."""
+"""a_0 [cm], a_1 [1/kPa], a_2, a_3 [cm] of a 30 cm muscle (Alraouf 2025, (3))."""
 
 PRINTED_DECREASING = (2.7854, -0.0088259, 1.1891, 27.87)
-"""b_0 [cm], b_1 [1/kPa], b_2, b_3 [cm] (seed 000, (4))."""
+"""b_0 [cm], b_1 [1/kPa], b_2, b_3 [cm] (Alraouf 2025, (4))."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -90,7 +90,7 @@ class Arctangent(Hysteresis):
 
 
 def arctangent(p: float, k0: float, k1: float, k2: float, k3: float) -> float:
-    """One branch, y = k_0 atan(k_1 p + k_2) + k_3 (seed 000, (1) and (2)).
+    """One branch, y = k_0 atan(k_1 p + k_2) + k_3 (Alraouf 2025, (1) and (2)).
 
     Args:
         p: pressure [kPa] where the printed coefficients are used.

@@ -1,4 +1,4 @@
-"""Fractional Maxwell element (seed 001, (6) to (16)) as a sum of Maxwell branches.
+"""Fractional Maxwell element (Nguyen 2024, (6) to (16)) as a sum of Maxwell branches.
 
 F + beta^alpha D^alpha F = K_e beta^alpha D^alpha x, with the relaxation function
 K_e E_alpha(-(t/beta)^alpha). It is a mixture of exponentials exp(-r t) with a known positive
@@ -27,7 +27,7 @@ from pamsim.core.parameters import parameter
 from pamsim.hysteresis.group import Hysteresis, MutableRow, Row
 
 PRINTED = (0.27, 49.82, 2260.0)
-"""alpha [-], beta [s], K_e (unit not printed; N/m is assumed) of seed 001, section 4.2."""
+"""alpha [-], beta [s], K_e (unit not printed; N/m is assumed) of Nguyen 2024, section 4.2."""
 
 BAND = (0.05, 50.0)
 """Band [Hz] that the default rates are laid out for."""
@@ -91,7 +91,7 @@ class FractionalMaxwell(Hysteresis):
 def complex_stiffness(
     omega: float, order: float, time_constant: float, stiffness: float
 ) -> complex:
-    """K*(w) = K_e (jw beta)^alpha / (1 + (jw beta)^alpha) (seed 001, (9)).
+    """K*(w) = K_e (jw beta)^alpha / (1 + (jw beta)^alpha) (Nguyen 2024, (9)).
 
     Args:
         omega: angular frequency w [rad/s], positive.

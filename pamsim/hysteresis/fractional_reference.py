@@ -1,8 +1,8 @@
 """References for the fractional Maxwell element: its defining derivative, and its printed loop.
 
-`simulate_fractional` solves seed 001, (8), with the derivative (7) itself and all of its history;
+`simulate_fractional` solves Nguyen 2024, (8), with the derivative (7) itself and its whole history;
 slow, and of a known order. `loop_distance` and the two points after it are the printed loop (13) to
-(15), with which seed 001 identifies the element.
+(15), with which Nguyen 2024 identifies the element.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ def fractional_derivative_weights(order: float, count: int) -> Array:
 
 
 def fractional_derivative(y: Array, step: float, order: float) -> Array:
-    """D^alpha y [unit of y per s^alpha] of samples that start from rest, y_0 = 0 (seed 001, (7)).
+    """D^alpha y [unit of y per s^alpha] of samples that start at rest, y_0 = 0 (Nguyen 2024, (7)).
 
     Args:
         y: (n,) samples.
@@ -42,7 +42,7 @@ def fractional_derivative(y: Array, step: float, order: float) -> Array:
 def simulate_fractional(
     x: Array, step: float, order: float, time_constant: float, stiffness: float
 ) -> Array:
-    """Force of the element by seed 001, (8), with its whole history.
+    """Force of the element by Nguyen 2024, (8), with its whole history.
 
     With q = x - F/K_e the equation reads beta^alpha D^alpha q = F/K_e, which the L1 scheme solves
     step by step for the newest q.
@@ -77,7 +77,7 @@ def loop_distance(
     time_constant: float,
     stiffness: float,
 ) -> Array:
-    """How far points lie from the loop (13) of seed 001 under F = F_0 sin(w t).
+    """How far points lie from the loop (13) of Nguyen 2024 under F = F_0 sin(w t).
 
     The two squares in (13) are cos^2 and sin^2 of w t, so their root less 1 is the radial distance
     in units of F_0.
@@ -103,7 +103,7 @@ def loop_distance(
 def displacement_at_peak_force(
     amplitude: float, omega: float, order: float, time_constant: float, stiffness: float
 ) -> float:
-    """x_1 [m] where F = F_0 on the loop (seed 001, (14)); arguments as in `loop_distance`."""
+    """x_1 [m] where F = F_0 on the loop (Nguyen 2024, (14)); arguments as in `loop_distance`."""
     u = (omega * time_constant) ** order
     return (u + math.cos(0.5 * math.pi * order)) * amplitude / (stiffness * u)
 
@@ -111,6 +111,6 @@ def displacement_at_peak_force(
 def displacement_at_zero_force(
     amplitude: float, omega: float, order: float, time_constant: float, stiffness: float
 ) -> float:
-    """x_2 < 0 [m] where F = 0 rising (seed 001, (15)); arguments as in `loop_distance`."""
+    """x_2 < 0 [m] where F = 0 rising (Nguyen 2024, (15)); arguments as in `loop_distance`."""
     u = (omega * time_constant) ** order
     return -amplitude * math.sin(0.5 * math.pi * order) / (stiffness * u)

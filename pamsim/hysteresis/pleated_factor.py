@@ -1,4 +1,4 @@
-"""Relative hysteresis of pleated muscles (seed 002, (6) and (7)).
+"""Relative hysteresis of pleated muscles (Van Damme 2008, (6) and (7)).
 
 F = F_static (1 + e), e = delta (W[eps_s] - W_fit(eps_s)), eps_s = 2 eps/eps_max - 1, with W the
 Preisach operator of weight (5) and W_fit the straight line through its major loop. In the form of
@@ -24,10 +24,10 @@ from pamsim.hysteresis.preisach import (
 )
 
 DELTA_40_FIBRES = 0.299
-"""force_share of the muscle with N = 40 fibres (seed 002, section III.E)."""
+"""force_share of the muscle with N = 40 fibres (Van Damme 2008, section III.E)."""
 
 DELTA_25_FIBRES = 0.139
-"""force_share of the muscle with N = 25 fibres (seed 002, section III.E)."""
+"""force_share of the muscle with N = 25 fibres (Van Damme 2008, section III.E)."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -38,7 +38,7 @@ class PleatedFactor(Preisach):
 
 
 def pleated_factor_output(par: Row, first: int, act: Row, x: float) -> float:
-    """W_fit - W of seed 002, (6): relative loss of force over delta.
+    """W_fit - W of Van Damme 2008, (6): relative loss of force over delta.
 
     Args:
         par: parameters; from ``first`` on: levels, low_contraction, high_contraction, c, d.

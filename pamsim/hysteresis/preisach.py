@@ -1,10 +1,10 @@
-"""Preisach operator with the weight of seed 002, (5), run by its staircase.
+"""Preisach operator with the weight of Van Damme 2008, (5), run by its staircase.
 
 W[u] is the sum over relays (alpha, beta), beta <= alpha, of weight times relay: up once
 u >= alpha, down once u < beta. On a grid of n levels the relays of one row, of equal alpha, are up
 in a run that starts at the lowest beta, so n counts hold the state of n (n + 1)/2 relays
-(Mayergoyz 2003; the staircase line of seed 002, figure 13). The relays themselves, for any weight,
-are in `pamsim.hysteresis.relays`.
+(Mayergoyz 2003; the staircase line of Van Damme 2008, figure 13). The relays themselves, for any
+weight, are in `pamsim.hysteresis.relays`.
 
 Levels lie at the middle of the n cells of [-1, 1]. Relays of the diagonal (alpha = beta) carry
 half a cell. Weight (5) is a product of a factor of alpha and one of beta on each side of
@@ -195,7 +195,7 @@ def staircase_sums(
 
 
 def scaled_input(par: Row, first: int, x: float) -> float:
-    """Input u [-]: contraction mapped so that the saturations are -1 and 1 (seed 002, (6))."""
+    """Input u [-]: contraction mapped so that its saturations are -1, 1 (Van Damme 2008, (6))."""
     return 2.0 * (x - par[first + 1]) / (par[first + 2] - par[first + 1]) - 1.0
 
 

@@ -18,13 +18,13 @@ Array = NDArray[np.float64]
 
 
 def seed_weight(alpha: float, beta: float, c: float = -0.1, d: float = -1.0) -> float:
-    """Weight (5) [-] of seed 002 without its normalisation, on -1 <= beta <= alpha <= 1."""
+    """Weight (5) [-] of Van Damme 2008 without its normalisation, on -1 <= beta <= alpha <= 1."""
     middle = alpha + beta - d if alpha + beta <= 0.0 else alpha + beta + d
     return math.exp(-((beta - alpha - c) ** 2) - middle**2)
 
 
 def normalised_seed_weight(alpha: float, beta: float, c: float = -0.1, d: float = -1.0) -> float:
-    """Weight (5) [-] of seed 002 divided by `triangle_integral`."""
+    """Weight (5) [-] of Van Damme 2008 divided by `triangle_integral`."""
     return seed_weight(alpha, beta, c, d) / triangle_integral(c, d)
 
 
@@ -68,7 +68,7 @@ def relay_weights(count: int, weight: Callable[[float, float], float]) -> Array:
 
 @dataclass
 class RelaySum:
-    """The definition: a sum over relays (seed 002, section III.C), of order n^2 per step.
+    """The definition: a sum over relays (Van Damme 2008, section III.C), of order n^2 per step.
 
     Attributes:
         weights: (n, n) from `relay_weights`.

@@ -82,7 +82,7 @@ def regression(
     Raises:
         InputError: orders out of range, lengths differ, non-finite or too few samples.
 
-    Source: paper 003, equations (25), (26).
+    Source: Matiskova 2021, equations (25), (26).
     """
     if na < 0 or nb < 1 or delay < 0:
         raise InputError(
@@ -132,7 +132,7 @@ def fit_arx(
         InputError: bad orders, samples or sample time, or a constant output.
         UnderdeterminedError: the record does not determine the coefficients.
 
-    Source: paper 003, equations (25)-(29); the gain constraint is added here because (30), (31)
+    Source: Matiskova 2021, equations (25)-(29); the gain constraint is added because (30), (31)
     are printed with unit gain and the paper does not say how it was reached.
     """
     if not (np.isfinite(sample_time) and sample_time > 0.0):
@@ -242,7 +242,7 @@ def time_constants_from_arx(model: ArxModel) -> LagChain:
     Raises:
         InputError: na is neither 1 nor 2.
 
-    Source: pole mapping of zero-order-hold sampling; G1, G2 of paper 003, equation (24).
+    Source: pole mapping of zero-order-hold sampling; G1, G2 of Matiskova 2021, equation (24).
     """
     if len(model.a) not in (1, 2):
         raise InputError(f"ARX has na={len(model.a)}; time constants are read for na = 1 or 2 only")

@@ -59,7 +59,7 @@ def fit_arx_records(records: Sequence[SignalRecord], *, na: int, nb: int, nk: in
         InputError: bad orders, no records, sample times that differ, a record too short.
         UnderdeterminedError: the records do not determine the coefficients.
 
-    Source: paper 003 (Appl. Sci. 2021, 11, 7288), equations (25)-(29).
+    Source: Matiskova 2021, equations (25)-(29).
     """
     trials, interval = _one_rate(records)
     pairs = [(record.output, record.input) for record in trials]

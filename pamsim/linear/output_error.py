@@ -172,7 +172,7 @@ def fit_step(
         InputError: bad order, step size or gain; short, constant, non-finite or unordered record;
             a response that ends where it began.
 
-    Source: model of paper 003 (Appl. Sci. 2021, 11, 7288), equation (24); the paper itself names
+    Source: model of Matiskova 2021, equation (24); the paper itself names
     only ARX least squares, (25)-(29).
     """
     if order not in (1, 2):

@@ -36,7 +36,7 @@ class SecondOrderModel:
 
     @classmethod
     def of_lags(cls, gain: float, first: float, second: float) -> SecondOrderModel:
-        """``K / ((T1 s + 1)(T2 s + 1))``, paper 003 equation (24), lags in s."""
+        """``K / ((T1 s + 1)(T2 s + 1))``, Matiskova 2021 equation (24), lags in s."""
         return cls(gain=gain, a1=first + second, a2=first * second)
 
     @classmethod

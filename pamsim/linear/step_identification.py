@@ -173,7 +173,7 @@ def identify_step(
         InputError: short, constant, non-finite or non-uniform record, no step in the input, or a
             response that ends where it began.
 
-    Source: paper 003 (Appl. Sci. 2021, 11, 7288), equations (24)-(31).
+    Source: Matiskova 2021, equations (24)-(31).
     """
     if not (math.isfinite(step_size) and step_size != 0.0):
         raise InputError(f"step size {step_size!r}: there is no step in the input; give its height")

@@ -41,7 +41,7 @@ def continuous(model: StepFit | ArxModel | ContinuousFit, *, pade_order: int | N
         InputError: the ARX poles have no real time constants, or a dead time comes without
             ``pade_order``.
 
-    Source: paper 003 (Appl. Sci. 2021, 11, 7288), equation (24).
+    Source: Matiskova 2021, equation (24).
     """
     dead_time = 0.0
     if isinstance(model, ContinuousFit):
@@ -85,7 +85,7 @@ def discrete(model: ArxModel | DiscreteFit) -> Any:
     Returns:
         A discrete ``control.TransferFunction`` with ``dt`` = Ts [s].
 
-    Source: paper 003, equation (25), z-transformed.
+    Source: Matiskova 2021, equation (25), z-transformed.
     """
     if isinstance(model, DiscreteFit):
         model = model.model

@@ -2,7 +2,7 @@
 
 A fibre of length b wound n turns round a cylinder of length l and diameter D satisfies
 l = b cos(theta), pi n D = b sin(theta), so the enclosed volume is
-V = l (b^2 - l^2) / (4 pi n^2)  (seed 001, equation (4); Chou and Hannaford 1996).
+V = l (b^2 - l^2) / (4 pi n^2)  (Nguyen 2024, equation (4); Chou and Hannaford 1996).
 Here b and n are replaced by what a data sheet prints: nominal length l0, diameter D0 and fibre
 angle alpha0 at l0, with b = l0 / cos(alpha0) and n = b sin(alpha0) / (pi D0).
 """
@@ -40,7 +40,7 @@ class Braid(ParameterGroup):
 
 
 def volume(length: float, nominal_length: float, diameter: float, fibre_angle: float) -> float:
-    """Inner volume of the braid (seed 001, equation (4)).
+    """Inner volume of the braid (Nguyen 2024, equation (4)).
 
     Args:
         length: muscle length l [m].
@@ -62,7 +62,7 @@ def volume(length: float, nominal_length: float, diameter: float, fibre_angle: f
 def volume_slope(
     length: float, nominal_length: float, diameter: float, fibre_angle: float
 ) -> float:
-    """First derivative dV/dl of `volume` (seed 001, text under equation (4)).
+    """First derivative dV/dl of `volume` (Nguyen 2024, text under equation (4)).
 
     Args:
         length: muscle length l [m].
@@ -83,7 +83,7 @@ def volume_slope(
 def volume_curvature(
     length: float, nominal_length: float, diameter: float, fibre_angle: float
 ) -> float:
-    """Second derivative d2V/dl2 of `volume`; its geometric stiffness is -p d2V/dl2 (seed 003, (5)).
+    """Second derivative d2V/dl2 of `volume`; geometric stiffness -p d2V/dl2 (Matiskova 2021, (5)).
 
     Args:
         length: muscle length l [m].

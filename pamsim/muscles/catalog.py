@@ -88,7 +88,7 @@ def _by_length(function: Scalars) -> Scalars:
 
 
 def _festo(coefficients: Sequence[float], braid: Braid) -> Range:
-    """Contraction of Festo's DMSP muscles: at most 25 % by their data sheet (seeds 001, 004)."""
+    """Contraction of Festo's DMSP muscles: at most 25 % by data sheet (Nguyen 2024, Sarosi)."""
     return 0.0, 0.25
 
 
@@ -114,7 +114,7 @@ _LAWS: tuple[ForceLaw, ...] = (
     ForceLaw(
         title="Ideal McKibben muscle",
         equation="F = p pi r0^2 (3 (1 - kappa)^2 / tan^2(alpha0) - 1 / sin^2(alpha0)) = -p dV/dl",
-        source="seed 004, equation (1); seed 003, equation (3)",
+        source="Sarosi, equation (1); Matiskova 2021, equation (3)",
         group=IdealMcKibben,
         force_function=_by_length(ideal_force),
         dp_function=_by_length(ideal_force_dp),
@@ -129,7 +129,7 @@ _LAWS: tuple[ForceLaw, ...] = (
     ForceLaw(
         title="Six-parameter exponential",
         equation="F = (a p + b) exp(c kappa) + d p kappa + e p + f",
-        source="seed 004, equation (4) with its d and f zero; inverse (5)",
+        source="Sarosi, equation (4) with its d and f zero; inverse (5)",
         group=SixParameter,
         force_function=six_parameter_force,
         dp_function=six_parameter_force_dp,
@@ -145,7 +145,7 @@ _LAWS: tuple[ForceLaw, ...] = (
         equation="F = mu p pi r0^2 (a (1 - eps kappa)^2 - b), a = 3 / tan^2(alpha0),"
         " b = 1 / sin^2(alpha0), eps = a_eps exp(-p/bar) - b_eps,"
         " mu = a_kappa exp(-k0 kappa) - b_kappa",
-        source="seed 004, equation (2)",
+        source="Sarosi, equation (2)",
         group=CorrectedMcKibben,
         force_function=corrected_mckibben_force,
         dp_function=corrected_mckibben_force_dp,
@@ -161,7 +161,7 @@ _LAWS: tuple[ForceLaw, ...] = (
     ForceLaw(
         title="Exponential at one pressure",
         equation="F = a exp(b kappa) + d kappa + e",
-        source="seed 004, equation (3) with its c folded into a",
+        source="Sarosi, equation (3) with its c folded into a",
         group=SinglePressureExponential,
         force_function=single_pressure_force,
         dp_function=single_pressure_force_dp,
@@ -174,7 +174,7 @@ _LAWS: tuple[ForceLaw, ...] = (
     ForceLaw(
         title="Invertible exponential",
         equation="F = (a p + b) exp(c kappa) + (e p + f) kappa + g p + h",
-        source="seed 004, equation (4) with its d folded into a and b; inverse (5)",
+        source="Sarosi, equation (4) with its d folded into a and b; inverse (5)",
         group=InvertibleExponential,
         force_function=invertible_exponential_force,
         dp_function=invertible_exponential_force_dp,
@@ -187,7 +187,7 @@ _LAWS: tuple[ForceLaw, ...] = (
     ForceLaw(
         title="Restoring force of the air",
         equation="F = -p dV/dl + p1 dV/dl(l1)",
-        source="seed 001, equations (3) and (5), signs by virtual work",
+        source="Nguyen 2024, equations (3) and (5), signs by virtual work",
         group=ElasticEnergy,
         force_function=elastic_energy_force,
         dp_function=elastic_energy_force_dp,
@@ -202,7 +202,7 @@ _LAWS: tuple[ForceLaw, ...] = (
     ForceLaw(
         title="Pleated muscle, fitted force function",
         equation="F = p l0^2 (f0 / eps + f1 + f2 eps + f3 eps^2 + f4 eps^3)",
-        source="seed 002, equations (1) and (2)",
+        source="Van Damme 2008, equations (1) and (2)",
         group=Pleated,
         force_function=pleated_force,
         dp_function=pleated_force_dp,
@@ -218,7 +218,7 @@ _LAWS: tuple[ForceLaw, ...] = (
         title="Pleated muscle, exact shape for many fibres",
         equation="F = p l0^2 pi (1 - 2 m) / (2 F(a|m)^2), l0/R = F(a|m) / (sqrt(m) cos(a)),"
         " eps = 2 (1 - E(a|m) / F(a|m))",
-        source="seed 002, equation (1), derived from zero hoop stress",
+        source="Van Damme 2008, equation (1), derived from zero hoop stress",
         group=PleatedShape,
         force_function=pleated_shape_force,
         dp_function=pleated_shape_force_dp,
@@ -227,9 +227,9 @@ _LAWS: tuple[ForceLaw, ...] = (
         braid_fields=("nominal_length",),
         pressure_range=_PLEATED_PRESSURES,
         limits=_pleated_to_largest,
-        notes="The limit of many fibres: seed 002 measures less with 25 fibres than with 40. NaN at"
-        " and below zero contraction. The braid's volume is not that of a pleated muscle; its own"
-        " is pleated_shape_volume.",
+        notes="The limit of many fibres: Van Damme 2008 measures less with 25 fibres than with 40."
+        " NaN at and below zero contraction. The braid's volume is not that of a pleated muscle;"
+        " its own is pleated_shape_volume.",
     ),
     ForceLaw(
         title="McKibben muscle with an elastic tube",

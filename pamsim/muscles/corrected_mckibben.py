@@ -1,4 +1,4 @@
-"""The McKibben force with its two empirical corrections (seed 004, equation (2)).
+"""The McKibben force with its two empirical corrections (Sarosi, equation (2)).
 
 F = mu p pi r0^2 (a (1 - eps kappa)^2 - b), a = 3 / tan^2(alpha0), b = 1 / sin^2(alpha0),
 eps = a_eps exp(-p/bar) - b_eps, mu = a_kappa exp(-k0 kappa) - b_kappa.
@@ -66,7 +66,7 @@ def corrected_mckibben_force(
     diameter: float,
     fibre_angle: float,
 ) -> float:
-    """Force of the corrected McKibben law (seed 004, equation (2)).
+    """Force of the corrected McKibben law (Sarosi, equation (2)).
 
     Args:
         pressure: gauge pressure p [Pa].

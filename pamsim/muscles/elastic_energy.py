@@ -1,4 +1,4 @@
-"""Restoring force of the compressed air about a working point (seed 001, equations (3) and (5)).
+"""Restoring force of the compressed air about a working point (Nguyen 2024, equations (3) and (5)).
 
 A muscle filled to P1 and held at length l1 pulls with F_con = -(P1 - Patm) dV/dl at l1 (virtual
 work). Pulled to another length l, at which the pressure is P, its air pulls back with the rest:
@@ -42,7 +42,7 @@ class ElasticEnergy(ParameterGroup):
 def contractive_force(
     pressure: float, contraction: float, diameter: float, fibre_angle: float
 ) -> float:
-    """Pull F_con of the filled muscle (seed 001, equation (3)).
+    """Pull F_con of the filled muscle (Nguyen 2024, equation (3)).
 
     Args:
         pressure: gauge pressure P1 - Patm [Pa].
@@ -65,7 +65,7 @@ def elastic_energy_force(
     diameter: float,
     fibre_angle: float,
 ) -> float:
-    """Restoring force F_air of the air (seed 001, equation (5)).
+    """Restoring force F_air of the air (Nguyen 2024, equation (5)).
 
     Args:
         pressure: gauge pressure P - Patm at the present length [Pa].

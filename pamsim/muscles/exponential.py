@@ -1,6 +1,6 @@
-"""The six-parameter exponential force law fitted to Festo fluidic muscles (seed 004, equation (4)).
+"""The six-parameter exponential force law fitted to Festo fluidic muscles (Sarosi, equation (4)).
 
-F = (a p + b) exp(c kappa) + d p kappa + e p + f. Seed 004 (4) has eight constants,
+F = (a p + b) exp(c kappa) + d p kappa + e p + f. Sarosi (4) has eight constants,
 (a p + b) exp(c kappa + d) + (e p + f) kappa + g p + h: its exp(d) is not identifiable beside a and
 b, and its f kappa is left out here; its e, g, h are d, e, f here. With f kappa it is
 `pamsim.muscles.invertible_exponential`. The published constants of the same group
@@ -45,7 +45,7 @@ def six_parameter_force(
     e: float,
     f: float,
 ) -> float:
-    """Force of the six-parameter law (seed 004, equation (4), its d and f zero).
+    """Force of the six-parameter law (Sarosi, equation (4), its d and f zero).
 
     Args:
         pressure: gauge pressure p [Pa].
@@ -102,7 +102,7 @@ def six_parameter_pressure(
     e: float,
     f: float,
 ) -> float:
-    """Pressure that gives a force (seed 004, equation (5)): the law is linear in pressure.
+    """Pressure that gives a force (Sarosi, equation (5)): the law is linear in pressure.
 
     Args:
         force: F [N].
@@ -125,7 +125,7 @@ def six_parameter_pressure(
 
 
 def isobar(law: SixParameter, pressure: float) -> SinglePressureExponential:
-    """The law at one pressure: what seed 004 (3) is to (4).
+    """The law at one pressure: what Sarosi (3) is to (4).
 
     Args:
         law: the six-parameter law.

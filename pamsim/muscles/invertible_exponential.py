@@ -1,4 +1,4 @@
-"""The invertible exponential force law with all its terms (seed 004, equations (4) and (5)).
+"""The invertible exponential force law with all its terms (Sarosi, equations (4) and (5)).
 
 F = (a p + b) exp(c kappa) + (e p + f) kappa + g p + h, in the letters of the paper.
 
@@ -57,7 +57,7 @@ class InvertibleExponential(ParameterGroup):
         g: float,
         h: float,
     ) -> InvertibleExponential:
-        """Take all eight constants of seed 004 (4) [SI] and fold d into a and b.
+        """Take all eight constants of Sarosi (4) [SI] and fold d into a and b.
 
         Raises:
             ParameterError: if a folded constant is out of range.
@@ -81,7 +81,7 @@ def invertible_exponential_force(
     g: float,
     h: float,
 ) -> float:
-    """Force of the invertible law (seed 004, equation (4) with d = 0).
+    """Force of the invertible law (Sarosi, equation (4) with d = 0).
 
     Args:
         pressure: gauge pressure p [Pa].
@@ -141,7 +141,7 @@ def invertible_exponential_pressure(
     g: float,
     h: float,
 ) -> float:
-    """Pressure that gives a force (seed 004, equation (5)).
+    """Pressure that gives a force (Sarosi, equation (5)).
 
     Args:
         force: F [N].

@@ -1,4 +1,4 @@
-"""The ideal McKibben force: virtual work of the braid and nothing else (seed 004, equation (1))."""
+"""The ideal McKibben force: virtual work of the braid and nothing else (Sarosi, equation (1))."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ class IdealMcKibben(ParameterGroup):
 def ideal_force(
     pressure: float, length: float, nominal_length: float, diameter: float, fibre_angle: float
 ) -> float:
-    """Tension F = -p dV/dl of an ideal braided muscle (seed 004, (1); seed 003, (3)).
+    """Tension F = -p dV/dl of an ideal braided muscle (Sarosi, (1); Matiskova 2021, (3)).
 
     Args:
         pressure: gauge pressure p [Pa].

@@ -2,7 +2,7 @@
 
 With x = kappa_slack - kappa, the stretch beyond the slack point:
 
-    x <= 0:  F = (k/h) (exp(h x) - 1)     the pressure-free part b exp(c kappa) + f of seed 004 (4)
+    x <= 0:  F = (k/h) (exp(h x) - 1)     the pressure-free part b exp(c kappa) + f of Sarosi (4)
     x > 0:   F = k x / (1 - (x/x_lock)^2)   a finitely extensible spring (Warner 1972)
 
 Contracted, the tube resists with at most k/h, which is what a muscle must overcome before it pulls.

@@ -1,11 +1,11 @@
-"""Force of a pleated muscle by its dimensionless force function (seed 002, equations (1), (2)).
+"""Force of a pleated muscle by its dimensionless force function (Van Damme 2008, (1) and (2)).
 
 F = p l0^2 f_t0(eps), f_t0 = f0 / eps + f1 + f2 eps + f3 eps^2 + f4 eps^3, eps = 1 - l/l0.
 
-The form is a fit, good above 5 % contraction; seed 002 prints no coefficients. Constants fitted to
-the exact shape are in `pamsim.muscles.pleated_fit`. At and below eps = 0 there is no force to give:
-the membrane cannot be longer than l0, and the law is NaN there so that a run stops. Between 0 and
-5 % the elasticity of the fibres, which the law neglects, limits the real force.
+The form is a fit, good above 5 % contraction; Van Damme 2008 prints no coefficients. Constants
+fitted to the exact shape are in `pamsim.muscles.pleated_fit`. At and below eps = 0 there is no
+force: the membrane cannot be longer than l0, and the law is NaN there so that a run stops. Between
+0 and 5 % the elasticity of the fibres, which the law neglects, limits the real force.
 """
 
 from __future__ import annotations
@@ -36,7 +36,7 @@ class Pleated(ParameterGroup):
 def pleated_function(
     contraction: float, f0: float, f1: float, f2: float, f3: float, f4: float
 ) -> float:
-    """Dimensionless force function f_t0 (seed 002, equation (2)).
+    """Dimensionless force function f_t0 (Van Damme 2008, equation (2)).
 
     Args:
         contraction: eps = 1 - l/l0 [-].
@@ -64,7 +64,7 @@ def pleated_force(
     f4: float,
     nominal_length: float,
 ) -> float:
-    """Force of a pleated muscle (seed 002, equations (1) and (2)).
+    """Force of a pleated muscle (Van Damme 2008, equations (1) and (2)).
 
     Args:
         pressure: gauge pressure p [Pa].

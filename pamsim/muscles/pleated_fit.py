@@ -1,7 +1,7 @@
-"""Coefficients of the pleated force function from the exact shape (seed 002, equation (2)).
+"""Coefficients of the pleated force function from the exact shape (Van Damme 2008, equation (2)).
 
-Seed 002 says that f0..f4 "are determined by fitting (2) to the theoretical f_t0 or to measured
-data" and prints none. Here they are fitted to the theoretical one, for many fibres.
+Van Damme 2008 says that f0..f4 "are determined by fitting (2) to the theoretical f_t0 or to
+measured data" and prints none. Here they are fitted to the theoretical one, for many fibres.
 """
 
 from __future__ import annotations
@@ -13,7 +13,7 @@ from pamsim.muscles.pleated import Pleated, pleated_function
 from pamsim.muscles.pleated_shape import pleated_max_contraction, pleated_shape_function
 
 FIT_RANGE: tuple[float, float] = (0.05, 0.35)
-"""Contractions of the fit: from where the law holds to the largest one seed 002 measures."""
+"""Contractions of the fit: from where the law holds to the largest one Van Damme 2008 measures."""
 
 SLENDERNESS_6 = Pleated(
     f0=0.02300273978,
@@ -22,7 +22,7 @@ SLENDERNESS_6 = Pleated(
     f3=6.726459461,
     f4=-5.078786628,
 )
-"""`fit_pleated` of l0/R = 6, the muscle of seed 002. Not measured: fitted to the exact shape."""
+"""`fit_pleated` of l0/R = 6, as in Van Damme 2008: fitted to the exact shape, not measured."""
 
 
 def fit_pleated(

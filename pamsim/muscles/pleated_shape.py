@@ -1,7 +1,7 @@
-"""Exact shape and force of a pleated muscle with many fibres (seed 002, equation (1), N -> inf).
+"""Exact shape and force of a pleated muscle with many fibres (Van Damme 2008, (1), N -> inf).
 
-Seed 002 names a system of equations with elliptic integrals and does not print it; it follows from
-three assumptions. The membrane carries no tension round its circumference (the pleats unfold
+Van Damme 2008 names a system of equations with elliptic integrals and does not print it; it follows
+from three assumptions. The membrane carries no tension round its circumference (the pleats unfold
 freely), the fibres along its meridian do not stretch, and friction is absent, so that the total
 fibre tension T is the same everywhere on the meridian. End discs have radius R, the meridian has
 length l0, phi is its angle to the axis, r its radius, s its arc length.
@@ -215,7 +215,7 @@ def pleated_max_contraction(slenderness: float) -> float:
 def pleated_shape_force(
     pressure: float, contraction: float, slenderness: float, nominal_length: float
 ) -> float:
-    """Force of a pleated muscle with many fibres (seed 002, equation (1)).
+    """Force of a pleated muscle with many fibres (Van Damme 2008, equation (1)).
 
     Args:
         pressure: gauge pressure p [Pa].

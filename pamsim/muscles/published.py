@@ -1,6 +1,6 @@
 """Published constants of the six-parameter force law, in SI.
 
-The group of seed 004 prints them for F = (a p + b) exp(c kappa) + d p kappa + e p + f with p in
+Sarosi's group prints them for F = (a p + b) exp(c kappa) + d p kappa + e p + f with p in
 bar, kappa in percent and F in N.
 """
 
@@ -61,9 +61,9 @@ PUBLISHED: Mapping[str, SixParameter] = MappingProxyType(
 
 SOURCES: Mapping[str, str] = MappingProxyType(
     {
-        "DMSP-20-200": "later work of the group of seed 004; the type seed 004 itself measured",
-        "DMSP-20-400": "later work of the group of seed 004",
-        "DMSP-10": "group of seed 004, quoted second-hand",
+        "DMSP-20-200": "later work of Sarosi's group; the type that Sarosi measured",
+        "DMSP-20-400": "later work of the group of Sarosi",
+        "DMSP-10": "group of Sarosi, quoted second-hand",
     }
 )
-"""Where the constants of `PUBLISHED` come from. Seed 004 prints none."""
+"""Where the constants of `PUBLISHED` come from. Sarosi prints none."""

@@ -1,4 +1,4 @@
-"""The exponential force law at one pressure (seed 004, equation (3)).
+"""The exponential force law at one pressure (Sarosi, equation (3)).
 
 F = a exp(b kappa) + d kappa + e. The paper writes a exp(b kappa + c): exp(c) is a second factor on
 the same term, which no measurement can tell from a, so `a` here is the paper's a exp(c)
@@ -34,7 +34,7 @@ def folded_factor(factor: float, exponent: float) -> float:
     """A factor with the redundant exponent the paper adds, as one number: factor exp(exponent).
 
     Args:
-        factor: a of seed 004 (3), or a or b of (4).
+        factor: a of Sarosi (3), or a or b of (4).
         exponent: c of (3), or d of (4) [-].
 
     Returns:
@@ -46,7 +46,7 @@ def folded_factor(factor: float, exponent: float) -> float:
 def single_pressure_force(
     pressure: float, contraction: float, a: float, b: float, d: float, e: float
 ) -> float:
-    """Force on one isobar (seed 004, equation (3)).
+    """Force on one isobar (Sarosi, equation (3)).
 
     Args:
         pressure: gauge pressure [Pa]; taken for the sake of one signature and has no influence.

@@ -10,7 +10,7 @@ from pamsim.core.parameters import ParameterGroup, parameter
 
 @dataclass(frozen=True, kw_only=True)
 class Threshold(ParameterGroup):
-    """Pressure below which the tube does not yet press on the braid (seed 003, introduction)."""
+    """Pressure below which the tube does not yet press on the braid (Matiskova 2021, section 1)."""
 
     group: ClassVar[str] = "threshold"
     pressure: float = parameter(

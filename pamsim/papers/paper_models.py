@@ -22,7 +22,7 @@ _CURVE_POINTS = 301
 
 
 def static_angle(pressure_difference: NDArray[np.float64], scale: float) -> NDArray[np.float64]:
-    """Equation (23) of seed 003, continued as an odd function.
+    """Equation (23) of Matiskova 2021, continued as an odd function.
 
     Args:
         pressure_difference: (n,) p1 - p2 [Pa].

@@ -1,4 +1,4 @@
-"""Read single printed numbers of papers C, D and E (seeds 001, 002, 004) with their digits.
+"""Read single printed numbers of Nguyen 2024, Van Damme 2008 and Sarosi with their digits.
 
 Numbers stay in the printed units: they are compared digit by digit with what is recomputed.
 """

@@ -1,7 +1,7 @@
-"""Curves of paper E's figures: its force laws at 1 to 6 bar, and the inverse of the last one.
+"""Curves of Sarosi's figures: its force laws at 1 to 6 bar, and the inverse of the last one.
 
 The paper prints no constants. (4) has those that its group published for the same muscle; (2) is
-fitted to (4), so that the two forms can be compared; (1) has the fibre angle of paper C.
+fitted to (4), so that the two forms can be compared; (1) has the fibre angle of Nguyen 2024.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ from pamsim.muscles.published import PUBLISHED
 
 FloatArray = NDArray[np.float64]
 
-_MUSCLE = "DMSP-20-200"  # the one paper E measures
+_MUSCLE = "DMSP-20-200"  # the one Sarosi measures
 _LENGTH, _DIAMETER, _FIBRE_ANGLE = 0.200, 0.020, 28.6 / DEG_PER_RAD
 _CONTRACTION = np.linspace(0.0, 0.25, 101)
 _BARS = (1.0, 2.0, 3.0, 4.0, 5.0, 6.0)

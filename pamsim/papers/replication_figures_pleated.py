@@ -1,4 +1,4 @@
-"""Curves of paper D's figures: the Preisach plane, its major loop, and what it does to the force.
+"""Curves of the figures of Van Damme 2008: Preisach plane, major loop, force.
 
 The paper fits its polynomial to measurements that it does not print: here the polynomial is the
 least-squares fit to the exact shape for many fibres.
@@ -31,7 +31,7 @@ _INNER = (0.20, 0.07)  # contractions between which the paper finds its model go
 
 
 def pleated_curves() -> Mapping[str, Any]:
-    """Plane, loops and force functions of paper D.
+    """Plane, loops and force functions of Van Damme 2008.
 
     Returns:
         ``plane``: levels, weight over its largest value (n, n), and for every level the share of

@@ -9,7 +9,7 @@ from typing import Any
 from pamsim.report.numbers import interval, plain, unit
 
 _SOURCES = ("identified", "assumed", "datasheet", "paper")
-_CITING = ("seed", "paper", "published", "table")
+_CITING = ("matiskova", "nguyen", "van damme", "sarosi", "alraouf", "paper", "published", "table")
 
 
 @dataclass(frozen=True)
@@ -56,7 +56,7 @@ def source_tag(source: str) -> str:
     """Name the kind of a parameter's source.
 
     Args:
-        source: as a rig file writes it, such as ``seed 003, Table 1`` or ``identified``.
+        source: as a rig file writes it, such as ``Matiskova 2021, Table 1`` or ``identified``.
 
     Returns:
         ``identified``, ``assumed``, ``datasheet``, ``paper``, or ``other``.

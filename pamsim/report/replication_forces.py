@@ -1,4 +1,4 @@
-"""Figures of paper E: its force laws at 1 to 6 bar, and the inverse."""
+"""Figures of Sarosi: its force laws at 1 to 6 bar, and the inverse."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from pamsim.report.style import finish_axes, new_figure, styled
 
 @styled
 def force_laws(curves: Mapping[str, Any]) -> Figure:
-    """Paper E's Figures 4 and 6: force over contraction by three laws.
+    """Figures 4 and 6: force over contraction by three laws.
 
     Args:
         curves: ``contraction_percent`` (n,) [%]; ``ideal``, ``corrected``, ``exponential``:

@@ -1,4 +1,4 @@
-"""Figures of paper C: force-displacement loops of the fractional Maxwell element."""
+"""Figures of Nguyen 2024: force-displacement loops of the fractional Maxwell element."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ _DASHES = ("-", (0, (5, 2)), (0, (1, 1.4)), (0, (5, 1.5, 1, 1.5)))
 
 @styled
 def loops_by_order(curves: Mapping[str, Any]) -> Figure:
-    """Paper C's Figure 3: loops for three orders.
+    """Figure 3: loops for three orders.
 
     Args:
         curves: ``by_order``: alpha -> displacement (n,) [mm] and force (n,) [N].
@@ -31,7 +31,7 @@ def loops_by_order(curves: Mapping[str, Any]) -> Figure:
 
 @styled
 def loops_by_test(curves: Mapping[str, Any]) -> Figure:
-    """Paper C's Figures 11 and 12, and what their claims come down to.
+    """Figures 11 and 12, and what their claims come down to.
 
     Args:
         curves: ``by_amplitude`` and ``by_frequency``: label -> displacement (n,) [mm] and force

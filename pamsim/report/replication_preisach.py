@@ -1,4 +1,4 @@
-"""Figures of paper D: Preisach plane, major loop, and the force of a pleated muscle with both."""
+"""Figures of Van Damme 2008: Preisach plane, major loop and force of a pleated muscle."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ from pamsim.report.style import (
 
 @styled
 def plane_and_loop(curves: Mapping[str, Any]) -> Figure:
-    """Paper D's Figures 13 and 11: the plane with its staircase, and the major loop with its line.
+    """Figures 13 and 11: the plane with its staircase, and the major loop with its line.
 
     Args:
         curves: ``plane``: levels (n,), weight and relays (n, n), row alpha, column beta;
@@ -77,7 +77,7 @@ def plane_and_loop(curves: Mapping[str, Any]) -> Figure:
 
 @styled
 def force_loops(curves: Mapping[str, Any]) -> Figure:
-    """Paper D's Figures 14 and 15: loops of the force function, and of the force.
+    """Figures 14 and 15: loops of the force function, and of the force.
 
     Args:
         curves: ``loops``: fibres -> contraction_percent, value, inner_percent, inner_value;
@@ -124,7 +124,7 @@ def force_loops(curves: Mapping[str, Any]) -> Figure:
 
 @styled
 def exact_shape(curves: Mapping[str, Any]) -> Figure:
-    """Paper D's Figure 2: the exact force function and the polynomial (2) fitted to it.
+    """Figure 2: the exact force function and the polynomial (2) fitted to it.
 
     Args:
         curves: ``exact``: contraction_percent (n,) [%], exact and polynomial (n,) [-],

@@ -1,4 +1,4 @@
-"""Figures of papers A and B: an end position over pressure, printed, as published and refitted."""
+"""Figures of Matiskova 2021 and Alraouf 2025: an end position over pressure."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ _DOTTED, _DASHED = (0, (1, 1.6)), (0, (5, 2.5))
 
 @styled
 def static_law(curves: Mapping[str, Any]) -> Figure:
-    """Paper A's Figure 6: equation (23) and the printed tables.
+    """Figure 6: equation (23) and the printed tables.
 
     Args:
         curves: ``p_svd_kpa`` (n,) [kPa], ``eq23_bar_deg``, ``eq23_scaled_deg`` (n,) [deg],
@@ -60,7 +60,7 @@ def static_law(curves: Mapping[str, Any]) -> Figure:
 
 @styled
 def arctangent_loop(curves: Mapping[str, Any]) -> Figure:
-    """Paper B's Figures 5 to 7: lengths, arctangent branches and their residuals.
+    """Figures 5 to 7: lengths, arctangent branches and their residuals.
 
     Args:
         curves: ``pressure_kpa`` (n,), ``fine_kpa`` (m,) [kPa]; under ``up`` and ``down`` the means
@@ -101,7 +101,7 @@ def arctangent_loop(curves: Mapping[str, Any]) -> Figure:
 
 @styled
 def bouc_wen_loop(curves: Mapping[str, Any]) -> Figure:
-    """Paper B's Figure 8: a static Bouc-Wen loop fitted to Table 2, free and held passive.
+    """Figure 8: a static Bouc-Wen loop fitted to Table 2, free and held passive.
 
     Args:
         curves: as in `arctangent_loop`, with ``bouc_wen_residual_cm`` and ``passive_residual_cm``

@@ -27,7 +27,7 @@ SOUND_AT_ICE_POINT = 331.3
 
 @dataclass(frozen=True, kw_only=True)
 class VoltageTransducer(ParameterGroup):
-    """Pressure transducer with a voltage linear in pressure (seed 000, equation (5))."""
+    """Pressure transducer with a voltage linear in pressure (Alraouf 2025, equation (5))."""
 
     group: ClassVar[str] = "transducer"
     zero_voltage: float = parameter(unit="V", low=-20.0, high=20.0, doc="output at no pressure")
@@ -44,7 +44,7 @@ class VoltageTransducer(ParameterGroup):
 
 @dataclass(frozen=True, kw_only=True)
 class UltrasonicRanger(ParameterGroup):
-    """Distance by the echo time of an ultrasonic pulse (seed 000, equation (6))."""
+    """Distance by the echo time of an ultrasonic pulse (Alraouf 2025, equation (6))."""
 
     group: ClassVar[str] = "ranger"
     echo_time_per_length: float = parameter(
@@ -55,7 +55,7 @@ class UltrasonicRanger(ParameterGroup):
 
 @dataclass(frozen=True, kw_only=True)
 class IncrementalEncoder(ParameterGroup):
-    """Incremental shaft encoder (seed 003, section 2.3)."""
+    """Incremental shaft encoder (Matiskova 2021, section 2.3)."""
 
     group: ClassVar[str] = "encoder"
     increments: float = parameter(unit="1", low=4.0, high=1e7, doc="increments per revolution")
@@ -63,7 +63,7 @@ class IncrementalEncoder(ParameterGroup):
 
 @dataclass(frozen=True, kw_only=True)
 class Converter(ParameterGroup):
-    """Analogue-to-digital converter (seed 000, calibration; seed 003, section 2.4)."""
+    """Analogue-to-digital converter (Alraouf 2025, calibration; Matiskova 2021, section 2.4)."""
 
     group: ClassVar[str] = "converter"
     bits: float = parameter(unit="1", low=4.0, high=32.0, doc="bits of a reading")
@@ -73,7 +73,7 @@ class Converter(ParameterGroup):
 
 
 def transducer_pressure(voltage: ArrayLike, device: VoltageTransducer) -> FloatArray:
-    """Pressure a voltage means: (V - V0) / span times full scale (seed 000, equation (5)).
+    """Pressure a voltage means: (V - V0) / span times full scale (Alraouf 2025, equation (5)).
 
     Args:
         voltage: (...) [V].
@@ -124,7 +124,7 @@ def sound_temperature_coefficient(temperature: float) -> float:
 
 
 def ranged_length(echo_time: ArrayLike, device: UltrasonicRanger) -> FloatArray:
-    """Distance the program makes of an echo time (seed 000, equation (6)).
+    """Distance the program makes of an echo time (Alraouf 2025, equation (6)).
 
     Args:
         echo_time: (...) there and back [s].

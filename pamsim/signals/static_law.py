@@ -1,8 +1,8 @@
 """Static characteristics that the papers fitted to measured end positions: no memory, no rate.
 
 Exponential: y = a0 + a1 exp(-x) + a2 x exp(-x), the antagonistic arm's angle over the pressure
-difference (seed 003, equation (17)). Arctangent: y = a0 arctan(a1 x + a2) + a3, one branch of a
-muscle's length over pressure (seed 000, equations (1) and (2), the latter's "b0 +" read as "b0").
+difference (Matiskova 2021, equation (17)). Arctangent: y = a0 arctan(a1 x + a2) + a3, one branch of
+a muscle's length over pressure (Alraouf 2025, equations (1) and (2); its "b0 +" read as "b0").
 """
 
 from __future__ import annotations
@@ -14,7 +14,7 @@ FloatArray = NDArray[np.float64]
 
 
 def exponential_basis(x: ArrayLike) -> FloatArray:
-    """What each coefficient of the exponential law is multiplied by (seed 003, equation (22)).
+    """Factor of each coefficient of the exponential law (Matiskova 2021, equation (22)).
 
     Args:
         x: (n,) pressure difference over the pressure that counts as 1 [-].
@@ -28,7 +28,7 @@ def exponential_basis(x: ArrayLike) -> FloatArray:
 
 
 def exponential_law(x: ArrayLike, a0: float, a1: float, a2: float) -> FloatArray:
-    """The exponential law for x >= 0 (seed 003, equation (17)).
+    """The exponential law for x >= 0 (Matiskova 2021, equation (17)).
 
     Args:
         x: (n,) pressure difference over the pressure that counts as 1 [-].
@@ -71,7 +71,7 @@ def exponential_slope(x: ArrayLike, a1: float, a2: float) -> FloatArray:
 
 
 def arctangent_law(x: ArrayLike, a0: float, a1: float, a2: float, a3: float) -> FloatArray:
-    """One branch of the arctangent loop (seed 000, equations (1) and (2)).
+    """One branch of the arctangent loop (Alraouf 2025, equations (1) and (2)).
 
     Args:
         x: (n,) pressure [unit of 1/a1].

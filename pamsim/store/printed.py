@@ -14,7 +14,7 @@ from pamsim.core.units import DEG_PER_RAD, PA_PER_KPA
 
 @dataclass(frozen=True, kw_only=True)
 class PrintedStep:
-    """One row of seed 003's Tables 1 and 2, in SI.
+    """One row of Matiskova 2021's Tables 1 and 2, in SI.
 
     Attributes:
         row: number, 1 to 24.
@@ -40,7 +40,7 @@ class PrintedStep:
 
 
 def mas20_steps() -> tuple[PrintedStep, ...]:
-    """The 24 printed rows (seed 003, Tables 1 and 2)."""
+    """The 24 printed rows (Matiskova 2021, Tables 1 and 2)."""
     lines = _text("mas20_steps.csv").splitlines()
     rows = csv.DictReader(line for line in lines if not line.startswith("#"))
     return tuple(
@@ -65,7 +65,7 @@ def distinct_steps() -> tuple[PrintedStep, ...]:
 
 
 def mas20_models() -> Mapping[str, Any]:
-    """Printed models of the rig, as in ``mas20_models.toml`` (seed 003, (23), (30), (31))."""
+    """Printed models of the rig, as in ``mas20_models.toml`` (Matiskova 2021, (23), (30), (31))."""
     return tomllib.loads(_text("mas20_models.toml"))
 
 

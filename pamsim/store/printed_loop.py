@@ -1,4 +1,4 @@
-"""Read the printed pressure-length loop of seed 000: tables, equations, scores and sensors.
+"""Read the printed pressure-length loop of Alraouf 2025: tables, equations, scores and sensors.
 
 Numbers stay in the printed units (kPa, cm), each with half a unit of its last printed digit: they
 are compared digit by digit with what is recomputed, and not used to simulate anything.
@@ -23,7 +23,7 @@ SCORES = ("MSE", "R2", "RMSE", "MAE")
 
 @dataclass(frozen=True, kw_only=True)
 class LoopRow:
-    """Length of the muscle at one pressure on one branch, from three runs (seed 000, Table 2).
+    """Length of the muscle at one pressure on one branch, from three runs (Alraouf 2025, Table 2).
 
     Attributes:
         branch: ``up`` or ``down``.
@@ -42,7 +42,7 @@ class LoopRow:
 
 @dataclass(frozen=True, kw_only=True)
 class LoopCoefficient:
-    """One coefficient with its 95 % interval (seed 000, Table 1)."""
+    """One coefficient with its 95 % interval (Alraouf 2025, Table 1)."""
 
     branch: str
     symbol: str
@@ -81,7 +81,7 @@ def loop_coefficients(branch: str) -> tuple[LoopCoefficient, ...]:
 
 
 def loop_scores(branch: str, model: str) -> Mapping[str, Printed]:
-    """Printed scores of one branch (seed 000, Tables 3 and 4).
+    """Printed scores of one branch (Alraouf 2025, Tables 3 and 4).
 
     Args:
         branch: ``up`` or ``down``.

@@ -23,7 +23,7 @@ from pamsim.store.printed import distinct_steps
 FloatArray = NDArray[np.float64]
 
 PRINTED = "mas20"
-"""Name of the packaged table: the 21 distinct rows of seed 003, Tables 1 and 2."""
+"""Name of the packaged table: the 21 distinct rows of Matiskova 2021, Tables 1 and 2."""
 
 _ALIASES = {"beta_deg": "angle_deg"}
 _KNOWN = re.compile(r"(start_)?p[1-9]\d*_kpa|angle_deg|load_kg")

@@ -1,4 +1,4 @@
-"""Paper C's element: order, relaxation time and stiffness recovered, with intervals that cover."""
+"""The element of Nguyen 2024: order, relaxation time and stiffness, with intervals that cover."""
 
 from __future__ import annotations
 

@@ -84,7 +84,7 @@ def test_the_page_s_numbers_are_the_recorded_ones(record, mas20):
     for alternative in mas20["alternatives"]:
         assert f"`{alternative['name']}`" in PAGE
     assert f"within {mas20['simulated_in_time']['largest_difference_deg']:.3f} deg" in PAGE
-    loops = record["paper_b"]
+    loops = record["alraouf2025"]
     for form in ("means", "branches"):
         result = loops[form]
         best = result["tried"][0]

@@ -28,7 +28,7 @@ def fibre(braid: Braid) -> tuple[float, float]:
 
 
 def helix_volume(length: float, braid: Braid) -> float:
-    """Seed 001 (4) as printed: V = l (b^2 - l^2) / (4 pi n^2)."""
+    """Nguyen 2024 (4) as printed: V = l (b^2 - l^2) / (4 pi n^2)."""
     b, n = fibre(braid)
     return length * (b * b - length * length) / (4.0 * math.pi * n * n)
 
@@ -116,8 +116,8 @@ def test_ideal_force_does_the_work_of_the_air(braid, pressure, start, end):
 
 
 @given(BRAIDS, between(1.0, 1e6), between(0.0, 0.6))
-def test_ideal_force_is_that_of_seed_004(braid, pressure, contraction):
-    """Seed 004 (1): F = p pi r0^2 (a (1 - kappa)^2 - b), a = 3/tan^2, b = 1/sin^2."""
+def test_ideal_force_is_that_of_sarosi(braid, pressure, contraction):
+    """Sarosi (1): F = p pi r0^2 (a (1 - kappa)^2 - b), a = 3/tan^2, b = 1/sin^2."""
     nominal_length, diameter, fibre_angle = braid
     a, b = 3.0 / math.tan(fibre_angle) ** 2, 1.0 / math.sin(fibre_angle) ** 2
     base = pressure * math.pi * (0.5 * diameter) ** 2

@@ -1,4 +1,4 @@
-"""Paper B, the arctangent model: equations (1) to (4), Table 1, fits to the means of Table 2."""
+"""The arctangent model: equations (1) to (4), Table 1, fits to the means of Table 2."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Paper B (seed 000): arctangent pressure-length hysteresis, all its printed numbers and claims."""
+"""Alraouf 2025: arctangent pressure-length hysteresis, all its printed numbers and claims."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from pamsim.papers.claim import Claim
 
 
 def claims() -> list[Claim]:
-    """Recompute paper B; fitting the Bouc-Wen loop takes most of the time."""
+    """Recompute Alraouf 2025; fitting the Bouc-Wen loop takes most of the time."""
     return [
         *paper_b_arctangent.claims(),
         *paper_b_scores.claims(),

@@ -1,4 +1,4 @@
-"""Paper B, Tables 3 and 4: scores of the arctangent and the Bouc-Wen model, compared."""
+"""Alraouf 2025, Tables 3 and 4: scores of the arctangent and the Bouc-Wen model, compared."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Paper B, its sensors: equations (5) and (6), resolutions, accuracies, critical angle."""
+"""Alraouf 2025, its sensors: equations (5) and (6), resolutions, accuracies, critical angle."""
 
 from __future__ import annotations
 

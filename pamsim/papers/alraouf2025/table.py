@@ -1,4 +1,4 @@
-"""Paper B, Table 2: its intervals, its loop, and the sentences on what it shows."""
+"""Alraouf 2025, Table 2: its intervals, its loop, and the sentences on what it shows."""
 
 from __future__ import annotations
 

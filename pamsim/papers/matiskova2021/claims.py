@@ -1,4 +1,4 @@
-"""Paper A (seed 003): the antagonistic MAS-20 actuator, all its printed numbers and claims."""
+"""Matiskova 2021: the antagonistic MAS-20 actuator, all its printed numbers and claims."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from pamsim.papers.matiskova2021 import tables as paper_a_tables
 
 
 def claims() -> list[Claim]:
-    """Recompute paper A; simulates its rows once, which takes most of the time."""
+    """Recompute Matiskova 2021; simulates its rows once, which takes most of the time."""
     return [
         *paper_a_tables.claims(),
         *paper_a_statics.claims(),

@@ -1,4 +1,4 @@
-"""Paper A, the transfer functions (30) and (31): their arithmetic, and whether they agree."""
+"""The transfer functions (30) and (31): their arithmetic, and whether they agree."""
 
 from __future__ import annotations
 

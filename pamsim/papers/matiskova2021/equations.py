@@ -1,4 +1,4 @@
-"""Paper A, the equations of its section 3: misprints, shown by what they would mean."""
+"""Matiskova 2021, the equations of its section 3: misprints, shown by what they would mean."""
 
 from __future__ import annotations
 

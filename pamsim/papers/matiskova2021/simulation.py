@@ -1,4 +1,4 @@
-"""Paper A, what its rig does when it is simulated: end positions, G1, G2 and the words on them."""
+"""The simulated rig: end positions, G1, G2 and the words on them."""
 
 from __future__ import annotations
 

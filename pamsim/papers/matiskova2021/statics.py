@@ -1,4 +1,4 @@
-"""Paper A, the static law (17), (23) against Tables 1 and 2, and the sentences on its course."""
+"""The static law (17), (23) against Tables 1 and 2, and the sentences on its course."""
 
 from __future__ import annotations
 

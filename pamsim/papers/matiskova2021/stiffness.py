@@ -1,4 +1,4 @@
-"""Paper A, what it says of stiffness: equation (5), the sum of pressures, symmetry."""
+"""Matiskova 2021, what it says of stiffness: equation (5), the sum of pressures, symmetry."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Paper A, Tables 1 and 2: does their own arithmetic hold?"""
+"""Matiskova 2021, Tables 1 and 2: does their own arithmetic hold?"""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Paper C (seed 001): the fractional Maxwell model, all its printed numbers and claims."""
+"""Nguyen 2024: the fractional Maxwell model, all its printed numbers and claims."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from pamsim.papers.nguyen2024 import search as paper_c_search
 
 
 def claims() -> list[Claim]:
-    """Recompute paper C; the searches for its three parameters take most of the time."""
+    """Recompute Nguyen 2024; the searches for its three parameters take most of the time."""
     return [
         *paper_c_geometry.claims(),
         *paper_c_loop.claims(),

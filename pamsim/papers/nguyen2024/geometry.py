@@ -1,4 +1,4 @@
-"""Paper C, section 2.2 and the slow test: volume (4), air forces (3), (5), isothermal air (2)."""
+"""Section 2.2 and the slow test: volume (4), air forces (3), (5), isothermal air (2)."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Paper C, section 2.3: the fractional Maxwell element, its loop (13) and Figure 3."""
+"""Nguyen 2024, section 2.3: the fractional Maxwell element, its loop (13) and Figure 3."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Paper C's muscle, its identified element and its test loops, from the printed numbers, in SI."""
+"""The muscle of Nguyen 2024, identified element and test loops, as printed, in SI."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ PERCENT = 1e-2
 
 
 def value(name: str) -> float:
-    """A printed number of paper C in its printed unit."""
+    """A printed number of Nguyen 2024 in its printed unit."""
     return printed_number("C", name).value
 
 

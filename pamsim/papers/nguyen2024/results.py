@@ -1,4 +1,4 @@
-"""Paper C, section 4.2: what alpha, beta and Ke imply, and the two study cases in words."""
+"""Nguyen 2024, section 4.2: what alpha, beta and Ke imply, and the two study cases in words."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Paper C, section 3: whether the cost (16) and the water cycle algorithm determine the element."""
+"""Section 3: whether the cost (16) and the water cycle algorithm determine the element."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Paper E (seed 004): static force models of a DMSP-20-200N, all its equations and claims."""
+"""Sarosi: static force models of a DMSP-20-200N, all its equations and claims."""
 
 from __future__ import annotations
 
@@ -9,5 +9,5 @@ from pamsim.papers.sarosi import inverse as paper_e_inverse
 
 
 def claims() -> list[Claim]:
-    """Recompute paper E."""
+    """Recompute Sarosi."""
     return [*paper_e_equations.claims(), *paper_e_inverse.claims(), *paper_e_fits.claims()]

@@ -1,4 +1,4 @@
-"""Paper E, what (1) to (4) say of themselves, without any measurement."""
+"""Sarosi, what (1) to (4) say of themselves, without any measurement."""
 
 from __future__ import annotations
 
@@ -21,9 +21,9 @@ _PERCENT = 1e-2
 _ANGLES = tuple(np.radians([15.0, 20.0, 25.0, 28.6, 32.0, 40.0]).tolist())
 _BARS = (1.0, 2.0, 3.0, 4.0, 5.0, 6.0)
 _SERIES_ANGLE = printed_number("C", "fibre_angle").value
-"""Fibre angle of the series as seed 001 prints it [deg]; paper E prints none."""
+"""Fibre angle of the series as Nguyen 2024 prints it [deg]; Sarosi prints none."""
 _TYPE = "DMSP-20-200"
-"""The muscle of paper E."""
+"""The muscle of Sarosi."""
 
 
 def claims() -> list[Claim]:
@@ -76,7 +76,7 @@ def _same_largest() -> Claim:
         1e-9,
         unit="1",
         reason=f"where (1) is zero, {found[0] / _PERCENT:.2f} % at every pressure for 28.6 deg"
-        " (seed 001's muscle; paper E prints no angle)",
+        " (Nguyen 2024's muscle; Sarosi prints no angle)",
         otherwise=Verdict.INCONSISTENT,
     )
 
@@ -95,9 +95,9 @@ def _angle() -> Claim:
         recomputed=tuple(angles),
         unit="deg",
         verdict=Verdict.NOT_REPRODUCIBLE,
-        reason=f"(1) is zero there at {back[0]:.0f} and {back[1]:.0f} %; seed 001 prints 28.6 deg"
-        " for the same series, which gives 34 %. The maker's limit is one of rubber and ends, so"
-        " it does not determine alpha0",
+        reason=f"(1) is zero there at {back[0]:.0f} and {back[1]:.0f} %; Nguyen 2024 prints 28.6"
+        " deg for the same series, which gives 34 %. The maker's limit is one of rubber and ends,"
+        " so it does not determine alpha0",
     )
 
 

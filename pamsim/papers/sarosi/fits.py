@@ -1,4 +1,4 @@
-"""Paper E, its comparisons with measurements: on published force maps, since it prints no point."""
+"""Sarosi, its comparisons with measurements: on published force maps, since it prints no point."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from pamsim.papers.printed_number import printed_number
 from pamsim.papers.sarosi.maps import fitted_residual, measured, predicted, rms
 
 _MAP = (
-    "published force map of a DMSP-20-300N, 60 points where it pulls; paper E measured another"
+    "published force map of a DMSP-20-300N, 60 points where it pulls; Sarosi measured another"
     " length of the series and prints no point"
 )
 
@@ -56,8 +56,8 @@ def _overestimates() -> Claim:
         verdict=holds(
             rms(residual) > 3.0 * rms(fitted_residual("corrected")), Verdict.NOT_REPRODUCIBLE
         ),
-        reason=f"{_MAP}. Geometry of seed 001, nothing fitted; three times the RMS of (2) counted"
-        " as significant",
+        reason=f"{_MAP}. Geometry of Nguyen 2024, nothing fitted; three times the RMS of (2)"
+        " counted as significant",
     )
 
 
@@ -127,7 +127,7 @@ def _published(id: str, kind: str, diameter: str) -> Claim:
         reason=f"on the published map of a {diameter} of another length, highest force"
         f" {points.force.max():.0f} N; correlation"
         f" {float(np.corrcoef(force, points.force)[0, 1]):.4f}, best factor {scale:.2f}. Shapes"
-        " agree, heights do not; paper E's own constants and points are not printed",
+        " agree, heights do not; Sarosi's own constants and points are not printed",
     )
 
 

@@ -1,4 +1,4 @@
-"""Paper E, the constants of (3) and (4), the inverse (5) and where the published law ends."""
+"""Sarosi, the constants of (3) and (4), the inverse (5) and where the published law ends."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ Form = Callable[[FloatArray, FloatArray, FloatArray], FloatArray]
 _PERCENT = 1e-2
 _BARS = (1.0, 2.0, 3.0, 4.0, 5.0, 6.0)
 _TYPE = "DMSP-20-200"
-"""The muscle of paper E."""
+"""The muscle of Sarosi."""
 _ONE_PRESSURE = (280.0, -30.0, 0.5, -900.0, -20.0)
 _ALL_PRESSURES = (-4.0, 280.0, -30.0, 0.5, -900.0, 50.0, 290.0, -270.0)
 """Where the derivatives are taken: of the size of the published constants, p in bar."""
@@ -127,7 +127,7 @@ def _published_largest() -> Claim:
         recomputed=found / _PERCENT,
         unit="%",
         verdict=holds(low <= found / _PERCENT <= high, Verdict.NOT_REPRODUCIBLE),
-        reason=f"constants of the {_TYPE} from later work of the group; paper E prints neither its"
+        reason=f"constants of the {_TYPE} from later work of the group; Sarosi prints neither its"
         " constants nor its highest pressure, 6 bar is the maker's",
         tolerance=numbers[0].half_unit,
     )

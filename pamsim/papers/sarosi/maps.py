@@ -1,4 +1,4 @@
-"""Measured force maps of Festo muscles, and the laws of paper E fitted to them."""
+"""Measured force maps of Festo muscles, and the laws of Sarosi fitted to them."""
 
 from __future__ import annotations
 
@@ -41,7 +41,7 @@ def measured(kind: str) -> MeasuredForces:
 
 
 def dmsp_20_braid() -> Braid:
-    """Geometry of the mapped DMSP-20-300N as seed 001 prints it; paper E prints none."""
+    """Geometry of the mapped DMSP-20-300N as Nguyen 2024 prints it; Sarosi prints none."""
     return Braid(
         nominal_length=printed_number("C", "free_length").value * 1e-3,
         diameter=printed_number("C", "diameter").value * 1e-3,

@@ -1,4 +1,4 @@
-"""Paper D (seed 002): Preisach hysteresis of pleated muscles, all its numbers and claims."""
+"""Van Damme 2008: Preisach hysteresis of pleated muscles, all its numbers and claims."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from pamsim.papers.vandamme2008 import shape as paper_d_shape
 
 
 def claims() -> list[Claim]:
-    """Recompute paper D; fitting the noisy loops takes most of the time."""
+    """Recompute Van Damme 2008; fitting the noisy loops takes most of the time."""
     return [
         *paper_d_shape.claims(),
         *paper_d_preisach.claims(),

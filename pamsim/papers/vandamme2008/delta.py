@@ -1,4 +1,4 @@
-"""Paper D, section III.E: delta, and whether a loop determines delta, c and d."""
+"""Van Damme 2008, section III.E: delta, and whether a loop determines delta, c and d."""
 
 from __future__ import annotations
 

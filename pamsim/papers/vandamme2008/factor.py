@@ -1,4 +1,4 @@
-"""Paper D, sections III.D and III.E: the relative error (6) and the force (7)."""
+"""Van Damme 2008, sections III.D and III.E: the relative error (6) and the force (7)."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Paper D's muscle and its loops, from the printed numbers, in SI."""
+"""The muscle of Van Damme 2008 and its loops, from the printed numbers, in SI."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ PERCENT = 1e-2
 
 
 def value(name: str) -> float:
-    """A printed number of paper D in its printed unit."""
+    """A printed number of Van Damme 2008 in its printed unit."""
     return printed_number("D", name).value
 
 

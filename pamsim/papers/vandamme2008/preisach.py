@@ -1,4 +1,4 @@
-"""Paper D, section III.C: the Preisach operator and its weight (5)."""
+"""Van Damme 2008, section III.C: the Preisach operator and its weight (5)."""
 
 from __future__ import annotations
 

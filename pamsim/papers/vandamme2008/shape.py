@@ -1,4 +1,4 @@
-"""Paper D, section II: force function (1), (2) of a pleated muscle, and the imposed force."""
+"""Section II: force function (1), (2) of a pleated muscle, and the imposed force."""
 
 from __future__ import annotations
 

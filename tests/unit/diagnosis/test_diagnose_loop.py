@@ -1,4 +1,4 @@
-"""Paper B's loop in both forms in which it is printed, and what may be said of each."""
+"""The loop of Alraouf 2025 in both forms in which it is printed, and what may be said of each."""
 
 from __future__ import annotations
 
@@ -8,13 +8,21 @@ import numpy as np
 import pytest
 
 from pamsim.core.errors import InputError
-from pamsim.diagnosis.diagnose_loop import PAPER_B, diagnose_length_loop, paper_b_loop, table_loop
+from pamsim.diagnosis.diagnose_loop import (
+    ALRAOUF_2025_FORMS,
+    alraouf2025_loop,
+    diagnose_length_loop,
+    table_loop,
+)
 from pamsim.store.measured_table import LengthLoop
 
 
 @pytest.fixture(scope="module")
 def reports():
-    return {form: diagnose_length_loop(paper_b_loop(form), PAPER_B[form]) for form in PAPER_B}
+    return {
+        form: diagnose_length_loop(alraouf2025_loop(form), ALRAOUF_2025_FORMS[form])
+        for form in ALRAOUF_2025_FORMS
+    }
 
 
 def test_printed_branches_are_opened_by_hysteresis_or_creep(reports):
@@ -52,13 +60,13 @@ def test_reports_fit_into_json_and_viscous_is_left_to_readings_in_motion(reports
     for report in reports.values():
         json.dumps(report.as_dict(), allow_nan=False)
         assert "viscous" not in {t["operator"] for t in report.as_dict()["tried"]}
-    moving = diagnose_length_loop(paper_b_loop("branches"), "in motion", at_rest=False)
+    moving = diagnose_length_loop(alraouf2025_loop("branches"), "in motion", at_rest=False)
     assert "viscous" in {m.name for m in moving.found.tried}
 
 
 def test_a_user_s_table_and_an_unknown_form():
-    loop = paper_b_loop("branches")
+    loop = alraouf2025_loop("branches")
     table = LengthLoop(pressure=loop.input, length=loop.output, rising=loop.rising)
     assert np.array_equal(table_loop(table).output, loop.output)
     with pytest.raises(InputError, match="did you mean 'means'"):
-        paper_b_loop("mean")
+        alraouf2025_loop("mean")

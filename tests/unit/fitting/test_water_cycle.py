@@ -17,11 +17,11 @@ from pamsim.fitting.search_comparison import compare_searches
 from pamsim.fitting.water_cycle import _shares, water_cycle
 
 LOW, HIGH = [c.low for c in MAXWELL], [c.high for c in MAXWELL]
-PUBLISHED = (0.27, 49.82, 2260.0)  # seed 001, section 4.2
+PUBLISHED = (0.27, 49.82, 2260.0)  # Nguyen 2024, section 4.2
 
 
 def loops(alpha, beta, stiffness):
-    """Loops at 1 to 10 Hz and 150 N, the tests of seed 001."""
+    """Loops at 1 to 10 Hz and 150 N, the tests of Nguyen 2024."""
     return tuple(maxwell_loop(alpha, beta, stiffness, 2.0 * np.pi * f, 150.0) for f in range(1, 11))
 
 

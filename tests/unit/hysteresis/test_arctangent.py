@@ -1,4 +1,4 @@
-"""Arctangent branches of seed 000 and the rule for partial loops."""
+"""Arctangent branches of Alraouf 2025 and the rule for partial loops."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ def test_inverse_and_slope_belong_to_the_branch(branch):
 
 
 def test_printed_branches_near_the_printed_table():
-    """Seed 000, table 2 at 0, 250 and 500 kPa, within the 3 mm of its length sensor and a bit."""
+    """Alraouf 2025, table 2 at 0, 250 and 500 kPa, within little more than its sensor's 3 mm."""
     for branch, measured in zip(
         BRANCHES, ((30.053, 25.64, 24.2), (30.05, 25.7, 24.197)), strict=True
     ):

@@ -29,7 +29,7 @@ C, D = -0.1, -1.0
 
 
 class PlainRelay:
-    """A relay as seed 002, figure 12, draws it."""
+    """A relay as Van Damme 2008, figure 12, draws it."""
 
     def __init__(self, alpha: float, beta: float) -> None:
         self.alpha, self.beta = alpha, beta
@@ -118,7 +118,7 @@ def test_virgin_state_is_neutral_and_saturation_is_one(levels):
 
 
 def test_weight_as_printed():
-    """Seed 002, (5), written out at points on both sides of alpha + beta = 0."""
+    """Van Damme 2008, (5), written out at points on both sides of alpha + beta = 0."""
     assert seed_weight(0.3, -0.5) == math.exp(-((-0.8 + 0.1) ** 2) - (-0.2 + 1.0) ** 2)
     assert seed_weight(0.5, -0.3) == math.exp(-((-0.8 + 0.1) ** 2) - (0.2 - 1.0) ** 2)
     assert seed_weight(0.8, 0.1) == pytest.approx(seed_weight(-0.1, -0.8), rel=1e-14)
@@ -158,7 +158,7 @@ def test_pleated_line_is_the_least_squares_line_through_the_major_loop():
 
 
 def test_pleated_factor_is_small_beside_the_loop_of_the_paper():
-    """Seed 002, (6): e lies below 0 while contracting, above 0 while extending."""
+    """Van Damme 2008, (6): e lies below 0 while contracting, above 0 while extending."""
     levels = 100
     group = PleatedFactor(levels=levels)
     par, act, rates = group.own(), [0.0] * levels, [0.0] * levels
@@ -172,7 +172,7 @@ def test_pleated_factor_is_small_beside_the_loop_of_the_paper():
 
 
 def test_pleated_factor_ends_with_its_span():
-    """Seed 002 takes eps_s between -1 and 1: the line does not run on where the relays stop."""
+    """Van Damme 2008 takes eps_s between -1 and 1: the line ends where the relays do."""
     group = PleatedFactor(levels=12)
     at_end = pleated_factor_output(group.own(), 0, [0.0] * 12, 0.35)
     assert pleated_factor_output(group.own(), 0, [0.0] * 12, 0.6) == pytest.approx(at_end)

@@ -23,7 +23,7 @@ from pamsim.linear.arx import (
 )
 from pamsim.linear.first_second_order import second_order_step
 
-T1, T2 = 0.090314, 0.57873  # paper 003, equation (31)
+T1, T2 = 0.090314, 0.57873  # Matiskova 2021, equation (31)
 TS = 0.002
 
 

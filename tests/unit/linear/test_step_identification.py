@@ -19,8 +19,8 @@ from pamsim.linear.step_identification import (
     identify_step,
 )
 
-T1, T2 = 0.090314, 0.57873  # paper 003, equation (31)
-RATE = 500.0  # paper 003: sampled at 500 Hz
+T1, T2 = 0.090314, 0.57873  # Matiskova 2021, equation (31)
+RATE = 500.0  # Matiskova 2021: sampled at 500 Hz
 
 
 def times(seconds: float) -> np.ndarray:

@@ -20,7 +20,7 @@ FITTED = (15.53, -1.2386, 0.3788, -1.1877, 40.0)  # to a measured map of a 20 mm
 
 
 def printed(bar: float, kappa: float, a_eps, b_eps, a_kappa, b_kappa, k0) -> float:
-    """Equation (2) of seed 004 in its own unit, the bar, times 1e5 for newtons."""
+    """Equation (2) of Sarosi in its own unit, the bar, times 1e5 for newtons."""
     a, b = 3.0 / math.tan(ANGLE) ** 2, 1.0 / math.sin(ANGLE) ** 2
     eps = a_eps * math.exp(-bar) - b_eps
     mu = a_kappa * math.exp(-kappa * k0) - b_kappa

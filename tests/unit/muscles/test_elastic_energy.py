@@ -15,7 +15,7 @@ from pamsim.muscles.elastic_energy import (
 )
 from pamsim.muscles.mckibben import ideal_force
 
-LENGTH, BRAID = 0.3, (0.02, math.radians(28.6))  # DMSP-20-300N of seed 001
+LENGTH, BRAID = 0.3, (0.02, math.radians(28.6))  # DMSP-20-300N of Nguyen 2024
 WORK = (3e5, 0.12)
 
 

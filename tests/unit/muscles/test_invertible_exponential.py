@@ -78,7 +78,7 @@ def test_an_isobar_is_the_single_pressure_law(name, p, k):
 
 
 def test_the_single_pressure_law_is_the_printed_one_with_c_folded():
-    a, b, c, d, e = 350.0, -35.0, 0.3, -900.0, 610.0  # seed 004 (3)
+    a, b, c, d, e = 350.0, -35.0, 0.3, -900.0, 610.0  # Sarosi (3)
     for k in (0.0, 0.05, 0.2):
         wanted = a * math.exp(b * k + c) + d * k + e
         force = single_pressure_force(3e5, k, folded_factor(a, c), b, d, e)

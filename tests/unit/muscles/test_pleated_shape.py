@@ -119,7 +119,7 @@ def test_contraction_grows_with_the_shape_parameter(slenderness):
 
 
 def test_largest_contraction():
-    """Over 40 % for the slenderness of seed 002, and at most 54.3 %."""
+    """Over 40 % for the slenderness of Van Damme 2008, and at most 54.3 %."""
     assert pleated_max_contraction(6.0) == pytest.approx(0.40252, abs=1e-5)
     limit = 2.0 * (1.0 - ellipe(0.5) / ellipk(0.5))
     assert pleated_max_contraction(1e6) == pytest.approx(limit, abs=1e-5)
@@ -142,7 +142,7 @@ def test_force_at_small_contraction_grows_as_one_over_its_root(slenderness):
 
 
 def test_published_size_of_the_force():
-    """Seed 002 drives its muscle (l0 = 6 cm, 2.5 bar at most) up to 2150 N and keeps eps > 5 %."""
+    """Van Damme 2008 drives its muscle (l0 = 6 cm, at most 2.5 bar) up to 2150 N at eps > 5 %."""
     at_five_percent = pleated_shape_force(2.5e5, 0.05, 6.0, 0.06)
     assert 1000.0 < at_five_percent < 2150.0
     assert pleated_shape_force(2.5e5, 0.02, 6.0, 0.06) > at_five_percent

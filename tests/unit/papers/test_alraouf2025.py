@@ -1,4 +1,4 @@
-"""Paper B, recomputed: transcription, the checked numbers, and what the printed fit proves."""
+"""Alraouf 2025, recomputed: transcription, the checked numbers, and what the printed fit proves."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Paper A, recomputed: the claims' form, the checked numbers, and what `replicate` refuses."""
+"""The claims' form, the checked numbers, and what `replicate` refuses."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Paper C: its claims, and that a verdict changes when what it rests on changes."""
+"""Nguyen 2024: its claims, and that a verdict changes when what it rests on changes."""
 
 import numpy as np
 import pytest

@@ -1,4 +1,4 @@
-"""Paper E: its claims, and that a verdict changes when what it rests on changes."""
+"""Sarosi: its claims, and that a verdict changes when what it rests on changes."""
 
 import dataclasses
 

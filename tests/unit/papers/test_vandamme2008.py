@@ -1,4 +1,4 @@
-"""Paper D: its claims, and that a verdict changes when what it rests on changes."""
+"""Van Damme 2008: its claims, and that a verdict changes when what it rests on changes."""
 
 import numpy as np
 import pytest

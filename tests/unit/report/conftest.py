@@ -159,10 +159,10 @@ def make_static() -> dict[str, Any]:
 def make_parameters() -> list[dict[str, Any]]:
     names = ("name", "value", "unit", "source", "interval95", "note")
     lines = (
-        ("braid.nominal_length", 250, "mm", "seed 003, Table 1 (MAS-20-250)", None, ""),
-        ("braid.diameter", 20, "mm", "seed 003, Table 1 (MAS-20-250)", None, ""),
+        ("braid.nominal_length", 250, "mm", "Matiskova 2021, Table 1 (MAS-20-250)", None, ""),
+        ("braid.diameter", 20, "mm", "Matiskova 2021, Table 1 (MAS-20-250)", None, ""),
         ("mounting.length_at_zero", 255, "mm", "assumed", None, "never printed"),
-        ("force.a", -4.00180705, "N/bar", "DMSP-20-200, same group as seed 004", None, ""),
+        ("force.a", -4.00180705, "N/bar", "DMSP-20-200, same group as Sarosi", None, ""),
         ("passive.stiffness", 24012.3817, "N", "identified", [22150.2, 25911.7], ""),
         ("valve.conductance_fill", 0.06, "dm^3/(s*bar)", "datasheet", None, "one of two orifices"),
         (
@@ -173,7 +173,7 @@ def make_parameters() -> list[dict[str, Any]]:
             [11.92, 13.05],
             "pulley radius, not printed",
         ),
-        ("sensor.encoder_increments", 2500, "1", "seed 003, section 2.3", None, ""),
+        ("sensor.encoder_increments", 2500, "1", "Matiskova 2021, section 2.3", None, ""),
     )
     return [dict(zip(names, line, strict=True)) for line in lines]
 

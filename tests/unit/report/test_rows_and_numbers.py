@@ -88,7 +88,7 @@ def test_numbers_read_well(written, wanted):
 @pytest.mark.parametrize(
     ("source", "tag"),
     [
-        ("seed 003, Table 1 (MAS-20-250)", "paper"),
+        ("Matiskova 2021, Table 1 (MAS-20-250)", "paper"),
         ("published constants for DMSP-20-200", "paper"),
         ("identified", "identified"),
         ("Assumed: never printed", "assumed"),

@@ -21,7 +21,7 @@ from pamsim.signals.sensors import (
     measured,
 )
 
-# seed 003, sections 2.3 and 2.4: 2500 increments, 14 bits over 20 V, 100 kPa/V
+# Matiskova 2021, sections 2.3 and 2.4: 2500 increments, 14 bits over 20 V, 100 kPa/V
 CHAIN = MeasurementChain(
     encoder_increments=2500.0, converter_bits=14.0, converter_span=20.0, transducer_gain=1e5
 )

@@ -13,8 +13,8 @@ from pamsim.signals.static_law import (
     odd_exponential_basis,
 )
 
-A = (35.135, -34.4443, 5.470)  # seed 003, equation (23)
-LOOP = (2.7378, -0.0083212, 1.3402, 27.759)  # seed 000, equation (3)
+A = (35.135, -34.4443, 5.470)  # Matiskova 2021, equation (23)
+LOOP = (2.7378, -0.0083212, 1.3402, 27.759)  # Alraouf 2025, equation (3)
 X = np.linspace(0.0, 6.0, 61)
 
 
