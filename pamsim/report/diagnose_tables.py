@@ -5,21 +5,16 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from pamsim.report.numbers import NONE, fixed, interval, significant, unit, words
-
-_LUCK = 1e-4
-
-
-def percent(share: Any) -> str:
-    """A share as a percentage."""
-    return NONE if share is None else f"{fixed(100.0 * share, 0)} %"
-
-
-def chance(p_value: Any) -> str:
-    """A p-value; what is too small to be believed to the digit is a bound."""
-    if p_value is None:
-        return NONE
-    return f"< {_LUCK:.4f}" if p_value < _LUCK else significant(p_value, 2)
+from pamsim.report.numbers import (
+    NONE,
+    fixed,
+    interval,
+    p_value,
+    percent,
+    significant,
+    unit,
+    words,
+)
 
 
 def model_rows(models: Sequence[Mapping[str, Any]]) -> list[dict[str, Any]]:
@@ -33,7 +28,7 @@ def model_rows(models: Sequence[Mapping[str, Any]]) -> list[dict[str, Any]]:
             "name": words(model["name"]).replace("+", " + "),
             "family": words(model["family"]).replace("+", " + "),
             "explained": percent(model["explained"]),
-            "p_value": chance(model.get("p_value")),
+            "p_value": p_value(model.get("p_value")),
             "behind": fixed(model.get("loss_difference_in_standard_errors"), 1),
             "parameters": [
                 {
@@ -95,7 +90,7 @@ def tried_rows(tried: Sequence[Mapping[str, Any]]) -> list[dict[str, str]]:
                 "loss": significant(model["held_out_loss"], 4),
                 "gain": significant(model["gain"], 3),
                 "error": significant(model["gain_error"], 2),
-                "p_value": chance(model["p_value"]),
+                "p_value": p_value(model["p_value"]),
                 "doubt": "; ".join(doubts),
             }
         )

@@ -1,4 +1,7 @@
-"""Numbers as readers expect them: a true minus sign, enough digits, a dash where there is none."""
+"""Numbers as readers expect them: a true minus sign, enough digits, a dash where there is none.
+
+`pamsim.report.page` offers these functions to every template as filters of the same names.
+"""
 
 from __future__ import annotations
 
@@ -7,6 +10,7 @@ import re
 from typing import Any
 
 NONE = "–"
+_SMALLEST_P = 1e-4  # below it the digits of a permutation test mean nothing
 _RAISED = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
 
 
@@ -88,6 +92,35 @@ def interval(pair: Any, digits: int) -> str:
     return "" if NONE in ends else " to ".join(ends)
 
 
+def quantity(value: Any, of: Any, digits: int) -> str:
+    """Write a number with its unit.
+
+    Args:
+        value: a number; anything else, and NaN, is written as a dash.
+        of: the unit; ``1`` or None for none.
+        digits: significant digits.
+
+    Returns:
+        For example ``487.0 kPa``.
+    """
+    text = significant(value, digits)
+    return text if text == NONE else f"{text} {unit(of)}".rstrip()
+
+
+def percent(share: Any, decimals: int = 0) -> str:
+    """Write a share as a percentage, such as ``93 %``; a dash where there is none."""
+    number = number_or_none(share)
+    return NONE if number is None else f"{fixed(100.0 * number, decimals)} %"
+
+
+def p_value(value: Any) -> str:
+    """Write a p-value, such as ``0.013``; a very small one as a bound, ``< 0.0001``."""
+    number = number_or_none(value)
+    if number is not None and number < _SMALLEST_P:
+        return f"< {_SMALLEST_P:.4f}"
+    return significant(number, 2)
+
+
 def unit(name: Any) -> str:
     """Write a unit of a rig file as printed: ``dm^3/(s*bar)`` becomes ``dm³/(s·bar)``.
 
@@ -108,9 +141,19 @@ def words(name: Any) -> str:
     return "" if name is None else str(name).replace("_", " ")
 
 
+def sentence(text: Any) -> str:
+    """Write a statement as a sentence: a capital first letter and one full stop."""
+    stated = "" if text is None else str(text).strip().rstrip(".")
+    return f"{stated[:1].upper()}{stated[1:]}." if stated else ""
+
+
 def _pretty(text: str) -> str:
     mantissa, _, exponent = text.partition("e")
     mantissa = mantissa.removesuffix(".").replace("-", "−")
     if not exponent:
         return mantissa
     return f"{mantissa}×10{str(int(exponent)).translate(_RAISED)}"
+
+
+FILTERS = (fixed, significant, plain, interval, quantity, percent, p_value, unit, words, sentence)
+"""What templates may write numbers with."""

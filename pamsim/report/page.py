@@ -1,7 +1,27 @@
-"""What every page shares: its schema, its files, its images, and how templates are filled."""
+"""What every page shares: its schema, its files, its images, and how templates are filled.
+
+A template is given the result itself and writes its numbers with filters, so that no code between
+result and page repeats the result's fields. The filters are the functions of
+`pamsim.report.numbers`::
+
+    {{ row.after | significant(3) }}             0.0123
+    {{ result.seconds | fixed(1) }}              12.3
+    {{ result.seed | plain }}                    0
+    {{ p.value | quantity(p.unit, 4) }}          487.0 kPa
+    {{ p.interval95 | interval(4) }}             486.1 to 487.9
+    {{ p.unit | unit }}                          N·m·s
+    {{ effect.explained | percent }}             93 %
+    {{ effect.p_value | p_value }}               < 0.0001
+    {{ effect.name | words }}                    coulomb friction
+    {{ result.reason | sentence }}               No parameter at a limit.
+
+What is missing (None) is written as a dash, a missing interval as nothing:
+``{{ p.interval95 | interval(4) or "no interval" }}``.
+"""
 
 from __future__ import annotations
 
+import functools
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -11,6 +31,7 @@ import jinja2
 from matplotlib.figure import Figure
 
 from pamsim.core.errors import InputError
+from pamsim.report.numbers import FILTERS
 from pamsim.report.style import save_png
 
 
@@ -23,20 +44,65 @@ class PageImage:
     height: int
 
 
+@functools.cache
+def _environment() -> jinja2.Environment:
+    environment = jinja2.Environment(
+        loader=jinja2.PackageLoader("pamsim.report"),
+        autoescape=True,
+        undefined=jinja2.StrictUndefined,  # a name mistyped in the template is an error
+        trim_blocks=True,
+        lstrip_blocks=True,
+    )
+    environment.filters.update({function.__name__: function for function in FILTERS})
+    return environment
+
+
 def page_template(name: str) -> jinja2.Template:
     """A template of this room; every text put into it is escaped.
 
     Args:
         name: file in ``templates``.
     """
-    environment = jinja2.Environment(
-        loader=jinja2.PackageLoader("pamsim.report"),
-        autoescape=True,
-        undefined=jinja2.StrictUndefined,  # a name mistyped in the template is an error, not a gap
-        trim_blocks=True,
-        lstrip_blocks=True,
+    return _environment().get_template(name)
+
+
+def write_page(
+    out: Path,
+    template: str,
+    result: Mapping[str, Any],
+    draw: Callable[[], Mapping[str, Figure]],
+    *,
+    schema: str,
+    **more: Any,
+) -> list[Path]:
+    """Write the page of a result and its figures.
+
+    Args:
+        out: folder; made if missing, files of the same names are replaced.
+        template: file in ``templates``. It is given ``result``; ``images`` (name -> `PageImage`)
+            and ``numbers`` (name -> ``Figure 1`` ...) of the figures drawn; and ``more``.
+        result: JSON-safe, as the command writes it.
+        draw: returns the figures, by the names of their files without ``.png``.
+        schema: that the page was made for.
+        more: what the template needs beside the result.
+
+    Returns:
+        The files written, the page first.
+
+    Raises:
+        InputError: if the result has another schema, or the place is a file or cannot be written.
+    """
+    check_schema(result, schema)
+    return save_page(
+        out,
+        draw,
+        lambda images: page_template(template).render(
+            result=result,
+            images=images,
+            numbers={name: f"Figure {number}" for number, name in enumerate(images, 1)},
+            **more,
+        ),
     )
-    return environment.get_template(name)
 
 
 def check_schema(result: Mapping[str, Any], schema: str) -> None:

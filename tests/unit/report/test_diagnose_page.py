@@ -16,8 +16,9 @@ from pamsim.report.diagnose_gap import gap_bars, regime_values
 from pamsim.report.diagnose_loops import loop_areas, residual_lines
 from pamsim.report.diagnose_page import write_diagnosis
 from pamsim.report.diagnose_signals import trial_channels, worst_trials
-from pamsim.report.diagnose_tables import absent_rows, chance, percent, tried_rows
+from pamsim.report.diagnose_tables import absent_rows, tried_rows
 from pamsim.report.diagnose_where import binned_maps, surest_maps, where_map
+from pamsim.report.numbers import p_value, percent
 from pamsim.report.style import BLUE, VERMILION
 from tests.unit.diagnosis.diagnosed import VERDICTS, following, report
 
@@ -174,7 +175,7 @@ def test_loops_lines_and_regimes_have_units_and_both_states(named):
 
 
 def test_rows_say_what_is_out_of_sight_or_in_doubt():
-    assert (percent(None), percent(0.978), chance(None), chance(1e-9)) == (
+    assert (percent(None), percent(0.978), p_value(None), p_value(1e-9)) == (
         "–", "98 %", "–", "< 0.0001"
     )  # fmt: skip
     hidden = {"parameter": "x", "visible": False, "limit": None, "unit": "kg*m^2", "size": None}

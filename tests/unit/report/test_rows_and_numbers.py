@@ -8,7 +8,20 @@ import math
 import pytest
 
 from pamsim.core.errors import InputError
-from pamsim.report.numbers import fixed, interval, plain, significant, unit, words
+from pamsim.report.numbers import (
+    FILTERS,
+    fixed,
+    interval,
+    p_value,
+    percent,
+    plain,
+    quantity,
+    sentence,
+    significant,
+    unit,
+    words,
+)
+from pamsim.report.page import page_template, write_page
 from pamsim.report.parameter_view import source_tag
 from pamsim.report.reproduce_rows import parse_rows, write_rows_csv
 
@@ -79,10 +92,37 @@ def test_unknown_size_is_refused(result):
         (unit("s^-1"), "s⁻¹"),
         (unit("percent"), "%"),
         (unit("1"), ""),
+        (quantity(487.04, "kPa", 4), "487.0 kPa"),
+        (quantity(0.5, "1", 2), "0.50"),
+        (quantity(None, "kPa", 4), "–"),
+        (percent(0.934), "93 %"),
+        (percent(0.0016, 1), "0.2 %"),
+        (percent(None), "–"),
+        (p_value(0.0132), "0.013"),
+        (p_value(0.0), "< 0.0001"),
+        (p_value(None), "–"),
+        (sentence("no parameter at a limit"), "No parameter at a limit."),
+        (sentence("Done."), "Done."),
+        (sentence(None), ""),
     ],
 )
 def test_numbers_read_well(written, wanted):
     assert written == wanted
+
+
+def test_every_function_is_a_filter_and_its_text_is_escaped():
+    environment = page_template("base.html").environment
+    assert all(environment.filters[function.__name__] is function for function in FILTERS)
+    written = environment.from_string("{{ ends | interval(2) }} {{ p | p_value }} {{ n | words }}")
+    assert written.render(ends=[0.5, 1.5], p=1e-9, n="<b>") == "0.50 to 1.5 &lt; 0.0001 &lt;b&gt;"
+
+
+def test_a_page_is_refused_a_result_of_another_schema(tmp_path):
+    with pytest.raises(InputError, match="schema 'other/1'; this page reads 'mine/1'"):
+        write_page(tmp_path, "base.html", {"schema": "other/1"}, dict, schema="mine/1")
+    assert write_page(tmp_path, "base.html", {"schema": "mine/1"}, dict, schema="mine/1") == [
+        tmp_path / "index.html"
+    ]
 
 
 @pytest.mark.parametrize(
