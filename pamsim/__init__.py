@@ -1,6 +1,22 @@
 """pamsim: pneumatic artificial muscles in MuJoCo.
 
-The names below load on first use, so that ``import pamsim`` costs nothing.
+Rigs and simulation::
+
+    rig = pamsim.load_rig("mas20_arm")
+    step = pamsim.pressure_step((300e3, 300e3), (300e3, 100e3), duration=4.0)  # Pa, s
+    recording = pamsim.simulate(rig, step)
+
+``attach`` and ``compile_model`` put a `Muscle` on any MJCF; ``live``, ``reset``, ``pressures``,
+``save_state`` and ``restore_state`` go with ``mujoco.mj_step``.
+
+Models and data: ``read_recordings``, ``identify`` (transfer functions), ``fit`` (force laws and
+hysteresis), ``calibrate`` (parameters of a rig), ``diagnose`` (the effect that a simulation is
+missing), ``hide`` (synthetic recordings with a hidden effect), ``reproduce`` and ``replicate`` (the
+source papers). Their results have ``summary()``, ``to_dict()`` and ``save(folder)``; ``plot`` draws
+them.
+
+Gymnasium environments are registered by ``import pamsim.envs``; controllers are in
+``pamsim.controllers``. All names below load on first use.
 """
 
 from __future__ import annotations
@@ -10,21 +26,28 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from pamsim.actuator.muscle import Muscle as Muscle
+    from pamsim.calibration.calibrate import calibrate as calibrate
     from pamsim.core.errors import PamsimError as PamsimError
     from pamsim.core.experiment import Experiment as Experiment
     from pamsim.core.experiment import pressure_step as pressure_step
     from pamsim.core.recording import Recording as Recording
+    from pamsim.diagnosis.diagnose import diagnose as diagnose
     from pamsim.engine.attach import attach as attach
     from pamsim.engine.attach import compile_model as compile_model
     from pamsim.engine.callback import live as live
-    from pamsim.engine.callback import step as step
     from pamsim.engine.rig import load_rig as load_rig
     from pamsim.engine.simulate import simulate as simulate
     from pamsim.engine.state import pressures as pressures
     from pamsim.engine.state import reset as reset
     from pamsim.engine.state import restore_state as restore_state
     from pamsim.engine.state import save_state as save_state
-    from pamsim.linear.step_identification import identify_step as identify_step
+    from pamsim.fitting.fit import fit as fit
+    from pamsim.identification.identify import identify as identify
+    from pamsim.papers.replicate import replicate as replicate
+    from pamsim.papers.reproduce import reproduce as reproduce
+    from pamsim.report.plot import plot as plot
+    from pamsim.store.recording_reader import read_recordings as read_recordings
+    from pamsim.twins.hide import hide as hide
 
 __version__ = "0.1.0"
 
@@ -34,19 +57,31 @@ _HOME = {
     "PamsimError": "pamsim.core.errors",
     "Recording": "pamsim.core.recording",
     "attach": "pamsim.engine.attach",
+    "calibrate": "pamsim.calibration.calibrate",
     "compile_model": "pamsim.engine.attach",
-    "identify_step": "pamsim.linear.step_identification",
+    "diagnose": "pamsim.diagnosis.diagnose",
+    "fit": "pamsim.fitting.fit",
+    "hide": "pamsim.twins.hide",
+    "identify": "pamsim.identification.identify",
     "live": "pamsim.engine.callback",
     "load_rig": "pamsim.engine.rig",
+    "plot": "pamsim.report.plot",
     "pressure_step": "pamsim.core.experiment",
     "pressures": "pamsim.engine.state",
+    "read_recordings": "pamsim.store.recording_reader",
+    "replicate": "pamsim.papers.replicate",
+    "reproduce": "pamsim.papers.reproduce",
     "reset": "pamsim.engine.state",
     "restore_state": "pamsim.engine.state",
     "save_state": "pamsim.engine.state",
     "simulate": "pamsim.engine.simulate",
-    "step": "pamsim.engine.callback",
 }
 __all__ = sorted(_HOME)  # pyright: ignore[reportUnsupportedDunderAll]
+
+
+def __dir__() -> list[str]:
+    """Return the public names, loaded or not."""
+    return [*__all__, "__version__"]
 
 
 def __getattr__(name: str) -> Any:

@@ -28,10 +28,10 @@ from blind_study_scores import scores
 from kept_rows import Task, fingerprint, kept_rows
 
 import pamsim
+from pamsim.core.recording import write_recording
 from pamsim.diagnosis.diagnose import DiagnosisReport, diagnose
 from pamsim.diagnosis.method.screen import alike
 from pamsim.effects.catalog import EFFECTS
-from pamsim.store.recording_files import write_recording
 from pamsim.twins.twin_data import TwinData, TwinSettings, twin_data
 
 RESULTS = Path("scripts/results/blind_study.json")

@@ -103,7 +103,7 @@ def command(
     if sensors:
         recording = measured(recording, loaded.sensor)
     if out is not None:  # before anything can fail: a broken run is worth looking at
-        from pamsim.store.recording_files import write_recording
+        from pamsim.core.recording import write_recording
 
         for path in write_recording(out, rig, {"step": recording}):
             click.echo(f"wrote {path}")

@@ -85,25 +85,6 @@ def live(*models: mujoco.MjModel, backend: str = "compiled") -> Iterator[None]:
             model.opt.integrator = integrator
 
 
-def is_live(model: mujoco.MjModel) -> bool:
-    """Whether a model may be stepped now: callbacks in place, guard lifted."""
-    return mujoco.get_mjcb_act_dyn() is not None and model.opt.integrator < _GUARD
-
-
-def step(model: mujoco.MjModel, data: mujoco.MjData, steps: int = 1) -> None:
-    """``mj_step`` that says plainly when the callbacks are not installed.
-
-    Raises:
-        EngineError: outside `live`.
-    """
-    if not is_live(model):
-        raise EngineError(
-            "this model has pneumatic muscles and their callback is not installed; step it inside"
-            " 'with pamsim.live(model):'"
-        )
-    mujoco.mj_step(model, data, steps)
-
-
 def set_integrator(model: mujoco.MjModel, name: str) -> None:
     """Choose the integrator of a model by its MJCF name, keeping its guard.
 

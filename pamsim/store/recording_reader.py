@@ -16,11 +16,11 @@ from typing import Any
 import numpy as np
 
 from pamsim.core.errors import InputError, nearest
+from pamsim.core.recording import SCHEMA
 from pamsim.core.trial import Trial, TrialSet
 from pamsim.core.units import DEG_PER_RAD, PA_PER_KPA
 from pamsim.store import recording_checks
 from pamsim.store.recording_columns import COMMAND_COLUMN, TrialColumns, read_trial_columns
-from pamsim.store.recording_files import SCHEMA
 
 INDEX = "recording.toml"
 _TOP = {"schema", "rig", "trial"}

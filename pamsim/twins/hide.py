@@ -9,11 +9,11 @@ from pathlib import Path
 from typing import Any
 
 from pamsim.core.errors import InputError
+from pamsim.core.recording import write_recording
 from pamsim.effects.catalog import EFFECTS
 from pamsim.engine.rig import load_rig
 from pamsim.engine.rig_parameter import rig_parameter
 from pamsim.store.json_file import write_json
-from pamsim.store.recording_files import write_recording
 from pamsim.twins.independent_models.catalog import OUTSIDE
 from pamsim.twins.twin_data import TwinSettings, twin_data
 

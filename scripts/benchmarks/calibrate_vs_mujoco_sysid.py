@@ -41,13 +41,12 @@ import pamsim
 from pamsim.calibration.calibrate import calibrate
 from pamsim.comparison.measurements import read_calibration_data
 from pamsim.comparison.trial_experiment import at_times, experiment_of
-from pamsim.core.recording import Outcome, Recording
+from pamsim.core.recording import Outcome, Recording, write_recording
 from pamsim.core.trial import Trial
 from pamsim.core.units import DEG_PER_RAD
 from pamsim.engine.batch import simulate_batch
 from pamsim.engine.rig import Rig
 from pamsim.engine.rig_parameter import rig_parameter
-from pamsim.store.recording_files import write_recording
 
 try:
     from absl import logging as absl_logging  # pyright: ignore[reportMissingImports]

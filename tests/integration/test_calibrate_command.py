@@ -12,8 +12,8 @@ import pytest
 import pamsim
 from pamsim.calibration.calibrate import calibrate
 from pamsim.cli.main import main
+from pamsim.core.recording import write_recording
 from pamsim.core.units import DEG_PER_RAD
-from pamsim.store.recording_files import write_recording
 
 RATE = 100.0
 ANGLE_NOISE, PRESSURE_NOISE = 0.05 / DEG_PER_RAD, 400.0

@@ -6,9 +6,9 @@ import pytest
 
 import pamsim
 from pamsim.core.errors import InputError
+from pamsim.core.recording import write_recording
 from pamsim.diagnosis.diagnose import diagnose
 from pamsim.diagnosis.method.verdict import Verdict
-from pamsim.store.recording_files import write_recording
 from pamsim.twins.twin_data import TwinSettings, twin_data
 
 TRIED = ("air_leak", "coulomb_friction")

@@ -10,8 +10,7 @@ import pytest
 from scipy.signal import lfilter
 
 from pamsim.cli.main import main
-from pamsim.core.recording import Outcome, Recording
-from pamsim.store.recording_files import write_recording
+from pamsim.core.recording import Outcome, Recording, write_recording
 
 GAIN, FAST, SLOW = 0.05, 0.08, 0.5  # deg/kPa, s, s
 RATE = 50.0

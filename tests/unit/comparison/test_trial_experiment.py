@@ -11,9 +11,8 @@ import pamsim
 from pamsim.comparison.trial_experiment import at_times, experiment_of, grid_rate
 from pamsim.core.errors import InputError, SimulationError
 from pamsim.core.experiment import Experiment
-from pamsim.core.recording import Outcome
+from pamsim.core.recording import Outcome, write_recording
 from pamsim.core.trial import Trial
-from pamsim.store.recording_files import write_recording
 from pamsim.store.recording_reader import read_recordings
 
 

@@ -9,10 +9,10 @@ import pamsim
 from pamsim.comparison.measurements import read_calibration_data
 from pamsim.comparison.noise_floor import noise_floor
 from pamsim.comparison.trial_residuals import TrialSimulator
+from pamsim.core.recording import write_recording
 from pamsim.diagnosis.diagnosed_rig import DiagnosedRig
 from pamsim.diagnosis.experiment_menu import MENU
 from pamsim.diagnosis.measured_pressures import given_pressures
-from pamsim.store.recording_files import write_recording
 from pamsim.twins.twin_data import TwinSettings, twin_data
 
 SETTINGS = TwinSettings(protocols=("triangle",), duration=2.0, repeats=3, seed=2)

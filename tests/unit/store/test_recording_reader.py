@@ -8,8 +8,7 @@ import numpy as np
 import pytest
 
 from pamsim.core.errors import InputError
-from pamsim.core.recording import Outcome, Recording
-from pamsim.store.recording_files import write_recording
+from pamsim.core.recording import Outcome, Recording, write_recording
 from pamsim.store.recording_reader import read_recordings
 
 INDEX = """\

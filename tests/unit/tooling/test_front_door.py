@@ -1,0 +1,54 @@
+"""`import pamsim` is quick, and offers functions and classes under the names that it lists."""
+
+from __future__ import annotations
+
+import inspect
+import pkgutil
+import subprocess
+import sys
+import time
+import tomllib
+from pathlib import Path
+
+import pamsim
+
+ROOT = Path(__file__).parents[3]
+
+
+def test_every_name_is_a_function_or_a_class_with_a_docstring_and_listed():
+    for name in pamsim.__all__:
+        value = getattr(pamsim, name)
+        assert inspect.isfunction(value) or inspect.isclass(value), name
+        assert inspect.getdoc(value), name
+        assert value.__name__ == name
+        assert name in dir(pamsim)
+
+
+def test_no_room_has_the_name_of_a_function():
+    rooms = {module.name for module in pkgutil.iter_modules(pamsim.__path__)}
+    assert not rooms & set(pamsim.__all__)
+
+
+def test_the_import_loads_nothing():
+    code = "import pamsim, sys; dir(pamsim); print('numpy' in sys.modules, 'mujoco' in sys.modules)"
+    begin = time.perf_counter()
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert done.stdout.split() == ["False", "False"]
+    assert time.perf_counter() - begin < 5.0  # a started interpreter on a busy machine
+
+
+def test_an_unknown_name_is_an_attribute_error():
+    assert not hasattr(pamsim, "identfy")
+
+
+def test_version_and_licence_are_the_same_everywhere():
+    project = tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]
+    citation = dict(
+        line.split(": ", 1)
+        for line in (ROOT / "CITATION.cff").read_text().splitlines()
+        if ": " in line
+    )
+    assert project["version"] == pamsim.__version__ == citation["version"]
+    assert project["license"] == citation["license"] == "Apache-2.0"
+    assert "Version 2.0, January 2004" in (ROOT / "LICENSE").read_text()
+    assert (ROOT / "pamsim/py.typed").is_file()
