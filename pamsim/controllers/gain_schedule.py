@@ -14,9 +14,9 @@ from dataclasses import dataclass
 from pamsim.controllers.controller import Command, Sight
 from pamsim.controllers.pid import Pid, PidMemory
 from pamsim.core.errors import InputError, nearest
+from pamsim.linear.identified_model import FitStatus
 from pamsim.linear.imc_tuning import PidGains, imc_gains_of_fit
 from pamsim.linear.local_models import LocalModelMap
-from pamsim.linear.step_fit import FitStatus
 
 SCHEDULES = ("difference", "angle")
 """What gains may depend on: measured p1 - p2 [Pa], or measured angle [rad]."""

@@ -15,7 +15,7 @@ from pamsim.core.experiment import Experiment
 from pamsim.engine.rig import Rig
 from pamsim.engine.simulate import simulate
 from pamsim.linear.continuous_fit import fit_continuous
-from pamsim.linear.continuous_result import ContinuousFit
+from pamsim.linear.identified_model import IdentifiedModel
 from pamsim.linear.second_order_model import SecondOrderModel
 from pamsim.linear.signal_record import SignalRecord
 
@@ -35,7 +35,7 @@ class IdentifiedTrim:
 
     point: TrimPoint
     model: SecondOrderModel
-    fit: ContinuousFit
+    fit: IdentifiedModel
 
 
 def identify_trim(

@@ -11,9 +11,8 @@ from numpy.typing import NDArray
 
 from pamsim.identification.models import Candidate
 from pamsim.inference.coloured_noise import fit_ar_noise
-from pamsim.linear.continuous_fit import ContinuousFit
+from pamsim.linear.identified_model import FitStatus, IdentifiedModel
 from pamsim.linear.signal_record import SignalRecord
-from pamsim.linear.step_fit import FitStatus
 
 FloatArray = NDArray[np.float64]
 
@@ -59,7 +58,7 @@ def recommend(
     Source: Diebold and Mariano (J. Business & Economic Statistics 1995); Hurvich and Tsai
     (Biometrika 1989); rule of 2 of Burnham and Anderson, Model Selection (2002).
     """
-    fits = {c.name: c.fit for c in candidates if isinstance(c.fit, ContinuousFit)}
+    fits = {c.name: c.fit for c in candidates if c.fit.structure.kind == "continuous"}
     effective = _effective_samples(fits, records)
     scores = _aicc(fits, effective)
     order = sorted(fits, key=lambda name: _parameters(fits[name]))
@@ -78,16 +77,15 @@ def recommend(
     return Recommendation(name=name, reason=reason, aicc=scores, effective_samples=effective)
 
 
-def _parameters(fit: ContinuousFit) -> int:
-    own = 1 if fit.start == "rest" else 1 + fit.structure.order
-    return fit.coordinates.size + own * len(fit.trials)
+def _parameters(fit: IdentifiedModel) -> int:
+    return fit.coordinates.size + fit.structure.per_trial * len(fit.trials)
 
 
-def _squares(fit: ContinuousFit) -> float:
+def _squares(fit: IdentifiedModel) -> float:
     return sum(trial.samples * trial.rms**2 for trial in fit.trials)
 
 
-def _effective_samples(fits: dict[str, ContinuousFit], records: Sequence[SignalRecord]) -> float:
+def _effective_samples(fits: dict[str, IdentifiedModel], records: Sequence[SignalRecord]) -> float:
     """Samples divided by twice the correlation time of the residuals that are left at best."""
     best = min(fits.values(), key=_squares)
     samples = sum(record.output.size for record in records)
@@ -97,7 +95,7 @@ def _effective_samples(fits: dict[str, ContinuousFit], records: Sequence[SignalR
     return float(np.clip(worth, fewest, max(samples, fewest)))
 
 
-def _aicc(fits: dict[str, ContinuousFit], effective: float) -> dict[str, float]:
+def _aicc(fits: dict[str, IdentifiedModel], effective: float) -> dict[str, float]:
     samples = {name: sum(trial.samples for trial in fit.trials) for name, fit in fits.items()}
     scores: dict[str, float] = {}
     for name, fit in fits.items():
@@ -127,7 +125,7 @@ def _by_aicc(trusted: list[str], scores: dict[str, float], effective: float) -> 
 
 
 def _by_held_out(
-    trusted: list[str], fits: dict[str, ContinuousFit], held_out: Sequence[SignalRecord]
+    trusted: list[str], fits: dict[str, IdentifiedModel], held_out: Sequence[SignalRecord]
 ) -> tuple[str, str]:
     errors = {
         name: [fits[name].simulate(record) - record.output for record in held_out]

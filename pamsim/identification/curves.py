@@ -8,10 +8,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from pamsim.core.errors import InputError
 from pamsim.identification.models import Candidate
 from pamsim.identification.signals import Signal, SignalTable
-from pamsim.linear.continuous_fit import ContinuousFit
 from pamsim.linear.response_bands import frequency_response, step_response_band
 from pamsim.linear.signal_record import SignalRecord
 
@@ -89,8 +87,6 @@ def curves_of(
         output: the output.
     """
     fit = candidate.fit
-    if not isinstance(fit, ContinuousFit):
-        raise InputError(f"{candidate.name} is no continuous model")
     rates = np.abs(np.array(fit.poles))
     nyquist = float(np.pi / min(record.sample_time for _, record in used))
     horizon = _STEP_LENGTH / float(np.min(rates)) + fit.dead_time

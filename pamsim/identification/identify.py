@@ -21,7 +21,6 @@ from pamsim.identification.signals import (
     record_of,
     signal,
 )
-from pamsim.linear.continuous_fit import ContinuousFit
 from pamsim.linear.signal_record import SignalRecord
 
 Pair = tuple[SignalTable, SignalRecord]
@@ -82,11 +81,7 @@ def identify(
         [record for _, record in testing],
     )
     best = next((c.fit for c in fitted.candidates if c.name == found.name), None)
-    points, said = (
-        local_map(fitting, best, progress)
-        if local and isinstance(best, ContinuousFit)
-        else (None, ())
-    )
+    points, said = local_map(fitting, best, progress) if local and best is not None else (None, ())
     return Identification(
         data=loaded,
         given=given,

@@ -10,7 +10,8 @@ from numpy.typing import NDArray
 from pamsim.core.errors import InputError
 from pamsim.identification.models import Progress
 from pamsim.identification.signals import SignalTable
-from pamsim.linear.continuous_fit import ContinuousFit, fit_continuous
+from pamsim.linear.continuous_fit import fit_continuous
+from pamsim.linear.identified_model import IdentifiedModel
 from pamsim.linear.local_models import (
     LocalModel,
     LocalModelMap,
@@ -30,7 +31,7 @@ _SETTLED = 0.05  # change over that share, against the step's own, from which it
 
 def local_map(
     pairs: Sequence[tuple[SignalTable, SignalRecord]],
-    fit: ContinuousFit,
+    fit: IdentifiedModel,
     progress: Progress | None = None,
 ) -> tuple[LocalModelMap | None, tuple[str, ...]]:
     """Fit the structure of a model again at every operating point.
@@ -68,7 +69,7 @@ def local_map(
                 zeros=fit.structure.zeros,
                 dead_time=fit.structure.dead_time,
                 real_lags=fit.structure.real_lags,
-                start=fit.start,
+                start=fit.structure.start,
             )
         except InputError as error:
             notes.append(f"{group[0][0].name}: no model of its own: {error}")

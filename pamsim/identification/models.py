@@ -6,17 +6,16 @@ import functools
 import itertools
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import TypeAlias
 
 from pamsim.core.errors import InputError, nearest
-from pamsim.linear.continuous_fit import ContinuousFit, fit_continuous
-from pamsim.linear.discrete_fit import DiscreteFit, fit_arx_records, fit_oe
+from pamsim.linear.continuous_fit import fit_continuous
+from pamsim.linear.discrete_fit import fit_arx_records, fit_oe
+from pamsim.linear.identified_model import FitStatus, IdentifiedModel
 from pamsim.linear.residual_independence import Independence, residual_independence
 from pamsim.linear.signal_record import SignalRecord
-from pamsim.linear.step_fit import FitStatus
 
 Progress = Callable[[int, int, str], None]
-Fit: TypeAlias = ContinuousFit | DiscreteFit
+Fitter = Callable[[], IdentifiedModel]
 
 DEAD_TIMES = ("auto", "none", "free")
 POLES = ("auto", "real", "any")
@@ -77,7 +76,7 @@ class Candidate:
     """
 
     name: str
-    fit: Fit
+    fit: IdentifiedModel
     independence: Independence | None
 
 
@@ -100,7 +99,7 @@ def fit_models(
     choice: Choice,
     progress: Progress | None = None,
 ) -> Fitted:
-    """Fit every model of a choice.
+    """IdentifiedModel every model of a choice.
 
     Args:
         records: to fit.
@@ -115,7 +114,7 @@ def fit_models(
     skipped: dict[str, str] = {}
     refusals: list[InputError] = []
 
-    def attempt(name: str, fit_it: Callable[[], Fit]) -> Fit | None:
+    def attempt(name: str, fit_it: Fitter) -> IdentifiedModel | None:
         if progress is not None:
             done = len(found) + len(skipped)
             progress(done, max(total, done + 1), name)
@@ -128,7 +127,7 @@ def fit_models(
         found.append(Candidate(name=name, fit=fit, independence=_independence(fit, records)))
         return fit
 
-    def continuous(order: int, delay: bool, real: bool) -> Fit | None:
+    def continuous(order: int, delay: bool, real: bool) -> IdentifiedModel | None:
         return attempt(
             _name(order, choice.zeros, delay, real),
             lambda: fit_continuous(
@@ -165,14 +164,14 @@ def fit_models(
     return Fitted(candidates=tuple(found), skipped=skipped)
 
 
-def _merged(fit: Fit | None) -> bool:
+def _merged(fit: IdentifiedModel | None) -> bool:
     """Whether two lags that the data do not tell apart may be a pair that swings."""
-    if not isinstance(fit, ContinuousFit) or fit.status is not FitStatus.DEGENERATE:
+    if fit is None or fit.status is not FitStatus.DEGENERATE:
         return False
     return any(b < _CLOSE * a for a, b in itertools.pairwise(fit.time_constants))
 
 
-def _arx(records: Sequence[SignalRecord], na: int, nb: int, nk: int) -> Callable[[], DiscreteFit]:
+def _arx(records: Sequence[SignalRecord], na: int, nb: int, nk: int) -> Fitter:
     return functools.partial(fit_arx_records, records, na=na, nb=nb, nk=nk)
 
 
@@ -183,7 +182,7 @@ def _name(order: int, zeros: int, delay: bool, real: bool) -> str:
     return name + ("_dead_time" if delay else "")
 
 
-def _independence(fit: Fit, records: Sequence[SignalRecord]) -> Independence | None:
+def _independence(fit: IdentifiedModel, records: Sequence[SignalRecord]) -> Independence | None:
     try:
         return residual_independence(fit, records)
     except InputError:

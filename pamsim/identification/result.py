@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from pamsim.core.encoding import to_dict
 from pamsim.core.finite import safe
 from pamsim.core.units import PA_PER_KPA
 from pamsim.core.versions import versions
@@ -17,9 +18,8 @@ from pamsim.identification.curves import Curves, curves_of
 from pamsim.identification.data import IdentifyData
 from pamsim.identification.models import Candidate, Fitted
 from pamsim.identification.signals import Signal, SignalTable
-from pamsim.linear.continuous_fit import ContinuousFit
-from pamsim.linear.discrete_fit import DiscreteFit
-from pamsim.linear.estimate import Estimate, TrialScore, complex_list
+from pamsim.linear.estimate import Estimate
+from pamsim.linear.identified_model import IdentifiedModel, TrialScore
 from pamsim.linear.local_models import Dependence, LocalModelMap
 from pamsim.linear.signal_record import SignalRecord
 
@@ -58,7 +58,7 @@ class Identification:
     @property
     def shown(self) -> Candidate:
         """The recommended model; if there is none, the continuous one that simulates best."""
-        continuous = [c for c in self.fitted.candidates if isinstance(c.fit, ContinuousFit)]
+        continuous = [c for c in self.fitted.candidates if c.fit.structure.kind == "continuous"]
         for candidate in continuous:
             if candidate.name == self.recommendation.name:
                 return candidate
@@ -121,12 +121,12 @@ class Identification:
         independence = candidate.independence
         shared: dict[str, Any] = {
             "name": name,
-            "kind": "continuous" if isinstance(fit, ContinuousFit) else fit.kind,
+            "kind": fit.structure.kind,
             "status": fit.status.value,
             "sentence": fit.sentence,
             "parameters": self.parameters(fit.estimates),
             "fit_percent": safe(fit.fit_percent),
-            "independence": None if independence is None else independence.as_dict(),
+            "independence": to_dict(independence),
             "trials": [self._score(trial) for trial in fit.trials],
             "noise": {
                 "ar_order": fit.noise.order,
@@ -136,25 +136,25 @@ class Identification:
                 "correlation_s": safe(fit.noise.correlation_time(self._interval)),
             },
         }
-        if isinstance(fit, ContinuousFit):
+        if fit.structure.kind == "continuous":
             return {
                 **shared,
                 "model": fit.structure.sentence,
                 "fit_percent_held_out": safe(fit.fit_percent_held_out),
                 "held_out": [self._score(trial) for trial in fit.held_out],
                 "aicc_above_best": safe(self.recommendation.aicc[name]),
-                "poles_rad_per_s": complex_list(fit.poles),
-                "zeros_rad_per_s": complex_list(fit.zeros),
+                "poles_rad_per_s": to_dict(fit.poles),
+                "zeros_rad_per_s": to_dict(fit.zeros),
             }
         return {**shared, **self._discrete(fit)}
 
-    def _discrete(self, fit: DiscreteFit) -> dict[str, Any]:
+    def _discrete(self, fit: IdentifiedModel) -> dict[str, Any]:
         poles = fit.continuous_poles
         return {
             "fit_percent_one_step": safe(fit.fit_percent_one_step),
-            "delay_samples": fit.model.delay,
-            "sample_s": fit.model.sample_time,
-            "discrete_poles": complex_list(fit.poles),
+            "delay_samples": fit.structure.nk,
+            "sample_s": fit.structure.sample_time,
+            "discrete_poles": to_dict(fit.poles),
             "poles_rad_per_s": [None if s is None else [s.real, s.imag] for s in poles],
         }
 

@@ -2,7 +2,7 @@
 
 ARX least squares minimises the one-step prediction error. It is unbiased only if the noise enters
 through 1/A(z); a sensor's white noise on the output, or a model order below the system's, biases
-the poles. Output error (:mod:`pamsim.linear.output_error`) is the honest comparison.
+the poles. Output error (:mod:`pamsim.linear.step_fit`) has neither bias.
 """
 
 from __future__ import annotations
@@ -103,6 +103,14 @@ def regression(
     return np.column_stack([*past_y, *past_u]), y[start:]
 
 
+def centred_regression(
+    output: ArrayLike, command: ArrayLike, *, na: int, nb: int, delay: int = 1
+) -> tuple[FloatArray, FloatArray]:
+    """Stack as `regression` does and subtract means: that fits an offset of the record's own."""
+    phi, target = regression(output, command, na=na, nb=nb, delay=delay)
+    return phi - phi.mean(axis=0), target - target.mean()
+
+
 def fit_arx(
     output: ArrayLike,
     command: ArrayLike,
@@ -132,8 +140,8 @@ def fit_arx(
         InputError: bad orders, samples or sample time, or a constant output.
         UnderdeterminedError: the record does not determine the coefficients.
 
-    Source: Matiskova 2021, equations (25)-(29); the gain constraint is added because (30), (31)
-    are printed with unit gain and the paper does not say how it was reached.
+    Source: Matiskova 2021, equations (25)-(29); the gain constraint is added here because (30)
+    and (31) are printed with unit gain and the paper does not say how that was reached.
     """
     if not (np.isfinite(sample_time) and sample_time > 0.0):
         raise InputError(f"sample time {sample_time!r} s is not a positive time; give seconds > 0")

@@ -9,12 +9,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pamsim.core.errors import InputError
-from pamsim.linear.continuous_estimates import Located, continuous_estimates, judged
-from pamsim.linear.continuous_result import ContinuousFit as ContinuousFit
-from pamsim.linear.continuous_structure import STARTS, ContinuousStructure
-from pamsim.linear.estimate import pooled_fit_percent, trial_score
+from pamsim.linear.continuous_estimates import continuous_estimates, continuous_status
+from pamsim.linear.continuous_structure import ContinuousStructure
+from pamsim.linear.estimate import Optimum
+from pamsim.linear.identified_model import IdentifiedModel, score_trials
 from pamsim.linear.noise_weighted_fit import NoiseWeightedFit, noise_weighted_fit
-from pamsim.linear.separable_fit import Separable
 from pamsim.linear.signal_record import SignalRecord, checked_records
 
 FloatArray = NDArray[np.float64]
@@ -34,13 +33,13 @@ def fit_continuous(
     real_lags: bool = True,
     start: str = "rest",
     held_out: Sequence[SignalRecord] = (),
-) -> ContinuousFit:
+) -> IdentifiedModel:
     """Fit one linear model with shared dynamics to all trials by its free run.
 
     Before a record its input is taken to have been ``input[0]``. Each trial has an offset of its
     own. Time constants are sought between a tenth of the shortest sample and a hundred times the
     longest record, a dead time between 0 and half the shortest record, from a fixed grid of
-    starts: the result does not depend on chance.
+    starts: the result is reproducible.
 
     Args:
         records: the trials; sample times may differ.
@@ -52,103 +51,66 @@ def fit_continuous(
         held_out: trials that are only simulated.
 
     Returns:
-        The fit with its status; a status other than ``converged`` means: do not quote the numbers.
+        The model with its status; do not quote the numbers unless that is ``converged``.
 
     Raises:
         InputError: bad order, zeros or start, no records, repeated names, too few samples.
     """
-    if start not in STARTS:
-        raise InputError(f"start {start!r} is not known; give one of {', '.join(STARTS)}")
-    structure = ContinuousStructure(order, zeros, dead_time, real_lags)
+    structure = ContinuousStructure(order, zeros, dead_time, real_lags, start)
     trials = checked_records(records)
-    both = checked_records([*trials, *held_out])
+    held_out = checked_records([*trials, *held_out])[len(trials) :]
+    shortest = min(record.sample_time for record in trials)
     longest = max(record.duration for record in trials)
-    unknowns = structure.searched + zeros + 1 + (1 if start == "rest" else 1 + order) * len(trials)
+    unknowns = structure.searched + zeros + 1 + structure.per_trial * len(trials)
     samples = sum(record.output.size for record in trials)
     if samples < 3 * unknowns:
         raise InputError(
             f"{samples} samples are too few for {unknowns} unknowns; record longer or lower the "
             "order"
         )
-    fit = noise_weighted_fit(separable(structure, trials, start), _starts(structure, trials))
+    fit = noise_weighted_fit(structure.problem(trials), _starts(structure, trials))
     evaluations = fit.solution.evaluations
-    at = _located(structure, fit)
+    at, latest_dead_time = _optimum(fit), None
     if dead_time and structure.delay(fit.solution.x) <= 0.0:
-        # A delay below 0 is one that the data do not show: the rest is fitted without it.
-        half = at.width(at.unit(order))
-        latest = None if half is None else max(structure.delay(fit.solution.x) + half, 0.0)
-        simpler = ContinuousStructure(order, zeros, False, real_lags)
-        problem = separable(simpler, trials, start)
-        fit = noise_weighted_fit(problem, [fit.solution.x[:order]])
+        # The data show no delay that is below 0: the rest is fitted without it.
+        half = at.half_width(at.unit(order))
+        if half is not None:
+            latest_dead_time = max(structure.delay(fit.solution.x) + half, 0.0)
+        simpler = ContinuousStructure(order, zeros, False, real_lags, start)
+        fit = noise_weighted_fit(simpler.problem(trials), [fit.solution.x[:order]])
         evaluations += fit.solution.evaluations
-        at = _without_dead_time(structure, fit, latest)
-    coordinates = at.coordinates
-    runs = {record.name: structure.free_run(coordinates, record, start) for record in both}
-    scores = [trial_score(record, *runs[record.name]) for record in both]
-    tested = both[len(trials) :]
-    status, sentence = judged(at, fit, min(r.sample_time for r in trials), longest)
-    units = trials[0].unit_input, trials[0].unit_output
-    return ContinuousFit(
+        at = _with_dead_time_of_zero(_optimum(fit), order)
+    status, sentence = continuous_status(structure, at, fit, shortest, longest, latest_dead_time)
+    unit_input, unit_output = trials[0].unit_input, trials[0].unit_output
+    return IdentifiedModel(
         structure=structure,
-        coordinates=coordinates,
+        coordinates=at.coordinates,
         covariance=at.covariance,
-        estimates=continuous_estimates(at, f"{units[1]}/{units[0]}"),
-        trials=tuple(scores[: len(trials)]),
-        held_out=tuple(scores[len(trials) :]),
-        fit_percent=pooled_fit_percent([(r.output, runs[r.name][0]) for r in trials]),
-        fit_percent_held_out=pooled_fit_percent([(r.output, runs[r.name][0]) for r in tested])
-        if tested
-        else None,
+        estimates=continuous_estimates(
+            structure, at, f"{unit_output}/{unit_input}", latest_dead_time
+        ),
+        **score_trials(structure, at.coordinates, trials, held_out),
         noise=fit.noise,
         weighted=fit.weighted,
-        start=start,
         status=status,
         sentence=sentence,
         evaluations=evaluations,
-        unit_input=units[0],
-        unit_output=units[1],
+        unit_input=unit_input,
+        unit_output=unit_output,
     )
 
 
-def separable(
-    structure: ContinuousStructure, records: Sequence[SignalRecord], start: str
-) -> Separable:
-    """Return the least-squares problem of a structure: x its poles and dead time, theta b0..bm."""
-    shortest = min(record.sample_time for record in records)
-    longest = max(record.duration for record in records)
-    low, high = np.log(0.1 * shortest), np.log(100.0 * longest)
-    lower, upper = [low] * structure.order, [high] * structure.order
-    for pair in range(structure.pairs):
-        lower[2 * pair], upper[2 * pair] = -high, -low
-        lower[2 * pair + 1], upper[2 * pair + 1] = np.log(1e-3), np.log(1e2)
-    if structure.dead_time:
-        # One sample below 0, so that a search for a small delay does not crawl along a bound.
-        lower = [*lower, -shortest]
-        upper = [*upper, 0.5 * min(record.duration for record in records)]
-    return Separable(
-        outputs=tuple(record.output for record in records),
-        shared=lambda x, i: structure.responses(x, records[i]),
-        own=lambda x, i: structure.unknown_start(x, records[i], start),
-        lower=np.array(lower),
-        upper=np.array(upper),
-    )
+def _optimum(fit: NoiseWeightedFit) -> Optimum:
+    coordinates = np.concatenate([fit.solution.x, fit.solution.theta])
+    return Optimum(coordinates, fit.covariance, fit.quantile)
 
 
-def _located(structure: ContinuousStructure, fit: NoiseWeightedFit) -> Located:
-    both = np.concatenate([fit.solution.x, fit.solution.theta])
-    return Located(structure, both, fit.covariance, fit.quantile)
-
-
-def _without_dead_time(
-    structure: ContinuousStructure, fit: NoiseWeightedFit, latest: float | None
-) -> Located:
+def _with_dead_time_of_zero(at: Optimum, place: int) -> Optimum:
     """Insert a dead time of 0 that was held: its row and column of the covariance are 0."""
-    place = structure.order
-    both = np.concatenate([fit.solution.x, [0.0], fit.solution.theta])
-    covariance = fit.covariance
+    covariance = at.covariance
     if covariance is not None:
         covariance = np.insert(np.insert(covariance, place, 0.0, axis=0), place, 0.0, axis=1)
-    return Located(structure, both, covariance, fit.quantile, latest)
+    return Optimum(np.insert(at.coordinates, place, 0.0), covariance, at.quantile)
 
 
 def _starts(structure: ContinuousStructure, records: Sequence[SignalRecord]) -> list[FloatArray]:
@@ -157,7 +119,7 @@ def _starts(structure: ContinuousStructure, records: Sequence[SignalRecord]) -> 
     logs = np.linspace(np.log(2.0 * shortest), np.log(0.5 * longest), _LAGS[structure.order])
     poles: list[tuple[float, ...]]
     if structure.pairs == 0:
-        # Apart, since the cost has a saddle where time constants are equal.
+        # Distinct, since the cost has a saddle where time constants are equal.
         poles = list(combinations(map(float, logs), structure.order))
     else:
         damping = [float(np.log(zeta)) for zeta in _DAMPING]

@@ -1,15 +1,18 @@
-"""Which continuous model is fitted: order, zeros, dead time, real or any stable poles."""
+"""Which continuous model is fitted: order, zeros, dead time, real or any stable poles, start."""
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
 
 from pamsim.core.errors import InputError
+from pamsim.inference.coloured_noise import ArNoise
 from pamsim.linear.held_input import chain_derivatives, chain_modes
+from pamsim.linear.separable_fit import Linearised, Separable, linearise
 from pamsim.linear.signal_record import SignalRecord
 
 FloatArray = NDArray[np.float64]
@@ -24,19 +27,26 @@ class ContinuousStructure:
 
     Coordinates: one logarithm per pole coordinate, then L [s] if there is a dead time, then
     b0..bm. Pole coordinates are ``ln T`` of each lag, or ``ln wn, ln zeta`` of each pair followed
-    by ``ln T`` if the order is odd.
+    by ``ln T`` if the order is odd. Before a record its input is taken to have been ``input[0]``.
 
     Attributes:
         order: n, 1 to 5.
         zeros: m < n, so that no input reaches the output at once.
         dead_time: whether L is free; otherwise it is 0.
         real_lags: whether all poles are real and negative.
+        start: of every trial: at ``rest``, or in a ``free`` state that is fitted.
+
+    Raises:
+        InputError: for an order, a number of zeros or a start out of range.
     """
+
+    kind: ClassVar[str] = "continuous"
 
     order: int
     zeros: int = 0
     dead_time: bool = False
     real_lags: bool = True
+    start: str = "rest"
 
     def __post_init__(self) -> None:
         if not 1 <= self.order <= HIGHEST_ORDER:
@@ -45,6 +55,8 @@ class ContinuousStructure:
             raise InputError(
                 f"zeros = {self.zeros} of order {self.order}; give 0 to {self.order - 1}"
             )
+        if self.start not in STARTS:
+            raise InputError(f"start {self.start!r} is not known; give one of {', '.join(STARTS)}")
 
     @property
     def pairs(self) -> int:
@@ -53,8 +65,13 @@ class ContinuousStructure:
 
     @property
     def searched(self) -> int:
-        """Number of coordinates the output is not linear in."""
+        """Number of coordinates in which the output is not linear."""
         return self.order + int(self.dead_time)
+
+    @property
+    def per_trial(self) -> int:
+        """Number of coefficients that each trial has of its own."""
+        return 1 if self.start == "rest" else 1 + self.order
 
     @property
     def sentence(self) -> str:
@@ -92,6 +109,37 @@ class ContinuousStructure:
         """Return bm..b0, shape ``(m + 1,)``."""
         return coordinates[self.searched :][::-1]
 
+    def poles(self, coordinates: FloatArray) -> tuple[complex, ...]:
+        """Return the roots of the denominator, slowest first [rad/s]."""
+        roots = np.roots(self.denominator(coordinates))
+        return tuple(complex(s) for s in roots[np.argsort(np.abs(roots), kind="stable")])
+
+    def continuous_poles(self, coordinates: FloatArray) -> tuple[complex | None, ...]:
+        """Return the poles: they are continuous already [rad/s]."""
+        return self.poles(coordinates)
+
+    def slowest(self, coordinates: FloatArray) -> float:
+        """Return the longest time in which a mode decays by a factor of e [s]."""
+        return 1.0 / min(abs(pole.real) for pole in self.poles(coordinates))
+
+    def frequency_response(self, coordinates: FloatArray, frequency: FloatArray) -> NDArray[Any]:
+        """Return G at frequencies, shape ``(n,)`` [rad/s] to ``(n,)`` [output per input]."""
+        s = 1j * frequency
+        value = np.polyval(self.numerator(coordinates), s)
+        value = value / np.polyval(self.denominator(coordinates), s)
+        return value * np.exp(-s * self.delay(coordinates))
+
+    def step_response(self, coordinates: FloatArray, samples: int, interval: float) -> FloatArray:
+        """Return the unit-step response at 0, interval, ... [s], shape ``(samples,)``."""
+        columns = chain_derivatives(
+            self.constants(coordinates),
+            np.append(0.0, np.ones(samples)),
+            interval,
+            count=self.zeros + 1,
+            dead_time=self.delay(coordinates),
+        )
+        return (columns @ coordinates[self.searched :])[1:]
+
     def responses(self, coordinates: FloatArray, record: SignalRecord) -> FloatArray:
         """Return the outputs for b = 1 of each numerator power, from rest, shape ``(N, m + 1)``."""
         return chain_derivatives(
@@ -103,34 +151,63 @@ class ContinuousStructure:
             hold=record.hold,
         )
 
-    def unknown_start(
-        self, coordinates: FloatArray, record: SignalRecord, start: str
-    ) -> FloatArray:
+    def trial_columns(self, coordinates: FloatArray, record: SignalRecord) -> FloatArray:
         """Return what each trial adds of its own: an offset, and the modes if it starts free.
 
         Returns:
             Shape ``(N, 1)`` for ``rest``, ``(N, 1 + n)`` for ``free``.
         """
         offset = np.ones((record.output.size, 1))
-        if start == "rest":
+        if self.start == "rest":
             return offset
         modes = chain_modes(self.constants(coordinates), record.output.size, record.sample_time)
         return np.hstack([offset, modes])
 
     def free_run(
-        self, coordinates: FloatArray, record: SignalRecord, start: str
+        self, coordinates: FloatArray, record: SignalRecord
     ) -> tuple[FloatArray, FloatArray]:
         """Simulate a record, its offset (and initial state) fitted to its output.
 
         Args:
             coordinates: shape ``(k,)``.
             record: the trial.
-            start: ``rest`` or ``free``.
 
         Returns:
             Output, shape ``(N,)``, and the trial's own coefficients, offset first.
         """
         forced = self.responses(coordinates, record) @ coordinates[self.searched :]
-        own = self.unknown_start(coordinates, record, start)
+        own = self.trial_columns(coordinates, record)
         coefficients: Any = np.linalg.lstsq(own, record.output - forced, rcond=None)[0]
         return forced + own @ coefficients, coefficients
+
+    def problem(self, records: Sequence[SignalRecord]) -> Separable:
+        """Return the least-squares problem: x is poles and dead time, theta is b0..bm.
+
+        Time constants lie between a tenth of the shortest sample and a hundred times the longest
+        record, a dead time below half the shortest record.
+        """
+        shortest = min(record.sample_time for record in records)
+        longest = max(record.duration for record in records)
+        low, high = np.log(0.1 * shortest), np.log(100.0 * longest)
+        lower, upper = [low] * self.order, [high] * self.order
+        for pair in range(self.pairs):
+            lower[2 * pair], upper[2 * pair] = -high, -low
+            lower[2 * pair + 1], upper[2 * pair + 1] = np.log(1e-3), np.log(1e2)
+        if self.dead_time:
+            # One sample below 0, so that a search for a small delay does not crawl along a bound.
+            lower = [*lower, -shortest]
+            upper = [*upper, 0.5 * min(record.duration for record in records)]
+        return Separable(
+            outputs=tuple(record.output for record in records),
+            shared=lambda x, i: self.responses(x, records[i]),
+            own=lambda x, i: self.trial_columns(x, records[i]),
+            lower=np.array(lower),
+            upper=np.array(upper),
+        )
+
+    def linearised(
+        self, coordinates: FloatArray, records: Sequence[SignalRecord], noise: ArNoise
+    ) -> Linearised:
+        """Return residuals and Jacobian at the coordinates, whitened by a noise model."""
+        x, theta = np.split(coordinates, [self.searched])
+        return linearise(self.problem(records), x, theta, noise)

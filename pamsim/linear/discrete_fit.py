@@ -7,6 +7,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from itertools import combinations
 from typing import Any
 
 import numpy as np
@@ -16,21 +17,12 @@ from numpy.typing import NDArray
 
 from pamsim.core.errors import InputError
 from pamsim.inference.coloured_noise import ArNoise, fit_ar_noise
-from pamsim.linear.arx import ArxModel
-from pamsim.linear.discrete_estimates import (
-    continuous_pole,
-    discrete_estimates,
-    discrete_status,
-)
-from pamsim.linear.discrete_result import DiscreteFit as DiscreteFit
-from pamsim.linear.estimate import pooled_fit_percent, trial_score
+from pamsim.linear.arx import UnderdeterminedError, centred_regression
+from pamsim.linear.discrete_estimates import discrete_estimates, discrete_status
+from pamsim.linear.discrete_structure import DiscreteStructure, from_differences
+from pamsim.linear.estimate import Optimum
+from pamsim.linear.identified_model import IdentifiedModel, pooled_fit_percent, score_trials
 from pamsim.linear.noise_weighted_fit import noise_weighted_fit
-from pamsim.linear.oe_search import (
-    from_differences,
-    oe_problem,
-    search_starts,
-    stacked_least_squares,
-)
 from pamsim.linear.signal_record import SignalRecord, checked_records
 
 FloatArray = NDArray[np.float64]
@@ -38,9 +30,13 @@ _lfilter: Any = scipy.signal.lfilter
 _student_quantile: Any = scipy.special.stdtrit
 
 _SAME_RATE = 1e-3
+_ROUNDS = 8
+_LAGS = 5
 
 
-def fit_arx_records(records: Sequence[SignalRecord], *, na: int, nb: int, nk: int) -> DiscreteFit:
+def fit_arx_records(
+    records: Sequence[SignalRecord], *, na: int, nb: int, nk: int
+) -> IdentifiedModel:
     """Estimate one ARX model from all trials by least squares, with an offset for each trial.
 
     Nothing is assumed about what went before a record.
@@ -59,32 +55,25 @@ def fit_arx_records(records: Sequence[SignalRecord], *, na: int, nb: int, nk: in
         InputError: bad orders, no records, sample times that differ, a record too short.
         UnderdeterminedError: the records do not determine the coefficients.
 
-    Source: Matiskova 2021, equations (25)-(29).
+    Source: Matiskova 2021 (Appl. Sci. 2021, 11, 7288), equations (25)-(29).
     """
     trials, interval = _one_rate(records)
+    structure = DiscreteStructure("arx", na, nb, nk, interval)
     pairs = [(record.output, record.input) for record in trials]
-    theta, covariance, residuals = stacked_least_squares(pairs, na, nb, nk)
+    theta, covariance, residuals = _stacked_least_squares(pairs, na, nb, nk)
     freedom = sum(r.size for r in residuals) - theta.size - len(trials)
     variance = sum(float(r @ r) for r in residuals) / freedom
-    count = sum(r.size for r in residuals)
-    model = _model(theta, na, nk, interval, variance, count)
-    noise = fit_ar_noise(residuals)
-    start = max(na, nk + nb - 1)
+    at = Optimum(theta, variance * covariance, float(_student_quantile(freedom, 0.975)))
     ahead = [
-        (r.output[start:], r.output[start:] - e) for r, e in zip(trials, residuals, strict=True)
+        (r.output[r.output.size - e.size :], r.output[r.output.size - e.size :] - e)
+        for r, e in zip(trials, residuals, strict=True)
     ]
-    return _finished(
-        "arx",
-        trials,
-        model,
-        variance * covariance,
-        noise,
-        ahead,
-        quantile=float(_student_quantile(freedom, 0.975)),
+    return _identified(
+        structure, at, trials, fit_ar_noise(residuals), one_step=pooled_fit_percent(ahead)
     )
 
 
-def fit_oe(records: Sequence[SignalRecord], *, nb: int, nf: int, nk: int) -> DiscreteFit:
+def fit_oe(records: Sequence[SignalRecord], *, nb: int, nf: int, nk: int) -> IdentifiedModel:
     """Fit one output-error model ``y = B/F u + offset + noise`` to the free run of all trials.
 
     Before a record its input is taken to have been ``input[0]``, with the output at rest. The
@@ -107,45 +96,60 @@ def fit_oe(records: Sequence[SignalRecord], *, nb: int, nf: int, nk: int) -> Dis
     if nb < 1 or nf < 1 or nk < 0:
         raise InputError(f"orders nb={nb}, nf={nf}, nk={nk}; give nb >= 1, nf >= 1, nk >= 0")
     trials, interval = _one_rate(records)
-    to_f = from_differences(nf)
-    problem = oe_problem(trials, nb=nb, nf=nf, nk=nk)
-    to_x: Any = np.linalg.inv(to_f[1])
-    starts = [to_x @ (f - to_f[0]) for f in search_starts(trials, interval, nb, nf, nk)]
-    fit = noise_weighted_fit(problem, starts)
-    turn = np.zeros((nf + nb, nf + nb))
-    turn[:nf, :nf], turn[nf:, nf:] = to_f[1], np.eye(nb)
-    covariance = None if fit.covariance is None else turn @ fit.covariance @ turn.T
-    theta = np.concatenate([to_f[0] + to_f[1] @ fit.solution.x, fit.solution.theta])
-    count = sum(record.output.size for record in trials)
-    model = _model(theta, nf, nk, interval, fit.noise.autocovariance(1)[0], count)
-    return _finished(
-        "oe",
+    structure = DiscreteStructure("oe", nf, nb, nk, interval)
+    constant, matrix = from_differences(nf)
+    to_x: Any = np.linalg.inv(matrix)
+    starts = [to_x @ (f - constant) for f in _search_starts(trials, interval, nb, nf, nk)]
+    fit = noise_weighted_fit(structure.problem(trials), starts)
+    transform = np.eye(nf + nb)
+    transform[:nf, :nf] = matrix
+    at = Optimum(
+        np.concatenate([constant + matrix @ fit.solution.x, fit.solution.theta]),
+        None if fit.covariance is None else transform @ fit.covariance @ transform.T,
+        fit.quantile,
+    )
+    return _identified(
+        structure,
+        at,
         trials,
-        model,
-        covariance,
         fit.noise,
-        None,
         weighted=fit.weighted,
         settled=fit.solution.settled,
-        quantile=fit.quantile,
+        evaluations=fit.solution.evaluations,
     )
 
 
-def free_run(model: ArxModel, record: SignalRecord) -> tuple[FloatArray, FloatArray]:
-    """Simulate a discrete model from rest at the first input, its offset fitted to the output.
-
-    Args:
-        model: the discrete model.
-        record: a trial with the model's sample time.
-
-    Returns:
-        Output, shape ``(n,)``, not finite if the model explodes, and ``[offset]``.
-    """
-    numerator = [*np.zeros(model.delay), *model.b]
-    with np.errstate(over="ignore", invalid="ignore"):
-        forced = _lfilter(numerator, [1.0, *model.a], record.input - record.input[0])
-        offset = np.mean(record.output - forced)
-    return forced + offset, np.array([offset])
+def _identified(
+    structure: DiscreteStructure,
+    at: Optimum,
+    trials: Sequence[SignalRecord],
+    noise: ArNoise,
+    *,
+    one_step: float | None = None,
+    weighted: bool = False,
+    settled: bool = True,
+    evaluations: int = 0,
+) -> IdentifiedModel:
+    scores = score_trials(structure, at.coordinates, trials)
+    free_run = scores["fit_percent"]
+    lost = 0.0 if one_step is None else one_step - free_run
+    status, sentence = discrete_status(structure, at, settled, lost)
+    unit_input, unit_output = trials[0].unit_input, trials[0].unit_output
+    return IdentifiedModel(
+        structure=structure,
+        coordinates=at.coordinates,
+        covariance=at.covariance,
+        estimates=discrete_estimates(structure, at, f"{unit_output}/{unit_input}"),
+        **scores,
+        fit_percent_one_step=one_step,
+        noise=noise,
+        weighted=weighted,
+        status=status,
+        sentence=sentence,
+        evaluations=evaluations,
+        unit_input=unit_input,
+        unit_output=unit_output,
+    )
 
 
 def _one_rate(records: Sequence[SignalRecord]) -> tuple[tuple[SignalRecord, ...], float]:
@@ -160,49 +164,54 @@ def _one_rate(records: Sequence[SignalRecord]) -> tuple[tuple[SignalRecord, ...]
     return trials, interval
 
 
-def _model(
-    theta: FloatArray, na: int, nk: int, interval: float, variance: float, count: int
-) -> ArxModel:
-    return ArxModel(
-        a=tuple(map(float, theta[:na])),
-        b=tuple(map(float, theta[na:])),
-        delay=nk,
-        sample_time=interval,
-        residual_variance=float(variance),
-        n=count,
-    )
+def _stacked_least_squares(
+    pairs: Sequence[tuple[FloatArray, FloatArray]], na: int, nb: int, nk: int
+) -> tuple[FloatArray, FloatArray, list[FloatArray]]:
+    """Return theta, ``(phi^T phi)^-1`` and residuals; each trial's mean absorbs its offset."""
+    blocks = [centred_regression(y, u, na=na, nb=nb, delay=nk) for y, u in pairs]
+    design = np.concatenate([phi for phi, _ in blocks])
+    target = np.concatenate([y for _, y in blocks])
+    norms = np.linalg.norm(design, axis=0)
+    scale = np.where(norms > 0.0, norms, 1.0)
+    orthogonal, triangle = np.linalg.qr(design / scale)
+    left, singular, vt = np.linalg.svd(triangle)
+    if singular[-1] <= design.shape[0] * np.finfo(float).eps * singular[0]:
+        raise UnderdeterminedError(
+            f"records do not determine ARX na={na}, nb={nb}: directions are not excited; give an "
+            "input that changes more often, or lower the order"
+        )
+    half = vt.T / singular / scale[:, np.newaxis]
+    theta = half @ (left.T @ (orthogonal.T @ target))
+    return theta, half @ half.T, [y - phi @ theta for phi, y in blocks]
 
 
-def _finished(
-    kind: str,
-    trials: Sequence[SignalRecord],
-    model: ArxModel,
-    covariance: FloatArray | None,
-    noise: ArNoise,
-    ahead: Sequence[tuple[FloatArray, FloatArray]] | None,
-    *,
-    weighted: bool = False,
-    settled: bool = True,
-    quantile: float = 1.96,
-) -> DiscreteFit:
-    runs = [free_run(model, record) for record in trials]
-    free = pooled_fit_percent([(r.output, y) for r, (y, _) in zip(trials, runs, strict=True)])
-    one_step = free if ahead is None else pooled_fit_percent(ahead)
-    status, sentence = discrete_status(model, covariance, settled, one_step - free)
-    units = trials[0].unit_input, trials[0].unit_output
-    return DiscreteFit(
-        kind=kind,
-        model=model,
-        covariance=covariance,
-        estimates=discrete_estimates(model, covariance, quantile, f"{units[1]}/{units[0]}"),
-        trials=tuple(trial_score(r, *run) for r, run in zip(trials, runs, strict=True)),
-        fit_percent=free,
-        fit_percent_one_step=one_step,
-        continuous_poles=tuple(continuous_pole(z, model.sample_time) for z in model.poles),
-        noise=noise,
-        weighted=weighted,
-        status=status,
-        sentence=sentence,
-        unit_input=units[0],
-        unit_output=units[1],
-    )
+def _search_starts(
+    trials: Sequence[SignalRecord], interval: float, nb: int, nf: int, nk: int
+) -> list[FloatArray]:
+    """Return F's coefficients f1..fnf from which the search starts."""
+    starts: list[FloatArray] = []
+    raw = [(r.output - r.output[0], r.input - r.input[0]) for r in trials]
+    pairs = raw
+    for _ in range(_ROUNDS):
+        try:
+            f = _stable(_stacked_least_squares(pairs, nf, nb, nk)[0][:nf])
+        except InputError:
+            break
+        starts.append(f)
+        pairs = [
+            tuple(_lfilter([1.0], np.append(1.0, f), signal) for signal in pair) for pair in raw
+        ]
+    longest = max(record.duration for record in trials)
+    lags = np.geomspace(3.0 * interval, max(0.3 * longest, 30.0 * interval), max(_LAGS, nf + 1))
+    for constants in combinations(lags, nf):
+        grid: Any = np.poly(np.exp(-interval / np.array(constants)))
+        starts.append(grid[1:])
+    return starts
+
+
+def _stable(f: FloatArray) -> FloatArray:
+    """Mirror poles on or outside the unit circle to its inside."""
+    poles = np.roots(np.append(1.0, f))
+    size = np.abs(poles)
+    mirrored: Any = np.poly(np.where(size < 1.0, poles, 0.999 * poles / size**2))
+    return np.real(mirrored)[1:]

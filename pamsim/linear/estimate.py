@@ -1,22 +1,19 @@
-"""What every identified model says of its numbers and of its trials."""
+"""Identified numbers with 95 % intervals, from the coordinates of a fit and their covariance."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from pamsim.core.finite import safe
-from pamsim.linear.fit_percent import fit_percent
-from pamsim.linear.signal_record import SignalRecord
-from pamsim.linear.step_fit import Interval
-
 FloatArray = NDArray[np.float64]
+Interval = tuple[float, float]
 
 _KEY_SUFFIX = {"s": "_s", "s^2": "_s2", "s^3": "_s3", "rad/s": "_rad_per_s"}
+_STEP = 6e-6  # the cube root of the rounding error, best for central differences
 
 
 @dataclass(frozen=True)
@@ -27,7 +24,8 @@ class Estimate:
         name: such as ``K``, ``T1``, ``L``, ``wn``, ``zeta``.
         unit: SI unit; ``-`` for none.
         value: the estimate [unit].
-        interval95: lower and upper end; None where the data do not determine it [unit].
+        interval95: lower and upper end; None where it was held or the data do not determine it
+            [unit].
     """
 
     name: str
@@ -41,81 +39,86 @@ class Estimate:
         return self.name + _KEY_SUFFIX.get(self.unit, "")
 
 
-@dataclass(frozen=True)
-class TrialScore:
-    """How a model's free run meets one trial.
+@dataclass(frozen=True, eq=False)
+class Optimum:
+    """Where a fit ended.
 
     Attributes:
-        name: the record's name.
-        samples: number of samples.
-        offset: output at rest under the first input value, estimated [output unit].
-        fit_percent: normalised RMS fit of the free run [%].
-        rms: root mean square of measured minus simulated [output unit].
+        coordinates: shape ``(k,)``.
+        covariance: shape ``(k, k)``; None if the data do not determine them.
+        quantile: half width of a 95 % interval in standard errors.
     """
 
-    name: str
-    samples: int
-    offset: float
-    fit_percent: float
-    rms: float
+    coordinates: FloatArray
+    covariance: FloatArray | None
+    quantile: float
 
-    def as_dict(self) -> dict[str, Any]:
-        """Return JSON-safe values."""
-        return {
-            "name": self.name,
-            "samples": self.samples,
-            "offset": safe(self.offset),
-            "fit_percent": safe(self.fit_percent),
-            "rms": safe(self.rms),
-        }
+    def unit(self, i: int) -> FloatArray:
+        """Return the gradient of coordinate i, shape ``(k,)``."""
+        return np.eye(self.coordinates.size)[i]
+
+    def half_width(self, gradient: FloatArray) -> float | None:
+        """Return the half width of the 95 % interval of a function with this gradient."""
+        if self.covariance is None:
+            return None
+        variance = float(gradient @ self.covariance @ gradient)
+        return self.quantile * float(np.sqrt(max(variance, 0.0)))
+
+    def estimate(
+        self, name: str, unit: str, value: float, gradient: FloatArray, *, positive: bool = False
+    ) -> Estimate:
+        """Return a function of the coordinates with its interval.
+
+        Args:
+            name: of the estimate.
+            unit: of the estimate.
+            value: at the optimum.
+            gradient: of the value, or of its logarithm if ``positive``, shape ``(k,)``.
+            positive: whether the interval is symmetric in the logarithm.
+        """
+        half = self.half_width(gradient)
+        if half is None:
+            return Estimate(name, unit, value, None)
+        if not positive:
+            return Estimate(name, unit, value, (value - half, value + half))
+        with np.errstate(over="ignore"):
+            factor = float(np.exp(half))
+        return Estimate(name, unit, value, (value / factor, value * factor))
+
+    def half_widths(self, function: Callable[[FloatArray], NDArray[Any]]) -> NDArray[Any] | None:
+        """Return half widths of the 95 % intervals of an array of functions of the coordinates.
+
+        Args:
+            function: coordinates, shape ``(k,)``, to values, shape ``(n,)``, real or complex.
+
+        Returns:
+            Shape ``(n,)``, of complex values those of both parts; None without a covariance.
+        """
+        covariance = self.covariance
+        if covariance is None:
+            return None
+        jacobian = central_differences(function, self.coordinates)
+
+        def spread(part: FloatArray) -> FloatArray:
+            return np.sqrt(np.maximum(np.einsum("ij,jk,ik->i", part, covariance, part), 0.0))
+
+        if np.iscomplexobj(jacobian):
+            return self.quantile * (spread(np.real(jacobian)) + 1j * spread(np.imag(jacobian)))
+        return self.quantile * spread(jacobian)
 
 
-def estimates_as_dict(estimates: Sequence[Estimate]) -> dict[str, Any]:
-    """Return ``{"T1_s": value, "interval95_T1_s": [low, high] or None, ...}``, JSON-safe."""
-    result: dict[str, Any] = {}
-    for item in estimates:
-        result[item.key] = safe(item.value)
-        sides = item.interval95
-        result[f"interval95_{item.key}"] = None if sides is None else [safe(v) for v in sides]
-    return result
-
-
-def complex_list(values: Sequence[complex]) -> list[list[float]]:
-    """Return ``[[real, imaginary], ...]``, JSON-safe."""
-    return [[float(v.real), float(v.imag)] for v in values]
-
-
-def trial_score(record: SignalRecord, simulated: FloatArray, own: FloatArray) -> TrialScore:
-    """Score a free run.
+def central_differences(
+    function: Callable[[FloatArray], NDArray[Any]], at: FloatArray
+) -> NDArray[Any]:
+    """Return the Jacobian of a function, shape ``(n, k)``.
 
     Args:
-        record: the trial.
-        simulated: the free run, offset included, shape ``(n,)`` [output unit].
-        own: the trial's own coefficients, offset first.
-
-    Returns:
-        The score.
+        function: shape ``(k,)`` to shape ``(n,)``.
+        at: where, shape ``(k,)``.
     """
-    miss = record.output - simulated
-    return TrialScore(
-        name=record.name,
-        samples=record.output.size,
-        offset=float(own[0]),
-        fit_percent=fit_percent(record.output, simulated),
-        rms=float(np.sqrt(np.mean(miss**2))),
-    )
-
-
-def pooled_fit_percent(pairs: Sequence[tuple[FloatArray, FloatArray]]) -> float:
-    """Return the fit percent over trials together, each measured output about its own mean.
-
-    Args:
-        pairs: (measured, simulated) of each trial, shape ``(n_i,)`` [output unit].
-
-    Returns:
-        The fit [%].
-    """
-    measured = np.concatenate([y - np.mean(y) for y, _ in pairs])
-    simulated = np.concatenate([run - np.mean(y) for y, run in pairs])
-    # The joint mean is 0 up to rounding, so that this is the definition of one trial.
-    return fit_percent(measured, simulated)
+    columns: list[NDArray[Any]] = []
+    for i in range(at.size):
+        step = np.zeros(at.size)
+        step[i] = _STEP * max(abs(float(at[i])), 1e-3)
+        columns.append((function(at + step) - function(at - step)) / (2.0 * step[i]))
+    return np.column_stack(columns)

@@ -30,7 +30,7 @@ def first_order_step(time: ArrayLike, time_constant: float, gain: float = 1.0) -
     Raises:
         InputError: T is not positive and finite.
 
-    Source: Matiskova 2021, equation (24).
+    Source: Matiskova 2021 (Appl. Sci. 2021, 11, 7288), equation (24).
     """
     scale = _positive(time_constant, "time constant T")
     t = np.maximum(np.asarray(time, dtype=np.float64), 0.0)
@@ -59,7 +59,7 @@ def second_order_step(
     Raises:
         InputError: T1 or T2 is not positive and finite.
 
-    Source: Matiskova 2021, equation (24); form with phi derived here.
+    Source: Matiskova 2021 (Appl. Sci. 2021, 11, 7288), equation (24); form with phi derived here.
     """
     small, large = sorted((_positive(first, "T1"), _positive(second, "T2")))
     t = np.maximum(np.asarray(time, dtype=np.float64), 0.0)
@@ -68,3 +68,8 @@ def second_order_step(
     safe = np.where(x > 0.0, x, 1.0)
     phi = np.where(x > 0.0, -np.expm1(-safe) / safe, 1.0)
     return np.asarray(gain * (-np.expm1(-scaled) - np.exp(-scaled) * scaled * phi))
+
+
+def unit_step(time: ArrayLike, constants: tuple[float, ...]) -> FloatArray:
+    """Return the unit-gain step response of one lag (T,) or two (T1, T2), shape of ``time`` [-]."""
+    return (first_order_step if len(constants) == 1 else second_order_step)(time, *constants)

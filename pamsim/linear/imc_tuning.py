@@ -9,7 +9,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from pamsim.core.errors import InputError
-from pamsim.linear.continuous_result import ContinuousFit
+from pamsim.linear.identified_model import IdentifiedModel
 from pamsim.linear.second_order_model import SecondOrderModel
 
 
@@ -50,7 +50,7 @@ def imc_gains(
     )
 
 
-def imc_gains_of_fit(fit: ContinuousFit, *, closed_loop_time: float) -> PidGains:
+def imc_gains_of_fit(fit: IdentifiedModel, *, closed_loop_time: float) -> PidGains:
     """Gains for a fitted model of one or two poles, its dead time included.
 
     Args:

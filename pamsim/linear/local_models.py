@@ -4,16 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 
 from pamsim.core.errors import InputError
 from pamsim.linear.continuous_fit import fit_continuous
-from pamsim.linear.continuous_result import ContinuousFit
+from pamsim.linear.identified_model import FitStatus, IdentifiedModel
 from pamsim.linear.operating_regression import Dependence, dependence
 from pamsim.linear.signal_record import SignalRecord
-from pamsim.linear.step_fit import FitStatus
 
 _NORMAL = 1.959964
 
@@ -45,17 +43,7 @@ class LocalModel:
     """
 
     point: OperatingPoint
-    fit: ContinuousFit
-
-    def as_dict(self) -> dict[str, Any]:
-        """Return JSON-safe values; keys carry their unit."""
-        return {
-            "pressure_kpa": self.point.pressure / 1e3,
-            "load_kg": self.point.load,
-            "direction": self.point.direction,
-            "amplitude": self.point.amplitude,
-            **self.fit.as_dict(),
-        }
+    fit: IdentifiedModel
 
 
 @dataclass(frozen=True, eq=False)
@@ -77,13 +65,6 @@ class LocalModelMap:
                 return item
         known = ", ".join(item.parameter for item in self.dependences) or "none"
         raise InputError(f"no dependence of {parameter!r} in this map; it has {known}")
-
-    def as_dict(self) -> dict[str, Any]:
-        """Return JSON-safe values; keys carry their unit."""
-        return {
-            "models": [model.as_dict() for model in self.models],
-            "dependences": [item.as_dict() for item in self.dependences],
-        }
 
 
 def local_models(

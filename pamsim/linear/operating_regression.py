@@ -18,8 +18,6 @@ import numpy as np
 import scipy.special
 from numpy.typing import NDArray
 
-from pamsim.core.finite import safe
-
 FloatArray = NDArray[np.float64]
 _chi2_tail: Any = scipy.special.chdtrc
 _student_cdf: Any = scipy.special.stdtr
@@ -70,28 +68,6 @@ class Dependence:
     heterogeneity_p: float
     slopes: Mapping[str, Slope]
     sentence: str
-
-    def as_dict(self) -> dict[str, Any]:
-        """Return JSON-safe values; slopes are per SI unit of the regressor."""
-        return {
-            "parameter": self.parameter,
-            "logarithmic": self.logarithmic,
-            "mean": safe(self.mean),
-            "points": self.points,
-            "heterogeneity_chi2": safe(self.heterogeneity_chi2),
-            "heterogeneity_degrees_of_freedom": self.heterogeneity_freedom,
-            "heterogeneity_p_value": safe(self.heterogeneity_p),
-            "slopes": {
-                name: {
-                    "slope": safe(slope.value),
-                    "interval95_slope": [safe(end) for end in slope.interval95],
-                    "p_value": safe(slope.p_value),
-                    "span": safe(slope.span),
-                }
-                for name, slope in self.slopes.items()
-            },
-            "sentence": self.sentence,
-        }
 
 
 def dependence(

@@ -1,8 +1,9 @@
-"""Does the input explain anything of the residuals? One statement for all lags together.
+"""Test whether past inputs explain part of the residuals: one p-value for all lags together.
 
-Verdicts lag by lag give a false alarm in one of many lags almost always. Here all lagged inputs
-are regressed on at once, after whitening (residuals may be coloured) and after the directions
-that the fit itself has used up are taken out, so that the statistic has its nominal distribution.
+Tests lag by lag almost always give a false alarm in one of many lags. Here the residuals are
+regressed on all lagged inputs at once, after whitening (residuals may be coloured) and after
+projecting out the directions that the fit has already used, so that the statistic has its nominal
+distribution.
 """
 
 # scipy carries no types: what it returns is Any at this file's boundary.
@@ -12,29 +13,23 @@ that the fit itself has used up are taken out, so that the statistic has its nom
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
 import scipy.special
 from numpy.typing import NDArray
 
+from pamsim.core.encoding import json_key
 from pamsim.core.errors import InputError
-from pamsim.core.finite import safe
-from pamsim.inference.coloured_noise import ArNoise
-from pamsim.linear.arx import regression
-from pamsim.linear.continuous_fit import separable
-from pamsim.linear.continuous_result import ContinuousFit
-from pamsim.linear.discrete_result import DiscreteFit
-from pamsim.linear.oe_search import from_differences, oe_problem
-from pamsim.linear.separable_fit import Linearised, linearise
+from pamsim.linear.identified_model import IdentifiedModel
 from pamsim.linear.signal_record import SignalRecord, checked_records
 
 FloatArray = NDArray[np.float64]
 _f_tail: Any = scipy.special.fdtrc
 
 _LEVEL = 0.05
-_EXCITED = 1e-3  # a direction of lagged inputs weaker than this, relative, tells nothing
+_EXCITED = 1e-3  # a direction of lagged inputs weaker than this, relative, is ignored
 _DEPENDENT = 1e-10
 _ROUNDING = 1e-5  # percent points below 100
 _SETTLED = 3.0  # slowest time constants that the lags reach back
@@ -47,49 +42,38 @@ class Independence:
     Attributes:
         statistic: F: mean square explained by past inputs over the residual's own [-].
         degrees_of_freedom: independent directions among the lagged inputs, residual freedom.
-        p_value: chance of a larger statistic if the model is right.
+        p_value: probability of a larger statistic if the model is right.
         longest_lag: of the lagged inputs [s].
-        independent: whether the p value is at least 5 %.
+        independent: whether the p-value is at least 5 %.
         sentence: the same for a person.
     """
 
     statistic: float
     degrees_of_freedom: tuple[int, int]
     p_value: float
-    longest_lag: float
+    longest_lag: float = field(metadata=json_key("longest_lag_s"))
     independent: bool
     sentence: str
 
-    def as_dict(self) -> dict[str, Any]:
-        """Return JSON-safe values; keys carry their unit."""
-        return {
-            "statistic": safe(self.statistic),
-            "degrees_of_freedom": list(self.degrees_of_freedom),
-            "p_value": safe(self.p_value),
-            "longest_lag_s": self.longest_lag,
-            "independent": self.independent,
-            "sentence": self.sentence,
-        }
-
 
 def residual_independence(
-    fit: ContinuousFit | DiscreteFit, records: Sequence[SignalRecord], *, lags: int = 20
+    fit: IdentifiedModel, records: Sequence[SignalRecord], *, lags: int = 20
 ) -> Independence:
-    """Test whether inputs of the past explain anything that the model leaves.
+    """Test whether past inputs explain part of the residuals.
 
     The lags are positive and spread evenly in the logarithm from one sample to three of the
     model's slowest time constants (at most a quarter of the shortest record).
 
     Args:
-        fit: any fit to general inputs.
+        fit: a model fitted to general inputs.
         records: the trials it was fitted to.
         lags: how many lagged inputs enter, >= 1.
 
     Returns:
-        One statement for all lags.
+        The test over all lags.
 
     Raises:
-        InputError: no lags, or trials that the fit was not made from.
+        InputError: no lags, or other trials than those fitted.
 
     Source: score test of added regressors (Breusch and Godfrey's principle) on lagged inputs; for
     white residuals it is the correlation test of Ljung (System Identification, 2nd ed., 16.6) with
@@ -99,12 +83,14 @@ def residual_independence(
         raise InputError(f"lags = {lags}; give at least 1")
     trials = checked_records(records)
     if sorted(r.name for r in trials) != sorted(score.name for score in fit.trials):
-        raise InputError("residual independence is asked of the fitted trials; give exactly those")
-    longest = _reach(fit, trials)
+        raise InputError("residual independence is tested on the fitted trials; give exactly those")
+    reach = _SETTLED * fit.structure.slowest(fit.coordinates) + fit.dead_time
+    most = 0.25 * min(record.duration for record in trials)
+    longest = float(np.clip(reach, 2.0 * max(record.sample_time for record in trials), most))
     if 100.0 - fit.fit_percent < _ROUNDING:
         sentence = "the model reproduces the records to rounding: nothing is left to explain"
         return Independence(0.0, (0, 0), 1.0, longest, True, sentence)
-    line, noise = _linearised(fit, trials)
+    line = fit.structure.linearised(fit.coordinates, trials, fit.noise)
     spread = np.geomspace(min(r.sample_time for r in trials), longest, lags)
     blocks: list[FloatArray] = []
     for record, residual in zip(trials, line.residuals, strict=True):
@@ -113,8 +99,8 @@ def residual_independence(
         steps = np.pad(steps, (0, lags - steps.size), constant_values=steps[-1])
         past = np.column_stack([np.append(np.zeros(k), given[:-k]) for k in steps])
         # ARX has no equations for its first samples.
-        used = noise.whiten(past[past.shape[0] - residual.size :])
-        ones = noise.whiten(np.ones((residual.size, 1)))
+        used = line.noise.whiten(past[past.shape[0] - residual.size :])
+        ones = line.noise.whiten(np.ones((residual.size, 1)))
         ones /= np.linalg.norm(ones)
         blocks.append(used - ones @ (ones.T @ used))
     added = np.concatenate(blocks)
@@ -145,8 +131,8 @@ def _tested(
         else "past inputs explain part of the residuals: dynamics, dead time or a nonlinearity is "
         "missing in the model"
     )
-    chance = f"p = {p:.2g}" if p >= 1e-4 else "p < 0.0001"
-    sentence = f"{verdict} ({chance}, lags to {longest:.2g} s)"
+    shown = f"p = {p:.2g}" if p >= 1e-4 else "p < 0.0001"
+    sentence = f"{verdict} ({shown}, lags to {longest:.2g} s)"
     return Independence(statistic, (directions, freedom), p, longest, independent, sentence)
 
 
@@ -161,42 +147,3 @@ def _directions(columns: FloatArray, weakest: float) -> FloatArray:
     tall, triangle = np.linalg.qr(columns)
     left, sizes, _ = np.linalg.svd(triangle)
     return tall @ left[:, sizes > weakest * sizes[0]]
-
-
-def _linearised(
-    fit: ContinuousFit | DiscreteFit, trials: Sequence[SignalRecord]
-) -> tuple[Linearised, ArNoise]:
-    """Return residuals and Jacobian, whitened by the noise model that is returned too."""
-    if isinstance(fit, ContinuousFit):
-        searched = fit.structure.searched
-        x, theta = fit.coordinates[:searched], fit.coordinates[searched:]
-        problem = separable(fit.structure, trials, fit.start)
-        return linearise(problem, x, theta, fit.noise), fit.noise
-    model = fit.model
-    na, nb = len(model.a), len(model.b)
-    if fit.kind == "oe":
-        constant, slopes = from_differences(na)
-        x: Any = np.linalg.solve(slopes, np.array(model.a) - constant)
-        problem = oe_problem(trials, nb=nb, nf=na, nk=model.delay)
-        return linearise(problem, x, np.array(model.b), fit.noise), fit.noise
-    residuals: list[FloatArray] = []
-    jacobians: list[FloatArray] = []
-    for record in trials:
-        phi, target = regression(record.output, record.input, na=na, nb=nb, delay=model.delay)
-        phi, target = phi - phi.mean(axis=0), target - target.mean()
-        residuals.append(target - phi @ np.array([*model.a, *model.b]))
-        jacobians.append(phi)
-    # ARX claims that its equation error is white: whitening it would test another model.
-    return Linearised(tuple(residuals), tuple(jacobians), len(trials)), ArNoise((), 1.0)
-
-
-def _reach(fit: ContinuousFit | DiscreteFit, trials: Sequence[SignalRecord]) -> float:
-    most = 0.25 * min(record.duration for record in trials)
-    least = 2.0 * max(record.sample_time for record in trials)
-    if isinstance(fit, ContinuousFit):
-        slowest = 1.0 / min(abs(p.real) for p in fit.poles)
-        return float(np.clip(_SETTLED * slowest + fit.dead_time, least, most))
-    interval = fit.model.sample_time
-    sizes = [abs(z) for z in fit.poles if 0.0 < abs(z) < 1.0]
-    slowest = -interval / np.log(max(sizes)) if sizes else interval
-    return float(np.clip(_SETTLED * slowest + fit.model.delay * interval, least, most))

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from pamsim.core.errors import InputError
-from pamsim.linear.continuous_result import ContinuousFit
+from pamsim.linear.identified_model import IdentifiedModel
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -40,7 +40,7 @@ class SecondOrderModel:
         return cls(gain=gain, a1=first + second, a2=first * second)
 
     @classmethod
-    def of_fit(cls, fit: ContinuousFit) -> SecondOrderModel:
+    def of_fit(cls, fit: IdentifiedModel) -> SecondOrderModel:
         """The model of a fit of two poles; its dead time is left to the margins.
 
         Raises:

@@ -22,6 +22,7 @@ import scipy.optimize
 from numpy.typing import NDArray
 
 from pamsim.inference.coloured_noise import ArNoise
+from pamsim.linear.estimate import central_differences
 
 FloatArray = NDArray[np.float64]
 _least_squares: Any = scipy.optimize.least_squares
@@ -29,7 +30,6 @@ _toeplitz_product: Any = scipy.linalg.matmul_toeplitz
 _qr: Any = scipy.linalg.qr
 
 _SINGULAR = 1e-8  # smallest over largest singular value of the column-scaled Jacobian
-_STEP = 6e-6  # the cube root of the rounding error, best for central differences
 _FAR = 1e150
 
 WHITE = ArNoise((), 1.0)
@@ -168,11 +168,13 @@ class Linearised:
         residuals: measured minus predicted, whitened, one per trial, shape ``(N_i,)``.
         jacobians: of the prediction to (x, theta), whitened, one per trial, ``(N_i, p + q)``.
         own: number of coefficients of the trials' own, summed.
+        noise: the model that whitened both.
     """
 
     residuals: tuple[FloatArray, ...]
     jacobians: tuple[FloatArray, ...]
     own: int
+    noise: ArNoise
 
 
 def linearise(problem: Separable, x: FloatArray, theta: FloatArray, noise: ArNoise) -> Linearised:
@@ -193,35 +195,36 @@ def linearise(problem: Separable, x: FloatArray, theta: FloatArray, noise: ArNoi
     for i, output in enumerate(problem.outputs):
         shared, own = problem.shared(x, i), problem.own(x, i)
         left = noise.whiten(output - shared @ theta)
-        eta = np.linalg.lstsq(noise.whiten(own), left, rcond=None)[0]
-        columns: list[FloatArray] = []
-        for j in range(x.size):
-            step = np.zeros(x.size)
-            step[j] = _STEP * max(abs(float(x[j])), 1e-3)
-            ahead, behind = (
-                problem.shared(x + s, i) @ theta + problem.own(x + s, i) @ eta
-                for s in (step, -step)
-            )
-            columns.append((ahead - behind) / (2.0 * step[j]))
-        jacobian = noise.whiten(np.column_stack([*columns, shared]))
+        eta: Any = np.linalg.lstsq(noise.whiten(own), left, rcond=None)[0]
+
+        def predicted(at: FloatArray, i: int = i, eta: Any = eta) -> FloatArray:
+            return problem.shared(at, i) @ theta + problem.own(at, i) @ eta
+
+        jacobian = noise.whiten(np.hstack([central_differences(predicted, x), shared]))
         basis = _orthonormal(noise.whiten(own))
         residuals.append(left - basis @ (basis.T @ left))
         jacobians.append(jacobian - basis @ (basis.T @ jacobian))
         count += own.shape[1]
-    return Linearised(tuple(residuals), tuple(jacobians), count)
+    return Linearised(tuple(residuals), tuple(jacobians), count, noise)
 
 
-def inverse_information(jacobian: FloatArray) -> FloatArray | None:
-    """Return ``(J^T J)^-1``, shape ``(k, k)``, or None where columns cannot be told apart."""
+def inverse_information(jacobian: FloatArray, singular: float = _SINGULAR) -> FloatArray | None:
+    """Return ``(J^T J)^-1``, shape ``(k, k)``, or None where columns are linearly dependent.
+
+    Args:
+        jacobian: shape ``(n, k)``.
+        singular: smallest over largest singular value of the column-scaled Jacobian below which
+            columns count as dependent.
+    """
     norms = np.linalg.norm(jacobian, axis=0)
     if not np.all(np.isfinite(norms)) or np.any(norms == 0.0):
         return None
     # The triangular factor has the same singular values; a tall SVD is far dearer.
     triangle = np.linalg.qr(jacobian / norms, mode="r")
-    _, singular, vt = np.linalg.svd(triangle)
-    if singular[-1] < _SINGULAR * singular[0]:
+    _, sizes, vt = np.linalg.svd(triangle)
+    if sizes[-1] < singular * sizes[0]:
         return None
-    half = vt.T / singular / norms[:, np.newaxis]
+    half = vt.T / sizes / norms[:, np.newaxis]
     return half @ half.T
 
 

@@ -1,83 +1,272 @@
-"""The result of a step-response fit: numbers, intervals, and whether to trust them."""
+"""Continuous-time fit of G1 or G2 to a sampled step response by output (simulation) error."""
+
+# scipy carries no types: what it returns is Any at this file's boundary.
+# pyright: reportMissingTypeStubs=false, reportUnknownMemberType=false
+# pyright: reportUnknownVariableType=false
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from enum import StrEnum
+from dataclasses import dataclass, replace
+from itertools import product
+from typing import Any
 
 import numpy as np
+import scipy.optimize
+import scipy.special
 from numpy.typing import ArrayLike, NDArray
 
-from pamsim.linear.first_second_order import first_order_step, second_order_step
+from pamsim.core.errors import InputError
+from pamsim.inference.coloured_noise import ArNoise
+from pamsim.inference.record_checks import increasing_time, varying_output
+from pamsim.linear.continuous_estimates import continuous_estimates, merged_lags
+from pamsim.linear.continuous_structure import ContinuousStructure
+from pamsim.linear.estimate import Optimum
+from pamsim.linear.first_second_order import unit_step
+from pamsim.linear.identified_model import FitStatus, IdentifiedModel, trial_score
+from pamsim.linear.separable_fit import inverse_information
 
 FloatArray = NDArray[np.float64]
-Interval = tuple[float, float]
+_least_squares: Any = scipy.optimize.least_squares
+_student_quantile: Any = scipy.special.stdtrit
 
-
-class FitStatus(StrEnum):
-    """How far the numbers of a fit can be trusted."""
-
-    CONVERGED = "converged"
-    AT_BOUND = "at_bound"
-    NOT_CONVERGED = "not_converged"
-    DEGENERATE = "degenerate"
+# Splits of the 63 % time into (T1, T2): G2 has a mirror-symmetric cost with a saddle at T1 = T2,
+# so starts lie on one side of it, from well separated to nearly merged.
+_STARTS: dict[int, tuple[tuple[float, ...], ...]] = {
+    1: ((0.5,), (1.0,), (2.0,)),
+    2: ((0.02, 1.0), (0.15, 0.85), (0.4, 0.6)),
+}
+_SINGULAR = 1e-6  # smallest over largest singular value of the column-scaled Jacobian
 
 
 @dataclass(frozen=True)
-class StepFit:
-    """A fitted ``K exp(-L s) / (T s + 1)`` or ``K exp(-L s) / ((T1 s + 1)(T2 s + 1))``.
+class _Problem:
+    """Scaled problem: x = [log T..., (L / reference time), (K / reference gain)]."""
 
-    The 95 % intervals come from the Jacobian at the optimum and Student's t. They assume that the
-    residuals are white and that the model order is right; residuals of a wrong order or of a
-    sampled mechanism are strongly correlated (see ``residual_lag1``), and then the intervals are
-    far too narrow. They are None where the parameter was held or the data do not determine it.
+    time: FloatArray
+    target: FloatArray  # response over its final value
+    structure: ContinuousStructure
+    held_gain: float | None  # output unit per input unit
+    reference_gain: float
+    reference_time: float
+    lower: FloatArray
+    upper: FloatArray
 
-    Attributes:
-        order: 1 or 2.
-        gain: K [output unit per input unit].
-        time_constants: (T,) or (T1, T2) with T1 <= T2 [s].
-        dead_time: L, 0 unless it was freed [s].
-        fit_percent: normalised RMS fit of the simulated step [%].
-        rms: root mean square of the residual [output unit].
-        interval95_gain: lower and upper end [output unit per input unit].
-        interval95_time_constants: one (lower, upper) per time constant [s].
-        interval95_dead_time: lower and upper end [s].
-        residual_lag1: autocorrelation of the residual at one sample; near 0 if white [-].
-        status: whether to trust the numbers.
-        sentence: the same for a person.
-        evaluations: model evaluations over all starts.
+    def unpack(self, x: FloatArray) -> tuple[tuple[float, ...], float, float]:
+        """Return time constants [s], dead time [s], gain on the scaled axis [-]."""
+        order = self.structure.order
+        constants = tuple(float(v) for v in np.exp(x[:order]))
+        delay = float(x[order]) * self.reference_time if self.structure.dead_time else 0.0
+        held = self.held_gain
+        return constants, delay, float(x[-1]) if held is None else held / self.reference_gain
+
+    def residual(self, x: FloatArray) -> FloatArray:
+        """Return simulated minus measured, shape ``(n,)`` [-]."""
+        constants, delay, gain = self.unpack(x)
+        return gain * unit_step(self.time - delay, constants) - self.target
+
+    def optimum(self, x: FloatArray, covariance: FloatArray | None) -> Optimum:
+        """Return x in the coordinates of the structure, with a zero row for a held gain."""
+        scale = np.ones(x.size)
+        if self.structure.dead_time:
+            scale[self.structure.order] = self.reference_time
+        if self.held_gain is None:
+            scale[-1] = self.reference_gain
+        coordinates = scale * x
+        if covariance is not None:
+            covariance = covariance * np.outer(scale, scale)
+        if self.held_gain is not None:
+            coordinates = np.append(coordinates, self.held_gain)
+            covariance = None if covariance is None else np.pad(covariance, (0, 1))
+        quantile = float(_student_quantile(self.time.size - x.size, 0.975))
+        return Optimum(coordinates, covariance, quantile)
+
+
+def _starts(problem: _Problem) -> list[FloatArray]:
+    reference = problem.reference_time
+    late = float(problem.time[np.argmax(np.abs(problem.target) >= 0.02)]) / reference
+    delays: list[list[float]] = [[0.01], [0.8 * late]] if problem.structure.dead_time else [[]]
+    gains: list[list[float]] = [[1.0]] if problem.held_gain is None else [[]]
+    result: list[FloatArray] = []
+    for split, delay, gain in product(_STARTS[problem.structure.order], delays, gains):
+        x = np.array([*np.log(np.array(split) * reference), *delay, *gain])
+        # least_squares wants its start strictly inside the bounds.
+        result.append(np.clip(x, problem.lower + 1e-6, problem.upper - 1e-6))
+    return result
+
+
+def _best(problem: _Problem) -> tuple[Any, int]:
+    count = 0
+
+    def counted(x: FloatArray) -> FloatArray:
+        nonlocal count
+        count += 1
+        return problem.residual(x)
+
+    best: Any = None
+    for start in _starts(problem):
+        solution = _least_squares(
+            counted,
+            start,
+            jac="3-point",
+            bounds=(problem.lower, problem.upper),
+            ftol=1e-12,
+            xtol=1e-12,
+            gtol=1e-12,
+            max_nfev=200,
+        )
+        if best is None or solution.cost < best.cost:
+            best = solution
+    return best, count
+
+
+def _status(problem: _Problem, solution: Any, at: Optimum) -> tuple[FitStatus, str]:
+    x: FloatArray = solution.x
+    order = problem.structure.order
+    shortest = float(np.exp(np.min(x[:order])))
+    interval = float(np.median(np.diff(problem.time)))
+    if solution.status <= 0:
+        return FitStatus.NOT_CONVERGED, "the solver ran out of evaluations before it converged"
+    # The cost is flat towards a vanishing lag, so the solver may stop short of the bound itself.
+    near_upper = x > problem.upper - np.where(np.arange(x.size) < order, np.log(2.0), 1e-3)
+    if np.min(x[:order]) < problem.lower[0] + np.log(2.0) or bool(np.any(near_upper)):
+        return FitStatus.AT_BOUND, (
+            "a parameter is at its bound: the record shows no such lag, or is too short for it"
+        )
+    if shortest < interval:
+        return FitStatus.DEGENERATE, (
+            f"time constant {shortest:.3g} s is shorter than one sample ({interval:.3g} s): "
+            "the record does not resolve it"
+        )
+    if at.covariance is None:
+        return FitStatus.DEGENERATE, "the Jacobian is singular: parameters are not identifiable"
+    if merged_lags(problem.structure, at) is not None:
+        return FitStatus.DEGENERATE, (
+            "T1 and T2 merge within their uncertainty: the record shows a double lag or an "
+            "oscillation, and does not determine two separate real lags"
+        )
+    return FitStatus.CONVERGED, "converged inside the bounds"
+
+
+def fit_step(
+    time: ArrayLike,
+    response: ArrayLike,
+    *,
+    order: int,
+    step_size: float = 1.0,
+    gain: float | None = 1.0,
+    dead_time: bool = False,
+) -> IdentifiedModel:
+    """Fit G1 or G2 to a step response by least squares on the simulated output.
+
+    The step is taken to happen at ``time[0]`` with the output at rest at 0. Time constants are
+    sought as logarithms between a tenth of a sample and a hundred record lengths, from several
+    fixed starts; the best is kept, so that the result is reproducible.
+
+    The 95 % intervals come from the Jacobian at the optimum and Student's t. They assume white
+    residuals and the right model order. Residuals of a wrong order or of a sampled mechanism are
+    strongly correlated (see ``residual_lag1`` of the trial), and then the intervals are far too
+    narrow. They are None where the parameter was held or the data do not determine it.
+
+    Args:
+        time: increasing sample times, not necessarily uniform, shape ``(n,)`` [s].
+        response: output relative to its value before the step, shape ``(n,)`` [output unit].
+        order: 1 for G1, 2 for G2.
+        step_size: height of the input step, not 0 [input unit].
+        gain: K to hold (1.0 for a normalised response), or None to estimate it [output per input].
+        dead_time: True estimates a dead time between 0 and half the record.
+
+    Returns:
+        The model with its status; do not quote the numbers unless that is ``converged``.
+
+    Raises:
+        InputError: bad order, step size or gain; short, constant, non-finite or unordered record;
+            a response that ends where it began.
+
+    Source: model of Matiskova 2021 (Appl. Sci. 2021, 11, 7288), equation (24); the paper itself
+    names only ARX least squares, (25)-(29).
     """
+    if order not in (1, 2):
+        raise InputError(f"order = {order!r} is not known; give 1 for G1 or 2 for G2")
+    if not (np.isfinite(step_size) and step_size != 0.0):
+        raise InputError(f"step size {step_size!r}: there is no step in the input; give its height")
+    if gain is not None and not (np.isfinite(gain) and gain != 0.0):
+        raise InputError(f"held gain {gain!r} is not usable; give a finite non-zero value or None")
+    t, y = increasing_time(time, response, minimum=8)
+    varying_output(y)
+    t = t - t[0]
+    final = final_value(y)
+    reached = np.flatnonzero(np.abs(y) >= 0.632 * abs(final))
+    reference = max(float(t[reached[0]]), float(t[1]))
 
-    order: int
-    gain: float
-    time_constants: tuple[float, ...]
-    dead_time: float
-    fit_percent: float
-    rms: float
-    interval95_gain: Interval | None
-    interval95_time_constants: tuple[Interval, ...] | None
-    interval95_dead_time: Interval | None
-    residual_lag1: float
-    status: FitStatus
-    sentence: str
-    evaluations: int
+    low, high = np.log(float(np.median(np.diff(t))) / 10.0), np.log(100.0 * float(t[-1]))
+    lower, upper = [low] * order, [high] * order
+    if dead_time:
+        lower, upper = [*lower, 0.0], [*upper, 0.5 * float(t[-1]) / reference]
+    if gain is None:
+        lower, upper = [*lower, -np.inf], [*upper, np.inf]
+    structure = ContinuousStructure(order, dead_time=dead_time)
+    problem = _Problem(
+        time=t,
+        target=y / final,
+        structure=structure,
+        held_gain=gain,
+        reference_gain=final / step_size,
+        reference_time=reference,
+        lower=np.array(lower),
+        upper=np.array(upper),
+    )
+    solution, evaluations = _best(problem)
 
-    def response(self, time: ArrayLike, step_size: float = 1.0) -> FloatArray:
-        """Simulate the fitted model for a step of ``step_size`` at t = 0.
+    residual: FloatArray = solution.fun
+    square = float(residual @ residual)
+    variance = square / (t.size - solution.x.size)
+    inverse = inverse_information(solution.jac, _SINGULAR)
+    covariance = None if inverse is None else variance * inverse
+    at = problem.optimum(solution.x, covariance)
+    status, sentence = _status(problem, solution, at)
+    if status not in (FitStatus.CONVERGED, FitStatus.DEGENERATE):
+        at = replace(at, covariance=None)
+    score = trial_score("step", y, y + residual * final)
+    # Of a perfect match only rounding remains, whose correlation means nothing.
+    if status is FitStatus.CONVERGED and score.residual_lag1 > 0.5 and square > 1e-20 * t.size:
+        sentence += (
+            f"; residuals are correlated (lag 1: {score.residual_lag1:.2f}), the intervals are too"
+            " narrow"
+        )
+    estimates = continuous_estimates(structure, at, "-")
+    if gain is not None:
+        estimates = (replace(estimates[0], interval95=None), *estimates[1:])
+    return IdentifiedModel(
+        structure=structure,
+        coordinates=at.coordinates,
+        covariance=at.covariance,
+        estimates=estimates,
+        trials=(score,),
+        fit_percent=score.fit_percent,
+        noise=ArNoise((), variance * final**2),
+        status=status,
+        sentence=sentence,
+        evaluations=evaluations,
+    )
 
-        Args:
-            time: times since the step, shape ``(n,)`` [s].
-            step_size: height of the input step [input unit].
 
-        Returns:
-            The response, shape ``(n,)`` [output unit].
-        """
-        shifted = np.asarray(time, dtype=np.float64) - self.dead_time
-        return self.gain * step_size * unit_step(shifted, self.time_constants)
+def final_value(response: FloatArray) -> float:
+    """Return the mean of the last 2 % of the samples (at least one).
 
+    Args:
+        response: samples, shape ``(n,)`` [output unit].
 
-def unit_step(time: FloatArray, constants: tuple[float, ...]) -> FloatArray:
-    """Return the unit-gain step response of one lag (T,) or two (T1, T2), shape of ``time`` [-]."""
-    if len(constants) == 1:
-        return first_order_step(time, constants[0])
-    return second_order_step(time, constants[0], constants[1])
+    Returns:
+        The final value [output unit].
+
+    Raises:
+        InputError: the final value is zero against the record's largest excursion.
+    """
+    count = max(1, response.size // 50)
+    final = float(np.mean(response[-count:]))
+    if abs(final) < 1e-3 * float(np.max(np.abs(response))):
+        raise InputError(
+            f"response ends where it began (final value {final:g}, mean of the last {count} "
+            "samples): G1 and G2 describe a lasting step; cut the record before the return"
+        )
+    return final

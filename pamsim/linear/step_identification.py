@@ -1,18 +1,19 @@
 """G1 and G2 from one sampled step response, by every estimator side by side.
 
-One number for T without its estimator means little: on the same noise-free response G1 by output
-error, by ARX with unit gain and by free ARX differ by more than 10 %. So each is given by name.
+T depends on the estimator: on the same noise-free response, G1 by output error, by ARX with unit
+gain and by free ARX differ by more than 10 %. So every estimate names its estimator.
 """
 
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from pamsim.core.encoding import json_key
 from pamsim.core.errors import InputError
 from pamsim.inference.record_checks import increasing_time, uniform_interval, varying_output
 from pamsim.linear.arx import (
@@ -23,9 +24,10 @@ from pamsim.linear.arx import (
     simulate_arx,
     time_constants_from_arx,
 )
+from pamsim.linear.first_second_order import unit_step
 from pamsim.linear.fit_percent import fit_percent
-from pamsim.linear.output_error import final_value, fit_step
-from pamsim.linear.step_fit import StepFit, unit_step
+from pamsim.linear.identified_model import IdentifiedModel
+from pamsim.linear.step_fit import final_value, fit_step
 
 FloatArray = NDArray[np.float64]
 
@@ -46,6 +48,7 @@ class ArxStep:
 
     Attributes:
         method: the estimator in words.
+        order: 1 or 2.
         status: ``lags``, ``complex_poles``, ``non_positive_pole``, ``unstable_pole`` or
             ``not_identifiable``.
         sentence: the same for a person.
@@ -57,6 +60,7 @@ class ArxStep:
     """
 
     method: str
+    order: int
     status: str
     sentence: str
     model: ArxModel | None
@@ -65,18 +69,18 @@ class ArxStep:
     fit_percent: float | None
     fit_percent_continuous: float | None
 
-    def as_dict(self, order: int) -> dict[str, Any]:
-        """Return JSON-safe values; ``order`` 1 writes ``T_s``, 2 writes ``T1_s`` and ``T2_s``."""
+    def to_dict(self) -> dict[str, Any]:
+        """Return what JSON can hold; order 1 writes ``T_s``, order 2 ``T1_s`` and ``T2_s``."""
         return {
             "method": self.method,
             "status": self.status,
             "sentence": self.sentence,
-            "K": _safe(self.gain),
-            **_named(order, self.time_constants),
-            "fit_percent": _safe(self.fit_percent),
-            "fit_percent_continuous": _safe(self.fit_percent_continuous),
-            "a": list(self.model.a) if self.model else None,
-            "b": list(self.model.b) if self.model else None,
+            "K": self.gain,
+            **_named(self.order, self.time_constants),
+            "fit_percent": self.fit_percent,
+            "fit_percent_continuous": self.fit_percent_continuous,
+            "a": self.model.a if self.model else None,
+            "b": self.model.b if self.model else None,
         }
 
 
@@ -84,30 +88,28 @@ class ArxStep:
 class ModelEstimates:
     """All estimates of one model order: output error first, ARX beside it."""
 
-    output_error: StepFit
+    output_error: IdentifiedModel
     arx_unit_gain: ArxStep
     arx_free_gain: ArxStep
 
-    def as_dict(self) -> dict[str, Any]:
-        """Return JSON-safe values; keys carry their unit (``T_s``; ``T1_s``, ``T2_s``)."""
+    def to_dict(self) -> dict[str, Any]:
+        """Return what JSON can hold; keys carry their unit (``T_s``; ``T1_s``, ``T2_s``)."""
         fit = self.output_error
-        sides = fit.interval95_time_constants or ()
-        names = _named(fit.order, tuple([_safe(a), _safe(b)] for a, b in sides))
+        (score,) = fit.trials
+        order = self.arx_unit_gain.order
+        intervals = _named(order, fit.interval95_time_constants)
         return {
             "method": OUTPUT_ERROR,
-            "status": fit.status.value,
+            "status": fit.status,
             "sentence": fit.sentence,
             "K": fit.gain,
-            **_named(fit.order, fit.time_constants),
-            **{f"interval95_{name}": value for name, value in names.items()},
-            "fit_percent": _safe(fit.fit_percent),
-            "rms": _safe(fit.rms),
-            "residual_lag1": _safe(fit.residual_lag1),
+            **_named(order, fit.time_constants),
+            **{f"interval95_{name}": value for name, value in intervals.items()},
+            "fit_percent": fit.fit_percent,
+            "rms": score.rms,
+            "residual_lag1": score.residual_lag1,
             "evaluations": fit.evaluations,
-            "arx": {
-                "unit_gain": self.arx_unit_gain.as_dict(fit.order),
-                "free_gain": self.arx_free_gain.as_dict(fit.order),
-            },
+            "arx": {"unit_gain": self.arx_unit_gain, "free_gain": self.arx_free_gain},
         }
 
 
@@ -132,23 +134,10 @@ class StepIdentification:
     g2: ModelEstimates
     final_value: float
     static_gain: float
-    sample_time: float
-    duration: float
+    sample_time: float = field(metadata=json_key("sample_time_s"))
+    duration: float = field(metadata=json_key("duration_s"))
     change_last_tenth: float
     settled: bool
-
-    def as_dict(self) -> dict[str, Any]:
-        """Return JSON-safe values: no NaN, no infinity, no numpy types."""
-        return {
-            "g1": self.g1.as_dict(),
-            "g2": self.g2.as_dict(),
-            "final_value": self.final_value,
-            "static_gain": self.static_gain,
-            "sample_time_s": self.sample_time,
-            "duration_s": self.duration,
-            "change_last_tenth": self.change_last_tenth,
-            "settled": self.settled,
-        }
 
 
 def identify_step(
@@ -226,13 +215,24 @@ def _arx(
             static_gain=gain,
         )
     except UnderdeterminedError as error:
-        return ArxStep(method, NOT_IDENTIFIABLE, str(error), None, None, (), None, None)
+        return ArxStep(
+            method=method,
+            order=order,
+            status=NOT_IDENTIFIABLE,
+            sentence=str(error),
+            model=None,
+            gain=None,
+            time_constants=(),
+            fit_percent=None,
+            fit_percent_continuous=None,
+        )
     chain = time_constants_from_arx(model)
     smooth: float | None = None
     if chain.gain is not None:
         smooth = fit_percent(y, chain.gain * unit_step(t, chain.time_constants))
     return ArxStep(
         method=method,
+        order=order,
         status=chain.status.value,
         sentence=chain.sentence,
         model=model,
@@ -243,10 +243,7 @@ def _arx(
     )
 
 
-def _safe(value: float | None) -> float | None:
-    return float(value) if value is not None and math.isfinite(value) else None
-
-
 def _named(order: int, values: tuple[Any, ...]) -> dict[str, Any]:
+    """Name values by time constant; None where there are none."""
     names = ("T_s",) if order == 1 else ("T1_s", "T2_s")
     return dict(zip(names, values or (None,) * order, strict=True))

@@ -8,7 +8,6 @@ Like the files that end in ``_design``, it imports python-control, which takes a
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from typing import Any
 
 import control
@@ -18,83 +17,80 @@ from numpy.typing import ArrayLike, NDArray
 from pamsim.core.errors import InputError
 from pamsim.inference.record_checks import finite_samples, uniform_interval
 from pamsim.linear.arx import ArxModel, PoleStatus, lag, time_constants_from_arx
-from pamsim.linear.continuous_result import ContinuousFit
-from pamsim.linear.discrete_result import DiscreteFit
-from pamsim.linear.output_error import StepFit
+from pamsim.linear.continuous_structure import ContinuousStructure
+from pamsim.linear.discrete_structure import DiscreteStructure
+from pamsim.linear.identified_model import IdentifiedModel
 
 FloatArray = NDArray[np.float64]
 _control: Any = control
 
 
-def continuous(model: StepFit | ArxModel | ContinuousFit, *, pade_order: int | None = None) -> Any:
+def continuous(model: IdentifiedModel | ArxModel, *, pade_order: int | None = None) -> Any:
     """Return the continuous transfer function of a fitted model.
 
     Args:
-        model: an output-error fit of a step or of general inputs, or an ARX model whose poles are
-            those of one or two lags.
+        model: a continuous model, or an ARX model whose poles are those of one or two lags.
         pade_order: order of the Pade approximation of a dead time; needed only if there is one.
 
     Returns:
         A continuous ``control.TransferFunction``.
 
     Raises:
-        InputError: the ARX poles have no real time constants, or a dead time comes without
-            ``pade_order``.
+        InputError: the ARX poles have no real time constants, the model is discrete, or a dead
+            time comes without ``pade_order``.
 
-    Source: Matiskova 2021, equation (24).
+    Source: Matiskova 2021 (Appl. Sci. 2021, 11, 7288), equation (24).
     """
-    dead_time = 0.0
-    if isinstance(model, ContinuousFit):
-        numerator, denominator = np.array(model.numerator), np.array(model.denominator)
-        dead_time = model.dead_time
-    elif isinstance(model, StepFit):
-        numerator, denominator = np.array([model.gain]), _lags(model.time_constants)
-        dead_time = model.dead_time
-    else:
+    if isinstance(model, ArxModel):
         chain = time_constants_from_arx(model)
         if chain.status is not PoleStatus.LAGS or chain.gain is None:
             raise InputError(
                 f"ARX has no continuous G1 or G2: {chain.sentence}; "
                 "use discrete(model) or fit by output error"
             )
-        numerator, denominator = np.array([chain.gain]), _lags(chain.time_constants)
-    result = _control.TransferFunction(numerator, denominator)
-    if dead_time == 0.0:
+        denominator = np.array([1.0])
+        for constant in chain.time_constants:
+            denominator = np.convolve(denominator, [constant, 1.0])
+        return _control.TransferFunction([chain.gain], denominator)
+    if not isinstance(model.structure, ContinuousStructure):
+        raise InputError(f"{model.structure.sentence} is discrete; use discrete(model)")
+    result = _control.TransferFunction(model.numerator, model.denominator)
+    if model.dead_time == 0.0:
         return result
     if pade_order is None or pade_order < 1:
         raise InputError(
-            f"model has a dead time of {dead_time:g} s, which no transfer function holds exactly; "
-            "give pade_order >= 1 (3 is usual)"
+            f"model has a dead time of {model.dead_time:g} s, which no transfer function represents"
+            " exactly; give pade_order >= 1 (3 is usual)"
         )
-    return result * _control.TransferFunction(*_control.pade(dead_time, pade_order))
+    return result * _control.TransferFunction(*_control.pade(model.dead_time, pade_order))
 
 
-def _lags(constants: Sequence[float]) -> FloatArray:
-    denominator = np.array([1.0])
-    for constant in constants:
-        denominator = np.convolve(denominator, [constant, 1.0])
-    return denominator
-
-
-def discrete(model: ArxModel | DiscreteFit) -> Any:
+def discrete(model: IdentifiedModel | ArxModel) -> Any:
     """Return ``B(z) / A(z)`` of a discrete model with its sample time.
 
     Args:
-        model: ARX model, or ARX or output-error fit, of any order.
+        model: an ARX model, or a discrete identified model, of any order.
 
     Returns:
         A discrete ``control.TransferFunction`` with ``dt`` = Ts [s].
 
+    Raises:
+        InputError: the model is continuous.
+
     Source: Matiskova 2021, equation (25), z-transformed.
     """
-    if isinstance(model, DiscreteFit):
-        model = model.model
-    reach = lag(len(model.a), len(model.b), model.delay)
-    numerator = np.zeros(reach + 1)
-    numerator[model.delay : model.delay + len(model.b)] = model.b
-    denominator = np.zeros(reach + 1)
-    denominator[: len(model.a) + 1] = [1.0, *model.a]
-    return _control.TransferFunction(numerator, denominator, model.sample_time)
+    if isinstance(model, ArxModel):
+        below, above, nk, interval = (1.0, *model.a), model.b, model.delay, model.sample_time
+    elif isinstance(model.structure, DiscreteStructure):
+        below, above = model.denominator, model.numerator
+        nk, interval = model.structure.nk, model.structure.sample_time
+    else:
+        raise InputError(f"{model.structure.sentence} is continuous; use continuous(model)")
+    reach = lag(len(below) - 1, len(above), nk)
+    numerator, denominator = np.zeros(reach + 1), np.zeros(reach + 1)
+    numerator[nk : nk + len(above)] = above
+    denominator[: len(below)] = below
+    return _control.TransferFunction(numerator, denominator, interval)
 
 
 def step_response(transfer_function: Any, time: ArrayLike) -> FloatArray:

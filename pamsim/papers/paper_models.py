@@ -11,8 +11,7 @@ from scipy.optimize import minimize_scalar
 
 from pamsim.core.recording import Recording
 from pamsim.core.units import DEG_PER_RAD, PA_PER_BAR, PA_PER_KPA
-from pamsim.linear.first_second_order import first_order_step, second_order_step
-from pamsim.linear.step_fit import unit_step
+from pamsim.linear.first_second_order import first_order_step, second_order_step, unit_step
 from pamsim.linear.step_identification import StepIdentification
 from pamsim.linear.transfer_function import continuous, step_response
 from pamsim.signals.static_law import odd_exponential_basis

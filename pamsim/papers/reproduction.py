@@ -7,6 +7,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
+from pamsim.core.encoding import to_dict
 from pamsim.core.recording import Recording
 from pamsim.core.units import DEG_PER_RAD, PA_PER_KPA
 from pamsim.core.versions import versions
@@ -128,7 +129,7 @@ class Reproduction:
         """Everything but the recordings, JSON-safe, units in the key names."""
         printed = mas20_models()
         large = self.recordings[IDENTIFIED_ROW]
-        models = self.identified.as_dict() if self.identified else {"g1": None, "g2": None}
+        models = to_dict(self.identified) if self.identified else {"g1": None, "g2": None}
         curves = model_responses(large, self.identified) if self.identified else None
         done = [row for row in self.distinct if row.metrics]
         worst = max(done, key=lambda row: abs(row.error), default=None)

@@ -9,7 +9,7 @@ import pamsim
 from pamsim.controllers.split import PressureSplit
 from pamsim.controllers.trim_identification import identify_trim
 from pamsim.engine.equilibrium import rest_angles
-from pamsim.linear.step_fit import FitStatus
+from pamsim.linear.identified_model import FitStatus
 from tests.unit.controllers.closed_loop import LEVEL, SUPPLY
 
 

@@ -9,8 +9,8 @@ from scipy.signal import lfilter
 from pamsim.identification.choice import better_by_chance, recommend
 from pamsim.identification.models import Candidate
 from pamsim.linear.continuous_fit import fit_continuous
+from pamsim.linear.identified_model import FitStatus
 from pamsim.linear.signal_record import SignalRecord
-from pamsim.linear.step_fit import FitStatus
 
 TS = 0.02
 

@@ -8,11 +8,12 @@ import numpy as np
 import pytest
 from scipy.signal import lfilter
 
+from pamsim.core.encoding import to_dict
 from pamsim.core.errors import InputError
 from pamsim.linear.arx import UnderdeterminedError, regression
 from pamsim.linear.discrete_fit import fit_arx_records, fit_oe
+from pamsim.linear.identified_model import FitStatus
 from pamsim.linear.signal_record import SignalRecord
-from pamsim.linear.step_fit import FitStatus
 from tests.unit.linear.planted import record, steps
 
 TS = 0.02
@@ -45,8 +46,9 @@ def test_planted_models_of_any_order_are_recovered(fit, a, b, nk) -> None:
     else:
         found = fit_oe(given, nb=len(b), nf=len(a), nk=nk)
     assert found.status is FitStatus.CONVERGED
-    assert found.model.a == pytest.approx(a, abs=1e-6)
-    assert found.model.b == pytest.approx(b, abs=1e-6)
+    assert found.coordinates == pytest.approx([*a, *b], abs=1e-6)
+    assert found.denominator == pytest.approx([1.0, *a], abs=1e-6)
+    assert found.numerator == pytest.approx(b, abs=1e-6)
     assert found.fit_percent == pytest.approx(100.0, abs=1e-3)
     assert [t.offset for t in found.trials] == pytest.approx([1.5, -9.0], abs=1e-4)
 
@@ -62,9 +64,10 @@ def test_offsets_are_those_of_a_column_of_ones_for_each_trial() -> None:
     design = np.hstack([np.concatenate([phi for phi, _ in blocks]), ones])
     theta, square, *_ = np.linalg.lstsq(design, np.concatenate([y for _, y in blocks]))
     found = fit_arx_records(given, na=2, nb=2, nk=1)
-    assert [*found.model.a, *found.model.b] == pytest.approx(theta[:4], rel=1e-8)
+    assert found.coordinates == pytest.approx(theta[:4], rel=1e-8)
     freedom = design.shape[0] - design.shape[1]
-    assert found.model.residual_variance == pytest.approx(float(square[0]) / freedom, rel=1e-8)
+    covariance = float(square[0]) / freedom * np.linalg.inv(design.T @ design)
+    assert found.covariance == pytest.approx(covariance[:4, :4], rel=1e-6)
 
 
 def test_sensor_noise_biases_arx_and_not_output_error() -> None:
@@ -120,5 +123,5 @@ def test_unexcited_directions_and_mixed_rates_are_refused() -> None:
 def test_result_is_json_safe() -> None:
     given = [record(8, noise=0.05)]
     for fit in (fit_oe(given, nb=1, nf=1, nk=1), fit_arx_records(given, na=1, nb=1, nk=1)):
-        page = json.loads(json.dumps(fit.as_dict(), allow_nan=False))
-        assert {"a", "b", "K", "interval95_K", "T_s", "poles"} <= set(page)
+        page = json.loads(json.dumps(to_dict(fit.estimates), allow_nan=False))
+        assert [e["name"] for e in page] == ["K", "T", "a1", "b1"]

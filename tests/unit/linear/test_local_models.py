@@ -7,6 +7,7 @@ import json
 import numpy as np
 import pytest
 
+from pamsim.core.encoding import to_dict
 from pamsim.core.errors import InputError
 from pamsim.linear.local_models import OperatingPoint, local_models
 from pamsim.linear.operating_regression import dependence
@@ -34,8 +35,8 @@ def test_gain_that_rises_with_pressure_is_found_and_load_is_not_blamed() -> None
     assert "pressure" in gain.sentence
     assert found["T"].mean == pytest.approx(0.3, rel=0.02)
     assert found["T"].heterogeneity_p > 1e-3
-    page = json.loads(json.dumps(found.as_dict(), allow_nan=False))
-    assert [m["pressure_kpa"] for m in page["models"]] == [p / 1e3 for p in PRESSURES]
+    assert [m.point.pressure for m in found.models] == list(PRESSURES)
+    json.dumps(to_dict(found.dependences), allow_nan=False)
 
 
 def test_untrusted_fits_stay_in_the_table_and_out_of_the_regression() -> None:

@@ -7,6 +7,7 @@ import json
 import numpy as np
 import pytest
 
+from pamsim.core.encoding import to_dict
 from pamsim.core.errors import InputError
 from pamsim.linear.continuous_fit import fit_continuous
 from pamsim.linear.discrete_fit import fit_arx_records, fit_oe
@@ -48,7 +49,7 @@ def test_discrete_models_are_tested_alike() -> None:
     assert not residual_independence(fit_oe(given, nb=1, nf=1, nk=1), given).independent
     poor = residual_independence(fit_arx_records(given, na=1, nb=1, nk=1), given)
     assert not poor.independent
-    json.dumps(poor.as_dict(), allow_nan=False)
+    json.dumps(to_dict(poor), allow_nan=False)
 
 
 def test_what_is_perfect_leaves_nothing_to_explain() -> None:

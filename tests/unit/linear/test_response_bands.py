@@ -7,6 +7,7 @@ import json
 import numpy as np
 import pytest
 
+from pamsim.core.encoding import to_dict
 from pamsim.core.errors import InputError
 from pamsim.linear.continuous_fit import fit_continuous
 from pamsim.linear.discrete_fit import fit_oe
@@ -77,8 +78,8 @@ def test_step_band_is_closed_at_the_start_and_json_safe() -> None:
     step = step_response_band(fit_continuous(GIVEN, order=2), TIME)
     assert step.band is not None
     assert step.band[1, 0] - step.band[0, 0] == pytest.approx(0.0, abs=1e-12)
-    json.dumps(step.as_dict(), allow_nan=False)
-    json.dumps(frequency_response(fit_continuous(GIVEN, order=2), W).as_dict(), allow_nan=False)
+    json.dumps(to_dict(step), allow_nan=False)
+    json.dumps(to_dict(frequency_response(fit_continuous(GIVEN, order=2), W)), allow_nan=False)
 
 
 def test_a_fit_without_covariance_has_no_bands() -> None:

@@ -8,9 +8,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from pamsim.core.encoding import to_dict
 from pamsim.core.errors import InputError
 from pamsim.linear.first_second_order import first_order_step, second_order_step
-from pamsim.linear.output_error import fit_step
+from pamsim.linear.step_fit import fit_step
 from pamsim.linear.step_identification import (
     ARX_FREE,
     ARX_UNIT,
@@ -96,7 +97,7 @@ def test_g1_is_recovered_by_every_estimator_and_second_order_arx_says_it_cannot(
 
 
 def test_dictionary_is_json_and_complete() -> None:
-    data = json.loads(json.dumps(printed_g2(5.0).as_dict(), allow_nan=False))
+    data = json.loads(json.dumps(to_dict(printed_g2(5.0)), allow_nan=False))
     g1, g2 = data["g1"], data["g2"]
     assert g1["method"] == OUTPUT_ERROR == "output error, unit gain"
     assert (g1["K"], g2["K"]) == (1.0, 1.0)
@@ -116,7 +117,7 @@ def test_dictionary_is_json_and_complete() -> None:
 
 def test_exploded_numbers_become_null_in_json() -> None:
     entry = replace(printed_g2(5.0).g1.arx_free_gain, fit_percent=float("-inf"), gain=float("nan"))
-    data = json.loads(json.dumps(entry.as_dict(1), allow_nan=False))
+    data = json.loads(json.dumps(to_dict(entry), allow_nan=False))
     assert data["fit_percent"] is None
     assert data["K"] is None
 
@@ -124,7 +125,7 @@ def test_exploded_numbers_become_null_in_json() -> None:
 def test_oscillation_gives_statuses_instead_of_numbers() -> None:
     t = times(5.0)
     y = 1.0 - np.exp(-2.4 * t) * (np.cos(5.5 * t) + 2.4 / 5.5 * np.sin(5.5 * t))
-    data = identify_step(t, y).as_dict()["g2"]
+    data = to_dict(identify_step(t, y))["g2"]
     json.dumps(data, allow_nan=False)
     assert data["status"] == "degenerate"
     assert data["interval95_T1_s"] is None

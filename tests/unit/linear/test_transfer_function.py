@@ -10,7 +10,7 @@ import pytest
 from pamsim.core.errors import InputError
 from pamsim.linear.arx import ArxModel, simulate_arx
 from pamsim.linear.first_second_order import first_order_step, second_order_step
-from pamsim.linear.output_error import fit_step
+from pamsim.linear.step_fit import fit_step
 from pamsim.linear.transfer_function import continuous, discrete, step_response
 
 TIME = np.linspace(0.0, 5.0, 501)
@@ -20,8 +20,7 @@ TIME = np.linspace(0.0, 5.0, 501)
 def test_second_order_closed_form_is_the_step_of_control(t1: float, t2: float) -> None:
     fit = replace(
         fit_step(TIME, second_order_step(TIME, 0.1, 0.6), order=2),
-        gain=3.0,
-        time_constants=(t1, t2),
+        coordinates=np.array([np.log(t1), np.log(t2), 3.0]),
     )
     expected = second_order_step(TIME, t1, t2, 3.0)
     np.testing.assert_allclose(step_response(continuous(fit), TIME), expected, atol=1e-9)

@@ -10,7 +10,9 @@ from hypothesis import strategies as st
 from pamsim.core.errors import InputError
 from pamsim.linear.first_second_order import first_order_step, second_order_step
 from pamsim.linear.fit_percent import fit_percent
-from pamsim.linear.output_error import FitStatus, StepFit, fit_step
+from pamsim.linear.identified_model import FitStatus
+from pamsim.linear.response_bands import step_response_band
+from pamsim.linear.step_fit import fit_step
 
 TIME = np.arange(1001) / 200.0
 
@@ -31,7 +33,7 @@ def test_planted_second_order_is_recovered(ratio: float, slow: float) -> None:
     fit = fit_step(TIME, second_order_step(TIME, ratio * slow, slow), order=2)
     assert fit.status is FitStatus.CONVERGED
     assert fit.time_constants == pytest.approx((ratio * slow, slow), rel=1e-6)
-    assert (fit.gain, fit.interval95_gain) == (1.0, None)
+    assert (fit.gain, fit["K"].interval95) == (1.0, None)
 
 
 def test_printed_g2_is_recovered_with_step_size_gain_and_dead_time() -> None:
@@ -40,8 +42,9 @@ def test_printed_g2_is_recovered_with_step_size_gain_and_dead_time() -> None:
     assert fit.time_constants == pytest.approx((0.090314, 0.57873), rel=1e-6)
     assert fit.gain == pytest.approx(17.4, rel=1e-6)
     assert fit.dead_time == pytest.approx(0.12, abs=1e-6)
-    np.testing.assert_allclose(fit.response(TIME, 2.0), y, atol=1e-6)
-    assert fit == fit_step(TIME, y, order=2, step_size=2.0, gain=None, dead_time=True)
+    np.testing.assert_allclose(2.0 * step_response_band(fit, TIME).output, y, atol=1e-6)
+    again = fit_step(TIME, y, order=2, step_size=2.0, gain=None, dead_time=True)
+    assert np.array_equal(again.coordinates, fit.coordinates)
 
 
 def test_origin_of_time_does_not_matter_and_time_may_be_uneven() -> None:
@@ -61,9 +64,7 @@ def test_intervals_cover_the_truth_under_white_noise(order: int) -> None:
         y = 3.0 * clean + 0.06 * rng.standard_normal(TIME.size)
         fit = fit_step(TIME, y, order=order, gain=None)
         assert fit.status is FitStatus.CONVERGED
-        assert fit.interval95_time_constants is not None
-        assert fit.interval95_gain is not None
-        sides = [*fit.interval95_time_constants, fit.interval95_gain]
+        sides = [*fit.interval95_time_constants, fit["K"].interval95]
         hits[: order + 1] += [
             low <= true <= high for (low, high), true in zip(sides, (*truth, 3.0), strict=True)
         ]
@@ -79,7 +80,6 @@ def test_interval_width_is_that_of_the_scatter() -> None:
     found, widths = [], []
     for _ in range(80):
         fit = fit_step(TIME, clean + 0.02 * rng.standard_normal(TIME.size), order=2)
-        assert fit.interval95_time_constants is not None
         low, high = fit.interval95_time_constants[0]
         found.append(fit.time_constants[0])
         widths.append(high - low)
@@ -92,25 +92,25 @@ def test_dead_time_interval_covers_and_white_residuals_look_white() -> None:
     for _ in range(60):
         y = clean + 0.05 * rng.standard_normal(TIME.size)
         fit = fit_step(TIME, y, order=2, gain=None, dead_time=True)
-        assert fit.interval95_dead_time is not None
-        hits += fit.interval95_dead_time[0] < 0.2 < fit.interval95_dead_time[1]
-        assert fit.rms == pytest.approx(0.05, rel=0.1)
-        assert abs(fit.residual_lag1) < 0.15
+        hits += fit["L"].interval95[0] < 0.2 < fit["L"].interval95[1]
+        assert fit.trials[0].rms == pytest.approx(0.05, rel=0.1)
+        assert abs(fit.trials[0].residual_lag1) < 0.15
     assert 51 <= hits <= 59  # Binomial(60, 0.95): 57 expected
 
 
 def test_wrong_order_says_that_residuals_are_correlated() -> None:
     fit = fit_step(TIME, second_order_step(TIME, 0.2, 0.5), order=1)
     assert fit.status is FitStatus.CONVERGED
-    assert fit.residual_lag1 > 0.9
+    assert fit.trials[0].residual_lag1 > 0.9
     assert "too narrow" in fit.sentence
 
 
 def test_scores_are_those_of_the_simulated_response() -> None:
     y = 17.4 * second_order_step(TIME, 0.2, 0.5)
     fit = fit_step(TIME, y, order=1, gain=None)
-    assert fit.fit_percent == pytest.approx(fit_percent(y, fit.response(TIME)), abs=1e-9)
-    assert fit.rms == pytest.approx(np.sqrt(np.mean((y - fit.response(TIME)) ** 2)), rel=1e-9)
+    run = step_response_band(fit, TIME).output
+    assert fit.fit_percent == pytest.approx(fit_percent(y, run), abs=1e-9)
+    assert fit.trials[0].rms == pytest.approx(np.sqrt(np.mean((y - run) ** 2)), rel=1e-9)
 
 
 def oscillation() -> np.ndarray:
@@ -136,8 +136,7 @@ def test_data_that_hold_no_such_model_do_not_converge_silently(
 ) -> None:
     fit = fit_step(TIME, response, order=order, gain=gain)
     assert fit.status in statuses
-    assert fit.interval95_time_constants is None
-    assert isinstance(fit, StepFit)
+    assert fit.interval95_time_constants == (None,) * order
     assert len(fit.time_constants) == order
 
 

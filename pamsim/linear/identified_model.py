@@ -1,0 +1,255 @@
+"""The result of every fit of a linear model: numbers with intervals, scores, noise, status."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from enum import StrEnum
+from typing import TypedDict
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pamsim.core.errors import InputError
+from pamsim.inference.coloured_noise import ArNoise
+from pamsim.linear.continuous_structure import ContinuousStructure
+from pamsim.linear.discrete_structure import DiscreteStructure
+from pamsim.linear.estimate import Estimate, Interval
+from pamsim.linear.fit_percent import fit_percent
+from pamsim.linear.signal_record import SignalRecord
+
+FloatArray = NDArray[np.float64]
+
+
+class FitStatus(StrEnum):
+    """Whether the numbers of a fit can be trusted."""
+
+    CONVERGED = "converged"
+    AT_BOUND = "at_bound"
+    NOT_CONVERGED = "not_converged"
+    DEGENERATE = "degenerate"
+
+
+@dataclass(frozen=True, kw_only=True)
+class TrialScore:
+    """How well a model's free run matches one trial.
+
+    Attributes:
+        name: the record's name.
+        samples: number of samples.
+        offset: output at rest under the first input value, estimated [output unit].
+        fit_percent: normalised RMS fit of the free run [%].
+        rms: root mean square of measured minus simulated [output unit].
+        residual_lag1: autocorrelation of the residual at one sample; near 0 if it is white [-].
+    """
+
+    name: str
+    samples: int
+    offset: float
+    fit_percent: float
+    rms: float
+    residual_lag1: float
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class IdentifiedModel:
+    """A linear model fitted to one or several trials.
+
+    The intervals hold if the structure is right: test that with
+    :func:`pamsim.linear.residual_independence.residual_independence`. Those of a fit to general
+    inputs allow for stationary noise that is independent of the input, coloured or white; those
+    of ARX and of a single step take the residuals as white.
+
+    Attributes:
+        structure: which model, and what its coordinates are.
+        coordinates: shape ``(k,)``.
+        covariance: of the coordinates, shape ``(k, k)``; None if the data do not determine them.
+            Rows of a coordinate that was held are zero.
+        estimates: the user's parameters with 95 % intervals: ``K``; ``T`` or ``T1``, ``T2`` ...
+            rising, or ``wn``, ``zeta``; ``Tz`` (one zero) or ``c1`` ...; ``L``; of a discrete
+            model also ``a1`` ... and ``b1`` ....
+        trials: free run against each fitted trial.
+        held_out: free run against each trial that was not fitted.
+        fit_percent: of the free run, pooled over the fitted trials, each about its own mean [%].
+        fit_percent_held_out: pooled over the held-out trials; None without any [%].
+        fit_percent_one_step: of the one-step prediction; of ARX only [%].
+        noise: model of the residuals.
+        weighted: whether the estimates minimise the whitened error; otherwise they minimise the
+            plain error, and only the intervals use the noise model.
+        status: whether to trust the numbers; quote them only if it is ``converged``.
+        sentence: the same for a person.
+        evaluations: model evaluations over all starts; 0 for a closed form.
+        unit_input: of the input.
+        unit_output: of the output.
+    """
+
+    structure: ContinuousStructure | DiscreteStructure
+    coordinates: FloatArray
+    covariance: FloatArray | None
+    estimates: tuple[Estimate, ...]
+    trials: tuple[TrialScore, ...]
+    held_out: tuple[TrialScore, ...] = ()
+    fit_percent: float
+    fit_percent_held_out: float | None = None
+    fit_percent_one_step: float | None = None
+    noise: ArNoise
+    weighted: bool = False
+    status: FitStatus
+    sentence: str
+    evaluations: int = 0
+    unit_input: str = "-"
+    unit_output: str = "-"
+
+    def __getitem__(self, name: str) -> Estimate:
+        """Return the estimate called ``name``, such as ``T1``."""
+        for estimate in self.estimates:
+            if estimate.name == name:
+                return estimate
+        known = ", ".join(estimate.name for estimate in self.estimates)
+        raise InputError(f"no parameter {name!r} in this fit; it has {known}")
+
+    @property
+    def gain(self) -> float:
+        """Static gain K [output unit per input unit]."""
+        return self["K"].value
+
+    @property
+    def time_constants(self) -> tuple[float, ...]:
+        """Rising time constants; empty if the poles are not those of real lags [s]."""
+        return tuple(estimate.value for estimate in self._lags)
+
+    @property
+    def interval95_time_constants(self) -> tuple[Interval | None, ...]:
+        """One 95 % interval per time constant [s]."""
+        return tuple(estimate.interval95 for estimate in self._lags)
+
+    @property
+    def _lags(self) -> tuple[Estimate, ...]:
+        return tuple(e for e in self.estimates if e.name[0] == "T" and e.name != "Tz")
+
+    @property
+    def dead_time(self) -> float:
+        """Delay of the input [s]."""
+        return self.structure.delay(self.coordinates)
+
+    @property
+    def numerator(self) -> tuple[float, ...]:
+        """Numerator coefficients, highest power of s or z first."""
+        return tuple(map(float, self.structure.numerator(self.coordinates)))
+
+    @property
+    def denominator(self) -> tuple[float, ...]:
+        """Denominator coefficients, highest power of s or z first."""
+        return tuple(map(float, self.structure.denominator(self.coordinates)))
+
+    @property
+    def poles(self) -> tuple[complex, ...]:
+        """Poles, slowest first: continuous in rad/s, discrete in the z plane."""
+        return self.structure.poles(self.coordinates)
+
+    @property
+    def zeros(self) -> tuple[complex, ...]:
+        """Zeros: continuous in rad/s, discrete in the z plane."""
+        return tuple(complex(root) for root in np.roots(self.numerator))
+
+    @property
+    def continuous_poles(self) -> tuple[complex | None, ...]:
+        """Poles in rad/s; None for a discrete pole that no continuous one is sampled to."""
+        return self.structure.continuous_poles(self.coordinates)
+
+    def simulate(self, record: SignalRecord) -> FloatArray:
+        """Run the model freely on a record's input.
+
+        The offset, and with ``start = "free"`` the initial state, are fitted to the record's
+        output: nothing else of it is used.
+
+        Args:
+            record: any trial in the units of the fit.
+
+        Returns:
+            The simulated output, shape ``(n,)`` [output unit].
+        """
+        return self.structure.free_run(self.coordinates, record)[0]
+
+
+class TrialScores(TypedDict):
+    """Free runs of one model against its trials; keys as in :class:`IdentifiedModel`."""
+
+    trials: tuple[TrialScore, ...]
+    held_out: tuple[TrialScore, ...]
+    fit_percent: float
+    fit_percent_held_out: float | None
+
+
+def score_trials(
+    structure: ContinuousStructure | DiscreteStructure,
+    coordinates: FloatArray,
+    records: Sequence[SignalRecord],
+    held_out: Sequence[SignalRecord] = (),
+) -> TrialScores:
+    """Simulate and score every trial, fitted and held out.
+
+    Args:
+        structure: the model.
+        coordinates: its numbers, shape ``(k,)``.
+        records: fitted trials.
+        held_out: trials that were not fitted.
+
+    Returns:
+        The scores.
+    """
+    every = [*records, *held_out]
+    runs = [structure.free_run(coordinates, record) for record in every]
+    scores = tuple(
+        trial_score(record.name, record.output, run, float(own[0]))
+        for record, (run, own) in zip(every, runs, strict=True)
+    )
+    pairs = [(record.output, run) for record, (run, _) in zip(every, runs, strict=True)]
+    count = len(records)
+    return TrialScores(
+        trials=scores[:count],
+        held_out=scores[count:],
+        fit_percent=pooled_fit_percent(pairs[:count]),
+        fit_percent_held_out=pooled_fit_percent(pairs[count:]) if held_out else None,
+    )
+
+
+def trial_score(
+    name: str, measured: FloatArray, simulated: FloatArray, offset: float = 0.0
+) -> TrialScore:
+    """Score one free run.
+
+    Args:
+        name: of the trial.
+        measured: output, shape ``(n,)`` [output unit].
+        simulated: free run, offset included, shape ``(n,)`` [output unit].
+        offset: of this trial [output unit].
+    """
+    with np.errstate(over="ignore", invalid="ignore"):
+        residual = measured - simulated
+        square = float(residual @ residual)
+        lag1 = float(residual[1:] @ residual[:-1]) / square if square > 0.0 else 0.0
+        rms = float(np.sqrt(np.mean(residual**2)))
+    return TrialScore(
+        name=name,
+        samples=measured.size,
+        offset=offset,
+        fit_percent=fit_percent(measured, simulated),
+        rms=rms,
+        residual_lag1=lag1,
+    )
+
+
+def pooled_fit_percent(pairs: Sequence[tuple[FloatArray, FloatArray]]) -> float:
+    """Return the fit percent over trials together, each measured output about its own mean.
+
+    Args:
+        pairs: (measured, simulated) of each trial, shape ``(n_i,)`` [output unit].
+
+    Returns:
+        The fit [%].
+    """
+    measured = np.concatenate([y - np.mean(y) for y, _ in pairs])
+    simulated = np.concatenate([run - np.mean(y) for y, run in pairs])
+    # The joint mean is 0 up to rounding, so that this is the definition of one trial.
+    return fit_percent(measured, simulated)
