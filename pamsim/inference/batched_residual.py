@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pamsim.core.errors import InputError
+from pamsim.inference.difference_jacobian import difference_jacobian
 from pamsim.inference.free_parameter import FreeParameter, SearchScale
 from pamsim.inference.residual_block import BlockPlace, Simulate, layout, stacked
 
@@ -87,10 +88,7 @@ class BatchedResidual:
         self._last = place.copy(), residual
 
     def jacobian(self, place: FloatArray, *, central: bool = False) -> FloatArray:
-        """Differences of the residual, all perturbed vectors in one call.
-
-        A perturbation that diverges is tried to the other side, in a second call; if that diverges
-        too, its column is zero.
+        """Differences of the residual, see `difference_jacobian`.
 
         Args:
             place: shape (p,), where the simulation does not diverge.
@@ -103,32 +101,8 @@ class BatchedResidual:
             return self._linear[2]
         middle = self.at(place)
         assert middle is not None
-        size = _CENTRAL if central else _FORWARD
-        inward = np.where(
-            place > 0.5, -size, size
-        )  # a step over a bound would cost nothing but sense
-        steps = np.diag(inward)
-        sets = np.vstack(
-            [place + steps, np.clip(place - steps, 0.0, 1.0)] if central else [place + steps]
-        )
-        found = self.many(sets)
-        lost = [i for i in range(place.size) if found[i] is None]
-        if lost and not central:
-            other = self.many(np.clip(place - steps[lost], 0.0, 1.0))
-            back = dict(zip(lost, other, strict=True))
-        else:
-            back = {i: found[place.size + i] for i in range(place.size)} if central else {}
-        columns: list[FloatArray] = []
-        for i in range(place.size):
-            ends = [(place[i], middle)]
-            ahead, behind = found[i], back.get(i)
-            if ahead is not None:
-                ends.insert(0, (place[i] + inward[i], ahead))
-            if behind is not None:
-                ends.append((float(np.clip(place[i] - inward[i], 0.0, 1.0)), behind))
-            run = ends[0][0] - ends[-1][0]
-            columns.append((ends[0][1] - ends[-1][1]) / run if run else np.zeros_like(middle))
-        matrix = np.stack(columns, axis=1)
+        step = _CENTRAL if central else _FORWARD
+        matrix = difference_jacobian(self.many, place, middle, step, central=central)
         if not central:
             self._linear = place.copy(), middle, matrix
         return matrix

@@ -1,29 +1,27 @@
 """Bounded least squares from one start, with the channels' noise estimated on the way."""
 
-# scipy carries no types: what it returns is Any at this file's boundary.
-# pyright: reportMissingTypeStubs=false
-
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
-import scipy.optimize
 from numpy.typing import NDArray
 
 from pamsim.inference.batched_residual import BatchedResidual
+from pamsim.inference.bounded_least_squares import (
+    BreakdownError,
+    bounded_least_squares,
+    one_by_one,
+)
 from pamsim.inference.channel_noise import NoiseModel
 from pamsim.inference.free_parameter import FreeParameter
 
 FloatArray = NDArray[np.float64]
-_least_squares: Any = scipy.optimize.least_squares
 
 _ROUNDS = 12  # of noise estimation; two or three are usual
 _SETTLED = 0.01  # relative change of noise that no longer moves the optimum
 _LOOSE, _TIGHT = 1e-3, 1e-8  # relative change of the cost that ends a search
-_NEAR = 1e-3  # of the range: from here a bound that attracts is tried itself
 
 
 @dataclass(frozen=True)
@@ -165,24 +163,23 @@ class LeastSquares:
         moved: NDArray[np.bool_],
         tolerance: float,
     ) -> tuple[SearchState, bool]:
-        """Search with fixed noise, then try bounds that attract."""
+        """Search with fixed noise."""
         weight = self.weight(state.noise)
         iterations = state.iterations
-        whole = state.place.copy()
 
         def at(x: FloatArray) -> FloatArray:
-            place = whole.copy()
+            place = state.place.copy()
             place[moved] = x
             return place
 
-        def cost(x: FloatArray) -> FloatArray:
+        def misfit(x: FloatArray) -> FloatArray | None:
             place = at(x)
             residual = self.residual.at(place)
-            if residual is None:  # the solver then shortens its step
-                return np.full(weight.size + self._prior.size, np.nan)
+            if residual is None:
+                return None
             return np.concatenate([weight * residual, self.priors(place)[0]])
 
-        def slope(x: FloatArray) -> FloatArray:
+        def jacobian(x: FloatArray, _: FloatArray) -> FloatArray:
             nonlocal iterations
             place = at(x)
             calls = self.residual.calls
@@ -192,37 +189,16 @@ class LeastSquares:
                 told(SearchState(place, state.noise, state.round, state.steps, iterations))
             return np.vstack([columns, self.priors(place)[1]])[:, moved]
 
-        # The solver wants its start strictly inside.
-        first = np.clip(whole[moved], 1e-9, 1.0 - 1e-9)
-        if not np.all(np.isfinite(cost(first))):  # the bound itself is the rim of what diverges
+        try:
+            fit = bounded_least_squares(
+                one_by_one(misfit),
+                [state.place[moved]],
+                jacobian=jacobian,
+                tolerance=tolerance,
+                max_steps=max(most - state.steps, 1),
+                try_bounds=True,
+            )
+        except BreakdownError:  # the bound itself is the rim of what breaks down
             return state, False
-        solution = _least_squares(
-            cost, first, jac=slope, bounds=(0.0, 1.0), method="trf", x_scale="jac",
-            ftol=tolerance, xtol=tolerance, gtol=1e-12, max_nfev=max(most - state.steps, 1),
-        )  # fmt: skip
-        place = self._at_bounds(at(solution.x), solution.grad, moved, state.noise)
-        return (
-            SearchState(place, state.noise, state.round, state.steps + solution.nfev, iterations),
-            solution.status > 0,
-        )
-
-    def _at_bounds(
-        self,
-        place: FloatArray,
-        slopes: FloatArray,
-        moved: NDArray[np.bool_],
-        noise: Mapping[str, float],
-    ) -> FloatArray:
-        """Put parameters that a bound attracts onto it, if that is no worse.
-
-        The solver stays inside by design and approaches a bound without end.
-        """
-        gradient = np.zeros(place.size)
-        gradient[moved] = slopes
-        low = (place < _NEAR) & (gradient > 0.0) & moved
-        high = (place > 1.0 - _NEAR) & (gradient < 0.0) & moved
-        if not np.any(low | high):
-            return place
-        onto = np.where(low, 0.0, np.where(high, 1.0, place))
-        better = self.objective(onto, noise) <= self.objective(place, noise)
-        return onto if better else place
+        steps = state.steps + fit.steps
+        return SearchState(at(fit.x), state.noise, state.round, steps, iterations), fit.converged

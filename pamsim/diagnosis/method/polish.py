@@ -54,7 +54,7 @@ def _further(fitter: Fitter, found: Refit) -> tuple[Refit, float] | None:
     end = fitter.steps(found.parameters, begin, lambda _place, _at: slopes, _STEPS, fine=True)
     if end is None:
         return None
-    values = dict(zip(names, scale.from_unit(end.place).tolist(), strict=True))
+    values = dict(zip(names, scale.from_unit(end.x).tolist(), strict=True))
     residual = fitter.simulator.fine(values)
     if residual is None:
         return None
@@ -64,6 +64,6 @@ def _further(fitter: Fitter, found: Refit) -> tuple[Refit, float] | None:
         residual=residual,
         cost=end.cost,
         slopes=slopes,
-        at_bound=at_ends(names, end.place),
+        at_bound=at_ends(names, end.x),
     )
-    return settled, end.fell
+    return settled, end.start_cost - end.cost

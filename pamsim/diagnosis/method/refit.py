@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Callable, Mapping, MutableMapping, Sequence
+from collections.abc import Mapping, MutableMapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -13,7 +13,13 @@ from numpy.typing import NDArray
 from pamsim.comparison.noise_floor import NoiseFloor
 from pamsim.comparison.trial_residuals import TrialSimulator
 from pamsim.core.errors import InputError
-from pamsim.diagnosis.method.trust_region import Stop, descend
+from pamsim.inference.bounded_least_squares import (
+    BreakdownError,
+    Fit,
+    Jacobian,
+    bounded_least_squares,
+)
+from pamsim.inference.difference_jacobian import Residuals, difference_jacobian
 from pamsim.inference.free_parameter import FreeParameter, SearchScale
 
 FloatArray = NDArray[np.float64]
@@ -111,19 +117,8 @@ class Fitter:
             values: of all that is not at the rig's own value [SI].
             at: (f,) weighted residual there, in coarse steps.
         """
-        scale = SearchScale(parameters)
-        place = scale.to_unit(np.array([values[p.name] for p in parameters]))
-        steps = np.where(place > 0.5, -_STEP, _STEP)
-        moved = [scale.from_unit(place + step) for step in np.diag(steps)]
-        sets = [
-            {**values, parameter.name: float(vector[i])}
-            for i, (parameter, vector) in enumerate(zip(parameters, moved, strict=True))
-        ]
-        columns = [
-            np.zeros_like(at) if change is None else change / step
-            for change, step in zip(self.changes(sets, at), steps, strict=True)
-        ]
-        return np.stack(columns, axis=1) if columns else np.empty((at.size, 0))
+        place = SearchScale(parameters).to_unit(np.array([values[p.name] for p in parameters]))
+        return difference_jacobian(self._residuals(parameters, values), place, at, _STEP)
 
     def keep_slopes(self, found: Refit) -> None:
         """Let the slopes at a fit of ordinary parameters serve all later ones."""
@@ -149,101 +144,115 @@ class Fitter:
         key = json.dumps([[p.name for p in parameters], [dict(s) for s in starts]])
         known = self._remembered.get(key)
         if known is not None:
-            return self._finished(parameters, self._stop_at(parameters, known))
-        best: Stop | None = None
-        for start in starts:
-            found = self._search(parameters, start, most)
-            if found is not None and (best is None or found.cost < best.cost):
-                best = found
+            return self._recalled(parameters, known)
+        fits = [self._search(parameters, start, most) for start in starts]
+        best = min((f for f in fits if f is not None), key=lambda f: f.cost, default=None)
         if best is None:
             names = ", ".join(p.name for p in parameters)
             raise InputError(f"the simulation breaks down wherever a fit of {names} begins")
-        scale = SearchScale(parameters)
-        values = scale.from_unit(best.place).tolist()
-        named = dict(zip([p.name for p in parameters], values, strict=True))
-        self._remembered[key] = {"values": named, "cost": best.cost}
-        return self._finished(parameters, best)
+        self._remembered[key] = {"values": _values(parameters, best.x), "cost": best.cost}
+        return self._finished(parameters, best.x, best.cost, best.jacobian)
 
     def _search(
         self, parameters: Sequence[FreeParameter], start: Mapping[str, float], most: int
-    ) -> Stop | None:
+    ) -> Fit | None:
         scale = SearchScale(parameters)
         names = [p.name for p in parameters]
         begin = np.clip(scale.to_unit(np.array([start[n] for n in names])), EDGE, 1.0 - EDGE)
 
-        def slopes(
-            kept: Mapping[str, FloatArray],
-        ) -> Callable[[FloatArray, FloatArray], FloatArray]:
+        def slopes(kept: Mapping[str, FloatArray]) -> Jacobian:
             def at(place: FloatArray, here: FloatArray) -> FloatArray:
-                values = dict(zip(names, scale.from_unit(place).tolist(), strict=True))
-                fresh = [p for p in parameters if p.name not in kept]
-                own = iter(self.slopes(fresh, values, here).T)
-                return np.stack([kept[n] if n in kept else next(own) for n in names], axis=1)
+                return self._columns(parameters, _values(parameters, place), here, kept)
 
             return at
 
         found = self.steps(parameters, begin, slopes(self._slopes), most)
-        if found is not None and self._slopes and found.fell > _FAR:
-            return self.steps(parameters, found.place, slopes({}), most) or found
+        if found is not None and self._slopes and found.start_cost - found.cost > _FAR:
+            return self.steps(parameters, found.x, slopes({}), most) or found
         return found
 
     def steps(
         self,
         parameters: Sequence[FreeParameter],
         begin: FloatArray,
-        slopes: Callable[[FloatArray, FloatArray], FloatArray],
+        jacobian: Jacobian,
         most: int,
         *,
         fine: bool = False,
-    ) -> Stop | None:
+    ) -> Fit | None:
         """Descend from a place.
 
         Args:
             parameters: p of them.
             begin: (p,) in the unit cube of their ranges.
-            slopes: place and residual there to (f, p).
+            jacobian: place and residual there to (f, p).
             most: steps tried.
             fine: whether in fine steps, and to the last of what they resolve.
 
         Returns:
             The end; None if the simulation breaks down at the beginning.
         """
-        scale = SearchScale(parameters)
-        names = [p.name for p in parameters]
+        try:
+            return bounded_least_squares(
+                self._residuals(parameters, {}, fine=fine),
+                [begin],
+                jacobian=jacobian,
+                tolerance=_LAST_TOLERANCE if fine else _TOLERANCE,
+                gradient_tolerance=1e-10,
+                max_steps=most,
+            )
+        except BreakdownError:
+            return None
 
-        def residual(place: FloatArray) -> FloatArray | None:
-            values = dict(zip(names, scale.from_unit(place).tolist(), strict=True))
-            (found,) = self.simulator.fit_rows([values], fine=fine)
-            return None if found is None else found * self.weights
+    def _residuals(
+        self,
+        parameters: Sequence[FreeParameter],
+        others: Mapping[str, float],
+        *,
+        fine: bool = False,
+    ) -> Residuals:
+        """Weighted residual (f,) as a function of the parameters' places, beside other values."""
 
-        tolerance = _LAST_TOLERANCE if fine else _TOLERANCE
-        return descend(residual, slopes, begin, most=most, tolerance=tolerance)
+        def residuals(places: FloatArray) -> list[FloatArray | None]:
+            sets = [{**others, **_values(parameters, place)} for place in places]
+            return [
+                None if rows is None else rows * self.weights
+                for rows in self.simulator.fit_rows(sets, fine=fine)
+            ]
 
-    def _stop_at(self, parameters: Sequence[FreeParameter], known: Mapping[str, Any]) -> Stop:
-        """A remembered fit, with slopes taken anew."""
+        return residuals
+
+    def _columns(
+        self,
+        parameters: Sequence[FreeParameter],
+        values: Mapping[str, float],
+        here: FloatArray,
+        kept: Mapping[str, FloatArray],
+    ) -> FloatArray:
+        """The Jacobian (f, p), with the columns that are kept instead of fresh ones."""
+        fresh = [p for p in parameters if p.name not in kept]
+        own = iter(self.slopes(fresh, values, here).T)
+        columns = [kept[p.name] if p.name in kept else next(own) for p in parameters]
+        return np.stack(columns, axis=1)
+
+    def _recalled(self, parameters: Sequence[FreeParameter], known: Mapping[str, Any]) -> Refit:
+        """A remembered fit, with its Jacobian taken anew."""
         values = {p.name: float(known["values"][p.name]) for p in parameters}
         (at,) = self.simulator.fit_rows([values])
         if at is None:
             raise InputError("a remembered fit no longer runs; start without --resume")
-        here = at * self.weights
-        fresh = [p for p in parameters if p.name not in self._slopes]
-        own = iter(self.slopes(fresh, values, here).T)
-        columns = [
-            self._slopes[p.name] if p.name in self._slopes else next(own) for p in parameters
-        ]
+        slopes = self._columns(parameters, values, at * self.weights, self._slopes)
         place = SearchScale(parameters).to_unit(np.array([values[p.name] for p in parameters]))
-        return Stop(
-            place=place,
-            residual=here,
-            cost=float(known["cost"]),
-            slopes=np.stack(columns, axis=1),
-        )
+        return self._finished(parameters, place, float(known["cost"]), slopes)
 
-    def _finished(self, parameters: Sequence[FreeParameter], stop: Stop) -> Refit:
-        names = [p.name for p in parameters]
-        values = dict(
-            zip(names, SearchScale(parameters).from_unit(stop.place).tolist(), strict=True)
-        )
+    def _finished(
+        self,
+        parameters: Sequence[FreeParameter],
+        place: FloatArray,
+        cost: float,
+        slopes: FloatArray,
+    ) -> Refit:
+        values = _values(parameters, place)
         residual = self.simulator.whole(values)
         if residual is None:
             raise InputError(f"held-out trials break down at {values}")
@@ -251,10 +260,16 @@ class Fitter:
             parameters=tuple(parameters),
             values=values,
             residual=residual,
-            cost=stop.cost,
-            slopes=stop.slopes,
-            at_bound=at_ends(names, stop.place),
+            cost=cost,
+            slopes=slopes,
+            at_bound=at_ends(list(values), place),
         )
+
+
+def _values(parameters: Sequence[FreeParameter], place: FloatArray) -> dict[str, float]:
+    """Name -> value [SI] at a place (p,) in the unit cube."""
+    vector = SearchScale(parameters).from_unit(place).tolist()
+    return dict(zip([p.name for p in parameters], vector, strict=True))
 
 
 def at_ends(names: Sequence[str], place: FloatArray) -> tuple[str, ...]:

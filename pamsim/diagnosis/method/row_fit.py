@@ -9,7 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pamsim.comparison.candidate import INSIDE
-from pamsim.diagnosis.method.trust_region import descend
+from pamsim.inference.bounded_least_squares import BreakdownError, bounded_least_squares
+from pamsim.inference.difference_jacobian import difference_jacobian
 from pamsim.inference.free_parameter import FreeParameter, SearchScale
 
 FloatArray = NDArray[np.float64]
@@ -105,64 +106,33 @@ def fit_rows(
         if found is None:
             return None
         return RowFit(parameters=(), values={}, residual=found, jacobian=np.empty((found.size, 0)))
-    if len(starts) > _FOLLOWED:
-        first = simulator.many(starts)
-        costs = [np.inf if r is None else float(r @ r) for r in first]
-        starts = [starts[i] for i in np.argsort(costs, kind="stable")[:_FOLLOWED]]
-    best: RowFit | None = None
-    for start in starts:
-        found = _fit_from(simulator, parameters, start, most)
-        if found is not None and (best is None or found.rms < best.rms * (1.0 - 1e-6)):
-            best = found
-    return best
-
-
-def _fit_from(
-    simulator: RowSimulator, parameters: tuple[FreeParameter, ...], start: Values, most: int
-) -> RowFit | None:
     scale = SearchScale(parameters)
     names = [p.name for p in parameters]
-    begin = scale.to_unit(np.array([start[name] for name in names]))
-    begin = np.clip(begin, INSIDE, 1.0 - INSIDE)
+    begins = [scale.to_unit(np.array([start[name] for name in names])) for start in starts]
 
-    def at(places: FloatArray) -> list[FloatArray | None]:
+    def residuals(places: FloatArray) -> list[FloatArray | None]:
         return simulator.many(
             [dict(zip(names, v, strict=True)) for v in scale.from_unit(places).tolist()]
         )
 
-    def residual(place: FloatArray) -> FloatArray | None:
-        return at(place[np.newaxis])[0]
-
-    def jacobian(place: FloatArray, middle: FloatArray) -> FloatArray:
-        steps = np.where(place > 0.5, -_STEP, _STEP)
-        moved = at(place + np.diag(steps))
-        columns = [
-            np.zeros_like(middle) if found is None else (found - middle) / step
-            for found, step in zip(moved, steps, strict=True)
-        ]
-        return np.stack(columns, axis=1)
-
-    stop = descend(residual, jacobian, begin, most=most, tolerance=_TOLERANCE, gradient=1e-12)
-    if stop is None:
+    try:
+        fit = bounded_least_squares(
+            residuals,
+            [np.clip(begin, INSIDE, 1.0 - INSIDE) for begin in begins],
+            jacobian=_STEP,
+            tolerance=_TOLERANCE,
+            max_steps=most,
+            follow=_FOLLOWED,
+            try_bounds=True,
+        )
+    except BreakdownError:
         return None
-    place, middle, slopes = stop.place, stop.residual, stop.slopes
-    onto = _onto_ends(place)
-    if onto is not None:
-        there = residual(onto)
-        if there is not None and float(there @ there) <= stop.cost * (1.0 + 1e-6):
-            place, middle, slopes = onto, there, jacobian(onto, there)
+    jacobian = fit.jacobian
+    if fit.moved_to_bound:
+        jacobian = difference_jacobian(residuals, fit.x, fit.residual, _STEP)
     return RowFit(
         parameters=parameters,
-        values=dict(zip(names, scale.from_unit(place).tolist(), strict=True)),
-        residual=middle,
-        jacobian=slopes,
+        values=dict(zip(names, scale.from_unit(fit.x).tolist(), strict=True)),
+        residual=fit.residual,
+        jacobian=jacobian,
     )
-
-
-def _onto_ends(place: FloatArray) -> FloatArray | None:
-    """A place with what has come close to an end of its range put onto it; None if nothing has.
-
-    The solver stays inside by design and approaches an end without ever reaching it.
-    """
-    near = np.minimum(place, 1.0 - place) < INSIDE
-    return np.where(near, np.round(place), place) if np.any(near) else None

@@ -1,0 +1,239 @@
+"""Bounded nonlinear least squares from several starts, where a simulation may break down.
+
+Every fit of the package goes through `bounded_least_squares`: a trust-region method within bounds
+(`scipy.optimize.least_squares`). What a client adds is its residual, its box and its Jacobian;
+coefficients that enter linearly it solves for within its residual (variable projection).
+"""
+
+# scipy carries no types: what it returns is Any at this file's boundary.
+# pyright: reportMissingTypeStubs=false
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+from typing import Any, Literal
+
+import numpy as np
+import scipy.optimize
+from numpy.typing import ArrayLike, NDArray
+
+from pamsim.core.errors import InputError
+from pamsim.inference.difference_jacobian import Residuals, difference_jacobian
+
+FloatArray = NDArray[np.float64]
+Jacobian = Callable[[FloatArray, FloatArray], FloatArray]
+"""Place, shape (p,), and residual there, shape (n,), to the Jacobian, shape (n, p)."""
+_least_squares: Any = scipy.optimize.least_squares
+
+_INSIDE = 1e-9  # of the box: the solver wants its start strictly inside
+_LOST = 1e3  # factor on the first residual where a simulation breaks down: the solver turns back
+_NEAR = 1e-3  # of the box: from here a bound that attracts is tried itself
+_EQUAL = 0.02  # of the tolerance: costs of starts that reached the same optimum differ by less
+
+
+class BreakdownError(InputError):
+    """The residual could not be computed at any start."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class StartEnd:
+    """Where one start ended.
+
+    Attributes:
+        start: place it began at, inside the box, shape (p,).
+        start_cost: sum of squares there.
+        x: place it ended at, shape (p,).
+        cost: sum of squares there.
+        converged: False if it ran out of steps.
+        steps: places tried, those of finite differences not counted.
+    """
+
+    start: FloatArray
+    start_cost: float
+    x: FloatArray
+    cost: float
+    converged: bool
+    steps: int
+
+
+@dataclass(frozen=True, kw_only=True)
+class Fit:
+    """The best of the ends that were reached.
+
+    Attributes:
+        x: the optimum, shape (p,).
+        cost: sum of squares of the residual there.
+        residual: there, shape (n,).
+        jacobian: shape (n, p), at the optimum; where ``moved_to_bound``, just inside the bound.
+        converged: False if the search ran out of steps.
+        moved_to_bound: True if a coordinate was put onto the bound that attracted it.
+        steps: places tried from this start, those of finite differences not counted.
+        evaluations: residuals computed by the engine over all starts; not those that the client's
+            own Jacobian took.
+        start_cost: sum of squares where this start began.
+        starts: where each start that was followed ended, most promising first.
+    """
+
+    x: FloatArray
+    cost: float
+    residual: FloatArray
+    jacobian: FloatArray
+    converged: bool
+    moved_to_bound: bool
+    steps: int
+    evaluations: int
+    start_cost: float
+    starts: tuple[StartEnd, ...]
+
+
+def one_by_one(residual: Callable[[FloatArray], FloatArray | None]) -> Residuals:
+    """A residual of one place, shape (p,), as one of several places."""
+    return lambda places: [residual(place) for place in places]
+
+
+def bounded_least_squares(
+    residuals: Residuals,
+    starts: Sequence[FloatArray],
+    *,
+    lower: ArrayLike = 0.0,
+    upper: ArrayLike = 1.0,
+    jacobian: Jacobian | float | Literal["2-point", "3-point"] = "2-point",
+    x_scale: ArrayLike | Literal["jac"] = "jac",
+    tolerance: float = 1e-8,
+    gradient_tolerance: float = 1e-12,
+    max_steps: int = 100,
+    follow: int | None = None,
+    try_bounds: bool = False,
+) -> Fit:
+    """Minimise the sum of squares of a residual within a box.
+
+    Where the residual breaks down, the search shortens its step.
+
+    Args:
+        residuals: see `Residuals`; `one_by_one` makes it of a residual of one place.
+        starts: places to begin at, each of shape (p,); moved strictly inside the box.
+        lower: lower bounds, shape (p,) or a number; minus infinity for none.
+        upper: upper bounds, likewise.
+        jacobian: a function, a step of `difference_jacobian` (in the unit cube, all perturbed
+            places in one call), or a finite-difference scheme of scipy.
+        x_scale: typical size of each coordinate, or ``jac`` to take it from the Jacobian.
+        tolerance: relative change of cost and place that ends a search.
+        gradient_tolerance: at which the cost is flat.
+        max_steps: places tried from each start.
+        follow: how many of the starts with the smallest cost are followed to their end; None for
+            all.
+        try_bounds: True puts what a bound attracts onto it, if that is no worse: the method itself
+            stays inside and approaches a bound without end.
+
+    Returns:
+        The best end. Of ends with the same cost the first counts.
+
+    Raises:
+        BreakdownError: the residual breaks down at every start.
+    """
+    size = len(starts[0])
+    low, high = (np.broadcast_to(np.asarray(b, np.float64), size) for b in (lower, upper))
+    edge = np.where(np.isfinite(high - low), high - low, 1.0)
+    begins = [np.clip(start, low + _INSIDE * edge, high - _INSIDE * edge) for start in starts]
+    first = residuals(np.array(begins))
+    costs = [np.inf if r is None else float(r @ r) for r in first]
+    followed = [i for i in np.argsort(costs, kind="stable")[:follow] if first[i] is not None]
+    if not followed:
+        raise BreakdownError(f"the simulation breaks down at all {len(starts)} starts")
+    best: Fit | None = None
+    ends: list[StartEnd] = []
+    evaluations = len(begins)
+    for i in followed:
+        begin, there = begins[i], first[i]
+        assert there is not None
+        residual = _Remembering(residuals, begin, there)
+
+        def slope(x: FloatArray, residual: _Remembering = residual) -> FloatArray:
+            if callable(jacobian):
+                return jacobian(x, residual(x))
+            assert isinstance(jacobian, float)
+            return difference_jacobian(residual.many, x, residual(x), jacobian)
+
+        solution = _least_squares(
+            residual,
+            begin,
+            jac=jacobian if isinstance(jacobian, str) else slope,
+            bounds=(low, high),
+            method="trf",
+            x_scale=x_scale,
+            ftol=tolerance,
+            xtol=tolerance,
+            gtol=gradient_tolerance,
+            max_nfev=max_steps,
+        )
+        fit = Fit(
+            x=solution.x,
+            cost=2.0 * float(solution.cost),
+            residual=solution.fun,
+            jacobian=solution.jac,
+            converged=bool(solution.status > 0),
+            moved_to_bound=False,
+            steps=int(solution.nfev),
+            evaluations=0,
+            start_cost=costs[i],
+            starts=(),
+        )
+        if try_bounds:
+            fit = _on_bounds(fit, residual, low, high, _NEAR * edge, solution.grad)
+        evaluations += residual.evaluations
+        ends.append(
+            StartEnd(
+                start=begin,
+                start_cost=costs[i],
+                x=fit.x,
+                cost=fit.cost,
+                converged=fit.converged,
+                steps=fit.steps,
+            )
+        )
+        if best is None or fit.cost < best.cost * (1.0 - max(_EQUAL * tolerance, 1e-9)):
+            best = fit
+    assert best is not None
+    return replace(best, evaluations=evaluations, starts=tuple(ends))
+
+
+class _Remembering:
+    """The residual of one place, the last one remembered, finite even where it breaks down."""
+
+    def __init__(self, residuals: Residuals, place: FloatArray, residual: FloatArray) -> None:
+        self._residuals = residuals
+        self._last = place, residual
+        self._lost = _LOST * np.maximum(np.abs(residual), np.max(np.abs(residual)))
+        self.evaluations = 0
+
+    def many(self, places: FloatArray) -> Sequence[FloatArray | None]:
+        self.evaluations += len(places)
+        return self._residuals(places)
+
+    def __call__(self, place: FloatArray) -> FloatArray:
+        if not np.array_equal(place, self._last[0]):
+            (found,) = self.many(place[np.newaxis])
+            self._last = place.copy(), self._lost if found is None else found
+        return self._last[1]
+
+
+def _on_bounds(
+    fit: Fit,
+    residual: _Remembering,
+    low: FloatArray,
+    high: FloatArray,
+    near: FloatArray,
+    gradient: FloatArray,
+) -> Fit:
+    """Put coordinates that a bound attracts onto it, if that is no worse."""
+    to_low = (fit.x - low < near) & (gradient > 0.0)
+    to_high = (high - fit.x < near) & (gradient < 0.0)
+    if not np.any(to_low | to_high):
+        return fit
+    x = np.where(to_low, low, np.where(to_high, high, fit.x))
+    there = residual(x)
+    cost = float(there @ there)
+    if cost > fit.cost:
+        return fit
+    return replace(fit, x=x, cost=cost, residual=there, moved_to_bound=True)

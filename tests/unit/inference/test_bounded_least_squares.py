@@ -1,0 +1,156 @@
+"""Bounded least squares: planted optima, bounds, starts, breakdowns, counts."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from pamsim.core.errors import InputError
+from pamsim.inference.bounded_least_squares import (
+    BreakdownError,
+    bounded_least_squares,
+    one_by_one,
+)
+from pamsim.inference.difference_jacobian import difference_jacobian
+
+TIME = np.linspace(0.0, 2.0, 40)
+
+
+def decay(x):
+    return x[0] * np.exp(-5.0 * x[1] * TIME)
+
+
+class Counted:
+    """Decays against one of them, every batch counted."""
+
+    def __init__(self, truth, breaks_down=lambda x: False):
+        self.truth, self.breaks_down, self.batches = np.array(truth), breaks_down, []
+
+    def __call__(self, places):
+        self.batches.append(len(places))
+        return [None if self.breaks_down(x) else decay(x) - decay(self.truth) for x in places]
+
+
+@pytest.mark.parametrize("jacobian", ["2-point", "3-point", 1e-6])
+def test_a_planted_optimum_is_found_and_described(jacobian):
+    residuals = Counted([0.7, 0.3])
+    fit = bounded_least_squares(residuals, [np.array([0.2, 0.9])], jacobian=jacobian)
+    assert fit.x == pytest.approx([0.7, 0.3], abs=1e-6)
+    assert fit.converged
+    assert fit.cost == pytest.approx(float(fit.residual @ fit.residual))
+    assert fit.jacobian[:, 0] == pytest.approx(np.exp(-1.5 * TIME), abs=1e-4)
+    assert fit.evaluations == sum(residuals.batches)
+    assert fit.start_cost == pytest.approx(np.sum((decay([0.2, 0.9]) - decay([0.7, 0.3])) ** 2))
+
+
+def test_the_clients_jacobian_is_handed_the_residual_and_nothing_is_computed_twice():
+    residuals, asked = Counted([0.7, 0.3]), []
+
+    def jacobian(x, residual):
+        asked.append(x)
+        assert residual == pytest.approx(decay(x) - decay([0.7, 0.3]), abs=1e-15)
+        slope = np.exp(-5.0 * x[1] * TIME)
+        return np.column_stack([slope, -5.0 * x[0] * TIME * slope])
+
+    fit = bounded_least_squares(residuals, [np.array([0.2, 0.9])], jacobian=jacobian)
+    assert fit.x == pytest.approx([0.7, 0.3], abs=1e-7)
+    assert set(residuals.batches) == {1}
+    assert fit.evaluations == len(residuals.batches) == fit.steps
+    assert len(asked) <= fit.steps
+
+
+def test_a_jacobian_by_differences_is_one_call():
+    residuals = Counted([0.7, 0.3])
+    bounded_least_squares(residuals, [np.array([0.2, 0.9])], jacobian=1e-5)
+    assert set(residuals.batches) == {1, 2}
+
+
+def test_a_box_in_other_units_and_an_open_side():
+    def residual(x):
+        return np.array([x[0] / 1e5 - 3.0, x[1] - 2.0, x[2] + 4.0])
+
+    fit = bounded_least_squares(
+        one_by_one(residual),
+        [np.array([1e5, 0.0, 0.0])],
+        lower=[0.0, -np.inf, -1.0],
+        upper=[2e5, np.inf, np.inf],
+        try_bounds=True,
+    )
+    assert fit.x.tolist() == [2e5, pytest.approx(2.0), -1.0]
+    assert fit.moved_to_bound
+
+
+def test_a_bound_that_attracts_is_tried_only_if_asked_for():
+    def residual(x):
+        return np.array([x[0] - 1.5, x[1] - 0.5])
+
+    start = [np.array([0.5, 0.5])]
+    inside = bounded_least_squares(one_by_one(residual), start)
+    assert inside.x[0] < 1.0
+    assert not inside.moved_to_bound
+    fit = bounded_least_squares(one_by_one(residual), start, try_bounds=True)
+    assert fit.x.tolist() == [1.0, pytest.approx(0.5)]
+    assert fit.cost == pytest.approx(0.25)
+
+
+def test_the_most_promising_starts_are_followed_and_the_best_end_counts():
+    def residual(x):  # two valleys: at 0.2, and a shallower one at 0.8
+        return np.array([(x[0] - 0.2) * (x[0] - 0.8) * 5.0, 0.1 * (x[0] - 0.2)])
+
+    starts = [np.array([v]) for v in (0.95, 0.75, 0.1, 0.5)]
+    fit = bounded_least_squares(one_by_one(residual), starts, follow=2)
+    costs = [float(residual(s) @ residual(s)) for s in starts]
+    assert [e.start_cost for e in fit.starts] == pytest.approx(sorted(costs)[:2])
+    assert fit.starts[0].x == pytest.approx([0.8], abs=0.02)
+    assert fit.x == pytest.approx([0.2], abs=1e-6)
+    assert fit.cost == min(e.cost for e in fit.starts)
+    assert fit.start_cost == fit.starts[1].start_cost
+    assert len(bounded_least_squares(one_by_one(residual), starts).starts) == 4
+
+
+def test_of_ends_that_are_the_same_the_first_counts():
+    starts = [np.array([0.3, 0.4]), np.array([0.9, 0.9])]
+    fit = bounded_least_squares(Counted([0.7, 0.3]), starts, tolerance=1e-3)
+    first = min(fit.starts, key=lambda e: e.start_cost)
+    assert fit.start_cost == first.start_cost or fit.cost < 0.98 * first.cost
+
+
+def test_a_search_turns_back_where_the_simulation_breaks_down():
+    residuals = Counted([0.7, 0.3], breaks_down=lambda x: x[1] < 0.28)
+    fit = bounded_least_squares(residuals, [np.array([0.2, 0.9])], jacobian=1e-5)
+    assert fit.x == pytest.approx([0.7, 0.3], abs=1e-5)
+
+
+def test_starts_that_break_down_are_passed_over_and_all_of_them_are_refused():
+    residuals = Counted([0.7, 0.3], breaks_down=lambda x: x[0] > 0.8)
+    starts = [np.array([0.9, 0.5]), np.array([0.5, 0.5])]
+    fit = bounded_least_squares(residuals, starts, jacobian=1e-6)
+    assert fit.x == pytest.approx([0.7, 0.3], abs=1e-5)
+    assert len(fit.starts) == 1
+    with pytest.raises(BreakdownError, match="at all 1 starts"):
+        bounded_least_squares(residuals, starts[:1])
+    assert issubclass(BreakdownError, InputError)
+
+
+def test_a_search_out_of_steps_says_so():
+    fit = bounded_least_squares(Counted([0.7, 0.3]), [np.array([0.2, 0.9])], max_steps=2)
+    assert not fit.converged
+    assert fit.steps == 2
+
+
+@pytest.mark.parametrize("central", [False, True])
+def test_differences_go_inward_and_to_the_other_side_where_one_breaks_down(central):
+    place, step = np.array([0.6, 0.2]), 1e-6
+    asked = []
+
+    def residuals(places):
+        asked.append(places)
+        return [None if x[1] > 0.2 else decay(x) for x in places]
+
+    found = difference_jacobian(residuals, place, decay(place), step, central=central)
+    exact = np.exp(-TIME)
+    assert found[:, 0] == pytest.approx(exact, abs=1e-6)
+    assert found[:, 1] == pytest.approx(-5.0 * 0.6 * TIME * exact, abs=1e-4)
+    assert [len(places) for places in asked] == ([4] if central else [2, 1])
+    nowhere = difference_jacobian(lambda p: [None] * len(p), place, decay(place), step)
+    assert np.all(nowhere == 0.0)
