@@ -31,7 +31,7 @@ import pamsim
 from pamsim.core.recording import write_recording
 from pamsim.diagnosis.diagnose import DiagnosisReport, diagnose
 from pamsim.diagnosis.method.screen import alike
-from pamsim.effects.catalog import EFFECTS
+from pamsim.effects.catalog import TRIAL_EFFECTS
 from pamsim.twins.twin_data import TwinData, TwinSettings, twin_data
 
 RESULTS = Path("scripts/results/blind_study.json")
@@ -64,7 +64,7 @@ def run_one(task: tuple[str, str, int]) -> tuple[str, str, int, dict[str, Any]]:
     hidden = twin_data(rig, one.effects, settings(one))
     with tempfile.TemporaryDirectory() as folder:
         write_recording(Path(folder), RIG, hidden.trials, hidden.protocols)
-        tried = [effect for effect in EFFECTS if effect not in one.removed]
+        tried = [effect for effect in TRIAL_EFFECTS if effect not in one.removed]
         report = diagnose([folder], effects=tried, threads=1, seed=seed)
     row = found_row(report, hidden)
     if one.effects:

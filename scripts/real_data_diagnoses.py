@@ -36,7 +36,7 @@ from pamsim.diagnosis.diagnose_rest import ORDINARY, RestReport, diagnose_rest
 from pamsim.diagnosis.method.loop_diagnosis import diagnose_loop
 from pamsim.diagnosis.method.loop_effects import CANDIDATES
 from pamsim.diagnosis.method.loop_model import Loop
-from pamsim.effects.catalog import EFFECTS, MUSCLE_SHAPE
+from pamsim.effects.catalog import EFFECTS
 from pamsim.papers.published_rig import published_rig
 from pamsim.store.json_file import write_json
 from pamsim.store.static_table import read_static_table
@@ -105,7 +105,7 @@ def twin(task: Task) -> tuple[str, str, int, dict[str, Any]]:
     report = diagnose_rest(
         dataclasses.replace(table, name="twin", angle=angle),
         rig,
-        effects=[e for e in (*EFFECTS, *MUSCLE_SHAPE) if e != removed],
+        effects=[e for e in EFFECTS if e != removed],
         seed=seed,
         threads=1,
     )

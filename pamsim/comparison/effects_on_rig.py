@@ -6,20 +6,20 @@ from collections.abc import Sequence
 
 from pamsim.comparison.candidate import Candidate, Probe, inside
 from pamsim.core.errors import InputError
-from pamsim.effects.catalog import EFFECTS, effect
-from pamsim.effects.effect import JOINT, TILTED, Effect, EffectParameter
+from pamsim.effects.catalog import TRIAL_EFFECTS, effect
+from pamsim.effects.effect import JOINT, SECOND_MUSCLE, TILTED, Effect, EffectParameter
 from pamsim.engine.rig import Rig
 from pamsim.engine.rig_parameter import RigParameter, rig_parameter
 from pamsim.inference.free_parameter import FreeParameter
 
 
-def rig_name(rig: Rig, parameter: EffectParameter) -> str:
-    """Name of an effect's parameter on a rig.
+def rig_name(rig: Rig, name: str) -> str:
+    """Name of a parameter on a rig, its placeholders (see `pamsim.effects.effect`) filled in.
 
     Raises:
-        InputError: if the rig lacks the part it belongs to.
+        InputError: if the rig has no such part.
     """
-    name = parameter.name.replace(JOINT, rig.file.angle_joint)
+    name = name.replace(JOINT, rig.file.angle_joint)
     if TILTED in name:
         tilted = [n.split(".")[1] for n in rig.file.native if n.endswith(".tilt")]
         if not tilted:
@@ -27,7 +27,20 @@ def rig_name(rig: Rig, parameter: EffectParameter) -> str:
                 f"{rig.name}: no body's tilt is stated; add body.NAME.tilt under [native]"
             )
         name = name.replace(TILTED, tilted[0])
+    if SECOND_MUSCLE in name:
+        if len(rig.muscles) < 2:
+            raise InputError(f"{rig.name} has a single muscle")
+        name = name.replace(SECOND_MUSCLE, list(rig.muscles)[1])
     return name
+
+
+def _on_rig(rig: Rig, parameter: EffectParameter) -> RigParameter:
+    found = rig_parameter(rig, rig_name(rig, parameter.name))
+    if parameter.unit and found.spec.unit != parameter.unit:
+        raise InputError(
+            f"{found.name} of this rig's force law is in {found.spec.unit}, not {parameter.unit}"
+        )
+    return found
 
 
 def at_size(rig: Rig, effect: Effect, size: float) -> dict[str, float]:
@@ -39,11 +52,11 @@ def at_size(rig: Rig, effect: Effect, size: float) -> dict[str, float]:
         size: in units of its typical size; 0 is neutral.
 
     Raises:
-        InputError: if the rig lacks what the effect acts on.
+        InputError: if the rig does not have what the effect acts on.
     """
     values: dict[str, float] = {}
     for parameter in effect.parameters:
-        found = rig_parameter(rig, rig_name(rig, parameter))
+        found = _on_rig(rig, parameter)
         value = parameter.at(size, found.value)
         values[found.name] = min(max(value, found.spec.low), found.spec.high)
     return values
@@ -53,9 +66,9 @@ def candidate(rig: Rig, effect: Effect) -> Candidate:
     """An effect as a search on a rig may treat it.
 
     Raises:
-        InputError: if the rig lacks what the effect acts on.
+        InputError: if the rig does not have what the effect acts on.
     """
-    found = [rig_parameter(rig, rig_name(rig, p)) for p in effect.parameters]
+    found = [_on_rig(rig, p) for p in effect.parameters]
     free = tuple(_free(p, r) for p, r in zip(effect.parameters, found, strict=True))
     neutral = {
         r.name: r.value if p.neutral is None or p.relative else p.neutral
@@ -92,7 +105,7 @@ def candidates(rig: Rig, names: Sequence[str] = ()) -> tuple[tuple[Candidate, ..
     """
     found: list[Candidate] = []
     skipped: dict[str, str] = {}
-    for name in names or EFFECTS:
+    for name in names or TRIAL_EFFECTS:
         try:
             found.append(candidate(rig, effect(name)))
         except InputError as error:

@@ -1,4 +1,4 @@
-"""The effects of the catalogue that angles at rest can show on a given rig."""
+"""The effects of the catalog that angles at rest can show on a given rig."""
 
 from __future__ import annotations
 
@@ -8,20 +8,10 @@ from pamsim.comparison.candidate import inside
 from pamsim.comparison.effects_on_rig import at_size, candidate
 from pamsim.core.errors import InputError
 from pamsim.diagnosis.method.row_model import RowEffect
-from pamsim.effects.catalog import EFFECTS, MUSCLE_SHAPE, effect
+from pamsim.effects.catalog import EFFECTS, effect
 from pamsim.effects.effect import Effect
 from pamsim.engine.rig import Rig
-from pamsim.engine.rig_parameter import rig_parameter
 
-_PATH = (
-    "coulomb_friction",
-    "stribeck_friction",
-    "muscle_hysteresis",
-    "viscoelastic_creep",
-    "chain_backlash",
-)
-_PRESSURES = ("air_leak", "supply_sag", "valve_dead_zone", "valve_flow")
-_PER_PRESSURE = ("force.a", "force.d")
 _SIZES = (1.0, 3.0, 6.0, -1.0, -3.0)  # of the typical one, at which fits begin
 
 
@@ -40,12 +30,10 @@ def effects_at_rest(
     """
     found: list[RowEffect] = []
     skipped: dict[str, str] = {}
-    for name in names or (*EFFECTS, *MUSCLE_SHAPE):
+    for name in names or EFFECTS:
         one = effect(name)
-        if name in _PATH:
-            skipped[name] = "acts through the path, which angles at rest do not tell"
-        elif name in _PRESSURES:
-            skipped[name] = "acts through the pressures, which the table gives as measured"
+        if one.invisible_at_rest:
+            skipped[name] = one.invisible_at_rest
         else:
             try:
                 made = _row_effect(rig, one)
@@ -60,12 +48,6 @@ def effects_at_rest(
 
 
 def _row_effect(rig: Rig, one: Effect) -> RowEffect:
-    for parameter in one.parameters:
-        # Other force laws use the same letters for numbers of their own.
-        if parameter.name in _PER_PRESSURE:
-            found = rig_parameter(rig, parameter.name)
-            if found.spec.unit != "N/Pa":
-                raise InputError(f"{parameter.name} of this rig's force law is another number")
     made = candidate(rig, one)
     starts = [at_size(rig, one, size) for size in _SIZES]
     starts += [

@@ -4,86 +4,25 @@ from __future__ import annotations
 
 from pamsim.core.errors import InputError, nearest
 from pamsim.effects import (
-    added_inertia,
-    air_leak,
-    angle_bias,
-    angle_lag,
-    angle_scale,
-    braid_extensibility,
-    braid_locking,
-    chain_backlash,
-    chain_compliance,
-    coulomb_friction,
-    end_shape,
-    force_slope,
-    line_lag,
-    load_torque,
-    muscle_hysteresis,
-    muscle_mismatch,
-    passive_stiffness,
-    pressure_bias,
-    pressure_lag,
-    pressure_scale,
-    rest_length,
-    stretch_weakening,
-    stribeck_friction,
-    supply_sag,
-    thermal_relaxation,
-    threshold_pressure,
-    valve_dead_zone,
-    valve_delay,
-    valve_flow,
-    viscoelastic_creep,
-    viscous_friction,
+    command,
+    joint,
+    measurement,
+    muscle,
+    muscle_at_rest,
+    pneumatic,
+    transmission,
 )
 from pamsim.effects.effect import Effect
 
 EFFECTS: dict[str, Effect] = {
-    module.EFFECT.name: module.EFFECT
-    for module in (
-        coulomb_friction,
-        stribeck_friction,
-        viscous_friction,
-        load_torque,
-        added_inertia,
-        muscle_hysteresis,
-        viscoelastic_creep,
-        threshold_pressure,
-        passive_stiffness,
-        end_shape,
-        muscle_mismatch,
-        air_leak,
-        supply_sag,
-        valve_dead_zone,
-        valve_flow,
-        thermal_relaxation,
-        valve_delay,
-        line_lag,
-        chain_backlash,
-        chain_compliance,
-        angle_bias,
-        angle_scale,
-        angle_lag,
-        pressure_bias,
-        pressure_scale,
-        pressure_lag,
-    )
+    effect.name: effect
+    for layer in (joint, muscle, pneumatic, command, transmission, measurement, muscle_at_rest)
+    for effect in layer.EFFECTS
 }
-"""Name -> effect."""
+"""Name -> effect. Searches try them in this order."""
 
-MUSCLE_SHAPE: dict[str, Effect] = {
-    module.EFFECT.name: module.EFFECT
-    for module in (
-        braid_locking,
-        braid_extensibility,
-        stretch_weakening,
-        force_slope,
-        rest_length,
-    )
-}
-"""Name -> effect on what a muscle does at rest, at lengths and pressures its law was not made for.
-Tables of angles at rest are searched for them; for trials over time they are numbers of the force
-law, close to its scale and its passive spring, and not searched for."""
+TRIAL_EFFECTS: tuple[str, ...] = tuple(name for name, one in EFFECTS.items() if one.in_trials)
+"""Names of the effects that recordings over time are searched for."""
 
 
 def effect(name: str) -> Effect:
@@ -92,7 +31,6 @@ def effect(name: str) -> Effect:
     Raises:
         InputError: if there is none of that name, with the nearest.
     """
-    known = EFFECTS | MUSCLE_SHAPE
-    if name not in known:
-        raise InputError(f"no effect {name!r}; {nearest(name, known)}")
-    return known[name]
+    if name not in EFFECTS:
+        raise InputError(f"no effect {name!r}; {nearest(name, EFFECTS)}")
+    return EFFECTS[name]

@@ -1,4 +1,4 @@
-"""What an effect is: the parameters that it frees, and how it is told from others.
+"""What an effect is: the parameters that it frees, and how to distinguish it from others.
 
 A rig's model contains every effect at its neutral value, where it changes nothing. Hiding an effect
 moves its parameters away from there; adding one frees them.
@@ -6,16 +6,22 @@ moves its parameters away from there; adding one frees them.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from dataclasses import dataclass
 
-LAYERS = ("joint", "muscle", "pneumatic", "command", "transmission", "measurement")
-
 JOINT = "{joint}"
-"""Stands for the rig's output joint in the name of a parameter."""
+"""Placeholder for the rig's output joint in the name of a parameter."""
 
 TILTED = "{tilted}"
-"""Stands for the body whose tilt says how gravity turns the arm."""
+"""Placeholder for the body whose tilt sets how gravity turns the arm."""
+
+SECOND_MUSCLE = "{second_muscle}"
+"""Placeholder for the second of a rig's two muscles."""
+
+PATH_DEPENDENT = "depends on the path, which angles at rest do not determine"
+"""Why an effect with memory is not tried on a table of angles at rest."""
+
+ACTS_ON_PRESSURE = "acts on the pressure, which the table gives as measured"
+"""Why an effect upstream of the pressure is not tried on a table of angles at rest."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -23,15 +29,18 @@ class EffectParameter:
     """One number of a rig that an effect frees.
 
     Attributes:
-        name: as `pamsim.engine.rig.Rig.with_parameters` takes it, with `JOINT` and `TILTED`.
+        name: as `pamsim.engine.rig.Rig.with_parameters` takes it; it may hold a placeholder
+            (`JOINT`, `TILTED`, `SECOND_MUSCLE`).
         typical: how far it lies from neutral in a typical case [SI], of either sign.
         low: smallest value a search may try [SI].
         high: largest [SI].
         neutral: value at which the effect is absent [SI]; None where that is the rig's own value.
         relative: True if ``typical``, ``low`` and ``high`` are factors of the rig's own value.
-        shape: True for a number that means nothing while the effect is absent, such as a time
+        shape: True for a number without influence while the effect is absent, such as a time
             constant; ``typical`` is then the value itself.
         starts: of a shape, further values a search begins from, as ``typical``.
+        unit: SI unit that the rig's parameter must have, where other force laws use the same letter
+            for another quantity; empty if any will do.
         natural_ends: True if no rig can lie beyond the ends of the range, so that a fit that ends
             there may be right; elsewhere it is a sign that the effect stands for another one.
     """
@@ -44,6 +53,7 @@ class EffectParameter:
     relative: bool = False
     shape: bool = False
     starts: tuple[float, ...] = ()
+    unit: str = ""
     natural_ends: bool = False
 
     def at(self, size: float, own: float) -> float:
@@ -73,35 +83,23 @@ class Effect:
 
     Attributes:
         name: as in diagnoses and on the command line.
-        family: effects of one family look alike in most data.
-        layer: one of `LAYERS`: where in the rig it acts.
-        missing: what a model without it lacks, as a sentence's end: "the chain gives way".
+        family: effects of one family are similar in most data.
+        missing: what a model without it is missing, as the end of a sentence.
         parameters: what it frees, the one that measures its size first.
-        signature: what it leaves in the residuals.
         look_alikes: names of effects it is mistaken for.
-        separating: the experiment that tells it from them.
+        separating: the experiment that distinguishes it from them.
         probes: sizes, in units of the typical one, at which its signature is taken: one small one,
-            or, of an effect with a threshold, several, so that it binds at one of them.
+            or, of an effect with a threshold, several, so that it acts at one of them.
+        in_trials: whether recordings over time are searched for it.
+        invisible_at_rest: why tables of angles at rest are not searched for it; empty if they are.
     """
 
     name: str
     family: str
-    layer: str
     missing: str
     parameters: tuple[EffectParameter, ...]
-    signature: str
     look_alikes: tuple[str, ...]
     separating: str
     probes: tuple[float, ...] = (0.3,)
-
-    def at(self, size: float, own: Mapping[str, float]) -> dict[str, float]:
-        """Values of all its parameters at a size.
-
-        Args:
-            size: in units of the typical one; 0 is neutral.
-            own: name of each parameter -> the rig's own value [SI].
-
-        Returns:
-            Name of each parameter -> value [SI].
-        """
-        return {p.name: p.at(size, own[p.name]) for p in self.parameters}
+    in_trials: bool = True
+    invisible_at_rest: str = ""

@@ -77,7 +77,7 @@ def _stribeck(size: float, occasion: Occasion) -> Law:
 
 def _viscous(size: float, occasion: Occasion) -> Law:
     parameter = effect("viscous_friction").parameters[0]
-    damping = rig_parameter(occasion.rig, rig_name(occasion.rig, parameter)).value
+    damping = rig_parameter(occasion.rig, rig_name(occasion.rig, parameter.name)).value
     more = size * (parameter.typical - 1.0) * damping
 
     def law(plant: Plant) -> None:

@@ -5,7 +5,9 @@ from __future__ import annotations
 import math
 
 from pamsim.actuator.layout import slot
+from pamsim.comparison.effects_on_rig import rig_name
 from pamsim.effects.catalog import effect
+from pamsim.effects.effect import SECOND_MUSCLE
 from pamsim.engine.rig import Rig
 from pamsim.engine.rig_parameter import rig_parameter
 from pamsim.hysteresis.play import play
@@ -167,9 +169,10 @@ def _ends(size: float, occasion: Occasion) -> Law:
 
 def _mismatch(rig: Rig, size: float) -> dict[str, float]:
     more = size * (effect("muscle_mismatch").parameters[0].typical - 1.0)
+    second = rig_name(rig, f"{SECOND_MUSCLE}:force")
     return {
         name: rig_parameter(rig, name).value * (1.0 + share * more)
-        for name, share in (("muscle_2:force.e", 1.0), ("muscle_2:force.d", 3.0))
+        for name, share in ((f"{second}.e", 1.0), (f"{second}.d", 3.0))
     }
 
 

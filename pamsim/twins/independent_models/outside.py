@@ -11,7 +11,9 @@ import math
 import numpy as np
 
 from pamsim.actuator.layout import slot
+from pamsim.comparison.effects_on_rig import rig_name
 from pamsim.core.errors import InputError
+from pamsim.effects.effect import SECOND_MUSCLE
 from pamsim.engine.rig import Rig
 from pamsim.engine.rig_parameter import rig_parameter
 from pamsim.pneumatics.air import GAS_CONSTANT
@@ -165,7 +167,7 @@ def _cooling(rig: Rig, size: float) -> dict[str, float]:
 
 
 def _offset(rig: Rig, size: float) -> dict[str, float]:
-    name = "muscle_2:mounting.length_at_zero"
+    name = rig_name(rig, f"{SECOND_MUSCLE}:mounting.length_at_zero")
     return {name: rig_parameter(rig, name).value + size * _OFFSET}
 
 

@@ -102,9 +102,9 @@ ORDINARY = (FreeParameter(name="gain", unit="1", start=1.0, low=0.3, high=3.0),)
 
 def candidate(name, low, high, typical, family=None):
     effect = Effect(
-        name=name, family=family or name, layer="joint", missing=name,
+        name=name, family=family or name, missing=name,
         parameters=(EffectParameter(name=name, typical=typical, low=low, high=high),),
-        signature="", look_alikes=(), separating="",
+        look_alikes=(), separating="",
     )  # fmt: skip
     probes = [Probe(size=size, values={name: size * typical}) for size in (0.3, 1.0, 3.0)]
     return Candidate(

@@ -1,0 +1,24 @@
+"""Effects between command and valves: delay and lag."""
+
+from __future__ import annotations
+
+from pamsim.effects.effect import Effect, EffectParameter
+
+EFFECTS = (
+    Effect(
+        name="valve_delay",
+        family="delay",
+        missing="a delay before the valves act",
+        parameters=(EffectParameter(name="valve.delay", typical=0.01, low=0.0, high=0.1),),
+        look_alikes=("line_lag", "pressure_lag"),
+        separating="sharp steps at a high sampling rate: a delay stays flat first",
+    ),
+    Effect(
+        name="line_lag",
+        family="delay",
+        missing="a lag between the command and the valves",
+        parameters=(EffectParameter(name="valve.line_lag", typical=0.02, low=0.0, high=0.5),),
+        look_alikes=("valve_delay", "pressure_lag", "valve_flow"),
+        separating="sharp steps at a high sampling rate: a lag responds at once",
+    ),
+)

@@ -1,0 +1,82 @@
+"""Effects at the joint: friction, load, inertia."""
+
+from __future__ import annotations
+
+from pamsim.effects.effect import JOINT, PATH_DEPENDENT, TILTED, Effect, EffectParameter
+
+EFFECTS = (
+    Effect(
+        name="coulomb_friction",
+        family="joint_friction",
+        missing="dry friction at the joint, the same at every speed",
+        parameters=(
+            EffectParameter(name=f"joint.{JOINT}.frictionloss", typical=0.3, low=0.0, high=5.0),
+        ),
+        look_alikes=("stribeck_friction", "muscle_hysteresis", "chain_backlash"),
+        separating="equal loops at two common pressures: dry friction keeps their width,"
+        " the muscle's hysteresis widens with pressure",
+        probes=(0.1, 0.5, 2.0),
+        invisible_at_rest=PATH_DEPENDENT,
+    ),
+    Effect(
+        name="stribeck_friction",
+        family="joint_friction",
+        missing="joint friction that is higher at low speed",
+        parameters=(
+            EffectParameter(name="friction.stribeck_force", typical=10.0, low=0.0, high=150.0),
+            EffectParameter(
+                name="friction.stribeck_velocity",
+                typical=2e-3,
+                low=2e-4,
+                high=2e-2,
+                shape=True,
+                starts=(1e-3, 5e-3),
+            ),
+        ),
+        look_alikes=("coulomb_friction",),
+        separating="a triangle so slow that the arm turns at less than 0.05 rad/s",
+        probes=(0.1, 0.5, 2.0),
+        invisible_at_rest=PATH_DEPENDENT,
+    ),
+    Effect(
+        name="viscous_friction",
+        family="joint_friction",
+        missing="joint friction proportional to speed",
+        parameters=(
+            EffectParameter(
+                name=f"joint.{JOINT}.damping",
+                typical=1.5,
+                low=0.2,
+                high=5.0,
+                neutral=None,
+                relative=True,
+            ),
+        ),
+        look_alikes=("line_lag", "valve_flow", "added_inertia"),
+        separating="let the arm swing freely at one pressure and measure the decay",
+    ),
+    Effect(
+        name="load_torque",
+        family="offset",
+        missing="a gravity or payload torque on the arm",
+        parameters=(
+            EffectParameter(
+                name=f"body.{TILTED}.tilt", typical=0.03, low=-0.3, high=0.3, neutral=None
+            ),
+        ),
+        look_alikes=("angle_bias", "muscle_mismatch"),
+        separating="add a known mass: a wrong torque grows with it, an angle offset does not",
+    ),
+    Effect(
+        name="added_inertia",
+        family="inertia",
+        missing="inertia on the joint",
+        parameters=(
+            EffectParameter(
+                name=f"joint.{JOINT}.armature", typical=0.01, low=0.0, high=0.5, neutral=None
+            ),
+        ),
+        look_alikes=("viscous_friction",),
+        separating="small loaded steps at low stiffness: inertia lowers the frequency",
+    ),
+)

@@ -1,0 +1,111 @@
+"""Effects in the muscle: hysteresis, creep, passive and active force."""
+
+from __future__ import annotations
+
+from pamsim.effects.effect import PATH_DEPENDENT, SECOND_MUSCLE, Effect, EffectParameter
+
+EFFECTS = (
+    Effect(
+        name="muscle_hysteresis",
+        family="muscle_hysteresis",
+        missing="rate-independent hysteresis of the muscle, growing with pressure",
+        parameters=(
+            EffectParameter(
+                name="hysteresis.force_per_pressure",
+                typical=1.5e-4,
+                low=0.0,
+                high=2e-3,
+                neutral=None,
+            ),
+        ),
+        look_alikes=("coulomb_friction", "viscoelastic_creep", "chain_backlash"),
+        separating="equal loops at two common pressures: hysteresis grows with pressure, dry"
+        " friction does not",
+        probes=(0.1, 0.5, 2.0),
+        invisible_at_rest=PATH_DEPENDENT,
+    ),
+    Effect(
+        name="viscoelastic_creep",
+        family="creep",
+        missing="creep of the muscle under constant pressure",
+        parameters=(
+            EffectParameter(name="creep.stiffness", typical=2000.0, low=0.0, high=5e4),
+            EffectParameter(
+                name="creep.relaxation_time",
+                typical=1.0,
+                low=0.05,
+                high=20.0,
+                shape=True,
+                starts=(0.3, 3.0),
+            ),
+        ),
+        look_alikes=("muscle_hysteresis", "air_leak", "thermal_relaxation"),
+        separating="a long hold at constant measured pressure",
+        invisible_at_rest=PATH_DEPENDENT,
+    ),
+    Effect(
+        name="threshold_pressure",
+        family="muscle_force",
+        missing="a threshold pressure below which the tube does not press on the braid",
+        parameters=(
+            EffectParameter(name="threshold.pressure", typical=1.5e4, low=0.0, high=1.5e5),
+        ),
+        look_alikes=("chain_compliance", "passive_stiffness", "pressure_bias"),
+        separating="inflate from zero at fixed length, with a force sensor",
+    ),
+    Effect(
+        name="passive_stiffness",
+        family="muscle_force",
+        missing="the stiffness of tube and braid without pressure",
+        parameters=(
+            EffectParameter(
+                name="passive.stiffness",
+                typical=1.3,
+                low=0.3,
+                high=3.0,
+                neutral=None,
+                relative=True,
+            ),
+        ),
+        look_alikes=("chain_compliance", "threshold_pressure", "end_shape"),
+        separating="turn the arm by hand without pressure and read the force",
+    ),
+    Effect(
+        name="end_shape",
+        family="muscle_force",
+        missing="force lost to the tapered ends of a contracted muscle",
+        parameters=(
+            EffectParameter(
+                name="end_shape.loss", typical=0.5, low=0.0, high=1.0, natural_ends=True
+            ),
+            EffectParameter(
+                name="end_shape.onset",
+                typical=0.01,
+                low=0.0,
+                high=0.2,
+                shape=True,
+                starts=(0.0, 0.03),
+            ),
+        ),
+        look_alikes=("passive_stiffness", "threshold_pressure"),
+        separating="isometric force at several lengths from nominal to fully contracted",
+        probes=(0.3, 1.0, 1.9),
+    ),
+    Effect(
+        name="muscle_mismatch",
+        family="offset",
+        missing="a difference between the two muscles",
+        parameters=(
+            EffectParameter(
+                name=f"{SECOND_MUSCLE}:force.scale",
+                typical=1.04,
+                low=0.7,
+                high=1.4,
+                neutral=None,
+                relative=True,
+            ),
+        ),
+        look_alikes=("angle_bias", "load_torque"),
+        separating="raise both pressures together: the arm turns only if the muscles are unequal",
+    ),
+)

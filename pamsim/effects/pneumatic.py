@@ -1,0 +1,85 @@
+"""Effects in the air: leaks, supply, valves, heat."""
+
+from __future__ import annotations
+
+from pamsim.effects.effect import ACTS_ON_PRESSURE, Effect, EffectParameter
+
+EFFECTS = (
+    Effect(
+        name="air_leak",
+        family="pressure_deficit",
+        missing="a leak of air from the muscles",
+        parameters=(
+            EffectParameter(name="chamber.leak_conductance", typical=2e-12, low=0.0, high=1e-10),
+        ),
+        look_alikes=("pressure_scale", "pressure_bias", "supply_sag"),
+        separating="shut the valves at a high pressure and watch the pressure for some seconds",
+        invisible_at_rest=ACTS_ON_PRESSURE,
+    ),
+    Effect(
+        name="supply_sag",
+        family="pressure_deficit",
+        missing="a supply whose pressure falls with the flow drawn from it",
+        parameters=(
+            EffectParameter(name="valve.supply_resistance", typical=2e8, low=0.0, high=5e9),
+        ),
+        look_alikes=("valve_flow", "air_leak"),
+        separating="a gauge on the supply while a muscle is filled from empty",
+        probes=(0.1, 0.5, 2.0),
+        invisible_at_rest=ACTS_ON_PRESSURE,
+    ),
+    Effect(
+        name="valve_dead_zone",
+        family="valve",
+        missing="a dead zone of the valves",
+        parameters=(EffectParameter(name="valve.dead_zone", typical=0.05, low=0.0, high=0.5),),
+        look_alikes=("coulomb_friction", "valve_flow"),
+        separating="increase the valve opening in small steps from shut",
+        probes=(0.1, 0.5, 2.0),
+        invisible_at_rest=ACTS_ON_PRESSURE,
+    ),
+    Effect(
+        name="valve_flow",
+        family="valve",
+        missing="a different flow through the valves",
+        parameters=(
+            EffectParameter(
+                name="valve.conductance_fill",
+                typical=0.8,
+                low=0.2,
+                high=5.0,
+                neutral=None,
+                relative=True,
+            ),
+            EffectParameter(
+                name="valve.conductance_exhaust",
+                typical=0.8,
+                low=0.2,
+                high=5.0,
+                neutral=None,
+                relative=True,
+            ),
+        ),
+        look_alikes=("supply_sag", "line_lag", "thermal_relaxation"),
+        separating="fill from empty and vent from full with a valve wide open",
+        invisible_at_rest=ACTS_ON_PRESSURE,
+    ),
+    Effect(
+        name="thermal_relaxation",
+        family="thermal",
+        missing="heat exchanged between the air and the muscle",
+        parameters=(
+            # Limited to [1, 1.4]: isothermal to adiabatic air.
+            EffectParameter(
+                name="chamber.polytropic_index",
+                typical=0.15,
+                low=-0.4,
+                high=0.4,
+                neutral=None,
+                natural_ends=True,
+            ),
+        ),
+        look_alikes=("valve_flow", "valve_delay", "angle_scale"),
+        separating="turn the arm by hand with the valves shut and read the pressures",
+    ),
+)
