@@ -32,7 +32,8 @@ from pamsim.core.recording import write_recording
 from pamsim.diagnosis.diagnose import DiagnosisReport, diagnose
 from pamsim.diagnosis.method.screen import alike
 from pamsim.effects.catalog import TRIAL_EFFECTS
-from pamsim.twins.twin_data import TwinData, TwinSettings, twin_data
+from pamsim.twins.hide import hide
+from pamsim.twins.synthetic_recording import SyntheticRecording
 
 RESULTS = Path("scripts/results/blind_study.json")
 KEPT = Path("out/blind_study.jsonl")
@@ -41,7 +42,7 @@ PROTOCOLS = ("triangle", "staircase", "multisine", "bursts", "loaded_steps")
 DURATION, REPEATS = 5.0, 4
 
 
-def settings(one: Condition, **changed: Any) -> TwinSettings:
+def settings(one: Condition, **changed: Any) -> dict[str, Any]:
     """How the data of a condition are made."""
     chosen: dict[str, Any] = {
         "protocols": PROTOCOLS,
@@ -49,10 +50,10 @@ def settings(one: Condition, **changed: Any) -> TwinSettings:
         "repeats": REPEATS,
         "coloured": one.coloured,
         "variation": one.variation,
-        "tier": one.tier,
+        "formulation": one.formulation,
         "seed": one.seed,
     }
-    return TwinSettings(**{**chosen, **changed})
+    return {**chosen, **changed}
 
 
 def run_one(task: tuple[str, str, int]) -> tuple[str, str, int, dict[str, Any]]:
@@ -61,20 +62,21 @@ def run_one(task: tuple[str, str, int]) -> tuple[str, str, int, dict[str, Any]]:
     (one,) = [c for c in conditions(kind) if c.name == name]
     rig = pamsim.load_rig(RIG)
     began = time.perf_counter()
-    hidden = twin_data(rig, one.effects, settings(one))
+    hidden = hide(rig, dict(one.effects), **settings(one))
     with tempfile.TemporaryDirectory() as folder:
         write_recording(Path(folder), RIG, hidden.trials, hidden.protocols)
         tried = [effect for effect in TRIAL_EFFECTS if effect not in one.removed]
         report = diagnose([folder], effects=tried, threads=1, seed=seed)
     row = found_row(report, hidden)
     if one.effects:
-        clean = twin_data(rig, one.effects, settings(one, repeats=1, noise=0.0, variation=0.0))
+        changed = settings(one, repeats=1, noise=0.0, variation=0.0)
+        clean = hide(rig, dict(one.effects), **changed)
         row["true_cells"] = true_cells(report, clean)
     row["seconds_with_data"] = round(time.perf_counter() - began, 1)
     return kind, name, seed, row
 
 
-def found_row(report: DiagnosisReport, hidden: TwinData) -> dict[str, Any]:
+def found_row(report: DiagnosisReport, hidden: SyntheticRecording) -> dict[str, Any]:
     """What a diagnosis said, and the truth's own numbers beside it."""
     found = report.found
     layout = {t.name: t.protocol for t in report.data.trials}
@@ -124,7 +126,7 @@ def found_row(report: DiagnosisReport, hidden: TwinData) -> dict[str, Any]:
     }
 
 
-def true_cells(report: DiagnosisReport, clean: TwinData) -> list[list[Any]]:
+def true_cells(report: DiagnosisReport, clean: SyntheticRecording) -> list[list[Any]]:
     """Where the hidden effect truly shows: noise-free truth against the refitted base model."""
     floor = report.found.floor
     first: dict[str, str] = {}

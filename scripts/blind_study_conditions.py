@@ -85,7 +85,7 @@ class Condition:
         kind: ``none``, ``single``, ``different``, ``pair``, ``outside``, ``in_span``, ``removed``.
         name: unique in its batch.
         effects: names and sizes of what is hidden.
-        tier: formulation of the hidden effects.
+        formulation: of the hidden effects, see `pamsim.twins.hide.hide`.
         coloured: whether half of the noise drifts.
         variation: from trial to trial.
         removed: effects that the diagnosis is not allowed to try.
@@ -95,7 +95,7 @@ class Condition:
     kind: str
     name: str
     effects: tuple[tuple[str, float], ...] = ()
-    tier: str = "same"
+    formulation: str = "library"
     coloured: bool = False
     variation: float = _VARIATION
     removed: tuple[str, ...] = ()
@@ -171,7 +171,7 @@ def _all() -> list[dict[str, Any]]:
     found = _none(42)
     found += [_single(e, x, i + j) for i, e in enumerate(names) for j, x in enumerate(EXCESSES)]
     found += [
-        _single(e, 3.0, i, kind="different", tier="different")
+        _single(e, 3.0, i, kind="different", formulation="independent")
         for i, e in enumerate(names)
         if e != "added_inertia"
     ]
@@ -189,7 +189,7 @@ def _some() -> list[dict[str, Any]]:
     found = _none(6)
     found += [_single(e, EXCESSES[i % 3], i) for i, e in enumerate(names) if i % 2 == 0]
     found += [
-        _single(e, 3.0, i, kind="different", tier="different")
+        _single(e, 3.0, i, kind="different", formulation="independent")
         for i, e in enumerate(names)
         if i % 7 == 0
     ]

@@ -30,13 +30,10 @@ from pamsim.envs.closed_loop import drive
 from pamsim.envs.pam_arm import PamArmEnv
 from pamsim.envs.scores import mean_score, score
 from pamsim.twins.hide import hide
-from pamsim.twins.twin_data import TwinSettings
 
 RESULTS = Path("scripts/results/repaired_rig_control.json")
-HIDDEN = (("passive_stiffness", 1.0), ("muscle_hysteresis", 1.0))
-SETTINGS = TwinSettings(
-    protocols=("triangle", "multisine", "loaded_steps"), duration=5.0, repeats=4, seed=21
-)
+HIDDEN = {"passive_stiffness": 1.0, "muscle_hysteresis": 1.0}
+PROTOCOLS = ("triangle", "multisine", "loaded_steps")
 NAMES = ("PID", "LQG", "feed-forward", "feed-forward + PID", "feed-forward, compensated + PID")
 TASKS = ("sine", "step")
 LOAD = 1.2
@@ -88,7 +85,8 @@ def main() -> int:
     filed = load_rig("mas20_arm")
     with tempfile.TemporaryDirectory() as place:
         folder = Path(place)
-        truth = hide(HIDDEN, folder / "data", settings=SETTINGS)
+        hidden = hide(filed, HIDDEN, protocols=PROTOCOLS, duration=5.0, repeats=4, seed=21)
+        hidden.save(folder / "data")
         report = diagnose([folder / "data"], seed=0)
         told = diagnosis_dict(report)
         print(told["sentence"])
@@ -96,8 +94,7 @@ def main() -> int:
         if repaired is None:
             print("no repaired rig follows from this verdict", file=sys.stderr)
             return 1
-        hidden = {name: entry["value_si"] for name, entry in truth["parameters"].items()}
-        plant = filed.with_parameters(hidden)
+        plant = filed.with_parameters(hidden.hidden)
         designs = {"the rig as filed": filed, "the repaired rig": load_rig(repaired)}
         rows = [
             row
@@ -107,7 +104,7 @@ def main() -> int:
     page = {
         "schema": "pamsim-repaired-control/1",
         "command": "python scripts/repaired_rig_control.py",
-        "hidden": truth["effects"],
+        "hidden": hidden.to_dict()["effects"],
         "verdict": told["verdict"],
         "sentence": told["sentence"],
         "load_kg": LOAD,

@@ -1,8 +1,9 @@
-"""``pamsim hide``: twin data with hidden effects."""
+"""``pamsim hide``: synthetic recordings with hidden effects."""
 
 from __future__ import annotations
 
 from pathlib import Path
+from typing import Any
 
 import click
 
@@ -16,10 +17,10 @@ from pamsim.cli.output import save_json
 @click.option("--rig", default="mas20_arm", show_default=True, help="Shipped rig or rig folder.")
 @click.option("--size", default="1", show_default=True, help="Of each effect, in typical sizes.")
 @click.option(
-    "--tier",
-    default="same",
+    "--formulation",
+    default="library",
     show_default=True,
-    help="same: as the library formulates effects; different: other formulas, finer time step.",
+    help="library: the library's own formulas; independent: other formulas, finer time step.",
 )
 @click.option("--protocols", help="Inputs, such as triangle,bursts; all if left out.")
 @click.option("--repeats", type=int, default=4, show_default=True, help="Trials per setting.")
@@ -30,14 +31,16 @@ from pamsim.cli.output import save_json
     "--variation", type=float, default=0.003, show_default=True, help="From trial to trial."
 )
 @click.option("--no-forces", is_flag=True, help="Measure no muscle forces.")
-@click.option("--seed", type=int, default=0, show_default=True, help="Of everything random.")
-@click.option("--json", "json_file", type=click.Path(path_type=Path), help="Write the truth here.")
+@click.option("--seed", type=int, default=0, show_default=True, help="Random seed.")
+@click.option(
+    "--json", "json_file", type=click.Path(path_type=Path), help="Write the ground truth here."
+)
 def command(
     effects: str,
     out: Path,
     rig: str,
     size: str,
-    tier: str,
+    formulation: str,
     protocols: str | None,
     repeats: int,
     duration: str | None,
@@ -50,35 +53,40 @@ def command(
 ) -> int:
     """Record a rig in which EFFECTS are hidden: air_leak, or air_leak+coulomb_friction, or none.
 
-    Names of truths that no effect of the library states, such as sprocket_ripple, are taken too.
-    Writes a recording folder and, beside it, the truth.
+    Effects that the library does not hold, such as sprocket_ripple, can be hidden too. Writes a
+    recording folder and, beside it, the ground truth.
     """
     from pamsim.core.units import parse_quantity
-    from pamsim.twins.hide import NOTHING, hide, truth_file
-    from pamsim.twins.twin_data import TwinSettings
+    from pamsim.twins.hide import hide
 
-    names = [] if effects == NOTHING else [part.strip() for part in effects.split("+")]
+    names = [] if effects == "none" else [part.strip() for part in effects.split("+")]
     sizes = [parse_quantity(part, "1", "1", where="--size") for part in size.split(",")]
     if len(sizes) == 1:
         sizes *= len(names)
     if len(sizes) != len(names):
         raise click.UsageError(f"{len(sizes)} sizes for {len(names)} effects; give one, or each")
     length = None if duration is None else parse_quantity(duration, "s", "s", where="--duration")
-    settings = TwinSettings(
+    options: dict[str, Any] = {} if protocols is None else {"protocols": _names(protocols)}
+    recording = hide(
+        rig,
+        dict(zip(names, sizes, strict=True)),
         repeats=repeats,
         duration=length,
         coloured=coloured,
         noise=noise,
         variation=variation,
         forces=not no_forces,
-        tier=tier,
+        formulation=formulation,
         seed=seed,
+        **options,
     )
-    if protocols is not None:
-        from dataclasses import replace
-
-        settings = replace(settings, protocols=tuple(p.strip() for p in protocols.split(",")))
-    truth = hide(list(zip(names, sizes, strict=True)), out, rig=rig, settings=settings)
-    save_json(json_file, truth)
-    click.echo(f"wrote {truth['trials']} trials to {out}; the truth is in {truth_file(out)}")
+    ground_truth = recording.save(out)
+    save_json(json_file, recording.to_dict())
+    click.echo(recording.summary())
+    click.echo(f"recording: {out}")
+    click.echo(f"ground truth: {ground_truth}")
     return OK
+
+
+def _names(text: str) -> tuple[str, ...]:
+    return tuple(part.strip() for part in text.split(","))

@@ -24,7 +24,7 @@ _COMMANDS = {
     "models": "The force laws and hysteresis operators, with parameters, ranges and sources.",
     "calibrate": "Fit rig parameters to recordings and static tables; writes the new rig.",
     "diagnose": "Find where a rig and recordings disagree, name the missing effect, add it.",
-    "hide": "Twin data: a recording of a rig in which effects are hidden, the truth apart.",
+    "hide": "Synthetic recording of a rig with hidden effects, the ground truth in a file apart.",
     "replicate": "Recompute every printed number of the five papers; what agrees, what not.",
     "render": "A picture of a rig, or a film of a recording, without a screen.",
     "view": "A window on a rig that you drive by sliders, or on a recording.",

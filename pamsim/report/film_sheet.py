@@ -109,8 +109,8 @@ def arm_size(width: int, height: int) -> tuple[int, int]:
     """
     if width < SMALLEST[0] or height < SMALLEST[1]:
         raise InputError(
-            f"{width} x {height} pixels are too small for arm and plots; give --width"
-            f" {SMALLEST[0]} and --height {SMALLEST[1]} or more"
+            f"{width} x {height} pixels are too small for arm and plots; give a `width`"
+            f" of {SMALLEST[0]} and a `height` of {SMALLEST[1]} or more"
         )
     return width, height - round(_PANEL_SHARE * height)
 

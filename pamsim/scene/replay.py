@@ -85,7 +85,7 @@ def read_replay(
     if len(loaded.muscles) != chosen.muscles:
         raise InputError(
             f"{recording}: trial {chosen.name!r} is of {chosen.muscles} muscles, rig"
-            f" {loaded.name!r} has {len(loaded.muscles)}; name its rig by --rig"
+            f" {loaded.name!r} has {len(loaded.muscles)}; give its `rig`"
         )
     others = tuple(name for name in named if name != chosen.name)
     return Replay(rig=loaded, trial=chosen, others=others)
@@ -105,8 +105,8 @@ def frame_times(duration: float, *, fps: float, speed: float) -> NDArray[np.floa
     Raises:
         InputError: if fps or speed is not positive.
     """
-    for name, value in (("--fps", fps), ("--speed", speed)):
+    for name, value in (("fps", fps), ("speed", speed)):
         if not 0.0 < value < np.inf:
-            raise InputError(f"{name} {value:g} must be above 0")
+            raise InputError(f"`{name}` {value:g} must be above 0")
     count = max(1, round(duration * fps / speed))
     return np.arange(count, dtype=np.float64) * (speed / fps)

@@ -21,7 +21,7 @@ from pamsim.scene.picture import decorate
 
 _HIDDEN_GROUP = 5
 """Of geoms, which a window does not show unless told to."""
-_REMEDY = "to see an arm without one, write a film: pamsim render film.gif --recording FOLDER"
+_REMEDY = "to see an arm without one, write a film: `pamsim render`"
 
 
 class Window(Protocol):

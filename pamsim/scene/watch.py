@@ -47,7 +47,7 @@ def watch_replay(
         EngineError: without a display.
     """
     if not 0.0 < speed < np.inf:
-        raise InputError(f"--speed {speed:g} must be above 0")
+        raise InputError(f"`speed` {speed:g} must be above 0")
     model = replay.rig.model_for(load=replay.trial.load)
     data = mujoco.MjData(model)
     with open_viewer(model) as viewer:

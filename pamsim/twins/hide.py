@@ -1,82 +1,150 @@
-"""``pamsim hide``: twin recordings with hidden effects on disk, the truth in a file apart."""
+"""Synthetic recordings: simulate a rig in which effects are hidden."""
 
 from __future__ import annotations
 
 import os
 from collections.abc import Mapping, Sequence
-from dataclasses import asdict
-from pathlib import Path
 from typing import Any
 
-from pamsim.core.errors import InputError
-from pamsim.core.recording import write_recording
-from pamsim.effects.catalog import EFFECTS
-from pamsim.engine.rig import load_rig
-from pamsim.engine.rig_parameter import rig_parameter
-from pamsim.store.json_file import write_json
-from pamsim.twins.independent_models.catalog import OUTSIDE
-from pamsim.twins.twin_data import TwinSettings, twin_data
+import numpy as np
 
-NOTHING = "none"
-"""Stands for no effect."""
+from pamsim.comparison.effects_on_rig import at_size
+from pamsim.comparison.protocols import HELD_OUT_SUFFIX, protocol
+from pamsim.core.errors import InputError
+from pamsim.core.experiment import Experiment
+from pamsim.core.recording import Recording
+from pamsim.effects.catalog import EFFECTS, effect
+from pamsim.engine.batch import simulate_batch
+from pamsim.engine.rig import Rig, load_rig
+from pamsim.engine.simulate import simulate
+from pamsim.signals.sensors import distorted
+from pamsim.store.rig_file import shipped_rigs
+from pamsim.twins.independent_models.catalog import ORDER, OUTSIDE, independent_model
+from pamsim.twins.independent_models.independent_model import IndependentModel, StepHook
+from pamsim.twins.independent_models.plant import RunContext
+from pamsim.twins.noise import with_noise, with_variation
+from pamsim.twins.synthetic_recording import HiddenEffect, HideSettings, SyntheticRecording
+
+_Models = Sequence[tuple[IndependentModel, float]]
 
 
 def hide(
-    effects: Sequence[tuple[str, float]],
-    out: Path,
-    *,
-    rig: str | os.PathLike[str] = "mas20_arm",
-    settings: TwinSettings | None = None,
-) -> dict[str, Any]:
-    """Write a recording of a rig in which effects are hidden.
+    rig: str | os.PathLike[str] | Rig, effects: Mapping[str, float], **options: Any
+) -> SyntheticRecording:
+    """Simulate recordings of a rig in which effects are hidden.
 
-    The recording names the rig without the effects. What was hidden is written beside the folder,
-    not into it, so that nothing that reads the recording can read it.
+    The same seed gives the same recordings bit for bit.
 
     Args:
-        effects: names, of the library or from outside, and sizes in units of the typical one.
-        out: folder of the recording.
-        rig: name or folder of the rig without effects.
-        settings: see `TwinSettings`.
+        rig: without the effects: name of a shipped rig, rig folder, or a loaded rig.
+        effects: name -> size in units of the effect's typical one; names of the library
+            (`pamsim.effects.catalog`) or from outside it (`pamsim.twins.independent_models`).
+        options: fields of `HideSettings`.
 
     Returns:
-        The truth, as written.
+        The recordings and the ground truth; ``save(folder)`` writes both.
 
     Raises:
-        InputError: see `twin_data`; or a folder that cannot be written.
+        InputError: for an unknown effect, protocol or formulation, an effect that the rig cannot
+            have or that has no independent formulation, a size without meaning, or no repeats.
+        SimulationError: if the rig with the effects breaks down.
     """
-    chosen = settings or TwinSettings()
-    base = load_rig(rig)
-    data = twin_data(base, effects, chosen)
-    if out.exists() and not out.is_dir():
-        raise InputError(f"{out} is a file; name a folder to write into")
-    write_recording(out, str(rig), data.trials, data.protocols, forces=chosen.forces)
-    truth: dict[str, Any] = {
-        "schema": "pamsim-truth/1",
-        "rig": base.name,
-        "effects": [_told(name, size, chosen.tier, data.formulations) for name, size in effects],
-        "parameters": {
-            name: {"value_si": value, "unit_si": rig_parameter(base, name).spec.unit}
-            for name, value in data.hidden.items()
+    settings = HideSettings(**options)
+    base = rig if isinstance(rig, Rig) else load_rig(rig)
+    hidden, models = _resolved(effects, settings)
+    values = _parameters(base, effects, models)
+    changed = base.with_parameters(values)
+    rng = np.random.default_rng([settings.seed, 77])
+    protocols: dict[str, str] = {}
+    jobs: list[tuple[Rig, Experiment]] = []
+    for name in settings.protocols:
+        for setting, end in enumerate(("", HELD_OUT_SUFFIX)):
+            experiment = protocol(name).experiment(2 * settings.seed + setting, settings.duration)
+            for repeat in range(1, settings.repeats + 1):
+                protocols[f"{name}{end}_{repeat}"] = f"{name}{end}"
+                jobs.append((with_variation(changed, rng, settings.variation), experiment))
+    # What an independent model makes is also simulated in finer steps than a diagnosis takes.
+    timestep = None if settings.formulation == "library" else 0.5 * base.model.opt.timestep
+    runs = [
+        _measured(run.completed(), changed, models)
+        for run in _simulated(jobs, models, settings.seed, timestep)
+    ]
+    return SyntheticRecording(
+        rig=base,
+        reference=_reference(rig),
+        effects=hidden,
+        hidden=values,
+        settings=settings,
+        trials={
+            stem: with_noise(run, rng, settings.noise, coloured=settings.coloured)
+            for stem, run in zip(protocols, runs, strict=True)
         },
-        "settings": asdict(chosen),
-        "trials": len(data.trials),
-    }
-    write_json(truth_file(out), truth)
-    return truth
+        protocols=protocols,
+    )
 
 
-def _told(name: str, size: float, tier: str, formulations: Mapping[str, str]) -> dict[str, Any]:
-    inside = name in EFFECTS
-    return {
-        "name": name,
-        "size": size,
-        "tier": tier if inside else "outside",
-        "formulation": formulations.get(name, "as in the library"),
-        "span": [name] if inside else list(OUTSIDE[name].span),
-    }
+def _resolved(
+    effects: Mapping[str, float], settings: HideSettings
+) -> tuple[tuple[HiddenEffect, ...], _Models]:
+    """What is hidden, and the independent models among it in the order in which they act."""
+    hidden: list[HiddenEffect] = []
+    models: list[tuple[IndependentModel, float]] = []
+    for name, size in effects.items():
+        model = independent_model(name, formulation=settings.formulation)
+        if model is not None:
+            if not (size > 0.0 or model.signed):
+                raise InputError(f"{name}: the size must be above 0, not {size:g}")
+            models.append((model, size))
+        hidden.append(
+            HiddenEffect(
+                name=name,
+                size=size,
+                formulation="library" if model is None else model.formulation,
+                acts_like=(name,) if name in EFFECTS else OUTSIDE[name].acts_like,
+            )
+        )
+    models.sort(key=lambda pair: ORDER.index(pair[0].name))
+    return tuple(hidden), models
 
 
-def truth_file(out: Path) -> Path:
-    """Where the truth of a recording is kept: beside its folder."""
-    return out.parent / f"{out.name}.truth.json"
+def _parameters(rig: Rig, effects: Mapping[str, float], models: _Models) -> dict[str, float]:
+    """Rig parameters that make the effects [SI]."""
+    independent = {model.name: model for model, _ in models}
+    values: dict[str, float] = {}
+    for name, size in effects.items():
+        if name not in independent:
+            values |= at_size(rig, effect(name), size)
+        elif (parameters := independent[name].parameters) is not None:
+            values |= parameters(rig, size)
+    return values
+
+
+def _simulated(
+    jobs: Sequence[tuple[Rig, Experiment]], models: _Models, seed: int, timestep: float | None
+) -> list[Recording]:
+    laws = [(model.law, size) for model, size in models if model.law is not None]
+    if not laws:
+        return simulate_batch(jobs, timestep=timestep)
+    runs: list[Recording] = []
+    for number, (rig, experiment) in enumerate(jobs):
+        context = RunContext(rig=rig, experiment=experiment, seed=seed, number=number)
+        hook = StepHook(context, [law(size, context) for law, size in laws])
+        runs.append(simulate(rig, experiment, timestep=timestep, each_step=hook))
+    return runs
+
+
+def _measured(run: Recording, rig: Rig, models: _Models) -> Recording:
+    """A run as the rig's sensors report it, noise aside."""
+    measured = run if rig.sensor is None else distorted(run, rig.sensor)
+    for model, size in models:
+        if model.measured is not None:
+            measured = model.measured(measured, size)
+    return measured
+
+
+def _reference(rig: str | os.PathLike[str] | Rig) -> str:
+    """Name or path by which a recording finds its rig."""
+    if not isinstance(rig, Rig):
+        return str(rig)
+    folder = rig.file.folder
+    return folder.name if folder.parent == shipped_rigs() else str(folder)

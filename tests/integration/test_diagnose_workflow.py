@@ -9,7 +9,7 @@ from pamsim.core.errors import InputError
 from pamsim.core.recording import write_recording
 from pamsim.diagnosis.diagnose import diagnose
 from pamsim.diagnosis.method.verdict import Verdict
-from pamsim.twins.twin_data import TwinSettings, twin_data
+from pamsim.twins.hide import hide
 
 TRIED = ("air_leak", "coulomb_friction")
 
@@ -27,8 +27,7 @@ def short_trials(monkeypatch):
 
 
 def recorded(rig, effects, folder):
-    settings = TwinSettings(protocols=("bursts",), repeats=4, seed=4)
-    data = twin_data(rig, effects, settings)
+    data = hide(rig, dict(effects), protocols=("bursts",), repeats=4, seed=4)
     write_recording(folder, "mas20_arm", data.trials, data.protocols)
     return folder
 

@@ -84,8 +84,8 @@ def test_what_cannot_be_rendered_is_one_line_and_exit_2(
 @pytest.mark.parametrize(
     ("args", "expected"),
     [
-        ([], "pamsim render film.gif"),
-        (["DATA"], "pamsim render film.gif"),
+        ([], "write a film: `pamsim render`"),
+        (["DATA"], "write a film: `pamsim render`"),
         (["DATA", "--load", "1"], "--load is known from the recording"),
         (["--speed", "2"], "--speed needs a RECORDING"),
         (["--pressure", "700,0"], "outside [0, 600] kPa"),

@@ -1,4 +1,4 @@
-"""``pamsim hide``: twin data that the readers take, the truth apart, a seed that fixes all bits."""
+"""``pamsim hide``: recordings that the readers take, and the ground truth apart."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ import pamsim
 from pamsim.cli.main import main
 from pamsim.comparison.protocols import PROTOCOLS
 from pamsim.store.recording_reader import read_recordings
-from pamsim.twins.twin_data import TwinSettings, twin_data
+from pamsim.twins.hide import hide
 
 QUICK = ("--protocols", "bursts", "--repeats", "2")
 
@@ -24,7 +24,7 @@ def run(monkeypatch, capsys, *args):
     return ended.value.code, captured.out, captured.err
 
 
-def test_the_truth_is_beside_the_recording_and_not_in_it(monkeypatch, capsys, tmp_path):
+def test_the_ground_truth_is_beside_the_recording_and_not_in_it(monkeypatch, capsys, tmp_path):
     folder = tmp_path / "data"
     code, out, err = run(
         monkeypatch, capsys, "air_leak+chain_backlash", "--size", "1,2", "--out", folder,
@@ -32,11 +32,11 @@ def test_the_truth_is_beside_the_recording_and_not_in_it(monkeypatch, capsys, tm
     )  # fmt: skip
     assert code == 0, err
     assert "4 trials" in out
-    truth = json.loads((tmp_path / "data.truth.json").read_text(encoding="utf-8"))
+    truth = json.loads((tmp_path / "data.ground_truth.json").read_text(encoding="utf-8"))
     assert truth == json.loads((tmp_path / "t.json").read_text(encoding="utf-8"))
     assert [e["name"] for e in truth["effects"]] == ["air_leak", "chain_backlash"]
-    assert truth["parameters"]["chain.backlash"]["value_si"] == pytest.approx(6e-4)
-    assert {e["tier"] for e in truth["effects"]} == {"same"}
+    assert truth["parameters"]["chain.backlash"]["value"] == pytest.approx(6e-4)
+    assert {e["formulation"] for e in truth["effects"]} == {"library"}
     text = "".join(path.read_text(encoding="utf-8") for path in folder.iterdir())
     assert "leak" not in text
     found = read_recordings(folder)
@@ -49,26 +49,25 @@ def test_the_truth_is_beside_the_recording_and_not_in_it(monkeypatch, capsys, tm
     assert not np.array_equal(found.trials[0].command, found.trials[2].command)
 
 
-def test_other_formulations_and_outside_truths_are_told_in_the_truth_alone(
+def test_independent_models_and_outside_effects_are_named_in_the_ground_truth_alone(
     monkeypatch, capsys, tmp_path
 ):
     monkeypatch.setattr("pamsim.comparison.protocols.DURATION", 0.4)
     folder = tmp_path / "data"
     code, _, err = run(
-        monkeypatch, capsys, "air_leak+sprocket_ripple+mounting_offset", "--tier", "different",
-        "--protocols", "bursts", "--repeats", "1", "--out", folder,
+        monkeypatch, capsys, "air_leak+sprocket_ripple+mounting_offset",
+        "--formulation", "independent", "--protocols", "bursts", "--repeats", "1", "--out", folder,
     )  # fmt: skip
     assert code == 0, err
-    told = json.loads((tmp_path / "data.truth.json").read_text(encoding="utf-8"))
+    told = json.loads((tmp_path / "data.ground_truth.json").read_text(encoding="utf-8"))
     leak, ripple, offset = told["effects"]
-    assert (leak["tier"], leak["span"]) == ("different", ["air_leak"])
+    assert leak["acts_like"] == ["air_leak"]
     assert "laminar" in leak["formulation"]
-    assert (ripple["tier"], ripple["span"]) == ("outside", [])
-    assert offset["tier"] == "outside"
-    assert "angle_bias" in offset["span"]
-    assert told["settings"]["tier"] == "different"
+    assert ripple["acts_like"] == []
+    assert "angle_bias" in offset["acts_like"]
+    assert told["settings"]["formulation"] == "independent"
     text = "".join(path.read_text(encoding="utf-8") for path in folder.iterdir())
-    assert not any(word in text for word in ("ripple", "leak", "different", "timestep"))
+    assert not any(word in text for word in ("ripple", "leak", "independent", "timestep"))
     assert read_recordings(folder).trials[0].time[-1] == pytest.approx(0.4)
 
 
@@ -77,7 +76,7 @@ def test_other_formulations_and_outside_truths_are_told_in_the_truth_alone(
     [
         (["air_lek", *QUICK], "did you mean 'air_leak'"),
         (["sprocket_riple", *QUICK], "did you mean 'sprocket_ripple'"),
-        (["air_leak", "--tier", "diffrent", *QUICK], "did you mean 'different'"),
+        (["air_leak", "--formulation", "indepndent", *QUICK], "did you mean 'independent'"),
         (["air_leak", "--protocols", "burst"], "did you mean 'bursts'"),
         (["air_leak", "--size", "1,2", *QUICK], "2 sizes for 1 effects"),
         (["none", "--protocols", "bursts", "--repeats", "0"], "at least one trial"),
@@ -95,29 +94,28 @@ def rig():
     return pamsim.load_rig("mas20_arm")
 
 
-def twins(rig, effects=(), **options):
-    settings = TwinSettings(protocols=("bursts",), **{"repeats": 3, **options})
-    return twin_data(rig, effects, settings)
+def recorded(rig, effects=(), **options):
+    return hide(rig, dict(effects), protocols=("bursts",), **{"repeats": 3, **options})
 
 
 def test_the_same_seed_gives_the_same_bits_and_another_does_not(rig):
-    one, same, other = (twins(rig, seed=seed, repeats=1).trials for seed in (1, 1, 2))
+    one, same, other = (recorded(rig, seed=seed, repeats=1).trials for seed in (1, 1, 2))
     assert all(np.array_equal(one[k].angle, same[k].angle) for k in one)
     assert not np.array_equal(one["bursts_1"].angle, other["bursts_1"].angle)
 
 
 @pytest.mark.parametrize("coloured", [False, True])
 def test_noise_is_as_large_as_said_and_coloured_noise_drifts(rig, coloured):
-    noisy = twins(rig, coloured=coloured, variation=0.0, repeats=6, noise=2.0).trials
-    clean = twins(rig, variation=0.0, repeats=1, noise=0.0).trials["bursts_1"]
+    noisy = recorded(rig, coloured=coloured, variation=0.0, repeats=6, noise=2.0).trials
+    clean = recorded(rig, variation=0.0, repeats=1, noise=0.0).trials["bursts_1"]
     off = np.stack([noisy[f"bursts_{k}"].pressure - clean.pressure for k in range(1, 7)])
     assert off.std() == pytest.approx(800.0, rel=0.1)
     beside = np.mean(off[:, 1:] * off[:, :-1]) / np.mean(off**2)
     assert beside == pytest.approx(0.5 * np.exp(-0.01 / 0.3) if coloured else 0.0, abs=0.1)
 
 
-def test_without_effects_noise_and_variation_the_twin_is_the_rig_itself(rig):
-    found = twins(rig, variation=0.0, repeats=1, noise=0.0)
+def test_without_effects_noise_and_variation_the_recording_is_the_rig_itself(rig):
+    found = recorded(rig, variation=0.0, repeats=1, noise=0.0)
     run = found.trials["bursts_1"]
     assert found.hidden == {}
     plain = pamsim.simulate(rig, PROTOCOLS["bursts"].experiment(0))
@@ -126,14 +124,14 @@ def test_without_effects_noise_and_variation_the_twin_is_the_rig_itself(rig):
 
 
 def test_trials_differ_a_little_from_one_to_the_next(rig):
-    same, varied = (twins(rig, variation=v, noise=0.0).trials for v in (0.0, 0.01))
+    same, varied = (recorded(rig, variation=v, noise=0.0).trials for v in (0.0, 0.01))
     assert np.array_equal(same["bursts_1"].angle, same["bursts_2"].angle)
     spread = np.ptp(varied["bursts_1"].pressure - varied["bursts_2"].pressure)
     assert 100.0 < spread < 2e4
 
 
 def test_a_sensor_s_error_is_in_what_is_measured_alone(rig):
-    plain = twins(rig, variation=0.0, noise=0.0, repeats=1).trials["bursts_1"]
-    off = twins(rig, [("angle_bias", 2.0)], variation=0.0, noise=0.0, repeats=1)
+    plain = recorded(rig, variation=0.0, noise=0.0, repeats=1).trials["bursts_1"]
+    off = recorded(rig, [("angle_bias", 2.0)], variation=0.0, noise=0.0, repeats=1)
     assert off.trials["bursts_1"].angle - plain.angle == pytest.approx(0.02)
     assert np.array_equal(off.trials["bursts_1"].pressure, plain.pressure)

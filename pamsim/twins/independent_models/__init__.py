@@ -1,1 +1,1 @@
-"""Hidden effects whose formulas the library of effects does not share, and effects outside it."""
+"""Hidden effects by formulas that the library of effects does not share, and effects outside it."""

@@ -1,4 +1,4 @@
-"""What lies between command and valves, formulated otherwise."""
+"""Independent models between command and valves: sampled bus, two lags, smooth dead zone."""
 
 from __future__ import annotations
 
@@ -8,23 +8,23 @@ from collections import deque
 import numpy as np
 
 from pamsim.effects.catalog import effect
-from pamsim.twins.independent_models.independent_model import Law, Truth
-from pamsim.twins.independent_models.plant import Occasion, Plant
+from pamsim.twins.independent_models.independent_model import IndependentModel, Law
+from pamsim.twins.independent_models.plant import Plant, RunContext
 
 _TICK_SHARE = 0.6
-"""Period of the bus, of the mean delay: the delay varies by 30 % up and down."""
+"""Period of the bus as a share of the mean delay: the delay varies by +-30 %."""
 
 _ROUND = 0.35
-"""Width over which the smooth dead zone gives way, of the dead zone."""
+"""Width of the smooth transition as a share of the dead zone."""
 
 
 class SampledBus:
-    """A bus that takes commands up at its ticks and hands them on after a dead time.
+    """A bus that samples commands periodically and forwards them after a dead time.
 
     Args:
-        delay: in the mean [s].
-        phase: time of the first tick, in periods.
-        before: what it carries before time 0, per muscle.
+        delay: mean [s].
+        phase: time of the first sample, in periods.
+        before: commands before time 0, per muscle.
     """
 
     def __init__(self, delay: float, phase: float, before: list[float]) -> None:
@@ -32,25 +32,25 @@ class SampledBus:
         self._dead = delay - 0.5 * self._period
         self._next = phase * self._period
         self._coming: deque[tuple[float, list[float]]] = deque()
-        self._heard = before
+        self._received = before
 
-    def heard(self, time: float, told: list[float]) -> list[float]:
-        """What the valves hear at a time [s] that does not decrease from call to call."""
+    def received(self, time: float, sent: list[float]) -> list[float]:
+        """Commands that reach the valves at a time [s], which must not decrease between calls."""
         slack = 1e-9
         while time >= self._next - slack:
-            self._coming.append((self._next + self._dead, told))
+            self._coming.append((self._next + self._dead, sent))
             self._next += self._period
         while self._coming and self._coming[0][0] <= time + slack:
-            self._heard = self._coming.popleft()[1]
-        return self._heard
+            self._received = self._coming.popleft()[1]
+        return self._received
 
     def __call__(self, plant: Plant) -> None:
-        """Tell the muscles late."""
-        if plant.resting:
+        """Delay the commands."""
+        if plant.settling:
             return
-        heard = self.heard(plant.time, list(plant.command))
+        received = self.received(plant.time, list(plant.command))
         for i in plant.muscles:
-            plant.tell(i, heard[i])
+            plant.set_command(i, received[i])
 
 
 class TwoLags:
@@ -58,36 +58,36 @@ class TwoLags:
 
     Args:
         lag: sum of their time constants [s].
-        before: what they carry before time 0, per muscle.
+        before: outputs before time 0, per muscle.
     """
 
     def __init__(self, lag: float, before: list[float]) -> None:
         self._half = 0.5 * lag
         self._first, self._second = list(before), list(before)
 
-    def carried(self, told: list[float], timestep: float) -> list[float]:
-        """What arrives after a time step [s]."""
+    def output(self, commands: list[float], timestep: float) -> list[float]:
+        """Outputs after a time step [s]."""
         share = -math.expm1(-timestep / self._half)
-        for i, command in enumerate(told):
+        for i, command in enumerate(commands):
             self._second[i] += share * (self._first[i] - self._second[i])
             self._first[i] += share * (command - self._first[i])
         return self._second
 
     def __call__(self, plant: Plant) -> None:
-        """Tell the muscles late."""
-        if plant.resting:
+        """Delay the commands."""
+        if plant.settling:
             return
-        carried = self.carried(plant.command, plant.timestep)
+        output = self.output(plant.command, plant.timestep)
         for i in plant.muscles:
-            plant.tell(i, carried[i])
+            plant.set_command(i, output[i])
 
 
 def smooth_dead_zone(opening: float, dead_zone: float) -> float:
-    """Opening behind an overlap that gives way gradually; odd, 0 at 0 and 1 at 1.
+    """Opening after a smooth dead zone; odd, 0 at 0 and 1 at 1.
 
     Args:
         opening: in [-1, 1].
-        dead_zone: opening about which the flow sets in, above 0.
+        dead_zone: opening around which the flow starts, above 0.
     """
     width = _ROUND * dead_zone
 
@@ -98,46 +98,46 @@ def smooth_dead_zone(opening: float, dead_zone: float) -> float:
     return math.copysign((soft(abs(opening)) - none) / (soft(1.0) - none), opening)
 
 
-def _before(occasion: Occasion) -> list[float]:
-    start = occasion.experiment.start_pressure.tolist()
-    return start if occasion.experiment.command == "pressure" else [0.0] * len(start)
+def _before(context: RunContext) -> list[float]:
+    start = context.experiment.start_pressure.tolist()
+    return start if context.experiment.command == "pressure" else [0.0] * len(start)
 
 
-def _delay(size: float, occasion: Occasion) -> Law:
-    rng = np.random.default_rng([occasion.seed, occasion.number, 3])
+def _delay(size: float, context: RunContext) -> Law:
+    rng = np.random.default_rng([context.seed, context.number, 3])
     mean = size * effect("valve_delay").parameters[0].typical
-    return SampledBus(mean, float(rng.uniform()), _before(occasion))
+    return SampledBus(mean, float(rng.uniform()), _before(context))
 
 
-def _lag(size: float, occasion: Occasion) -> Law:
-    return TwoLags(size * effect("line_lag").parameters[0].typical, _before(occasion))
+def _lag(size: float, context: RunContext) -> Law:
+    return TwoLags(size * effect("line_lag").parameters[0].typical, _before(context))
 
 
-def _dead_zone(size: float, occasion: Occasion) -> Law:
+def _dead_zone(size: float, context: RunContext) -> Law:
     width = size * effect("valve_dead_zone").parameters[0].typical
 
     def law(plant: Plant) -> None:
         for i in plant.muscles:
-            plant.open(i, smooth_dead_zone(plant.opening(i), width))
+            plant.set_opening(i, smooth_dead_zone(plant.opening(i), width))
 
     return law
 
 
-TRUTHS = (
-    Truth(
+MODELS = (
+    IndependentModel(
         name="valve_delay",
         formulation="a bus that samples the command, so that the delay varies by 30 %",
         law=_delay,
     ),
-    Truth(
+    IndependentModel(
         name="line_lag",
         formulation="two equal lags in series",
         law=_lag,
     ),
-    Truth(
+    IndependentModel(
         name="valve_dead_zone",
         formulation="an overlap of the valves that gives way gradually",
         law=_dead_zone,
     ),
 )
-"""Truths between command and valves."""
+"""Independent models of the command effects."""

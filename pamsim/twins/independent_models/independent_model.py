@@ -1,4 +1,4 @@
-"""What a foreign truth is made of, and how those of one run act together."""
+"""What an independent model of a hidden effect is made of, and how a run steps several of them."""
 
 from __future__ import annotations
 
@@ -10,54 +10,55 @@ import mujoco
 
 from pamsim.core.recording import Recording
 from pamsim.engine.rig import Rig
-from pamsim.twins.independent_models.plant import Occasion, Plant
+from pamsim.twins.independent_models.plant import Plant, RunContext
 
 Law: TypeAlias = Callable[[Plant], None]
-"""Acts on the plant before a time step; one that remembers is made anew for every run."""
+"""Acts on the plant before a time step; a law with memory is made anew for every run."""
 
 
 @dataclass(frozen=True, kw_only=True)
-class Truth:
-    """Something hidden in twin data.
+class IndependentModel:
+    """A hidden effect by a formula of its own.
 
     Attributes:
-        name: of the effect it is another form of, or of its own if the library has none such.
-        formulation: the law, in words, for the truth's file.
+        name: of the library effect that it formulates differently, or its own name if the library
+            has no such effect.
+        formulation: the law in words, for the ground truth.
         parameters: rig and size to the rig parameters that it changes [SI].
         law: size and run to what acts at every time step.
-        seen: recording and size to the recording that the sensors give.
-        signed: whether a size below 0 means something.
-        span: library effects in whose span it lies, for one from outside the library.
+        measured: recording and size to the recording that the sensors give.
+        signed: whether sizes below 0 have a meaning.
+        acts_like: of an effect from outside the library, the library effects that act like it.
     """
 
     name: str
     formulation: str
     parameters: Callable[[Rig, float], Mapping[str, float]] | None = None
-    law: Callable[[float, Occasion], Law] | None = None
-    seen: Callable[[Recording, float], Recording] | None = None
+    law: Callable[[float, RunContext], Law] | None = None
+    measured: Callable[[Recording, float], Recording] | None = None
     signed: bool = False
-    span: tuple[str, ...] = ()
+    acts_like: tuple[str, ...] = ()
 
 
-class Hook:
+class StepHook:
     """The laws of one run, as `pamsim.simulate` takes them.
 
     Args:
-        occasion: the run.
+        context: the run.
         laws: in the order in which they act.
     """
 
-    def __init__(self, occasion: Occasion, laws: Sequence[Law]) -> None:
-        self._occasion, self._laws = occasion, tuple(laws)
+    def __init__(self, context: RunContext, laws: Sequence[Law]) -> None:
+        self._context, self._laws = context, tuple(laws)
         self._plant: Plant | None = None
 
     def __call__(self, model: mujoco.MjModel, data: mujoco.MjData) -> None:
         """Let every law act before a time step."""
         plant = self._plant
         if plant is None:
-            plant = self._plant = Plant(self._occasion, model, data)
+            plant = self._plant = Plant(self._context, model, data)
         else:
-            plant.look()
+            plant.read_state()
         for law in self._laws:
             law(plant)
-        plant.act()
+        plant.apply()

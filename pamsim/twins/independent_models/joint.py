@@ -1,4 +1,4 @@
-"""Friction and gravity at the joint, formulated otherwise."""
+"""Independent models at the joint: LuGre friction, power-law drag, tilted gravity."""
 
 from __future__ import annotations
 
@@ -8,8 +8,8 @@ from pamsim.comparison.effects_on_rig import at_size, rig_name
 from pamsim.effects.catalog import effect
 from pamsim.engine.rig import Rig
 from pamsim.engine.rig_parameter import rig_parameter
-from pamsim.twins.independent_models.independent_model import Law, Truth
-from pamsim.twins.independent_models.plant import Occasion, Plant
+from pamsim.twins.independent_models.independent_model import IndependentModel, Law
+from pamsim.twins.independent_models.plant import Plant, RunContext
 
 _PRESLIDING = 2e-3
 """Deflection at which LuGre's bristles slip [rad]."""
@@ -18,14 +18,14 @@ _BRISTLE_TIME = 2e-3
 """Damping of the bristles over their stiffness [s]."""
 
 _DAMPED_SPEED = 0.05
-"""Speed from which on the bristles' damping vanishes, which keeps the model passive [rad/s]."""
+"""Speed above which the bristles' damping vanishes, which keeps the model passive [rad/s]."""
 
 _CREEP_SHARE = 0.2
-"""Friction that is left at high speed, of that at rest, in the truth of `stribeck_friction`."""
+"""Friction at high speed as a share of that at rest, in the model of `stribeck_friction`."""
 
 _DRAG_EXPONENT = 1.25
 _DRAG_SPEED = 0.5
-"""Speed at which the nonlinear viscous friction is that of the linear one [rad/s]."""
+"""Speed at which the nonlinear viscous friction equals the linear one [rad/s]."""
 
 _TILT_AXIS = math.radians(25.0)
 """Angle between the axis about which the rig is tilted and that of the library."""
@@ -62,22 +62,22 @@ class LuGre:
         plant.torque += self.torque(plant.speed, plant.timestep)
 
 
-def _coulomb(size: float, occasion: Occasion) -> Law:
+def _coulomb(size: float, context: RunContext) -> Law:
     level = size * effect("coulomb_friction").parameters[0].typical
     return LuGre(level, level)
 
 
-def _stribeck(size: float, occasion: Occasion) -> Law:
+def _stribeck(size: float, context: RunContext) -> Law:
     force, speed = (p.typical for p in effect("stribeck_friction").parameters)
-    rig = occasion.rig
+    rig = context.rig
     radii = [rig_parameter(rig, f"tendon.{t}.coef").value for t in rig.file.tendons.values()]
     static = size * force * sum(radii)
     return LuGre(static, _CREEP_SHARE * static, 1.5 * speed / radii[0])
 
 
-def _viscous(size: float, occasion: Occasion) -> Law:
+def _viscous(size: float, context: RunContext) -> Law:
     parameter = effect("viscous_friction").parameters[0]
-    damping = rig_parameter(occasion.rig, rig_name(occasion.rig, parameter.name)).value
+    damping = rig_parameter(context.rig, rig_name(context.rig, parameter.name)).value
     more = size * (parameter.typical - 1.0) * damping
 
     def law(plant: Plant) -> None:
@@ -87,7 +87,7 @@ def _viscous(size: float, occasion: Occasion) -> Law:
     return law
 
 
-def _gravity(size: float, occasion: Occasion) -> Law:
+def _gravity(size: float, context: RunContext) -> Law:
     tilt = size * effect("load_torque").parameters[0].typical
 
     def law(plant: Plant) -> None:
@@ -100,34 +100,34 @@ def _inertia(rig: Rig, size: float) -> dict[str, float]:
     return at_size(rig, effect("added_inertia"), size)
 
 
-TRUTHS = (
-    Truth(
+MODELS = (
+    IndependentModel(
         name="coulomb_friction",
-        formulation="LuGre friction at the joint, alike at all speeds once it slides",
+        formulation="LuGre friction at the joint, equal at all sliding speeds",
         law=_coulomb,
     ),
-    Truth(
+    IndependentModel(
         name="stribeck_friction",
         formulation="LuGre friction at the joint with a Stribeck curve",
         law=_stribeck,
     ),
-    Truth(
+    IndependentModel(
         name="viscous_friction",
-        formulation="friction at the joint that grows as speed to the power of 1.25",
+        formulation="joint friction proportional to speed to the power of 1.25",
         law=_viscous,
         signed=True,
     ),
-    Truth(
+    IndependentModel(
         name="load_torque",
         formulation="gravity tilted about another axis, 25 deg from the library's",
         law=_gravity,
         signed=True,
     ),
-    Truth(
+    IndependentModel(
         name="added_inertia",
         formulation="as in the library, at a finer time step",
         parameters=_inertia,
         signed=True,
     ),
 )
-"""Truths at the joint."""
+"""Independent models of the joint effects."""

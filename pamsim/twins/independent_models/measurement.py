@@ -1,4 +1,4 @@
-"""Sensors that err, formulated otherwise."""
+"""Independent models of sensor errors: second-order lags, nonlinear scale and bias."""
 
 from __future__ import annotations
 
@@ -11,22 +11,22 @@ from numpy.typing import NDArray
 from pamsim.core.recording import Recording
 from pamsim.effects.catalog import effect
 from pamsim.signals.sensors import lagged
-from pamsim.twins.independent_models.independent_model import Truth
+from pamsim.twins.independent_models.independent_model import IndependentModel
 
 FloatArray = NDArray[np.float64]
 _Error = Callable[[FloatArray, float], FloatArray]
 
 _ECCENTRIC = 0.25
-"""How much the offset of the encoder changes per radian, of itself."""
+"""Relative change of the encoder's offset per radian."""
 
 _BENT = 0.25
-"""How much the error of the angle's scale changes within `_ANGLE_SPAN`, of itself."""
+"""Relative change of the scale's error within `_ANGLE_SPAN`."""
 
 _ANGLE_SPAN = 0.5
 """[rad]"""
 
 _PRESSURE_SPAN = 3e5
-"""Pressure about which the transducers' errors change [Pa]."""
+"""Pressure around which the transducers' errors change [Pa]."""
 
 
 def two_lags(time: FloatArray, signal: FloatArray, lag: float) -> FloatArray:
@@ -41,41 +41,41 @@ def two_lags(time: FloatArray, signal: FloatArray, lag: float) -> FloatArray:
 
 
 def eccentric_bias(angle: FloatArray, bias: float) -> FloatArray:
-    """What an encoder that sits off its axis adds to an angle [rad]."""
+    """Error of an eccentric encoder [rad]."""
     return bias * (1.0 + _ECCENTRIC * np.sin(angle))
 
 
 def bent_scale(angle: FloatArray, more: float) -> FloatArray:
-    """What a scale that is off, and not quite straight, adds to an angle [rad]."""
+    """Error of a wrong and slightly nonlinear scale of an angle [rad]."""
     return more * angle * (1.0 + _BENT * angle / _ANGLE_SPAN)
 
 
 def drifting_bias(pressure: FloatArray, bias: float) -> FloatArray:
-    """What a transducer whose offset depends a little on its load adds to a pressure [Pa]."""
+    """Error of a transducer whose offset depends slightly on the pressure [Pa]."""
     return bias * (1.0 + _BENT * (pressure / _PRESSURE_SPAN - 1.0))
 
 
 def saturating_scale(pressure: FloatArray, more: float) -> FloatArray:
-    """What a transducer adds to a pressure whose error of scale lessens with it [Pa]."""
+    """Error of a transducer whose scale error falls with the pressure [Pa]."""
     return more * pressure * (1.0 + _BENT * (1.0 - pressure / _PRESSURE_SPAN))
 
 
 def _angle(error: _Error, name: str) -> Callable[[Recording, float], Recording]:
     typical = effect(name).parameters[0].typical
 
-    def seen(run: Recording, size: float) -> Recording:
+    def measured(run: Recording, size: float) -> Recording:
         return dataclasses.replace(run, angle=run.angle + error(run.angle, size * typical))
 
-    return seen
+    return measured
 
 
 def _pressure(error: _Error, name: str) -> Callable[[Recording, float], Recording]:
     typical = effect(name).parameters[0].typical
 
-    def seen(run: Recording, size: float) -> Recording:
+    def measured(run: Recording, size: float) -> Recording:
         return dataclasses.replace(run, pressure=run.pressure + error(run.pressure, size * typical))
 
-    return seen
+    return measured
 
 
 def _angle_lag(run: Recording, size: float) -> Recording:
@@ -88,40 +88,40 @@ def _pressure_lag(run: Recording, size: float) -> Recording:
     return dataclasses.replace(run, pressure=two_lags(run.time, run.pressure, lag))
 
 
-TRUTHS = (
-    Truth(
+MODELS = (
+    IndependentModel(
         name="angle_lag",
         formulation="a critically damped filter of second order",
-        seen=_angle_lag,
+        measured=_angle_lag,
     ),
-    Truth(
+    IndependentModel(
         name="angle_scale",
-        formulation="a scale that is off and not quite straight",
-        seen=_angle(bent_scale, "angle_scale"),
+        formulation="a wrong and slightly nonlinear scale",
+        measured=_angle(bent_scale, "angle_scale"),
         signed=True,
     ),
-    Truth(
+    IndependentModel(
         name="angle_bias",
-        formulation="an encoder off its axis: an offset that changes with the angle",
-        seen=_angle(eccentric_bias, "angle_bias"),
+        formulation="an eccentric encoder: an offset that changes with the angle",
+        measured=_angle(eccentric_bias, "angle_bias"),
         signed=True,
     ),
-    Truth(
+    IndependentModel(
         name="pressure_lag",
         formulation="a critically damped filter of second order",
-        seen=_pressure_lag,
+        measured=_pressure_lag,
     ),
-    Truth(
+    IndependentModel(
         name="pressure_scale",
-        formulation="an error of scale that lessens with the pressure",
-        seen=_pressure(saturating_scale, "pressure_scale"),
+        formulation="a scale error that falls with the pressure",
+        measured=_pressure(saturating_scale, "pressure_scale"),
         signed=True,
     ),
-    Truth(
+    IndependentModel(
         name="pressure_bias",
         formulation="an offset that changes with the pressure",
-        seen=_pressure(drifting_bias, "pressure_bias"),
+        measured=_pressure(drifting_bias, "pressure_bias"),
         signed=True,
     ),
 )
-"""Truths of the sensors."""
+"""Independent models of the measurement effects."""

@@ -1,4 +1,4 @@
-"""The muscle's own force, formulated otherwise."""
+"""Independent models of the muscle's force: Maxwell slip, two branches, smooth threshold, cone."""
 
 from __future__ import annotations
 
@@ -11,14 +11,14 @@ from pamsim.effects.effect import SECOND_MUSCLE
 from pamsim.engine.rig import Rig
 from pamsim.engine.rig_parameter import rig_parameter
 from pamsim.hysteresis.play import play
-from pamsim.twins.independent_models.independent_model import Law, Truth
-from pamsim.twins.independent_models.plant import Occasion, Plant
+from pamsim.twins.independent_models.independent_model import IndependentModel, Law
+from pamsim.twins.independent_models.plant import Plant, RunContext
 
 _SLIPS = (8e-4, 2e-3, 4e-3, 7e-3)
 """Contractions at which the blocks of the Maxwell-slip bank begin to slip [-]."""
 
 _SHARES = (0.35, 0.3, 0.2, 0.15)
-"""Of its force that each of them carries; they add up to 1."""
+"""Share of the bank's force in each block; they add up to 1."""
 
 _BRANCHES = ((0.55, 0.25), (0.45, 2.5))
 """Share of the stiffness and relaxation time [s] of each Maxwell branch of the creep."""
@@ -26,7 +26,7 @@ _BRANCHES = ((0.55, 0.25), (0.45, 2.5))
 _THRESHOLD = slot("threshold.pressure")
 
 _SETS_IN = 8e4
-"""Pressure over which the smooth threshold sets in, if it is not itself higher [Pa]."""
+"""Pressure over which the smooth threshold builds up, unless the threshold is higher [Pa]."""
 
 _CURVATURE = 0.02
 """Stretch at which the passive spring's cubic part is as strong as its linear one [-]."""
@@ -35,11 +35,11 @@ _CONE = 2.0
 """Force share lost per contraction beyond the onset, of the library's largest loss [-]."""
 
 _BEND = 4e-3
-"""Contraction over which the loss to the ends sets in [-]."""
+"""Contraction over which the loss to the ends builds up [-]."""
 
 
 class MaxwellSlipBank:
-    """Springs that drag blocks, their force in proportion to the pressure, on each muscle.
+    """Springs that drag blocks on each muscle, with a force proportional to the pressure.
 
     Args:
         force_per_pressure: of all blocks slipping [N/Pa].
@@ -59,14 +59,14 @@ class MaxwellSlipBank:
         return total
 
     def __call__(self, plant: Plant) -> None:
-        """Hold the muscles back."""
+        """Subtract the friction force from each muscle's pull."""
         for i in plant.muscles:
             force = self._gain * max(plant.pressure(i), 0.0)
             plant.pull[i] -= force * self.output(i, plant.contraction(i))
 
 
 class TwoBranchCreep:
-    """Two Maxwell elements beside each muscle, at rest when time starts.
+    """Two Maxwell elements parallel to each muscle, relaxed at time 0.
 
     Args:
         stiffness: of both together [N].
@@ -86,19 +86,19 @@ class TwoBranchCreep:
         return total
 
     def __call__(self, plant: Plant) -> None:
-        """Pull, once the rig has come to rest."""
-        if plant.resting:
+        """Add the creep force once the rig has settled."""
+        if plant.settling:
             return
         for i in plant.muscles:
             plant.pull[i] += self.pull(i, plant.contraction(i), plant.timestep)
 
 
 def smooth_threshold(pressure: float, threshold: float) -> float:
-    """Pressure lost in the tube [Pa]: nothing at none, the threshold in the end, without a kink.
+    """Pressure lost in the tube [Pa]: rises smoothly from 0 to the threshold.
 
     Args:
         pressure: gauge [Pa].
-        threshold: lost at high pressure [Pa].
+        threshold: loss at high pressure [Pa].
     """
     return -threshold * math.expm1(-max(pressure, 0.0) / max(threshold, _SETS_IN))
 
@@ -108,32 +108,32 @@ def cubic_spring(stretch: float, stiffness: float) -> float:
 
     Args:
         stretch: [-].
-        stiffness: [N] where it is free.
+        stiffness: at zero stretch [N].
     """
     return stiffness * stretch * (1.0 + (stretch / _CURVATURE) ** 2)
 
 
 def cone_loss(contraction: float, loss: float, onset: float) -> float:
-    """Share of the active force that ends of a growing cone take, in proportion to contraction.
+    """Share of the active force lost to growing conical ends, proportional to contraction.
 
     Args:
         contraction: [-].
         loss: as the library's parameter [-].
-        onset: contraction about which it sets in [-].
+        onset: contraction around which the loss starts [-].
     """
     beyond = contraction - onset
     return min(0.5 * _CONE * loss * (beyond + math.hypot(beyond, _BEND)), 1.0)
 
 
-def _hysteresis(size: float, occasion: Occasion) -> Law:
+def _hysteresis(size: float, context: RunContext) -> Law:
     return MaxwellSlipBank(size * effect("muscle_hysteresis").parameters[0].typical)
 
 
-def _creep(size: float, occasion: Occasion) -> Law:
+def _creep(size: float, context: RunContext) -> Law:
     return TwoBranchCreep(size * effect("viscoelastic_creep").parameters[0].typical)
 
 
-def _threshold(size: float, occasion: Occasion) -> Law:
+def _threshold(size: float, context: RunContext) -> Law:
     lost = size * effect("threshold_pressure").parameters[0].typical
 
     def law(plant: Plant) -> None:
@@ -143,10 +143,10 @@ def _threshold(size: float, occasion: Occasion) -> Law:
     return law
 
 
-def _passive(size: float, occasion: Occasion) -> Law:
+def _passive(size: float, context: RunContext) -> Law:
     parameter = effect("passive_stiffness").parameters[0]
-    own = rig_parameter(occasion.rig, parameter.name).value
-    slack = rig_parameter(occasion.rig, "passive.slack_contraction").value
+    own = rig_parameter(context.rig, parameter.name).value
+    slack = rig_parameter(context.rig, "passive.slack_contraction").value
     more = size * (parameter.typical - 1.0) * own
 
     def law(plant: Plant) -> None:
@@ -156,7 +156,7 @@ def _passive(size: float, occasion: Occasion) -> Law:
     return law
 
 
-def _ends(size: float, occasion: Occasion) -> Law:
+def _ends(size: float, context: RunContext) -> Law:
     loss, onset = (p.typical for p in effect("end_shape").parameters)
 
     def law(plant: Plant) -> None:
@@ -176,38 +176,38 @@ def _mismatch(rig: Rig, size: float) -> dict[str, float]:
     }
 
 
-TRUTHS = (
-    Truth(
+MODELS = (
+    IndependentModel(
         name="muscle_hysteresis",
-        formulation="a Maxwell-slip bank of four blocks, its force in proportion to the pressure",
+        formulation="a Maxwell-slip bank of four blocks, its force proportional to the pressure",
         law=_hysteresis,
     ),
-    Truth(
+    IndependentModel(
         name="viscoelastic_creep",
         formulation="two Maxwell branches that relax in 0.25 s and 2.5 s",
         law=_creep,
     ),
-    Truth(
+    IndependentModel(
         name="threshold_pressure",
-        formulation="a loss of pressure that sets in without a kink",
+        formulation="a loss of pressure that builds up smoothly",
         law=_threshold,
     ),
-    Truth(
+    IndependentModel(
         name="passive_stiffness",
         formulation="a cubic spring beside the muscle",
         law=_passive,
         signed=True,
     ),
-    Truth(
+    IndependentModel(
         name="end_shape",
-        formulation="a loss of force in proportion to contraction beyond a smooth onset",
+        formulation="a loss of force proportional to contraction beyond a smooth onset",
         law=_ends,
     ),
-    Truth(
+    IndependentModel(
         name="muscle_mismatch",
-        formulation="coefficients e and d of muscle 2's law differ, d three times as much",
+        formulation="coefficients e and d of the second muscle's law differ, d three times as much",
         parameters=_mismatch,
         signed=True,
     ),
 )
-"""Truths of the muscle's force."""
+"""Independent models of the muscle effects."""

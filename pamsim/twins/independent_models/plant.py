@@ -1,8 +1,8 @@
-"""What a foreign law sees of an arm between two time steps, and what it may change.
+"""What a hidden law reads of an arm between two time steps, and what it may change.
 
-Laws read angle, speed, pressures and tensions as plain floats and add torques and pulls; the plant
-hands the sums to the engine. A torque goes to the output joint. A pull goes into the constant of
-the muscle's six-parameter law: it is then part of the tension that is recorded and cannot push.
+Laws read angle, speed, pressures and tensions as plain floats and add torques and forces; the plant
+passes the sums to the engine. A torque acts on the output joint. A force is added to the constant
+of the muscle's six-parameter law: it is then part of the recorded tension and cannot push.
 Tendon lengths and tensions are those of the last step.
 """
 
@@ -36,14 +36,14 @@ _LINE_LAG = slot("valve.line_lag")
 
 
 @dataclass(frozen=True, kw_only=True)
-class Occasion:
-    """One run of twin data.
+class RunContext:
+    """One run of a synthetic recording.
 
     Attributes:
-        rig: with what the truths change of its parameters.
-        experiment: that it runs.
-        seed: of the data set; what is drawn from it alone is the same in all its runs.
-        number: of the run in the data set.
+        rig: with the hidden parameters.
+        experiment: of this run.
+        seed: random seed of the recording; what is drawn from it alone is equal in all runs.
+        number: of the run in the recording.
     """
 
     rig: Rig
@@ -59,23 +59,23 @@ class Plant:
         muscles: their numbers.
         rows: parameter row of each muscle, as the rig has it.
         user: (m, SIZE) the rows that the engine reads; what is written here acts.
-        resting: True while the rig comes to rest before time 0.
+        settling: True while the rig comes to rest before time 0.
         by_pressure: True where ``command`` holds set points, False where it holds openings.
         time: [s].
         timestep: [s].
         angle: of the output joint [rad].
         speed: of it [rad/s].
-        command: what each muscle is told.
-        torque: on the joint, to be added to [N m].
-        pull: of each muscle beside its own, to be added to [N].
+        command: of each muscle.
+        torque: on the joint; laws add to it [N m].
+        pull: force of each muscle in addition to its own; laws add to it [N].
     """
 
-    def __init__(self, occasion: Occasion, model: mujoco.MjModel, data: mujoco.MjData) -> None:
-        rig = occasion.rig
+    def __init__(self, context: RunContext, model: mujoco.MjModel, data: mujoco.MjData) -> None:
+        rig = context.rig
         self.muscles = range(len(rig.muscles))
         self.rows: list[list[float]] = [model.actuator_user[i].tolist() for i in self.muscles]
         self.user = model.actuator_user
-        self._model, self._data, self._occasion = model, data, occasion
+        self._model, self._data, self._context = model, data, context
         # Views of the engine's arrays: each look-up of one costs as much as reading it.
         self._position, self._velocity, self._ctrl = data.qpos, data.qvel, data.ctrl
         self._act, self._length, self._force = data.act, data.actuator_length, data.actuator_force
@@ -89,26 +89,26 @@ class Plant:
         self._pulls = False
         self._upright: NDArray[np.float64] | None = None
         mujoco.mj_forward(model, data)  # before the first step there are no lengths and forces yet
-        self.look()
+        self.read_state()
 
-    def look(self) -> None:
-        """Read the present state and begin new sums."""
+    def read_state(self) -> None:
+        """Read the present state and set the sums to zero."""
         self.time: float = self._data.time
-        self.resting = self.time < 0.0
-        self.by_pressure = self.resting or self._occasion.experiment.command == "pressure"
+        self.settling = self.time < 0.0
+        self.by_pressure = self.settling or self._context.experiment.command == "pressure"
         self.timestep: float = self._model.opt.timestep
         self.angle: float = self._position.item(self._angle_at)
         self.speed: float = self._velocity.item(self._speed_at)
         self.command: list[float] = self._ctrl.tolist()
         self.torque = 0.0
         self.pull = [0.0 for _ in self.muscles]
-        # Worked out when first asked for: several laws may ask, many never do.
+        # Computed when first needed: several laws may need them, many never do.
         self._openings: list[float | None] = [None for _ in self.muscles]
         self._volumes: list[float | None] = [None for _ in self.muscles]
         self._pressures: list[float | None] = [None for _ in self.muscles]
 
-    def act(self) -> None:
-        """Hand the sums to the engine."""
+    def apply(self) -> None:
+        """Pass the sums to the engine."""
         self._applied[self._speed_at] = self.torque
         if not self._pulls:
             if not any(self.pull):
@@ -131,36 +131,38 @@ class Plant:
                 np.array([math.cos(angle / 2), *(-part for part in turn)]),
             )
 
-    def tell(self, muscle: int, command: float) -> None:
-        """Tell a muscle something else, of the same kind."""
+    def set_command(self, muscle: int, command: float) -> None:
+        """Replace a muscle's command by another of the same kind."""
         self.command[muscle] = command
         self._ctrl[muscle] = command
 
     def opening(self, muscle: int) -> float:
-        """Signed opening that command or regulator, and what acted on it, give the valves."""
+        """Signed opening of a muscle's valves: by command or regulator, changed by earlier laws."""
         known = self._openings[muscle]
         if known is not None:
             return known
-        told = self.command[muscle]
+        command = self.command[muscle]
         if not self.by_pressure:
-            return clamped_opening(told)
+            return clamped_opening(command)
         row = self.rows[muscle]
-        return regulated_opening(told, self.pressure(muscle), row[_BAND], row[_DEAD_BAND])
+        return regulated_opening(command, self.pressure(muscle), row[_BAND], row[_DEAD_BAND])
 
-    def open(self, muscle: int, opening: float) -> None:
-        """Open a muscle's valves by hand, past its regulator.
+    def set_opening(self, muscle: int, opening: float) -> None:
+        """Set the opening of a muscle's valves, bypassing its regulator.
 
         Raises:
-            InputError: if the rig's own line lag stands between.
+            InputError: if the rig has a line lag of its own.
         """
         if self.rows[muscle][_LINE_LAG] > 0.0:
-            raise InputError("valve.line_lag cannot be hidden together with a truth of the valves")
+            raise InputError(
+                "valve.line_lag cannot be combined with a hidden law that sets valve openings"
+            )
         self._openings[muscle] = opening
         self.user[muscle, _COMMAND] = 0.0
         self._ctrl[muscle] = opening
 
     def length(self, muscle: int) -> float:
-        """Length of a muscle's tendon with its chain's shift, less its extension [m]."""
+        """Length of a muscle's tendon plus its chain's shift, minus its extension [m]."""
         length: float = self._length.item(self._out[muscle])
         if self.rows[muscle][_BACKLASH] > 0.0:
             length += self._act.item(self._shift[muscle])
@@ -205,8 +207,8 @@ class Plant:
         """Gauge pressure in a muscle [Pa]."""
         return self.pressure_abs(muscle) - self.rows[muscle][_ATMOSPHERE]
 
-    def blow(self, muscle: int, mass_flow: float) -> None:
-        """Let air into a muscle [kg/s] during the coming step, beside what its valves let in."""
+    def add_air(self, muscle: int, mass_flow: float) -> None:
+        """Let air into a muscle [kg/s] during the coming step, in addition to its valves' flow."""
         power = GAS_CONSTANT * self.rows[muscle][_TEMPERATURE] * mass_flow
         work = self.pressure_abs(muscle) * self.volume(muscle)
         self.set_air(muscle, self.air(muscle) * (1.0 + power / work * self.timestep))
@@ -216,9 +218,9 @@ class Plant:
         return active_force(self.rows[muscle], max(pressure, 0.0), self.contraction(muscle))
 
     def _refuse_other_laws(self) -> None:
-        for name, muscle in self._occasion.rig.muscles.items():
+        for name, muscle in self._context.rig.muscles.items():
             if not isinstance(muscle.force, SixParameter):
                 raise InputError(
-                    f"{name}: a truth that adds to a muscle's pull needs the six-parameter law;"
+                    f"{name}: an effect that adds to a muscle's force needs the six-parameter law;"
                     f" this rig has {type(muscle.force).__name__}"
                 )

@@ -13,9 +13,9 @@ from pamsim.core.recording import write_recording
 from pamsim.diagnosis.diagnosed_rig import DiagnosedRig
 from pamsim.diagnosis.experiment_menu import MENU
 from pamsim.diagnosis.measured_pressures import given_pressures
-from pamsim.twins.twin_data import TwinSettings, twin_data
+from pamsim.twins.hide import hide
 
-SETTINGS = TwinSettings(protocols=("triangle",), duration=2.0, repeats=3, seed=2)
+SETTINGS = {"protocols": ("triangle",), "duration": 2.0, "repeats": 3, "seed": 2}
 
 
 @pytest.fixture(scope="module")
@@ -24,7 +24,7 @@ def rig():
 
 
 def recorded(rig, effects, folder, settings=SETTINGS):
-    data = twin_data(rig, effects, settings)
+    data = hide(rig, dict(effects), **settings)
     write_recording(folder, "mas20_arm", data.trials, data.protocols)
     return read_calibration_data([folder])
 
@@ -62,9 +62,9 @@ def test_measured_pressures_tell_arm_from_air(rig, tmp_path):
     """Friction at the joint shows in the angle whatever drives it; a wrong valve does not."""
     worst = {}
     for name, size in (("coulomb_friction", 0.4), ("valve_flow", 0.8)):
-        settings = SETTINGS if name == "coulomb_friction" else TwinSettings(
-            protocols=("bursts",), duration=2.0, repeats=3, seed=2
-        )  # fmt: skip
+        settings = SETTINGS if name == "coulomb_friction" else {
+            "protocols": ("bursts",), "duration": 2.0, "repeats": 3, "seed": 2
+        }  # fmt: skip
         data = recorded(rig, [(name, size)], tmp_path / name, settings)
         simulator = TrialSimulator(DiagnosedRig(rig, data, []).residuals)
         residual = simulator.anchor({})
@@ -100,11 +100,15 @@ def test_what_sets_muscles_apart_survives_the_variation_of_trials(rig):
     """Trials differ by their common scale; a hidden mismatch must be in every one of them."""
     moved = {}
     for variation in (0.0, 0.003):
-        settings = TwinSettings(
-            protocols=("triangle",), duration=0.5, repeats=2, noise=0.0, variation=variation
-        )
-        plain = twin_data(rig, [], settings)
-        apart = twin_data(rig, [("muscle_mismatch", 1.0)], settings)
+        settings = {
+            "protocols": ("triangle",),
+            "duration": 0.5,
+            "repeats": 2,
+            "noise": 0.0,
+            "variation": variation,
+        }
+        plain = hide(rig, {}, **settings)
+        apart = hide(rig, {"muscle_mismatch": 1.0}, **settings)
         moved[variation] = [
             run.angle[0] - plain.trials[stem].angle[0] for stem, run in apart.trials.items()
         ]

@@ -1,4 +1,4 @@
-"""Air, leaks and supply, formulated otherwise."""
+"""Independent models of the air: valve flow, reservoir, laminar leak, heat exchange."""
 
 from __future__ import annotations
 
@@ -10,8 +10,8 @@ from pamsim.engine.rig_parameter import rig_parameter
 from pamsim.pneumatics.air import GAS_CONSTANT
 from pamsim.pneumatics.orifice import mass_flow
 from pamsim.pneumatics.valves import valve_flow
-from pamsim.twins.independent_models.independent_model import Law, Truth
-from pamsim.twins.independent_models.plant import Occasion, Plant
+from pamsim.twins.independent_models.independent_model import IndependentModel, Law
+from pamsim.twins.independent_models.plant import Plant, RunContext
 
 _SUPPLY = slot("valve.supply_pressure")
 _FILL, _EXHAUST = slot("valve.conductance_fill"), slot("valve.conductance_exhaust")
@@ -20,8 +20,8 @@ _TEMPERATURE = slot("chamber.temperature")
 _ATMOSPHERE = slot("chamber.atmosphere")
 _INDEX = slot("chamber.polytropic_index")
 
-_LIKE_PRESSURE = 2.5e5
-"""Gauge pressure at which the laminar leak lets out as much as the library's [Pa]."""
+_EQUAL_PRESSURE = 2.5e5
+"""Gauge pressure at which the laminar leak's flow equals that of the library's leak [Pa]."""
 
 _RESERVOIR = 1e-4
 """Volume of the supply's reservoir [m^3]."""
@@ -30,11 +30,11 @@ _HEAT_TIME = 1.5
 """Time in which heat exchange of size 1 brings the air back to the muscle's temperature [s]."""
 
 _CRITICAL_SHIFT = 0.2
-"""Difference of the critical ratio in the truth of `valve_flow` [-]."""
+"""Difference of the critical ratio in the model of `valve_flow` [-]."""
 
 
 def laminar_leak(pressure: float, conductance: float) -> float:
-    """Mass flow that a laminar leak lets out, in proportion to gauge pressure [kg/s].
+    """Mass flow of a laminar leak, proportional to gauge pressure [kg/s].
 
     Args:
         pressure: gauge [Pa].
@@ -43,7 +43,7 @@ def laminar_leak(pressure: float, conductance: float) -> float:
     return conductance * pressure
 
 
-def _leak(size: float, occasion: Occasion) -> Law:
+def _leak(size: float, context: RunContext) -> Law:
     sonic = effect("air_leak").parameters[0].typical
     laminar: list[float] = []
 
@@ -51,16 +51,16 @@ def _leak(size: float, occasion: Occasion) -> Law:
         for i in plant.muscles:
             if len(laminar) <= i:
                 row = plant.rows[i]
-                like = mass_flow(
-                    _LIKE_PRESSURE + row[_ATMOSPHERE],
+                flow = mass_flow(
+                    _EQUAL_PRESSURE + row[_ATMOSPHERE],
                     row[_ATMOSPHERE],
                     size * sonic,
                     row[_CRITICAL],
                     row[_LAMINAR],
                     row[_TEMPERATURE],
                 )
-                laminar.append(like / _LIKE_PRESSURE)
-            plant.blow(i, -laminar_leak(plant.pressure(i), laminar[i]))
+                laminar.append(flow / _EQUAL_PRESSURE)
+            plant.add_air(i, -laminar_leak(plant.pressure(i), laminar[i]))
 
     return law
 
@@ -106,8 +106,8 @@ class Reservoir:
         plant.user[:, _SUPPLY] = self.pressure
 
 
-def _sag(size: float, occasion: Occasion) -> Law:
-    muscle = next(iter(occasion.rig.muscles.values()))
+def _sag(size: float, context: RunContext) -> Law:
+    muscle = next(iter(context.rig.muscles.values()))
     return Reservoir(
         size * effect("supply_sag").parameters[0].typical,
         muscle.valve.supply_pressure,
@@ -116,13 +116,13 @@ def _sag(size: float, occasion: Occasion) -> Law:
 
 
 class HeatExchange:
-    """Air that takes heat from the muscle's walls, so that its pressure relaxes.
+    """Heat exchange between air and muscle walls, by which the pressure relaxes.
 
-    The chamber's polytropic index holds for fast changes; in the end the pressure goes to where its
-    mass of air has it at the walls' temperature.
+    The chamber's polytropic index holds for fast changes; slowly the pressure approaches that of
+    its mass of air at the walls' temperature.
 
     Args:
-        rate: at which it goes there [1/s].
+        rate: of the relaxation [1/s].
     """
 
     def __init__(self, rate: float) -> None:
@@ -131,8 +131,8 @@ class HeatExchange:
         self._before: list[float] = []
 
     def __call__(self, plant: Plant) -> None:
-        """Relax the pressures, from where they rest when time starts."""
-        if plant.resting:
+        """Relax the pressures, from their values at time 0."""
+        if plant.settling:
             return
         if not self._mass:
             for i in plant.muscles:
@@ -143,7 +143,7 @@ class HeatExchange:
             row, air = plant.rows[i], plant.air(i)
             pressure, volume = plant.pressure_abs(i), plant.volume(i)
             heat = GAS_CONSTANT * row[_TEMPERATURE]
-            # What the valves let in during the last step, from what it did to the air state.
+            # The valves' flow during the last step, from the change of the air state.
             self._mass[i] += (air - self._before[i]) / air * volume * pressure / heat
             walls = self._mass[i] * heat / volume
             share = (walls / pressure - 1.0) * self._rate * plant.timestep / row[_INDEX]
@@ -151,7 +151,7 @@ class HeatExchange:
             plant.set_air(i, self._before[i])
 
 
-def _thermal(size: float, occasion: Occasion) -> Law:
+def _thermal(size: float, context: RunContext) -> Law:
     return HeatExchange(abs(size) / _HEAT_TIME)
 
 
@@ -166,25 +166,25 @@ def _flow(rig: Rig, size: float) -> dict[str, float]:
     }
 
 
-TRUTHS = (
-    Truth(
+MODELS = (
+    IndependentModel(
         name="valve_flow",
         formulation="other conductances and another critical pressure ratio",
         parameters=_flow,
         signed=True,
     ),
-    Truth(
+    IndependentModel(
         name="supply_sag",
         formulation="a reservoir of 0.1 litres that both muscles share, refilled through a"
         " laminar restriction",
         law=_sag,
     ),
-    Truth(
+    IndependentModel(
         name="air_leak",
-        formulation="a laminar leak, its mass flow in proportion to gauge pressure",
+        formulation="a laminar leak, its mass flow proportional to gauge pressure",
         law=_leak,
     ),
-    Truth(
+    IndependentModel(
         name="thermal_relaxation",
         formulation="another index for fast changes, and heat exchange with the walls",
         parameters=_index,
@@ -192,4 +192,4 @@ TRUTHS = (
         signed=True,
     ),
 )
-"""Truths of air and valves."""
+"""Independent models of the pneumatic effects."""

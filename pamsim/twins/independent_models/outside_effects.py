@@ -1,7 +1,7 @@
-"""Truths that the library of effects does not hold.
+"""Effects that the library does not hold.
 
-Most lie outside the span of its effects, so that no name is right. Those with a ``span`` do what
-some of its effects do: there, a name of the library is the best that data can give.
+Most act like no effect of the library, so that any name would be wrong. For those that act like
+some of its effects (``acts_like``), such a name is the best that data can give.
 """
 
 from __future__ import annotations
@@ -17,24 +17,24 @@ from pamsim.effects.effect import SECOND_MUSCLE
 from pamsim.engine.rig import Rig
 from pamsim.engine.rig_parameter import rig_parameter
 from pamsim.pneumatics.air import GAS_CONSTANT
-from pamsim.twins.independent_models.independent_model import Law, Truth
-from pamsim.twins.independent_models.plant import Occasion, Plant
+from pamsim.twins.independent_models.independent_model import IndependentModel, Law
+from pamsim.twins.independent_models.plant import Plant, RunContext
 
 _SCALE = slot("force.0")
 _TEMPERATURE = slot("chamber.temperature")
 _ATMOSPHERE = slot("chamber.atmosphere")
 
 _RIPPLE, _TEETH = 0.15, 16
-"""Amplitude [N m] and periods per turn of the sprocket's ripple: pins come in and go out."""
+"""Amplitude [N m] and periods per turn of the sprocket's ripple, from the engaging pins."""
 
 _AGEING, _AGEING_TIME = 0.03, 4.0
-"""Share of the force lost in the end, and time constant [s] of the loss."""
+"""Final share of the force lost, and time constant [s] of the loss."""
 
 _STUCK = 0.3
-"""Opening beyond which a stuck valve does not go."""
+"""Largest opening of a stuck valve."""
 
-_ROUGH, _FEATURES = 0.15, 8
-"""RMS [N m] of the smooth torque, and number of waves in it."""
+_SMOOTH_TORQUE, _FEATURES = 0.15, 8
+"""RMS [N m] of the smooth torque, and its number of waves."""
 
 _SPREAD = 0.6
 """Wave numbers of the smooth torque, in units of each signal's usual range."""
@@ -52,14 +52,14 @@ _CABLES = 0.2
 """Stiffness of hoses and cables that bend with the joint [N m/rad]."""
 
 _RUBBING, _CREEPING = 1e-4, 0.02
-"""Friction of a bearing per tension that it carries [m], and speed below which it fades [rad/s]."""
+"""Bearing friction torque per tension [m], and speed below which it vanishes [rad/s]."""
 
 _CROSS_LEAK = 1e-11
 """Flow from muscle to muscle per difference of pressure, as a volume at ambient [m^3/(s Pa)]."""
 
 
-def _ripple(size: float, occasion: Occasion) -> Law:
-    rng = np.random.default_rng([occasion.seed, 11])
+def _ripple(size: float, context: RunContext) -> Law:
+    rng = np.random.default_rng([context.seed, 11])
     phase = float(rng.uniform(0.0, 2.0 * math.pi))
 
     def law(plant: Plant) -> None:
@@ -68,7 +68,7 @@ def _ripple(size: float, occasion: Occasion) -> Law:
     return law
 
 
-def _ageing(size: float, occasion: Occasion) -> Law:
+def _ageing(size: float, context: RunContext) -> Law:
     def law(plant: Plant) -> None:
         lost = -size * _AGEING * math.expm1(-max(plant.time, 0.0) / _AGEING_TIME)
         for i in plant.muscles:
@@ -77,16 +77,16 @@ def _ageing(size: float, occasion: Occasion) -> Law:
     return law
 
 
-def _stuck(size: float, occasion: Occasion) -> Law:
-    rng = np.random.default_rng([occasion.seed, 12])
-    muscle, fills = int(rng.integers(len(occasion.rig.muscles))), bool(rng.integers(2))
-    furthest, begin = _STUCK**size, 0.5 * occasion.experiment.duration
+def _stuck(size: float, context: RunContext) -> Law:
+    rng = np.random.default_rng([context.seed, 12])
+    muscle, fills = int(rng.integers(len(context.rig.muscles))), bool(rng.integers(2))
+    furthest, begin = _STUCK**size, 0.5 * context.experiment.duration
 
     def law(plant: Plant) -> None:
         opening = plant.opening(muscle)
         if plant.time >= begin:
             opening = min(opening, furthest) if fills else max(opening, -furthest)
-        plant.open(muscle, opening)
+        plant.set_opening(muscle, opening)
 
     return law
 
@@ -119,27 +119,29 @@ class SmoothTorque:
         plant.torque += self.torque(plant.angle, plant.speed, plant.pressure(0), plant.pressure(1))
 
 
-def _smooth(size: float, occasion: Occasion) -> Law:
-    if len(occasion.rig.muscles) != 2:
-        raise InputError("smooth_torque is a function of two pressures; the rig has other muscles")
-    return SmoothTorque(size * _ROUGH, np.random.default_rng([occasion.seed, 13]))
+def _smooth(size: float, context: RunContext) -> Law:
+    if len(context.rig.muscles) != 2:
+        raise InputError(
+            "smooth_torque is a function of two pressures; the rig does not have two muscles"
+        )
+    return SmoothTorque(size * _SMOOTH_TORQUE, np.random.default_rng([context.seed, 13]))
 
 
-def _drag(size: float, occasion: Occasion) -> Law:
+def _drag(size: float, context: RunContext) -> Law:
     def law(plant: Plant) -> None:
         plant.torque -= size * _DRAG * plant.speed * abs(plant.speed)
 
     return law
 
 
-def _cables(size: float, occasion: Occasion) -> Law:
+def _cables(size: float, context: RunContext) -> Law:
     def law(plant: Plant) -> None:
         plant.torque -= size * _CABLES * plant.angle
 
     return law
 
 
-def _rubbing(size: float, occasion: Occasion) -> Law:
+def _rubbing(size: float, context: RunContext) -> Law:
     def law(plant: Plant) -> None:
         carried = sum(plant.tension(i) for i in plant.muscles)
         plant.torque -= size * _RUBBING * carried * math.tanh(plant.speed / _CREEPING)
@@ -147,16 +149,16 @@ def _rubbing(size: float, occasion: Occasion) -> Law:
     return law
 
 
-def _cross_leak(size: float, occasion: Occasion) -> Law:
-    if len(occasion.rig.muscles) != 2:
-        raise InputError("cross_leak is between two muscles; the rig has other muscles")
+def _cross_leak(size: float, context: RunContext) -> Law:
+    if len(context.rig.muscles) != 2:
+        raise InputError("cross_leak is between two muscles; the rig does not have two muscles")
 
     def law(plant: Plant) -> None:
         temperature = plant.rows[0][_TEMPERATURE]
         over = plant.pressure_abs(0) - plant.pressure_abs(1)
         flow = size * _CROSS_LEAK * over * plant.rows[0][_ATMOSPHERE] / (GAS_CONSTANT * temperature)
-        plant.blow(0, -flow)
-        plant.blow(1, flow)
+        plant.add_air(0, -flow)
+        plant.add_air(1, flow)
 
     return law
 
@@ -171,67 +173,67 @@ def _offset(rig: Rig, size: float) -> dict[str, float]:
     return {name: rig_parameter(rig, name).value + size * _OFFSET}
 
 
-TRUTHS = (
-    Truth(
+MODELS = (
+    IndependentModel(
         name="stuck_valve",
-        formulation="one of the valves opens to 0.3 at most from half of each trial on",
+        formulation="one valve opens to 0.3 at most in the second half of each trial",
         law=_stuck,
     ),
-    Truth(
+    IndependentModel(
         name="ageing_drift",
         formulation="both muscles lose force within each trial, up to 3 %",
         law=_ageing,
         signed=True,
     ),
-    Truth(
+    IndependentModel(
         name="sprocket_ripple",
         formulation="a torque of 16 periods per turn",
         law=_ripple,
         signed=True,
     ),
-    Truth(
+    IndependentModel(
         name="smooth_torque",
         formulation="a random smooth function of angle, speed and both pressures",
         law=_smooth,
         signed=True,
     ),
-    Truth(
+    IndependentModel(
         name="quadratic_drag",
         formulation="a torque against the motion, quadratic in speed",
         law=_drag,
     ),
-    Truth(
+    IndependentModel(
         name="cold_air",
         formulation="air 25 K colder than the model's",
         parameters=_cooling,
-        span=("valve_flow",),
+        acts_like=("valve_flow",),
         signed=True,
     ),
-    Truth(
+    IndependentModel(
         name="mounting_offset",
-        formulation="muscle 2 mounted 0.2 mm longer",
+        formulation="second muscle mounted 0.2 mm longer",
         parameters=_offset,
-        span=("angle_bias", "muscle_mismatch", "load_torque"),
+        acts_like=("angle_bias", "muscle_mismatch", "load_torque"),
         signed=True,
     ),
-    Truth(
+    IndependentModel(
         name="cable_spring",
         formulation="hoses and cables that bend with the joint, 0.2 N m/rad",
         law=_cables,
-        span=("passive_stiffness", "angle_scale"),
+        acts_like=("passive_stiffness", "angle_scale"),
         signed=True,
     ),
-    Truth(
+    IndependentModel(
         name="bearing_friction",
-        formulation="dry friction in proportion to the tension that the bearing carries",
+        formulation="dry friction proportional to the tension on the bearing",
         law=_rubbing,
-        span=("coulomb_friction", "muscle_hysteresis"),
+        acts_like=("coulomb_friction", "muscle_hysteresis"),
     ),
-    Truth(
+    IndependentModel(
         name="cross_leak",
         formulation="a laminar leak from one muscle to the other",
         law=_cross_leak,
-        span=("air_leak",),
+        acts_like=("air_leak",),
     ),
 )
-"""Truths from outside the library."""
+"""Effects from outside the library."""

@@ -1,4 +1,4 @@
-"""Foreign truths in the engine, against library laws wherever both can say the same."""
+"""Independent models in the engine, against library laws wherever the two can be equal."""
 
 from __future__ import annotations
 
@@ -16,11 +16,11 @@ from pamsim.core.errors import InputError
 from pamsim.effects.catalog import EFFECTS, TRIAL_EFFECTS, effect
 from pamsim.pneumatics.air import GAS_CONSTANT
 from pamsim.pneumatics.orifice import mass_flow
+from pamsim.twins.hide import hide
 from pamsim.twins.independent_models import catalog, joint, transmission
-from pamsim.twins.independent_models.catalog import FORMULATIONS, ORDER, OUTSIDE
-from pamsim.twins.independent_models.independent_model import Hook
-from pamsim.twins.independent_models.plant import Occasion
-from pamsim.twins.twin_data import TwinSettings, twin_data
+from pamsim.twins.independent_models.catalog import MODELS, ORDER, OUTSIDE
+from pamsim.twins.independent_models.independent_model import StepHook
+from pamsim.twins.independent_models.plant import RunContext
 
 FINE = 2.5e-4
 
@@ -35,9 +35,9 @@ def trial(name, duration=0.6):
 
 
 def run(rig, experiment, *laws, seed=0):
-    occasion = Occasion(rig=rig, experiment=experiment, seed=seed, number=0)
-    made = [law(occasion) if law is not None else None for law in laws]
-    hook = Hook(occasion, made) if laws else None
+    context = RunContext(rig=rig, experiment=experiment, seed=seed, number=0)
+    made = [law(context) if law is not None else None for law in laws]
+    hook = StepHook(context, made) if laws else None
     return pamsim.simulate(rig, experiment, timestep=FINE, each_step=hook).completed()
 
 
@@ -49,7 +49,7 @@ def close(one, other, part):
 
 
 def test_a_pull_is_part_of_the_muscle(rig):
-    def law(occasion):
+    def law(context):
         def pull(plant):
             plant.pull[0] += 20.0
 
@@ -63,10 +63,10 @@ def test_a_pull_is_part_of_the_muscle(rig):
 
 @pytest.mark.parametrize("name", ["triangle", "bursts"])
 def test_reading_openings_and_setting_them_again_changes_next_to_nothing(rig, name):
-    def law(occasion):
+    def law(context):
         def open_by_hand(plant):
             for i in plant.muscles:
-                plant.open(i, plant.opening(i))
+                plant.set_opening(i, plant.opening(i))
 
         return open_by_hand
 
@@ -74,16 +74,18 @@ def test_reading_openings_and_setting_them_again_changes_next_to_nothing(rig, na
 
 
 @pytest.mark.parametrize("name", ["triangle", "bursts"])
-def test_air_blown_off_as_the_library_s_leak_is_that_leak(rig, name):
+def test_air_let_out_as_the_library_s_leak_is_that_leak(rig, name):
     leaking = {"chamber.leak_conductance": 1e-11}
 
-    def law(occasion):
-        def blow(plant):
+    def law(context):
+        def leak(plant):
             for i, row in enumerate(plant.rows):
                 outside = row[slot("chamber.atmosphere")]
-                plant.blow(i, -mass_flow(plant.pressure_abs(i), outside, 1e-11, 0.3, 0.999, 293.15))
+                plant.add_air(
+                    i, -mass_flow(plant.pressure_abs(i), outside, 1e-11, 0.3, 0.999, 293.15)
+                )
 
-        return blow
+        return leak
 
     known = run(rig.with_parameters(leaking), trial(name))
     assert np.ptp(known.pressure - run(rig, trial(name)).pressure) > 400.0
@@ -102,7 +104,7 @@ def test_a_shut_muscle_leaks_to_the_atmosphere_as_an_exponential(rig):
         sample_rate=100.0,
     )
     size = 40.0
-    found = run(upright, idle, lambda o: FORMULATIONS["air_leak"].law(size, o))
+    found = run(upright, idle, lambda o: MODELS["air_leak"].law(size, o))
     assert np.ptp(found.angle) < 1e-9
     pressure = found.pressure[:, 0]
     rate = -np.diff(np.log(pressure)) / np.diff(found.time)
@@ -121,7 +123,7 @@ def test_ground_tilted_about_the_library_s_axis_is_the_library_s_tilt(rig, monke
     monkeypatch.setattr(joint, "_TILT_AXIS", 0.0)
     experiment = trial("loaded_steps")
     known = run(rig.with_parameters(at_size(rig, effect("load_torque"), 2.0)), experiment)
-    found = run(rig, experiment, lambda o: FORMULATIONS["load_torque"].law(2.0, o))
+    found = run(rig, experiment, lambda o: MODELS["load_torque"].law(2.0, o))
     assert np.abs(known.angle - run(rig, experiment).angle).max() > 1e-3
     np.testing.assert_allclose(found.angle, known.angle, atol=1e-9)
 
@@ -129,7 +131,7 @@ def test_ground_tilted_about_the_library_s_axis_is_the_library_s_tilt(rig, monke
 def test_the_plant_reads_what_is_recorded(rig):
     read = []
 
-    def law(occasion):
+    def law(context):
         def look(plant):
             read.append((plant.time, *(plant.pressure(i) for i in plant.muscles), plant.angle))
 
@@ -146,7 +148,7 @@ def test_elastic_teeth_leave_a_loaded_arm_further_away_than_hard_ones(rig, monke
     """At rest by the load's pull over the teeth's stiffness, and no further when they are hard."""
     loose = rig.with_parameters({"hysteresis.force_per_pressure": 0.0})
     idle = pamsim.pressure_step((3e5, 2e5), (3e5, 2e5), duration=0.1, load=1.2)
-    hidden = FORMULATIONS["chain_backlash"]
+    hidden = MODELS["chain_backlash"]
     there = loose.with_parameters(hidden.parameters(loose, 1.0))
     known = run(loose.with_parameters(at_size(loose, effect("chain_backlash"), 1.0)), idle)
     found = run(there, idle, lambda o: hidden.law(1.0, o))
@@ -160,13 +162,13 @@ def test_elastic_teeth_leave_a_loaded_arm_further_away_than_hard_ones(rig, monke
 
 def asked(name, rig, experiment, seed=0, **state):
     """What a law asks of an arm in a stated position: a namespace stands for the plant."""
-    occasion = Occasion(rig=rig, experiment=experiment, seed=seed, number=0)
-    law = (FORMULATIONS | OUTSIDE)[name].law(2.0, occasion)
+    context = RunContext(rig=rig, experiment=experiment, seed=seed, number=0)
+    law = (MODELS | OUTSIDE)[name].law(2.0, context)
     opened = {}
     plant = SimpleNamespace(
         torque=0.0, user=np.ones((2, 200)), rows=np.ones((2, 200)), muscles=range(2), **state
     )
-    plant.open = opened.__setitem__
+    plant.set_opening = opened.__setitem__
     law(plant)
     return plant, opened
 
@@ -227,7 +229,7 @@ def test_a_cross_leak_takes_from_one_muscle_what_it_gives_to_the_other(rig):
     for gap in (0.0, 1e5, 2e5):
         blown = {}
         levels = {"pressure_abs": lambda i, g=gap: 3e5 + (g if i == 0 else 0.0)}
-        asked("cross_leak", rig, trial("triangle"), blow=blown.__setitem__, **levels)
+        asked("cross_leak", rig, trial("triangle"), add_air=blown.__setitem__, **levels)
         assert blown[0] == -blown[1]
         flows[gap] = blown[1]
     density = 1.0 / GAS_CONSTANT  # of the namespace's air, at 1 Pa and 1 K
@@ -236,7 +238,7 @@ def test_a_cross_leak_takes_from_one_muscle_what_it_gives_to_the_other(rig):
     assert flows[2e5] == pytest.approx(2.0 * flows[1e5])
 
 
-ALL = [*FORMULATIONS, *OUTSIDE]
+ALL = [*MODELS, *OUTSIDE]
 
 
 @pytest.fixture(scope="module")
@@ -252,17 +254,17 @@ def short(monkeypatch):
     monkeypatch.setattr("pamsim.comparison.protocols.DURATION", 1.0)
 
 
-def twins(rig, effects, **options):
+def recorded(rig, effects, **options):
     chosen = {"protocols": ("bursts",), "repeats": 1, "variation": 0.0, "noise": 0.0}
-    return twin_data(rig, effects, TwinSettings(**{**chosen, "tier": "different", **options}))
+    return hide(rig, dict(effects), **{**chosen, "formulation": "independent", **options})
 
 
-def test_every_effect_has_another_formulation_and_no_outside_name_is_an_effect():
-    assert set(FORMULATIONS) == set(TRIAL_EFFECTS)
+def test_every_effect_has_an_independent_model_and_no_outside_name_is_an_effect():
+    assert set(MODELS) == set(TRIAL_EFFECTS)
     assert not set(OUTSIDE) & set(EFFECTS)
     assert len(ORDER) == len(set(ORDER))
-    for truth in OUTSIDE.values():
-        assert set(truth.span) <= set(EFFECTS)
+    for model in OUTSIDE.values():
+        assert set(model.acts_like) <= set(EFFECTS)
 
 
 def far(one, other):
@@ -283,23 +285,23 @@ def test_each_shows_and_starts_afresh_in_every_run(quick, name, monkeypatch):
     protocol, size = ("staircase", 4.0) if of_opening else ("bursts", 1.0)
 
     def hidden(*effects, **options):
-        return twins(quick, effects, protocols=(protocol,), **options)
+        return recorded(quick, effects, protocols=(protocol,), **options)
 
     there, plain = hidden((name, size), repeats=2), hidden()
     assert far(there, plain) > 0.2
-    assert there.formulations.keys() == {name}
+    assert {e.name for e in there.effects if e.formulation != "library"} == {name}
     first, second = (there.trials[f"{protocol}_{k}"].angle for k in (1, 2))
     assert np.array_equal(first, second) == (name != "valve_delay")  # its bus ticks when it likes
-    if name in FORMULATIONS and name != "added_inertia":
-        library = hidden((name, size), tier="same")
-        assert far(there, library) > 1.2 * far(plain, hidden(tier="same"))
+    if name in MODELS and name != "added_inertia":
+        library = hidden((name, size), formulation="library")
+        assert far(there, library) > 1.2 * far(plain, hidden(formulation="library"))
 
 
 def test_two_act_together_in_the_order_of_the_signal(quick, short):
     """A lag shapes what the regulator is told; after the valves are set, it would undo that."""
 
     def hidden(*effects):
-        return twins(quick, effects, protocols=("triangle",))
+        return recorded(quick, effects, protocols=("triangle",))
 
     lag, zone = ("line_lag", 2.0), ("valve_dead_zone", 6.0)
     both = hidden(lag, zone)
@@ -308,22 +310,24 @@ def test_two_act_together_in_the_order_of_the_signal(quick, short):
     assert far(both, hidden(zone)) > 0.2
 
 
-def test_the_other_tier_takes_steps_half_as_long(quick, short):
+def test_independent_models_take_steps_half_as_long(quick, short):
     for effects in ([], [("air_leak", 1.0)], [("sprocket_ripple", 1.0)]):
-        for tier, step in (("same", 1e-3), ("different", 5e-4)):
-            run = twins(quick, effects, tier=tier).trials["bursts_1"]
+        for formulation, step in (("library", 1e-3), ("independent", 5e-4)):
+            run = recorded(quick, effects, formulation=formulation).trials["bursts_1"]
             assert run.meta["timestep_s"] == step
 
 
 def test_what_cannot_be_hidden_is_said(quick, monkeypatch, short):
     with pytest.raises(InputError, match=r"\A[^\n]*did you mean 'sprocket_ripple'[^\n]*\Z"):
-        twins(quick, [("sprocket_riple", 1.0)])
-    with pytest.raises(InputError, match="did you mean 'different'"):
-        twins(quick, [], tier="diffrent")
-    with pytest.raises(InputError, match="give one above 0"):
-        twins(quick, [("valve_delay", 0.0)])
-    with pytest.raises(InputError, match="line_lag cannot be hidden together"):
-        twins(quick, [("line_lag", 1.0), ("stuck_valve", 1.0)], tier="same")
-    monkeypatch.delitem(catalog.FORMULATIONS, "air_leak")
-    with pytest.raises(InputError, match=r"air_leak has no other[^\n]*have: added_inertia, "):
-        twins(quick, [("air_leak", 1.0)])
+        recorded(quick, [("sprocket_riple", 1.0)])
+    with pytest.raises(InputError, match="did you mean 'independent'"):
+        recorded(quick, [], formulation="indepndent")
+    with pytest.raises(InputError, match="must be above 0"):
+        recorded(quick, [("valve_delay", 0.0)])
+    with pytest.raises(InputError, match="line_lag cannot be combined"):
+        recorded(quick, [("line_lag", 1.0), ("stuck_valve", 1.0)], formulation="library")
+    monkeypatch.delitem(catalog.MODELS, "air_leak")
+    with pytest.raises(
+        InputError, match=r"air_leak has no independent model[^\n]*have one: added_inertia, "
+    ):
+        recorded(quick, [("air_leak", 1.0)])

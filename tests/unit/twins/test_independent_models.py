@@ -1,4 +1,4 @@
-"""Foreign laws against what is known of them in closed form."""
+"""Laws of the independent models against what is known of them in closed form."""
 
 from __future__ import annotations
 
@@ -10,8 +10,15 @@ import pytest
 
 from pamsim.actuator.layout import SIZE, slot
 from pamsim.pneumatics.air import GAS_CONSTANT
-from pamsim.twins.independent_models import air, command, joint, measurement, muscle, transmission
-from pamsim.twins.independent_models.outside import SmoothTorque
+from pamsim.twins.independent_models import (
+    command,
+    joint,
+    measurement,
+    muscle,
+    pneumatic,
+    transmission,
+)
+from pamsim.twins.independent_models.outside_effects import SmoothTorque
 
 DT = 2.5e-4
 
@@ -136,7 +143,7 @@ def test_elastic_teeth_give_way_on_both_sides_in_proportion_to_what_presses():
 
 def test_a_reservoir_falls_by_resistance_times_flow_in_its_own_time():
     flow, resistance = 2e-4, 2e8
-    store = air.Reservoir(resistance, 6e5, 293.15)
+    store = pneumatic.Reservoir(resistance, 6e5, 293.15)
     time = resistance * 1e-4 / (GAS_CONSTANT * 293.15)
     found = []
     for _ in range(round(4.0 * time / DT)):
@@ -155,7 +162,7 @@ class Shut:
         row[slot("chamber.temperature")] = 293.15
         row[slot("chamber.polytropic_index")] = 1.3
         self.rows, self.muscles = [row], [0]
-        self.resting, self.timestep = False, 1e-3
+        self.settling, self.timestep = False, 1e-3
         self.space, self.state = 8e-5, 3.5e5 ** (1.0 / 1.3) * 8e-5
 
     def volume(self, i):
@@ -172,7 +179,7 @@ class Shut:
 
 
 def test_squeezed_air_goes_to_where_the_walls_temperature_has_it():
-    shut, exchange = Shut(), air.HeatExchange(2.0)
+    shut, exchange = Shut(), pneumatic.HeatExchange(2.0)
     exchange(shut)
     shut.space *= 0.9
     assert shut.pressure_abs(0) == pytest.approx(3.5e5 * 0.9**-1.3)
@@ -188,7 +195,7 @@ def test_squeezed_air_goes_to_where_the_walls_temperature_has_it():
 
 def test_air_let_in_counts_as_air():
     """Double the mass at one volume, slowly: the pressure in the end is double too."""
-    shut, exchange = Shut(), air.HeatExchange(2.0)
+    shut, exchange = Shut(), pneumatic.HeatExchange(2.0)
     exchange(shut)
     heat = GAS_CONSTANT * 293.15
     mass = 3.5e5 * 8e-5 / heat
@@ -207,10 +214,10 @@ def test_the_bus_delivers_every_command_once_within_its_jitter():
     for phase in (0.0, 0.31, 0.77):
         bus = command.SampledBus(mean, phase, [0.0])
         times = DT * np.arange(24000)
-        told = np.floor(times / 0.05 + 1e-9) + 1.0
-        heard = [bus.heard(t, [u])[0] for t, u in zip(times.tolist(), told, strict=True)]
-        changes = np.flatnonzero(np.diff([0.0, *heard]))
-        values = np.array(heard)[changes]
+        sent = np.floor(times / 0.05 + 1e-9) + 1.0
+        received = [bus.received(t, [u])[0] for t, u in zip(times.tolist(), sent, strict=True)]
+        changes = np.flatnonzero(np.diff([0.0, *received]))
+        values = np.array(received)[changes]
         assert values.tolist() == list(range(1, len(values) + 1))
         late += (times[changes] - 0.05 * (values - 1.0)).tolist()
     assert min(late) > 0.7 * mean - DT
@@ -222,7 +229,7 @@ def test_the_bus_delivers_every_command_once_within_its_jitter():
 def test_two_lags_answer_a_step_as_the_closed_form():
     lags, half = command.TwoLags(0.04, [1.0]), 0.02
     times = DT * np.arange(1, 1001)
-    found = np.array([lags.carried([3.0], DT)[0] for _ in times])
+    found = np.array([lags.output([3.0], DT)[0] for _ in times])
     known = 3.0 - 2.0 * (1.0 + times / half) * np.exp(-times / half)
     np.testing.assert_allclose(found, known, atol=0.02)
 
@@ -239,8 +246,8 @@ def test_the_smooth_dead_zone_is_odd_whole_and_nearly_shut_inside():
 
 def test_a_ramp_comes_late_by_the_whole_lag_and_the_rest_of_a_sensor_is_nearly_the_library_s():
     time = np.arange(400) / 100.0
-    seen = measurement.two_lags(time, time, 0.1)
-    np.testing.assert_allclose(seen[150:], time[150:] - 0.1, atol=1e-6)
+    measured = measurement.two_lags(time, time, 0.1)
+    np.testing.assert_allclose(measured[150:], time[150:] - 0.1, atol=1e-6)
     angle = np.linspace(-0.5, 0.5, 11)
     assert measurement.eccentric_bias(angle, 0.01)[5] == pytest.approx(0.01)
     assert np.ptp(measurement.eccentric_bias(angle, 0.01)) < 0.3 * 0.01

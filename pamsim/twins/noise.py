@@ -1,0 +1,87 @@
+"""What makes trials of one rig differ: sensor noise, and parameters that vary between trials."""
+
+from __future__ import annotations
+
+import dataclasses
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.signal import lfilter
+
+from pamsim.core.recording import Recording
+from pamsim.core.units import DEG_PER_RAD
+from pamsim.engine.rig import Rig
+from pamsim.engine.rig_parameter import rig_parameter
+
+FloatArray = NDArray[np.float64]
+
+ANGLE_NOISE, PRESSURE_NOISE, FORCE_NOISE = 0.05 / DEG_PER_RAD, 400.0, 1.5
+"""Standard deviations of sensor noise [rad, Pa, N]: an encoder of 2500 increments, transducers of
+1 MPa with 12 bits, load cells of 2 kN."""
+
+DRIFT = 0.3
+"""Correlation time of coloured noise [s]."""
+
+# Temperature, seating of the muscle and supply differ a little from one trial to the next.
+_VARYING = (
+    "force.scale",
+    "passive.stiffness",
+    "valve.conductance_fill",
+    "valve.conductance_exhaust",
+)
+
+
+def with_variation(rig: Rig, rng: np.random.Generator, variation: float) -> Rig:
+    """The rig as it is in one trial; all muscles vary together, differences between them stay.
+
+    Args:
+        rig: nominal.
+        rng: that draws the trial's factors.
+        variation: their relative standard deviation.
+    """
+    factors = 1.0 + variation * rng.standard_normal(len(_VARYING))
+    values = {
+        f"{muscle}:{name}": rig_parameter(rig, f"{muscle}:{name}").value * factor
+        for name, factor in zip(_VARYING, factors, strict=True)
+        for muscle in rig.muscles
+    }
+    return rig.with_parameters(values) if variation else rig
+
+
+def with_noise(
+    run: Recording, rng: np.random.Generator, factor: float, *, coloured: bool
+) -> Recording:
+    """A recording with noise on angle, pressures and forces.
+
+    Args:
+        run: as error-free sensors give it.
+        rng: that draws the noise.
+        factor: on all standard deviations.
+        coloured: True for noise half of which drifts, with a correlation time of `DRIFT`.
+    """
+    rate = float(run.meta["sample_hz"])
+
+    def noise(shape: tuple[int, ...], sd: float) -> FloatArray:
+        return factor * sd * _unit_noise(rng, shape, coloured, rate)
+
+    return dataclasses.replace(
+        run,
+        angle=run.angle + noise(run.angle.shape, ANGLE_NOISE),
+        pressure=run.pressure + noise(run.pressure.shape, PRESSURE_NOISE),
+        tension=run.tension + noise(run.tension.shape, FORCE_NOISE),
+    )
+
+
+def _unit_noise(
+    rng: np.random.Generator, shape: tuple[int, ...], coloured: bool, rate: float
+) -> FloatArray:
+    """Noise of unit variance along the first axis."""
+    white = rng.standard_normal(shape)
+    if not coloured:
+        return white
+    keep = np.exp(-1.0 / (rate * DRIFT))
+    drive = rng.standard_normal(shape)
+    drive[0] /= np.sqrt(1.0 - keep**2)  # the drift is stationary from the first sample on
+    drift: Any = lfilter([np.sqrt(1.0 - keep**2)], [1.0, -keep], drive, axis=0)
+    return np.asarray(np.sqrt(0.5) * (white + drift))
