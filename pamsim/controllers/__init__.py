@@ -1,1 +1,1 @@
-"""Controllers of the antagonistic arm: pure functions of what is seen and of a memory passed in."""
+"""Controllers of the antagonistic arm: pure functions of an observation and a memory."""

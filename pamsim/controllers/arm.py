@@ -1,8 +1,8 @@
-"""The arm as a controller knows it: what torque a motion needs, read once from the MuJoCo model.
+"""Inverse dynamics of the arm: the torque that a motion needs, read once from the MuJoCo model.
 
-A hinge that turns rigid bodies in uniform gravity feels a cos(beta) + b sin(beta) from it and, with
-a linear spring, c - k beta more. These four numbers hold at every angle, so that the controller
-carries no engine and no table; that they do is checked against the engine at the angles between.
+Gravity gives a hinge the torque a cos(beta) + b sin(beta), a linear spring adds c - k beta. These
+four numbers hold at every angle. They are fitted to the engine at several angles, so that the
+controller needs no engine and no table.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ from pamsim.engine.rig import Rig
 
 _SUPPLY = slot("valve.supply_pressure")
 
-_LOOKS = np.linspace(-1.0, 1.0, 9)  # rad
+_ANGLES = np.linspace(-1.0, 1.0, 9)  # rad
 _EXACT = 1e-9  # of the largest torque or length: rounding lies far below
 
 _SLOW = 0.02
@@ -67,7 +67,7 @@ class Arm:
     def for_rig(cls, rig: Rig, *, load: float = 0.0) -> Arm:
         """Read an arm from a rig.
 
-        Chains that give or have play, and friction of the tendons, are left out.
+        Elastic chains, backlash and friction along the tendons are neglected.
 
         Args:
             rig: of one hinge and two muscles that pull it opposite ways on equal arms.
@@ -84,20 +84,20 @@ class Arm:
                 " pressure difference need one that is"
             )
         data = mujoco.MjData(model)
-        torques = np.empty(_LOOKS.size)
-        lengths = np.empty((_LOOKS.size, 2))
+        torques = np.empty(_ANGLES.size)
+        lengths = np.empty((_ANGLES.size, 2))
         tendons = [int(model.actuator_trnid[i, 0]) for i in muscles]
-        for k, angle in enumerate(_LOOKS):
+        for k, angle in enumerate(_ANGLES):
             data.qpos[0] = angle
             mujoco.mj_fwdPosition(model, data)
             mujoco.mj_fwdVelocity(model, data)
             torques[k] = data.qfrc_passive[0] - data.qfrc_bias[0]
             lengths[k] = data.ten_length[tendons]
-        radius = float(lengths[-1, 1] - lengths[0, 1]) / float(_LOOKS[-1] - _LOOKS[0])
-        law = radius * np.outer(_LOOKS, (-1.0, 1.0))
+        radius = float(lengths[-1, 1] - lengths[0, 1]) / float(_ANGLES[-1] - _ANGLES[0])
+        law = radius * np.outer(_ANGLES, (-1.0, 1.0))
         if not np.max(np.abs(lengths - law)) <= _EXACT * abs(radius):
             raise InputError(
-                f"rig {rig.name!r}: its tendons are not -/+ r beta long, as a chain on a wheel is"
+                f"rig {rig.name!r}: its tendons are not -/+ r beta long, as over a sprocket"
             )
         inertia = np.empty((1, 1))
         mujoco.mj_fullM(model, data, inertia)
@@ -114,12 +114,12 @@ class Arm:
 
 
 def _rest_torque(name: str, torques: np.ndarray) -> tuple[float, float, float, float]:
-    design = np.column_stack([np.ones(_LOOKS.size), np.cos(_LOOKS), np.sin(_LOOKS), _LOOKS])
-    found = np.linalg.lstsq(design, torques, rcond=None)[0]
+    design = np.column_stack([np.ones(_ANGLES.size), np.cos(_ANGLES), np.sin(_ANGLES), _ANGLES])
+    coefficients = np.linalg.lstsq(design, torques, rcond=None)[0]
     scale = max(float(np.max(np.abs(torques))), _EXACT)
-    if not np.max(np.abs(design @ found - torques)) <= _EXACT * scale:
+    if not np.max(np.abs(design @ coefficients - torques)) <= _EXACT * scale:
         raise InputError(
             f"rig {name!r}: what loads its hinge at rest is not gravity and a linear spring"
         )
-    constant, cosine, sine, slope = map(float, found)
+    constant, cosine, sine, slope = map(float, coefficients)
     return constant, cosine, sine, slope

@@ -9,7 +9,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from pamsim.actuator.layout import pack
-from pamsim.controllers.controller import Command, Controller, Memory, Sight
+from pamsim.controllers.controller import Command, Controller, Memory, Observation
 from pamsim.controllers.pressure_rate import full_rates
 from pamsim.core.errors import InputError
 from pamsim.engine.rig import Rig
@@ -109,17 +109,18 @@ class Cascade:
                 " command pressure"
             )
 
-    def start(self, first: Sight) -> CascadeMemory:
+    def start(self, first: Observation) -> CascadeMemory:
         """Memory with shut valves."""
         return CascadeMemory(outer=self.outer.start(first), integrals=(0.0, 0.0))
 
-    def act(self, seen: Sight, memory: CascadeMemory) -> tuple[Command, CascadeMemory]:
+    def act(self, observation: Observation, memory: CascadeMemory) -> tuple[Command, CascadeMemory]:
         """Openings from now on, and the memory for the next sample."""
-        wanted, outer = self.outer.act(seen, memory.outer)
-        (first, one), (second, two) = (
+        wanted, outer = self.outer.act(observation, memory.outer)
+        steps = [
             self.inner.opening(goal - pressure, integral)
             for goal, pressure, integral in zip(
-                wanted, seen.pressure, memory.integrals, strict=True
+                wanted, observation.pressure, memory.integrals, strict=True
             )
-        )
-        return (first, second), CascadeMemory(outer=outer, integrals=(one, two))
+        ]
+        (first, second), integrals = zip(*steps, strict=True)
+        return (first, second), CascadeMemory(outer=outer, integrals=integrals)

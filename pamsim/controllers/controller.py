@@ -1,4 +1,4 @@
-"""What a controller sees, what it gives, and how its memory is kept.
+"""The interface of controllers: observation and memory in, command and memory out.
 
 A controller is a frozen set of numbers. Its memory goes in and comes out as a value, so that a run
 can be stopped, copied and continued, and one controller can serve many arms at once.
@@ -17,8 +17,8 @@ Command: TypeAlias = tuple[float, float]
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)
-class Sight:
-    """What is known at a sample.
+class Observation:
+    """What a controller knows at a sample.
 
     Attributes:
         time: since the start [s].
@@ -42,17 +42,17 @@ class Sight:
 
 
 class Controller(Protocol):
-    """Turns what is seen into a command, once per sampling period."""
+    """Turns an observation into a command, once per sampling period."""
 
     @property
     def command(self) -> str:
         """What is commanded: ``pressure`` or ``valve``."""
         ...
 
-    def start(self, first: Sight) -> Memory:
+    def start(self, first: Observation) -> Memory:
         """Memory before the first sample, the arm being at rest."""
         ...
 
-    def act(self, seen: Sight, memory: Memory) -> tuple[Command, Memory]:
+    def act(self, observation: Observation, memory: Memory) -> tuple[Command, Memory]:
         """Command from now on, and the memory for the next sample."""
         ...

@@ -1,4 +1,4 @@
-"""Feed-forward by the inverse force law, alone or under a PID that sees to what it misses.
+"""Feed-forward by the inverse force law, alone or with a PID that corrects the remaining error.
 
 The pressures at which the muscles' torque balances gravity, load, damping and inertia of the wanted
 motion. A regulated pressure lags its set point; ``lead`` looks that much further along the wanted
@@ -12,12 +12,12 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from pamsim.controllers.arm import Arm
-from pamsim.controllers.controller import Command, Sight
+from pamsim.controllers.controller import Command, Observation
 from pamsim.controllers.hysteresis_inverse import HysteresisInverse
 from pamsim.controllers.inverse_law import balanced_pressures, stiff_pressures
 from pamsim.controllers.pid import Pid, PidMemory
 from pamsim.controllers.pressure_rate import regulated_lag
-from pamsim.controllers.split import PressureSplit
+from pamsim.controllers.pressure_split import PressureSplit
 from pamsim.engine.rig import Rig
 
 
@@ -90,7 +90,7 @@ class FeedForward:
             feedback=feedback,
         )
 
-    def start(self, first: Sight) -> FeedForwardMemory:
+    def start(self, first: Observation) -> FeedForwardMemory:
         """Memory of an arm that came to its angle from angle 0 in one go."""
         plays = () if self.hysteresis is None else self.hysteresis.start(first.angle)
         feedback = None
@@ -98,28 +98,34 @@ class FeedForward:
             feedback = PidMemory(integral=0.0, rate=0.0)
         return FeedForwardMemory(plays=plays, feedback=feedback)
 
-    def act(self, seen: Sight, memory: FeedForwardMemory) -> tuple[Command, FeedForwardMemory]:
+    def act(
+        self, observation: Observation, memory: FeedForwardMemory
+    ) -> tuple[Command, FeedForwardMemory]:
         """Pressures from now on, and the memory for the next sample."""
-        (first, second), plays = self.ahead(seen, memory.plays)
+        (first, second), plays = self.ahead(observation, memory.plays)
         if self.feedback is None or memory.feedback is None:
             return (first, second), FeedForwardMemory(plays=plays)
         split = PressureSplit(common=0.5 * (first + second), supply=self.arm.supply)
-        extra, rate = self.feedback.wanted(seen, memory.feedback)
+        extra, rate = self.feedback.wanted(observation, memory.feedback)
         wanted = first - second + extra
         missed = split.given(wanted) - wanted
-        feedback = self.feedback.remembered(seen, memory.feedback, rate, missed)
+        feedback = self.feedback.remembered(observation, memory.feedback, rate, missed)
         return split.pressures(wanted), FeedForwardMemory(plays=plays, feedback=feedback)
 
-    def ahead(self, seen: Sight, plays: tuple[float, ...]) -> tuple[Command, tuple[float, ...]]:
+    def ahead(
+        self, observation: Observation, plays: tuple[float, ...]
+    ) -> tuple[Command, tuple[float, ...]]:
         """Pressures of the wanted motion alone, and the new memory of the hysteresis' inverse."""
-        acceleration = seen.reference_acceleration
-        rate = seen.reference_rate + self.lead * acceleration
-        angle = seen.reference + self.lead * (seen.reference_rate + 0.5 * self.lead * acceleration)
+        acceleration = observation.reference_acceleration
+        rate = observation.reference_rate + self.lead * acceleration
+        angle = observation.reference + self.lead * (
+            observation.reference_rate + 0.5 * self.lead * acceleration
+        )
         if self.hysteresis is not None:
             angle, plays = self.hysteresis.undone(angle, plays)
         torque = self.arm.muscle_torque(angle, rate, acceleration)
-        if seen.stiffness is None:
-            found = balanced_pressures(self.arm, angle, torque, self.common_pressure)
+        if observation.stiffness is None:
+            pressures = balanced_pressures(self.arm, angle, torque, self.common_pressure)
         else:
-            found = stiff_pressures(self.arm, angle, torque, seen.stiffness)
-        return found, plays
+            pressures = stiff_pressures(self.arm, angle, torque, observation.stiffness)
+        return pressures, plays

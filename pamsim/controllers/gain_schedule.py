@@ -11,7 +11,7 @@ import dataclasses
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from pamsim.controllers.controller import Command, Sight
+from pamsim.controllers.controller import Command, Observation
 from pamsim.controllers.pid import Pid, PidMemory
 from pamsim.core.errors import InputError, nearest
 from pamsim.linear.identified_model import FitStatus
@@ -79,13 +79,13 @@ class GainSchedule:
         places = [item.point.pressure for item in models.models] if at is None else list(at)
         if len(places) != len(models.models):
             raise InputError(f"{len(places)} places for {len(models.models)} local models")
-        found: dict[float, list[PidGains]] = {}
+        tuned_at: dict[float, list[PidGains]] = {}
         for place, item in zip(places, models.models, strict=True):
             if item.fit.status is FitStatus.CONVERGED:
-                tuned = imc_gains_of_fit(item.fit, closed_loop_time=closed_loop_time)
-                found.setdefault(place, []).append(tuned)
-        points = tuple(sorted(found))
-        gains = tuple(_mean(found[place]) for place in points)
+                gains_here = imc_gains_of_fit(item.fit, closed_loop_time=closed_loop_time)
+                tuned_at.setdefault(place, []).append(gains_here)
+        points = tuple(sorted(tuned_at))
+        gains = tuple(_mean(tuned_at[place]) for place in points)
         return cls(pid=pid, by=by, points=points, gains=gains)
 
     def at(self, place: float) -> PidGains:
@@ -98,15 +98,19 @@ class GainSchedule:
         low, high = self.points[right - 1], self.points[right]
         return _between(self.gains[right - 1], self.gains[right], (place - low) / (high - low))
 
-    def start(self, first: Sight) -> PidMemory:
+    def start(self, first: Observation) -> PidMemory:
         """Memory with which the pressures at rest stay what they are."""
         return self.pid.start(first)
 
-    def act(self, seen: Sight, memory: PidMemory) -> tuple[Command, PidMemory]:
+    def act(self, observation: Observation, memory: PidMemory) -> tuple[Command, PidMemory]:
         """Pressures from now on, and the memory for the next sample."""
-        place = seen.angle if self.by == "angle" else seen.pressure[0] - seen.pressure[1]
+        place = (
+            observation.angle
+            if self.by == "angle"
+            else observation.pressure[0] - observation.pressure[1]
+        )
         here = self.at(place)
-        return dataclasses.replace(self.pid, **dataclasses.asdict(here)).act(seen, memory)
+        return dataclasses.replace(self.pid, **dataclasses.asdict(here)).act(observation, memory)
 
 
 def _between(low: PidGains, high: PidGains, share: float) -> PidGains:

@@ -1,8 +1,8 @@
-"""The experiment that shows an arm's hysteresis, and the operator found from its recording.
+"""The experiment that identifies an arm's hysteresis, and the operator fitted to its recording.
 
 A slow triangle of the pressure difference that shrinks from period to period draws loops inside
-loops. What the force law without hysteresis says of the measured pressures, and where the arm was,
-are input and output of the operator that `pamsim.controllers.hysteresis_inverse` undoes.
+loops. Input of the operator is the angle that the force law without hysteresis predicts for the
+measured pressures, output the measured angle; `pamsim.controllers.hysteresis_inverse` undoes.
 """
 
 from __future__ import annotations
@@ -10,7 +10,7 @@ from __future__ import annotations
 import numpy as np
 
 from pamsim.controllers.play_sum_fit import PlaySumFit, identify_play_sum
-from pamsim.controllers.split import PressureSplit
+from pamsim.controllers.pressure_split import PressureSplit
 from pamsim.core.experiment import Experiment
 from pamsim.core.recording import Recording
 from pamsim.engine.equilibrium import rest_angles

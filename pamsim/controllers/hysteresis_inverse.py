@@ -1,9 +1,9 @@
 """Undoes the hysteresis of the arm: an inverse Prandtl-Ishlinskii operator on the wanted angle.
 
-The force law without hysteresis says at which angle given pressures let the arm rest; with it, the
-arm gets there late. Taken from predicted to reached angle this is an operator P that lags, and the
-force law is asked for P^-1 of the wanted angle. So the law keeps what is nonlinear, and P only what
-depends on the past. P comes from `pamsim.controllers.play_sum_fit`.
+The force law without hysteresis predicts the angle at rest for given pressures; with hysteresis the
+arm lags behind it. The operator P maps the predicted angle to the reached one, and the force law is
+evaluated at P^-1 of the wanted angle. So the law holds the nonlinearity, and P the dependence on
+the past. P comes from `pamsim.controllers.play_sum_fit`.
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ from pamsim.hysteresis.prandtl_ishlinskii import PlaySum
 
 @dataclass(frozen=True, kw_only=True)
 class HysteresisInverse:
-    """From the wanted angle to the one to ask the force law for.
+    """From the wanted angle to the angle at which the force law is evaluated.
 
     Attributes:
         inverse: P^-1, angle to angle [rad].
@@ -33,11 +33,11 @@ class HysteresisInverse:
         return self.inverse.step(self.inverse.virgin(), angle)[0]
 
     def undone(self, angle: float, plays: tuple[float, ...]) -> tuple[float, tuple[float, ...]]:
-        """Angle to ask the force law for [rad], and the new memory.
+        """Angle at which the force law is evaluated [rad], and the new memory.
 
         Args:
             angle: wanted [rad].
             plays: memory.
         """
-        held, found = self.inverse.step(plays, angle)
-        return found, held
+        plays_after, compensated = self.inverse.step(plays, angle)
+        return compensated, plays_after

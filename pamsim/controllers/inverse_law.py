@@ -16,7 +16,7 @@ import scipy.optimize
 from pamsim.actuator.antagonist import antagonist_torque, joint_stiffness, muscle_stiffness
 from pamsim.controllers.arm import Arm
 from pamsim.controllers.controller import Command
-from pamsim.controllers.split import PressureSplit
+from pamsim.controllers.pressure_split import PressureSplit
 
 # scipy carries no types: what it returns is Any at this file's boundary.
 _root: Any = scipy.optimize.brentq

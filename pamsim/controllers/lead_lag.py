@@ -8,9 +8,9 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from pamsim.controllers.controller import Command, Sight
-from pamsim.controllers.trim_point import TrimPoint
-from pamsim.controllers.wanted_now import wanted_now
+from pamsim.controllers.controller import Command, Observation
+from pamsim.controllers.linearisation_point import LinearisationPoint
+from pamsim.controllers.present_reference import present_reference
 from pamsim.linear.lead_lag_design import LeadLagDesign
 from pamsim.linear.second_order_model import SecondOrderModel
 
@@ -41,22 +41,27 @@ class LeadLag:
 
     design: LeadLagDesign
     model: SecondOrderModel
-    point: TrimPoint
+    point: LinearisationPoint
     command: str = "pressure"
 
-    def start(self, first: Sight) -> LeadLagMemory:
+    def start(self, first: Observation) -> LeadLagMemory:
         """Memory with which the pressures at rest stay what they are, and then ease off."""
         ahead = self.model.input_for(first.angle - self.point.angle, 0.0, 0.0)
         count = len(self.design.denominator) - 1
         return LeadLagMemory(
-            errors=(0.0,) * count, outputs=(self.point.told(first) - ahead,) * count
+            errors=(0.0,) * count, outputs=(self.point.measured_departure(first) - ahead,) * count
         )
 
-    def act(self, seen: Sight, memory: LeadLagMemory) -> tuple[Command, LeadLagMemory]:
+    def act(self, observation: Observation, memory: LeadLagMemory) -> tuple[Command, LeadLagMemory]:
         """Pressures from now on, and the memory for the next sample."""
-        goal = seen.reference - self.point.angle
-        ahead = self.model.input_for(goal, seen.reference_rate, seen.reference_acceleration)
-        errors = (wanted_now(seen, self.design.period)[0] - seen.angle, *memory.errors)
+        goal = observation.reference - self.point.angle
+        ahead = self.model.input_for(
+            goal, observation.reference_rate, observation.reference_acceleration
+        )
+        errors = (
+            present_reference(observation, self.design.period)[0] - observation.angle,
+            *memory.errors,
+        )
         # Of a reference out of reach, only what can be had: the filter must not make up for it.
         ahead = self.point.given(ahead)
         filtered = sum(b * e for b, e in zip(self.design.numerator, errors, strict=True))

@@ -8,9 +8,9 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
-from pamsim.controllers.controller import Command, Sight
-from pamsim.controllers.trim_point import TrimPoint
-from pamsim.controllers.wanted_now import wanted_now
+from pamsim.controllers.controller import Command, Observation
+from pamsim.controllers.linearisation_point import LinearisationPoint
+from pamsim.controllers.present_reference import present_reference
 from pamsim.linear.regulator_design import RegulatorDesign
 
 
@@ -39,26 +39,28 @@ class Lqg:
     """
 
     design: RegulatorDesign
-    point: TrimPoint
+    point: LinearisationPoint
     tracking_time: float = math.inf
     command: str = "pressure"
 
-    def start(self, first: Sight) -> LqgMemory:
+    def start(self, first: Observation) -> LqgMemory:
         """Memory with which the pressures at rest stay what they are."""
         away = first.angle - self.point.angle
-        told = self.point.told(first) - away / self.design.model.gain
-        return LqgMemory(expected=(away, 0.0), integral=told / self.design.integral_gain)
+        departure = self.point.measured_departure(first) - away / self.design.model.gain
+        return LqgMemory(expected=(away, 0.0), integral=departure / self.design.integral_gain)
 
-    def act(self, seen: Sight, memory: LqgMemory) -> tuple[Command, LqgMemory]:
+    def act(self, observation: Observation, memory: LqgMemory) -> tuple[Command, LqgMemory]:
         """Pressures from now on, and the memory for the next sample."""
         design = self.design
-        surprise = seen.angle - self.point.angle - memory.expected[0]
+        surprise = observation.angle - self.point.angle - memory.expected[0]
         angle, rate = (
             x + gain * surprise for x, gain in zip(memory.expected, design.correction, strict=True)
         )
-        now, rate_now = wanted_now(seen, design.period)
+        now, rate_now = present_reference(observation, design.period)
         ahead = design.model.input_for(
-            seen.reference - self.point.angle, seen.reference_rate, seen.reference_acceleration
+            observation.reference - self.point.angle,
+            observation.reference_rate,
+            observation.reference_acceleration,
         )
         wanted = (
             ahead
@@ -67,7 +69,7 @@ class Lqg:
             + design.integral_gain * memory.integral
         )
         given = self.point.given(wanted)
-        grown = now - seen.angle
+        grown = now - observation.angle
         grown += (given - wanted) / (design.integral_gain * self.tracking_time)
         first, second = (
             row[0] * angle + row[1] * rate + into * given

@@ -7,11 +7,11 @@ from pathlib import Path
 
 import numpy as np
 
-from pamsim.controllers.controller import Command, Sight
+from pamsim.controllers.controller import Command, Observation
 from pamsim.core.errors import InputError
 from pamsim.store.policy_file import PolicyFile, read_policy
 
-_SEEN = 8
+_INPUTS = 8
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -36,29 +36,27 @@ class NeuralPolicy:
             InputError: if it is missing, or none for these observations and actions.
         """
         layers = read_policy(path)
-        if layers.scale.shape != (_SEEN,) or layers.biases[-1].shape != (2,):
+        if layers.scale.shape != (_INPUTS,) or layers.biases[-1].shape != (2,):
             raise InputError(
                 f"{path} turns {len(layers.scale)} numbers into {len(layers.biases[-1])}; the arm"
-                f" shows {_SEEN} and takes 2"
+                f" shows {_INPUTS} and takes 2"
             )
         return cls(layers=layers, supply=supply, command=command)
 
-    def start(self, first: Sight) -> None:
+    def start(self, first: Observation) -> None:
         """It keeps no memory."""
 
-    def act(self, seen: Sight, memory: None) -> tuple[Command, None]:
+    def act(self, observation: Observation, memory: None) -> tuple[Command, None]:
         """See `Controller.act`."""
-        one, two = seen.pressure
         value = np.array(
             [
-                seen.angle,
-                seen.velocity,
-                one / self.supply,
-                two / self.supply,
-                seen.reference,
-                seen.reference_rate,
-                seen.reference_acceleration,
-                seen.stiffness or 0.0,
+                observation.angle,
+                observation.velocity,
+                *(pressure / self.supply for pressure in observation.pressure),
+                observation.reference,
+                observation.reference_rate,
+                observation.reference_acceleration,
+                observation.stiffness or 0.0,
             ]
         )
         value = (value - self.layers.centre) / self.layers.scale

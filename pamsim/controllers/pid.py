@@ -12,9 +12,9 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
-from pamsim.controllers.controller import Command, Sight
-from pamsim.controllers.split import PressureSplit
-from pamsim.controllers.wanted_now import wanted_now
+from pamsim.controllers.controller import Command, Observation
+from pamsim.controllers.present_reference import present_reference
+from pamsim.controllers.pressure_split import PressureSplit
 from pamsim.core.errors import InputError
 
 
@@ -75,34 +75,36 @@ class Pid:
                 f" ({self.period:g} s), so that the integral would swing; give a longer one"
             )
 
-    def start(self, first: Sight) -> PidMemory:
+    def start(self, first: Observation) -> PidMemory:
         """Memory with which the pressures at rest stay what they are."""
         return PidMemory(integral=first.pressure[0] - first.pressure[1], rate=0.0)
 
-    def act(self, seen: Sight, memory: PidMemory) -> tuple[Command, PidMemory]:
+    def act(self, observation: Observation, memory: PidMemory) -> tuple[Command, PidMemory]:
         """Pressures from now on, and the memory for the next sample."""
-        wanted, rate = self.wanted(seen, memory)
+        wanted, rate = self.wanted(observation, memory)
         missed = self.split.given(wanted) - wanted
-        return self.split.pressures(wanted), self.remembered(seen, memory, rate, missed)
+        return self.split.pressures(wanted), self.remembered(observation, memory, rate, missed)
 
-    def wanted(self, seen: Sight, memory: PidMemory) -> tuple[float, float]:
+    def wanted(self, observation: Observation, memory: PidMemory) -> tuple[float, float]:
         """Difference before the limits [Pa], and the lagged rate it was made with [rad/s]."""
-        goal, goal_rate = wanted_now(seen, self.period)
+        goal, goal_rate = present_reference(observation, self.period)
         share = self.period / (self.filter_time + self.period)
-        rate = seen.velocity - self.rate_weight * goal_rate
+        rate = observation.velocity - self.rate_weight * goal_rate
         rate = memory.rate + share * (rate - memory.rate)
-        error = goal - seen.angle
+        error = goal - observation.angle
         return self.gain * (error - self.derivative_time * rate) + memory.integral, rate
 
-    def remembered(self, seen: Sight, memory: PidMemory, rate: float, missed: float) -> PidMemory:
+    def remembered(
+        self, observation: Observation, memory: PidMemory, rate: float, missed: float
+    ) -> PidMemory:
         """Memory for the next sample.
 
         Args:
-            seen: at this sample.
+            observation: at this sample.
             memory: before it.
             rate: lagged, of this sample [rad/s].
             missed: difference given less the one wanted [Pa].
         """
-        error = wanted_now(seen, self.period)[0] - seen.angle
+        error = present_reference(observation, self.period)[0] - observation.angle
         grown = self.gain * error / self.integral_time + missed / self.tracking_time
         return PidMemory(integral=memory.integral + self.period * grown, rate=rate)

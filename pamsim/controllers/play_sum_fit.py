@@ -86,7 +86,7 @@ def identify_play_sum(
 
 
 def _played(values: FloatArray, threshold: float) -> FloatArray:
-    held, found = 0.0, np.empty_like(values)
+    held, output = 0.0, np.empty_like(values)
     for k, x in enumerate(values.tolist()):
-        found[k] = held = play(x, held, threshold)
-    return found
+        output[k] = held = play(x, held, threshold)
+    return output

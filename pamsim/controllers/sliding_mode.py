@@ -10,9 +10,9 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from pamsim.controllers.controller import Command, Sight
-from pamsim.controllers.trim_point import TrimPoint
-from pamsim.controllers.wanted_now import wanted_now
+from pamsim.controllers.controller import Command, Observation
+from pamsim.controllers.linearisation_point import LinearisationPoint
+from pamsim.controllers.present_reference import present_reference
 from pamsim.linear.second_order_model import SecondOrderModel
 
 
@@ -42,42 +42,42 @@ class SlidingMode:
     """
 
     model: SecondOrderModel
-    point: TrimPoint
+    point: LinearisationPoint
     period: float
     bandwidth: float
     reach: float
     layer: float
     command: str = "pressure"
 
-    def start(self, first: Sight) -> SlidingMemory:
+    def start(self, first: Observation) -> SlidingMemory:
         """Memory of an arm that has not missed anything yet."""
         del first
         return SlidingMemory(integral=0.0)
 
-    def surface(self, seen: Sight, memory: SlidingMemory) -> float:
+    def surface(self, observation: Observation, memory: SlidingMemory) -> float:
         """Distance s from the surface [rad/s]."""
-        error, drift = self._missed(seen)
+        error, drift = self._missed(observation)
         return (
             drift + 2.0 * self.bandwidth * error + self.bandwidth * self.bandwidth * memory.integral
         )
 
-    def act(self, seen: Sight, memory: SlidingMemory) -> tuple[Command, SlidingMemory]:
+    def act(self, observation: Observation, memory: SlidingMemory) -> tuple[Command, SlidingMemory]:
         """Pressures from now on, and the memory for the next sample."""
-        error, drift = self._missed(seen)
-        pull = min(max(self.surface(seen, memory) / self.layer, -1.0), 1.0)
+        error, drift = self._missed(observation)
+        pull = min(max(self.surface(observation, memory) / self.layer, -1.0), 1.0)
         acceleration = (
-            seen.reference_acceleration
+            observation.reference_acceleration
             - 2.0 * self.bandwidth * drift
             - self.bandwidth * self.bandwidth * error
             - self.reach * pull
         )
-        away = seen.angle - self.point.angle
-        wanted = self.model.input_for(away, seen.velocity, acceleration)
+        away = observation.angle - self.point.angle
+        wanted = self.model.input_for(away, observation.velocity, acceleration)
         # What the limits take cannot be slid on: the integral waits.
         waits = self.point.split.beyond(self.point.difference + wanted)
         integral = memory.integral if waits else memory.integral + self.period * error
         return self.point.pressures(wanted), SlidingMemory(integral=integral)
 
-    def _missed(self, seen: Sight) -> tuple[float, float]:
-        goal, rate = wanted_now(seen, self.period)
-        return seen.angle - goal, seen.velocity - rate
+    def _missed(self, observation: Observation) -> tuple[float, float]:
+        goal, rate = present_reference(observation, self.period)
+        return observation.angle - goal, observation.velocity - rate

@@ -1,7 +1,7 @@
 """Every controller of the library, designed for one rig, each with one number left to choose.
 
-Designs rest on simulated experiments with the rig: steps about trim points, and a slow triangle
-that shows its hysteresis. What an arm cannot be told (its load, say) they get as it is given here.
+Designs rest on simulated experiments with the rig: steps about several operating points, and a
+slow triangle that shows its hysteresis. Designs assume the load that is given here.
 """
 
 from __future__ import annotations
@@ -20,11 +20,11 @@ from pamsim.controllers.gain_schedule import GainSchedule
 from pamsim.controllers.hysteresis_experiment import decaying_triangle, loop_operator
 from pamsim.controllers.hysteresis_inverse import HysteresisInverse
 from pamsim.controllers.lead_lag import LeadLag
+from pamsim.controllers.linearised_arm import LinearisedArm, linearise_arm
 from pamsim.controllers.lqg import Lqg
 from pamsim.controllers.pid import Pid
+from pamsim.controllers.pressure_split import PressureSplit
 from pamsim.controllers.sliding_mode import SlidingMode
-from pamsim.controllers.split import PressureSplit
-from pamsim.controllers.trim_identification import IdentifiedTrim, identify_trim
 from pamsim.engine.rig import Rig
 from pamsim.engine.simulate import simulate
 from pamsim.linear.imc_tuning import imc_gains
@@ -70,9 +70,9 @@ class Suite:
         return PressureSplit(common=self.common_pressure, supply=self.rig.supply_pressure)
 
     @cached_property
-    def trim(self) -> IdentifiedTrim:
+    def linearised(self) -> LinearisedArm:
         """G2 about equal pressures."""
-        return identify_trim(self.rig, self.split, load=self.load)
+        return linearise_arm(self.rig, self.split, load=self.load)
 
     @cached_property
     def inverse(self) -> HysteresisInverse:
@@ -83,7 +83,7 @@ class Suite:
 
     def pid(self, closed_loop_time: float) -> Pid:
         """PID by internal model control; its derivative is that of the error."""
-        gains = imc_gains(self.trim.model, closed_loop_time=closed_loop_time)
+        gains = imc_gains(self.linearised.model, closed_loop_time=closed_loop_time)
         return Pid(
             split=self.split,
             period=self.period,
@@ -95,11 +95,11 @@ class Suite:
 
     def scheduled(self, closed_loop_time: float) -> GainSchedule:
         """PID over the operating point, from local models of G2's structure."""
-        trims = self._local
+        arms = self._local
         models = local_model_map(
             [
-                LocalModel(OperatingPoint(pressure=one.point.difference, load=self.load), one.fit)
-                for one in trims
+                LocalModel(OperatingPoint(pressure=arm.point.difference, load=self.load), arm.fit)
+                for arm in arms
             ]
         )
         return GainSchedule.from_models(
@@ -107,25 +107,25 @@ class Suite:
         )
 
     @cached_property
-    def _local(self) -> tuple[IdentifiedTrim, ...]:
+    def _local(self) -> tuple[LinearisedArm, ...]:
         span = 2.0 * self.split.common
         return tuple(
-            identify_trim(self.rig, self.split, difference=share * span, load=self.load)
+            linearise_arm(self.rig, self.split, difference=share * span, load=self.load)
             for share in _SCHEDULED
         )
 
     def lead_lag(self, crossover: float) -> LeadLag:
         """Lead-lag of a crossover [rad/s]: 50 deg of phase margin with a period of delay."""
-        model = self.trim.model
+        model = self.linearised.model
         design = design_lead_lag(
             model, period=self.period, crossover=crossover, phase_margin=_MARGIN, delay=1
         )
-        return LeadLag(design=design, model=model, point=self.trim.point)
+        return LeadLag(design=design, model=model, point=self.linearised.point)
 
     def lqg(self, integral_time: float) -> Lqg:
         """LQG with integral action over a time [s]."""
         design = design_regulator(
-            self.trim.model,
+            self.linearised.model,
             period=self.period,
             largest_error=_WORST,
             largest_input=_PUSH,
@@ -133,13 +133,13 @@ class Suite:
             input_noise=_PRESSURE,
             output_noise=_ENCODER,
         )
-        return Lqg(design=design, point=self.trim.point, tracking_time=integral_time)
+        return Lqg(design=design, point=self.linearised.point, tracking_time=integral_time)
 
     def sliding_mode(self, bandwidth: float) -> SlidingMode:
         """Sliding mode of a bandwidth [rad/s]; its layer is crossed in about five samples."""
         return SlidingMode(
-            model=self.trim.model,
-            point=self.trim.point,
+            model=self.linearised.model,
+            point=self.linearised.point,
             period=self.period,
             bandwidth=bandwidth,
             reach=bandwidth,
@@ -176,7 +176,7 @@ class Family:
     """A kind of controller and the values of the number that is left to choose.
 
     Attributes:
-        tried: values of it; one, meaningless, if there is nothing to choose.
+        tried: values of it; a single unused 0 if there is nothing to choose.
         make: controller of a suite for a value.
     """
 

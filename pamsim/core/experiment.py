@@ -1,4 +1,4 @@
-"""An experiment: what a rig is told to do, before any engine is involved."""
+"""An experiment: commands, start and sampling of a run, independent of any engine."""
 
 from __future__ import annotations
 

@@ -17,7 +17,7 @@ from pamsim.diagnosis.experiment_menu import MENU
 from pamsim.diagnosis.method.next_experiment import Signals
 from pamsim.engine.batch import simulate_batch
 from pamsim.engine.rig import Rig
-from pamsim.engine.step_check import check_timestep
+from pamsim.engine.timestep_check import check_timestep
 from pamsim.inference.residual_block import Blocks
 from pamsim.signals.sensors import distorted
 

@@ -70,9 +70,9 @@ def compile_model(spec: mujoco.MjSpec) -> mujoco.MjModel:
 
 
 def _couple(model: mujoco.MjModel) -> None:
-    """Let every two muscles know each other that pull on one joint from both sides.
+    """Link every two muscles that pull on one joint from both sides.
 
-    Their fixed tendons are then the two ends of a chain, which play on its wheel shifts.
+    Their fixed tendons are the two ends of one chain, which backlash on its sprocket shifts.
     """
     ends: dict[int, list[tuple[int, float]]] = {}
     for index in muscle_ids(model):
@@ -83,6 +83,6 @@ def _couple(model: mujoco.MjModel) -> None:
             ends.setdefault(joint, []).append((index, float(model.wrap_prm[first])))
     for pulling in ends.values():
         if len(pulling) == 2 and pulling[0][1] * pulling[1][1] < 0.0:
-            (one, _), (other, _) = pulling
-            model.actuator_user[one, _PARTNER] = other + 1
-            model.actuator_user[other, _PARTNER] = one + 1
+            (first, _), (second, _) = pulling
+            model.actuator_user[first, _PARTNER] = second + 1
+            model.actuator_user[second, _PARTNER] = first + 1

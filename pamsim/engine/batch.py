@@ -25,7 +25,7 @@ from pamsim.engine.rig import Rig
 from pamsim.engine.settle import settle
 from pamsim.engine.simulate import Run, prepare, record
 from pamsim.engine.state import restore_state, save_state, settled
-from pamsim.engine.step_check import check_timestep
+from pamsim.engine.timestep_check import check_timestep
 
 _Key: TypeAlias = tuple[int, float, tuple[float, ...], float]
 

@@ -19,10 +19,10 @@ _Read: TypeAlias = Callable[..., None]
 
 
 class ChamberGauge:
-    """Reads all chambers of arms that are alike but for their numbers.
+    """Reads all chambers of arms that differ in parameter values only.
 
     Args:
-        model: of one arm: which muscles there are and where their states lie.
+        model: of one arm: gives the muscles and the places of their states.
         arms: how many.
 
     Attributes:
@@ -66,12 +66,12 @@ def _compiled() -> _Read:
     mark: Any = compiled._keyed_by
 
     @numba.njit(cache=True, nogil=True, error_model="numpy")
-    def read(rows, act, length, first, count, out, found):
+    def read(rows, act, length, first, count, out, pressure):
         mark(key)
-        for arm in range(found.shape[0]):
-            for muscle in range(found.shape[1]):
+        for arm in range(pressure.shape[0]):
+            for muscle in range(pressure.shape[1]):
                 begin = first[muscle]
-                found[arm, muscle] = gauge_pressure(
+                pressure[arm, muscle] = gauge_pressure(
                     rows[arm, muscle],
                     act[arm, begin : begin + count[muscle]],
                     length[arm, out[muscle]],

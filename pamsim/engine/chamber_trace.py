@@ -56,15 +56,15 @@ def _along(
 ) -> FloatArray:
     along = _compiled(law) if backend == "compiled" else _interpreted(law)
     ids = muscle_ids(model)
-    found = np.empty((len(ids), len(act)))
-    for index, column in zip(ids, found, strict=True):
+    values = np.empty((len(ids), len(act)))
+    for index, column in zip(ids, values, strict=True):
         first = model.actuator_actadr[index]
         states = act[:, first : first + model.actuator_actnum[index]]
         lengths = length[:, model.actuator_outadr[index]]
         along(
             model.actuator_user[index].copy(), np.ascontiguousarray(states), lengths.copy(), column
         )
-    return found.T
+    return values.T
 
 
 def _interpreted(law: _Law) -> _Along:

@@ -40,18 +40,18 @@ class Callbacks:
 
 def reached_functions(*roots: Callable[..., Any]) -> list[FunctionType]:
     """The Python functions that some functions call by global name, callees before callers."""
-    found: dict[tuple[str, str], FunctionType] = {}
+    functions: dict[tuple[str, str], FunctionType] = {}
 
     def visit(function: Any) -> None:
         for name in function.__code__.co_names:
             callee = function.__globals__.get(name)
-            if isinstance(callee, FunctionType) and _name(callee) not in found:
+            if isinstance(callee, FunctionType) and _name(callee) not in functions:
                 visit(callee)
-        found.setdefault(_name(function), function)
+        functions.setdefault(_name(function), function)
 
     for root in roots:
         visit(root)
-    return list(found.values())
+    return list(functions.values())
 
 
 def _name(function: FunctionType) -> tuple[str, str]:

@@ -20,7 +20,7 @@ FloatArray: TypeAlias = NDArray[np.float64]
 Stretch: TypeAlias = tuple[FloatArray, float, int]
 """Command (m,), length of a time step [s], number of such steps."""
 
-_ALIKE = 1e-6  # of a time step: what is closer to its end is taken to be at it
+_ROUNDING = 1e-6  # of a time step: a change closer to its end counts as at the end
 
 
 def arriving_commands(
@@ -30,7 +30,7 @@ def arriving_commands(
     timestep: float,
     steps: int,
 ) -> list[list[Stretch]]:
-    """What the valves are told in each sample, in stretches of equal time steps.
+    """Commands that reach the valves in each sample, in stretches of equal time steps.
 
     Args:
         commands: (n, m) held over each sample.
@@ -44,14 +44,14 @@ def arriving_commands(
     """
     edges: list[list[tuple[float, int, float]]] = [[] for _ in commands]
     for muscle, (delay, first) in enumerate(zip(delays, before, strict=True)):
-        told = np.concatenate([[first], commands[:, muscle]])
-        for sample in np.flatnonzero(np.diff(told)).tolist():
+        values = np.concatenate([[first], commands[:, muscle]])
+        for sample in np.flatnonzero(np.diff(values)).tolist():
             late = delay / timestep
-            if abs(late - round(late)) < _ALIKE:
+            if abs(late - round(late)) < _ROUNDING:
                 late = float(round(late))
             at, offset = divmod(sample * steps + late, steps)
             if at < len(commands):
-                edges[int(at)].append((offset, muscle, float(told[sample + 1])))
+                edges[int(at)].append((offset, muscle, float(values[sample + 1])))
     row, plan = np.array(before, dtype=float), []
     for arriving in edges:
         plan.append(_stretches(row, sorted(arriving), timestep, steps))
@@ -64,7 +64,7 @@ def arriving_commands(
 def _stretches(
     row: FloatArray, arriving: list[tuple[float, int, float]], timestep: float, steps: int
 ) -> list[Stretch]:
-    found: list[Stretch] = []
+    stretches: list[Stretch] = []
     points = sorted({*map(float, range(steps + 1)), *(offset for offset, _, _ in arriving)})
     for begin, end in pairwise(points):
         now = row.copy()
@@ -74,8 +74,8 @@ def _stretches(
         # A whole step is the time step itself, not what a difference has made of it.
         whole = begin == math.floor(begin) and end == begin + 1.0
         length = timestep if whole else (end - begin) * timestep
-        if found and found[-1][1] == length and np.array_equal(found[-1][0], now):
-            found[-1] = (now, length, found[-1][2] + 1)
+        if stretches and stretches[-1][1] == length and np.array_equal(stretches[-1][0], now):
+            stretches[-1] = (now, length, stretches[-1][2] + 1)
         else:
-            found.append((now, length, 1))
-    return found
+            stretches.append((now, length, 1))
+    return stretches

@@ -1,8 +1,8 @@
-"""Where an arm of one joint comes to rest: the torque balance itself, without going there in time.
+"""Angles at rest of an arm of one joint, from the torque balance without simulating in time.
 
 An angle at rest depends neither on the valves nor on the damping, so that hundreds of rigs can be
 compared in the time that one simulated response takes. What depends on the path is left out: dry
-friction, the hysteresis of the muscles, their creep (relaxed at rest) and the play of the chain.
+friction, the hysteresis of the muscles, their creep (relaxed at rest) and backlash.
 """
 
 from __future__ import annotations
@@ -63,7 +63,7 @@ def rest_angles(
             f"rig {rig.name!r} has {rig.model.nv} degrees of freedom; angles at rest are solved for"
             " arms of one joint"
         )
-    found = np.full(len(pressure), np.nan)
+    angle = np.full(len(pressure), np.nan)
     begin = np.zeros(len(pressure)) if near is None else near
     stride = _STRIDE if near is None else _STRIDE / 10.0
     data = mujoco.MjData(rig.model)  # serves all loads: their models are of one size
@@ -71,8 +71,8 @@ def rest_angles(
         arm = _Arm(rig, float(mass), data)
         for i in np.flatnonzero(load == mass):
             torque = arm.torque(pressure[i].tolist())
-            found[i] = _first_balance(torque, float(begin[i]), stride)
-    return found
+            angle[i] = _first_balance(torque, float(begin[i]), stride)
+    return angle
 
 
 def _first_balance(torque: Callable[[float], float], origin: float, stride: float) -> float:

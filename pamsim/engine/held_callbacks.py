@@ -50,9 +50,9 @@ class HeldCallbacks:
         self._holders.add(self)
         for model in models:
             lift_guard(model)
-        self.look()
+        self.check()
 
-    def look(self) -> None:
+    def check(self) -> None:
         """Put the callbacks back if another scope has taken them away.
 
         Raises:

@@ -1,7 +1,7 @@
-"""Rig parameters that live in the engine's own fields: joint, body and tendon properties.
+"""Rig parameters stored in the engine's own fields: joint, body and tendon properties.
 
 A name is ``element.name.field``, such as ``joint.shaft.damping`` or ``body.arm.mass``. Two are not
-plain fields: ``tendon.NAME.coef``, the radius of the wheel a fixed tendon runs on (its sign, which
+plain fields: ``tendon.NAME.coef``, the radius of the pulley a fixed tendon runs on (its sign, which
 the MJCF sets, is kept), and ``body.NAME.tilt``, a turn of a static body about its x axis.
 """
 
@@ -34,7 +34,7 @@ _FIELDS: dict[str, FieldSpec] = {
         unit="rad", low=-math.pi, high=math.pi, low_open=False, doc="turn about the x axis"
     ),
     "tendon.coef": FieldSpec(
-        unit="m", low=0.0, high=10.0, low_open=True, doc="radius of the wheel the tendon runs on"
+        unit="m", low=0.0, high=10.0, low_open=True, doc="radius of the pulley the tendon runs on"
     ),
     "tendon.damping": FieldSpec(
         unit="N*s/m", low=0.0, high=1e6, low_open=False, doc="viscous friction along the tendon"

@@ -18,8 +18,8 @@ from pamsim.core.errors import InputError, nearest
 from pamsim.core.parameters import FieldSpec, check_value, specs
 from pamsim.engine.attach import attach, compile_model
 from pamsim.engine.callback import set_integrator
-from pamsim.engine.looks import drop_looks
 from pamsim.engine.native import is_native, native_si, set_native
+from pamsim.engine.visual_geoms import remove_visual_geoms
 from pamsim.signals.sensors import MeasurementChain
 from pamsim.store.rig_file import RigFile, read_rig
 
@@ -179,7 +179,7 @@ def load_rig(rig: str | os.PathLike[str], *, scene: bool = False) -> Rig:
             f" params.toml. For a mixed model use pamsim.attach (found {spec.actuators[0].name!r})"
         )
     if not scene:
-        drop_looks(spec)
+        remove_visual_geoms(spec)
     for name, tendon in file.tendons.items():
         attach(spec, tendon=tendon, muscle=muscles[name], name=name)
     model = compile_model(spec)

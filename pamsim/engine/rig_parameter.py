@@ -1,4 +1,4 @@
-"""One parameter of a loaded rig by its name: value, allowed range, and what the file says of it."""
+"""One parameter of a loaded rig by its name: value, allowed range, and its entry in the file."""
 
 from __future__ import annotations
 

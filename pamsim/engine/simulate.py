@@ -11,14 +11,14 @@ from numpy.typing import NDArray
 from pamsim.core.errors import InputError
 from pamsim.core.experiment import Experiment
 from pamsim.core.recording import Outcome, Recording
+from pamsim.engine.backlash_check import check_backlash
 from pamsim.engine.callback import live
 from pamsim.engine.chamber_trace import gauge_pressures, tensions
 from pamsim.engine.delayed_command import Stretch, arriving_commands
-from pamsim.engine.play_check import check_play
 from pamsim.engine.rig import Rig
 from pamsim.engine.settle import EachStep, advance, settle
 from pamsim.engine.state import restore_state, save_state
-from pamsim.engine.step_check import check_timestep
+from pamsim.engine.timestep_check import check_timestep
 from pamsim.engine.trace import empty_trace, first_breakdown
 
 _LOOK_EVERY = 64
@@ -84,8 +84,8 @@ def simulate(
     """
     if from_state is not None and any(_delays(rig)):
         raise InputError(
-            "a run with valve.delay cannot be continued: its state lacks the commands under way;"
-            " simulate the whole experiment at once"
+            "a run with valve.delay cannot be continued: its state does not hold the commands"
+            " under way; simulate the whole experiment at once"
         )
     run = prepare(rig, experiment, timestep=timestep, integrator=integrator)
     data = mujoco.MjData(run.model)
@@ -123,7 +123,7 @@ def prepare(
         integrator=integrator,
     )
     check_timestep(model, rig.muscles)
-    check_play(model, rig.muscles)
+    check_backlash(model, rig.muscles)
     return Run(
         rig=rig,
         experiment=experiment,
@@ -257,7 +257,7 @@ def record(
 
 
 def _arriving(run: Run, commands: NDArray[np.float64]) -> list[list[Stretch]] | None:
-    """What the valves are told in each sample; None if it is what was commanded there."""
+    """Commands that reach the valves in each sample; None if that is what was commanded there."""
     delays, start = _delays(run.rig), run.experiment.start_pressure
     if not any(delays):
         return None

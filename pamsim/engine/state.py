@@ -108,17 +108,17 @@ def pressures(model: mujoco.MjModel, data: mujoco.MjData) -> NDArray[np.float64]
     Returns:
         (m,) [Pa], in actuator order.
     """
-    found: list[float] = []
+    values: list[float] = []
     for index in muscle_ids(model):
         first = model.actuator_actadr[index]
-        found.append(
+        values.append(
             gauge_pressure(
                 model.actuator_user[index].tolist(),
                 data.act[first : first + model.actuator_actnum[index]].tolist(),
                 float(data.actuator_length[model.actuator_outadr[index]]),
             )
         )
-    return np.array(found)
+    return np.array(values)
 
 
 def save_state(model: mujoco.MjModel, data: mujoco.MjData) -> NDArray[np.float64]:

@@ -107,14 +107,14 @@ DATA_FIELDS = ("time", "ctrl", "act", "act_dot", "actuator_length", "actuator_ve
 @functools.cache
 def callback_offsets() -> Mapping[str, int]:
     """Offsets of every field the callback touches, as ``{"time": 123, ...}``."""
-    found = {name: offset("mjModel", name) for name in MODEL_FIELDS}
-    found |= {name: offset("mjData", name) for name in DATA_FIELDS}
-    found["timestep"] = offset("mjModel", "opt") + offset("mjOption", "timestep")
-    return found
+    offsets = {name: offset("mjModel", name) for name in MODEL_FIELDS}
+    offsets |= {name: offset("mjData", name) for name in DATA_FIELDS}
+    offsets["timestep"] = offset("mjModel", "opt") + offset("mjOption", "timestep")
+    return offsets
 
 
 def verify_offsets(model: mujoco.MjModel, data: mujoco.MjData) -> None:
-    """Check the computed offsets against what the bindings say of a model that has actuators.
+    """Check the computed offsets against the addresses that the bindings give.
 
     Raises:
         EngineError: naming the first field that lies elsewhere.

@@ -1,4 +1,4 @@
-"""Arms that go through episodes: what one environment and a vector of them have in common.
+"""Reset and step of arms in episodes, shared by single and vector environments.
 
 Everything is kept in rows, one per arm, and computed element by element, so that an arm's results
 do not depend on how many others go with it.
@@ -16,13 +16,13 @@ from numpy.typing import NDArray
 
 from pamsim.core.errors import InputError
 from pamsim.engine.chamber_gauge import ChamberGauge
-from pamsim.envs.commands import KINDS
+from pamsim.envs.actions import KINDS
 from pamsim.envs.episode import COLUMNS, STIFFNESS, TORQUE, Episodes
 from pamsim.envs.instruments import instruments, set_errors
+from pamsim.envs.observation_and_reward import first_sample, next_sample
 from pamsim.envs.plant import ManyArms, OneArm, Plant
 from pamsim.envs.reach import JointStiffness, reach_of
-from pamsim.envs.rest import Rest
-from pamsim.envs.sampling import first_sample, next_sample
+from pamsim.envs.reset import RestStates
 from pamsim.envs.settings import ArmSettings
 
 FloatArray = NDArray[np.float64]
@@ -37,7 +37,7 @@ class Arms:
 
     Args:
         settings: of the environment.
-        kind: of its actions, one of `pamsim.envs.commands.KINDS`.
+        kind: of its actions, one of `pamsim.envs.actions.KINDS`.
         count: how many arms.
         threads: to step them on, 0 for one per processor; None for a single arm without a pool.
 
@@ -46,7 +46,7 @@ class Arms:
         supply: pressure that measured and commanded ones are scaled by [Pa].
         period: between samples [s].
         reach: what tasks are scaled by.
-        observation: (n, 8) what is seen and what is asked for next; not changed afterwards.
+        observation: (n, 8) readings and the reference of the next sample; not changed afterwards.
         true: (n, 3) angles [rad] and pressures [Pa] behind it.
         observation_space: of one arm.
         action_space: of one arm.
@@ -74,7 +74,7 @@ class Arms:
         self.action_space = self._kind.space()
         self._episodes = Episodes(settings, rig, self.reach, self.period)
         self.samples = self._episodes.samples
-        self._rest = Rest(rig, self._kind, settings.start_pressure, self.period)
+        self._rest = RestStates(rig, self._kind, settings.start_pressure, self.period)
         self._instruments = instruments(settings, rig.sensor, count)
         _, model, _ = self._rest.at({}, settings.load_range[0])
         self._plant: Plant = (
@@ -93,13 +93,13 @@ class Arms:
         self._table = np.zeros((count, self.samples + 1, COLUMNS))
         self._rows = np.arange(count)
         self._sample = np.zeros(count, dtype=np.int64)
-        self._seen, self.true = np.zeros((count, 3)), np.zeros((count, 3))
+        self._measured, self.true = np.zeros((count, 3)), np.zeros((count, 3))
         self.observation = np.zeros((count, len(LOW)))
 
-    def begin(self, generators: Mapping[int, np.random.Generator]) -> None:
-        """Let some arms begin new episodes, drawn from a generator each."""
+    def reset(self, generators: Mapping[int, np.random.Generator]) -> None:
+        """Begin new episodes in some arms, each drawn from its own generator."""
         drawn = {arm: self._episodes.draw(generator) for arm, generator in generators.items()}
-        rests = {arm: self._rest.at(one.values, one.load) for arm, one in drawn.items()}
+        rests = {arm: self._rest.at(episode.values, episode.load) for arm, episode in drawn.items()}
         self._plant.put({arm: (model, state) for arm, (_, model, state) in rests.items()})
         for arm, (_, model, _) in rests.items():
             self._gauge.set_parameters(arm, model)
@@ -117,7 +117,7 @@ class Arms:
             new,
             self.true,
             self._instruments,
-            self._seen,
+            self._measured,
             self._table,
             self.supply,
             self.observation,
@@ -147,7 +147,7 @@ class Arms:
         next_sample(
             self.true,
             self._instruments,
-            self._seen,
+            self._measured,
             self._table,
             self._sample,
             command,
@@ -207,10 +207,10 @@ class Arms:
         self._plant.close()
 
     def _read(self) -> FloatArray:
-        found = np.empty((len(self._rows), 3))
-        found[:, 0] = self._plant.angle
-        self._gauge.read(self._plant.act, self._plant.length, found[:, 1:])
-        return found
+        readings = np.empty((len(self._rows), 3))
+        readings[:, 0] = self._plant.angle
+        self._gauge.read(self._plant.act, self._plant.length, readings[:, 1:])
+        return readings
 
 
 def _stretches(delays: list[int], steps: int) -> tuple[list[tuple[int, tuple[int, ...]]], int]:
@@ -225,8 +225,8 @@ def _stretches(delays: list[int], steps: int) -> tuple[list[tuple[int, tuple[int
         is then; and how many commands have to be remembered.
     """
     ends = sorted({delay % steps for delay in delays} - {0})
-    found = []
+    stretches = []
     for begin, end in zip([0, *ends], [*ends, steps], strict=True):
         old = tuple(delay // steps + (begin < delay % steps) for delay in delays)
-        found.append((end - begin, old))
-    return found, 1 + max(max(old) for _, old in found)
+        stretches.append((end - begin, old))
+    return stretches, 1 + max(max(old) for _, old in stretches)

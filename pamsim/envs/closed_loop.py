@@ -1,4 +1,4 @@
-"""Let a controller drive an environment, and say how well it did."""
+"""Run a controller in an environment and record the episode."""
 
 from __future__ import annotations
 
@@ -9,10 +9,10 @@ from numpy.typing import NDArray
 
 from pamsim.actuator.kernel import valve_opening
 from pamsim.actuator.layout import slot
-from pamsim.controllers.controller import Command, Controller, Sight
+from pamsim.controllers.controller import Command, Controller, Observation
 from pamsim.core.errors import InputError
+from pamsim.envs.actions import KINDS
 from pamsim.envs.arms import Arms
-from pamsim.envs.commands import KINDS
 from pamsim.envs.pam_arm import PamArmEnv
 from pamsim.pneumatics.air import GAS_CONSTANT
 
@@ -40,7 +40,7 @@ class Drive:
         pressure: (n, 2) true gauge pressures there [Pa].
         command: (n, 2) during the step: set points [Pa] or openings.
         opening: (n, 2) of the valves at the end of the step, in [-1, 1].
-        air: (n, 2) let in during the step [kg]; what goes in and out within one step is not seen.
+        air: (n, 2) let in during the step [kg]; flow in and out within one step is not counted.
         stiffness: (n,) of the joint between shut muscles at the end of the step [N m/rad].
         wanted_stiffness: (n,) [N m/rad]; 0 where it is free.
         reward: of the episode.
@@ -58,14 +58,14 @@ class Drive:
     reward: float
 
 
-def sight(arms: Arms, observation: FloatArray, time: float) -> Sight:
-    """What an observation of an environment tells a controller."""
-    angle, velocity, one, two, reference, rate, acceleration, stiffness = observation.tolist()
-    return Sight(
+def controller_observation(arms: Arms, observation: FloatArray, time: float) -> Observation:
+    """Observation of an environment as controllers take it."""
+    angle, velocity, *pressures, reference, rate, acceleration, stiffness = observation.tolist()
+    return Observation(
         time=time,
         angle=angle,
         velocity=velocity,
-        pressure=(one * arms.supply, two * arms.supply),
+        pressure=(pressures[0] * arms.supply, pressures[1] * arms.supply),
         reference=reference,
         reference_rate=rate,
         reference_acceleration=acceleration,
@@ -83,8 +83,7 @@ def action(env: PamArmEnv, command: Command) -> NDArray[np.generic]:
         return (wanted / (0.5 * env.arms.supply) - 1.0).astype(np.float32)
     if env.kind == "valve":
         return wanted.astype(np.float32)
-    one, two = wanted
-    return np.array([one > ON, one < -ON, two > ON, two < -ON], dtype=np.int8)
+    return np.column_stack([wanted > ON, wanted < -ON]).ravel().astype(np.int8)
 
 
 def drive(env: PamArmEnv, controller: Controller, seed: int) -> Drive:
@@ -106,25 +105,25 @@ def drive(env: PamArmEnv, controller: Controller, seed: int) -> Drive:
         )
     arms = env.arms
     observation, _ = env.reset(seed=seed)
-    memory = controller.start(sight(arms, observation, 0.0))
+    memory = controller.start(controller_observation(arms, observation, 0.0))
     rows: list[list[float]] = []
     total, over, before = 0.0, False, arms.air()[0]
     while not over:
-        seen = sight(arms, observation, len(rows) * arms.period)
-        command, memory = controller.act(seen, memory)
-        observation, reward, broken, ended, told = env.step(action(env, command))
+        observed = controller_observation(arms, observation, len(rows) * arms.period)
+        command, memory = controller.act(observed, memory)
+        observation, reward, broken, ended, info = env.step(action(env, command))
         over, total = broken or ended, total + reward
-        after, pressure = arms.air()[0], told["pressure"]
+        after, pressure = arms.air()[0], info["pressure"]
         rows.append(
             [
-                told["angle"],
-                seen.reference,
+                info["angle"],
+                observed.reference,
                 *pressure,
                 *command,
                 *_openings(arms, command, pressure),
                 *_let_in(arms, before, after, pressure),
                 float(arms.stiffness()[0]),
-                seen.stiffness or 0.0,
+                observed.stiffness or 0.0,
             ]
         )
         before = after
@@ -145,8 +144,8 @@ def drive(env: PamArmEnv, controller: Controller, seed: int) -> Drive:
 
 def _openings(arms: Arms, command: Command, pressure: FloatArray) -> list[float]:
     return [
-        valve_opening(row, told, at, 0.0)
-        for row, told, at in zip(arms.rows[0], command, pressure.tolist(), strict=True)
+        valve_opening(row, opening, at, 0.0)
+        for row, opening, at in zip(arms.rows[0], command, pressure.tolist(), strict=True)
     ]
 
 

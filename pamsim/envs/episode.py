@@ -12,9 +12,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pamsim.engine.rig import Rig
+from pamsim.envs.randomisation import random_parameters
 from pamsim.envs.reach import Reach
 from pamsim.envs.settings import ArmSettings
-from pamsim.envs.spread import spreads
 from pamsim.envs.tasks import TASKS
 
 FloatArray = NDArray[np.float64]
@@ -33,7 +33,7 @@ class Episode:
         values: parameters of the arm that differ from the rig's [SI].
         load: [kg].
         table: (samples + 1, COLUMNS). Row k holds what is asked at the end of step k and the torque
-            during it, in SI, and the noise of what is seen before it, in standard deviations.
+            during it, in SI, and the noise of the readings before it, in standard deviations.
     """
 
     values: dict[str, float]
@@ -56,13 +56,12 @@ class Episodes:
         self._settings = settings
         self._reach = reach
         self._time: FloatArray = period * np.arange(self.samples + 2, dtype=np.float64)
-        self._spreads = spreads(rig) if settings.randomize else []
+        self._random = random_parameters(rig) if settings.randomize else []
 
     def draw(self, rng: np.random.Generator) -> Episode:
         """One episode."""
         values = {
-            one.name: float(np.clip(rng.normal(one.value, one.sd), one.low, one.high))
-            for one in self._spreads
+            p.name: float(np.clip(rng.normal(p.value, p.sd), p.low, p.high)) for p in self._random
         }
         low, high = self._settings.load_range
         load = float(rng.uniform(low, high)) if high > low else low

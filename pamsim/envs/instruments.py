@@ -1,4 +1,4 @@
-"""The instruments of arms that are looked at together: lag, scale, bias, noise and rounding."""
+"""Instruments of the environments: lag, scale, bias, noise and rounding."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ class Gauge(NamedTuple):
         done: (n, 3) share of a jump that a lag makes up within a period; 1 without lag.
         along: (n, 3) share of a change spread evenly over it.
         noise: (3,) standard deviations.
-        step: (3,) smallest differences told apart; 0 for any.
+        step: (3,) resolution; 0 for unlimited.
         held: (n, 3) memory: signals behind their lags.
         before: (n, 3) memory: true signals of the last sample.
     """

@@ -77,7 +77,7 @@ class PamArmEnv(gymnasium.Env[FloatArray, NDArray[Any]]):
             The observation, and `information`.
         """
         super().reset(seed=seed)
-        self.arms.begin({0: self.np_random})
+        self.arms.reset({0: self.np_random})
         if self.render_mode == "human":
             self.render()
         return self.arms.observation[0], self.information()

@@ -73,9 +73,9 @@ class PamArmVectorEnv(VectorEnv[FloatArray, NDArray[Any], NDArray[Any]]):
         for name, given in (("seeds", seeds), ("reset_mask", mask)):
             if given is not None and len(given) != self.num_envs:
                 raise InputError(f"{len(given)} {name} for {self.num_envs} arms; give one each")
-        for arm, one in enumerate(seeds or []):
-            if one is not None and mask[arm]:
-                self._generators[arm], _ = seeding.np_random(one)
+        for arm, own in enumerate(seeds or []):
+            if own is not None and mask[arm]:
+                self._generators[arm], _ = seeding.np_random(own)
         self._begin(mask)
         return self.arms.observation, self.information(mask)
 
@@ -100,7 +100,7 @@ class PamArmVectorEnv(VectorEnv[FloatArray, NDArray[Any], NDArray[Any]]):
         )
 
     def information(self, mask: NDArray[np.bool_]) -> dict[str, Any]:
-        """As of a single environment, a row per arm; a mask says which rows are new."""
+        """The same as for a single environment, a row per arm; a mask marks the new rows."""
         true = self.arms.true
         return {
             "angle": true[:, 0].copy(),
@@ -114,7 +114,7 @@ class PamArmVectorEnv(VectorEnv[FloatArray, NDArray[Any], NDArray[Any]]):
         self.arms.close()
 
     def _begin(self, mask: NDArray[np.bool_]) -> None:
-        self.arms.begin({int(arm): self._generators[arm] for arm in np.flatnonzero(mask)})
+        self.arms.reset({int(arm): self._generators[arm] for arm in np.flatnonzero(mask)})
         self._over = self._over & ~mask
 
 

@@ -20,21 +20,21 @@ _STATE = ("time", "qpos", "qvel", "act", "qacc_warmstart", "ctrl", "qfrc_applied
 _POSITION = int(mujoco.mjtStage.mjSTAGE_POS)
 
 
-def slopes(model: mujoco.MjModel) -> FloatArray | None:
+def tendon_jacobian(model: mujoco.MjModel) -> FloatArray | None:
     """Lengths of the muscles' tendons per angle, as the engine multiplies them.
 
     Returns:
         (nout,) [m/rad] if every actuator pulls a fixed tendon of the model's one joint, else None.
     """
-    found = np.zeros(model.nout)
+    jacobian = np.zeros(model.nout)
     for index in range(len(model.actuator_trnid)):
         tendon = model.actuator_trnid[index, 0]
         wrap = model.tendon_adr[tendon]
         fixed = model.wrap_type[wrap] == mujoco.mjtWrap.mjWRAP_JOINT
         if model.nq != 1 or not fixed or model.tendon_num[tendon] != 1:
             return None
-        found[model.actuator_outadr[index]] = model.wrap_prm[wrap]
-    return found
+        jacobian[model.actuator_outadr[index]] = model.wrap_prm[wrap]
+    return jacobian
 
 
 class Plant(Protocol):
@@ -81,7 +81,7 @@ class OneArm:
     def __init__(self, rig: Rig) -> None:
         self._joint, self._dof = rig.angle_address, rig.velocity_address
         self._held = HeldCallbacks()
-        self._slopes: FloatArray | None = None
+        self._jacobian: FloatArray | None = None
 
     def put(self, states: dict[int, tuple[mujoco.MjModel, FloatArray]]) -> None:
         """See `Plant.put`."""
@@ -93,7 +93,7 @@ class OneArm:
         self._data, self._ctrl, self._torque = data, data.ctrl, data.qfrc_applied
         self.angle = data.qpos[self._joint : self._joint + 1]
         self.act = data.act[np.newaxis]
-        self._slopes = slopes(model)
+        self._jacobian = tendon_jacobian(model)
         self._measure()
 
     def push(self, torque: FloatArray) -> None:
@@ -102,7 +102,7 @@ class OneArm:
 
     def step(self, commands: Sequence[tuple[int, FloatArray]]) -> None:
         """See `Plant.step`."""
-        self._held.look()
+        self._held.check()
         for count, command in commands:
             self._ctrl[:] = command[0]
             mujoco.mj_step(self._model, self._data, count)
@@ -110,11 +110,11 @@ class OneArm:
 
     def _measure(self) -> None:
         # The engine's own lengths are of the instant the last step started from.
-        if self._slopes is None:
+        if self._jacobian is None:
             mujoco.mj_fwdPosition(self._model, self._data)
             self.length = self._data.actuator_length[np.newaxis]
         else:
-            self.length = (self._slopes * self.angle)[np.newaxis]
+            self.length = (self._jacobian * self.angle)[np.newaxis]
 
     def warnings(self) -> int:
         """See `Plant.warnings`."""
@@ -145,9 +145,9 @@ class ManyArms:
         self._torque = batch.qfrc_applied[:, rig.velocity_address]
         self.angle = batch.qpos[:, rig.angle_address]
         self.act = batch.act
-        own = slopes(model)
-        self._slopes = None if own is None else np.tile(own, (count, 1))
-        if self._slopes is None:
+        own = tendon_jacobian(model)
+        self._jacobian = None if own is None else np.tile(own, (count, 1))
+        if self._jacobian is None:
             self.length = batch.bind("actuator_length")
 
     def put(self, states: dict[int, tuple[mujoco.MjModel, FloatArray]]) -> None:
@@ -158,15 +158,15 @@ class ManyArms:
             for field in _STATE:
                 getattr(self._batch, field)[arm] = getattr(self._scratch, field)
             self._batch.warning[arm] = 0
-            if self._slopes is not None:
-                self._slopes[arm] = slopes(model)
+            if self._jacobian is not None:
+                self._jacobian[arm] = tendon_jacobian(model)
         distinct = list({id(model): model for model in self._models}.values())
         self._held.keep(*distinct)
         self._batch.set_models(distinct[0] if len(distinct) == 1 else self._models)
-        if self._slopes is None:
+        if self._jacobian is None:
             self._batch.forward(stage=_POSITION)
         else:
-            self.length = self._slopes * self.angle[:, np.newaxis]
+            self.length = self._jacobian * self.angle[:, np.newaxis]
 
     def push(self, torque: FloatArray) -> None:
         """See `Plant.push`."""
@@ -174,13 +174,13 @@ class ManyArms:
 
     def step(self, commands: Sequence[tuple[int, FloatArray]]) -> None:
         """See `Plant.step`."""
-        self._held.look()
+        self._held.check()
         for number, (count, command) in enumerate(commands, start=1):
             self._ctrl[:] = command
-            wanted = self._slopes is None and number == len(commands)
+            wanted = self._jacobian is None and number == len(commands)
             self._batch.step(nstep=count, stage=_POSITION if wanted else 0)
-        if self._slopes is not None:
-            self.length = self._slopes * self.angle[:, np.newaxis]
+        if self._jacobian is not None:
+            self.length = self._jacobian * self.angle[:, np.newaxis]
 
     def warnings(self) -> int:
         """See `Plant.warnings`."""

@@ -66,11 +66,11 @@ def mean_score(scores: list[Score]) -> Score:
     """Means over episodes; of the RMSE the root of the mean square, of the worst the largest."""
 
     def mean(name: str) -> float:
-        return float(np.mean([getattr(one, name) for one in scores]))
+        return float(np.mean([getattr(score, name) for score in scores]))
 
     return Score(
-        rmse=math.sqrt(float(np.mean([one.rmse**2 for one in scores]))),
-        worst=max(one.worst for one in scores),
+        rmse=math.sqrt(float(np.mean([score.rmse**2 for score in scores]))),
+        worst=max(score.worst for score in scores),
         overshoot=mean("overshoot"),
         settling=mean("settling"),
         stiffness_error=mean("stiffness_error"),
@@ -87,7 +87,7 @@ def _steps(run: Drive) -> list[tuple[float, float]]:
     if len(jumps) > 0.1 * len(run.reference):
         return []
     starts = [0, *jumps.tolist()]
-    found: list[tuple[float, float]] = []
+    steps: list[tuple[float, float]] = []
     for begin, end in zip(starts, [*jumps.tolist(), len(run.reference)], strict=True):
         wanted = float(run.reference[begin])
         height = wanted - float(run.angle[begin - 1] if begin else 0.0)
@@ -97,5 +97,5 @@ def _steps(run: Drive) -> list[tuple[float, float]]:
         band = max(SETTLED_SHARE * abs(height), SETTLED_ANGLE)
         outside = np.flatnonzero(np.abs(beyond) > band)
         settled = (int(outside[-1]) + 1) * run.period if len(outside) else 0.0
-        found.append((max(0.0, float(beyond.max()) / abs(height)), settled))
-    return found
+        steps.append((max(0.0, float(beyond.max()) / abs(height)), settled))
+    return steps

@@ -1,4 +1,4 @@
-"""What can be chosen about an environment, checked."""
+"""Options of the environments, checked."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ class ArmSettings:
         task: one of `pamsim.envs.tasks.TASKS`.
         duration: of an episode [s].
         frame_skip: time steps of the engine per action.
-        load: mass on the arm [kg], or a pair to draw it from anew for every episode.
+        load: mass on the arm [kg], or a range from which it is drawn for every episode.
         start_pressure: in both muscles, at rest, at the start [Pa].
         angle_noise: standard deviation of white noise on the measured angle [rad].
         pressure_noise: the same on the measured pressures [Pa].

@@ -29,7 +29,7 @@ MULTISINE_HZ = (0.1, 0.3, 0.5, 0.7, 1.1)
 
 
 @dataclass(frozen=True, kw_only=True)
-class Asked:
+class TaskSignals:
     """What an episode asks for, at each of its samples.
 
     Attributes:
@@ -47,15 +47,15 @@ class Asked:
     torque: FloatArray
 
 
-Task: TypeAlias = Callable[[np.random.Generator, FloatArray, Reach], Asked]
+Task: TypeAlias = Callable[[np.random.Generator, FloatArray, Reach], TaskSignals]
 
 
-def _asked(time: FloatArray, **given: FloatArray) -> Asked:
+def _signals(time: FloatArray, **given: FloatArray) -> TaskSignals:
     still = {
         name: np.zeros(len(time))
         for name in ("angle", "rate", "acceleration", "stiffness", "torque")
     }
-    return Asked(**{**still, **given})
+    return TaskSignals(**{**still, **given})
 
 
 def _steps(
@@ -65,17 +65,17 @@ def _steps(
     return rng.uniform(low, high, index[-1] + 1)[index]
 
 
-def regulation(rng: np.random.Generator, time: FloatArray, reach: Reach) -> Asked:
+def regulation(rng: np.random.Generator, time: FloatArray, reach: Reach) -> TaskSignals:
     """One angle for the whole episode."""
-    return _asked(time, angle=np.full(len(time), rng.uniform(-reach.angle, reach.angle)))
+    return _signals(time, angle=np.full(len(time), rng.uniform(-reach.angle, reach.angle)))
 
 
-def step(rng: np.random.Generator, time: FloatArray, reach: Reach) -> Asked:
+def step(rng: np.random.Generator, time: FloatArray, reach: Reach) -> TaskSignals:
     """A new angle every two seconds."""
-    return _asked(time, angle=_steps(rng, time, -reach.angle, reach.angle))
+    return _signals(time, angle=_steps(rng, time, -reach.angle, reach.angle))
 
 
-def sine(rng: np.random.Generator, time: FloatArray, reach: Reach) -> Asked:
+def sine(rng: np.random.Generator, time: FloatArray, reach: Reach) -> TaskSignals:
     """A sine of half to full reach that grows from rest over a second."""
     height = reach.angle * rng.uniform(0.5, 1.0)
     low, high = np.log(SINE_HZ)
@@ -83,7 +83,7 @@ def sine(rng: np.random.Generator, time: FloatArray, reach: Reach) -> Asked:
     return _tones(time, np.array([height]), np.array([turn]), np.zeros(1))
 
 
-def multisine(rng: np.random.Generator, time: FloatArray, reach: Reach) -> Asked:
+def multisine(rng: np.random.Generator, time: FloatArray, reach: Reach) -> TaskSignals:
     """Five tones at random phases that grow from rest over a second; their peaks may add up."""
     turn = 2.0 * math.pi * np.array(MULTISINE_HZ)
     phase = rng.uniform(0.0, 2.0 * math.pi, len(turn))
@@ -91,16 +91,16 @@ def multisine(rng: np.random.Generator, time: FloatArray, reach: Reach) -> Asked
     return _tones(time, height, turn, phase)
 
 
-def stiffness(rng: np.random.Generator, time: FloatArray, reach: Reach) -> Asked:
+def stiffness(rng: np.random.Generator, time: FloatArray, reach: Reach) -> TaskSignals:
     """A new angle and a new stiffness of the joint every two seconds."""
     angle = _steps(rng, time, -0.5 * reach.angle, 0.5 * reach.angle)
-    return _asked(time, angle=angle, stiffness=_steps(rng, time, *reach.stiffness))
+    return _signals(time, angle=angle, stiffness=_steps(rng, time, *reach.stiffness))
 
 
-def disturbance(rng: np.random.Generator, time: FloatArray, reach: Reach) -> Asked:
+def disturbance(rng: np.random.Generator, time: FloatArray, reach: Reach) -> TaskSignals:
     """One angle, and a torque from outside that jumps every second, the first second apart."""
     torque = _steps(rng, time, -reach.torque, reach.torque, every=1.0)
-    return _asked(
+    return _signals(
         time,
         angle=np.full(len(time), 0.5 * rng.uniform(-reach.angle, reach.angle)),
         torque=np.where(time < 1.0 - 1e-9, 0.0, torque),
@@ -119,7 +119,9 @@ TASKS: Mapping[str, Task] = MappingProxyType(
 )
 
 
-def _tones(time: FloatArray, height: FloatArray, turn: FloatArray, phase: FloatArray) -> Asked:
+def _tones(
+    time: FloatArray, height: FloatArray, turn: FloatArray, phase: FloatArray
+) -> TaskSignals:
     """A sum of sines [rad] under an envelope that grows smoothly over the first second."""
     along = np.minimum(time, 1.0)
     envelope = along**3 * (10.0 - 15.0 * along + 6.0 * along**2)
@@ -129,7 +131,7 @@ def _tones(time: FloatArray, height: FloatArray, turn: FloatArray, phase: FloatA
     plain = (height * np.sin(at)).sum(axis=1)
     rate = (height * turn * np.cos(at)).sum(axis=1)
     acceleration = -(height * turn**2 * np.sin(at)).sum(axis=1)
-    return _asked(
+    return _signals(
         time,
         angle=envelope * plain,
         rate=slope * plain + envelope * rate,

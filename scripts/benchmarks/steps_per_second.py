@@ -20,8 +20,8 @@ import mujoco
 import numpy as np
 
 import pamsim
-from pamsim.engine.looks import drop_looks
 from pamsim.engine.rig import Rig
+from pamsim.engine.visual_geoms import remove_visual_geoms
 
 ROUNDS = 15
 SECONDS_PER_RUN = 0.2
@@ -30,7 +30,7 @@ SECONDS_PER_RUN = 0.2
 def builtin_arm(rig: Rig) -> mujoco.MjModel:
     """The rig's MJCF with MuJoCo's built-in muscle on each tendon."""
     spec = mujoco.MjSpec.from_file(str(rig.file.mjcf))
-    drop_looks(spec)  # as in the rig's own model
+    remove_visual_geoms(spec)  # as in the rig's own model
     for name, tendon in rig.file.tendons.items():
         actuator = spec.add_actuator()
         actuator.name = name

@@ -7,16 +7,16 @@ import math
 import numpy as np
 
 import pamsim
-from pamsim.controllers.controller import Sight
+from pamsim.controllers.controller import Observation
 
 PERIOD = 0.02
 SUPPLY = 6e5
 LEVEL = 3e5
 
 
-def sight(angle=0.0, velocity=0.0, pressure=(LEVEL, LEVEL), wanted=(0.0, 0.0, 0.0), **more):
-    """A sight; ``wanted`` is the angle of the next sample and its two derivatives."""
-    return Sight(
+def observe(angle=0.0, velocity=0.0, pressure=(LEVEL, LEVEL), wanted=(0.0, 0.0, 0.0), **more):
+    """An observation; ``wanted`` is the angle of the next sample and its two derivatives."""
+    return Observation(
         time=0.0,
         angle=angle,
         velocity=velocity,
@@ -51,15 +51,15 @@ class _Hook:
             return
         if data.time > self._samples * PERIOD - 1e-9:
             self._samples += 1
-            seen = sight(
+            observation = observe(
                 angle=float(data.qpos[0]),
                 velocity=float(data.qvel[0]),
                 pressure=tuple(pamsim.pressures(model, data).tolist()),
                 wanted=self._wanted(self._samples * PERIOD),
             )
             if self._memory is None:
-                self._memory = self._controller.start(seen)
-            self._command, self._memory = self._controller.act(seen, self._memory)
+                self._memory = self._controller.start(observation)
+            self._command, self._memory = self._controller.act(observation, self._memory)
         data.ctrl[:] = self._command
 
 

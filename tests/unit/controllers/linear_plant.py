@@ -5,13 +5,15 @@ from __future__ import annotations
 import numpy as np
 from scipy.signal import cont2discrete
 
-from pamsim.controllers.split import PressureSplit
-from pamsim.controllers.trim_point import TrimPoint
+from pamsim.controllers.linearisation_point import LinearisationPoint
+from pamsim.controllers.pressure_split import PressureSplit
 from pamsim.linear.second_order_model import SecondOrderModel
-from tests.unit.controllers.closed_loop import LEVEL, SUPPLY, sight
+from tests.unit.controllers.closed_loop import LEVEL, SUPPLY, observe
 
 MODEL = SecondOrderModel(gain=3e-6, a1=0.066, a2=0.0092)
-POINT = TrimPoint(split=PressureSplit(common=LEVEL, supply=SUPPLY), difference=2e4, angle=0.05)
+POINT = LinearisationPoint(
+    split=PressureSplit(common=LEVEL, supply=SUPPLY), difference=2e4, angle=0.05
+)
 
 
 class LinearPlant:
@@ -24,9 +26,9 @@ class LinearPlant:
         self._period, self._disturbance = period, disturbance
         self.state, self.time = np.array(state, dtype=float), 0.0
 
-    def seen(self, wanted=(POINT.angle, 0.0, 0.0), told=0.0):
+    def observation(self, wanted=(POINT.angle, 0.0, 0.0), told=0.0):
         first, second = POINT.pressures(told)
-        return sight(
+        return observe(
             angle=POINT.angle + float(self.state[0]),
             velocity=float(self.state[1]),
             pressure=(first, second),
@@ -40,10 +42,10 @@ class LinearPlant:
 
     def close(self, controller, wanted, samples):
         """Angles [rad] at every sample under a controller, and its memory at the end."""
-        memory, angles = controller.start(self.seen()), []
+        memory, angles = controller.start(self.observation()), []
         for _ in range(samples):
             angles.append(POINT.angle + self.state[0])
-            seen = self.seen(wanted(self.time + self._period))
-            command, memory = controller.act(seen, memory)
+            observation = self.observation(wanted(self.time + self._period))
+            command, memory = controller.act(observation, memory)
             self.take(command)
         return np.array(angles), memory

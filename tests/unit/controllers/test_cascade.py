@@ -14,7 +14,7 @@ from pamsim.controllers.cascade import Cascade, PressureLoop
 from pamsim.controllers.feed_forward import FeedForward
 from pamsim.controllers.pid import Pid
 from pamsim.controllers.pressure_rate import full_rates, regulated_lag
-from pamsim.controllers.split import PressureSplit
+from pamsim.controllers.pressure_split import PressureSplit
 from pamsim.core.errors import InputError
 from tests.unit.controllers.closed_loop import (
     LEVEL,
@@ -22,8 +22,8 @@ from tests.unit.controllers.closed_loop import (
     SUPPLY,
     constant,
     miss,
+    observe,
     run,
-    sight,
     sine,
 )
 
@@ -80,7 +80,7 @@ def test_it_brings_the_pressures_where_the_angle_controller_wants_them(rig):
     cascade = Cascade(outer=forward, inner=inner)
     assert cascade.command == "valve"
     still = run(rig, cascade, constant(0.15), 2.5)
-    goal, _ = forward.ahead(sight(angle=0.15, wanted=(0.15, 0.0, 0.0)), ())
+    goal, _ = forward.ahead(observe(angle=0.15, wanted=(0.15, 0.0, 0.0)), ())
     np.testing.assert_allclose(still.pressure[-1], goal, atol=2e3)
     wanted = sine(0.5, 10.0)
     assert miss(run(rig, cascade, wanted, 4.0), wanted, after=2.0) < math.radians(0.6)

@@ -15,10 +15,10 @@ from pamsim.controllers.hysteresis_inverse import HysteresisInverse
 from pamsim.controllers.inverse_law import balanced_pressures, shut_stiffness
 from pamsim.controllers.pid import Pid
 from pamsim.controllers.pressure_rate import regulated_lag
-from pamsim.controllers.split import PressureSplit
+from pamsim.controllers.pressure_split import PressureSplit
 from pamsim.core.errors import InputError
 from pamsim.hysteresis.prandtl_ishlinskii import PlaySum
-from tests.unit.controllers.closed_loop import LEVEL, PERIOD, SUPPLY, miss, run, sight, sine
+from tests.unit.controllers.closed_loop import LEVEL, PERIOD, SUPPLY, miss, observe, run, sine
 
 SPLIT = PressureSplit(common=LEVEL, supply=SUPPLY)
 PID = Pid(
@@ -53,24 +53,24 @@ def test_the_lead_is_the_lag_of_the_pressure_and_looks_along_the_motion(forward)
     assert forward.lead == regulated_lag(forward.arm.pair[0], 0.0, LEVEL)
     lead = forward.lead
     later = (0.2 + 0.5 * lead + 4.0 * lead**2, 0.5 + 8.0 * lead, 8.0)
-    looking, _ = forward.act(sight(wanted=(0.2, 0.5, 8.0)), forward.start(sight()))
+    looking, _ = forward.act(observe(wanted=(0.2, 0.5, 8.0)), forward.start(observe()))
     there = dataclasses.replace(forward, lead=0.0)
-    assert looking == pytest.approx(there.act(sight(wanted=later), there.start(sight()))[0])
+    assert looking == pytest.approx(there.act(observe(wanted=later), there.start(observe()))[0])
     torque = forward.arm.muscle_torque(*later)
     assert looking == pytest.approx(balanced_pressures(forward.arm, later[0], torque, LEVEL))
 
 
 def test_a_stiffness_asked_for_replaces_the_common_pressure(forward):
-    seen = sight(wanted=(0.2, 0.0, 0.0), stiffness=18.0)
-    command, _ = forward.act(seen, forward.start(seen))
+    observation = observe(wanted=(0.2, 0.0, 0.0), stiffness=18.0)
+    command, _ = forward.act(observation, forward.start(observation))
     assert shut_stiffness(forward.arm, 0.2, command) == pytest.approx(18.0, rel=1e-6)
 
 
 def test_feedback_adds_its_difference_and_leaves_the_mean(forward):
     both = dataclasses.replace(forward, feedback=PID)
-    seen = sight(angle=0.15, wanted=(0.2, 0.0, 0.0))
-    alone, _ = forward.act(seen, forward.start(seen))
-    helped, memory = both.act(seen, both.start(seen))
+    observation = observe(angle=0.15, wanted=(0.2, 0.0, 0.0))
+    alone, _ = forward.act(observation, forward.start(observation))
+    helped, memory = both.act(observation, both.start(observation))
     assert sum(helped) == pytest.approx(sum(alone))
     assert (helped[0] - helped[1]) - (alone[0] - alone[1]) == pytest.approx(0.05 * PID.gain)
     assert memory.feedback.integral == pytest.approx(0.05 * PID.gain * PERIOD / 0.2)
@@ -78,9 +78,9 @@ def test_feedback_adds_its_difference_and_leaves_the_mean(forward):
 
 def test_feedback_is_told_what_the_limits_took(forward):
     both = dataclasses.replace(forward, feedback=PID)
-    memory, integrals = both.start(sight()), []
+    memory, integrals = both.start(observe()), []
     for _ in range(400):
-        _, memory = both.act(sight(angle=-3.0, wanted=(0.5, 0.0, 0.0)), memory)
+        _, memory = both.act(observe(angle=-3.0, wanted=(0.5, 0.0, 0.0)), memory)
         integrals.append(memory.feedback.integral)
     assert max(map(abs, integrals)) < 5.0 * SUPPLY
     assert integrals[-1] == pytest.approx(integrals[-2])
@@ -89,8 +89,11 @@ def test_feedback_is_told_what_the_limits_took(forward):
 def test_an_operator_without_plays_changes_nothing(forward):
     idle = HysteresisInverse.of(PlaySum(linear=1.0, thresholds=(), weights=()))
     same = dataclasses.replace(forward, hysteresis=idle)
-    seen = sight(wanted=(0.2, 0.5, 1.0))
-    assert same.act(seen, same.start(seen))[0] == forward.act(seen, forward.start(seen))[0]
+    observation = observe(wanted=(0.2, 0.5, 1.0))
+    assert (
+        same.act(observation, same.start(observation))[0]
+        == forward.act(observation, forward.start(observation))[0]
+    )
 
 
 def test_undone_hysteresis_is_undone(strong):

@@ -9,11 +9,11 @@ import pytest
 
 from pamsim.controllers.gain_schedule import GainSchedule
 from pamsim.controllers.pid import Pid
-from pamsim.controllers.split import PressureSplit
+from pamsim.controllers.pressure_split import PressureSplit
 from pamsim.core.errors import InputError
 from pamsim.linear.imc_tuning import imc_gains_of_fit
 from pamsim.linear.local_models import OperatingPoint, local_models
-from tests.unit.controllers.closed_loop import LEVEL, PERIOD, SUPPLY, sight
+from tests.unit.controllers.closed_loop import LEVEL, PERIOD, SUPPLY, observe
 from tests.unit.linear.planted import record
 
 PLACES = (-1e5, 0.0, 1e5)
@@ -41,10 +41,10 @@ def test_at_a_models_own_point_the_gains_are_its_own(found, schedule):
     assert schedule.points == PLACES  # the fit that cannot be trusted is not among them
     for place, item in zip(PLACES, found.models, strict=False):
         assert schedule.at(place) == imc_gains_of_fit(item.fit, closed_loop_time=0.2)
-        seen = sight(angle=0.1, pressure=(LEVEL + place / 2.0, LEVEL - place / 2.0))
+        observation = observe(angle=0.1, pressure=(LEVEL + place / 2.0, LEVEL - place / 2.0))
         own = dataclasses.replace(PID, **dataclasses.asdict(schedule.at(place)))
-        memory = schedule.start(seen)
-        assert schedule.act(seen, memory) == own.act(seen, memory)
+        memory = schedule.start(observation)
+        assert schedule.act(observation, memory) == own.act(observation, memory)
 
 
 def test_between_two_points_gains_lie_on_a_line_and_beyond_they_stay(schedule):
@@ -57,9 +57,11 @@ def test_between_two_points_gains_lie_on_a_line_and_beyond_they_stay(schedule):
 
 
 def test_the_integral_part_does_not_jump_with_the_gains(schedule):
-    seen = [sight(angle=0.1, wanted=(0.1, 0.0, 0.0), pressure=p) for p in ((4e5, 2e5), (2e5, 4e5))]
-    memory = schedule.start(seen[0])
-    commands = [schedule.act(item, memory)[0] for item in seen]
+    observation = [
+        observe(angle=0.1, wanted=(0.1, 0.0, 0.0), pressure=p) for p in ((4e5, 2e5), (2e5, 4e5))
+    ]
+    memory = schedule.start(observation[0])
+    commands = [schedule.act(item, memory)[0] for item in observation]
     assert commands[0] == commands[1]
 
 
@@ -67,9 +69,9 @@ def test_by_angle_it_looks_at_the_angle(found):
     angles = np.radians([-20.0, 0.0, 20.0, 60.0]).tolist()
     by_angle = GainSchedule.from_models(found, pid=PID, closed_loop_time=0.2, by="angle", at=angles)
     assert by_angle.points == tuple(angles[:3])
-    seen = sight(angle=angles[2], pressure=(2e5, 4e5), wanted=(angles[2] + 0.01, 0.0, 0.0))
-    memory = by_angle.start(seen)
-    command, _ = by_angle.act(seen, memory)
+    observation = observe(angle=angles[2], pressure=(2e5, 4e5), wanted=(angles[2] + 0.01, 0.0, 0.0))
+    memory = by_angle.start(observation)
+    command, _ = by_angle.act(observation, memory)
     extra = command[0] - command[1] - memory.integral
     assert extra == pytest.approx(0.01 * by_angle.gains[2].gain, rel=1e-6)
 

@@ -11,11 +11,11 @@ import pytest
 from scipy.signal import lfilter
 
 from pamsim.controllers.lead_lag import LeadLag
-from pamsim.controllers.split import PressureSplit
+from pamsim.controllers.pressure_split import PressureSplit
 from pamsim.core.errors import InputError
 from pamsim.linear.lead_lag_design import design_lead_lag
 from pamsim.linear.second_order_model import SecondOrderModel
-from tests.unit.controllers.closed_loop import PERIOD, sight
+from tests.unit.controllers.closed_loop import PERIOD, observe
 from tests.unit.controllers.linear_plant import MODEL, POINT, LinearPlant
 
 LAGS = SecondOrderModel.of_lags(3e-6, 0.09, 0.58)
@@ -86,10 +86,10 @@ def lead_lag():
 
 def test_it_runs_the_filter_of_the_design(lead_lag):
     errors = 0.02 * np.sin(np.arange(60) ** 1.3)
-    memory, outputs = lead_lag.start(sight(angle=POINT.angle, pressure=POINT.pressures(0.0))), []
+    memory, outputs = lead_lag.start(observe(angle=POINT.angle, pressure=POINT.pressures(0.0))), []
     for error in errors.tolist():
-        seen = sight(angle=POINT.angle - error, wanted=(POINT.angle, 0.0, 0.0))
-        command, memory = lead_lag.act(seen, memory)
+        observation = observe(angle=POINT.angle - error, wanted=(POINT.angle, 0.0, 0.0))
+        command, memory = lead_lag.act(observation, memory)
         outputs.append(command[0] - command[1] - POINT.difference)
     design = lead_lag.design
     np.testing.assert_allclose(
@@ -114,8 +114,8 @@ class Unlimited:
         self._filter = dataclasses.replace(lead_lag, point=dataclasses.replace(POINT, split=split))
         self.start = lead_lag.start
 
-    def act(self, seen, memory):
-        (first, second), memory = self._filter.act(seen, memory)
+    def act(self, observation, memory):
+        (first, second), memory = self._filter.act(observation, memory)
         return POINT.split.pressures(first - second), memory
 
 

@@ -8,9 +8,9 @@ import math
 import pytest
 
 from pamsim.controllers.pid import Pid
-from pamsim.controllers.split import PressureSplit
+from pamsim.controllers.pressure_split import PressureSplit
 from pamsim.core.errors import InputError
-from tests.unit.controllers.closed_loop import LEVEL, PERIOD, SUPPLY, sight
+from tests.unit.controllers.closed_loop import LEVEL, PERIOD, SUPPLY, observe
 
 SPLIT = PressureSplit(common=LEVEL, supply=SUPPLY)
 PI = Pid(split=SPLIT, period=PERIOD, gain=2e6, integral_time=0.5, tracking_time=0.2)
@@ -21,8 +21,8 @@ def lagged(pid, wanted, samples, angle, memory):
     """Angle after some samples on the lag, with the memory there."""
     keep = math.exp(-PERIOD / LAG)
     for _ in range(samples):
-        seen = sight(angle=angle, wanted=(wanted, 0.0, 0.0))
-        (first, second), memory = pid.act(seen, memory)
+        observation = observe(angle=angle, wanted=(wanted, 0.0, 0.0))
+        (first, second), memory = pid.act(observation, memory)
         angle = keep * angle + (1.0 - keep) * GAIN * (first - second)
     return angle, memory
 
@@ -30,7 +30,7 @@ def lagged(pid, wanted, samples, angle, memory):
 def after_saturation(pid):
     """Angle one time constant after an unreachable reference came back into reach."""
     reach = 2.0 * LEVEL * GAIN
-    angle, memory = lagged(pid, 2.0 * reach, 500, 0.0, pid.start(sight()))
+    angle, memory = lagged(pid, 2.0 * reach, 500, 0.0, pid.start(observe()))
     assert angle == pytest.approx(reach, rel=1e-3)
     angle, _ = lagged(pid, 0.2 * reach, round(LAG / PERIOD), angle, memory)
     return angle / reach
@@ -42,22 +42,22 @@ def test_it_recovers_within_a_time_constant_where_plain_integration_stays_at_the
 
 
 def test_the_integral_takes_the_offset():
-    angle, _ = lagged(PI, 0.3, 500, 0.0, PI.start(sight()))
+    angle, _ = lagged(PI, 0.3, 500, 0.0, PI.start(observe()))
     assert angle == pytest.approx(0.3, abs=1e-6)
     proportional = dataclasses.replace(PI, integral_time=math.inf)
-    angle, _ = lagged(proportional, 0.3, 500, 0.0, proportional.start(sight()))
+    angle, _ = lagged(proportional, 0.3, 500, 0.0, proportional.start(observe()))
     assert angle == pytest.approx(0.3 * PI.gain * GAIN / (1.0 + PI.gain * GAIN), rel=1e-6)
 
 
 def test_at_rest_it_keeps_the_pressures_there_are():
-    seen = sight(angle=0.2, pressure=(4e5, 2e5), wanted=(0.2, 0.0, 0.0))
-    command, _ = PI.act(seen, PI.start(seen))
+    observation = observe(angle=0.2, pressure=(4e5, 2e5), wanted=(0.2, 0.0, 0.0))
+    command, _ = PI.act(observation, PI.start(observation))
     assert command == pytest.approx((4e5, 2e5))
 
 
 def test_a_jump_of_the_reference_kicks_by_the_gain_alone():
     pid = dataclasses.replace(PI, derivative_time=0.3, filter_time=0.01)
-    command, _ = pid.act(sight(wanted=(0.01, 0.0, 0.0)), pid.start(sight()))
+    command, _ = pid.act(observe(wanted=(0.01, 0.0, 0.0)), pid.start(observe()))
     assert command[0] - command[1] == pytest.approx(0.01 * pid.gain)
 
 
@@ -65,17 +65,17 @@ def test_a_jump_of_the_reference_kicks_by_the_gain_alone():
 def test_the_derivative_brakes_what_the_weight_leaves_of_the_wanted_rate(weight):
     pid = dataclasses.replace(PI, derivative_time=0.3, rate_weight=weight)
     # At the next sample the reference is one period further: no error at this one.
-    seen = sight(velocity=0.5, wanted=(0.5 * PERIOD, 0.5, 0.0))
-    command, _ = pid.act(seen, pid.start(sight()))
+    observation = observe(velocity=0.5, wanted=(0.5 * PERIOD, 0.5, 0.0))
+    command, _ = pid.act(observation, pid.start(observe()))
     braked = -pid.gain * 0.3 * 0.5 * (1.0 - weight)
     assert command[0] - command[1] == pytest.approx(braked, abs=1e-6)
 
 
 def test_the_rate_comes_through_a_lag():
     pid = dataclasses.replace(PI, integral_time=math.inf, derivative_time=0.1, filter_time=0.1)
-    memory, rates = pid.start(sight()), []
+    memory, rates = pid.start(observe()), []
     for _ in range(6):
-        _, memory = pid.act(sight(velocity=1.0), memory)
+        _, memory = pid.act(observe(velocity=1.0), memory)
         rates.append(1.0 - memory.rate)
     left = pid.filter_time / (pid.filter_time + PERIOD)
     assert rates == pytest.approx([left ** (k + 1) for k in range(6)])

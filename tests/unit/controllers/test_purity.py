@@ -16,13 +16,13 @@ from pamsim.controllers.hysteresis_inverse import HysteresisInverse
 from pamsim.controllers.lead_lag import LeadLag
 from pamsim.controllers.lqg import Lqg
 from pamsim.controllers.pid import Pid
+from pamsim.controllers.pressure_split import PressureSplit
 from pamsim.controllers.sliding_mode import SlidingMode
-from pamsim.controllers.split import PressureSplit
 from pamsim.hysteresis.prandtl_ishlinskii import PlaySum
 from pamsim.linear.imc_tuning import PidGains
 from pamsim.linear.lead_lag_design import design_lead_lag
 from pamsim.linear.regulator_design import design_regulator
-from tests.unit.controllers.closed_loop import LEVEL, PERIOD, SUPPLY, sight
+from tests.unit.controllers.closed_loop import LEVEL, PERIOD, SUPPLY, observe
 from tests.unit.controllers.linear_plant import MODEL, POINT
 
 PID = Pid(
@@ -84,7 +84,7 @@ MADE = {
 
 
 def _seen(k):
-    return sight(
+    return observe(
         angle=0.1 * math.sin(0.3 * k),
         velocity=math.cos(0.3 * k),
         pressure=(LEVEL + 2e4 * math.sin(0.2 * k), LEVEL - 1e4 * math.cos(0.5 * k)),

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from pamsim.controllers.sliding_mode import SlidingMemory, SlidingMode
-from tests.unit.controllers.closed_loop import sight
+from tests.unit.controllers.closed_loop import observe
 from tests.unit.controllers.linear_plant import MODEL, POINT, LinearPlant
 
 FINE = 1e-3
@@ -23,12 +23,12 @@ def sliding(reach=20.0, layer=0.5):
 
 def surfaces(controller, disturbance, samples):
     plant = LinearPlant(FINE, disturbance=disturbance, state=(0.0, 3.0))
-    memory, found, angles = controller.start(plant.seen()), [], []
+    memory, found, angles = controller.start(plant.observation()), [], []
     for _ in range(samples):
-        seen = plant.seen()
-        found.append(controller.surface(seen, memory))
-        angles.append(seen.angle)
-        command, memory = controller.act(seen, memory)
+        observation = plant.observation()
+        found.append(controller.surface(observation, memory))
+        angles.append(observation.angle)
+        command, memory = controller.act(observation, memory)
         plant.take(command)
     return np.array(found), np.array(angles)
 
@@ -57,8 +57,8 @@ def test_the_integral_leaves_no_offset():
 
 def test_the_integral_waits_at_the_limits():
     controller = sliding()
-    seen = sight(angle=POINT.angle, wanted=(9.0, 0.0, 0.0))
+    observation = observe(angle=POINT.angle, wanted=(9.0, 0.0, 0.0))
     before = SlidingMemory(integral=-0.3)
-    command, after = controller.act(seen, before)
+    command, after = controller.act(observation, before)
     assert command == (POINT.split.supply, 0.0)
     assert after == before

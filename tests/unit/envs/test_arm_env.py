@@ -189,9 +189,9 @@ def test_a_lagging_instrument_shows_what_a_recording_would(made):
 
 
 def test_randomized_arms_spread_as_the_file_says(made):
-    from pamsim.envs.spread import spreads
+    from pamsim.envs.randomisation import random_parameters
 
-    (damping,) = [s for s in spreads(pamsim.load_rig("mas20_arm")) if "damping" in s.name]
+    (damping,) = [s for s in random_parameters(pamsim.load_rig("mas20_arm")) if "damping" in s.name]
     assert damping.value == pytest.approx(0.2484)
     assert damping.sd == pytest.approx((0.380 - 0.163) / 3.92, rel=1e-3)
     env = made(randomize=True, duration=0.02)

@@ -77,10 +77,10 @@ def test_what_it_gives_lies_in_its_spaces(name, both):
         assert not terminated.any()
 
 
-def test_lengths_by_their_slopes_are_the_engine_s(monkeypatch, both):
+def test_lengths_by_their_jacobian_are_the_engine_s(monkeypatch, both):
     found = []
-    for slopes in (plant.slopes, lambda model: None):
-        monkeypatch.setattr(plant, "slopes", slopes)
+    for tendon_jacobian in (plant.tendon_jacobian, lambda model: None):
+        monkeypatch.setattr(plant, "tendon_jacobian", tendon_jacobian)
         for env in both(ENVIRONMENTS[1], duration=1.0, frame_skip=10):
             env.reset(seed=2)
             rows = [env.step(np.full((ARMS, 2), push, np.float32))[0] for push in (0.4, -0.7, 0.1)]

@@ -1,4 +1,4 @@
-"""What an action is, and what it tells the muscles."""
+"""Actions of the environments, and the commands that they give the muscles."""
 
 from __future__ import annotations
 
@@ -46,14 +46,14 @@ def _signed_pair() -> gymnasium.Space:
 
 @numba.njit(cache=True, nogil=True)
 def _openings(action, supply):
-    found = action.astype(np.float64)
-    for arm in range(found.shape[0]):
-        for muscle in range(found.shape[1]):
-            if found[arm, muscle] < -1.0:
-                found[arm, muscle] = -1.0
-            elif found[arm, muscle] > 1.0:
-                found[arm, muscle] = 1.0
-    return found
+    openings = action.astype(np.float64)
+    for arm in range(openings.shape[0]):
+        for muscle in range(openings.shape[1]):
+            if openings[arm, muscle] < -1.0:
+                openings[arm, muscle] = -1.0
+            elif openings[arm, muscle] > 1.0:
+                openings[arm, muscle] = 1.0
+    return openings
 
 
 @numba.njit(cache=True, nogil=True)

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 import pamsim
-from pamsim.engine.looks import drop_looks
+from pamsim.engine.visual_geoms import remove_visual_geoms
 
 ARM = """<mujoco><worldbody>
 <geom name="bench" size="1 1 .1" type="box" contype="0" conaffinity="0"/>
@@ -21,7 +21,7 @@ ARM = """<mujoco><worldbody>
 
 def left(more=""):
     spec = mujoco.MjSpec.from_string(ARM.format(more=more))
-    drop_looks(spec)
+    remove_visual_geoms(spec)
     return [geom.name for geom in spec.geoms]
 
 

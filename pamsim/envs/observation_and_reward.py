@@ -1,7 +1,7 @@
-"""What happens at a sample: what the instruments show, what is observed, what is earned.
+"""Observation and reward of the environments at each sample.
 
 One arm at a time and number by number, compiled: for a single arm numpy's calls would cost more
-than the simulation, and for many the same numbers come out whatever their number.
+than the simulation, and the results of an arm do not depend on how many are stepped with it.
 """
 
 from __future__ import annotations
@@ -14,18 +14,18 @@ import numpy as np
 from pamsim.envs.episode import ACCELERATION, ANGLE, NOISE, RATE, STIFFNESS
 
 ANGLE_UNIT = math.radians(5.0)
-"""Error of the angle that costs 1 in the reward [rad]."""
+"""Error of the angle that lowers the reward by 1 [rad]."""
 
 BREAKDOWN = -100.0
 """Reward of the step in which a simulation breaks down."""
 
 RUNAWAY = 100.0
-"""Angle beyond which it has [rad]."""
+"""Angle beyond which a simulation has broken down [rad]."""
 
 
 @numba.njit(cache=True, nogil=True, error_model="numpy")
 def _shown(signal, arm, column, gauge, draws):
-    """Signal behind its lag -> what encoder or transducer shows of it."""
+    """Reading of encoder or transducer, from the signal after its lag."""
     shown = gauge.scale[arm, column] * signal + gauge.bias[arm, column]
     shown += gauge.noise[column] * draws[NOISE + column]
     step = gauge.step[column]
@@ -36,11 +36,11 @@ def _shown(signal, arm, column, gauge, draws):
 
 
 @numba.njit(cache=True, nogil=True, error_model="numpy")
-def _observe(arm, seen, velocity, asked, supply, observation):
-    observation[arm, 0] = seen[arm, 0]
+def _observe(arm, measured, velocity, asked, supply, observation):
+    observation[arm, 0] = measured[arm, 0]
     observation[arm, 1] = velocity
-    observation[arm, 2] = seen[arm, 1] / supply
-    observation[arm, 3] = seen[arm, 2] / supply
+    observation[arm, 2] = measured[arm, 1] / supply
+    observation[arm, 3] = measured[arm, 2] / supply
     observation[arm, 4] = asked[ANGLE]
     observation[arm, 5] = asked[RATE]
     observation[arm, 6] = asked[ACCELERATION]
@@ -48,14 +48,14 @@ def _observe(arm, seen, velocity, asked, supply, observation):
 
 
 @numba.njit(cache=True, nogil=True, error_model="numpy")
-def first_sample(new, true, gauge, seen, table, supply, observation):
-    """Begin at rest.
+def first_sample(new, true, gauge, measured, table, supply, observation):
+    """First observation of an episode, which begins at rest.
 
     Args:
-        new: (n,) of bool: which arms begin.
+        new: (n,) of bool: which arms begin an episode.
         true: (n, 3) angle [rad] and pressures [Pa].
-        gauge: `pamsim.envs.instruments.Gauge`; its memories are set.
-        seen: (n, 3) written: what the instruments show.
+        gauge: `pamsim.envs.instruments.Gauge`; its memory is set.
+        measured: (n, 3) written: readings of the instruments.
         table: (n, samples + 1, columns) of the episodes.
         supply: [Pa].
         observation: (n, 8) written.
@@ -64,15 +64,15 @@ def first_sample(new, true, gauge, seen, table, supply, observation):
         if new[arm]:
             for column in range(3):
                 gauge.before[arm, column] = gauge.held[arm, column] = true[arm, column]
-                seen[arm, column] = _shown(true[arm, column], arm, column, gauge, table[arm, 0])
-            _observe(arm, seen, 0.0, table[arm, 0], supply, observation)
+                measured[arm, column] = _shown(true[arm, column], arm, column, gauge, table[arm, 0])
+            _observe(arm, measured, 0.0, table[arm, 0], supply, observation)
 
 
 @numba.njit(cache=True, nogil=True, error_model="numpy")
 def next_sample(
     true,
     gauge,
-    seen,
+    measured,
     table,
     sample,
     command,
@@ -85,12 +85,12 @@ def next_sample(
     reward,
     broken,
 ):
-    """One period later.
+    """Observation and reward after one period.
 
     Args:
         true: (n, 3) angle [rad] and pressures [Pa].
-        gauge: `pamsim.envs.instruments.Gauge`; its memories go on.
-        seen: (n, 3) what the instruments showed, and now show.
+        gauge: `pamsim.envs.instruments.Gauge`; its memory is updated.
+        measured: (n, 3) readings at the last sample, overwritten by the present ones.
         table: (n, samples + 1, columns) of the episodes.
         sample: (n,) number of the sample, one more afterwards.
         command: (n, 2) of the step.
@@ -101,13 +101,13 @@ def next_sample(
         supply: [Pa].
         observation: (n, 8) written.
         reward: (n,) written.
-        broken: (n,) written: whether an arm is lost.
+        broken: (n,) written: whether the simulation of an arm has broken down.
     """
     for arm in range(sample.size):
         asked = table[arm, sample[arm], ANGLE]
         sample[arm] += 1
         following = table[arm, sample[arm]]
-        angle = seen[arm, 0]
+        angle = measured[arm, 0]
         for column in range(3):
             now = true[arm, column]
             if gauge.done[arm, column] < 1.0:
@@ -119,17 +119,17 @@ def next_sample(
                 held = now
             gauge.held[arm, column] = held
             gauge.before[arm, column] = now
-            seen[arm, column] = _shown(held, arm, column, gauge, following)
-        velocity = (seen[arm, 0] - angle) / period
+            measured[arm, column] = _shown(held, arm, column, gauge, following)
+        velocity = (measured[arm, 0] - angle) / period
         error = abs(true[arm, 0] - asked) / ANGLE_UNIT
         reward[arm] = -error
         for muscle in range(2):
             change = (command[arm, muscle] - last[arm, muscle]) / span
             reward[arm] -= effort * change * change
             last[arm, muscle] = command[arm, muscle]
-        broken[arm] = not (abs(true[arm, 0]) < RUNAWAY)  # of what is not a number, too
+        broken[arm] = not (abs(true[arm, 0]) < RUNAWAY)  # NaN included
         if broken[arm]:
             reward[arm] = BREAKDOWN
             velocity = 0.0
-            seen[arm, :] = 0.0
-        _observe(arm, seen, velocity, following, supply, observation)
+            measured[arm, :] = 0.0
+        _observe(arm, measured, velocity, following, supply, observation)

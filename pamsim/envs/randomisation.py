@@ -1,4 +1,4 @@
-"""How far a rig's parameters are known: what differs from episode to episode, if asked."""
+"""Domain randomisation: parameters drawn within the uncertainty that the rig states."""
 
 from __future__ import annotations
 
@@ -12,8 +12,8 @@ _NORMAL95 = 1.959964
 
 
 @dataclass(frozen=True, kw_only=True)
-class Spread:
-    """A parameter that differs from episode to episode.
+class RandomParameter:
+    """A parameter drawn for every episode.
 
     Attributes:
         name: as `Rig.with_parameters` takes it.
@@ -30,7 +30,7 @@ class Spread:
     high: float
 
 
-def spreads(rig: Rig) -> list[Spread]:
+def random_parameters(rig: Rig) -> list[RandomParameter]:
     """The parameters that a rig's file states with a 95 % interval.
 
     The dead time of the valves is left out: commands are delayed by whole time steps.
@@ -44,7 +44,7 @@ def spreads(rig: Rig) -> list[Spread]:
         for field in section
     ]
     names += [*file.native, *(f"sensor.{field}" for field in file.sensor)]
-    found: list[Spread] = []
+    drawn: list[RandomParameter] = []
     for name in names:
         if name.endswith((".law", "valve.delay")):
             continue
@@ -52,8 +52,8 @@ def spreads(rig: Rig) -> list[Spread]:
         if known.interval95 is None:
             continue
         low, high = known.interval95
-        found.append(
-            Spread(
+        drawn.append(
+            RandomParameter(
                 name=name,
                 value=known.value,
                 sd=abs(high - low) / (2.0 * _NORMAL95),
@@ -61,4 +61,4 @@ def spreads(rig: Rig) -> list[Spread]:
                 high=known.spec.high,
             )
         )
-    return found
+    return drawn

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 import pamsim
-from pamsim.controllers.split import PressureSplit
-from pamsim.controllers.trim_identification import identify_trim
+from pamsim.controllers.linearised_arm import linearise_arm
+from pamsim.controllers.pressure_split import PressureSplit
 from pamsim.engine.equilibrium import rest_angles
 from pamsim.linear.identified_model import FitStatus
 from tests.unit.controllers.closed_loop import LEVEL, SUPPLY
@@ -16,7 +16,7 @@ from tests.unit.controllers.closed_loop import LEVEL, SUPPLY
 def test_gain_and_angle_are_those_at_rest():
     rig = pamsim.load_rig("mas20_arm").with_parameters({"hysteresis.force_per_pressure": 0.0})
     split = PressureSplit(common=LEVEL, supply=SUPPLY)
-    found = identify_trim(rig, split, difference=5e4, load=1.2, hold=1.2)
+    found = linearise_arm(rig, split, difference=5e4, load=1.2, hold=1.2)
     assert found.fit.status is FitStatus.CONVERGED
     pressures = np.array([split.pressures(d) for d in (5e4, 3e4, 7e4)])
     angles = rest_angles(rig, pressures, np.full(3, 1.2))

@@ -1,4 +1,4 @@
-"""Refuse play that the two ends of one chain do not agree on."""
+"""Refuse a chain whose two ends state different backlash."""
 
 from __future__ import annotations
 
@@ -14,25 +14,25 @@ from pamsim.engine.callback import muscle_ids
 _PARTNER = slot("partner")
 
 
-def check_play(model: mujoco.MjModel, muscles: Mapping[str, Muscle]) -> None:
-    """Check that both muscles of a chain state the same play: it shifts as a whole.
+def check_backlash(model: mujoco.MjModel, muscles: Mapping[str, Muscle]) -> None:
+    """Check that both muscles of a chain state the same backlash: the chain shifts as a whole.
 
     Args:
         model: set up for an experiment.
         muscles: its muscles, in actuator order.
 
     Raises:
-        InputError: if they differ in play, or in what brakes the chain within it.
+        InputError: if they differ in backlash, or in the damping of the chain within it.
     """
     named = dict(zip(muscle_ids(model), muscles, strict=True))
     for index, name in named.items():
         partner = named.get(int(model.actuator_user[index, _PARTNER]) - 1)
         if partner is None:
             continue
-        one, other = muscles[name].chain, muscles[partner].chain
-        if one.backlash != other.backlash:
+        first, second = muscles[name].chain, muscles[partner].chain
+        if first.backlash != second.backlash:
             raise InputError(f"{name} and {partner} share a chain: give both one chain.backlash")
-        if one.backlash > 0.0 and one.seating_damping != other.seating_damping:
+        if first.backlash > 0.0 and first.seating_damping != second.seating_damping:
             raise InputError(
                 f"{name} and {partner} share a chain: give both one chain.seating_damping"
             )

@@ -1,4 +1,4 @@
-"""Arms at rest, ready to begin an episode."""
+"""The state in which an episode begins: the arm at rest."""
 
 from __future__ import annotations
 
@@ -11,13 +11,13 @@ from pamsim.engine.callback import live
 from pamsim.engine.rig import Rig
 from pamsim.engine.settle import settle
 from pamsim.engine.state import save_state
-from pamsim.engine.step_check import check_timestep
-from pamsim.envs.commands import ActionKind
+from pamsim.engine.timestep_check import check_timestep
+from pamsim.envs.actions import ActionKind
 
 FloatArray = NDArray[np.float64]
 
 
-class Rest:
+class RestStates:
     """Brings models to rest; that of the rig's own numbers is kept for the next episode.
 
     Args:
@@ -56,7 +56,7 @@ class Rest:
         with live(model):
             settle(model, data, start)
         data.ctrl[:] = command[0]
-        found = rig, model, save_state(model, data)
+        rest = rig, model, save_state(model, data)
         if not values:
-            self._known = {load: found}
-        return found
+            self._known = {load: rest}
+        return rest

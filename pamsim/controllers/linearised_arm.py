@@ -1,6 +1,6 @@
-"""A model about a trim point: small steps of the pressure difference, and G2 fitted to them.
+"""A linear model about an operating point: G2 fitted to small steps of the pressure difference.
 
-Steps both ways, so that what differs between filling and venting is met half-way.
+The steps go both ways, so that the model averages filling and venting.
 """
 
 from __future__ import annotations
@@ -9,8 +9,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from pamsim.controllers.split import PressureSplit
-from pamsim.controllers.trim_point import TrimPoint
+from pamsim.controllers.linearisation_point import LinearisationPoint
+from pamsim.controllers.pressure_split import PressureSplit
 from pamsim.core.experiment import Experiment
 from pamsim.engine.rig import Rig
 from pamsim.engine.simulate import simulate
@@ -24,21 +24,21 @@ _RATE = 50.0  # Hz
 
 
 @dataclass(frozen=True, eq=False)
-class IdentifiedTrim:
-    """A trim point with its model.
+class LinearisedArm:
+    """An operating point with its model.
 
     Attributes:
-        point: command and angle that the model counts from.
+        point: pressure difference and angle that the model is linear about.
         model: G2 from p1 - p2 [Pa] to the angle [rad].
-        fit: the same with intervals, scores and status; look there before trusting it.
+        fit: the model with intervals, scores and status.
     """
 
-    point: TrimPoint
+    point: LinearisationPoint
     model: SecondOrderModel
     fit: IdentifiedModel
 
 
-def identify_trim(
+def linearise_arm(
     rig: Rig,
     split: PressureSplit,
     *,
@@ -46,13 +46,13 @@ def identify_trim(
     step: float = 2e4,
     load: float = 0.0,
     hold: float = 1.5,
-) -> IdentifiedTrim:
+) -> LinearisedArm:
     """Simulate steps about a pressure difference and fit G2.
 
     Args:
         rig: the rig.
         split: makes pressures of the difference.
-        difference: p1 - p2 at the trim point [Pa].
+        difference: p1 - p2 at the operating point [Pa].
         step: to either side of it [Pa].
         load: mass on the arm [kg].
         hold: time between two steps, long enough to come to rest [s].
@@ -61,7 +61,7 @@ def identify_trim(
         The point and its model.
 
     Raises:
-        InputError: if what was found is no stable G2 that rises.
+        InputError: if the fitted G2 is unstable or its gain is not positive.
         SimulationError: if the run broke down.
     """
     # The first level is short: it only shows the angle at rest.
@@ -75,7 +75,7 @@ def identify_trim(
         duration=float(time[-1]) + hold,
         sample_rate=_RATE,
         load=load,
-        name="steps about a trim point",
+        name="steps about an operating point",
     )
     run = simulate(rig, experiment).completed()
     record = SignalRecord(
@@ -87,8 +87,8 @@ def identify_trim(
         unit_output="rad",
     )
     fit = fit_continuous([record], order=2, real_lags=False)
-    return IdentifiedTrim(
-        point=TrimPoint(split=split, difference=difference, angle=float(run.angle[0])),
+    return LinearisedArm(
+        point=LinearisationPoint(split=split, difference=difference, angle=float(run.angle[0])),
         model=SecondOrderModel.of_fit(fit),
         fit=fit,
     )

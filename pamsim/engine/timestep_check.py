@@ -15,14 +15,14 @@ from pamsim.engine.callback import muscle_ids
 
 
 def check_timestep(model: mujoco.MjModel, muscles: Mapping[str, Muscle]) -> None:
-    """Check a model's time step against what its muscles do fastest.
+    """Check a model's time step against the fastest dynamics of its muscles.
 
     Args:
         model: set up for an experiment.
         muscles: its muscles, in actuator order.
 
     Raises:
-        InputError: if a regulator, a chain or the friction along the tendons settles within less.
+        InputError: if a regulator, a chain or friction along the tendons needs a shorter step.
     """
     step = model.opt.timestep
     # The regulators hold the start pressures in every experiment, whatever its command.
@@ -39,9 +39,9 @@ def check_timestep(model: mujoco.MjModel, muscles: Mapping[str, Muscle]) -> None
         limit = chain_step_limit(muscle, start, muscle.valve.supply_pressure)
         if step > limit:
             raise InputError(
-                f"a time step of {step * 1e3:g} ms is longer than the {limit * 1e3:.2g} ms from"
-                f" which on the chain of {name} swings up; take a shorter step, a longer"
-                " chain.relaxation_time or, with play, a larger chain.seating_damping"
+                f"a time step of {step * 1e3:g} ms is longer than the {limit * 1e3:.2g} ms above"
+                f" which the chain of {name} becomes unstable; take a shorter step, a longer"
+                " chain.relaxation_time or, with backlash, a larger chain.seating_damping"
             )
     braking = _braking_rate(model, muscles)
     if step * braking > 1.0:

@@ -1,16 +1,16 @@
-"""The trim point of a linear model of the arm: the command and the angle it counts from."""
+"""The operating point of a linear model of the arm: pressure difference and angle at rest."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
 
-from pamsim.controllers.controller import Sight
-from pamsim.controllers.split import PressureSplit
+from pamsim.controllers.controller import Observation
+from pamsim.controllers.pressure_split import PressureSplit
 
 
 @dataclass(frozen=True, kw_only=True)
-class TrimPoint:
-    """A pressure difference and the angle it holds; linear models count from there.
+class LinearisationPoint:
+    """A pressure difference and the angle that it holds; linear models are deviations from it.
 
     Attributes:
         split: makes pressures of the difference.
@@ -22,9 +22,9 @@ class TrimPoint:
     difference: float = 0.0
     angle: float = 0.0
 
-    def told(self, seen: Sight) -> float:
+    def measured_departure(self, observation: Observation) -> float:
         """Measured difference from the point's [Pa]."""
-        return seen.pressure[0] - seen.pressure[1] - self.difference
+        return observation.pressure[0] - observation.pressure[1] - self.difference
 
     def given(self, departure: float) -> float:
         """What the limits leave of a wanted departure from the point's difference [Pa]."""

@@ -1,7 +1,6 @@
-"""Leave out of a model what is only there to be seen: it costs a third of every step.
+"""Remove the visual-only geoms of a model, which cost a third of every step.
 
-MuJoCo places each geom anew at every step, whether it collides, weighs something, or is a screw
-on the housing.
+MuJoCo places each geom at every step, whether it collides, has mass, or is a screw on the housing.
 """
 
 from __future__ import annotations
@@ -15,16 +14,16 @@ _JOINT_LIKE = (
 )
 
 
-def drop_looks(spec: mujoco.MjSpec) -> None:
+def remove_visual_geoms(spec: mujoco.MjSpec) -> None:
     """Remove the geoms of a specification that no force and no sensor can depend on.
 
-    Where something in the model might look at geoms (spatial tendons, contact pairs, a fluid,
-    sensors of bodies or sites) all are left in place.
+    Where something in the model might depend on geoms (spatial tendons, contact pairs, a fluid,
+    sensors of bodies or sites) all are kept.
 
     Args:
-        spec: changed in place; its dynamics stay the same to the last bit.
+        spec: changed in place; its dynamics are bit-identical.
     """
-    if _looked_at(spec):
+    if _geoms_matter(spec):
         return
     for geom in list(spec.geoms):
         body = geom.parent
@@ -32,7 +31,7 @@ def drop_looks(spec: mujoco.MjSpec) -> None:
             spec.delete(geom)
 
 
-def _looked_at(spec: mujoco.MjSpec) -> bool:
+def _geoms_matter(spec: mujoco.MjSpec) -> bool:
     option = spec.option
     return bool(
         spec.pairs
@@ -48,7 +47,7 @@ def _looked_at(spec: mujoco.MjSpec) -> bool:
 
 
 def _fixed(body: mujoco.MjsBody) -> bool:
-    """Whether a body never moves, so that its mass counts for nothing."""
+    """Whether a body never moves, so that its mass has no effect."""
     while body.parent is not None:
         if body.joints:
             return False
