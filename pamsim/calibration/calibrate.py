@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 import time
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 
@@ -23,9 +23,11 @@ from pamsim.comparison.free_parameters import (
 from pamsim.comparison.measurements import CalibrationData, hold_out, read_calibration_data
 from pamsim.comparison.trial_prediction import AT_REST, CHANNELS, Prediction, check_channels
 from pamsim.core.errors import InputError, nearest
+from pamsim.core.progress import Progress
 from pamsim.engine.rig import Rig, load_rig
 from pamsim.inference.bounded_fit import calibrate as fit
-from pamsim.inference.fit_result import Calibration, Progress
+from pamsim.inference.fit_result import Calibration
+from pamsim.inference.fit_result import Progress as FitProgress
 from pamsim.inference.free_parameter import FreeParameter
 from pamsim.inference.profile_likelihood import profile
 from pamsim.store.checkpoint_file import CheckpointFile
@@ -38,9 +40,6 @@ RIG_FOLDER = "rig"
 _ROUNDS = 4  # fits at the optimum at most
 _STILL = 0.1  # standard errors
 _COUNTS = ("evaluations", "calls", "iterations", "diverged")
-
-Tell = Callable[[int, str], None]
-"""Called as ``tell(simulations so far, what is going on)``."""
 
 
 def calibrate(
@@ -59,7 +58,7 @@ def calibrate(
     out: Path | None = None,
     resume: bool = False,
     threads: int | None = None,
-    progress: Tell | None = None,
+    progress: Progress | None = None,
 ) -> CalibrationReport:
     """Fit parameters of a rig to measurements, all trials at once, each channel by its own noise.
 
@@ -79,7 +78,7 @@ def calibrate(
         out: folder for the calibrated rig and the checkpoint; None writes nothing.
         resume: go on from the checkpoint in ``out``.
         threads: simulations at a time; None for one per processor.
-        progress: see `Tell`.
+        progress: called with the number of simulations so far.
 
     Returns:
         The report; read its status before its numbers.
@@ -185,7 +184,7 @@ def _at_the_optimum(
 class _Teller:
     """Counts simulations and tells how far a calibration is."""
 
-    def __init__(self, tell: Tell | None) -> None:
+    def __init__(self, tell: Progress | None) -> None:
         self._tell = tell
         self._what = "first simulations"
         self.simulations = 0
@@ -194,7 +193,7 @@ class _Teller:
         self.simulations += count
         self.say(self._what)
 
-    def reached(self, now: Progress) -> None:
+    def reached(self, now: FitProgress) -> None:
         self.say(
             f"start {now.start + 1}/{now.starts}, iteration {now.iteration},"
             f" mean square {now.cost:.4g}"
@@ -203,7 +202,7 @@ class _Teller:
     def say(self, what: str) -> None:
         self._what = what
         if self._tell is not None:
-            self._tell(self.simulations, what)
+            self._tell(self.simulations, None, what)
 
 
 def _checkpoint(out: Path | None, resume: bool) -> CheckpointFile | None:

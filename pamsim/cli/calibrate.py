@@ -8,7 +8,7 @@ from typing import Any
 import click
 
 from pamsim.cli.main import FINDING, OK
-from pamsim.cli.output import save_json
+from pamsim.cli.output import progress_bar, save_json
 
 
 @click.command(name="calibrate")
@@ -49,8 +49,6 @@ def command(
     DATA are recording folders, CSV files of angles at rest (p1_kpa, p2_kpa, load_kg, angle_deg), or
     mas20 for the printed ones. Exit 0 if every parameter is determined, 1 if the fit has a doubt.
     """
-    from tqdm import tqdm
-
     from pamsim.calibration.calibrate import calibrate
     from pamsim.core.errors import InputError
 
@@ -60,12 +58,7 @@ def command(
         if not equals:
             raise InputError(f"--bounds {text!r}: write NAME=LOW:HIGH")
         limits[name] = value
-    with tqdm(disable=None, leave=False, unit="simulation") as bar:
-
-        def tell(done: int, what: str) -> None:
-            bar.set_description(what, refresh=False)
-            bar.update(done - bar.n)
-
+    with progress_bar("simulation") as progress:
         try:
             found = calibrate(
                 data,
@@ -82,7 +75,7 @@ def command(
                 out=out,
                 resume=resume,
                 threads=threads,
-                progress=tell,
+                progress=progress,
             )
         except KeyboardInterrupt:
             if out is not None:

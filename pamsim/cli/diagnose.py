@@ -9,7 +9,7 @@ import click
 
 from pamsim.cli.diagnose_rest import diagnose_table, is_table
 from pamsim.cli.main import FINDING, OK
-from pamsim.cli.output import save_json
+from pamsim.cli.output import progress_bar, save_json
 
 _FINE = ("no_gap", "named")
 _ROWS = 6  # of a table on the screen; the page has them all
@@ -47,8 +47,6 @@ def command(
     rest; mas20 is the printed one, and its rig the arm by its published force map. Exit 0 if there
     is no gap or its cause is named, 1 if something is missing and not, or not only, what is named.
     """
-    from tqdm import tqdm
-
     from pamsim.core.errors import InputError
     from pamsim.diagnosis.diagnose import ORDINARY, diagnose
     from pamsim.diagnosis.repaired_rig import check_folder, write_repaired_rig
@@ -71,12 +69,7 @@ def command(
     if out is not None:
         check_folder(out, rig)
     tried = [effect(name).name for name in _listed(effects)]
-    with tqdm(disable=None, leave=False, unit="model") as bar:
-
-        def tell(done: int, what: str) -> None:
-            bar.set_description(what, refresh=False)
-            bar.update(done - bar.n)
-
+    with progress_bar("model") as progress:
         try:
             report = diagnose(
                 data,
@@ -87,7 +80,7 @@ def command(
                 held_out=_listed(hold_out),
                 seed=seed,
                 threads=threads,
-                progress=tell,
+                progress=progress,
                 out=out,
                 resume=resume,
             )

@@ -9,7 +9,7 @@ from typing import Any
 import click
 
 from pamsim.cli.main import FINDING, OK
-from pamsim.cli.output import save_json
+from pamsim.cli.output import progress_bar, save_json
 
 PRINTED = "mas20"
 """Stands for the printed angles at rest of the MAS-20 arm."""
@@ -49,20 +49,13 @@ def diagnose_table(
     Returns:
         Exit code.
     """
-    from tqdm import tqdm
-
     from pamsim.diagnosis.diagnose_rest import ORDINARY, diagnose_rest
     from pamsim.engine.rig import load_rig
     from pamsim.papers.published_rig import published_rig
     from pamsim.store.static_table import read_static_table
 
     base = published_rig() if rig in (None, PUBLISHED) else load_rig(str(rig))
-    with tqdm(disable=None, leave=False, unit="model") as bar:
-
-        def tell(done: int, what: str) -> None:
-            bar.set_description(what, refresh=False)
-            bar.update(done - bar.n)
-
+    with progress_bar("model") as progress:
         report = diagnose_rest(
             read_static_table(source),
             base,
@@ -70,7 +63,7 @@ def diagnose_table(
             ordinary=ordinary or ORDINARY,
             seed=seed,
             threads=threads,
-            progress=tell,
+            progress=progress,
         )
     result = report.as_dict()
     save_json(json_file, result)

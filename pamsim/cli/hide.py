@@ -8,23 +8,30 @@ from typing import Any
 import click
 
 from pamsim.cli.main import OK
+from pamsim.cli.options import PATH, SECONDS, Quantities, json_option, names_option, rig_option
 from pamsim.cli.output import save_json
 
 
 @click.command(name="hide")
 @click.argument("effects")
-@click.option("--out", type=click.Path(path_type=Path), required=True, help="Folder to write.")
-@click.option("--rig", default="mas20_arm", show_default=True, help="Shipped rig or rig folder.")
-@click.option("--size", default="1", show_default=True, help="Of each effect, in typical sizes.")
+@click.option("--out", type=PATH, required=True, help="Folder to write.")
+@rig_option
+@click.option(
+    "--size",
+    type=Quantities("1", "1"),
+    default="1",
+    show_default=True,
+    help="Of each effect, in typical sizes.",
+)
 @click.option(
     "--formulation",
     default="library",
     show_default=True,
     help="library: the library's own formulas; independent: other formulas, finer time step.",
 )
-@click.option("--protocols", help="Inputs, such as triangle,bursts; all if left out.")
+@names_option("--protocols", help="Inputs, such as triangle,bursts; all if left out")
 @click.option("--repeats", type=int, default=4, show_default=True, help="Trials per setting.")
-@click.option("--duration", help="Of a trial, such as 5s; 8 s if left out.")
+@click.option("--duration", type=SECONDS, help="Of a trial, such as 5s; 8 s if left out.")
 @click.option("--coloured", is_flag=True, help="Noise half of which drifts; white if left out.")
 @click.option("--noise", type=float, default=1.0, show_default=True, help="Factor on all noise.")
 @click.option(
@@ -32,18 +39,16 @@ from pamsim.cli.output import save_json
 )
 @click.option("--no-forces", is_flag=True, help="Measure no muscle forces.")
 @click.option("--seed", type=int, default=0, show_default=True, help="Random seed.")
-@click.option(
-    "--json", "json_file", type=click.Path(path_type=Path), help="Write the ground truth here."
-)
+@json_option
 def command(
     effects: str,
     out: Path,
     rig: str,
-    size: str,
+    size: list[float],
     formulation: str,
-    protocols: str | None,
+    protocols: tuple[str, ...],
     repeats: int,
-    duration: str | None,
+    duration: float | None,
     coloured: bool,
     noise: float,
     variation: float,
@@ -56,22 +61,18 @@ def command(
     Effects that the library does not hold, such as sprocket_ripple, can be hidden too. Writes a
     recording folder and, beside it, the ground truth.
     """
-    from pamsim.core.units import parse_quantity
     from pamsim.twins.hide import hide
 
     names = [] if effects == "none" else [part.strip() for part in effects.split("+")]
-    sizes = [parse_quantity(part, "1", "1", where="--size") for part in size.split(",")]
-    if len(sizes) == 1:
-        sizes *= len(names)
+    sizes = size * len(names) if len(size) == 1 else size
     if len(sizes) != len(names):
         raise click.UsageError(f"{len(sizes)} sizes for {len(names)} effects; give one, or each")
-    length = None if duration is None else parse_quantity(duration, "s", "s", where="--duration")
-    options: dict[str, Any] = {} if protocols is None else {"protocols": _names(protocols)}
+    options: dict[str, Any] = {"protocols": protocols} if protocols else {}
     recording = hide(
         rig,
         dict(zip(names, sizes, strict=True)),
         repeats=repeats,
-        duration=length,
+        duration=duration,
         coloured=coloured,
         noise=noise,
         variation=variation,
@@ -86,7 +87,3 @@ def command(
     click.echo(f"recording: {out}")
     click.echo(f"ground truth: {ground_truth}")
     return OK
-
-
-def _names(text: str) -> tuple[str, ...]:
-    return tuple(part.strip() for part in text.split(","))

@@ -1,11 +1,13 @@
 """The ``pamsim`` command: finds the subcommand, and turns our errors into one line and exit code 2.
 
-Subcommands are imported only when they are run, so that ``pamsim --help`` is immediate.
+Subcommands are imported only when they are run, so that ``pamsim --help`` is immediate. The library
+names an argument in backticks, such as `hold_out`; on the command line the flag is shown instead.
 """
 
 from __future__ import annotations
 
 import importlib
+import re
 import sys
 from typing import Any
 
@@ -50,10 +52,39 @@ class _LazyGroup(click.Group):
             raise click.UsageError(f"no command {args[0]!r}; {nearest(args[0], _COMMANDS)}")
         return super().resolve_command(ctx, args)
 
+    def invoke(self, ctx: click.Context) -> Any:
+        """Run a command; an error of ours is one line, with the command's own flags."""
+        try:
+            return super().invoke(ctx)
+        except PamsimError as error:
+            command = self.get_command(ctx, str(ctx.invoked_subcommand))
+            click.echo(f"pamsim: error: {with_flags(str(error), command)}", err=True)
+            ctx.exit(BAD_INPUT)
+
     def format_commands(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
         """List the commands without importing them."""
         with formatter.section("Commands"):
             formatter.write_dl(list(_COMMANDS.items()))
+
+
+def with_flags(message: str, command: click.Command | None) -> str:
+    """Show the flags of a command where a message names arguments of the library.
+
+    Args:
+        message: such as "`hold_out` leaves nothing to fit".
+        command: the one that ran.
+
+    Returns:
+        For example ``--hold-out leaves nothing to fit``; what is no parameter of the command keeps
+        its backticks.
+    """
+    flags = {
+        parameter.name: parameter.opts[0]
+        if isinstance(parameter, click.Option)
+        else parameter.human_readable_name
+        for parameter in (command.params if command else ())
+    }
+    return re.sub(r"`(\w+)`", lambda name: flags.get(name[1], name[0]), message)
 
 
 @click.group(cls=_LazyGroup, context_settings={"help_option_names": ["-h", "--help"]})
@@ -68,9 +99,6 @@ def main() -> None:
         code = cli.main(standalone_mode=False)
     except click.ClickException as error:
         error.show()
-        sys.exit(BAD_INPUT)
-    except PamsimError as error:
-        click.echo(f"pamsim: error: {error}", err=True)
         sys.exit(BAD_INPUT)
     except (click.Abort, KeyboardInterrupt):
         click.echo("pamsim: interrupted", err=True)

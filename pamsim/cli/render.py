@@ -7,20 +7,24 @@ from pathlib import Path
 import click
 
 from pamsim.cli.main import OK
+from pamsim.cli.options import KILOGRAMS, PATH, PRESSURES, SECONDS, refuse
+from pamsim.cli.output import progress_bar
 
 _REST_SIZE, _INSTANT_SIZE, _FILM_SIZE = (1600, 1000), (1600, 1280), (800, 640)
 
 
 @click.command(name="render")
-@click.argument("picture", type=click.Path(path_type=Path))
+@click.argument("picture", type=PATH)
 @click.option(
     "--rig", help="Shipped rig or rig folder; mas20_arm, or the recording's, if left out."
 )
-@click.option("--pressure", help="Pressures to rest at, one per muscle; 487,100 if left out.")
-@click.option("--load", help="Mass on the arm; 2.14 if left out.")
-@click.option("--recording", type=click.Path(path_type=Path), help="Show this instead of rest.")
+@click.option(
+    "--pressure", type=PRESSURES, help="To rest at, one per muscle [kPa]; 487,100 if left out."
+)
+@click.option("--load", type=KILOGRAMS, help="Mass on the arm [kg]; 2.14 if left out.")
+@click.option("--recording", type=PATH, help="Show this recording instead of a rig at rest.")
 @click.option("--trial", help="Trial of the recording; its first if left out.")
-@click.option("--time", "instant", help="Instant of the recording for a picture: 0.5 or 500ms.")
+@click.option("--time", type=SECONDS, help="Instant of the recording for a picture: 0.5 or 500ms.")
 @click.option("--fps", type=float, help="Frames per second of a film; 25 if left out.")
 @click.option("--speed", type=float, help="Of a film: 1 is real time, 0.5 slow motion.")
 @click.option("--camera", default="overview", show_default=True, help="Camera of the scene.")
@@ -29,11 +33,11 @@ _REST_SIZE, _INSTANT_SIZE, _FILM_SIZE = (1600, 1000), (1600, 1280), (800, 640)
 def command(
     picture: Path,
     rig: str | None,
-    pressure: str | None,
-    load: str | None,
+    pressure: list[float] | None,
+    load: float | None,
     recording: Path | None,
     trial: str | None,
-    instant: str | None,
+    time: float | None,
     fps: float | None,
     speed: float | None,
     camera: str,
@@ -43,69 +47,67 @@ def command(
     """Write PICTURE, a png or jpg of a rig, or a gif or mp4 film of a recording.
 
     Without --recording the rig comes to rest at some pressures. With it the arm is shown as it was
-    measured or simulated, angle and pressures plotted below.
+    measured or simulated, with its angle and pressures plotted below.
     """
     from pamsim.core.errors import InputError
-    from pamsim.core.units import parse_quantity
     from pamsim.store.film_file import FILM_SUFFIXES
 
     film = picture.suffix.lower() in FILM_SUFFIXES
-    given = {"--trial": trial, "--time": instant, "--fps": fps, "--speed": speed}
+    default = _FILM_SIZE if film else _REST_SIZE if recording is None else _INSTANT_SIZE
+    size = width or default[0], height or default[1]
     if recording is None:
         if film:
             raise InputError(
                 f"{picture}: a film needs a recording to show: --recording FOLDER, such as one that"
                 " pamsim step --out FOLDER writes"
             )
-        _refuse(given, "needs --recording: a rig at rest does not move")
-        from pamsim.scene.portrait import portrait
+        refuse(
+            "needs --recording: a rig at rest does not move",
+            trial=trial,
+            time=time,
+            fps=fps,
+            speed=speed,
+        )
+        from pamsim.scene.picture import picture_rest
 
-        wanted = [
-            parse_quantity(p, "kPa", "Pa", where="--pressure")
-            for p in (pressure or "487,100").split(",")
-        ]
-        portrait(
+        picture_rest(
             picture,
             rig=rig or "mas20_arm",
-            pressures=wanted,
-            load=parse_quantity(load or "2.14", "kg", "kg", where="--load"),
+            pressures=pressure or (487e3, 100e3),
+            load=2.14 if load is None else load,
             camera=camera,
-            size=_size(width, height, _REST_SIZE),
+            size=size,
         )
         click.echo(f"wrote {picture}")
         return OK
-    _refuse({"--pressure": pressure, "--load": load}, "is known from the recording")
-    from pamsim.cli.film import Shot, make_film, make_instant
-
-    size = _size(width, height, _FILM_SIZE if film else _INSTANT_SIZE)
-    shot = Shot(recording=recording, trial=trial, rig=rig, camera=camera, size=size)
+    refuse("is known from the recording", pressure=pressure, load=load)
     if film:
-        _refuse({"--time": instant}, "is of a picture, not of a film: write a .png")
-        make_film(
-            picture,
-            shot,
-            fps=25.0 if fps is None else fps,
-            speed=1.0 if speed is None else speed,
+        refuse("is of a picture, not of a film: write a .png", time=time)
+    else:
+        refuse("is of a film: write a .gif or .mp4", fps=fps, speed=speed)
+    from pamsim.report.film import film_trial, picture_instant
+    from pamsim.scene.replay import read_replay
+
+    replay = read_replay(recording, trial=trial, rig=rig)
+    if film:
+        with progress_bar("frame") as progress:
+            film_trial(
+                picture,
+                replay,
+                camera=camera,
+                size=size,
+                fps=25.0 if fps is None else fps,
+                speed=1.0 if speed is None else speed,
+                progress=progress,
+            )
+    elif time is None:
+        raise InputError(
+            f"{picture}: which instant of the recording? give --time, or write a film as .gif"
+            " or .mp4"
         )
     else:
-        _refuse({"--fps": fps, "--speed": speed}, "is of a film: write a .gif or .mp4")
-        if instant is None:
-            raise InputError(
-                f"{picture}: which instant of the recording? give --time, or write a film as .gif"
-                " or .mp4"
-            )
-        make_instant(picture, shot, time=parse_quantity(instant, "s", "s", where="--time"))
+        picture_instant(picture, replay, time=time, camera=camera, size=size)
+    if replay.others:
+        click.echo(f"trial {replay.trial.name}; others by --trial: {', '.join(replay.others)}")
     click.echo(f"wrote {picture}")
     return OK
-
-
-def _refuse(options: dict[str, object], why: str) -> None:
-    from pamsim.core.errors import InputError
-
-    for name, value in options.items():
-        if value is not None:
-            raise InputError(f"{name} {why}")
-
-
-def _size(width: int | None, height: int | None, default: tuple[int, int]) -> tuple[int, int]:
-    return width or default[0], height or default[1]

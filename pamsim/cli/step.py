@@ -2,13 +2,21 @@
 
 from __future__ import annotations
 
-import math
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import click
 
 from pamsim.cli.main import OK
+from pamsim.cli.options import (
+    KILOGRAMS,
+    PATH,
+    PRESSURES,
+    SECONDS,
+    Quantities,
+    json_option,
+    rig_option,
+)
 from pamsim.cli.output import save_json
 
 if TYPE_CHECKING:
@@ -17,17 +25,30 @@ if TYPE_CHECKING:
 
 
 @click.command(name="step")
-@click.option("--rig", default="mas20_arm", show_default=True, help="Shipped rig or rig folder.")
-@click.option("--pressure", help="Set points after the step, one per muscle: 487,0 or 4.87bar,0.")
-@click.option("--valve", help="Valve openings after the step instead: 1,-1 (+1 fill, -1 exhaust).")
+@rig_option
+@click.option(
+    "--pressure", type=PRESSURES, help="Set points after the step, one per muscle: 487,0 (kPa)."
+)
+@click.option(
+    "--valve",
+    type=Quantities("1", "1"),
+    help="Valve openings after the step instead: 1,-1 (+1 fill, -1 exhaust).",
+)
 @click.option(
     "--start",
+    type=PRESSURES,
     help="Pressures before the step, such as 300,300; with --pressure the higher set point if left"
     " out.",
 )
-@click.option("--load", default="0", show_default=True, help="Mass on the arm: 1.2 or 1200g.")
 @click.option(
-    "--duration", default="6", show_default=True, help="Length of the record: 6 or 800ms."
+    "--load", type=KILOGRAMS, default="0", show_default=True, help="Mass on the arm: 1.2 or 1200g."
+)
+@click.option(
+    "--duration",
+    type=SECONDS,
+    default="6",
+    show_default=True,
+    help="Length of the record: 6 or 800ms.",
 )
 @click.option("--sample-hz", type=float, default=500.0, show_default=True, help="Sampling rate.")
 @click.option("--timestep-ms", type=float, help="Time step; the rig's own if left out.")
@@ -36,15 +57,15 @@ if TYPE_CHECKING:
     "--backend", default="compiled", show_default=True, help="compiled, or python for debugging."
 )
 @click.option("--sensors", is_flag=True, help="Record through the rig's encoder and converter.")
-@click.option("--out", type=click.Path(path_type=Path), help="Folder for recording and figure.")
-@click.option("--json", "json_file", type=click.Path(path_type=Path), help="Write the result here.")
+@click.option("--out", type=PATH, help="Folder for recording and figure.")
+@json_option
 def command(
     rig: str,
-    pressure: str | None,
-    valve: str | None,
-    start: str | None,
-    load: str,
-    duration: str,
+    pressure: list[float] | None,
+    valve: list[float] | None,
+    start: list[float] | None,
+    load: float,
+    duration: float,
     sample_hz: float,
     timestep_ms: float | None,
     integrator: str | None,
@@ -61,35 +82,27 @@ def command(
 
     from pamsim.core.errors import InputError
     from pamsim.core.experiment import Experiment
-    from pamsim.core.units import parse_quantity
     from pamsim.engine.rig import load_rig
     from pamsim.engine.simulate import simulate
     from pamsim.signals.sensors import measured
     from pamsim.signals.step_metrics import step_metrics
 
-    def numbers(text: str, unit: str, si: str, option: str) -> list[float]:
-        return [parse_quantity(part, unit, si, where=option) for part in text.split(",")]
-
-    if (pressure is None) == (valve is None):
+    if pressure is not None and valve is None:
+        kind, value, began = "pressure", pressure, start or [max(pressure)] * len(pressure)
+    elif valve is None or pressure is not None:
         raise InputError("give either --pressure or --valve: what the step changes")
-    if pressure is not None:
-        kind, value = "pressure", numbers(pressure, "kPa", "Pa", "--pressure")
-    else:
-        kind, value = "valve", numbers(str(valve), "1", "1", "--valve")
-    if start is not None:
-        began = numbers(start, "kPa", "Pa", "--start")
-    elif kind == "pressure":
-        began = [max(value)] * len(value)
-    else:
+    elif start is None:
         raise InputError("--valve needs --start: the pressures the muscles hold before the step")
+    else:
+        kind, value, began = "valve", valve, start
     experiment = Experiment(
         command=kind,
         command_time=np.zeros(1),
         command_value=np.array([value]),
         start_pressure=np.array(began),
-        duration=parse_quantity(duration, "s", "s", where="--duration"),
+        duration=duration,
         sample_rate=sample_hz,
-        load=parse_quantity(load, "kg", "kg", where="--load"),
+        load=load,
         name="step",
     )
     loaded = load_rig(rig)
@@ -111,10 +124,15 @@ def command(
     metrics = step_metrics(recording.time, recording.angle)
     result = _result(loaded.name, experiment, recording, metrics)
     save_json(json_file, result)
+    settling = result["settling_s"]
     click.echo(
         f"angle {result['start_deg']:.2f} -> {result['final_deg']:.2f} deg,"
-        f" overshoot {result['overshoot_percent']:.1f} %,"
-        f" settles in {_or_not(result['settling_s'])}"
+        f" overshoot {result['overshoot_percent']:.1f} %, "
+        + (
+            "not settled when the recording ended"
+            if settling is None
+            else f"settles in {settling:.3f} s"
+        )
     )
     for i, (p, f) in enumerate(
         zip(result["final_pressure_kpa"], result["final_tension_n"], strict=True), start=1
@@ -130,25 +148,23 @@ def command(
 def _result(
     rig: str, experiment: Any, recording: Recording, metrics: StepMetrics
 ) -> dict[str, Any]:
+    from pamsim.core.encoding import to_dict
     from pamsim.core.units import DEG_PER_RAD, PA_PER_KPA
 
-    settled = not math.isnan(metrics.settling_time)
-    return {
-        "schema": "pamsim-step/1",
-        "rig": rig,
-        "command": experiment.command,
-        "start_pressure_kpa": (experiment.start_pressure / PA_PER_KPA).tolist(),
-        "load_kg": experiment.load,
-        "start_deg": metrics.start * DEG_PER_RAD,
-        "final_deg": metrics.final * DEG_PER_RAD,
-        "settling_s": metrics.settling_time if settled else None,
-        "overshoot_percent": 100.0 * metrics.overshoot,
-        "final_pressure_kpa": (recording.pressure[-1] / PA_PER_KPA).tolist(),
-        "final_tension_n": recording.tension[-1].tolist(),
-        "outcome": recording.outcome.value,
-        **{key: recording.meta[key] for key in ("timestep_s", "sample_hz", "mujoco")},
-    }
-
-
-def _or_not(seconds: float | None) -> str:
-    return "more than the record" if seconds is None else f"{seconds:.3f} s"
+    return to_dict(
+        {
+            "schema": "pamsim-step/1",
+            "rig": rig,
+            "command": experiment.command,
+            "start_pressure_kpa": experiment.start_pressure / PA_PER_KPA,
+            "load_kg": experiment.load,
+            "start_deg": metrics.start * DEG_PER_RAD,
+            "final_deg": metrics.final * DEG_PER_RAD,
+            "settling_s": metrics.settling_time,
+            "overshoot_percent": 100.0 * metrics.overshoot,
+            "final_pressure_kpa": recording.pressure[-1] / PA_PER_KPA,
+            "final_tension_n": recording.tension[-1],
+            "outcome": recording.outcome,
+            **{key: recording.meta[key] for key in ("timestep_s", "sample_hz", "mujoco")},
+        }
+    )

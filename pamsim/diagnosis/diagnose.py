@@ -5,7 +5,7 @@ from __future__ import annotations
 import hashlib
 import os
 import time
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -20,6 +20,7 @@ from pamsim.comparison.trial_prediction import CHANNELS
 from pamsim.comparison.trial_regressors import regressors
 from pamsim.comparison.trial_residuals import TrialSimulator
 from pamsim.core.errors import InputError, nearest
+from pamsim.core.progress import Progress
 from pamsim.diagnosis.diagnosed_rig import DiagnosedRig
 from pamsim.diagnosis.measured_pressures import given_pressures
 from pamsim.diagnosis.method.procedure import Diagnosis
@@ -31,9 +32,6 @@ from pamsim.engine.rig import Rig, load_rig
 ORDINARY = ("force.scale", "passive.locking", "chamber.dead_volume")
 """Numbers of every rig that are known to a few per cent only: they are refitted with every effect,
 so that none is named for what they can do."""
-
-Tell = Callable[[int, str], None]
-"""Called as ``tell(parameter sets simulated so far, what is being tried)``."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -81,7 +79,7 @@ def diagnose(
     threads: int | None = None,
     out: Path | None = None,
     resume: bool = False,
-    progress: Tell | None = None,
+    progress: Progress | None = None,
 ) -> DiagnosisReport:
     """Diagnose a rig by recordings of it.
 
@@ -97,7 +95,7 @@ def diagnose(
         threads: simulations at a time; None for one per processor.
         out: folder in which fits that are done are kept; None keeps none.
         resume: go on with the fits in ``out``.
-        progress: see `Tell`.
+        progress: called with the number of parameter sets simulated so far.
 
     Raises:
         InputError: for what cannot be read or used, see `find`.
@@ -124,7 +122,7 @@ def diagnose(
 
     def told(what: str) -> None:
         if progress is not None:
-            progress(simulator.evaluations, what)
+            progress(simulator.evaluations, None, what)
 
     found = find(
         simulator,

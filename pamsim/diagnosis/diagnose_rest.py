@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import math
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 
 import numpy as np
 from numpy.typing import NDArray
 
 from pamsim.comparison.rest_prediction import RestPredictor, Values
 from pamsim.core.errors import InputError, ParameterError
+from pamsim.core.progress import Progress
 from pamsim.diagnosis.method.row_fit import RowSimulator
 from pamsim.diagnosis.method.static_diagnosis import diagnose_rows
 from pamsim.diagnosis.rest_effects import effects_at_rest
@@ -21,9 +22,6 @@ from pamsim.inference.free_parameter import FreeParameter
 from pamsim.store.static_table import StaticTable
 
 FloatArray = NDArray[np.float64]
-Tell = Callable[[int, str], None]
-"""Called as ``tell(parameter sets predicted so far, what is being tried)``."""
-
 WHEEL = "wheel radius"
 """Ordinary parameter: one radius for the wheels of all tendons."""
 
@@ -42,7 +40,7 @@ def diagnose_rest(
     ordinary: Sequence[str] = ORDINARY,
     seed: int = 0,
     threads: int | None = None,
-    progress: Tell | None = None,
+    progress: Progress | None = None,
 ) -> RestReport:
     """Diagnose a rig by the angles at which the arm came to rest.
 
@@ -54,7 +52,7 @@ def diagnose_rest(
             of all tendons' wheels.
         seed: of sign flips and exchanges.
         threads: simulations at a time; None for one per processor.
-        progress: see `Tell`.
+        progress: called with the number of parameter sets predicted so far.
 
     Raises:
         InputError: for an unknown effect or parameter, rows that the rig does not fit, too few
@@ -83,7 +81,7 @@ def diagnose_rest(
 
     def told(what: str) -> None:
         if progress is not None:
-            progress(simulator.evaluations, what)
+            progress(simulator.evaluations, None, what)
 
     tried, skipped = effects_at_rest(rig, effects, {p.name for p in freed})
     start = {p.name: p.start for p in freed}

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from pamsim.core.errors import InputError, nearest
 from pamsim.core.parameters import specs
+from pamsim.core.progress import Progress
 from pamsim.core.units import PA_PER_KPA
 from pamsim.fitting.curve_fit import fit_curve, search_curve
 from pamsim.fitting.held_out import HeldOut, Rows, grouped, leave_one_group_out
@@ -23,7 +24,6 @@ from pamsim.muscles.force_law import ForceLaw
 from pamsim.store.measured_table import ForceMap
 
 FloatArray = NDArray[np.float64]
-Progress = Callable[[int, int, str], None]
 
 
 def fit_force_law(

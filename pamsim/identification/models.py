@@ -8,13 +8,13 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 
 from pamsim.core.errors import InputError, nearest
+from pamsim.core.progress import Progress
 from pamsim.linear.continuous_fit import fit_continuous
 from pamsim.linear.discrete_fit import fit_arx_records, fit_oe
 from pamsim.linear.identified_model import FitStatus, IdentifiedModel
 from pamsim.linear.residual_independence import Independence, residual_independence
 from pamsim.linear.signal_record import SignalRecord
 
-Progress = Callable[[int, int, str], None]
 Fitter = Callable[[], IdentifiedModel]
 
 DEAD_TIMES = ("auto", "none", "free")

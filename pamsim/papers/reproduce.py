@@ -5,9 +5,9 @@ from __future__ import annotations
 import math
 import os
 import time
-from collections.abc import Callable
 
 from pamsim.core.errors import InputError
+from pamsim.core.progress import Progress
 from pamsim.core.recording import Outcome, Recording
 from pamsim.engine.rig import Rig, load_rig
 from pamsim.engine.simulate import simulate
@@ -28,9 +28,6 @@ from pamsim.store.printed import PrintedStep, mas20_steps
 CALIBRATED_START = "vent"
 """The assumption under which the rig was calibrated."""
 
-Progress = Callable[[int, int, str], None]
-"""Called as ``progress(done, total, what)`` before each simulation."""
-
 
 def reproduce(
     rig: str | os.PathLike[str] | Rig = "mas20_arm",
@@ -49,7 +46,7 @@ def reproduce(
         start: assumption on where the steps started, see `printed_steps.STARTS`.
         timestep: [s]; the rig's own if left out.
         sensors: pass the signals through the rig's encoder and pressure converter.
-        progress: see `Progress`.
+        progress: called before each simulation.
 
     Raises:
         InputError: for an unknown rig or start, or a rig that has not two muscles.

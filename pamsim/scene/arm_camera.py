@@ -9,13 +9,11 @@ from dataclasses import dataclass
 
 import mujoco
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 from PIL import Image
 
-from pamsim.scene.named import require_camera, site_pose
-from pamsim.scene.picture import open_renderer, render_arm
-from pamsim.scene.pose import muscle_lengths, pose
-from pamsim.scene.projection import pixel_places
+from pamsim.scene.picture import open_renderer, render_arm, require_camera
+from pamsim.scene.pose import muscle_lengths, pose, site_pose
 from pamsim.scene.replay import Replay
 
 Picture = NDArray[np.uint8]
@@ -96,8 +94,34 @@ def arm_camera(
             site_pose(model, data, f"muscle_{number}_anchor")[0]
             for number in range(1, len(muscles) + 1)
         ]
-        places = pixel_places(renderer.scene, anchors, width=width, height=height).tolist()
+        places = _pixel_places(renderer.scene, anchors, width=width, height=height).tolist()
         labels = {name: (x, y) for name, (x, y) in zip(muscles, places, strict=True)}
         yield ArmCamera(draw=draw, labels=labels)
     finally:
         renderer.close()
+
+
+def _pixel_places(
+    scene: mujoco.MjvScene, points: ArrayLike, *, width: int, height: int
+) -> NDArray[np.float64]:
+    """Project points with the perspective camera of a scene's last update.
+
+    Args:
+        scene: of a renderer, after ``update_scene``.
+        points: (k, 3) in front of the camera [m].
+        width: of the picture [px].
+        height: of the picture [px].
+
+    Returns:
+        (k, 2) column and row, counted from the upper left corner [px].
+    """
+    left, right = scene.camera[0], scene.camera[1]
+    eye = (np.array(left.pos) + np.array(right.pos)) / 2.0
+    forward, up = np.array(left.forward), np.array(left.up)
+    seen = np.asarray(points, dtype=float) - eye
+    depth = seen @ forward
+    # The frustum's heights are given at its near plane; pixels are square.
+    per_metre = height * left.frustum_near / (left.frustum_top - left.frustum_bottom) / depth
+    column = width / 2.0 + per_metre * (seen @ np.cross(forward, up))
+    row = height / 2.0 - per_metre * (seen @ up)
+    return np.column_stack([column, row])

@@ -12,7 +12,7 @@ import numpy as np
 
 from pamsim.core.errors import EngineError
 from pamsim.scene.muscle_shape import MOVING_REACH, Rgba, Solid, Vector, rod
-from pamsim.scene.named import object_id, site_pose
+from pamsim.scene.pose import object_id, site_pose
 
 STEEL: Rgba = (0.50, 0.51, 0.53, 1.0)
 _PLATE: Rgba = (0.40, 0.41, 0.43, 1.0)

@@ -1,24 +1,30 @@
 """Pictures of the antagonistic arm without a screen.
 
-Muscles, chain, gear teeth and load discs are no part of the model: they are added to the drawn
-scene, follow the given lengths and pressures exactly, and add no degree of freedom to the dynamics.
-All places are read from named sites (``muscle_1_anchor``, ``muscle_1_guide``, ``sprocket``,
+Muscles, chain, gear teeth and load discs are not part of the model. They are added to the drawn
+scene at the given lengths and pressures and do not change the dynamics. Their places are read from
+named sites (``muscle_1_anchor``, ``muscle_1_guide``, ``sprocket``,
 ``load_seat`` and so on; the rig's MJCF says what each means).
 """
 
 from __future__ import annotations
 
 import math
+import os
 from collections.abc import Sequence
+from pathlib import Path
 
 import mujoco
 import numpy as np
 import numpy.typing as npt
 
-from pamsim.core.errors import EngineError, InputError
+from pamsim.core.errors import EngineError, InputError, nearest
+from pamsim.core.experiment import pressure_step
+from pamsim.engine.rig import load_rig
+from pamsim.engine.simulate import simulate
 from pamsim.scene.chain_shape import STEEL, chain_solids
 from pamsim.scene.muscle_shape import Rgba, Solid, muscle_solids, rod
-from pamsim.scene.named import object_id, site_pose
+from pamsim.scene.pose import muscle_lengths, object_id, pose, site_pose
+from pamsim.store.picture_file import write_picture
 
 _KINDS = {
     "cylinder": mujoco.mjtGeom.mjGEOM_CYLINDER,
@@ -33,6 +39,59 @@ _NO_GL = (
     "cannot draw without a screen: set MUJOCO_GL=egl before Python starts and install libegl1 and"
     " libgl1-mesa-dri (software OpenGL)"
 )
+
+
+def picture_rest(
+    path: Path,
+    *,
+    rig: str | os.PathLike[str] = "mas20_arm",
+    pressures: Sequence[float] = (487e3, 100e3),
+    load: float = 0.0,
+    camera: str = "overview",
+    size: tuple[int, int] = (1600, 1000),
+) -> None:
+    """Let a rig come to rest at given pressures and write a picture of it.
+
+    Args:
+        path: picture file, png or jpg.
+        rig: name of a shipped rig or a rig folder.
+        pressures: gauge pressures, one per muscle [Pa].
+        load: [kg].
+        camera: of the rig's scene.
+        size: width and height in pixels.
+
+    Raises:
+        InputError: for an unknown rig, camera or picture format.
+        EngineError: if OpenGL cannot start; the text names the fix.
+    """
+    loaded = load_rig(rig, scene=True)
+    rest = simulate(loaded, pressure_step(pressures, pressures, duration=0.01, load=load))
+    rest.completed()
+    model = loaded.model_for(load=load)
+    require_camera(model, camera)
+    data = mujoco.MjData(model)
+    pose(model, data, loaded.angle_address, float(rest.angle[-1]))
+    image = render_arm(
+        model,
+        data,
+        pressures=rest.pressure[-1].tolist(),
+        lengths=muscle_lengths(model, data),
+        width=size[0],
+        height=size[1],
+        camera=camera,
+    )
+    write_picture(path, image)
+
+
+def require_camera(model: mujoco.MjModel, camera: str) -> None:
+    """Check that a scene has a camera.
+
+    Raises:
+        InputError: if it has not; the text lists the cameras it has.
+    """
+    cameras = [model.camera(i).name for i in range(model.ncam)]
+    if camera not in cameras:
+        raise InputError(f"no camera {camera!r} in this scene; {nearest(camera, cameras)}")
 
 
 def render_arm(

@@ -1,18 +1,20 @@
-"""Put a model into a position to be looked at, and read its muscles' lengths: no time passes."""
+"""Put a model into a position for a picture and read where its parts are; no time passes."""
 
 from __future__ import annotations
 
 import mujoco
 
 from pamsim.actuator.kernel import muscle_length
+from pamsim.core.errors import EngineError
 from pamsim.engine.callback import muscle_ids
+from pamsim.scene.muscle_shape import Vector
 
 
 def pose(model: mujoco.MjModel, data: mujoco.MjData, address: int, angle: float) -> None:
-    """Turn one joint and bring all that a picture shows up to date.
+    """Turn one joint and update everything that a picture shows.
 
     Args:
-        model: any model; it needs no callback, since nothing here asks for a force.
+        model: any model; it needs no callback, because no force is computed.
         data: its data, changed in place.
         address: index of the joint's angle in ``data.qpos``, such as `Rig.angle_address`.
         angle: [rad].
@@ -26,7 +28,7 @@ def pose(model: mujoco.MjModel, data: mujoco.MjData, address: int, angle: float)
 
 
 def muscle_lengths(model: mujoco.MjModel, data: mujoco.MjData) -> list[float]:
-    """Lengths of all muscles at the last computed tendon lengths, chain taken up.
+    """Lengths of all muscles at the last computed tendon lengths.
 
     Returns:
         (m,) [m], in actuator order.
@@ -38,3 +40,26 @@ def muscle_lengths(model: mujoco.MjModel, data: mujoco.MjData) -> list[float]:
         )
         for index in muscle_ids(model)
     ]
+
+
+def site_pose(model: mujoco.MjModel, data: mujoco.MjData, name: str) -> tuple[Vector, Vector]:
+    """Return position (3,) [m] and frame (3, 3) of a site in the world.
+
+    Raises:
+        EngineError: if the model lacks it.
+    """
+    index = object_id(model, mujoco.mjtObj.mjOBJ_SITE, name)
+    return data.site_xpos[index].copy(), data.site_xmat[index].reshape(3, 3).copy()
+
+
+def object_id(model: mujoco.MjModel, kind: mujoco.mjtObj, name: str) -> int:
+    """Id of a named object that a picture needs.
+
+    Raises:
+        EngineError: if the model lacks it.
+    """
+    index = mujoco.mj_name2id(model, kind, name)
+    if index < 0:
+        what = kind.name.removeprefix("mjOBJ_").lower()
+        raise EngineError(f"the picture needs a {what} named {name!r}, which this model lacks")
+    return index

@@ -191,7 +191,7 @@ def test_resumed_equals_uninterrupted(recording, tmp_path):
     options = {"free": list(PLANTED)[:2], "held_out": ["fill"], "out": tmp_path / "out"}
     whole = calibrate([recording], **{**options, "out": None}).calibration
 
-    def interrupt(simulations, what):
+    def interrupt(done, total, what):
         if "iteration 2" in what:
             raise KeyboardInterrupt
 

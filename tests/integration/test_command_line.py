@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 from click.testing import CliRunner
 
-from pamsim.cli.main import cli, main
+from pamsim.cli.main import cli, main, with_flags
 
 
 def run(monkeypatch, capsys, *args):
@@ -157,3 +157,16 @@ def test_every_command_has_help():
         shown = CliRunner().invoke(cli, [name, "--help"])
         assert shown.exit_code == 0
         assert "Usage" in shown.output
+
+
+@pytest.mark.parametrize(
+    ("message", "shown"),
+    [
+        ("`speed` 0 must be above 0", "--speed 0 must be above 0"),
+        ("give `pressure` and `width`", "give --pressure and `width`"),
+        ("no trial in `recording`; write a film: `pamsim render`",
+         "no trial in RECORDING; write a film: `pamsim render`"),
+    ],
+)  # fmt: skip
+def test_arguments_of_the_library_are_shown_as_flags_of_the_command(message, shown):
+    assert with_flags(message, cli.get_command(None, "view")) == shown

@@ -92,7 +92,7 @@ def test_every_verdict_is_printed_and_has_its_exit_code(verdict, tmp_path, monke
     asked = {}
 
     def quick(sources, **options):
-        options["progress"](3, "air_leak")
+        options["progress"](3, None, "air_leak")
         asked.update(options, sources=sources)
         return one
 

@@ -156,7 +156,7 @@ def test_replay_runs_at_its_speed_and_begins_again(windows, tmp_path):
     np.testing.assert_allclose(np.degrees(np.ravel(angles)), [-20, 4, 20, 20, -4, 20], atol=1e-6)
     assert colours[0] != colours[1]
     assert colours[2] == colours[3]
-    with pytest.raises(InputError, match="--speed 0 must be above 0"):
+    with pytest.raises(InputError, match="`speed` 0 must be above 0"):
         watch_replay(replay, speed=0.0)
 
 
@@ -182,6 +182,6 @@ def test_without_a_screen_one_line_names_the_fix(monkeypatch, rig):
     for name in ("DISPLAY", "WAYLAND_DISPLAY"):
         monkeypatch.delenv(name, raising=False)
     assert "DISPLAY" not in os.environ
-    with pytest.raises(EngineError, match=r"set DISPLAY.*pamsim render film\.gif") as said:
+    with pytest.raises(EngineError, match=r"set DISPLAY.*`pamsim render`") as said:
         ArmViewer(rig.model)
     assert "\n" not in str(said.value)
