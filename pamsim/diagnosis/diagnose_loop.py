@@ -15,7 +15,7 @@ from pamsim.diagnosis.method.loop_effects import CANDIDATES
 from pamsim.diagnosis.method.loop_model import Loop
 from pamsim.signals.static_law import arctangent_law
 from pamsim.store.measured_table import LengthLoop
-from pamsim.store.printed_loop import BRANCHES, loop_equation, loop_rows
+from pamsim.store.printed import BRANCHES, loop_equation, loop_rows
 
 FloatArray = NDArray[np.float64]
 

@@ -1,50 +1,114 @@
-"""Every printed number of the papers, recomputed from what is printed: one list of claims."""
+"""Every printed statement of the five source papers, recomputed from what is printed."""
 
 from __future__ import annotations
 
+import time
 from collections import Counter
 from collections.abc import Callable, Iterable, Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
 
-from pamsim.core.errors import InputError, PamsimError, nearest
-from pamsim.papers.alraouf2025 import claims as paper_b
-from pamsim.papers.claim import Claim
-from pamsim.papers.matiskova2021 import claims as paper_a
-from pamsim.papers.nguyen2024 import claims as paper_c
-from pamsim.papers.sarosi import claims as paper_e
-from pamsim.papers.vandamme2008 import claims as paper_d
+from pamsim.core.encoding import fields_to_dict, to_dict
+from pamsim.core.errors import InputError, nearest
+from pamsim.core.versions import versions
+from pamsim.papers.claim import Claim, Verdict, claim_ids, evaluate
+from pamsim.store.json_file import write_json
+from pamsim.store.printed import printed_document
 
-PAPERS: Mapping[str, Callable[[], list[Claim]]] = {
-    "A": paper_a.claims,
-    "B": paper_b.claims,
-    "C": paper_c.claims,
-    "D": paper_d.claims,
-    "E": paper_e.claims,
+SCHEMA = "pamsim-replicate/1"
+
+PAPERS: Mapping[str, str] = {
+    "matiskova2021": "Matiskova 2021",
+    "alraouf2025": "Alraouf 2025",
+    "nguyen2024": "Nguyen 2024",
+    "vandamme2008": "Van Damme 2008",
+    "sarosi": "Sarosi",
 }
-"""Letter of a paper -> what recomputes it. A further paper is one more line."""
+"""Name of a paper's room and files -> its name in sentences."""
+
+Progress = Callable[[int, int, str], None]
+"""Called as ``progress(done, total, what)`` before each paper and at the end."""
 
 
-def replicate(papers: Iterable[str] | None = None) -> list[Claim]:
-    """Recompute the papers.
+@dataclass(frozen=True, kw_only=True)
+class Replication:
+    """The claims of some papers, judged.
+
+    Attributes:
+        papers: name -> full citation.
+        claims: paper by paper.
+        failures: papers that could not be evaluated, and why.
+        wall_s: time it took [s].
+        versions: of the software that computed it.
+    """
+
+    papers: Mapping[str, str]
+    claims: tuple[Claim, ...]
+    failures: tuple[Mapping[str, str], ...]
+    wall_s: float
+    versions: Mapping[str, str] = field(default_factory=versions)
+
+    @property
+    def counts(self) -> dict[str, int]:
+        """Verdict -> number of claims."""
+        counted = Counter(claim.verdict for claim in self.claims)
+        return {verdict.value: counted[verdict] for verdict in Verdict}
+
+    def summary(self) -> str:
+        """How many claims there are and how they were judged, in a line."""
+        listed = ", ".join(f"{count} {verdict}" for verdict, count in self.counts.items())
+        return f"{len(self.claims)} claims: {listed}"
+
+    def to_dict(self) -> dict[str, Any]:
+        """Everything, JSON-safe."""
+        return to_dict({"schema": SCHEMA, **fields_to_dict(self), "counts": self.counts})
+
+    def save(self, folder: Path) -> None:
+        """Write ``replication.json`` into a folder."""
+        write_json(folder / "replication.json", self.to_dict())
+
+
+def citation(paper: str) -> str:
+    """Full citation of a paper, as far as its text prints one."""
+    return str(printed_document(f"{paper}.toml")["citation"])
+
+
+def replicate(
+    papers: Iterable[str] | None = None, *, progress: Progress | None = None
+) -> Replication:
+    """Recompute what papers print. A paper that fails does not hide the others.
 
     Args:
-        papers: letters of the papers wanted; all that are known if left out.
-
-    Returns:
-        The claims, paper by paper.
+        papers: names of the papers wanted, see `PAPERS`; all if left out.
+        progress: see `Progress`.
 
     Raises:
-        InputError: for a letter that is not known.
-        PamsimError: if two claims share an id or a paper hands in another's claim.
+        InputError: for a name that is not known.
     """
+    began = time.monotonic()
     wanted = list(PAPERS) if papers is None else list(dict.fromkeys(papers))
-    for letter in wanted:
-        if letter not in PAPERS:
-            raise InputError(f"no paper {letter!r}; {nearest(letter, PAPERS)}")
-    found = [(letter, claim) for letter in wanted for claim in PAPERS[letter]()]
-    for letter, claim in found:
-        if claim.paper != letter:
-            raise PamsimError(f"claim {claim.id} was handed in by paper {letter}")
-    twice = [id for id, count in Counter(claim.id for _, claim in found).items() if count > 1]
-    if twice:
-        raise PamsimError(f"claim ids used more than once: {', '.join(sorted(twice))}")
-    return [claim for _, claim in found]
+    for paper in wanted:
+        if paper not in PAPERS:
+            raise InputError(f"no paper {paper!r}; {nearest(paper, PAPERS)}")
+    report: Progress = progress or (lambda done, total, what: None)
+    claims: list[Claim] = []
+    failures: list[dict[str, str]] = []
+    for index, paper in enumerate(wanted):
+        report(index, len(wanted), PAPERS[paper])
+        try:
+            claims += paper_claims(paper)
+        except Exception as error:  # whatever it is, the other papers still count
+            failures.append({"paper": paper, "error": f"{type(error).__name__}: {error}"})
+    report(len(wanted), len(wanted), "done")
+    return Replication(
+        papers={paper: citation(paper) for paper in wanted},
+        claims=tuple(claims),
+        failures=tuple(failures),
+        wall_s=time.monotonic() - began,
+    )
+
+
+def paper_claims(paper: str) -> list[Claim]:
+    """Recompute and judge all claims of one paper."""
+    return [evaluate(id) for id in claim_ids(paper)]

@@ -15,13 +15,12 @@ from numpy.typing import NDArray
 
 from pamsim.core.units import DEG_PER_RAD, PA_PER_KPA
 from pamsim.hysteresis.fractional_maxwell import PRINTED, complex_stiffness
-from pamsim.papers.loop_fits import branch_data, fit_arctangent, fit_bouc_wen
+from pamsim.papers.alraouf2025.loop import branch_data, fit_arctangent, fit_bouc_wen
 from pamsim.papers.paper_models import static_characteristic
 from pamsim.papers.replication_figures_force import force_curves
 from pamsim.papers.replication_figures_pleated import pleated_curves
 from pamsim.signals.static_law import arctangent_law
-from pamsim.store.printed import distinct_steps
-from pamsim.store.printed_loop import BRANCHES, loop_equation, loop_rows
+from pamsim.store.printed import BRANCHES, distinct_steps, loop_equation, loop_rows
 
 FloatArray = NDArray[np.float64]
 Curves = Mapping[str, Any]
@@ -34,15 +33,15 @@ def replication_figures(papers: Iterable[str]) -> dict[str, Curves]:
     """Curves of every figure of some papers.
 
     Args:
-        papers: letters; those without figures are left out.
+        papers: names; those without figures are left out.
 
     Returns:
-        Letter -> curves by name, arrays (n,).
+        Name of the paper -> curves by name, arrays (n,).
     """
-    return {letter: _FIGURES[letter]() for letter in papers if letter in _FIGURES}
+    return {paper: _FIGURES[paper]() for paper in papers}
 
 
-def _paper_a() -> Curves:
+def _matiskova2021() -> Curves:
     steps = distinct_steps()
     return {
         **static_characteristic(),
@@ -57,7 +56,7 @@ def _paper_a() -> Curves:
     }
 
 
-def _paper_b() -> Curves:
+def _alraouf2025() -> Curves:
     fine = np.linspace(0.0, 500.0, 251)
     free, passive = fit_bouc_wen(), fit_bouc_wen(0.5)
     branches = {}
@@ -93,7 +92,7 @@ def _fractional_loop(
     return _MM * x, amplitude * np.sin(_LOOP)
 
 
-def _paper_c() -> Curves:
+def _nguyen2024() -> Curves:
     stiffness, viscosity = 150_000.0, 200_000.0  # Ke [N/m], c: the caption of Figure 3
     order, time_constant, identified = PRINTED
     frequency = np.linspace(1.0, 10.0, 91)
@@ -129,9 +128,9 @@ def _paper_c() -> Curves:
 
 
 _FIGURES: Mapping[str, Callable[[], Curves]] = {
-    "A": _paper_a,
-    "B": _paper_b,
-    "C": _paper_c,
-    "D": pleated_curves,
-    "E": force_curves,
+    "matiskova2021": _matiskova2021,
+    "alraouf2025": _alraouf2025,
+    "nguyen2024": _nguyen2024,
+    "vandamme2008": pleated_curves,
+    "sarosi": force_curves,
 }

@@ -2,32 +2,46 @@
 
 from __future__ import annotations
 
+import math
+from collections import Counter
 from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any
 
 from matplotlib.figure import Figure
 
-from pamsim.report.numbers import fixed
-from pamsim.report.page import PageImage, check_schema, page_template, save_page
+from pamsim.papers.replicate import PAPERS, SCHEMA
+from pamsim.report.numbers import NONE, fixed, number_or_none, plain, significant
+from pamsim.report.page import write_page
 from pamsim.report.replication_forces import force_laws, inverse_law
 from pamsim.report.replication_loops import loops_by_order, loops_by_test
 from pamsim.report.replication_preisach import exact_shape, force_loops, plane_and_loop
 from pamsim.report.replication_statics import arctangent_loop, bouc_wen_loop, static_law
-from pamsim.report.replication_view import VERDICTS, paper_views, verdict_sentence
 
-SCHEMA = "pamsim-replicate/1"
-
-_Draw = Callable[[Mapping[str, Any]], Figure]
-
-FIGURES: Mapping[str, Mapping[str, _Draw]] = {
-    "A": {"a_static": static_law},
-    "B": {"b_arctangent": arctangent_loop, "b_bouc_wen": bouc_wen_loop},
-    "C": {"c_order": loops_by_order, "c_tests": loops_by_test},
-    "D": {"d_plane": plane_and_loop, "d_force": force_loops, "d_exact": exact_shape},
-    "E": {"e_laws": force_laws, "e_inverse": inverse_law},
+VERDICTS: Mapping[str, tuple[str, str, str]] = {
+    "reproduced": ("reproduced", "✓", "reproduced"),
+    "not reproducible from printed data": ("open", "○", "not reproducible"),
+    "inconsistent in the paper": ("inconsistent", "≠", "inconsistent"),
 }
-"""Letter of a paper -> file without ``.png`` -> what draws it from the paper's curves."""
+"""Verdict -> name in the page's code, mark, short word."""
+
+FIGURES: Mapping[str, Mapping[str, Callable[[Mapping[str, Any]], Figure]]] = {
+    "matiskova2021": {"matiskova2021_static": static_law},
+    "alraouf2025": {
+        "alraouf2025_arctangent": arctangent_loop,
+        "alraouf2025_bouc_wen": bouc_wen_loop,
+    },
+    "nguyen2024": {"nguyen2024_order": loops_by_order, "nguyen2024_tests": loops_by_test},
+    "vandamme2008": {
+        "vandamme2008_plane": plane_and_loop,
+        "vandamme2008_force": force_loops,
+        "vandamme2008_exact": exact_shape,
+    },
+    "sarosi": {"sarosi_laws": force_laws, "sarosi_inverse": inverse_law},
+}
+"""Name of a paper -> file without ``.png`` -> what draws it from the paper's curves."""
+
+_LEAST_DIGITS = 3  # of a recomputed number, however few digits were printed
 
 
 def write_replication(
@@ -36,9 +50,8 @@ def write_replication(
     """Write page and figures of a replication.
 
     Args:
-        result: of schema ``pamsim-replicate/1``, JSON-safe. Keys unknown to this version are
-            ignored.
-        curves: letter of a paper -> what its figures draw; papers left out get no figures.
+        result: of schema ``pamsim-replicate/1``, JSON-safe.
+        curves: name of a paper -> what its figures draw; papers left out get no figures.
         out: folder to write into; made if missing, files of the same names are replaced.
 
     Returns:
@@ -47,45 +60,72 @@ def write_replication(
     Raises:
         InputError: if the result has another schema, or ``out`` is a file.
     """
-    check_schema(result, SCHEMA)
-    return save_page(
-        out, lambda: _figures(curves), lambda images: render_page(result, curves, images)
+    return write_page(
+        out,
+        "replication.html",
+        result,
+        lambda: {
+            name: draw(curves[paper])
+            for paper, drawings in FIGURES.items()
+            if paper in curves
+            for name, draw in drawings.items()
+        },
+        schema=SCHEMA,
+        names=PAPERS,
+        verdicts=VERDICTS,
+        curves=curves,
+        sentence=verdict_sentence,
+        printed_text=printed_text,
+        recomputed_text=recomputed_text,
     )
 
 
-def _figures(curves: Mapping[str, Mapping[str, Any]]) -> dict[str, Figure]:
-    return {
-        name: draw(curves[letter])
-        for letter, drawings in FIGURES.items()
-        if letter in curves
-        for name, draw in drawings.items()
-    }
-
-
-def render_page(
-    result: Mapping[str, Any],
-    curves: Mapping[str, Mapping[str, Any]],
-    images: Mapping[str, PageImage],
-) -> str:
-    """Fill the template.
+def verdict_sentence(result: Mapping[str, Any]) -> str:
+    """How many statements came out how, and which papers could not be evaluated.
 
     Args:
         result: of schema ``pamsim-replicate/1``.
-        curves: letter of a paper -> what its figures show; the captions quote numbers from it.
-        images: by the names of the files without ``.png``.
+    """
+    counted = Counter(claim["verdict"] for claim in result["claims"])
+    listed = [f"{counted[verdict]} {verdict}" for verdict in VERDICTS]
+    papers = len(result["papers"])
+    text = f"{len(result['claims'])} printed statements of {papers}"
+    text += f" paper{'' if papers == 1 else 's'} recomputed: "
+    text += ", ".join(listed[:-1]) + f" and {listed[-1]}."
+    failed = [PAPERS[failure["paper"]] for failure in result["failures"]]
+    return text + (f" Not evaluated: {', '.join(failed)}." if failed else "")
+
+
+def printed_text(value: Any) -> str:
+    """A printed value: number, list of numbers, words; a dash for none."""
+    if isinstance(value, list | tuple):
+        return ", ".join(plain(entry) for entry in value)
+    return plain(value)
+
+
+def recomputed_text(value: Any, printed: Any) -> str:
+    """A recomputed value with one digit more than was printed, so that both can be compared.
+
+    Args:
+        value: number, list of numbers, words or None.
+        printed: what stands beside it.
 
     Returns:
-        The page; every text from the result is escaped.
+        For example ``11.547`` beside a printed ``20.13``; a dash for None.
     """
-    papers = paper_views(result)
-    return page_template("replication.html").render(
-        papers=papers,
-        verdict=verdict_sentence(papers),
-        kinds=list(VERDICTS.values()),
-        totals=[sum(paper.counts[i] for paper in papers) for i in range(len(VERDICTS))],
-        images=images,
-        curves=curves,
-        fixed=fixed,
-        wall=f"{fixed(result.get('wall_s'), 1)} s",
-        versions=dict(result.get("versions") or {}),
-    )
+    if isinstance(value, list | tuple):
+        # Two lists of one length correspond entry by entry.
+        alike = isinstance(printed, list | tuple) and len(printed) == len(value)
+        beside = list(printed) if alike else [None] * len(value)
+        return ", ".join(recomputed_text(v, p) for v, p in zip(value, beside, strict=True))
+    number = number_or_none(value)
+    if number is None:
+        return NONE if value is None else str(value)
+    if number.is_integer() and abs(number) < 1e6:
+        return fixed(number, 0)
+    digits = _LEAST_DIGITS
+    beside = number_or_none(printed)
+    if beside is not None:
+        decimals = len(f"{beside:.10f}".rstrip("0").partition(".")[2]) + 1
+        digits = max(digits, decimals + math.floor(math.log10(abs(number))) + 1)
+    return significant(number, min(digits, 8))

@@ -1,4 +1,8 @@
-"""Read the papers' printed tables that ship with pamsim."""
+"""Read the printed tables of the source papers that ship with pamsim, as the papers print them.
+
+A file is named after its paper, author and year. Numbers keep their digits where they are compared
+digit by digit with what is recomputed: see `Printed`.
+"""
 
 from __future__ import annotations
 
@@ -11,10 +15,51 @@ from typing import Any
 
 from pamsim.core.units import DEG_PER_RAD, PA_PER_KPA
 
+BRANCHES = ("up", "down")
+"""Rising and falling pressure of the loop of Alraouf 2025."""
+
+
+@dataclass(frozen=True)
+class Printed:
+    """A number with the digits it was printed with.
+
+    Attributes:
+        value: the number.
+        half_unit: half a unit of its last printed digit.
+    """
+
+    value: float
+    half_unit: float
+
+    @classmethod
+    def read(cls, text: str) -> Printed:
+        """Read a decimal number such as ``-0.0083212``."""
+        return cls(float(text), 0.5 * 10.0 ** -len(text.partition(".")[2]))
+
+
+def printed_table(name: str) -> list[dict[str, str]]:
+    """Rows of a shipped CSV file, column -> text; lines that start with ``#`` are left out."""
+    lines = _text(name).splitlines()
+    return list(csv.DictReader(line for line in lines if not line.startswith("#")))
+
+
+def printed_document(name: str, *, digits: bool = False) -> Mapping[str, Any]:
+    """A shipped TOML file.
+
+    Args:
+        name: of the file.
+        digits: read decimal numbers as `Printed`; whole numbers stay ``int``.
+    """
+    return tomllib.loads(_text(name), parse_float=Printed.read if digits else float)
+
+
+def _text(name: str) -> str:
+    return (resources.files("pamsim") / "data" / name).read_text(encoding="utf-8")
+
 
 @dataclass(frozen=True, kw_only=True)
 class PrintedStep:
-    """One row of Matiskova 2021's Tables 1 and 2, in SI.
+    """One row of Tables 1 and 2 of Matiskova 2021, in SI.
 
     Attributes:
         row: number, 1 to 24.
@@ -41,8 +86,6 @@ class PrintedStep:
 
 def mas20_steps() -> tuple[PrintedStep, ...]:
     """The 24 printed rows (Matiskova 2021, Tables 1 and 2)."""
-    lines = _text("mas20_steps.csv").splitlines()
-    rows = csv.DictReader(line for line in lines if not line.startswith("#"))
     return tuple(
         PrintedStep(
             row=int(row["row"]),
@@ -55,7 +98,7 @@ def mas20_steps() -> tuple[PrintedStep, ...]:
             repeats=int(row["repeats"]) if row["repeats"] else None,
             slip=row["slip"],
         )
-        for row in rows
+        for row in printed_table("matiskova2021_steps.csv")
     )
 
 
@@ -65,9 +108,43 @@ def distinct_steps() -> tuple[PrintedStep, ...]:
 
 
 def mas20_models() -> Mapping[str, Any]:
-    """Printed models of the rig, as in ``mas20_models.toml`` (Matiskova 2021, (23), (30), (31))."""
-    return tomllib.loads(_text("mas20_models.toml"))
+    """Printed models of the MAS-20 rig (Matiskova 2021, (23), (30), (31))."""
+    return printed_document("matiskova2021.toml")
 
 
-def _text(name: str) -> str:
-    return (resources.files("pamsim") / "data" / name).read_text(encoding="utf-8")
+@dataclass(frozen=True, kw_only=True)
+class LoopRow:
+    """Length of the muscle at one pressure on one branch, from three runs (Alraouf 2025, Table 2).
+
+    Attributes:
+        branch: ``up`` or ``down``.
+        pressure_kpa: gauge pressure [kPa].
+        mean: [cm].
+        deviation: standard deviation [cm].
+        half_interval: half the 95 % confidence interval of the mean [cm].
+    """
+
+    branch: str
+    pressure_kpa: float
+    mean: Printed
+    deviation: Printed
+    half_interval: Printed
+
+
+def loop_rows(branch: str) -> tuple[LoopRow, ...]:
+    """The 11 rows of one branch, by rising pressure."""
+    return tuple(
+        LoopRow(
+            branch=branch,
+            pressure_kpa=float(row["pressure_kpa"]),
+            mean=Printed.read(row[f"{branch}_mean_cm"]),
+            deviation=Printed.read(row[f"{branch}_sd_cm"]),
+            half_interval=Printed.read(row[f"{branch}_ci_cm"]),
+        )
+        for row in printed_table("alraouf2025_table2.csv")
+    )
+
+
+def loop_equation(branch: str) -> tuple[Printed, ...]:
+    """Coefficients of (3) for ``up``, (4) for ``down`` of Alraouf 2025: cm, 1/kPa, 1, cm."""
+    return tuple(printed_document("alraouf2025.toml", digits=True)["arctangent"][branch])

@@ -9,11 +9,12 @@ import pytest
 from pamsim.cli.main import main
 from pamsim.core.errors import ParameterError
 from pamsim.papers import replicate as room
-from pamsim.papers.alraouf2025 import arctangent as paper_b_arctangent
-from pamsim.papers.claim import Claim, Verdict
-from pamsim.papers.matiskova2021 import tables as paper_a_tables
+from pamsim.papers.claim import Claim, Verdict, evaluate
 
-KEYS = {"id", "paper", "what", "printed", "recomputed", "unit", "verdict", "reason"}
+KEYS = {
+    "id", "paper", "statement", "place", "printed", "recomputed", "unit", "tolerance", "verdict",
+    "reason",
+}  # fmt: skip
 
 
 def run(monkeypatch, capsys, *args):
@@ -24,14 +25,17 @@ def run(monkeypatch, capsys, *args):
     return ended.value.code, captured.out, captured.err
 
 
-def made_up(letter):
+def made_up(paper):
     return [
         Claim(
-            id=f"{letter}-01",
-            what="a statement of words",
+            id=f"{paper}-01",
+            paper=paper,
+            statement="a statement of words",
+            place="text",
             printed="more",
             recomputed=None,
             unit="",
+            tolerance=None,
             verdict=Verdict.INCONSISTENT,
             reason="a finding about the paper",
         )
@@ -41,10 +45,16 @@ def made_up(letter):
 @pytest.fixture
 def light(monkeypatch):
     """Two papers by their claims that take no time, the others by one claim made up."""
-    papers = {letter: lambda letter=letter: made_up(letter) for letter in room.PAPERS}
-    papers |= {"A": paper_a_tables.claims, "B": paper_b_arctangent.claims}
-    monkeypatch.setattr(room, "PAPERS", papers)
-    return papers
+    quick = {"matiskova2021": range(1, 9), "alraouf2025": range(1, 16)}
+    claims = {paper: lambda paper=paper: made_up(paper) for paper in room.PAPERS}
+    claims |= {
+        paper: lambda paper=paper, numbers=numbers: [
+            evaluate(f"{paper}-{number:02d}") for number in numbers
+        ]
+        for paper, numbers in quick.items()
+    }
+    monkeypatch.setattr(room, "paper_claims", lambda paper: claims[paper]())
+    return claims
 
 
 def test_json_holds_claims_of_every_paper_and_the_counts(light, monkeypatch, capsys, tmp_path):
@@ -64,21 +74,25 @@ def test_json_holds_claims_of_every_paper_and_the_counts(light, monkeypatch, cap
 
 
 @pytest.mark.usefixtures("light")
-def test_papers_can_be_chosen_in_small_letters_and_twice(monkeypatch, capsys, tmp_path):
+def test_papers_can_be_chosen_in_capitals_and_twice(monkeypatch, capsys, tmp_path):
     file = tmp_path / "result.json"
-    code, _, _ = run(monkeypatch, capsys, "--paper", "c", "--paper", "C", "--json", str(file))
+    code, _, _ = run(
+        monkeypatch, capsys, "--paper", "nguyen2024", "--paper", "Nguyen2024", "--json", str(file)
+    )
     assert code == 0
-    assert [claim["id"] for claim in json.loads(file.read_text())["claims"]] == ["C-01"]
+    assert [claim["id"] for claim in json.loads(file.read_text())["claims"]] == ["nguyen2024-01"]
 
 
 @pytest.mark.usefixtures("light")
 def test_page_lies_in_the_folder(monkeypatch, capsys, tmp_path):
-    code, out, _ = run(monkeypatch, capsys, "--paper", "C", "--out", str(tmp_path / "page"))
+    code, out, _ = run(
+        monkeypatch, capsys, "--paper", "nguyen2024", "--out", str(tmp_path / "page")
+    )
     assert code == 0
     assert "page: " in out
     source = (tmp_path / "page" / "index.html").read_text(encoding="utf-8")
-    assert 'id="C-01"' in source
-    assert (tmp_path / "page" / "c_order.png").stat().st_size > 1000
+    assert 'id="nguyen2024-01"' in source
+    assert (tmp_path / "page" / "nguyen2024_order.png").stat().st_size > 1000
 
 
 def test_a_paper_that_cannot_be_evaluated_gives_1_and_keeps_the_others(
@@ -87,20 +101,20 @@ def test_a_paper_that_cannot_be_evaluated_gives_1_and_keeps_the_others(
     def broken():
         raise ParameterError("a number is out of range")
 
-    monkeypatch.setitem(light, "D", broken)
+    monkeypatch.setitem(light, "vandamme2008", broken)
     file = tmp_path / "result.json"
     code, out, _ = run(monkeypatch, capsys, "--json", str(file))
     assert code == 1
-    assert "FAIL  paper D could not be evaluated: ParameterError: a number is out of range" in out
+    assert "FAIL  Van Damme 2008 could not be evaluated: ParameterError: a number is" in out
     result = json.loads(file.read_text(encoding="utf-8"))
-    assert [failure["paper"] for failure in result["failures"]] == ["D"]
-    assert {claim["paper"] for claim in result["claims"]} == set(light) - {"D"}
+    assert [failure["paper"] for failure in result["failures"]] == ["vandamme2008"]
+    assert {claim["paper"] for claim in result["claims"]} == set(light) - {"vandamme2008"}
 
 
 def test_unknown_paper_is_one_line_and_2(monkeypatch, capsys):
     code, out, err = run(monkeypatch, capsys, "--paper", "AB")
     assert (code, out) == (2, "")
-    assert err.startswith("pamsim: error: no paper 'AB'; ")
+    assert err.startswith("pamsim: error: no paper 'ab'; ")
     assert len(err.splitlines()) == 1
 
 

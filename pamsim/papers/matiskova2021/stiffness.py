@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 import math
 
 from pamsim.actuator.antagonist import (
@@ -19,27 +20,12 @@ from pamsim.papers.antagonistic_pair import (
     row,
     wheel_radius,
 )
-from pamsim.papers.claim import Claim, Verdict, compare, holds
+from pamsim.papers.claim import Recomputed, Verdict, recomputes
 from pamsim.papers.torque_law import TorqueLaw, fit_torque_law
 from pamsim.store.printed import PrintedStep, distinct_steps
 
 _FULL = 487.0 * PA_PER_KPA  # Table 1, row 1
 _AGREEMENT = 1e-6  # relative, of a closed form with finite differences
-
-
-def claims() -> list[Claim]:
-    """Claims A-22 to A-28."""
-    steps = distinct_steps()
-    plain = fit_torque_law(steps)
-    return [
-        _printed_signs(),
-        _both_parts(),
-        _sum_in_theory(),
-        _sum_in_tables(steps, plain),
-        _same_difference(steps, plain),
-        _stiffest(steps),
-        _symmetric(steps, plain),
-    ]
 
 
 def _parts(pressure: float) -> Stiffness:
@@ -62,84 +48,67 @@ def _shut_stiffness(pressure: float) -> float:
     return -(torque(h) - torque(-h)) / (2.0 * h)
 
 
-def _printed_signs() -> Claim:
+@recomputes("matiskova2021-22")
+def _printed_signs() -> Recomputed:
     each, shut = _parts(_FULL), _shut_stiffness(_FULL)
     # -P1 V1'' + P2 V2'' as printed: at equal pressures the geometric parts cancel.
     as_printed = each.compressibility
-    return Claim(
-        id="A-22",
-        what="(5): signs of the two geometric parts of the stiffness",
-        printed="- P1 V1'' + P2 V2''",
-        recomputed="- P1 V1'' - P2 V2''",
-        unit="",
-        verdict=holds(abs(as_printed - shut) <= _AGREEMENT * shut, Verdict.INCONSISTENT),
-        reason="as printed the geometric parts of two alike muscles cancel at equal pressures, and"
-        f" exchanging the muscles changes the stiffness: {as_printed:.2f} N m/rad where the ideal"
-        f" pair turned with its chambers shut has {shut:.2f} (both at 487 kPa at the reference"
-        f" point, geometry of the rig file; the geometric parts make"
-        f" {100.0 * each.geometric / shut:.0f} %)",
+    return Recomputed(
+        "- P1 V1'' - P2 V2''",
+        holds=abs(as_printed - shut) <= _AGREEMENT * shut,
+        as_printed=as_printed,
+        shut=shut,
+        geometric=100.0 * each.geometric / shut,
     )
 
 
-def _both_parts() -> Claim:
+@recomputes("matiskova2021-23")
+def _both_parts() -> Recomputed:
     each, shut = _parts(_FULL), _shut_stiffness(_FULL)
-    return Claim(
-        id="A-23",
-        what="(5): the stiffness is a compressibility part and a geometric part and no more",
-        printed="-dP/dV (dV/dl)^2 and -P d2V/dl2",
-        recomputed=(each.compressibility, each.geometric),
-        unit="N*m/rad",
-        verdict=holds(abs(each.total - shut) <= _AGREEMENT * shut, Verdict.INCONSISTENT),
-        reason=f"closed forms with one sign for all and dP/dV polytropic; their sum,"
-        f" {each.total:.4f}, against {shut:.4f} N m/rad of the pair turned with its chambers shut,"
-        f" tolerance {_AGREEMENT:g} of it. Pressure is gauge in the geometric part, absolute in"
-        " dP/dV, which the paper does not say",
+    return Recomputed(
+        (each.compressibility, each.geometric),
+        holds=abs(each.total - shut) <= _AGREEMENT * shut,
         tolerance=_AGREEMENT * shut,
+        total=each.total,
+        shut=shut,
+        agreement=_AGREEMENT,
     )
 
 
-def _sum_in_theory() -> Claim:
+@recomputes("matiskova2021-24")
+def _sum_in_theory() -> Recomputed:
     low, high = 200.0 * PA_PER_KPA, 400.0 * PA_PER_KPA
     exponent = math.log(_parts(high).total / _parts(low).total) / math.log(high / low)
     geometric = math.log(_parts(high).geometric / _parts(low).geometric) / math.log(high / low)
-    return compare(
-        "A-24",
-        "stiffness is proportional to the sum of pressures: exponent of the sum in (5)",
-        1.0,
-        exponent,
-        0.1,
-        unit="1",
-        reason=f"ideal pair at the reference point, both muscles from 200 to 400 kPa, signs of (5)"
-        f" mended: geometric part {geometric:.3f}; the compressibility part goes with absolute"
-        " pressure and keeps a remainder without gauge pressure. Tolerance 0.1, since the sentence"
-        " is qualitative",
-    )
+    return Recomputed(exponent, geometric=geometric)
 
 
-def _sum_in_tables(steps: tuple[PrintedStep, ...], plain: TorqueLaw) -> Claim:
-    law = fit_torque_law(steps, ("c",))
+@functools.cache
+def _torque_law(*extra: str) -> TorqueLaw:
+    return fit_torque_law(distinct_steps(), extra)
+
+
+@recomputes("matiskova2021-25")
+def _sum_in_tables() -> Recomputed:
+    plain, law = _torque_law(), _torque_law("c")
     c, half = law.coefficients["c"], law.half_interval["c"]
     low, high = c - half, c + half
-    if low > 0.0:
-        verdict = Verdict.REPRODUCED
-    else:
-        verdict = Verdict.INCONSISTENT if high < 0.0 else Verdict.NOT_REPRODUCIBLE
-    return Claim(
-        id="A-25",
-        what="stiffness grows with the sum of pressures: its coefficient c in the tables",
-        printed="c > 0",
-        recomputed=c,
-        unit="1/rad",
-        verdict=verdict,
-        reason=f"least squares of p1 - p2 = k1 b + k5 b^5 - t m + c (p1 + p2) b on the distinct"
-        f" rows: c in [{low:.3f}, {high:.3f}] at 95 %, {law.rms_deg:.2f} deg RMS,"
-        f" {law.left_out_rms_deg:.2f} leaving one out (without c {plain.rms_deg:.2f} and"
-        f" {plain.left_out_rms_deg:.2f}). It is pressure per angle, not torque: a weaker pull per"
-        " pressure at high pressure, friction or the start of the steps could hide a stiffening",
+    return Recomputed(
+        c,
+        holds=low > 0.0,
+        otherwise=Verdict.INCONSISTENT if high < 0.0 else Verdict.NOT_REPRODUCIBLE,
+        low=low,
+        high=high,
+        rms=law.rms_deg,
+        held_out_rms=law.left_out_rms_deg,
+        plain_rms=plain.rms_deg,
+        plain_held_out_rms=plain.left_out_rms_deg,
     )
 
 
-def _same_difference(steps: tuple[PrintedStep, ...], plain: TorqueLaw) -> Claim:
+@recomputes("matiskova2021-26")
+def _same_difference() -> Recomputed:
+    steps, plain = distinct_steps(), _torque_law()
     pairs: list[tuple[PrintedStep, PrintedStep]] = []
     for i, first in enumerate(steps):
         for second in steps[i + 1 :]:
@@ -154,20 +123,12 @@ def _same_difference(steps: tuple[PrintedStep, ...], plain: TorqueLaw) -> Claim:
         f" {b.angle * DEG_PER_RAD:.2f} deg"
         for a, b in pairs
     )
-    return compare(
-        "A-26",
-        "the same difference of pressures gives the same angle at another sum; largest difference",
-        0.0,
-        max(apart),
-        plain.rms_deg,
-        unit="deg",
-        reason=f"all pairs of rows within 1 kPa of p_svd with sums 1.5 times apart: {named}. The"
-        " loads differ too; tolerance: the scatter of the rows about a law without the sum",
-        otherwise=Verdict.INCONSISTENT,
-    )
+    return Recomputed(max(apart), tolerance=plain.rms_deg, named=named)
 
 
-def _stiffest(steps: tuple[PrintedStep, ...]) -> Claim:
+@recomputes("matiskova2021-27")
+def _stiffest() -> Recomputed:
+    steps = distinct_steps()
     near = next(step for step in steps if step.row == 19)
     far = next(step for step in steps if step.row == 1)
     first = _difference(near) / near.angle
@@ -184,36 +145,22 @@ def _stiffest(steps: tuple[PrintedStep, ...]) -> Claim:
         along.append(joint_stiffness(pair, [radius] * 2).total)
     ideal = "falls" if along == sorted(along, reverse=True) else "does not fall steadily"
     scale = PA_PER_KPA * DEG_PER_RAD
-    return Claim(
-        id="A-27",
-        what="stiffness is highest at the reference point with both pressures at their maximum",
-        printed="highest at the reference point",
-        recomputed=(first / scale, second / scale),
-        unit="kPa/deg",
-        verdict=holds(first >= second, Verdict.INCONSISTENT),
-        reason="pressure per angle up to row 19 and on from row 19 to row 1, unloaded, AM1 at 446"
-        " and 487 kPa: the joint hardens away from the reference point, and a muscle pulls more"
-        " per pressure the longer it gets, so its torque hardens more. In theory the sentence"
-        f" holds: the stiffness (5) of an ideal pair {ideal} while AM2 is vented from 487 to"
-        f" {0.6 * _FULL / PA_PER_KPA:.0f} kPa, {along[0]:.1f} to {along[-1]:.1f} N m/rad",
+    return Recomputed(
+        (first / scale, second / scale),
+        holds=first >= second,
+        ideal=ideal,
+        vented=0.6 * _FULL / PA_PER_KPA,
+        first=along[0],
+        last=along[-1],
     )
 
 
-def _symmetric(steps: tuple[PrintedStep, ...], plain: TorqueLaw) -> Claim:
-    law = fit_torque_law(steps, ("o",))
+@recomputes("matiskova2021-28")
+def _symmetric() -> Recomputed:
+    plain, law = _torque_law(), _torque_law("o")
     offset, half = law.coefficients["o"], law.half_interval["o"]
     shift = offset / plain.coefficients["k1"] * DEG_PER_RAD
-    return compare(
-        "A-28",
-        "the static property is four-quadrant and symmetric: offset between the directions",
-        0.0,
-        100.0 * offset,
-        100.0 * half,
-        unit="kPa",
-        reason=f"offset o added to the odd law p1 - p2 = k1 b + k5 b^5 - t m, about {shift:.2f} deg"
-        " at the reference point; tolerance: its 95 % interval from the distinct rows",
-        otherwise=Verdict.INCONSISTENT,
-    )
+    return Recomputed(100.0 * offset, tolerance=100.0 * half, shift=shift)
 
 
 def _difference(step: PrintedStep) -> float:

@@ -15,30 +15,14 @@ from pamsim.hysteresis.fractional_reference import (
     loop_distance,
     simulate_fractional,
 )
-from pamsim.papers.claim import Claim, Verdict, compare, holds
+from pamsim.papers.claim import Recomputed, printed_values, recomputes
 from pamsim.papers.nguyen2024.numbers import element, omega, value
-from pamsim.papers.printed_number import printed_values
 
 FloatArray = NDArray[np.float64]
 
 _FREQUENCIES = (1.0, 3.5, 10.0)
 """Ends of the identification tests and the frequency of the first study case [Hz]."""
 _PERIODS, _SAMPLES = 30, 200
-_SIMULATED = 0.01
-"""Allowed for steps of 1/200 period and for what is left of the start after 30 periods."""
-
-
-def claims() -> list[Claim]:
-    """Claims C-10 to C-16."""
-    return [
-        _stiffness(),
-        _integrated(),
-        _ellipse(),
-        _points(),
-        _unit_of_c(),
-        _slopes(),
-        _areas(),
-    ]
 
 
 def simulated_loop(frequency: float, amplitude: float) -> tuple[FloatArray, FloatArray]:
@@ -62,28 +46,18 @@ def _harmonic(samples: FloatArray) -> complex:
     return complex(2.0 * np.mean(samples * turn))
 
 
-def _stiffness() -> Claim:
+@recomputes("nguyen2024-10")
+def _stiffness() -> Recomputed:
     off: list[float] = []
     for frequency in _FREQUENCIES:
         x, force = simulated_loop(frequency, value("test_amplitude"))
         exact = complex_stiffness(omega(frequency), *element())
         off.append(abs(_harmonic(force) / _harmonic(x) / exact - 1.0))
-    return compare(
-        "C-10",
-        "(9) is the Fourier transform of (8) with (7): relative deviation of the complex stiffness"
-        " at 1, 3.5 and 10 Hz",
-        (0.0,) * len(off),
-        off,
-        _SIMULATED,
-        unit="1",
-        reason=f"(8) solved in time with the derivative (7) and its whole history, {_PERIODS}"
-        f" periods of {_SAMPLES} steps, alpha, beta and Ke as identified; first harmonics of the"
-        " last period",
-        otherwise=Verdict.INCONSISTENT,
-    )
+    return Recomputed(off, periods=_PERIODS, samples=_SAMPLES)
 
 
-def _integrated() -> Claim:
+@recomputes("nguyen2024-11")
+def _integrated() -> Recomputed:
     order, beta, stiffness = element()
     worst = 0.0
     for frequency in _FREQUENCIES:
@@ -95,40 +69,22 @@ def _integrated() -> Claim:
             left = stiffness * u * shift - u * math.sin(angle)
             right = math.sin(angle) * math.cos(turn) - math.cos(angle) * math.sin(turn)
             worst = max(worst, abs(left - right))
-    return compare(
-        "C-11",
-        "(10) to (12): fractional integration of (9) under a harmonic force; deviation of (12) over"
-        " F0",
-        0.0,
-        worst,
-        1e-12,
-        unit="1",
-        reason="both sides of (12) at 16 phases of three loops, with the displacement from (9);"
-        " the lost minus signs are those of sin(wt - alpha pi/2)",
-        otherwise=Verdict.INCONSISTENT,
-    )
+    return Recomputed(worst)
 
 
-def _ellipse() -> Claim:
+@recomputes("nguyen2024-12")
+def _ellipse() -> Recomputed:
     amplitude = value("test_amplitude")
     off: list[float] = []
     for frequency in _FREQUENCIES:
         x, force = simulated_loop(frequency, amplitude)
         distance = loop_distance(x, force, amplitude, omega(frequency), *element())
         off.append(float(np.max(np.abs(distance))))
-    return compare(
-        "C-12",
-        "(13) is the loop of (8): largest distance of the loop from it over F0 at 1, 3.5 and 10 Hz",
-        (0.0,) * len(off),
-        off,
-        _SIMULATED,
-        unit="1",
-        reason="loops simulated as for C-10, force amplitude 150 N",
-        otherwise=Verdict.INCONSISTENT,
-    )
+    return Recomputed(off)
 
 
-def _points() -> Claim:
+@recomputes("nguyen2024-13")
+def _points() -> Recomputed:
     amplitude, worst = value("test_amplitude"), 0.0
     for frequency in _FREQUENCIES:
         case = (amplitude, omega(frequency), *element())
@@ -137,30 +93,13 @@ def _points() -> Claim:
         worst = max(worst, float(np.max(np.abs(distance))))
         if not x[0] > 0.0 > x[1]:
             worst = math.inf
-    return compare(
-        "C-13",
-        "(14) and (15) are the points F = F0, x1 > 0 and F = 0, x2 < 0 of (13): distance over F0",
-        0.0,
-        min(worst, 1.0),
-        1e-12,
-        unit="1",
-        reason="with the lost minus of (14) restored; the plus of (15) is printed and right for"
-        " x2 < 0",
-        otherwise=Verdict.INCONSISTENT,
-    )
+    return Recomputed(min(worst, 1.0))
 
 
-def _unit_of_c() -> Claim:
-    return Claim(
-        id="C-14",
-        what="c of (6) in the caption of Figure 3",
-        printed="200,000 Ns/m",
-        recomputed="200,000 N s^alpha/m",
-        unit="",
-        verdict=Verdict.INCONSISTENT,
-        reason="c times a derivative of order alpha is a force only in N s^alpha/m, so one number"
-        " in one unit cannot serve the three orders of the figure; beta^alpha = c/Ke is taken as"
-        f" printed, {value('figure_damping') / value('figure_stiffness'):.3f} s^alpha for all",
+@recomputes("nguyen2024-14")
+def _unit_of_c() -> Recomputed:
+    return Recomputed(
+        "200,000 N s^alpha/m", ratio=value("figure_damping") / value("figure_stiffness")
     )
 
 
@@ -171,33 +110,17 @@ def _figure(order: float) -> complex:
     return complex_stiffness(value("figure_frequency"), order, beta, stiffness)
 
 
-def _slopes() -> Claim:
-    found = [abs(_figure(order)) for order in printed_values("C", "figure_orders")]
-    return Claim(
-        id="C-15",
-        what="Figure 3: the slope of the loop falls with alpha, 0.8, 0.5 and 0.2",
-        printed="the slope is reduced with the decrease of alpha",
-        recomputed=tuple(found),
-        unit="N/m",
-        verdict=holds(found[0] > found[1] > found[2], Verdict.INCONSISTENT),
-        reason="force amplitude over displacement amplitude, |K*| of (9), with beta^alpha = c/Ke ="
-        " 4/3",
-    )
+@recomputes("nguyen2024-15")
+def _slopes() -> Recomputed:
+    found = [abs(_figure(order)) for order in printed_values("nguyen2024", "figure_orders")]
+    return Recomputed(tuple(found), holds=found[0] > found[1] > found[2])
 
 
-def _areas() -> Claim:
+@recomputes("nguyen2024-16")
+def _areas() -> Recomputed:
     force = value("figure_amplitude")
     found = [
         -math.pi * force**2 * (1.0 / _figure(order)).imag
-        for order in printed_values("C", "figure_orders")
+        for order in printed_values("nguyen2024", "figure_orders")
     ]
-    return Claim(
-        id="C-16",
-        what="area of the three loops of Figure 3, alpha 0.8, 0.5 and 0.2",
-        printed="drawn, not printed",
-        recomputed=tuple(found),
-        unit="J",
-        verdict=Verdict.NOT_REPRODUCIBLE,
-        reason="pi F0^2 times the imaginary part of 1/K*; largest for the middle order, so not only"
-        " the slope changes with alpha. The figure gives no number to compare with",
-    )
+    return Recomputed(tuple(found))

@@ -7,7 +7,7 @@ import math
 from pamsim.core.units import DEG_PER_RAD
 from pamsim.fitting.loop_cost import LoopPoints, maxwell_loop
 from pamsim.muscles.braid import Braid
-from pamsim.papers.printed_number import printed_number, printed_values
+from pamsim.papers.claim import printed_number, printed_values
 
 MILLIMETRE = 1e-3
 """[m]."""
@@ -17,7 +17,7 @@ PERCENT = 1e-2
 
 def value(name: str) -> float:
     """A printed number of Nguyen 2024 in its printed unit."""
-    return printed_number("C", name).value
+    return printed_number("nguyen2024", name).value
 
 
 def muscle() -> Braid:
@@ -48,5 +48,5 @@ def identification_loops() -> tuple[LoopPoints, ...]:
     """What the ten test loops would be if the identified element were the muscle."""
     return tuple(
         maxwell_loop(*element(), omega(f), value("test_amplitude"))
-        for f in printed_values("C", "test_frequencies")
+        for f in printed_values("nguyen2024", "test_frequencies")
     )

@@ -12,8 +12,7 @@ from pamsim.core.units import PA_PER_BAR
 from pamsim.muscles.exponential import six_parameter_force, six_parameter_force_dp
 from pamsim.muscles.invertible_exponential import InvertibleExponential
 from pamsim.muscles.published import PUBLISHED
-from pamsim.papers.claim import Claim, Verdict, compare, holds
-from pamsim.papers.printed_number import printed_numbers
+from pamsim.papers.claim import Recomputed, printed_numbers, recomputes
 from pamsim.papers.root import root
 
 FloatArray = NDArray[np.float64]
@@ -28,17 +27,6 @@ _ALL_PRESSURES = (-4.0, 280.0, -30.0, 0.5, -900.0, 50.0, 290.0, -270.0)
 """Where the derivatives are taken: of the size of the published constants, p in bar."""
 
 
-def claims() -> list[Claim]:
-    """Claims E-07 to E-11."""
-    return [
-        _rank("E-07", "(3), a to e", _single, _ONE_PRESSURE),
-        _rank("E-08", "(4), a to h", _both, _ALL_PRESSURES),
-        _inverse(),
-        _inverse_name(),
-        _published_largest(),
-    ]
-
-
 def _single(v: FloatArray, p: FloatArray, kappa: FloatArray) -> FloatArray:
     a, b, c, d, e = v
     return a * np.exp(b * kappa + c) + d * kappa + e
@@ -49,7 +37,9 @@ def _both(v: FloatArray, p: FloatArray, kappa: FloatArray) -> FloatArray:
     return (a * p + b) * np.exp(c * kappa + d) + (e * p + f) * kappa + g * p + h
 
 
-def _rank(id: str, names: str, law: Form, place: tuple[float, ...]) -> Claim:
+@recomputes("sarosi-07", _single, _ONE_PRESSURE)
+@recomputes("sarosi-08", _both, _ALL_PRESSURES)
+def _rank(law: Form, place: tuple[float, ...]) -> Recomputed:
     p, kappa = (axis.ravel() for axis in np.meshgrid(_BARS, np.linspace(0.0, 0.25, 11)))
     at, count = np.array(place), len(place)
     steps = 1e-6 * np.maximum(np.abs(at), 1.0)
@@ -60,21 +50,11 @@ def _rank(id: str, names: str, law: Form, place: tuple[float, ...]) -> Claim:
         column = (law(at + shift, p, kappa) - law(at - shift, p, kappa)) / (2.0 * step)
         columns.append(column / np.linalg.norm(column))
     rank = int(np.linalg.matrix_rank(np.stack(columns, axis=1), tol=1e-6))
-    return Claim(
-        id=id,
-        what=f"constants of {names}, by least squares: how many a force map determines",
-        printed=float(count),
-        recomputed=float(rank),
-        unit="1",
-        verdict=holds(rank == count, Verdict.NOT_REPRODUCIBLE),
-        reason="rank of the derivatives by the constants, pressures 1 to 6 bar, contractions to 25"
-        " %: exp of a constant only scales the factors before it, so a least-squares estimate of"
-        " all is not unique",
-        tolerance=0.0,
-    )
+    return Recomputed(float(rank))
 
 
-def _inverse() -> Claim:
+@recomputes("sarosi-09")
+def _inverse() -> Recomputed:
     law, worst, least = InvertibleExponential.from_six_parameter(PUBLISHED[_TYPE]), 0.0, math.inf
     a, b, c, e, f, g, h = law.a, law.b, law.c, law.e, law.f, law.g, law.h
     for bar in _BARS:
@@ -85,33 +65,12 @@ def _inverse() -> Claim:
             worst = max(worst, abs(told - p))
             slope = six_parameter_force_dp(p, kappa, a, b, c, e, g, h)
             least = min(least, slope * PA_PER_BAR)
-    return compare(
-        "E-09",
-        "(5) is the inverse of (4), signs as printed: largest error of the pressure",
-        0.0,
-        worst / PA_PER_BAR,
-        1e-9,
-        unit="bar",
-        reason=f"{_TYPE}, 1 to 6 bar, up to 25 %; (4) is linear in pressure, with a denominator of"
-        f" (5) of at least {least:.1f} N/bar there, so the inverse is the only one",
-        otherwise=Verdict.INCONSISTENT,
-    )
+    return Recomputed(worst / PA_PER_BAR, least=least)
 
 
-def _inverse_name() -> Claim:
-    return Claim(
-        id="E-10",
-        what="left side of (5), 'where the pressure is the function of force and contraction'",
-        printed="F(y, kappa)",
-        recomputed="p(F, kappa)",
-        unit="",
-        verdict=Verdict.INCONSISTENT,
-        reason="the right side is a pressure (see E-09); y is the force of (4), which carries no y",
-    )
-
-
-def _published_largest() -> Claim:
-    law, numbers = PUBLISHED[_TYPE], printed_numbers("E", "max_contraction")
+@recomputes("sarosi-11")
+def _published_largest() -> Recomputed:
+    law, numbers = PUBLISHED[_TYPE], printed_numbers("sarosi", "max_contraction")
     pressure = _BARS[-1] * PA_PER_BAR
     found = root(
         lambda k: six_parameter_force(pressure, k, law.a, law.b, law.c, law.d, law.e, law.f),
@@ -120,14 +79,4 @@ def _published_largest() -> Claim:
         1e-12,
     )
     low, high = numbers[0].value - numbers[0].half_unit, numbers[1].value + numbers[1].half_unit
-    return Claim(
-        id="E-11",
-        what="maximum contraction over the nominal length is 25-27 %: (4) without force at 6 bar",
-        printed=tuple(number.value for number in numbers),
-        recomputed=found / _PERCENT,
-        unit="%",
-        verdict=holds(low <= found / _PERCENT <= high, Verdict.NOT_REPRODUCIBLE),
-        reason=f"constants of the {_TYPE} from later work of the group; Sarosi prints neither its"
-        " constants nor its highest pressure, 6 bar is the maker's",
-        tolerance=numbers[0].half_unit,
-    )
+    return Recomputed(found / _PERCENT, holds=low <= found / _PERCENT <= high)

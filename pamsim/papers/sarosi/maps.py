@@ -13,8 +13,8 @@ from scipy.optimize import least_squares
 from pamsim.core.units import DEG_PER_RAD, PA_PER_BAR
 from pamsim.muscles.braid import Braid
 from pamsim.muscles.catalog import FORCE_LAWS
-from pamsim.papers.printed_number import printed_number
-from pamsim.store.printed_table import printed_table
+from pamsim.papers.claim import printed_number
+from pamsim.store.printed import printed_table
 
 FloatArray = NDArray[np.float64]
 
@@ -43,9 +43,9 @@ def measured(kind: str) -> MeasuredForces:
 def dmsp_20_braid() -> Braid:
     """Geometry of the mapped DMSP-20-300N as Nguyen 2024 prints it; Sarosi prints none."""
     return Braid(
-        nominal_length=printed_number("C", "free_length").value * 1e-3,
-        diameter=printed_number("C", "diameter").value * 1e-3,
-        fibre_angle=printed_number("C", "fibre_angle").value / DEG_PER_RAD,
+        nominal_length=printed_number("nguyen2024", "free_length").value * 1e-3,
+        diameter=printed_number("nguyen2024", "diameter").value * 1e-3,
+        fibre_angle=printed_number("nguyen2024", "fibre_angle").value / DEG_PER_RAD,
     )
 
 
@@ -67,7 +67,7 @@ def fitted_residual(law: str) -> FloatArray:
     points = measured("DMSP-20")
     if law == "ideal":
         return predicted("ideal_mckibben", (1.0,), points) - points.force
-    decay = printed_number("E", "decay").value
+    decay = printed_number("sarosi", "decay").value
     if law == "exponential":
         bar = PA_PER_BAR
         return _fitted(

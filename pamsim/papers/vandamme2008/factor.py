@@ -9,8 +9,7 @@ from numpy.typing import NDArray
 
 from pamsim.muscles.pleated import pleated_function
 from pamsim.muscles.pleated_fit import SLENDERNESS_6
-from pamsim.papers.claim import Claim, Verdict, compare, holds
-from pamsim.papers.printed_number import printed_values
+from pamsim.papers.claim import Recomputed, printed_values, recomputes
 from pamsim.papers.vandamme2008.numbers import (
     PERCENT,
     largest,
@@ -21,18 +20,6 @@ from pamsim.papers.vandamme2008.numbers import (
 from pamsim.papers.vandamme2008.preisach import output, relay_history, weight_table
 
 FloatArray = NDArray[np.float64]
-
-
-def claims() -> list[Claim]:
-    """Claims D-17 to D-22."""
-    return [
-        _mapping(),
-        _line(),
-        _loses_energy(),
-        _pressure_independent(),
-        _less_pronounced(),
-        _good_range(),
-    ]
 
 
 @functools.cache
@@ -94,69 +81,37 @@ def force(fibres: int, pressure: float) -> FloatArray:
     return pressure * length() ** 2 * static() * (1.0 + error)
 
 
-def _mapping() -> Claim:
+@recomputes("vandamme2008-17")
+def _mapping() -> Recomputed:
     ends = scaled(np.array([0.0, largest()]))
-    return compare(
-        "D-17",
-        "(6) maps contractions from 0 to eps_max to -1 and 1",
-        (-1.0, 1.0),
-        ends.tolist(),
-        1e-12,
-        unit="1",
-        reason="with eps_max = 35 %",
-        otherwise=Verdict.INCONSISTENT,
-    )
+    return Recomputed(ends.tolist())
 
 
-def _line() -> Claim:
+@recomputes("vandamme2008-18")
+def _line() -> Recomputed:
     u, major = _major()
     w = output(major, weight_table(value("weight_c"), value("weight_d")))
     slope, start = np.polyfit(u, w, 1)
-    return Claim(
-        id="D-18",
-        what="W_fit is a straight line through both branches of the major loop: slope, intercept",
-        printed="drawn in Figure 11, not printed",
-        recomputed=(float(slope), float(start)),
-        unit="1",
-        verdict=Verdict.NOT_REPRODUCIBLE,
-        reason="least squares, samples evenly spaced in the input; the paper does not say how they"
-        " were spaced (a sine has most at the ends), and prints no coefficients",
-    )
+    return Recomputed((float(slope), float(start)))
 
 
-def _loses_energy() -> Claim:
+@recomputes("vandamme2008-19")
+def _loses_energy() -> Recomputed:
     u, major = _major()
     error = relative_error(truth(40), major, u)
     half = len(u) // 2
     gap = error[half:][::-1] - error[:half]
-    return Claim(
-        id="D-19",
-        what="sign of (7) with delta > 0: force on the way out above that on the way in, relative",
-        printed="1 + delta (W - W_fit)",
-        recomputed=(float(gap.min()), float(gap.max())),
-        unit="1",
-        verdict=holds(
-            bool(np.min(gap) >= -1e-12) and bool(np.max(gap) > 0.0), Verdict.INCONSISTENT
-        ),
-        reason="smallest and largest gap between the branches of the major loop, N = 40; W lags the"
-        " contraction, so the muscle pulls less while it shortens and the loop loses energy, as"
-        " friction must",
+    return Recomputed(
+        (float(gap.min()), float(gap.max())),
+        holds=bool(np.min(gap) >= -1e-12) and bool(np.max(gap) > 0.0),
     )
 
 
-def _pressure_independent() -> Claim:
+@recomputes("vandamme2008-20")
+def _pressure_independent() -> Recomputed:
     loops = [force(40, p) / (p * length() ** 2) for p in pressures()]
     spread = max(float(np.max(np.abs(loop / loops[0] - 1.0))) for loop in loops)
-    return Claim(
-        id="D-20",
-        what="the hysteresis of f_t0 is independent of the gauge pressure: spread of the model",
-        printed="essentially pressure independent",
-        recomputed=spread,
-        unit="1",
-        verdict=Verdict.NOT_REPRODUCIBLE,
-        reason="(7) has it by construction, so the model proves nothing; the statement is about the"
-        " measured curves of Figures 5 and 6, of which no point is printed",
-    )
+    return Recomputed(spread)
 
 
 def _width(fibres: int) -> float:
@@ -167,33 +122,15 @@ def _width(fibres: int) -> float:
     return float(np.max(error[half:][::-1] - error[:half])) / PERCENT
 
 
-def _less_pronounced() -> Claim:
+@recomputes("vandamme2008-21")
+def _less_pronounced() -> Recomputed:
     wide, narrow = _width(40), _width(25)
-    return Claim(
-        id="D-21",
-        what="hysteresis is much less pronounced for 25 fibres than for 40: greatest width of the"
-        " loop of the model over the force",
-        printed="much less pronounced",
-        recomputed=(narrow, wide),
-        unit="%",
-        verdict=holds(wide > 1.5 * narrow, Verdict.INCONSISTENT),
-        reason=f"from the printed deltas, a factor of {wide / narrow:.2f}; above 1.5 counted as"
-        " much. The widths of the measured loops are not printed",
-    )
+    return Recomputed((narrow, wide), holds=wide > 1.5 * narrow, factor=wide / narrow)
 
 
-def _good_range() -> Claim:
-    low, high = (number * PERCENT for number in printed_values("D", "good_range"))
+@recomputes("vandamme2008-22")
+def _good_range() -> Recomputed:
+    low, high = (number * PERCENT for number in printed_values("vandamme2008", "good_range"))
     inside = (path() >= low) & (path() <= high)
     error = relative_error(truth(40), history(), scaled(path()))[inside]
-    return Claim(
-        id="D-22",
-        what="model and measurement agree well for 7 % <= eps <= 20 %",
-        printed="good",
-        recomputed=None,
-        unit="",
-        verdict=Verdict.NOT_REPRODUCIBLE,
-        reason="no measured point and no error is printed. In that range the hysteresis changes the"
-        f" force of the model by {np.min(error) / PERCENT:+.1f} to"
-        f" {np.max(error) / PERCENT:+.1f} %",
-    )
+    return Recomputed(None, low=np.min(error) / PERCENT, high=np.max(error) / PERCENT)

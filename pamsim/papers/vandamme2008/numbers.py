@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 from pamsim.core.units import PA_PER_BAR
-from pamsim.papers.printed_number import printed_number, printed_values
+from pamsim.papers.claim import printed_number, printed_values
 
 PERCENT = 1e-2
 
 
 def value(name: str) -> float:
     """A printed number of Van Damme 2008 in its printed unit."""
-    return printed_number("D", name).value
+    return printed_number("vandamme2008", name).value
 
 
 def length() -> float:
@@ -20,7 +20,7 @@ def length() -> float:
 
 def pressures() -> tuple[float, ...]:
     """Gauge pressures of the experiments [Pa]."""
-    return tuple(p * PA_PER_BAR for p in printed_values("D", "pressures"))
+    return tuple(p * PA_PER_BAR for p in printed_values("vandamme2008", "pressures"))
 
 
 def largest() -> float:

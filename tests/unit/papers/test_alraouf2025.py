@@ -7,23 +7,18 @@ import json
 import numpy as np
 import pytest
 
-from pamsim.papers.claim import Claim, Verdict
-from pamsim.papers.loop_fits import (
+from pamsim.core.encoding import to_dict
+from pamsim.papers.alraouf2025.loop import (
     branch_data,
     fit_arctangent,
     fit_bouc_wen,
+    loop_coefficients,
+    loop_scores,
     scores,
 )
-from pamsim.papers.replicate import replicate
-from pamsim.store.printed_loop import (
-    BRANCHES,
-    loop_coefficients,
-    loop_equation,
-    loop_instrument,
-    loop_rows,
-    loop_scores,
-)
-from pamsim.store.printed_table import Printed
+from pamsim.papers.claim import Claim, Verdict
+from pamsim.papers.replicate import paper_claims
+from pamsim.store.printed import BRANCHES, Printed, loop_equation, loop_rows, printed_document
 
 REPRODUCED, UNPRINTED, WRONG = (
     Verdict.REPRODUCED,
@@ -34,14 +29,13 @@ REPRODUCED, UNPRINTED, WRONG = (
 
 @pytest.fixture(scope="module")
 def claims() -> dict[str, Claim]:
-    return {claim.id: claim for claim in replicate(["B"])}
+    return {claim.id: claim for claim in paper_claims("alraouf2025")}
 
 
 def test_claims_are_whole_and_json_safe(claims):
     assert len(claims) >= 25
-    assert list(claims) == [f"B-{number:02d}" for number in range(1, len(claims) + 1)]
-    for claim in claims.values():
-        json.dumps(claim.as_dict(), allow_nan=False)
+    assert list(claims) == [f"alraouf2025-{number:02d}" for number in range(1, len(claims) + 1)]
+    json.dumps(to_dict(list(claims.values())), allow_nan=False)
 
 
 def test_tables_are_whole():
@@ -55,7 +49,7 @@ def test_tables_are_whole():
             found = loop_scores(branch, model)
             assert found["MAE"].value < found["RMSE"].value
     for name in ("transducer", "ranger", "converter"):
-        assert all(entry.source for entry in loop_instrument(name).values())
+        assert all(entry["source"] for entry in printed_document("alraouf2025.toml")[name].values())
 
 
 def test_printed_digits_are_kept():
@@ -74,12 +68,14 @@ def test_printed_digits_are_kept():
 )
 def test_least_squares_on_table_2(claims, branch, expected, mse):
     assert fit_arctangent(branch) == pytest.approx(expected, rel=3e-5)
-    claim = claims["B-24" if branch == "up" else "B-25"]
+    claim = claims["alraouf2025-24" if branch == "up" else "alraouf2025-25"]
     assert claim.recomputed == pytest.approx(mse, abs=5e-6)
     assert claim.verdict is UNPRINTED
 
 
-@pytest.mark.parametrize(("id", "expected"), [("B-16", 0.04802), ("B-20", 0.04238)])
+@pytest.mark.parametrize(
+    ("id", "expected"), [("alraouf2025-16", 0.04802), ("alraouf2025-20", 0.04238)]
+)
 def test_printed_coefficients_on_table_2(claims, id, expected):
     assert claims[id].recomputed == pytest.approx(expected, abs=5e-6)
     assert claims[id].verdict is UNPRINTED
@@ -88,20 +84,20 @@ def test_printed_coefficients_on_table_2(claims, id, expected):
 @pytest.mark.parametrize(
     ("id", "verdict"),
     [
-        ("B-01", WRONG),  # b0 +
-        ("B-02", REPRODUCED),  # Table 1 holds (3)
-        ("B-06", REPRODUCED),  # its intervals follow from the printed MSE
-        ("B-07", REPRODUCED),
-        ("B-08", UNPRINTED),  # but not from Table 2
-        ("B-26", REPRODUCED),  # RMSE = sqrt(MSE)
-        ("B-28", REPRODUCED),  # both models scored on the same lengths
-        ("B-30", WRONG),  # which are not Table 2's
-        ("B-31", WRONG),
-        ("B-41", REPRODUCED),  # CI of Table 2
-        ("B-42", REPRODUCED),
-        ("B-54", REPRODUCED),
-        ("B-55", REPRODUCED),  # 0.61 kPa
-        ("B-62", REPRODUCED),  # 54.7 deg
+        ("alraouf2025-01", WRONG),  # b0 +
+        ("alraouf2025-02", REPRODUCED),  # Table 1 holds (3)
+        ("alraouf2025-06", REPRODUCED),  # its intervals follow from the printed MSE
+        ("alraouf2025-07", REPRODUCED),
+        ("alraouf2025-08", UNPRINTED),  # but not from Table 2
+        ("alraouf2025-26", REPRODUCED),  # RMSE = sqrt(MSE)
+        ("alraouf2025-28", REPRODUCED),  # both models scored on the same lengths
+        ("alraouf2025-30", WRONG),  # which are not Table 2's
+        ("alraouf2025-31", WRONG),
+        ("alraouf2025-41", REPRODUCED),  # CI of Table 2
+        ("alraouf2025-42", REPRODUCED),
+        ("alraouf2025-54", REPRODUCED),
+        ("alraouf2025-55", REPRODUCED),  # 0.61 kPa
+        ("alraouf2025-62", REPRODUCED),  # 54.7 deg
     ],
 )
 def test_verdicts_are_those_of_the_evidence(claims, id, verdict):
@@ -129,9 +125,9 @@ def test_bouc_wen_is_no_worse_in_either_branch_but_has_no_memory(claims):
         arctangent = a[0] * np.arctan(a[1] * pressure + a[2]) + a[3] - length
         assert scores(loop.residual[branch], length)["MSE"] <= float(np.mean(arctangent**2))
     assert loop.width < 0.05
-    assert claims["B-34"].verdict is REPRODUCED
-    assert claims["B-35"].verdict is REPRODUCED
-    assert claims["B-39"].verdict is UNPRINTED
+    assert claims["alraouf2025-34"].verdict is REPRODUCED
+    assert claims["alraouf2025-35"].verdict is REPRODUCED
+    assert claims["alraouf2025-39"].verdict is UNPRINTED
 
 
 def test_bouc_wen_with_memory_opens_a_loop_and_fits_worse():

@@ -1,4 +1,4 @@
-"""Fits to the printed pressure-length loop: arctangent branches and a static Bouc-Wen loop.
+"""The printed pressure-length loop, and fits to it: arctangent branches, a static Bouc-Wen loop.
 
 Lengths in cm and pressures in kPa, as printed.
 
@@ -13,6 +13,7 @@ from __future__ import annotations
 
 import functools
 import math
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
@@ -23,11 +24,14 @@ from scipy.special import stdtrit
 
 from pamsim.hysteresis.bouc_wen import bouc_wen_rate
 from pamsim.signals.static_law import arctangent_jacobian, arctangent_law
-from pamsim.store.printed_loop import loop_rows
+from pamsim.store.printed import Printed, loop_equation, loop_rows, printed_table
 
 FloatArray = NDArray[np.float64]
 # scipy carries no types: what it returns is Any at this file's boundary.
 _least_squares: Any = scipy.optimize.least_squares
+
+SCORES = ("MSE", "R2", "RMSE", "MAE")
+"""Printed measures of fit, in the order of the tables."""
 
 ARCTANGENT_PARAMETERS = 4
 """Of one branch."""
@@ -72,6 +76,50 @@ class BoucWenLoop:
     start: float
     residual: dict[str, FloatArray]
     width: float
+
+
+@dataclass(frozen=True, kw_only=True)
+class LoopCoefficient:
+    """One coefficient with its 95 % interval (Table 1)."""
+
+    symbol: str
+    estimate: Printed
+    low: Printed
+    high: Printed
+
+
+def loop_coefficients(branch: str) -> tuple[LoopCoefficient, ...]:
+    """The four coefficients of one branch as Table 1 prints them."""
+    return tuple(
+        LoopCoefficient(
+            symbol=row["symbol"],
+            estimate=Printed.read(row["estimate"]),
+            low=Printed.read(row["low"]),
+            high=Printed.read(row["high"]),
+        )
+        for row in printed_table("alraouf2025_table1.csv")
+        if row["branch"] == branch
+    )
+
+
+def loop_scores(branch: str, model: str) -> Mapping[str, Printed]:
+    """Printed scores of one branch (Tables 3 and 4).
+
+    Args:
+        branch: ``up`` or ``down``.
+        model: ``arctangent`` or ``bouc_wen``.
+
+    Returns:
+        Score -> number; MSE in cm^2, RMSE and MAE in cm.
+    """
+    rows = printed_table("alraouf2025_scores.csv")
+    return {row["score"]: Printed.read(row[model]) for row in rows if row["branch"] == branch}
+
+
+def published(branch: str) -> tuple[float, float, float, float]:
+    """Coefficients of (3) or (4)."""
+    a0, a1, a2, a3 = (number.value for number in loop_equation(branch))
+    return a0, a1, a2, a3
 
 
 def branch_data(branch: str) -> tuple[FloatArray, FloatArray]:
