@@ -10,12 +10,13 @@ from __future__ import annotations
 
 import math
 
-from pamsim.actuator.active_force import active_force
 from pamsim.actuator.chain import extension_rate, shift_rate
 from pamsim.actuator.friction import stribeck_friction
-from pamsim.actuator.hysteresis_loop import loop_force, loop_rates
 from pamsim.actuator.layout import AIR, CREEP, EXTENSION, LINE, SHIFT, MutableRow, Row, slot
+from pamsim.hysteresis.catalog import chosen_output, chosen_rates
+from pamsim.hysteresis.group import COMMON_FIELDS
 from pamsim.muscles.braid import pressurised_contraction, volume
+from pamsim.muscles.catalog import chosen_force
 from pamsim.muscles.creep import creep_force, creep_rate
 from pamsim.muscles.end_shape import force_left
 from pamsim.muscles.passive import passive_force
@@ -33,6 +34,12 @@ from pamsim.pneumatics.valves import (
 )
 
 _COMMAND = slot("command")
+_FORCE_LAW = slot("force.law")
+_FORCE_SCALE = slot("force.0")
+_FORCE_COEFFICIENTS = _FORCE_SCALE + 1
+_HYSTERESIS_LAW = slot("hysteresis.law")
+_HYSTERESIS = slot("hysteresis.0")
+_HYSTERESIS_OWN = _HYSTERESIS + COMMON_FIELDS
 _COMPLIANCE = slot("chain.compliance")
 _RELAXATION = slot("chain.relaxation_time")
 _BACKLASH = slot("chain.backlash")
@@ -118,6 +125,37 @@ def gauge_pressure(par: Row, act: Row, tendon_length: float) -> float:
     return chamber_pressure(par, act, tendon_length) - par[_ATMOSPHERE]
 
 
+def active_force(par: Row, pressure: float, contraction: float) -> float:
+    """Signed force of the muscle's active law, its scale included [N].
+
+    Args:
+        par: parameter row.
+        pressure: gauge pressure that reaches the braid [Pa].
+        contraction: kappa [-].
+    """
+    return par[_FORCE_SCALE] * chosen_force(
+        par[_FORCE_LAW], par, _FORCE_COEFFICIENTS, _NOMINAL_LENGTH, pressure, contraction
+    )
+
+
+def hysteresis_force(
+    par: Row, act: Row, contraction: float, pressure: float, static_force: float
+) -> float:
+    """Force that hysteresis takes from the static force [N]; 0 without an operator.
+
+    Args:
+        par: parameter row.
+        act: states.
+        contraction: kappa [-].
+        pressure: gauge pressure, not below 0 [Pa].
+        static_force: signed force without hysteresis [N].
+    """
+    if par[_HYSTERESIS_LAW] == 0.0:
+        return 0.0
+    width = par[_HYSTERESIS] + par[_HYSTERESIS + 1] * pressure + par[_HYSTERESIS + 2] * static_force
+    return width * chosen_output(par[_HYSTERESIS_LAW], par, _HYSTERESIS_OWN, act, contraction)
+
+
 def static_force(par: Row, tendon_length: float, pressure: float) -> float:
     """Signed muscle force without hysteresis [N] at a gauge pressure [Pa]."""
     above = effective_pressure(pressure, 0.0)
@@ -145,7 +183,7 @@ def tension(par: Row, act: Row, tendon_length: float) -> float:
     kappa = contraction(par, length)
     force = static_force(par, length, pressure)
     above = effective_pressure(pressure, 0.0)
-    pull = force - loop_force(par, act, kappa, above, force)
+    pull = force - hysteresis_force(par, act, kappa, above, force)
     if par[_CREEP_STIFFNESS] > 0.0:
         pull -= creep_force(kappa, act[len(act) - CREEP], par[_CREEP_STIFFNESS])
     return taut(pull)
@@ -260,7 +298,16 @@ def state_rates(
         rates[count - EXTENSION] = extending
         velocity = velocity - extending
     kappa = contraction(par, length)
-    loop_rates(par, act, rates, kappa, -velocity / par[_NOMINAL_LENGTH], timestep)
+    chosen_rates(
+        par[_HYSTERESIS_LAW],
+        par,
+        _HYSTERESIS_OWN,
+        act,
+        rates,
+        kappa,
+        -velocity / par[_NOMINAL_LENGTH],
+        timestep,
+    )
     rates[count - CREEP] = 0.0
     if par[_CREEP_STIFFNESS] > 0.0:
         rates[count - CREEP] = creep_rate(kappa, act[count - CREEP], par[_CREEP_TIME], timestep)

@@ -1,7 +1,8 @@
-"""All hysteresis and viscoelastic operators, with what the engine needs to run each."""
+"""Every hysteresis operator: its card, and its branch in the compiled kernel."""
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 from types import MappingProxyType
@@ -177,3 +178,79 @@ _ALL = (
 
 OPERATORS: Mapping[str, Operator] = MappingProxyType({entry.name: entry for entry in _ALL})
 """Every operator by its name."""
+
+_CODES = {operator.group: code for code, operator in enumerate(_ALL, start=1)}
+_BOUC_WEN = _CODES[BoucWen]
+_MAXWELL_SLIP = _CODES[MaxwellSlip]
+_PRANDTL = _CODES[PrandtlIshlinskii]
+_PREISACH = _CODES[Preisach]
+_PLEATED = _CODES[PleatedFactor]
+_ARCTANGENT = _CODES[Arctangent]
+_FRACTIONAL = _CODES[FractionalMaxwell]
+
+
+def chosen_output(law: float, par: Row, first: int, act: Row, x: float) -> float:
+    """Output w of the operator with a code, about in [-1, 1]; NaN for a code that no operator has.
+
+    Written out, not looked up in a table: the compiled kernel can call a function only by name.
+
+    Args:
+        law: code of the operator, its place in `OPERATORS` counted from 1.
+        par: parameter row of a muscle.
+        first: index in the row of the operator's own parameters.
+        act: the muscle's states.
+        x: contraction kappa [-].
+    """
+    if law == _BOUC_WEN:
+        return bouc_wen_output(par, first, act, x)
+    if law == _MAXWELL_SLIP:
+        return maxwell_slip_output(par, first, act, x)
+    if law == _PRANDTL:
+        return prandtl_ishlinskii_output(par, first, act, x)
+    if law == _PREISACH:
+        return preisach_output(par, first, act, x)
+    if law == _PLEATED:
+        return pleated_factor_output(par, first, act, x)
+    if law == _ARCTANGENT:
+        return arctangent_output(par, first, act, x)
+    if law == _FRACTIONAL:
+        return fractional_maxwell_output(par, first, act, x)
+    return math.nan
+
+
+def chosen_rates(
+    law: float,
+    par: Row,
+    first: int,
+    act: Row,
+    rates: MutableRow,
+    x: float,
+    x_rate: float,
+    timestep: float,
+) -> None:
+    """Write the rates of the memory of the operator with a code [1/s]; nothing for code 0.
+
+    Args:
+        law: see `chosen_output`.
+        par: parameter row of a muscle.
+        first: index in the row of the operator's own parameters.
+        act: the muscle's states.
+        rates: written, as many as the operator has states.
+        x: contraction kappa [-].
+        x_rate: [1/s].
+        timestep: of the explicit Euler step that follows [s].
+    """
+    if law == _BOUC_WEN:
+        bouc_wen_rates(par, first, act, rates, x, x_rate, timestep)
+    elif law == _MAXWELL_SLIP:
+        maxwell_slip_rates(par, first, act, rates, x, x_rate, timestep)
+    elif law == _PRANDTL:
+        prandtl_ishlinskii_rates(par, first, act, rates, x, x_rate, timestep)
+    elif law == _PREISACH:
+        preisach_rates(par, first, act, rates, x, x_rate, timestep)
+    elif law == _PLEATED:
+        pleated_factor_rates(par, first, act, rates, x, x_rate, timestep)
+    elif law == _ARCTANGENT:
+        arctangent_rates(par, first, act, rates, x, x_rate, timestep)
+    elif law == _FRACTIONAL:
+        fractional_maxwell_rates(par, first, act, rates, x, x_rate, timestep)

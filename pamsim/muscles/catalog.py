@@ -1,4 +1,7 @@
-"""Every force law by name, with one signature: what lists, fits and compares laws works on this."""
+"""Every force law: its card under one signature, and its branch in the compiled kernel.
+
+What lists, fits and compares laws works on `FORCE_LAWS`; the actuator calls `chosen_force`.
+"""
 
 from __future__ import annotations
 
@@ -6,6 +9,10 @@ import functools
 import math
 from collections.abc import Mapping, Sequence
 from types import MappingProxyType
+from typing import TypeAlias
+
+import numpy as np
+from numpy.typing import NDArray
 
 from pamsim.muscles.braid import Braid, max_contraction
 from pamsim.muscles.corrected_mckibben import (
@@ -73,6 +80,8 @@ from pamsim.muscles.single_pressure_exponential import (
     single_pressure_force_dkappa,
     single_pressure_force_dp,
 )
+
+Row: TypeAlias = Sequence[float] | NDArray[np.float64]
 
 
 def _by_length(function: Scalars) -> Scalars:
@@ -252,3 +261,62 @@ _LAWS: tuple[ForceLaw, ...] = (
 
 FORCE_LAWS: Mapping[str, ForceLaw] = MappingProxyType({law.name: law for law in _LAWS})
 """Every force law by its name."""
+
+_CODES = {law.group: code for code, law in enumerate(_LAWS)}
+_IDEAL = _CODES[IdealMcKibben]
+_SIX = _CODES[SixParameter]
+_CORRECTED = _CODES[CorrectedMcKibben]
+_SINGLE = _CODES[SinglePressureExponential]
+_INVERTIBLE = _CODES[InvertibleExponential]
+_ELASTIC = _CODES[ElasticEnergy]
+_PLEATED = _CODES[Pleated]
+_SHAPE = _CODES[PleatedShape]
+_MOONEY_RIVLIN = _CODES[MooneyRivlin]
+
+
+def chosen_force(
+    law: float, par: Row, f: int, braid: int, pressure: float, contraction: float
+) -> float:
+    """Force of the law with a code, without its scale [N]; NaN for a code that no law has.
+
+    Written out, not looked up in a table: the compiled kernel can call a function only by name.
+
+    Args:
+        law: code of the law, its place in `FORCE_LAWS`.
+        par: parameter row of a muscle.
+        f: index in the row of the first coefficient after the scale.
+        braid: index in the row of the first field of `Braid`.
+        pressure: gauge pressure that reaches the braid [Pa].
+        contraction: kappa [-].
+    """
+    p, kappa = pressure, contraction
+    length, diameter, angle = par[braid], par[braid + 1], par[braid + 2]
+    if law == _SIX:
+        return six_parameter_force(
+            p, kappa, par[f], par[f + 1], par[f + 2], par[f + 3], par[f + 4], par[f + 5]
+        )
+    if law == _IDEAL:
+        return ideal_force(p, (1.0 - kappa) * length, length, diameter, angle)
+    if law == _CORRECTED:
+        return corrected_mckibben_force(
+            p, kappa, par[f], par[f + 1], par[f + 2], par[f + 3], par[f + 4], diameter, angle
+        )
+    if law == _SINGLE:
+        return single_pressure_force(p, kappa, par[f], par[f + 1], par[f + 2], par[f + 3])
+    if law == _INVERTIBLE:
+        return invertible_exponential_force(
+            p, kappa, par[f], par[f + 1], par[f + 2], par[f + 3], par[f + 4], par[f + 5], par[f + 6]
+        )
+    if law == _ELASTIC:
+        return elastic_energy_force(p, kappa, par[f], par[f + 1], diameter, angle)
+    if law == _PLEATED:
+        return pleated_force(
+            p, kappa, par[f], par[f + 1], par[f + 2], par[f + 3], par[f + 4], length
+        )
+    if law == _SHAPE:
+        return pleated_shape_force(p, kappa, par[f], length)
+    if law == _MOONEY_RIVLIN:
+        return mooney_rivlin_force(
+            p, kappa, par[f], par[f + 1], par[f + 2], par[f + 3], diameter, angle
+        )
+    return math.nan

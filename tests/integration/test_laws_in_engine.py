@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import pamsim
-from pamsim.actuator import active_force, hysteresis_loop
+from pamsim.actuator import kernel
 from pamsim.actuator.layout import pack
 from pamsim.actuator.muscle import FORCE_GROUPS, HYSTERESIS_GROUPS
 from pamsim.hysteresis.catalog import OPERATORS
@@ -103,7 +103,7 @@ def test_every_force_law_drives_the_arm(tmp_path, law):
     coefficients = [getattr(muscle.force, name) for name in vars(muscle.force)]
     for pressure in (1e5, 3.3e5):
         for kappa in (0.08, 0.13):
-            ours = active_force.active_force(row, pressure, kappa)
+            ours = kernel.active_force(row, pressure, kappa)
             theirs = FORCE_LAWS[law].force(pressure, kappa, coefficients, muscle.braid)
             assert ours == pytest.approx(theirs, rel=1e-12)
 
@@ -138,13 +138,21 @@ relaxation_time = { value = 10, unit = "ms", source = "assumed" }
 def test_every_code_has_its_branch():
     for code in range(len(FORCE_GROUPS)):
         row = [0.0] * 200
-        row[active_force._LAW] = code
-        row[active_force._SCALE] = 1.0
-        row[active_force._LENGTH : active_force._LENGTH + 3] = [0.25, 0.02, 0.5]
-        row[active_force._F : active_force._F + 7] = [6.0, 0.1, 0.0, 1.0, 0.0, 0.0, 0.0]
-        assert np.isfinite(active_force.active_force(row, 1e5, 0.1)), FORCE_GROUPS[code]
-    row[active_force._LAW] = len(FORCE_GROUPS)
-    assert np.isnan(active_force.active_force(row, 1e5, 0.1))
-    row[hysteresis_loop._LAW] = len(HYSTERESIS_GROUPS)
-    row[hysteresis_loop._WIDTH] = 1.0
-    assert np.isnan(hysteresis_loop.loop_force(row, [0.0] * 9, 0.1, 1e5, 1.0))
+        row[kernel._FORCE_LAW] = code
+        row[kernel._FORCE_SCALE] = 1.0
+        row[kernel._NOMINAL_LENGTH : kernel._NOMINAL_LENGTH + 3] = [0.25, 0.02, 0.5]
+        row[kernel._FORCE_COEFFICIENTS : kernel._FORCE_COEFFICIENTS + 7] = [
+            6.0,
+            0.1,
+            0.0,
+            1.0,
+            0.0,
+            0.0,
+            0.0,
+        ]
+        assert np.isfinite(kernel.active_force(row, 1e5, 0.1)), FORCE_GROUPS[code]
+    row[kernel._FORCE_LAW] = len(FORCE_GROUPS)
+    assert np.isnan(kernel.active_force(row, 1e5, 0.1))
+    row[kernel._HYSTERESIS_LAW] = len(HYSTERESIS_GROUPS)
+    row[kernel._HYSTERESIS] = 1.0
+    assert np.isnan(kernel.hysteresis_force(row, [0.0] * 9, 0.1, 1e5, 1.0))

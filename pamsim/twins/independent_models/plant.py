@@ -15,8 +15,7 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
-from pamsim.actuator.active_force import active_force
-from pamsim.actuator.kernel import chamber_volume, contraction
+from pamsim.actuator.kernel import active_force, chamber_volume, contraction
 from pamsim.actuator.layout import AIR, EXTENSION, SHIFT, slot
 from pamsim.core.errors import InputError
 from pamsim.core.experiment import Experiment

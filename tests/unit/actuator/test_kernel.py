@@ -355,7 +355,7 @@ def test_braid_spring_and_chain_that_do_not_give_leave_the_plain_sum_of_forces(k
         spring = 900.0 * stretch if stretch > 0.0 else 100.0 * math.expm1(9.0 * stretch)
         active = kernel.active_force(row, max(gauge - muscle.threshold.pressure, 0.0), kappa)
         force = active + spring
-        force = max(force - kernel.loop_force(row, act, kappa, max(gauge, 0.0), force), 0.0)
+        force = max(force - kernel.hysteresis_force(row, act, kappa, max(gauge, 0.0), force), 0.0)
         assert bits([kernel.tension(row, act, tendon)]) == bits([force])
 
 
