@@ -36,7 +36,7 @@ RESULTS = Path("scripts/results/controller_scoreboard.json")
 POLICIES = ("sine", "step")
 TASKS = ("sine", "step", "disturbance", "stiffness")
 TUNING, SEEDS = (1000, 1005, 1012), (0, 1, 2, 3, 4)
-"""Sines of the tuning seeds: 0.5, 0.9, 0.7 Hz. Slow ones let through what fast ones shake apart."""
+"""Sines of the tuning seeds: 0.5, 0.9, 0.7 Hz. Some controllers oscillate on fast sines only."""
 STRONG = {"hysteresis.force_per_pressure": 2e-4}
 """Ten times the rig's: 20 N/bar."""
 
@@ -76,7 +76,7 @@ def rows_of(plant: Plant, bar: tqdm) -> list[dict[str, object]]:
     """Scores of all controllers on a plant."""
     rig = pamsim.load_rig("mas20_arm").with_parameters(plant.values)
     suite = Suite(rig=rig, load=plant.believed)
-    found = []
+    rows = []
     for task in plant.tasks:
         pressure, valve = (environment(plant, task, kind) for kind in ("pressure", "valve"))
         for name, family in FAMILIES.items():
@@ -92,19 +92,19 @@ def rows_of(plant: Plant, bar: tqdm) -> list[dict[str, object]]:
                 tried = driven(env, controller, TUNING).rmse if len(family.tried) > 1 else 0.0
                 tuned.append((tried, value, controller, env))
             if tuned:
-                _, value, controller, env = min(tuned, key=lambda one: one[0])
+                _, value, controller, env = min(tuned, key=lambda trial: trial[0])
                 chosen = value if len(family.tried) > 1 else None
-                found.append(row(plant, task, name, chosen, driven(env, controller, SEEDS)))
+                rows.append(row(plant, task, name, chosen, driven(env, controller, SEEDS)))
             bar.update()
         for trained in POLICIES:
             path = RESULTS.parent / f"policy_{trained}.npz"
             policy = NeuralPolicy.read(path, supply=pressure.arms.supply)
             name = f"policy trained on {trained}"
-            found.append(row(plant, task, name, None, driven(pressure, policy, SEEDS)))
+            rows.append(row(plant, task, name, None, driven(pressure, policy, SEEDS)))
             bar.update()
         pressure.close()
         valve.close()
-    return found
+    return rows
 
 
 def row(plant: Plant, task: str, name: str, chosen: float | None, got: Score) -> dict[str, object]:
@@ -148,8 +148,8 @@ def main() -> int:
         "versions": versions("scipy", "control", "gymnasium"),
     }
     target.write_text(json.dumps(page, indent=1) + "\n", encoding="utf-8")
-    for one in rows:
-        print(f"{one['plant']:34} {one['task']:12} {one['controller']:32} {one['rmse_deg']} deg")
+    for row in rows:
+        print(f"{row['plant']:34} {row['task']:12} {row['controller']:32} {row['rmse_deg']} deg")
     return 0
 
 

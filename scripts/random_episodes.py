@@ -53,11 +53,11 @@ def play(name: str, episodes: int) -> dict[str, object]:
             new = held == 0
             action[new] = env.action_space.sample()[new]
             held = np.where(new, rng.integers(1, 21, ARMS), held) - 1
-            seen, reward, terminated, _, told = env.step(action)
-            strange += int((~np.isfinite(seen)).sum() + (~np.isfinite(reward)).sum())
+            observation, reward, terminated, _, info = env.step(action)
+            strange += int((~np.isfinite(observation)).sum() + (~np.isfinite(reward)).sum())
             broken += int(terminated.sum())
-            lowest = min(lowest, float(told["pressure"].min()))
-            highest = max(highest, float(told["pressure"].max()))
+            lowest = min(lowest, float(info["pressure"].min()))
+            highest = max(highest, float(info["pressure"].max()))
         warnings += env.arms.warnings()
         env.close()
     return {

@@ -1,11 +1,10 @@
-"""What `pamsim diagnose` does for control: designs on the rig as filed, and on the repaired one.
+"""Controllers designed on the rig as filed and on the rig that `pamsim diagnose` repaired.
 
     python scripts/repaired_rig_control.py [--json FILE]
 
-The plant's muscles are stiffer and lossier than its file says. Recordings of it are diagnosed; the
-repaired rig goes into the environment. Controllers are designed and their free number is chosen on
-the rig as filed, then on the repaired one, as somebody would who has only a simulation; all are
-scored on the plant. Designs on the plant itself show what is left to gain.
+The plant's muscles are stiffer and have more hysteresis than its file states. Recordings of it are
+diagnosed. Controllers are designed and tuned on the rig as filed, then on the repaired one, without
+use of the plant; all are scored on the plant. Designs on the plant itself show the best possible.
 """
 
 from __future__ import annotations
@@ -56,7 +55,7 @@ def rmse(env: PamArmEnv, suite: Suite, name: str, value: float, seeds: tuple[int
 
 def scores(known: Rig, plant: Rig, label: str) -> list[dict[str, object]]:
     """Controllers designed on what is known, scored on the plant."""
-    suite, found = Suite(rig=known, load=LOAD), []
+    suite, rows = Suite(rig=known, load=LOAD), []
     for task in TASKS:
         own, real = environment(known, task), environment(plant, task)
         for name in NAMES:
@@ -71,10 +70,10 @@ def scores(known: Rig, plant: Rig, label: str) -> list[dict[str, object]]:
                 "rmse_deg": round(math.degrees(got), 4),
             }
             print(row)
-            found.append(row)
+            rows.append(row)
         own.close()
         real.close()
-    return found
+    return rows
 
 
 def main() -> int:
@@ -88,9 +87,9 @@ def main() -> int:
         hidden = hide(filed, HIDDEN, protocols=PROTOCOLS, duration=5.0, repeats=4, seed=21)
         hidden.save(folder / "data")
         report = diagnose([folder / "data"], seed=0)
-        told = diagnosis_dict(report)
-        print(told["sentence"])
-        repaired = write_repaired_rig(report, folder / "out", told["sentence"])
+        result = diagnosis_dict(report)
+        print(result["sentence"])
+        repaired = write_repaired_rig(report, folder / "out", result["sentence"])
         if repaired is None:
             print("no repaired rig follows from this verdict", file=sys.stderr)
             return 1
@@ -105,8 +104,8 @@ def main() -> int:
         "schema": "pamsim-repaired-control/1",
         "command": "python scripts/repaired_rig_control.py",
         "hidden": hidden.to_dict()["effects"],
-        "verdict": told["verdict"],
-        "sentence": told["sentence"],
+        "verdict": result["verdict"],
+        "sentence": result["sentence"],
         "load_kg": LOAD,
         "rows": rows,
         "versions": versions("scipy", "control", "gymnasium"),

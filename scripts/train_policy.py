@@ -151,7 +151,7 @@ def _adapter() -> Any:
                 self.curve_steps.append(self._steps)
                 self.curve_rewards.append(round(float(self._sum[done].mean()), 3))
                 self._sum[done] = 0.0
-                # Gymnasium begins anew at the next step, stable-baselines3 expects it at once.
+                # Gymnasium resets at the next step, stable-baselines3 expects it at once.
                 seen = self.env.reset(options={"reset_mask": done})[0]
             return _scaled(seen), reward.astype(np.float32), done, infos
 

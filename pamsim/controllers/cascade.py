@@ -1,6 +1,6 @@
 """Pressure loops under an angle controller: from set points to valve openings.
 
-Each muscle has a PI loop on its pressure; its integral is drawn back where the valve is fully open
+Each muscle has a PI loop on its pressure; its integral is reduced where the valve is fully open
 (back calculation, as in `pamsim.controllers.pid`).
 """
 
@@ -43,7 +43,7 @@ class PressureLoop:
     def for_rig(
         cls, rig: Rig, *, period: float, common_pressure: float, closed_loop_time: float
     ) -> PressureLoop:
-        """Loop of a wanted speed for the faster of filling and venting of muscle 1 at angle 0.
+        """Loop designed for the faster of filling and venting of muscle 1 at angle 0.
 
         Args:
             rig: the rig.

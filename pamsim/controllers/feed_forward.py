@@ -91,7 +91,7 @@ class FeedForward:
         )
 
     def start(self, first: Observation) -> FeedForwardMemory:
-        """Memory of an arm that came to its angle from angle 0 in one go."""
+        """Memory of an arm that moved to its angle from angle 0 without turning back."""
         plays = () if self.hysteresis is None else self.hysteresis.start(first.angle)
         feedback = None
         if self.feedback is not None:

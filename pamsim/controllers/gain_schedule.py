@@ -99,7 +99,7 @@ class GainSchedule:
         return _between(self.gains[right - 1], self.gains[right], (place - low) / (high - low))
 
     def start(self, first: Observation) -> PidMemory:
-        """Memory with which the pressures at rest stay what they are."""
+        """Memory that keeps the pressures at rest."""
         return self.pid.start(first)
 
     def act(self, observation: Observation, memory: PidMemory) -> tuple[Command, PidMemory]:

@@ -29,7 +29,7 @@ class HysteresisInverse:
         return cls(inverse=lagging.inverse())
 
     def start(self, angle: float) -> tuple[float, ...]:
-        """Memory of an arm that came from angle 0 to an angle [rad] in one go."""
+        """Memory of an arm that moved from angle 0 to an angle [rad] without turning back."""
         return self.inverse.step(self.inverse.virgin(), angle)[0]
 
     def undone(self, angle: float, plays: tuple[float, ...]) -> tuple[float, tuple[float, ...]]:

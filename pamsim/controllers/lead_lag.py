@@ -1,7 +1,7 @@
 """Lead-lag filter on the error, over the model's own input for the wanted motion.
 
-Its memory holds what the limits let through, and the error that would have led to just that: a
-filter so conditioned does not wind up (Hanus, Kinnaert and Henrotte 1987).
+Its memory holds the limited output and the error that corresponds to it, so that the filter does
+not wind up (Hanus, Kinnaert and Henrotte 1987).
 """
 
 from __future__ import annotations
@@ -45,7 +45,7 @@ class LeadLag:
     command: str = "pressure"
 
     def start(self, first: Observation) -> LeadLagMemory:
-        """Memory with which the pressures at rest stay what they are, and then ease off."""
+        """Memory that keeps the pressures at rest at first."""
         ahead = self.model.input_for(first.angle - self.point.angle, 0.0, 0.0)
         count = len(self.design.denominator) - 1
         return LeadLagMemory(
@@ -62,7 +62,7 @@ class LeadLag:
             present_reference(observation, self.design.period)[0] - observation.angle,
             *memory.errors,
         )
-        # Of a reference out of reach, only what can be had: the filter must not make up for it.
+        # Limited first: the filter must not compensate a reference that is out of reach.
         ahead = self.point.given(ahead)
         filtered = sum(b * e for b, e in zip(self.design.numerator, errors, strict=True))
         filtered -= sum(

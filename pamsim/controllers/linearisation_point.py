@@ -27,7 +27,7 @@ class LinearisationPoint:
         return observation.pressure[0] - observation.pressure[1] - self.difference
 
     def given(self, departure: float) -> float:
-        """What the limits leave of a wanted departure from the point's difference [Pa]."""
+        """Departure [Pa] that remains of a wanted one after the limits."""
         return self.split.given(self.difference + departure) - self.difference
 
     def pressures(self, departure: float) -> tuple[float, float]:

@@ -1,6 +1,6 @@
 """LQG regulator: a Kalman filter on G2, feedback of its state, and an integral of the error.
 
-The model's own input for the wanted motion goes ahead, so that feedback sees only what differs.
+The model's input for the wanted motion is fed forward, so that feedback acts on the deviation only.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ class LqgMemory:
     """What an LQG regulator keeps.
 
     Attributes:
-        expected: (2,) state at this sample as the last one foresaw it [rad, rad/s].
+        expected: (2,) state at this sample as predicted at the last one [rad, rad/s].
         integral: of the error [rad s].
     """
 
@@ -44,7 +44,7 @@ class Lqg:
     command: str = "pressure"
 
     def start(self, first: Observation) -> LqgMemory:
-        """Memory with which the pressures at rest stay what they are."""
+        """Memory that keeps the pressures at rest."""
         away = first.angle - self.point.angle
         departure = self.point.measured_departure(first) - away / self.design.model.gain
         return LqgMemory(expected=(away, 0.0), integral=departure / self.design.integral_gain)
@@ -52,9 +52,10 @@ class Lqg:
     def act(self, observation: Observation, memory: LqgMemory) -> tuple[Command, LqgMemory]:
         """Pressures from now on, and the memory for the next sample."""
         design = self.design
-        surprise = observation.angle - self.point.angle - memory.expected[0]
+        innovation = observation.angle - self.point.angle - memory.expected[0]
         angle, rate = (
-            x + gain * surprise for x, gain in zip(memory.expected, design.correction, strict=True)
+            x + gain * innovation
+            for x, gain in zip(memory.expected, design.correction, strict=True)
         )
         now, rate_now = present_reference(observation, design.period)
         ahead = design.model.input_for(

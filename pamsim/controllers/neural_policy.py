@@ -1,4 +1,4 @@
-"""A trained policy as a controller: what it sees is what the environments show."""
+"""A trained policy as a controller; its input is the observation of the environments."""
 
 from __future__ import annotations
 
@@ -44,7 +44,7 @@ class NeuralPolicy:
         return cls(layers=layers, supply=supply, command=command)
 
     def start(self, first: Observation) -> None:
-        """It keeps no memory."""
+        """No memory."""
 
     def act(self, observation: Observation, memory: None) -> tuple[Command, None]:
         """See `Controller.act`."""

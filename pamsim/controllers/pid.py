@@ -1,9 +1,9 @@
-"""PID on the pressure difference, which neither kicks at a jump of the reference nor winds up.
+"""PID on the pressure difference, without derivative kick and without integrator windup.
 
 dp = K (e + 1/Ti integral of e + Td (c wanted rate - rate)), with the rates behind a lag. With c = 0
-the derivative is that of the measured angle alone; over a feed-forward, which moves the arm by
-itself, c = 1 keeps it from braking.
-Where the limits take something of dp, the integral is drawn back with the time constant Tt (back
+the derivative is that of the measured angle alone; with a feed-forward, which moves the
+arm itself, c = 1 avoids braking that motion.
+Where dp is limited, the integral is reduced with the time constant Tt (back
 calculation: Astrom and Hagglund, Advanced PID Control, 2006, section 3.5).
 """
 
@@ -72,11 +72,11 @@ class Pid:
         if self.tracking_time < self.period:
             raise InputError(
                 f"PID: tracking_time = {self.tracking_time:g} s is shorter than a period"
-                f" ({self.period:g} s), so that the integral would swing; give a longer one"
+                f" ({self.period:g} s), so that the integral would oscillate; give a longer one"
             )
 
     def start(self, first: Observation) -> PidMemory:
-        """Memory with which the pressures at rest stay what they are."""
+        """Memory that keeps the pressures at rest."""
         return PidMemory(integral=first.pressure[0] - first.pressure[1], rate=0.0)
 
     def act(self, observation: Observation, memory: PidMemory) -> tuple[Command, PidMemory]:
@@ -86,7 +86,7 @@ class Pid:
         return self.split.pressures(wanted), self.remembered(observation, memory, rate, missed)
 
     def wanted(self, observation: Observation, memory: PidMemory) -> tuple[float, float]:
-        """Difference before the limits [Pa], and the lagged rate it was made with [rad/s]."""
+        """Difference before the limits [Pa], and the lagged rate used for it [rad/s]."""
         goal, goal_rate = present_reference(observation, self.period)
         share = self.period / (self.filter_time + self.period)
         rate = observation.velocity - self.rate_weight * goal_rate

@@ -1,6 +1,6 @@
 """Prandtl-Ishlinskii operator of a measured loop: weights by non-negative least squares.
 
-With its thresholds given, the output is linear in the weights, so that the fit has one answer.
+With its thresholds given, the output is linear in the weights, so that the fit is unique.
 Weights that are not negative make an operator that lags and can be inverted (Kuhnen 2003).
 """
 
@@ -24,12 +24,12 @@ from pamsim.inference.record_checks import finite_samples
 FloatArray = NDArray[np.float64]
 _nnls: Any = scipy.optimize.nnls
 
-_NOTHING = 1e-6  # of the sum of all weights: a play that light is left out
+_NOTHING = 1e-6  # of the sum of all weights: a play operator of smaller weight is dropped
 
 
 @dataclass(frozen=True)
 class PlaySumFit:
-    """An operator and how it meets the loop it was fitted to.
+    """An operator and its error on the loop it was fitted to.
 
     Attributes:
         operator: with the plays that the data want.

@@ -1,4 +1,4 @@
-"""How fast the valves change a muscle's pressure, and how late a regulated pressure is for it.
+"""Rates at which the valves change a muscle's pressure, and the lag of a regulated pressure.
 
 dP/dt = n R T mdot / V at full opening; inside the regulator's band the opening is the error over
 the band, so that the pressure follows its set point as a lag does.

@@ -26,7 +26,7 @@ class PressureSplit:
     supply: float
 
     def __post_init__(self) -> None:
-        """Check that the common pressure can be had.
+        """Check that the common pressure is within the supply.
 
         Raises:
             InputError: if it cannot.
@@ -43,12 +43,12 @@ class PressureSplit:
         return self._limited(self.common + half), self._limited(self.common - half)
 
     def given(self, difference: float) -> float:
-        """What the limits leave of a wanted difference [Pa]."""
+        """Difference [Pa] that remains of a wanted one after the limits."""
         first, second = self.pressures(difference)
         return first - second
 
     def beyond(self, difference: float) -> bool:
-        """Whether the limits take something of a wanted difference [Pa]."""
+        """Whether the limits reduce a wanted difference [Pa]."""
         return 0.5 * abs(difference) > min(self.common, self.supply - self.common)
 
     def _limited(self, pressure: float) -> float:

@@ -2,8 +2,8 @@
 
 With e = angle - reference the surface is s = e' + 2 l e + l^2 integral of e, on which the error
 dies out with both poles at -l, whatever disturbs the input less than ``reach`` can overcome. Inside
-the layer |s| < layer the switching is a gain, so that valves do not chatter; the integral takes the
-offset that a layer would leave (Slotine and Li, Applied Nonlinear Control, 1991, chapter 7).
+the layer |s| < layer the switching is a gain, so that valves do not chatter; the integral removes
+the offset that the layer would leave (Slotine and Li, Applied Nonlinear Control, 1991, chapter 7).
 """
 
 from __future__ import annotations
@@ -50,7 +50,7 @@ class SlidingMode:
     command: str = "pressure"
 
     def start(self, first: Observation) -> SlidingMemory:
-        """Memory of an arm that has not missed anything yet."""
+        """Memory without error so far."""
         del first
         return SlidingMemory(integral=0.0)
 
@@ -73,7 +73,7 @@ class SlidingMode:
         )
         away = observation.angle - self.point.angle
         wanted = self.model.input_for(away, observation.velocity, acceleration)
-        # What the limits take cannot be slid on: the integral waits.
+        # No sliding while the pressures are limited: the integral is held.
         waits = self.point.split.beyond(self.point.difference + wanted)
         integral = memory.integral if waits else memory.integral + self.period * error
         return self.point.pressures(wanted), SlidingMemory(integral=integral)

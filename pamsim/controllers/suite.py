@@ -50,7 +50,7 @@ _PUSH = 3e4
 
 @dataclass(frozen=True, kw_only=True)
 class Suite:
-    """A rig to design controllers for; what a design needs is identified once, when first needed.
+    """A rig to design controllers for; models are identified once, when first needed.
 
     Attributes:
         rig: as the designer knows it.

@@ -1,4 +1,4 @@
-"""A measured trial: what a rig was told, and what its sensors said."""
+"""A measured trial: commands of a rig and readings of its sensors."""
 
 from __future__ import annotations
 

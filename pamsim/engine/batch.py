@@ -1,8 +1,8 @@
 """Many simulations at once, each with its own rig and experiment, on a pool of threads.
 
 Every simulation has a model of its own, so whatever `Rig.with_parameters` can set may differ, and
-the loads, commands and lengths of the experiments too. The engine steps outside Python's lock, and
-what little Python runs between the steps leaves two threads close to twice the speed of one.
+the loads, commands and lengths of the experiments too. The engine steps outside Python's lock, so
+that two threads are nearly twice as fast as one.
 """
 
 from __future__ import annotations
@@ -32,7 +32,7 @@ _Key: TypeAlias = tuple[int, float, tuple[float, ...], float]
 
 @dataclass(frozen=True)
 class _Rest:
-    """A rig at rest before time 0, and what the engine warned of on the way there."""
+    """A rig at rest before time 0, and the engine's warnings until then."""
 
     state: NDArray[np.float64]
     warnings: NDArray[np.int32]
@@ -47,7 +47,7 @@ def simulate_batch(
 ) -> list[Recording]:
     """Run many experiments at once.
 
-    Each result is equal to that of `pamsim.simulate` to the last bit, broken runs included.
+    Each result is bit-identical to that of `pamsim.simulate`, broken runs included.
     Experiments that start from the same pressures with the same load on the same rig object come to
     rest once for all of them.
 

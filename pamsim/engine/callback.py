@@ -1,4 +1,4 @@
-"""Scoped installation of the muscle callbacks, and the guard that makes forgetting it an error.
+"""Installation of the muscle callbacks for a block, and the guard against stepping without them.
 
 MuJoCo's callbacks are global to the process, and an actuator of type ``user`` without one silently
 runs as gain 1, bias 0. So a model made by pamsim is kept *guarded*: its integrator code is one the
@@ -37,7 +37,7 @@ def lift_guard(model: mujoco.MjModel) -> None:
 
 
 def check_steppable(model: mujoco.MjModel) -> None:
-    """Refuse a model that the callbacks are not for.
+    """Refuse a model that the muscle callbacks cannot step.
 
     Raises:
         InputError: if it has no pamsim muscle.
@@ -127,7 +127,7 @@ def native_callbacks() -> Callbacks:
     Raises:
         EngineError: if the engine's structs are not laid out as declared.
     """
-    # Numba takes half a second that the Python backend need not pay.
+    # Importing numba takes half a second, which the Python backend does not need.
     from pamsim.engine import compiled, structs
 
     natives = compiled.compiled_callbacks()

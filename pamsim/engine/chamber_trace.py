@@ -77,8 +77,7 @@ def _interpreted(law: _Law) -> _Along:
 
 @functools.cache
 def _compiled(law: _Law) -> _Along:
-    # Numba is imported by choice of backend. Of the functions the callbacks are made of, those
-    # wanted here are among those they register with it.
+    # Only the compiled backend imports numba. The callbacks register all functions used here.
     import numba
 
     from pamsim.engine import compiled

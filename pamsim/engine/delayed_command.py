@@ -71,7 +71,7 @@ def _stretches(
         for offset, muscle, value in arriving:
             if offset <= begin:
                 now[muscle] = value
-        # A whole step is the time step itself, not what a difference has made of it.
+        # A whole step is the time step itself, without the rounding of a difference.
         whole = begin == math.floor(begin) and end == begin + 1.0
         length = timestep if whole else (end - begin) * timestep
         if stretches and stretches[-1][1] == length and np.array_equal(stretches[-1][0], now):

@@ -32,7 +32,7 @@ _STRIDE = 0.1
 """Longest step of the search for the first balance [rad]."""
 
 _FARTHEST = 3.0
-"""Angle beyond which none is looked for [rad]."""
+"""Angle beyond which no balance is searched [rad]."""
 
 _NEAR = 1e-9  # rad
 _DOUBLINGS = 5
@@ -91,7 +91,7 @@ def _first_balance(torque: Callable[[float], float], origin: float, stride: floa
 
 
 class _Arm:
-    """An arm with a load, ready to be asked for the torque at an angle.
+    """An arm with a load, whose torque at an angle can be evaluated.
 
     Args:
         rig: the arm.
@@ -110,7 +110,7 @@ class _Arm:
     def torque(self, pressure: list[float]) -> Callable[[float], float]:
         """Angle [rad] to the torque on the joint [N m], all at rest at gauge pressures [Pa]."""
         model, data = self._model, self._data
-        # Views of the engine's arrays: each look-up of one costs as much as reading it.
+        # Views of the engine's arrays: fetching one costs as much as reading it.
         position, length, moment = data.qpos, data.ten_length, data.ten_J.reshape(-1)
         places = [_place(model, data, tendon) for tendon, _ in self._muscles]
         passive, bias = data.qfrc_passive, data.qfrc_bias

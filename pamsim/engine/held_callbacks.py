@@ -1,4 +1,4 @@
-"""Callbacks kept in place for something that is stepped now and then, such as an environment.
+"""Callbacks held over many calls, for an object such as an environment that is stepped by others.
 
 `pamsim.live` brackets a run. An environment is stepped from outside, call by call, and in between
 anything may happen, other scopes of `live` included. So it looks before each step whether the
@@ -24,7 +24,7 @@ from pamsim.engine.callback import (
 
 
 class HeldCallbacks:
-    """Models that may be stepped from `keep` to `release`, if `look` is called before each step.
+    """Models that may be stepped from `keep` to `release`, if `check` is called before each step.
 
     They do nothing to models without pamsim muscles. The last one to release them takes them away.
     """

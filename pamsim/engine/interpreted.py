@@ -1,4 +1,4 @@
-"""The kernel as plain Python callbacks: slow, and open to a debugger or a print."""
+"""The kernel as plain Python callbacks: slow, for debugging."""
 
 from __future__ import annotations
 
@@ -54,7 +54,7 @@ def bias(model: mujoco.MjModel, data: mujoco.MjData, index: int) -> float:
 
 
 def _opposing(model: mujoco.MjModel, data: mujoco.MjData, row: NDArray[np.float64]) -> float:
-    """Tension of the muscle at the other end of a chain with play [N]."""
+    """Tension of the muscle at the other end of a chain with backlash [N]."""
     if row[_BACKLASH] == 0.0 or row[_PARTNER] == 0.0:
         return 0.0
     other = int(row[_PARTNER]) - 1

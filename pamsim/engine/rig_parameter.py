@@ -42,7 +42,7 @@ class RigParameter:
 
 
 def rig_parameter(rig: Rig, name: str) -> RigParameter:
-    """Look a parameter of a rig up.
+    """Find a parameter of a rig.
 
     Raises:
         InputError: if the rig has none of that name, with the nearest one.

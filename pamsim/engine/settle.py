@@ -1,4 +1,4 @@
-"""Bring a rig to rest before time 0, by letting time pass."""
+"""Simulate a rig to rest before time 0."""
 
 from __future__ import annotations
 
@@ -15,10 +15,10 @@ from pamsim.engine.rig import set_command
 from pamsim.engine.state import reset, settled
 
 EachStep: TypeAlias = Callable[[mujoco.MjModel, mujoco.MjData], None]
-"""What acts on model and data before every time step: a law that no rig contains."""
+"""Called with model and data before every time step: physics that the rig does not contain."""
 
 _REST_BLOCK = 0.1
-"""Time between two looks at whether a rig has come to rest [s]."""
+"""Time between two checks whether a rig has come to rest [s]."""
 
 _REST = 1e-10
 """Largest relative change of a state over that time in a rig that counts as at rest."""
@@ -35,8 +35,8 @@ def settle(
 ) -> None:
     """Bring a live model to rest at the start pressures of an experiment and set time to 0.
 
-    It ends early once nothing moves any more, which a slow operator prevents. Creep would, too;
-    but where it ends the relaxed element carries nothing, so that it is left out on the way.
+    It ends early once nothing moves. Creep, which would delay that, is switched off meanwhile: a
+    relaxed creep element carries no force at rest.
 
     Args:
         model: live; its command is that of the experiment afterwards.

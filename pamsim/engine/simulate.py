@@ -21,13 +21,13 @@ from pamsim.engine.state import restore_state, save_state
 from pamsim.engine.timestep_check import check_timestep
 from pamsim.engine.trace import empty_trace, first_breakdown
 
-_LOOK_EVERY = 64
-"""Samples between two looks at whether the run still holds."""
+_CHECK_EVERY = 64
+"""Samples between two checks for a breakdown."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class Run:
-    """An experiment made ready for the engine.
+    """An experiment with its model.
 
     Attributes:
         rig: that runs it.
@@ -58,9 +58,9 @@ def simulate(
 
     The rig first comes to rest at the start pressures (held by the set-point regulator whatever the
     experiment's command), then time starts. Every sample is taken before the step that leaves it,
-    so angle, pressure and tension belong to the same instant. A muscle that creeps has crept to
-    its end by then. Commands reach the valves late by ``valve.delay``; the recording holds them as
-    told.
+    so angle, pressure and tension belong to the same instant. Creep is
+    relaxed by then. Commands reach the valves late by ``valve.delay``; the recording holds them
+    as commanded.
 
     Args:
         rig: see `pamsim.load_rig`.
@@ -72,8 +72,8 @@ def simulate(
             the rig must be the same, without ``valve.delay``. Time goes on from there.
         each_step: called before every time step, with the command already in ``data.ctrl``, and
             free to change that, the muscles' parameters and states, and ``data.qfrc_applied``.
-            While the rig comes to rest, time is negative. What it remembers is its own: one object
-            per run.
+            While the rig comes to rest, time is negative. If it has a memory, use one object per
+            run.
 
     Returns:
         The recording; if the run broke down, what was recorded before, with the outcome.
@@ -137,7 +137,7 @@ def whole_steps(period: float, timestep: float) -> int:
     """Number of time steps in a sampling period.
 
     Raises:
-        InputError: if it is not whole; rounding it would stretch time unseen.
+        InputError: if it is not whole; rounding it would change the time scale.
     """
     ratio = period / timestep
     steps = round(ratio)
@@ -177,22 +177,22 @@ def record(
     plan = _arriving(run, commands)
     final_state = save_state(model, data)
     trace = empty_trace(model, run.samples)
-    # Views of the engine's arrays: each look-up of one costs as much as reading it.
+    # Views of the engine's arrays: fetching one costs as much as reading it.
     ctrl, position, velocity, act = data.ctrl, data.qpos, data.qvel, data.act
     length, force, warnings = data.actuator_length, data.actuator_force, data.warning.number
-    # What pulls on a tendon with friction is more than its muscle.
+    # A tendon with friction carries more force than its muscle gives.
     braked = any(muscle.friction.stribeck_force for muscle in run.rig.muscles.values())
     pulls = np.empty_like(trace.force)
-    last, looked, broken = run.samples - 1, 0, None
+    last, checked, broken = run.samples - 1, 0, None
     for k in range(run.samples):
         trace.time[k] = data.time
         trace.position[k] = position
         trace.velocity[k] = velocity
         trace.act[k] = act
         trace.warnings[k] = warnings
-        if (k + 1) % _LOOK_EVERY == 0 or k == last:
-            broken = first_breakdown(trace, expected, slack, looked, k + 1)
-            looked = k + 1
+        if (k + 1) % _CHECK_EVERY == 0 or k == last:
+            broken = first_breakdown(trace, expected, slack, checked, k + 1)
+            checked = k + 1
             if broken is not None:
                 break
         later: list[Stretch] = []
@@ -212,7 +212,7 @@ def record(
         trace.length[k] = length
         trace.force[k] = force
         if braked and each_step is not None:
-            # It may change the muscles from step to step: what they pull has to be asked for now.
+            # It may change the muscles from step to step, so their tension is computed now.
             pulls[k] = tensions(
                 model, trace.act[k : k + 1], trace.length[k : k + 1], backend=backend
             )

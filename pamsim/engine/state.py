@@ -36,10 +36,10 @@ def reset(
 
 
 def charge(model: mujoco.MjModel, data: mujoco.MjData, pressures: float | Sequence[float]) -> None:
-    """Set every chamber to a gauge pressure at the present position, all else free of memory.
+    """Set every chamber to a gauge pressure at the present position, and clear all other memory.
 
-    Creep is relaxed there, and on a line with a lag lies what keeps the valves shut: under the
-    command ``pressure`` that pressure, else 0.
+    Creep is relaxed there, and a lagged command has the value that keeps the valves shut: under
+    the command ``pressure`` that pressure, else 0.
 
     Args:
         model: a model with pamsim muscles.
@@ -73,9 +73,9 @@ def charge(model: mujoco.MjModel, data: mujoco.MjData, pressures: float | Sequen
 
 
 def settled(model: mujoco.MjModel, data: mujoco.MjData, pressures: Sequence[float]) -> None:
-    """Count the present position as one that muscles have long rested in.
+    """Set the memory of the muscles as after a long rest at the present position.
 
-    Creep is relaxed there, and on a line with a lag lies what keeps the valves shut.
+    Creep is relaxed there, and a lagged command has the value that keeps the valves shut.
 
     Args:
         model: a model with pamsim muscles whose command is already the one to come.
@@ -133,7 +133,7 @@ def save_state(model: mujoco.MjModel, data: mujoco.MjData) -> NDArray[np.float64
 
 
 def restore_state(model: mujoco.MjModel, data: mujoco.MjData, state: NDArray[np.float64]) -> None:
-    """Set what `save_state` saved; the continuation is then the same to the last bit.
+    """Set what `save_state` saved; the continuation is then bit-identical.
 
     Raises:
         InputError: if the state is of another model.

@@ -1,4 +1,4 @@
-"""The raw samples of a run, and where in them it broke down."""
+"""The raw samples of a run, and the first at which it broke down."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ FloatArray: TypeAlias = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class Trace:
-    """What is read off the engine at every sample, before the step that leaves it.
+    """Signals of the engine at every sample, before the next step.
 
     Attributes:
         time: (n,) engine time [s].
@@ -54,7 +54,7 @@ def empty_trace(model: mujoco.MjModel, samples: int) -> Trace:
 def first_breakdown(
     trace: Trace, expected_time: FloatArray, slack: float, first: int, last: int
 ) -> tuple[int, Outcome, str] | None:
-    """The first sample at which the state is not to be trusted, if there is one.
+    """The first sample at which the state is invalid, if there is one.
 
     The engine itself only prints a warning and goes on.
 

@@ -29,11 +29,11 @@ FloatArray = NDArray[np.float64]
 
 LOW = np.array([-2.0 * math.pi, -1e3, -0.2, -0.2, -math.pi, -1e2, -1e4, 0.0])
 HIGH = np.array([2.0 * math.pi, 1e3, 2.0, 2.0, math.pi, 1e2, 1e4, 1e4])
-"""Ends of the observation space, wider than what an arm that has not broken down can show."""
+"""Ends of the observation space, wider than any observation of an arm that has not broken down."""
 
 
 class Arms:
-    """Arms in step with each other.
+    """Arms that are stepped together.
 
     Args:
         settings: of the environment.
@@ -124,7 +124,7 @@ class Arms:
         )
 
     def rewind(self, over: NDArray[np.bool_]) -> None:
-        """Let arms whose episode is over (n,) take part in steps until they begin a new one."""
+        """Allow further steps of arms whose episode is over (n,), until they are reset."""
         self._sample[over] = 0
 
     def step(self, action: NDArray[Any]) -> tuple[FloatArray, NDArray[np.bool_]]:
@@ -141,7 +141,7 @@ class Arms:
             self._plant.push(self._table[self._rows, self._sample, TORQUE])
         self._plant.step(self._late(command))
         self.true = self._read()
-        # New arrays: those of the last step may be in somebody's hands.
+        # New arrays: the caller may still hold those of the last step.
         self.observation = np.empty_like(self.observation)
         reward, broken = np.empty(len(command)), np.empty(len(command), dtype=np.bool_)
         next_sample(
@@ -166,7 +166,7 @@ class Arms:
         return reward, broken
 
     def _late(self, command: FloatArray) -> list[tuple[int, FloatArray]]:
-        """What the valves get during a period: time steps and commands (n, 2) of each stretch."""
+        """Commands that reach the valves in a period: time steps and (n, 2) of each stretch."""
         history = self._history
         if history.shape[1] == 1:
             return [(self.settings.frame_skip, command)]
@@ -179,7 +179,7 @@ class Arms:
         return self._sample >= self.samples
 
     def stiffness(self) -> FloatArray:
-        """(n,) stiffness of the joints between shut muscles, as they stand [N m/rad]."""
+        """(n,) present stiffness of the joints between shut muscles [N m/rad]."""
         length, pressure = self._plant.length.tolist(), self.true[:, 1:].tolist()
         rows = self.rows.tolist()
         return np.array(
@@ -190,7 +190,7 @@ class Arms:
         )
 
     def warnings(self) -> int:
-        """How often the engine has warned in the episodes that go on."""
+        """Number of engine warnings in the running episodes."""
         return self._plant.warnings()
 
     def air(self) -> FloatArray:
@@ -203,7 +203,7 @@ class Arms:
         return self._gauge.rows
 
     def close(self) -> None:
-        """Give the callbacks back; the arms cannot be stepped any more."""
+        """Release the callbacks; the arms cannot be stepped any more."""
         self._plant.close()
 
     def _read(self) -> FloatArray:
@@ -214,7 +214,7 @@ class Arms:
 
 
 def _stretches(delays: list[int], steps: int) -> tuple[list[tuple[int, tuple[int, ...]]], int]:
-    """Which commands the valves get during a period.
+    """Which commands reach the valves during a period.
 
     Args:
         delays: of each muscle, in time steps.

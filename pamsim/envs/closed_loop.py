@@ -22,7 +22,7 @@ OPEN = 0.02
 """Opening from which a valve counts as open."""
 
 ON = 0.33
-"""Opening asked for from which an on/off valve is opened."""
+"""Commanded opening from which an on/off valve is opened."""
 
 _INDEX = slot("chamber.polytropic_index")
 _TEMPERATURE = slot("chamber.temperature")
@@ -31,12 +31,12 @@ _ATMOSPHERE = slot("chamber.atmosphere")
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Drive:
-    """An episode as a controller drove it, one row per step.
+    """An episode under a controller, one row per step.
 
     Attributes:
         period: between samples [s].
         angle: (n,) true angle at the end of each step [rad].
-        reference: (n,) that was wanted there [rad].
+        reference: (n,) reference there [rad].
         pressure: (n, 2) true gauge pressures there [Pa].
         command: (n, 2) during the step: set points [Pa] or openings.
         opening: (n, 2) of the valves at the end of the step, in [-1, 1].
@@ -74,9 +74,9 @@ def controller_observation(arms: Arms, observation: FloatArray, time: float) -> 
 
 
 def action(env: PamArmEnv, command: Command) -> NDArray[np.generic]:
-    """The action by which an environment's muscles get a command.
+    """The action that gives the muscles of an environment a command.
 
-    On/off valves open where a third of an opening or more is asked for.
+    On/off valves open from a commanded opening of one third.
     """
     wanted = np.array(command)
     if env.kind == "pressure":
@@ -87,7 +87,7 @@ def action(env: PamArmEnv, command: Command) -> NDArray[np.generic]:
 
 
 def drive(env: PamArmEnv, controller: Controller, seed: int) -> Drive:
-    """Let a controller drive an environment through one episode.
+    """Run a controller in an environment for one episode.
 
     Args:
         env: the environment itself (``gymnasium.make(...).unwrapped``).

@@ -1,7 +1,7 @@
-"""An episode, drawn whole at its beginning: arm, task, disturbance, noise.
+"""What is drawn at reset for a whole episode: arm, task, disturbance, noise.
 
-What follows is a function of it and of the actions alone, so that one arm and many, each with its
-generator, go through the same episodes.
+An episode is a function of this draw and of the actions alone, so that single and vector
+environments with the same seeds have the same episodes.
 """
 
 from __future__ import annotations
@@ -32,7 +32,7 @@ class Episode:
     Attributes:
         values: parameters of the arm that differ from the rig's [SI].
         load: [kg].
-        table: (samples + 1, COLUMNS). Row k holds what is asked at the end of step k and the torque
+        table: (samples + 1, COLUMNS). Row k holds the reference at the end of step k and the torque
             during it, in SI, and the noise of the readings before it, in standard deviations.
     """
 

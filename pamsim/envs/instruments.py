@@ -15,11 +15,11 @@ FloatArray = NDArray[np.float64]
 
 
 class Gauge(NamedTuple):
-    """What encoder and pressure transducers do; columns are angle and both pressures.
+    """Encoder and pressure transducers; columns are angle and both pressures.
 
     Attributes:
-        scale: (n, 3) shown per true change.
-        bias: (n, 3) shown at zero [rad, Pa, Pa].
+        scale: (n, 3) reading per true change.
+        bias: (n, 3) reading at zero [rad, Pa, Pa].
         done: (n, 3) share of a jump that a lag makes up within a period; 1 without lag.
         along: (n, 3) share of a change spread evenly over it.
         noise: (3,) standard deviations.

@@ -16,7 +16,7 @@ FloatArray = NDArray[np.float64]
 
 
 class PamArmEnv(gymnasium.Env[FloatArray, NDArray[Any]]):
-    """What the three environments of the arm share.
+    """Base of the three environments of the arm.
 
     The arm starts at rest with equal pressures in both muscles. Pressure, hysteresis, valves and
     everything else the rig states is part of the state; `reset` sets all of it.
@@ -49,7 +49,7 @@ class PamArmEnv(gymnasium.Env[FloatArray, NDArray[Any]]):
         ParameterError: for a number out of range.
     """
 
-    # Gymnasium reads it from the class, and from the object what differs.
+    # Gymnasium reads it from the class and from the object.
     metadata: dict[str, Any] = {"render_modes": ["human", "rgb_array"], "render_fps": 50}  # noqa: RUF012
     kind: ClassVar[str]
 
@@ -71,7 +71,7 @@ class PamArmEnv(gymnasium.Env[FloatArray, NDArray[Any]]):
     def reset(
         self, *, seed: int | None = None, options: dict[str, Any] | None = None
     ) -> tuple[FloatArray, dict[str, Any]]:
-        """Begin a new episode; no options are known.
+        """Begin a new episode; there are no options.
 
         Returns:
             The observation, and `information`.
@@ -155,7 +155,7 @@ class PamArmOnOffEnv(PamArmEnv):
     | 2 | muscle 2: supply valve | open or not | {0, 1} | actuator ``muscle_2`` |
     | 3 | muscle 2: exhaust valve | open or not | {0, 1} | actuator ``muscle_2`` |
 
-    Both valves of a muscle asked to open stay shut: an interlock keeps the supply from blowing off.
+    If both valves of a muscle are to open, both stay shut: an interlock.
     Observations, reward and options: see `PamArmEnv`.
     """
 

@@ -18,7 +18,7 @@ FloatArray = NDArray[np.float64]
 
 
 class PamArmVectorEnv(VectorEnv[FloatArray, NDArray[Any], NDArray[Any]]):
-    """Arms that go through episodes of their own, as so many single environments do, bit for bit.
+    """Arms with episodes of their own, bit-identical to as many single environments.
 
     Arm i is seeded as ``SyncVectorEnv`` seeds its i-th environment. After an episode's end the next
     step begins a new one and ignores the action.
@@ -33,7 +33,7 @@ class PamArmVectorEnv(VectorEnv[FloatArray, NDArray[Any], NDArray[Any]]):
         ParameterError: for a number out of range.
     """
 
-    # Gymnasium reads it from the class, and from the object what differs.
+    # Gymnasium reads it from the class and from the object.
     metadata: dict[str, Any] = {"autoreset_mode": AutoresetMode.NEXT_STEP}  # noqa: RUF012
     kind: ClassVar[str]
 
@@ -84,7 +84,7 @@ class PamArmVectorEnv(VectorEnv[FloatArray, NDArray[Any], NDArray[Any]]):
     ) -> tuple[FloatArray, FloatArray, NDArray[np.bool_], NDArray[np.bool_], dict[str, Any]]:
         """Hold an action per arm for one period; arms whose episode is over begin a new one."""
         over = self._over
-        self.arms.rewind(over)  # what such arms do now is passed over
+        self.arms.rewind(over)  # their results of this step are replaced below
         reward, broken = self.arms.step(np.asarray(actions))
         ended = self.arms.ended()
         if over.any():

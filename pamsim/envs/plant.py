@@ -21,7 +21,7 @@ _POSITION = int(mujoco.mjtStage.mjSTAGE_POS)
 
 
 def tendon_jacobian(model: mujoco.MjModel) -> FloatArray | None:
-    """Lengths of the muscles' tendons per angle, as the engine multiplies them.
+    """Derivative of the tendon lengths by the angle, for the engine's own product.
 
     Returns:
         (nout,) [m/rad] if every actuator pulls a fixed tendon of the model's one joint, else None.
@@ -63,11 +63,11 @@ class Plant(Protocol):
         ...
 
     def warnings(self) -> int:
-        """How often the engine has warned since arms were last put."""
+        """Number of engine warnings since the arms were last put."""
         ...
 
     def close(self) -> None:
-        """Give the callbacks back."""
+        """Release the callbacks."""
         ...
 
 
@@ -89,7 +89,7 @@ class OneArm:
         self._held.keep(model)
         self._model, data = model, mujoco.MjData(model)
         restore_state(model, data, state)
-        # Views of the engine's arrays: each look-up of one costs as much as reading it.
+        # Views of the engine's arrays: fetching one costs as much as reading it.
         self._data, self._ctrl, self._torque = data, data.ctrl, data.qfrc_applied
         self.angle = data.qpos[self._joint : self._joint + 1]
         self.act = data.act[np.newaxis]
@@ -109,7 +109,7 @@ class OneArm:
         self._measure()
 
     def _measure(self) -> None:
-        # The engine's own lengths are of the instant the last step started from.
+        # The engine's own lengths belong to the start of the last step.
         if self._jacobian is None:
             mujoco.mj_fwdPosition(self._model, self._data)
             self.length = self._data.actuator_length[np.newaxis]
@@ -126,7 +126,7 @@ class OneArm:
 
 
 class ManyArms:
-    """Arms on the engine's thread pool; each goes as `OneArm` does, to the last bit.
+    """Arms on the engine's thread pool; each is bit-identical to a `OneArm`.
 
     Args:
         rig: whose joint they turn on.

@@ -67,12 +67,12 @@ def many(env: gymnasium.vector.VectorEnv) -> Callable[[int], None]:
 def compare(ours: Callable[[int], None], theirs: Callable[[int], None]) -> tuple[float, float]:
     """Median seconds per step of ours, and median of theirs by ours."""
     steps = [_calibrated(run) for run in (ours, theirs)]
-    taken, ratios = [], []
+    times, ratios = [], []
     for _ in range(ROUNDS):
         own, other = (_seconds(run, n) / n for run, n in zip((ours, theirs), steps, strict=True))
-        taken.append(own)
+        times.append(own)
         ratios.append(other / own)
-    return statistics.median(taken), statistics.median(ratios)
+    return statistics.median(times), statistics.median(ratios)
 
 
 def _seconds(run: Callable[[int], None], steps: int) -> float:

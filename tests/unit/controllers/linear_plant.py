@@ -26,8 +26,8 @@ class LinearPlant:
         self._period, self._disturbance = period, disturbance
         self.state, self.time = np.array(state, dtype=float), 0.0
 
-    def observation(self, wanted=(POINT.angle, 0.0, 0.0), told=0.0):
-        first, second = POINT.pressures(told)
+    def observation(self, wanted=(POINT.angle, 0.0, 0.0), difference=0.0):
+        first, second = POINT.pressures(difference)
         return observe(
             angle=POINT.angle + float(self.state[0]),
             velocity=float(self.state[1]),

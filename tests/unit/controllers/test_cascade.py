@@ -61,7 +61,7 @@ def test_the_valves_are_as_fast_as_it_takes_them_to_be(rig):
         experiment = pamsim.Experiment(
             command="valve",
             command_time=np.zeros(1),
-            command_value=np.full((1, 2), opening),  # both alike: the arm stays
+            command_value=np.full((1, 2), opening),  # both equal: the arm stays
             start_pressure=np.full(2, LEVEL),
             duration=0.01,
             sample_rate=1000.0,

@@ -49,15 +49,15 @@ def forward(rig):
     return FeedForward.for_rig(rig, load=1.2, common_pressure=LEVEL)
 
 
-def test_the_lead_is_the_lag_of_the_pressure_and_looks_along_the_motion(forward):
+def test_the_lead_is_the_lag_of_the_pressure_along_the_motion(forward):
     assert forward.lead == regulated_lag(forward.arm.pair[0], 0.0, LEVEL)
     lead = forward.lead
     later = (0.2 + 0.5 * lead + 4.0 * lead**2, 0.5 + 8.0 * lead, 8.0)
-    looking, _ = forward.act(observe(wanted=(0.2, 0.5, 8.0)), forward.start(observe()))
+    leading, _ = forward.act(observe(wanted=(0.2, 0.5, 8.0)), forward.start(observe()))
     there = dataclasses.replace(forward, lead=0.0)
-    assert looking == pytest.approx(there.act(observe(wanted=later), there.start(observe()))[0])
+    assert leading == pytest.approx(there.act(observe(wanted=later), there.start(observe()))[0])
     torque = forward.arm.muscle_torque(*later)
-    assert looking == pytest.approx(balanced_pressures(forward.arm, later[0], torque, LEVEL))
+    assert leading == pytest.approx(balanced_pressures(forward.arm, later[0], torque, LEVEL))
 
 
 def test_a_stiffness_asked_for_replaces_the_common_pressure(forward):
@@ -76,7 +76,7 @@ def test_feedback_adds_its_difference_and_leaves_the_mean(forward):
     assert memory.feedback.integral == pytest.approx(0.05 * PID.gain * PERIOD / 0.2)
 
 
-def test_feedback_is_told_what_the_limits_took(forward):
+def test_feedback_knows_the_limited_difference(forward):
     both = dataclasses.replace(forward, feedback=PID)
     memory, integrals = both.start(observe()), []
     for _ in range(400):

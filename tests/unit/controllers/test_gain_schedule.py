@@ -65,7 +65,7 @@ def test_the_integral_part_does_not_jump_with_the_gains(schedule):
     assert commands[0] == commands[1]
 
 
-def test_by_angle_it_looks_at_the_angle(found):
+def test_by_angle_the_gains_depend_on_the_angle(found):
     angles = np.radians([-20.0, 0.0, 20.0, 60.0]).tolist()
     by_angle = GainSchedule.from_models(found, pid=PID, closed_loop_time=0.2, by="angle", at=angles)
     assert by_angle.points == tuple(angles[:3])

@@ -88,6 +88,6 @@ def test_out_of_reach_it_gives_what_comes_nearest(rig):
     assert max(hard) == arm.supply
 
 
-def test_an_arm_that_is_no_wheel_between_two_chains_is_refused(rig):
+def test_an_arm_that_is_no_sprocket_between_two_chains_is_refused(rig):
     with pytest.raises(InputError, match="tendons"):
         Arm.for_rig(rig.with_parameters({"tendon.chain_2.coef": 0.013}))

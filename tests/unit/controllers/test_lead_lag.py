@@ -73,7 +73,7 @@ def test_the_lag_lifts_the_gain_at_rest():
         ({"crossover": 6.0, "phase_margin": 0.7, "delay": 3}, "swings too"),
     ],
 )
-def test_what_it_cannot_do_is_said(asked, message):
+def test_an_impossible_design_is_refused(asked, message):
     with pytest.raises(InputError, match=message):
         design_lead_lag(MODEL, period=PERIOD, **asked)
 

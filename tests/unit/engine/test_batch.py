@@ -51,15 +51,15 @@ def test_a_batch_equals_its_simulations_to_the_last_bit(rig, threads):
     heavier = rig.with_parameters(
         {"joint.shaft.damping": 0.3, "muscle_2:chamber.dead_volume": 3e-5}
     )
-    wheel = rig.with_parameters({"tendon.chain_1.coef": 0.015, "body.rig.tilt": 0.1})
+    sprocket = rig.with_parameters({"tendon.chain_1.coef": 0.015, "body.rig.tilt": 0.1})
     jobs = [
         (rig, valves()),
         (rig, valves(load=2.14)),
         (rig, pressures(duration=0.5)),
         (heavier, valves()),
         (heavier, valves(command="pulse", duration=0.4)),
-        (wheel, pressures(load=1.2)),
-        (wheel, pressures(load=1.2, settle=0.0)),
+        (sprocket, pressures(load=1.2)),
+        (sprocket, pressures(load=1.2, settle=0.0)),
     ]
     batch = simulate_batch(jobs, threads=threads)
     assert len(batch) == len(jobs)
@@ -79,7 +79,7 @@ def test_a_shared_start_leaves_no_trace_of_the_other_experiment(rig):
             assert_same(found, alone[0] if experiment is step else alone[1])
 
 
-def test_one_rest_serves_all_that_start_alike(rig, monkeypatch):
+def test_one_rest_serves_all_with_the_same_start(rig, monkeypatch):
     settled = []
     monkeypatch.setattr(
         "pamsim.engine.batch.settle",

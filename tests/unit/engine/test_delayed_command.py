@@ -31,14 +31,14 @@ def heard(delays):
 @pytest.mark.parametrize(
     "delays", [(0.0, 0.0), (2e-3, 5e-4), (1.3e-4, 0.0), (0.0137, 0.0041), (3.3e-4, 3.3e-4), (9, 0)]
 )
-def test_every_time_hears_what_was_told_a_delay_ago(delays):
+def test_every_time_hears_what_was_commanded_a_delay_ago(delays):
     for begin, end, row in heard(delays):
         assert 0.0 < end - begin <= DT * (1.0 + 1e-9)
         for share in (0.01, 0.5, 0.99):  # an edge lies at no place but an end
             for muscle, delay in enumerate(delays):
                 sample = np.floor((begin + share * (end - begin) - delay) / (STEPS * DT))
-                told = COMMANDS[int(sample), muscle] if sample >= 0 else BEFORE[muscle]
-                assert row[muscle] == told
+                commanded = COMMANDS[int(sample), muscle] if sample >= 0 else BEFORE[muscle]
+                assert row[muscle] == commanded
 
 
 def test_delays_of_whole_steps_divide_none():

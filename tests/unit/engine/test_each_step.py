@@ -63,22 +63,22 @@ def test_it_sees_every_step_once_with_the_command_and_negative_time_while_settli
     assert at_rest[0][0] == -0.3
     assert {row[1:] for row in at_rest} == {(3e5, 2e5)}
     np.testing.assert_allclose(under_way[:, 0], dt * np.arange(round(0.2 / dt) + 1), atol=1e-9)
-    told = np.where(under_way[:, :1] < 0.1 - 1e-9, (0.6, -0.8), (0.0, 0.3))
-    assert np.array_equal(under_way[:, 1:], told)
+    commands = np.where(under_way[:, :1] < 0.1 - 1e-9, (0.6, -0.8), (0.0, 0.3))
+    assert np.array_equal(under_way[:, 1:], commands)
 
 
-def test_a_command_that_it_changes_acts_and_the_next_step_hears_the_told_one_again(rig):
-    told = []
+def test_a_command_that_it_changes_acts_and_the_next_step_has_the_commanded_one_again(rig):
+    commands = []
 
     def shut(model, data):
         if data.time >= 0.0:
-            told.append(tuple(data.ctrl))
+            commands.append(tuple(data.ctrl))
             data.ctrl[:] = 0.0
 
     run = pamsim.simulate(rig, valves(), each_step=shut).completed()
     idle = dataclasses.replace(valves(), command_value=np.zeros((2, 2)))
     assert np.array_equal(run.angle, pamsim.simulate(rig, idle).angle)
-    assert set(told) == {(0.6, -0.8), (0.0, 0.3)}
+    assert set(commands) == {(0.6, -0.8), (0.0, 0.3)}
     assert np.array_equal(run.command, pamsim.simulate(rig, valves()).command)
 
 

@@ -23,7 +23,7 @@ def rig():
     "values",
     [{}, {"body.rig.tilt": 0.2}, {"chain.compliance": 2e-6}, {"threshold.pressure": 2e4},
      {"braid.extensibility": 1e-7, "tendon.chain_1.coef": 0.011}],
-    ids=["plain", "tilt", "chain", "threshold", "braid and wheel"],
+    ids=["plain", "tilt", "chain", "threshold", "braid and sprocket"],
 )  # fmt: skip
 def test_it_is_where_the_simulated_arm_ends(rig, values):
     changed = rig.with_parameters(values)

@@ -41,7 +41,7 @@ def test_all_stay_where_something_may_look_at_them(more):
     assert len(left(more)) == 4
 
 
-def test_a_run_is_the_same_with_and_without_looks():
+def test_a_run_is_the_same_with_and_without_visual_geoms():
     step = pamsim.pressure_step((300e3, 200e3), (450e3, 50e3), duration=0.4, load=1.2)
     plain, seen = pamsim.load_rig("mas20_arm"), pamsim.load_rig("mas20_arm", scene=True)
     assert plain.model.ngeom == 0

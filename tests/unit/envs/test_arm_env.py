@@ -39,11 +39,11 @@ def made():
 
 def played(env, actions, seed=0):
     """Observations, rewards and true angles of an episode."""
-    seen, told = env.reset(seed=seed)
-    rows = [[*seen, 0.0, told["angle"]]]
+    observation, info = env.reset(seed=seed)
+    rows = [[*observation, 0.0, info["angle"]]]
     for action in actions:
-        seen, reward, _, _, told = env.step(action)
-        rows.append([*seen, reward, told["angle"]])
+        observation, reward, _, _, info = env.step(action)
+        rows.append([*observation, reward, info["angle"]])
     return np.array(rows)
 
 
@@ -99,10 +99,10 @@ print(hashlib.sha256(np.array(seen).tobytes()).hexdigest())
 def test_same_seed_same_bits_in_another_process(made):
     env = made(VALVE, angle_noise=1e-3)
     own = played(env, actions(25), seed=3)[:, :8]
-    said = subprocess.run(
+    message = subprocess.run(
         [sys.executable, "-c", PLAYED], capture_output=True, text=True, check=True, timeout=120
     )
-    assert said.stdout.strip() == hashlib.sha256(own.tobytes()).hexdigest()
+    assert message.stdout.strip() == hashlib.sha256(own.tobytes()).hexdigest()
 
 
 @pytest.mark.parametrize("kind", [PRESSURE, VALVE])
@@ -150,10 +150,10 @@ def test_effort_costs_the_squared_change_of_command(made):
 def test_stiffness_is_rewarded_where_it_is_asked(made):
     env = made(task="stiffness", effort=0.0)
     env.reset(seed=2)
-    seen, reward, *_ = env.step(np.zeros(2, dtype=np.float32))
+    observation, reward, *_ = env.step(np.zeros(2, dtype=np.float32))
     (have,) = env.arms.stiffness()
-    error = abs(env.arms.true[0, 0] - seen[4]) / math.radians(5.0)
-    assert reward == pytest.approx(-error - abs(have / seen[7] - 1.0))
+    error = abs(env.arms.true[0, 0] - observation[4]) / math.radians(5.0)
+    assert reward == pytest.approx(-error - abs(have / observation[7] - 1.0))
 
 
 def test_a_torque_from_outside_turns_the_arm(made):
@@ -260,9 +260,9 @@ def test_a_run_that_breaks_down_terminates_with_finite_observations(made):
     env.reset(seed=0)
     env.arms._plant.act[0, -1] = np.nan
     for _ in range(3):
-        seen, reward, terminated, *_ = env.step(np.zeros(2, dtype=np.float32))
+        observation, reward, terminated, *_ = env.step(np.zeros(2, dtype=np.float32))
     assert terminated
-    assert np.isfinite(seen).all()
+    assert np.isfinite(observation).all()
     assert reward == -100.0
 
 
@@ -277,7 +277,7 @@ def test_a_picture_shows_the_arm(made):
 
 
 @pytest.mark.parametrize(
-    ("options", "error", "said"),
+    ("options", "error", "message"),
     [
         ({"taks": "step"}, InputError, "task"),
         ({"task": "sin"}, InputError, "sine"),
@@ -291,10 +291,10 @@ def test_a_picture_shows_the_arm(made):
         ({"render_mode": "ansi"}, InputError, "rgb_array"),
     ],
 )
-def test_a_bad_option_is_refused_by_name(options, error, said, made):
+def test_a_bad_option_is_refused_by_name(options, error, message, made):
     from pamsim.envs.pam_arm import PamArmPressureEnv
 
-    with pytest.raises(error, match=said):
+    with pytest.raises(error, match=message):
         PamArmPressureEnv(**options)
 
 

@@ -22,16 +22,16 @@ from pamsim.store.policy_file import read_policy
 class Held:
     """Always the same command."""
 
-    told: tuple[float, float]
+    fixed: tuple[float, float]
     period: float = 0.02
     command: str = "pressure"
 
     def start(self, first):
         return 0
 
-    def act(self, seen, memory):
-        assert seen.time == pytest.approx(memory * self.period)
-        return self.told, memory + 1
+    def act(self, observation, memory):
+        assert observation.time == pytest.approx(memory * self.period)
+        return self.fixed, memory + 1
 
 
 @pytest.fixture
@@ -150,25 +150,25 @@ def test_a_policy_sees_what_the_environment_shows(tmp_path, made):
     env = made(task="sine")
     policy = NeuralPolicy.read(tmp_path / "p.npz", supply=env.arms.supply)
     run = drive(env, policy, seed=4)
-    seen, _ = env.reset(seed=4)
+    observation, _ = env.reset(seed=4)
     for k in range(20):
-        hidden = np.tanh(numbers["w_0"] @ (seen / 2.0) + numbers["b_0"])
-        told = np.clip(numbers["w_1"] @ hidden + numbers["b_1"], -1.0, 1.0)
-        seen, *_, info = env.step(told.astype(np.float32))
+        hidden = np.tanh(numbers["w_0"] @ (observation / 2.0) + numbers["b_0"])
+        fixed = np.clip(numbers["w_1"] @ hidden + numbers["b_1"], -1.0, 1.0)
+        observation, *_, info = env.step(fixed.astype(np.float32))
         assert info["angle"] == pytest.approx(run.angle[k], abs=1e-9)
 
 
 @pytest.mark.parametrize(
-    ("changed", "said"),
+    ("changed", "message"),
     [
         ({"w_1": np.zeros((2, 4))}, "fit each other"),
         ({"b_0": None}, "b_0"),
         ({"w_1": np.zeros((3, 5)), "b_1": np.zeros(3)}, "takes 2"),
     ],
 )
-def test_what_is_no_policy_for_this_arm_is_refused(changed, said, tmp_path):
+def test_what_is_no_policy_for_this_arm_is_refused(changed, message, tmp_path):
     written(tmp_path / "p.npz", **changed)
-    with pytest.raises(InputError, match=said):
+    with pytest.raises(InputError, match=message):
         NeuralPolicy.read(tmp_path / "p.npz", supply=600e3)
 
 

@@ -77,7 +77,7 @@ def test_what_it_gives_lies_in_its_spaces(name, both):
         assert not terminated.any()
 
 
-def test_lengths_by_their_jacobian_are_the_engine_s(monkeypatch, both):
+def test_lengths_by_the_jacobian_are_the_engine_s(monkeypatch, both):
     found = []
     for tendon_jacobian in (plant.tendon_jacobian, lambda model: None):
         monkeypatch.setattr(plant, "tendon_jacobian", tendon_jacobian)
@@ -106,10 +106,10 @@ def test_some_arms_can_be_reset_alone(both):
         for _ in range(4):
             env.step(action)
     mask = np.array([False, True, False])
-    one, told = many.reset(seed=[None, 8, None], options={"reset_mask": mask})
+    one, info = many.reset(seed=[None, 8, None], options={"reset_mask": mask})
     other, _ = single.reset(seed=[None, 8, None], options={"reset_mask": mask.copy()})
     same(one, other)
-    assert told["_angle"].tolist() == mask.tolist()
+    assert info["_angle"].tolist() == mask.tolist()
     same(many.step(action)[0], single.step(action)[0])
 
 
@@ -130,14 +130,14 @@ def test_an_arm_that_breaks_down_leaves_the_others_alone(both):
 
 
 @pytest.mark.parametrize(
-    ("count", "call", "said"),
+    ("count", "call", "message"),
     [(0, None, "none"), (2, {"seed": [1]}, "seeds"), (2, {"options": {"reset_mask": [1]}}, "mask")],
 )
-def test_bad_input_is_refused(count, call, said):
+def test_bad_input_is_refused(count, call, message):
     from pamsim.envs.pam_arm_vector import PamArmPressureVectorEnv
 
     with (
-        pytest.raises(InputError, match=said),
+        pytest.raises(InputError, match=message),
         closing(PamArmPressureVectorEnv(count, duration=0.1)) as env,
     ):
         env.reset(**call)
