@@ -17,7 +17,7 @@ from pamsim.core.units import DEG_PER_RAD, PA_PER_KPA
 from pamsim.engine.rig import load_rig
 from pamsim.engine.simulate import simulate
 from pamsim.identification.signals import SignalTable, table_of
-from pamsim.store.csv_cells import csv_rows, finite_cell
+from pamsim.store.columns import read_columns
 from pamsim.store.recording_reader import read_recordings
 
 _SI = {"kpa": PA_PER_KPA, "deg": 1.0 / DEG_PER_RAD}
@@ -143,27 +143,9 @@ def _trial_of(run: Recording, name: str) -> Trial:
 
 def _plain(path: Path) -> IdentifyData:
     """A log of any columns: those of few distinct values are taken as held commands."""
-    (number, header), *rows = csv_rows(path)
-    if "time_s" not in header:
-        raise InputError(
-            f"{path}: line {number}: no column 'time_s' (there are: {', '.join(header)})"
-        )
-    twice = next((name for i, name in enumerate(header) if name in header[:i]), None)
-    if twice is not None:
-        raise InputError(f"{path}: line {number}: column {twice!r} is there twice; keep one")
-    cells = np.array(
-        [
-            [
-                finite_cell(cell, f"{path}: line {line}: {name}")
-                for name, cell in zip(header, row, strict=True)
-            ]
-            for line, row in rows
-        ]
-    )
-    columns = {
-        name: cells[:, i] * _SI.get(name.rpartition("_")[2].lower(), 1.0)
-        for i, name in enumerate(header)
-    }
+    table = read_columns(path)
+    table.require("time_s")
+    columns = {name: table.si(name) for name in table.cells}
     time = columns.pop("time_s")
     held = frozenset(
         name

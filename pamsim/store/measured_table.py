@@ -18,9 +18,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pamsim.core.errors import InputError, nearest
-from pamsim.store.measured_columns import Columns, missing, plausible_pressure, read_columns
+from pamsim.store.columns import Columns, read_columns
 
 FloatArray = NDArray[np.float64]
+
+_WORDS = ("branch", "repeat", "loop")
+_MOST_CONTRACTION = 0.6
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -111,84 +114,116 @@ def read_measured(path: Path, nominal_length: float | None = None) -> MeasuredTa
         The table, in SI.
 
     Raises:
-        InputError: in one line: what `read_columns` refuses, columns of no known kind, a pressure
+        InputError: in one line: what `read_columns` refuses, missing quantities, a pressure
             or contraction that must be in another unit than the column's name says, lengths
             without a nominal length or at odds with the contraction beside them.
     """
-    columns = read_columns(path)
-    have = set(columns.values)
-    notes = [f"column {name!r} is not used" for name in columns.ignored]
-    if "displacement" in have or "time" in have:
-        return _force_loops(columns, notes)
-    if "pressure" not in have:
-        raise missing(columns, "pressure")
-    plausible_pressure(columns)
-    if "force" in have:
-        return _force_map(columns, nominal_length, notes)
-    if "length" in have:
-        return _length_loop(columns, notes)
-    raise missing(columns, "force" if "contraction" in have else "length")
+    table = _Table(read_columns(path))
+    notes = [f"column {name!r} is not used" for name in table.ignored]
+    if "displacement" in table.names or "time" in table.names:
+        return _force_loops(table, notes)
+    pressure = table.si("pressure")
+    _plausible_pressure(table)
+    if "force" in table.names:
+        return _force_map(table, pressure, nominal_length, notes)
+    if "length" in table.names:
+        return _length_loop(table, pressure, notes)
+    raise table.columns.no_quantity("force" if "contraction" in table.names else "length")
 
 
-def _force_map(columns: Columns, nominal: float | None, notes: list[str]) -> ForceMap:
-    values = columns.values
-    if "contraction" in values:
-        contraction = values["contraction"]
-        bad = np.flatnonzero(np.abs(contraction) > 0.6)
+class _Table:
+    """A file's columns by quantity."""
+
+    def __init__(self, columns: Columns) -> None:
+        self.columns = columns
+        self.lines = columns.lines
+        self.quantities = columns.quantities()
+        self.names = {quantity: q.column for quantity, q in self.quantities.items()}
+        self.words = {
+            name.lower(): [cell.lower() for cell in cells]
+            for name, cells in columns.cells.items()
+            if name.lower() in _WORDS
+        }
+        used = {*self.names.values()}
+        self.ignored = [
+            name for name in columns.cells if name not in used and name.lower() not in _WORDS
+        ]
+
+    def si(self, quantity: str) -> FloatArray:
+        """Values of a quantity, shape (n,) [SI]; InputError if it has no column."""
+        if quantity not in self.quantities:
+            raise self.columns.no_quantity(quantity)
+        found = self.quantities[quantity]
+        return self.columns.numbers(found.column) * found.scale
+
+    def line(self, row: int) -> str:
+        """File and line of a row, to begin an error with."""
+        return f"{self.columns.path}: line {self.lines[row]}"
+
+    def cell(self, quantity: str, row: int) -> str:
+        """File, line, column and value as written, to begin an error with."""
+        name = self.names[quantity]
+        return f"{self.line(row)}: {name} = {self.columns.numbers(name)[row]:g}"
+
+
+def _force_map(
+    table: _Table, pressure: FloatArray, nominal: float | None, notes: list[str]
+) -> ForceMap:
+    if "contraction" in table.names:
+        contraction = table.si("contraction")
+        bad = np.flatnonzero(np.abs(contraction) > _MOST_CONTRACTION)
         if bad.size:
             raise InputError(
-                f"{columns.path}: line {columns.lines[int(bad[0])]}: {columns.names['contraction']}"
-                f" = {columns.written['contraction'][bad[0]]:g} is {contraction[bad[0]]:.0%}, which"
-                " no muscle does; if it is percent, name the column contraction_percent"
+                f"{table.cell('contraction', int(bad[0]))} is {contraction[bad[0]]:.0%}, which no"
+                " muscle reaches; if it is percent, name the column contraction_percent"
             )
-        if "length" in values:
-            implied = values["length"] / (1.0 - contraction)
-            nominal = float(np.median(implied)) if nominal is None else nominal
-            odd = np.abs(1.0 - values["length"] / nominal - contraction)
+        if "length" in table.names:
+            length = table.si("length")
+            nominal = float(np.median(length / (1.0 - contraction))) if nominal is None else nominal
+            odd = np.abs(1.0 - length / nominal - contraction)
             if np.max(odd) > 0.005:
                 raise InputError(
-                    f"{columns.path}: line {columns.lines[int(np.argmax(odd))]}: length and"
-                    f" contraction disagree for a nominal length of {1e3 * nominal:.4g} mm; mend"
-                    " one of the columns or drop it"
+                    f"{table.line(int(np.argmax(odd)))}: length and contraction disagree for a"
+                    f" nominal length of {1e3 * nominal:.4g} mm; correct one of the columns or drop"
+                    " it"
                 )
-    elif "length" not in values:
-        raise missing(columns, "contraction")
+    elif "length" not in table.names:
+        raise table.columns.no_quantity("contraction")
     elif nominal is None:
         raise InputError(
-            f"{columns.path}: {columns.names['length']!r} needs the nominal length of the muscle;"
-            " give --nominal-length, such as 300mm"
+            f"{table.columns.path}: {table.names['length']!r} needs the nominal length of the"
+            " muscle; give `nominal_length`"
         )
     else:
-        contraction = 1.0 - values["length"] / nominal
-        far = np.flatnonzero(np.abs(contraction) > 0.6)
+        length = table.si("length")
+        contraction = 1.0 - length / nominal
+        far = np.flatnonzero(np.abs(contraction) > _MOST_CONTRACTION)
         if far.size:
             raise InputError(
-                f"{columns.path}: line {columns.lines[int(far[0])]}: length"
-                f" {1e3 * values['length'][far[0]]:.4g} mm of nominal {1e3 * nominal:.4g} mm is"
-                " beyond any muscle; check both units"
+                f"{table.line(int(far[0]))}: length {1e3 * length[far[0]]:.4g} mm of nominal"
+                f" {1e3 * nominal:.4g} mm is beyond any muscle; check both units"
             )
     return ForceMap(
-        pressure=values["pressure"],
+        pressure=pressure,
         contraction=contraction,
-        force=values["force"],
+        force=table.si("force"),
         nominal_length=nominal,
         notes=tuple(notes),
     )
 
 
-def _length_loop(columns: Columns, notes: list[str]) -> LengthLoop:
-    pressure = columns.values["pressure"]
-    if "branch" in columns.words:
-        for line, word in zip(columns.lines, columns.words["branch"], strict=True):
+def _length_loop(table: _Table, pressure: FloatArray, notes: list[str]) -> LengthLoop:
+    if "branch" in table.words:
+        for row, word in enumerate(table.words["branch"]):
             if word not in ("up", "down"):
                 hint = nearest(word, ("up", "down"))
-                raise InputError(f"{columns.path}: line {line}: branch = {word!r}; {hint}")
-        rising = np.array([word == "up" for word in columns.words["branch"]])
+                raise InputError(f"{table.line(row)}: branch = {word!r}; {hint}")
+        rising = np.array([word == "up" for word in table.words["branch"]])
     else:
         rising = _rising(pressure)
         notes.append("no column 'branch': taken from whether the pressure rises or falls")
     return LengthLoop(
-        pressure=pressure, length=columns.values["length"], rising=rising, notes=tuple(notes)
+        pressure=pressure, length=table.si("length"), rising=rising, notes=tuple(notes)
     )
 
 
@@ -204,21 +239,38 @@ def _rising(pressure: FloatArray) -> NDArray[np.bool_]:
     return np.concatenate([steps[:1], steps])
 
 
-def _force_loops(columns: Columns, notes: list[str]) -> ForceLoops:
-    for quantity in ("time", "force", "displacement"):
-        if quantity not in columns.values:
-            raise missing(columns, quantity)
-    label = columns.words.get("loop", ["1"] * len(columns.lines))
+def _force_loops(table: _Table, notes: list[str]) -> ForceLoops:
+    label = table.words.get("loop", ["1"] * len(table.lines))
     names = tuple(dict.fromkeys(label))
     rows = [np.flatnonzero(np.array(label) == name) for name in names]
-
-    def parts(quantity: str) -> tuple[FloatArray, ...]:
-        return tuple(columns.values[quantity][r] for r in rows)
-
-    return ForceLoops(
-        names=names,
-        time=parts("time"),
-        force=parts("force"),
-        displacement=parts("displacement"),
-        notes=tuple(notes),
+    time, force, displacement = (
+        tuple(values[r] for r in rows)
+        for values in map(table.si, ("time", "force", "displacement"))
     )
+    return ForceLoops(
+        names=names, time=time, force=force, displacement=displacement, notes=tuple(notes)
+    )
+
+
+def _plausible_pressure(table: _Table) -> None:
+    """Refuse pressures that can only be in another unit than the column's name states.
+
+    Fluidic muscles work at some bar; a whole table below 20 kPa or above 50 bar is implausible.
+    """
+    pressure, name = table.si("pressure"), table.names["pressure"]
+    written = table.columns.numbers(name)
+    low, high = int(np.argmin(pressure)), int(np.argmax(pressure))
+    if pressure[low] < -101325.0:
+        raise InputError(f"{table.cell('pressure', low)} lies below vacuum; pressures are gauge")
+    if pressure[high] < 2e4:
+        unit = name.lower().rpartition("_")[2]
+        meant = "kpa" if unit == "pa" else "bar"
+        raise InputError(
+            f"{table.line(0)} and below: no {name!r} is above {np.max(written):g} {unit}, too"
+            f" little for a muscle; if it is {meant}, name the column 'p_{meant}'"
+        )
+    if pressure[high] > 5e6:
+        raise InputError(
+            f"{table.cell('pressure', high)} is {pressure[high] / 1e5:.4g} bar, too much for a"
+            " muscle; check the unit in the column's name"
+        )

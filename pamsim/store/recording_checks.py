@@ -1,6 +1,6 @@
-"""What a recorded trial must satisfy: a clock that runs on, numbers in the units they are named in.
+"""What a recorded trial must satisfy: commands, an increasing clock, values in their named units.
 
-Nothing is rescaled in silence: a likely slip of unit is refused with the factor that mends it.
+Nothing is rescaled without a word: a likely wrong unit is refused with the factor that corrects it.
 """
 
 from __future__ import annotations
@@ -11,7 +11,10 @@ from collections.abc import Sequence
 import numpy as np
 
 from pamsim.core.errors import InputError
-from pamsim.store.recording_columns import COMMAND_COLUMN, TrialColumns
+from pamsim.store.columns import Columns
+
+COMMAND_COLUMN = {"valve": "u{}", "pulse": "u{}", "pressure": "p{}_set_kpa"}
+"""Kind of command -> its column per muscle, counted from 1."""
 
 FEWEST_ROWS = 8
 LONGEST_GAP = 5.0
@@ -27,7 +30,30 @@ _WIDE_KPA = 200.0  # pressure difference that turns any free arm by more than th
 _MEANT = (("bar", 0.01, 2.0), ("MPa", 0.001, 2.0), ("Pa", 1e3, 2.0), ("psi", 0.145038, 1.05))
 
 
-def clock(columns: TrialColumns) -> str:
+def command_columns(columns: Columns, kind: str) -> list[str]:
+    """Names of the command columns of a trial, in muscle order.
+
+    Args:
+        columns: of the trial.
+        kind: ``valve``, ``pulse`` or ``pressure``.
+
+    Raises:
+        InputError: if there is none, or a muscle is left out.
+    """
+    # A muscle whose pressure was measured must be commanded, too.
+    muscles = max([1, *(int(digits) for digits in re.findall(r"\d+", " ".join(columns.cells)))])
+    names = [COMMAND_COLUMN[kind].format(muscle) for muscle in range(1, muscles + 1)]
+    for name in names:
+        if name not in columns.cells:
+            have = ", ".join(columns.cells)
+            raise InputError(
+                f"{columns.path}: no command column {name!r}, which command = {kind!r} needs: what"
+                f" drives the simulation must be recorded (there are: {have})"
+            )
+    return names
+
+
+def clock(columns: Columns) -> str:
     """Check the clock of a trial.
 
     Args:
@@ -72,13 +98,13 @@ def clock(columns: TrialColumns) -> str:
     return f"steps of the clock are not uniform: {shortest:.4g} to {steps[longest]:.4g} s"
 
 
-def commands(columns: TrialColumns, kind: str) -> None:
+def commands(columns: Columns, kind: str) -> None:
     """Check that commands lie in their range.
 
     Raises:
         InputError: for a valve beyond 1, or a set point below the atmosphere.
     """
-    for name in columns.command(kind):
+    for name in command_columns(columns, kind):
         value = columns.values[name]
         if kind == "pressure":
             row = int(np.argmin(value))
@@ -94,7 +120,7 @@ def commands(columns: TrialColumns, kind: str) -> None:
             raise InputError(f"{columns.where(name, row)} is outside [-1, 1]{hint}")
 
 
-def units(columns: TrialColumns, kind: str) -> None:
+def units(columns: Columns, kind: str) -> None:
     """Refuse pressures and angles that cannot be in the unit their column names.
 
     Raises:
@@ -102,7 +128,7 @@ def units(columns: TrialColumns, kind: str) -> None:
     """
     pressures = [name for name in columns.values if _is_pressure(name)]
     if kind == "pressure":
-        for name in columns.command(kind):
+        for name in command_columns(columns, kind):
             measured = name.replace("_set", "")
             if measured in columns.values:
                 _against_set_point(columns, name, measured)
@@ -129,7 +155,7 @@ def units(columns: TrialColumns, kind: str) -> None:
             )
 
 
-def units_of_all(trials: Sequence[TrialColumns]) -> None:
+def units_of_all(trials: Sequence[Columns]) -> None:
     """Refuse a whole recording whose pressures or angles are too small for their unit.
 
     One trial may well be a small one; all of them together are not.
@@ -165,7 +191,7 @@ def units_of_all(trials: Sequence[TrialColumns]) -> None:
         )
 
 
-def _against_set_point(columns: TrialColumns, set_point: str, measured: str) -> None:
+def _against_set_point(columns: Columns, set_point: str, measured: str) -> None:
     """A held pressure follows its set point; a constant ratio far from 1 is another unit."""
     wanted, got = columns.values[set_point], columns.values[measured]
     high = wanted > max(0.5 * float(np.max(wanted)), 1e-9)
@@ -186,7 +212,7 @@ def _against_set_point(columns: TrialColumns, set_point: str, measured: str) -> 
                 )
 
 
-def _turning(columns: TrialColumns) -> float:
+def _turning(columns: Columns) -> float:
     """By how much the difference between the pressures of two muscles changes [kPa]."""
     found = [0.0]
     for shape in ("p{}_kpa", COMMAND_COLUMN["pressure"]):
@@ -196,7 +222,7 @@ def _turning(columns: TrialColumns) -> float:
     return max(found)
 
 
-def _fills(columns: TrialColumns) -> bool:
+def _fills(columns: Columns) -> bool:
     """Whether any command asks for pressure; a trial of vented muscles shows nothing but noise."""
     return any(
         float(np.max(value)) > 0.0

@@ -18,11 +18,12 @@ import numpy as np
 from pamsim.core.errors import InputError, nearest
 from pamsim.core.recording import SCHEMA
 from pamsim.core.trial import Trial, TrialSet
-from pamsim.core.units import DEG_PER_RAD, PA_PER_KPA
 from pamsim.store import recording_checks
-from pamsim.store.recording_columns import COMMAND_COLUMN, TrialColumns, read_trial_columns
+from pamsim.store.columns import Columns, read_columns
+from pamsim.store.recording_checks import COMMAND_COLUMN, command_columns
 
 INDEX = "recording.toml"
+_COLUMNS = ("time_s", "angle_deg", "u{}", "p{}_set_kpa", "p{}_kpa", "force{}_n")
 _TOP = {"schema", "rig", "trial"}
 _TRIAL = {"file", "protocol", "command", "load_kg"}
 _MOST_LOAD_KG = 100.0  # what no arm of such muscles lifts
@@ -53,7 +54,9 @@ def read_recordings(path: str | os.PathLike[str]) -> TrialSet:
     for number, file in enumerate(files):
         if file in files[:number]:
             raise InputError(f"{index}: file {file!r} is two trials; name each file once")
-    tables = [read_trial_columns(index.parent / file) for file in files]
+    tables = [read_columns(index.parent / file).select(_COLUMNS) for file in files]
+    for columns in tables:
+        columns.require("time_s")
     notes: list[str] = []
     trials = tuple(
         _trial(entry, columns, notes) for entry, columns in zip(entries, tables, strict=True)
@@ -118,35 +121,34 @@ def _check_keys(where: str, table: Mapping[str, Any], known: set[str]) -> None:
             raise InputError(f"{where}: unknown key {key}; {nearest(key, known)}")
 
 
-def _trial(entry: Mapping[str, Any], columns: TrialColumns, notes: list[str]) -> Trial:
+def _trial(entry: Mapping[str, Any], columns: Columns, notes: list[str]) -> Trial:
     name, kind = Path(entry["file"]).with_suffix("").as_posix(), entry["command"]
-    names = columns.command(kind)
+    names = command_columns(columns, kind)
     jitter = recording_checks.clock(columns)
     recording_checks.commands(columns, kind)
     recording_checks.units(columns, kind)
     muscles = range(1, len(names) + 1)
     channels = {
-        **{f"p{i}_kpa": (f"pressure_{i}", PA_PER_KPA) for i in muscles},
-        "angle_deg": ("angle", 1.0 / DEG_PER_RAD),
-        **{f"force{i}_n": (f"force_{i}", 1.0) for i in muscles},
+        **{f"p{i}_kpa": f"pressure_{i}" for i in muscles},
+        "angle_deg": "angle",
+        **{f"force{i}_n": f"force_{i}" for i in muscles},
     }
     notes += [f"{name}: {jitter}"] if jitter else []
     used = {"time_s", *names, *channels}
-    unused = [*columns.ignored, *(column for column in columns.values if column not in used)]
+    unused = [*columns.ignored, *(column for column in columns.cells if column not in used)]
     notes += [f"{name}: column {column!r} is not used" for column in unused]
     time = columns.values["time_s"]
-    scale = PA_PER_KPA if kind == "pressure" else 1.0
     return Trial(
         name=name,
         protocol=entry["protocol"],
         command_kind=kind,
         load=float(entry["load_kg"]),
         time=time - time[0],
-        command=np.column_stack([columns.values[column] for column in names]) * scale,
+        command=np.column_stack([columns.si(column) for column in names]),
         measured={
-            channel: columns.values[column] * factor
-            for column, (channel, factor) in channels.items()
-            if column in columns.values
+            channel: columns.si(column)
+            for column, channel in channels.items()
+            if column in columns.cells
         },
     )
 
@@ -162,8 +164,8 @@ def _not_measured(trials: tuple[Trial, ...]) -> list[str]:
     every = [*(f"pressure_{i}" for i in muscles), "angle", *(f"force_{i}" for i in muscles)]
     notes: list[str] = []
     for channel in every:
-        lacking = [trial.name for trial in trials if channel not in trial.measured]
-        if lacking:
-            where = "any trial" if len(lacking) == len(trials) else ", ".join(lacking)
+        missing = [trial.name for trial in trials if channel not in trial.measured]
+        if missing:
+            where = "any trial" if len(missing) == len(trials) else ", ".join(missing)
             notes.append(f"{channel} was not measured in {where}")
     return notes

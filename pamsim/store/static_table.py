@@ -15,9 +15,8 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from pamsim.core.errors import InputError, nearest
-from pamsim.core.units import DEG_PER_RAD, PA_PER_KPA
-from pamsim.store.csv_cells import csv_rows, finite_cell
+from pamsim.core.errors import InputError
+from pamsim.store.columns import Columns, read_columns
 from pamsim.store.printed import distinct_steps
 
 FloatArray = NDArray[np.float64]
@@ -25,9 +24,7 @@ FloatArray = NDArray[np.float64]
 PRINTED = "mas20"
 """Name of the packaged table: the 21 distinct rows of Matiskova 2021, Tables 1 and 2."""
 
-_ALIASES = {"beta_deg": "angle_deg"}
-_KNOWN = re.compile(r"(start_)?p[1-9]\d*_kpa|angle_deg|load_kg")
-_MEANT = re.compile(r"(start_)?p\d+(_.*)?|(angle|beta|load)(_.*)?")
+_COLUMNS = ("p{}_kpa", "start_p{}_kpa", "angle_deg", "load_kg")
 _HIGHEST_KPA = 5e3
 _LEAST_KPA = 20.0
 _MOST_LOAD_KG = 100.0
@@ -69,42 +66,27 @@ def read_static_table(source: str | os.PathLike[str]) -> StaticTable:
     if str(source) == PRINTED and not Path(source).exists():
         return _printed()
     path = Path(source)
-    (first, header), *rows = csv_rows(path)
-    names = [_ALIASES.get(name, name) for name in header]
-    for name in names:
-        if names.count(name) > 1:
-            raise InputError(f"{path}: line {first}: column {name!r} is there twice; keep one")
-        if _MEANT.fullmatch(name) and not _KNOWN.fullmatch(name):
-            raise InputError(
-                f"{path}: line {first}: column {name!r} is not of this format, whose units are in"
-                " the names: p1_kpa, p2_kpa, load_kg, angle_deg, start_p1_kpa, start_p2_kpa"
-            )
-    columns = {
-        name: np.array([finite_cell(row[i], f"{path}: line {n}: {name}") for n, row in rows])
-        for i, name in enumerate(names)
-        if _KNOWN.fullmatch(name)
-    }
-    lines = [number for number, _ in rows]
-    muscles = _muscles(path, names)
+    columns = read_columns(path).select(_COLUMNS)
+    numbers = [int(name[1:-4]) for name in columns.cells if re.fullmatch(r"p\d+_kpa", name)]
+    muscles = range(1, max(numbers, default=1) + 1)
     for name in (*(f"p{i}_kpa" for i in muscles), "angle_deg"):
-        if name not in columns:
-            wanted = nearest(name, names)
-            raise InputError(f"{path}: no column {name!r}, which a static table needs; {wanted}")
-    _plausible(path, lines, columns)
+        columns.require(name, ": a table of angles at rest needs p1_kpa, p2_kpa, angle_deg")
+    _plausible(columns)
     starts = [f"start_p{i}_kpa" for i in muscles]
-    given = [name for name in starts if name in columns]
+    given = [name for name in starts if name in columns.cells]
     if given and given != starts:
         raise InputError(f"{path}: {', '.join(given)} alone: give all of {', '.join(starts)}")
-    notes = [f"{path.name}: column {n!r} is not used" for n in names if n not in columns]
-    if "load_kg" not in columns:
+    notes = [f"{path.name}: column {name!r} is not used" for name in columns.ignored]
+    if "load_kg" not in columns.cells:
         notes.append(f"{path.name}: no column load_kg, so no load")
+    rows = len(columns.lines)
     return StaticTable(
         name=path.stem,
-        rows=tuple(f"line {number}" for number in lines),
-        pressure=np.column_stack([columns[f"p{i}_kpa"] for i in muscles]) * PA_PER_KPA,
-        load=columns.get("load_kg", np.zeros(len(rows))),
-        angle=columns["angle_deg"] / DEG_PER_RAD,
-        start=np.column_stack([columns[name] for name in starts]) * PA_PER_KPA if given else None,
+        rows=tuple(f"line {number}" for number in columns.lines),
+        pressure=np.column_stack([columns.si(f"p{i}_kpa") for i in muscles]),
+        load=columns.si("load_kg") if "load_kg" in columns.cells else np.zeros(rows),
+        angle=columns.si("angle_deg"),
+        start=np.column_stack([columns.si(name) for name in starts]) if given else None,
         notes=tuple(notes),
     )
 
@@ -120,41 +102,36 @@ def _printed() -> StaticTable:
     )
 
 
-def _muscles(path: Path, names: list[str]) -> range:
-    numbers = [int(name[1:-4]) for name in names if re.fullmatch(r"p[1-9]\d*_kpa", name)]
-    if not numbers:
-        have = ", ".join(names)
-        raise InputError(
-            f"{path}: no column 'p1_kpa': a static table holds p1_kpa, p2_kpa, load_kg, angle_deg"
-            f" (there are: {have})"
-        )
-    return range(1, max(numbers) + 1)
-
-
-def _plausible(path: Path, lines: list[int], columns: dict[str, FloatArray]) -> None:
-    def refuse(name: str, row: int, why: str) -> InputError:
-        return InputError(f"{path}: line {lines[row]}: {name} = {columns[name][row]:g} {why}")
-
-    pressures = [name for name in columns if name.endswith("_kpa")]
+def _plausible(columns: Columns) -> None:
+    values = columns.values
+    pressures = [name for name in values if name.endswith("_kpa")]
     for name in pressures:
-        low, high = int(np.argmin(columns[name])), int(np.argmax(columns[name]))
-        if columns[name][low] < 0.0:
-            raise refuse(name, low, "is negative; pressures are gauge, and a muscle has no vacuum")
-        if columns[name][high] > _HIGHEST_KPA:
-            raise refuse(name, high, "is too much for a muscle; if it is Pa, divide it by 1000")
-    top = max(float(columns[name].max()) for name in pressures)
+        low, high = int(np.argmin(values[name])), int(np.argmax(values[name]))
+        if values[name][low] < 0.0:
+            raise InputError(
+                f"{columns.where(name, low)} is negative; pressures are gauge, and a muscle has no"
+                " vacuum"
+            )
+        if values[name][high] > _HIGHEST_KPA:
+            raise InputError(
+                f"{columns.where(name, high)} is too much for a muscle; if it is Pa, divide it by"
+                " 1000"
+            )
+    top = max(float(values[name].max()) for name in pressures)
     if 0.0 < top < _LEAST_KPA:
         raise InputError(
-            f"{path}: no pressure is above {top:g}, too little for a muscle; if the columns hold"
-            " bar, multiply them by 100"
+            f"{columns.path}: no pressure is above {top:g}, too little for a muscle; if the columns"
+            " hold bar, multiply them by 100"
         )
     for name, most, why in (
         ("angle_deg", 360.0, "is more than a turn; the column must hold deg"),
         ("load_kg", _MOST_LOAD_KG, "is no load for an arm; write kg, not g"),
     ):
-        if name in columns:
-            row = int(np.argmax(np.abs(columns[name])))
-            if abs(columns[name][row]) > most:
-                raise refuse(name, row, why)
-            if name == "load_kg" and columns[name].min() < 0.0:
-                raise refuse(name, int(np.argmin(columns[name])), "is negative")
+        if name not in values:
+            continue
+        row = int(np.argmax(np.abs(values[name])))
+        if abs(values[name][row]) > most:
+            raise InputError(f"{columns.where(name, row)} {why}")
+        low = int(np.argmin(values[name]))
+        if name == "load_kg" and values[name][low] < 0.0:
+            raise InputError(f"{columns.where(name, low)} is negative")

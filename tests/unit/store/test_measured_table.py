@@ -49,7 +49,7 @@ def test_units_are_read_off_the_names(table, header, row, pressure, force):
 def test_lengths_become_contractions(table):
     text = "p_kpa,length_mm,force_n\n300,270,100\n300,285,200\n"
     assert table(text, nominal_length=0.3).contraction == pytest.approx([0.1, 0.05])
-    with pytest.raises(InputError, match="give --nominal-length"):
+    with pytest.raises(InputError, match="give `nominal_length`"):
         table(text)
     with pytest.raises(InputError, match="line 2: length 270 mm of nominal 30 mm"):
         table(text, nominal_length=0.03)

@@ -1,0 +1,287 @@
+"""Read a CSV file whose column names carry quantity and unit, such as ``time_s`` or ``p1_kpa``.
+
+The first line names the columns; blank lines and lines that begin with ``#`` are left out. All
+formats of measurements are read here: trials of a recording and angles at rest by fixed names
+(`Columns.select`), force maps and loops by quantity with any unit (`Columns.quantities`), a log
+for ``pamsim identify`` as it is (`Columns.values`).
+"""
+
+from __future__ import annotations
+
+import csv
+import difflib
+import math
+import re
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pamsim.core.errors import InputError, nearest
+from pamsim.core.units import DEG_PER_RAD, PA_PER_KPA, to_si
+
+FloatArray = NDArray[np.float64]
+
+# Fixed names, {} being the number of a muscle -> other spellings of them, which are refused.
+_SPELLINGS = {
+    "time_s": r"time(_.*)?|t|t_m?s",
+    "angle_deg": r"angle(_.*)?|beta(_.*)?",
+    "load_kg": r"load(_.*)?",
+    "p{}_set_kpa": r"p([1-9]\d*)_set(_.*)?",
+    "p{}_kpa": r"p([1-9]\d*)(_.*)?",
+    "start_p{}_kpa": r"start_p([1-9]\d*)(_.*)?",
+    "force{}_n": r"force([1-9]\d*)(_.*)?|f([1-9]\d*)_k?n",
+    "u{}": r"u([1-9]\d*)_.*",
+}
+_SAME = {"beta_deg": "angle_deg"}
+_CLOSE = 0.8  # similarity at which another name is taken for a mistyped one
+_SI = {"kpa": PA_PER_KPA, "deg": 1.0 / DEG_PER_RAD}
+
+# Quantity -> what a column name may begin with, the SI unit, an example.
+_QUANTITIES: Mapping[str, tuple[tuple[str, ...], str, str]] = {
+    "pressure": (("p", "p_gauge", "pressure", "pressure_gauge"), "Pa", "p_kpa"),
+    "contraction": (("contraction", "kappa"), "1", "contraction_percent"),
+    "length": (("length",), "m", "length_mm"),
+    "force": (("force",), "N", "force_n"),
+    "displacement": (("displacement",), "m", "displacement_mm"),
+    "time": (("time",), "s", "time_s"),
+}
+_PURE = {"": "1", "ratio": "1", "percent": "percent"}
+# Files write units in lower case, the unit library does not.
+_SPELLED = {"kpa": "kPa", "pa": "Pa", "mpa": "MPa", "hpa": "hPa", "n": "N", "kn": "kN"}
+
+
+@dataclass(frozen=True)
+class Quantity:
+    """A column as a quantity: its name in the file and its factor to SI."""
+
+    column: str
+    scale: float
+
+
+@dataclass(frozen=True, kw_only=True)
+class Columns:
+    """The columns of a CSV file.
+
+    Attributes:
+        path: of the file, for errors.
+        header: line number of the header.
+        lines: line number of each row.
+        cells: name -> text of each row, stripped, in the order of the file.
+        ignored: names of columns that the format does not know.
+    """
+
+    path: Path
+    header: int
+    lines: list[int]
+    cells: Mapping[str, list[str]]
+    ignored: tuple[str, ...] = ()
+
+    @cached_property
+    def values(self) -> Mapping[str, FloatArray]:
+        """Name -> (n,) numbers, in the unit of the name.
+
+        Raises:
+            InputError: for a cell that is empty, text, NaN or infinite.
+        """
+        return {name: self.numbers(name) for name in self.cells}
+
+    def numbers(self, name: str) -> FloatArray:
+        """The numbers of one column, shape (n,), in the unit of its name.
+
+        Raises:
+            InputError: as `values`.
+        """
+        return np.array(
+            [
+                _finite(cell, f"{self.path}: line {line}: {name}")
+                for line, cell in zip(self.lines, self.cells[name], strict=True)
+            ]
+        )
+
+    def si(self, name: str) -> FloatArray:
+        """The numbers of one column, shape (n,) [SI]; ``_kpa`` and ``_deg`` are converted."""
+        return self.values[name] * _SI.get(name.rpartition("_")[2].lower(), 1.0)
+
+    def where(self, name: str, row: int) -> str:
+        """File, line, column and value of a cell, to begin an error with."""
+        return f"{self.path}: line {self.lines[row]}: {name} = {self.values[name][row]:g}"
+
+    def select(self, names: Sequence[str]) -> Columns:
+        """The columns of a format with fixed names; the others become ``ignored``.
+
+        Args:
+            names: such as ``p{}_kpa``; ``{}`` is the number of a muscle, from 1.
+
+        Raises:
+            InputError: for a known quantity in another unit, and for a name so close to a known one
+                that it must be meant.
+        """
+        fixed = re.compile("|".join(name.replace("{}", r"[1-9]\d*") for name in names))
+        known = {
+            name: same for name in self.cells if fixed.fullmatch(same := _SAME.get(name, name))
+        }
+        ignored = [name for name in self.cells if name not in known]
+        for name in ignored:
+            _refuse_near(name, names, self._column(name))
+        self._refuse_twice(list(known.values()))
+        return Columns(
+            path=self.path,
+            header=self.header,
+            lines=self.lines,
+            cells={same: self.cells[name] for name, same in known.items()},
+            ignored=tuple(ignored),
+        )
+
+    def require(self, name: str, why: str = "") -> None:
+        """Check that a column is there.
+
+        Args:
+            name: of the column.
+            why: it must be, for the error.
+
+        Raises:
+            InputError: if it is not, with the names that are.
+        """
+        if name not in self.cells:
+            have = ", ".join((*self.cells, *self.ignored))
+            raise InputError(f"{self.path}: no column {name!r}{why} (there are: {have})")
+
+    def quantities(self) -> Mapping[str, Quantity]:
+        """The columns whose names begin like a quantity: pressure, contraction, length and so on.
+
+        Returns:
+            Quantity -> column and scale; the unit may be any that measures the quantity.
+
+        Raises:
+            InputError: for a missing, unknown or wrong unit, and two columns of one quantity.
+        """
+        found: dict[str, Quantity] = {}
+        for name in self.cells:
+            meaning = _quantity(name, self._column(name))
+            if meaning is None:
+                continue
+            quantity, unit = meaning
+            if quantity in found:
+                there = found[quantity].column
+                raise InputError(f"{self._column(name)}: there is {there!r} already; keep one")
+            where = f"{self.path}: column {name!r}"
+            found[quantity] = Quantity(
+                name, to_si(1.0, unit, _QUANTITIES[quantity][1], where=where)
+            )
+        return found
+
+    def no_quantity(self, quantity: str) -> InputError:
+        """The error for a quantity without a column."""
+        return InputError(
+            f"{self.path}: no column for {quantity}; name one such as {_QUANTITIES[quantity][2]!r}"
+            f" (there are: {', '.join(self.cells)})"
+        )
+
+    def _column(self, name: str) -> str:
+        return f"{self.path}: line {self.header}: column {name!r}"
+
+    def _refuse_twice(self, names: Sequence[str]) -> None:
+        for i, name in enumerate(names):
+            if name in names[:i]:
+                raise InputError(f"{self._column(name)} is there twice; keep one")
+
+
+def read_columns(path: Path) -> Columns:
+    """Read a CSV file with a header.
+
+    Args:
+        path: of the file, UTF-8 with or without byte-order mark.
+
+    Returns:
+        Its columns as text.
+
+    Raises:
+        InputError: in one line: unreadable file, no header, cells separated by semicolons, no row
+            below the header, a row of another length than the header, a column twice.
+    """
+    try:
+        text = path.read_text(encoding="utf-8-sig")
+    except OSError as error:
+        raise InputError(f"cannot read {path}: {error.strerror}") from None
+    except UnicodeDecodeError:
+        raise InputError(f"{path} is not a text file; give a CSV in UTF-8") from None
+    rows = [
+        (number, [cell.strip() for cell in next(csv.reader([line]))])
+        for number, line in enumerate(text.splitlines(), start=1)
+        if line.strip() and not line.lstrip().startswith("#")
+    ]
+    if not rows:
+        raise InputError(f"{path}: no header; the first line names the columns, such as time_s")
+    (first, header), *rest = rows
+    if len(header) == 1 and ";" in header[0]:
+        raise InputError(
+            f"{path}: line {first}: cells are separated by semicolons; write commas between cells"
+            " and points in numbers"
+        )
+    if not rest:
+        raise InputError(f"{path}: no rows below the header in line {first}")
+    for number, row in rest:
+        if len(row) != len(header):
+            raise InputError(
+                f"{path}: line {number} has {len(row)} cells, the header {len(header)}; write"
+                " points, not commas, in numbers"
+            )
+    columns = Columns(
+        path=path,
+        header=first,
+        lines=[number for number, _ in rest],
+        cells={name: [row[i] for _, row in rest] for i, name in enumerate(header)},
+    )
+    columns._refuse_twice(header)
+    return columns
+
+
+def _finite(cell: str, where: str) -> float:
+    if not cell:
+        raise InputError(f"{where} is empty; fill the gap or drop the row")
+    try:
+        value = float(cell)
+    except ValueError:
+        raise InputError(f"{where} = {cell!r} is not a number; write one such as 12.5") from None
+    if not math.isfinite(value):
+        raise InputError(f"{where} = {cell} is not finite; drop the row")
+    return value
+
+
+def _refuse_near(name: str, names: Sequence[str], where: str) -> None:
+    lower = name.lower()
+    for fixed in names:
+        match = re.fullmatch(_SPELLINGS[fixed], lower)
+        if match:
+            muscle = next((group for group in match.groups() if group and group.isdigit()), "1")
+            raise InputError(
+                f"{where} is not of this format, whose unit is in the name: convert it if need be"
+                f" and name it {fixed.format(muscle)!r}"
+            )
+    known = {fixed.format(muscle) for fixed in names for muscle in ("1", "2")}
+    if difflib.get_close_matches(lower, known, n=1, cutoff=_CLOSE):
+        raise InputError(f"{where} is not known; {nearest(lower, known)}")
+
+
+def _quantity(name: str, where: str) -> tuple[str, str] | None:
+    """Quantity and unit of a column name; None if the name begins like no quantity."""
+    lower = name.lower()
+    # The longest beginning first: p_gauge_pa is a pressure in Pa and not in gauge_pa.
+    known = [(stem, q) for q, (stems, _, _) in _QUANTITIES.items() for stem in stems]
+    for stem, quantity in sorted(known, key=lambda pair: -len(pair[0])):
+        if lower != stem and not lower.startswith(stem + "_"):
+            continue
+        unit = lower[len(stem) + 1 :]
+        if quantity == "contraction":
+            if unit not in _PURE:
+                raise InputError(f"{where}: unit {unit!r} is not known; {nearest(unit, _PURE)}")
+            return quantity, _PURE[unit]
+        if not unit:
+            example = _QUANTITIES[quantity][2]
+            raise InputError(f"{where} has no unit; write it in the name: {example!r}")
+        return quantity, _SPELLED.get(unit, unit)
+    return None
