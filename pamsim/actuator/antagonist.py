@@ -3,7 +3,7 @@
 A shut muscle resists in two ways: its air is compressed (compressibility part) and its geometry
 changes at a pressure that stays (geometric part). For the ideal law F = -p dV/dl they are
 -dP/dV (dV/dl)^2 and -p d2V/dl2. Matiskova 2021 prints (5) with a plus before the second muscle's
-geometric part; by symmetry both muscles' parts must count alike, and here they do.
+geometric part; by symmetry both parts must have the same sign, and here they do.
 
 Pressures p are gauge in the force, absolute in dP/dV. Hysteresis is left out: its stiffness
 depends on the path.
@@ -65,7 +65,7 @@ def pressure_slope(par: Row, tendon_length: float, pressure: float) -> float:
 def muscle_stiffness(par: Row, tendon_length: float, pressure: float) -> Stiffness:
     """Stiffness dF/dl of one shut muscle under any force law the kernel knows.
 
-    The derivatives of the law are taken by finite differences, so that a new law needs nothing
+    The derivatives of the law are taken by finite differences, so that a new law needs no change
     here. At the kink of a pressure threshold they average both sides.
 
     Args:
@@ -133,11 +133,11 @@ def joint_stiffness(muscles: Sequence[Stiffness], radii: Sequence[float]) -> Sti
 def antagonist_torque(
     pair: Sequence[Row], radius: float, angle: float, pressures: Sequence[float]
 ) -> float:
-    """Torque of two muscles on one wheel (Matiskova 2021, equation (4)), towards positive angles.
+    """Torque of two muscles on one sprocket, towards positive angles (Matiskova 2021, (4)).
 
     Args:
         pair: (2,) parameter rows of muscles 1 and 2, each at tendon length 0 at angle 0.
-        radius: of the wheel [m].
+        radius: of the sprocket [m].
         angle: beta [rad]; muscle 1 shortens by r beta, muscle 2 lengthens by the same.
         pressures: (2,) gauge [Pa].
 

@@ -1,17 +1,17 @@
-"""Give of the chain and the end fittings in series with a muscle.
+"""Compliance and backlash of the chain and the end fittings in series with a muscle.
 
-A spring of compliance C with a damper beside it (Kelvin-Voigt): under a tension T its extension
-goes to C T with a time constant. As the extension is a state, the tension needs no equation to be
-solved for in a time step; at rest the time constant does not matter.
+The compliance C is a spring with a parallel damper (Kelvin-Voigt): under a tension T its extension
+approaches C T with a time constant. The extension is a state, so no equation has to be solved for
+the tension in a time step; at rest the time constant does not matter.
 
-Between sprocket and chain there may be play g. The chain that two muscles pull from both sides then
-lies shifted by s on the teeth, |s| <= g/2: one muscle is longer by s, the other shorter. It slides
-towards the stronger pull, braked in proportion to its speed, and rests where a tooth stops it:
+Between sprocket and chain there may be a backlash g. The chain that two muscles pull from both
+sides is then shifted by s on the teeth, |s| <= g/2: one muscle is longer by s, the other shorter.
+It slides towards the stronger pull, with viscous damping, and rests where a tooth stops it:
 
     s' = (T_other - T) / b
 
-Whether tooth or brake holds it, the sprocket feels r (T - T_other), so what the muscles give and
-the joint does not get is (T - T_other)^2 / b or nothing: play never makes energy.
+Tooth and damper both transmit the torque r (T - T_other) to the sprocket. The power lost between
+muscles and joint is (T - T_other)^2 / b or zero: backlash never generates energy.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ from pamsim.core.parameters import ParameterGroup, parameter
 
 @dataclass(frozen=True, kw_only=True)
 class Chain(ParameterGroup):
-    """Compliance of chain and end fittings, play on the sprocket; 0 is a rigid, tight one."""
+    """Compliance and backlash of chain and end fittings; 0 turns each of them off."""
 
     group: ClassVar[str] = "chain"
     compliance: float = parameter(
@@ -38,13 +38,13 @@ class Chain(ParameterGroup):
         default=5e-3,
     )
     backlash: float = parameter(
-        unit="m", low=0.0, high=2e-2, doc="g, travel of the sprocket that is lost", default=0.0
+        unit="m", low=0.0, high=2e-2, doc="g, lost travel of the sprocket", default=0.0
     )
     seating_damping: float = parameter(
         unit="N*s/m",
         low=1.0,
         high=1e9,
-        doc="b, difference of pulls per speed at which the chain slides within the play",
+        doc="b, difference of pulls per speed at which the chain slides within the backlash",
         default=1e3,
     )
 
@@ -82,8 +82,8 @@ def shift_rate(
         timestep: [s].
 
     Returns:
-        Rate [m/s] that in one step leaves the shift within half the play, exactly at a tooth where
-        one stops it.
+        Rate [m/s] that in one step leaves the shift within half the backlash, exactly at a tooth
+        where one stops it.
     """
     after = shift - timestep * (tension - opposing) / seating_damping
     half = 0.5 * backlash

@@ -1,11 +1,11 @@
-"""Friction at the joint that is higher at low speed, as the tendon feels it (Stribeck 1902).
+"""Friction at the joint that is higher at low speed, as a force on the tendon (Stribeck 1902).
 
 Dry friction that does not depend on speed is the joint's own ``frictionloss``, which the engine
-solves for; here is what comes on top while the arm creeps:
+solves for; this force is added at low speed:
 
     f = F (v/v_s) exp((1 - (v/v_s)^2) / 2)
 
-An odd bump without a jump, F high at the speed v_s. It only ever brakes.
+A smooth odd function with its peak F at the speed v_s. It only dissipates energy.
 """
 
 from __future__ import annotations
@@ -19,17 +19,17 @@ from pamsim.core.parameters import ParameterGroup, parameter
 
 @dataclass(frozen=True, kw_only=True)
 class Friction(ParameterGroup):
-    """Height and place of the bump; force 0 is none."""
+    """Peak of the friction and its speed; force 0 turns it off."""
 
     group: ClassVar[str] = "friction"
     stribeck_force: float = parameter(
-        unit="N", low=0.0, high=1e4, doc="F, most that slow motion is braked by", default=0.0
+        unit="N", low=0.0, high=1e4, doc="F, peak of the friction at low speed", default=0.0
     )
     stribeck_velocity: float = parameter(
         unit="m/s",
         low=1e-5,
         high=10.0,
-        doc="v_s, speed of the tendon at which it is; bounds the time step from above",
+        doc="v_s, tendon speed of the peak; limits the time step",
         default=1e-2,
     )
 
@@ -57,6 +57,6 @@ def stribeck_damping(force: float, stribeck_velocity: float) -> float:
         stribeck_velocity: v_s [m/s].
 
     Returns:
-        [N s/m]. On a mass m an explicit time step overshoots rest from m / slope on.
+        [N s/m]. On a mass m, explicit time steps longer than m / slope overshoot rest.
     """
     return force * math.exp(0.5) / stribeck_velocity

@@ -79,8 +79,8 @@ _DEAD_BAND = slot("valve.regulator_dead_band")
 _DEAD_ZONE = slot("valve.dead_zone")
 
 
-def taken_up(par: Row, act: Row, tendon_length: float) -> float:
-    """Length of the tendon with its chain's shift, less its extension [m]: the muscle's share."""
+def length_at_muscle(par: Row, act: Row, tendon_length: float) -> float:
+    """Tendon length at the muscle: plus the chain's shift, minus its extension [m]."""
     length = tendon_length
     if par[_BACKLASH] > 0.0:
         length = tendon_length + act[len(act) - SHIFT]
@@ -90,7 +90,7 @@ def taken_up(par: Row, act: Row, tendon_length: float) -> float:
 
 
 def muscle_length(par: Row, tendon_length: float) -> float:
-    """Length of the muscle l [m] from the length of its tendon, chain taken up [m]."""
+    """Length of the muscle l [m] from the tendon length at the muscle [m]."""
     return par[_LENGTH_AT_ZERO] + tendon_length
 
 
@@ -114,7 +114,7 @@ def chamber_pressure(par: Row, act: Row, tendon_length: float) -> float:
     not at a plausible wrong number.
     """
     air = act[len(act) - AIR]
-    inside = chamber_volume(par, taken_up(par, act, tendon_length))
+    inside = chamber_volume(par, length_at_muscle(par, act, tendon_length))
     if not (air > 0.0 and inside > 0.0):
         return math.nan
     return absolute_pressure(air, inside, par[_POLYTROPIC], par[_FLOOR])
@@ -162,7 +162,7 @@ def static_force(par: Row, tendon_length: float, pressure: float) -> float:
     kappa = pressurised_contraction(
         muscle_length(par, tendon_length), par[_NOMINAL_LENGTH], par[_EXTENSIBILITY], above
     )
-    felt = effective_pressure(pressure, par[_THRESHOLD])
+    effective = effective_pressure(pressure, par[_THRESHOLD])
     passive = passive_force(
         kappa,
         par[_PASSIVE_STIFFNESS],
@@ -170,7 +170,7 @@ def static_force(par: Row, tendon_length: float, pressure: float) -> float:
         par[_PASSIVE_SLACK],
         par[_PASSIVE_LOCKING],
     )
-    active = active_force(par, felt, kappa)
+    active = active_force(par, effective, kappa)
     if par[_END_LOSS] > 0.0 and active > 0.0:
         active *= force_left(kappa, par[_END_LOSS], par[_END_ONSET])
     return active + passive
@@ -179,7 +179,7 @@ def static_force(par: Row, tendon_length: float, pressure: float) -> float:
 def tension(par: Row, act: Row, tendon_length: float) -> float:
     """Tension of the muscle [N], never negative; NaN if the chamber was never charged."""
     pressure = gauge_pressure(par, act, tendon_length)
-    length = taken_up(par, act, tendon_length)
+    length = length_at_muscle(par, act, tendon_length)
     kappa = contraction(par, length)
     force = static_force(par, length, pressure)
     above = effective_pressure(pressure, 0.0)
@@ -202,7 +202,7 @@ def valve_opening(par: Row, command: float, pressure: float, time: float) -> flo
 
     Args:
         par: parameter row.
-        command: signed opening, signed duty or gauge pressure [Pa], as the row says.
+        command: signed opening, signed duty or gauge pressure [Pa], as the row specifies.
         pressure: gauge pressure in the chamber [Pa].
         time: [s].
     """
@@ -218,7 +218,7 @@ def valve_opening(par: Row, command: float, pressure: float, time: float) -> flo
 
 
 def air_flow(par: Row, pressure_abs: float, command: float, time: float) -> float:
-    """Mass flow into the chamber [kg/s] at an absolute pressure [Pa] in it, less what leaks out."""
+    """Mass flow into the chamber [kg/s] at an absolute pressure [Pa] in it, minus the leak."""
     atmosphere = par[_ATMOSPHERE]
     opening = valve_opening(par, command, pressure_abs - atmosphere, time)
     if par[_RESISTANCE] > 0.0 and opening > 0.0:
@@ -273,15 +273,15 @@ def state_rates(
         time: [s].
         timestep: [s]; an operator that steps from turning point to turning point writes the rate
             that takes it to its next memory in one Euler step of this length.
-        opposing: tension of the muscle at the other end of the chain [N]; counts with play only.
+        opposing: tension of the muscle at the other end of the chain [N]; used with backlash only.
     """
     count = len(act)
     pressure_abs = chamber_pressure(par, act, tendon_length)
-    length = taken_up(par, act, tendon_length)
+    length = length_at_muscle(par, act, tendon_length)
     velocity = tendon_velocity
     rates[count - SHIFT] = 0.0
     if par[_BACKLASH] > 0.0:
-        shifting = shift_rate(
+        backlash_rate = shift_rate(
             act[count - SHIFT],
             tension(par, act, tendon_length),
             opposing,
@@ -289,14 +289,16 @@ def state_rates(
             par[_SEATING],
             timestep,
         )
-        rates[count - SHIFT] = shifting
-        velocity = velocity + shifting
+        rates[count - SHIFT] = backlash_rate
+        velocity = velocity + backlash_rate
     rates[count - EXTENSION] = 0.0
     if par[_COMPLIANCE] > 0.0:
         pull = tension(par, act, tendon_length)
-        extending = extension_rate(act[count - EXTENSION], pull, par[_COMPLIANCE], par[_RELAXATION])
-        rates[count - EXTENSION] = extending
-        velocity = velocity - extending
+        stretch_rate = extension_rate(
+            act[count - EXTENSION], pull, par[_COMPLIANCE], par[_RELAXATION]
+        )
+        rates[count - EXTENSION] = stretch_rate
+        velocity = velocity - stretch_rate
     kappa = contraction(par, length)
     chosen_rates(
         par[_HYSTERESIS_LAW],
@@ -312,15 +314,15 @@ def state_rates(
     if par[_CREEP_STIFFNESS] > 0.0:
         rates[count - CREEP] = creep_rate(kappa, act[count - CREEP], par[_CREEP_TIME], timestep)
     rates[count - LINE] = 0.0
-    seen = command
+    at_valve = command
     if par[_LINE_LAG] > 0.0:
-        seen = act[count - LINE]
+        at_valve = act[count - LINE]
         sent = command if par[_COMMAND] == 2.0 else clamped_opening(command)
-        rates[count - LINE] = line_rate(sent, seen, par[_LINE_LAG], timestep)
+        rates[count - LINE] = line_rate(sent, at_valve, par[_LINE_LAG], timestep)
     rates[count - AIR] = air_state_rate(
         act[count - AIR],
         pressure_abs,
         chamber_volume(par, length),
         par[_TEMPERATURE],
-        air_flow(par, pressure_abs, seen, time),
+        air_flow(par, pressure_abs, at_valve, time),
     )

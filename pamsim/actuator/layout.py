@@ -3,12 +3,11 @@
 All parameters live in the model and all memory in the state, so a saved model and a saved state
 replay bit for bit, and a batch can give every simulation its own parameters.
 
-``actuator_user`` row: signature, codes of the chosen laws, which actuator pulls at the other end of
+``actuator_user`` row: signature, codes of the chosen laws, the actuator at the other end of
 the chain (its id plus 1, 0 for none), then every group's fields in their declared order. ``act`` of
-one actuator: the hysteresis operator's states, then one each for what the command's line carries,
-the creep, the chain's shift on the sprocket, the chain's extension, and the air state y.
-They are there whether their effects are or not, so that any effect can be added to a model that is
-compiled.
+one actuator: the hysteresis operator's states, then one each for the command's line, the
+creep, the chain's shift on the sprocket, the chain's extension, and the air state y.
+All of them exist even where an effect is off, so that any effect can be added to a compiled model.
 """
 
 from __future__ import annotations
@@ -36,7 +35,7 @@ MutableRow: TypeAlias = MutableSequence[float] | NDArray[np.float64]
 _Choice = TypeVar("_Choice")
 
 SIGNATURE = 7240.288
-"""Marks a row as a pamsim muscle: a number that no other actuator carries by chance."""
+"""First number of every pamsim muscle's row, by which it is recognised."""
 
 LINE, CREEP, SHIFT, EXTENSION, AIR = 5, 4, 3, 2, 1
 """Where the states that every muscle has lie in its ``act``, counted from its end."""

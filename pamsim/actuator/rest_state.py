@@ -1,8 +1,8 @@
-"""States of a muscle at rest: where a run begins, and what a settled one is taken for."""
+"""States of a muscle at rest: the start of a run, and of a run that has settled."""
 
 from __future__ import annotations
 
-from pamsim.actuator.kernel import chamber_volume, contraction, taken_up
+from pamsim.actuator.kernel import chamber_volume, contraction, length_at_muscle
 from pamsim.actuator.layout import AIR, CREEP, LINE, MutableRow, Row, slot
 from pamsim.pneumatics.chamber import air_state
 
@@ -24,7 +24,7 @@ def rest(par: Row, act: MutableRow, tendon_length: float, pressure: float) -> No
     Args:
         par: (SIZE,) parameter row.
         act: (n,) written: the operator free of memory, the chain free of force and in the middle
-            of its play, the creep relaxed, the command's line carrying what keeps the valves shut.
+            of its backlash, the creep relaxed, the command's line at what keeps the valves shut.
         tendon_length: [m].
         pressure: gauge pressure [Pa].
     """
@@ -35,7 +35,7 @@ def rest(par: Row, act: MutableRow, tendon_length: float, pressure: float) -> No
 
 
 def quieten(par: Row, act: MutableRow, tendon_length: float, pressure: float) -> None:
-    """Relax the creep and let the command's line carry what keeps the valves shut.
+    """Relax the creep and set the command's line to what keeps the valves shut.
 
     Args:
         par: (SIZE,) parameter row.
@@ -43,5 +43,5 @@ def quieten(par: Row, act: MutableRow, tendon_length: float, pressure: float) ->
         tendon_length: [m].
         pressure: gauge pressure [Pa].
     """
-    act[len(act) - CREEP] = contraction(par, taken_up(par, act, tendon_length))
+    act[len(act) - CREEP] = contraction(par, length_at_muscle(par, act, tendon_length))
     act[len(act) - LINE] = pressure if par[_COMMAND] == 2.0 else 0.0

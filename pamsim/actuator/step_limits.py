@@ -8,11 +8,11 @@ from pamsim.actuator.muscle import Muscle
 
 
 def chain_step_limit(muscle: Muscle, tendon_length: float, pressure: float) -> float:
-    """Longest time step in which the chain's extension and its shift do not swing up.
+    """Longest time step in which the chain's extension and its shift do not oscillate.
 
     Extension x and tension T of a muscle of stiffness k obey x' = (C T - x) / tau, dT/dx = -k, a
-    lag of time constant tau / (1 + C k). Within its play the chain shifts between two such muscles
-    by s' = -2 k s / b. An explicit step of twice the time constant makes either grow.
+    lag of time constant tau / (1 + C k). Within its backlash the chain shifts between two such
+    muscles by s' = -2 k s / b. Either grows if an explicit step exceeds twice the time constant.
 
     Args:
         muscle: on its chain.
@@ -20,7 +20,7 @@ def chain_step_limit(muscle: Muscle, tendon_length: float, pressure: float) -> f
         pressure: gauge, at which it is [Pa].
 
     Returns:
-        The smaller of 2 tau / (1 + C k) and b / k [s]; no limit on a rigid chain without play.
+        The smaller of 2 tau / (1 + C k) and b / k [s]; no limit on a rigid chain without backlash.
     """
     chain, limit = muscle.chain, float("inf")
     if chain.compliance == 0.0 and chain.backlash == 0.0:

@@ -21,7 +21,9 @@ EFFECTS: dict[str, Effect] = {
 }
 """Name -> effect. Searches try them in this order."""
 
-TRIAL_EFFECTS: tuple[str, ...] = tuple(name for name, one in EFFECTS.items() if one.in_trials)
+TRIAL_EFFECTS: tuple[str, ...] = tuple(
+    effect.name for effect in EFFECTS.values() if effect.in_trials
+)
 """Names of the effects that recordings over time are searched for."""
 
 

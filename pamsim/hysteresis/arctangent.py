@@ -1,15 +1,15 @@
 """Arctangent branches (Alraouf 2025, (1) and (2)) and an operator that adds partial loops.
 
 The paper fits one branch to rising and one to falling pressure, y = k_0 atan(k_1 p + k_2) + k_3,
-and says nothing about a reversal in between. `Arctangent` does, by Madelung's rules (Madelung 1905;
-Brokate and Sprekels 1996): a reversal starts a branch that runs to the turning point before it, and
-when it gets there the inner loop is forgotten and the outer branch goes on. The new branch lies
-beside the one it leaves by the width of the major loop, shifted and scaled alike in both directions
-to the stretch between the two turning points. So every inner loop is a small image of the major
-one: the rule adds no parameter, keeps return-point memory, closes every loop and never turns one
-round, that is, gives no energy. Shifting and scaling the branches themselves would throw inner
-branches far outside a narrow major loop; pieces cut out of them would turn loops in their tails
-round.
+and does not state what happens at a reversal in between. `Arctangent` follows Madelung's rules
+(Madelung 1905; Brokate and Sprekels 1996): a reversal starts a branch that runs to the previous
+turning point; there the inner loop is forgotten and the outer branch continues. The distance of the
+new branch from the one it leaves is the width of the major loop, shifted and scaled by the same
+factor in both directions to the interval between the two turning points. So every inner loop is a
+small image of the major one: the rule adds no parameter, keeps return-point memory, closes every
+loop and never reverses its direction, so it generates no energy. Shifting and scaling the branches
+themselves would place inner branches far outside a narrow major loop; pieces cut out of them would
+reverse loops in their tails.
 
 The printed fits do not meet: they are 0.07 mm apart at no pressure and 0.6 mm at 500 kPa, of at
 most 5 mm between. The operator makes them meet at both ends of its span.

@@ -34,9 +34,9 @@ def fractional_derivative(y: Array, step: float, order: float) -> Array:
         order: alpha in (0, 1).
     """
     weights = fractional_derivative_weights(order, len(y))
-    slopes = np.diff(y, prepend=0.0)
+    increments = np.diff(y, prepend=0.0)
     scale = step**order * math.gamma(2.0 - order)
-    return np.convolve(slopes, weights)[: len(y)] / scale
+    return np.convolve(increments, weights)[: len(y)] / scale
 
 
 def simulate_fractional(
@@ -60,11 +60,11 @@ def simulate_fractional(
     weights = fractional_derivative_weights(order, len(x))
     scale = (time_constant / step) ** order / math.gamma(2.0 - order)
     q = np.zeros(len(x))
-    slopes = np.zeros(len(x))
+    increments = np.zeros(len(x))
     for n in range(1, len(x)):
-        history = float(np.dot(weights[1:n], slopes[n - 1 : 0 : -1]))
+        history = float(np.dot(weights[1:n], increments[n - 1 : 0 : -1]))
         q[n] = (x[n] + scale * (q[n - 1] - history)) / (1.0 + scale)
-        slopes[n] = q[n] - q[n - 1]
+        increments[n] = q[n] - q[n - 1]
     return stiffness * (x - q)
 
 

@@ -4,7 +4,7 @@ An operator gives a pure number w, about in [-1, 1], that *leads* the contractio
 cycle the integral of w d(kappa) is not negative. It enters the muscle force as
 F = F_static - (force + force_per_pressure p + force_share F_static) w, so with these three factors
 positive a cycle costs energy and never yields any. Models that lag (Preisach, arctangent) are
-turned round in their own files.
+reversed in their own files.
 
 Two functions per operator run inside the engine. ``par[first:]`` holds the operator's own fields,
 those after the three common ones, in declared order; ``act[0:state_count]`` is the whole memory,

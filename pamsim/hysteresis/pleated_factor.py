@@ -4,8 +4,8 @@ F = F_static (1 + e), e = delta (W[eps_s] - W_fit(eps_s)), eps_s = 2 eps/eps_max
 Preisach operator of weight (5) and W_fit the straight line through its major loop. In the form of
 all operators here that is w = W_fit - W with force_share = delta and no other force.
 
-The paper does not say over what the line is fitted. Here it is the least-squares line over eps_s,
-both branches weighing alike at every eps_s; by the weight's symmetry it passes through the origin.
+The paper does not state the data of the line's fit. Here it is the least-squares line over eps_s,
+both branches with equal weight at every eps_s; by symmetry it passes through the origin.
 """
 
 from __future__ import annotations

@@ -93,7 +93,7 @@ class PlaySum:
             r <= before for r, before in zip(self.thresholds, lower, strict=True)
         ):
             raise InputError("thresholds must increase from above 0, with one weight for each")
-        if min(self._slopes()) <= 0.0:
+        if min(self._partial_sums()) <= 0.0:
             raise InputError("every partial sum of the weights must be positive")
 
     def virgin(self) -> tuple[float, ...]:
@@ -107,32 +107,32 @@ class PlaySum:
 
     def inverse(self) -> PlaySum:
         """The operator that undoes this one exactly (Kuhnen 2003)."""
-        slopes = self._slopes()
+        sums = self._partial_sums()
         threshold, before = 0.0, 0.0
         thresholds: list[float] = []
-        for slope, r in zip(slopes, self.thresholds, strict=False):
+        for slope, r in zip(sums, self.thresholds, strict=False):
             threshold += slope * (r - before)
             before = r
             thresholds.append(threshold)
-        weights = tuple(-w / (slopes[k] * slopes[k + 1]) for k, w in enumerate(self.weights))
+        weights = tuple(-w / (sums[k] * sums[k + 1]) for k, w in enumerate(self.weights))
         return PlaySum(linear=1.0 / self.linear, thresholds=tuple(thresholds), weights=weights)
 
     def inverse_memory(self, memory: Sequence[float]) -> tuple[float, ...]:
         """Memory of `inverse` that belongs to a memory of this operator (Kuhnen 2003)."""
-        slopes = self._slopes()
+        sums = self._partial_sums()
         found: list[float] = []
         later = 0.0
         for k in range(len(self.weights) - 1, -1, -1):
-            found.append(slopes[k + 1] * memory[k] + later)
+            found.append(sums[k + 1] * memory[k] + later)
             later += self.weights[k] * memory[k]
         return tuple(reversed(found))
 
-    def _slopes(self) -> list[float]:
-        """The partial sums S_0 ... S_n: slopes of the pieces of the initial curve."""
-        slopes = [self.linear]
+    def _partial_sums(self) -> list[float]:
+        """The partial sums S_0 ... S_n: sums of the pieces of the initial curve."""
+        sums = [self.linear]
         for weight in self.weights:
-            slopes.append(slopes[-1] + weight)
-        return slopes
+            sums.append(sums[-1] + weight)
+        return sums
 
 
 def input_scale(par: Row, first: int) -> float:

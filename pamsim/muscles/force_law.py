@@ -3,7 +3,7 @@
 A law is a set of scalar functions in its own file, which the actuator kernel calls and the engine
 compiles. Here they are wrapped so that all take ``(pressure, contraction, coefficients, braid)``:
 ``coefficients`` are the fields of the law's parameter group in declared order, the scale first, and
-``braid`` is the muscle's geometry, which some laws do not look at. All scalar functions of a law
+``braid`` is the muscle's geometry, which some laws do not use. All scalar functions of a law
 take their arguments in the same order: pressure (or force), contraction, the group's fields after
 the scale, the braid numbers of `ForceLaw.braid_fields`.
 """
@@ -19,14 +19,14 @@ from pamsim.muscles.braid import Braid
 
 Range: TypeAlias = tuple[float, float]
 Scalars: TypeAlias = Callable[..., float]
-"""A law's own function of scalars; how many it takes is the law's affair."""
+"""A law's own function of scalars; each law has its own number of arguments."""
 Uniform: TypeAlias = Callable[[float, float, Sequence[float], Braid], float]
 """The one signature of the catalog."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class ForceLaw:
-    """A force law: what it says, where it is from, where it holds, and its functions.
+    """A force law: equation, source, range of validity, and functions.
 
     Attributes:
         title: name for a reader.
@@ -38,9 +38,9 @@ class ForceLaw:
         dkappa_function: scalar dF/dkappa.
         pressure_function: scalar inverse p(F, kappa), or None if there is none.
         braid_fields: fields of `Braid` that the scalar functions take after the coefficients.
-        pressure_range: gauge pressures for which the source vouches [Pa]; None if the law holds at
-            the one pressure it was fitted at.
-        limits: contractions for which the source vouches, from coefficients and braid.
+        pressure_range: gauge pressures for which the source claims validity [Pa]; None if the law
+            holds at the one pressure it was fitted at.
+        limits: contractions for which the source claims validity, from coefficients and braid.
         notes: what a user must know before relying on the law.
     """
 
@@ -64,7 +64,7 @@ class ForceLaw:
 
     @property
     def needs_braid(self) -> bool:
-        """Whether the law looks at the braid."""
+        """Whether the law uses the braid."""
         return bool(self.braid_fields)
 
     def force(
@@ -114,7 +114,7 @@ class ForceLaw:
         return pressure
 
     def contraction_range(self, coefficients: Sequence[float], braid: Braid) -> Range:
-        """Contractions for which the source vouches, lowest and highest [-]."""
+        """Contractions for which the source claims validity, lowest and highest [-]."""
         return self.limits(coefficients, braid)
 
     def _rest(self, coefficients: Sequence[float], braid: Braid) -> tuple[float, ...]:

@@ -14,7 +14,7 @@ stores most of the energy, slows down: this is what measured force maps show. Th
 flat part follow from one geometry, so one can be predicted from the other; in an exponential law
 they are unrelated. On the two Festo maps that ship with pamsim c1 comes out negative (c1 + c2, the
 stiffness at small strain, positive): c1 and c2 are then constants of the whole wall with its
-embedded fibres, not of a rubber, and vouch for no contraction beyond the measured ones.
+embedded fibres, not of a rubber, and are not valid beyond the measured contractions.
 """
 
 from __future__ import annotations

@@ -1,7 +1,7 @@
 """The exponential force law at one pressure (Sarosi, equation (3)).
 
 F = a exp(b kappa) + d kappa + e. The paper writes a exp(b kappa + c): exp(c) is a second factor on
-the same term, which no measurement can tell from a, so `a` here is the paper's a exp(c)
+the same term, which no measurement can distinguish from a, so `a` here is the paper's a exp(c)
 (`folded_factor`). The law describes one isobar of a force map. It does not know what pressure does:
 its derivative by pressure is zero and it has no inverse p(F, kappa).
 """
@@ -49,7 +49,7 @@ def single_pressure_force(
     """Force on one isobar (Sarosi, equation (3)).
 
     Args:
-        pressure: gauge pressure [Pa]; taken for the sake of one signature and has no influence.
+        pressure: gauge pressure [Pa]; without influence, present for the common signature.
         contraction: kappa = 1 - l/l0 [-].
         a: [N].
         b: [-], negative.

@@ -1,8 +1,8 @@
 """Flow from a supply whose pressure falls with the flow drawn, in closed form.
 
-The supply gives way in proportion to the flow, P_s = P_0 - R mdot, and the valve behind it follows
-ISO 6358, mdot = G P_s phi(P / P_s) (see `pamsim.pneumatics.orifice`). Choked and laminar flow are
-linear in P_s. On the ellipse between them
+The supply pressure falls in proportion to the flow, P_s = P_0 - R mdot, and the valve behind it
+follows ISO 6358, mdot = G P_s phi(P / P_s) (see `pamsim.pneumatics.orifice`). Choked and laminar
+flow are linear in P_s. On the ellipse between them
 
     (1 - b)^2 mdot^2 = G^2 (P_s - P) ((1 - 2 b) P_s + P),
 

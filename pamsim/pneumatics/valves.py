@@ -98,7 +98,7 @@ def pulsed_opening(duty: float, time: float, period: float) -> float:
 
 
 def regulated_opening(set_point: float, pressure: float, band: float, dead_band: float) -> float:
-    """Opening that a proportional pressure regulator gives; a small band acts like on/off valves.
+    """Opening that a proportional pressure regulator gives; a small band resembles on/off valves.
 
     Args:
         set_point: wanted gauge pressure [Pa].

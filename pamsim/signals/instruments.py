@@ -92,17 +92,17 @@ def transducer_limit(device: VoltageTransducer) -> float:
 
 
 def converter_step(device: Converter) -> float:
-    """Smallest difference of voltage told apart [V]: the range over 2^bits."""
+    """Resolution as a voltage [V]: the range over 2^bits."""
     return device.span / 2.0**device.bits
 
 
 def pressure_resolution(transducer: VoltageTransducer, converter: Converter) -> float:
-    """Smallest difference of pressure told apart [Pa]."""
+    """Resolution as a pressure [Pa]."""
     return converter_step(converter) / transducer.span_voltage * transducer.full_scale
 
 
 def encoder_step(device: IncrementalEncoder) -> float:
-    """Smallest difference of angle told apart [rad]."""
+    """Resolution as an angle [rad]."""
     return 2.0 * math.pi / device.increments
 
 

@@ -1,4 +1,4 @@
-"""What the rig's instruments make of a signal: lag, scale, bias, encoder and converter."""
+"""Signals as the rig's instruments report them: lag, scale, bias, encoder and converter."""
 
 from __future__ import annotations
 
@@ -17,18 +17,18 @@ from pamsim.core.recording import Recording
 
 @dataclass(frozen=True, kw_only=True)
 class MeasurementChain(ParameterGroup):
-    """Encoder and pressure conversion of a rig, and what both err by."""
+    """Encoder and pressure conversion of a rig, and their errors."""
 
     group: ClassVar[str] = "sensor"
     encoder_increments: float = parameter(
         unit="1",
         low=0.0,
         high=1e7,
-        doc="encoder increments per revolution; 0 not told",
+        doc="encoder increments per revolution; 0 if unknown",
         default=0.0,
     )
     converter_bits: float = parameter(
-        unit="1", low=0.0, high=32.0, doc="bits of the converter; 0 not told", default=0.0
+        unit="1", low=0.0, high=32.0, doc="bits of the converter; 0 if unknown", default=0.0
     )
     converter_span: float = parameter(
         unit="V", low=0.0, high=100.0, doc="width of the converter's input range", default=0.0
@@ -72,7 +72,7 @@ class MeasurementChain(ParameterGroup):
 
     @property
     def pressure_step(self) -> float:
-        """Smallest difference of pressure the converter tells apart [Pa]; 0 if it is not told."""
+        """Resolution of the converter as a pressure [Pa]; 0 if unknown."""
         return self.converter_span / 2.0**self.converter_bits * self.transducer_gain
 
 
@@ -95,12 +95,12 @@ def lagged(time: ArrayLike, signal: ArrayLike, lag: float) -> NDArray[np.float64
     ratio = np.diff(np.asarray(time, dtype=float)) / lag
     done = -np.expm1(-ratio)  # share of a jump that is made up within an interval
     along = 1.0 - done / ratio  # share of a change that is spread evenly over it
-    seen = np.empty_like(true)
-    seen[0] = held = true[0]
+    reported = np.empty_like(true)
+    reported[0] = held = true[0]
     for k, (share, part) in enumerate(zip(done.tolist(), along.tolist(), strict=True)):
         held = held + share * (true[k] - held) + part * (true[k + 1] - true[k])
-        seen[k + 1] = held
-    return seen
+        reported[k + 1] = held
+    return reported
 
 
 def encode_angle(angle: ArrayLike, increments: float) -> NDArray[np.float64]:
@@ -122,7 +122,7 @@ def convert_pressure(pressure: ArrayLike, step: float) -> NDArray[np.float64]:
 
     Args:
         pressure: (...) true pressure [Pa].
-        step: smallest difference told apart [Pa].
+        step: of the converter [Pa].
 
     Returns:
         (...) reported pressure [Pa], at most half a step off.
@@ -131,21 +131,21 @@ def convert_pressure(pressure: ArrayLike, step: float) -> NDArray[np.float64]:
 
 
 def distorted(recording: Recording, chain: MeasurementChain) -> Recording:
-    """A recording as instruments that err report it: lag first, then scale, then bias.
+    """A recording as instruments with errors report it: lag first, then scale, then bias.
 
     Args:
         recording: of the true signals.
-        chain: what they err by.
+        chain: their errors.
 
     Returns:
-        A copy with other angle and pressures; of instruments that do not err, the same arrays.
+        A copy with other angle and pressures; the same arrays for instruments without errors.
     """
     return dataclasses.replace(
         recording,
-        angle=_erring(
+        angle=_with_errors(
             recording.time, recording.angle, chain.angle_lag, chain.angle_scale, chain.angle_bias
         ),
-        pressure=_erring(
+        pressure=_with_errors(
             recording.time,
             recording.pressure,
             chain.pressure_lag,
@@ -156,14 +156,14 @@ def distorted(recording: Recording, chain: MeasurementChain) -> Recording:
 
 
 def true_pressure(reading: ArrayLike, chain: MeasurementChain) -> NDArray[np.float64]:
-    """Pressure at rest behind a reading of an instrument that errs.
+    """True pressure at rest from a sensor's reading.
 
     Args:
         reading: (...) [Pa].
-        chain: what it errs by.
+        chain: the sensor's errors.
 
     Returns:
-        (...) true pressure [Pa]; the reading itself of an instrument that does not err.
+        (...) true pressure [Pa]; the reading itself for an instrument without errors.
     """
     true = np.asarray(reading, dtype=float)
     if chain.pressure_bias != 0.0:
@@ -171,24 +171,24 @@ def true_pressure(reading: ArrayLike, chain: MeasurementChain) -> NDArray[np.flo
     return true / chain.pressure_scale if chain.pressure_scale != 1.0 else true
 
 
-def _erring(
+def _with_errors(
     time: NDArray[np.float64], true: NDArray[np.float64], lag: float, scale: float, bias: float
 ) -> NDArray[np.float64]:
-    seen = lagged(time, true, lag)
+    reported = lagged(time, true, lag)
     if scale != 1.0:
-        seen = scale * seen
+        reported = scale * reported
     if bias != 0.0:
-        seen = seen + bias
-    return seen
+        reported = reported + bias
+    return reported
 
 
 def measured(recording: Recording, chain: MeasurementChain | None) -> Recording:
-    """A recording as the rig's instruments would have taken it.
+    """A recording as the rig's instruments would have measured it.
 
     Args:
         recording: of the true signals.
-        chain: what the instruments err by, encoder and converter. What it does not tell of encoder
-            and converter does not round.
+        chain: errors, encoder and converter of the instruments. An unknown encoder or converter
+            does not round.
 
     Returns:
         A copy with angle and pressures as reported; velocity and tension, which the rig does not
@@ -199,11 +199,13 @@ def measured(recording: Recording, chain: MeasurementChain | None) -> Recording:
     """
     if chain is None:
         raise InputError("this rig declares no sensors; add a [sensor] table to its params.toml")
-    seen = distorted(recording, chain)
+    reported = distorted(recording, chain)
     if chain.encoder_increments > 0.0:
-        seen = dataclasses.replace(seen, angle=encode_angle(seen.angle, chain.encoder_increments))
-    if chain.pressure_step > 0.0:
-        seen = dataclasses.replace(
-            seen, pressure=convert_pressure(seen.pressure, chain.pressure_step)
+        reported = dataclasses.replace(
+            reported, angle=encode_angle(reported.angle, chain.encoder_increments)
         )
-    return seen
+    if chain.pressure_step > 0.0:
+        reported = dataclasses.replace(
+            reported, pressure=convert_pressure(reported.pressure, chain.pressure_step)
+        )
+    return reported

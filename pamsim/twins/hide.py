@@ -100,7 +100,7 @@ def _resolved(
                 name=name,
                 size=size,
                 formulation="library" if model is None else model.formulation,
-                acts_like=(name,) if name in EFFECTS else OUTSIDE[name].acts_like,
+                resembles=(name,) if name in EFFECTS else OUTSIDE[name].resembles,
             )
         )
     models.sort(key=lambda pair: ORDER.index(pair[0].name))

@@ -68,14 +68,14 @@ class HiddenEffect:
         name: of the effect.
         size: in units of its typical size.
         formulation: ``library``, or the independent model in words.
-        acts_like: effects of the library that would explain it; none for most effects from outside
+        resembles: effects of the library that would explain it; none for most effects from outside
             the library.
     """
 
     name: str
     size: float
     formulation: str
-    acts_like: tuple[str, ...]
+    resembles: tuple[str, ...]
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -61,10 +61,10 @@ def test_independent_models_and_outside_effects_are_named_in_the_ground_truth_al
     assert code == 0, err
     told = json.loads((tmp_path / "data.ground_truth.json").read_text(encoding="utf-8"))
     leak, ripple, offset = told["effects"]
-    assert leak["acts_like"] == ["air_leak"]
+    assert leak["resembles"] == ["air_leak"]
     assert "laminar" in leak["formulation"]
-    assert ripple["acts_like"] == []
-    assert "angle_bias" in offset["acts_like"]
+    assert ripple["resembles"] == []
+    assert "angle_bias" in offset["resembles"]
     assert told["settings"]["formulation"] == "independent"
     text = "".join(path.read_text(encoding="utf-8") for path in folder.iterdir())
     assert not any(word in text for word in ("ripple", "leak", "independent", "timestep"))

@@ -264,7 +264,7 @@ def test_every_effect_has_an_independent_model_and_no_outside_name_is_an_effect(
     assert not set(OUTSIDE) & set(EFFECTS)
     assert len(ORDER) == len(set(ORDER))
     for model in OUTSIDE.values():
-        assert set(model.acts_like) <= set(EFFECTS)
+        assert set(model.resembles) <= set(EFFECTS)
 
 
 def far(one, other):

@@ -136,7 +136,7 @@ MODELS = (
     ),
     IndependentModel(
         name="valve_dead_zone",
-        formulation="an overlap of the valves that gives way gradually",
+        formulation="a dead zone of the valves with a gradual transition",
         law=_dead_zone,
     ),
 )

@@ -13,7 +13,7 @@ from pamsim.engine.rig import Rig
 from pamsim.twins.independent_models.plant import Plant, RunContext
 
 Law: TypeAlias = Callable[[Plant], None]
-"""Acts on the plant before a time step; a law with memory is made anew for every run."""
+"""Acts on the plant before a time step; a law with memory is created for every run."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -28,7 +28,7 @@ class IndependentModel:
         law: size and run to what acts at every time step.
         measured: recording and size to the recording that the sensors give.
         signed: whether sizes below 0 have a meaning.
-        acts_like: of an effect from outside the library, the library effects that act like it.
+        resembles: of an effect from outside the library, the library effects that it resembles.
     """
 
     name: str
@@ -37,7 +37,7 @@ class IndependentModel:
     law: Callable[[float, RunContext], Law] | None = None
     measured: Callable[[Recording, float], Recording] | None = None
     signed: bool = False
-    acts_like: tuple[str, ...] = ()
+    resembles: tuple[str, ...] = ()
 
 
 class StepHook:

@@ -1,7 +1,7 @@
 """Effects that the library does not hold.
 
-Most act like no effect of the library, so that any name would be wrong. For those that act like
-some of its effects (``acts_like``), such a name is the best that data can give.
+Most resemble no effect of the library, so that any name would be wrong. For those that resemble
+some of its effects (``resembles``), such a name is the best that data can give.
 """
 
 from __future__ import annotations
@@ -206,34 +206,34 @@ MODELS = (
         name="cold_air",
         formulation="air 25 K colder than the model's",
         parameters=_cooling,
-        acts_like=("valve_flow",),
+        resembles=("valve_flow",),
         signed=True,
     ),
     IndependentModel(
         name="mounting_offset",
         formulation="second muscle mounted 0.2 mm longer",
         parameters=_offset,
-        acts_like=("angle_bias", "muscle_mismatch", "load_torque"),
+        resembles=("angle_bias", "muscle_mismatch", "load_torque"),
         signed=True,
     ),
     IndependentModel(
         name="cable_spring",
         formulation="hoses and cables that bend with the joint, 0.2 N m/rad",
         law=_cables,
-        acts_like=("passive_stiffness", "angle_scale"),
+        resembles=("passive_stiffness", "angle_scale"),
         signed=True,
     ),
     IndependentModel(
         name="bearing_friction",
         formulation="dry friction proportional to the tension on the bearing",
         law=_rubbing,
-        acts_like=("coulomb_friction", "muscle_hysteresis"),
+        resembles=("coulomb_friction", "muscle_hysteresis"),
     ),
     IndependentModel(
         name="cross_leak",
         formulation="a laminar leak from one muscle to the other",
         law=_cross_leak,
-        acts_like=("air_leak",),
+        resembles=("air_leak",),
     ),
 )
 """Effects from outside the library."""

@@ -7,7 +7,7 @@ from typing import Any
 
 from pamsim.actuator.chain import Chain
 from pamsim.actuator.friction import Friction
-from pamsim.actuator.kernel import taken_up
+from pamsim.actuator.kernel import length_at_muscle
 from pamsim.actuator.layout import pack, state_size
 from pamsim.actuator.muscle import Mounting, Muscle
 from pamsim.actuator.rest_state import charged_air_state
@@ -130,5 +130,5 @@ def charged(
     if len(memory) == 1:
         memory[0] = z
     states = [*memory, carried, RELAXED, SHIFT, EXTENSION, 0.0]
-    length = taken_up(row, states, tendon)
+    length = length_at_muscle(row, states, tendon)
     return [*states[:-1], float(charged_air_state(row, length, pressure))]

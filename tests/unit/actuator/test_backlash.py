@@ -104,7 +104,9 @@ def test_the_chain_extends_beside_its_shift():
     muscle = with_play(compliance=2e-6)
     row, act = pack(muscle).tolist(), charged(muscle, TENDON, PRESSURE)
     act[-3], act[-2] = 1.7e-4, 4e-4
-    assert kernel.taken_up(row, act, TENDON) == pytest.approx(TENDON + 1.7e-4 - 4e-4, rel=1e-15)
+    assert kernel.length_at_muscle(row, act, TENDON) == pytest.approx(
+        TENDON + 1.7e-4 - 4e-4, rel=1e-15
+    )
 
 
 def test_between_two_muscles_it_settles_inside_its_step_limit_and_swings_up_beyond():

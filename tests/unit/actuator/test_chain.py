@@ -85,7 +85,7 @@ def test_at_rest_the_tension_balances_whatever_the_time_constant(tendon, pressur
     assert balanced > 10.0
     assert tensions[-1] == pytest.approx(balanced, rel=1e-9)
     assert extensions[-1] == pytest.approx(COMPLIANCE * balanced, rel=1e-9)
-    assert kernel.taken_up(row, act, tendon) == tendon - act[-2]
+    assert kernel.length_at_muscle(row, act, tendon) == tendon - act[-2]
 
 
 def cycle(muscle: Muscle, period: float, steps: int) -> tuple[float, float, float]:

@@ -237,7 +237,7 @@ def test_length_and_contraction_are_those_of_the_muscle_on_its_tendon():
         assert kernel.contraction(row, tendon) == kappa
         assert kernel.chamber_volume(row, tendon) == room
         act = charged(muscle, tendon, 1e5)
-        assert kernel.taken_up(row, act, tendon) == (tendon + SHIFT) - EXTENSION
+        assert kernel.length_at_muscle(row, act, tendon) == (tendon + SHIFT) - EXTENSION
 
 
 @pytest.mark.parametrize("law", [law for law in FORCES if not law.startswith("pleated")])

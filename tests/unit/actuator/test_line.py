@@ -44,7 +44,7 @@ def test_a_muscle_at_rest_has_free_creep_middle_play_and_shut_valves(loop, comma
     muscle = dataclasses.replace(muscle, creep=make().creep, chain=Chain(backlash=5e-4))
     row, act = pack(muscle).tolist(), [9.0] * state_size(muscle)
     rest_state.rest(row, act, 0.19, 3e5)
-    assert kernel.taken_up(row, act, 0.19) == 0.19
+    assert kernel.length_at_muscle(row, act, 0.19) == 0.19
     assert kernel.gauge_pressure(row, act, 0.19) == pytest.approx(3e5, rel=1e-12)
     without = pack(dataclasses.replace(muscle, creep=LASTING["creep"])).tolist()
     assert kernel.tension(row, act, 0.19) == kernel.tension(without, act, 0.19)
@@ -63,7 +63,7 @@ def test_quieten_relaxes_creep_where_the_muscle_is_and_leaves_play_and_air():
     row, act = pack(muscle).tolist(), charged(muscle, 0.2, 3e5)
     before = list(act)
     rest_state.quieten(row, act, 0.2, 3e5)
-    assert act[-4] == kernel.contraction(row, kernel.taken_up(row, act, 0.2))
+    assert act[-4] == kernel.contraction(row, kernel.length_at_muscle(row, act, 0.2))
     assert act[-5] == 0.0
     assert act[-3:] == before[-3:]
 

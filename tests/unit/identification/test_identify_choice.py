@@ -51,7 +51,7 @@ def test_the_order_of_the_plant_is_recommended(constants, expected, hold):
     assert min(found.aicc.values()) == 0.0
 
 
-def test_a_parameter_that_is_not_there_is_seldom_taken_up():
+def test_a_parameter_that_is_not_there_is_seldom_length_at_muscle():
     taken = []
     for seed in range(8):
         records, held = [plant((0.5,), seed, n=250)], [plant((0.5,), 100 + seed, n=250)]
