@@ -135,7 +135,7 @@ def run_one(task: tuple[str, str, int]) -> tuple[str, str, int, dict[str, Any]]:
             recorded(planted, ONLY_FILLING, "white", seed, path)
         # Forces are left out: few rigs have them.
         found = calibrate([path], rig=rig, free=free, channels=["angle", "pressure"], threads=1)
-    result = found.calibration
+    result = found.fit
     row = {
         "seconds": found.seconds,
         "simulations": found.simulations,
@@ -145,7 +145,7 @@ def run_one(task: tuple[str, str, int]) -> tuple[str, str, int, dict[str, Any]]:
             p.name: {
                 "value": p.value,
                 "interval95": p.interval95,
-                "doubts": [str(doubt) for doubt in p.doubts],
+                "flags": [str(flag) for flag in p.flags],
             }
             for p in result.parameters
         },
@@ -186,11 +186,11 @@ def blindness(rows: list[dict[str, Any]]) -> dict[str, Any]:
         "runs": len(rows),
         "statuses": {status: statuses.count(status) for status in sorted(set(statuses))},
         "sentence_of_seed_0": rows[0]["sentence"],
-        "doubts_percent": {
+        "flags_percent": {
             name: {
-                doubt: 100.0
-                * float(np.mean([doubt in row["parameters"][name]["doubts"] for row in rows]))
-                for doubt in sorted({d for row in rows for d in row["parameters"][name]["doubts"]})
+                flag: 100.0
+                * float(np.mean([flag in row["parameters"][name]["flags"] for row in rows]))
+                for flag in sorted({f for row in rows for f in row["parameters"][name]["flags"]})
             }
             for name in names
         },

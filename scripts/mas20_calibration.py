@@ -24,9 +24,10 @@ from typing import Any
 import numpy as np
 from tqdm import tqdm
 
+from pamsim.core.encoding import to_dict
 from pamsim.engine.batch import simulate_batch
 from pamsim.engine.rig import Rig, load_rig
-from pamsim.inference.bounded_fit import calibrate
+from pamsim.inference.fit_simulator import fit_simulator
 from pamsim.inference.free_parameter import FreeParameter
 from pamsim.inference.residual_block import Blocks, ResidualBlock
 from pamsim.linear.first_second_order import second_order_step
@@ -202,14 +203,14 @@ def static_ladder(rig: Rig, record: dict[str, Any]) -> None:
     bar = tqdm(total=len(missing), unit="rung")
 
     def done(result: RungResult) -> None:
-        fitted = result.calibration.parameters if result.calibration else ()
+        fitted = result.fit.parameters if result.fit else ()
         bar.write(
             f"{math.degrees(result.rms):6.3f} {math.degrees(result.left_out_rms):6.3f} deg  "
             + result.rung.name
             + "".join(
                 f"; {p.name} {p.value:.5g}"
                 + (f" [{p.interval95[0]:.4g}, {p.interval95[1]:.4g}]" if p.interval95 else "")
-                + "".join(f" {doubt}" for doubt in p.doubts)
+                + "".join(f" {flag}" for flag in p.flags)
                 for p in fitted
             )
         )
@@ -255,7 +256,7 @@ def dynamic_fit(rig: Rig) -> dict[str, Any]:
             )
         return found
 
-    found = calibrate(
+    found = fit_simulator(
         simulate,
         [
             FreeParameter(
@@ -282,7 +283,7 @@ def dynamic_fit(rig: Rig) -> dict[str, Any]:
         print(f"  {p.name} {p.value:.5g} {p.interval95} {p.sentence}")
     return {
         "largest_deviation_percent": 100.0 * worst,
-        "parameters": [p.as_dict() for p in found.parameters],
+        "parameters": to_dict(found.parameters),
         "interval_method": found.interval_method,
     }
 

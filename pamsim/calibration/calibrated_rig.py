@@ -1,4 +1,4 @@
-"""What a calibration writes into the rig's file: numbers, sources, and what to think of them."""
+"""The calibrated rig: the numbers of a fit written into the rig's file, with their sources."""
 
 from __future__ import annotations
 
@@ -6,53 +6,55 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from pamsim.comparison.free_parameters import FreedParameter
-from pamsim.comparison.measurements import CalibrationData
 from pamsim.core.parameters import Sourced
-from pamsim.inference.coefficient import Doubt
-from pamsim.inference.fit_result import Calibration
+from pamsim.engine.rig import Rig
+from pamsim.inference.estimate import Flag
+from pamsim.inference.simulator_fit import SimulatorFit
+from pamsim.store.rig_writer import write_rig
+
+RIG_FOLDER = "rig"
 
 
-def calibrated_numbers(
-    freed: Sequence[FreedParameter], found: Calibration, data: CalibrationData
-) -> dict[str, Sourced]:
-    """The calibrated numbers as entries of the rig's file; what no datum shows stays as it was.
+def write_calibrated_rig(
+    rig: Rig,
+    freed: Sequence[FreedParameter],
+    fit: SimulatorFit,
+    sources: Sequence[str],
+    folder: Path,
+) -> Path:
+    """Write a rig with the fitted numbers; what the data do not show stays as it was.
 
     Args:
+        rig: that was calibrated.
         freed: the parameters.
-        found: the calibration, in the same order.
-        data: what it rests on.
+        fit: of these, in the same order.
+        sources: of the measurements.
+        folder: the rig is written into its subfolder ``rig``.
 
     Returns:
-        Name of every rig parameter that changes -> its entry [SI].
+        The rig's folder.
     """
-    source = f"identified by pamsim calibrate from {_short(data)}"
+    data = ", ".join(Path(source).name or source for source in sources)
     numbers: dict[str, Sourced] = {}
-    for one, result in zip(freed, found.parameters, strict=True):
-        if Doubt.DEAD in result.doubts:
+    for freed_parameter, estimate in zip(freed, fit.parameters, strict=True):
+        if Flag.DEAD in estimate.flags:
             continue
-        for name in one.names:
-            tied = [other for other in one.names if other != name]
+        for name in freed_parameter.names:
+            tied = [other for other in freed_parameter.names if other != name]
             notes = [f"one number with {', '.join(tied)}"] if tied else []
-            notes += [result.sentence] if result.sentence else []
+            notes += [estimate.sentence] if estimate.sentence else []
             numbers[name] = Sourced(
-                value=result.value,
-                unit=result.unit,
-                source=source,
+                value=estimate.value,
+                unit=estimate.unit,
+                source=f"identified by pamsim calibrate from {data}",
                 where=f"calibrated {name}",
-                interval95=result.interval95,
+                interval95=estimate.interval95,
                 note="; ".join(notes),
             )
-    return numbers
-
-
-def calibration_heading(data: CalibrationData, found: Calibration) -> str:
-    """Comment for the top of the calibrated rig's file."""
-    return (
-        f"Written by pamsim calibrate from {_short(data)}.\n"
-        f"Status: {found.status}: {found.sentence}.\n"
-        "Everything below that does not say so is as it was in the rig it started from."
+    heading = (
+        f"Written by pamsim calibrate from {data}.\n"
+        f"Status: {fit.status}: {fit.sentence}.\n"
+        "Other entries are those of the rig that was calibrated."
     )
-
-
-def _short(data: CalibrationData) -> str:
-    return ", ".join(Path(source).name or source for source in data.sources)
+    write_rig(rig.file, folder / RIG_FOLDER, numbers, heading=heading)
+    return folder / RIG_FOLDER

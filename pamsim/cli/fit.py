@@ -126,8 +126,8 @@ def _print_fit(fitted: dict[str, Any]) -> None:
             line += "  held"
         elif c["interval95"] is not None:
             line += "  [{:.4g}, {:.4g}]".format(*c["interval95"])
-        if c["doubts"]:
-            line += f"  ({', '.join(c['doubts']).replace('_', ' ')}"
+        if c["flags"]:
+            line += f"  ({', '.join(c['flags']).replace('_', ' ')}"
             line += f" with {', '.join(c['partners'])})" if c["partners"] else ")"
         click.echo(line)
     unit = fitted["unit"]

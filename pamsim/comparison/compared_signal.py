@@ -55,7 +55,7 @@ class Comparison:
             np.sqrt(np.mean((simulated - self.measured) ** 2))
         )
 
-    def as_dict(self) -> dict[str, Any]:
+    def to_dict(self) -> dict[str, Any]:
         """JSON-safe form without the signals over time."""
         found: dict[str, Any] = {
             "trial": self.trial,

@@ -22,6 +22,9 @@ _WIDE = 2.0  # from this ratio of its ends on, a range of positive numbers is se
 
 MOST_BY_DEFAULT = 8
 
+Bounds = tuple[float | str, float | str]
+"""Lower and upper end of a range: numbers [SI], or texts with a unit."""
+
 # How hard the muscles pull and push back, how wide the loops are, how fast the air flows each way,
 # what damps the joint: what a recording of valves, angle and pressures shows of most rigs.
 _MOVING = (
@@ -105,7 +108,7 @@ def default_names(rig: Rig, *, moving: bool) -> tuple[str, ...]:
     if not chosen:
         raise InputError(
             f"rig {rig.name!r} states none of the parameters that are freed by default"
-            f" ({', '.join(usual)}); name some with --free"
+            f" ({', '.join(usual)}); name some with `free`"
         )
     return tuple(chosen[:MOST_BY_DEFAULT])
 
@@ -114,7 +117,7 @@ def freed_parameters(
     rig: Rig,
     wanted: Sequence[str],
     *,
-    bounds: Mapping[str, str] | None = None,
+    bounds: Mapping[str, Bounds] | None = None,
     prior: bool = False,
 ) -> tuple[FreedParameter, ...]:
     """Look the parameters to free up and give each its range.
@@ -122,8 +125,9 @@ def freed_parameters(
     Args:
         rig: to calibrate.
         wanted: names as `Rig.with_parameters` has them; ``a=b`` makes one number of both.
-        bounds: name -> ``low:high``, in the unit of the rig's file unless they carry one. Otherwise
-            the range is what the file states, and without that `FACTOR` around the value.
+        bounds: name -> (low, high), each a number [SI] or a text such as ``5 cm^3``, which is in
+            the unit of the rig's file if it carries none. Otherwise the range is what the file
+            states, and without that `FACTOR` around the value.
         prior: take the 95 % intervals of the rig's file as prior knowledge.
 
     Raises:
@@ -138,7 +142,7 @@ def freed_parameters(
         parameters = [rig_parameter(rig, name) for name in names]
         units = {parameter.spec.unit for parameter in parameters}
         if len(units) > 1:
-            raise InputError(f"--free {group}: one number cannot be both {' and '.join(units)}")
+            raise InputError(f"`free` {group}: one number cannot be both {' and '.join(units)}")
         for name in names:
             _refuse_doubled(name, [n for freed in found for n in freed.names])
         limits = [given.pop(name) for name in names if name in given]
@@ -146,19 +150,19 @@ def freed_parameters(
     if given:
         known = [name for freed in found for name in freed.names]
         unknown = next(iter(given))
-        raise InputError(f"--bounds {unknown}: it is not free; {nearest(unknown, known)}")
+        raise InputError(f"`bounds` of {unknown}: it is not free; {nearest(unknown, known)}")
     return tuple(found)
 
 
 def _refuse_doubled(name: str, before: Sequence[str]) -> None:
     for other in before:
-        alike = name == other or other.endswith(f":{name}") or name.endswith(f":{other}")
-        if alike:
-            raise InputError(f"--free {name}: {other} is free already, which sets the same number")
+        same = name == other or other.endswith(f":{name}") or name.endswith(f":{other}")
+        if same:
+            raise InputError(f"`free` {name}: {other} is free already, which sets the same number")
 
 
 def _freed(
-    names: tuple[str, ...], parameters: Sequence[RigParameter], limits: str | None, prior: bool
+    names: tuple[str, ...], parameters: Sequence[RigParameter], limits: Bounds | None, prior: bool
 ) -> FreedParameter:
     first, spec = parameters[0], parameters[0].spec
     low, high, source = _range(first, limits)
@@ -178,34 +182,35 @@ def _freed(
     return FreedParameter(names=names, free=free, before=first, range_source=source)
 
 
-def _range(parameter: RigParameter, limits: str | None) -> tuple[float, float, str]:
+def _range(parameter: RigParameter, limits: Bounds | None) -> tuple[float, float, str]:
     spec, stated, value = parameter.spec, parameter.stated, parameter.value
     unit = stated.unit if stated else spec.unit
     if limits is not None:
-        ends = limits.split(":")
-        if len(ends) != 2:
-            raise InputError(
-                f"--bounds {parameter.name}={limits}: write NAME=LOW:HIGH, such as"
-                " chamber.dead_volume=5:40"
-            )
-        where = f"--bounds {parameter.name}"
-        low, high = (parse_quantity(end, unit, spec.unit, where=where) for end in ends)
-        return low, high, "--bounds"
+        where = f"`bounds` of {parameter.name}"
+        low, high = (
+            parse_quantity(end, unit, spec.unit, where=where) if isinstance(end, str) else end
+            for end in limits
+        )
+        return low, high, "given"
     if stated and stated.bounds:
         low, high = (to_si(end, unit, spec.unit, where=stated.where) for end in stated.bounds)
         return low, high, "bounds of params.toml"
     if value == 0.0:
         if is_native(parameter.name):
             raise InputError(
-                f"{parameter.name} is 0, which says nothing of its size: give a range with"
-                f" --bounds {parameter.name}=LOW:HIGH [{spec.unit}]"
+                f"{parameter.name} is 0, which does not show its size: give its range"
+                f" with `bounds` [{spec.unit}]"
             )
         return spec.low, spec.high, "whole allowed range, because it is 0"
     if spec.low >= 0.0:
         return value / FACTOR, value * FACTOR, f"a factor {FACTOR:g} either way"
     known = parameter.interval95
     reach = FACTOR * max(abs(value), 0.5 * (known[1] - known[0]) if known else 0.0)
-    return value - reach, value + reach, f"{FACTOR:g} times its size, or its doubt, either way"
+    return (
+        value - reach,
+        value + reach,
+        f"{FACTOR:g} times its size, or its stated uncertainty, either way",
+    )
 
 
 def _prior(parameter: RigParameter) -> Prior | None:

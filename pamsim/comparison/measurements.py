@@ -92,7 +92,7 @@ def _stem(path: Path) -> str:
     return path.resolve().name if path.is_dir() else path.resolve().parent.name
 
 
-def hold_out(
+def split_held_out(
     data: CalibrationData, names: Sequence[str]
 ) -> tuple[CalibrationData, CalibrationData]:
     """Split data into what is fitted and what is held out.
@@ -110,7 +110,7 @@ def hold_out(
     known = {*data.names, *(trial.protocol for trial in data.trials)}
     for name in names:
         if name not in known:
-            raise InputError(f"--hold-out {name}: no trial of that name; {nearest(name, known)}")
+            raise InputError(f"`hold_out` {name}: no trial of that name; {nearest(name, known)}")
 
     def part(held: bool) -> CalibrationData:
         return replace(
@@ -123,5 +123,5 @@ def hold_out(
 
     fitted = part(False)
     if not fitted.names:
-        raise InputError("--hold-out leaves nothing to fit; hold out fewer trials")
+        raise InputError("`hold_out` leaves nothing to fit; hold out fewer trials")
     return fitted, part(True)

@@ -271,5 +271,5 @@ def check_channels(channels: Sequence[str]) -> tuple[str, ...]:
     """
     for name in channels:
         if name not in CHANNELS:
-            raise InputError(f"--channels: no channel {name!r}; {nearest(name, CHANNELS)}")
+            raise InputError(f"`channels`: no channel {name!r}; {nearest(name, CHANNELS)}")
     return tuple(channels)

@@ -1,4 +1,4 @@
-"""What the data say about each fitted coefficient: linearised intervals, and reasons for doubt."""
+"""What the data say about each fitted coefficient: linearised intervals, and flags."""
 
 # pyright: reportMissingTypeStubs=false, reportUnknownMemberType=false
 # pyright: reportUnknownVariableType=false
@@ -13,7 +13,8 @@ import scipy.special
 from numpy.typing import NDArray
 
 from pamsim.fitting.linear_part import Curve
-from pamsim.inference.coefficient import Coefficient, Doubt, FittedCoefficient
+from pamsim.inference.coefficient import Coefficient
+from pamsim.inference.estimate import Estimate, Flag
 from pamsim.inference.identifiability import covariance_along, determined, trade_offs
 
 FloatArray = NDArray[np.float64]
@@ -26,8 +27,8 @@ _AT_BOUND = 1e-6  # of the allowed range
 
 def judged(
     curve: Curve, measured: FloatArray, values: FloatArray, coefficients: Sequence[Coefficient]
-) -> tuple[FittedCoefficient, ...]:
-    """Give each coefficient its 95 % interval and its doubts.
+) -> tuple[Estimate, ...]:
+    """Give each coefficient its 95 % interval and its flags.
 
     The covariance is s^2 (J^T J)^-1 at the optimum, J by central differences, s^2 the residual
     variance with n - k degrees of freedom. Coefficients at a bound are taken as given there.
@@ -41,7 +42,7 @@ def judged(
     Returns:
         One per coefficient, in order.
     """
-    doubts: dict[int, list[Doubt]] = {i: [] for i in range(len(coefficients))}
+    flags: dict[int, list[Flag]] = {i: [] for i in range(len(coefficients))}
     partners: dict[int, set[str]] = {i: set() for i in range(len(coefficients))}
     free = [i for i, c in enumerate(coefficients) if c.held is None]
     jacobian = _jacobian(curve, values, coefficients)
@@ -50,11 +51,11 @@ def judged(
     for i in free:
         width = coefficients[i].high - coefficients[i].low
         if float(np.linalg.norm(jacobian[:, i])) * width <= _DEAD * data:
-            doubts[i].append(Doubt.DEAD)
+            flags[i].append(Flag.DEAD)
         elif min(values[i] - coefficients[i].low, coefficients[i].high - values[i]) < (
             _AT_BOUND * width
         ):
-            doubts[i].append(Doubt.AT_BOUND)
+            flags[i].append(Flag.AT_BOUND)
         else:
             inner.append(i)
     residual = curve(values) - measured
@@ -68,7 +69,7 @@ def judged(
         quantile = float(_student_quantile(freedom, 0.975))
         for a, i in enumerate(inner):
             if flat[a]:
-                doubts[i].append(Doubt.FLAT_DIRECTION)
+                flags[i].append(Flag.FLAT_DIRECTION)
                 partners[i] |= {
                     coefficients[j].name for b, j in enumerate(inner) if flat[b] and j != i
                 }
@@ -76,12 +77,12 @@ def judged(
             half[i] = quantile * np.sqrt(variance) * spread[a]
             twins = [coefficients[inner[b]].name for b in trade_offs(covariance, a, flat)]
             if twins:
-                doubts[i].append(Doubt.TRADE_OFF)
+                flags[i].append(Flag.TRADE_OFF)
                 partners[i] |= set(twins)
             if half[i] > abs(values[i]):
-                doubts[i].append(Doubt.NOT_PINNED)
+                flags[i].append(Flag.NOT_PINNED)
     return tuple(
-        FittedCoefficient(
+        Estimate(
             name=c.name,
             unit=c.unit,
             value=float(values[i]),
@@ -90,7 +91,7 @@ def judged(
             else (float(values[i] - half[i]), float(values[i] + half[i])),
             bounds=(c.low, c.high),
             held=c.held is not None,
-            doubts=tuple(doubts[i]),
+            flags=tuple(flags[i]),
             partners=tuple(sorted(partners[i])),
         )
         for i, c in enumerate(coefficients)

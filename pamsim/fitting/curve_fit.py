@@ -1,4 +1,4 @@
-"""Least squares of any curve with bounded coefficients: several starts, intervals, doubts."""
+"""Least squares of any curve with bounded coefficients: several starts, intervals, flags."""
 
 # scipy carries no types: what it returns is Any at this file's boundary.
 # pyright: reportMissingTypeStubs=false, reportUnknownMemberType=false
@@ -18,7 +18,8 @@ from pamsim.core.errors import InputError
 from pamsim.fitting.coefficient_trust import judged
 from pamsim.fitting.linear_part import Curve, best_linear, linear_coefficients
 from pamsim.fitting.scores import Scores, scores
-from pamsim.inference.coefficient import Coefficient, FittedCoefficient
+from pamsim.inference.coefficient import Coefficient
+from pamsim.inference.estimate import Estimate
 from pamsim.inference.latin_hypercube import latin_hypercube
 from pamsim.inference.record_checks import finite_samples
 
@@ -54,7 +55,7 @@ class CurveFit:
     length, are not, and then the intervals are too narrow.
 
     Attributes:
-        coefficients: in the order given, with intervals and doubts.
+        coefficients: in the order given, with intervals and flags.
         predicted: shape (n,).
         residual: predicted minus measured, shape (n,).
         scores: in-sample.
@@ -62,7 +63,7 @@ class CurveFit:
         evaluations: of the curve.
     """
 
-    coefficients: tuple[FittedCoefficient, ...]
+    coefficients: tuple[Estimate, ...]
     predicted: FloatArray
     residual: FloatArray
     scores: Scores

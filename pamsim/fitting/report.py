@@ -12,17 +12,17 @@ from numpy.typing import NDArray
 from pamsim.fitting.curve_fit import CurveFit
 from pamsim.fitting.held_out import HeldOut
 from pamsim.fitting.search_comparison import SearchRun
-from pamsim.inference.coefficient import Doubt
+from pamsim.inference.estimate import Flag
 
 FloatArray = NDArray[np.float64]
 SCHEMA = "pamsim-fit/1"
 
-_DOUBT = {
-    Doubt.DEAD: "the data do not depend on it",
-    Doubt.FLAT_DIRECTION: "the data do not tell it from",
-    Doubt.AT_BOUND: "at the end of its allowed range, which the data did not decide",
-    Doubt.TRADE_OFF: "trades off with",
-    Doubt.NOT_PINNED: "95 % interval wider than the value itself",
+_FLAG_TEXT = {
+    Flag.DEAD: "the data do not depend on it",
+    Flag.FLAT_DIRECTION: "the data do not tell it from",
+    Flag.AT_BOUND: "at the end of its allowed range, which the data did not decide",
+    Flag.TRADE_OFF: "trades off with",
+    Flag.NOT_PINNED: "95 % interval wider than the value itself",
 }
 
 
@@ -129,16 +129,16 @@ def coefficient_entries(fitted: FittedCurve) -> dict[str, dict[str, Any]]:
             entry["interval95"] = list(c.interval95)
         if c.held:
             entry["note"] = "held in the fit"
-        elif c.doubts:
-            entry["note"] = doubt_text(c.doubts, c.partners)
+        elif c.flags:
+            entry["note"] = flag_text(c.flags, c.partners)
         entries[c.name] = entry
     return entries
 
 
-def doubt_text(doubts: tuple[Doubt, ...], partners: tuple[str, ...]) -> str:
-    """Doubts as one line, such as ``trades off with c2``."""
+def flag_text(flags: tuple[Flag, ...], partners: tuple[str, ...]) -> str:
+    """Flags as one line, such as ``trades off with c2``."""
     others = ", ".join(partners)
     return "; ".join(
-        f"{_DOUBT[d]} {others}" if d in (Doubt.TRADE_OFF, Doubt.FLAT_DIRECTION) else _DOUBT[d]
-        for d in doubts
+        f"{_FLAG_TEXT[d]} {others}" if d in (Flag.TRADE_OFF, Flag.FLAT_DIRECTION) else _FLAG_TEXT[d]
+        for d in flags
     )

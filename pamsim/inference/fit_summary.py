@@ -1,4 +1,4 @@
-"""From the ends of all starts to a calibration: intervals, doubts, status."""
+"""From the ends of all starts to a fit: estimates, intervals, flags, status."""
 
 from __future__ import annotations
 
@@ -7,18 +7,19 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from pamsim.inference.calibrated_parameter import CalibratedParameter, PriorPull
-from pamsim.inference.fit_result import (
-    Calibration,
-    CalibrationStatus,
-    ChannelNoise,
-    Linearisation,
-    StartReport,
-)
-from pamsim.inference.flags import Identified, doubts, identified
+from pamsim.inference.estimate import Estimate, PriorPull
+from pamsim.inference.flags import Identified, identified, parameter_flags
 from pamsim.inference.free_parameter import FreeParameter
 from pamsim.inference.intervals import ParameterCovariance, parameter_covariance
-from pamsim.inference.search import LeastSquares, SearchEnd
+from pamsim.inference.row_weights import RowWeights
+from pamsim.inference.search import SearchEnd
+from pamsim.inference.simulator_fit import (
+    ChannelNoise,
+    FitStatus,
+    Linearisation,
+    SimulatorFit,
+    StartReport,
+)
 
 FloatArray = NDArray[np.float64]
 BoolArray = NDArray[np.bool_]
@@ -27,15 +28,15 @@ _SAME_OPTIMUM = 0.1  # of -2 log likelihood: a tenth of what one standard error 
 _SHORT = 0.5  # standard errors under white noise
 
 
-def verdict(
-    cost: LeastSquares,
+def summarise_fit(
+    cost: RowWeights,
     parameters: Sequence[FreeParameter],
     places: Sequence[FloatArray],
     ends: Sequence[SearchEnd],
     *,
     central: bool,
-) -> Calibration:
-    """Judge the best of several ends.
+) -> SimulatorFit:
+    """Summarise the best of several ends.
 
     Args:
         cost: what was minimised.
@@ -45,7 +46,7 @@ def verdict(
         central: True takes central differences.
 
     Returns:
-        The calibration.
+        The fit.
     """
     best = min(ends, key=lambda end: end.objective)
     place, scale = best.state.place, cost.residual.scale
@@ -71,7 +72,7 @@ def verdict(
     covariance = spread.matrix * np.outer(slope, slope)
     errors = np.sqrt(np.diag(covariance))
     status, sentence = _status(parameters, split, best, short)
-    return Calibration(
+    return SimulatorFit(
         parameters=_parameters(cost, parameters, split, spread, place, information),
         covariance=covariance,
         correlation=covariance / np.outer(errors, errors),
@@ -111,13 +112,13 @@ def _short(jacobian: FloatArray, residual: FloatArray) -> float:
 
 
 def _parameters(
-    cost: LeastSquares,
+    cost: RowWeights,
     parameters: Sequence[FreeParameter],
     split: Identified,
     spread: ParameterCovariance,
     place: FloatArray,
     information: FloatArray,
-) -> tuple[CalibratedParameter, ...]:
+) -> tuple[Estimate, ...]:
     scale = cost.residual.scale
     values, slope = scale.from_unit(place), scale.slope(place)
     error = np.sqrt(np.diag(spread.matrix))
@@ -125,9 +126,9 @@ def _parameters(
     high = scale.from_unit(np.clip(place + spread.quantile * error, 0.0, 1.0))
     some = np.diag(spread.white) > 0.0
     rise = spread.quantile**2 * np.diag(spread.matrix) / np.where(some, np.diag(spread.white), 1.0)
-    found: list[CalibratedParameter] = []
-    for i, (p, (why, partners, sentence)) in enumerate(
-        zip(parameters, doubts(parameters, split, place, spread.matrix), strict=True)
+    estimates: list[Estimate] = []
+    for i, (p, (flags, partners, sentence)) in enumerate(
+        zip(parameters, parameter_flags(parameters, split, place, spread.matrix), strict=True)
     ):
         known = not (split.open[i] or split.at_bound[i])
         pull = p.prior and PriorPull(
@@ -135,8 +136,8 @@ def _parameters(
             distance=float((values[i] - p.prior.mean) / p.prior.standard_deviation),
             share=float(spread.white[i, i] * information[i]) if known else None,
         )
-        found.append(
-            CalibratedParameter(
+        estimates.append(
+            Estimate(
                 name=p.name,
                 unit=p.unit,
                 value=float(values[i]),
@@ -144,16 +145,16 @@ def _parameters(
                 standard_error=float(slope[i] * error[i]) if known else None,
                 rise95=float(rise[i]) if known else None,
                 bounds=(p.low, p.high),
-                doubts=why,
+                flags=flags,
                 partners=partners,
                 sentence=sentence,
-                pull=pull,
+                prior=pull,
             )
         )
-    return tuple(found)
+    return tuple(estimates)
 
 
-def _noise(cost: LeastSquares, best: SearchEnd, residual: FloatArray) -> dict[str, ChannelNoise]:
+def _noise(cost: RowWeights, best: SearchEnd, residual: FloatArray) -> dict[str, ChannelNoise]:
     squares: dict[str, dict[str, list[FloatArray]]] = {}
     for p in cost.residual.places:
         trials = squares.setdefault(p.block.channel, {})
@@ -175,28 +176,28 @@ def _noise(cost: LeastSquares, best: SearchEnd, residual: FloatArray) -> dict[st
 
 def _status(
     parameters: Sequence[FreeParameter], split: Identified, best: SearchEnd, short: float
-) -> tuple[CalibrationStatus, str]:
+) -> tuple[FitStatus, str]:
     def names(chosen: BoolArray) -> str:
         return ", ".join(p.name for p, c in zip(parameters, chosen, strict=True) if c)
 
     if not best.converged:
-        return CalibrationStatus.NOT_CONVERGED, (
+        return FitStatus.NOT_CONVERGED, (
             f"the search ran out of steps after {best.state.steps}; allow more or start nearer"
         )
     if short > _SHORT:
-        return CalibrationStatus.NOT_CONVERGED, (
+        return FitStatus.NOT_CONVERGED, (
             f"the search stopped {short:.2g} standard errors short of the optimum that its last"
             " Jacobian shows: the simulation is not smooth there, or differences are too noisy"
         )
     if np.any(split.open):
-        said = f"these trials do not determine {names(split.open)}"
+        sentence = f"these trials do not determine {names(split.open)}"
         if split.combinations:
-            said += f", only {' and '.join(split.combinations)}"
-        return CalibrationStatus.NOT_IDENTIFIABLE, (
-            said + "; hold some of them, give them priors, or measure what tells them apart"
+            sentence += f", only {' and '.join(split.combinations)}"
+        return FitStatus.NOT_IDENTIFIABLE, (
+            sentence + "; hold some of them, give them priors, or measure what separates them"
         )
     if np.any(split.at_bound):
-        return CalibrationStatus.AT_BOUND, (
+        return FitStatus.AT_BOUND, (
             f"{names(split.at_bound)} ran into the allowed range, which then decides, not the data"
         )
-    return CalibrationStatus.CONVERGED, "converged inside the ranges"
+    return FitStatus.CONVERGED, "no parameter at a limit"

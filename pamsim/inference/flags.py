@@ -1,4 +1,4 @@
-"""Which calibrated parameters not to quote, and what is determined in their place."""
+"""Flags of fitted parameters: which not to quote, and what is determined in their place."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from pamsim.inference.coefficient import Doubt
+from pamsim.inference.estimate import Flag
 from pamsim.inference.free_parameter import FreeParameter
 from pamsim.inference.identifiability import determined, members, trade_offs
 
@@ -87,12 +87,12 @@ def identified(
     return Identified(np.hstack(basis), dead, at_bound, flat, open_, combinations)
 
 
-def doubts(
+def parameter_flags(
     parameters: Sequence[FreeParameter],
     split: Identified,
     place: FloatArray,
     covariance: FloatArray,
-) -> list[tuple[tuple[Doubt, ...], tuple[str, ...], str]]:
+) -> list[tuple[tuple[Flag, ...], tuple[str, ...], str]]:
     """Give reasons not to quote each parameter.
 
     Args:
@@ -102,52 +102,56 @@ def doubts(
         covariance: of the places, shape (p, p).
 
     Returns:
-        For each parameter its doubts, its partners and a sentence.
+        For each parameter its flags, its partners and a sentence.
     """
-    barred = split.open | split.at_bound
-    return [_doubt(i, parameters, split, place, covariance, barred) for i in range(len(parameters))]
+    excluded = split.open | split.at_bound
+    return [
+        _flags_of(i, parameters, split, place, covariance, excluded) for i in range(len(parameters))
+    ]
 
 
-def _doubt(
+def _flags_of(
     i: int,
     parameters: Sequence[FreeParameter],
     split: Identified,
     place: FloatArray,
     covariance: FloatArray,
-    barred: BoolArray,
-) -> tuple[tuple[Doubt, ...], tuple[str, ...], str]:
+    excluded: BoolArray,
+) -> tuple[tuple[Flag, ...], tuple[str, ...], str]:
     p = parameters[i]
     alone = "" if split.open[i] else "; its prior holds it"
-    found: list[Doubt] = []
+    flags: list[Flag] = []
     partners: list[str] = []
-    said: list[str] = []
+    sentences: list[str] = []
     if split.dead[i]:
-        found.append(Doubt.DEAD)
-        said.append(f"the data do not depend on {p.name}{alone}")
+        flags.append(Flag.DEAD)
+        sentences.append(f"the data do not depend on {p.name}{alone}")
     if split.flat[i]:
-        found.append(Doubt.FLAT_DIRECTION)
+        flags.append(Flag.FLAT_DIRECTION)
         others = [q.name for j, q in enumerate(parameters) if split.flat[j] and j != i]
         partners += others
-        said.append(
+        sentences.append(
             f"{p.name} can change together with {_listed(others)} without changing the data{alone}"
         )
     if split.at_bound[i]:
-        found.append(Doubt.AT_BOUND)
+        flags.append(Flag.AT_BOUND)
         side, bound = ("lower", p.low) if place[i] < 0.5 else ("upper", p.high)
-        said.append(
+        sentences.append(
             f"{p.name} ran into its {side} bound {bound:g} {p.unit}, which then decides, not the"
             " data"
         )
-    if not barred[i]:
-        twins = [parameters[j].name for j in trade_offs(covariance, i, barred)]
-        if twins and not split.flat[i]:
-            found.append(Doubt.TRADE_OFF)
-            partners += twins
-            said.append(f"{p.name} trades off with {_listed(twins)} (correlation beyond 0.95)")
+    if not excluded[i]:
+        correlated = [parameters[j].name for j in trade_offs(covariance, i, excluded)]
+        if correlated and not split.flat[i]:
+            flags.append(Flag.TRADE_OFF)
+            partners += correlated
+            sentences.append(
+                f"{p.name} trades off with {_listed(correlated)} (correlation beyond 0.95)"
+            )
         if covariance[i, i] > 1.0:
-            found.append(Doubt.NOT_PINNED)
-            said.append(f"the standard error of {p.name} is larger than its allowed range")
-    return tuple(found), tuple(sorted(set(partners))), "; ".join(said)
+            flags.append(Flag.NOT_PINNED)
+            sentences.append(f"the standard error of {p.name} is larger than its allowed range")
+    return tuple(flags), tuple(sorted(set(partners))), "; ".join(sentences)
 
 
 def _combinations(members: Sequence[FreeParameter], loose: FloatArray) -> tuple[str, ...]:

@@ -16,7 +16,7 @@ _CORRELATED = 0.95
 
 @dataclass(frozen=True)
 class Determined:
-    """Directions of a parameter space, told apart by how far they move the data.
+    """Directions of a parameter space, separated by how far they move the data.
 
     Attributes:
         basis: what is determined, one direction per column, shape (k, q). Columns of the Jacobian
@@ -33,7 +33,7 @@ class Determined:
 def determined(jacobian: FloatArray, singular: float) -> Determined:
     """Split the parameter space by the singular values of the column-scaled Jacobian.
 
-    Scaled columns make the split independent of units and ranges: what counts is how alike the
+    Scaled columns make the split independent of units and ranges: what counts is how similar the
     effects of parameters are, not how large.
 
     Args:
@@ -82,13 +82,13 @@ def covariance_along(jacobian: FloatArray, basis: FloatArray) -> FloatArray:
     return half.T @ half
 
 
-def trade_offs(covariance: FloatArray, i: int, barred: BoolArray) -> list[int]:
+def trade_offs(covariance: FloatArray, i: int, excluded: BoolArray) -> list[int]:
     """Find parameters that are correlated with one by more than 0.95.
 
     Args:
         covariance: shape (k, k).
         i: the one.
-        barred: parameters not to look at, such as members of flat directions, shape (k,).
+        excluded: parameters not to look at, such as members of flat directions, shape (k,).
 
     Returns:
         Their indices.
@@ -97,5 +97,7 @@ def trade_offs(covariance: FloatArray, i: int, barred: BoolArray) -> list[int]:
     return [
         j
         for j in range(spread.size)
-        if j != i and not barred[j] and abs(covariance[i, j]) > _CORRELATED * spread[i] * spread[j]
+        if j != i
+        and not excluded[j]
+        and abs(covariance[i, j]) > _CORRELATED * spread[i] * spread[j]
     ]

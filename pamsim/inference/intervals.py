@@ -27,7 +27,6 @@ import scipy.special
 from numpy.typing import NDArray
 
 from pamsim.inference.coloured_noise import ArNoise
-from pamsim.inference.fit_result import Linearisation
 from pamsim.inference.residual_block import BlockPlace
 from pamsim.inference.residual_colour import (
     FittedRows,
@@ -36,6 +35,7 @@ from pamsim.inference.residual_colour import (
     noise_in_estimate,
     slow_gains,
 )
+from pamsim.inference.simulator_fit import Linearisation
 
 FloatArray = NDArray[np.float64]
 _student_quantile: Any = scipy.special.stdtrit

@@ -1,4 +1,4 @@
-"""Leave-one-out errors of a calibration: each row predicted by a fit that has not seen it."""
+"""Leave-one-out errors of a fit: each row predicted by a fit that has not seen it."""
 
 from __future__ import annotations
 
@@ -10,9 +10,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pamsim.core.errors import InputError
-from pamsim.inference.fit_result import Calibration
 from pamsim.inference.free_parameter import FreeParameter, SearchScale
 from pamsim.inference.residual_block import Simulate, stacked
+from pamsim.inference.simulator_fit import SimulatorFit
 
 FloatArray = NDArray[np.float64]
 
@@ -43,7 +43,7 @@ class LeftOut:
 def leave_one_out(
     simulate: Simulate,
     parameters: Sequence[FreeParameter],
-    calibration: Calibration,
+    fit: SimulatorFit,
     *,
     tolerance: float = 1e-3,
     most: int = 8,
@@ -54,9 +54,9 @@ def leave_one_out(
     to its own; all refits are simulated in one call per iteration.
 
     Args:
-        simulate: as it was calibrated.
-        parameters: as they were calibrated.
-        calibration: to all rows, which must not be ordered in time (a static table).
+        simulate: as it was fitted.
+        parameters: as they were fitted.
+        fit: to all rows, which must not be ordered in time (a static table).
         tolerance: change of a parameter, in units of its range, at which a refit is done.
         most: iterations.
 
@@ -66,7 +66,7 @@ def leave_one_out(
     Raises:
         InputError: a block of a time series, fewer rows than parameters, or a refit that diverges.
     """
-    linear = calibration.linearisation
+    linear = fit.linearisation
     for place in linear.places:
         if place.block.sample_interval is not None:
             raise InputError(
@@ -77,7 +77,7 @@ def leave_one_out(
     if count <= len(parameters) + 1:
         raise InputError(f"{count} rows less one do not determine {len(parameters)} parameters")
     scale = SearchScale(parameters)
-    optimum = scale.to_unit(calibration.values)
+    optimum = scale.to_unit(fit.values)
     pull = _Priors(parameters, scale, optimum)
     jacobian = linear.jacobian * linear.weight[:, np.newaxis]
 

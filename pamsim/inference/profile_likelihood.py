@@ -1,21 +1,21 @@
-"""Profile likelihood of one calibrated parameter: all others refitted at each of its values."""
+"""Profile likelihood of one fitted parameter: all others refitted at each of its values."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import asdict, dataclass
-from typing import Any
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
 from pamsim.core.errors import InputError, nearest
 from pamsim.inference.batched_residual import BatchedResidual
-from pamsim.inference.channel_noise import NoiseModel
-from pamsim.inference.fit_result import Calibration
 from pamsim.inference.free_parameter import FreeParameter
+from pamsim.inference.noise_model import NoiseModel
 from pamsim.inference.residual_block import Simulate
-from pamsim.inference.search import LeastSquares, SearchState
+from pamsim.inference.row_weights import RowWeights
+from pamsim.inference.search import SearchState, search
+from pamsim.inference.simulator_fit import SimulatorFit
 
 FloatArray = NDArray[np.float64]
 
@@ -39,7 +39,7 @@ class Profile:
         rise: of -2 log likelihood above its smallest value, all others refitted, one per value;
             None where the simulation diverges.
         threshold: rise at the ends of the 95 % interval. It is that of chi-squared for white
-            noise, and larger by as much as the calibration's interval is wider than a white one.
+            noise, and larger by as much as the fit's interval is wider than a white one.
         low: lower end of the 95 % interval [unit]; None if the range ends first.
         high: upper end [unit]; None if the range ends first.
         sentence: whether the profile closes on both sides.
@@ -56,32 +56,29 @@ class Profile:
     sentence: str
     evaluations: int
 
-    def as_dict(self) -> dict[str, Any]:
-        """JSON-safe form, SI."""
-        return asdict(self)
-
 
 def profile(
     simulate: Simulate,
     parameters: Sequence[FreeParameter],
-    calibration: Calibration,
+    fit: SimulatorFit,
     name: str,
     *,
     points: int = 9,
     max_iterations: int = 50,
 ) -> Profile:
-    """Walk one parameter away from the optimum, refitting the others, until the data object.
+    """Move one parameter away from the optimum, refitting the others, until the data contradict it.
 
-    The noise is held at what the calibration found. Where that is coloured, the threshold is
-    scaled so that profile and calibration agree for a linear simulator (Pace, Salvan and Sartori,
+    The noise is held at what the fit estimated. Where that is coloured, the threshold is scaled so
+    that profile and fit agree for a linear simulator (Pace, Salvan and Sartori,
     Statistica Sinica 21, 2011, 129-148); what differs is then the simulator's curvature.
 
     Args:
-        simulate: as for `calibrate`.
-        parameters: as for `calibrate`.
-        calibration: its result.
-        name: of the parameter to walk.
-        points: on the walk, the optimum among them; a few more where it has to go on or to close.
+        simulate: as for `fit_simulator`.
+        parameters: as for `fit_simulator`.
+        fit: its result.
+        name: of the parameter.
+        points: values tried, the optimum among them; a few more where the profile has to go on or
+            to close.
         max_iterations: steps tried per point.
 
     Returns:
@@ -95,7 +92,7 @@ def profile(
         raise InputError(f"no parameter {name!r} to profile; {nearest(name, names)}")
     if points < 3:
         raise InputError(f"{points} points make no profile; give three or more")
-    walk = _Walk(simulate, parameters, calibration, names.index(name), max_iterations)
+    walk = _Walk(simulate, parameters, fit, names.index(name), max_iterations)
     low = walk.side(-1.0, (points - 1) // 2)
     high = walk.side(1.0, points // 2)
     return walk.profile(low, high)
@@ -108,30 +105,30 @@ class _Walk:
         self,
         simulate: Simulate,
         parameters: Sequence[FreeParameter],
-        calibration: Calibration,
+        fit: SimulatorFit,
         index: int,
         steps: int,
     ) -> None:
-        linear = calibration.linearisation
+        linear = fit.linearisation
         self._residual = BatchedResidual(simulate, parameters, linear.places)
-        self._cost = LeastSquares(
+        self._cost = RowWeights(
             self._residual,
             parameters,
             NoiseModel(linear.places, linear.residual),
-            calibration.weights,
+            fit.weights,
             frozen=True,
         )
         self._parameter, self._index, self._steps = parameters[index], index, steps
-        self._noise = {c: n.standard_deviation for c, n in calibration.noise.items()}
+        self._noise = {c: n.standard_deviation for c, n in fit.noise.items()}
         self._free = np.arange(len(parameters)) != index
-        self._base = calibration.objective
-        result = calibration.parameters[index]
-        known = [p.rise95 for p in calibration.parameters if p.rise95 is not None]
+        self._base = fit.objective
+        result = fit.parameters[index]
+        known = [p.rise95 for p in fit.parameters if p.rise95 is not None]
         self._threshold = result.rise95 or max([_CHI2, *known])
-        best = self._residual.scale.to_unit(calibration.values)
+        best = self._residual.scale.to_unit(fit.values)
         self._reach = 1.0
         if result.interval95 is not None:
-            ends = [np.where(self._free, calibration.values, end) for end in result.interval95]
+            ends = [np.where(self._free, fit.values, end) for end in result.interval95]
             places = [float(self._residual.scale.to_unit(end)[index]) for end in ends]
             self._reach = _REACH * max(abs(place - float(best[index])) for place in places)
         self._middle = float(best[index])
@@ -161,7 +158,7 @@ class _Walk:
             place[self._index] = here
             if self._residual.at(place) is not None:
                 begin = SearchState(place, self._noise)
-                end = self._cost.search(begin, self._steps, lambda _: None, free=self._free)
+                end = search(self._cost, begin, self._steps, lambda _: None, free=self._free)
                 self._seen[here] = end.objective - self._base, end.state.place
                 return self._seen[here][0]
         self._seen[here] = np.inf, start
@@ -234,5 +231,5 @@ class _Walk:
                 f" end of its range, {bound:.4g}{unit}"
             )
         if smallest < -_BETTER:
-            said += "; the walk found a better fit than the calibration, which needs more starts"
+            said += "; a better fit than the optimum was found on the way: use more starts"
         return said

@@ -21,11 +21,11 @@ from pamsim.core.units import DEG_PER_RAD
 from pamsim.engine.batch import simulate_batch
 from pamsim.engine.rig import Rig
 from pamsim.engine.rig_parameter import rig_parameter
-from pamsim.inference.bounded_fit import calibrate
-from pamsim.inference.fit_result import Calibration
+from pamsim.inference.fit_simulator import fit_simulator
 from pamsim.inference.free_parameter import FreeParameter
 from pamsim.inference.leave_one_out import LeftOut, leave_one_out
 from pamsim.inference.residual_block import Blocks, ResidualBlock
+from pamsim.inference.simulator_fit import SimulatorFit
 from pamsim.papers.printed_steps import STARTS, printed_experiment
 from pamsim.store.printed import PrintedStep, distinct_steps
 
@@ -82,14 +82,14 @@ class RungResult:
     Attributes:
         rung: the model.
         residual: simulated minus printed angle of each row, shape (n,) [rad].
-        calibration: the fit; None for a rung without a free term.
+        fit: of its free terms; None for a rung without a free term.
         left_out: errors at unseen rows; None for a rung without a free term, where they are the
             residual itself.
     """
 
     rung: Rung
     residual: FloatArray
-    calibration: Calibration | None
+    fit: SimulatorFit | None
     left_out: LeftOut | None
 
     @property
@@ -104,7 +104,7 @@ class RungResult:
 
     def as_dict(self) -> dict[str, Any]:
         """JSON-safe form, units in the key names; parameters in SI."""
-        fitted = self.calibration.parameters if self.calibration else ()
+        fitted = self.fit.parameters if self.fit else ()
         unseen = self.residual if self.left_out is None else self.left_out.residual
         return {
             "name": self.rung.name,
@@ -118,7 +118,7 @@ class RungResult:
                     "unit": found.unit,
                     "value": found.value,
                     "interval95": list(found.interval95) if found.interval95 else None,
-                    "doubts": [str(doubt) for doubt in found.doubts],
+                    "flags": [str(flag) for flag in found.flags],
                 }
                 for term, found in zip(self.rung.terms, fitted, strict=True)
             ],
@@ -170,7 +170,7 @@ def _fitted(simulate: _RowSimulator, rung: Rung) -> RungResult:
                 f"rung {rung.name!r}: a row's simulation breaks down with the terms at neutral;"
                 " check the rig's parameters"
             )
-        return RungResult(rung=rung, residual=blocks[0].residual, calibration=None, left_out=None)
+        return RungResult(rung=rung, residual=blocks[0].residual, fit=None, left_out=None)
     free = [
         FreeParameter(
             name=term.parameter,
@@ -181,11 +181,11 @@ def _fitted(simulate: _RowSimulator, rung: Rung) -> RungResult:
         )
         for term in rung.terms
     ]
-    found = calibrate(simulate, free)
+    found = fit_simulator(simulate, free)
     return RungResult(
         rung=rung,
         residual=found.linearisation.residual,
-        calibration=found,
+        fit=found,
         left_out=leave_one_out(simulate, free, found),
     )
 

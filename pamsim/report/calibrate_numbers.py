@@ -31,7 +31,7 @@ def parameter_ranges(parameters: Sequence[Mapping[str, Any]]) -> Figure:
                 return float(np.log(value / low) / np.log(high / low))
             return (value - low) / (high - low)
 
-        colour = VERMILION if parameter["doubts"] else BLUE
+        colour = VERMILION if parameter["flags"] else BLUE
         ax.plot([0.0, 1.0], [row, row], color=RULE, linewidth=5, solid_capstyle="butt", zorder=1)
         if written["interval95"] is not None:
             ends = [min(max(place(end), 0.0), 1.0) for end in written["interval95"]]

@@ -1,4 +1,4 @@
-"""The page of a calibration: what moved, how well it fits, what to doubt."""
+"""The page of a calibration: what moved, how well it fits, which numbers not to quote."""
 
 from __future__ import annotations
 
@@ -8,16 +8,16 @@ from typing import Any
 
 from matplotlib.figure import Figure
 
+from pamsim.comparison.compared_signal import Comparison, shown_unit
 from pamsim.report import calibrate_numbers, calibrate_signals
-from pamsim.report.calibrate_signals import Compared
-from pamsim.report.numbers import fixed, interval, plain, significant, unit, words
-from pamsim.report.page import PageImage, check_schema, page_template, save_page
+from pamsim.report.numbers import fixed, plain, sentence, significant, words
+from pamsim.report.page import write_page
 
 SCHEMA = "pamsim-calibrate/1"
 
 
 def write_calibration(
-    result: Mapping[str, Any], comparisons: Sequence[Compared], out: Path
+    result: Mapping[str, Any], comparisons: Sequence[Comparison], out: Path
 ) -> list[Path]:
     """Write page and figures of a calibration.
 
@@ -32,31 +32,29 @@ def write_calibration(
     Raises:
         InputError: if the result has another schema, or the place cannot be written.
     """
-    check_schema(result, SCHEMA)
-    return save_page(
+    trials = [c for c in comparisons if c.channel != "angle_at_rest"]
+    return write_page(
         out,
-        lambda: _figures(result, comparisons),
-        lambda images: render_page(result, images, _shown(comparisons)),
+        "calibrate.html",
+        result,
+        lambda: _figures(result, trials),
+        schema=SCHEMA,
+        headline=lambda: headline(result),
+        shown_unit=shown_unit,
+        shown=len(calibrate_signals.shown_trials(trials)),
+        trials=len({c.trial for c in trials}),
+        settings=lambda: _settings(result),
     )
 
 
-def _trials(comparisons: Sequence[Compared]) -> list[Compared]:
-    return [c for c in comparisons if c.channel != "angle_at_rest"]
-
-
-def _shown(comparisons: Sequence[Compared]) -> tuple[int, int]:
-    trials = _trials(comparisons)
-    return len(calibrate_signals.shown_trials(trials)), len({c.trial for c in trials})
-
-
-def _figures(result: Mapping[str, Any], comparisons: Sequence[Compared]) -> dict[str, Figure]:
+def _figures(result: Mapping[str, Any], trials: Sequence[Comparison]) -> dict[str, Figure]:
     parameters = result["parameters"]
     figures = {"parameters": calibrate_numbers.parameter_ranges(parameters)}
     if len(parameters) > 1:
-        matrix = result["calibration"]["correlation"]
+        matrix = result["fit"]["correlation"]
         figures["correlation"] = calibrate_numbers.correlations(parameters, matrix)
-    if _trials(comparisons):
-        figures["trials"] = calibrate_signals.trial_signals(_trials(comparisons))
+    if trials:
+        figures["trials"] = calibrate_signals.trial_signals(trials)
     tables = [trial for trial in result["trials"] if "rows" in trial]
     if tables:
         figures["rest"] = calibrate_signals.rest_errors(tables)
@@ -66,53 +64,8 @@ def _figures(result: Mapping[str, Any], comparisons: Sequence[Compared]) -> dict
     return figures
 
 
-def render_page(
-    result: Mapping[str, Any], images: Mapping[str, PageImage], shown: tuple[int, int]
-) -> str:
-    """Fill the template.
-
-    Args:
-        result: of schema ``pamsim-calibrate/1``.
-        images: by the names of the files without ``.png``.
-        shown: how many trials are drawn, of how many.
-
-    Returns:
-        The page; every text from the result is escaped.
-    """
-    calibration = result["calibration"]
-    return page_template("calibrate.html").render(
-        rig=str(result["rig"]),
-        data=list(result["data"]),
-        verdict=verdict(result),
-        status=words(result["status"]),
-        notes=list(result["notes"]),
-        misfit=[_misfit(row) for row in result["misfit"]],
-        held_out=any(row["held_out_after"] is not None for row in result["misfit"]),
-        parameters=[_parameter(parameter) for parameter in result["parameters"]],
-        determined=list(calibration["determined"]),
-        interval_method=str(calibration["interval_method"]),
-        noise=[_noise(name, entry) for name, entry in calibration["noise"].items()],
-        profiles=list(result["profiles"]),
-        starts=[_start(start) for start in calibration["starts"]],
-        same_optimum=calibration["same_optimum"],
-        shown=shown,
-        images=images,
-        numbers={name: f"Figure {number}" for number, name in enumerate(images, 1)},
-        calibrated_rig=result["calibrated_rig"],
-        settings={
-            "simulations": plain(result["simulations"]),
-            "parameter vectors": plain(calibration["evaluations"]),
-            "iterations": plain(calibration["iterations"]),
-            "vectors that broke down": plain(calibration["diverged"]),
-            "seed": plain(result["seed"]),
-            "wall time": f"{fixed(result['seconds'], 1)} s",
-        },
-        versions=dict(result["versions"]),
-    )
-
-
-def verdict(result: Mapping[str, Any]) -> str:
-    """What the calibration reached, in one sentence of numbers."""
+def headline(result: Mapping[str, Any]) -> str:
+    """What the calibration reached, in one line of numbers."""
     parts = [
         f"{words(row['channel'])}: {significant(row['before'], 2)} → {significant(row['after'], 2)}"
         f" {row['unit']}"
@@ -120,52 +73,18 @@ def verdict(result: Mapping[str, Any]) -> str:
         if row["after"] is not None
     ]
     count = len(result["parameters"])
-    named = f"{count} parameters" if count > 1 else "1 parameter"
+    fitted = f"{count} parameters" if count > 1 else "1 parameter"
     moved = f" RMS misfit, {', '.join(parts)}." if parts else ""
-    said = str(result["sentence"]).rstrip(".")
-    return f"{named} fitted.{moved} {said[:1].upper()}{said[1:]}."
+    return f"{fitted} fitted.{moved} {sentence(result['sentence'])}"
 
 
-def _misfit(row: Mapping[str, Any]) -> dict[str, str]:
-    keys = ("before", "after", "held_out_before", "held_out_after")
+def _settings(result: Mapping[str, Any]) -> dict[str, str]:
+    fit = result["fit"]
     return {
-        "channel": words(row["channel"]),
-        "unit": row["unit"],
-        **{key: significant(row[key], 3) for key in keys},
-    }
-
-
-def _parameter(parameter: Mapping[str, Any]) -> dict[str, Any]:
-    written = parameter["written"]
-    return {
-        "name": parameter["name"],
-        "tied": parameter["tied"],
-        "before": significant(written["before"], 4),
-        "value": significant(written["value"], 5),
-        "interval": interval(written["interval95"], 4),
-        "bounds": interval(written["bounds"], 3),
-        "range_source": parameter["range_source"],
-        "unit": unit(written["unit"]),
-        "doubt": parameter["sentence"],
-    }
-
-
-_SHOWN = {"angle": ("deg", 57.29577951308232), "pressure": ("kPa", 1e-3)}
-
-
-def _noise(name: str, entry: Mapping[str, Any]) -> dict[str, str]:
-    shown, scale = _SHOWN.get(name.split("_")[0], ("N", 1.0))
-    return {
-        "channel": words(name),
-        "noise": f"{significant(entry['noise_sd'] * scale, 3)} {shown}",
-        "source": words(entry["noise_source"]),
-    }
-
-
-def _start(start: Mapping[str, Any]) -> dict[str, Any]:
-    return {
-        "objective": fixed(start["objective"], 2),
-        "converged": plain(start["converged"]),
-        "iterations": start["iterations"],
-        "same": plain(start["same_optimum"]),
+        "simulations": plain(result["simulations"]),
+        "parameter vectors": plain(fit["evaluations"]),
+        "iterations": plain(fit["iterations"]),
+        "vectors that broke down": plain(fit["diverged"]),
+        "random seed": plain(result["seed"]),
+        "wall time": f"{fixed(result['seconds'], 1)} s",
     }

@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from typing import Any, Protocol
+from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
-from numpy.typing import NDArray
 
+from pamsim.comparison.compared_signal import Comparison
 from pamsim.core.units import DEG_PER_RAD, PA_PER_KPA
 from pamsim.report.numbers import fixed
 from pamsim.report.style import (
@@ -25,7 +25,6 @@ from pamsim.report.style import (
     styled,
 )
 
-FloatArray = NDArray[np.float64]
 MOST_TRIALS = 5
 
 _KINDS = {
@@ -37,52 +36,8 @@ _DASHED = (0, (3, 2))
 _MOST_POINTS = 400  # of measured samples drawn; more only make the file larger
 
 
-class Compared(Protocol):
-    """One channel of one trial, and what the rig made of it."""
-
-    @property
-    def trial(self) -> str:
-        """Name of the trial."""
-        ...
-
-    @property
-    def protocol(self) -> str:
-        """Trials of the same protocol are repeats."""
-        ...
-
-    @property
-    def channel(self) -> str:
-        """Such as ``pressure_1``."""
-        ...
-
-    @property
-    def held_out(self) -> bool:
-        """Whether it was kept from the fit."""
-        ...
-
-    @property
-    def time(self) -> FloatArray:
-        """(n,) [s]."""
-        ...
-
-    @property
-    def measured(self) -> FloatArray:
-        """(n,) [SI]."""
-        ...
-
-    @property
-    def before(self) -> FloatArray | None:
-        """(n,) [SI], simulated with the rig as it was."""
-        ...
-
-    @property
-    def after(self) -> FloatArray | None:
-        """(n,) [SI], simulated with the calibrated rig."""
-        ...
-
-
 @styled
-def trial_signals(comparisons: Sequence[Compared]) -> Figure:
+def trial_signals(comparisons: Sequence[Comparison]) -> Figure:
     """One row per trial, one column per kind of channel: measured, before, after.
 
     Args:
@@ -112,7 +67,7 @@ def trial_signals(comparisons: Sequence[Compared]) -> Figure:
     return figure
 
 
-def _legend(comparisons: Sequence[Compared]) -> list[Line2D]:
+def _legend(comparisons: Sequence[Comparison]) -> list[Line2D]:
     muscles = sorted({c.channel.rpartition("_")[2] for c in comparisons} - {"angle"})
     several = len(muscles) > 1
     return [
@@ -126,7 +81,7 @@ def _legend(comparisons: Sequence[Compared]) -> list[Line2D]:
     ]
 
 
-def shown_trials(comparisons: Sequence[Compared]) -> list[str]:
+def shown_trials(comparisons: Sequence[Comparison]) -> list[str]:
     """Names of the trials that are drawn: held-out first, then the worst; of repeats, one."""
 
     def badness(trial: str) -> float:
@@ -146,7 +101,7 @@ def shown_trials(comparisons: Sequence[Compared]) -> list[str]:
     return [trial for trial in ordered if first[protocol[trial]] == trial][:MOST_TRIALS]
 
 
-def _signals(ax: Axes, kind: str, parts: Sequence[Compared]) -> None:
+def _signals(ax: Axes, kind: str, parts: Sequence[Comparison]) -> None:
     if not parts:
         say_empty(ax, "not measured")
         return

@@ -10,8 +10,8 @@ from typing import Any
 
 from matplotlib.figure import Figure
 
+from pamsim.comparison.compared_signal import Comparison
 from pamsim.report import diagnose_gap, diagnose_loops, diagnose_signals, diagnose_where
-from pamsim.report.calibrate_signals import Compared
 from pamsim.report.diagnose_tables import (
     absent_rows,
     base_rows,
@@ -27,7 +27,7 @@ SCHEMA = "pamsim-diagnosis/1"
 
 
 def write_diagnosis(
-    result: Mapping[str, Any], comparisons: Sequence[Compared], out: Path
+    result: Mapping[str, Any], comparisons: Sequence[Comparison], out: Path
 ) -> list[Path]:
     """Write page and figures of a diagnosis.
 
@@ -51,14 +51,14 @@ def write_diagnosis(
     )
 
 
-def _noise(comparisons: Sequence[Compared], result: Mapping[str, Any]) -> dict[str, float]:
+def _noise(comparisons: Sequence[Comparison], result: Mapping[str, Any]) -> dict[str, float]:
     """Channel -> noise floor [SI], from the floors in written units."""
     floors = result["noise_floor"]["channels"]
     return {channel: floors[channel]["sd_si"] for channel in {part.channel for part in comparisons}}
 
 
 def _figures(
-    result: Mapping[str, Any], comparisons: Sequence[Compared], shown: Sequence[str]
+    result: Mapping[str, Any], comparisons: Sequence[Comparison], shown: Sequence[str]
 ) -> dict[str, Figure]:
     noise = _noise(comparisons, result)
     figures: dict[str, Figure] = {}

@@ -10,8 +10,8 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 
+from pamsim.comparison.compared_signal import Comparison
 from pamsim.core.units import DEG_PER_RAD, PA_PER_KPA
-from pamsim.report.calibrate_signals import Compared
 from pamsim.report.numbers import words
 from pamsim.report.style import BLUE, MUTED, RULE, VERMILION, finish_axes, new_figure, styled
 
@@ -26,7 +26,7 @@ _KINDS = {
 }
 
 
-def worst_trials(comparisons: Sequence[Compared], noise: Mapping[str, float]) -> list[str]:
+def worst_trials(comparisons: Sequence[Comparison], noise: Mapping[str, float]) -> list[str]:
     """Held-out trials that the base model misses most, one of each protocol.
 
     Args:
@@ -46,7 +46,7 @@ def worst_trials(comparisons: Sequence[Compared], noise: Mapping[str, float]) ->
 
 
 @styled
-def trial_channels(parts: Sequence[Compared], noise: Mapping[str, Any]) -> Figure:
+def trial_channels(parts: Sequence[Comparison], noise: Mapping[str, Any]) -> Figure:
     """One trial, a row per channel: the signals, and measured minus simulated beside them.
 
     Args:

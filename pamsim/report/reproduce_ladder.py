@@ -85,8 +85,8 @@ def _parameter(found: Mapping[str, Any]) -> str:
     value = f"{significant(found.get('value'), 3)} {unit(found.get('unit'))}".rstrip()
     text = f"{found.get('name')} = {value}"
     between = interval(found.get("interval95"), 3)
-    doubts = ", ".join(words(doubt) for doubt in found.get("doubts") or ())
-    return text + (f" ({between})" if between else "") + (f"; {doubts}" if doubts else "")
+    flags = ", ".join(words(flag) for flag in found.get("flags") or ())
+    return text + (f" ({between})" if between else "") + (f"; {flags}" if flags else "")
 
 
 @styled

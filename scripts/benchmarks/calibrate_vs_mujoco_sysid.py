@@ -170,12 +170,12 @@ def by_pamsim(given: Case) -> dict[str, Any]:
         low, high = sorted((value / REACH, value * REACH))
         bounds[name] = f"{low!r} {unit}:{high!r} {unit}"
     wanted: dict[str, Any] = {"free": given.names, "bounds": bounds, "threads": 1}
-    report = calibrate([given.folder], rig=given.rig, channels=("angle", "pressure"), **wanted)
-    found = report.calibration
+    calibration = calibrate([given.folder], rig=given.rig, channels=("angle", "pressure"), **wanted)
+    found = calibration.fit
     ends = np.array([p.interval95 or (np.nan, np.nan) for p in found.parameters])
     return {
-        "seconds": report.seconds,
-        "simulations": report.simulations,
+        "seconds": calibration.seconds,
+        "simulations": calibration.simulations,
         "iterations": found.iterations,
         "parameters": judged(given, found.values, ends[:, 0], ends[:, 1]),
         "status": found.sentence,

@@ -63,11 +63,11 @@ def test_calibrate_study_meets_what_is_promised():
             assert 90.0 <= row["coverage_percent"] <= 98.0, (name, parameter)
     blind = study["rank_deficient"]["valves only fill"]
     assert "converged" not in blind["statuses"]
-    assert blind["doubts_percent"]["valve.conductance_fill"] == {}
-    doubted = blind["doubts_percent"]["valve.conductance_exhaust"]
-    assert set(doubted) <= {"dead", "at_bound"}
-    assert sum(doubted.values()) >= 100.0
-    assert study["rank_deficient"]["rest without load"]["doubts_percent"] == {
+    assert blind["flags_percent"]["valve.conductance_fill"] == {}
+    flagged = blind["flags_percent"]["valve.conductance_exhaust"]
+    assert set(flagged) <= {"dead", "at_bound"}
+    assert sum(flagged.values()) >= 100.0
+    assert study["rank_deficient"]["rest without load"]["flags_percent"] == {
         name: {"trade_off": 100.0} for name in ("force.scale", "passive.stiffness")
     }
 

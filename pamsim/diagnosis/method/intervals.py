@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 
 from pamsim.diagnosis.method.refit import Fitter, Refit
-from pamsim.inference.fit_result import Linearisation
 from pamsim.inference.free_parameter import SearchScale
 from pamsim.inference.intervals import parameter_covariance
+from pamsim.inference.simulator_fit import Linearisation
 
 _FEWEST_REPEATS = 2
 """Fitted trials of a protocol: of four recorded, one is held out. What differs from trial to trial

@@ -55,9 +55,13 @@ def test_bounds_of_the_file_and_of_the_user_count_in_this_order(rig):
     assert (from_file.free.low, from_file.free.high) == pytest.approx((8e-6, 20e-6))
     assert from_file.range_source == "bounds of params.toml"
     (given,) = freed_parameters(
-        bounded, ["chamber.dead_volume"], bounds={"chamber.dead_volume": "5:0.03dm^3"}
+        bounded, ["chamber.dead_volume"], bounds={"chamber.dead_volume": ("5", "0.03dm^3")}
     )
     assert (given.free.low, given.free.high) == pytest.approx((5e-6, 30e-6))
+    (in_si,) = freed_parameters(
+        bounded, ["chamber.dead_volume"], bounds={"chamber.dead_volume": (5e-6, 30e-6)}
+    )
+    assert (in_si.free.low, in_si.free.high) == (5e-6, 30e-6)
 
 
 def test_prior_is_the_stated_interval(rig):
@@ -85,7 +89,7 @@ def test_tied_names_take_one_number(rig):
 
 def test_one_muscle_and_native_fields_can_be_freed(rig):
     names = ["muscle_2:chamber.dead_volume", "joint.shaft.armature", "tendon.chain_1.coef"]
-    bounds = {"joint.shaft.armature": "0:0.01"}
+    bounds = {"joint.shaft.armature": (0.0, 0.01)}
     second, armature, wheel = freed_parameters(rig, names, bounds=bounds)
     assert second.free.start == rig.muscles["muscle_2"].chamber.dead_volume
     assert armature.free.start == rig.model.joint("shaft").armature[0]
@@ -100,10 +104,9 @@ def test_one_muscle_and_native_fields_can_be_freed(rig):
         (["passive.locking", "passive.locking"], {}, "is free already"),
         (["muscle_1:passive.locking", "passive.locking"], {}, "is free already"),
         (["muscle_3:passive.locking"], {}, "no muscle 'muscle_3'"),
-        (["joint.shaft.armature"], {}, "give a range with --bounds"),
-        (["passive.locking"], {"passive.locking": "10:x"}, "not a number"),
-        (["passive.locking"], {"passive.locking": "10:20:30"}, "write NAME=LOW:HIGH"),
-        (["chamber.dead_volume"], {"chamber.dead_volume": "5kg:20"}, "does not measure"),
+        (["joint.shaft.armature"], {}, "give its range with `bounds`"),
+        (["passive.locking"], {"passive.locking": ("10", "x")}, "not a number"),
+        (["chamber.dead_volume"], {"chamber.dead_volume": ("5kg", "20")}, "does not measure"),
     ],
 )
 def test_bad_requests_are_refused(rig, wanted, bounds, words):
@@ -125,7 +128,7 @@ def test_a_rig_that_states_nothing_usual_needs_names(rig):
     bare = dataclasses.replace(
         rig, file=dataclasses.replace(rig.file, muscle={}, native={}, sensor={})
     )
-    with pytest.raises(InputError, match="name some with --free"):
+    with pytest.raises(InputError, match="name some with `free`"):
         default_names(bare, moving=True)
 
 

@@ -10,7 +10,8 @@ import pytest
 from pamsim.core.errors import InputError
 from pamsim.fitting.curve_fit import fit_curve, search_curve
 from pamsim.fitting.linear_part import best_linear, linear_coefficients
-from pamsim.inference.coefficient import Coefficient, Doubt, held_coefficients
+from pamsim.inference.coefficient import Coefficient, held_coefficients
+from pamsim.inference.estimate import Flag
 from pamsim.inference.latin_hypercube import latin_hypercube
 
 X = np.linspace(0.0, 1.0, 25)
@@ -27,8 +28,8 @@ def decay(v):
     return v[0] * np.exp(v[1] * X) + v[2]
 
 
-def doubts(fit):
-    return {c.name: set(c.doubts) for c in fit.coefficients}
+def flags(fit):
+    return {c.name: set(c.flags) for c in fit.coefficients}
 
 
 def test_planted_coefficients_are_recovered_exactly():
@@ -36,7 +37,7 @@ def test_planted_coefficients_are_recovered_exactly():
     assert fit.values == pytest.approx([2.0, -3.5, 0.7], rel=1e-6)
     assert fit.scores.rmse < 1e-8
     assert fit.converged
-    assert doubts(fit) == {"a": set(), "b": set(), "c": set()}
+    assert flags(fit) == {"a": set(), "b": set(), "c": set()}
 
 
 def test_a_sum_of_two_exponentials_is_found_among_its_local_minima():
@@ -88,7 +89,7 @@ def test_a_dead_coefficient_is_called_dead():
         return v[0] * X
 
     fit = fit_curve(curve, 2.0 * X + 0.01 * X**2, (free("k"), free("ghost")))
-    assert doubts(fit) == {"k": set(), "ghost": {Doubt.DEAD}}
+    assert flags(fit) == {"k": set(), "ghost": {Flag.DEAD}}
     assert fit.coefficients[1].interval95 is None
 
 
@@ -98,7 +99,7 @@ def test_a_flat_direction_names_its_partners_and_spares_the_others():
 
     y = 6.0 * X + 1.0 + 0.01 * np.cos(40.0 * X)
     fit = fit_curve(curve, y, (free("a", 0.1, 10.0), free("b", 0.1, 10.0), free("c")))
-    assert doubts(fit) == {"a": {Doubt.FLAT_DIRECTION}, "b": {Doubt.FLAT_DIRECTION}, "c": set()}
+    assert flags(fit) == {"a": {Flag.FLAT_DIRECTION}, "b": {Flag.FLAT_DIRECTION}, "c": set()}
     assert fit.coefficients[0].partners == ("b",)
     assert fit.coefficients[0].interval95 is None
     assert fit.coefficients[2].interval95 is not None
@@ -108,7 +109,7 @@ def test_a_flat_direction_names_its_partners_and_spares_the_others():
 def test_a_bound_that_decides_is_said():
     fit = fit_curve(lambda v: v[0] * X + v[1], 5.0 * X + 1.0, (free("k", 0.0, 3.0), free("c")))
     assert fit.values[0] == pytest.approx(3.0)
-    assert Doubt.AT_BOUND in doubts(fit)["k"]
+    assert Flag.AT_BOUND in flags(fit)["k"]
     assert fit.coefficients[0].interval95 is None
     assert fit.coefficients[1].interval95 is not None
 
@@ -122,14 +123,14 @@ def test_a_trade_off_names_its_partner():
     y = curve([0.5, 3.0]) + 0.01 * np.cos(50.0 * X)
     wide = (free("slope"), free("offset", -1e3, 1e3))
     fit = fit_curve(curve, y, wide)
-    assert Doubt.TRADE_OFF in doubts(fit)["slope"]
+    assert Flag.TRADE_OFF in flags(fit)["slope"]
     assert fit.coefficients[0].partners == ("offset",)
 
 
 def test_a_sign_the_data_do_not_show_is_said():
     y = 1.0 + 0.1 * np.cos(40.0 * X)
     fit = fit_curve(lambda v: v[0] + v[1] * (X - 0.5), y, (free("c"), free("k")))
-    assert doubts(fit) == {"c": set(), "k": {Doubt.NOT_PINNED}}
+    assert flags(fit) == {"c": set(), "k": {Flag.NOT_PINNED}}
 
 
 def test_linear_coefficients_are_told_from_the_others():

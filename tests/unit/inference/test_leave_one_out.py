@@ -5,11 +5,11 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from pamsim.inference.bounded_fit import calibrate
+from pamsim.inference.fit_simulator import fit_simulator
 from pamsim.inference.free_parameter import Prior
 from pamsim.inference.leave_one_out import leave_one_out
 from tests.unit.core.refusals import refused
-from tests.unit.inference.calibration_rigs import Rig, free, line_rig
+from tests.unit.inference.closed_form_rigs import Rig, free, line_rig
 
 NOISE = 0.1
 PLACES = np.linspace(0.0, 2.0, 12)
@@ -25,7 +25,7 @@ def three(**rest):
 
 
 def left_out(rig, parameters, **options):
-    return leave_one_out(rig, parameters, calibrate(rig, parameters), **options)
+    return leave_one_out(rig, parameters, fit_simulator(rig, parameters), **options)
 
 
 def bent(values, at=PLACES):
@@ -73,11 +73,11 @@ def standard_errors(fit):
 def test_refits_of_a_bent_model_are_nearly_those_of_fits_to_the_other_rows():
     """The common Jacobian costs a few percent of a standard error, no more."""
     rig = bent_rig(MEASURED)
-    fit = calibrate(rig, BENT)
+    fit = fit_simulator(rig, BENT)
     found = leave_one_out(rig, BENT, fit, tolerance=1e-8, most=40)
     for i, values in enumerate(found.values):
         others = np.delete(np.arange(PLACES.size), i)
-        alone = calibrate(bent_rig(MEASURED[others], PLACES[others]), BENT)
+        alone = fit_simulator(bent_rig(MEASURED[others], PLACES[others]), BENT)
         assert np.all(np.abs(values - alone.values) < 0.05 * standard_errors(fit))
         miss = bent(alone.values)[i] - MEASURED[i]
         assert found.residual[i] == pytest.approx(miss, abs=0.05 * NOISE)
@@ -88,7 +88,7 @@ def test_a_row_left_out_is_unseen():
     spoilt = MEASURED.copy()
     spoilt[4] += 0.4
     kept, moved = (left_out(bent_rig(m), BENT, tolerance=1e-9, most=60) for m in (MEASURED, spoilt))
-    fit = calibrate(bent_rig(MEASURED), BENT)
+    fit = fit_simulator(bent_rig(MEASURED), BENT)
     change = (moved.values - kept.values) / standard_errors(fit)
     assert np.all(np.abs(change[4]) < 0.01)
     assert np.all(np.max(np.abs(np.delete(change, 4, 0)), axis=1) > 0.1)
@@ -97,7 +97,7 @@ def test_a_row_left_out_is_unseen():
 
 def test_unseen_rows_are_missed_by_more_than_seen_ones():
     rig = bent_rig(MEASURED)
-    fit = calibrate(rig, BENT)
+    fit = fit_simulator(rig, BENT)
     inside = np.sqrt(np.mean(fit.linearisation.residual**2))
     assert leave_one_out(rig, BENT, fit).rms > inside
 
@@ -118,7 +118,7 @@ def test_ranges_hold_in_refits_too():
 
 def test_all_refits_are_simulated_in_one_call():
     rig = bent_rig(MEASURED)
-    fit = calibrate(rig, BENT)
+    fit = fit_simulator(rig, BENT)
     rig.batches.clear()
     found = leave_one_out(rig, BENT, fit)
     assert set(rig.batches) == {PLACES.size}
@@ -133,7 +133,7 @@ def test_all_refits_are_simulated_in_one_call():
 def test_what_proves_nothing_is_refused():
     rows, measured = line()
     rig = line_rig(rows, measured, interval=0.01, noise_sd=NOISE)
-    fit = calibrate(rig, three())
+    fit = fit_simulator(rig, three())
     with refused("trial table", "hold out whole trials"):
         leave_one_out(rig, three(), fit)
     few = line_rig(rows[:4], measured[:4], noise_sd=NOISE)
@@ -143,7 +143,7 @@ def test_what_proves_nothing_is_refused():
 
 def test_a_refit_that_cannot_be_simulated_is_refused_with_its_row():
     rig = bent_rig(MEASURED)
-    fit = calibrate(rig, BENT)
+    fit = fit_simulator(rig, BENT)
     calls = iter(range(100))
     rig.diverges = lambda values: next(calls) == 2
     with refused("without row 3 "):

@@ -7,10 +7,11 @@ import json
 import numpy as np
 import pytest
 
+from pamsim.core.encoding import to_dict
 from pamsim.core.errors import InputError
-from pamsim.inference.bounded_fit import calibrate
+from pamsim.inference.fit_simulator import fit_simulator
 from pamsim.inference.profile_likelihood import profile
-from tests.unit.inference.calibration_rigs import (
+from tests.unit.inference.closed_form_rigs import (
     DECAY,
     TIME,
     Rig,
@@ -27,7 +28,7 @@ def test_the_profile_of_a_linear_simulator_is_its_parabola():
     measured = rows @ [1.0, -2.0, 0.5] + 0.1 * rng.standard_normal(30)
     three = tuple(free(n, 0.4, -10.0, 10.0) for n in "abc")
     rig = line_rig(rows, measured, noise_sd=0.1)
-    fit = calibrate(rig, three)
+    fit = fit_simulator(rig, three)
     b = profile(rig, three, fit, "b")
     variance = 0.1**2 * np.linalg.inv(rows.T @ rows)[1, 1]
     parabola = (np.array(b.values) - fit.values[1]) ** 2 / variance
@@ -35,13 +36,13 @@ def test_the_profile_of_a_linear_simulator_is_its_parabola():
     assert (b.low, b.high) == pytest.approx(fit.parameters[1].interval95, rel=1e-5)
     assert "closed on both sides" in b.sentence
     assert b.values == tuple(sorted(b.values))
-    json.dumps(b.as_dict(), allow_nan=False)
+    json.dumps(to_dict(b), allow_nan=False)
 
 
 def test_coloured_noise_widens_the_profile_as_it_widens_the_interval():
     rng = np.random.default_rng(2)
     rig = decay_rig([0.05 * coloured(rng, TIME.size, 0.9) for _ in range(3)])
-    fit = calibrate(rig, DECAY)
+    fit = fit_simulator(rig, DECAY)
     rate = profile(rig, DECAY, fit, "rate")
     assert rate.threshold > 3.0 * 3.84
     assert (rate.low, rate.high) == pytest.approx(fit.parameters[1].interval95, rel=0.03)
@@ -54,14 +55,14 @@ def test_a_flat_direction_closes_only_where_a_partner_ends():
     noise = 0.01 * np.random.default_rng(0).standard_normal(TIME.size)
     rig = Rig([("t", "p", "angle", curve, curve([2.0, 3.0]) + noise)])
     pair = (free("a", 2.0, scale="log"), free("b", 2.0, scale="log"))
-    fit = calibrate(rig, pair)
+    fit = fit_simulator(rig, pair)
     a = profile(rig, pair, fit, "a")
     assert a.high is None
     assert a.low == pytest.approx(0.6, rel=0.01)  # there b is at its 10
     assert "a is at least 0.5" in a.sentence
     assert max(r for v, r in zip(a.values, a.rise, strict=True) if v > 0.61) < 0.01
     wide = (pair[0], free("b", 2.0, 1e-3, 1e3, scale="log"))
-    open_ = profile(rig, wide, calibrate(rig, wide), "a")
+    open_ = profile(rig, wide, fit_simulator(rig, wide), "a")
     assert (open_.low, open_.high) == (None, None)
     assert "closes on neither side" in open_.sentence
 
@@ -73,7 +74,7 @@ def test_a_curved_simulator_has_a_lopsided_profile():
     noise = 0.3 * np.random.default_rng(3).standard_normal(TIME.size)
     one = (free("rate", 2.0),)
     rig = Rig([("t", "p", "angle", curve, curve([3.0]) + noise)], noise_sd=0.3)
-    fit = calibrate(rig, one)
+    fit = fit_simulator(rig, one)
     found = profile(rig, one, fit, "rate", points=11)
     grid = np.linspace(1.0, 9.0, 4001)
     measured = rig.trials[0][4]
@@ -85,7 +86,7 @@ def test_a_curved_simulator_has_a_lopsided_profile():
 
 def test_a_region_that_diverges_ends_the_profile():
     rig = decay_rig(0.02 * np.random.default_rng(1).standard_normal((3, TIME.size)))
-    fit = calibrate(rig, DECAY)
+    fit = fit_simulator(rig, DECAY)
     rate = fit.parameters[1]
     edge = rate.value + 0.5 * rate.standard_error
     rig.diverges = lambda v: v[1] > edge
@@ -96,7 +97,7 @@ def test_a_region_that_diverges_ends_the_profile():
 
 def test_refusals():
     rig = decay_rig(0.02 * np.random.default_rng(1).standard_normal((3, TIME.size)))
-    fit = calibrate(rig, DECAY)
+    fit = fit_simulator(rig, DECAY)
     with pytest.raises(InputError, match="did you mean 'rate'"):
         profile(rig, DECAY, fit, "rat")
     with pytest.raises(InputError, match="2 points"):

@@ -102,7 +102,7 @@ def rung(*terms, **rest):
 
 def test_planted_terms_are_recovered_by_the_rung_that_has_them(rig, stand):
     (found,) = climb(rig, [rung(LOCKING, TILT)], TERMS, steps=planted())
-    assert found.calibration.values == pytest.approx([26.0, -0.04], rel=1e-5)
+    assert found.fit.values == pytest.approx([26.0, -0.04], rel=1e-5)
     assert found.rms * DEG_PER_RAD < 1e-5
     assert found.left_out_rms * DEG_PER_RAD < 1e-5
 

@@ -1,4 +1,4 @@
-"""The page of a calibration: numbered figures, legends beside the data, units, doubts."""
+"""The page of a calibration: numbered figures, legends beside the data, units, warnings."""
 
 from __future__ import annotations
 
@@ -10,19 +10,19 @@ import pytest
 
 from pamsim.core.errors import InputError
 from pamsim.report.calibrate_numbers import correlations, parameter_ranges, profile_curves
-from pamsim.report.calibrate_page import verdict, write_calibration
+from pamsim.report.calibrate_page import headline, write_calibration
 from pamsim.report.calibrate_signals import rest_errors, shown_trials, trial_signals
 from pamsim.report.style import BLUE, VERMILION
 
 TIME = np.linspace(0.0, 1.0, 50)
 
 
-def parameter(name, value, interval, *, doubts=(), scale="linear"):
+def parameter(name, value, interval, *, flags=(), scale="linear"):
     written = {"unit": "N/bar", "value": value, "before": 4.0, "interval95": interval,
                "bounds": [1.0, 16.0]}  # fmt: skip
     return {
-        "name": name, "value": value * 1e-5, "tied": [], "doubts": list(doubts), "scale": scale,
-        "range_source": "a factor 4 either way", "sentence": "at its bound" if doubts else "",
+        "name": name, "value": value * 1e-5, "tied": [], "flags": list(flags), "scale": scale,
+        "range_source": "a factor 4 either way", "sentence": "at its bound" if flags else "",
         "written": written,
     }  # fmt: skip
 
@@ -62,15 +62,15 @@ def result(table):
               "held_out_before": None, "held_out_after": None}  # fmt: skip
     return {
         "schema": "pamsim-calibrate/1", "rig": "<arm>", "data": ["table"], "status": "converged",
-        "sentence": "converged inside the ranges", "notes": ["force_1 was <not> measured"],
+        "sentence": "no parameter at a limit", "notes": ["force_1 was <not> measured"],
         "misfit": [misfit],
         "parameters": [
             parameter("force.e", 8.0, [7.0, 9.0], scale="log"),
-            parameter("force.a", 16.0, None, doubts=["at_bound"]),
+            parameter("force.a", 16.0, None, flags=["at_bound"]),
         ],
         "trials": [table], "profiles": [], "calibrated_rig": "out/rig", "seed": 0,
         "simulations": 12, "seconds": 1.0, "versions": {"pamsim": "0.1.0"},
-        "calibration": {
+        "fit": {
             "correlation": [[1.0, None], [None, None]], "determined": [], "evaluations": 3,
             "interval_method": "linear", "iterations": 2, "diverged": 0, "same_optimum": 1,
             "noise": {"pressure_1": {"noise_sd": 400.0, "noise_source": "repeats"}},
@@ -97,7 +97,7 @@ def test_figures_are_numbered_without_gaps(result, comparisons, tmp_path):
 
 
 @pytest.mark.usefixtures("quick")
-def test_page_is_escaped_and_says_every_doubt(result, tmp_path):
+def test_page_is_escaped_and_gives_every_warning(result, tmp_path):
     page = write_calibration(result, [], tmp_path)[0].read_text(encoding="utf-8")
     assert "<arm>" not in page
     assert "force_1 was &lt;not&gt; measured" in page
@@ -107,12 +107,12 @@ def test_page_is_escaped_and_says_every_doubt(result, tmp_path):
     assert "None" not in page
 
 
-def test_verdict_is_made_of_sentences(result):
-    assert verdict(result) == (
-        "2 parameters fitted. RMS misfit, pressure 1: 10 → 0.38 kPa. Converged inside the ranges."
+def test_headline_is_made_of_sentences(result):
+    assert headline(result) == (
+        "2 parameters fitted. RMS misfit, pressure 1: 10 → 0.38 kPa. No parameter at a limit."
     )
     result["misfit"][0]["after"] = None
-    assert verdict(result) == "2 parameters fitted. Converged inside the ranges."
+    assert headline(result) == "2 parameters fitted. No parameter at a limit."
 
 
 def test_another_schema_and_a_bad_place_are_refused(result, tmp_path):
@@ -166,7 +166,7 @@ def test_places_in_the_range_follow_its_scale(result):
 
 
 def test_correlations_without_a_number_stay_empty(result):
-    figure = correlations(result["parameters"], result["calibration"]["correlation"])
+    figure = correlations(result["parameters"], result["fit"]["correlation"])
     assert [text.get_text() for text in figure.axes[0].texts] == ["1.00"]
 
 

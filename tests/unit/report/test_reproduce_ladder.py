@@ -15,7 +15,7 @@ from pamsim.report.style import BLUE, VERMILION
 
 def rung(name, climbed, rms, unseen, **rest):
     found = {"term": "locks", "name": "passive.locking", "unit": "N/Pa", "value": -4.5678e-4,
-             "interval95": [-5.0e-4, -4.0e-4], "doubts": ["trade_off"]}  # fmt: skip
+             "interval95": [-5.0e-4, -4.0e-4], "flags": ["trade_off"]}  # fmt: skip
     return {
         "name": name,
         "climbed": climbed,

@@ -1,23 +1,24 @@
-"""What a calibration hands back: values, intervals, reasons for doubt, and how it got there."""
+"""What a fit of simulator parameters returns: estimates, noise, status, and how it got there."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass, field
 from enum import StrEnum
 from typing import Any, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
-from pamsim.inference.calibrated_parameter import CalibratedParameter
+from pamsim.core.encoding import NOT_IN_JSON, json_key, json_property
+from pamsim.inference.estimate import Estimate
 from pamsim.inference.residual_block import BlockPlace
 
 FloatArray = NDArray[np.float64]
 
 
-class CalibrationStatus(StrEnum):
-    """How far the numbers of a calibration can be trusted."""
+class FitStatus(StrEnum):
+    """How far the numbers of a fit can be trusted."""
 
     CONVERGED = "converged"
     AT_BOUND = "at_bound"
@@ -39,7 +40,7 @@ class NoiseSource(StrEnum):
 
 
 class Checkpoint(Protocol):
-    """Where an interrupted calibration leaves its state; the caller owns the disk."""
+    """Where an interrupted fit leaves its state; the caller owns the disk."""
 
     def load(self) -> dict[str, Any] | None:
         """The state last saved, or None."""
@@ -51,8 +52,8 @@ class Checkpoint(Protocol):
 
 
 @dataclass(frozen=True, kw_only=True)
-class Progress:
-    """Where a running calibration stands, told after each Jacobian.
+class SearchProgress:
+    """Where a running fit stands, reported after each Jacobian.
 
     Attributes:
         start: number of the start that is followed, from 0.
@@ -82,19 +83,10 @@ class ChannelNoise:
         rms_per_trial: trial -> root mean square residual [SI unit of the channel].
     """
 
-    standard_deviation: float
-    source: NoiseSource
+    standard_deviation: float = field(metadata=json_key("noise_sd"))
+    source: NoiseSource = field(metadata=json_key("noise_source"))
     rms: float
     rms_per_trial: Mapping[str, float]
-
-    def as_dict(self) -> dict[str, Any]:
-        """JSON-safe form, SI."""
-        return {
-            "noise_sd": self.standard_deviation,
-            "noise_source": str(self.source),
-            "rms": self.rms,
-            "rms_per_trial": dict(self.rms_per_trial),
-        }
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -117,14 +109,10 @@ class StartReport:
     iterations: int
     same_optimum: bool
 
-    def as_dict(self) -> dict[str, Any]:
-        """JSON-safe form."""
-        return asdict(self)
-
 
 @dataclass(frozen=True, kw_only=True)
 class Linearisation:
-    """The simulator near the optimum, for what builds on a calibration (intervals, screening).
+    """The simulator near the optimum, for what builds on a fit (intervals, screening).
 
     Attributes:
         places: the blocks and their rows.
@@ -141,11 +129,11 @@ class Linearisation:
 
 
 @dataclass(frozen=True, kw_only=True)
-class Calibration:
-    """A calibrated simulator.
+class SimulatorFit:
+    """A simulator fitted to trials.
 
     Attributes:
-        parameters: in the order given, with intervals and doubts.
+        parameters: in the order given, with intervals and flags.
         covariance: of the values, shape (p, p) [products of parameter units]; NaN in rows and
             columns without an interval.
         correlation: the same scaled to 1 on the diagonal.
@@ -164,13 +152,13 @@ class Calibration:
         linearisation: residual and Jacobian at the optimum.
     """
 
-    parameters: tuple[CalibratedParameter, ...]
+    parameters: tuple[Estimate, ...]
     covariance: FloatArray
     correlation: FloatArray
     determined: tuple[str, ...]
     noise: Mapping[str, ChannelNoise]
     weights: Mapping[str, float]
-    status: CalibrationStatus
+    status: FitStatus
     sentence: str
     interval_method: str
     objective: float
@@ -179,39 +167,14 @@ class Calibration:
     iterations: int
     diverged: int
     starts: tuple[StartReport, ...]
-    linearisation: Linearisation
+    linearisation: Linearisation = field(metadata=NOT_IN_JSON)
 
     @property
     def values(self) -> FloatArray:
         """All values, shape (p,) [parameter units]."""
         return np.array([p.value for p in self.parameters])
 
-    @property
+    @json_property
     def same_optimum(self) -> int:
         """How many starts reached the best optimum."""
         return sum(start.same_optimum for start in self.starts)
-
-    def as_dict(self) -> dict[str, Any]:
-        """JSON-safe form, SI."""
-        return {
-            "status": str(self.status),
-            "sentence": self.sentence,
-            "parameters": [p.as_dict() for p in self.parameters],
-            "determined": list(self.determined),
-            "covariance": _json_matrix(self.covariance),
-            "correlation": _json_matrix(self.correlation),
-            "interval_method": self.interval_method,
-            "noise": {name: noise.as_dict() for name, noise in self.noise.items()},
-            "weights": dict(self.weights),
-            "objective": self.objective,
-            "evaluations": self.evaluations,
-            "calls": self.calls,
-            "iterations": self.iterations,
-            "diverged": self.diverged,
-            "same_optimum": self.same_optimum,
-            "starts": [start.as_dict() for start in self.starts],
-        }
-
-
-def _json_matrix(matrix: FloatArray) -> list[list[float | None]]:
-    return [[float(x) if np.isfinite(x) else None for x in row] for row in matrix]

@@ -5,13 +5,13 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from pamsim.inference.bounded_fit import calibrate
 from pamsim.inference.coloured_noise import ArNoise
-from pamsim.inference.fit_result import Linearisation
+from pamsim.inference.fit_simulator import fit_simulator
 from pamsim.inference.intervals import parameter_covariance
 from pamsim.inference.residual_block import BlockPlace, ResidualBlock
 from pamsim.inference.residual_colour import FittedRows, fit_colour, slow_gains
-from tests.unit.inference.calibration_rigs import TIME, TRUTH, coloured, decay_rig, free, line_rig
+from pamsim.inference.simulator_fit import Linearisation
+from tests.unit.inference.closed_form_rigs import TIME, TRUTH, coloured, decay_rig, free, line_rig
 
 RUNS = 200
 NEAR = (free("gain", 1.9, scale="log"), free("rate", 1.6))
@@ -28,7 +28,7 @@ def covered(noise, protocols, jitter=0.0):
             (*t[:3], t[3], t[4] + t[3](v) - t[3](TRUTH))
             for t, v in zip(rig.trials, moved, strict=True)
         ]
-        fit = calibrate(rig, NEAR, central=False)
+        fit = fit_simulator(rig, NEAR, central=False)
         assert fit.status == "converged", fit.sentence
         sides = [p.interval95 for p in fit.parameters]
         hits += [low <= v <= high for (low, high), v in zip(sides, TRUTH, strict=True)]
@@ -159,7 +159,7 @@ def test_rows_without_order_have_the_classical_interval():
     rng = np.random.default_rng(8)
     rows = rng.standard_normal((50, 2))
     measured = rows @ [1.0, 2.0] + 0.3 * rng.standard_normal(50)
-    fit = calibrate(line_rig(rows, measured, noise_sd=None), (free("a"), free("b")))
+    fit = fit_simulator(line_rig(rows, measured, noise_sd=None), (free("a"), free("b")))
     variance = np.sum(fit.linearisation.residual**2) / 48
     classical = np.sqrt(variance * np.diag(np.linalg.inv(rows.T @ rows)))
     assert [p.standard_error for p in fit.parameters] == pytest.approx(classical, rel=0.02)
@@ -170,10 +170,10 @@ def test_rows_without_order_have_the_classical_interval():
 
 def test_intervals_are_symmetric_in_the_logarithm_and_end_at_the_bounds():
     rig = decay_rig(0.02 * np.random.default_rng(0).standard_normal((3, TIME.size)))
-    gain = calibrate(rig, NEAR).parameters[0]
+    gain = fit_simulator(rig, NEAR).parameters[0]
     assert np.sqrt(np.prod(gain.interval95)) == pytest.approx(gain.value, rel=1e-9)
     rows = np.ones((4, 1))
-    wide = calibrate(line_rig(rows, [0.1, 3.0, 0.2, 0.3], noise_sd=None), (free("m"),))
+    wide = fit_simulator(line_rig(rows, [0.1, 3.0, 0.2, 0.3], noise_sd=None), (free("m"),))
     assert wide.parameters[0].interval95[0] == 0.1
 
 

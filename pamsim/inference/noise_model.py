@@ -7,8 +7,8 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from pamsim.inference.fit_result import NoiseSource
 from pamsim.inference.residual_block import BlockPlace
+from pamsim.inference.simulator_fit import NoiseSource
 
 FloatArray = NDArray[np.float64]
 

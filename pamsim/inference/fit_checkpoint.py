@@ -1,4 +1,4 @@
-"""State of a calibration between interruptions: finished starts and the one in progress."""
+"""Checkpoint of a fit to trials: finished starts and the one in progress."""
 
 from __future__ import annotations
 
@@ -11,24 +11,24 @@ from numpy.typing import NDArray
 
 from pamsim.core.errors import InputError
 from pamsim.inference.batched_residual import BatchedResidual
-from pamsim.inference.fit_result import Checkpoint
 from pamsim.inference.free_parameter import FreeParameter
 from pamsim.inference.search import SearchEnd, SearchState
+from pamsim.inference.simulator_fit import Checkpoint
 
 FloatArray = NDArray[np.float64]
 _SAME = 1e-6
 
 
-class CalibrationState:
-    """What is not lost when a calibration is interrupted.
+class FitState:
+    """What is not lost when a fit is interrupted.
 
     Args:
         checkpoint: where it is kept, or None to keep nothing.
-        identity: what the calibration is about; a state with another identity is refused.
+        identity: what the fit is about; a state with another identity is refused.
         residual: whose counters are carried on.
 
     Raises:
-        InputError: the checkpoint belongs to another calibration.
+        InputError: the checkpoint belongs to another fit.
     """
 
     def __init__(
@@ -43,7 +43,7 @@ class CalibrationState:
         for what, now in identity.items():
             if not _equal(saved.get("identity", {}).get(what), now):
                 raise InputError(
-                    f"the checkpoint belongs to another calibration: its {what} differ; remove it"
+                    f"the checkpoint belongs to another fit: its {what} differ; remove it"
                     " to start anew"
                 )
         self.finished = [_end(end) for end in saved["finished"]]
@@ -87,13 +87,13 @@ def identity(
     first: Mapping[str, float],
     options: Mapping[str, Any],
 ) -> dict[str, Any]:
-    """Say what a calibration is about, JSON-safe.
+    """Describe what a fit is about, JSON-safe.
 
     Args:
         residual: the simulator.
         parameters: p of them.
-        first: channel -> noise estimated at the first start, which tells data from other data.
-        options: of the calibration that its result depends on.
+        first: channel -> noise estimated at the first start, which identifies the data.
+        options: that its result depends on.
     """
     return {
         "parameters": [asdict(p) for p in parameters],

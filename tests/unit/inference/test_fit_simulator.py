@@ -8,13 +8,14 @@ import json
 import numpy as np
 import pytest
 
+from pamsim.core.encoding import to_dict
 from pamsim.core.errors import InputError, ParameterError
-from pamsim.inference.bounded_fit import calibrate
-from pamsim.inference.coefficient import Doubt
-from pamsim.inference.fit_result import CalibrationStatus, NoiseSource
+from pamsim.inference.estimate import Flag
+from pamsim.inference.fit_simulator import fit_simulator
 from pamsim.inference.free_parameter import FreeParameter, Prior, SearchScale
 from pamsim.inference.residual_block import ResidualBlock
-from tests.unit.inference.calibration_rigs import DECAY, TIME, TRUTH, Rig, decay_rig, free, line_rig
+from pamsim.inference.simulator_fit import FitStatus, NoiseSource
+from tests.unit.inference.closed_form_rigs import DECAY, TIME, TRUTH, Rig, decay_rig, free, line_rig
 
 
 def noisy(seed=0, trials=3, sd=0.02):
@@ -40,28 +41,28 @@ def test_planted_parameters_are_recovered_without_noise():
         for k, s in enumerate((1.0, -0.6))
     ]
     pair = (free("frequency", 3.0, 0.5, 30.0, scale="log"), free("damping", 0.7, 0.0, 0.95))
-    fit = calibrate(Rig(trials), pair)
-    assert fit.status is CalibrationStatus.CONVERGED
+    fit = fit_simulator(Rig(trials), pair)
+    assert fit.status is FitStatus.CONVERGED
     assert fit.values == pytest.approx(truth, rel=1e-6)
     assert fit.noise["angle"].rms < 1e-6
 
 
 def test_planted_parameters_are_recovered_within_their_errors():
-    fit = calibrate(decay_rig(noisy()), DECAY)
+    fit = fit_simulator(decay_rig(noisy()), DECAY)
     errors = np.array([p.standard_error for p in fit.parameters])
-    assert fit.status is CalibrationStatus.CONVERGED
+    assert fit.status is FitStatus.CONVERGED
     assert np.all(np.abs(fit.values - TRUTH) < 3.0 * errors)
     assert np.all(errors < 0.02)
     assert fit.noise["angle"].standard_deviation == pytest.approx(0.02, rel=0.1)
     assert set(fit.noise["angle"].rms_per_trial) == {"t0", "t1", "t2"}
-    json.dumps(fit.as_dict(), allow_nan=False)
+    json.dumps(to_dict(fit), allow_nan=False)
 
 
 def test_the_optimum_is_that_of_the_linear_least_squares_solution():
     rng = np.random.default_rng(3)
     rows, measured = rng.standard_normal((40, 3)), rng.standard_normal(40)
     three = tuple(free(name, 1.0, -10.0, 10.0) for name in "abc")
-    fit = calibrate(line_rig(rows, measured, noise_sd=None), three)
+    fit = fit_simulator(line_rig(rows, measured, noise_sd=None), three)
     best = np.linalg.lstsq(rows, measured, rcond=None)[0]
     assert fit.values == pytest.approx(best, abs=1e-7)
     rms = np.sqrt(np.mean((rows @ best - measured) ** 2))
@@ -71,7 +72,7 @@ def test_the_optimum_is_that_of_the_linear_least_squares_solution():
 def test_a_jacobian_is_one_call_and_every_vector_is_counted():
     rig = decay_rig(noisy())
     steps = []
-    fit = calibrate(rig, DECAY, progress=steps.append)
+    fit = fit_simulator(rig, DECAY, progress=steps.append)
     assert set(rig.batches) == {1, len(DECAY), 2 * len(DECAY)}  # steps, Jacobians, the last one
     assert rig.batches.count(len(DECAY)) == fit.iterations == len(steps)
     assert rig.batches.count(2 * len(DECAY)) == 1
@@ -80,7 +81,7 @@ def test_a_jacobian_is_one_call_and_every_vector_is_counted():
     assert steps[-1].cost == pytest.approx(1.0, abs=0.05)
     assert [s.iteration for s in steps] == list(range(1, len(steps) + 1))
     lean = decay_rig(noisy())
-    assert calibrate(lean, DECAY, central=False).evaluations == fit.evaluations - 2 * len(DECAY)
+    assert fit_simulator(lean, DECAY, central=False).evaluations == fit.evaluations - 2 * len(DECAY)
 
 
 def test_priors_pull_as_the_bayesian_solution_says():
@@ -89,23 +90,23 @@ def test_priors_pull_as_the_bayesian_solution_says():
     measured = rows @ [1.0, -2.0] + 0.1 * rng.standard_normal(30)
     known = (Prior(mean=1.3, standard_deviation=0.02, source="data sheet"), None)
     pair = tuple(free(n, 0.5, -10.0, 10.0, prior=p) for n, p in zip("ab", known, strict=True))
-    fit = calibrate(line_rig(rows, measured, noise_sd=0.1), pair)
+    fit = fit_simulator(line_rig(rows, measured, noise_sd=0.1), pair)
     weight = np.diag([1.0 / 0.02**2, 0.0])
     information = rows.T @ rows / 0.1**2 + weight
     posterior = np.linalg.solve(information, rows.T @ measured / 0.1**2 + weight @ [1.3, 0.0])
     assert fit.values == pytest.approx(posterior, abs=1e-8)
-    pull = fit.parameters[0].pull
+    pull = fit.parameters[0].prior
     assert pull.distance == pytest.approx((posterior[0] - 1.3) / 0.02, abs=1e-6)
     assert pull.share == pytest.approx(np.linalg.inv(information)[0, 0] / 0.02**2, rel=1e-6)
-    assert fit.parameters[1].pull is None
+    assert fit.parameters[1].prior is None
 
 
 def test_a_prior_on_a_logarithmic_parameter_counts_in_its_own_unit():
     prior = Prior(mean=3.0, standard_deviation=0.001, source="scale")
     pair = (free("gain", 1.0, scale="log", prior=prior), free("rate", 4.0))
-    fit = calibrate(decay_rig(noisy()), pair)
+    fit = fit_simulator(decay_rig(noisy()), pair)
     assert values(fit)["gain"] == pytest.approx(3.0, abs=0.02)
-    assert fit.parameters[0].pull.share > 0.9
+    assert fit.parameters[0].prior.share > 0.9
 
 
 def test_channels_count_in_units_of_their_noise_not_of_their_signal():
@@ -119,13 +120,13 @@ def test_channels_count_in_units_of_their_noise_not_of_their_signal():
         (f"t{k}", f"p{k}", c, curve(c), curve(c)([1.5]) + sd * rng.standard_normal(TIME.size))
         for k, (c, (_, sd)) in enumerate(unit.items())
     ]
-    both = calibrate(Rig(trials), (DECAY[1],))
-    angle = calibrate(Rig(trials[1:]), (DECAY[1],))
+    both = fit_simulator(Rig(trials), (DECAY[1],))
+    angle = fit_simulator(Rig(trials[1:]), (DECAY[1],))
     assert both.noise["pressure"].standard_deviation == pytest.approx(3e4, rel=0.2)
     # 0.3 against 0.001 of the signal: the pressure adds next to nothing.
     assert both.values == pytest.approx(angle.values, abs=0.1 * angle.parameters[0].standard_error)
-    without = calibrate(Rig(trials), (DECAY[1],), weights={"angle": 0.0})
-    pressure = calibrate(Rig(trials[:1]), (DECAY[1],))
+    without = fit_simulator(Rig(trials), (DECAY[1],), weights={"angle": 0.0})
+    pressure = fit_simulator(Rig(trials[:1]), (DECAY[1],))
     error = pressure.parameters[0].standard_error
     assert without.values == pytest.approx(pressure.values, abs=1e-3 * error)
 
@@ -134,11 +135,11 @@ def test_noise_comes_from_repeats_where_there_are_some():
     twice = decay_rig(noisy(trials=4), protocols=("a", "a", "b", "b"))
     # What the simulator misses is alike in repeats and must not pass for noise.
     twice.trials = [(*t[:3], t[3], t[4] + 0.2 * np.sin(9.0 * TIME)) for t in twice.trials]
-    fit = calibrate(twice, DECAY)
+    fit = fit_simulator(twice, DECAY)
     assert fit.noise["angle"].source is NoiseSource.REPEATS
     assert fit.noise["angle"].standard_deviation == pytest.approx(0.02, rel=0.1)
     assert fit.noise["angle"].rms > 0.1
-    once = calibrate(decay_rig(noisy(), noise_sd=0.05), DECAY).noise["angle"]
+    once = fit_simulator(decay_rig(noisy(), noise_sd=0.05), DECAY).noise["angle"]
     assert once.source is NoiseSource.GIVEN
     assert once.standard_deviation == pytest.approx(0.05)
 
@@ -148,18 +149,18 @@ def test_a_start_on_a_bound_without_slope_there_is_moved_off():
         return v[0] ** 2 * np.exp(-TIME)
 
     rig = Rig([("t", "p", "angle", curve, curve([2.0]) + noisy()[0])])
-    fit = calibrate(rig, (free("friction", 0.0, 0.0, 5.0),))
+    fit = fit_simulator(rig, (free("friction", 0.0, 0.0, 5.0),))
     assert fit.values == pytest.approx([2.0], abs=0.01)
     assert fit.starts[0].start == pytest.approx((0.25,))
 
 
 def test_a_bound_that_attracts_is_reached_and_said():
-    fit = calibrate(decay_rig(noisy()), (free("gain"), free("rate", 1.0, 0.5, 1.2)))
+    fit = fit_simulator(decay_rig(noisy()), (free("gain"), free("rate", 1.0, 0.5, 1.2)))
     rate = fit.parameters[1]
-    assert fit.status is CalibrationStatus.AT_BOUND
+    assert fit.status is FitStatus.AT_BOUND
     assert "rate" in fit.sentence
-    assert (rate.value, rate.interval95, rate.doubts) == (1.2, None, (Doubt.AT_BOUND,))
-    held = calibrate(
+    assert (rate.value, rate.interval95, rate.flags) == (1.2, None, (Flag.AT_BOUND,))
+    held = fit_simulator(
         Rig([(*t[:3], lambda v, c=t[3]: c([v[0], 1.2]), t[4]) for t in decay_rig(noisy()).trials]),
         (free("gain"),),
     )
@@ -169,8 +170,8 @@ def test_a_bound_that_attracts_is_reached_and_said():
 
 def test_diverging_regions_are_survived_and_counted():
     rig = decay_rig(noisy(), diverges=lambda v: v[1] > 2.2)
-    fit = calibrate(rig, (free("gain", 0.2), free("rate", 2.0)), starts=3, seed=2)
-    assert fit.status is CalibrationStatus.CONVERGED
+    fit = fit_simulator(rig, (free("gain", 0.2), free("rate", 2.0)), starts=3, seed=2)
+    assert fit.status is FitStatus.CONVERGED
     assert fit.diverged > 0
     assert fit.values == pytest.approx(TRUTH, abs=0.03)
     assert len(fit.starts) == 3  # places that diverge were drawn anew
@@ -182,16 +183,16 @@ def test_a_residual_that_is_not_finite_counts_as_divergence():
             return np.sqrt(2.0 - v[0]) * np.ones(5)
 
     rig = Rig([("t", "p", "angle", curve, np.ones(5))])
-    fit = calibrate(rig, (free("x", 9.0),))  # the nominal start has no value
+    fit = fit_simulator(rig, (free("x", 9.0),))  # the nominal start has no value
     assert fit.values == pytest.approx([1.0], abs=1e-5)
     assert fit.diverged > 0
 
 
 def test_a_column_that_diverges_to_one_side_is_taken_from_the_other():
     truth = decay_rig(noisy())
-    optimum = calibrate(truth, DECAY).values
+    optimum = fit_simulator(truth, DECAY).values
     edge = optimum[1] + 1e-9  # the optimum lies on the rim
-    fit = calibrate(decay_rig(noisy(), diverges=lambda v: v[1] > edge), DECAY)
+    fit = fit_simulator(decay_rig(noisy(), diverges=lambda v: v[1] > edge), DECAY)
     assert fit.values == pytest.approx(optimum, rel=1e-4)
     assert fit.parameters[1].interval95 is not None
 
@@ -201,18 +202,18 @@ def test_starts_tell_how_many_agree():
         return np.sin(v[0] * TIME)
 
     rig = Rig([("t", "p", "angle", curve, curve([6.0]) + noisy()[0])])
-    fit = calibrate(rig, (free("frequency", 1.0, 0.1, 20.0),), starts=12, seed=1)
+    fit = fit_simulator(rig, (free("frequency", 1.0, 0.1, 20.0),), starts=12, seed=1)
     assert fit.values == pytest.approx([6.0], abs=0.01)
     assert 1 <= fit.same_optimum < 12
     for start in fit.starts:
         assert start.same_optimum == (abs(start.end[0] - 6.0) < 0.01)
-    again = calibrate(rig, (free("frequency", 1.0, 0.1, 20.0),), starts=12, seed=1)
-    assert again.as_dict()["starts"] == fit.as_dict()["starts"]
+    again = fit_simulator(rig, (free("frequency", 1.0, 0.1, 20.0),), starts=12, seed=1)
+    assert to_dict(again)["starts"] == to_dict(fit)["starts"]
 
 
 def test_a_search_without_enough_steps_says_so():
-    fit = calibrate(decay_rig(noisy()), DECAY, max_iterations=2)
-    assert fit.status is CalibrationStatus.NOT_CONVERGED
+    fit = fit_simulator(decay_rig(noisy()), DECAY, max_iterations=2)
+    assert fit.status is FitStatus.NOT_CONVERGED
     assert "ran out of steps" in fit.sentence
 
 
@@ -242,12 +243,12 @@ class Impatient:
 
 @pytest.mark.parametrize("calls", [1, 6, 13, 20, 33])
 def test_an_interrupted_calibration_goes_on_to_the_same_result(calls):
-    whole = calibrate(decay_rig(noisy()), DECAY, starts=3)
+    whole = fit_simulator(decay_rig(noisy()), DECAY, starts=3)
     memory = Memory()
     with pytest.raises(KeyboardInterrupt):
-        calibrate(Impatient(decay_rig(noisy()), calls), DECAY, starts=3, checkpoint=memory)
+        fit_simulator(Impatient(decay_rig(noisy()), calls), DECAY, starts=3, checkpoint=memory)
     rest = decay_rig(noisy())
-    resumed = calibrate(rest, DECAY, starts=3, checkpoint=memory)
+    resumed = fit_simulator(rest, DECAY, starts=3, checkpoint=memory)
     errors = np.array([p.standard_error for p in whole.parameters])
     assert np.all(np.abs(resumed.values - whole.values) < 1e-3 * errors)
     assert resumed.objective == pytest.approx(whole.objective, abs=1e-4)
@@ -260,17 +261,17 @@ def test_an_interrupted_calibration_goes_on_to_the_same_result(calls):
 
 def test_a_checkpoint_of_other_data_or_settings_is_refused():
     memory = Memory()
-    calibrate(decay_rig(noisy()), DECAY, checkpoint=memory)
-    with pytest.raises(InputError, match="another calibration: its residuals differ"):
-        calibrate(decay_rig(noisy(seed=1)), DECAY, checkpoint=memory)
+    fit_simulator(decay_rig(noisy()), DECAY, checkpoint=memory)
+    with pytest.raises(InputError, match="another fit: its residuals differ"):
+        fit_simulator(decay_rig(noisy(seed=1)), DECAY, checkpoint=memory)
     with pytest.raises(InputError, match="its options differ"):
-        calibrate(decay_rig(noisy()), DECAY, seed=1, checkpoint=memory)
+        fit_simulator(decay_rig(noisy()), DECAY, seed=1, checkpoint=memory)
     with pytest.raises(InputError, match="its parameters differ"):
-        calibrate(decay_rig(noisy()), (DECAY[0], free("rate", 4.0, 0.2)), checkpoint=memory)
+        fit_simulator(decay_rig(noisy()), (DECAY[0], free("rate", 4.0, 0.2)), checkpoint=memory)
     rig = decay_rig(noisy())
-    done = calibrate(rig, DECAY, checkpoint=memory)  # finished: only judged again
+    done = fit_simulator(rig, DECAY, checkpoint=memory)  # finished: only judged again
     assert sum(rig.batches) <= 2 + 2 * len(DECAY)
-    assert done.status is CalibrationStatus.CONVERGED
+    assert done.status is FitStatus.CONVERGED
 
 
 def test_the_search_scale_and_back():
@@ -303,25 +304,25 @@ def test_parameters_check_themselves(change, text):
 def test_refusals():
     rig = decay_rig(noisy())
     with pytest.raises(InputError, match="no parameter"):
-        calibrate(rig, ())
+        fit_simulator(rig, ())
     with pytest.raises(InputError, match="given twice"):
-        calibrate(rig, (DECAY[0], DECAY[0]))
+        fit_simulator(rig, (DECAY[0], DECAY[0]))
     with pytest.raises(InputError, match="0 starts"):
-        calibrate(rig, DECAY, starts=0)
+        fit_simulator(rig, DECAY, starts=0)
     with pytest.raises(InputError, match="unknown channel 'force'"):
-        calibrate(rig, DECAY, weights={"force": 1.0})
+        fit_simulator(rig, DECAY, weights={"force": 1.0})
     with pytest.raises(InputError, match="of channel angle is not a number from 0"):
-        calibrate(rig, DECAY, weights={"angle": -1.0})
+        fit_simulator(rig, DECAY, weights={"angle": -1.0})
     with pytest.raises(InputError, match="diverges at all 25 starts"):
-        calibrate(decay_rig(noisy(), diverges=lambda v: True), DECAY)
+        fit_simulator(decay_rig(noisy(), diverges=lambda v: True), DECAY)
     with pytest.raises(InputError, match="no residuals"):
-        calibrate(lambda sets: [[] for _ in sets], DECAY)
+        fit_simulator(lambda sets: [[] for _ in sets], DECAY)
     with pytest.raises(InputError, match="1 vectors were simulated, 0 results"):
-        calibrate(lambda sets: [], DECAY)
+        fit_simulator(lambda sets: [], DECAY)
 
     def growing(sets):
         block = {"trial": "t", "protocol": "p", "channel": "angle"}
         return [[ResidualBlock(**block, residual=np.ones(int(10 * v[0])))] for v in sets]
 
     with pytest.raises(InputError, match="different layout"):
-        calibrate(growing, (free("gain", 1.0),), starts=3)
+        fit_simulator(growing, (free("gain", 1.0),), starts=3)

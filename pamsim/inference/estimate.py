@@ -1,0 +1,76 @@
+"""An estimated number: value, 95 % interval, and the flags that say why not to quote it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from enum import StrEnum
+
+from pamsim.inference.free_parameter import Prior
+
+Interval = tuple[float, float]
+
+
+class Flag(StrEnum):
+    """Why an estimate should not be quoted as it stands."""
+
+    DEAD = "dead"
+    """The data do not depend on it."""
+    FLAT_DIRECTION = "flat_direction"
+    """It can change together with others without changing what is simulated."""
+    AT_BOUND = "at_bound"
+    """It ran into its allowed range, which then decides, not the data."""
+    TRADE_OFF = "trade_off"
+    """It is correlated by more than 0.95 with another: only a combination is determined."""
+    NOT_PINNED = "not_pinned"
+    """Of a curve: its 95 % interval is wider than the value on either side, so that not even the
+    sign is known. Of a rig: its standard error is larger than its allowed range."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class PriorPull:
+    """What a prior and the data did to each other.
+
+    Attributes:
+        prior: the knowledge from elsewhere.
+        distance: (value - mean) / standard deviation [-]; beyond 2 they contradict each other.
+        share: of the information on the parameter that comes from its prior, 0 to 1; None where the
+            parameter has no interval.
+    """
+
+    prior: Prior
+    distance: float
+    share: float | None
+
+
+@dataclass(frozen=True, kw_only=True)
+class Estimate:
+    """A parameter or coefficient after a fit.
+
+    Attributes:
+        name: of the parameter.
+        unit: SI, of value, interval and bounds.
+        value: at the optimum, or as held.
+        interval95: 95 % interval; None if held, at a bound, or not determined by the data.
+        bounds: range the fit was allowed.
+        held: True if it was not fitted.
+        flags: why not to quote it; empty if there is no reason.
+        partners: parameters it trades off or shares a flat direction with.
+        sentence: the flags for a person; empty if there are none.
+        standard_error: [unit]; None like the interval.
+        rise95: by how much -2 log likelihood has risen at the ends of the interval; 3.84 for white
+            noise, more where the noise is coloured; None if not known.
+        prior: its prior against the data, or None.
+    """
+
+    name: str
+    unit: str
+    value: float
+    interval95: Interval | None
+    bounds: Interval
+    held: bool = False
+    flags: tuple[Flag, ...] = ()
+    partners: tuple[str, ...] = ()
+    sentence: str = ""
+    standard_error: float | None = None
+    rise95: float | None = None
+    prior: PriorPull | None = None
