@@ -1,4 +1,4 @@
-"""An effect on a given rig: what a search may do with its parameters."""
+"""An effect on a given rig: ranges, neutral values and probes of its parameters."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from pamsim.effects.effect import Effect
 from pamsim.inference.free_parameter import FreeParameter
 
 INSIDE = 1e-3
-"""Share of a range that starts keep from its ends, where friction has no slope."""
+"""Distance of starts from the ends of a range, as a share of it: friction at 0 has no gradient."""
 
 
 def inside(parameters: Sequence[FreeParameter], values: Mapping[str, float]) -> dict[str, float]:
@@ -19,22 +19,22 @@ def inside(parameters: Sequence[FreeParameter], values: Mapping[str, float]) -> 
         parameters: that have ranges.
         values: name -> value of each [SI].
     """
-    found: dict[str, float] = {}
+    moved: dict[str, float] = {}
     for parameter in parameters:
         off = INSIDE * (parameter.high - parameter.low)
         value = values[parameter.name]
-        found[parameter.name] = min(max(value, parameter.low + off), parameter.high - off)
-    return found
+        moved[parameter.name] = min(max(value, parameter.low + off), parameter.high - off)
+    return moved
 
 
 @dataclass(frozen=True, kw_only=True)
 class Probe:
-    """Values of an effect's parameters at which its signature is taken.
+    """Values of an effect's parameters at which its signature is computed.
 
     Attributes:
         size: in units of the effect's typical one.
         values: rig parameter -> value [SI].
-        shape: numbers that mean nothing while the effect is absent, in order.
+        shape: numbers without influence while the effect is absent, in order.
     """
 
     size: float
@@ -48,14 +48,14 @@ class Probe:
 
 @dataclass(frozen=True, kw_only=True)
 class Candidate:
-    """An effect that a rig's model may lack.
+    """An effect that a rig's model may be missing.
 
     Attributes:
         effect: which.
         parameters: ranges of what it frees, under the rig's names; the one that measures its size
             first.
-        neutral: values at which it is absent [SI]; none for numbers that mean nothing then.
-        probes: where its signature is taken.
+        neutral: values at which it is absent [SI]; none for numbers without influence then.
+        probes: values at which its signature is computed.
     """
 
     effect: Effect
@@ -89,11 +89,11 @@ class Candidate:
         Returns:
             Rig parameter -> value [SI].
         """
-        found: dict[str, float] = {}
+        moved: dict[str, float] = {}
         for parameter in self.parameters:
             value = probe.values[parameter.name]
             if parameter.name in self.neutral:
                 neutral = self.neutral[parameter.name]
                 value = neutral + factor * (value - neutral)
-            found[parameter.name] = value
-        return inside(self.parameters, found)
+            moved[parameter.name] = value
+        return inside(self.parameters, moved)

@@ -1,4 +1,4 @@
-"""The effects of the catalogue on a given rig: ranges, probes and starts of their parameters."""
+"""The effects of the catalog on a given rig: ranges, probes and starts of their parameters."""
 
 from __future__ import annotations
 
@@ -63,7 +63,7 @@ def at_size(rig: Rig, effect: Effect, size: float) -> dict[str, float]:
 
 
 def candidate(rig: Rig, effect: Effect) -> Candidate:
-    """An effect as a search on a rig may treat it.
+    """An effect as a candidate for what a rig's model is missing.
 
     Raises:
         InputError: if the rig does not have what the effect acts on.
@@ -85,7 +85,7 @@ def candidate(rig: Rig, effect: Effect) -> Candidate:
     ]
     probes: list[Probe] = []
     for number, size in enumerate(effect.probes):
-        # Other shapes are tried at one size only: which shape it is shows at any.
+        # Other shapes are tried at one size only: the shape shows at any size.
         for variant in variants if number == 0 else variants[:1]:
             values = inside(free, {**at_size(rig, effect, size), **variant})
             shape = tuple(values[name] for name in shapes)
@@ -103,14 +103,14 @@ def candidates(rig: Rig, names: Sequence[str] = ()) -> tuple[tuple[Candidate, ..
     Returns:
         The effects, and why others cannot be tried.
     """
-    found: list[Candidate] = []
+    tried: list[Candidate] = []
     skipped: dict[str, str] = {}
     for name in names or TRIAL_EFFECTS:
         try:
-            found.append(candidate(rig, effect(name)))
+            tried.append(candidate(rig, effect(name)))
         except InputError as error:
             skipped[name] = str(error)
-    return tuple(found), skipped
+    return tuple(tried), skipped
 
 
 def _free(parameter: EffectParameter, found: RigParameter) -> FreeParameter:

@@ -1,4 +1,4 @@
-"""The safe inputs by which an antagonistic rig shows what its model lacks."""
+"""Safe inputs of an antagonistic rig that show what its model is missing."""
 
 from __future__ import annotations
 
@@ -118,7 +118,7 @@ PROTOCOLS: dict[str, Protocol] = {
     for protocol in (
         Protocol(
             name="triangle",
-            shows="hysteresis, friction, play: slow loops with minor loops inside",
+            shows="hysteresis, friction, backlash: slow loops with minor loops inside",
             command="pressure",
             drive=_triangle,
         ),

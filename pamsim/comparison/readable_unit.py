@@ -19,7 +19,7 @@ _READABLE = {
 
 
 def readable_unit(parameter: RigParameter) -> str:
-    """Unit that the rig's file has a parameter in; one for people where the file lacks it."""
+    """Unit that the rig's file has a parameter in; a common one if the file does not state it."""
     if parameter.stated is not None:
         return parameter.stated.unit
     return _READABLE.get(parameter.spec.unit, parameter.spec.unit)

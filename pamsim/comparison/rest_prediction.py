@@ -1,7 +1,7 @@
-"""What a rig makes of the rows of a static table, fast: by its torque balance.
+"""Angles at rest in the rows of a static table, predicted by the torque balance.
 
-The balance leaves out what depends on the path, such as hysteresis. What that amounts to is taken
-from a simulation in time of one rig, the anchor, and counts for rigs near it.
+The balance ignores what depends on the path, such as hysteresis. Its contribution is the difference
+between a simulation in time and the balance of one rig, the anchor, and is added for rigs near it.
 """
 
 from __future__ import annotations
@@ -11,7 +11,7 @@ from collections.abc import Callable, Mapping, Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from pamsim.comparison.table_experiments import table_experiments
+from pamsim.comparison.experiments import table_experiments
 from pamsim.core.errors import InputError
 from pamsim.core.recording import Outcome
 from pamsim.engine.batch import simulate_batch
@@ -28,7 +28,7 @@ class RestPredictor:
     """Predicts the rows of a table with rigs that differ in parameters.
 
     Args:
-        rig_of: makes the rig of a set of values; None for one that cannot be.
+        rig_of: returns the rig of a set of values, or None if there is no such rig.
         table: rows to predict.
         threads: simulations at a time; None for one per processor.
 
@@ -59,10 +59,10 @@ class RestPredictor:
         return [self._residual(self._rig_of(values)) for values in sets]
 
     def anchor(self, values: Values) -> None:
-        """Take what depends on the path from a simulation in time with these values.
+        """Simulate these values in time, for the part that depends on the path.
 
         Raises:
-            InputError: if a row's simulation breaks down.
+            InputError: if the simulation of a row breaks down.
         """
         key = tuple(sorted(values.items()))
         if key not in self._anchored:
@@ -76,7 +76,7 @@ class RestPredictor:
                 )
             balanced = self._balanced(rig)
             path = simulated - balanced
-            # A row without a balance has no prediction; its anchor must not hide that.
+            # A row without a balance has no prediction; its anchor must not conceal that.
             known = np.isfinite(path)
             self._anchored[key] = np.where(known, path, 0.0), np.where(known, balanced, 0.0)
         self._path, self._near = self._anchored[key]
@@ -90,15 +90,15 @@ class RestPredictor:
         return np.array([run.angle[-1] for run in runs])
 
     def reported(self, rig: Rig, angle: FloatArray) -> FloatArray:
-        """What the rig's encoder makes of true angles [rad]."""
+        """True angles as the rig's encoder reports them [rad]."""
         chain = rig.sensor or MeasurementChain()
         return chain.angle_scale * angle + chain.angle_bias
 
     def _residual(self, rig: Rig | None) -> FloatArray | None:
         if rig is None:
             return None
-        found = self.reported(rig, self._balanced(rig) + self._path) - self.table.angle
-        return found if np.all(np.isfinite(found)) else None
+        residual = self.reported(rig, self._balanced(rig) + self._path) - self.table.angle
+        return residual if np.all(np.isfinite(residual)) else None
 
     def _balanced(self, rig: Rig) -> FloatArray:
         self.balances += len(self.table.rows)

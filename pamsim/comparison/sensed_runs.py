@@ -1,4 +1,4 @@
-"""Simulated recordings as a rig's sensors would report them, each different run made once."""
+"""Simulated recordings as a rig's sensors would report them, each different run simulated once."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from pamsim.signals.sensors import distorted, true_pressure
 
 
 def identity(experiment: Experiment) -> tuple[object, ...]:
-    """What tells experiments apart, their name aside."""
+    """All properties of an experiment but its name, as a key for equal experiments."""
     return (
         experiment.command,
         experiment.command_time.tobytes(),
@@ -29,7 +29,7 @@ def identity(experiment: Experiment) -> tuple[object, ...]:
 
 
 def as_read(rig: Rig, experiment: Experiment) -> Experiment:
-    """An experiment whose start pressures were read from the rig's sensors, as they were."""
+    """An experiment with the true start pressures, given those that the rig's sensors read."""
     if rig.sensor is None:
         return experiment
     true = np.maximum(true_pressure(experiment.start_pressure, rig.sensor), 0.0)
@@ -47,11 +47,11 @@ def sensed_runs(
     """Simulate rigs; those that differ in their sensors alone share a model and are run once.
 
     Args:
-        jobs: rigs and what each is to do.
+        jobs: rigs and the experiment of each.
         timestep: [s]; each rig's own if left out.
         settle_steps: see `pamsim.engine.batch.simulate_batch`.
         threads: simulations at a time; None for one per processor.
-        simulated: is told the number of simulations before they begin.
+        simulated: called with the number of simulations before they begin.
     """
     keys = [(id(rig.model), identity(experiment)) for rig, experiment in jobs]
     different = dict(zip(reversed(keys), reversed(jobs), strict=True))

@@ -1,9 +1,9 @@
-"""What a trial's first pressure sample does not tell: where the muscles really started.
+"""Errors of start pressures: the difference between the first sample and the true start.
 
-A trial starts at its first measured pressures, which carry the sensor's noise. With shut valves an
-error of the start lasts as long as the trial, and a fit would take it for something else. So each
-trial's start may differ from what was read by about that noise, and what best fits the trial is
-added along the simulated signals' own sensitivity to the start: a linear nuisance, profiled out.
+The start of a trial is its first measured pressures, which include sensor noise. With shut valves
+a start error lasts as long as the trial, and a fit would attribute it to another cause. So each
+trial's start may differ from the reading by about that noise. The best-fitting difference is added
+through the sensitivity of the simulated signals to the start: a linear nuisance, profiled out.
 """
 
 from __future__ import annotations
@@ -14,7 +14,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from pamsim.comparison.trial_experiment import start_pressures
+from pamsim.comparison.experiments import start_pressures
 from pamsim.core.trial import Trial
 from pamsim.signals.roughness import rough_noise
 
@@ -26,19 +26,19 @@ STEP = 1e3
 
 _REACH = 4.0  # standard deviations of sensor noise that a first sample is not off by
 _LAGS = 20  # parts of a trial, one of which is the longest time over which noise may drift
-_PASSES = 2  # the second knows what a channel misses apart from the wrong start
-_ALIKE = 6.0  # standard deviations by which starts of repeats may differ and still be one start
+_PASSES = 2  # the second weights channels by their residual without the start error
+_SAME_START = 6.0  # standard deviations by which starts of repeats may differ
 _UNIFORM = np.sqrt(12.0)  # of a uniform distribution, in its standard deviations
 
 
 @dataclass(frozen=True)
 class StartError:
-    """What is known of one trial's start before it is compared.
+    """Prior knowledge of one trial's start error.
 
     Attributes:
         read: (m,) first measured minus simulated start pressure [Pa].
-        spread: (m,) how far at most the truth is from what was read [Pa]; 0 where a set point says
-            it.
+        spread: (m,) largest difference between true and read pressure [Pa]; 0 where a set point
+            gives the start.
     """
 
     read: FloatArray
@@ -47,7 +47,7 @@ class StartError:
     def adjusted(
         self, trial: Trial, simulated: Signals, sensitivity: Signals, channels: Sequence[str]
     ) -> dict[str, FloatArray]:
-        """Signals as they would be from the start that fits the trial best.
+        """Signals from the start that fits the trial best.
 
         Args:
             trial: as measured.
@@ -64,7 +64,7 @@ class StartError:
         spread = self.spread[free]
         shift = np.zeros(free.size)
         for _ in range(_PASSES):
-            # In units of the spread; each channel counts by what it misses, model error included.
+            # In units of the spread; channels are weighted by their residual, model error included.
             normal = np.eye(int(free.sum()))
             read = self.read[free] / spread
             right = read.copy()
@@ -76,7 +76,7 @@ class StartError:
                 normal += weight * slope.T @ slope
                 right += weight * slope.T @ miss
             away = np.linalg.solve(normal, right) - read
-            # A model that misses by far would take more than a sensor can be wrong by.
+            # A model with a large error would otherwise move the start by more than a sensor error.
             away /= (1.0 + away**4) ** 0.25
             shift[free] = (read + away) * spread
         return {name: signal + sensitivity[name] @ shift for name, signal in simulated.items()}
@@ -92,7 +92,7 @@ def start_groups(trials: Sequence[Trial]) -> list[tuple[FloatArray, list[int]]]:
         Start pressures (m,) [Pa] of each group, and the numbers of its trials.
 
     Raises:
-        InputError: if a trial does not say where it started.
+        InputError: if a trial does not give its start pressures.
     """
     groups: list[tuple[list[FloatArray], list[int]]] = []
     for number, trial in enumerate(trials):
@@ -100,7 +100,7 @@ def start_groups(trials: Sequence[Trial]) -> list[tuple[FloatArray, list[int]]]:
         for starts, members in groups:
             first = trials[members[0]]
             if _same_settings(first, trial) and np.all(
-                np.abs(start - starts[0]) <= _ALIKE * _noise_of_repeats(first, trial)
+                np.abs(start - starts[0]) <= _SAME_START * _noise_of_repeats(first, trial)
             ):
                 starts.append(start)
                 members.append(number)
@@ -113,13 +113,13 @@ def start_groups(trials: Sequence[Trial]) -> list[tuple[FloatArray, list[int]]]:
 def start_error(
     trial: Trial, simulated_start: FloatArray, simulated: Signals | None = None
 ) -> StartError:
-    """What is known of a trial's start.
+    """The start error of a trial before it is compared.
 
     Args:
         trial: as measured.
         simulated_start: (m,) [Pa].
-        simulated: channel -> (n,) at the trial's times from that start [SI]. What it misses shows
-            sensor noise that drifts; without it, noise counts as white.
+        simulated: channel -> (n,) at the trial's times from that start [SI]. The
+            residual shows drifting sensor noise; without it, noise is assumed white.
     """
     noise = _noise(trial)
     for muscle, channel in enumerate(_channels(trial)):

@@ -1,4 +1,4 @@
-"""What a rig makes of measurements: the simulated signal beside every measured one."""
+"""Predictions of measurements: the simulated signal for every measured one."""
 
 from __future__ import annotations
 
@@ -8,11 +8,10 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from pamsim.comparison.experiments import at_times, experiment_of, table_experiments
 from pamsim.comparison.measurements import CalibrationData
 from pamsim.comparison.sensed_runs import as_read, identity, sensed_runs
 from pamsim.comparison.start_errors import STEP, StartError, start_error, start_groups
-from pamsim.comparison.table_experiments import table_experiments
-from pamsim.comparison.trial_experiment import at_times, experiment_of
 from pamsim.core.errors import InputError, nearest
 from pamsim.core.experiment import Experiment
 from pamsim.core.recording import Outcome, Recording
@@ -30,7 +29,7 @@ AT_REST = "angle_at_rest"
 
 @dataclass(frozen=True, kw_only=True)
 class Prediction:
-    """What one rig makes of the measurements.
+    """The measurements as one rig predicts them.
 
     Attributes:
         trials: name of the trial -> channel -> simulated signal at the trial's times [SI].
@@ -44,18 +43,18 @@ class Prediction:
 class TrialPredictor:
     """Simulates every trial and every row of measurements with rigs that differ in parameters.
 
-    Trials and rows whose experiments are alike are simulated once.
+    Trials and rows with equal experiments are simulated once.
 
     Args:
-        rig: any of them: it says how many muscles there are.
+        rig: any of them; its number of muscles counts.
         data: what is compared.
         channels: kinds of channel to compare: ``angle``, ``pressure``, ``force``.
         threads: simulations at a time; None for one per processor.
-        simulated: is told the number of simulations before each batch.
+        simulated: called with the number of simulations before each batch.
 
     Raises:
-        InputError: if a trial has none of the channels, does not fit the rig, or does not say where
-            it started.
+        InputError: if a trial has none of the channels, does not fit the rig, or does not give its
+            start pressures.
     """
 
     def __init__(
@@ -90,7 +89,7 @@ class TrialPredictor:
             for member in members:
                 self._of_trial[member] = self._number(experiment)
                 self._start_of[member] = start
-        self._slopes: list[dict[str, FloatArray]] | None = None
+        self._sensitivities: list[dict[str, FloatArray]] | None = None
         self._starts: list[StartError] = []
         self._of_row = [[self._number(e) for e in table_experiments(t)] for t in data.tables]
 
@@ -126,7 +125,7 @@ class TrialPredictor:
         timestep: float | None = None,
         settle_steps: int = 1,
     ) -> list[Prediction | None]:
-        """What rigs make of the measurements; None where there is none or a run broke down.
+        """Predictions of rigs; None where there is none or a run broke down.
 
         Args:
             rigs: to simulate.
@@ -134,7 +133,7 @@ class TrialPredictor:
             timestep: [s]; each rig's own if left out.
             settle_steps: see `pamsim.engine.batch.simulate_batch`.
         """
-        if self._slopes is None:
+        if self._sensitivities is None:
             self.linearise_starts(next((rig for rig in rigs if rig is not None), None))
         numbers = {
             number
@@ -167,12 +166,12 @@ class TrialPredictor:
         return any(np.any(start.spread > 0.0) for start in self._starts)
 
     def linearise_starts(self, rig: Rig | None, *, timestep: float | None = None) -> None:
-        """Take the starts' noise and the sensitivities to them at a rig.
+        """Compute the starts' noise and the sensitivities to them at a rig.
 
-        To be done before the first prediction, and again where a fit has ended; where a run breaks
-        down there, or for None, starts are taken as read.
+        Call it before the first prediction, and again where a fit has ended. If a run breaks down
+        there, or for None, starts are used as read.
         """
-        self._slopes = [{} for _ in self.data.trials]
+        self._sensitivities = [{} for _ in self.data.trials]
         self._starts = list(map(start_error, self.data.trials, self._start_of))
         if rig is None:
             return
@@ -188,15 +187,15 @@ class TrialPredictor:
             )
             if any(run.outcome is not Outcome.COMPLETED for run in runs):
                 continue
-            for i, (trial, of, slopes) in enumerate(
-                zip(self.data.trials, self._of_trial, self._slopes, strict=True)
+            for i, (trial, of, sensitivities) in enumerate(
+                zip(self.data.trials, self._of_trial, self._sensitivities, strict=True)
             ):
                 if of == number:
-                    base, *others = (at_times(run, trial) for run in runs)
+                    base, *moved_starts = (at_times(run, trial) for run in runs)
                     self._starts[i] = start_error(trial, self._start_of[i], base)
                     for name, signal in base.items():
-                        slopes[name] = np.column_stack(
-                            [(other[name] - signal) / STEP for other in others]
+                        sensitivities[name] = np.column_stack(
+                            [(other[name] - signal) / STEP for other in moved_starts]
                         )
 
     def _run(
@@ -218,16 +217,16 @@ class TrialPredictor:
     ) -> Prediction | None:
         if any(run.outcome is not Outcome.COMPLETED for run in runs.values()):
             return None
-        assert self._slopes is not None
+        assert self._sensitivities is not None
         trials: dict[str, dict[str, FloatArray]] = {}
-        for trial, number, start, slopes in zip(
-            self.data.trials, self._of_trial, self._starts, self._slopes, strict=True
+        for trial, number, start, sensitivities in zip(
+            self.data.trials, self._of_trial, self._starts, self._sensitivities, strict=True
         ):
             if trial.name in left_out:
                 continue
             simulated = at_times(runs[number], trial)
-            if slopes:
-                simulated = start.adjusted(trial, simulated, slopes, self.compared(trial))
+            if sensitivities:
+                simulated = start.adjusted(trial, simulated, sensitivities, self.compared(trial))
             trials[trial.name] = simulated
         return Prediction(
             trials=trials,
@@ -237,18 +236,18 @@ class TrialPredictor:
             },
         )
 
-    def blocks(self, found: Prediction) -> Blocks:
+    def blocks(self, prediction: Prediction) -> Blocks:
         """Residuals of a prediction, simulated minus measured."""
         blocks = [
             ResidualBlock(
                 trial=trial.name,
                 protocol=trial.protocol,
                 channel=channel,
-                residual=found.trials[trial.name][channel] - trial.measured[channel],
+                residual=prediction.trials[trial.name][channel] - trial.measured[channel],
                 sample_interval=trial.sample_interval,
             )
             for trial in self.data.trials
-            if trial.name in found.trials
+            if trial.name in prediction.trials
             for channel in self.compared(trial)
         ]
         blocks += [
@@ -256,7 +255,7 @@ class TrialPredictor:
                 trial=table.name,
                 protocol=table.name,
                 channel=AT_REST,
-                residual=found.tables[table.name] - table.angle,
+                residual=prediction.tables[table.name] - table.angle,
             )
             for table in self.data.tables
         ]

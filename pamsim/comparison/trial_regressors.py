@@ -1,4 +1,4 @@
-"""The quantities over which residuals are mapped, from what was measured and commanded."""
+"""Measured and commanded quantities over which residuals are mapped."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from pamsim.core.trial import Trial
 
 FloatArray = NDArray[np.float64]
 
-_SMOOTH = 5  # samples on either side, for a speed that noise does not drown
+_SMOOTH = 5  # samples on either side, for a speed well above the noise
 _STILL = 0.05  # of a trial's largest speed: slower counts as standing still
 
 
@@ -24,34 +24,34 @@ def regressors(trial: Trial) -> dict[str, FloatArray]:
         ``pressure_difference`` [Pa]; where the angle is, ``angle`` [rad], ``speed`` [rad/s],
         ``direction`` and ``since_reversal`` [s]; ``in_hold`` [s], since the command last changed.
     """
-    found: dict[str, FloatArray] = {"elapsed": trial.time}
+    quantities: dict[str, FloatArray] = {"elapsed": trial.time}
     pressures = [trial.measured.get(f"pressure_{i + 1}") for i in range(trial.muscles)]
     if all(p is not None for p in pressures):
         stack = np.stack([p for p in pressures if p is not None], axis=1)
-        found["common_pressure"] = stack.mean(axis=1)
+        quantities["common_pressure"] = stack.mean(axis=1)
         if trial.muscles == 2:
-            found["pressure_difference"] = stack[:, 0] - stack[:, 1]
+            quantities["pressure_difference"] = stack[:, 0] - stack[:, 1]
     changed = np.concatenate([[True], np.any(np.diff(trial.command, axis=0) != 0.0, axis=1)])
     if changed.mean() < 0.5:  # a command that changes at every sample has no holds
-        found["in_hold"] = _since(trial.time, changed)
+        quantities["in_hold"] = _since(trial.time, changed)
     angle = trial.measured.get("angle")
     if angle is not None and angle.size > 4 * _SMOOTH:
-        found["angle"] = angle
+        quantities["angle"] = angle
         window = np.hanning(2 * _SMOOTH + 3)[1:-1]
         padded = np.pad(angle, _SMOOTH, mode="edge")
         smooth = np.convolve(padded, window / window.sum(), mode="valid")
         speed = np.asarray(np.gradient(smooth, trial.time), dtype=np.float64)
-        found["speed"] = speed
+        quantities["speed"] = speed
         moving = np.abs(speed) > _STILL * np.abs(speed).max()
         direction = np.where(moving, np.sign(speed), 0.0)
-        found["direction"] = direction
+        quantities["direction"] = direction
         going = direction[moving]
         if going.size:
             last = np.maximum.accumulate(np.where(moving, np.arange(angle.size), 0))
             held = direction[last]
             turned = np.concatenate([[True], (np.diff(held) != 0.0)])
-            found["since_reversal"] = _since(trial.time, turned)
-    return found
+            quantities["since_reversal"] = _since(trial.time, turned)
+    return quantities
 
 
 def _since(time: FloatArray, events: NDArray[np.bool_]) -> FloatArray:

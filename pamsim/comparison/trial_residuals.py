@@ -17,7 +17,7 @@ Values = Mapping[str, float]
 
 
 class SimulateValues(Protocol):
-    """What a diagnosis is handed: parameters to residuals."""
+    """The simulator that a diagnosis receives: from parameters to residuals."""
 
     def __call__(
         self, sets: Sequence[Values], *, held_out: bool, fine: bool
@@ -26,7 +26,7 @@ class SimulateValues(Protocol):
 
         Args:
             sets: rig parameters [SI] by name, those left out at the rig's own values.
-            held_out: False to leave out the trials that are kept for judging.
+            held_out: False for the fitted trials alone.
             fine: False for coarser and quicker steps, where there are any.
 
         Returns:
@@ -42,7 +42,7 @@ class TrialLayout:
 
     Attributes:
         places: every channel of every trial.
-        held_out: names of the trials that no fit may see.
+        held_out: names of the trials that no fit uses.
     """
 
     places: tuple[BlockPlace, ...]
@@ -65,15 +65,15 @@ class TrialLayout:
 
     @property
     def fitted_places(self) -> tuple[BlockPlace, ...]:
-        """Every channel of the trials that fits see, with its rows in a stack of these alone."""
-        found: list[BlockPlace] = []
+        """Every channel of the fitted trials, with its rows in a stack of these alone."""
+        places: list[BlockPlace] = []
         end = 0
         for place in self.places:
             if place.block.trial not in self.held_out:
                 count = place.rows.stop - place.rows.start
-                found.append(BlockPlace(place.block, slice(end, end + count)))
+                places.append(BlockPlace(place.block, slice(end, end + count)))
                 end += count
-        return tuple(found)
+        return tuple(places)
 
     def rows(self, trials: Iterable[str]) -> NDArray[np.bool_]:
         """Mask of the rows of some trials, shape (n,)."""
@@ -84,29 +84,29 @@ class TrialLayout:
         return mask
 
     def weights(self, noise: Mapping[str, float]) -> FloatArray:
-        """One over each row's noise, shape (n,), so that a channel counts by what it can tell.
+        """Inverse noise of each row, shape (n,).
 
-        Every channel of a trial has the same say however often it was sampled.
+        Every channel of a trial has the same total weight, however often it was sampled.
 
         Args:
             noise: channel -> standard deviation [SI].
         """
-        found = np.empty(self.places[-1].rows.stop)
+        weights = np.empty(self.places[-1].rows.stop)
         for place in self.places:
             count = place.block.residual.size
-            found[place.rows] = 1.0 / (noise[place.block.channel] * np.sqrt(count))
-        return found
+            weights[place.rows] = 1.0 / (noise[place.block.channel] * np.sqrt(count))
+        return weights
 
 
 class TrialSimulator:
-    """A handed-in simulator: residuals stacked, coarse steps corrected, runs counted.
+    """A simulator with stacked residuals, corrected coarse steps and counted runs.
 
-    Coarse steps are off by almost the same whatever a few parameters are: what fine steps change at
-    one parameter set is added everywhere.
+    The error of coarse steps depends little on the parameters: the difference to fine steps at one
+    parameter set is added everywhere.
 
     Args:
         simulate: see `SimulateValues`.
-        held_out: names of the trials that no fit may see.
+        held_out: names of the trials that no fit uses.
     """
 
     def __init__(self, simulate: SimulateValues, held_out: frozenset[str] = frozenset()) -> None:
@@ -114,7 +114,7 @@ class TrialSimulator:
         self.held_out = held_out
         self.evaluations = 0
         self._layout: TrialLayout | None = None
-        self._seen = np.zeros(0, dtype=bool)
+        self._is_fitted = np.zeros(0, dtype=bool)
         self._correction = np.zeros(0)
 
     @property
@@ -122,16 +122,16 @@ class TrialSimulator:
         """What the rows belong to.
 
         Raises:
-            InputError: if no simulation has come through yet.
+            InputError: if no simulation has been completed yet.
         """
         if self._layout is None:
-            raise InputError("no simulation has run to its end yet; check the rig's parameters")
+            raise InputError("no simulation has been completed yet; check the rig's parameters")
         return self._layout
 
     @property
     def fitted(self) -> NDArray[np.bool_]:
-        """Mask (n,) of the rows of the trials that fits see."""
-        return self._seen
+        """Mask (n,) of the rows of the fitted trials."""
+        return self._is_fitted
 
     def anchor(self, values: Values) -> FloatArray | None:
         """Simulate in fine steps, and correct coarse ones by the difference from now on.
@@ -155,7 +155,7 @@ class TrialSimulator:
         return None if found is None else found + self._correction
 
     def fit_rows(self, sets: Sequence[Values], *, fine: bool = False) -> list[FloatArray | None]:
-        """Residuals of the trials that fits see, for several parameter sets in one call.
+        """Residuals of the fitted trials, for several parameter sets in one call.
 
         Args:
             sets: rig parameters by name [SI].
@@ -167,7 +167,7 @@ class TrialSimulator:
         found = self._run(sets, held_out=False, fine=fine)
         if fine:
             return found
-        correction = self._correction[self._seen]
+        correction = self._correction[self._is_fitted]
         return [None if r is None else r + correction for r in found]
 
     def _run(
@@ -178,8 +178,8 @@ class TrialSimulator:
         for blocks in self.simulate(sets, held_out=held_out, fine=fine):
             if blocks is not None and self._layout is None and held_out:
                 self._layout = TrialLayout(places=layout(blocks), held_out=self.held_out)
-                self._seen = self._layout.rows(self._layout.trials(held_out=False))
-                self._correction = np.zeros(self._seen.size)
+                self._is_fitted = self._layout.rows(self._layout.trials(held_out=False))
+                self._correction = np.zeros(self._is_fitted.size)
             if blocks is None:
                 found.append(None)
                 continue

@@ -13,9 +13,9 @@ from dataclasses import replace
 import numpy as np
 
 from pamsim.actuator.regulation import regulator_time_constant
+from pamsim.comparison.experiments import at_times, experiment_of
 from pamsim.comparison.measurements import CalibrationData
 from pamsim.comparison.noise_floor import NoiseFloor
-from pamsim.comparison.trial_experiment import at_times, experiment_of
 from pamsim.comparison.trial_residuals import TrialLayout
 from pamsim.core.errors import InputError
 from pamsim.core.experiment import Experiment

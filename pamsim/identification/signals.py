@@ -9,7 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from pamsim.comparison.trial_experiment import start_pressures
+from pamsim.comparison.experiments import start_pressures
 from pamsim.core.errors import InputError, nearest
 from pamsim.core.trial import Trial
 from pamsim.core.units import DEG_PER_RAD, PA_PER_KPA

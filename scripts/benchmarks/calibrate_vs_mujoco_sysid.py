@@ -39,8 +39,8 @@ from numpy.typing import NDArray
 
 import pamsim
 from pamsim.calibration.calibrate import calibrate
+from pamsim.comparison.experiments import at_times, experiment_of
 from pamsim.comparison.measurements import read_calibration_data
-from pamsim.comparison.trial_experiment import at_times, experiment_of
 from pamsim.core.recording import Outcome, Recording, write_recording
 from pamsim.core.trial import Trial
 from pamsim.core.units import DEG_PER_RAD

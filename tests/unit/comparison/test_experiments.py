@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import pamsim
-from pamsim.comparison.trial_experiment import at_times, experiment_of, grid_rate
+from pamsim.comparison.experiments import at_times, experiment_of, grid_rate
 from pamsim.core.errors import InputError, SimulationError
 from pamsim.core.experiment import Experiment
 from pamsim.core.recording import Outcome, write_recording
@@ -43,7 +43,7 @@ def test_without_measured_pressures_the_first_set_points_are_the_start():
     set_points = np.column_stack([np.linspace(1e5, 2e5, 100), np.full(100, 3e5)])
     found = experiment_of(trial(command_kind="pressure", command=set_points, measured={}))
     assert found.start_pressure.tolist() == [1e5, 3e5]
-    with pytest.raises(InputError, match="at which pressure muscle 2 started: record p2_kpa"):
+    with pytest.raises(InputError, match="start pressure of muscle 2: record p2_kpa"):
         experiment_of(trial(measured={"pressure_1": np.full(100, 2e5)}))
 
 

@@ -1,4 +1,4 @@
-"""A measured trial as an experiment to simulate, and the simulation at the trial's own times."""
+"""Measured trials and table rows as experiments to simulate; a simulation at a trial's times."""
 
 from __future__ import annotations
 
@@ -8,13 +8,18 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pamsim.core.errors import InputError
-from pamsim.core.experiment import Experiment
+from pamsim.core.experiment import Experiment, pressure_step
 from pamsim.core.recording import Recording
 from pamsim.core.trial import Trial
+from pamsim.store.static_table import StaticTable
 
 GRID_HZ = 2000
 """Steps of the shipped rigs per second; a sampling rate must divide it."""
 
+REST_DURATION = 6.0
+"""Time given to a step whose end is an angle at rest [s]: ten times the MAS-20's slow lag."""
+
+_REST_HZ = 20.0
 _ON_GRID = 0.02  # share of a sample by which written times may miss a grid
 
 
@@ -32,7 +37,7 @@ def experiment_of(trial: Trial, *, sample_rate: float | None = None) -> Experime
         measured, at the first set point.
 
     Raises:
-        InputError: if neither says at which pressures a muscle started.
+        InputError: if the start pressure of a muscle was neither measured nor commanded.
     """
     rate = grid_rate(trial.time) if sample_rate is None else sample_rate
     changed = np.flatnonzero(np.any(np.diff(trial.command, axis=0) != 0.0, axis=1)) + 1
@@ -65,10 +70,10 @@ def start_pressures(trial: Trial) -> NDArray[np.float64]:
             start[muscle] = trial.command[0, muscle]
         else:
             raise InputError(
-                f"trial {trial.name!r} does not say at which pressure muscle {muscle + 1} started:"
+                f"trial {trial.name!r} does not give the start pressure of muscle {muscle + 1}:"
                 f" record p{muscle + 1}_kpa, or command pressures"
             )
-    # A vented sensor may read a little below the atmosphere; the muscle is at it.
+    # A vented sensor may read slightly below the atmosphere, where the muscle is.
     return np.maximum(start, 0.0)
 
 
@@ -88,7 +93,7 @@ def grid_rate(time: NDArray[np.float64]) -> float:
 
 
 def _snapped(time: NDArray[np.float64], rate: float) -> NDArray[np.float64]:
-    """Times moved back to the grid that rounding left: a command just late is a whole step late."""
+    """Times moved to the grid: a command late by rounding alone would be a whole step late."""
     grid = np.round(time * rate) / rate
     return np.where(np.abs(time - grid) * rate <= _ON_GRID, grid, time)
 
@@ -112,3 +117,27 @@ def at_times(recording: Recording, trial: Trial) -> dict[str, NDArray[np.float64
         signals[f"pressure_{muscle + 1}"] = done.pressure[:, muscle]
         signals[f"force_{muscle + 1}"] = done.tension[:, muscle]
     return {name: np.interp(trial.time, done.time, values) for name, values in signals.items()}
+
+
+def table_experiments(table: StaticTable) -> list[Experiment]:
+    """The pressure steps that lead to the rows of a static table.
+
+    If the table does not give the pressures before a row, all muscles rest at its highest pressure
+    before the others are vented: the operating concept of Matiskova 2021, section 3.1.
+    """
+    start = table.start
+    if start is None:
+        start = np.broadcast_to(table.pressure.max(axis=1, keepdims=True), table.pressure.shape)
+    return [
+        pressure_step(
+            before,
+            after,
+            duration=REST_DURATION,
+            load=float(load),
+            sample_rate=_REST_HZ,
+            name=f"{table.name}, {row}",
+        )
+        for row, before, after, load in zip(
+            table.rows, start, table.pressure, table.load, strict=True
+        )
+    ]
