@@ -12,7 +12,7 @@ from pamsim.core.errors import InputError
 from pamsim.core.parameters import specs
 from pamsim.fitting.curve_fit import fit_curve, search_curve
 from pamsim.fitting.held_out import Rows, grouped, leave_one_group_out
-from pamsim.fitting.report import FittedCurve
+from pamsim.fitting.result import FittedLaw
 from pamsim.hysteresis.arctangent import Arctangent, arctangent
 from pamsim.hysteresis.catalog import OPERATORS
 from pamsim.inference.coefficient import Coefficient, held_coefficients
@@ -23,7 +23,7 @@ FloatArray = NDArray[np.float64]
 
 def fit_branches(
     table: LengthLoop, *, held: Mapping[str, float], hold_out: str
-) -> tuple[FittedCurve, ...]:
+) -> tuple[FittedLaw, ...]:
     """Fit y = k0 atan(k1 p + k2) + k3 to each branch of a length-pressure loop.
 
     Args:
@@ -32,15 +32,15 @@ def fit_branches(
         hold_out: ``pressure`` (pressures in turn) or ``none``.
 
     Returns:
-        The rising and the falling branch, as far as they are there.
+        The rising and the falling branch, those that the loop has.
 
     Raises:
-        InputError: for an unknown coefficient, too few points, or lengths held out, which here are
-            what is predicted.
+        InputError: for an unknown coefficient, too few points, or held-out lengths, since the
+            length is what is predicted.
     """
     if hold_out == "length":
-        raise InputError("--hold-out length: length is what is fitted here; hold out pressure")
-    fits: list[FittedCurve] = []
+        raise InputError("`hold_out` length: length is what is fitted here; hold out pressure")
+    fits: list[FittedLaw] = []
     for part, rows in (("rising", table.rising), ("falling", ~table.rising)):
         if np.any(rows):
             fits.append(_branch(table.pressure[rows], table.length[rows], part, held, hold_out))
@@ -48,7 +48,7 @@ def fit_branches(
 
 
 def branch_section(
-    fits: tuple[FittedCurve, ...], table: LengthLoop, nominal_length: float | None
+    fits: tuple[FittedLaw, ...], table: LengthLoop, nominal_length: float | None
 ) -> dict[str, dict[str, Any]]:
     """The fitted branches as ``[muscle.hysteresis]`` of the arctangent operator.
 
@@ -93,7 +93,7 @@ def _branch(
     part: str,
     held: Mapping[str, float],
     hold_out: str,
-) -> FittedCurve:
+) -> FittedLaw:
     span = float(np.ptp(pressure))
     size = float(np.ptp(length))
     if span == 0.0 or size == 0.0:
@@ -126,7 +126,7 @@ def _branch(
     if hold_out == "pressure":
         held_out = leave_one_group_out(length, grouped(pressure), fit_and_predict, by="pressure")
     operator = OPERATORS["arctangent"]
-    return FittedCurve(
+    return FittedLaw(
         model="arctangent",
         part=part,
         title=operator.title,

@@ -1,30 +1,25 @@
 """Least squares of any curve with bounded coefficients: several starts, intervals, flags."""
 
-# scipy carries no types: what it returns is Any at this file's boundary.
-# pyright: reportMissingTypeStubs=false, reportUnknownMemberType=false
-# pyright: reportUnknownVariableType=false
-
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
-from typing import Any
+from dataclasses import dataclass, field
 
 import numpy as np
-import scipy.optimize
 from numpy.typing import ArrayLike, NDArray
 
+from pamsim.core.encoding import NOT_IN_JSON
 from pamsim.core.errors import InputError
-from pamsim.fitting.coefficient_trust import judged
+from pamsim.fitting.curve_estimates import curve_estimates
 from pamsim.fitting.linear_part import Curve, best_linear, linear_coefficients
 from pamsim.fitting.scores import Scores, scores
+from pamsim.inference.bounded_least_squares import bounded_least_squares, one_by_one
 from pamsim.inference.coefficient import Coefficient
 from pamsim.inference.estimate import Estimate
 from pamsim.inference.latin_hypercube import latin_hypercube
 from pamsim.inference.record_checks import finite_samples
 
 FloatArray = NDArray[np.float64]
-_least_squares: Any = scipy.optimize.least_squares
 
 _REFINED = 3  # starts that are followed to their end, of those tried
 
@@ -64,8 +59,8 @@ class CurveFit:
     """
 
     coefficients: tuple[Estimate, ...]
-    predicted: FloatArray
-    residual: FloatArray
+    predicted: FloatArray = field(metadata=NOT_IN_JSON)
+    residual: FloatArray = field(metadata=NOT_IN_JSON)
     scores: Scores
     converged: bool
     evaluations: int
@@ -86,7 +81,7 @@ def search_curve(
 ) -> Optimum:
     """Find the least-squares optimum within the coefficients' ranges.
 
-    Coefficients in which the curve is linear are solved for, the others searched from a Latin
+    Coefficients in which the curve is linear are solved for, the others are searched from a Latin
     hypercube of starts and from their neutral values; the most promising are followed to the end.
     The same seed gives the same result.
 
@@ -118,7 +113,7 @@ def search_curve(
     def counted(values: FloatArray) -> FloatArray:
         nonlocal count
         count += 1
-        # A search looks at absurd values on purpose: overflow there is an answer, not a fault.
+        # A search evaluates extreme values too: overflow there is a result, not a fault.
         with np.errstate(all="ignore"):
             return curve(values)
 
@@ -128,7 +123,7 @@ def search_curve(
     searched = [i for i in free if i not in linear]
     low = np.array([coefficients[i].low for i in searched])
     high = np.array([coefficients[i].high for i in searched])
-    # What a curve without a value somewhere costs: far more than any sensible one.
+    # The residual where a curve has no value: far larger than any sensible one.
     sizes = np.abs(np.concatenate([y, counted(origin)]))
     penalty = 1e3 * max(float(np.max(sizes[np.isfinite(sizes)])), 1e-300)
 
@@ -141,34 +136,30 @@ def search_curve(
         miss = filled(u)[1] - y
         return np.clip(np.nan_to_num(miss, nan=penalty), -penalty, penalty)
 
-    many = 8 * len(searched) if starts is None else starts
-    tried = [origin[searched], *(low + latin_hypercube(rng, many, len(searched)) * (high - low))]
-    if not searched:
-        tried = tried[:1]
-    inside = 1e-9 * (high - low)  # the solver wants its start strictly inside
-    tried = [np.clip(u, low + inside, high - inside) for u in tried]
-    ranked = sorted(tried, key=lambda u: float(np.sum(residual(u) ** 2)))
-    best: tuple[float, FloatArray, bool] | None = None
-    for u in ranked[:_REFINED]:
-        end, converged = u, True
-        if searched:
-            solution = _least_squares(
-                residual, u, jac="2-point", bounds=(low, high), x_scale=high - low,
-                ftol=1e-11, xtol=1e-11, gtol=1e-13, max_nfev=200,
-            )  # fmt: skip
-            end, converged = solution.x, solution.status > 0
-        cost = float(np.sum(residual(end) ** 2))
-        if best is None or cost < best[0] * (1.0 - 1e-9):
-            best = cost, end, converged
-    assert best is not None
-    values, _ = filled(best[1])
+    end, converged = origin[searched], True
+    if searched:
+        many = 8 * len(searched) if starts is None else starts
+        spread = latin_hypercube(rng, many, len(searched)) * (high - low)
+        search = bounded_least_squares(
+            one_by_one(residual),
+            [end, *(low + spread)],
+            lower=low,
+            upper=high,
+            x_scale=high - low,
+            tolerance=1e-11,
+            gradient_tolerance=1e-13,
+            max_steps=200,
+            follow=_REFINED,
+        )
+        end, converged = search.x, search.converged
+    values, _ = filled(end)
     predicted = counted(values)
     if not np.all(np.isfinite(predicted)):
         raise InputError(
             f"the curve has no value at {int(np.sum(~np.isfinite(predicted)))} of {y.size} points"
             " for any coefficients tried: it does not hold there"
         )
-    return Optimum(values, predicted, best[2], count)
+    return Optimum(values, predicted, converged, count)
 
 
 def fit_curve(
@@ -179,7 +170,7 @@ def fit_curve(
     starts: int | None = None,
     seed: int = 0,
 ) -> CurveFit:
-    """Fit a curve and judge what the data say about each coefficient.
+    """Fit a curve and state what the data determine of each coefficient.
 
     Args:
         curve: all coefficients, shape (k,) [SI], to the predictions, shape (n,).
@@ -195,15 +186,15 @@ def fit_curve(
         InputError: as `search_curve`.
     """
     y = finite_samples(measured, "measured")
-    found = search_curve(curve, y, coefficients, starts=starts, seed=seed)
+    optimum = search_curve(curve, y, coefficients, starts=starts, seed=seed)
     free = sum(c.held is None for c in coefficients)
     return CurveFit(
-        coefficients=judged(curve, y, found.values, coefficients),
-        predicted=found.predicted,
-        residual=found.predicted - y,
-        scores=scores(y, found.predicted, free),
-        converged=found.converged,
-        evaluations=found.evaluations,
+        coefficients=curve_estimates(curve, y, optimum.values, coefficients),
+        predicted=optimum.predicted,
+        residual=optimum.predicted - y,
+        scores=scores(y, optimum.predicted, free),
+        converged=optimum.converged,
+        evaluations=optimum.evaluations,
     )
 
 

@@ -2,43 +2,40 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Mapping
 from pathlib import Path
 
 from pamsim.core.errors import InputError, nearest
 from pamsim.core.parameters import specs
+from pamsim.core.progress import Progress
 from pamsim.fitting.branches import branch_section, fit_branches
-from pamsim.fitting.force_map import (
-    Progress,
-    compare_force_laws,
-    fit_force_law,
-    section_of,
-)
+from pamsim.fitting.force_map import compare_force_laws, fit_force_law, section_of
 from pamsim.fitting.maxwell import fit_maxwell, maxwell_section, searches_on
-from pamsim.fitting.report import FitReport
+from pamsim.fitting.result import FitResult
 from pamsim.muscles.braid import Braid
 from pamsim.muscles.catalog import FORCE_LAWS
-from pamsim.store.measured_table import ForceLoops, ForceMap, LengthLoop, read_measured
+from pamsim.store.measured_table import ForceMap, LengthLoop, read_measured
 
 HOLD_OUT = ("length", "pressure", "none")
 LOOP_MODELS = {"length_loop": "arctangent", "force_loops": "fractional_maxwell"}
-# A 20 mm Festo muscle (Nguyen 2024): what a law of the braid is given where the user says nothing.
+# A 20 mm Festo muscle (Nguyen 2024): geometry assumed where the user gives none.
 _BRAID = {"nominal_length": 0.3, "diameter": 0.02, "fibre_angle": 0.49916416607}
 
 
 def fit(
-    data: Path,
+    data: str | os.PathLike[str],
     *,
     model: str | None = None,
     compare: bool = False,
+    hold_out: str | None = None,
+    held: Mapping[str, float] | None = None,
     nominal_length: float | None = None,
     diameter: float | None = None,
     fibre_angle: float | None = None,
-    hold_out: str | None = None,
-    held: Mapping[str, float] | None = None,
     drop_zeros: bool = True,
     progress: Progress | None = None,
-) -> FitReport:
+) -> FitResult:
     """Fit a law to a measured table, or all that suit it.
 
     Args:
@@ -47,114 +44,109 @@ def fit(
         model: name of the law; or None with ``compare``.
         compare: fit every law that suits the data and rank them by held-out error; for
             force-displacement loops, compare three searches of the one model instead.
-        nominal_length: l0 [m]; needed where the table gives lengths only.
-        diameter: of the braid at l0, for laws that look at it [m].
-        fibre_angle: of the braid at l0 [rad].
         hold_out: ``length``, ``pressure`` or ``none``; None for what suits the data: ``length`` for
             a force map, the harder test, ``pressure`` for a length loop.
         held: coefficients to hold instead of fitting [SI].
+        nominal_length: l0 [m]; needed where the table gives lengths only.
+        diameter: of the braid at l0, for laws that use it [m].
+        fibre_angle: of the braid at l0 [rad].
         drop_zeros: drop points of zero force from a map: slack or not measured.
-        progress: is told how far a comparison is.
+        progress: called before each law of a comparison.
 
     Returns:
         The fits, best first.
 
     Raises:
-        InputError: for a table that cannot be read, options that do not fit it or each other, an
+        InputError: for a table that cannot be read, arguments that do not fit it or each other, an
             unknown law, or data that do not determine it.
     """
     if (model is None) == (not compare):
-        raise InputError("give either --model NAME or --compare")
+        raise InputError("give either `model` or `compare`")
     if hold_out is not None and hold_out not in HOLD_OUT:
-        raise InputError(f"no hold-out {hold_out!r}; {nearest(hold_out, HOLD_OUT)}")
+        raise InputError(f"`hold_out` {hold_out!r} is not known; {nearest(hold_out, HOLD_OUT)}")
     if model is not None and model not in FORCE_LAWS and model not in LOOP_MODELS.values():
         known = [*FORCE_LAWS, *LOOP_MODELS.values()]
         raise InputError(f"no model {model!r} that can be fitted; {nearest(model, known)}")
-    table = read_measured(data, nominal_length)
+    file = Path(data)
+    table = read_measured(file, nominal_length)
     held = held or {}
     if isinstance(table, ForceMap):
         if model in LOOP_MODELS.values():
             raise InputError(
-                f"{data} is a force map: model {model!r} does not describe one;"
-                " `pamsim models` lists the force laws"
+                f"{file} is a force map: model {model!r} does not describe one;"
+                f" use one of {', '.join(FORCE_LAWS)}"
             )
         if drop_zeros:
             table = table.without_zeros()
-        return _force_map(
-            data, table, model, diameter, fibre_angle, hold_out or "length", held, progress
-        )
+        given = {
+            "nominal_length": table.nominal_length,
+            "diameter": diameter,
+            "fibre_angle": fibre_angle,
+        }
+        return _force_map(file, table, model, given, hold_out or "length", held, progress)
     kind = "length_loop" if isinstance(table, LengthLoop) else "force_loops"
     if model is not None and model != LOOP_MODELS[kind]:
         raise InputError(
-            f"{data} is a {kind.replace('_', ' ')}: model {model!r} does not describe one;"
+            f"{file} is a {kind.replace('_', ' ')}: model {model!r} does not describe one;"
             f" use {LOOP_MODELS[kind]!r}"
         )
     if isinstance(table, LengthLoop):
-        fits = fit_branches(table, held=held, hold_out=hold_out or "pressure")
-        section = branch_section(fits, table, nominal_length)
-        return FitReport(file=str(data), kind=kind, notes=table.notes, fits=fits, section=section)
-    return _force_loops(data, table, compare, nominal_length, hold_out, held)
-
-
-def _force_map(
-    data: Path,
-    table: ForceMap,
-    model: str | None,
-    diameter: float | None,
-    fibre_angle: float | None,
-    hold_out: str,
-    held: Mapping[str, float],
-    progress: Progress | None,
-) -> FitReport:
-    said = {
-        "nominal_length": table.nominal_length,
-        "diameter": diameter,
-        "fibre_angle": fibre_angle,
-    }
-    braid = Braid(**{n: _BRAID[n] if value is None else value for n, value in said.items()})
-    assumed = [name.replace("_", " ") for name, value in said.items() if value is None]
-    source = {n: "assumed" if value is None else "given to the fit" for n, value in said.items()}
-    skipped: dict[str, str] = {}
-    if model is None:
-        fits, skipped = compare_force_laws(
-            table, braid, held=held, hold_out=hold_out, progress=progress
+        branches = fit_branches(table, held=held, hold_out=hold_out or "pressure")
+        return FitResult(
+            file=str(file),
+            kind=kind,
+            notes=table.notes,
+            fits=branches,
+            section=branch_section(branches, table, nominal_length),
         )
-    else:
-        fits = [fit_force_law(table, model, braid, held=held, hold_out=hold_out)]
-    notes = list(table.notes)
-    if assumed and any(fitted.given for fitted in fits):
-        notes.append(
-            f"braid's {', '.join(assumed)} taken from a DMSP-20-300 (20 mm, 28.6 deg); say your own"
-            " with --diameter, --fibre-angle"
+    if hold_out not in (None, "none"):
+        raise InputError(
+            f"`hold_out` {hold_out}: force-displacement loops have none to hold out; use none"
         )
-    return FitReport(
-        file=str(data),
-        kind="force_map",
-        notes=tuple(notes),
-        fits=tuple(fits),
-        skipped=skipped,
-        section=section_of(fits[0], braid, source),
+    element, loops = fit_maxwell(table, held=held)
+    return FitResult(
+        file=str(file),
+        kind=kind,
+        notes=table.notes,
+        fits=(element,),
+        searches=searches_on(loops) if compare else (),
+        section=maxwell_section(element, nominal_length),
     )
 
 
-def _force_loops(
-    data: Path,
-    table: ForceLoops,
-    compare: bool,
-    nominal_length: float | None,
-    hold_out: str | None,
+def _force_map(
+    file: Path,
+    table: ForceMap,
+    model: str | None,
+    given: Mapping[str, float | None],
+    hold_out: str,
     held: Mapping[str, float],
-) -> FitReport:
-    if hold_out not in (None, "none"):
-        raise InputError(f"--hold-out {hold_out}: force-displacement loops have none to hold out")
-    fitted, loops = fit_maxwell(table, held=held)
-    return FitReport(
-        file=str(data),
-        kind="force_loops",
-        notes=table.notes,
-        fits=(fitted,),
-        searches=searches_on(loops) if compare else (),
-        section=maxwell_section(fitted, nominal_length),
+    progress: Progress | None,
+) -> FitResult:
+    braid = Braid(**{name: _BRAID[name] if v is None else v for name, v in given.items()})
+    assumed = [name.replace("_", " ") for name, value in given.items() if value is None]
+    source = {n: "assumed" if value is None else "given to the fit" for n, value in given.items()}
+    skipped: dict[str, str] = {}
+    if model is None:
+        laws, skipped = compare_force_laws(
+            table, braid, held=held, hold_out=hold_out, progress=progress
+        )
+    else:
+        laws = [fit_force_law(table, model, braid, held=held, hold_out=hold_out)]
+    notes = list(table.notes)
+    if assumed and any(law.given for law in laws):
+        notes.append(
+            f"braid's {', '.join(assumed)} assumed as of a DMSP-20-300 (20 mm, 28.6 deg); give"
+            " your own as `diameter`, `fibre_angle`"
+        )
+    return FitResult(
+        file=str(file),
+        kind="force_map",
+        compared=model is None,
+        notes=tuple(notes),
+        fits=tuple(laws),
+        skipped=skipped,
+        section=section_of(laws[0], braid, source),
     )
 
 

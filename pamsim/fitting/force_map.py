@@ -1,4 +1,4 @@
-"""Fit force laws to a measured force map, and rank them by points they have not seen."""
+"""Fit force laws to a measured force map, and rank them by their error at held-out points."""
 
 from __future__ import annotations
 
@@ -16,7 +16,8 @@ from pamsim.core.units import PA_PER_KPA
 from pamsim.fitting.curve_fit import fit_curve, search_curve
 from pamsim.fitting.held_out import HeldOut, Rows, grouped, leave_one_group_out
 from pamsim.fitting.law_curve import law_coefficients, law_curve, named_law, unsuitable
-from pamsim.fitting.report import FittedCurve, coefficient_entries
+from pamsim.fitting.params_section import coefficient_entries
+from pamsim.fitting.result import FittedLaw
 from pamsim.fitting.scores import shared_by_group
 from pamsim.muscles.braid import Braid
 from pamsim.muscles.catalog import FORCE_LAWS
@@ -33,15 +34,15 @@ def fit_force_law(
     *,
     held: Mapping[str, float],
     hold_out: str,
-) -> FittedCurve:
+) -> FittedLaw:
     """Fit one force law to a force map.
 
     Args:
         table: the map.
         model: name of the law.
-        braid: geometry, for laws that look at it.
+        braid: geometry, for laws that use it.
         held: coefficients to hold [SI].
-        hold_out: ``pressure``, ``length`` or ``none``: what the held-out error leaves out in turn.
+        hold_out: ``pressure``, ``length`` or ``none``: what is held out in turn.
 
     Returns:
         The fit.
@@ -59,8 +60,8 @@ def fit_force_law(
     fit = fit_curve(law_curve(law, table, braid, every), table.force, coefficients)
 
     def fit_and_predict(train: Rows, test: Rows) -> FloatArray:
-        found = search_curve(law_curve(law, table, braid, train), table.force[train], coefficients)
-        return law_curve(law, table, braid, test)(found.values)
+        fitted = search_curve(law_curve(law, table, braid, train), table.force[train], coefficients)
+        return law_curve(law, table, braid, test)(fitted.values)
 
     held_out: HeldOut | None = None
     lengths = grouped(table.contraction)
@@ -68,9 +69,8 @@ def fit_force_law(
         groups = grouped(table.pressure) if hold_out == "pressure" else lengths
         held_out = leave_one_group_out(table.force, groups, fit_and_predict, by=hold_out)
     geometry = {name: spec for name, spec in specs(Braid) if name in law.braid_fields}
-    return FittedCurve(
+    return FittedLaw(
         model=model,
-        part="",
         title=law.title,
         equation=law.equation,
         source=law.source,
@@ -84,7 +84,10 @@ def fit_force_law(
         fit=fit,
         held_out=held_out,
         notes=tuple(_notes(law, table, braid, fit.values, fit.residual, lengths)),
-        given={name: (getattr(braid, name), spec.unit) for name, spec in geometry.items()},
+        given={
+            name: {"value": getattr(braid, name), "unit": spec.unit}
+            for name, spec in geometry.items()
+        },
     )
 
 
@@ -95,7 +98,7 @@ def compare_force_laws(
     held: Mapping[str, float],
     hold_out: str,
     progress: Progress | None = None,
-) -> tuple[list[FittedCurve], dict[str, str]]:
+) -> tuple[list[FittedLaw], dict[str, str]]:
     """Fit every force law that suits a map, best first.
 
     Args:
@@ -103,10 +106,10 @@ def compare_force_laws(
         braid: geometry.
         held: coefficients to hold [SI], in the laws that have them.
         hold_out: as `fit_force_law`; what is ranked by. With ``none`` AICc ranks instead.
-        progress: is told how far it is.
+        progress: called before each law.
 
     Returns:
-        The fits and, for each law that was left out, why.
+        The fits and, for each law that was not fitted, why.
 
     Raises:
         InputError: if no law can be fitted.
@@ -115,7 +118,7 @@ def compare_force_laws(
     for name in held:
         if name not in known:
             raise InputError(f"no force law has a coefficient {name!r}; {nearest(name, known)}")
-    fits: list[FittedCurve] = []
+    fits: list[FittedLaw] = []
     skipped: dict[str, str] = {}
     for i, (name, law) in enumerate(FORCE_LAWS.items()):
         if progress is not None:
@@ -131,15 +134,15 @@ def compare_force_laws(
 
 
 def section_of(
-    fitted: FittedCurve, braid: Braid, braid_source: Mapping[str, str]
+    fitted: FittedLaw, braid: Braid, braid_source: Mapping[str, str]
 ) -> dict[str, dict[str, Any]]:
     """The fitted law as sections of a rig's ``params.toml``.
 
     Args:
         fitted: the fit.
         braid: geometry it was made with.
-        braid_source: field of the braid -> where its value is from; a field it leaves out is at
-            its default and is not written.
+        braid_source: field of the braid -> source of its value; other fields are at their default
+            and are not written.
     """
     sections: dict[str, dict[str, Any]] = {}
     if fitted.given:
@@ -148,7 +151,7 @@ def section_of(
             for name, spec in specs(Braid)
             if name in braid_source
         }
-    sections["muscle.force"] = {"law": fitted.model, **coefficient_entries(fitted)}
+    sections["muscle.force"] = {"law": fitted.model, **coefficient_entries(fitted.fit.coefficients)}
     return sections
 
 
@@ -166,7 +169,7 @@ def _notes(
     if outside:
         notes.append(
             f"{outside} of {table.force.size} points lie outside the contractions its source"
-            f" vouches for, {low:.0%} to {high:.0%}"
+            f" states, {low:.0%} to {high:.0%}"
         )
     if law.pressure_range is not None:
         least, most = law.pressure_range
@@ -174,19 +177,19 @@ def _notes(
         if beyond:
             notes.append(
                 f"{beyond} of {table.force.size} points lie outside the pressures its source"
-                f" vouches for, {least / PA_PER_KPA:.0f} to {most / PA_PER_KPA:.0f} kPa"
+                f" states, {least / PA_PER_KPA:.0f} to {most / PA_PER_KPA:.0f} kPa"
             )
     if shared_by_group(residual, lengths) < 0.01:
         notes.append(
-            "residuals agree within each length: shape or length readings err in common, and the"
-            " intervals, which take points as independent, are too narrow"
+            "residuals are correlated within each length (a common error of the law or of the"
+            " length reading): the intervals, which take points as independent, are too narrow"
         )
     return notes
 
 
-def _rank(fitted: FittedCurve) -> tuple[bool, float]:
+def _rank(fitted: FittedLaw) -> tuple[bool, float]:
     if fitted.held_out is not None:
-        value = fitted.held_out.pooled
+        value = fitted.held_out.rmse
     else:
         aicc = fitted.fit.scores.aicc
         value = -math.inf if aicc is None else aicc

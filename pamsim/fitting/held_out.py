@@ -1,15 +1,15 @@
-"""Errors at points a fit has not seen: groups of equal pressure or length, held out in turn."""
+"""Errors at held-out points: groups of equal pressure or length, held out in turn."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from pamsim.core.encoding import json_property
 from pamsim.core.errors import InputError
 from pamsim.inference.record_checks import finite_samples
 
@@ -17,43 +17,33 @@ FloatArray = NDArray[np.float64]
 Rows = NDArray[np.intp]
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class HeldOut:
-    """Errors at points that the fit did not see, one group at a time.
+    """Errors at points that were not fitted, one group of points at a time.
 
     Attributes:
         by: what was held out, such as ``length``.
         groups: a number for each group, such as its mean contraction, shape (g,).
-        rmse: error in each group; NaN where the rest does not determine the curve, shape (g,).
+        group_rmse: error in each group; NaN where the rest does not determine the curve, (g,).
         residual: predicted minus measured at every point, each by a fit without it, shape (n,).
     """
 
     by: str
     groups: FloatArray
-    rmse: FloatArray
+    group_rmse: FloatArray
     residual: FloatArray
 
-    @property
-    def pooled(self) -> float:
+    @json_property
+    def rmse(self) -> float:
         """Root mean square over all points; NaN if a group could not be predicted."""
-        # A diverging prediction may overflow: its error is then infinite, which is the truth.
+        # A diverging prediction may overflow: its error is then infinite.
         with np.errstate(over="ignore"):
             return math.sqrt(float(np.mean(self.residual**2)))
 
-    @property
+    @json_property
     def worst(self) -> float:
         """The largest group's error; NaN if a group could not be predicted."""
-        return float(np.max(self.rmse))
-
-    def as_dict(self) -> dict[str, Any]:
-        """JSON-safe form; what could not be predicted is None."""
-        return {
-            "by": self.by,
-            "rmse": _or_none(self.pooled),
-            "worst": _or_none(self.worst),
-            "groups": self.groups.tolist(),
-            "group_rmse": [_or_none(float(value)) for value in self.rmse],
-        }
+        return float(np.max(self.group_rmse))
 
 
 def leave_one_group_out(
@@ -68,7 +58,7 @@ def leave_one_group_out(
     Args:
         measured: shape (n,).
         groups: the same number for points of one group, shape (n,).
-        fit_and_predict: is given the rows to fit and the rows to predict; it must look at the
+        fit_and_predict: called with the rows to fit and the rows to predict; it must use the
             measurements of the first only. Raises InputError where the rows are too few.
         by: name of what is held out.
 
@@ -82,7 +72,7 @@ def leave_one_group_out(
     kinds = np.unique(label)
     if kinds.size < 2:
         raise InputError(
-            f"all points share one {by}: holding it out leaves nothing to fit; hold out none"
+            f"all points share one {by}: `hold_out` leaves nothing to fit; hold out none"
         )
     residual = np.full(y.size, np.nan)
     errors = np.full(kinds.size, np.nan)
@@ -92,10 +82,10 @@ def leave_one_group_out(
             residual[test] = fit_and_predict(train, test) - y[test]
         except InputError:
             continue
-        # A prediction that leaves the finite numbers is as bad as they go, not missing.
+        # A prediction that is not finite counts as an infinite error, not as missing.
         with np.errstate(over="ignore"):
             errors[i] = float(np.sqrt(np.mean(residual[test] ** 2)))
-    return HeldOut(by, kinds, errors, residual)
+    return HeldOut(by=by, groups=kinds, group_rmse=errors, residual=residual)
 
 
 def grouped(values: ArrayLike, most: int = 12) -> FloatArray:
@@ -115,7 +105,3 @@ def grouped(values: ArrayLike, most: int = 12) -> FloatArray:
         index[np.argsort(x, kind="stable")] = np.arange(x.size) * most // x.size
     count = np.bincount(index)
     return (np.bincount(index, weights=x) / count)[index]
-
-
-def _or_none(value: float) -> float | None:
-    return value if math.isfinite(value) else None

@@ -21,7 +21,7 @@ from pamsim.store.measured_table import ForceMap
 FloatArray = NDArray[np.float64]
 
 _NO_TENSION = {
-    "elastic_energy": "counts from a working point: it is no tension that a force map could show"
+    "elastic_energy": "counts from a working point: it gives no tension that a force map could show"
 }
 _PRESSURES, _CONTRACTIONS = np.linspace(1e5, 6e5, 5), np.linspace(0.05, 0.2, 6)
 _TINY = 1e-9  # an open lower bound, as a share of the range
@@ -50,12 +50,12 @@ def unsuitable(law: ForceLaw, table: ForceMap) -> str:
 def law_coefficients(
     law: ForceLaw, braid: Braid, held: Mapping[str, float]
 ) -> tuple[Coefficient, ...]:
-    """What a fit may do with the coefficients of a law.
+    """Ranges, neutral and held values of the coefficients of a law.
 
-    The scale is held at 1 where the others can do the same: a law has one factor too many then.
+    The scale is held at 1 where other coefficients have the same effect: it is redundant there.
 
     Raises:
-        InputError: for a held name that the law lacks or a held value out of range.
+        InputError: for a held name that the law does not have, or a held value out of range.
     """
     fields = dict(specs(law.group))
     for name in held:
@@ -71,7 +71,7 @@ def law_coefficients(
         low = spec.low + _TINY * (spec.high - spec.low) if spec.low_open else spec.low
         value = held.get(name)
         if value is not None and not low <= value <= spec.high:
-            raise InputError(f"--hold {name}={value:g} is outside {spec.range_text()}")
+            raise InputError(f"`held` {name} = {value:g} is outside {spec.range_text()}")
         result.append(
             Coefficient(
                 name=name,
@@ -106,7 +106,7 @@ def law_curve(
     geometry = [float(getattr(braid, name)) for name in law.braid_fields]
 
     def force(pressure: float, contraction: float, numbers: list[float]) -> float:
-        # As ForceLaw.force, which would look the braid up again at each of a million points.
+        # As ForceLaw.force, but without reading the braid again at each of a million points.
         try:
             return numbers[0] * law.force_function(pressure, contraction, *numbers[1:])
         except (OverflowError, ZeroDivisionError, ValueError):
@@ -120,9 +120,9 @@ def law_curve(
 
 
 def _scale_is_redundant(law: ForceLaw, braid: Braid, coefficients: list[Coefficient]) -> bool:
-    """Whether the others can do what the scale does: its slope lies in the span of theirs.
+    """Whether the scale is redundant: its sensitivity lies in the span of the others'.
 
-    Asked over a grid of its own, since it is the law that has a factor too many, not the data.
+    Checked on a grid of its own, since the redundancy is the law's, not the data's.
     """
     if coefficients[0].name != "scale" or len(coefficients) == 1:
         return False

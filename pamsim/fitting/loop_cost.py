@@ -34,7 +34,7 @@ The last two span decades, and any search in their plain values spends itself on
 
 @dataclass(frozen=True, kw_only=True)
 class LoopPoints:
-    """What the cost looks at in a loop.
+    """The points of a loop that the cost uses.
 
     Attributes:
         frequency: w [rad/s].

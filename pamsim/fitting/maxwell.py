@@ -10,7 +10,8 @@ import numpy as np
 from pamsim.core.errors import InputError
 from pamsim.fitting.curve_fit import fit_curve
 from pamsim.fitting.loop_cost import MAXWELL, LoopPoints, loop_points, maxwell_residual
-from pamsim.fitting.report import FittedCurve, coefficient_entries
+from pamsim.fitting.params_section import coefficient_entries
+from pamsim.fitting.result import FittedLaw
 from pamsim.fitting.search_comparison import SearchRun, compare_searches
 from pamsim.hysteresis.catalog import OPERATORS
 from pamsim.inference.coefficient import held_coefficients
@@ -21,7 +22,7 @@ _NEAR = 1e-3  # of the optimum of (16): near enough [N^2]
 
 def fit_maxwell(
     table: ForceLoops, *, held: Mapping[str, float]
-) -> tuple[FittedCurve, tuple[LoopPoints, ...]]:
+) -> tuple[FittedLaw, tuple[LoopPoints, ...]]:
     """Fit order, relaxation time and stiffness to force-displacement loops (Nguyen 2024, (16)).
 
     Args:
@@ -41,9 +42,8 @@ def fit_maxwell(
     # (14) and (15) are zero at the optimum: the curve to fit is their left side.
     fit = fit_curve(lambda values: maxwell_residual(values, loops), target, coefficients)
     operator = OPERATORS["fractional_maxwell"]
-    fitted = FittedCurve(
+    fitted = FittedLaw(
         model="fractional_maxwell",
-        part="",
         title=operator.title,
         equation=operator.equation,
         source="Nguyen 2024, (14) to (16)",
@@ -54,17 +54,16 @@ def fit_maxwell(
             "predicted": fit.predicted,
         },
         fit=fit,
-        held_out=None,
         notes=("stiffness in N per m of displacement; Nguyen 2024 does not print its unit",),
     )
     return fitted, loops
 
 
 def maxwell_points(table: ForceLoops) -> tuple[LoopPoints, ...]:
-    """Frequency, force and displacements that the cost looks at, of every loop.
+    """Frequency, force and displacements of every loop, as the cost uses them.
 
     Raises:
-        InputError: naming the loop that has none.
+        InputError: naming the loop that has no harmonic force.
     """
     loops: list[LoopPoints] = []
     for name, *record in zip(table.names, table.time, table.force, table.displacement, strict=True):
@@ -90,9 +89,9 @@ def searches_on(loops: tuple[LoopPoints, ...]) -> tuple[SearchRun, ...]:
     )
 
 
-def maxwell_section(fitted: FittedCurve, nominal_length: float | None) -> dict[str, dict[str, Any]]:
+def maxwell_section(fitted: FittedLaw, nominal_length: float | None) -> dict[str, dict[str, Any]]:
     """The fitted element as ``[muscle.hysteresis]``; its force needs the nominal length."""
-    by_name = coefficient_entries(fitted)
+    by_name = coefficient_entries(fitted.fit.coefficients)
     order, beta, stiffness = (by_name[c.name] for c in MAXWELL)
     entries: dict[str, Any] = {
         "law": "fractional_maxwell",

@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import dataclasses
-import math
 from typing import Any
 
+from pamsim.core.encoding import to_dict
 from pamsim.core.errors import InputError, nearest
 from pamsim.core.parameters import ParameterGroup, specs
 from pamsim.hysteresis.catalog import OPERATORS
@@ -37,9 +37,9 @@ def models(name: str | None = None) -> dict[str, Any]:
             "source": law.source,
             "notes": law.notes,
             "parameters": _parameters(law.group),
-            "braid": list(law.braid_fields),
+            "braid": law.braid_fields,
             "inverse": law.inverse is not None,
-            "pressure_pa": None if law.pressure_range is None else _ends(law.pressure_range),
+            "pressure_pa": law.pressure_range,
         }
         for law in FORCE_LAWS.values()
         if name in (None, law.name)
@@ -57,7 +57,7 @@ def models(name: str | None = None) -> dict[str, Any]:
         for operator in OPERATORS.values()
         if name in (None, operator.name)
     ]
-    return {"schema": SCHEMA, "force_laws": laws, "operators": operators}
+    return to_dict({"schema": SCHEMA, "force_laws": laws, "operators": operators})
 
 
 def _parameters(group: type[ParameterGroup]) -> list[dict[str, Any]]:
@@ -77,7 +77,3 @@ def _parameters(group: type[ParameterGroup]) -> list[dict[str, Any]]:
         }
         for name, spec in specs(group)
     ]
-
-
-def _ends(pair: tuple[float, float]) -> list[float | None]:
-    return [end if math.isfinite(end) else None for end in pair]

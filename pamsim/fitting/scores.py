@@ -5,7 +5,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -20,7 +20,7 @@ _f_tail: Any = scipy.special.fdtrc
 
 @dataclass(frozen=True, kw_only=True)
 class Scores:
-    """How well predictions meet measurements.
+    """How well predictions match measurements.
 
     Attributes:
         points: number of points n.
@@ -43,10 +43,6 @@ class Scores:
     aic: float | None
     aicc: float | None
 
-    def as_dict(self) -> dict[str, Any]:
-        """JSON-safe form."""
-        return asdict(self)
-
 
 def scores(measured: ArrayLike, predicted: ArrayLike, free: int) -> Scores:
     """Score predictions.
@@ -68,7 +64,7 @@ def scores(measured: ArrayLike, predicted: ArrayLike, free: int) -> Scores:
     residual = yhat - y
     n, square = y.size, float(residual @ residual)
     spread = float(np.sum((y - np.mean(y)) ** 2))
-    # Of a perfect match only rounding is left, and the logarithm of rounding says nothing.
+    # Of a perfect match only rounding remains, whose logarithm means nothing.
     perfect = square <= 1e-28 * float(y @ y)
     aic = None if perfect else n * math.log(square / n) + 2.0 * (free + 1)
     few = n - free - 2
@@ -86,17 +82,18 @@ def scores(measured: ArrayLike, predicted: ArrayLike, free: int) -> Scores:
 
 
 def shared_by_group(residual: ArrayLike, groups: ArrayLike) -> float:
-    """Chance that residuals agree so well within groups if they were independent.
+    """P-value of residuals that agree so well within groups, if they were independent.
 
-    Points of one length share its reading error. If that shows (a small chance), the fit knows less
-    than its number of points suggests, and intervals that take them as independent are too narrow.
+    Points of one length share its reading error. If that is significant (a small p-value), the fit
+    has less information than its number of points suggests, and intervals that take them as
+    independent are too narrow.
 
     Args:
         residual: shape (n,).
         groups: the same number for points of one group, shape (n,).
 
     Returns:
-        p value of the one-way analysis of variance (Fisher's F); 1 where it does not apply.
+        P-value of the one-way analysis of variance (Fisher's F); 1 where it does not apply.
     """
     r, label = finite_samples(residual, "residual"), finite_samples(groups, "groups")
     kinds, index = np.unique(label, return_inverse=True)

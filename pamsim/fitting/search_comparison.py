@@ -6,7 +6,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -29,9 +29,9 @@ class SearchRun:
         method: ``water_cycle``, ``differential_evolution`` or ``least_squares``.
         x: best point, shape (d,), as a list.
         value: cost there.
-        evaluations: of the cost in all, differences for slopes counted.
+        evaluations: of the cost, those of finite differences included.
         evaluations_to_tolerance: until the cost was within the tolerance of the best value any of
-            the three found; None if it never was.
+            the three reached; None if it never was.
     """
 
     method: str
@@ -40,13 +40,9 @@ class SearchRun:
     evaluations: int
     evaluations_to_tolerance: int | None
 
-    def as_dict(self) -> dict[str, Any]:
-        """JSON-safe form."""
-        return asdict(self)
-
 
 class _Counted:
-    """A sum of squares that remembers each new best value and when it was found."""
+    """A sum of squares that keeps each new best value and its evaluation number."""
 
     def __init__(self, residual: Callable[[FloatArray], FloatArray]) -> None:
         self._residual = residual

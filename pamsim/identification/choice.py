@@ -16,7 +16,7 @@ from pamsim.linear.signal_record import SignalRecord
 
 FloatArray = NDArray[np.float64]
 
-_LEVEL = 0.05  # chance of taking up a parameter that does not help, per comparison
+_LEVEL = 0.05  # probability of accepting a parameter that does not help, per comparison
 _TIE = 2.0  # difference of AICc below which two models are equally supported
 
 
@@ -28,7 +28,7 @@ class Recommendation:
         name: of the candidate; empty if none can be trusted.
         reason: as a sentence.
         aicc: name of every continuous candidate -> AICc by effective samples, relative to the best.
-        effective_samples: independent samples that the residuals are worth.
+        effective_samples: number of independent samples that the residuals are worth.
     """
 
     name: str
@@ -44,11 +44,11 @@ def recommend(
 ) -> Recommendation:
     """Recommend one continuous model; discrete ones stand beside for comparison.
 
-    Only fits that converged and whose parameters the data tell apart are eligible. With held-out
-    trials a richer model is taken if its squared error there is smaller by more than chance
-    (Diebold and Mariano's test, one-sided, 5 %). Without, the smallest AICc decides, the simpler
-    model within 2; the number of samples in it is that of independent ones, since residuals of a
-    mechanism are correlated and would otherwise favour every parameter.
+    Only fits that converged and whose parameters the data determine are eligible. With held-out
+    trials a richer model is preferred if its squared error there is significantly smaller (test of
+    Diebold and Mariano, one-sided, 5 %). Without, the smallest AICc decides, or the simpler model
+    if it is within 2. AICc uses the effective number of independent samples, because the residuals
+    of a mechanism are correlated and would otherwise favour every added parameter.
 
     Args:
         candidates: fitted side by side.
@@ -58,12 +58,12 @@ def recommend(
     Source: Diebold and Mariano (J. Business & Economic Statistics 1995); Hurvich and Tsai
     (Biometrika 1989); rule of 2 of Burnham and Anderson, Model Selection (2002).
     """
-    fits = {c.name: c.fit for c in candidates if c.fit.structure.kind == "continuous"}
+    fits = {c.name: c.fit for c in candidates if c.continuous}
     effective = _effective_samples(fits, records)
     scores = _aicc(fits, effective)
     order = sorted(fits, key=lambda name: _parameters(fits[name]))
-    trusted = [name for name in order if fits[name].status is FitStatus.CONVERGED]
-    if not trusted:
+    converged = [name for name in order if fits[name].status is FitStatus.CONVERGED]
+    if not converged:
         reason = "; ".join(f"{name.replace('_', ' ')}: {fits[name].sentence}" for name in order)
         return Recommendation(
             name="",
@@ -71,9 +71,10 @@ def recommend(
             aicc=scores,
             effective_samples=effective,
         )
-    name, reason = (
-        _by_held_out(trusted, fits, held_out) if held_out else _by_aicc(trusted, scores, effective)
-    )
+    if held_out:
+        name, reason = _by_held_out(converged, fits, held_out)
+    else:
+        name, reason = _by_aicc(converged, scores, effective)
     return Recommendation(name=name, reason=reason, aicc=scores, effective_samples=effective)
 
 
@@ -108,50 +109,50 @@ def _aicc(fits: dict[str, IdentifiedModel], effective: float) -> dict[str, float
     return {name: score - best for name, score in scores.items()}
 
 
-def _by_aicc(trusted: list[str], scores: dict[str, float], effective: float) -> tuple[str, str]:
-    best = min(scores[name] for name in trusted)
-    name = next(name for name in trusted if scores[name] <= best + _TIE)
-    others = [other for other in trusted if other != name]
-    if not others:
-        return name, "the only model whose parameters the data tell apart"
-    rival = min(others, key=lambda other: scores[other])
+def _by_aicc(converged: list[str], scores: dict[str, float], effective: float) -> tuple[str, str]:
+    best = min(scores[name] for name in converged)
+    name = next(name for name in converged if scores[name] <= best + _TIE)
+    rivals = [rival for rival in converged if rival != name]
+    if not rivals:
+        return name, "the only model whose parameters the data determine"
+    rival = min(rivals, key=lambda each: scores[each])
     gap = scores[rival] - scores[name]
     against = rival.replace("_", " ")
     if gap < 0.0:
         reason = f"simpler than {against}, whose AICc is only {-gap:.1f} smaller"
     else:
-        reason = f"smallest AICc, by {gap:.1f} before {against}"
+        reason = f"smallest AICc, {gap:.1f} below {against}"
     return name, f"{reason} ({effective:.0f} effective samples; no trial was held out)"
 
 
 def _by_held_out(
-    trusted: list[str], fits: dict[str, IdentifiedModel], held_out: Sequence[SignalRecord]
+    converged: list[str], fits: dict[str, IdentifiedModel], held_out: Sequence[SignalRecord]
 ) -> tuple[str, str]:
     errors = {
         name: [fits[name].simulate(record) - record.output for record in held_out]
-        for name in trusted
+        for name in converged
     }
-    name, reason = trusted[0], "the only model whose parameters the data tell apart"
-    for richer in trusted[1:]:
-        chance = better_by_chance(errors[name], errors[richer])
-        shown = f"p = {chance:.2g} on {len(held_out)} held-out trial(s)"
-        if chance < _LEVEL:
+    name, reason = converged[0], "the only model whose parameters the data determine"
+    for richer in converged[1:]:
+        p_value = p_value_of_improvement(errors[name], errors[richer])
+        shown = f"p = {p_value:.2g}, {len(held_out)} trial(s)"
+        if p_value < _LEVEL:
             before = name.replace("_", " ")
-            name, reason = richer, f"better than {before} on trials it was not fitted to ({shown})"
-        elif name == trusted[0] or not reason.startswith("better"):
-            reason = f"no richer model is better on trials it was not fitted to ({shown})"
+            name, reason = richer, f"better than {before} on held-out trials ({shown})"
+        elif name == converged[0] or not reason.startswith("better"):
+            reason = f"no richer model is better on held-out trials ({shown})"
     return name, reason
 
 
-def better_by_chance(simple: Sequence[FloatArray], rich: Sequence[FloatArray]) -> float:
-    """Chance of so much smaller squared errors if both models were equally good.
+def p_value_of_improvement(simple: Sequence[FloatArray], rich: Sequence[FloatArray]) -> float:
+    """Probability of so much smaller squared errors if both models were equally good.
 
     Args:
         simple: errors of one model, (n_i,) per trial.
         rich: errors of the other on the same trials.
 
     Returns:
-        One-sided p value; 1 where the errors are the same. The variance of the mean difference is
+        One-sided p-value; 1 where the errors are the same. The variance of the mean difference is
         that of correlated samples, by an autoregressive model of the differences.
     """
     gains = [a**2 - b**2 for a, b in zip(simple, rich, strict=True)]

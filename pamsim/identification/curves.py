@@ -8,10 +8,14 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from pamsim.identification.models import Candidate
-from pamsim.identification.signals import Signal, SignalTable
-from pamsim.linear.response_bands import frequency_response, step_response_band
-from pamsim.linear.signal_record import SignalRecord
+from pamsim.identification.signals import Signal, UsedTrial
+from pamsim.linear.identified_model import IdentifiedModel
+from pamsim.linear.response_bands import (
+    FrequencyResponse,
+    StepResponse,
+    frequency_response,
+    step_response_band,
+)
 
 FloatArray = NDArray[np.float64]
 
@@ -22,15 +26,15 @@ _BELOW, _ABOVE = 0.03, 30.0  # corner frequencies, between which a Bode plot is 
 
 @dataclass(frozen=True, kw_only=True)
 class TrialCurve:
-    """One trial with the free run of the shown model, each (n,), in shown units.
+    """One trial with the free run of the shown model, each (n,), in the columns' units.
 
     Attributes:
         name: of the trial.
-        held_out: whether it was kept from the fit.
+        held_out: whether it was excluded from the fit.
         time: [s].
-        input: [shown unit of the input].
-        output: [shown unit of the output].
-        model: [shown unit of the output].
+        input: [unit of the input].
+        output: [unit of the output].
+        model: [unit of the output].
     """
 
     name: str
@@ -43,77 +47,56 @@ class TrialCurve:
 
 @dataclass(frozen=True, kw_only=True)
 class Curves:
-    """Everything the figures draw, in shown units.
+    """Everything the figures draw, gains in the columns' units.
 
     Attributes:
         trials: fitted ones first.
-        step_time: (k,) [s].
-        step: response to a unit step of the input, (k,) [gain].
-        step_band: 95 %, (2, k) [gain], or None.
-        frequency: (k,) [rad/s].
-        magnitude: (k,) [gain].
-        magnitude_band: 95 %, (2, k) [gain], or None.
-        phase: (k,) [deg].
-        phase_band: 95 %, (2, k) [deg], or None.
+        step: response to a unit step of the input.
+        bode: frequency response.
         nyquist: half the sampling rate [rad/s].
     """
 
     trials: tuple[TrialCurve, ...]
-    step_time: FloatArray
-    step: FloatArray
-    step_band: FloatArray | None
-    frequency: FloatArray
-    magnitude: FloatArray
-    magnitude_band: FloatArray | None
-    phase: FloatArray
-    phase_band: FloatArray | None
+    step: StepResponse
+    bode: FrequencyResponse
     nyquist: float
 
 
 def curves_of(
-    candidate: Candidate,
-    used: Sequence[tuple[SignalTable, SignalRecord]],
-    held_out: Sequence[tuple[SignalTable, SignalRecord]],
-    given: Signal,
-    output: Signal,
+    fit: IdentifiedModel,
+    used: Sequence[UsedTrial],
+    held_out: Sequence[UsedTrial],
+    into: Signal,
+    out: Signal,
 ) -> Curves:
-    """Run the shown model on every trial, and take its step and frequency response.
+    """Run a continuous model on every trial, and take its step and frequency response.
 
     Args:
-        candidate: a continuous model.
+        fit: the model.
         used: trials it was fitted to.
         held_out: trials it was not fitted to.
-        given: the input.
-        output: the output.
+        into: the input.
+        out: the output.
     """
-    fit = candidate.fit
     rates = np.abs(np.array(fit.poles))
-    nyquist = float(np.pi / min(record.sample_time for _, record in used))
+    nyquist = float(np.pi / min(trial.record.sample_time for trial in used))
     horizon = _STEP_LENGTH / float(np.min(rates)) + fit.dead_time
-    step = step_response_band(fit, np.linspace(0.0, horizon, _POINTS))
     high = max(min(_ABOVE * float(np.max(rates)), nyquist), 10.0 * float(np.min(rates)))
-    bode = frequency_response(fit, np.geomspace(_BELOW * float(np.min(rates)), high, _POINTS))
-    gain, degrees = given.factor / output.factor, 180.0 / np.pi
+    frequencies = np.geomspace(_BELOW * float(np.min(rates)), high, _POINTS)
+    gain = into.factor / out.factor
     return Curves(
         trials=tuple(
             TrialCurve(
-                name=record.name,
-                held_out=kept,
-                time=record.time,
-                input=record.input / given.factor,
-                output=record.output / output.factor,
-                model=fit.simulate(record) / output.factor,
+                name=trial.record.name,
+                held_out=trial in held_out,
+                time=trial.record.time,
+                input=trial.record.input / into.factor,
+                output=trial.record.output / out.factor,
+                model=fit.simulate(trial.record) / out.factor,
             )
-            for kept, pairs in ((False, used), (True, held_out))
-            for _, record in pairs
+            for trial in (*used, *held_out)
         ),
-        step_time=step.time,
-        step=step.output * gain,
-        step_band=None if step.band is None else step.band * gain,
-        frequency=bode.frequency,
-        magnitude=bode.magnitude * gain,
-        magnitude_band=None if bode.magnitude_band is None else bode.magnitude_band * gain,
-        phase=bode.phase * degrees,
-        phase_band=None if bode.phase_band is None else bode.phase_band * degrees,
+        step=step_response_band(fit, np.linspace(0.0, horizon, _POINTS)).scaled(gain),
+        bode=frequency_response(fit, frequencies).scaled(gain),
         nyquist=nyquist,
     )

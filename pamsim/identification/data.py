@@ -1,4 +1,4 @@
-"""What ``pamsim identify`` is given: a recording, a plain CSV, or a step to simulate first."""
+"""Data to identify from: a recording, a plain CSV, or a simulated step."""
 
 from __future__ import annotations
 
@@ -13,14 +13,12 @@ from pamsim.core.errors import InputError, nearest
 from pamsim.core.experiment import pressure_step
 from pamsim.core.recording import Recording
 from pamsim.core.trial import Trial, TrialSet
-from pamsim.core.units import DEG_PER_RAD, PA_PER_KPA
 from pamsim.engine.rig import load_rig
 from pamsim.engine.simulate import simulate
 from pamsim.identification.signals import SignalTable, table_of
 from pamsim.store.columns import read_columns
 from pamsim.store.recording_reader import read_recordings
 
-_SI = {"kpa": PA_PER_KPA, "deg": 1.0 / DEG_PER_RAD}
 _FEW_VALUES = 0.1  # share of distinct values up to which a column counts as held from row to row
 
 
@@ -62,7 +60,7 @@ def load_data(data: str | os.PathLike[str] | TrialSet) -> IdentifyData:
     return IdentifyData(source=source, rig=data.rig, tables=tables, notes=data.notes)
 
 
-def chosen(
+def select_trials(
     data: IdentifyData, trials: Sequence[str], protocols: Sequence[str], hold_out: Sequence[str]
 ) -> tuple[list[SignalTable], list[SignalTable]]:
     """Trials to fit and trials to hold out.
@@ -71,21 +69,23 @@ def chosen(
         data: all of them.
         trials: names to use; all if empty.
         protocols: protocols to use; all if empty.
-        hold_out: names to keep from the fit.
+        hold_out: names to exclude from the fit.
 
     Raises:
         InputError: for an unknown name, or if nothing is left to fit.
     """
     names = [table.name for table in data.tables]
     kinds = {table.protocol for table in data.tables}
-    for option, wanted, known in (
-        ("--trial", trials, names),
-        ("--protocol", protocols, kinds),
-        ("--hold-out", hold_out, names),
+    for argument, wanted, known in (
+        ("trials", trials, names),
+        ("protocols", protocols, kinds),
+        ("hold_out", hold_out, names),
     ):
         for name in wanted:
             if name not in known:
-                raise InputError(f"{option} {name!r} is not in the data; {nearest(name, known)}")
+                raise InputError(
+                    f"`{argument}`: {name!r} is not in the data; {nearest(name, known)}"
+                )
     used = [
         table
         for table in data.tables
@@ -94,7 +94,7 @@ def chosen(
         and table.name not in hold_out
     ]
     if not used:
-        raise InputError("no trial is left to fit; select or hold out other ones")
+        raise InputError("no trial is left to fit; change `trials`, `protocols` or `hold_out`")
     return used, [table for table in data.tables if table.name in hold_out]
 
 
@@ -162,5 +162,5 @@ def _plain(path: Path) -> IdentifyData:
         rest={name: float(columns[name][0]) for name in held},
         level=None,
     )
-    notes = (f"taken as held from row to row: {', '.join(sorted(held)) or 'no column'}",)
+    notes = (f"assumed to be held from row to row: {', '.join(sorted(held)) or 'no column'}",)
     return IdentifyData(source=str(path), rig="", tables=(table,), notes=notes)

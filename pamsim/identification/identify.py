@@ -7,23 +7,22 @@ import time
 from collections.abc import Sequence
 
 from pamsim.core.errors import InputError
+from pamsim.core.progress import Progress
 from pamsim.core.trial import TrialSet
 from pamsim.identification.choice import recommend
-from pamsim.identification.data import chosen, load_data
-from pamsim.identification.local import local_map
-from pamsim.identification.models import Choice, Progress, fit_models
+from pamsim.identification.data import load_data, select_trials
+from pamsim.identification.local import fit_operating_points
+from pamsim.identification.models import ModelSet, fit_models
 from pamsim.identification.result import Identification
 from pamsim.identification.signals import (
     Signal,
     SignalTable,
+    UsedTrial,
     default_input,
     default_output,
-    record_of,
     signal,
+    used_trial,
 )
-from pamsim.linear.signal_record import SignalRecord
-
-Pair = tuple[SignalTable, SignalRecord]
 
 
 def identify(
@@ -31,7 +30,13 @@ def identify(
     *,
     input: str | None = None,
     output: str | None = None,
-    choice: Choice | None = None,
+    order: int | None = None,
+    zeros: int = 0,
+    poles: str = "auto",
+    dead_time: str = "auto",
+    arx: tuple[int, int, int] | None = None,
+    oe: tuple[int, int, int] | None = None,
+    start: str = "rest",
     trials: Sequence[str] = (),
     protocols: Sequence[str] = (),
     hold_out: Sequence[str] = (),
@@ -45,12 +50,19 @@ def identify(
         input: columns joined by + and -; the set pressure difference, else the valves', if left
             out.
         output: likewise; ``angle_deg`` if left out.
-        choice: which models; first and second order with and without dead time if left out.
+        order: of the continuous model, 1 to 5; first and second if left out.
+        zeros: of the model of that order.
+        poles: ``real`` lags, ``any`` stable poles, or ``auto``: any beside real where two lags
+            merge.
+        dead_time: ``none``, ``free`` (estimated), or ``auto`` for both.
+        arx: (na, nb, nk) of the ARX model; two small ones if left out.
+        oe: (nb, nf, nk) of the output-error model; two small ones if left out.
+        start: of every trial: at ``rest``, or in a ``free`` state that is fitted.
         trials: names to use; all if empty.
         protocols: protocols to use; all if empty.
-        hold_out: names to keep from the fit and to judge the models by.
+        hold_out: names of trials to exclude from the fit and to judge the models by.
         local: whether to fit the recommended structure again at every operating point.
-        progress: told ``(done, total, what)``.
+        progress: called with ``(done, total, what)``.
 
     Returns:
         All models, the recommended one named with the reason.
@@ -59,58 +71,58 @@ def identify(
         InputError: for data that cannot be read or identified from, or an unknown name.
     """
     began = time.perf_counter()
+    models = ModelSet(
+        order=order, zeros=zeros, poles=poles, dead_time=dead_time, arx=arx, oe=oe, start=start
+    )
     loaded = load_data(data)
-    used, kept = chosen(loaded, trials, protocols, hold_out)
-    tables = [*used, *kept]
-    given = signal(input or default_input(tables), tables)
+    to_fit, to_test = select_trials(loaded, trials, protocols, hold_out)
+    tables = [*to_fit, *to_test]
+    into = signal(input or default_input(tables), tables)
     out = signal(output or default_output(tables), tables)
-    if {name for _, name in given.terms} & {name for _, name in out.terms}:
-        raise InputError(f"input {given.text!r} and output {out.text!r} share a column")
+    if {name for _, name in into.terms} & {name for _, name in out.terms}:
+        raise InputError(f"input {into.text!r} and output {out.text!r} share a column")
     notes = list(loaded.notes)
-    fitting = _records(used, given, out, notes)
-    testing = _records(kept, given, out, notes) if kept else ()
-    fitted = fit_models(
-        [record for _, record in fitting],
-        [record for _, record in testing],
-        choice or Choice(),
-        progress,
-    )
-    found = recommend(
-        fitted.candidates,
-        [record for _, record in fitting],
-        [record for _, record in testing],
-    )
-    best = next((c.fit for c in fitted.candidates if c.name == found.name), None)
-    points, said = local_map(fitting, best, progress) if local and best is not None else (None, ())
+    used = _used_trials(to_fit, into, out, notes)
+    held_out = _used_trials(to_test, into, out, notes) if to_test else ()
+    records = [trial.record for trial in used]
+    records_held_out = [trial.record for trial in held_out]
+    candidates, skipped = fit_models(records, records_held_out, models, progress)
+    recommendation = recommend(candidates, records, records_held_out)
+    best = next((c.fit for c in candidates if c.name == recommendation.name), None)
+    local_map = None
+    if local and best is not None:
+        local_map, local_notes = fit_operating_points(used, best, progress)
+        notes += local_notes
     return Identification(
         data=loaded,
-        given=given,
+        input=into,
         output=out,
-        used=fitting,
-        held_out=testing,
-        fitted=fitted,
-        recommendation=found,
-        local=points,
-        notes=(*notes, *said),
+        used=used,
+        held_out=held_out,
+        candidates=candidates,
+        skipped=skipped,
+        recommendation=recommendation,
+        local=local_map,
+        notes=tuple(notes),
         seconds=time.perf_counter() - began,
     )
 
 
-def _records(
-    tables: Sequence[SignalTable], given: Signal, out: Signal, notes: list[str]
-) -> tuple[Pair, ...]:
-    """Records of the trials that have something to identify; what the others lack is noted."""
-    pairs: list[Pair] = []
-    refused: list[InputError] = []
+def _used_trials(
+    tables: Sequence[SignalTable], into: Signal, out: Signal, notes: list[str]
+) -> tuple[UsedTrial, ...]:
+    """The trials that can be identified from; why others cannot is noted."""
+    used: list[UsedTrial] = []
+    refusals: list[InputError] = []
     for table in tables:
         try:
-            record, note = record_of(table, given, out)
+            trial, note = used_trial(table, into, out)
         except InputError as error:
-            refused.append(error)
-            notes.append(f"left out: {error}")
+            refusals.append(error)
+            notes.append(f"not used: {error}")
             continue
-        pairs.append((table, record))
+        used.append(trial)
         notes += [note] if note else []
-    if not pairs:
-        raise refused[0]
-    return tuple(pairs)
+    if not used:
+        raise refusals[0]
+    return tuple(used)

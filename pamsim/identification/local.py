@@ -8,8 +8,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pamsim.core.errors import InputError
-from pamsim.identification.models import Progress
-from pamsim.identification.signals import SignalTable
+from pamsim.core.progress import Progress
+from pamsim.identification.signals import SignalTable, UsedTrial
 from pamsim.linear.continuous_fit import fit_continuous
 from pamsim.linear.identified_model import IdentifiedModel
 from pamsim.linear.local_models import (
@@ -29,35 +29,35 @@ _LEVEL_GRID = 2e3  # [Pa]
 _SETTLED = 0.05  # change over that share, against the step's own, from which it had not settled
 
 
-def local_map(
-    pairs: Sequence[tuple[SignalTable, SignalRecord]],
+def fit_operating_points(
+    trials: Sequence[UsedTrial],
     fit: IdentifiedModel,
     progress: Progress | None = None,
-) -> tuple[LocalModelMap | None, tuple[str, ...]]:
+) -> tuple[LocalModelMap | None, list[str]]:
     """Fit the structure of a model again at every operating point.
 
     A trial whose input is held long enough to settle is cut into its steps, others stay whole.
     The same step of trials that repeat each other (same protocol and load) is one point.
 
     Args:
-        pairs: trials with the records made of them.
+        trials: to cut.
         fit: the model whose structure is fitted.
-        progress: told ``(done, total, what)``.
+        progress: called before each fit.
 
     Returns:
-        The map, or None for fewer than two points; and notes on steps that were left out.
+        The map, or None for fewer than two points; and notes on steps that were not used.
     """
     slowest = float(np.max(np.abs(1.0 / np.array(fit.poles))))
     groups: dict[tuple[str, float, int, int], list[Piece]] = {}
     notes: list[str] = []
-    for table, record in pairs:
-        pieces, left_out = _pieces(table, record, slowest)
-        notes += left_out
+    for trial in trials:
+        pieces, remarks = _pieces(trial, slowest)
+        notes += remarks
         for index, piece in pieces:
-            key = (table.protocol, table.load, index, piece[1].direction)
+            key = (trial.table.protocol, trial.table.load, index, piece[1].direction)
             groups.setdefault(key, []).append(piece)
     if len(groups) < 2:
-        return None, tuple(notes)
+        return None, notes
     models: list[LocalModel] = []
     for done, group in enumerate(groups.values()):
         if progress is not None:
@@ -75,13 +75,12 @@ def local_map(
             notes.append(f"{group[0][0].name}: no model of its own: {error}")
             continue
         models.append(LocalModel(_mean(group), local))
-    return (local_model_map(models) if len(models) > 1 else None), tuple(notes)
+    return (local_model_map(models) if len(models) > 1 else None), notes
 
 
-def _pieces(
-    table: SignalTable, record: SignalRecord, slowest: float
-) -> tuple[list[tuple[int, Piece]], list[str]]:
+def _pieces(trial: UsedTrial, slowest: float) -> tuple[list[tuple[int, Piece]], list[str]]:
     """Steps of a record with their index, or the record itself with index 0."""
+    table, record = trial.table, trial.record
     into = record.input
     changes = np.flatnonzero(np.diff(into) != 0.0) + 1
     whole = [(0, (record, _point(table, record, 0)))]
@@ -90,7 +89,7 @@ def _pieces(
     ends = np.append(changes[1:], into.size)
     if np.min(ends - changes) * record.sample_time < _LONG_ENOUGH * slowest:
         return whole, []
-    found: list[tuple[int, Piece]] = []
+    pieces: list[tuple[int, Piece]] = []
     notes: list[str] = []
     for index, (change, end) in enumerate(zip(changes, ends, strict=True)):
         before = changes[index - 1] if index else 0
@@ -99,8 +98,9 @@ def _pieces(
         if end - first < FEWEST_SAMPLES:
             notes.append(f"{table.name}: step {index + 1} is too short for a model of its own")
             continue
-        lead, moved = record.output[first:change], record.output[end - 1] - record.output[change]
-        # Means of the two halves, so that noise does not look like drift.
+        lead = record.output[first:change]
+        moved = record.output[end - 1] - record.output[change]
+        # Means of the two halves, so that noise is not taken for drift.
         halves = np.array_split(lead, 2) if lead.size > 1 else [lead, lead]
         if abs(np.mean(halves[1]) - np.mean(halves[0])) > _SETTLED * abs(moved):
             notes.append(f"{table.name}: before step {index + 1} the output had not settled")
@@ -115,11 +115,11 @@ def _pieces(
                 hold=record.hold,
             )
         except InputError as error:
-            notes.append(f"{table.name}: step {index + 1} is left out: {error}")
+            notes.append(f"{table.name}: step {index + 1} is not used: {error}")
             continue
         direction = int(np.sign(into[change] - into[change - 1]))
-        found.append((index, (cut, _point(table, cut, direction))))
-    return found or whole, notes
+        pieces.append((index, (cut, _point(table, cut, direction))))
+    return pieces or whole, notes
 
 
 def _direction(into: FloatArray, changes: NDArray[np.intp]) -> int:
@@ -131,7 +131,7 @@ def _point(table: SignalTable, record: SignalRecord, direction: int) -> Operatin
     inside = (table.time >= record.time[0]) & (table.time <= record.time[-1])
     level = 0.0 if table.level is None else float(np.mean(table.level[inside]))
     return OperatingPoint(
-        # Sensor noise must not look like levels that differ.
+        # Rounded, so that sensor noise does not make levels differ.
         pressure=_LEVEL_GRID * round(level / _LEVEL_GRID),
         load=table.load,
         direction=direction,

@@ -1,30 +1,29 @@
-"""What ``pamsim identify`` hands back, in the units of screens and files: kPa, deg, s."""
+"""The result of ``identify``, in the units of screens and files: kPa, deg, s."""
 
 from __future__ import annotations
 
+import csv
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from pathlib import Path
 from typing import Any
 
-import numpy as np
-from numpy.typing import NDArray
-
 from pamsim.core.encoding import to_dict
-from pamsim.core.finite import safe
+from pamsim.core.errors import InputError
 from pamsim.core.units import PA_PER_KPA
 from pamsim.core.versions import versions
 from pamsim.identification.choice import Recommendation
 from pamsim.identification.curves import Curves, curves_of
 from pamsim.identification.data import IdentifyData
-from pamsim.identification.models import Candidate, Fitted
-from pamsim.identification.signals import Signal, SignalTable
+from pamsim.identification.models import Candidate
+from pamsim.identification.signals import Signal, UsedTrial
+from pamsim.identification.summary import summary_lines
 from pamsim.linear.estimate import Estimate
-from pamsim.linear.identified_model import IdentifiedModel, TrialScore
+from pamsim.linear.identified_model import TrialScore
 from pamsim.linear.local_models import Dependence, LocalModelMap
-from pamsim.linear.signal_record import SignalRecord
+from pamsim.store.json_file import write_json
 
-FloatArray = NDArray[np.float64]
-SCHEMA = "pamsim-identify/1"
+SCHEMA = "pamsim-identify/2"
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -33,11 +32,12 @@ class Identification:
 
     Attributes:
         data: where the trials came from.
-        given: the input.
+        input: the input.
         output: the output.
         used: trials that were fitted, with their records.
         held_out: trials that were not.
-        fitted: the models.
+        candidates: the models, in the order they were fitted; numbers in SI.
+        skipped: name -> why that model could not be fitted.
         recommendation: which to use, and why.
         local: models at the operating points, or None.
         notes: what a reader should know.
@@ -45,11 +45,12 @@ class Identification:
     """
 
     data: IdentifyData
-    given: Signal
+    input: Signal
     output: Signal
-    used: tuple[tuple[SignalTable, SignalRecord], ...]
-    held_out: tuple[tuple[SignalTable, SignalRecord], ...]
-    fitted: Fitted
+    used: tuple[UsedTrial, ...]
+    held_out: tuple[UsedTrial, ...]
+    candidates: tuple[Candidate, ...]
+    skipped: Mapping[str, str]
     recommendation: Recommendation
     local: LocalModelMap | None
     notes: tuple[str, ...]
@@ -58,7 +59,7 @@ class Identification:
     @property
     def shown(self) -> Candidate:
         """The recommended model; if there is none, the continuous one that simulates best."""
-        continuous = [c for c in self.fitted.candidates if c.fit.structure.kind == "continuous"]
+        continuous = [candidate for candidate in self.candidates if candidate.continuous]
         for candidate in continuous:
             if candidate.name == self.recommendation.name:
                 return candidate
@@ -66,176 +67,196 @@ class Identification:
 
     def curves(self) -> Curves:
         """Signals, residuals and responses of the shown model, for figures."""
-        return curves_of(self.shown, self.used, self.held_out, self.given, self.output)
+        return curves_of(self.shown.fit, self.used, self.held_out, self.input, self.output)
 
-    def as_dict(self) -> dict[str, Any]:
-        """Everything but the curves, JSON-safe, units in the key names."""
-        return {
-            "schema": SCHEMA,
-            "data": self.data.source,
-            "rig": self.data.rig,
-            "input": self._signal(self.given, self.used[0][1].hold),
-            "output": self._signal(self.output, None),
-            "trials": [
-                *(self._trial(pair, "fitted") for pair in self.used),
-                *(self._trial(pair, "held_out") for pair in self.held_out),
-            ],
-            "models": [self._model(candidate) for candidate in self.fitted.candidates],
-            "skipped": dict(self.fitted.skipped),
-            "recommended": self.recommendation.name or None,
-            "shown": self.shown.name,
-            "reason": self.recommendation.reason,
-            "effective_samples": safe(self.recommendation.effective_samples),
-            "local": None if self.local is None else self._local(self.local),
-            "notes": list(self.notes),
-            "versions": versions("scipy", "control"),
-            "seconds": self.seconds,
-        }
+    def summary(self) -> str:
+        """Every model with its numbers, and which to use: some lines of text."""
+        return "\n".join(summary_lines(self.to_dict()))
 
-    @property
-    def _gain(self) -> tuple[str, str, float]:
-        """Unit of a gain as shown, as a key, and shown per SI."""
-        given, output = self.given, self.output
-        unit = output.unit if given.unit == "1" else f"{output.unit}/{given.unit}"
-        key = output.key if given.unit == "1" else f"{output.key}_per_{given.key}"
-        return unit, key, given.factor / output.factor
+    def save(self, folder: str | Path) -> list[Path]:
+        """Write ``identify.json`` and ``curves.csv``: every trial with the shown model's run.
 
-    def _signal(self, signal: Signal, hold: str | None) -> dict[str, Any]:
-        shown = {"expression": signal.text, "unit": signal.unit}
-        return shown if hold is None else {**shown, "hold": hold}
+        Args:
+            folder: created if need be; files of the same names are replaced.
 
-    def _trial(self, pair: tuple[SignalTable, SignalRecord], role: str) -> dict[str, Any]:
-        table, record = pair
-        return {
-            "name": table.name,
-            "protocol": table.protocol,
-            "role": role,
-            "load_kg": table.load,
-            "samples": int(record.output.size),
-            "sample_s": record.sample_time,
-            "duration_s": record.duration,
-        }
+        Returns:
+            The files written.
+
+        Raises:
+            InputError: if the place cannot be written.
+        """
+        result = Path(folder) / "identify.json"
+        write_json(result, self.to_dict())
+        return [result, self.save_curves(folder)]
+
+    def save_curves(self, folder: str | Path) -> Path:
+        """Write ``curves.csv`` into a folder that exists: every trial with the shown model's run.
+
+        Raises:
+            InputError: if the place cannot be written.
+        """
+        path = Path(folder) / "curves.csv"
+        into, out = (
+            "" if side.unit == "1" else f"_{side.unit.lower()}"
+            for side in (self.input, self.output)
+        )
+        try:
+            with path.open("w", newline="", encoding="utf-8") as file:
+                writer = csv.writer(file)
+                writer.writerow(["trial", "time_s", f"input{into}", f"output{out}", f"model{out}"])
+                for trial in self.curves().trials:
+                    columns = (trial.time, trial.input, trial.output, trial.model)
+                    for row in zip(*columns, strict=True):
+                        writer.writerow([trial.name, *(f"{value:.9g}" for value in row)])
+        except OSError as error:
+            raise InputError(f"cannot write {path}: {error.strerror}") from None
+        return path
+
+    def to_dict(self) -> dict[str, Any]:
+        """Everything but the curves, JSON-safe.
+
+        Gains, offsets, errors and amplitudes are in the units of ``input`` and ``output``.
+        """
+        return to_dict(
+            {
+                "schema": SCHEMA,
+                "data": self.data.source,
+                "rig": self.data.rig,
+                "input": {
+                    "expression": self.input.text,
+                    "unit": self.input.unit,
+                    "hold": self.used[0].record.hold,
+                },
+                "output": {"expression": self.output.text, "unit": self.output.unit},
+                "trials": [
+                    *(_trial(trial, "fitted") for trial in self.used),
+                    *(_trial(trial, "held_out") for trial in self.held_out),
+                ],
+                "models": [self._model(candidate) for candidate in self.candidates],
+                "skipped": self.skipped,
+                "recommended": self.recommendation.name or None,
+                "shown": self.shown.name,
+                "reason": self.recommendation.reason,
+                "effective_samples": self.recommendation.effective_samples,
+                "local": None if self.local is None else self._local(self.local),
+                "notes": self.notes,
+                "versions": versions("scipy", "control"),
+                "seconds": self.seconds,
+            }
+        )
 
     def _model(self, candidate: Candidate) -> dict[str, Any]:
-        fit, name = candidate.fit, candidate.name
-        independence = candidate.independence
-        shared: dict[str, Any] = {
-            "name": name,
-            "kind": fit.structure.kind,
-            "status": fit.status.value,
+        fit, structure = candidate.fit, candidate.fit.structure
+        discrete = not candidate.continuous
+        interval = self.used[0].record.sample_time
+        return {
+            "name": candidate.name,
+            "kind": structure.kind,
+            "model": structure.sentence,
+            "status": fit.status,
             "sentence": fit.sentence,
-            "parameters": self.parameters(fit.estimates),
-            "fit_percent": safe(fit.fit_percent),
-            "independence": to_dict(independence),
-            "trials": [self._score(trial) for trial in fit.trials],
+            "parameters": self._parameters(fit.estimates),
+            "fit_percent": fit.fit_percent,
+            "fit_percent_held_out": fit.fit_percent_held_out,
+            "fit_percent_one_step": fit.fit_percent_one_step,
+            "aicc_above_best": self.recommendation.aicc.get(candidate.name),
+            "poles_rad_per_s": fit.continuous_poles,
+            "discrete_poles": fit.poles if discrete else None,
+            "zeros_rad_per_s": None if discrete else fit.zeros,
+            "independence": candidate.independence,
+            "trials": self._scores(fit.trials),
+            "held_out": self._scores(fit.held_out),
             "noise": {
                 "ar_order": fit.noise.order,
-                f"standard_deviation_{self.output.key}": safe(
-                    fit.noise.standard_deviation / self.output.factor
-                ),
-                "correlation_s": safe(fit.noise.correlation_time(self._interval)),
+                "standard_deviation": fit.noise.standard_deviation / self.output.factor,
+                "correlation_s": fit.noise.correlation_time(interval),
             },
         }
-        if fit.structure.kind == "continuous":
-            return {
-                **shared,
-                "model": fit.structure.sentence,
-                "fit_percent_held_out": safe(fit.fit_percent_held_out),
-                "held_out": [self._score(trial) for trial in fit.held_out],
-                "aicc_above_best": safe(self.recommendation.aicc[name]),
-                "poles_rad_per_s": to_dict(fit.poles),
-                "zeros_rad_per_s": to_dict(fit.zeros),
-            }
-        return {**shared, **self._discrete(fit)}
-
-    def _discrete(self, fit: IdentifiedModel) -> dict[str, Any]:
-        poles = fit.continuous_poles
-        return {
-            "fit_percent_one_step": safe(fit.fit_percent_one_step),
-            "delay_samples": fit.structure.nk,
-            "sample_s": fit.structure.sample_time,
-            "discrete_poles": to_dict(fit.poles),
-            "poles_rad_per_s": [None if s is None else [s.real, s.imag] for s in poles],
-        }
-
-    def parameters(self, estimates: Sequence[Estimate]) -> dict[str, Any]:
-        """Estimates under keys with their unit; gains in the units of the columns."""
-        unit, key, scale = self._gain
-        found: dict[str, Any] = {}
-        for item in estimates:
-            # Of a continuous model only K is a gain, of a discrete one the b as well.
-            gain = item.unit == self._si_gain
-            factor = scale if gain else 1.0
-            sides = item.interval95
-            found[f"{item.name}_{key}" if gain else item.key] = {
-                "name": item.name,
-                "unit": unit if gain else item.unit,
-                "value": safe(item.value * factor),
-                "interval95": None if sides is None else [safe(end * factor) for end in sides],
-            }
-        return found
 
     @property
-    def _si_gain(self) -> str:
-        return f"{self.output.si_unit}/{self.given.si_unit}"
+    def _gain(self) -> float:
+        """Gain in the columns' units per gain in SI."""
+        return self.input.factor / self.output.factor
 
-    @property
-    def _interval(self) -> float:
-        return self.used[0][1].sample_time
+    def _parameters(self, estimates: Sequence[Estimate]) -> dict[str, Any]:
+        """Name -> value, unit and interval; gains in the units of the columns."""
+        si_gain = f"{self.output.si_unit}/{self.input.si_unit}"
+        unit = self.output.unit
+        if self.input.unit != "1":
+            unit = f"{unit}/{self.input.unit}"
+        result: dict[str, Any] = {}
+        for estimate in estimates:
+            gain = estimate.unit == si_gain
+            factor = self._gain if gain else 1.0
+            sides = estimate.interval95
+            result[estimate.name] = {
+                "value": estimate.value * factor,
+                "unit": unit if gain else estimate.unit,
+                "interval95": None if sides is None else [end * factor for end in sides],
+            }
+        return result
 
-    def _score(self, trial: TrialScore) -> dict[str, Any]:
-        key, factor = self.output.key, self.output.factor
-        return {
-            "name": trial.name,
-            f"offset_{key}": safe(trial.offset / factor),
-            "fit_percent": safe(trial.fit_percent),
-            f"rms_{key}": safe(trial.rms / factor),
-        }
+    def _scores(self, scores: Sequence[TrialScore]) -> list[TrialScore]:
+        factor = self.output.factor
+        return [replace(s, offset=s.offset / factor, rms=s.rms / factor) for s in scores]
 
-    def _local(self, found: LocalModelMap) -> dict[str, Any]:
+    def _local(self, local: LocalModelMap) -> dict[str, Any]:
         return {
             "models": [
                 {
                     "pressure_kpa": model.point.pressure / PA_PER_KPA,
                     "load_kg": model.point.load,
                     "direction": model.point.direction,
-                    f"amplitude_{self.given.key}": model.point.amplitude / self.given.factor,
+                    "amplitude": model.point.amplitude / self.input.factor,
                     "trials": [trial.name for trial in model.fit.trials],
-                    "status": model.fit.status.value,
+                    "status": model.fit.status,
                     "sentence": model.fit.sentence,
-                    "fit_percent": safe(model.fit.fit_percent),
-                    "parameters": self.parameters(model.fit.estimates),
+                    "fit_percent": model.fit.fit_percent,
+                    "parameters": self._parameters(model.fit.estimates),
                 }
-                for model in found.models
+                for model in local.models
             ],
-            "dependences": [self._dependence(item) for item in found.dependences],
+            "dependences": [self._dependence(item) for item in local.dependences],
         }
 
     def _dependence(self, item: Dependence) -> dict[str, Any]:
-        """A dependence with its slopes per kPa, kg, direction and shown unit of the input."""
-        scale = self._gain[2] if item.parameter == "K" else 1.0
-        regressors: Mapping[str, tuple[str, float]] = {
-            "pressure": ("per_kpa", PA_PER_KPA),
-            "load": ("per_kg", 1.0),
-            "direction": ("per_direction", 1.0),
-            "amplitude": (f"per_{self.given.key}", self.given.factor),
+        """A dependence with its trends per kPa, kg, direction and unit of the input."""
+        scale = self._gain if item.parameter == "K" else 1.0
+        regressors = {
+            "pressure": ("kPa", PA_PER_KPA),
+            "load": ("kg", 1.0),
+            "direction": ("1", 1.0),
+            "amplitude": (self.input.unit, self.input.factor),
         }
-        slopes: dict[str, Any] = {}
-        for name, slope in item.slopes.items():
-            key, per = regressors[name]
+        trends: dict[str, Any] = {}
+        for name, trend in item.trends.items():
+            unit, per = regressors[name]
             factor = per if item.logarithmic else per * scale
-            slopes[f"{name}_{key}"] = {
-                "slope": safe(slope.value * factor),
-                "interval95": [safe(end * factor) for end in slope.interval95],
-                "p_value": safe(slope.p_value),
-                "span": safe(slope.span / per),
+            trends[name] = {
+                "slope": trend.slope * factor,
+                "interval95": [end * factor for end in trend.interval95],
+                "per": unit,
+                "p_value": trend.p_value,
+                "span": trend.span / per,
             }
         return {
             "parameter": item.parameter,
             "logarithmic": item.logarithmic,
-            "mean": safe(item.mean * scale),
+            "mean": item.mean * scale,
             "points": item.points,
-            "heterogeneity_p_value": safe(item.heterogeneity_p),
-            "slopes": slopes,
+            "heterogeneity_p_value": item.heterogeneity_p,
+            "trends": trends,
             "sentence": item.sentence,
         }
+
+
+def _trial(trial: UsedTrial, role: str) -> dict[str, Any]:
+    return {
+        "name": trial.table.name,
+        "protocol": trial.table.protocol,
+        "role": role,
+        "load_kg": trial.table.load,
+        "samples": trial.record.output.size,
+        "sample_s": trial.record.sample_time,
+        "duration_s": trial.record.duration,
+    }

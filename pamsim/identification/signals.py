@@ -21,8 +21,8 @@ FloatArray = NDArray[np.float64]
 # Ending of a column's name -> unit as shown, SI unit, SI per shown unit. Others stay as they are.
 _UNITS = {"kpa": ("kPa", "Pa", PA_PER_KPA), "deg": ("deg", "rad", 1.0 / DEG_PER_RAD)}
 _TERM = re.compile(r"\s*([+-]?)\s*([A-Za-z]\w*)")
-# A first command this close to where the trial rests is that rest: as a share of the input's span,
-# and in SI, for the noise of the sensor that says where it rests.
+# A first command this close to the rest value is no step: as a share of the input's span, and in
+# SI, for the noise of the sensor that measures the rest value.
 _SMALL_JUMP = 0.05
 _ROWS_AT_REST = 5
 _SENSOR_NOISE = {"Pa": 2e3}
@@ -30,7 +30,7 @@ _SENSOR_NOISE = {"Pa": 2e3}
 
 @dataclass(frozen=True, kw_only=True)
 class SignalTable:
-    """Named columns of one trial, whatever it was read from.
+    """Named columns of one trial, from a recording or a plain CSV.
 
     Attributes:
         name: of the trial.
@@ -75,10 +75,18 @@ class Signal:
         """Evaluate on columns [SI]."""
         return np.sum([sign * np.asarray(values[name]) for sign, name in self.terms], axis=0)
 
-    @property
-    def key(self) -> str:
-        """The unit as part of a JSON key: ``kpa``; ``1`` for none."""
-        return re.sub(r"\W+", "_", self.unit.lower())
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class UsedTrial:
+    """A trial and what identification uses of it.
+
+    Attributes:
+        table: all its columns.
+        record: input and output, uniformly sampled.
+    """
+
+    table: SignalTable
+    record: SignalRecord
 
 
 def signal(text: str, tables: Sequence[SignalTable]) -> Signal:
@@ -98,15 +106,15 @@ def signal(text: str, tables: Sequence[SignalTable]) -> Signal:
     terms = [(-1.0 if sign == "-" else 1.0, name) for sign, name in _TERM.findall(text)]
     known = sorted({name for table in tables for name in table.columns})
     for _, name in terms:
-        lacking = [table.name for table in tables if name not in table.columns]
+        without = [table.name for table in tables if name not in table.columns]
         if name not in known:
             raise InputError(f"no column {name!r}; {nearest(name, known)}")
-        if lacking:
-            raise InputError(f"column {name!r} is not in trial {lacking[0]!r}; leave that one out")
+        if without:
+            raise InputError(f"column {name!r} is not in trial {without[0]!r}; exclude that trial")
     units = {_unit(name) for _, name in terms}
     if len(units) > 1:
         raise InputError(
-            f"{text!r} adds {' and '.join(sorted(unit[0] for unit in units))}; take columns of one"
+            f"{text!r} adds {' and '.join(sorted(unit[0] for unit in units))}; use columns of one"
             " unit"
         )
     unit, si_unit, factor = units.pop()
@@ -127,21 +135,19 @@ def default_input(tables: Sequence[SignalTable]) -> str:
     for name in have:
         if re.fullmatch(r"p1_set_kpa|u1|p1_kpa", name):
             return name
-    raise InputError(f"say with --input what drives the output; columns: {', '.join(have)}")
+    raise InputError(f"no command in the data: give `input`, of {', '.join(have)}")
 
 
 def default_output(tables: Sequence[SignalTable]) -> str:
     """``angle_deg``.
 
     Raises:
-        InputError: if a table lacks it.
+        InputError: if a table is without it.
     """
     if all("angle_deg" in table.columns for table in tables):
         return "angle_deg"
     have = ", ".join(tables[0].columns)
-    raise InputError(
-        f"no column 'angle_deg' in every trial: say with --output what to fit ({have})"
-    )
+    raise InputError(f"no angle_deg in every trial: give `output`, of {have}")
 
 
 def table_of(trial: Trial) -> SignalTable:
@@ -179,8 +185,8 @@ def table_of(trial: Trial) -> SignalTable:
     )
 
 
-def record_of(table: SignalTable, given: Signal, output: Signal) -> tuple[SignalRecord, str]:
-    """One trial as the identification reads it.
+def used_trial(table: SignalTable, into: Signal, out: Signal) -> tuple[UsedTrial, str]:
+    """Input and output of one trial.
 
     A held input that already differs in the first row from where the trial rests gets five rows
     at rest before it: that is how a step at time 0 becomes visible, to ARX models as well, whose
@@ -188,44 +194,45 @@ def record_of(table: SignalTable, given: Signal, output: Signal) -> tuple[Signal
 
     Args:
         table: the trial.
-        given: the input.
-        output: the output.
+        into: the input.
+        out: the output.
 
     Returns:
-        The record, uniformly sampled, and a note if the clock had to be evened out.
+        The trial with its record, and a note if its clock was not uniform.
 
     Raises:
         InputError: as `SignalRecord`, such as for an input that never changes.
     """
-    held = all(name in table.held for _, name in given.terms)
-    time, into, out = table.time, given.of(table.columns), output.of(table.columns)
+    held = all(name in table.held for _, name in into.terms)
+    time, given, output = table.time, into.of(table.columns), out.of(table.columns)
     steps = np.diff(time)
     interval, note = float(np.median(steps)), ""
     if np.max(np.abs(steps - np.mean(steps))) > UNIFORM_TOLERANCE * np.mean(steps):
         even = np.arange(int((time[-1] - time[0]) / interval) + 1) * interval + time[0]
         # A held command is that of the last row; a measured signal is interpolated.
         last = np.maximum(np.searchsorted(time, even * (1.0 + 1e-12), side="right") - 1, 0)
-        into = into[last] if held else np.interp(even, time, into)
-        out = np.interp(even, time, out)
+        given = given[last] if held else np.interp(even, time, given)
+        output = np.interp(even, time, output)
         note = f"{table.name}: interpolated to a uniform step of {interval:.4g} s"
         time = even
     if held:
-        rest = float(given.of(table.rest))
-        span = float(np.ptp(np.append(into, rest)))
-        if abs(into[0] - rest) > max(_SMALL_JUMP * span, _SENSOR_NOISE.get(given.si_unit, 0.0)):
+        rest = float(into.of(table.rest))
+        span = float(np.ptp(np.append(given, rest)))
+        if abs(given[0] - rest) > max(_SMALL_JUMP * span, _SENSOR_NOISE.get(into.si_unit, 0.0)):
             before = np.arange(-_ROWS_AT_REST, 0)
             time = np.append(time[0] + before * np.mean(np.diff(time)), time)
-            into = np.append(np.full(_ROWS_AT_REST, rest), into)
-            out = np.append(np.full(_ROWS_AT_REST, out[0]), out)
-    return SignalRecord(
+            given = np.append(np.full(_ROWS_AT_REST, rest), given)
+            output = np.append(np.full(_ROWS_AT_REST, output[0]), output)
+    record = SignalRecord(
         name=table.name,
         time=time,
-        input=into,
-        output=out,
-        unit_input=given.si_unit,
-        unit_output=output.si_unit,
+        input=given,
+        output=output,
+        unit_input=into.si_unit,
+        unit_output=out.si_unit,
         hold="zoh" if held else "foh",
-    ), note
+    )
+    return UsedTrial(table=table, record=record), note
 
 
 def _unit(name: str) -> tuple[str, str, float]:

@@ -1,4 +1,4 @@
-"""Local linear models against the operating point: the map that gain scheduling starts from."""
+"""Local linear models over the operating point, as gain scheduling uses them."""
 
 from __future__ import annotations
 
@@ -8,17 +8,15 @@ from dataclasses import dataclass
 import numpy as np
 
 from pamsim.core.errors import InputError
-from pamsim.linear.continuous_fit import fit_continuous
 from pamsim.linear.identified_model import FitStatus, IdentifiedModel
 from pamsim.linear.operating_regression import Dependence, dependence
-from pamsim.linear.signal_record import SignalRecord
 
 _NORMAL = 1.959964
 
 
 @dataclass(frozen=True)
 class OperatingPoint:
-    """Where a local model holds.
+    """Where a local model is valid.
 
     Attributes:
         pressure: mean pressure level [Pa, gauge].
@@ -35,7 +33,7 @@ class OperatingPoint:
 
 @dataclass(frozen=True, eq=False)
 class LocalModel:
-    """One fit and the point it holds at.
+    """A model and the operating point it is valid at.
 
     Attributes:
         point: the operating point.
@@ -48,11 +46,11 @@ class LocalModel:
 
 @dataclass(frozen=True, eq=False)
 class LocalModelMap:
-    """All local models, in the order given, and what changes between them.
+    """All local models, in the order given, and how parameters depend on the point.
 
     Attributes:
         models: one per operating point.
-        dependences: one per parameter that at least two trusted fits determine.
+        dependences: one per parameter that at least two converged fits determine.
     """
 
     models: tuple[LocalModel, ...]
@@ -67,47 +65,8 @@ class LocalModelMap:
         raise InputError(f"no dependence of {parameter!r} in this map; it has {known}")
 
 
-def local_models(
-    records_with_points: Sequence[tuple[SignalRecord | Sequence[SignalRecord], OperatingPoint]],
-    *,
-    order: int,
-    zeros: int = 0,
-    dead_time: bool = False,
-    real_lags: bool = True,
-    start: str = "rest",
-) -> LocalModelMap:
-    """Fit one model per operating point and say what changes between the points.
-
-    Args:
-        records_with_points: trials, one or several, and the point they were made at.
-        order: as in :func:`pamsim.linear.continuous_fit.fit_continuous`, as are the others.
-        zeros: number of zeros.
-        dead_time: whether to estimate a dead time.
-        real_lags: real time constants, or any stable poles.
-        start: ``rest`` or ``free``.
-
-    Returns:
-        The map.
-
-    Raises:
-        InputError: no points, or as ``fit_continuous``.
-    """
-    models: list[LocalModel] = []
-    for given, point in records_with_points:
-        fit = fit_continuous(
-            [given] if isinstance(given, SignalRecord) else given,
-            order=order,
-            zeros=zeros,
-            dead_time=dead_time,
-            real_lags=real_lags,
-            start=start,
-        )
-        models.append(LocalModel(point, fit))
-    return local_model_map(models)
-
-
 def local_model_map(models: Sequence[LocalModel]) -> LocalModelMap:
-    """Say what changes between local models that are already fitted.
+    """Regress the parameters of local models on their operating points.
 
     Only fits with the status ``converged`` enter the regressions; all stay in the table.
 
@@ -122,10 +81,10 @@ def local_model_map(models: Sequence[LocalModel]) -> LocalModelMap:
     """
     if not models:
         raise InputError("no local models given; give at least one operating point")
-    trusted = [model for model in models if model.fit.status is FitStatus.CONVERGED]
-    names = list(dict.fromkeys(e.name for model in trusted for e in model.fit.estimates))
-    found = (_dependence(name, trusted) for name in names)
-    return LocalModelMap(tuple(models), tuple(item for item in found if item is not None))
+    converged = [model for model in models if model.fit.status is FitStatus.CONVERGED]
+    names = list(dict.fromkeys(e.name for model in converged for e in model.fit.estimates))
+    dependences = (_dependence(name, converged) for name in names)
+    return LocalModelMap(tuple(models), tuple(item for item in dependences if item is not None))
 
 
 def _dependence(name: str, models: Sequence[LocalModel]) -> Dependence | None:

@@ -1,6 +1,6 @@
-"""Does a local model's parameter change with the operating point, beyond its own uncertainty?
+"""Regress a local model's parameter on the operating point, each estimate with its uncertainty.
 
-A meta-regression: every estimate counts by its own variance plus a scatter between the points
+A meta-regression: every estimate is weighted by its own variance plus a scatter between the points
 that the regressors do not explain.
 """
 
@@ -27,17 +27,17 @@ _LEVEL = 0.05
 
 
 @dataclass(frozen=True)
-class Slope:
+class Trend:
     """Change of a parameter with one regressor, the others held.
 
     Attributes:
-        value: per SI unit of the regressor; of ln(parameter) if ``logarithmic`` in Dependence.
-        interval95: lower and upper end.
-        p_value: chance of a steeper slope if there is none.
+        slope: per SI unit of the regressor; of ln(parameter) if ``logarithmic`` in Dependence.
+        interval95: of the slope, lower and upper end.
+        p_value: probability of a steeper slope if there is none.
         span: largest minus smallest value of the regressor over the map [SI].
     """
 
-    value: float
+    slope: float
     interval95: tuple[float, float]
     p_value: float
     span: float
@@ -49,13 +49,13 @@ class Dependence:
 
     Attributes:
         parameter: name of the estimate, such as ``K``.
-        logarithmic: whether slopes are of ln(parameter), as for time constants.
+        logarithmic: whether the trends are of ln(parameter), as for time constants.
         mean: over the map, weighted [unit of the parameter].
         points: local models used.
         heterogeneity_chi2: Cochran's Q: spread of the estimates against their own intervals.
         heterogeneity_freedom: its degrees of freedom.
-        heterogeneity_p: chance of a larger Q if all points share one value.
-        slopes: by regressor; only those that vary over the map and can be told apart.
+        heterogeneity_p: probability of a larger Q if all points share one value.
+        trends: by regressor; only those that vary over the map and are linearly independent.
         sentence: the same for a person.
     """
 
@@ -66,7 +66,7 @@ class Dependence:
     heterogeneity_chi2: float
     heterogeneity_freedom: int
     heterogeneity_p: float
-    slopes: Mapping[str, Slope]
+    trends: Mapping[str, Trend]
     sentence: str
 
 
@@ -88,7 +88,7 @@ def dependence(
         logarithmic: whether ``values`` are logarithms.
 
     Returns:
-        Heterogeneity, slopes and the sentence.
+        Heterogeneity, trends and the sentence.
 
     Source: Cochran's Q; moment estimate of the scatter between points (DerSimonian and Laird
     1986, with regressors: Thompson and Sharp 1999); variance of Knapp and Hartung (2003).
@@ -104,13 +104,13 @@ def dependence(
         [np.ones(values.size), *(centred[name] / spans[name] for name in names)]
     )
     theta, covariance, freedom = _mixed_regression(design, values, errors)
-    slopes: dict[str, Slope] = {}
+    trends: dict[str, Trend] = {}
     for k, name in enumerate(names, start=1):
         error = float(np.sqrt(covariance[k, k]))
         half = float(_student_quantile(freedom, 0.975)) * error
         p = 2.0 * float(_student_cdf(freedom, -abs(theta[k]) / error))
         ends = (float(theta[k] - half) / spans[name], float(theta[k] + half) / spans[name])
-        slopes[name] = Slope(float(theta[k]) / spans[name], ends, p, spans[name])
+        trends[name] = Trend(float(theta[k]) / spans[name], ends, p, spans[name])
     mean = float(_mixed_regression(np.ones((values.size, 1)), values, errors)[0][0])
     if logarithmic:
         mean = float(np.exp(mean))
@@ -122,8 +122,8 @@ def dependence(
         heterogeneity_chi2=spread,
         heterogeneity_freedom=values.size - 1,
         heterogeneity_p=p_spread,
-        slopes=slopes,
-        sentence=_sentence(parameter, mean, p_spread, slopes, logarithmic),
+        trends=trends,
+        sentence=_sentence(parameter, mean, p_spread, trends, logarithmic),
     )
 
 
@@ -164,20 +164,23 @@ def _mixed_regression(
 
 
 def _sentence(
-    parameter: str, mean: float, p_spread: float, slopes: Mapping[str, Slope], logarithmic: bool
+    parameter: str, mean: float, p_spread: float, trends: Mapping[str, Trend], logarithmic: bool
 ) -> str:
     parts: list[str] = []
-    for name, slope in slopes.items():
-        shown = f"p = {slope.p_value:.2g}" if slope.p_value >= 1e-3 else "p < 0.001"
-        if slope.p_value >= _LEVEL:
-            parts.append(f"no change with {name} is seen ({shown})")
+    for name, trend in trends.items():
+        if trend.p_value >= _LEVEL:
+            parts.append(f"no significant change with {name} ({_shown(trend.p_value)})")
             continue
-        change = slope.value * slope.span
+        change = trend.slope * trend.span
         share = np.expm1(change) if logarithmic else change / abs(mean)
         verb = "rises" if share > 0.0 else "falls"
-        parts.append(f"{verb} by {100.0 * abs(share):.0f} % over the map's {name} ({shown})")
+        percent = f"{100.0 * abs(share):.0f} %"
+        parts.append(f"{verb} by {percent} over the range of {name} ({_shown(trend.p_value)})")
     if not parts:
-        parts.append("the map has no regressor that varies enough to tell a slope")
-    shown = f"p = {p_spread:.2g}" if p_spread >= 1e-3 else "p < 0.001"
-    alike = "more than their intervals" if p_spread < _LEVEL else "no more than their intervals"
-    return f"{parameter}: {'; '.join(parts)}; the estimates differ {alike} ({shown})"
+        parts.append("no regressor varies enough over the map to estimate a trend")
+    verdict = "more than their intervals" if p_spread < _LEVEL else "no more than their intervals"
+    return f"{parameter}: {'; '.join(parts)}; the estimates differ {verdict} ({_shown(p_spread)})"
+
+
+def _shown(p_value: float) -> str:
+    return f"p = {p_value:.2g}" if p_value >= 1e-3 else "p < 0.001"

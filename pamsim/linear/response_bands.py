@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -36,6 +36,11 @@ class FrequencyResponse:
     magnitude_band: FloatArray | None
     phase_band: FloatArray | None
 
+    def scaled(self, gain: float) -> FrequencyResponse:
+        """Return it for other units of input and output; ``gain`` converts the magnitude."""
+        band = None if self.magnitude_band is None else gain * self.magnitude_band
+        return replace(self, magnitude=gain * self.magnitude, magnitude_band=band)
+
 
 @dataclass(frozen=True, eq=False)
 class StepResponse:
@@ -50,6 +55,11 @@ class StepResponse:
     time: FloatArray
     output: FloatArray
     band: FloatArray | None
+
+    def scaled(self, gain: float) -> StepResponse:
+        """Return it for other units of input and output; ``gain`` converts the output."""
+        band = None if self.band is None else gain * self.band
+        return replace(self, output=gain * self.output, band=band)
 
 
 def frequency_response(fit: IdentifiedModel, frequencies: ArrayLike) -> FrequencyResponse:

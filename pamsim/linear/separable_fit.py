@@ -1,7 +1,7 @@
-"""Least squares in which most coefficients enter linearly: several trials, whitened, multi-start.
+"""Least squares in which most coefficients enter linearly: several trials, whitened residuals.
 
-Gains, offsets and initial states are solved for exactly at every point of the search, so that it
-moves only in the poles (and the dead time): fewer dimensions and far fewer local minima.
+Gains, offsets and initial states are solved for exactly at every point of the search, so that only
+the poles (and the dead time) are searched: fewer dimensions and far fewer local minima.
 Source: variable projection (Golub and Pereyra, SIAM Journal on Numerical Analysis
 10, 1973).
 """
@@ -18,14 +18,13 @@ from typing import Any
 
 import numpy as np
 import scipy.linalg
-import scipy.optimize
 from numpy.typing import NDArray
 
+from pamsim.inference.bounded_least_squares import Fit, bounded_least_squares, one_by_one
 from pamsim.inference.coloured_noise import ArNoise
 from pamsim.linear.estimate import central_differences
 
 FloatArray = NDArray[np.float64]
-_least_squares: Any = scipy.optimize.least_squares
 _toeplitz_product: Any = scipy.linalg.matmul_toeplitz
 _qr: Any = scipy.linalg.qr
 
@@ -67,15 +66,20 @@ class Separable:
         stacked = np.concatenate(columns)
         return stacked[:, :-1], stacked[:, -1]
 
-    def solved(self, x: FloatArray, noise: ArNoise) -> tuple[FloatArray, FloatArray]:
-        """Return the best theta at x, shape ``(q,)``, and the residual it leaves, shape ``(N,)``.
+    def residual(self, x: FloatArray, noise: ArNoise) -> FloatArray | None:
+        """Return the residual at x with the best theta, shape ``(N,)``; None on overflow."""
+        theta, residual = self.solved(x, noise)
+        return residual if np.all(np.isfinite(theta)) else None
 
-        Where the columns overflow, the residual is huge: an optimiser turns back.
+    def solved(self, x: FloatArray, noise: ArNoise) -> tuple[FloatArray, FloatArray]:
+        """Return the best theta at x, shape ``(q,)``, and its residual, shape ``(N,)``.
+
+        Where the columns overflow, both are NaN.
         """
         with np.errstate(over="ignore", invalid="ignore"):
             design, target = self.reduced(x, noise)
             if not np.all(np.isfinite(design)) or np.max(np.abs(design)) > _FAR:
-                return np.full(design.shape[1], np.nan), np.full(target.size, _FAR)
+                return np.full(design.shape[1], np.nan), np.full(target.size, np.nan)
             norms = np.linalg.norm(design, axis=0)
             scale = np.where(norms > 0.0, norms, 1.0)
             theta = np.linalg.lstsq(design / scale, target, rcond=None)[0] / scale
@@ -111,52 +115,42 @@ class Solution:
 def minimise(
     problem: Separable, starts: Sequence[FloatArray], noise: ArNoise = WHITE, refined: int = 4
 ) -> Solution:
-    """Evaluate all starts, refine the best few, return the best optimum.
+    """Search from the best few of the starts.
 
     Args:
         problem: what to fit.
         starts: points inside the bounds.
         noise: whitens the residual.
-        refined: how many of the best starts are refined.
+        refined: how many of the best starts are followed.
 
     Returns:
         The best optimum.
     """
-    evaluations = 0
 
-    def residual(x: FloatArray) -> FloatArray:
-        nonlocal evaluations
-        evaluations += 1
-        return problem.solved(x, noise)[1]
-
-    inside = [np.clip(s, problem.lower + 1e-9, problem.upper - 1e-9) for s in starts]
-    if len(inside) > refined:
-        costs = [float(r @ r) for r in map(residual, inside)]
-        inside = [inside[i] for i in np.argsort(costs, kind="stable")[:refined]]
-
-    def refine(start: FloatArray, tolerance: float, most: int) -> Any:
-        return _least_squares(
-            residual,
-            start,
-            bounds=(problem.lower, problem.upper),
-            x_scale="jac",
-            xtol=tolerance,
-            ftol=tolerance,
-            gtol=1e-14,
-            max_nfev=most,
+    def search(starts: Sequence[FloatArray], tolerance: float, steps: int) -> Fit:
+        return bounded_least_squares(
+            one_by_one(lambda x: problem.residual(x, noise)),
+            starts,
+            lower=problem.lower,
+            upper=problem.upper,
+            tolerance=tolerance,
+            gradient_tolerance=1e-14,
+            max_steps=steps,
+            follow=refined,
         )
 
-    if len(inside) > 1:
-        # Roughly first: most starts fall into the same valley, and one end point of it is enough.
-        rough = [refine(start, 1e-4, 30) for start in inside]
-        inside = [min(rough, key=lambda found: float(found.cost)).x]
-    best = refine(inside[0], 1e-11, 150)
+    evaluations = 0
+    if len(starts) > 1:
+        # Roughly first: most starts lead to the same minimum, and one end point of it is enough.
+        rough = search(starts, 1e-4, 30)
+        starts, evaluations = [rough.x], rough.evaluations
+    best = search(starts, 1e-11, 150)
     return Solution(
         x=best.x,
         theta=problem.solved(best.x, noise)[0],
-        cost=2.0 * float(best.cost),
-        settled=bool(best.status > 0),
-        evaluations=evaluations,
+        cost=best.cost,
+        settled=best.converged,
+        evaluations=evaluations + best.evaluations,
     )
 
 

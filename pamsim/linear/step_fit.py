@@ -11,11 +11,11 @@ from itertools import product
 from typing import Any
 
 import numpy as np
-import scipy.optimize
 import scipy.special
 from numpy.typing import ArrayLike, NDArray
 
 from pamsim.core.errors import InputError
+from pamsim.inference.bounded_least_squares import Fit, bounded_least_squares, one_by_one
 from pamsim.inference.coloured_noise import ArNoise
 from pamsim.inference.record_checks import increasing_time, varying_output
 from pamsim.linear.continuous_estimates import continuous_estimates, merged_lags
@@ -26,7 +26,6 @@ from pamsim.linear.identified_model import FitStatus, IdentifiedModel, trial_sco
 from pamsim.linear.separable_fit import inverse_information
 
 FloatArray = NDArray[np.float64]
-_least_squares: Any = scipy.optimize.least_squares
 _student_quantile: Any = scipy.special.stdtrit
 
 # Splits of the 63 % time into (T1, T2): G2 has a mirror-symmetric cost with a saddle at T1 = T2,
@@ -86,45 +85,18 @@ def _starts(problem: _Problem) -> list[FloatArray]:
     late = float(problem.time[np.argmax(np.abs(problem.target) >= 0.02)]) / reference
     delays: list[list[float]] = [[0.01], [0.8 * late]] if problem.structure.dead_time else [[]]
     gains: list[list[float]] = [[1.0]] if problem.held_gain is None else [[]]
-    result: list[FloatArray] = []
-    for split, delay, gain in product(_STARTS[problem.structure.order], delays, gains):
-        x = np.array([*np.log(np.array(split) * reference), *delay, *gain])
-        # least_squares wants its start strictly inside the bounds.
-        result.append(np.clip(x, problem.lower + 1e-6, problem.upper - 1e-6))
-    return result
+    return [
+        np.array([*np.log(np.array(split) * reference), *delay, *gain])
+        for split, delay, gain in product(_STARTS[problem.structure.order], delays, gains)
+    ]
 
 
-def _best(problem: _Problem) -> tuple[Any, int]:
-    count = 0
-
-    def counted(x: FloatArray) -> FloatArray:
-        nonlocal count
-        count += 1
-        return problem.residual(x)
-
-    best: Any = None
-    for start in _starts(problem):
-        solution = _least_squares(
-            counted,
-            start,
-            jac="3-point",
-            bounds=(problem.lower, problem.upper),
-            ftol=1e-12,
-            xtol=1e-12,
-            gtol=1e-12,
-            max_nfev=200,
-        )
-        if best is None or solution.cost < best.cost:
-            best = solution
-    return best, count
-
-
-def _status(problem: _Problem, solution: Any, at: Optimum) -> tuple[FitStatus, str]:
-    x: FloatArray = solution.x
+def _status(problem: _Problem, solution: Fit, at: Optimum) -> tuple[FitStatus, str]:
+    x = solution.x
     order = problem.structure.order
     shortest = float(np.exp(np.min(x[:order])))
     interval = float(np.median(np.diff(problem.time)))
-    if solution.status <= 0:
+    if not solution.converged:
         return FitStatus.NOT_CONVERGED, "the solver ran out of evaluations before it converged"
     # The cost is flat towards a vanishing lag, so the solver may stop short of the bound itself.
     near_upper = x > problem.upper - np.where(np.arange(x.size) < order, np.log(2.0), 1e-3)
@@ -215,18 +187,26 @@ def fit_step(
         lower=np.array(lower),
         upper=np.array(upper),
     )
-    solution, evaluations = _best(problem)
-
-    residual: FloatArray = solution.fun
-    square = float(residual @ residual)
+    solution = bounded_least_squares(
+        one_by_one(problem.residual),
+        _starts(problem),
+        lower=problem.lower,
+        upper=problem.upper,
+        jacobian="3-point",
+        x_scale=1.0,
+        tolerance=1e-12,
+        gradient_tolerance=1e-12,
+        max_steps=200,
+    )
+    square = solution.cost
     variance = square / (t.size - solution.x.size)
-    inverse = inverse_information(solution.jac, _SINGULAR)
+    inverse = inverse_information(solution.jacobian, _SINGULAR)
     covariance = None if inverse is None else variance * inverse
     at = problem.optimum(solution.x, covariance)
     status, sentence = _status(problem, solution, at)
     if status not in (FitStatus.CONVERGED, FitStatus.DEGENERATE):
         at = replace(at, covariance=None)
-    score = trial_score("step", y, y + residual * final)
+    score = trial_score("step", y, y + solution.residual * final)
     # Of a perfect match only rounding remains, whose correlation means nothing.
     if status is FitStatus.CONVERGED and score.residual_lag1 > 0.5 and square > 1e-20 * t.size:
         sentence += (
@@ -246,7 +226,7 @@ def fit_step(
         noise=ArNoise((), variance * final**2),
         status=status,
         sentence=sentence,
-        evaluations=evaluations,
+        evaluations=solution.evaluations,
     )
 
 

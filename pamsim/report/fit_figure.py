@@ -1,4 +1,4 @@
-"""The figure of a fit: measured and fitted over pressure, and what is left between them."""
+"""The figure of a fit: measured and fitted over pressure, and the residuals."""
 
 from __future__ import annotations
 
@@ -60,10 +60,10 @@ def fit_figure(result: Mapping[str, Any]) -> Figure:
     return figure
 
 
-def _force_map(top: Axes, bottom: Axes, fitted: Mapping[str, Any]) -> None:
-    points = {name: np.array(values) for name, values in fitted["points"].items()}
+def _force_map(top: Axes, bottom: Axes, law: Mapping[str, Any]) -> None:
+    points = {name: np.array(values) for name, values in law["points"].items()}
     pressure = points["pressure"] / PA_PER_KPA
-    held = fitted["held_out_residual"]
+    held = (law["held_out"] or {}).get("residual")
     kinds = np.unique(points["contraction"])
     # Scattered contractions make one series; a map measured at set lengths one per length.
     few = kinds.size <= _MOST_SERIES
@@ -80,14 +80,14 @@ def _force_map(top: Axes, bottom: Axes, fitted: Mapping[str, Any]) -> None:
             top.plot(pressure[rows], points["predicted"][rows], ".", color=MUTED, markersize=2)
         bottom.plot(pressure[rows], (points["predicted"] - points["measured"])[rows], **dot)
         if held is not None:
-            unseen = np.array([np.nan if held[r] is None else held[r] for r in rows])
-            bottom.plot(pressure[rows], unseen, **dot, markerfacecolor="none", alpha=0.7)
-    scores = fitted["scores"]
-    title = f"{fitted['title']}: {scores['points']} points, {scores['free']} coefficients"
+            hollow = np.array([np.nan if held[r] is None else held[r] for r in rows])
+            bottom.plot(pressure[rows], hollow, **dot, markerfacecolor="none", alpha=0.7)
+    scores = law["scores"]
+    title = f"{law['title']}: {scores['points']} points, {scores['free']} coefficients"
     finish_axes(top, y="force [N]", title=title, zero=False)
     text = f"filled: in-sample, {fixed(scores['rmse'], 1)} N RMS"
-    if fitted["held_out"] is not None:
-        by, rmse = fitted["held_out"]["by"], fitted["held_out"]["rmse"]
+    if law["held_out"] is not None:
+        by, rmse = law["held_out"]["by"], law["held_out"]["rmse"]
         text += f"; hollow: that {by} held out, {fixed(rmse, 1)} N RMS"
     finish_axes(bottom, x="gauge pressure [kPa]", y="fitted − measured [N]", title=text)
     shown = np.abs(points["predicted"] - points["measured"])
@@ -95,10 +95,10 @@ def _force_map(top: Axes, bottom: Axes, fitted: Mapping[str, Any]) -> None:
 
 
 def _readable(ax: Axes, limit: float, held: list[float | None]) -> None:
-    """Cut off held-out residuals that diverged: they would press all others to the zero line."""
+    """Limit the axis where held-out residuals diverged, so that the other points stay visible."""
     sizes = [abs(residual) for residual in held if residual is not None]
     outside = sum(size > limit for size in sizes)
-    if outside and max(sizes) > 2.0 * limit:  # less does not hurt and may be seen
+    if outside and max(sizes) > 2.0 * limit:  # a smaller excess stays visible
         ax.set_ylim(-limit, limit)
         ax.annotate(
             f"{outside} hollow points lie outside", (0.99, 0.03), xycoords="axes fraction",
@@ -107,15 +107,15 @@ def _readable(ax: Axes, limit: float, held: list[float | None]) -> None:
 
 
 def _branches(top: Axes, bottom: Axes, fits: list[Mapping[str, Any]]) -> None:
-    for i, fitted in enumerate(fits):
-        points = {name: np.array(values) for name, values in fitted["points"].items()}
+    for i, law in enumerate(fits):
+        points = {name: np.array(values) for name, values in law["points"].items()}
         order = np.argsort(points["pressure"], kind="stable")
         pressure = points["pressure"][order] / PA_PER_KPA
         measured, predicted = points["measured"][order], points["predicted"][order]
         colour, marker = series_look(i)
         dot = {"color": colour, "marker": marker, "linestyle": "none", "markersize": 4.0}
-        rms = fixed(_MM_PER_M * fitted["scores"]["rmse"], 2)
-        label = f"{fitted['part']} pressure: {rms} mm RMS"
+        rms = fixed(_MM_PER_M * law["scores"]["rmse"], 2)
+        label = f"{law['part']} pressure: {rms} mm RMS"
         top.plot(pressure, _MM_PER_M * measured, label=label, **dot)
         top.plot(pressure, _MM_PER_M * predicted, color=colour, linewidth=1.0)
         bottom.plot(pressure, _MM_PER_M * (predicted - measured), **dot)
@@ -137,6 +137,6 @@ def _loops(result: Mapping[str, Any]) -> Figure:
             frequency, points["predicted"][i::2], marker, color=colour, label=label, markersize=4.0
         )
     title = result["fits"][0]["title"]
-    finish_axes(ax, x="frequency [Hz]", y="what is left [N]", title=title)
+    finish_axes(ax, x="frequency [Hz]", y="residual [N]", title=title)
     ax.legend(loc="best", labelcolor=INK)
     return figure

@@ -1,15 +1,18 @@
-"""Figures of an identification over time: measured and model, and the model's step response."""
+"""Figures of an identification: measured and model, step response, poles, frequency response."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from typing import Any
 
+import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from matplotlib.ticker import LogLocator, NullFormatter, StrMethodFormatter
+from matplotlib.ticker import LogLocator, MultipleLocator, NullFormatter, StrMethodFormatter
 
-from pamsim.report.identify_view import model_title
+from pamsim.core.units import DEG_PER_RAD
+from pamsim.identification.curves import Curves, TrialCurve
+from pamsim.report.numbers import words
 from pamsim.report.style import (
     BLUE,
     INK,
@@ -29,39 +32,43 @@ def label(quantity: str, unit: str) -> str:
     return quantity if unit in ("", "1", "-") else f"{quantity} [{unit}]"
 
 
-def shown_trials(trials: Sequence[Mapping[str, Any]]) -> list[Mapping[str, Any]]:
+def model_title(name: str) -> str:
+    """Name of a model for people: ``first order with dead time``, ``ARX 2,2,1``, ``OE 1,2,1``."""
+    kind, _, orders = name.partition("_")
+    if kind in ("arx", "oe"):
+        return f"{kind.upper()} {orders.replace('_', ',')}"
+    return words(name).replace(" dead time", " with dead time")
+
+
+def drawn_trials(trials: Sequence[TrialCurve]) -> list[TrialCurve]:
     """The trials a figure has room for: held-out ones first, since they judge the model."""
-    held = [trial for trial in trials if trial["held_out"]]
-    return [*held, *(trial for trial in trials if not trial["held_out"])][:_MOST_TRIALS]
+    return sorted(trials, key=lambda trial: not trial.held_out)[:_MOST_TRIALS]
 
 
 @styled
-def measured_and_model(result: Mapping[str, Any], curves: Mapping[str, Any]) -> Figure:
-    """Output and free run of the shown model on top, what is left below; a column pair per trial.
+def measured_and_model(result: Mapping[str, Any], curves: Curves) -> Figure:
+    """Output and free run of the shown model, and their difference.
 
     Args:
-        result: of schema ``pamsim-identify/1``.
-        curves: ``trials`` with ``name``, ``held_out``, ``time`` [s], ``output`` and ``model``
-            (n,) [unit of the output].
+        result: of schema ``pamsim-identify/2``.
+        curves: what to draw.
 
     Returns:
         For one trial two panels on top of each other, for more a row each.
     """
     unit = result["output"]["unit"]
-    trials = shown_trials(curves["trials"])
+    trials = drawn_trials(curves.trials)
     if len(trials) == 1:
         figure, panels = new_figure(4.8, rows=2, sharex=True, height_ratios=(1.7, 1.0))
     else:
         figure, panels = new_figure(0.7 + 1.45 * len(trials), rows=len(trials), columns=2)
     pairs = [(panels[2 * i], panels[2 * i + 1]) for i in range(len(trials))]
     for trial, (upper, lower) in zip(trials, pairs, strict=True):
-        role = "held out" if trial["held_out"] else "fitted"
-        upper.plot(
-            trial["time"], trial["output"], color=INK, linewidth=2.6, alpha=0.35, label="measured"
-        )
-        upper.plot(trial["time"], trial["model"], color=VERMILION, linewidth=1.1, label="model")
-        lower.plot(trial["time"], trial["model"] - trial["output"], color=BLUE, linewidth=0.8)
-        title = f"{trial['name'].replace('_', ' ')} ({role})"
+        role = "held out" if trial.held_out else "fitted"
+        upper.plot(trial.time, trial.output, color=INK, linewidth=2.6, alpha=0.35, label="measured")
+        upper.plot(trial.time, trial.model, color=VERMILION, linewidth=1.1, label="model")
+        lower.plot(trial.time, trial.model - trial.output, color=BLUE, linewidth=0.8)
+        title = f"{words(trial.name)} ({role})"
         last = len(trials) == 1 or trial is trials[-1]
         finish_axes(
             upper,
@@ -83,25 +90,25 @@ def measured_and_model(result: Mapping[str, Any], curves: Mapping[str, Any]) -> 
 
 
 @styled
-def step_and_poles(result: Mapping[str, Any], curves: Mapping[str, Any]) -> Figure:
+def step_and_poles(result: Mapping[str, Any], curves: Curves) -> Figure:
     """Step response of the shown model with its 95 % band, and the poles of all models.
 
     Args:
-        result: of schema ``pamsim-identify/1``.
-        curves: ``step_time`` (k,) [s], ``step`` (k,) and ``step_band`` (2, k) or None [gain].
+        result: of schema ``pamsim-identify/2``.
+        curves: what to draw.
 
     Returns:
         Two panels side by side.
     """
     figure, (left, right) = new_figure(3.2, columns=2)
-    model = next(m for m in result["models"] if m["name"] == result["shown"])
-    gain = next(p for p in model["parameters"].values() if p["name"] == "K")
-    time, step, band = curves["step_time"], curves["step"], curves["step_band"]
-    if band is not None:
+    model = _shown(result)
+    gain = model["parameters"]["K"]
+    step = curves.step
+    if step.band is not None:
         left.fill_between(
-            time, band[0], band[1], color=VERMILION, alpha=0.2, linewidth=0, label="95 % band"
+            step.time, *step.band, color=VERMILION, alpha=0.2, linewidth=0, label="95 % band"
         )
-    left.plot(time, step, color=VERMILION, label=model_title(model["name"]))
+    left.plot(step.time, step.output, color=VERMILION, label=model_title(model["name"]))
     left.axhline(gain["value"], color=MUTED, linewidth=0.8, linestyle=":", label="static gain K")
     finish_axes(
         left,
@@ -110,39 +117,91 @@ def step_and_poles(result: Mapping[str, Any], curves: Mapping[str, Any]) -> Figu
         title="step response",
     )
     left.legend(loc="best")
-    _poles(right, result)
+    _draw_poles(right, result)
     return figure
 
 
-def _poles(ax: Axes, result: Mapping[str, Any]) -> None:
-    """A row of poles per model: whether models agree shows where their marks line up."""
+@styled
+def bode(result: Mapping[str, Any], curves: Curves) -> Figure:
+    """Magnitude and phase of the shown model.
+
+    Args:
+        result: of schema ``pamsim-identify/2``.
+        curves: what to draw.
+
+    Returns:
+        Two panels on one logarithmic axis of frequency in Hz.
+    """
+    figure, (upper, lower) = new_figure(4.6, rows=2, sharex=True)
+    model = _shown(result)
+    response = curves.bode
+    hertz = response.frequency / (2.0 * np.pi)
+    for ax, values, band, scale in (
+        (upper, response.magnitude, response.magnitude_band, 1.0),
+        (lower, response.phase, response.phase_band, DEG_PER_RAD),
+    ):
+        if band is not None:
+            ax.fill_between(
+                hertz, *(scale * band), color=VERMILION, alpha=0.2, linewidth=0, label="95 % band"
+            )
+        ax.plot(hertz, scale * values, color=VERMILION, label=model_title(model["name"]))
+        ax.set_xscale("log")
+        ax.grid(True, axis="x")
+    nyquist = curves.nyquist / (2.0 * np.pi)
+    corners = sorted({round(abs(complex(*p)), 9) for p in model["poles_rad_per_s"]})
+    for number, corner in enumerate(corners):
+        for ax in (upper, lower):
+            ax.axvline(
+                corner / (2.0 * np.pi),
+                color=MUTED,
+                linewidth=0.8,
+                linestyle=":",
+                label="corner frequency" if number == 0 else None,
+            )
+    upper.set_yscale("log")
+    finish_axes(upper, y=label("magnitude", model["parameters"]["K"]["unit"]), zero=False)
+    finish_axes(lower, x="frequency [Hz]", y="phase [deg]", zero=False)
+    span = DEG_PER_RAD * float(np.ptp(response.phase))
+    if span < 720.0:
+        lower.yaxis.set_major_locator(MultipleLocator(45.0 if span < 300.0 else 90.0))
+    lower.set_xlim(hertz[0], min(hertz[-1], nyquist))
+    upper.legend(loc="lower left")
+    return figure
+
+
+def _shown(result: Mapping[str, Any]) -> Mapping[str, Any]:
+    return next(model for model in result["models"] if model["name"] == result["shown"])
+
+
+def _draw_poles(ax: Axes, result: Mapping[str, Any]) -> None:
+    """A row of poles per model: models that agree have their poles in one column."""
     models = result["models"]
-    used: dict[str, Any] = {}
+    handles: dict[str, Any] = {}
     for row, model in enumerate(models):
         colour = VERMILION if model["name"] == result["shown"] else MUTED
         for pole in model["poles_rad_per_s"]:
             if pole is None:
                 continue
-            kind, marker = _pole_look(complex(*pole))
-            (used[kind],) = ax.plot(
+            kind, marker = _pole_marker(complex(*pole))
+            (handles[kind],) = ax.plot(
                 abs(complex(*pole)), row, marker, color=colour, markersize=6.5, markeredgewidth=1.4
             )
     finish_axes(ax, x="|pole| [rad/s]", title="poles", zero=False)
     ax.set_yticks(range(len(models)), [model_title(model["name"]) for model in models])
     ax.tick_params(axis="y", labelsize=7.5)
     ax.set_ylim(len(models) - 0.5, -0.5)
-    if not used:
+    if not handles:
         say_empty(ax, "no pole")
         return
     ax.set_xscale("log")
     ax.xaxis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
     ax.xaxis.set_major_formatter(StrMethodFormatter("{x:g}"))
     ax.xaxis.set_minor_formatter(NullFormatter())
-    if set(used) != {"lag"}:
-        ax.legend(used.values(), used.keys(), loc="best")
+    if set(handles) != {"lag"}:
+        ax.legend(handles.values(), handles.keys(), loc="best")
 
 
-def _pole_look(pole: complex) -> tuple[str, str]:
+def _pole_marker(pole: complex) -> tuple[str, str]:
     if pole.real >= 0.0:
         return "unstable", "s"
     return ("conjugate pair", "D") if pole.imag else ("lag", "x")

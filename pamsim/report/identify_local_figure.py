@@ -22,21 +22,21 @@ def local_map(result: Mapping[str, Any]) -> Figure:
     """One panel per parameter against the pressure level, with 95 % intervals.
 
     Args:
-        result: of schema ``pamsim-identify/1`` with ``local``.
+        result: of schema ``pamsim-identify/2`` with ``local``.
 
     Returns:
         The figure; marker by direction of the step, colour by load.
     """
     models = [m for m in result["local"]["models"] if m["status"] == "converged"]
-    keys = list(dict.fromkeys(key for m in result["local"]["models"] for key in m["parameters"]))
-    figure, panels = new_figure(0.7 + 1.9 * len(keys), rows=len(keys), sharex=True)
+    names = list(dict.fromkeys(name for m in result["local"]["models"] for name in m["parameters"]))
+    figure, panels = new_figure(0.7 + 1.9 * len(names), rows=len(names), sharex=True)
     loads = sorted({model["load_kg"] for model in models})
     levels = [model["pressure_kpa"] for model in models]
-    # Steps at one level would lie on top of each other.
+    # Steps at one level would be drawn on top of each other.
     by_level = len(set(levels)) > 1
     places = levels if by_level else [float(i) for i in range(1, len(models) + 1)]
-    for ax, key in zip(panels, keys, strict=True):
-        _panel(ax, models, places, key, loads)
+    for ax, name in zip(panels, names, strict=True):
+        _panel(ax, models, places, name, loads)
     panels[-1].set_xlabel(
         "mean gauge pressure of the muscles [kPa]"
         if by_level
@@ -50,13 +50,13 @@ def _panel(
     ax: Axes,
     models: Sequence[Mapping[str, Any]],
     places: Sequence[float],
-    key: str,
+    name: str,
     loads: list[float],
 ) -> None:
-    name, unit = key, ""
+    unit = ""
     for model, place in zip(models, places, strict=True):
-        item = model["parameters"][key]
-        name, unit = item["name"], item["unit"]
+        item = model["parameters"][name]
+        unit = item["unit"]
         colour, _ = series_look(loads.index(model["load_kg"]))
         marker, _ = _DIRECTIONS[model["direction"]]
         value, sides = item["value"], item["interval95"]
@@ -66,9 +66,9 @@ def _panel(
             ax.vlines(place, sides[0], sides[1], color=colour, linewidth=1.0)
         ax.plot(place, value, marker, color=colour, markersize=5)
     finish_axes(ax, y=label(name, unit), zero=False)
-    values = [m["parameters"][key]["value"] for m in models]
+    values = [m["parameters"][name]["value"] for m in models]
     if values and all(value is not None for value in values):
-        # An interval that the data hardly bound must not press all values together.
+        # A very wide interval must not compress the scale of all values.
         low, high = float(np.min(values)), float(np.max(values))
         margin = max(high - low, 0.5 * abs(high))
         bottom, top = ax.get_ylim()

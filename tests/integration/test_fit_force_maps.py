@@ -1,4 +1,4 @@
-"""What the force laws make of two measured force maps, and of points they have not seen."""
+"""Force laws fitted to two measured force maps, and their errors at held-out points."""
 
 from __future__ import annotations
 
@@ -42,22 +42,22 @@ def test_six_parameter_reaches_its_known_errors(dmsp_20, six):
     law, pressures = named_law("six_parameter"), np.unique(dmsp_20.pressure)
     held = np.isin(dmsp_20.pressure, pressures[::2])
     train, test = np.flatnonzero(~held), np.flatnonzero(held)
-    found = search_curve(
+    optimum = search_curve(
         law_curve(law, dmsp_20, BRAID, train),
         dmsp_20.force[train],
         law_coefficients(law, BRAID, {}),
     )
-    miss = law_curve(law, dmsp_20, BRAID, test)(found.values) - dmsp_20.force[test]
+    miss = law_curve(law, dmsp_20, BRAID, test)(optimum.values) - dmsp_20.force[test]
     assert np.sqrt(np.mean(miss**2)) < 5.5
 
 
-def test_six_parameter_runs_away_at_an_unseen_end(six):
-    assert six.held_out.rmse[0] > 100.0
-    assert np.all((six.held_out.rmse[1:] > 16.0) & (six.held_out.rmse[1:] < 40.0))
+def test_six_parameter_diverges_at_a_held_out_end(six):
+    assert six.held_out.group_rmse[0] > 100.0
+    assert np.all((six.held_out.group_rmse[1:] > 16.0) & (six.held_out.group_rmse[1:] < 40.0))
 
 
-def test_the_elastic_tube_extrapolates_to_every_unseen_length(elastic_tube, six):
-    assert np.all(elastic_tube.held_out.rmse < 15.0)  # the bar is 20 N
+def test_the_elastic_tube_extrapolates_to_every_held_out_length(elastic_tube, six):
+    assert np.all(elastic_tube.held_out.group_rmse < 15.0)  # the limit is 20 N
     assert elastic_tube.fit.scores.rmse < 3.5
     assert elastic_tube.fit.scores.free < six.fit.scores.free
     assert elastic_tube.fit.scores.aic < six.fit.scores.aic - 50.0
@@ -66,14 +66,14 @@ def test_the_elastic_tube_extrapolates_to_every_unseen_length(elastic_tube, six)
 def test_it_also_holds_for_a_second_muscle():
     table = read_measured(DMSP_10).without_zeros()
     braid = Braid(nominal_length=0.25, diameter=0.01, fibre_angle=np.radians(28.6))
-    found = fit_force_law(table, "mooney_rivlin", braid, held={}, hold_out="length")
-    assert np.all(found.held_out.rmse < 20.0)
+    fitted = fit_force_law(table, "mooney_rivlin", braid, held={}, hold_out="length")
+    assert np.all(fitted.held_out.group_rmse < 20.0)
 
 
-def test_the_elastic_tube_predicts_unseen_pressures(dmsp_20):
-    found = fit_force_law(dmsp_20, "mooney_rivlin", BRAID, held={}, hold_out="pressure")
-    assert found.held_out.groups.size == 20
-    assert found.held_out.pooled < 4.0
+def test_the_elastic_tube_predicts_held_out_pressures(dmsp_20):
+    fitted = fit_force_law(dmsp_20, "mooney_rivlin", BRAID, held={}, hold_out="pressure")
+    assert fitted.held_out.groups.size == 20
+    assert fitted.held_out.rmse < 4.0
 
 
 def test_held_out_forces_do_not_reach_their_own_prediction(dmsp_20, six):
@@ -100,7 +100,7 @@ def test_held_out_forces_do_not_reach_their_own_prediction(dmsp_20, six):
         ("pleated", True),
     ],
 )
-def test_the_scale_is_held_where_other_coefficients_do_the_same(name, held):
+def test_the_scale_is_held_where_other_coefficients_have_the_same_effect(name, held):
     scale = law_coefficients(named_law(name), BRAID, {})[0]
     assert (scale.held == 1.0) is held
     assert law_coefficients(named_law(name), BRAID, {"scale": 2.0})[0].held == 2.0

@@ -104,15 +104,15 @@ def test_a_planted_plant_is_found_and_recommended(monkeypatch, capsys, recording
     )
     assert (code, err) == (0, "")
     result = json.loads((tmp_path / "result.json").read_text())
-    assert result["schema"] == "pamsim-identify/1"
+    assert result["schema"] == "pamsim-identify/2"
     assert result["recommended"] == "second_order"
     assert "held-out" in result["reason"]
     assert [t["role"] for t in result["trials"]] == ["fitted", "held_out"]
     models = {model["name"]: model for model in result["models"]}
     best = models["second_order"]
-    truth = {"K_deg_per_kpa": GAIN, "T1_s": FAST, "T2_s": SLOW}
-    assert set(best["parameters"]) == set(truth)
-    for key, value in truth.items():
+    planted = {"K": GAIN, "T1": FAST, "T2": SLOW}
+    assert set(best["parameters"]) == set(planted)
+    for key, value in planted.items():
         low, high = best["parameters"][key]["interval95"]
         # Wider than 95 % by half: one draw of the noise may miss by more than its interval.
         slack = 0.25 * (high - low)
@@ -123,7 +123,7 @@ def test_a_planted_plant_is_found_and_recommended(monkeypatch, capsys, recording
     assert models["first_order"]["aicc_above_best"] > 10.0
     assert best["fit_percent_held_out"] == pytest.approx(best["fit_percent"], abs=1.0)
     # Noise of the planted deviation is what the best model leaves.
-    assert best["held_out"][0]["rms_deg"] == pytest.approx(0.03 / np.sqrt(0.75), rel=0.1)
+    assert best["held_out"][0]["rms"] == pytest.approx(0.03 / np.sqrt(0.75), rel=0.1)
     assert best["poles_rad_per_s"][0][0] == pytest.approx(-1.0 / SLOW, rel=0.02)
     assert {"arx_1_1_1", "arx_2_2_1", "oe_1_1_1", "oe_2_2_1"} <= set(models)
     assert "* second_order" in text
@@ -161,7 +161,7 @@ def test_a_dead_time_is_found_where_there_is_one(monkeypatch, capsys, tmp_path):
     assert [m["name"] for m in result["models"]][:2] == ["second_order", "second_order_dead_time"]
     assert result["recommended"] == "second_order_dead_time"
     best = result["models"][1]["parameters"]
-    assert best["L_s"]["value"] == pytest.approx(0.07, abs=0.01)
+    assert best["L"]["value"] == pytest.approx(0.07, abs=0.01)
 
 
 def test_each_step_of_a_staircase_is_an_operating_point(monkeypatch, capsys, recording, tmp_path):
@@ -176,8 +176,8 @@ def test_each_step_of_a_staircase_is_an_operating_point(monkeypatch, capsys, rec
     assert [model["direction"] for model in local["models"]] == [1, 1, -1, -1]
     for model in local["models"]:
         assert model["pressure_kpa"] == pytest.approx(300.0, abs=2.0)
-        assert model["amplitude_kpa"] == pytest.approx(50.0)
-        assert model["parameters"]["K_deg_per_kpa"]["value"] == pytest.approx(GAIN, rel=0.1)
+        assert model["amplitude"] == pytest.approx(50.0)
+        assert model["parameters"]["K"]["value"] == pytest.approx(GAIN, rel=0.1)
     assert {item["parameter"] for item in local["dependences"]} == {"K", "T"}
     gain = next(item for item in local["dependences"] if item["parameter"] == "K")
     assert gain["mean"] == pytest.approx(GAIN, rel=0.1)
@@ -197,9 +197,9 @@ def test_a_plain_log_of_any_columns_is_identified(monkeypatch, capsys, tmp_path)
     assert code == 0
     assert "held from row to row: drive_v" in text
     best = json.loads(json_file.read_text())["models"][0]["parameters"]
-    assert best["K_mm_per_v"]["value"] == pytest.approx(GAIN * 0.1 * 24.0, rel=0.01)
-    assert best["K_mm_per_v"]["unit"] == "mm/V"
-    assert best["T2_s"]["value"] == pytest.approx(SLOW, rel=0.01)
+    assert best["K"]["value"] == pytest.approx(GAIN * 0.1 * 24.0, rel=0.01)
+    assert best["K"]["unit"] == "mm/V"
+    assert best["T2"]["value"] == pytest.approx(SLOW, rel=0.01)
 
 
 def test_no_model_that_can_be_trusted_is_a_finding(monkeypatch, capsys, tmp_path):
@@ -216,19 +216,22 @@ BAD = {
     "no data": ([], "give DATA, or --simulate"),
     "no folder": (["nowhere"], "no recording at nowhere"),
     "no file": (["nowhere.csv"], "cannot read nowhere.csv"),
-    "data and simulation": (["DATA", "--simulate", "mas20_arm"], "--simulate is of a simulated"),
-    "load of data": (["DATA", "--load", "1"], "--load is of a simulated step"),
+    "data and simulation": (
+        ["DATA", "--simulate", "mas20_arm"],
+        "--simulate describes a simulated",
+    ),
+    "load of data": (["DATA", "--load", "1"], "--load describes a simulated step"),
     "unknown rig": (["--simulate", "mas21_arm"], "did you mean 'mas20_arm'"),
     "one set point": (["--simulate", "mas20_arm", "--pressure", "300"], "commands 1 muscles"),
     "unknown trial": (["DATA", "--trial", "telegraph_3"], "did you mean 'telegraph_"),
     "unknown protocol": (["DATA", "--protocol", "stairs"], "did you mean 'staircase'"),
-    "unknown held-out": (["DATA", "--hold-out", "x"], "--hold-out 'x' is not in the data"),
+    "unknown held-out": (["DATA", "--hold-out", "x"], "--hold-out: 'x' is not in the data"),
     "all held out": (
         ["DATA", "--trial", "staircase_1", "--hold-out", "staircase_1"],
         "no trial is left",
     ),
     "unknown column": (["DATA", "--input", "p1_bar"], "no column 'p1_bar'"),
-    "mixed units": (["DATA", "--output", "angle_deg+p1_kpa"], "take columns of one unit"),
+    "mixed units": (["DATA", "--output", "angle_deg+p1_kpa"], "use columns of one unit"),
     "same column": (["DATA", "--input", "angle_deg"], "share a column"),
     "no valves": (["DATA", "--input", "u1-u2"], "no column 'u1'"),
     "order": (["DATA", "--order", "9"], "give 1 to 5"),

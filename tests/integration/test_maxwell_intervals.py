@@ -36,7 +36,7 @@ def loops(noise, rng):
     return ForceLoops(names=names, time=time, force=force, displacement=displacement)
 
 
-def truth():
+def planted():
     alpha, beta, stiffness = PLANTED
     return np.array([alpha, np.log10(beta), np.log10(stiffness)])
 
@@ -53,9 +53,9 @@ def test_intervals_cover_at_two_percent_noise():
     hits = np.zeros(3)
     for _ in range(repeats):
         fit = fit_maxwell(loops(0.02, rng), held={})[0].fit
-        for i, (coefficient, planted) in enumerate(zip(fit.coefficients, truth(), strict=True)):
+        for i, (coefficient, value) in enumerate(zip(fit.coefficients, planted(), strict=True)):
             low, high = coefficient.interval95
-            hits[i] += low <= planted <= high
+            hits[i] += low <= value <= high
     print("coverage of alpha, beta, Ke:", hits / repeats)
     # Binomial(30, 0.95): 99.9 % of all seeds give 24 to 30 hits.
     assert np.all(hits >= 24), hits

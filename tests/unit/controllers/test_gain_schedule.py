@@ -11,8 +11,9 @@ from pamsim.controllers.gain_schedule import GainSchedule
 from pamsim.controllers.pid import Pid
 from pamsim.controllers.pressure_split import PressureSplit
 from pamsim.core.errors import InputError
+from pamsim.linear.continuous_fit import fit_continuous
 from pamsim.linear.imc_tuning import imc_gains_of_fit
-from pamsim.linear.local_models import OperatingPoint, local_models
+from pamsim.linear.local_models import LocalModel, OperatingPoint, local_model_map
 from tests.unit.controllers.closed_loop import LEVEL, PERIOD, SUPPLY, observe
 from tests.unit.linear.planted import record
 
@@ -29,7 +30,8 @@ def found():
         for k, place in enumerate(PLACES)
     ]
     lost = (record(9, gain=1e-3, noise=1.0, n=300), OperatingPoint(3e5))
-    return local_models([*given, lost], order=1)
+    models = [LocalModel(p, fit_continuous([trial], order=1)) for trial, p in [*given, lost]]
+    return local_model_map(models)
 
 
 @pytest.fixture(scope="module")

@@ -1,4 +1,4 @@
-"""Curve fits: planted coefficients, intervals that cover, and every reason for doubt."""
+"""Curve fits: planted coefficients, intervals that cover, and every flag."""
 
 from __future__ import annotations
 
@@ -56,7 +56,7 @@ def test_the_same_seed_gives_the_same_bits():
     assert first.evaluations == second.evaluations
 
 
-def test_intervals_cover_as_often_as_they_say():
+def test_intervals_cover_as_often_as_stated():
     rng = np.random.default_rng(11)
     truth, clean = np.array([2.0, -3.5, 0.7]), decay([2.0, -3.5, 0.7])
     runs, hits = 100, np.zeros(3)
@@ -106,7 +106,7 @@ def test_a_flat_direction_names_its_partners_and_spares_the_others():
     assert fit.values[0] * fit.values[1] == pytest.approx(6.0, rel=0.01)
 
 
-def test_a_bound_that_decides_is_said():
+def test_a_bound_that_decides_is_flagged():
     fit = fit_curve(lambda v: v[0] * X + v[1], 5.0 * X + 1.0, (free("k", 0.0, 3.0), free("c")))
     assert fit.values[0] == pytest.approx(3.0)
     assert Flag.AT_BOUND in flags(fit)["k"]

@@ -8,21 +8,22 @@ import numpy as np
 import pytest
 import scipy.stats
 
+from pamsim.core.encoding import to_dict
 from pamsim.core.errors import InputError
 from pamsim.fitting.held_out import grouped, leave_one_group_out
 from pamsim.fitting.scores import scores, shared_by_group
 
 
 def test_scores_computed_by_hand():
-    found = scores([1.0, 2.0, 3.0, 6.0], [2.0, 2.0, 2.0, 8.0], free=1)
+    errors = scores([1.0, 2.0, 3.0, 6.0], [2.0, 2.0, 2.0, 8.0], free=1)
     # residuals 1, 0, -1, 2: SSE 6; mean 3, SST 4 + 1 + 0 + 9 = 14
-    assert found.mse == 1.5
-    assert found.rmse == pytest.approx(math.sqrt(1.5))
-    assert found.mae == 1.0
-    assert found.r2 == pytest.approx(1.0 - 6.0 / 14.0)
-    assert found.aic == pytest.approx(4.0 * math.log(1.5) + 4.0)
-    assert found.aicc == pytest.approx(found.aic + 2.0 * 2.0 * 3.0 / 1.0)
-    assert (found.points, found.free) == (4, 1)
+    assert errors.mse == 1.5
+    assert errors.rmse == pytest.approx(math.sqrt(1.5))
+    assert errors.mae == 1.0
+    assert errors.r2 == pytest.approx(1.0 - 6.0 / 14.0)
+    assert errors.aic == pytest.approx(4.0 * math.log(1.5) + 4.0)
+    assert errors.aicc == pytest.approx(errors.aic + 2.0 * 2.0 * 3.0 / 1.0)
+    assert (errors.points, errors.free) == (4, 1)
 
 
 def test_where_a_score_means_nothing_there_is_none():
@@ -44,27 +45,27 @@ def test_scores_refuse(measured, predicted):
 
 def test_held_out_errors_computed_by_hand():
     y = np.array([1.0, 3.0, 10.0, 20.0])
-    found = leave_one_group_out(
+    errors = leave_one_group_out(
         y, [0.1, 0.1, 0.2, 0.2], lambda train, test: np.full(test.size, y[train].mean()), by="x"
     )
     # group 1 predicted 15: errors 14, 12; group 2 predicted 2: errors -8, -18
-    assert found.residual.tolist() == [14.0, 12.0, -8.0, -18.0]
-    assert found.rmse == pytest.approx([math.sqrt(170.0), math.sqrt(194.0)])
-    assert found.pooled == pytest.approx(math.sqrt((340.0 + 388.0) / 4.0))
-    assert found.worst == pytest.approx(math.sqrt(194.0))
+    assert errors.residual.tolist() == [14.0, 12.0, -8.0, -18.0]
+    assert errors.group_rmse == pytest.approx([math.sqrt(170.0), math.sqrt(194.0)])
+    assert errors.rmse == pytest.approx(math.sqrt((340.0 + 388.0) / 4.0))
+    assert errors.worst == pytest.approx(math.sqrt(194.0))
 
 
 def test_no_group_is_both_fitted_and_predicted():
     label = np.array([3.0, 1.0, 2.0, 1.0, 3.0, 2.0])
-    seen = []
+    rows_used = []
 
     def fit_and_predict(train, test):
-        seen.append(sorted([*train, *test]))
+        rows_used.append(sorted([*train, *test]))
         assert set(label[train]).isdisjoint(label[test])
         return np.zeros(test.size)
 
     leave_one_group_out(np.zeros(6), label, fit_and_predict, by="x")
-    assert seen == [[0, 1, 2, 3, 4, 5]] * 3
+    assert rows_used == [[0, 1, 2, 3, 4, 5]] * 3
 
 
 def test_a_group_that_cannot_be_predicted_is_none_and_not_zero():
@@ -73,18 +74,18 @@ def test_a_group_that_cannot_be_predicted_is_none_and_not_zero():
             raise InputError("too few")
         return np.zeros(test.size)
 
-    found = leave_one_group_out([1.0, 1.0, 2.0], [0.0, 0.0, 1.0], fit_and_predict, by="x")
-    assert math.isnan(found.pooled)
-    assert math.isnan(found.worst)
-    assert found.as_dict()["group_rmse"] == [None, 2.0]
-    assert found.as_dict()["rmse"] is None
+    errors = leave_one_group_out([1.0, 1.0, 2.0], [0.0, 0.0, 1.0], fit_and_predict, by="x")
+    assert math.isnan(errors.rmse)
+    assert math.isnan(errors.worst)
+    assert to_dict(errors)["group_rmse"] == [None, 2.0]
+    assert to_dict(errors)["rmse"] is None
 
 
 def test_a_diverging_prediction_is_an_infinite_error():
-    found = leave_one_group_out(
+    errors = leave_one_group_out(
         [1.0, 1.0], [0.0, 1.0], lambda _, test: np.full(test.size, 1e200), by="x"
     )
-    assert found.pooled == math.inf
+    assert errors.rmse == math.inf
 
 
 def test_one_group_leaves_nothing_to_fit():

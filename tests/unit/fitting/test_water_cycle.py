@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from pamsim.core.encoding import to_dict
 from pamsim.core.errors import InputError
 from pamsim.fitting.loop_cost import (
     MAXWELL,
@@ -151,11 +152,11 @@ def test_on_the_published_numbers_only_least_squares_finds_the_optimum():
     assert (water.evaluations_to_tolerance, evolution.evaluations_to_tolerance) == (None, None)
 
 
-def test_as_dict_is_plain():
+def test_a_search_run_is_json_safe():
     loop = LoopPoints(frequency=6.0, force=1.0, at_force=1.0, at_zero=-0.1)
     (first, *_) = compare_searches(
         lambda v: maxwell_residual(v, (loop, loop)), LOW, HIGH, tolerance=1.0, iterations=3
     )
-    assert set(first.as_dict()) == {
+    assert set(to_dict(first)) == {
         "method", "x", "value", "evaluations", "evaluations_to_tolerance",
     }  # fmt: skip

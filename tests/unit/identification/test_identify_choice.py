@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from scipy.signal import lfilter
 
-from pamsim.identification.choice import better_by_chance, recommend
+from pamsim.identification.choice import p_value_of_improvement, recommend
 from pamsim.identification.models import Candidate
 from pamsim.linear.continuous_fit import fit_continuous
 from pamsim.linear.identified_model import FitStatus
@@ -45,14 +45,14 @@ def candidates(records, held_out=()):
 def test_the_order_of_the_plant_is_recommended(constants, expected, hold):
     records = [plant(constants, seed) for seed in (1, 2)]
     held = [plant(constants, seed) for seed in (3, 4)] if hold else []
-    found = recommend(candidates(records, held), records, held)
-    assert found.name == expected, found.reason
-    assert ("held-out" in found.reason) is hold or "only model" in found.reason
-    assert min(found.aicc.values()) == 0.0
+    recommendation = recommend(candidates(records, held), records, held)
+    assert recommendation.name == expected, recommendation.reason
+    assert ("held-out" in recommendation.reason) is hold or "only model" in recommendation.reason
+    assert min(recommendation.aicc.values()) == 0.0
 
 
-def test_a_parameter_that_is_not_there_is_seldom_length_at_muscle():
-    taken = []
+def test_a_parameter_that_is_not_there_is_seldom_accepted():
+    accepted = []
     for seed in range(8):
         records, held = [plant((0.5,), seed, n=250)], [plant((0.5,), 100 + seed, n=250)]
         fits = {
@@ -60,45 +60,45 @@ def test_a_parameter_that_is_not_there_is_seldom_length_at_muscle():
             "delayed": fit_continuous(records, order=1, dead_time=True, held_out=held),
         }
         given = [Candidate(name=n, fit=f, independence=None) for n, f in fits.items()]
-        taken.append(recommend(given, records, held).name == "delayed")
-    assert sum(taken) <= 1
+        accepted.append(recommend(given, records, held).name == "delayed")
+    assert sum(accepted) <= 1
 
 
 def test_correlated_residuals_are_worth_fewer_samples():
     records = [plant((0.15, 0.5), seed) for seed in (1, 2)]
-    found = recommend(candidates(records), records, [])
+    recommendation = recommend(candidates(records), records, [])
     # Noise correlated by 0.8 from sample to sample: (1 - 0.8) / (1 + 0.8) of them count.
-    assert found.effective_samples == pytest.approx(1200 * 0.2 / 1.8, rel=0.35)
+    assert recommendation.effective_samples == pytest.approx(1200 * 0.2 / 1.8, rel=0.35)
 
 
 def test_no_model_is_recommended_when_none_can_be_trusted():
     records = [plant((0.5,), 1)]
     second = candidates(records)[1]
     assert second.fit.status is not FitStatus.CONVERGED
-    found = recommend([second], records, [])
-    assert found.name == ""
-    assert second.fit.sentence in found.reason
+    recommendation = recommend([second], records, [])
+    assert recommendation.name == ""
+    assert second.fit.sentence in recommendation.reason
 
 
 def coloured(draw, n):
     return lfilter([1.0], [1.0, -0.9], draw.normal(size=n + 200))[200:]
 
 
-def test_models_of_equal_error_are_told_apart_no_more_often_than_chance_says():
-    chances = []
+def test_models_of_equal_error_differ_no_more_often_than_the_level():
+    p_values = []
     for seed in range(300):
         draw = np.random.default_rng(seed)
         shared = [coloured(draw, 400) for _ in range(2)]
         one = [s + coloured(draw, 400) for s in shared]
         other = [s + coloured(draw, 400) for s in shared]
-        chances.append(better_by_chance(one, other))
-    assert np.mean(np.array(chances) < 0.05) < 0.09
-    assert np.mean(np.array(chances) < 0.5) == pytest.approx(0.5, abs=0.09)
+        p_values.append(p_value_of_improvement(one, other))
+    assert np.mean(np.array(p_values) < 0.05) < 0.09
+    assert np.mean(np.array(p_values) < 0.5) == pytest.approx(0.5, abs=0.09)
 
 
 def test_a_smaller_error_is_seen_and_an_equal_one_is_not():
     draw = np.random.default_rng(0)
     small = [coloured(draw, 800)]
-    assert better_by_chance([1.5 * small[0]], small) < 0.01
-    assert better_by_chance(small, [1.5 * small[0]]) > 0.99
-    assert better_by_chance(small, small) == 1.0
+    assert p_value_of_improvement([1.5 * small[0]], small) < 0.01
+    assert p_value_of_improvement(small, [1.5 * small[0]]) > 0.99
+    assert p_value_of_improvement(small, small) == 1.0

@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 from pamsim.core.trial import Trial
-from pamsim.identification.local import local_map
-from pamsim.identification.signals import record_of, signal, table_of
+from pamsim.identification.local import fit_operating_points
+from pamsim.identification.signals import signal, table_of, used_trial
 from pamsim.linear.continuous_fit import fit_continuous
 
 TS = 0.02
@@ -46,48 +46,56 @@ def staircase(gain, seed, hold=2.5, load=1.0, protocol="staircase", constant=0.3
     )
     table = table_of(trial)
     into = signal("p1_set_kpa-p2_set_kpa", [table])
-    return table, record_of(table, into, signal("angle_deg", [table]))[0]
+    return used_trial(table, into, signal("angle_deg", [table]))[0]
+
+
+def first_order(trials):
+    return fit_continuous([trial.record for trial in trials], order=1)
 
 
 def test_every_step_is_a_point_and_repeats_share_it():
-    pairs = [staircase(lambda p: 1e-6, seed) for seed in (1, 2)]
-    fit = fit_continuous([record for _, record in pairs], order=1)
-    found, notes = local_map(pairs, fit)
-    assert notes == ()
-    assert found is not None
-    points = [model.point for model in found.models]
+    trials = [staircase(lambda p: 1e-6, seed) for seed in (1, 2)]
+    fit = first_order(trials)
+    local, notes = fit_operating_points(trials, fit)
+    assert notes == []
+    assert local is not None
+    points = [model.point for model in local.models]
     assert [point.direction for point in points] == [1, 1, -1, -1]
-    assert [len(model.fit.trials) for model in found.models] == [2, 2, 2, 2]
+    assert [len(model.fit.trials) for model in local.models] == [2, 2, 2, 2]
     # Mean over the step and the fifth of the plateau before it that it starts from.
     for point, (before, after) in zip(points, itertools.pairwise(LEVELS), strict=True):
         assert point.pressure == pytest.approx((0.2 * before + after) / 1.2, rel=0.01)
         assert point.amplitude == pytest.approx(0.25 * abs(after - before))
-    for model in found.models:
+    for model in local.models:
         assert model.fit["T"].value == pytest.approx(0.3, rel=0.02)
 
 
 def test_a_gain_that_falls_with_the_level_is_found():
-    pairs = [staircase(lambda p: 1e-6 * (1.0 - (p - 3e5) / 4e5), 1)]
-    found, _ = local_map(pairs, fit_continuous([pairs[0][1]], order=1))
-    assert found is not None
-    gains = [model.fit.gain for model in found.models]
+    trials = [staircase(lambda p: 1e-6 * (1.0 - (p - 3e5) / 4e5), 1)]
+    local, _ = fit_operating_points(trials, fit_continuous([trials[0].record], order=1))
+    assert local is not None
+    gains = [model.fit.gain for model in local.models]
     assert gains == pytest.approx([1e-6, 0.75e-6, 0.75e-6, 1e-6], rel=0.02)
 
 
 def test_a_load_makes_points_of_its_own():
-    pairs = [staircase(lambda p: 1e-6, seed, load=float(seed)) for seed in (1, 2)]
-    found, _ = local_map(pairs, fit_continuous([record for _, record in pairs], order=1))
-    assert found is not None
-    assert len(found.models) == 8
+    trials = [staircase(lambda p: 1e-6, seed, load=float(seed)) for seed in (1, 2)]
+    local, _ = fit_operating_points(
+        trials, fit_continuous([trial.record for trial in trials], order=1)
+    )
+    assert local is not None
+    assert len(local.models) == 8
 
 
 def test_an_input_that_changes_too_fast_stays_whole():
-    pairs = [
+    trials = [
         staircase(lambda p: 1e-6, seed, hold=0.4, protocol=name)
         for seed, name in enumerate(("a", "b"))
     ]
-    found, _ = local_map(pairs, fit_continuous([record for _, record in pairs], order=1))
-    assert found is not None
-    assert [model.point.direction for model in found.models] == [0, 0]
-    alone, _ = local_map(pairs[:1], fit_continuous([pairs[0][1]], order=1))
+    local, _ = fit_operating_points(
+        trials, fit_continuous([trial.record for trial in trials], order=1)
+    )
+    assert local is not None
+    assert [model.point.direction for model in local.models] == [0, 0]
+    alone, _ = fit_operating_points(trials[:1], fit_continuous([trials[0].record], order=1))
     assert alone is None

@@ -10,9 +10,9 @@ from pamsim.core.trial import Trial
 from pamsim.identification.signals import (
     default_input,
     default_output,
-    record_of,
     signal,
     table_of,
+    used_trial,
 )
 
 N = 100
@@ -42,7 +42,8 @@ def trial(kind="pressure", command=None, **changes):
 def record(given, text=None, output="angle_deg"):
     table = table_of(given)
     into = signal(text or default_input([table]), [table])
-    return record_of(table, into, signal(output, [table]))
+    trial_used, note = used_trial(table, into, signal(output, [table]))
+    return trial_used.record, note
 
 
 def test_the_default_is_the_difference_of_what_was_commanded():
@@ -52,40 +53,40 @@ def test_the_default_is_the_difference_of_what_was_commanded():
 
 
 def test_values_are_si_and_units_are_those_of_the_columns():
-    found, note = record(trial())
+    used, note = record(trial())
     assert note == ""
-    assert (found.unit_input, found.unit_output, found.hold) == ("Pa", "rad", "zoh")
-    assert (found.input[0], found.input[-1]) == (0.0, 2e5)
-    np.testing.assert_allclose(found.output, np.sin(TIME))
+    assert (used.unit_input, used.unit_output, used.hold) == ("Pa", "rad", "zoh")
+    assert (used.input[0], used.input[-1]) == (0.0, 2e5)
+    np.testing.assert_allclose(used.output, np.sin(TIME))
     table = table_of(trial())
     shown = signal("p1_kpa", [table])
-    assert (shown.unit, shown.key, shown.factor) == ("kPa", "kpa", 1e3)
+    assert (shown.unit, shown.si_unit, shown.factor) == ("kPa", "Pa", 1e3)
     assert signal("angle_deg", [table]).factor == pytest.approx(np.pi / 180.0)
 
 
 def test_a_sum_and_a_leading_minus_are_read():
-    found, _ = record(trial(), "-p1_set_kpa + p2_set_kpa")
-    assert found.input[-1] == -2e5
+    used, _ = record(trial(), "-p1_set_kpa + p2_set_kpa")
+    assert used.input[-1] == -2e5
 
 
 def test_a_measured_input_runs_straight_between_samples():
-    found, _ = record(trial(), "p1_kpa-p2_kpa")
-    assert found.hold == "foh"
-    assert found.time.size == N
+    used, _ = record(trial(), "p1_kpa-p2_kpa")
+    assert used.hold == "foh"
+    assert used.time.size == N
 
 
 @pytest.mark.parametrize("kind", ["pressure", "valve"])
-def test_a_step_at_time_0_is_seen_against_where_the_trial_rests(kind):
+def test_a_step_at_time_0_is_a_change_from_where_the_trial_rests(kind):
     late = np.tile({"pressure": [4e5, 2e5], "valve": [1.0, -1.0]}[kind], (N, 1))
     rest = {"pressure_1": np.linspace(3e5, 4e5, N), "pressure_2": np.linspace(3e5, 2e5, N)}
     given = trial(kind, late, measured={**rest, "angle": np.sin(TIME)})
-    found, _ = record(given)
+    used, _ = record(given)
     jump = {"pressure": 2e5, "valve": 2.0}[kind]
-    before = found.time < -1e-9
-    assert 0 < np.count_nonzero(before) == found.time.size - N
-    assert found.input[before] == pytest.approx(0.0, abs=1e-9 * jump)
-    assert np.all(found.input[~before] == jump)
-    assert np.all(found.output[before] == found.output[~before][0])
+    before = used.time < -1e-9
+    assert 0 < np.count_nonzero(before) == used.time.size - N
+    assert used.input[before] == pytest.approx(0.0, abs=1e-9 * jump)
+    assert np.all(used.input[~before] == jump)
+    assert np.all(used.output[before] == used.output[~before][0])
 
 
 @pytest.mark.parametrize("noise", [500.0, -1500.0])
@@ -98,17 +99,17 @@ def test_sensor_noise_of_the_first_row_is_no_step(noise):
         record(trial(command=held, measured=measured))
 
 
-def test_an_uneven_clock_is_evened_out_and_a_held_command_stays_held():
+def test_an_uneven_clock_is_made_uniform_and_a_held_command_stays_held():
     time = TIME.copy()
     time[1:-1] += np.random.default_rng(1).uniform(-2e-3, 2e-3, N - 2)
     given = trial(time=time, measured={"angle": 2.0 * time})
-    found, note = record(given)
+    used, note = record(given)
     assert "interpolated to a uniform step" in note
-    np.testing.assert_allclose(np.diff(found.time), found.sample_time, rtol=1e-9)
-    np.testing.assert_allclose(found.output, 2.0 * found.time, atol=1e-12)
-    assert set(found.input) == {0.0, 2e5}
-    changes = found.time[np.flatnonzero(np.diff(found.input)) + 1]
-    assert 0.0 <= changes[0] - time[30] < found.sample_time
+    np.testing.assert_allclose(np.diff(used.time), used.sample_time, rtol=1e-9)
+    np.testing.assert_allclose(used.output, 2.0 * used.time, atol=1e-12)
+    assert set(used.input) == {0.0, 2e5}
+    changes = used.time[np.flatnonzero(np.diff(used.input)) + 1]
+    assert 0.0 <= changes[0] - time[30] < used.sample_time
 
 
 BAD = {
@@ -128,9 +129,9 @@ def test_a_bad_expression_is_one_clear_line(name):
     assert expected in str(refused.value)
 
 
-def test_a_column_that_one_trial_lacks_is_named_with_the_trial():
-    tables = [table_of(trial()), table_of(trial(name="other", measured={"angle": TIME}))]
-    with pytest.raises(InputError, match="'p1_kpa' is not in trial 'other'"):
+def test_a_column_that_one_trial_is_without_is_named_with_the_trial():
+    tables = [table_of(trial()), table_of(trial(name="step_2", measured={"angle": TIME}))]
+    with pytest.raises(InputError, match="'p1_kpa' is not in trial 'step_2'"):
         signal("p1_kpa", tables)
-    with pytest.raises(InputError, match="say with --output"):
+    with pytest.raises(InputError, match="give `output`"):
         default_output([table_of(trial(measured={}))])

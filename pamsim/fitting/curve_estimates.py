@@ -1,4 +1,4 @@
-"""What the data say about each fitted coefficient: linearised intervals, and flags."""
+"""What the data determine of each fitted coefficient: linearised intervals, and flags."""
 
 # pyright: reportMissingTypeStubs=false, reportUnknownMemberType=false
 # pyright: reportUnknownVariableType=false
@@ -25,7 +25,7 @@ _SINGULAR = 1e-7  # smallest over largest singular value of the column-scaled Ja
 _AT_BOUND = 1e-6  # of the allowed range
 
 
-def judged(
+def curve_estimates(
     curve: Curve, measured: FloatArray, values: FloatArray, coefficients: Sequence[Coefficient]
 ) -> tuple[Estimate, ...]:
     """Give each coefficient its 95 % interval and its flags.
@@ -75,10 +75,10 @@ def judged(
                 }
                 continue
             half[i] = quantile * np.sqrt(variance) * spread[a]
-            twins = [coefficients[inner[b]].name for b in trade_offs(covariance, a, flat)]
-            if twins:
+            correlated = [coefficients[inner[b]].name for b in trade_offs(covariance, a, flat)]
+            if correlated:
                 flags[i].append(Flag.TRADE_OFF)
-                partners[i] |= set(twins)
+                partners[i] |= set(correlated)
             if half[i] > abs(values[i]):
                 flags[i].append(Flag.NOT_PINNED)
     return tuple(

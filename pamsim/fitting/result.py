@@ -1,0 +1,117 @@
+"""The result of ``fit``: fitted laws, their ranking, and a section of a rig with the numbers."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pamsim.core.encoding import INLINE, fields_to_dict, to_dict
+from pamsim.core.errors import InputError
+from pamsim.fitting.curve_fit import CurveFit
+from pamsim.fitting.held_out import HeldOut
+from pamsim.fitting.params_section import params_text
+from pamsim.fitting.search_comparison import SearchRun
+from pamsim.fitting.summary import summary_lines
+from pamsim.store.json_file import write_json
+
+FloatArray = NDArray[np.float64]
+SCHEMA = "pamsim-fit/2"
+
+
+@dataclass(frozen=True, kw_only=True)
+class FittedLaw:
+    """One law fitted to one set of points.
+
+    Attributes:
+        model: name of the law.
+        part: ``rising`` or ``falling`` branch; empty for all points.
+        title: of the law, for people.
+        equation: in plain text.
+        source: paper and equation.
+        unit: of the measured quantity [SI].
+        points: the points, what was measured and what is predicted there, each shape (n,).
+        fit: coefficients, scores.
+        held_out: errors at held-out points, or None.
+        notes: what a reader must know before using the numbers.
+        given: geometry the law was evaluated with, name -> value and unit [SI].
+    """
+
+    model: str
+    part: str = ""
+    title: str
+    equation: str
+    source: str
+    unit: str
+    points: Mapping[str, FloatArray]
+    fit: CurveFit = field(metadata=INLINE)
+    held_out: HeldOut | None = None
+    notes: tuple[str, ...] = ()
+    given: Mapping[str, Mapping[str, Any]] = field(default_factory=dict)
+
+
+@dataclass(frozen=True, kw_only=True)
+class FitResult:
+    """Laws fitted to a measured table.
+
+    Attributes:
+        file: the table.
+        kind: ``force_map``, ``length_loop`` or ``force_loops``.
+        compared: whether the laws were ranked.
+        notes: what was assumed.
+        fits: best first.
+        skipped: law -> why it does not suit the data.
+        searches: on the cost of force-displacement loops.
+        section: rig section -> key -> word or number, ready for ``params.toml``.
+    """
+
+    file: str
+    kind: str
+    compared: bool = False
+    notes: tuple[str, ...]
+    fits: tuple[FittedLaw, ...]
+    skipped: Mapping[str, str] = field(default_factory=dict)
+    searches: tuple[SearchRun, ...] = ()
+    section: Mapping[str, Mapping[str, Any]] = field(default_factory=dict)
+
+    def summary(self) -> str:
+        """The ranking, if there is one, and every coefficient: some lines of text."""
+        return "\n".join(summary_lines(self.to_dict()))
+
+    def to_dict(self) -> dict[str, Any]:
+        """JSON-safe form, SI."""
+        return to_dict({"schema": SCHEMA, **fields_to_dict(self)})
+
+    def save(self, folder: str | Path) -> list[Path]:
+        """Write ``fit.json`` and ``params.toml``, the section of a rig, into a folder.
+
+        Args:
+            folder: created if need be; files of the same names are replaced.
+
+        Returns:
+            The files written.
+
+        Raises:
+            InputError: if the place cannot be written.
+        """
+        result = Path(folder) / "fit.json"
+        write_json(result, self.to_dict())
+        return [result, self.save_parameters(folder)]
+
+    def save_parameters(self, folder: str | Path) -> Path:
+        """Write ``params.toml``, the section of a rig, into a folder.
+
+        Raises:
+            InputError: if the place cannot be written.
+        """
+        path = Path(folder) / "params.toml"
+        try:
+            path.parent.mkdir(parents=True, exist_ok=True)
+            path.write_text(params_text(self.to_dict()), encoding="utf-8")
+        except OSError as error:
+            raise InputError(f"cannot write {path}: {error.strerror}") from None
+        return path

@@ -1,0 +1,64 @@
+"""The result of ``identify`` as lines of text."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from typing import Any
+
+
+def summary_lines(result: Mapping[str, Any]) -> Iterator[str]:
+    """Notes, every model with its numbers, operating points, and the recommended model.
+
+    Args:
+        result: of schema ``pamsim-identify/2``.
+    """
+    for note in result["notes"]:
+        yield f"note: {note}"
+    roles = [trial["role"] for trial in result["trials"]]
+    held_out = f", {roles.count('held_out')} held out" if "held_out" in roles else ""
+    yield (
+        f"{result['output']['expression']} from {result['input']['expression']}:"
+        f" {roles.count('fitted')} trial(s) fitted{held_out}"
+    )
+    for model in result["models"]:
+        yield from _model_lines(model, model["name"] == result["recommended"])
+    for name, reason in result["skipped"].items():
+        yield f"not fitted: {name}: {reason}"
+    if result["local"] is not None:
+        yield f"{len(result['local']['models'])} operating points:"
+        for item in result["local"]["dependences"]:
+            yield f"  {item['sentence']}"
+    yield f"recommended: {result['recommended'] or 'none'}: {result['reason']}"
+
+
+def _model_lines(model: Mapping[str, Any], recommended: bool) -> Iterator[str]:
+    fit = f"fits {_number(model['fit_percent'], '.2f')} %"
+    if model["fit_percent_held_out"] is not None:
+        fit += f", held out {model['fit_percent_held_out']:.2f} %"
+    if model["fit_percent_one_step"] is not None:
+        fit += f", one step ahead {model['fit_percent_one_step']:.2f} %"
+    yield f"{'*' if recommended else ' '} {model['name']}: {fit}"
+    for name, item in model["parameters"].items():
+        if name[0] in "ab":  # coefficients of discrete models: in the JSON only
+            continue
+        unit = "" if item["unit"] in ("-", "1") else f" {item['unit']}"
+        line = f"    {name:5s}{_number(item['value'], '12.5g')}{unit}"
+        if item["interval95"] is not None and None not in item["interval95"]:
+            low, high = (_number(end, ".4g") for end in item["interval95"])
+            line += f"  [{low}, {high}]"
+        yield line
+    poles = [pole for pole in model["poles_rad_per_s"] if pole is not None]
+    if poles:
+        yield f"    poles {', '.join(_complex(*pole) for pole in poles)} rad/s"
+    if model["status"] != "converged":
+        yield f"    {model['status'].replace('_', ' ')}: {model['sentence']}"
+    if model["independence"] is not None:
+        yield f"    {model['independence']['sentence']}"
+
+
+def _complex(real: float, imaginary: float) -> str:
+    return f"{real:.4g}" if imaginary == 0.0 else f"{real:.4g}{imaginary:+.4g}j"
+
+
+def _number(value: float | None, form: str) -> str:
+    return "none" if value is None else f"{value:{form}}"
