@@ -1,14 +1,14 @@
 """Calibrate models/mas20_arm: the numbers its params.toml calls identified, and why these terms.
 
-Static: a ladder of models of the 21 distinct printed end positions, each fitted in the engine and
-judged by the rows it has not seen. Dynamic: conductance and damping, to the step of the printed G2,
-on the large step without load. The rig folder's calibration.json is written; params.toml is not:
-a person copies the numbers, with their sources.
+Static: models of the 21 distinct printed end positions, each fitted in the engine and then again
+without each row in turn, to predict the row held out. Dynamic: conductance and damping,
+to the step of the printed G2, on the large step without load. The rig folder's calibration.json is
+written; params.toml is not: a person copies the numbers, with their sources.
 
     python scripts/mas20_calibration.py [--only dynamic] [--fresh]
 
-Takes about a quarter of an hour on two processors. Rungs that calibration.json already holds are
-not fitted again unless --fresh is given, so that an interrupted run goes on where it stopped.
+Takes about a quarter of an hour on two processors. Models that calibration.json already holds
+are not fitted again unless --fresh is given, so that an interrupted run goes on where it stopped.
 """
 
 from __future__ import annotations
@@ -32,7 +32,7 @@ from pamsim.inference.free_parameter import FreeParameter
 from pamsim.inference.residual_block import Blocks, ResidualBlock
 from pamsim.linear.first_second_order import second_order_step
 from pamsim.papers.printed_steps import STARTS, printed_experiment
-from pamsim.papers.static_ladder import Rung, RungResult, Term, climb
+from pamsim.papers.static_models import StaticModel, StaticModelFit, Term, fit_static_models
 from pamsim.store.json_file import write_json
 from pamsim.store.printed import mas20_models, mas20_steps
 
@@ -99,7 +99,7 @@ STIFFNESS = Term(
     neutral=9237.0,
 )
 RADIUS = Term(
-    name="wheel radius",
+    name="sprocket radius",
     parameter="tendon.chain_1.coef",
     also=("tendon.chain_2.coef",),
     low=8e-3,
@@ -157,36 +157,46 @@ _MAP = {"force.b": 292.4620246, "force.f": -280.498151, "passive.stiffness": 0.0
 """The published law whole, its pressure-free part included."""
 _USED = (LOCKING, FLATTENING, TILT)
 
-RUNGS = (
-    Rung(name="published force map in a plain balance", terms=(), climbed=True, held=_MAP),
-    Rung(
-        name="published force map, wheel radius fitted", terms=(RADIUS,), climbed=False, held=_MAP
+STATIC_MODELS = (
+    StaticModel(name="published force map in a plain balance", terms=(), accepted=True, held=_MAP),
+    StaticModel(
+        name="published force map, sprocket radius fitted",
+        terms=(RADIUS,),
+        accepted=False,
+        held=_MAP,
     ),
-    Rung(name="+ braid locks when stretched", terms=(LOCKING,), climbed=True),
-    Rung(
+    StaticModel(name="+ braid locks when stretched", terms=(LOCKING,), accepted=True),
+    StaticModel(
         name="+ pressure acts less on a stretched muscle",
         terms=(LOCKING, FLATTENING),
-        climbed=True,
+        accepted=True,
     ),
-    Rung(
+    StaticModel(
         name="+ tube softens less in contraction (held at 10)",
         terms=(LOCKING, FLATTENING),
-        climbed=True,
+        accepted=True,
         held=_SOFT,
     ),
-    Rung(name="+ load turns a tilted shaft: the model used", terms=_USED, climbed=True, held=_SOFT),
+    StaticModel(
+        name="+ load turns a tilted shaft: the model used",
+        terms=_USED,
+        accepted=True,
+        held=_SOFT,
+    ),
     *(
-        Rung(name=f"used, and: {term.name}", terms=(*_USED, term), climbed=False, held=_SOFT)
+        StaticModel(
+            name=f"used, and: {term.name}", terms=(*_USED, term), accepted=False, held=_SOFT
+        )
         for term in (
             SOFTENING, COMPLIANCE, EXTENSIBILITY, STIFFNESS, RADIUS, SLACK, FRICTION, THRESHOLD,
             MISMATCH,
         )
     ),
     *(
-        Rung(
+        StaticModel(
             name=f"instead of the weaker pressure: {term.name}",
             terms=(LOCKING, TILT, term),
-            climbed=False,
+            accepted=False,
             held=held,
         )
         for term, held in (
@@ -196,17 +206,17 @@ RUNGS = (
 )  # fmt: skip
 
 
-def static_ladder(rig: Rig, record: dict[str, Any]) -> None:
-    """Fit the rungs that the record lacks; print and keep each as it is done."""
-    have = {entry["name"]: entry for entry in record.get("ladder", [])}
-    missing = [rung for rung in RUNGS if rung.name not in have]
-    bar = tqdm(total=len(missing), unit="rung")
+def compare_static_models(rig: Rig, record: dict[str, Any]) -> None:
+    """Fit the models that the record lacks; print and keep each as it is done."""
+    have = {entry["name"]: entry for entry in record.get("static_models", [])}
+    missing = [model for model in STATIC_MODELS if model.name not in have]
+    bar = tqdm(total=len(missing), unit="model")
 
-    def done(result: RungResult) -> None:
+    def keep(result: StaticModelFit) -> None:
         fitted = result.fit.parameters if result.fit else ()
         bar.write(
-            f"{math.degrees(result.rms):6.3f} {math.degrees(result.left_out_rms):6.3f} deg  "
-            + result.rung.name
+            f"{math.degrees(result.rms):6.3f} {math.degrees(result.leave_one_out_rms):6.3f} deg  "
+            + result.model.name
             + "".join(
                 f"; {p.name} {p.value:.5g}"
                 + (f" [{p.interval95[0]:.4g}, {p.interval95[1]:.4g}]" if p.interval95 else "")
@@ -214,13 +224,13 @@ def static_ladder(rig: Rig, record: dict[str, Any]) -> None:
                 for p in fitted
             )
         )
-        have[result.rung.name] = result.as_dict()
-        record["ladder"] = [have[rung.name] for rung in RUNGS if rung.name in have]
+        have[result.model.name] = result.to_dict()
+        record["static_models"] = [have[m.name] for m in STATIC_MODELS if m.name in have]
         write_json(RECORD, record)
         bar.update()
 
     with bar:
-        climb(rig, missing, TERMS, timestep=1e-3, done=done)
+        fit_static_models(rig, missing, TERMS, timestep=1e-3, report=keep)
 
 
 def dynamic_fit(rig: Rig) -> dict[str, Any]:
@@ -306,7 +316,7 @@ def main() -> None:
         },
     }
     if asked.only != "dynamic":
-        static_ladder(rig, record)
+        compare_static_models(rig, record)
     if asked.only != "static":
         record["dynamic"] = dynamic_fit(rig)
     write_json(RECORD, record)

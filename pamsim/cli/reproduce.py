@@ -42,7 +42,7 @@ def command(
             sensors=sensors,
             progress=progress,
         )
-    result = found.as_dict()
+    result = found.to_dict()
     save_json(json_file, result)
     _print(result)
     if out is not None:

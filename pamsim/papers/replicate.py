@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import time
 from collections import Counter
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
 from pamsim.core.encoding import fields_to_dict, to_dict
 from pamsim.core.errors import InputError, nearest
+from pamsim.core.progress import Progress
 from pamsim.core.versions import versions
 from pamsim.papers.claim import Claim, Verdict, claim_ids, evaluate
 from pamsim.store.json_file import write_json
@@ -26,9 +27,6 @@ PAPERS: Mapping[str, str] = {
     "sarosi": "Sarosi",
 }
 """Name of a paper's room and files -> its name in sentences."""
-
-Progress = Callable[[int, int, str], None]
-"""Called as ``progress(done, total, what)`` before each paper and at the end."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -81,7 +79,7 @@ def replicate(
 
     Args:
         papers: names of the papers wanted, see `PAPERS`; all if left out.
-        progress: see `Progress`.
+        progress: called before each paper and at the end.
 
     Raises:
         InputError: for a name that is not known.

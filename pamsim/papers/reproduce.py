@@ -5,28 +5,146 @@ from __future__ import annotations
 import math
 import os
 import time
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
 
+from pamsim.core.encoding import to_dict
 from pamsim.core.errors import InputError
 from pamsim.core.progress import Progress
 from pamsim.core.recording import Outcome, Recording
+from pamsim.core.units import DEG_PER_RAD
+from pamsim.core.versions import versions
 from pamsim.engine.rig import Rig, load_rig
 from pamsim.engine.simulate import simulate
-from pamsim.linear.step_identification import identify_step
-from pamsim.papers.ladder_record import calibration_record
-from pamsim.papers.printed_steps import (
-    Start,
-    find_start,
-    printed_experiment,
-    start_pressures,
+from pamsim.linear.step_identification import StepIdentification, identify_step
+from pamsim.papers.calibration_record import (
+    CalibrationRecord,
+    calibration_record,
+    identified_parameters,
+    stated_parameters,
 )
-from pamsim.papers.reproduce_checks import checks
-from pamsim.papers.reproduction import IDENTIFIED_ROW, Reproduction, Row
+from pamsim.papers.paper_models import model_responses, static_characteristic
+from pamsim.papers.printed_rows import IDENTIFIED_ROW, Row, rms_error
+from pamsim.papers.printed_steps import Start, find_start, printed_experiment, start_pressures
+from pamsim.papers.reproduce_checks import Check, checks
 from pamsim.signals.sensors import measured
 from pamsim.signals.step_metrics import step_metrics
-from pamsim.store.printed import PrintedStep, mas20_steps
+from pamsim.store.json_file import write_json
+from pamsim.store.printed import PrintedStep, mas20_models, mas20_steps
+
+SCHEMA = "pamsim-reproduce/1"
 
 CALIBRATED_START = "vent"
 """The assumption under which the rig was calibrated."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Reproduction:
+    """All printed experiments, simulated.
+
+    Attributes:
+        rig: that was simulated.
+        start: assumption on where the steps started.
+        rows: the 24 rows; repeats share their original's recording.
+        identified: G1 and G2 of the large step without load; None if it did not complete.
+        record: how the rig's static model was chosen; None if its folder has no record.
+        checks: what holds and what does not.
+        seconds: wall time.
+        sensors: whether the signals passed the rig's encoder and converter.
+    """
+
+    rig: Rig
+    start: Start
+    rows: tuple[Row, ...]
+    identified: StepIdentification | None
+    record: CalibrationRecord | None
+    checks: tuple[Check, ...]
+    seconds: float
+    sensors: bool
+
+    @property
+    def distinct(self) -> tuple[Row, ...]:
+        """The rows that are not copies of others."""
+        return tuple(row for row in self.rows if row.step.repeats is None)
+
+    @property
+    def recordings(self) -> Mapping[int, Recording]:
+        """Row number -> recording, of the distinct rows."""
+        return {row.step.row: row.recording for row in self.distinct}
+
+    def summary(self) -> str:
+        """How close the end positions come and whether the checks hold, in a sentence."""
+        passed = sum(check.ok for check in self.checks)
+        return (
+            f"{len(self.distinct)} distinct end positions with"
+            f" {rms_error(self.distinct) * DEG_PER_RAD:.2f} deg RMS;"
+            f" {passed} of {len(self.checks)} checks pass"
+        )
+
+    def to_dict(self) -> dict[str, Any]:
+        """Everything but the recordings, JSON-safe, units in the key names."""
+        printed = mas20_models()
+        large = self.recordings[IDENTIFIED_ROW]
+        models = to_dict(self.identified) if self.identified else {"g1": None, "g2": None}
+        completed = [row for row in self.distinct if row.metrics]
+        worst = max(completed, key=lambda row: abs(row.error), default=None)
+        return to_dict(
+            {
+                "schema": SCHEMA,
+                "rig": self.rig.name,
+                "start": self.start.name,
+                "start_meaning": self.start.meaning,
+                "timestep_s": large.meta["timestep_s"],
+                "sample_hz": large.meta["sample_hz"],
+                "sensors": self.sensors,
+                "rows": self.rows,
+                "rms_deg": rms_error(self.distinct) * DEG_PER_RAD,
+                "worst": {"row": worst.step.row, "error_deg": worst.error * DEG_PER_RAD}
+                if worst
+                else None,
+                "checks": self.checks,
+                "g1": models.pop("g1"),
+                "g2": models.pop("g2"),
+                "identification": {"row": IDENTIFIED_ROW, **models},
+                "fit_percent": self.identified.g2.output_error.fit_percent
+                if self.identified
+                else None,
+                "figure6": static_characteristic(),
+                "figure9": model_responses(large, self.identified) if self.identified else None,
+                "paper": {
+                    "source": printed["source"],
+                    "g1": printed["g1"],
+                    "g2": printed["g2"],
+                    "static": printed["static"],
+                    "notes": [f"{slip['where']}: {slip['what']}" for slip in printed["slip"]],
+                },
+                "parameters": stated_parameters(self.rig.file),
+                "calibration": self._calibration(),
+                "static_models": self.record.static_models if self.record else None,
+                "versions": versions(),
+                "wall_s": self.seconds,
+            }
+        )
+
+    def save(self, folder: Path) -> None:
+        """Write ``reproduction.json`` and the recordings of the distinct rows into a folder."""
+        write_json(folder / "reproduction.json", self.to_dict())
+        for number, recording in self.recordings.items():
+            recording.save(folder / f"row_{number:02d}")
+
+    def _calibration(self) -> dict[str, Any] | None:
+        if self.record is None:
+            return None
+        return {
+            "rms_deg": rms_error(self.distinct) * DEG_PER_RAD,
+            "leave_one_out_rms_deg": self.record.used["leave_one_out_rms_deg"],
+            "recorded_rms_deg": self.record.used["rms_deg"],
+            "model": self.record.used["name"],
+            "parameters": identified_parameters(self.rig.file),
+            "command": self.record.command,
+        }
 
 
 def reproduce(

@@ -2,21 +2,33 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import numpy as np
 
 from pamsim.core.recording import Recording
 from pamsim.core.units import DEG_PER_RAD
 from pamsim.linear.first_second_order import second_order_step
 from pamsim.linear.step_identification import StepIdentification
-from pamsim.papers.ladder_record import CalibrationRecord
-from pamsim.papers.reproduction import IDENTIFIED_ROW, Check, Row, rms_error
+from pamsim.papers.calibration_record import CalibrationRecord
+from pamsim.papers.printed_rows import IDENTIFIED_ROW, Row, rms_error
 from pamsim.store.printed import mas20_models
+
+
+@dataclass(frozen=True, kw_only=True)
+class Check:
+    """A statement about the reproduction that holds or does not."""
+
+    name: str
+    ok: bool
+    sentence: str
+
 
 RMS_LIMIT_DEG = 0.9
 """Largest RMS error of the final angle: what the printed angles scatter about a good torque law."""
 
-LEFT_OUT_LIMIT_DEG = 1.22
-"""The same for rows left out: what a torque law of three terms without a muscle model reaches."""
+LEAVE_ONE_OUT_LIMIT_DEG = 1.22
+"""The same for rows held out in turn: reached by a torque law of three terms without a muscle."""
 
 MODEL_LIMIT = 0.05
 """Largest relative difference of a time constant from the printed one."""
@@ -37,11 +49,11 @@ def checks(
         identified: models of the large step, or None if it did not complete.
         record: of the rig's calibration, if it applies to these rows.
     """
-    found = _row_checks(rows)
+    judged = _row_checks(rows)
     if identified is not None:
         large = next(row.recording for row in rows if row.step.row == IDENTIFIED_ROW)
-        found += _model_checks(identified, large)
-    return found if record is None else (*found, _left_out(record, rows))
+        judged += _model_checks(identified, large)
+    return judged if record is None else (*judged, _leave_one_out(record, rows))
 
 
 def _row_checks(rows: tuple[Row, ...]) -> tuple[Check, ...]:
@@ -132,22 +144,22 @@ def _model_checks(identified: StepIdentification, large: Recording) -> tuple[Che
     )
 
 
-def _left_out(record: CalibrationRecord, rows: tuple[Row, ...]) -> Check:
+def _leave_one_out(record: CalibrationRecord, rows: tuple[Row, ...]) -> Check:
     rms = rms_error(tuple(row for row in rows if row.step.repeats is None)) * DEG_PER_RAD
-    recorded, unseen = (float(record.used[key]) for key in ("rms_deg", "loo_rms_deg"))
+    recorded, held_out = (float(record.used[key]) for key in ("rms_deg", "leave_one_out_rms_deg"))
     if not record.belongs(rms):
         return Check(
-            name="left_out",
+            name="leave_one_out",
             ok=False,
-            sentence=f"calibration.json tells of an RMS of {recorded:.2f} deg, simulated now:"
-            f" {rms:.2f} deg; the rig was changed since; run {record.command} again",
+            sentence=f"calibration.json records an RMS of {recorded:.2f} deg, simulated now:"
+            f" {rms:.2f} deg; the rig was changed since then; run {record.command} again",
         )
     return Check(
-        name="left_out",
-        ok=unseen <= LEFT_OUT_LIMIT_DEG,
-        sentence=f"rows left out of the calibration are predicted with {unseen:.2f} deg RMS (limit"
-        f" {LEFT_OUT_LIMIT_DEG:g} deg, the best torque law without a muscle model; recorded by"
-        f" {record.command})",
+        name="leave_one_out",
+        ok=held_out <= LEAVE_ONE_OUT_LIMIT_DEG,
+        sentence="rows held out of the calibration in turn are predicted with"
+        f" {held_out:.2f} deg RMS (limit {LEAVE_ONE_OUT_LIMIT_DEG:g} deg, the best torque"
+        f" law without a muscle model; recorded by {record.command})",
     )
 
 

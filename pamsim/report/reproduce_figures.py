@@ -1,4 +1,4 @@
-"""Figures over operating points and models: the paper's Figures 6 and 9, and the errors."""
+"""Figures over rows of the result and models: the paper's Figures 6 and 9, and the errors."""
 
 from __future__ import annotations
 
@@ -12,7 +12,6 @@ from matplotlib.ticker import MaxNLocator
 from numpy.typing import NDArray
 
 from pamsim.report.numbers import number_or_none
-from pamsim.report.reproduce_rows import SIZES, OperatingPoint
 from pamsim.report.style import (
     BLUE,
     FAINT,
@@ -28,6 +27,12 @@ from pamsim.report.style import (
     styled,
 )
 
+Row = Mapping[str, Any]
+"""One of ``result["rows"]`` of schema ``pamsim-reproduce/1``."""
+
+SIZES = ("large", "medium", "small")
+"""Of the pressure steps."""
+
 # key of result["figure9"]: label, colour by model order, line by estimator
 _MODELS: dict[str, tuple[str, str, dict[str, Any]]] = {
     "g1_output_error": ("$G_1$ output error", BLUE, {"linewidth": 1.5}),
@@ -40,11 +45,11 @@ _MODELS: dict[str, tuple[str, str, dict[str, Any]]] = {
 
 
 @styled
-def static_characteristic(points: Sequence[OperatingPoint], figure6: Mapping[str, Any]) -> Figure:
+def static_characteristic(rows: Sequence[Row], figure6: Mapping[str, Any]) -> Figure:
     """The paper's Figure 6: end angle against pressure difference.
 
     Args:
-        points: distinct operating points.
+        rows: distinct rows of the result.
         figure6: ``p_svd_kpa`` (n,) [kPa], ``eq23_bar_deg`` and ``eq23_scaled_deg`` (n,) [deg],
             ``scale_kpa`` [kPa per unit of equation (23)], both curves' RMS [deg].
 
@@ -72,13 +77,15 @@ def static_characteristic(points: Sequence[OperatingPoint], figure6: Mapping[str
         if x is not None and y is not None:
             text = label if rms is None else f"{label}: {rms:.1f} deg RMS"
             ax.plot(x, y, color=colour, linestyle=dashes, label=text)
-    for point in points:
-        if point.simulated_deg is not None:
-            pair = [point.measured_deg, point.simulated_deg]
-            ax.plot([point.p_svd_kpa] * 2, pair, color=MUTED, linewidth=0.8, zorder=2)
-    difference = [point.p_svd_kpa for point in points]
-    measured = [point.measured_deg for point in points]
-    simulated = [_nan(point.simulated_deg) for point in points]
+    for row in rows:
+        if row["simulated_deg"] is not None:
+            pair = [row["measured_deg"], row["simulated_deg"]]
+            ax.plot(
+                [(row["p1_kpa"] - row["p2_kpa"])] * 2, pair, color=MUTED, linewidth=0.8, zorder=2
+            )
+    difference = [row["p1_kpa"] - row["p2_kpa"] for row in rows]
+    measured = [row["measured_deg"] for row in rows]
+    simulated = [_nan(row["simulated_deg"]) for row in rows]
     ax.plot(
         difference,
         simulated,
@@ -131,11 +138,11 @@ def model_responses(figure9: Mapping[str, Any]) -> Figure:
 
 
 @styled
-def errors_by_row(points: Sequence[OperatingPoint], rms_deg: float | None) -> Figure:
+def errors_by_row(rows: Sequence[Row], rms_deg: float | None) -> Figure:
     """Error of every distinct row, and below it the measured angle that it belongs to.
 
     Args:
-        points: distinct operating points.
+        rows: distinct rows of the result.
         rms_deg: RMS of the errors [deg], drawn as a band; None for no band.
 
     Returns:
@@ -151,19 +158,19 @@ def errors_by_row(points: Sequence[OperatingPoint], rms_deg: float | None) -> Fi
         used.append(band)
     for index, size in enumerate(SIZES):
         colour, marker = series_look(index)
-        chosen = [point for point in points if point.size == size]
-        rows = [point.row for point in chosen]
-        errors = [_nan(point.error_deg) for point in chosen]
-        upper.vlines(rows, 0.0, errors, color=colour, linewidth=1.6)
-        upper.plot(rows, errors, marker, color=colour, markersize=6)
-        lower.bar(rows, [abs(p.measured_deg) for p in chosen], width=0.55, color=colour)
+        chosen = [row for row in rows if row["size"] == size]
+        numbers = [row["row"] for row in chosen]
+        errors = [_nan(row["error_deg"]) for row in chosen]
+        upper.vlines(numbers, 0.0, errors, color=colour, linewidth=1.6)
+        upper.plot(numbers, errors, marker, color=colour, markersize=6)
+        lower.bar(numbers, [abs(p["measured_deg"]) for p in chosen], width=0.55, color=colour)
         if chosen:
             used.append(Patch(color=colour, label=f"{size} step"))
-        for point in chosen:
-            if point.error_deg is None:
-                upper.annotate("no result", (point.row, 0.0), ha="center", fontsize=7.5)
+        for row in chosen:
+            if row["error_deg"] is None:
+                upper.annotate("no result", (row["row"], 0.0), ha="center", fontsize=7.5)
     lower.xaxis.set_major_locator(MaxNLocator(integer=True, nbins=24, steps=[1]))
-    lower.set_xlim(min(p.row for p in points) - 0.7, max(p.row for p in points) + 0.7)
+    lower.set_xlim(min(p["row"] for p in rows) - 0.7, max(p["row"] for p in rows) + 0.7)
     upper.margins(y=0.12)
     figure.legend(handles=used, loc="outside upper right", ncols=len(used))
     return figure

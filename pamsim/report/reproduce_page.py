@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import csv
+import itertools
 from collections import Counter
 from collections.abc import Mapping
 from pathlib import Path
@@ -11,26 +13,17 @@ from matplotlib.figure import Figure
 
 from pamsim.core.recording import Recording
 from pamsim.report import reproduce_figures, reproduce_steps
-from pamsim.report.numbers import fixed, number_or_none, plain
-from pamsim.report.page import PageImage, check_schema, page_template, save_page
-from pamsim.report.parameter_view import parameter_views
-from pamsim.report.reproduce_ladder import TORQUE_LAW_DEG, rivals, rung_views, static_ladder
-from pamsim.report.reproduce_rows import (
-    OperatingPoint,
-    distinct,
-    parse_rows,
-    write_rows_csv,
-)
-from pamsim.report.reproduce_view import (
-    TINT_STEPS_DEG,
-    dig,
-    failing,
-    model_views,
-    row_views,
-    verdict,
-)
+from pamsim.report.numbers import fixed, significant, words
+from pamsim.report.page import write_page
+from pamsim.report.static_models_figure import TORQUE_LAW_DEG, static_models_figure
 
 SCHEMA = "pamsim-reproduce/1"
+
+# Upper ends of the tints of the error column [deg]; beyond the last one is the strongest tint.
+_TINT_STEPS_DEG = (0.5, 1.0, 2.0, 4.0)
+_SOURCES = ("identified", "assumed", "datasheet", "paper")
+_CITING = ("matiskova", "nguyen", "van damme", "sarosi", "alraouf", "paper", "published", "table")
+_LOWERED = str.maketrans("12", "₁₂")
 
 
 def write_reproduction(
@@ -39,8 +32,7 @@ def write_reproduction(
     """Write page, figures and table of a reproduction.
 
     Args:
-        result: of schema ``pamsim-reproduce/1``: JSON-safe, angles [deg], pressures [kPa]. Keys
-            unknown to this version are ignored.
+        result: of schema ``pamsim-reproduce/1``: JSON-safe, angles [deg], pressures [kPa].
         recordings: by row number, of the distinct rows.
         out: folder to write into; made if missing, files of the same names are replaced.
 
@@ -48,88 +40,142 @@ def write_reproduction(
         The files written, the page first.
 
     Raises:
-        InputError: if the result has another schema or lacks its rows, or ``out`` is a file.
+        InputError: if the result has another schema, or ``out`` is a file.
     """
-    check_schema(result, SCHEMA)
-    points = parse_rows(result)
-    written = save_page(
+    distinct = [row for row in result.get("rows", ()) if row["repeats"] is None]
+    written = write_page(
         out,
-        lambda: _figures(result, points, recordings),
-        lambda images: render_page(result, points, images),
+        "reproduce.html",
+        result,
+        lambda: _figures(result, distinct, recordings),
+        schema=SCHEMA,
+        distinct=distinct,
+        sentence=verdict_sentence,
+        groups=_groups,
+        notes=_notes,
+        better_models=better_models,
+        source_tag=source_tag,
+        tags=lambda: Counter(source_tag(entry["source"]) for entry in result["parameters"] or ()),
+        tint_steps=_TINT_STEPS_DEG,
+        shown_settling_times=reproduce_steps.SHOWN_SETTLING_TIMES,
+        torque_law=TORQUE_LAW_DEG,
     )
-    write_rows_csv(points, out / "rows.csv")
-    return [*written, out / "rows.csv"]
+    table = out / "rows.csv"
+    with table.open("w", newline="", encoding="utf-8") as file:
+        writer = csv.DictWriter(
+            file, list(result["rows"][0]), extrasaction="ignore", lineterminator="\n"
+        )
+        writer.writeheader()
+        writer.writerows({name: _cell(v) for name, v in row.items()} for row in result["rows"])
+    return [*written, table]
 
 
 def _figures(
     result: Mapping[str, Any],
-    points: list[OperatingPoint],
+    distinct: list[Mapping[str, Any]],
     recordings: Mapping[int, Recording],
 ) -> dict[str, Figure]:
-    single = distinct(points)
-    rungs = result.get("ladder") or ()
-    ladder = {"ladder": static_ladder(rungs)} if rungs else {}
+    models = result["static_models"]
+    compared = {"static_models": static_models_figure(models)} if models else {}
     return {
-        **ladder,
-        "figure_6_static": reproduce_figures.static_characteristic(
-            single, result.get("figure6") or {}
-        ),
-        "figure_7_large_medium": reproduce_steps.large_medium_responses(single, recordings),
-        "figure_8_small": reproduce_steps.small_responses(single, recordings),
-        "figure_9_models": reproduce_figures.model_responses(result.get("figure9") or {}),
-        "errors": reproduce_figures.errors_by_row(single, number_or_none(result.get("rms_deg"))),
-        "pressures": reproduce_steps.pressure_courses(single, recordings),
+        **compared,
+        "figure_6_static": reproduce_figures.static_characteristic(distinct, result["figure6"]),
+        "figure_7_large_medium": reproduce_steps.large_medium_responses(distinct, recordings),
+        "figure_8_small": reproduce_steps.small_responses(distinct, recordings),
+        "figure_9_models": reproduce_figures.model_responses(result["figure9"] or {}),
+        "errors": reproduce_figures.errors_by_row(distinct, result["rms_deg"]),
+        "pressures": reproduce_steps.pressure_courses(distinct, recordings),
     }
 
 
-def render_page(
-    result: Mapping[str, Any], points: list[OperatingPoint], images: Mapping[str, PageImage]
-) -> str:
-    """Fill the template.
+def verdict_sentence(result: Mapping[str, Any]) -> str:
+    """How close the simulation comes, in one sentence of numbers without judging words.
 
     Args:
         result: of schema ``pamsim-reproduce/1``.
-        points: its rows.
-        images: by the names of the files without ``.png``.
+    """
+    distinct = [row for row in result["rows"] if row["repeats"] is None]
+    done = sum(row["outcome"] == "completed" for row in distinct)
+    count = str(done) if done == len(distinct) else f"{done} of {len(distinct)}"
+    text = (
+        f"{count} distinct operating points reproduced with {fixed(result['rms_deg'], 1)} deg RMS"
+    )
+    if worst := result["worst"]:
+        text += f" (worst: row {worst['row']}, {fixed(worst['error_deg'], 1)} deg)"
+    parts = [text]
+    for model, names in (("g1", ("T",)), ("g2", ("T1", "T2"))):
+        if fit := result[model]:
+            equal = ", ".join(
+                f"{name.translate(_LOWERED)} = {significant(fit[f'{name}_s'], 3)} s"
+                for name in names
+            )
+            printed = [significant(result["paper"][model][f"{name}_s"], 3) for name in names]
+            against = " and ".join(f"{value} s" for value in printed)
+            parts.append(
+                f"{model.upper().translate(_LOWERED)}: {equal} ({words(fit['method'])}) against"
+                f" {against} printed"
+            )
+    return "; ".join(parts) + "."
+
+
+def better_models(result: Mapping[str, Any]) -> list[Mapping[str, Any]]:
+    """Models that were not accepted although they predict rows held out better than the one used.
+
+    Args:
+        result: of schema ``pamsim-reproduce/1``; the last model accepted is the one used.
+    """
+    models = result["static_models"] or ()
+    used = [model["leave_one_out_rms_deg"] for model in models if model["accepted"]][-1:]
+    return [
+        model
+        for model in models
+        if not model["accepted"] and used and model["leave_one_out_rms_deg"] < used[0]
+    ]
+
+
+def source_tag(source: str) -> str:
+    """Name the kind of a parameter's source.
+
+    Args:
+        source: as a rig file writes it, such as ``Matiskova 2021, Table 1`` or ``identified``.
 
     Returns:
-        The page; every text from the result is escaped.
+        ``identified``, ``assumed``, ``datasheet``, ``paper``, or ``other``.
     """
-    row_groups, notes = row_views(points)
-    parameters = parameter_views(result)
-    return page_template("reproduce.html").render(
-        rig=str(result.get("rig") or "unnamed rig"),
-        verdict=verdict(result, points),
-        start=str(result.get("start") or "not given"),
-        start_meaning=str(result.get("start_meaning") or "not described").rstrip("."),
-        source=str(dig(result, "paper", "source") or "the paper"),
-        checks=list(result.get("checks") or ()),
-        failing=failing(result),
-        row_groups=row_groups,
-        row_count=len(points),
-        shown_settling_times=plain(reproduce_steps.SHOWN_SETTLING_TIMES),
-        notes=notes,
-        distinct_count=len(distinct(points)),
-        rms=fixed(result.get("rms_deg"), 2),
-        tint_steps=[plain(step) for step in TINT_STEPS_DEG],
-        images=images,
-        scale=fixed(dig(result, "figure6", "scale_kpa"), 0),
-        rms_bar=fixed(dig(result, "figure6", "rms_bar_deg"), 1),
-        rms_scaled=fixed(dig(result, "figure6", "rms_scaled_deg"), 1),
-        models=model_views(result),
-        rungs=rung_views(result.get("ladder") or ()),
-        rivals=rivals(result.get("ladder") or ()),
-        ladder_command=dig(result, "calibration", "command"),
-        torque_law=fixed(TORQUE_LAW_DEG, 2),
-        identified_row=dig(result, "identification", "row"),
-        paper_notes=list(dig(result, "paper", "notes") or ()),
-        parameters=parameters,
-        parameter_tags=Counter(parameter.tag for parameter in parameters),
-        settings={
-            "time step": f"{plain(result.get('timestep_s'))} s",
-            "sampling": f"{plain(result.get('sample_hz'))} Hz",
-            "simulated encoder and converter": plain(result.get("sensors")),
-            "wall time": f"{fixed(result.get('wall_s'), 1)} s",
-        },
-        versions=dict(result.get("versions") or {}),
+    text = source.lower()
+    for tag in _SOURCES:
+        if text.startswith(tag):
+            return tag
+    if "datasheet" in text:
+        return "datasheet"
+    return "paper" if any(word in text for word in _CITING) else "other"
+
+
+def _groups(result: Mapping[str, Any]) -> list[tuple[str, list[Mapping[str, Any]]]]:
+    """Rows of one printed table and one size of step under their heading."""
+    grouped = itertools.groupby(
+        result["rows"], key=lambda row: f"Table {row['table']}, {row['size']} steps"
     )
+    return [(title, list(rows)) for title, rows in grouped]
+
+
+def _notes(result: Mapping[str, Any]) -> list[tuple[int, str]]:
+    """Row number and text of every footnote."""
+    notes: list[tuple[int, str]] = []
+    for row in result["rows"]:
+        if row["repeats"] is not None:
+            text = row["slip"] or f"repeats row {row['repeats']}"
+            notes.append((row["row"], f"{text}; counted once in the RMS."))
+        elif row["slip"]:
+            notes.append((row["row"], f"{row['slip']}."))
+        if row["outcome"] != "completed":
+            why = f"the run ended early ({words(row['outcome'])}): {row['message']}"
+            notes.append((row["row"], why))
+    return notes
+
+
+def _cell(value: Any) -> Any:
+    """A cell with every digit; what does not exist is empty."""
+    if isinstance(value, bool):
+        return "true" if value else "false"
+    return "" if value is None else value

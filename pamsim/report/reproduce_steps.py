@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -12,7 +13,6 @@ from matplotlib.ticker import MaxNLocator
 
 from pamsim.core.recording import Recording
 from pamsim.core.units import DEG_PER_RAD, PA_PER_KPA
-from pamsim.report.reproduce_rows import OperatingPoint
 from pamsim.report.style import (
     BLUE,
     FAINT,
@@ -26,6 +26,9 @@ from pamsim.report.style import (
     styled,
 )
 
+Row = Mapping[str, Any]
+"""One of ``result["rows"]`` of schema ``pamsim-reproduce/1``."""
+
 # The time axis ends at so many times the longest settling time of the figure.
 SHOWN_SETTLING_TIMES = 2.5
 # Share of the time axis kept right of the responses for the measured end angles.
@@ -33,64 +36,60 @@ _STRIP = 0.2
 
 
 @styled
-def large_medium_responses(
-    points: Sequence[OperatingPoint], recordings: Mapping[int, Recording]
-) -> Figure:
+def large_medium_responses(rows: Sequence[Row], recordings: Mapping[int, Recording]) -> Figure:
     """The paper's Figure 7: responses to large (rows 1-6) and medium (7-12) pressure steps.
 
     Args:
-        points: distinct operating points, of any size.
+        rows: distinct rows of the result, of any size.
         recordings: by row number.
 
     Returns:
         Two panels, angle [deg] against time [s].
     """
     panels = [
-        (f"{size} steps", [point for point in points if point.size == size])
+        (f"{size} steps", [row for row in rows if row["size"] == size])
         for size in ("large", "medium")
     ]
     return _response_figure(panels, recordings)
 
 
 @styled
-def small_responses(
-    points: Sequence[OperatingPoint], recordings: Mapping[int, Recording]
-) -> Figure:
+def small_responses(rows: Sequence[Row], recordings: Mapping[int, Recording]) -> Figure:
     """The paper's Figure 8: responses to small pressure steps (rows 13-21).
 
     Args:
-        points: distinct operating points, of any size.
+        rows: distinct rows of the result, of any size.
         recordings: by row number.
 
     Returns:
         Two panels, without and with load, angle [deg] against time [s].
     """
-    small = [point for point in points if point.size == "small"]
+    small = [row for row in rows if row["size"] == "small"]
     panels = [
-        ("small steps, no load", [point for point in small if point.load_kg == 0.0]),
-        ("small steps, loaded", [point for point in small if point.load_kg != 0.0]),
+        ("small steps, no load", [row for row in small if row["load_kg"] == 0.0]),
+        ("small steps, loaded", [row for row in small if row["load_kg"] != 0.0]),
     ]
     return _response_figure(panels, recordings)
 
 
 def _response_figure(
-    panels: Sequence[tuple[str, Sequence[OperatingPoint]]], recordings: Mapping[int, Recording]
+    panels: Sequence[tuple[str, Sequence[Row]]], recordings: Mapping[int, Recording]
 ) -> Figure:
     """Panels on top of each other that share both axes, so that sizes compare by eye."""
     figure, axes = new_figure(6.3, rows=2, sharex=True, sharey=True)
-    shown = [point for _, points in panels for point in points]
-    loads = sorted({point.load_kg for point in shown})
+    shown = [row for _, rows in panels for row in rows]
+    loads = sorted({row["load_kg"] for row in shown})
     end = _last_time_shown(shown, recordings)
-    for ax, (title, points) in zip(axes, panels, strict=True):
+    for ax, (title, rows) in zip(axes, panels, strict=True):
         finish_axes(ax, y="angle β [deg]", title=title)
         ax.axvspan(end, end * (1 + _STRIP), color=FAINT, linewidth=0, zorder=0)
-        for point in points:
-            _draw_response(ax, point, recordings.get(point.row), loads.index(point.load_kg), end)
+        for row in rows:
+            _draw_response(ax, row, recordings.get(row["row"]), loads.index(row["load_kg"]), end)
         ax.set_xlim(0.0, end * (1 + _STRIP))
         ax.margins(y=0.12)
         ticks = MaxNLocator(nbins=8, steps=[1, 2, 5, 10]).tick_values(0.0, end)
         ax.set_xticks([tick for tick in ticks if 0.0 <= tick <= end * (1 + 1e-9)])
-        if not any(point.row in recordings for point in points):
+        if not any(row["row"] in recordings for row in rows):
             say_empty(ax, "no recording of these rows")
     axes[-1].set_xlabel("time after the step [s]")
     handles = []
@@ -104,28 +103,26 @@ def _response_figure(
     return figure
 
 
-def _last_time_shown(
-    points: Sequence[OperatingPoint], recordings: Mapping[int, Recording]
-) -> float:
+def _last_time_shown(rows: Sequence[Row], recordings: Mapping[int, Recording]) -> float:
     """End of the time axis [s]: cut only where every response is known to have settled before."""
-    recorded = [point for point in points if point.row in recordings]
-    end = float(max((recordings[point.row].time[-1] for point in recorded), default=1.0))
-    settling = [point.settling_s for point in recorded if point.settling_s is not None]
+    recorded = [row for row in rows if row["row"] in recordings]
+    end = float(max((recordings[row["row"]].time[-1] for row in recorded), default=1.0))
+    settling = [row["settling_s"] for row in recorded if row["settling_s"] is not None]
     if not settling or len(settling) < len(recorded):
         return end
     return min(end, max(1.0, SHOWN_SETTLING_TIMES * max(settling)))
 
 
 def _draw_response(
-    ax: Axes, point: OperatingPoint, recording: Recording | None, load_index: int, end: float
+    ax: Axes, row: Row, recording: Recording | None, load_index: int, end: float
 ) -> None:
     colour, marker = series_look(load_index)
     # One column of markers per load: the loads' end angles differ by less than a marker's size.
     slot = end * (1 + _STRIP * (0.2 + 0.28 * load_index))
-    ax.plot(slot, point.measured_deg, marker, color=colour, markersize=5, clip_on=False, zorder=4)
+    ax.plot(slot, row["measured_deg"], marker, color=colour, markersize=5, clip_on=False, zorder=4)
     ax.annotate(
-        str(point.row),
-        (slot, point.measured_deg),
+        str(row["row"]),
+        (slot, row["measured_deg"]),
         xytext=(4, 0),
         textcoords="offset points",
         va="center_baseline",
@@ -139,21 +136,19 @@ def _draw_response(
     shown = recording.time <= end
     time, angle = recording.time[shown], recording.angle[shown] * DEG_PER_RAD
     ax.plot(time, angle, color=colour, linewidth=1.4, zorder=3)
-    if point.completed:
-        link = ([time[-1], slot], [angle[-1], point.measured_deg])
+    if row["outcome"] == "completed":
+        link = ([time[-1], slot], [angle[-1], row["measured_deg"]])
         ax.plot(*link, color=colour, linewidth=0.8, linestyle=(0, (1, 1.5)), zorder=2)
     else:
         ax.plot(time[-1], angle[-1], "x", color=colour, markersize=7, zorder=4)
 
 
 @styled
-def pressure_courses(
-    points: Sequence[OperatingPoint], recordings: Mapping[int, Recording]
-) -> Figure:
+def pressure_courses(rows: Sequence[Row], recordings: Mapping[int, Recording]) -> Figure:
     """Both muscles' pressures in one large and one small step.
 
     Args:
-        points: distinct operating points.
+        rows: distinct rows of the result.
         recordings: by row number.
 
     Returns:
@@ -162,15 +157,15 @@ def pressure_courses(
     figure, axes = new_figure(3.5, columns=2, sharey=True)
     for ax, size in zip(axes, ("large", "small"), strict=True):
         finish_axes(ax, x="time after the step [s]", title=f"{size} step", zero=False)
-        point = next((p for p in points if p.size == size and p.row in recordings), None)
-        if point is None:
+        row = next((p for p in rows if p["size"] == size and p["row"] in recordings), None)
+        if row is None:
             say_empty(ax, f"no recording of a {size} step")
             continue
-        load = "no load" if point.load_kg == 0.0 else f"{point.load_kg:g} kg"
-        ax.set_title(f"{size} step: row {point.row}, {load}")
-        recording = recordings[point.row]
+        load = "no load" if row["load_kg"] == 0.0 else f"{row['load_kg']:g} kg"
+        ax.set_title(f"{size} step: row {row['row']}, {load}")
+        recording = recordings[row["row"]]
         pressure = recording.pressure / PA_PER_KPA
-        printed = np.array([point.p1_kpa, point.p2_kpa])
+        printed = np.array([row["p1_kpa"], row["p2_kpa"]])
         end = recording.time[-1]
         for column, colour in enumerate((BLUE, VERMILION)):
             ax.plot(recording.time, pressure[:, column], color=colour)

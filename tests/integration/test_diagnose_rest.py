@@ -90,7 +90,7 @@ def test_the_published_rig_is_the_first_rung_of_the_calibration(rig):
     ends = RestPredictor(lambda _: None, table).simulated(rig)
     recorded = json.loads((rig.file.folder / "calibration.json").read_text(encoding="utf-8"))
     rms = np.degrees(np.sqrt(np.mean((ends - table.angle) ** 2)))
-    assert rms == pytest.approx(recorded["ladder"][0]["rms_deg"], abs=2e-3)
+    assert rms == pytest.approx(recorded["static_models"][0]["rms_deg"], abs=2e-3)
 
 
 def test_a_table_of_another_rig_and_an_unknown_effect_are_refused(rig):

@@ -26,7 +26,7 @@ def found():
 
 @pytest.fixture(scope="module")
 def result(found):
-    return json.loads(json.dumps(found.as_dict(), allow_nan=False))
+    return json.loads(json.dumps(found.to_dict(), allow_nan=False))
 
 
 def test_printed_tables_are_whole_and_consistent():
@@ -125,7 +125,7 @@ def test_a_run_that_breaks_down_keeps_its_row_and_the_others_go_on(monkeypatch):
         return recording
 
     monkeypatch.setattr(module, "simulate", breaking)
-    result = json.loads(json.dumps(reproduce().as_dict(), allow_nan=False))
+    result = json.loads(json.dumps(reproduce().to_dict(), allow_nan=False))
     assert result["rows"][2]["simulated_deg"] is None
     assert result["rows"][2]["message"] == "broke on purpose"
     assert result["rows"][3]["simulated_deg"] is not None

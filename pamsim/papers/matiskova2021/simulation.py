@@ -10,9 +10,9 @@ from pamsim.core.errors import PamsimError
 from pamsim.core.units import DEG_PER_RAD, PA_PER_KPA
 from pamsim.linear.step_identification import StepIdentification
 from pamsim.papers.claim import Recomputed, recomputes
-from pamsim.papers.reproduce import reproduce
+from pamsim.papers.printed_rows import Row, rms_error
+from pamsim.papers.reproduce import Reproduction, reproduce
 from pamsim.papers.reproduce_checks import MODEL_LIMIT, RMS_LIMIT_DEG
-from pamsim.papers.reproduction import Reproduction, Row, rms_error
 from pamsim.store.printed import mas20_models
 
 _GRAVITY = 9.81  # m/s^2

@@ -10,7 +10,7 @@ import pytest
 
 from pamsim.engine.rig import load_rig
 from pamsim.engine.rig_parameter import rig_parameter
-from pamsim.papers.ladder_record import (
+from pamsim.papers.calibration_record import (
     FILE,
     SAME_RMS_DEG,
     SCHEMA,
@@ -21,12 +21,12 @@ from pamsim.papers.ladder_record import (
 from tests.unit.core.refusals import cases, refused
 
 
-def rung(name, climbed, rms, unseen):
+def model(name, accepted, rms, unseen):
     return {
         "name": name,
-        "climbed": climbed,
+        "accepted": accepted,
         "rms_deg": rms,
-        "loo_rms_deg": unseen,
+        "leave_one_out_rms_deg": unseen,
         "parameters": [],
     }
 
@@ -34,10 +34,10 @@ def rung(name, climbed, rms, unseen):
 WHOLE = {
     "schema": SCHEMA,
     "command": "python calibrate.py",
-    "ladder": [
-        rung("first", True, 8.0, 8.0),
-        rung("used", True, 0.8, 1.0),
-        rung("tried", False, 0.7, 1.1),
+    "static_models": [
+        model("first", True, 8.0, 8.0),
+        model("used", True, 0.8, 1.0),
+        model("tried", False, 0.7, 1.1),
     ],
 }
 
@@ -57,12 +57,12 @@ def test_a_rig_need_not_have_one(rig):
     assert calibration_record(rig) is None
 
 
-def test_the_model_used_is_the_last_one_climbed(rig):
+def test_the_model_used_is_the_last_one_accepted(rig):
     write(rig, {**WHOLE, "future": 1})
     record = calibration_record(rig)
     assert record.used["name"] == "used"
     assert record.command == "python calibrate.py"
-    assert [entry["name"] for entry in record.ladder] == ["first", "used", "tried"]
+    assert [entry["name"] for entry in record.static_models] == ["first", "used", "tried"]
 
 
 def test_it_belongs_to_what_simulates_as_it_did(rig):
@@ -80,13 +80,13 @@ def without(key):
 
 def used(**change):
     content = copy.deepcopy(WHOLE)
-    content["ladder"][1].update(change)
+    content["static_models"][1].update(change)
     return content
 
 
 def used_without(key):
     content = copy.deepcopy(WHOLE)
-    del content["ladder"][1][key]
+    del content["static_models"][1][key]
     return content
 
 
@@ -97,19 +97,19 @@ def used_without(key):
             "cut off": json.dumps(WHOLE)[:-20],
             "of another schema": {**WHOLE, "schema": "pamsim-calibrate/1"},
             "of a later version": {**WHOLE, "schema": "pamsim-rig-calibration/2"},
-            "without ladder": without("ladder"),
+            "without models": without("static_models"),
             "without command": without("command"),
-            "ladder null": {**WHOLE, "ladder": None},
-            "ladder empty": {**WHOLE, "ladder": []},
-            "ladder of names": {**WHOLE, "ladder": ["first", "used"]},
-            "ladder a mapping": {**WHOLE, "ladder": {"first": 1}},
-            "nothing climbed": {**WHOLE, "ladder": [rung("tried", False, 1.0, 1.0)]},
+            "models null": {**WHOLE, "static_models": None},
+            "models empty": {**WHOLE, "static_models": []},
+            "models as names": {**WHOLE, "static_models": ["first", "used"]},
+            "models a mapping": {**WHOLE, "static_models": {"first": 1}},
+            "nothing accepted": {**WHOLE, "static_models": [model("tried", False, 1.0, 1.0)]},
             "error null": used(rms_deg=None),
-            "error a word": used(loo_rms_deg="small"),
-            "error a list": used(loo_rms_deg=[1.0]),
+            "error a word": used(leave_one_out_rms_deg="small"),
+            "error a list": used(leave_one_out_rms_deg=[1.0]),
             "without error": used_without("rms_deg"),
-            "without unseen error": used_without("loo_rms_deg"),
-            "without climbed": used_without("climbed"),
+            "without unseen error": used_without("leave_one_out_rms_deg"),
+            "without accepted": used_without("accepted"),
         }
     ),
 )
@@ -124,15 +124,15 @@ def shipped():
     return load_rig("mas20_arm")
 
 
-def test_every_step_of_the_shipped_ladder_predicts_unseen_rows_better(shipped):
+def test_every_step_of_the_shipped_record_predicts_unseen_rows_better(shipped):
     """What the page says of it: no term was taken that only lowers the error in sample."""
     record = calibration_record(shipped)
-    climbed = [entry for entry in record.ladder if entry["climbed"]]
-    unseen = [entry["loo_rms_deg"] for entry in climbed]
+    accepted = [entry for entry in record.static_models if entry["accepted"]]
+    unseen = [entry["leave_one_out_rms_deg"] for entry in accepted]
     assert unseen == sorted(unseen, reverse=True)
     assert len(set(unseen)) == len(unseen) >= 3
-    for entry in record.ladder:
-        assert entry["loo_rms_deg"] >= entry["rms_deg"]
+    for entry in record.static_models:
+        assert entry["leave_one_out_rms_deg"] >= entry["rms_deg"]
     assert record.used["name"].endswith("the model used")
 
 

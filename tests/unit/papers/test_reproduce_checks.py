@@ -1,4 +1,4 @@
-"""Each check of a reproduction passes inside its bar and fails outside, whatever the others do."""
+"""Each check of a reproduction passes inside its limit and fails outside, whatever others do."""
 
 from __future__ import annotations
 
@@ -11,15 +11,15 @@ import pytest
 from pamsim.core.recording import Outcome, Recording
 from pamsim.core.units import DEG_PER_RAD
 from pamsim.linear.first_second_order import second_order_step
-from pamsim.papers.ladder_record import SAME_RMS_DEG, CalibrationRecord
+from pamsim.papers.calibration_record import SAME_RMS_DEG, CalibrationRecord
+from pamsim.papers.printed_rows import Row, rms_error
 from pamsim.papers.reproduce_checks import (
-    LEFT_OUT_LIMIT_DEG,
+    LEAVE_ONE_OUT_LIMIT_DEG,
     MODEL_LIMIT,
     RESPONSE_LIMIT,
     RMS_LIMIT_DEG,
     checks,
 )
-from pamsim.papers.reproduction import Row, rms_error
 from pamsim.signals.step_metrics import step_metrics
 from pamsim.store.printed import mas20_models, mas20_steps
 
@@ -77,8 +77,8 @@ def models(t=1.0, t1=1.0, t2=1.0):
 
 def record(rows, unseen=1.0, moved=0.0):
     rms = rms_error(tuple(r for r in rows if r.step.repeats is None)) * DEG_PER_RAD
-    used = {"climbed": True, "rms_deg": rms + moved, "loo_rms_deg": unseen}
-    return CalibrationRecord(ladder=(used,), command="python calibrate.py")
+    used = {"accepted": True, "rms_deg": rms + moved, "leave_one_out_rms_deg": unseen}
+    return CalibrationRecord(static_models=(used,), command="python calibrate.py")
 
 
 def failing(rows, identified=None, known=None):
@@ -94,7 +94,7 @@ def test_a_good_reproduction_passes_every_check(rows):
     assert [c.name for c in found if not c.ok] == []
     assert {c.name for c in found} == {
         "completed", "rms", "signs", "monotonic", "oscillation", "time_constants", "response",
-        "left_out",
+        "leave_one_out",
     }  # fmt: skip
     assert all(c.sentence and "\n" not in c.sentence for c in found)
 
@@ -104,7 +104,7 @@ def test_what_cannot_be_judged_is_left_out(rows):
         "time_constants",
         "response",
     } == set()
-    assert "left_out" not in {c.name for c in checks(rows, models(), None)}
+    assert "leave_one_out" not in {c.name for c in checks(rows, models(), None)}
 
 
 @pytest.mark.parametrize("which", ["t", "t1", "t2"])
@@ -129,8 +129,10 @@ def test_response_does_not_depend_on_size_or_start(rows):
 
 
 def test_rows_left_out(rows):
-    assert failing(rows, known=record(rows, unseen=LEFT_OUT_LIMIT_DEG - 0.01)) == set()
-    assert failing(rows, known=record(rows, unseen=LEFT_OUT_LIMIT_DEG + 0.01)) == {"left_out"}
+    assert failing(rows, known=record(rows, unseen=LEAVE_ONE_OUT_LIMIT_DEG - 0.01)) == set()
+    assert failing(rows, known=record(rows, unseen=LEAVE_ONE_OUT_LIMIT_DEG + 0.01)) == {
+        "leave_one_out"
+    }
 
 
 @pytest.mark.parametrize("side", [-1.0, 1.0])
@@ -139,7 +141,7 @@ def test_a_stale_record_fails_and_says_what_to_run(rows, side):
     (check,) = (
         c for c in checks(rows, None, record(rows, moved=1.1 * side * SAME_RMS_DEG)) if not c.ok
     )
-    assert check.name == "left_out"
+    assert check.name == "leave_one_out"
     assert "run python calibrate.py again" in check.sentence
 
 

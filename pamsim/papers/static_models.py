@@ -1,8 +1,8 @@
-"""A ladder of static models of the printed arm: which physical term earns its place.
+"""Static models compared: which physical terms the printed end positions of the arm support.
 
-Each rung frees one term more than the one it stands on, is fitted to the 21 distinct printed end
-positions in the engine, and is judged by the rows it has not seen. A term that only lowers the
-in-sample error is not climbed.
+Each model frees some terms, is fitted to the 21 distinct printed end positions in the engine, and
+is then fitted again without each row in turn, to predict the row held out. A term is accepted only
+if it lowers the second error.
 """
 
 from __future__ import annotations
@@ -37,7 +37,7 @@ _SAMPLE_RATE = 20.0
 
 @dataclass(frozen=True, kw_only=True)
 class Term:
-    """A physical term that a rung may free.
+    """A physical term that a model may free.
 
     Attributes:
         name: in words.
@@ -59,35 +59,35 @@ class Term:
 
 
 @dataclass(frozen=True, kw_only=True)
-class Rung:
-    """A model of the ladder.
+class StaticModel:
+    """A static model of the arm.
 
     Attributes:
         name: in words.
         terms: that are fitted; all others are at their neutral values.
-        climbed: whether it is on the way to the model that is used.
+        accepted: whether it is on the way to the model that is used.
         held: parameters held at another value than their neutral one [SI].
     """
 
     name: str
     terms: tuple[Term, ...]
-    climbed: bool
+    accepted: bool
     held: Mapping[str, float] = field(default_factory=dict[str, float])
 
 
 @dataclass(frozen=True, kw_only=True)
-class RungResult:
-    """A fitted rung.
+class StaticModelFit:
+    """A fitted static model.
 
     Attributes:
-        rung: the model.
+        model: that was fitted.
         residual: simulated minus printed angle of each row, shape (n,) [rad].
-        fit: of its free terms; None for a rung without a free term.
-        left_out: errors at unseen rows; None for a rung without a free term, where they are the
+        fit: of its free terms; None for a model without a free term.
+        left_out: errors at unseen rows; None for a model without a free term, where they are the
             residual itself.
     """
 
-    rung: Rung
+    model: StaticModel
     residual: FloatArray
     fit: SimulatorFit | None
     left_out: LeftOut | None
@@ -98,19 +98,19 @@ class RungResult:
         return math.sqrt(float(np.mean(self.residual**2)))
 
     @property
-    def left_out_rms(self) -> float:
-        """Root mean square error at rows not seen [rad]."""
+    def leave_one_out_rms(self) -> float:
+        """Root mean square error at rows held out in turn [rad]."""
         return self.rms if self.left_out is None else self.left_out.rms
 
-    def as_dict(self) -> dict[str, Any]:
+    def to_dict(self) -> dict[str, Any]:
         """JSON-safe form, units in the key names; parameters in SI."""
         fitted = self.fit.parameters if self.fit else ()
-        unseen = self.residual if self.left_out is None else self.left_out.residual
+        held_out = self.residual if self.left_out is None else self.left_out.residual
         return {
-            "name": self.rung.name,
-            "climbed": self.rung.climbed,
+            "name": self.model.name,
+            "accepted": self.model.accepted,
             "rms_deg": self.rms * DEG_PER_RAD,
-            "loo_rms_deg": self.left_out_rms * DEG_PER_RAD,
+            "leave_one_out_rms_deg": self.leave_one_out_rms * DEG_PER_RAD,
             "parameters": [
                 {
                     "term": term.name,
@@ -120,57 +120,59 @@ class RungResult:
                     "interval95": list(found.interval95) if found.interval95 else None,
                     "flags": [str(flag) for flag in found.flags],
                 }
-                for term, found in zip(self.rung.terms, fitted, strict=True)
+                for term, found in zip(self.model.terms, fitted, strict=True)
             ],
             "residual_deg": (self.residual * DEG_PER_RAD).tolist(),
-            "loo_residual_deg": (unseen * DEG_PER_RAD).tolist(),
+            "leave_one_out_residual_deg": (held_out * DEG_PER_RAD).tolist(),
         }
 
 
-def climb(
+def fit_static_models(
     rig: Rig,
-    rungs: Sequence[Rung],
+    models: Sequence[StaticModel],
     terms: Sequence[Term],
     *,
     steps: tuple[PrintedStep, ...] | None = None,
     timestep: float | None = None,
     threads: int | None = None,
-    done: Callable[[RungResult], None] | None = None,
-) -> tuple[RungResult, ...]:
-    """Fit every rung to printed end positions.
+    report: Callable[[StaticModelFit], None] | None = None,
+) -> tuple[StaticModelFit, ...]:
+    """Fit every model to printed end positions.
 
     Args:
         rig: the arm.
-        rungs: models.
-        terms: all terms there are; those a rung does not free are set to their neutral values.
+        models: to fit.
+        terms: all terms there are; those a model does not free are set to their neutral values.
         steps: printed rows; the distinct ones if left out.
         timestep: [s]; the rig's own if left out.
         threads: see `simulate_batch`.
-        done: told of each rung as soon as it is fitted.
+        report: called with each result as soon as it is there.
 
     Returns:
-        One result per rung.
+        One result per model.
     """
     rows = distinct_steps() if steps is None else steps
     bare = rig.with_parameters(_values(terms, [term.neutral for term in terms]))
-    results: list[RungResult] = []
-    for rung in rungs:
-        engine = _RowSimulator(bare.with_parameters(rung.held), rung.terms, rows, timestep, threads)
-        results.append(_fitted(engine, rung))
-        if done:
-            done(results[-1])
+    results: list[StaticModelFit] = []
+    for model in models:
+        engine = _RowSimulator(
+            bare.with_parameters(model.held), model.terms, rows, timestep, threads
+        )
+        results.append(_fitted(engine, model))
+        if report:
+            report(results[-1])
     return tuple(results)
 
 
-def _fitted(simulate: _RowSimulator, rung: Rung) -> RungResult:
-    if not rung.terms:
+def _fitted(simulate: _RowSimulator, model: StaticModel) -> StaticModelFit:
+    if not model.terms:
         (blocks,) = simulate(np.empty((1, 0)))
         if blocks is None:
             raise InputError(
-                f"rung {rung.name!r}: a row's simulation breaks down with the terms at neutral;"
-                " check the rig's parameters"
+                f"static model {model.name!r}: a row's simulation breaks down with the terms"
+                " at neutral; check the rig's parameters"
             )
-        return RungResult(rung=rung, residual=blocks[0].residual, fit=None, left_out=None)
+        return StaticModelFit(model=model, residual=blocks[0].residual, fit=None, left_out=None)
     free = [
         FreeParameter(
             name=term.parameter,
@@ -179,14 +181,14 @@ def _fitted(simulate: _RowSimulator, rung: Rung) -> RungResult:
             low=term.low,
             high=term.high,
         )
-        for term in rung.terms
+        for term in model.terms
     ]
-    found = fit_simulator(simulate, free)
-    return RungResult(
-        rung=rung,
-        residual=found.linearisation.residual,
-        fit=found,
-        left_out=leave_one_out(simulate, free, found),
+    fit = fit_simulator(simulate, free)
+    return StaticModelFit(
+        model=model,
+        residual=fit.linearisation.residual,
+        fit=fit,
+        left_out=leave_one_out(simulate, free, fit),
     )
 
 

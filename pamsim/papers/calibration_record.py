@@ -1,4 +1,4 @@
-"""What a rig's folder tells of how its static model was chosen: the ladder and its scores.
+"""How a rig's static model was chosen: the models compared and their scores, from its folder.
 
 ``calibration.json`` beside ``params.toml`` is written by the script that calibrated the rig. Its
 leave-one-out error took many refits and is quoted, not recomputed; that it belongs to the present
@@ -30,18 +30,19 @@ class CalibrationRecord:
     """The record of a rig.
 
     Attributes:
-        ladder: models from the published law to the one used, and those that were not taken, each
-            with ``name``, ``climbed``, ``rms_deg``, ``loo_rms_deg``, ``parameters``.
+        static_models: from the published law to the one used, and those that were not accepted,
+            each with ``name``, ``accepted``, ``rms_deg``, ``leave_one_out_rms_deg``,
+            ``parameters``.
         command: that wrote it.
     """
 
-    ladder: tuple[Mapping[str, Any], ...]
+    static_models: tuple[Mapping[str, Any], ...]
     command: str
 
     @property
     def used(self) -> Mapping[str, Any]:
-        """The model that the rig uses: the last one climbed."""
-        return [rung for rung in self.ladder if rung["climbed"]][-1]
+        """The model that the rig uses: the last one accepted."""
+        return [model for model in self.static_models if model["accepted"]][-1]
 
     def belongs(self, rms_deg: float) -> bool:
         """Whether an RMS [deg] simulated now is the recorded one, up to rounded parameters."""
@@ -59,8 +60,10 @@ def calibration_record(rig: Rig) -> CalibrationRecord | None:
         return None
     found = read_json(path, SCHEMA)
     try:
-        record = CalibrationRecord(ladder=tuple(found["ladder"]), command=str(found["command"]))
-        _ = [float(record.used[key]) for key in ("rms_deg", "loo_rms_deg")]
+        record = CalibrationRecord(
+            static_models=tuple(found["static_models"]), command=str(found["command"])
+        )
+        _ = [float(record.used[key]) for key in ("rms_deg", "leave_one_out_rms_deg")]
     except (KeyError, IndexError, TypeError, ValueError) as error:
         raise InputError(f"{path}: not a calibration record: {error!r}") from None
     return record

@@ -1,4 +1,4 @@
-"""The ladder of static models: nested rungs, neutral terms, planted terms, unseen rows."""
+"""Static models compared: nested models, neutral terms, planted terms, rows held out."""
 
 from __future__ import annotations
 
@@ -15,9 +15,9 @@ from pamsim.core.units import DEG_PER_RAD
 from pamsim.engine.rig import load_rig
 from pamsim.engine.rig_parameter import rig_parameter
 from pamsim.engine.simulate import simulate
-from pamsim.papers import static_ladder
+from pamsim.papers import static_models
 from pamsim.papers.printed_steps import STARTS, printed_experiment
-from pamsim.papers.static_ladder import Rung, Term, climb
+from pamsim.papers.static_models import StaticModel, Term, fit_static_models
 from pamsim.store.printed import distinct_steps
 from tests.unit.core.refusals import refused
 
@@ -80,7 +80,7 @@ class Stand:
 @pytest.fixture
 def stand(monkeypatch):
     found = Stand()
-    monkeypatch.setattr(static_ladder, "simulate_batch", found)
+    monkeypatch.setattr(static_models, "simulate_batch", found)
     return found
 
 
@@ -94,45 +94,47 @@ def planted(noise=0.0, **values):
     )
 
 
-def rung(*terms, **rest):
-    return Rung(
-        name=" and ".join(t.name for t in terms) or "bare", terms=terms, climbed=True, **rest
+def model(*terms, **rest):
+    return StaticModel(
+        name=" and ".join(t.name for t in terms) or "bare", terms=terms, accepted=True, **rest
     )
 
 
-def test_planted_terms_are_recovered_by_the_rung_that_has_them(rig, stand):
-    (found,) = climb(rig, [rung(LOCKING, TILT)], TERMS, steps=planted())
+def test_planted_terms_are_recovered_by_the_model_that_has_them(rig, stand):
+    (found,) = fit_static_models(rig, [model(LOCKING, TILT)], TERMS, steps=planted())
     assert found.fit.values == pytest.approx([26.0, -0.04], rel=1e-5)
     assert found.rms * DEG_PER_RAD < 1e-5
-    assert found.left_out_rms * DEG_PER_RAD < 1e-5
+    assert found.leave_one_out_rms * DEG_PER_RAD < 1e-5
 
 
-def test_a_nested_rung_never_fits_worse_in_sample(rig, stand):
-    rungs = [rung(), rung(LOCKING), rung(LOCKING, TILT), rung(LOCKING, TILT, RADIUS)]
-    found = climb(rig, rungs, TERMS, steps=planted(noise=0.5 / DEG_PER_RAD))
+def test_a_nested_model_never_fits_worse_in_sample(rig, stand):
+    models = [model(), model(LOCKING), model(LOCKING, TILT), model(LOCKING, TILT, RADIUS)]
+    found = fit_static_models(rig, models, TERMS, steps=planted(noise=0.5 / DEG_PER_RAD))
     errors = [result.rms for result in found]
     assert all(b <= a * (1.0 + 1e-9) for a, b in itertools.pairwise(errors))
     assert errors[2] < 0.5 * errors[1]  # a term that is there
     assert errors[3] > 0.9 * errors[2]  # a term that is not
     for result in found[1:]:
-        assert result.left_out_rms > result.rms
-    assert found[3].left_out_rms > found[2].left_out_rms
-    assert found[0].left_out_rms == found[0].rms
+        assert result.leave_one_out_rms > result.rms
+    assert found[3].leave_one_out_rms > found[2].leave_one_out_rms
+    assert found[0].leave_one_out_rms == found[0].rms
 
 
 def test_terms_not_freed_are_neutral_whatever_the_rig_says(rig, stand):
     assert rig_parameter(rig, "passive.locking").value != 0.0
-    climb(rig, [rung(TILT)], TERMS, steps=STEPS)
+    fit_static_models(rig, [model(TILT)], TERMS, steps=STEPS)
     assert {values["passive.locking"] for values in stand.seen} == {0.0}
     assert {values["tendon.chain_2.coef"] for values in stand.seen} == {1.2e-2}
     assert len({values["body.rig.tilt"] for values in stand.seen}) > 3
     assert stand.seen[0]["body.rig.tilt"] == pytest.approx(TILT.start)
 
 
-def test_held_values_and_companions_are_those_of_their_rung_only(rig, stand):
-    rungs = [rung(RADIUS, held={"passive.softening": 3.0}), rung(LOCKING)]
+def test_held_values_and_companions_are_those_of_their_model_only(rig, stand):
+    models = [model(RADIUS, held={"passive.softening": 3.0}), model(LOCKING)]
     counts = []
-    climb(rig, rungs, TERMS, steps=STEPS, done=lambda result: counts.append(len(stand.seen)))
+    fit_static_models(
+        rig, models, TERMS, steps=STEPS, report=lambda result: counts.append(len(stand.seen))
+    )
     first, second = stand.seen[: counts[0]], stand.seen[counts[0] :]
     assert all(v["tendon.chain_1.coef"] == v["tendon.chain_2.coef"] for v in first)
     assert len({v["tendon.chain_2.coef"] for v in first}) > 3
@@ -143,17 +145,20 @@ def test_held_values_and_companions_are_those_of_their_rung_only(rig, stand):
 
 
 def test_results_come_one_by_one_and_fit_into_json(rig, stand):
-    told = []
-    rungs = [rung(), rung(LOCKING, RADIUS)]
-    found = climb(rig, rungs, TERMS, steps=planted(noise=0.01), done=told.append)
-    assert tuple(told) == found
-    bare, fitted = (json.loads(json.dumps(r.as_dict(), allow_nan=False)) for r in found)
+    reported = []
+    models = [model(), model(LOCKING, RADIUS)]
+    found = fit_static_models(rig, models, TERMS, steps=planted(noise=0.01), report=reported.append)
+    assert tuple(reported) == found
+    bare, fitted = (json.loads(json.dumps(r.to_dict(), allow_nan=False)) for r in found)
     assert bare["parameters"] == []
-    assert bare["loo_residual_deg"] == bare["residual_deg"]
+    assert bare["leave_one_out_residual_deg"] == bare["residual_deg"]
     assert [p["name"] for p in fitted["parameters"]] == ["passive.locking", "tendon.chain_1.coef"]
     assert [p["term"] for p in fitted["parameters"]] == ["locks", "radius"]
     for entry in (bare, fitted):
-        for errors, rms in (("residual_deg", "rms_deg"), ("loo_residual_deg", "loo_rms_deg")):
+        for errors, rms in (
+            ("residual_deg", "rms_deg"),
+            ("leave_one_out_residual_deg", "leave_one_out_rms_deg"),
+        ):
             assert len(entry[errors]) == len(STEPS)
             assert entry[rms] == pytest.approx(np.sqrt(np.mean(np.square(entry[errors]))))
 
@@ -161,24 +166,24 @@ def test_results_come_one_by_one_and_fit_into_json(rig, stand):
 def test_one_row_that_breaks_down_makes_its_values_impossible(rig, stand):
     stand.breaks = lambda values, row: row == 7
     with refused("diverge"):
-        climb(rig, [rung(LOCKING)], TERMS, steps=planted())
+        fit_static_models(rig, [model(LOCKING)], TERMS, steps=planted())
     with refused("breaks down with the terms at neutral"):
-        climb(rig, [rung()], TERMS, steps=planted())
+        fit_static_models(rig, [model()], TERMS, steps=planted())
 
 
 def test_more_terms_than_rows_and_an_unknown_parameter_are_refused(rig, stand):
     with refused("do not determine"):
-        climb(rig, [rung(LOCKING, TILT, RADIUS)], TERMS, steps=planted(noise=0.01)[:4])
+        fit_static_models(rig, [model(LOCKING, TILT, RADIUS)], TERMS, steps=planted(noise=0.01)[:4])
     unknown = replace(LOCKING, parameter="passive.lock")
     with refused("passive.lock"):
-        climb(rig, [rung(unknown)], (unknown,), steps=STEPS)
+        fit_static_models(rig, [model(unknown)], (unknown,), steps=STEPS)
 
 
-def test_the_bare_rung_is_the_engine_s_own_end_angle(rig):
+def test_the_bare_model_is_the_engine_s_own_end_angle(rig):
     term = Term(
         name="locks", parameter="passive.locking", low=0.0, high=60.0, start=20.0, neutral=26.39
     )
-    (found,) = climb(rig, [rung()], (term,), steps=STEPS[12:14], timestep=2e-3)
+    (found,) = fit_static_models(rig, [model()], (term,), steps=STEPS[12:14], timestep=2e-3)
     plain = rig.with_parameters({"passive.locking": 26.39})
     ends = [
         simulate(plain, printed_experiment(s, STARTS["vent"]), timestep=2e-3).completed().angle[-1]
