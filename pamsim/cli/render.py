@@ -50,7 +50,7 @@ def command(
     measured or simulated, with its angle and pressures plotted below.
     """
     from pamsim.core.errors import InputError
-    from pamsim.store.film_file import FILM_SUFFIXES
+    from pamsim.store.pictures import FILM_SUFFIXES
 
     film = picture.suffix.lower() in FILM_SUFFIXES
     default = _FILM_SIZE if film else _REST_SIZE if recording is None else _INSTANT_SIZE

@@ -16,7 +16,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pamsim.core.encoding import to_dict
-from pamsim.core.errors import InputError, SimulationError
+from pamsim.core.errors import SimulationError
+from pamsim.core.files import complete_file
 from pamsim.core.units import DEG_PER_RAD, PA_PER_KPA
 
 SCHEMA = "pamsim-recording/1"
@@ -176,24 +177,21 @@ def write_recording(
     index = folder / "recording.toml"
     lines = [f'schema = "{SCHEMA}"', f"rig = {_quoted(_reference(folder, rig))}"]
     written = [index]
-    try:
-        folder.mkdir(parents=True, exist_ok=True)
-        for stem, recording in trials.items():
-            path = folder / f"{stem}.csv"
-            _write_csv(path, recording, forces)
-            written.append(path)
-            protocol = (protocols or {}).get(stem) or re.sub(r"_?\d+$", "", stem) or stem
-            lines += [
-                "",
-                "[[trial]]",
-                f"file = {_quoted(path.name)}",
-                f"protocol = {_quoted(protocol)}",
-                f'command = "{recording.command_kind}"',
-                f"load_kg = {recording.load:.9g}",
-            ]
-        index.write_text("\n".join(lines) + "\n", encoding="utf-8")
-    except OSError as error:
-        raise InputError(f"cannot write {folder}: {error.strerror}") from None
+    for stem, recording in trials.items():
+        path = folder / f"{stem}.csv"
+        _write_csv(path, recording, forces)
+        written.append(path)
+        protocol = (protocols or {}).get(stem) or re.sub(r"_?\d+$", "", stem) or stem
+        lines += [
+            "",
+            "[[trial]]",
+            f"file = {_quoted(path.name)}",
+            f"protocol = {_quoted(protocol)}",
+            f'command = "{recording.command_kind}"',
+            f"load_kg = {recording.load:.9g}",
+        ]
+    with complete_file(index) as part:
+        part.write_text("\n".join(lines) + "\n", encoding="utf-8")
     return written
 
 
@@ -216,7 +214,7 @@ def _write_csv(path: Path, recording: Recording, forces: bool) -> None:
     named = recording.columns()
     if not forces:
         named = {name: values for name, values in named.items() if not name.startswith("force")}
-    with path.open("w", newline="", encoding="utf-8") as file:
+    with complete_file(path) as part, part.open("w", newline="", encoding="utf-8") as file:
         writer = csv.writer(file)
         writer.writerow(named)
         for row in zip(*named.values(), strict=True):

@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from pamsim.core.errors import InputError
-from pamsim.store.checkpoint_file import CheckpointFile
+from pamsim.store.json_file import CheckpointFile
 
 FILE = "fits.json"
 

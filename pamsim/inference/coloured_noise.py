@@ -19,7 +19,7 @@ import numpy as np
 import scipy.signal
 from numpy.typing import NDArray
 
-from pamsim.core.finite import safe
+from pamsim.core.encoding import to_dict
 
 FloatArray = NDArray[np.float64]
 _lfilter: Any = scipy.signal.lfilter
@@ -117,8 +117,8 @@ class ArNoise:
         return {
             "ar_order": self.order,
             "ar_coefficients": list(self.coefficients),
-            "innovation_variance": safe(self.variance),
-            "standard_deviation": safe(self.standard_deviation),
+            "innovation_variance": to_dict(self.variance),
+            "standard_deviation": to_dict(self.standard_deviation),
         }
 
 

@@ -14,8 +14,7 @@ from pamsim.core.progress import Progress
 from pamsim.report.film_sheet import arm_size, film_sheet
 from pamsim.scene.arm_camera import arm_camera
 from pamsim.scene.replay import Replay, frame_times
-from pamsim.store.film_file import check_film, write_film
-from pamsim.store.picture_file import write_picture
+from pamsim.store.pictures import check_film, write_film, write_picture
 
 Picture = NDArray[np.uint8]
 

@@ -24,7 +24,7 @@ from pamsim.engine.simulate import simulate
 from pamsim.scene.chain_shape import STEEL, chain_solids
 from pamsim.scene.muscle_shape import Rgba, Solid, muscle_solids, rod
 from pamsim.scene.pose import muscle_lengths, object_id, pose, site_pose
-from pamsim.store.picture_file import write_picture
+from pamsim.store.pictures import write_picture
 
 _KINDS = {
     "cylinder": mujoco.mjtGeom.mjGEOM_CYLINDER,

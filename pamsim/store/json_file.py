@@ -1,34 +1,30 @@
-"""Results as JSON: written whole or not at all, read back by their schema."""
+"""Results and checkpoints as JSON files."""
 
 from __future__ import annotations
 
 import json
-import os
 from collections.abc import Mapping
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 from pamsim.core.errors import InputError
+from pamsim.core.files import complete_file
 
 
 def write_json(path: Path, result: Mapping[str, Any]) -> None:
-    """Write a result, creating its folder; a file that is there is replaced in one move.
+    """Write a result, see `pamsim.core.files.complete_file`.
 
     Args:
-        path: of the file.
+        path: of the file; its folder is created.
         result: JSON-safe mapping; NaN and infinity are refused, since JSON has neither.
 
     Raises:
         InputError: if the place cannot be written.
     """
     text = json.dumps(result, indent=1, allow_nan=False)
-    part = path.with_name(path.name + ".part")
-    try:
-        path.parent.mkdir(parents=True, exist_ok=True)
+    with complete_file(path) as part:
         part.write_text(text + "\n", encoding="utf-8")
-        os.replace(part, path)
-    except OSError as error:
-        raise InputError(f"cannot write {path}: {error.strerror}") from None
 
 
 def read_json(path: Path, schema: str) -> dict[str, Any]:
@@ -51,3 +47,44 @@ def read_json(path: Path, schema: str) -> dict[str, Any]:
     if stated != schema:
         raise InputError(f"{path}: schema is {stated!r}; this pamsim reads {schema!r}")
     return found
+
+
+@dataclass(frozen=True)
+class CheckpointFile:
+    """The state of a long computation, one JSON file that each save replaces.
+
+    Attributes:
+        path: of the JSON file.
+    """
+
+    path: Path
+
+    def load(self) -> dict[str, Any] | None:
+        """The state last saved, or None if there is none.
+
+        Raises:
+            InputError: if the file cannot be read as one.
+        """
+        try:
+            state = json.loads(self.path.read_text(encoding="utf-8"))
+        except FileNotFoundError:
+            return None
+        except (OSError, ValueError) as error:
+            raise InputError(
+                f"cannot resume from {self.path}: {error}; remove it to start anew"
+            ) from None
+        if not isinstance(state, dict):
+            raise InputError(f"{self.path} holds no saved state; remove it to start anew")
+        return state
+
+    def save(self, state: dict[str, Any]) -> None:
+        """Save a JSON-safe state.
+
+        Raises:
+            InputError: if the place cannot be written.
+        """
+        write_json(self.path, state)
+
+    def clear(self) -> None:
+        """Delete the saved state."""
+        self.path.unlink(missing_ok=True)

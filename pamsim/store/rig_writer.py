@@ -5,7 +5,6 @@ Comments, order and units of the original stay; each changed number states its n
 
 from __future__ import annotations
 
-import os
 import shutil
 from collections.abc import Mapping
 from pathlib import Path
@@ -15,6 +14,7 @@ import tomlkit
 from tomlkit.items import Comment, InlineTable, Item, Table
 
 from pamsim.core.errors import InputError, nearest
+from pamsim.core.files import complete_file
 from pamsim.core.parameters import Sourced
 from pamsim.core.units import to_si
 from pamsim.store.rig_file import RigFile
@@ -22,7 +22,7 @@ from pamsim.store.rig_file import RigFile
 _SENSOR = "sensor"
 _DIGITS = 10
 _RANGE_DIGITS = 5
-# What they say of parameters would be said of numbers that are no longer there.
+# These files describe the old parameters.
 _LEFT_BEHIND = shutil.ignore_patterns("README.md", "calibration.json", "__pycache__")
 
 
@@ -62,13 +62,12 @@ def write_rig(
     if heading:
         text = "".join(f"# {line}\n" for line in heading.splitlines()) + text
     path = folder / "params.toml"
-    part = path.with_name("params.toml.part")
     try:
         shutil.copytree(source.folder, folder, dirs_exist_ok=True, ignore=_LEFT_BEHIND)
-        part.write_text(text, encoding="utf-8")
-        os.replace(part, path)
     except (OSError, shutil.Error) as error:
         raise InputError(f"cannot write {folder}: {error}") from None
+    with complete_file(path) as part:
+        part.write_text(text, encoding="utf-8")
     return path
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 from pamsim.core.errors import InputError
-from pamsim.store.checkpoint_file import CheckpointFile
+from pamsim.store.json_file import CheckpointFile
 
 
 def test_what_was_saved_is_loaded_until_it_is_cleared(tmp_path):

@@ -7,7 +7,7 @@ import math
 
 import pytest
 
-from pamsim.store import json_file
+from pamsim.core import files
 from pamsim.store.json_file import read_json, write_json
 from tests.unit.core.refusals import cases, refused
 
@@ -42,7 +42,7 @@ def test_an_interrupted_write_leaves_the_old_file(tmp_path, monkeypatch):
         assert json.loads(source.read_text(encoding="utf-8")) == {"schema": SCHEMA}  # whole by now
         raise OSError(28, "No space left on device")
 
-    monkeypatch.setattr(json_file.os, "replace", fail)
+    monkeypatch.setattr(files.os, "replace", fail)
     with refused(str(path), "No space left on device"):
         write_json(path, {"schema": SCHEMA})
     assert read_json(path, SCHEMA) == RESULT

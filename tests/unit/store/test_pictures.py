@@ -9,7 +9,7 @@ import pytest
 from PIL import Image
 
 from pamsim.core.errors import InputError
-from pamsim.store.film_file import check_film, write_film
+from pamsim.store.pictures import check_film, write_film
 
 
 def frames(count, width=64, height=48):

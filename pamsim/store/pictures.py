@@ -1,8 +1,7 @@
-"""Write a film to disk: GIF by Pillow, MP4 by the ffmpeg of the optional ``imageio-ffmpeg``."""
+"""Write pictures and films: by Pillow, MP4 by the ffmpeg of the optional ``imageio-ffmpeg``."""
 
 from __future__ import annotations
 
-import os
 from collections.abc import Iterable, Iterator, Sequence
 from itertools import chain
 from pathlib import Path
@@ -12,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pamsim.core.errors import InputError
+from pamsim.core.files import complete_file
 
 Picture = NDArray[np.uint8]
 
@@ -23,8 +23,27 @@ _COLOURS = 255  # one of 256 is left for "as before", which keeps a GIF small
 _QUALITY = 8  # of 10, in imageio-ffmpeg's scale
 
 
+def write_picture(path: Path, image: Picture) -> None:
+    """Write an image; the format follows the file's ending.
+
+    Args:
+        path: ending in .png, .jpg or another that Pillow knows; its folder is created.
+        image: (height, width, 3) RGB.
+
+    Raises:
+        InputError: if the ending is unknown or the place cannot be written.
+    """
+    from PIL import Image
+
+    try:
+        with complete_file(path) as part:
+            Image.fromarray(image).save(part)
+    except ValueError:
+        raise InputError(f"{path}: unknown picture format; use .png or .jpg") from None
+
+
 def check_film(path: Path, fps: float) -> None:
-    """See that a film can be written before anything is drawn for it.
+    """Check that a film can be written, before anything is drawn for it.
 
     Args:
         path: of the film.
@@ -52,7 +71,7 @@ def check_film(path: Path, fps: float) -> None:
 def write_film(
     path: Path, frames: Iterable[Picture], *, fps: float, palette_from: Sequence[Picture]
 ) -> None:
-    """Write a film; it appears under its name only when it is whole.
+    """Write a film, see `pamsim.core.files.complete_file`.
 
     Args:
         path: ending in .gif, which then loops, or .mp4; its folder is created.
@@ -64,20 +83,11 @@ def write_film(
         InputError: as `check_film`, or if the place cannot be written.
     """
     check_film(path, fps)
-    suffix = path.suffix.lower()
-    partial = path.with_name(f".{path.stem}.partial{suffix}")
-    try:
-        path.parent.mkdir(parents=True, exist_ok=True)
-        try:
-            if suffix == ".gif":
-                _write_gif(partial, frames, fps, palette_from)
-            else:
-                _write_mp4(partial, frames, fps)
-            os.replace(partial, path)
-        finally:  # whatever stopped it, an interrupt included
-            partial.unlink(missing_ok=True)
-    except OSError as error:
-        raise InputError(f"cannot write {path}: {error.strerror or error}") from None
+    with complete_file(path) as part:
+        if path.suffix.lower() == ".gif":
+            _write_gif(part, frames, fps, palette_from)
+        else:
+            _write_mp4(part, frames, fps)
 
 
 def _write_gif(
