@@ -26,7 +26,7 @@ class CalibrationProblem:
         freed: its free parameters, in the order of the vectors.
         channels: kinds of channel to compare: ``angle``, ``pressure``, ``force``.
         threads: simulations at a time; None for one per processor.
-        simulated: is told the number of simulations before each batch.
+        simulated: called with the number of simulations before each batch.
 
     Raises:
         InputError: see `TrialPredictor`.
@@ -64,12 +64,12 @@ class CalibrationProblem:
             For each its blocks, simulated minus measured; None if a simulation broke down.
         """
         return [
-            None if found is None else self.predictor.blocks(found)
-            for found in self.predictions(vectors)
+            None if prediction is None else self.predictor.blocks(prediction)
+            for prediction in self.predictions(vectors)
         ]
 
     def predictions(self, vectors: FloatArray) -> list[Prediction | None]:
-        """What many parameter vectors make of the measurements; None where a run broke down."""
+        """Predictions of many parameter vectors; None where a run broke down."""
         if not self._linearised:
             self.linearise_starts(np.array([freed.free.start for freed in self.freed]))
         return self.predictor.predictions([self._rig(v) for v in np.atleast_2d(vectors)])

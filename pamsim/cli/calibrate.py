@@ -63,19 +63,19 @@ def command(
         options["channels"] = channels
     with progress_bar("simulation") as progress:
         try:
-            found = calibrate(data, progress=progress, **options)
+            calibration = calibrate(data, progress=progress, **options)
         except KeyboardInterrupt:
             if out is not None:
                 click.echo("nothing is lost: go on with the same command and --resume", err=True)
             raise
-    result = found.to_dict()
+    result = calibration.to_dict()
     save_json(json_file, result)
-    click.echo(found.summary())
+    click.echo(calibration.summary())
     if out is not None:
         from pamsim.report.calibrate_page import write_calibration
 
         save_json(out / "calibration.json", result)
-        write_calibration(result, found.comparisons, out)
+        write_calibration(result, calibration.comparisons, out)
         click.echo(f"rig:  {result['calibrated_rig']}")
         click.echo(f"page: {out / 'index.html'}")
     return OK if result["status"] == "converged" else FINDING

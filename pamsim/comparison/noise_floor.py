@@ -1,4 +1,4 @@
-"""How far a perfect model would still be off: the noise floor, from repeats where there are any."""
+"""Noise floor: how far a perfect model would still be off, from repeats where there are any."""
 
 from __future__ import annotations
 
@@ -9,12 +9,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pamsim.comparison.trial_residuals import TrialLayout
+from pamsim.inference.noise_model import Scatter, pooled_deviation, repeat_scatter
 from pamsim.signals.roughness import rough_noise
 
 FloatArray = NDArray[np.float64]
 
 FEWEST_REPEATS = 3
-"""Fewer repeats of a protocol than this, and its floor is a guess."""
+"""With fewer repeats of a protocol its floor is an assumption."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -25,8 +26,8 @@ class NoiseFloor:
         sd: channel -> standard deviation over all protocols [SI].
         variance: (channel, protocol) -> variance [SI^2].
         repeats: smallest number of repeats of a protocol.
-        assumed: True if it could not be had from repeats: noise then counts as white, and what
-            drifts from trial to trial counts as the model's fault.
+        assumed: True if there are too few repeats: noise then counts as white, and what drifts from
+            trial to trial counts as model error.
     """
 
     sd: Mapping[str, float]
@@ -45,34 +46,26 @@ def noise_floor(layout: TrialLayout, residual: FloatArray) -> NoiseFloor:
         layout: of the residual.
         residual: (n,) of any parameters [SI].
     """
-    groups: dict[tuple[str, str], list[FloatArray]] = {}
+    trials: dict[tuple[str, str], list[FloatArray]] = {}
     for place in layout.places:
         key = (place.block.channel, place.block.protocol)
-        groups.setdefault(key, []).append(residual[place.rows])
-    repeats = min(len(members) for members in groups.values())
-    variance: dict[tuple[str, str], float] = {}
-    assumed = False
-    for key, members in groups.items():
-        shortest = min(map(len, members))
-        if len(members) > 1:
-            stack = np.stack([member[:shortest] for member in members])
-            variance[key] = float(np.mean(np.var(stack, axis=0, ddof=1)))
-        else:
-            assumed = True
-            variance[key] = rough_noise(members[0]) ** 2
-    least = {c: _smallest(layout, c) for c in layout.channels}
-    pooled = {
-        channel: max(
-            float(np.sqrt(np.mean([v for (c, _), v in variance.items() if c == channel]))),
-            least[channel],
-        )
-        for channel in layout.channels
-    }
+        trials.setdefault(key, []).append(residual[place.rows])
+    scatter = repeat_scatter(layout.places, residual)
+    for key, (first, *_) in trials.items():
+        if key not in scatter:
+            scatter[key] = Scatter(rough_noise(first) ** 2 * first.size, first.size)
+    repeats = min(map(len, trials.values()))
     return NoiseFloor(
-        sd=pooled,
-        variance=variance,
+        sd={
+            channel: max(
+                pooled_deviation([s for (name, _), s in scatter.items() if name == channel]),
+                _smallest(layout, channel),
+            )
+            for channel in layout.channels
+        },
+        variance={key: scatter[key].variance for key in trials},
         repeats=repeats,
-        assumed=assumed or repeats < FEWEST_REPEATS,
+        assumed=repeats < FEWEST_REPEATS,
     )
 
 

@@ -213,8 +213,8 @@ class _Remembering:
 
     def __call__(self, place: FloatArray) -> FloatArray:
         if not np.array_equal(place, self._last[0]):
-            (found,) = self.many(place[np.newaxis])
-            self._last = place.copy(), self._lost if found is None else found
+            (residual,) = self.many(place[np.newaxis])
+            self._last = place.copy(), self._lost if residual is None else residual
         return self._last[1]
 
 

@@ -2,7 +2,7 @@
 
 Residuals of a sampled mechanism are correlated from sample to sample. Intervals that take them as
 white are too narrow by the square root of the samples per correlation time, easily fivefold. Here
-an AR(p) model of the residuals, pooled over trials, whitens residuals and Jacobian alike.
+an AR(p) model of the residuals, pooled over trials, whitens both residuals and Jacobian.
 """
 
 # scipy carries no types: what it returns is Any at this file's boundary.

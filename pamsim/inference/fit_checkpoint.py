@@ -44,7 +44,7 @@ class FitState:
             if not _equal(saved.get("identity", {}).get(what), now):
                 raise InputError(
                     f"the checkpoint belongs to another fit: its {what} differ; remove it"
-                    " to start anew"
+                    " to start again"
                 )
         self.finished = [_end(end) for end in saved["finished"]]
         self.current = None if saved["current"] is None else _state(saved["current"])
@@ -117,11 +117,11 @@ def _end(saved: Mapping[str, Any]) -> SearchEnd:
     return SearchEnd(_state(saved["state"]), saved["objective"], saved["converged"])
 
 
-def _equal(one: Any, two: Any) -> bool:
-    if isinstance(one, Mapping) and isinstance(two, Mapping):
-        return one.keys() == two.keys() and all(_equal(one[k], two[k]) for k in one)
-    if isinstance(one, (list, tuple)) and isinstance(two, (list, tuple)):
-        return len(one) == len(two) and all(map(_equal, one, two))
-    if isinstance(one, float) and isinstance(two, float):
-        return abs(one - two) <= _SAME * max(abs(one), abs(two))
-    return one == two
+def _equal(saved: Any, now: Any) -> bool:
+    if isinstance(saved, Mapping) and isinstance(now, Mapping):
+        return saved.keys() == now.keys() and all(_equal(saved[k], now[k]) for k in saved)
+    if isinstance(saved, (list, tuple)) and isinstance(now, (list, tuple)):
+        return len(saved) == len(now) and all(map(_equal, saved, now))
+    if isinstance(saved, float) and isinstance(now, float):
+        return abs(saved - now) <= _SAME * max(abs(saved), abs(now))
+    return saved == now

@@ -128,10 +128,11 @@ def _flags_of(
         sentences.append(f"the data do not depend on {p.name}{alone}")
     if split.flat[i]:
         flags.append(Flag.FLAT_DIRECTION)
-        others = [q.name for j, q in enumerate(parameters) if split.flat[j] and j != i]
-        partners += others
+        together = [q.name for j, q in enumerate(parameters) if split.flat[j] and j != i]
+        partners += together
         sentences.append(
-            f"{p.name} can change together with {_listed(others)} without changing the data{alone}"
+            f"{p.name} can change together with {_listed(together)} without changing the"
+            f" data{alone}"
         )
     if split.at_bound[i]:
         flags.append(Flag.AT_BOUND)

@@ -187,16 +187,16 @@ def _together(parts: Sequence[_Part]) -> tuple[FloatArray, FloatArray]:
 def _method(
     repeated: Sequence[object], single: Sequence[Sequence[BlockPlace]], noises: Sequence[ArNoise]
 ) -> str:
-    said: list[str] = []
+    parts: list[str] = []
     if repeated:
-        said.append(f"scatter of trials about the mean of their protocol ({len(repeated)})")
+        parts.append(f"scatter of trials about the mean of their protocol ({len(repeated)})")
     orders = [
         f"{group[0].block.channel} order {noise.order}"
         for group, noise in zip(single, noises, strict=True)
         if group[0].block.sample_interval is not None
     ]
     if orders:
-        said.append(f"autoregressive noise ({', '.join(orders)})")
+        parts.append(f"autoregressive noise ({', '.join(orders)})")
     if any(group[0].block.sample_interval is None for group in single):
-        said.append("white noise of rows without order in time")
-    return "sandwich covariance, Student's t; " + "; ".join(said)
+        parts.append("white noise of rows without order in time")
+    return "sandwich covariance, Student's t; " + "; ".join(parts)

@@ -70,8 +70,8 @@ def leave_one_out(
     for place in linear.places:
         if place.block.sample_interval is not None:
             raise InputError(
-                f"trial {place.block.trial}: leaving out single samples of a record proves nothing,"
-                " their neighbours give them away; hold out whole trials"
+                f"trial {place.block.trial}: single samples of a record cannot be left out,"
+                " because their neighbours predict them; hold out whole trials"
             )
     count = linear.residual.size
     if count <= len(parameters) + 1:
@@ -121,21 +121,23 @@ def refits_without(
         InputError: if a refit diverges.
     """
     count = residual.size
-    at, found = np.tile(optimum, (count, 1)), np.tile(residual, (count, 1))
+    at, left = np.tile(optimum, (count, 1)), np.tile(residual, (count, 1))
     evaluations, change = 0, math.inf
     for _ in range(most):
-        moved = np.stack([step(i, found[i], at[i]) for i in range(count)])
+        moved = np.stack([step(i, left[i], at[i]) for i in range(count)])
         change = float(np.max(np.abs(moved - at)))
         at = moved
         evaluations += count
         for i, answer in enumerate(simulate(scale.from_unit(at))):
             if answer is None:
-                raise InputError(f"without row {i + 1} the fit leaves what can be simulated")
-            found[i] = answer
+                raise InputError(
+                    f"without row {i + 1} the fit leaves the range that can be simulated"
+                )
+            left[i] = answer
         if change < tolerance:
             break
     return LeftOut(
-        residual=np.diag(found).copy(),
+        residual=np.diag(left).copy(),
         values=scale.from_unit(at),
         evaluations=evaluations,
         settled=change,

@@ -1,8 +1,16 @@
-"""Standard deviation of each channel's noise: given, from repeats, or from what a fit leaves."""
+"""Noise of each channel: given, from repeats of a protocol, or from what a fit leaves.
+
+Repeats have the same simulation, so their residuals differ by sensor noise and by what varies from
+trial to trial, whatever the simulator misses: `repeat_scatter`, pooled by degrees of freedom.
+Without repeats a fit weighs a channel by the root mean square of its residual (`NoiseModel`), model
+error included; a judgement of the model itself must not, and takes the sample-to-sample roughness
+(`pamsim.comparison.noise_floor`).
+"""
 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,6 +24,55 @@ _EXACT = (
     1e-6  # of the first residual: below this a channel is matched exactly, weights stop growing
 )
 _SMALLEST = 1e-12  # [SI unit of the channel], for a channel that is exact from the start
+
+
+@dataclass(frozen=True)
+class Scatter:
+    """Squared differences of repeats from their mean.
+
+    Attributes:
+        square: their sum [SI unit of the channel, squared].
+        freedom: degrees of freedom.
+    """
+
+    square: float
+    freedom: int
+
+    @property
+    def variance(self) -> float:
+        """Unbiased variance [SI unit of the channel, squared]."""
+        return self.square / self.freedom
+
+
+def pooled_deviation(scatter: Sequence[Scatter]) -> float:
+    """Standard deviation over several protocols [SI unit of the channel]."""
+    square = sum(part.square for part in scatter)
+    return float(np.sqrt(square / sum(part.freedom for part in scatter)))
+
+
+def repeat_scatter(
+    places: Sequence[BlockPlace], residual: FloatArray
+) -> dict[tuple[str, str], Scatter]:
+    """How far the repeats of each protocol scatter, cut to the shortest of them.
+
+    Args:
+        places: blocks of all trials.
+        residual: shape (n,) [SI units of the channels].
+
+    Returns:
+        (channel, protocol) -> scatter, for protocols with two trials or more.
+    """
+    groups: dict[tuple[str, str], list[FloatArray]] = {}
+    for place in places:
+        key = place.block.channel, place.block.protocol
+        groups.setdefault(key, []).append(residual[place.rows])
+    scatter: dict[tuple[str, str], Scatter] = {}
+    for key, trials in groups.items():
+        if len(trials) > 1:
+            runs = np.stack([trial[: min(map(len, trials))] for trial in trials])
+            square = float(np.sum((runs - runs.mean(axis=0)) ** 2))
+            scatter[key] = Scatter(square, (runs.shape[0] - 1) * runs.shape[1])
+    return scatter
 
 
 class NoiseModel:
@@ -36,22 +93,15 @@ class NoiseModel:
             channel: max(_EXACT * _rms(first, rows), _SMALLEST)
             for channel, rows in _rows(self._places).items()
         }
-        self._repeats: dict[str, list[list[slice]]] = {}
-        groups: dict[tuple[str, str, int], list[slice]] = {}
-        for place in self._places:
-            if place.block.noise_sd is None:
-                key = place.block.channel, place.block.protocol, place.block.residual.size
-                groups.setdefault(key, []).append(place.rows)
-        for (channel, _, _), rows in groups.items():
-            if len(rows) > 1:
-                self._repeats.setdefault(channel, []).append(rows)
+        self._estimated = tuple(p for p in self._places if p.block.noise_sd is None)
+        self._repeated = {channel for channel, _ in repeat_scatter(self._estimated, first)}
 
     def source(self, channel: str) -> NoiseSource:
         """Where the noise of a channel comes from."""
         blocks = [p.block for p in self._places if p.block.channel == channel]
         if all(block.noise_sd is not None for block in blocks):
             return NoiseSource.GIVEN
-        return NoiseSource.REPEATS if channel in self._repeats else NoiseSource.RESIDUAL
+        return NoiseSource.REPEATS if channel in self._repeated else NoiseSource.RESIDUAL
 
     @property
     def fixed(self) -> bool:
@@ -67,23 +117,20 @@ class NoiseModel:
         Returns:
             Channel -> standard deviation [SI unit of the channel].
         """
-        found: dict[str, float] = {}
-        for channel in self._floor:
+        scatter = repeat_scatter(self._estimated, residual)
+        noise: dict[str, float] = {}
+        for channel, smallest in self._floor.items():
             own = [p for p in self._places if p.block.channel == channel]
-            free = [p.rows for p in own if p.block.noise_sd is None]
-            if not free:
+            repeats = [s for (name, _), s in scatter.items() if name == channel]
+            estimated = [p.rows for p in own if p.block.noise_sd is None]
+            if not estimated:
                 given = [p.block.noise_sd or 0.0 for p in own for _ in range(p.block.residual.size)]
-                found[channel] = float(np.sqrt(np.mean(np.square(given))))
-            elif channel in self._repeats:
-                square, freedom = 0.0, 0
-                for rows in self._repeats[channel]:
-                    runs = np.stack([residual[r] for r in rows])
-                    square += float(np.sum((runs - runs.mean(axis=0)) ** 2))
-                    freedom += (runs.shape[0] - 1) * runs.shape[1]
-                found[channel] = max(float(np.sqrt(square / freedom)), self._floor[channel])
+                noise[channel] = float(np.sqrt(np.mean(np.square(given))))
+            elif repeats:
+                noise[channel] = max(pooled_deviation(repeats), smallest)
             else:
-                found[channel] = max(_rms(residual, free), self._floor[channel])
-        return found
+                noise[channel] = max(_rms(residual, estimated), smallest)
+        return noise
 
     def deviation(self, noise: Mapping[str, float]) -> FloatArray:
         """Standard deviation of every row, shape (n,) [SI units of the channels]."""

@@ -92,14 +92,14 @@ def profile(
         raise InputError(f"no parameter {name!r} to profile; {nearest(name, names)}")
     if points < 3:
         raise InputError(f"{points} points make no profile; give three or more")
-    walk = _Walk(simulate, parameters, fit, names.index(name), max_iterations)
-    low = walk.side(-1.0, (points - 1) // 2)
-    high = walk.side(1.0, points // 2)
-    return walk.profile(low, high)
+    path = _Path(simulate, parameters, fit, names.index(name), max_iterations)
+    low = path.side(-1.0, (points - 1) // 2)
+    high = path.side(1.0, points // 2)
+    return path.profile(low, high)
 
 
-class _Walk:
-    """One parameter's way from the optimum to both sides, in the unit cube."""
+class _Path:
+    """Values of one parameter from its optimum to both sides, in the unit cube."""
 
     def __init__(
         self,
@@ -135,7 +135,7 @@ class _Walk:
         self._seen: dict[float, tuple[float, FloatArray]] = {self._middle: (0.0, best)}
 
     def side(self, sign: float, count: int) -> float | None:
-        """Walk to one side; return where the rise reaches the threshold, in the unit range."""
+        """Go to one side; return where the rise reaches the threshold, in the unit range."""
         bound = 0.0 if sign < 0.0 else 1.0
         room = abs(bound - self._middle)
         distances = [self._reach * k / count for k in range(1, count + 1)]
@@ -167,8 +167,8 @@ class _Walk:
     def _onward(self, here: float, near: float, behind: Sequence[float]) -> FloatArray:
         """Continue the line through the two nearest points: the valley is followed, not climbed."""
         second = min(behind, key=lambda u: abs(u - near))
-        one, two = self._seen[near][1], self._seen[second][1]
-        return np.clip(one + (one - two) * (here - near) / (near - second), 0.0, 1.0)
+        first, further = self._seen[near][1], self._seen[second][1]
+        return np.clip(first + (first - further) * (here - near) / (near - second), 0.0, 1.0)
 
     def _closing(self, inside: float, outside: float) -> float:
         """Close in on the threshold; the root of the rise is nearly straight."""
@@ -183,11 +183,11 @@ class _Walk:
         return self._crossing(inside, outside)
 
     def _crossing(self, inside: float, outside: float) -> float:
-        one, two = (np.sqrt(max(self._seen[u][0], 0.0)) for u in (inside, outside))
+        low, high = (np.sqrt(max(self._seen[u][0], 0.0)) for u in (inside, outside))
         level = np.sqrt(self._threshold)
-        if two > _STEEP * level:
+        if high > _STEEP * level:
             return 0.5 * (inside + outside)
-        return inside + (outside - inside) * float((level - one) / (two - one))
+        return inside + (outside - inside) * float((level - low) / (high - low))
 
     def profile(self, low: float | None, high: float | None) -> Profile:
         """Put the points in order and into words."""
@@ -217,19 +217,19 @@ class _Walk:
         p = self._parameter
         unit = "" if p.unit == "1" else f" {p.unit}"
         if low is not None and high is not None:
-            said = f"{p.name} lies between {low:.4g} and {high:.4g}{unit}; closed on both sides"
+            sentence = f"{p.name} lies between {low:.4g} and {high:.4g}{unit}; closed on both sides"
         elif low is None and high is None:
-            said = (
+            sentence = (
                 f"the profile of {p.name} closes on neither side: nothing in its range,"
                 f" {p.low:.4g} to {p.high:.4g}{unit}, contradicts the data"
             )
         else:
             side, end, bound = ("below", high, p.low) if low is None else ("above", low, p.high)
             word = "at most" if low is None else "at least"
-            said = (
+            sentence = (
                 f"{p.name} is {word} {end:.4g}{unit}; the profile does not close {side} before the"
                 f" end of its range, {bound:.4g}{unit}"
             )
         if smallest < -_BETTER:
-            said += "; a better fit than the optimum was found on the way: use more starts"
-        return said
+            sentence += "; a better fit than the optimum was found on the way: use more starts"
+        return sentence

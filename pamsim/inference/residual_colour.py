@@ -1,6 +1,6 @@
-"""Colour of the noise behind fitted residuals, corrected for what the fit has absorbed.
+"""Colour of the noise behind fitted residuals, corrected for what the fit has followed.
 
-A fit with p parameters absorbs the slow part of the noise: an AR model of what is left is too white
+A fit with p parameters follows the slow part of the noise: an AR model of what is left is too white
 and intervals built on it too narrow. For noise e of covariance O and an estimate that responds by
 -G^T e, the residual r = e - J G^T e has the covariance
 
@@ -137,5 +137,5 @@ def _lag_sums(first: FloatArray, second: FloatArray, most: int) -> FloatArray:
     if most == 0:
         return np.array([np.sum(first * second)])
     length = 1 << (first.shape[0] + most - 1).bit_length()
-    one, two = (np.fft.rfft(side, length, axis=0) for side in (first, second))
-    return np.fft.irfft(np.sum(np.conj(one) * two, axis=1), length)[: most + 1]
+    spectrum, other = (np.fft.rfft(side, length, axis=0) for side in (first, second))
+    return np.fft.irfft(np.sum(np.conj(spectrum) * other, axis=1), length)[: most + 1]

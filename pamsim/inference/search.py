@@ -65,7 +65,7 @@ def search(
     free: NDArray[np.bool_] | None = None,
     rough: bool = False,
 ) -> SearchEnd:
-    """Follow one start to its end, the noise estimated anew after each round.
+    """Follow one start to its end, the noise estimated again after each round.
 
     Args:
         cost: of the rows and priors.

@@ -51,9 +51,9 @@ def starting_places(
     for _ in range(1 + _TRIES):
         tried += len(drawn)
         good += [
-            (place, found)
-            for place, found in zip(drawn, residual.many(drawn), strict=True)
-            if found is not None
+            (place, misfit)
+            for place, misfit in zip(drawn, residual.many(drawn), strict=True)
+            if misfit is not None
         ]
         if len(good) >= starts:
             return good[:starts]
