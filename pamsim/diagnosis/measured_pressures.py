@@ -22,18 +22,19 @@ from pamsim.core.experiment import Experiment
 from pamsim.core.recording import Outcome
 from pamsim.core.trial import Trial
 from pamsim.diagnosis.method.where import Cell, cells
+from pamsim.effects.catalog import EFFECTS
 from pamsim.engine.batch import simulate_batch
 from pamsim.engine.rig import Rig
 from pamsim.inference.residual_block import ResidualBlock, layout, stacked
 
-_DIRECT = {
-    "valve.line_lag": 0.0,
-    "valve.delay": 0.0,
-    "valve.dead_zone": 0.0,
-    "valve.regulator_dead_band": 0.0,
-    "valve.supply_resistance": 0.0,
-    "chamber.leak_conductance": 0.0,
+_DIRECT = {"valve.regulator_dead_band": 0.0} | {
+    parameter.name: parameter.neutral
+    for effect in EFFECTS.values()
+    if effect.upstream_of_pressure
+    for parameter in effect.parameters
+    if parameter.neutral is not None
 }
+"""Rig parameters with which pressures follow their set points without delay or loss."""
 
 _RATE = 500.0  # of set points [Hz]: several within a sample of a usual recording
 _STEPS = 3.0  # time steps in which pressures follow at the quickest

@@ -12,6 +12,7 @@ EFFECTS = (
         parameters=(EffectParameter(name="valve.delay", typical=0.01, low=0.0, high=0.1),),
         look_alikes=("line_lag", "pressure_lag"),
         separating="sharp steps at a high sampling rate: a delay stays flat first",
+        upstream_of_pressure=True,
     ),
     Effect(
         name="line_lag",
@@ -20,5 +21,6 @@ EFFECTS = (
         parameters=(EffectParameter(name="valve.line_lag", typical=0.02, low=0.0, high=0.5),),
         look_alikes=("valve_delay", "pressure_lag", "valve_flow"),
         separating="sharp steps at a high sampling rate: a lag responds at once",
+        upstream_of_pressure=True,
     ),
 )

@@ -17,12 +17,6 @@ TILTED = "{tilted}"
 SECOND_MUSCLE = "{second_muscle}"
 """Placeholder for the second of a rig's two muscles."""
 
-PATH_DEPENDENT = "depends on the path, which angles at rest do not determine"
-"""Why an effect with memory is not tried on a table of angles at rest."""
-
-ACTS_ON_PRESSURE = "acts on the pressure, which the table gives as measured"
-"""Why an effect upstream of the pressure is not tried on a table of angles at rest."""
-
 
 @dataclass(frozen=True, kw_only=True)
 class EffectParameter:
@@ -91,7 +85,8 @@ class Effect:
         probes: sizes, in units of the typical one, at which its signature is taken: one small one,
             or, of an effect with a threshold, several, so that it acts at one of them.
         in_trials: whether recordings over time are searched for it.
-        invisible_at_rest: why tables of angles at rest are not searched for it; empty if they are.
+        path_dependent: whether its force depends on the path, not on the present state alone.
+        upstream_of_pressure: whether it acts through the pressures alone.
     """
 
     name: str
@@ -102,4 +97,14 @@ class Effect:
     separating: str
     probes: tuple[float, ...] = (0.3,)
     in_trials: bool = True
-    invisible_at_rest: str = ""
+    path_dependent: bool = False
+    upstream_of_pressure: bool = False
+
+    @property
+    def invisible_at_rest(self) -> str:
+        """Why tables of angles at rest cannot show it; empty if they can."""
+        if self.path_dependent:
+            return "depends on the path, which angles at rest do not determine"
+        if self.upstream_of_pressure:
+            return "acts on the pressure, which the table gives as measured"
+        return ""

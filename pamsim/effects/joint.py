@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from pamsim.effects.effect import JOINT, PATH_DEPENDENT, TILTED, Effect, EffectParameter
+from pamsim.effects.effect import JOINT, TILTED, Effect, EffectParameter
 
 EFFECTS = (
     Effect(
@@ -16,7 +16,7 @@ EFFECTS = (
         separating="equal loops at two common pressures: dry friction keeps their width,"
         " the muscle's hysteresis widens with pressure",
         probes=(0.1, 0.5, 2.0),
-        invisible_at_rest=PATH_DEPENDENT,
+        path_dependent=True,
     ),
     Effect(
         name="stribeck_friction",
@@ -36,7 +36,7 @@ EFFECTS = (
         look_alikes=("coulomb_friction",),
         separating="a triangle so slow that the arm turns at less than 0.05 rad/s",
         probes=(0.1, 0.5, 2.0),
-        invisible_at_rest=PATH_DEPENDENT,
+        path_dependent=True,
     ),
     Effect(
         name="viscous_friction",

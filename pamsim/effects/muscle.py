@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from pamsim.effects.effect import PATH_DEPENDENT, SECOND_MUSCLE, Effect, EffectParameter
+from pamsim.effects.effect import SECOND_MUSCLE, Effect, EffectParameter
 
 EFFECTS = (
     Effect(
@@ -22,7 +22,7 @@ EFFECTS = (
         separating="equal loops at two common pressures: hysteresis grows with pressure, dry"
         " friction does not",
         probes=(0.1, 0.5, 2.0),
-        invisible_at_rest=PATH_DEPENDENT,
+        path_dependent=True,
     ),
     Effect(
         name="viscoelastic_creep",
@@ -41,7 +41,7 @@ EFFECTS = (
         ),
         look_alikes=("muscle_hysteresis", "air_leak", "thermal_relaxation"),
         separating="a long hold at constant measured pressure",
-        invisible_at_rest=PATH_DEPENDENT,
+        path_dependent=True,
     ),
     Effect(
         name="threshold_pressure",

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from pamsim.effects.effect import ACTS_ON_PRESSURE, Effect, EffectParameter
+from pamsim.effects.effect import Effect, EffectParameter
 
 EFFECTS = (
     Effect(
@@ -14,7 +14,7 @@ EFFECTS = (
         ),
         look_alikes=("pressure_scale", "pressure_bias", "supply_sag"),
         separating="shut the valves at a high pressure and watch the pressure for some seconds",
-        invisible_at_rest=ACTS_ON_PRESSURE,
+        upstream_of_pressure=True,
     ),
     Effect(
         name="supply_sag",
@@ -26,7 +26,7 @@ EFFECTS = (
         look_alikes=("valve_flow", "air_leak"),
         separating="a gauge on the supply while a muscle is filled from empty",
         probes=(0.1, 0.5, 2.0),
-        invisible_at_rest=ACTS_ON_PRESSURE,
+        upstream_of_pressure=True,
     ),
     Effect(
         name="valve_dead_zone",
@@ -36,7 +36,7 @@ EFFECTS = (
         look_alikes=("coulomb_friction", "valve_flow"),
         separating="increase the valve opening in small steps from shut",
         probes=(0.1, 0.5, 2.0),
-        invisible_at_rest=ACTS_ON_PRESSURE,
+        upstream_of_pressure=True,
     ),
     Effect(
         name="valve_flow",
@@ -62,7 +62,7 @@ EFFECTS = (
         ),
         look_alikes=("supply_sag", "line_lag", "thermal_relaxation"),
         separating="fill from empty and vent from full with a valve wide open",
-        invisible_at_rest=ACTS_ON_PRESSURE,
+        upstream_of_pressure=True,
     ),
     Effect(
         name="thermal_relaxation",

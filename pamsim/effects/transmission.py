@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from pamsim.effects.effect import PATH_DEPENDENT, Effect, EffectParameter
+from pamsim.effects.effect import Effect, EffectParameter
 
 EFFECTS = (
     Effect(
@@ -16,7 +16,7 @@ EFFECTS = (
         ),
         look_alikes=("muscle_hysteresis", "coulomb_friction"),
         separating="small reversals at low stiffness, the angle read on both sides of the chain",
-        invisible_at_rest=PATH_DEPENDENT,
+        path_dependent=True,
     ),
     Effect(
         name="chain_compliance",
