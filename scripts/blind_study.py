@@ -77,7 +77,7 @@ def run_one(task: tuple[str, str, int]) -> tuple[str, str, int, dict[str, Any]]:
 
 
 def found_row(report: DiagnosisReport, hidden: SyntheticRecording) -> dict[str, Any]:
-    """What a diagnosis said, and the truth's own numbers beside it."""
+    """What a diagnosis said, and the ground truth's numbers beside it."""
     found = report.found
     layout = {t.name: t.protocol for t in report.data.trials}
     best = found.named.best
@@ -127,7 +127,7 @@ def found_row(report: DiagnosisReport, hidden: SyntheticRecording) -> dict[str, 
 
 
 def true_cells(report: DiagnosisReport, clean: SyntheticRecording) -> list[list[Any]]:
-    """Where the hidden effect truly shows: noise-free truth against the refitted base model."""
+    """Where the effect truly shows: noise-free ground truth against the refitted base model."""
     floor = report.found.floor
     first: dict[str, str] = {}
     for trial in report.data.trials:

@@ -1,6 +1,6 @@
 """What is hidden in every data set of the blind study, and how its recordings are made.
 
-Sizes are set by the excess over the noise floor that an effect leaves once the ordinary parameters
+Sizes are set by the excess over the noise floor that an effect leaves once the nuisance parameters
 are refitted: 0.3, 1.5 and 10 floors, from the size at which it leaves one floor.
 """
 
@@ -89,7 +89,7 @@ class Condition:
         coloured: whether half of the noise drifts.
         variation: from trial to trial.
         removed: effects that the diagnosis is not allowed to try.
-        seed: of everything random.
+        seed: random seed.
     """
 
     kind: str

@@ -63,7 +63,7 @@ def pressure_slope(par: Row, tendon_length: float, pressure: float) -> float:
 
 
 def muscle_stiffness(par: Row, tendon_length: float, pressure: float) -> Stiffness:
-    """Stiffness dF/dl of one shut muscle under any force law the kernel knows.
+    """Stiffness dF/dl of one shut muscle under any force law of the kernel.
 
     The derivatives of the law are taken by finite differences, so that a new law needs no change
     here. At the kink of a pressure threshold they average both sides.

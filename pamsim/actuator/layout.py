@@ -1,7 +1,7 @@
 """Where each number of a muscle lies: in ``model.actuator_user`` and in ``data.act``.
 
-All parameters live in the model and all memory in the state, so a saved model and a saved state
-replay bit for bit, and a batch can give every simulation its own parameters.
+All parameters are stored in the model and all memory in the state, so a saved model and a saved
+state replay bit for bit, and a batch can give every simulation its own parameters.
 
 ``actuator_user`` row: signature, codes of the chosen laws, the actuator at the other end of
 the chain (its id plus 1, 0 for none), then every group's fields in their declared order. ``act`` of

@@ -1,4 +1,4 @@
-"""One measured signal with what a rig makes of it, and the unit in which people read it."""
+"""One measured signal beside its simulations, and the unit in which it is shown."""
 
 from __future__ import annotations
 
@@ -17,19 +17,19 @@ _SHOWN_UNIT = {"angle": ("deg", DEG_PER_RAD), "pressure": ("kPa", 1.0 / PA_PER_K
 
 
 def shown_unit(channel: str) -> tuple[str, float]:
-    """Unit in which a channel is written, and what to multiply its SI values by."""
+    """Unit in which a channel is shown, and the factor on its SI values."""
     return _SHOWN_UNIT.get(channel.split("_")[0], ("N", 1.0))
 
 
 @dataclass(frozen=True, kw_only=True)
 class Comparison:
-    """One channel of one trial, or a static table, with what the rig made of it.
+    """One channel of one trial, or a static table, with its simulations.
 
     Attributes:
         trial: name of the trial or table.
         protocol: of the trial.
         channel: such as ``pressure_1``.
-        held_out: whether it was kept from the fit.
+        held_out: whether it was held out of the fit.
         time: (n,) [s]; of a static table, the numbers of its rows.
         measured: (n,) [SI].
         before: (n,) simulated with the rig as it was; None if a run broke down.
@@ -57,7 +57,7 @@ class Comparison:
 
     def to_dict(self) -> dict[str, Any]:
         """JSON-safe form without the signals over time."""
-        found: dict[str, Any] = {
+        entry: dict[str, Any] = {
             "trial": self.trial,
             "protocol": self.protocol,
             "channel": self.channel,
@@ -68,7 +68,7 @@ class Comparison:
         }
         if self.table is not None:
             scale = shown_unit(self.channel)[1]
-            found["rows"] = [
+            entry["rows"] = [
                 {
                     "row": row,
                     "pressure_kpa": (self.table.pressure[i] / PA_PER_KPA).tolist(),
@@ -79,4 +79,4 @@ class Comparison:
                 }
                 for i, row in enumerate(self.table.rows)
             ]
-        return found
+        return entry

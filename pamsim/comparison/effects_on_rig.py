@@ -35,12 +35,12 @@ def rig_name(rig: Rig, name: str) -> str:
 
 
 def _on_rig(rig: Rig, parameter: EffectParameter) -> RigParameter:
-    found = rig_parameter(rig, rig_name(rig, parameter.name))
-    if parameter.unit and found.spec.unit != parameter.unit:
+    own = rig_parameter(rig, rig_name(rig, parameter.name))
+    if parameter.unit and own.spec.unit != parameter.unit:
         raise InputError(
-            f"{found.name} of this rig's force law is in {found.spec.unit}, not {parameter.unit}"
+            f"{own.name} of this rig's force law is in {own.spec.unit}, not {parameter.unit}"
         )
-    return found
+    return own
 
 
 def at_size(rig: Rig, effect: Effect, size: float) -> dict[str, float]:
@@ -56,9 +56,9 @@ def at_size(rig: Rig, effect: Effect, size: float) -> dict[str, float]:
     """
     values: dict[str, float] = {}
     for parameter in effect.parameters:
-        found = _on_rig(rig, parameter)
-        value = parameter.at(size, found.value)
-        values[found.name] = min(max(value, found.spec.low), found.spec.high)
+        own = _on_rig(rig, parameter)
+        value = parameter.at(size, own.value)
+        values[own.name] = min(max(value, own.spec.low), own.spec.high)
     return values
 
 
@@ -68,18 +68,18 @@ def candidate(rig: Rig, effect: Effect) -> Candidate:
     Raises:
         InputError: if the rig does not have what the effect acts on.
     """
-    found = [_on_rig(rig, p) for p in effect.parameters]
-    free = tuple(_free(p, r) for p, r in zip(effect.parameters, found, strict=True))
+    own = [_on_rig(rig, p) for p in effect.parameters]
+    free = tuple(_free(p, r) for p, r in zip(effect.parameters, own, strict=True))
     neutral = {
         r.name: r.value if p.neutral is None or p.relative else p.neutral
-        for p, r in zip(effect.parameters, found, strict=True)
+        for p, r in zip(effect.parameters, own, strict=True)
         if not p.shape
     }
-    shapes = [r.name for p, r in zip(effect.parameters, found, strict=True) if p.shape]
+    shapes = [r.name for p, r in zip(effect.parameters, own, strict=True) if p.shape]
     variants: list[dict[str, float]] = [{}]
     variants += [
         {r.name: value}
-        for p, r in zip(effect.parameters, found, strict=True)
+        for p, r in zip(effect.parameters, own, strict=True)
         if p.shape
         for value in p.starts
     ]
@@ -113,12 +113,12 @@ def candidates(rig: Rig, names: Sequence[str] = ()) -> tuple[tuple[Candidate, ..
     return tuple(tried), skipped
 
 
-def _free(parameter: EffectParameter, found: RigParameter) -> FreeParameter:
-    low, high = sorted(parameter.bounds(found.value))
-    low, high = max(low, found.spec.low), min(high, found.spec.high)
-    if found.spec.low_open and low <= found.spec.low:
-        low = found.spec.low + 1e-6 * (high - found.spec.low)
-    start = min(max(parameter.at(1.0, found.value), low), high)
+def _free(parameter: EffectParameter, own: RigParameter) -> FreeParameter:
+    low, high = sorted(parameter.bounds(own.value))
+    low, high = max(low, own.spec.low), min(high, own.spec.high)
+    if own.spec.low_open and low <= own.spec.low:
+        low = own.spec.low + 1e-6 * (high - own.spec.low)
+    start = min(max(parameter.at(1.0, own.value), low), high)
     return FreeParameter(
-        name=found.name, unit=found.spec.unit, start=start, low=low, high=high, scale="linear"
+        name=own.name, unit=own.spec.unit, start=start, low=low, high=high, scale="linear"
     )

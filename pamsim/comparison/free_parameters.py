@@ -62,7 +62,7 @@ class FreedParameter:
 
     @property
     def written_unit(self) -> str:
-        """Unit the rig's file has it in; SI if the file lacks it."""
+        """Unit the rig's file has it in; SI if the file does not state it."""
         return self.before.stated.unit if self.before.stated else self.before.spec.unit
 
     def written(self, value: float) -> float:
@@ -136,7 +136,7 @@ def freed_parameters(
         ParameterError: for a range that is empty or leaves the present value out.
     """
     given = dict(bounds or {})
-    found: list[FreedParameter] = []
+    freed: list[FreedParameter] = []
     for group in wanted:
         names = tuple(name.strip() for name in group.split("="))
         parameters = [rig_parameter(rig, name) for name in names]
@@ -144,14 +144,14 @@ def freed_parameters(
         if len(units) > 1:
             raise InputError(f"`free` {group}: one number cannot be both {' and '.join(units)}")
         for name in names:
-            _refuse_doubled(name, [n for freed in found for n in freed.names])
+            _refuse_doubled(name, [n for other in freed for n in other.names])
         limits = [given.pop(name) for name in names if name in given]
-        found.append(_freed(names, parameters, limits[0] if limits else None, prior))
+        freed.append(_freed(names, parameters, limits[0] if limits else None, prior))
     if given:
-        known = [name for freed in found for name in freed.names]
+        known = [name for parameter in freed for name in parameter.names]
         unknown = next(iter(given))
         raise InputError(f"`bounds` of {unknown}: it is not free; {nearest(unknown, known)}")
-    return tuple(found)
+    return tuple(freed)
 
 
 def _refuse_doubled(name: str, before: Sequence[str]) -> None:

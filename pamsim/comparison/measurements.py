@@ -1,4 +1,4 @@
-"""What a rig is calibrated to: trials over time and angles at rest, from any number of places."""
+"""Measurements of a rig: trials over time and angles at rest, from any number of files."""
 
 from __future__ import annotations
 
@@ -59,18 +59,18 @@ def read_calibration_data(sources: Sequence[str | os.PathLike[str]]) -> Calibrat
             tables.append(table)
             notes += table.notes
             continue
-        found = read_recordings(source)
-        rigs[found.rig] = str(source)
+        recording = read_recordings(source)
+        rigs[recording.rig] = str(source)
         # Trials of two recordings may well have the same file names.
         stem = f"{_stem(Path(source))}/" if len(recordings) > 1 else ""
         trials += [
             replace(trial, name=f"{stem}{trial.name}", protocol=f"{stem}{trial.protocol}")
-            for trial in found.trials
+            for trial in recording.trials
         ]
-        notes += [f"{stem}{note}" if stem else note for note in found.notes]
+        notes += [f"{stem}{note}" if stem else note for note in recording.notes]
     if len(rigs) > 1:
-        told = " and ".join(f"{source} of {rig!r}" for rig, source in rigs.items())
-        raise InputError(f"the recordings are of different rigs: {told}; calibrate one at a time")
+        pairs = " and ".join(f"{source} of {rig!r}" for rig, source in rigs.items())
+        raise InputError(f"the recordings are of different rigs: {pairs}; calibrate one at a time")
     data = CalibrationData(
         sources=tuple(str(source) for source in sources),
         rig=next(iter(rigs), None),

@@ -138,37 +138,37 @@ def _noise(trial: Trial) -> FloatArray:
 
     At least that of rounding to the converter's step.
     """
-    found = np.zeros(trial.muscles)
+    noise = np.zeros(trial.muscles)
     for muscle, channel in enumerate(_channels(trial)):
         measured = trial.measured.get(channel)
         if measured is not None:
             # Neighbouring values of a converter are a step apart, those of a finer record are not.
             step = float(np.min(np.diff(np.unique(measured)), initial=np.inf))
             rounding = step / _UNIFORM if np.isfinite(step) else 0.0
-            found[muscle] = max(rough_noise(measured, 1), rounding)
-    return found
+            noise[muscle] = max(rough_noise(measured, 1), rounding)
+    return noise
 
 
-def _noise_of_repeats(one: Trial, other: Trial) -> FloatArray:
+def _noise_of_repeats(first: Trial, second: Trial) -> FloatArray:
     """Noise of each muscle's pressure sensor, (m,) [Pa], drift as two repeats show it included."""
-    found = np.maximum(_noise(one), _noise(other))
-    for muscle, channel in enumerate(_channels(one)):
-        if channel in one.measured and channel in other.measured:
-            apart = (one.measured[channel] - other.measured[channel]) / np.sqrt(2.0)
-            found[muscle] = max(found[muscle], _drifting(apart))
-    return found
+    noise = np.maximum(_noise(first), _noise(second))
+    for muscle, channel in enumerate(_channels(first)):
+        if channel in first.measured and channel in second.measured:
+            apart = (first.measured[channel] - second.measured[channel]) / np.sqrt(2.0)
+            noise[muscle] = max(noise[muscle], _drifting(apart))
+    return noise
 
 
 def _drifting(miss: FloatArray) -> float:
-    """Noise of a signal from which its smooth part is taken, drift included [as the signal]."""
+    """Noise of a signal without its smooth part, drift included [as the signal]."""
     return rough_noise(miss, max(len(miss) // _LAGS, 1))
 
 
-def _same_settings(one: Trial, other: Trial) -> bool:
+def _same_settings(first: Trial, second: Trial) -> bool:
     return (
-        one.protocol == other.protocol
-        and one.command_kind == other.command_kind
-        and one.load == other.load
-        and np.array_equal(one.time, other.time)
-        and np.array_equal(one.command, other.command)
+        first.protocol == second.protocol
+        and first.command_kind == second.command_kind
+        and first.load == second.load
+        and np.array_equal(first.time, second.time)
+        and np.array_equal(first.command, second.command)
     )

@@ -151,8 +151,8 @@ class TrialSimulator:
 
     def whole(self, values: Values) -> FloatArray | None:
         """Residual of all trials in coarse steps, corrected, (n,) [SI], or None."""
-        (found,) = self._run([values], held_out=True, fine=False)
-        return None if found is None else found + self._correction
+        (residual,) = self._run([values], held_out=True, fine=False)
+        return None if residual is None else residual + self._correction
 
     def fit_rows(self, sets: Sequence[Values], *, fine: bool = False) -> list[FloatArray | None]:
         """Residuals of the fitted trials, for several parameter sets in one call.
@@ -164,25 +164,25 @@ class TrialSimulator:
         Returns:
             For each shape (f,) [SI], or None where the simulation broke down.
         """
-        found = self._run(sets, held_out=False, fine=fine)
+        residuals = self._run(sets, held_out=False, fine=fine)
         if fine:
-            return found
+            return residuals
         correction = self._correction[self._is_fitted]
-        return [None if r is None else r + correction for r in found]
+        return [None if r is None else r + correction for r in residuals]
 
     def _run(
         self, sets: Sequence[Values], *, held_out: bool, fine: bool
     ) -> list[FloatArray | None]:
         self.evaluations += len(sets)
-        found: list[FloatArray | None] = []
+        residuals: list[FloatArray | None] = []
         for blocks in self.simulate(sets, held_out=held_out, fine=fine):
             if blocks is not None and self._layout is None and held_out:
                 self._layout = TrialLayout(places=layout(blocks), held_out=self.held_out)
                 self._is_fitted = self._layout.rows(self._layout.trials(held_out=False))
                 self._correction = np.zeros(self._is_fitted.size)
             if blocks is None:
-                found.append(None)
+                residuals.append(None)
                 continue
             places = self.layout.places if held_out else self.layout.fitted_places
-            found.append(stacked(blocks, places))
-        return found
+            residuals.append(stacked(blocks, places))
+        return residuals

@@ -80,11 +80,11 @@ class FractionalMaxwell(Hysteresis):
         error = 0.0
         for omega in (float(w) for w in np.geomspace(low, high, points) * (2.0 * math.pi)):
             exact = complex_stiffness(omega, self.order, self.time_constant, 1.0)
-            found = 0j
+            approximate = 0j
             for k in range(self.state_count):
                 rate = branch_rate(own, 0, k)
-                found += branch_weight(own, 0, k) * 1j * omega / (1j * omega + rate)
-            error = max(error, abs(found / exact - 1.0))
+                approximate += branch_weight(own, 0, k) * 1j * omega / (1j * omega + rate)
+            error = max(error, abs(approximate / exact - 1.0))
         return error
 
 

@@ -97,7 +97,7 @@ class PlaySum:
             raise InputError("every partial sum of the weights must be positive")
 
     def virgin(self) -> tuple[float, ...]:
-        """Memory of an operator that has seen no input."""
+        """Memory of an operator before any input."""
         return (0.0,) * len(self.weights)
 
     def step(self, memory: Sequence[float], x: float) -> tuple[tuple[float, ...], float]:
@@ -120,15 +120,15 @@ class PlaySum:
     def inverse_memory(self, memory: Sequence[float]) -> tuple[float, ...]:
         """Memory of `inverse` that belongs to a memory of this operator (Kuhnen 2003)."""
         sums = self._partial_sums()
-        found: list[float] = []
+        inverse: list[float] = []
         later = 0.0
         for k in range(len(self.weights) - 1, -1, -1):
-            found.append(sums[k + 1] * memory[k] + later)
+            inverse.append(sums[k + 1] * memory[k] + later)
             later += self.weights[k] * memory[k]
-        return tuple(reversed(found))
+        return tuple(reversed(inverse))
 
     def _partial_sums(self) -> list[float]:
-        """The partial sums S_0 ... S_n: sums of the pieces of the initial curve."""
+        """The partial sums S_0 ... S_n: gradients of the pieces of the initial curve."""
         sums = [self.linear]
         for weight in self.weights:
             sums.append(sums[-1] + weight)

@@ -1,4 +1,4 @@
-"""The inputs of twin data: safe at every seed, the same at one seed, different at two."""
+"""Inputs of synthetic recordings: safe at every seed, equal at one seed, different at two."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Every effect is nothing at neutral, shows at its probes, and says what it needs to say."""
+"""Every effect is nothing at neutral, shows at its probes, and states what diagnoses need."""
 
 from __future__ import annotations
 
