@@ -55,12 +55,12 @@ def estimated(u: Any, y: Any, options: dict[str, Any]) -> dict[str, Any]:
             poles = np.linalg.eigvals(model.A)
         else:
             poles = np.roots(np.ravel(model.G.den[0][0]))
-        found = time_constants(poles)
+        estimates = time_constants(poles)
     except Exception as error:  # a peer's failure is a result, not an end
         print(f"{options['id_method']}: {error!r}")
-        found = None
+        estimates = None
     seconds = time.perf_counter() - began
-    fast, slow = found or (None, None)
+    fast, slow = estimates or (None, None)
     return {"T1": fast, "T2": slow, "seconds": seconds}
 
 

@@ -1,4 +1,4 @@
-r"""How well a planted G2 is found again: error, coverage, false alarms, and public peers beside it.
+r"""Errors, coverage and false alarms of identify on a known G2, and of public peers.
 
     python scripts/identify_study.py [--workers 2] [--json scripts/results/identify_study.json]
 
@@ -154,8 +154,8 @@ def compared(name: str, seed: int) -> dict[str, Any]:
     rows: dict[str, Any] = {}
     for method, run in methods.items():
         began = time.perf_counter()
-        found = run()
-        rows[method] = {**found, "seconds": time.perf_counter() - began}
+        estimates = run()
+        rows[method] = {**estimates, "seconds": time.perf_counter() - began}
     return rows
 
 
@@ -206,12 +206,12 @@ def side_by_side(rows: list[dict[str, Any]]) -> dict[str, Any]:
     """Median errors, failures and times of each method over the same records."""
     table: dict[str, Any] = {}
     for method in rows[0]:
-        found = [row[method] for row in rows]
-        good = [f for f in found if f.get("T1") is not None and f.get("T2") is not None]
+        estimates = [row[method] for row in rows]
+        good = [f for f in estimates if f.get("T1") is not None and f.get("T2") is not None]
         entry: dict[str, Any] = {
-            "records": len(found),
-            "records_without_two_lags": len(found) - len(good),
-            "median_seconds": float(np.median([f["seconds"] for f in found])),
+            "records": len(estimates),
+            "records_without_two_lags": len(estimates) - len(good),
+            "median_seconds": float(np.median([f["seconds"] for f in estimates])),
         }
         for key, true in (("T1", FAST), ("T2", SLOW)):
             errors = [100.0 * abs(f[key] / true - 1.0) for f in good]

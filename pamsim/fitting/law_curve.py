@@ -146,8 +146,8 @@ def _scale_is_redundant(law: ForceLaw, braid: Braid, coefficients: list[Coeffici
         norms = np.linalg.norm(matrix, axis=0)
         if norms[0] == 0.0:
             continue
-        others = matrix[:, 1:] / np.where(norms[1:] > 0.0, norms[1:], 1.0)
+        rest_of_law = matrix[:, 1:] / np.where(norms[1:] > 0.0, norms[1:], 1.0)
         target = matrix[:, 0] / norms[0]
-        rest = target - others @ np.linalg.lstsq(others, target, rcond=1e-10)[0]
+        rest = target - rest_of_law @ np.linalg.lstsq(rest_of_law, target, rcond=1e-10)[0]
         return float(np.linalg.norm(rest)) < 1e-5
     return False

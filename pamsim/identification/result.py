@@ -18,7 +18,7 @@ from pamsim.identification.data import IdentifyData
 from pamsim.identification.models import Candidate
 from pamsim.identification.signals import Signal, UsedTrial
 from pamsim.identification.summary import summary_lines
-from pamsim.linear.estimate import Estimate
+from pamsim.inference.estimate import Estimate
 from pamsim.linear.identified_model import TrialScore
 from pamsim.linear.local_models import Dependence, LocalModelMap
 from pamsim.store.json_file import write_json

@@ -51,7 +51,7 @@ class Estimate:
         unit: SI, of value, interval and bounds.
         value: at the optimum, or as held.
         interval95: 95 % interval; None if held, at a bound, or not determined by the data.
-        bounds: range the fit was allowed.
+        bounds: range the fit was allowed; None if it is not stated.
         held: True if it was not fitted.
         flags: why not to quote it; empty if there is no reason.
         partners: parameters it trades off or shares a flat direction with.
@@ -66,7 +66,7 @@ class Estimate:
     unit: str
     value: float
     interval95: Interval | None
-    bounds: Interval
+    bounds: Interval | None = None
     held: bool = False
     flags: tuple[Flag, ...] = ()
     partners: tuple[str, ...] = ()

@@ -141,7 +141,7 @@ def fit_arx(
         UnderdeterminedError: the record does not determine the coefficients.
 
     Source: Matiskova 2021, equations (25)-(29); the gain constraint is added here because (30)
-    and (31) are printed with unit gain and the paper does not say how that was reached.
+    and (31) are printed with unit gain, without the method.
     """
     if not (np.isfinite(sample_time) and sample_time > 0.0):
         raise InputError(f"sample time {sample_time!r} s is not a positive time; give seconds > 0")

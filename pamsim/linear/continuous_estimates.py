@@ -7,10 +7,11 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
+from pamsim.inference.estimate import Estimate, Interval
 from pamsim.linear.continuous_structure import ContinuousStructure
-from pamsim.linear.estimate import Estimate, Interval, Optimum
 from pamsim.linear.identified_model import FitStatus
 from pamsim.linear.noise_weighted_fit import NoiseWeightedFit
+from pamsim.linear.optimum import Optimum
 
 FloatArray = NDArray[np.float64]
 
@@ -56,7 +57,7 @@ def continuous_estimates(
             sides = (0.0, latest_dead_time)
         elif half is not None:
             sides = (max(delay - half, 0.0), delay + half)
-        result.append(Estimate("L", "s", delay, sides))
+        result.append(Estimate(name="L", unit="s", value=delay, interval95=sides))
     return tuple(result)
 
 

@@ -11,9 +11,9 @@ from numpy.typing import NDArray
 from pamsim.core.errors import InputError
 from pamsim.linear.continuous_estimates import continuous_estimates, continuous_status
 from pamsim.linear.continuous_structure import ContinuousStructure
-from pamsim.linear.estimate import Optimum
 from pamsim.linear.identified_model import IdentifiedModel, score_trials
 from pamsim.linear.noise_weighted_fit import NoiseWeightedFit, noise_weighted_fit
+from pamsim.linear.optimum import Optimum
 from pamsim.linear.signal_record import SignalRecord, checked_records
 
 FloatArray = NDArray[np.float64]

@@ -5,9 +5,10 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from pamsim.inference.estimate import Estimate
 from pamsim.linear.discrete_structure import DiscreteStructure
-from pamsim.linear.estimate import Estimate, Optimum
 from pamsim.linear.identified_model import FitStatus
+from pamsim.linear.optimum import Optimum
 
 FloatArray = NDArray[np.float64]
 
@@ -36,7 +37,7 @@ def discrete_estimates(
         gradient = np.concatenate([np.full(na, -gain / static), np.full(nb, 1.0 / static)])
         result = [at.estimate("K", unit_gain, gain, gradient)]
     else:
-        result = [Estimate("K", unit_gain, gain, None)]
+        result = [Estimate(name="K", unit=unit_gain, value=gain, interval95=None)]
     poles = structure.poles(at.coordinates)
     lags = all(z.imag == 0.0 and 0.0 < z.real < 1.0 for z in poles)
     if lags and len(set(poles)) == na:

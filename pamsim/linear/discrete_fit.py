@@ -20,9 +20,9 @@ from pamsim.inference.coloured_noise import ArNoise, fit_ar_noise
 from pamsim.linear.arx import UnderdeterminedError, centred_regression
 from pamsim.linear.discrete_estimates import discrete_estimates, discrete_status
 from pamsim.linear.discrete_structure import DiscreteStructure, from_differences
-from pamsim.linear.estimate import Optimum
 from pamsim.linear.identified_model import IdentifiedModel, pooled_fit_percent, score_trials
 from pamsim.linear.noise_weighted_fit import noise_weighted_fit
+from pamsim.linear.optimum import Optimum
 from pamsim.linear.signal_record import SignalRecord, checked_records
 
 FloatArray = NDArray[np.float64]

@@ -12,9 +12,9 @@ from numpy.typing import NDArray
 
 from pamsim.core.errors import InputError
 from pamsim.inference.coloured_noise import ArNoise
+from pamsim.inference.estimate import Estimate, Interval
 from pamsim.linear.continuous_structure import ContinuousStructure
 from pamsim.linear.discrete_structure import DiscreteStructure
-from pamsim.linear.estimate import Estimate, Interval
 from pamsim.linear.fit_percent import fit_percent
 from pamsim.linear.signal_record import SignalRecord
 

@@ -1,9 +1,9 @@
 """A fit whose intervals hold under coloured noise: noise model, weighted refit, and which to keep.
 
-With a right structure, whitening by the noise model gives the best estimates and honest intervals.
-With a wrong one (hysteresis, a missing lag) the residuals hold the model's own error, and
-whitening it away gives a model that predicts one step well and simulates badly. So the weighted
-estimates are kept only while they lie within the unweighted ones' own uncertainty.
+With the right structure, whitening by the noise model gives the most precise estimates, and
+intervals at the stated coverage. With a wrong one (hysteresis, a missing lag) the residuals contain
+the model's own error, and whitening gives a model that predicts one step well and simulates badly.
+So the weighted estimates are kept only if they lie within the uncertainty of the unweighted ones.
 """
 
 # scipy carries no types: what it returns is Any at this file's boundary.
@@ -36,8 +36,8 @@ _student_quantile: Any = scipy.special.stdtrit
 
 _ROUNDS = 4
 _SETTLED = 0.02  # change between rounds, in standard errors
-_DISAGREE = 0.01  # p value below which the weighted estimates are given up
-_PERFECT = 1e-9  # residual over output, rms: what is left is rounding
+_DISAGREE = 0.01  # p-value below which the weighted estimates are rejected
+_PERFECT = 1e-9  # residual over output, RMS: below it there is only rounding
 
 
 @dataclass(frozen=True, eq=False)
@@ -49,7 +49,7 @@ class NoiseWeightedFit:
         covariance: of (x, theta); None if the data do not determine them.
         noise: model of the residuals.
         weighted: whether the kept optimum minimises the whitened residual.
-        disagreement: p value of weighted against unweighted estimates; None if alike by design.
+        disagreement: p-value of weighted against unweighted estimates; None if not weighted.
         quantile: of Student's t, for 95 % intervals [-].
     """
 
@@ -62,7 +62,7 @@ class NoiseWeightedFit:
 
 
 def noise_weighted_fit(problem: Separable, starts: Sequence[FloatArray]) -> NoiseWeightedFit:
-    """Fit plainly, model the residuals, refit whitened, keep what the data bear out.
+    """Fit plainly, model the residuals, refit whitened, keep the better supported estimates.
 
     Args:
         problem: what to fit.
@@ -91,24 +91,24 @@ def noise_weighted_fit(problem: Separable, starts: Sequence[FloatArray]) -> Nois
         better = minimise(problem, [kept.x], noise)
         evaluations += better.evaluations
         line = linearise(problem, better.x, better.theta, noise)
-        found = whitened_covariance(line)
-        if found is None or not better.settled:
+        latest = whitened_covariance(line)
+        if latest is None or not better.settled:
             return NoiseWeightedFit(plain, robust, noise, False, None, quantile)
         change = np.append(better.x - kept.x, better.theta - kept.theta)
-        kept, covariance = better, found
-        if np.max(np.abs(change) / np.sqrt(np.diag(found))) < _SETTLED:
+        kept, covariance = better, latest
+        if np.max(np.abs(change) / np.sqrt(np.diag(latest))) < _SETTLED:
             break
         raw = linearise(problem, kept.x, kept.theta, ArNoise((), 1.0))
         noise = fit_ar_noise(raw.residuals)
-    apart = np.append(kept.x - plain.x, kept.theta - plain.theta)
-    distance = float(apart @ np.linalg.lstsq(robust, apart, rcond=None)[0])
-    agree = float(_chi2_tail(apart.size, max(distance, 0.0)))
-    if agree < _DISAGREE:
+    moved = np.append(kept.x - plain.x, kept.theta - plain.theta)
+    distance = float(moved @ np.linalg.lstsq(robust, moved, rcond=None)[0])
+    p_value = float(_chi2_tail(moved.size, max(distance, 0.0)))
+    if p_value < _DISAGREE:
         plain = replace(plain, evaluations=evaluations)
         first = fit_ar_noise(linearise(problem, plain.x, plain.theta, ArNoise((), 1.0)).residuals)
-        return NoiseWeightedFit(plain, robust, first, False, agree, quantile)
+        return NoiseWeightedFit(plain, robust, first, False, p_value, quantile)
     kept = replace(kept, evaluations=evaluations)
-    return NoiseWeightedFit(kept, covariance, noise, True, agree, quantile)
+    return NoiseWeightedFit(kept, covariance, noise, True, p_value, quantile)
 
 
 def _unbiased(noise: ArNoise, inflation: float) -> ArNoise:

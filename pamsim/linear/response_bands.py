@@ -10,8 +10,8 @@ from numpy.typing import ArrayLike, NDArray
 from pamsim.core.errors import InputError
 from pamsim.inference.record_checks import finite_samples, uniform_interval
 from pamsim.linear.discrete_structure import DiscreteStructure
-from pamsim.linear.estimate import Optimum
 from pamsim.linear.identified_model import IdentifiedModel
+from pamsim.linear.optimum import Optimum
 
 FloatArray = NDArray[np.float64]
 

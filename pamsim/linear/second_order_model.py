@@ -23,7 +23,7 @@ class SecondOrderModel:
     a2: float
 
     def __post_init__(self) -> None:
-        """Check that the model is stable and turns the way it is told.
+        """Check that the model is stable and its gain is positive.
 
         Raises:
             InputError: if it does not.
@@ -41,7 +41,7 @@ class SecondOrderModel:
 
     @classmethod
     def of_fit(cls, fit: IdentifiedModel) -> SecondOrderModel:
-        """The model of a fit of two poles; its dead time is left to the margins.
+        """The model of a fit of two poles; its dead time must be covered by the margins.
 
         Raises:
             InputError: if the fit has another order or a zero.

@@ -22,7 +22,7 @@ from numpy.typing import NDArray
 
 from pamsim.inference.bounded_least_squares import Fit, bounded_least_squares, one_by_one
 from pamsim.inference.coloured_noise import ArNoise
-from pamsim.linear.estimate import central_differences
+from pamsim.linear.optimum import central_differences
 
 FloatArray = NDArray[np.float64]
 _toeplitz_product: Any = scipy.linalg.matmul_toeplitz

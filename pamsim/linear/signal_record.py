@@ -30,8 +30,8 @@ class SignalRecord:
         time: shape ``(n,)``, uniform and increasing [s].
         input: shape ``(n,)`` [unit_input].
         output: shape ``(n,)`` [unit_output].
-        unit_input: SI unit of the input, for the user's eyes.
-        unit_output: SI unit of the output, for the user's eyes.
+        unit_input: SI unit of the input, shown to the user.
+        unit_output: SI unit of the output, shown to the user.
         hold: ``zoh`` or ``foh``.
 
     Raises:
@@ -77,7 +77,7 @@ class SignalRecord:
 
 
 def checked_records(records: Sequence[SignalRecord]) -> tuple[SignalRecord, ...]:
-    """Return the records of one identification: at least one, names distinct, units alike.
+    """Return the records of one identification: at least one, names distinct, units equal.
 
     Args:
         records: the trials.

@@ -20,9 +20,9 @@ from pamsim.inference.coloured_noise import ArNoise
 from pamsim.inference.record_checks import increasing_time, varying_output
 from pamsim.linear.continuous_estimates import continuous_estimates, merged_lags
 from pamsim.linear.continuous_structure import ContinuousStructure
-from pamsim.linear.estimate import Optimum
 from pamsim.linear.first_second_order import unit_step
 from pamsim.linear.identified_model import FitStatus, IdentifiedModel, trial_score
+from pamsim.linear.optimum import Optimum
 from pamsim.linear.separable_fit import inverse_information
 
 FloatArray = NDArray[np.float64]

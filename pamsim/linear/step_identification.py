@@ -202,7 +202,7 @@ def _arx(
     t: FloatArray, y: FloatArray, interval: float, order: int, method: str, gain: float | None
 ) -> ArxStep:
     """Fit ARX(order, order) after the step, with the rest before it as history."""
-    # One sample of rest is what lets G2's b1 and b2 be told apart: afterwards u never changes.
+    # One sample of rest makes G2's b1 and b2 identifiable: afterwards u never changes.
     rest = np.zeros(lag(order, order, 1) - 1)
     unit = np.ones(t.size)
     try:

@@ -1,4 +1,4 @@
-"""``pamsim identify`` from a planted plant to its numbers, and from each slip to one line."""
+"""``pamsim identify`` from a planted plant to its numbers, and from each mistake to one line."""
 
 from __future__ import annotations
 

@@ -127,13 +127,13 @@ def test_a_trade_off_names_its_partner():
     assert fit.coefficients[0].partners == ("offset",)
 
 
-def test_a_sign_the_data_do_not_show_is_said():
+def test_a_sign_the_data_do_not_determine_is_flagged():
     y = 1.0 + 0.1 * np.cos(40.0 * X)
     fit = fit_curve(lambda v: v[0] + v[1] * (X - 0.5), y, (free("c"), free("k")))
     assert flags(fit) == {"c": set(), "k": {Flag.NOT_PINNED}}
 
 
-def test_linear_coefficients_are_told_from_the_others():
+def test_linear_coefficients_are_distinguished_from_nonlinear_ones():
     def curve(v):  # a scale over all, two linear terms, one exponent
         return v[0] * (v[1] * np.exp(v[2] * X) + v[3] * X)
 

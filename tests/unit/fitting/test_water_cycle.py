@@ -42,9 +42,9 @@ def run(cost, size, seed=0, **options):
     ids=["sphere", "Rosenbrock", "Rastrigin"],
 )
 def test_it_finds_the_optimum_of_known_functions(cost, where, shrinking):
-    found = run(cost, len(where), shrinking=shrinking)
-    assert found.value < 1e-4
-    assert found.x == pytest.approx(where, abs=0.02)
+    result = run(cost, len(where), shrinking=shrinking)
+    assert result.value < 1e-4
+    assert result.x == pytest.approx(where, abs=0.02)
 
 
 def test_the_same_generator_gives_the_same_search():
@@ -63,11 +63,11 @@ def test_its_best_never_gets_worse_and_stays_in_the_box():
         seen.append(x.copy())
         return float(np.sum(x))  # the optimum is a corner
 
-    found = run(cost, 2, iterations=50)
-    assert np.all(np.diff(found.history) <= 0.0)
+    result = run(cost, 2, iterations=50)
+    assert np.all(np.diff(result.history) <= 0.0)
     assert np.all(np.abs(seen) <= 5.0)
-    assert found.evaluations == len(seen)
-    assert found.value == pytest.approx(-10.0, abs=1e-3)
+    assert result.evaluations == len(seen)
+    assert result.value == pytest.approx(-10.0, abs=1e-3)
 
 
 def test_better_heads_get_more_streams_and_each_at_least_one():
@@ -101,11 +101,11 @@ def test_points_of_a_loop_are_read_off_its_record():
     t = np.arange(0.0, 1.0, 0.002)
     rng = np.random.default_rng(0)
     x = model.at_force * np.sin(22.0 * t + 0.7) + model.at_zero * np.cos(22.0 * t + 0.7) + 0.01
-    found = loop_points(
+    result = loop_points(
         t + 3.0, 150.0 * np.sin(22.0 * t + 0.7) + 20.0, x + 1e-6 * rng.normal(size=t.size)
     )
     for name in ("frequency", "force", "at_force", "at_zero"):
-        assert getattr(found, name) == pytest.approx(getattr(model, name), rel=1e-3)
+        assert getattr(result, name) == pytest.approx(getattr(model, name), rel=1e-3)
 
 
 @pytest.mark.parametrize(

@@ -89,9 +89,9 @@ def test_models_of_equal_error_differ_no_more_often_than_the_level():
     for seed in range(300):
         draw = np.random.default_rng(seed)
         shared = [coloured(draw, 400) for _ in range(2)]
-        one = [s + coloured(draw, 400) for s in shared]
-        other = [s + coloured(draw, 400) for s in shared]
-        p_values.append(p_value_of_improvement(one, other))
+        first = [s + coloured(draw, 400) for s in shared]
+        second = [s + coloured(draw, 400) for s in shared]
+        p_values.append(p_value_of_improvement(first, second))
     assert np.mean(np.array(p_values) < 0.05) < 0.09
     assert np.mean(np.array(p_values) < 0.5) == pytest.approx(0.5, abs=0.09)
 

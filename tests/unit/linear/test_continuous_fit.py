@@ -128,7 +128,7 @@ def test_absent_dead_time_is_zero_with_an_upper_end() -> None:
         ),
     ],
 )
-def test_what_the_data_do_not_determine_is_said(given, options, status: str, word: str) -> None:
+def test_what_the_data_do_not_determine_is_flagged(given, options, status: str, word: str) -> None:
     fit = fit_continuous([given], **options)
     assert fit.status.value == status
     assert word in fit.sentence
@@ -136,17 +136,17 @@ def test_what_the_data_do_not_determine_is_said(given, options, status: str, wor
 
 @pytest.mark.parametrize("phi", [0.0, np.exp(-0.02 / 0.2)])
 def test_intervals_cover_under_white_and_coloured_noise(phi: float) -> None:
-    runs, hits, widths, found = 30, np.zeros(2), [], []
+    runs, hits, widths, logs = 30, np.zeros(2), [], []
     for seed in range(runs):
         fit = fit_continuous([record(1000 + seed, noise=0.1, phi=phi, n=400)], order=1)
         for k, (name, true) in enumerate((("K", 2.0), ("T", 0.3))):
             low, high = fit[name].interval95
             hits[k] += low < true < high
         widths.append(np.log(fit["T"].interval95[1] / fit["T"].interval95[0]))
-        found.append(np.log(fit["T"].value))
+        logs.append(np.log(fit["T"].value))
     # Binomial(30, 0.95): 99.9 % of seeds give at least 24. Too wide is seen in the widths.
     assert np.all(hits >= 24)
-    assert np.mean(widths) == pytest.approx(3.92 * np.std(found), rel=0.3)
+    assert np.mean(widths) == pytest.approx(3.92 * np.std(logs), rel=0.3)
 
 
 def test_a_wrong_structure_keeps_the_estimates_that_simulate_best() -> None:

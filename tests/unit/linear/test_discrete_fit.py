@@ -42,15 +42,15 @@ def discrete(seed, a, b, nk, *, noise=0.0, through_a=False, offset=1.5, n=500):
 def test_planted_models_of_any_order_are_recovered(fit, a, b, nk) -> None:
     given = [discrete(1, a, b, nk), discrete(2, a, b, nk, offset=-9.0)]
     if fit == "arx":
-        found = fit_arx_records(given, na=len(a), nb=len(b), nk=nk)
+        model = fit_arx_records(given, na=len(a), nb=len(b), nk=nk)
     else:
-        found = fit_oe(given, nb=len(b), nf=len(a), nk=nk)
-    assert found.status is FitStatus.CONVERGED
-    assert found.coordinates == pytest.approx([*a, *b], abs=1e-6)
-    assert found.denominator == pytest.approx([1.0, *a], abs=1e-6)
-    assert found.numerator == pytest.approx(b, abs=1e-6)
-    assert found.fit_percent == pytest.approx(100.0, abs=1e-3)
-    assert [t.offset for t in found.trials] == pytest.approx([1.5, -9.0], abs=1e-4)
+        model = fit_oe(given, nb=len(b), nf=len(a), nk=nk)
+    assert model.status is FitStatus.CONVERGED
+    assert model.coordinates == pytest.approx([*a, *b], abs=1e-6)
+    assert model.denominator == pytest.approx([1.0, *a], abs=1e-6)
+    assert model.numerator == pytest.approx(b, abs=1e-6)
+    assert model.fit_percent == pytest.approx(100.0, abs=1e-3)
+    assert [t.offset for t in model.trials] == pytest.approx([1.5, -9.0], abs=1e-4)
 
 
 def test_offsets_are_those_of_a_column_of_ones_for_each_trial() -> None:
@@ -63,11 +63,11 @@ def test_offsets_are_those_of_a_column_of_ones_for_each_trial() -> None:
     ones = np.kron(np.eye(2), np.ones((blocks[0][1].size, 1)))
     design = np.hstack([np.concatenate([phi for phi, _ in blocks]), ones])
     theta, square, *_ = np.linalg.lstsq(design, np.concatenate([y for _, y in blocks]))
-    found = fit_arx_records(given, na=2, nb=2, nk=1)
-    assert found.coordinates == pytest.approx(theta[:4], rel=1e-8)
+    model = fit_arx_records(given, na=2, nb=2, nk=1)
+    assert model.coordinates == pytest.approx(theta[:4], rel=1e-8)
     freedom = design.shape[0] - design.shape[1]
     covariance = float(square[0]) / freedom * np.linalg.inv(design.T @ design)
-    assert found.covariance == pytest.approx(covariance[:4, :4], rel=1e-6)
+    assert model.covariance == pytest.approx(covariance[:4, :4], rel=1e-6)
 
 
 def test_sensor_noise_biases_arx_and_not_output_error() -> None:

@@ -31,35 +31,35 @@ def test_step_with_any_delay_is_the_closed_form(ratio: float, delay: float) -> N
 
 @pytest.mark.parametrize("constants", [(0.3,), (0.05, 0.4), (0.2, 0.2, 0.2), (0.004, 0.05, 0.4, 2)])
 def test_any_input_agrees_with_scipy_zero_order_hold(constants: tuple[float, ...]) -> None:
-    found = chain_derivatives(np.array(constants, dtype=float), U, 0.02, count=1)
-    np.testing.assert_allclose(found[:, 0], sampled([1.0], lags(*constants), U, 0.02), atol=1e-9)
+    response = chain_derivatives(np.array(constants, dtype=float), U, 0.02, count=1)
+    np.testing.assert_allclose(response[:, 0], sampled([1.0], lags(*constants), U, 0.02), atol=1e-9)
 
 
 def test_fraction_of_a_sample_delay_agrees_with_fine_sampling() -> None:
-    found = chain_derivatives(np.array([0.05, 0.4]), U, 0.02, count=1, dead_time=0.037)
+    response = chain_derivatives(np.array([0.05, 0.4]), U, 0.02, count=1, dead_time=0.037)
     fine = sampled([1.0], lags(0.05, 0.4), U, 0.02, delay=0.037)
-    np.testing.assert_allclose(found[:, 0], fine, atol=1e-10)
+    np.testing.assert_allclose(response[:, 0], fine, atol=1e-10)
 
 
 def test_derivatives_make_zeros_and_pairs_make_oscillations() -> None:
     wn, zeta = 6.0, 0.3
     root = -zeta * wn + 1j * wn * np.sqrt(1.0 - zeta**2)
-    found = chain_derivatives(-1.0 / np.array([root, np.conj(root)]), U, 0.02, count=2)
+    response = chain_derivatives(-1.0 / np.array([root, np.conj(root)]), U, 0.02, count=2)
     below = [1.0 / wn**2, 2.0 * zeta / wn, 1.0]
-    np.testing.assert_allclose(found[:, 0], sampled([1.0], below, U, 0.02), atol=1e-10)
-    np.testing.assert_allclose(found[:, 1], sampled([1.0, 0.0], below, U, 0.02), atol=1e-9)
+    np.testing.assert_allclose(response[:, 0], sampled([1.0], below, U, 0.02), atol=1e-10)
+    np.testing.assert_allclose(response[:, 1], sampled([1.0, 0.0], below, U, 0.02), atol=1e-9)
 
 
 @pytest.mark.parametrize("delay", [0.0, 0.04, 0.033])
 def test_first_order_hold_agrees_with_scipy_lsim(delay: float) -> None:
     smooth = np.sin(0.4 * np.arange(300)) * np.linspace(0.0, 1.0, 300)
-    found = chain_derivatives(
+    response = chain_derivatives(
         np.array([0.05, 0.4]), smooth, 0.02, count=1, dead_time=delay, hold="foh"
     )
     fine = 0.001 * np.arange(300 * 20 - 19)
     late = np.interp(fine - delay, 0.02 * np.arange(300), smooth)
     _, y, _ = lsim(([1.0], lags(0.05, 0.4)), late, fine)
-    np.testing.assert_allclose(found[:, 0], y[::20], atol=1e-10)
+    np.testing.assert_allclose(response[:, 0], y[::20], atol=1e-10)
 
 
 def test_modes_span_every_free_response() -> None:

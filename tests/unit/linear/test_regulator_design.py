@@ -36,8 +36,8 @@ def test_the_feedback_costs_least(design):
     a = np.block([[np.array(design.transition), np.zeros((2, 1))], [np.array([[-0.02, 0.0, 1.0]])]])
     b = np.array([*design.input, 0.0])[:, None]
     cost = np.diag([0.03**-2.0, 0.0, (0.03 * 0.3) ** -2.0])
-    found = solve_discrete_are(a, b, cost, np.array([[3e4**-2.0]]))
-    best = np.linalg.solve(3e4**-2.0 + b.T @ found @ b, b.T @ found @ a)[0]
+    riccati = solve_discrete_are(a, b, cost, np.array([[3e4**-2.0]]))
+    best = np.linalg.solve(3e4**-2.0 + b.T @ riccati @ b, b.T @ riccati @ a)[0]
     assert (*design.feedback, -design.integral_gain) == pytest.approx(best, rel=1e-6)
     poles = np.linalg.eigvals(a - b @ best[None])
     np.testing.assert_allclose(np.sort_complex(design.poles), np.sort_complex(poles), rtol=1e-6)

@@ -1,4 +1,4 @@
-"""The portmanteau test keeps its level under coloured noise and sees what a model lacks."""
+"""The portmanteau test keeps its level under coloured noise and detects what a model is missing."""
 
 from __future__ import annotations
 
@@ -39,12 +39,12 @@ def test_missing_dynamics_are_seen(lack: str, phi: float) -> None:
     assert residual_independence(rich, given).p_value > 100.0 * poor.p_value
 
 
-def test_discrete_models_are_tested_alike() -> None:
+def test_discrete_models_are_tested_too() -> None:
     given = [
         record(22, constants=(0.1, 0.4), noise=0.1),
         record(23, constants=(0.1, 0.4), noise=0.1),
     ]
-    # Right models fall below 5 % now and then; below 0.1 % is no chance of one seed.
+    # Right models fall below 5 % now and then; below 0.1 % is significant for one seed.
     assert residual_independence(fit_oe(given, nb=2, nf=2, nk=1), given).p_value > 1e-3
     assert not residual_independence(fit_oe(given, nb=1, nf=1, nk=1), given).independent
     poor = residual_independence(fit_arx_records(given, na=1, nb=1, nk=1), given)

@@ -25,9 +25,9 @@ def test_continuous_data_are_those_of_python_control() -> None:
     fit = fit_continuous(GIVEN, order=2)
     system = continuous(fit)
     value = system(1j * W)
-    found = frequency_response(fit, W)
-    np.testing.assert_allclose(found.magnitude, np.abs(value), rtol=1e-10)
-    np.testing.assert_allclose(found.phase, np.unwrap(np.angle(value)), atol=1e-10)
+    bode = frequency_response(fit, W)
+    np.testing.assert_allclose(bode.magnitude, np.abs(value), rtol=1e-10)
+    np.testing.assert_allclose(bode.phase, np.unwrap(np.angle(value)), atol=1e-10)
     step = step_response_band(fit, TIME)
     np.testing.assert_allclose(step.output, step_response(system, TIME), atol=1e-8)
     assert sorted(p.real for p in fit.poles) == pytest.approx(sorted(system.poles().real))
@@ -37,20 +37,20 @@ def test_continuous_data_are_those_of_python_control() -> None:
 def test_discrete_data_are_those_of_python_control() -> None:
     fit = fit_oe(GIVEN, nb=2, nf=2, nk=1)
     system = discrete(fit)
-    found = frequency_response(fit, W)
-    np.testing.assert_allclose(found.magnitude, np.abs(system(np.exp(1j * W * 0.02))), rtol=1e-9)
+    bode = frequency_response(fit, W)
+    np.testing.assert_allclose(bode.magnitude, np.abs(system(np.exp(1j * W * 0.02))), rtol=1e-9)
     step = step_response_band(fit, TIME)
     np.testing.assert_allclose(step.output, step_response(system, TIME), atol=1e-8)
 
 
 def test_dead_time_turns_the_phase_and_needs_pade_in_a_transfer_function() -> None:
     fit = fit_continuous([record(61, delay=0.06)], order=1, dead_time=True)
-    found = frequency_response(fit, W)
-    np.testing.assert_allclose(found.phase, -np.arctan(0.3 * W) - 0.06 * W, atol=1e-4)
+    bode = frequency_response(fit, W)
+    np.testing.assert_allclose(bode.phase, -np.arctan(0.3 * W) - 0.06 * W, atol=1e-4)
     with pytest.raises(InputError, match="pade_order"):
         continuous(fit)
     near = continuous(fit, pade_order=4)(1j * W[:15])
-    np.testing.assert_allclose(np.abs(near), found.magnitude[:15], rtol=1e-6)
+    np.testing.assert_allclose(np.abs(near), bode.magnitude[:15], rtol=1e-6)
 
 
 def test_zeros_reach_the_transfer_function() -> None:

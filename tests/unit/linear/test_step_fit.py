@@ -77,13 +77,13 @@ def test_intervals_cover_the_truth_under_white_noise(order: int) -> None:
 def test_interval_width_is_that_of_the_scatter() -> None:
     rng = np.random.default_rng(23)
     clean = second_order_step(TIME, 0.12, 0.58)
-    found, widths = [], []
+    fitted, widths = [], []
     for _ in range(80):
         fit = fit_step(TIME, clean + 0.02 * rng.standard_normal(TIME.size), order=2)
         low, high = fit.interval95_time_constants[0]
-        found.append(fit.time_constants[0])
+        fitted.append(fit.time_constants[0])
         widths.append(high - low)
-    assert np.mean(widths) == pytest.approx(2.0 * 1.96 * np.std(found), rel=0.25)
+    assert np.mean(widths) == pytest.approx(2.0 * 1.96 * np.std(fitted), rel=0.25)
 
 
 def test_dead_time_interval_covers_and_white_residuals_look_white() -> None:
@@ -140,7 +140,7 @@ def test_data_that_hold_no_such_model_do_not_converge_silently(
     assert len(fit.time_constants) == order
 
 
-def test_noisy_double_lag_is_not_told_apart_but_a_wide_pair_is() -> None:
+def test_noisy_double_lag_is_degenerate_but_a_wide_pair_is_not() -> None:
     rng = np.random.default_rng(25)
     caught = dict.fromkeys((0.29, 0.1), 0)
     for first in caught:

@@ -68,32 +68,32 @@ def test_short_record_divided_by_its_final_value_is_flagged() -> None:
 def test_g2_is_recovered_by_every_estimator() -> None:
     # 12 s: final value within 1e-9 of 1, so that normalisation costs less than the tolerance.
     t = times(12.0)
-    found = identify_step(t, 17.4 * second_order_step(t, T1, T2) - 3.0, step_size=-2.0)
-    g2 = found.g2
+    step = identify_step(t, 17.4 * second_order_step(t, T1, T2) - 3.0, step_size=-2.0)
+    g2 = step.g2
     for constants in (
         g2.output_error.time_constants,
         g2.arx_unit_gain.time_constants,
         g2.arx_free_gain.time_constants,
     ):
         assert constants == pytest.approx((T1, T2), rel=1e-6)
-    assert found.final_value == pytest.approx(17.4, rel=1e-6)
-    assert found.static_gain == pytest.approx(-8.7, rel=1e-6)
-    assert found.sample_time == pytest.approx(0.002)
-    assert found.duration == pytest.approx(12.0)
+    assert step.final_value == pytest.approx(17.4, rel=1e-6)
+    assert step.static_gain == pytest.approx(-8.7, rel=1e-6)
+    assert step.sample_time == pytest.approx(0.002)
+    assert step.duration == pytest.approx(12.0)
 
 
 def test_g1_is_recovered_by_every_estimator_and_second_order_arx_says_it_cannot() -> None:
     t = times(12.0)
-    found = identify_step(t, -first_order_step(t, 0.64595))
+    step = identify_step(t, -first_order_step(t, 0.64595))
     for constants in (
-        found.g1.output_error.time_constants,
-        found.g1.arx_unit_gain.time_constants,
-        found.g1.arx_free_gain.time_constants,
+        step.g1.output_error.time_constants,
+        step.g1.arx_unit_gain.time_constants,
+        step.g1.arx_free_gain.time_constants,
     ):
         assert constants == pytest.approx((0.64595,), rel=1e-6)
-    assert found.g2.arx_free_gain.status == "not_identifiable"
-    assert found.g2.arx_free_gain.model is None
-    assert found.g2.output_error.status != "converged"
+    assert step.g2.arx_free_gain.status == "not_identifiable"
+    assert step.g2.arx_free_gain.model is None
+    assert step.g2.output_error.status != "converged"
 
 
 def test_dictionary_is_json_and_complete() -> None:

@@ -169,9 +169,9 @@ def test_held_out_trials_are_drawn_first_and_a_single_trial_is_stacked(result, c
     assert 1 < len(drawn_trials(curves.trials[:1] * 9)) < 9
     both = measured_and_model(result, curves)
     assert len(both.axes) == 4
-    one = measured_and_model(result, replace(curves, trials=curves.trials[:1]))
-    assert len(one.axes) == 2
-    left = one.axes[1].lines[0].get_ydata()
+    single = measured_and_model(result, replace(curves, trials=curves.trials[:1]))
+    assert len(single.axes) == 2
+    left = single.axes[1].lines[0].get_ydata()
     np.testing.assert_allclose(left, curves.trials[0].model - curves.trials[0].output)
 
 

@@ -1,4 +1,4 @@
-"""Identified numbers with 95 % intervals, from the coordinates of a fit and their covariance."""
+"""Where a fit of a linear model ended, and 95 % intervals of functions of its coordinates."""
 
 from __future__ import annotations
 
@@ -9,34 +9,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from pamsim.inference.estimate import Estimate
+
 FloatArray = NDArray[np.float64]
-Interval = tuple[float, float]
 
-_KEY_SUFFIX = {"s": "_s", "s^2": "_s2", "s^3": "_s3", "rad/s": "_rad_per_s"}
 _STEP = 6e-6  # the cube root of the rounding error, best for central differences
-
-
-@dataclass(frozen=True)
-class Estimate:
-    """One identified number.
-
-    Attributes:
-        name: such as ``K``, ``T1``, ``L``, ``wn``, ``zeta``.
-        unit: SI unit; ``-`` for none.
-        value: the estimate [unit].
-        interval95: lower and upper end; None where it was held or the data do not determine it
-            [unit].
-    """
-
-    name: str
-    unit: str
-    value: float
-    interval95: Interval | None
-
-    @property
-    def key(self) -> str:
-        """Name with its unit, as files write it: ``T1_s``."""
-        return self.name + _KEY_SUFFIX.get(self.unit, "")
 
 
 @dataclass(frozen=True, eq=False)
@@ -77,13 +54,14 @@ class Optimum:
             positive: whether the interval is symmetric in the logarithm.
         """
         half = self.half_width(gradient)
-        if half is None:
-            return Estimate(name, unit, value, None)
-        if not positive:
-            return Estimate(name, unit, value, (value - half, value + half))
-        with np.errstate(over="ignore"):
-            factor = float(np.exp(half))
-        return Estimate(name, unit, value, (value / factor, value * factor))
+        interval = None
+        if half is not None and positive:
+            with np.errstate(over="ignore"):
+                factor = float(np.exp(half))
+            interval = (value / factor, value * factor)
+        elif half is not None:
+            interval = (value - half, value + half)
+        return Estimate(name=name, unit=unit, value=value, interval95=interval)
 
     def half_widths(self, function: Callable[[FloatArray], NDArray[Any]]) -> NDArray[Any] | None:
         """Return half widths of the 95 % intervals of an array of functions of the coordinates.
