@@ -1,0 +1,107 @@
+"""identify as a function: arguments in, one object out, with text, dict, files and a figure."""
+
+from __future__ import annotations
+
+import json
+
+import numpy as np
+import pytest
+
+from pamsim.core.errors import InputError
+from pamsim.core.trial import Trial, TrialSet
+from pamsim.identification.identify import identify
+from pamsim.report.identify_figures import measured_and_model
+
+TS, GAIN, LAG = 0.02, 1e-6, 0.4
+
+
+def trial(name, seed, n=400):
+    """A lag from the pressure difference to the angle, driven by a random telegraph signal."""
+    draw = np.random.default_rng(seed)
+    difference = 1e5 * np.repeat(draw.choice([-1.0, 1.0], n // 40 + 1), 40)[:n]
+    difference[:20] = difference[0]
+    pole, angle = np.exp(-TS / LAG), np.zeros(n)
+    for k in range(1, n):
+        into = GAIN * (difference[k - 1] - difference[0])
+        angle[k] = pole * angle[k - 1] + (1.0 - pole) * into
+    command = np.column_stack([3e5 + difference / 2.0, 3e5 - difference / 2.0])
+    return Trial(
+        name=name,
+        protocol="telegraph",
+        command_kind="pressure",
+        load=0.0,
+        time=TS * np.arange(n),
+        command=command,
+        measured={
+            "angle": angle + 5e-4 * draw.normal(size=n),
+            "pressure_1": command[:, 0],
+            "pressure_2": command[:, 1],
+        },
+    )
+
+
+DATA = TrialSet(rig="mas20_arm", trials=(trial("telegraph_1", 1), trial("telegraph_2", 2)))
+
+
+@pytest.fixture(scope="module")
+def result():
+    return identify(
+        DATA,
+        input="p1_set_kpa-p2_set_kpa",
+        output="angle_deg",
+        order=1,
+        dead_time="none",
+        arx=(1, 1, 1),
+        oe=(1, 1, 1),
+        hold_out=["telegraph_2"],
+        local=False,
+    )
+
+
+def test_the_result_holds_models_in_si_and_writes_them_in_the_units_of_the_columns(result):
+    assert result.recommendation.name == "first_order"
+    fit = result.shown.fit
+    assert fit.gain == pytest.approx(GAIN, rel=0.02)
+    assert fit["T"].value == pytest.approx(LAG, rel=0.02)
+    assert [score.name for score in fit.held_out] == ["telegraph_2"]
+    written = json.loads(json.dumps(result.to_dict(), allow_nan=False))
+    gain = written["models"][0]["parameters"]["K"]
+    assert gain["unit"] == "deg/kPa"
+    assert gain["value"] == pytest.approx(fit.gain * 1e3 * 180.0 / np.pi, rel=1e-12)
+    assert written["models"][0]["trials"][0]["rms"] == pytest.approx(np.degrees(5e-4), rel=0.1)
+
+
+def test_the_summary_names_every_model_and_the_recommended_one(result):
+    text = result.summary()
+    assert "* first_order: fits" in text
+    assert all(f"  {name}: fits" in text for name in ("arx_1_1_1", "oe_1_1_1"))
+    assert "recommended: first_order: the only model" in text
+    assert "deg/kPa  [" in text
+
+
+def test_save_writes_the_result_and_every_curve(result, tmp_path):
+    files = result.save(tmp_path / "new")
+    assert [path.name for path in files] == ["identify.json", "curves.csv"]
+    assert json.loads(files[0].read_text())["schema"] == "pamsim-identify/2"
+    rows = files[1].read_text().splitlines()
+    assert rows[0] == "trial,time_s,input_kpa,output_deg,model_deg"
+    assert {row.split(",")[0] for row in rows[1:]} == {"telegraph_1", "telegraph_2"}
+    (tmp_path / "file").write_text("")
+    with pytest.raises(InputError, match="cannot write"):
+        result.save(tmp_path / "file")
+
+
+def test_its_figure_shows_every_trial(result):
+    figure = measured_and_model(result.to_dict(), result.curves())
+    assert len(figure.axes) == 4  # two trials, each with its residual
+
+
+def test_wrong_arguments_are_named():
+    for wrong, match in (
+        ({"dead_time": "fre"}, "`dead_time` 'fre' is not known; did you mean 'free'"),
+        ({"zeros": 1}, "`zeros` needs `order`"),
+        ({"hold_out": ["x"]}, "`hold_out`: 'x' is not in the data"),
+        ({"trials": ["telegraph_3"]}, "`trials`: 'telegraph_3' is not in the data"),
+    ):
+        with pytest.raises(InputError, match=match):
+            identify(DATA, **wrong)
