@@ -17,15 +17,15 @@ from numpy.typing import NDArray
 Array = NDArray[np.float64]
 
 
-def seed_weight(alpha: float, beta: float, c: float = -0.1, d: float = -1.0) -> float:
+def printed_weight(alpha: float, beta: float, c: float = -0.1, d: float = -1.0) -> float:
     """Weight (5) [-] of Van Damme 2008 without its normalisation, on -1 <= beta <= alpha <= 1."""
     middle = alpha + beta - d if alpha + beta <= 0.0 else alpha + beta + d
     return math.exp(-((beta - alpha - c) ** 2) - middle**2)
 
 
-def normalised_seed_weight(alpha: float, beta: float, c: float = -0.1, d: float = -1.0) -> float:
+def normalised_weight(alpha: float, beta: float, c: float = -0.1, d: float = -1.0) -> float:
     """Weight (5) [-] of Van Damme 2008 divided by `triangle_integral`."""
-    return seed_weight(alpha, beta, c, d) / triangle_integral(c, d)
+    return printed_weight(alpha, beta, c, d) / triangle_integral(c, d)
 
 
 def triangle_integral(c: float = -0.1, d: float = -1.0) -> float:

@@ -13,7 +13,7 @@ from pamsim.muscles.braid import max_contraction
 from pamsim.muscles.mckibben import IdealMcKibben
 from pamsim.muscles.passive import PassiveSpring
 from pamsim.muscles.tension import Threshold
-from pamsim.papers.root import root
+from pamsim.papers.numerics import root
 from pamsim.store.rig_file import RigFile, read_rig
 
 MILLIMETRE = 1e-3

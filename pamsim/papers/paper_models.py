@@ -14,10 +14,23 @@ from pamsim.core.units import DEG_PER_RAD, PA_PER_BAR, PA_PER_KPA
 from pamsim.linear.first_second_order import first_order_step, second_order_step, unit_step
 from pamsim.linear.step_identification import StepIdentification
 from pamsim.linear.transfer_function import continuous, step_response
-from pamsim.signals.static_law import odd_exponential_basis
 from pamsim.store.printed import distinct_steps, mas20_models
 
 _CURVE_POINTS = 301
+
+
+def odd_exponential_basis(x: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Factors of a0, a1, a2 in (17), continued as an odd function (Matiskova 2021, (17), (22)).
+
+    Args:
+        x: (n,) pressure difference over the pressure that counts as 1 [-].
+
+    Returns:
+        (n, 3): sign(x) times 1, exp(-abs(x)), abs(x) exp(-abs(x)).
+    """
+    size = np.abs(x)
+    decay = np.exp(-size)
+    return np.sign(x)[:, np.newaxis] * np.stack([np.ones_like(size), decay, size * decay], axis=1)
 
 
 def static_angle(pressure_difference: NDArray[np.float64], scale: float) -> NDArray[np.float64]:

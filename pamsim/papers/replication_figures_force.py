@@ -11,7 +11,6 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.optimize import least_squares
 
 from pamsim.core.units import DEG_PER_RAD, PA_PER_BAR
 from pamsim.muscles.braid import max_contraction
@@ -20,6 +19,7 @@ from pamsim.muscles.exponential import six_parameter_force, six_parameter_pressu
 from pamsim.muscles.force_law import coefficients_of
 from pamsim.muscles.mckibben import ideal_force
 from pamsim.muscles.published import PUBLISHED
+from pamsim.papers.numerics import curve_fit
 
 FloatArray = NDArray[np.float64]
 
@@ -93,14 +93,14 @@ def _fit_corrected(
         if force > 0.0
     ]
 
-    def misfit(x: FloatArray) -> FloatArray:
-        a_eps, b_eps, a_kappa, b_kappa = (float(value) for value in x)
-        constants = (a_eps, b_eps, a_kappa, b_kappa, _DECAY, _DIAMETER, _FIBRE_ANGLE)
-        return np.array([corrected_mckibben_force(p, k, *constants) - f for p, k, f in chosen])
+    def force(_: None, a: float, b: float, c: float, d: float) -> FloatArray:
+        law = (a, b, c, d, _DECAY, _DIAMETER, _FIBRE_ANGLE)
+        return np.array([corrected_mckibben_force(p, k, *law) for p, k, _ in chosen])
 
-    found = least_squares(misfit, _START)
-    rms = float(np.sqrt(np.mean(np.square(found.fun))))
-    a_eps, b_eps, a_kappa, b_kappa = (float(value) for value in found.x)
+    wanted = np.array([f for _, _, f in chosen])
+    fitted, _ = curve_fit(force, None, wanted, _START, method="trf")
+    rms = float(np.sqrt(np.mean((force(None, *fitted) - wanted) ** 2)))
+    a_eps, b_eps, a_kappa, b_kappa = (float(value) for value in fitted)
     return (a_eps, b_eps, a_kappa, b_kappa), rms
 
 

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from pamsim.core.units import PA_PER_BAR
 from pamsim.hysteresis.pleated_factor import DELTA_25_FIBRES, DELTA_40_FIBRES
-from pamsim.hysteresis.relays import RelaySum, Staircase, levels_of, relay_weights, seed_weight
+from pamsim.hysteresis.relays import RelaySum, Staircase, levels_of, printed_weight, relay_weights
 from pamsim.muscles.pleated import pleated_function
 from pamsim.muscles.pleated_fit import FIT_RANGE, SLENDERNESS_6
 from pamsim.muscles.pleated_shape import pleated_max_contraction, pleated_shape_function
@@ -39,7 +39,7 @@ def pleated_curves() -> Mapping[str, Any]:
         of fibres -> contraction [%] and f_t0 [-], outer and inner; ``forces``: pressure ->
         contraction [%] and force [N]; ``exact``: contraction [%], exact and fitted f_t0 [-].
     """
-    weights = relay_weights(_LEVELS, seed_weight)
+    weights = relay_weights(_LEVELS, printed_weight)
     levels = levels_of(_LEVELS)
     rising, falling = _major_loop(weights)
     slope = float(levels @ (rising + falling)) / (2.0 * float(levels @ levels))

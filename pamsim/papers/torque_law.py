@@ -8,15 +8,13 @@ stiffens the joint, o whether the two directions differ. Angles are fitted, not 
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.optimize import least_squares
 from scipy.special import stdtrit
 
 from pamsim.core.units import DEG_PER_RAD, PA_PER_BAR
-from pamsim.papers.root import root
+from pamsim.papers.numerics import curve_fit, root
 from pamsim.store.printed import PrintedStep
 
 FloatArray = NDArray[np.float64]
@@ -56,14 +54,12 @@ def fit_torque_law(steps: tuple[PrintedStep, ...], extra: tuple[str, ...] = ()) 
     """
     names = ("k1", "k5", "t", *extra)
     start = np.array([_START[name] for name in names])
-    whole = _solve(steps, names, start)
-    residual: FloatArray = whole.fun
-    freedom = len(steps) - len(names)
-    covariance = np.linalg.inv(whole.jac.T @ whole.jac) * float(residual @ residual) / freedom
-    half = float(stdtrit(freedom, 0.975)) * np.sqrt(np.diag(covariance))
-    left_out = [_left_out(steps, index, names, whole.x) for index in range(len(steps))]
+    values, covariance = _fit(steps, names, start)
+    residual = _misfit(steps, names, values)
+    half = float(stdtrit(len(steps) - len(names), 0.975)) * np.sqrt(np.diag(covariance))
+    left_out = [_left_out(steps, index, names, values) for index in range(len(steps))]
     return TorqueLaw(
-        coefficients=dict(zip(names, map(float, whole.x), strict=True)),
+        coefficients=dict(zip(names, map(float, values), strict=True)),
         half_interval=dict(zip(names, map(float, half), strict=True)),
         rms_deg=float(np.sqrt(np.mean(residual**2))),
         left_out_rms_deg=float(np.sqrt(np.mean(np.square(left_out)))),
@@ -71,15 +67,25 @@ def fit_torque_law(steps: tuple[PrintedStep, ...], extra: tuple[str, ...] = ()) 
     )
 
 
-def _solve(steps: tuple[PrintedStep, ...], names: tuple[str, ...], start: FloatArray) -> Any:
-    return least_squares(lambda values: _misfit(steps, names, values), start, x_scale="jac")
+def _fit(
+    steps: tuple[PrintedStep, ...], names: tuple[str, ...], start: FloatArray
+) -> tuple[FloatArray, FloatArray]:
+    """Coefficients and their covariance."""
+    return curve_fit(
+        lambda _, *values: _misfit(steps, names, np.array(values)),
+        None,
+        np.zeros(len(steps)),
+        start,
+        method="trf",
+        x_scale="jac",
+    )
 
 
 def _left_out(
     steps: tuple[PrintedStep, ...], index: int, names: tuple[str, ...], start: FloatArray
 ) -> float:
     others = steps[:index] + steps[index + 1 :]
-    return float(_misfit(steps[index : index + 1], names, _solve(others, names, start).x)[0])
+    return float(_misfit(steps[index : index + 1], names, _fit(others, names, start)[0])[0])
 
 
 def _misfit(

@@ -23,7 +23,8 @@ from numpy.typing import NDArray
 from scipy.special import stdtrit
 
 from pamsim.hysteresis.bouc_wen import bouc_wen_rate
-from pamsim.signals.static_law import arctangent_jacobian, arctangent_law
+from pamsim.papers.numerics import curve_fit, jacobian
+from pamsim.signals.static_law import arctangent_law
 from pamsim.store.printed import Printed, loop_equation, loop_rows, printed_table
 
 FloatArray = NDArray[np.float64]
@@ -148,22 +149,33 @@ def scores(residual: FloatArray, length: FloatArray) -> dict[str, float]:
 def fit_arctangent(branch: str) -> tuple[float, float, float, float]:
     """Least squares of one branch on Table 2's means, the best of several fixed starts."""
     pressure, length = branch_data(branch)
-    tries = [
-        _least_squares(
-            lambda a: arctangent_law(pressure, *a) - length,
+    fits = [
+        curve_fit(
+            arctangent_law,
+            pressure,
+            length,
             start,
-            jac=lambda a: arctangent_jacobian(pressure, *a[:3]),
+            jac=lambda p, *a: _arctangent_jacobian(p, a),
+            method="trf",
             x_scale=_ARCTANGENT_SCALE,
             xtol=1e-14,
             ftol=1e-14,
             gtol=1e-14,
-        )
+        )[0]
         for start in _ARCTANGENT_STARTS
     ]
-    a0, a1, a2, a3 = (float(a) for a in min(tries, key=lambda found: found.cost).x)
+
+    def cost(a: FloatArray) -> float:
+        return float(np.sum((arctangent_law(pressure, *a) - length) ** 2))
+
+    a0, a1, a2, a3 = (float(a) for a in min(fits, key=cost))
     # (a0, a1, a2) and (-a0, -a1, -a2) are one curve; the paper's has a0 > 0.
     sign = math.copysign(1.0, a0)
     return sign * a0, sign * a1, sign * a2, a3
+
+
+def _arctangent_jacobian(pressure: FloatArray, a: tuple[float, ...]) -> FloatArray:
+    return jacobian(lambda b: arctangent_law(pressure, *b), a)
 
 
 def arctangent_half_intervals(
@@ -179,9 +191,9 @@ def arctangent_half_intervals(
     Returns:
         (4,) half widths.
     """
-    jacobian = arctangent_jacobian(pressure, *coefficients[:3])
+    columns = _arctangent_jacobian(pressure, coefficients)
     freedom = len(pressure) - ARCTANGENT_PARAMETERS
-    covariance = np.linalg.inv(jacobian.T @ jacobian) * mse * len(pressure) / freedom
+    covariance = np.linalg.inv(columns.T @ columns) * mse * len(pressure) / freedom
     return float(stdtrit(freedom, 0.975)) * np.sqrt(np.diag(covariance))
 
 

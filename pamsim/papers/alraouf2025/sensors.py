@@ -1,108 +1,107 @@
-"""Alraouf 2025, its sensors: equations (5) and (6), resolutions, accuracies, critical angle."""
+"""Its sensors: equations (5) and (6), resolutions, accuracies, critical angle.
+
+A maker's accuracy is a limit that holds for every reading. Without further knowledge errors inside
+a limit +-a are taken as uniform, with standard uncertainty a / sqrt(3); the expanded uncertainty is
+twice the standard one (GUM, JCGM 100:2008, 4.3.7).
+"""
 
 from __future__ import annotations
 
 import math
-from typing import TypeVar
 
-from pamsim.core.parameters import ParameterGroup, Sourced, specs
-from pamsim.core.units import DEG_PER_RAD, PA_PER_KPA
+from pamsim.core.units import DEG_PER_RAD
 from pamsim.papers.alraouf2025.loop import measured_width
 from pamsim.papers.claim import Recomputed, recomputes
-from pamsim.signals.instruments import (
-    ICE_POINT,
-    Converter,
-    UltrasonicRanger,
-    VoltageTransducer,
-    expanded_uncertainty,
-    pressure_resolution,
-    ranger_reading,
-    ranger_temperature,
-    sound_temperature_coefficient,
-    speed_of_sound,
-    transducer_limit,
-    transducer_pressure,
-    uncertainty_of_limit,
-)
 from pamsim.store.printed import printed_document
 
-Group = TypeVar("Group", bound=ParameterGroup)
-
 _LABORATORY = (20.0, 30.0)  # deg C, printed
-_METRE_TO_CM = 100.0
+_ICE_POINT = 273.15  # K
+_SOUND_AT_ICE_POINT = 331.3  # m/s, dry air (Kinsler et al., Fundamentals of Acoustics)
 
 
-def _instrument(group: type[Group]) -> Group:
-    units = {name: spec.unit for name, spec in specs(group)}
-    where = f"alraouf2025.toml, {group.group}"
-    entries = printed_document("alraouf2025.toml")[group.group]
-    return group(
-        **{name: Sourced(where=where, **entry).si(units[name]) for name, entry in entries.items()}
+def _printed(instrument: str, name: str) -> float:
+    """A printed number of an instrument in its printed unit."""
+    return float(printed_document("alraouf2025.toml")[instrument][name]["value"])
+
+
+def transducer_pressure(voltage: float) -> float:
+    """Equation (5): gauge pressure [kPa] of a voltage [V]."""
+    share = (voltage - _printed("transducer", "zero_voltage")) / _printed(
+        "transducer", "span_voltage"
     )
+    return share * _printed("transducer", "full_scale")
+
+
+def _resolution(bits: float) -> float:
+    """Pressure [kPa] of one step of a converter."""
+    volts = _printed("converter", "span") / 2.0**bits
+    return transducer_pressure(volts) - transducer_pressure(0.0)
+
+
+def _transducer_limit() -> float:
+    """Largest error of the transducer [kPa]."""
+    return 0.01 * _printed("transducer", "accuracy") * _printed("transducer", "full_scale")
+
+
+def speed_of_sound(celsius: float) -> float:
+    """Speed of sound in dry air as an ideal gas [m/s]."""
+    return _SOUND_AT_ICE_POINT * math.sqrt((celsius + _ICE_POINT) / _ICE_POINT)
+
+
+def ranger_speed() -> float:
+    """Speed of sound that (6) assumes [m/s]: there and back, 58 us/cm."""
+    return 2.0 / (1e-4 * _printed("ranger", "echo_time_per_length"))
 
 
 @recomputes("alraouf2025-54")
 def _ends() -> Recomputed:
-    found = transducer_pressure([0.5, 4.5], _instrument(VoltageTransducer)) / PA_PER_KPA
-    return Recomputed([float(value) for value in found])
+    return Recomputed([transducer_pressure(0.5), transducer_pressure(4.5)])
 
 
 @recomputes("alraouf2025-55")
 def _step() -> Recomputed:
-    transducer, converter = _instrument(VoltageTransducer), _instrument(Converter)
-    found = pressure_resolution(transducer, converter) / PA_PER_KPA
-    others = {
-        bits: pressure_resolution(transducer, Converter(bits=bits, span=converter.span))
-        / PA_PER_KPA
-        for bits in (8.0, 12.0)
-    }
-    listed = ", ".join(f"{bits:.0f} bits {step:.2f}" for bits, step in others.items())
-    return Recomputed(found, bits=converter.bits, span=converter.span, listed=listed)
+    bits = _printed("converter", "bits")
+    listed = ", ".join(f"{other} bits {_resolution(other):.2f}" for other in (8, 12))
+    return Recomputed(
+        _resolution(bits), bits=bits, span=_printed("converter", "span"), listed=listed
+    )
 
 
 @recomputes("alraouf2025-56")
 def _limit() -> Recomputed:
-    return Recomputed(transducer_limit(_instrument(VoltageTransducer)) / PA_PER_KPA)
+    return Recomputed(_transducer_limit())
 
 
 @recomputes("alraouf2025-57")
 def _expanded() -> Recomputed:
-    limit = transducer_limit(_instrument(VoltageTransducer))
-    found = expanded_uncertainty(uncertainty_of_limit(limit)) / PA_PER_KPA
-    return Recomputed(found, twice=2.0 * limit / PA_PER_KPA)
+    return Recomputed(2.0 * _transducer_limit() / math.sqrt(3.0), twice=2.0 * _transducer_limit())
 
 
 @recomputes("alraouf2025-58")
 def _echo() -> Recomputed:
-    ranger = _instrument(UltrasonicRanger)
-    found = ranger_temperature(ranger) - ICE_POINT
+    kelvin = _ICE_POINT * (ranger_speed() / _SOUND_AT_ICE_POINT) ** 2
     low, high = _LABORATORY
-    return Recomputed(found, holds=low <= found <= high, speed=2.0 / ranger.echo_time_per_length)
+    celsius = kelvin - _ICE_POINT
+    return Recomputed(celsius, holds=low <= celsius <= high, speed=ranger_speed())
 
 
 @recomputes("alraouf2025-59")
 def _range_accuracy() -> Recomputed:
-    accuracy = _instrument(UltrasonicRanger).accuracy
-    wave = float(speed_of_sound(ICE_POINT + _LABORATORY[0])) / 40e3
-    return Recomputed(None, share=accuracy / wave)
+    wave = speed_of_sound(_LABORATORY[0]) / 40e3
+    return Recomputed(None, share=1e-3 * _printed("ranger", "accuracy") / wave)
 
 
 @recomputes("alraouf2025-60")
 def _per_kelvin() -> Recomputed:
-    low, high = (ICE_POINT + value for value in _LABORATORY)
-    found = 100.0 * sound_temperature_coefficient(low)
-    return Recomputed(
-        found, warm=100.0 * sound_temperature_coefficient(high), rule=100.0 * 0.6 / 343.0
-    )
+    # d ln c / dT = 1 / (2 T)
+    cold, warm = (100.0 * 0.5 / (_ICE_POINT + celsius) for celsius in _LABORATORY)
+    return Recomputed(cold, warm=warm, rule=100.0 * 0.6 / 343.0)
 
 
 @recomputes("alraouf2025-61")
 def _laboratory() -> Recomputed:
-    ranger = _instrument(UltrasonicRanger)
-    cold, warm = (
-        float(ranger_reading(0.30, ICE_POINT + value, ranger)) * _METRE_TO_CM
-        for value in _LABORATORY
-    )
+    # A reading is too short by the share by which sound is faster than (6) assumes.
+    cold, warm = (30.0 * ranger_speed() / speed_of_sound(celsius) for celsius in _LABORATORY)
     width = measured_width()
     return Recomputed(
         cold - warm, holds=cold - warm <= 0.1 * width, tolerance=0.1 * width, width=width
@@ -115,7 +114,6 @@ def _critical_angle() -> Recomputed:
 
 
 @recomputes("alraouf2025-64")
-def _noise_floor() -> Recomputed:
-    transducer, converter = _instrument(VoltageTransducer), _instrument(Converter)
-    share = pressure_resolution(transducer, converter) / transducer_limit(transducer)
+def _negligible_step() -> Recomputed:
+    share = _resolution(_printed("converter", "bits")) / _transducer_limit()
     return Recomputed(share, holds=share <= 0.1)

@@ -12,7 +12,7 @@ from pamsim.core.units import DEG_PER_RAD, PA_PER_KPA
 from pamsim.linear.first_second_order import second_order_step
 from pamsim.linear.step_identification import StepIdentification, identify_step
 from pamsim.papers.claim import Recomputed, recomputes
-from pamsim.papers.root import root
+from pamsim.papers.numerics import root
 from pamsim.store.printed import mas20_models, mas20_steps
 
 SAMPLE_RATE = 500.0

@@ -12,7 +12,7 @@ from pamsim.papers.antagonistic_pair import (
     stroke,
 )
 from pamsim.papers.claim import Recomputed, recomputes
-from pamsim.papers.root import root
+from pamsim.papers.numerics import root
 from pamsim.store.printed import mas20_steps
 
 

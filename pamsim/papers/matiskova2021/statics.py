@@ -11,8 +11,7 @@ from scipy.optimize import minimize_scalar
 
 from pamsim.core.units import DEG_PER_RAD, PA_PER_BAR, PA_PER_KPA
 from pamsim.papers.claim import Recomputed, recomputes
-from pamsim.papers.paper_models import static_characteristic
-from pamsim.signals.static_law import exponential_slope, odd_exponential_basis
+from pamsim.papers.paper_models import odd_exponential_basis, static_characteristic
 from pamsim.store.printed import distinct_steps, mas20_models
 
 FloatArray = NDArray[np.float64]
@@ -86,7 +85,7 @@ def _end_value() -> Recomputed:
 def _decreasing() -> Recomputed:
     _, a1, a2 = _printed()
     x = np.linspace(0.0, 5.0, 501)  # 0 to 500 kPa, read in bar
-    slope = exponential_slope(x, a1, a2)
+    slope = (a2 - a1 - a2 * x) * np.exp(-x)
     falls = bool(np.all(np.diff(slope) < 0.0))
     difference, angle = _data()
     unloaded = np.array([step.load == 0.0 for step in distinct_steps()])

@@ -4,9 +4,7 @@ from __future__ import annotations
 
 from statistics import median
 
-from pamsim.core.units import DEG_PER_RAD
 from pamsim.papers.claim import Recomputed, half_unit, recomputes
-from pamsim.signals.instruments import IncrementalEncoder, encoder_step
 from pamsim.store.printed import Printed, mas20_models, mas20_steps, printed_table
 
 _FIGURES = ("p1_kpa", "p2_kpa", "p_svd_kpa", "load_kg", "beta_increment", "beta_deg")
@@ -19,8 +17,7 @@ def _rows() -> list[dict[str, str]]:
 
 
 def _increment_deg() -> float:
-    count = float(mas20_models()["encoder"]["increments_per_revolution"])
-    return encoder_step(IncrementalEncoder(increments=count)) * DEG_PER_RAD
+    return 360.0 / float(mas20_models()["encoder"]["increments_per_revolution"])
 
 
 def _excess(row: dict[str, str]) -> float:

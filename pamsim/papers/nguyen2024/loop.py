@@ -9,13 +9,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pamsim.hysteresis.fractional_maxwell import complex_stiffness
-from pamsim.hysteresis.fractional_reference import (
+from pamsim.papers.claim import Recomputed, printed_values, recomputes
+from pamsim.papers.nguyen2024.fractional_reference import (
     displacement_at_peak_force,
     displacement_at_zero_force,
     loop_distance,
     simulate_fractional,
 )
-from pamsim.papers.claim import Recomputed, printed_values, recomputes
 from pamsim.papers.nguyen2024.numbers import element, omega, value
 
 FloatArray = NDArray[np.float64]

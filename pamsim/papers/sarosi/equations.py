@@ -14,7 +14,7 @@ from pamsim.muscles.mckibben import ideal_force
 from pamsim.muscles.published import PUBLISHED
 from pamsim.muscles.single_pressure_exponential import single_pressure_force
 from pamsim.papers.claim import Recomputed, printed_number, printed_values, recomputes
-from pamsim.papers.root import root
+from pamsim.papers.numerics import root
 
 _PERCENT = 1e-2
 _ANGLES = tuple(np.radians([15.0, 20.0, 25.0, 28.6, 32.0, 40.0]).tolist())

@@ -13,7 +13,7 @@ from pamsim.muscles.exponential import six_parameter_force, six_parameter_force_
 from pamsim.muscles.invertible_exponential import InvertibleExponential
 from pamsim.muscles.published import PUBLISHED
 from pamsim.papers.claim import Recomputed, printed_numbers, recomputes
-from pamsim.papers.root import root
+from pamsim.papers.numerics import jacobian, root
 
 FloatArray = NDArray[np.float64]
 Form = Callable[[FloatArray, FloatArray, FloatArray], FloatArray]
@@ -41,15 +41,9 @@ def _both(v: FloatArray, p: FloatArray, kappa: FloatArray) -> FloatArray:
 @recomputes("sarosi-08", _both, _ALL_PRESSURES)
 def _rank(law: Form, place: tuple[float, ...]) -> Recomputed:
     p, kappa = (axis.ravel() for axis in np.meshgrid(_BARS, np.linspace(0.0, 0.25, 11)))
-    at, count = np.array(place), len(place)
-    steps = 1e-6 * np.maximum(np.abs(at), 1.0)
-    columns: list[FloatArray] = []
-    for i, step in enumerate(steps.tolist()):
-        shift = np.zeros(count)
-        shift[i] = step
-        column = (law(at + shift, p, kappa) - law(at - shift, p, kappa)) / (2.0 * step)
-        columns.append(column / np.linalg.norm(column))
-    rank = int(np.linalg.matrix_rank(np.stack(columns, axis=1), tol=1e-6))
+    columns = jacobian(lambda v: law(v, p, kappa), place)
+    columns /= np.linalg.norm(columns, axis=0)
+    rank = int(np.linalg.matrix_rank(columns, tol=1e-6))
     return Recomputed(float(rank))
 
 

@@ -3,17 +3,16 @@
 from __future__ import annotations
 
 import functools
-from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.optimize import least_squares
 
 from pamsim.core.units import DEG_PER_RAD, PA_PER_BAR
 from pamsim.muscles.braid import Braid
 from pamsim.muscles.catalog import FORCE_LAWS
 from pamsim.papers.claim import printed_number
+from pamsim.papers.numerics import curve_fit
 from pamsim.store.printed import printed_table
 
 FloatArray = NDArray[np.float64]
@@ -67,36 +66,32 @@ def fitted_residual(law: str) -> FloatArray:
     points = measured("DMSP-20")
     if law == "ideal":
         return predicted("ideal_mckibben", (1.0,), points) - points.force
-    decay = printed_number("sarosi", "decay").value
-    if law == "exponential":
-        bar = PA_PER_BAR
-        return _fitted(
-            lambda v: (
-                predicted(
-                    "invertible_exponential",
-                    (1.0, v[0] / bar, v[1], v[2], v[3] / bar, v[4], v[5] / bar, v[6]),
-                    points,
-                )
-                - points.force
-            ),
+    decay, bar = printed_number("sarosi", "decay").value, PA_PER_BAR
+    name, coefficients, start = {
+        "exponential": (
+            "invertible_exponential",
+            lambda a, b, c, e, f, g, h: (1.0, a / bar, b, c, e / bar, f, g / bar, h),
             [0.0, 300.0, -30.0, -900.0, 0.0, 300.0, -300.0],
-        )
-    if law == "strain":
-        return _fitted(
-            lambda v: (
-                predicted("corrected_mckibben", (1.0, v[0], v[1], 0.0, v[2], decay), points)
-                - points.force
-            ),
+        ),
+        "strain": (
+            "corrected_mckibben",
+            lambda a, b, factor: (1.0, a, b, 0.0, factor, decay),
             [1.0, -1.0, -1.0],
-        )
-    return _fitted(
-        lambda v: predicted("corrected_mckibben", (1.0, *v, decay), points) - points.force,
-        [1.0, -1.0, 0.1, -1.0],
+        ),
+        "corrected": (
+            "corrected_mckibben",
+            lambda *v: (1.0, *v, decay),
+            [1.0, -1.0, 0.1, -1.0],
+        ),
+    }[law]
+
+    def force(_: None, *values: float) -> FloatArray:
+        return predicted(name, coefficients(*values), points)
+
+    fitted, _ = curve_fit(
+        force, None, points.force, start, method="trf", x_scale="jac", max_nfev=2000
     )
-
-
-def _fitted(residual: Callable[[FloatArray], FloatArray], start: list[float]) -> FloatArray:
-    return least_squares(residual, start, x_scale="jac", max_nfev=2000).fun
+    return force(None, *fitted) - points.force
 
 
 def rms(values: FloatArray) -> float:

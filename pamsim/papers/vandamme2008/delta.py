@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.optimize import least_squares
 from scipy.special import stdtrit
 
 from pamsim.papers.claim import Recomputed, printed_number, recomputes
+from pamsim.papers.numerics import curve_fit
 from pamsim.papers.vandamme2008.factor import (
     force,
     history,
@@ -34,13 +34,14 @@ def _fit(measured: FloatArray, start: FloatArray) -> tuple[FloatArray, FloatArra
     """Fit delta, c and d to a relative error of the force, and half their 95 % intervals."""
     u = scaled(path())
 
-    def miss(values: FloatArray) -> FloatArray:
-        return relative_error(values, history(), u) - measured
-
-    solved = least_squares(miss, start, bounds=([0.0, -1.0, -1.9], [1.0, 0.5, 0.0]))
-    freedom = measured.size - 3
-    covariance = np.linalg.inv(solved.jac.T @ solved.jac) * (2.0 * solved.cost / freedom)
-    return solved.x, stdtrit(freedom, 0.975) * np.sqrt(np.diag(covariance))
+    values, covariance = curve_fit(
+        lambda _, *v: relative_error(np.array(v), history(), u),
+        None,
+        measured,
+        start,
+        bounds=([0.0, -1.0, -1.9], [1.0, 0.5, 0.0]),
+    )
+    return values, stdtrit(measured.size - 3, 0.975) * np.sqrt(np.diag(covariance))
 
 
 def _measured_ratio(fibres: int) -> FloatArray:

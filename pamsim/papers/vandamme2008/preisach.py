@@ -17,8 +17,8 @@ from pamsim.hysteresis.preisach import (
 from pamsim.hysteresis.relays import (
     RelaySum,
     levels_of,
+    printed_weight,
     relay_weights,
-    seed_weight,
     triangle_integral,
 )
 from pamsim.papers.claim import Recomputed, printed_values, recomputes
@@ -32,7 +32,7 @@ LEVELS = 40
 
 def weight_table(c: float, d: float) -> FloatArray:
     """Normalised weights (5) of the relays, (LEVELS, LEVELS)."""
-    return relay_weights(LEVELS, lambda alpha, beta: seed_weight(alpha, beta, c, d))
+    return relay_weights(LEVELS, lambda alpha, beta: printed_weight(alpha, beta, c, d))
 
 
 @functools.cache
@@ -66,7 +66,7 @@ def _normalised() -> Recomputed:
             half = 0.5 * (high - low)
             for t, b in zip(nodes.tolist(), share.tolist(), strict=True):
                 beta = low + half * (t + 1.0)
-                total += a * b * half * seed_weight(alpha, beta, c, d)
+                total += a * b * half * printed_weight(alpha, beta, c, d)
     integral = triangle_integral(c, d)
     return Recomputed(total / integral, integral=integral)
 
@@ -95,9 +95,9 @@ def _most_frequent() -> Recomputed:
     c, d = value("weight_c"), value("weight_d")
     fine = np.linspace(-1.0, 1.0, 201).tolist()
     places = [(a, b) for a in fine for b in fine if a + b <= 0.0 and b <= a]
-    alpha, beta = max(places, key=lambda place: seed_weight(*place, c, d))
+    alpha, beta = max(places, key=lambda place: printed_weight(*place, c, d))
     middle_gap = max(
-        abs(seed_weight(a, b, c, d) - seed_weight(-b, -a, c, d)) for a, b in places[::7]
+        abs(printed_weight(a, b, c, d) - printed_weight(-b, -a, c, d)) for a, b in places[::7]
     )
     return Recomputed((alpha - beta, alpha + beta), printed=(-c, d), middle_gap=middle_gap)
 

@@ -8,7 +8,7 @@ from pamsim.muscles.pleated import pleated_function
 from pamsim.muscles.pleated_fit import fit_pleated, worst_relative_error
 from pamsim.muscles.pleated_shape import pleated_max_contraction, pleated_shape_function
 from pamsim.papers.claim import Recomputed, printed_values, recomputes
-from pamsim.papers.root import root
+from pamsim.papers.numerics import root
 from pamsim.papers.vandamme2008.numbers import (
     PERCENT,
     largest,

@@ -21,7 +21,7 @@ from pamsim.hysteresis.fractional_maxwell import (
     density_below,
     density_slope,
 )
-from pamsim.hysteresis.fractional_reference import (
+from pamsim.papers.nguyen2024.fractional_reference import (
     displacement_at_peak_force,
     displacement_at_zero_force,
     fractional_derivative,

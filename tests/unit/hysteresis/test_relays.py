@@ -18,9 +18,9 @@ from pamsim.hysteresis.relays import (
     RelaySum,
     Staircase,
     levels_of,
-    normalised_seed_weight,
+    normalised_weight,
+    printed_weight,
     relay_weights,
-    seed_weight,
     triangle_integral,
 )
 from tests.unit.hysteresis.operator_runs import run
@@ -59,7 +59,7 @@ def engine_output(levels: int, inputs: np.ndarray, c: float = C, d: float = D) -
 
 
 def test_relay_sum_is_the_sum_of_single_relays():
-    levels, weights = levels_of(9), relay_weights(9, seed_weight)
+    levels, weights = levels_of(9), relay_weights(9, printed_weight)
     single = [
         (weights[i, j], PlainRelay(levels[i], levels[j])) for i in range(9) for j in range(i + 1)
     ]
@@ -84,7 +84,7 @@ def test_staircase_equals_the_relays(levels):
     [(2, C, D, 300), (3, C, D, 300), (20, C, D, 1000), (41, 0.7, -0.3, 300), (100, -1.5, 1.2, 60)],
 )
 def test_engine_operator_equals_the_relays(levels, c, d, count):
-    relays = RelaySum(relay_weights(levels, lambda alpha, beta: seed_weight(alpha, beta, c, d)))
+    relays = RelaySum(relay_weights(levels, lambda alpha, beta: printed_weight(alpha, beta, c, d)))
     inputs = reversals(count, seed=levels + 1)
     by_relays = [relays.step(u) for u in inputs]
     assert engine_output(levels, inputs, c, d) == pytest.approx(by_relays, abs=1e-12)
@@ -92,7 +92,7 @@ def test_engine_operator_equals_the_relays(levels, c, d, count):
 
 def test_inputs_on_the_levels_themselves_agree():
     levels = 8
-    weights = relay_weights(levels, seed_weight)
+    weights = relay_weights(levels, printed_weight)
     relays, staircase = RelaySum(weights), Staircase(weights)
     inputs = np.random.default_rng(5).permutation(np.tile(levels_of(levels), 20))
     by_relays = [relays.step(u) for u in inputs]
@@ -102,7 +102,7 @@ def test_inputs_on_the_levels_themselves_agree():
 
 @pytest.mark.parametrize("levels", [2, 3, 20, 21])
 def test_virgin_state_is_neutral_and_saturation_is_one(levels):
-    weights = relay_weights(levels, seed_weight)
+    weights = relay_weights(levels, printed_weight)
     relays = RelaySum(weights)
     assert float(np.sum(weights * relays.relays)) == pytest.approx(0.0, abs=1e-14)
     half = levels_reached(levels, -1e-9)
@@ -119,9 +119,9 @@ def test_virgin_state_is_neutral_and_saturation_is_one(levels):
 
 def test_weight_as_printed():
     """Van Damme 2008, (5), written out at points on both sides of alpha + beta = 0."""
-    assert seed_weight(0.3, -0.5) == math.exp(-((-0.8 + 0.1) ** 2) - (-0.2 + 1.0) ** 2)
-    assert seed_weight(0.5, -0.3) == math.exp(-((-0.8 + 0.1) ** 2) - (0.2 - 1.0) ** 2)
-    assert seed_weight(0.8, 0.1) == pytest.approx(seed_weight(-0.1, -0.8), rel=1e-14)
+    assert printed_weight(0.3, -0.5) == math.exp(-((-0.8 + 0.1) ** 2) - (-0.2 + 1.0) ** 2)
+    assert printed_weight(0.5, -0.3) == math.exp(-((-0.8 + 0.1) ** 2) - (0.2 - 1.0) ** 2)
+    assert printed_weight(0.8, 0.1) == pytest.approx(printed_weight(-0.1, -0.8), rel=1e-14)
 
 
 @pytest.mark.parametrize(("c", "d"), [(C, D), (0.5, 0.5), (-1.0, -2.0)])
@@ -135,13 +135,13 @@ def test_weight_is_normalised_on_the_triangle(c, d):
         values = np.exp(-((beta - alpha - c) ** 2) - middle**2)
         sums.append(float(np.sum(np.tril(values, -1)) + 0.5 * np.trace(values)) * 4.0 / count**2)
     assert sums[1] + (sums[1] - sums[0]) / 3.0 == pytest.approx(triangle_integral(c, d), rel=1e-6)
-    share = normalised_seed_weight(0.4, 0.1, c, d)
-    assert share * triangle_integral(c, d) == pytest.approx(seed_weight(0.4, 0.1, c, d))
+    share = normalised_weight(0.4, 0.1, c, d)
+    assert share * triangle_integral(c, d) == pytest.approx(printed_weight(0.4, 0.1, c, d))
 
 
 def test_pleated_line_is_the_least_squares_line_through_the_major_loop():
     levels = 40
-    relays = RelaySum(relay_weights(levels, seed_weight))
+    relays = RelaySum(relay_weights(levels, printed_weight))
     grid = np.linspace(-1.0, 1.0, 8001)
     relays.step(-1.0)
     rising = [relays.step(u) for u in grid]

@@ -16,6 +16,7 @@ from pamsim.papers.alraouf2025.loop import (
     loop_scores,
     scores,
 )
+from pamsim.papers.alraouf2025.sensors import ranger_speed, speed_of_sound
 from pamsim.papers.claim import Claim, Verdict
 from pamsim.papers.replicate import paper_claims
 from pamsim.store.printed import BRANCHES, Printed, loop_equation, loop_rows, printed_document
@@ -142,3 +143,27 @@ def test_bouc_wen_with_memory_opens_a_loop_and_fits_worse():
 def test_scores_are_matlabs():
     found = scores(np.array([1.0, -1.0, 2.0, 0.0]), np.array([0.0, 2.0, 4.0, 6.0]))
     assert found == pytest.approx({"MSE": 1.5, "R2": 1.0 - 1.5 / 5.0, "RMSE": 1.5**0.5, "MAE": 1.0})
+
+
+@pytest.mark.parametrize(
+    ("number", "expected"),
+    [
+        (54, (0.0, 500.0)),
+        (55, 5.0 / 1024.0 / 4.0 * 500.0),  # kPa, ten bits over 5 V
+        (56, 10.0),
+        (57, 20.0 / 3.0**0.5),
+        (58, 273.15 * ((2.0 / 58e-4 / 331.3) ** 2 - 1.0)),  # deg C
+        (60, 100.0 / (2.0 * 293.15)),
+        (64, 5.0 / 1024.0 / 4.0 * 500.0 / 10.0),
+    ],
+)
+def test_sensors(claims, number, expected):
+    assert claims[f"alraouf2025-{number}"].recomputed == pytest.approx(expected, rel=1e-12)
+
+
+def test_the_ranger_reads_true_at_its_own_temperature_and_short_in_warm_air(claims):
+    own = claims["alraouf2025-58"].recomputed
+    assert speed_of_sound(own) == pytest.approx(ranger_speed(), rel=1e-12)
+    assert speed_of_sound(20.0) == pytest.approx(343.2, abs=0.1)  # textbooks
+    change = claims["alraouf2025-61"].recomputed / 30.0
+    assert change == pytest.approx(10.0 * 0.01 * claims["alraouf2025-60"].recomputed, rel=0.03)

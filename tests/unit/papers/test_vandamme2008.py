@@ -41,8 +41,8 @@ def test_half_the_swing_would_keep_the_muscle_pulling(monkeypatch):
 
 
 def test_another_weight_is_noticed(monkeypatch):
-    right = preisach.seed_weight
-    monkeypatch.setattr(preisach, "seed_weight", lambda a, b, c, d: right(a, b, -c, d))
+    right = preisach.printed_weight
+    monkeypatch.setattr(preisach, "printed_weight", lambda a, b, c, d: right(a, b, -c, d))
     assert evaluate("vandamme2008-12").verdict is Verdict.INCONSISTENT
     assert evaluate("vandamme2008-10").verdict is Verdict.INCONSISTENT
 
