@@ -56,8 +56,8 @@ def row(muscle: Muscle) -> Row:
     return [float(value) for value in pack(muscle)]
 
 
-def wheel_radius() -> float:
-    """Radius of the rig's chain wheel [m]; assumed, the paper prints none."""
+def sprocket_radius() -> float:
+    """Radius of the rig's sprocket [m]; assumed, the paper prints none."""
     return _file().native["tendon.chain_1.coef"].si("m")
 
 
@@ -73,7 +73,7 @@ def rest_angle(muscle: Muscle, pressures: tuple[float, float]) -> float:
         muscle: either of them.
         pressures: gauge, of muscles 1 and 2 [Pa].
     """
-    pair, radius = (row(muscle), row(muscle)), wheel_radius()
+    pair, radius = (row(muscle), row(muscle)), sprocket_radius()
     limit = 0.5 * stroke(muscle) / radius
 
     def torque(angle: float) -> float:

@@ -209,12 +209,12 @@ def within(
         recomputed: the same, computed.
         tolerance: one for all or (n,).
     """
-    told, computed = _several(printed), _several(recomputed)
-    limits = _several(tolerance) if isinstance(tolerance, Sequence) else (tolerance,) * len(told)
+    wanted, computed = _several(printed), _several(recomputed)
+    limits = _several(tolerance) if isinstance(tolerance, Sequence) else (tolerance,) * len(wanted)
     # 1e-9: the tolerance itself is a decimal that binary numbers do not hold exactly.
     return all(
         abs(a - b) <= limit * (1.0 + 1e-9)
-        for a, b, limit in zip(told, computed, limits, strict=True)
+        for a, b, limit in zip(wanted, computed, limits, strict=True)
     )
 
 
@@ -277,10 +277,10 @@ def _quoted(paper: str, printed: Any) -> Any:
     if isinstance(printed, str):
         if not printed.startswith("$"):
             return printed
-        found: Any = _document(paper)
+        entry: Any = _document(paper)
         for key in printed[1:].split("."):
-            found = found[key]
-        return _quoted(paper, found["value"] if isinstance(found, Mapping) else found)
+            entry = entry[key]
+        return _quoted(paper, entry["value"] if isinstance(entry, Mapping) else entry)
     return _digits(printed)
 
 

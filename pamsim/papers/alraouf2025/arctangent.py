@@ -64,7 +64,7 @@ def _own_intervals(branch: str) -> Recomputed:
     coefficients = published(branch)
     found = arctangent_half_intervals(pressure, coefficients, mse.value)
     rows = loop_coefficients(branch)
-    told = [0.5 * (row.high.value - row.low.value) for row in rows]
+    half_widths = [0.5 * (row.high.value - row.low.value) for row in rows]
     rounding = 0.5 * (found / mse.value) * mse.half_unit
     for index, number in enumerate(printed):
         moved = list(coefficients)
@@ -74,7 +74,7 @@ def _own_intervals(branch: str) -> Recomputed:
     return Recomputed(
         [float(value) for value in found],
         tolerance=[float(a + b) for a, b in zip(ends, rounding, strict=True)],
-        printed=told,
+        printed=half_widths,
     )
 
 

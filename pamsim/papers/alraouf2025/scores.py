@@ -94,12 +94,12 @@ def _variance_agrees(branch: str) -> Recomputed:
 @recomputes("alraouf2025-30", "up")
 @recomputes("alraouf2025-31", "down")
 def _variance_of_table(branch: str) -> Recomputed:
-    told, rounding = _implied_variance(branch, "bouc_wen")
+    variance, rounding = _implied_variance(branch, "bouc_wen")
     _, length = branch_data(branch)
     return Recomputed(
         float(np.var(length)),
         tolerance=rounding + 2.0 * half_unit(3) * float(np.std(length)),
-        printed=told,
+        printed=variance,
     )
 
 

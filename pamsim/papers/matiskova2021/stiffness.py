@@ -1,4 +1,4 @@
-"""Matiskova 2021, what it says of stiffness: equation (5), the sum of pressures, symmetry."""
+"""Statements on stiffness: equation (5), the sum of pressures, symmetry."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from pamsim.papers.antagonistic_pair import (
     ideal_muscle,
     rest_angle,
     row,
-    wheel_radius,
+    sprocket_radius,
 )
 from pamsim.papers.claim import Recomputed, Verdict, recomputes
 from pamsim.papers.torque_law import TorqueLaw, fit_torque_law
@@ -32,12 +32,12 @@ def _parts(pressure: float) -> Stiffness:
     """Parts of (5) at the reference point with both muscles at one pressure [N m/rad]."""
     muscle = row(ideal_muscle())
     each = ideal_stiffness(muscle, 0.0, pressure)
-    return joint_stiffness([each, each], [wheel_radius()] * 2)
+    return joint_stiffness([each, each], [sprocket_radius()] * 2)
 
 
 def _shut_stiffness(pressure: float) -> float:
     """The same by turning the arm with both chambers shut [N m/rad]."""
-    muscle, radius, h = row(ideal_muscle()), wheel_radius(), 1e-4
+    muscle, radius, h = row(ideal_muscle()), sprocket_radius(), 1e-4
     air = [charged_air_state(muscle, 0.0, pressure)]
 
     def torque(angle: float) -> float:
@@ -133,7 +133,7 @@ def _stiffest() -> Recomputed:
     far = next(step for step in steps if step.row == 1)
     first = _difference(near) / near.angle
     second = (_difference(far) - _difference(near)) / (far.angle - near.angle)
-    muscle, radius = ideal_muscle(), wheel_radius()
+    muscle, radius = ideal_muscle(), sprocket_radius()
     along: list[float] = []
     for share in (1.0, 0.9, 0.8, 0.7, 0.6):
         pressures = _FULL, share * _FULL

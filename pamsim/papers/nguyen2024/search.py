@@ -41,11 +41,11 @@ def _searches() -> dict[str, SearchRun]:
 @recomputes("nguyen2024-29", "differential_evolution")
 @recomputes("nguyen2024-30", "water_cycle")
 def _recovered(method: str) -> Recomputed:
-    run, told = _searches()[method], element()
+    run, identified = _searches()[method], element()
     found = (run.x[0], 10.0 ** run.x[1], 10.0 ** run.x[2])
     return Recomputed(
         found,
-        tolerance=[_SHARE * abs(number) for number in told],
+        tolerance=[_SHARE * abs(number) for number in identified],
         cost=run.value,
         evaluations=run.evaluations,
         beta_low=10.0 ** MAXWELL[1].low,
@@ -77,17 +77,19 @@ def _converged() -> Recomputed:
 
 @recomputes("nguyen2024-32")
 def _digits() -> Recomputed:
-    loops, told = identification_loops(), np.array(element())
+    loops, identified = identification_loops(), np.array(element())
 
     def residual(logs: FloatArray) -> FloatArray:
-        alpha, beta, stiffness = told * np.exp(logs)
+        alpha, beta, stiffness = identified * np.exp(logs)
         return maxwell_residual(np.array([alpha, math.log10(beta), math.log10(stiffness)]), loops)
 
     step = 1e-6
     columns = [(residual(step * e) - residual(-step * e)) / (2.0 * step) for e in np.eye(3)]
     inverse = np.linalg.pinv(np.stack(columns, axis=1))
     # The cost is linear in the measured x1, x2: Ke (w beta)^alpha each.
-    gain = np.repeat([(loop.frequency * told[1]) ** told[0] * told[2] for loop in loops], 2)
+    gain = np.repeat(
+        [(loop.frequency * identified[1]) ** identified[0] * identified[2] for loop in loops], 2
+    )
     size = np.array([abs(x) for loop in loops for x in (loop.at_force, loop.at_zero)])
     spread = np.sqrt(np.sum((inverse * (gain * _NOISE * size)) ** 2, axis=1))
     half = 1.96 * spread

@@ -1,4 +1,4 @@
-"""Sarosi, what (1) to (4) say of themselves, without any measurement."""
+"""Equations (1) to (4) by themselves, without any measurement."""
 
 from __future__ import annotations
 
@@ -32,9 +32,9 @@ def _virtual_work() -> Recomputed:
         a, b = 3.0 / math.tan(angle) ** 2, 1.0 / math.sin(angle) ** 2
         scale = pressure * math.pi * radius**2 * (a - b)
         for kappa in np.linspace(-0.05, 0.3, 36).tolist():
-            told = pressure * math.pi * radius**2 * (a * (1.0 - kappa) ** 2 - b)
+            by_paper = pressure * math.pi * radius**2 * (a * (1.0 - kappa) ** 2 - b)
             law = ideal_force(pressure, (1.0 - kappa) * length, length, 2.0 * radius, angle)
-            worst = max(worst, abs(told - law) / scale)
+            worst = max(worst, abs(by_paper - law) / scale)
     return Recomputed(worst)
 
 
@@ -89,9 +89,9 @@ def _isobar() -> Recomputed:
     for bar in _BARS:
         single = isobar(law, bar * PA_PER_BAR)
         for kappa in np.linspace(0.0, 0.25, 26).tolist():
-            told = single_pressure_force(0.0, kappa, single.a, single.b, single.d, single.e)
+            by_paper = single_pressure_force(0.0, kappa, single.a, single.b, single.d, single.e)
             both = six_parameter_force(
                 bar * PA_PER_BAR, kappa, law.a, law.b, law.c, law.d, law.e, law.f
             )
-            worst = max(worst, abs(told - both))
+            worst = max(worst, abs(by_paper - both))
     return Recomputed(worst)

@@ -55,8 +55,8 @@ def _inverse() -> Recomputed:
         for kappa in np.linspace(0.0, 0.25, 26).tolist():
             p, rise = bar * PA_PER_BAR, math.exp(c * kappa)
             force = (a * p + b) * rise + (e * p + f) * kappa + g * p + h
-            told = -(-force + b * rise + kappa * f + h) / (a * rise + kappa * e + g)
-            worst = max(worst, abs(told - p))
+            inverted = -(-force + b * rise + kappa * f + h) / (a * rise + kappa * e + g)
+            worst = max(worst, abs(inverted - p))
             slope = six_parameter_force_dp(p, kappa, a, b, c, e, g, h)
             least = min(least, slope * PA_PER_BAR)
     return Recomputed(worst / PA_PER_BAR, least=least)

@@ -12,10 +12,10 @@ from pamsim.papers.vandamme2008.factor import (
     force,
     history,
     path,
+    printed_parameters,
     relative_error,
     scaled,
     static,
-    truth,
 )
 from pamsim.papers.vandamme2008.numbers import length, pressures
 
@@ -52,18 +52,20 @@ def _measured_ratio(fibres: int) -> FloatArray:
 
 @recomputes("vandamme2008-25")
 def _recovered() -> Recomputed:
-    told: list[float] = []
+    planted: list[float] = []
     found: list[float] = []
     for fibres in (40, 25):
-        told += truth(fibres).tolist()
+        planted += printed_parameters(fibres).tolist()
         found += _fit(_measured_ratio(fibres) - 1.0, _FAR)[0].tolist()
-    return Recomputed(found, tolerance=[_SHARE * abs(number) for number in told], printed=told)
+    return Recomputed(
+        found, tolerance=[_SHARE * abs(number) for number in planted], printed=planted
+    )
 
 
 @recomputes("vandamme2008-26")
 def _covered() -> Recomputed:
     clean = _measured_ratio(40)
-    planted, inside = truth(40), np.zeros(3)
+    planted, inside = printed_parameters(40), np.zeros(3)
     half = np.zeros(3)
     for seed in range(_SEEDS):
         noise = np.random.default_rng(seed).standard_normal(clean.size)

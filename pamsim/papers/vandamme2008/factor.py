@@ -62,7 +62,7 @@ def relative_error(values: FloatArray, relays: FloatArray, u: FloatArray) -> Flo
     return values[0] * (output(relays, weights) - (slope * u + start))
 
 
-def truth(fibres: int) -> FloatArray:
+def printed_parameters(fibres: int) -> FloatArray:
     """Printed delta, c and d of the muscle with 40 or 25 fibres [-]."""
     return np.array([value(f"delta_{fibres}"), value("weight_c"), value("weight_d")])
 
@@ -77,7 +77,7 @@ def static() -> FloatArray:
 
 def force(fibres: int, pressure: float) -> FloatArray:
     """Force (7) along the record [N]."""
-    error = relative_error(truth(fibres), history(), scaled(path()))
+    error = relative_error(printed_parameters(fibres), history(), scaled(path()))
     return pressure * length() ** 2 * static() * (1.0 + error)
 
 
@@ -98,7 +98,7 @@ def _line() -> Recomputed:
 @recomputes("vandamme2008-19")
 def _loses_energy() -> Recomputed:
     u, major = _major()
-    error = relative_error(truth(40), major, u)
+    error = relative_error(printed_parameters(40), major, u)
     half = len(u) // 2
     gap = error[half:][::-1] - error[:half]
     return Recomputed(
@@ -117,7 +117,7 @@ def _pressure_independent() -> Recomputed:
 def _width(fibres: int) -> float:
     """Largest gap between the branches of e over the major loop [%]."""
     u, major = _major()
-    error = relative_error(truth(fibres), major, u)
+    error = relative_error(printed_parameters(fibres), major, u)
     half = len(u) // 2
     return float(np.max(error[half:][::-1] - error[:half])) / PERCENT
 
@@ -132,5 +132,5 @@ def _less_pronounced() -> Recomputed:
 def _good_range() -> Recomputed:
     low, high = (number * PERCENT for number in printed_values("vandamme2008", "good_range"))
     inside = (path() >= low) & (path() <= high)
-    error = relative_error(truth(40), history(), scaled(path()))[inside]
+    error = relative_error(printed_parameters(40), history(), scaled(path()))[inside]
     return Recomputed(None, low=np.min(error) / PERCENT, high=np.max(error) / PERCENT)

@@ -78,11 +78,11 @@ def _grid() -> Recomputed:
     by_relays = output(relay_history(path), _printed_table())
     act = [0.0] * n
     worst = 0.0
-    for u, told in zip(path.tolist(), by_relays.tolist(), strict=True):
+    for u, expected in zip(path.tolist(), by_relays.tolist(), strict=True):
         reached = levels_reached(n, u)
         found = staircase_sums(n, c, d, act, reached)[0]
         act = _moved(n, act, reached)
-        worst = max(worst, abs(found - told))
+        worst = max(worst, abs(found - expected))
     return Recomputed(worst, n=n)
 
 

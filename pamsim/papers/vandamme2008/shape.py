@@ -73,8 +73,8 @@ def _muscle_like() -> Recomputed:
 def _below_five_percent() -> Recomputed:
     slenderness, eps = value("slenderness"), 0.2 * value("valid_from") * PERCENT
     law = fit_pleated(slenderness, (value("valid_from") * PERCENT, largest()))
-    told = pleated_function(eps, law.f0, law.f1, law.f2, law.f3, law.f4)
-    found = (told / pleated_shape_function(eps, slenderness) - 1.0) / PERCENT
+    polynomial = pleated_function(eps, law.f0, law.f1, law.f2, law.f3, law.f4)
+    found = (polynomial / pleated_shape_function(eps, slenderness) - 1.0) / PERCENT
     return Recomputed(found, holds=found > _CLOSE)
 
 

@@ -49,7 +49,7 @@ def test_another_weight_is_noticed(monkeypatch):
 
 def test_a_leading_factor_is_noticed(monkeypatch):
     # With delta negative the muscle would give energy round a loop.
-    monkeypatch.setattr(factor, "truth", lambda fibres: np.array([-0.299, -0.1, -1.0]))
+    monkeypatch.setattr(factor, "printed_parameters", lambda fibres: np.array([-0.299, -0.1, -1.0]))
     assert evaluate("vandamme2008-19").verdict is Verdict.INCONSISTENT
 
 
