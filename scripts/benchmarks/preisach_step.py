@@ -21,8 +21,8 @@ import numpy as np
 from pamsim.hysteresis import preisach
 from pamsim.hysteresis.relays import (
     levels_of,
+    printed_weight,
     relay_weights,
-    seed_weight,
     staircase_step,
     staircase_table,
 )
@@ -100,7 +100,7 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--levels", type=int, default=100)
     n = parser.parse_args().levels
-    weights = relay_weights(n, seed_weight)
+    weights = relay_weights(n, printed_weight)
     table = staircase_table(weights)
     relay_table = np.vstack([weights, levels_of(n)])
     # A path as a simulation gives it: small steps, with reversals of every size.

@@ -87,9 +87,8 @@ def _digits() -> Recomputed:
     columns = [(residual(step * e) - residual(-step * e)) / (2.0 * step) for e in np.eye(3)]
     inverse = np.linalg.pinv(np.stack(columns, axis=1))
     # The cost is linear in the measured x1, x2: Ke (w beta)^alpha each.
-    gain = np.repeat(
-        [(loop.frequency * identified[1]) ** identified[0] * identified[2] for loop in loops], 2
-    )
+    alpha, beta, stiffness = element()
+    gain = np.repeat([(loop.frequency * beta) ** alpha * stiffness for loop in loops], 2)
     size = np.array([abs(x) for loop in loops for x in (loop.at_force, loop.at_zero)])
     spread = np.sqrt(np.sum((inverse * (gain * _NOISE * size)) ** 2, axis=1))
     half = 1.96 * spread
