@@ -41,9 +41,7 @@ KEPT = Path("out/calibrate_study.jsonl")
 RUNS, BLIND_RUNS = 200, 20
 REPEATS = 4  # from here on intervals rest on the scatter of trials, not on a model of the noise
 RATE, HOLD = 100.0, 0.3
-TIMESTEP = (
-    1e-3  # twice the rig's own, in plant and fit alike: half the time for the same statistics
-)
+TIMESTEP = 1e-3  # twice the rig's own, in both plant and fit: half the time for the same statistics
 ANGLE_NOISE, PRESSURE_NOISE = np.radians(0.05), 400.0
 COLOURS = {"white": 0.0, "coloured 0.1 s": 0.1}
 PLANTED = {

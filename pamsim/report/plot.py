@@ -6,8 +6,11 @@ from typing import Any
 
 from matplotlib.figure import Figure
 
+from pamsim.calibration.result import Calibration
 from pamsim.core.errors import InputError
 from pamsim.core.recording import Recording
+from pamsim.report.calibrate_numbers import parameter_ranges
+from pamsim.report.calibrate_signals import trial_signals
 from pamsim.report.step_figure import step_figure
 
 
@@ -15,7 +18,8 @@ def plot(result: Any) -> Figure:
     """Draw a result.
 
     Args:
-        result: a `Recording`.
+        result: a `Recording`; a `Calibration`, drawn against its trials, or as its parameters
+            in their ranges where it has none.
 
     Returns:
         A matplotlib figure; ``figure.savefig(path)`` writes it.
@@ -25,4 +29,9 @@ def plot(result: Any) -> Figure:
     """
     if isinstance(result, Recording):
         return step_figure(result)
+    if isinstance(result, Calibration):
+        trials = [c for c in result.comparisons if c.table is None]
+        if trials:
+            return trial_signals(trials)
+        return parameter_ranges(result.to_dict()["parameters"])
     raise InputError(f"no picture of a {type(result).__name__}; give a result of pamsim")

@@ -141,7 +141,7 @@ def case(folder: Path, seed: int, colour: float = 0.0, filling: bool = False) ->
 
 
 def judged(given: Case, values: FloatArray, low: FloatArray, high: FloatArray) -> dict[str, Any]:
-    """Errors and intervals in per cent of the truth."""
+    """Errors and intervals in per cent of the planted value."""
     rows = {}
     off = 100.0 * (np.array([values, low, high]) / given.truth - 1.0)
     for i, name in enumerate(given.names):
@@ -150,7 +150,7 @@ def judged(given: Case, values: FloatArray, low: FloatArray, high: FloatArray) -
             "value_si": float(values[i]),
             "truth_si": float(given.truth[i]),
             "error_percent": float(off[0, i]),
-            "interval95_percent_of_truth": ends,
+            "interval95_percent_of_planted": ends,
             "truth_inside": None if ends is None else ends[0] <= 0.0 <= ends[1],
         }
     return rows
@@ -270,14 +270,14 @@ def by_sysid(given: Case) -> dict[str, Any]:
     }
 
 
-def told(what: str, found: dict[str, Any]) -> dict[str, Any]:
+def printed(what: str, found: dict[str, Any]) -> dict[str, Any]:
     """Print one run in short."""
     print(
         f"{what:28s} {found['seconds']:6.1f} s {found['simulations']:5d} simulations"
         f" {found['iterations']:3d} iterations  {found['status']}; {'; '.join(found['said'])}"
     )
     for name, row in found["parameters"].items():
-        ends = row["interval95_percent_of_truth"]
+        ends = row["interval95_percent_of_planted"]
         shown = "none" if ends is None else f"{ends[0]:+.3f} to {ends[1]:+.3f} %"
         print(f"    {name:28s} {row['error_percent']:+8.3f} %   {shown}   {row['truth_inside']}")
     sys.stdout.flush()
@@ -285,7 +285,7 @@ def told(what: str, found: dict[str, Any]) -> dict[str, Any]:
 
 
 def medians(runs: dict[str, list[dict[str, Any]]]) -> dict[str, Any]:
-    """Medians over the seeds, and how often the intervals hold the truth."""
+    """Medians over the seeds, and how often the intervals hold the planted values."""
     summary: dict[str, Any] = {}
     for tool, found in runs.items():
         rows = [row for run in found for row in run["parameters"].values()]
@@ -313,11 +313,13 @@ def main() -> None:
         for seed in range(options.seeds):
             given = case(place / str(seed), seed)
             for tool, run in tools.items():
-                white[tool].append(told(f"{tool}, seed {seed}", run(given)))
+                white[tool].append(printed(f"{tool}, seed {seed}", run(given)))
         given = case(place / "coloured", 0, colour=float(np.exp(-0.1)))
-        coloured = {tool: told(f"{tool}, AR(1) 0.1 s", run(given)) for tool, run in tools.items()}
+        coloured = {
+            tool: printed(f"{tool}, AR(1) 0.1 s", run(given)) for tool, run in tools.items()
+        }
         given = case(place / "filling", 0, filling=True)
-        deficient = {tool: told(f"{tool}, filling", run(given)) for tool, run in tools.items()}
+        deficient = {tool: printed(f"{tool}, filling", run(given)) for tool, run in tools.items()}
     result = {
         "summary": medians(white),
         "white_noise": white,

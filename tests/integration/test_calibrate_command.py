@@ -128,6 +128,18 @@ def test_calibrated_rig_is_a_rig_and_says_where_its_numbers_are_from(report, rig
     assert untouched.source == rig.file.muscle["valve"]["critical_ratio"].source
 
 
+def test_a_calibration_sums_itself_up_and_saves_itself(report, tmp_path):
+    text = report.summary()
+    assert all(name in text for name in PLANTED)
+    assert "converged: no parameter at a limit" in text
+    folder, file = report.save(tmp_path / "saved")
+    saved = json.loads(file.read_text(encoding="utf-8"))
+    assert saved == {**report.to_dict(), "calibrated_rig": str(folder)}
+    again, written = (pamsim.load_rig(f).model.actuator_user for f in (folder, report.folder))
+    np.testing.assert_array_equal(again, written)
+    assert len(pamsim.plot(report).axes) > 1
+
+
 def test_a_start_read_from_one_noisy_sample_does_not_bias_the_fit(rig, tmp_path):
     """Valves shut for most of the trial: a wrong start would stay, and be taken for flow."""
     planted, rng = rig.with_parameters(PLANTED), np.random.default_rng(3)
