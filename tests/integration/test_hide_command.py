@@ -135,3 +135,17 @@ def test_a_sensor_s_error_is_in_what_is_measured_alone(rig):
     off = recorded(rig, [("angle_bias", 2.0)], variation=0.0, noise=0.0, repeats=1)
     assert off.trials["bursts_1"].angle - plain.angle == pytest.approx(0.02)
     assert np.array_equal(off.trials["bursts_1"].pressure, plain.pressure)
+
+
+def test_a_loaded_rig_is_named_in_the_recording_and_the_result_sums_itself_up(rig, tmp_path):
+    hidden = recorded(rig, {"air_leak": 2.0}, repeats=1)
+    assert hidden.summary() == "air_leak (size 2) hidden in 2 trials of mas20_arm"
+    ground_truth = hidden.save(tmp_path / "data")
+    assert read_recordings(tmp_path / "data").rig == "mas20_arm"
+    assert json.loads(ground_truth.read_text(encoding="utf-8")) == hidden.to_dict()
+
+
+def test_every_effect_of_the_catalog_can_be_hidden_at_rest_ones_included(rig):
+    hidden = recorded(rig, {"braid_locking": 1.0}, repeats=1)
+    assert hidden.effects[0].resembles == ("braid_locking",)
+    assert set(hidden.hidden) == {"passive.locking", "passive.stiffness"}
