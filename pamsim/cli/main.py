@@ -47,7 +47,7 @@ class _LazyGroup(click.Group):
         return importlib.import_module(f"pamsim.cli.{cmd_name}").command
 
     def resolve_command(self, ctx: click.Context, args: list[str]) -> Any:
-        """Find the command of the arguments; suggest the nearest for a slip of the pen."""
+        """Find the command of the arguments; suggest the nearest for a mistyped name."""
         if args and args[0] not in _COMMANDS and not args[0].startswith("-"):
             raise click.UsageError(f"no command {args[0]!r}; {nearest(args[0], _COMMANDS)}")
         return super().resolve_command(ctx, args)

@@ -8,12 +8,13 @@ from typing import Any
 import click
 
 from pamsim.cli.main import OK
+from pamsim.cli.options import json_option
 from pamsim.cli.output import save_json
 
 
 @click.command(name="models")
 @click.argument("name", required=False)
-@click.option("--json", "json_file", type=click.Path(path_type=Path), help="Write the result here.")
+@json_option
 def command(name: str | None, json_file: Path | None) -> int:
     """List all force laws and hysteresis operators, or show the one called NAME."""
     from pamsim.fitting.models import models

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from pamsim.cli.main import FINDING, OK
+from pamsim.cli.options import PATH, json_option
 from pamsim.cli.output import progress_bar, save_json
 from pamsim.core.errors import InputError
 
@@ -24,8 +25,8 @@ _STATEMENT_WIDTH = 60
     multiple=True,
     help="matiskova2021, alraouf2025, nguyen2024, vandamme2008 or sarosi; may be given repeatedly.",
 )
-@click.option("--out", type=click.Path(path_type=Path), help="Folder for page and figures.")
-@click.option("--json", "json_file", type=click.Path(path_type=Path), help="Write the result here.")
+@click.option("--out", type=PATH, help="Folder for page and figures.")
+@json_option
 def command(papers: tuple[str, ...], out: Path | None, json_file: Path | None) -> int:
     """Recompute every printed number of the five source papers and report what agrees.
 
@@ -37,27 +38,29 @@ def command(papers: tuple[str, ...], out: Path | None, json_file: Path | None) -
     if out is not None and out.exists() and not out.is_dir():
         raise InputError(f"{out} is a file; name a folder to write the page into")
     with progress_bar() as progress:
-        found = replicate([paper.strip().lower() for paper in papers] or None, progress=progress)
-    result = found.to_dict()
+        replication = replicate(
+            [paper.strip().lower() for paper in papers] or None, progress=progress
+        )
+    result = replication.to_dict()
     save_json(json_file, result)
-    _print(found)
+    _print(replication)
     if out is not None:
         from pamsim.papers.replication_figures import replication_figures
         from pamsim.report.replication_page import write_replication
 
-        write_replication(result, replication_figures(found.papers), out)
+        write_replication(result, replication_figures(replication.papers), out)
         click.echo(f"page: {out / 'index.html'}")
-    return FINDING if found.failures else OK
+    return FINDING if replication.failures else OK
 
 
-def _print(found: Replication) -> None:
+def _print(replication: Replication) -> None:
     from pamsim.papers.replicate import PAPERS
 
     click.echo(
         f"{'id':16s} {'statement':{_STATEMENT_WIDTH}s} {'printed':>12s}"
         f" {'recomputed':>12s}  verdict"
     )
-    for claim in found.claims:
+    for claim in replication.claims:
         statement = claim.statement
         if len(statement) > _STATEMENT_WIDTH:
             statement = statement[: _STATEMENT_WIDTH - 3] + "..."
@@ -65,10 +68,10 @@ def _print(found: Replication) -> None:
             f"{claim.id:16s} {statement:{_STATEMENT_WIDTH}s} {_short(claim.printed):>12s}"
             f" {_short(claim.recomputed):>12s}  {claim.verdict.value}"
         )
-    for failure in found.failures:
+    for failure in replication.failures:
         name = PAPERS[failure["paper"]]
         click.echo(f"FAIL  {name} could not be evaluated: {failure['error']}")
-    click.echo(found.summary())
+    click.echo(replication.summary())
 
 
 def _short(value: Any) -> str:

@@ -8,11 +8,12 @@ from typing import Any
 import click
 
 from pamsim.cli.main import FINDING, OK
+from pamsim.cli.options import PATH, json_option, rig_option
 from pamsim.cli.output import progress_bar, save_json
 
 
 @click.command(name="reproduce")
-@click.option("--rig", default="mas20_arm", show_default=True, help="Shipped rig or rig folder.")
+@rig_option
 @click.option(
     "--start",
     default="vent",
@@ -21,8 +22,8 @@ from pamsim.cli.output import progress_bar, save_json
 )
 @click.option("--timestep-ms", type=float, help="Time step; the rig's own if left out.")
 @click.option("--sensors", is_flag=True, help="Record through the rig's encoder and converter.")
-@click.option("--out", type=click.Path(path_type=Path), help="Folder for page, figures and CSV.")
-@click.option("--json", "json_file", type=click.Path(path_type=Path), help="Write the result here.")
+@click.option("--out", type=PATH, help="Folder for page, figures and CSV.")
+@json_option
 def command(
     rig: str,
     start: str,
@@ -35,22 +36,22 @@ def command(
     from pamsim.papers.reproduce import reproduce
 
     with progress_bar() as progress:
-        found = reproduce(
+        reproduction = reproduce(
             rig,
             start=start,
             timestep=timestep_ms / 1e3 if timestep_ms is not None else None,
             sensors=sensors,
             progress=progress,
         )
-    result = found.to_dict()
+    result = reproduction.to_dict()
     save_json(json_file, result)
     _print(result)
     if out is not None:
         from pamsim.report.reproduce_page import write_reproduction
 
-        write_reproduction(result, found.recordings, out)
+        write_reproduction(result, reproduction.recordings, out)
         click.echo(f"page: {out / 'index.html'}")
-    return OK if all(check.ok for check in found.checks) else FINDING
+    return OK if all(check.ok for check in reproduction.checks) else FINDING
 
 
 def _print(result: dict[str, Any]) -> None:

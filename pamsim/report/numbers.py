@@ -36,7 +36,7 @@ def fixed(value: Any, decimals: int) -> str:
         return NONE
     text = f"{number:.{decimals}f}"
     if float(text) == 0.0:
-        text = text.removeprefix("-")  # -0.00 says nothing but looks like a sign
+        text = text.removeprefix("-")  # the sign of -0.00 means nothing
     return text.replace("-", "−")
 
 

@@ -51,7 +51,7 @@ def arm_camera(
 
     Raises:
         InputError: for an unknown camera.
-        EngineError: if OpenGL cannot start, or the rig lacks a site that the picture needs.
+        EngineError: if OpenGL cannot start, or the rig has no site that the picture needs.
     """
     model = replay.rig.model_for(load=replay.trial.load)
     require_camera(model, camera)

@@ -1,4 +1,4 @@
-"""Geometry of the drawn chain: strands from the wheel over the guide rollers to the muscles."""
+"""Geometry of the drawn chain: strands from the sprocket over the guide rollers to the muscles."""
 
 from __future__ import annotations
 
@@ -26,33 +26,34 @@ _INNER, _OUTER, _THIN = 0.0037, 0.0050, 0.0006
 
 @dataclass(frozen=True, kw_only=True)
 class _Strand:
-    """One half of the chain: from the wheel's far side over a guide roller to a muscle.
+    """One half of the chain: from the sprocket's far side over a guide roller to a muscle.
 
-    The path is an arc on the wheel, the common outer tangent, an arc on the roller, then a straight
-    line. Coordinates are (along the muscles towards the arm, outwards), origin on the shaft.
+    The path is an arc on the sprocket, the common outer tangent, an arc on the roller, then a
+    straight line. Coordinates are (along the muscles towards the arm, outwards), origin on the
+    shaft.
     """
 
     origin: Vector
     axes: Vector  # (3, 2) the plane's two unit vectors in the world
-    wheel: float  # effective radius of the wheel [m]
+    sprocket: float  # effective radius of the sprocket [m]
     guide: tuple[float, float]  # centre of the roller [m]
     roller: float  # radius of the roller [m]
     end: float  # where the chain ends, first coordinate [m]
 
     @property
     def departure(self) -> float:
-        """Angle at which the chain leaves the wheel, from the wheel's far side [rad]."""
+        """Angle at which the chain leaves the sprocket, from the sprocket's far side [rad]."""
         distance = math.hypot(*self.guide)
         return math.atan2(self.guide[1], self.guide[0]) - math.acos(
-            (self.wheel - self.roller) / distance
+            (self.sprocket - self.roller) / distance
         )
 
     @property
     def breaks(self) -> tuple[float, float, float, float]:
         """Path lengths at the ends of the four pieces [m]."""
-        arc = self.wheel * self.departure
+        arc = self.sprocket * self.departure
         tangent = math.sqrt(
-            self.guide[0] ** 2 + self.guide[1] ** 2 - (self.wheel - self.roller) ** 2
+            self.guide[0] ** 2 + self.guide[1] ** 2 - (self.sprocket - self.roller) ** 2
         )
         bend = self.roller * (math.pi / 2 - self.departure)
         return (
@@ -63,12 +64,12 @@ class _Strand:
         )
 
     def point(self, path: float) -> Vector:
-        """Return the (3,) world point [m] at a path length [m] from the wheel's far side."""
+        """Return the (3,) world point [m] at a path length [m] from the sprocket's far side."""
         arc, tangent, bend, _ = self.breaks
-        theta = min(path, arc) / self.wheel
+        theta = min(path, arc) / self.sprocket
         turn = theta
         centre = np.zeros(2)
-        radius, straight = self.wheel, max(min(path, tangent) - arc, 0.0)
+        radius, straight = self.sprocket, max(min(path, tangent) - arc, 0.0)
         if path > tangent:
             turn = theta + (min(path, bend) - tangent) / self.roller
             centre, radius, straight = np.array(self.guide), self.roller, max(path - bend, 0.0)
@@ -88,28 +89,30 @@ def chain_solids(
         lengths: (2,) active lengths of muscles 1 and 2 [m].
 
     Raises:
-        EngineError: the model lacks a named object, or the wheel's radius cannot be drawn.
+        EngineError: the model has no such object, or the sprocket's radius cannot be drawn.
     """
     joint = object_id(model, mujoco.mjtObj.mjOBJ_JOINT, "shaft")
     beta = float(data.qpos[model.jnt_qposadr[joint]])
-    one, two = (_strand(model, data, number, lengths[number - 1]) for number in (1, 2))
+    strand_1, strand_2 = (_strand(model, data, number, lengths[number - 1]) for number in (1, 2))
     hub, frame = site_pose(model, data, "sprocket")
-    up, wheel = frame[:, 2], one.wheel
-    teeth = max(6, round(2.0 * math.pi * wheel / _PITCH))
-    pitch = 2.0 * math.pi * wheel / teeth
+    up, sprocket = frame[:, 2], strand_1.sprocket
+    teeth = max(6, round(2.0 * math.pi * sprocket / _PITCH))
+    pitch = 2.0 * math.pi * sprocket / teeth
 
-    # Path lengths count from the wheel's far side, positive towards muscle 1, which pulls the chain
-    # its way by r beta. Half a link remains at either end, out of sight in the clevis.
-    first = math.ceil(-(two.breaks[3] + wheel * beta) / pitch)
-    last = math.floor((one.breaks[3] - wheel * beta) / pitch)
-    paths = [k * pitch + wheel * beta for k in range(first, last + 1)]
-    pins = [one.point(path) if path >= 0.0 else two.point(-path) for path in paths]
-    ends = two.point(two.breaks[3]), one.point(one.breaks[3])
+    # Path lengths count from the sprocket's far side, positive towards muscle 1, which pulls the
+    # chain by r beta. Half a link remains at either end, hidden in the clevis.
+    first = math.ceil(-(strand_2.breaks[3] + sprocket * beta) / pitch)
+    last = math.floor((strand_1.breaks[3] - sprocket * beta) / pitch)
+    paths = [k * pitch + sprocket * beta for k in range(first, last + 1)]
+    pins = [strand_1.point(path) if path >= 0.0 else strand_2.point(-path) for path in paths]
+    ends = strand_2.point(strand_2.breaks[3]), strand_1.point(strand_1.breaks[3])
 
-    solids = [_upright(hub, up, wheel - _ROLLER, 0.0024, STEEL)]
+    solids = [_upright(hub, up, sprocket - _ROLLER, 0.0024, STEEL)]
     for k in range(teeth):
         angle = beta + (k + 0.5) * 2.0 * math.pi / teeth
-        tip = hub + (wheel + 0.0006) * one.axes @ np.array([math.cos(angle), math.sin(angle)])
+        tip = hub + (sprocket + 0.0006) * strand_1.axes @ np.array(
+            [math.cos(angle), math.sin(angle)]
+        )
         solids.append(rod(hub, tip, 0.0017, STEEL, kind="capsule", gloss=0.8))
     for pin in (ends[0], *pins, ends[1]):
         solids.append(_upright(pin, up, _ROLLER, 0.0029, STEEL))
@@ -117,7 +120,7 @@ def chain_solids(
     for k, (a, b) in enumerate(pairwise((ends[0], *pins, ends[1])), start=first):
         solids += _link(a, b, up, _INNER if k % 2 else _OUTER)
     for end in ends:
-        along = one.axes[:, 0]
+        along = strand_1.axes[:, 0]
         solids += [
             _box(end - 0.0045 * along + side * 0.0067 * up, along, up, (0.0085, 0.0045, 0.0010))
             for side in (-1.0, 1.0)
@@ -165,16 +168,16 @@ def _strand(model: mujoco.MjModel, data: mujoco.MjData, number: int, length: flo
     forward, side = frame[:, 2], np.cross(hub_frame[:, 2], frame[:, 2])
     axes = np.column_stack([forward, math.copysign(1.0, float(side @ (anchor - hub))) * side])
     along, outward = ((roller - hub) @ axes).tolist()
-    wheel = abs(float(model.wrap_prm[model.tendon_adr[tendon]]))
+    sprocket = abs(float(model.wrap_prm[model.tendon_adr[tendon]]))
     pulley = float(model.site(f"muscle_{number}_guide").size[0])
-    if not 2.0 * _ROLLER < wheel < pulley + math.hypot(along, outward):
+    if not 2.0 * _ROLLER < sprocket < pulley + math.hypot(along, outward):
         raise EngineError(
-            f"cannot draw a chain over a wheel of radius {wheel:g} m (chain_{number})"
+            f"cannot draw a chain over a sprocket of radius {sprocket:g} m (chain_{number})"
         )
     return _Strand(
         origin=hub,
         axes=axes,
-        wheel=wheel,
+        sprocket=sprocket,
         guide=(along, outward),
         roller=pulley,
         end=float((anchor - hub) @ forward) + length + MOVING_REACH,

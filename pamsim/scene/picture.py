@@ -122,7 +122,7 @@ def render_arm(
         (height, width, 3) picture, red, green, blue from 0 to 255.
 
     Raises:
-        EngineError: OpenGL cannot start, or the model lacks a named site, tendon or camera.
+        EngineError: OpenGL cannot start, or the model has no named site, tendon or camera.
         InputError: a length cannot be drawn, or not two muscles are given.
     """
     if renderer is None:
@@ -186,7 +186,7 @@ def decorate(
         lengths: (2,) active lengths [m].
 
     Raises:
-        EngineError: the model lacks a named object, or the scene is full.
+        EngineError: the model has no named object, or the scene is full.
         InputError: a length cannot be drawn, or not two muscles are given.
     """
     if len(pressures) != 2 or len(lengths) != 2:

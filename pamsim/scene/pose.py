@@ -46,7 +46,7 @@ def site_pose(model: mujoco.MjModel, data: mujoco.MjData, name: str) -> tuple[Ve
     """Return position (3,) [m] and frame (3, 3) of a site in the world.
 
     Raises:
-        EngineError: if the model lacks it.
+        EngineError: if the model does not have it.
     """
     index = object_id(model, mujoco.mjtObj.mjOBJ_SITE, name)
     return data.site_xpos[index].copy(), data.site_xmat[index].reshape(3, 3).copy()
@@ -56,10 +56,12 @@ def object_id(model: mujoco.MjModel, kind: mujoco.mjtObj, name: str) -> int:
     """Id of a named object that a picture needs.
 
     Raises:
-        EngineError: if the model lacks it.
+        EngineError: if the model does not have it.
     """
     index = mujoco.mj_name2id(model, kind, name)
     if index < 0:
         what = kind.name.removeprefix("mjOBJ_").lower()
-        raise EngineError(f"the picture needs a {what} named {name!r}, which this model lacks")
+        raise EngineError(
+            f"the picture needs a {what} named {name!r}, which this model does not have"
+        )
     return index

@@ -71,17 +71,17 @@ def read_replay(
         InputError: what `read_recordings` refuses, an unknown trial, a rig with another number of
             muscles, an angle that was not measured.
     """
-    found = read_recordings(recording)
-    named = {each.name: each for each in found.trials}
+    recorded = read_recordings(recording)
+    named = {each.name: each for each in recorded.trials}
     if trial is not None and trial not in named:
         raise InputError(f"{recording}: no trial {trial!r}; {nearest(trial, named)}")
-    chosen = found.trials[0] if trial is None else named[trial]
+    chosen = recorded.trials[0] if trial is None else named[trial]
     if "angle" not in chosen.measured:
         raise InputError(
-            f"{recording}: trial {chosen.name!r} has no column 'angle_deg', without which nobody"
-            " knows where the arm was"
+            f"{recording}: trial {chosen.name!r} has no column 'angle_deg', which a picture"
+            " of the arm needs"
         )
-    loaded = load_rig(found.rig if rig is None else rig, scene=True)
+    loaded = load_rig(recorded.rig if rig is None else rig, scene=True)
     if len(loaded.muscles) != chosen.muscles:
         raise InputError(
             f"{recording}: trial {chosen.name!r} is of {chosen.muscles} muscles, rig"

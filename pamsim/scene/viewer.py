@@ -20,7 +20,7 @@ from pamsim.core.errors import EngineError
 from pamsim.scene.picture import decorate
 
 _HIDDEN_GROUP = 5
-"""Of geoms, which a window does not show unless told to."""
+"""Group of geoms that a window hides by default."""
 _REMEDY = "to see an arm without one, write a film: `pamsim render`"
 
 
@@ -67,7 +67,7 @@ class ArmViewer:
             EngineError: without a display, in one line that names the fix.
         """
         self.model = copy.copy(model)
-        # A window knows the engine's own integrators only, and asks for no force.
+        # A window needs the engine's own integrators and no force.
         self.model.opt.integrator = mujoco.mjtIntegrator.mjINT_EULER
         self.model.opt.disableflags |= mujoco.mjtDisableBit.mjDSBL_ACTUATION
         if control_range is not None:
@@ -97,7 +97,7 @@ class ArmViewer:
             lengths: (2,) their active lengths [m].
 
         Raises:
-            EngineError: if the model lacks a site, tendon or geom that the drawing needs.
+            EngineError: if the model has no site, tendon or geom that the drawing needs.
             InputError: if a length cannot be drawn.
         """
         if not self.is_running:

@@ -159,20 +159,20 @@ class Columns:
         Raises:
             InputError: for a missing, unknown or wrong unit, and two columns of one quantity.
         """
-        found: dict[str, Quantity] = {}
+        quantities: dict[str, Quantity] = {}
         for name in self.cells:
             meaning = _quantity(name, self._column(name))
             if meaning is None:
                 continue
             quantity, unit = meaning
-            if quantity in found:
-                there = found[quantity].column
+            if quantity in quantities:
+                there = quantities[quantity].column
                 raise InputError(f"{self._column(name)}: there is {there!r} already; keep one")
             where = f"{self.path}: column {name!r}"
-            found[quantity] = Quantity(
+            quantities[quantity] = Quantity(
                 name, to_si(1.0, unit, _QUANTITIES[quantity][1], where=where)
             )
-        return found
+        return quantities
 
     def no_quantity(self, quantity: str) -> InputError:
         """The error for a quantity without a column."""

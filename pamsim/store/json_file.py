@@ -38,15 +38,15 @@ def read_json(path: Path, schema: str) -> dict[str, Any]:
         InputError: if it cannot be read, is not JSON, or states another schema.
     """
     try:
-        found = json.loads(path.read_text(encoding="utf-8"))
+        content = json.loads(path.read_text(encoding="utf-8"))
     except OSError as error:
         raise InputError(f"cannot read {path}: {error.strerror}") from None
     except ValueError as error:
         raise InputError(f"{path}: not valid JSON: {error}") from None
-    stated = found.get("schema") if isinstance(found, dict) else None
+    stated = content.get("schema") if isinstance(content, dict) else None
     if stated != schema:
         raise InputError(f"{path}: schema is {stated!r}; this pamsim reads {schema!r}")
-    return found
+    return content
 
 
 @dataclass(frozen=True)
@@ -71,10 +71,10 @@ class CheckpointFile:
             return None
         except (OSError, ValueError) as error:
             raise InputError(
-                f"cannot resume from {self.path}: {error}; remove it to start anew"
+                f"cannot resume from {self.path}: {error}; remove it to start again"
             ) from None
         if not isinstance(state, dict):
-            raise InputError(f"{self.path} holds no saved state; remove it to start anew")
+            raise InputError(f"{self.path} holds no saved state; remove it to start again")
         return state
 
     def save(self, state: dict[str, Any]) -> None:

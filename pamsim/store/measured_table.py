@@ -153,8 +153,8 @@ class _Table:
         """Values of a quantity, shape (n,) [SI]; InputError if it has no column."""
         if quantity not in self.quantities:
             raise self.columns.no_quantity(quantity)
-        found = self.quantities[quantity]
-        return self.columns.numbers(found.column) * found.scale
+        measured = self.quantities[quantity]
+        return self.columns.numbers(measured.column) * measured.scale
 
     def line(self, row: int) -> str:
         """File and line of a row, to begin an error with."""

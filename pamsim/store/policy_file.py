@@ -46,7 +46,7 @@ def read_policy(path: Path) -> PolicyFile:
         raise InputError(f"{path} is no .npz of numbers") from None
     depth = sum(name.startswith("w_") for name in arrays)
     try:
-        found = PolicyFile(
+        policy = PolicyFile(
             centre=arrays["centre"],
             scale=arrays["scale"],
             weights=tuple(arrays[f"w_{k}"] for k in range(depth)),
@@ -54,11 +54,11 @@ def read_policy(path: Path) -> PolicyFile:
         )
     except KeyError as error:
         raise InputError(f"{path} is no policy: it has no array {error}") from None
-    sizes = [found.scale.shape, *(bias.shape for bias in found.biases)]
+    sizes = [policy.scale.shape, *(bias.shape for bias in policy.biases)]
     fit = [
         weight.shape == (*out, *into)
-        for weight, (into, out) in zip(found.weights, pairwise(sizes), strict=True)
+        for weight, (into, out) in zip(policy.weights, pairwise(sizes), strict=True)
     ]
-    if not depth or found.centre.shape != found.scale.shape or not all(fit):
+    if not depth or policy.centre.shape != policy.scale.shape or not all(fit):
         raise InputError(f"{path} is no policy: its layers do not fit each other")
-    return found
+    return policy

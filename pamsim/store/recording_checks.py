@@ -171,7 +171,7 @@ def units_of_all(trials: Sequence[Columns]) -> None:
         if _is_pressure(name)
     ]
     if tops:
-        top, name, columns = max(tops, key=lambda found: found[0])
+        top, name, columns = max(tops, key=lambda entry: entry[0])
         if 0.0 < top < _LEAST_KPA:
             raise InputError(
                 f"{columns.path}: no pressure of any trial is above {name} = {top:g}, too little"
@@ -214,12 +214,12 @@ def _against_set_point(columns: Columns, set_point: str, measured: str) -> None:
 
 def _turning(columns: Columns) -> float:
     """By how much the difference between the pressures of two muscles changes [kPa]."""
-    found = [0.0]
+    widths = [0.0]
     for shape in ("p{}_kpa", COMMAND_COLUMN["pressure"]):
         pair = [columns.values.get(shape.format(muscle)) for muscle in (1, 2)]
         if pair[0] is not None and pair[1] is not None:
-            found.append(float(np.ptp(pair[0] - pair[1])))
-    return max(found)
+            widths.append(float(np.ptp(pair[0] - pair[1])))
+    return max(widths)
 
 
 def _fills(columns: Columns) -> bool:

@@ -35,11 +35,11 @@ def write_rig(
         source: the rig to start from.
         folder: of the new rig, created if need be; files of the same name are replaced.
         values: name -> number, in any unit that measures the parameter; it is converted to the unit
-            the file has, and written in its own where the file lacks the parameter. Names are those
-            of `pamsim.engine.rig.Rig.with_parameters`: ``group.field`` (it replaces what single
+            in the file, and keeps its own if the parameter is new there. Names are those of
+            `pamsim.engine.rig.Rig.with_parameters`: ``group.field`` (it replaces what single
             muscles had of their own), ``muscle:group.field``, ``sensor.field``, or a native name.
-            The old 95 % interval and the old note go, for they were the old value's; bounds stay
-            unless new ones are given.
+            The old value's 95 % interval and note are removed; bounds stay unless new ones are
+            given.
         heading: comment for the top of the file.
 
     Returns:
@@ -55,7 +55,7 @@ def write_rig(
             f"cannot write a rig to {folder}: it is the folder it is made from, or inside it"
         )
     document = tomlkit.parse((source.folder / "params.toml").read_text(encoding="utf-8"))
-    # Shared numbers first: they clear what single muscles had, which may follow anew.
+    # Shared numbers first: they clear what single muscles had, which may follow again.
     for name in sorted(values, key=lambda name: ":" in name):
         _put(document, source, name, values[name])
     text = tomlkit.dumps(document)

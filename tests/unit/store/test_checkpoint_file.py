@@ -20,8 +20,8 @@ def test_what_was_saved_is_loaded_until_it_is_cleared(tmp_path):
 
 
 @pytest.mark.parametrize("text", ["{", "[1]", ""])
-def test_a_spoilt_file_says_how_to_start_anew(tmp_path, text):
+def test_a_spoilt_file_says_how_to_start_again(tmp_path, text):
     path = tmp_path / "checkpoint.json"
     path.write_text(text, encoding="utf-8")
-    with pytest.raises(InputError, match="remove it to start anew"):
+    with pytest.raises(InputError, match="remove it to start again"):
         CheckpointFile(path).load()
