@@ -29,8 +29,9 @@ from kept_rows import Task, fingerprint, kept_rows
 
 import pamsim
 from pamsim.core.recording import write_recording
-from pamsim.diagnosis.diagnose import DiagnosisReport, diagnose
-from pamsim.diagnosis.method.screen import alike
+from pamsim.diagnosis.diagnose import diagnose
+from pamsim.diagnosis.method.screen import signature_similarity
+from pamsim.diagnosis.result import Diagnosis
 from pamsim.effects.catalog import TRIAL_EFFECTS
 from pamsim.twins.hide import hide
 from pamsim.twins.synthetic_recording import SyntheticRecording
@@ -76,27 +77,29 @@ def run_one(task: tuple[str, str, int]) -> tuple[str, str, int, dict[str, Any]]:
     return kind, name, seed, row
 
 
-def found_row(report: DiagnosisReport, hidden: SyntheticRecording) -> dict[str, Any]:
-    """What a diagnosis said, and the ground truth's numbers beside it."""
-    found = report.found
-    layout = {t.name: t.protocol for t in report.data.trials}
-    best = found.named.best
+def found_row(report: Diagnosis, hidden: SyntheticRecording) -> dict[str, Any]:
+    """The result of a diagnosis, with the hidden values beside it."""
+    found = report.method
+    protocols = {part.protocol for part in report.comparisons}
+    best = found.conclusion.best
     perfect = found.perfect_loss
     after = found.base_loss if best is None else best.loss
     by_name = {s.candidate.name: s for s in found.screened}
     likest = {
-        name: max((alike(s, o) for n, o in by_name.items() if n != name), default=0.0)
+        name: max(
+            (signature_similarity(s, o) for n, o in by_name.items() if n != name), default=0.0
+        )
         for name, s in by_name.items()
     }
     return {
-        "verdict": str(found.named.verdict),
+        "verdict": str(found.conclusion.verdict),
         "named": list(best.names) if best else [],
-        "tied": [list(m.names) for m in found.named.tied],
-        "explained": round(found.named.explained, 4),
-        "remainder": round(found.named.remainder, 4),
+        "tied": [list(m.names) for m in found.conclusion.tied],
+        "explained": round(found.conclusion.explained, 4),
+        "remainder": round(found.conclusion.remainder, 4),
         "lack": None
-        if found.named.lack is None
-        else [round(found.named.lack.size, 4), found.named.lack.p_value],
+        if found.conclusion.lack is None
+        else [round(found.conclusion.lack.size, 4), found.conclusion.lack.p_value],
         "excess": round(_ratio(found.base_loss, perfect) - 1.0, 4),
         "rms_after": round(float(np.sqrt(_ratio(after, perfect))), 4),
         "parameters": {}
@@ -116,22 +119,27 @@ def found_row(report: DiagnosisReport, hidden: SyntheticRecording) -> dict[str, 
         "visible": {name: s.visible for name, s in by_name.items()},
         "screened": [s.candidate.name for s in found.screened[:5]],
         "models": [
-            [list(m.names), round(m.mean_loss, 4), round(m.gain.gain, 4), m.gain.p_value]
+            [
+                list(m.names),
+                round(m.mean_loss, 4),
+                round(m.improvement.gain, 4),
+                m.improvement.p_value,
+            ]
             for m in found.models
         ],
-        "protocols": len(set(layout.values())),
+        "protocols": len(protocols),
         "evaluations": found.evaluations,
         "rollouts": report.rollouts,
         "seconds": round(report.seconds, 1),
     }
 
 
-def true_cells(report: DiagnosisReport, clean: SyntheticRecording) -> list[list[Any]]:
+def true_cells(report: Diagnosis, clean: SyntheticRecording) -> list[list[Any]]:
     """Where the effect truly shows: noise-free ground truth against the refitted base model."""
-    floor = report.found.floor
+    floor = report.method.floor
     first: dict[str, str] = {}
-    for trial in report.data.trials:
-        first.setdefault(trial.protocol, trial.name)
+    for part in report.comparisons:
+        first.setdefault(part.protocol, part.trial)
     cells: list[tuple[float, str, str]] = []
     for stem, protocol in clean.protocols.items():
         run = clean.trials[stem]
@@ -139,7 +147,11 @@ def true_cells(report: DiagnosisReport, clean: SyntheticRecording) -> list[list[
         for muscle in range(run.pressure.shape[1]):
             signals[f"pressure_{muscle + 1}"] = run.pressure[:, muscle]
             signals[f"force_{muscle + 1}"] = run.tension[:, muscle]
-        simulated = report.predictions_before[first[protocol]]
+        simulated = {
+            part.channel: part.before
+            for part in report.comparisons
+            if part.trial == first[protocol] and part.before is not None
+        }
         for channel, values in simulated.items():
             count = min(values.size, signals[channel].size)
             off = float(np.mean((values[:count] - signals[channel][:count]) ** 2))

@@ -1,14 +1,14 @@
 """Diagnoses of real data: the printed MAS-20 angles at rest, and the loop of Alraouf 2025.
 
 The base of the first is the published force map in a plain balance; it is diagnosed with the
-wheel's radius, which is not printed, refitted with every effect, and without. Twins of the same
-rows tell how far such a verdict can be trusted: effects hidden in simulated rows, nothing hidden,
-and a hidden effect that the library lacks. The base of the second is the best reversible curve.
+sprocket's radius, which is not printed, refitted with every effect, and without. Synthetic tables
+show how reliable such a verdict is: an effect hidden in simulated rows, nothing hidden, and a
+hidden effect that is removed from the library. The base of the second is the best reversible curve.
 
-    python scripts/real_data_diagnoses.py [--only rest|twins|loop] [--seeds 1] [--workers 2]
+    python scripts/real_data_diagnoses.py [--only table|synthetic|loop] [--seeds 1] [--workers 2]
 
-Rows of twins that are kept in out/ are not run again. A diagnosis of the rows takes one to two
-minutes of one processor, and so does each twin; the loops take seconds, their runs a minute.
+Finished synthetic tables are kept in out/ and not run again. A diagnosis of a table takes one to
+two minutes of one processor; the loops take seconds, their synthetic runs a minute.
 """
 
 from __future__ import annotations
@@ -27,29 +27,27 @@ from kept_rows import Task, fingerprint, kept_rows
 
 from pamsim.comparison.rest_prediction import RestPredictor
 from pamsim.core.units import DEG_PER_RAD
-from pamsim.diagnosis.diagnose_loop import (
-    ALRAOUF_2025_FORMS,
-    alraouf2025_loop,
-    diagnose_length_loop,
-)
-from pamsim.diagnosis.diagnose_rest import ORDINARY, RestReport, diagnose_rest
+from pamsim.diagnosis.diagnose import diagnose
+from pamsim.diagnosis.length_pressure_loop import PRINTED_LOOPS, printed_loop
 from pamsim.diagnosis.method.loop_diagnosis import diagnose_loop
-from pamsim.diagnosis.method.loop_effects import CANDIDATES
-from pamsim.diagnosis.method.loop_model import Loop
+from pamsim.diagnosis.method.loop_effects import LOOP_EFFECTS
+from pamsim.diagnosis.method.loop_fit import Loop
+from pamsim.diagnosis.published_rig import published_rig
+from pamsim.diagnosis.result import Diagnosis
+from pamsim.diagnosis.table_at_rest import NUISANCE, diagnose_table, rig_with
 from pamsim.effects.catalog import EFFECTS
-from pamsim.papers.published_rig import published_rig
 from pamsim.store.json_file import write_json
 from pamsim.store.static_table import read_static_table
 
 RESULTS = Path(__file__).parent / "results" / "real_data_diagnoses.json"
-KEPT = Path("out") / "real_data_twins.jsonl"
-SCHEMA = "pamsim-real-data/1"
+KEPT = Path("out") / "real_data_synthetic.jsonl"
+SCHEMA = "pamsim-real-data/2"
 
 NOISE_DEG = 0.5
-"""Of the twins' rows: about what the best models leave of the real ones."""
+"""Of the synthetic rows: about what the best models leave of the real ones."""
 
 LOCKS = {"passive.locking": 35.0, "passive.stiffness": 500.0}
-TWINS: dict[str, tuple[dict[str, float], str]] = {
+SYNTHETIC: dict[str, tuple[dict[str, float], str]] = {
     "nothing": ({}, ""),
     "braid_locking": (LOCKS, ""),
     "stretch_weakening": ({"force.a": -4e-4}, ""),
@@ -63,89 +61,88 @@ RUNS = (3, 6, 12, 24, 48)
 DRAWS = 60
 
 
-def rest() -> dict[str, Any]:
-    """The printed rows, with the wheel's radius refitted and with nothing refitted."""
-    table = read_static_table("mas20")
-    found: dict[str, Any] = {}
-    for name, ordinary in (("wheel radius refitted", ORDINARY), ("nothing refitted", ())):
+def printed_table() -> dict[str, Any]:
+    """The printed rows, with the sprocket's radius refitted and with nothing refitted."""
+    table, rig = read_static_table("mas20"), published_rig()
+    results: dict[str, Any] = {}
+    for name, nuisance in (("sprocket radius refitted", NUISANCE), ("nothing refitted", ())):
         cpu = time.process_time()
-        report = diagnose_rest(table, published_rig(), ordinary=ordinary)
-        result = report.as_dict()
+        report = diagnose_table(table, rig, nuisance=nuisance)
+        result = report.to_dict()
         result["processor_seconds"] = time.process_time() - cpu
         result["simulated_in_time"] = in_time(report)
         print(f"{name}: {result['verdict']}; {result['sentence']}")
-        found[name] = result
-    return found
+        results[name] = result
+    return results
 
 
-def in_time(report: RestReport) -> dict[str, float] | None:
-    """The repaired rig simulated in time: what the balance of torques is worth."""
-    best, repaired = report.found.best, report.repaired
+def in_time(report: Diagnosis) -> dict[str, float] | None:
+    """The repaired rig simulated in time: how well the balance of torques stands in for it."""
+    best, table = report.method.best, read_static_table("mas20")
+    repaired = None if best is None else rig_with(published_rig(), best.fit.values)
     if best is None or repaired is None:
         return None
-    rows = RestPredictor(lambda _: repaired, report.table)
+    rows = RestPredictor(lambda _: repaired, table)
     ends = rows.simulated(repaired)
     assert ends is not None
-    residual = rows.reported(repaired, ends) - report.table.angle
+    residual = rows.reported(repaired, ends) - table.angle
     return {
         "rms_deg": float(np.sqrt(np.mean(residual**2))) * DEG_PER_RAD,
         "largest_difference_deg": float(np.max(np.abs(residual - best.fit.residual))) * DEG_PER_RAD,
     }
 
 
-def twin(task: Task) -> tuple[str, str, int, dict[str, Any]]:
+def synthetic_table(task: Task) -> tuple[str, str, int, dict[str, Any]]:
     """Hide an effect in simulated rows and diagnose them."""
     kind, name, seed = task
-    hidden, removed = TWINS[name]
+    hidden, removed = SYNTHETIC[name]
     table, rig = read_static_table("mas20"), published_rig()
     ends = RestPredictor(lambda _: None, table, threads=1).simulated(rig.with_parameters(hidden))
     assert ends is not None
     rng = np.random.default_rng([seed, 11])
     angle = ends + NOISE_DEG / DEG_PER_RAD * rng.standard_normal(ends.size)
-    report = diagnose_rest(
-        dataclasses.replace(table, name="twin", angle=angle),
+    result = diagnose_table(
+        dataclasses.replace(table, name="synthetic", angle=angle),
         rig,
         effects=[e for e in EFFECTS if e != removed],
         seed=seed,
         threads=1,
-    )
-    result = report.as_dict()
-    keep = ("verdict", "effects", "alternatives", "gap", "seconds")
+    ).to_dict()
+    keep = ("verdict", "effects", "certain", "resembles", "alternatives", "gap", "seconds")
     return kind, name, seed, {key: result[key] for key in keep}
 
 
-def twins(seeds: int, workers: int) -> list[dict[str, Any]]:
-    """Every twin with several seeds."""
-    tasks = [("twin", name, seed) for seed in range(seeds) for name in TWINS]
+def synthetic_tables(seeds: int, workers: int) -> list[dict[str, Any]]:
+    """Every synthetic table with several seeds."""
+    tasks = [("synthetic", name, seed) for seed in range(seeds) for name in SYNTHETIC]
     mark = fingerprint("pamsim.", __file__)
-    rows = kept_rows(twin, tasks, KEPT, mark, workers)
-    found: list[dict[str, Any]] = []
+    rows = kept_rows(synthetic_table, tasks, KEPT, mark, workers)
+    results: list[dict[str, Any]] = []
     for (_, name, seed), row in sorted(rows.items()):
-        named = [effect["name"] for effect in row["effects"]]
-        print(f"{name}, seed {seed}: {row['verdict']} {named}")
-        found.append({"hidden": name, "seed": seed, **row})
-    return found
+        print(f"{name}, seed {seed}: {row['verdict']}, certain: {row['certain']}")
+        results.append({"hidden": name, "seed": seed, **row})
+    return results
 
 
 def loop() -> dict[str, Any]:
     """The loop of Alraouf 2025 in both printed forms, and how many runs would show it."""
-    found: dict[str, Any] = {}
-    for form, source in ALRAOUF_2025_FORMS.items():
-        result = diagnose_length_loop(alraouf2025_loop(form), source).as_dict()
-        print(f"{form}: {result['verdict']}; {result['sentence']}")
-        found[form] = result
-    found["runs"] = [shown_by(runs) for runs in RUNS]
-    for row in found["runs"]:
-        print(f"{row['runs']} runs: hysteresis is best of what is claimed in {row['claimed']:.2f}")
-    return found
+    results: dict[str, Any] = {}
+    for name in PRINTED_LOOPS:
+        result = diagnose(name).to_dict()
+        print(f"{name}: {result['verdict']}; {result['sentence']}")
+        results[name] = result
+    results["runs"] = [shown_by(runs) for runs in RUNS]
+    for row in results["runs"]:
+        print(f"{row['runs']} runs: hysteresis is the best accepted in {row['claimed']:.2f}")
+    return results
 
 
 def shown_by(runs: int) -> dict[str, Any]:
     """How often the printed branches would be seen to be a loop, read with Table 2's scatter."""
-    branches, means = alraouf2025_loop("branches"), alraouf2025_loop("means")
+    branches, means = printed_loop("alraouf2025_equations"), printed_loop("alraouf2025")
     assert means.error is not None
     error = means.error * np.sqrt(3.0 / runs)
-    tried = [c for c in CANDIDATES if not c.moving]
+    tried = [c for c in LOOP_EFFECTS if not c.moving]
     claimed = direction = 0
     for draw in range(DRAWS):
         rng = np.random.default_rng([runs, draw])
@@ -155,7 +152,7 @@ def shown_by(runs: int) -> dict[str, Any]:
         )
         best = shown.best
         claimed += best is not None and best.effect is not None and (
-            best.effect.family == "muscle_hysteresis"
+            best.effect.name == "muscle_hysteresis"
         )  # fmt: skip
         direction += shown.p_value < 0.05
     return {
@@ -169,13 +166,14 @@ def shown_by(runs: int) -> dict[str, Any]:
 def main() -> None:
     """Run what is asked for and write the record."""
     parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
-    parser.add_argument("--only", choices=("rest", "twins", "loop"))
-    parser.add_argument("--seeds", type=int, default=1, help="of every twin")
+    parser.add_argument("--only", choices=("table", "synthetic", "loop"))
+    parser.add_argument("--seeds", type=int, default=1, help="of every synthetic table")
     parser.add_argument("--workers", type=int, default=2)
     asked = parser.parse_args()
     record: dict[str, Any] = {}
     if RESULTS.is_file():
         record = json.loads(RESULTS.read_text(encoding="utf-8"))
+    record.pop("twins", None)
     record |= {
         "schema": SCHEMA,
         "command": "python scripts/real_data_diagnoses.py",
@@ -184,14 +182,15 @@ def main() -> None:
             **{n: importlib.metadata.version(n) for n in ("mujoco", "numpy", "scipy")},
         },
     }
-    if asked.only in (None, "rest"):
-        record["mas20"] = rest()
+    if asked.only in (None, "table"):
+        record["mas20"] = printed_table()
         write_json(RESULTS, record)
     if asked.only in (None, "loop"):
         record["alraouf2025"] = loop()
         write_json(RESULTS, record)
-    if asked.only in (None, "twins"):
-        record["twins"] = {"noise_deg": NOISE_DEG, "rows": twins(asked.seeds, asked.workers)}
+    if asked.only in (None, "synthetic"):
+        rows = synthetic_tables(asked.seeds, asked.workers)
+        record["synthetic"] = {"noise_deg": NOISE_DEG, "rows": rows}
         write_json(RESULTS, record)
 
 

@@ -1,10 +1,11 @@
-"""Controllers designed on the rig as filed and on the rig that `pamsim diagnose` repaired.
+"""What `pamsim diagnose` does for control: designs on the rig as filed, and on the repaired one.
 
     python scripts/repaired_rig_control.py [--json FILE]
 
-The plant's muscles are stiffer and have more hysteresis than its file states. Recordings of it are
-diagnosed. Controllers are designed and tuned on the rig as filed, then on the repaired one, without
-use of the plant; all are scored on the plant. Designs on the plant itself show the best possible.
+The plant's muscles are stiffer and lossier than its file says. Recordings of it are diagnosed; the
+repaired rig goes into the environment. Controllers are designed and their free number is chosen on
+the rig as filed, then on the repaired one, as somebody would who has only a simulation; all are
+scored on the plant. Designs on the plant itself show what is left to gain.
 """
 
 from __future__ import annotations
@@ -22,8 +23,6 @@ from pamsim.controllers.suite import FAMILIES, Suite
 from pamsim.core.errors import PamsimError
 from pamsim.core.versions import versions
 from pamsim.diagnosis.diagnose import diagnose
-from pamsim.diagnosis.repaired_rig import write_repaired_rig
-from pamsim.diagnosis.report import diagnosis_dict
 from pamsim.engine.rig import Rig, load_rig
 from pamsim.envs.closed_loop import drive
 from pamsim.envs.pam_arm import PamArmEnv
@@ -55,7 +54,7 @@ def rmse(env: PamArmEnv, suite: Suite, name: str, value: float, seeds: tuple[int
 
 def scores(known: Rig, plant: Rig, label: str) -> list[dict[str, object]]:
     """Controllers designed on what is known, scored on the plant."""
-    suite, rows = Suite(rig=known, load=LOAD), []
+    suite, found = Suite(rig=known, load=LOAD), []
     for task in TASKS:
         own, real = environment(known, task), environment(plant, task)
         for name in NAMES:
@@ -70,10 +69,10 @@ def scores(known: Rig, plant: Rig, label: str) -> list[dict[str, object]]:
                 "rmse_deg": round(math.degrees(got), 4),
             }
             print(row)
-            rows.append(row)
+            found.append(row)
         own.close()
         real.close()
-    return rows
+    return found
 
 
 def main() -> int:
@@ -87,14 +86,13 @@ def main() -> int:
         hidden = hide(filed, HIDDEN, protocols=PROTOCOLS, duration=5.0, repeats=4, seed=21)
         hidden.save(folder / "data")
         report = diagnose([folder / "data"], seed=0)
-        result = diagnosis_dict(report)
-        print(result["sentence"])
-        repaired = write_repaired_rig(report, folder / "out", result["sentence"])
-        if repaired is None:
+        print(report.summary())
+        _, *repaired = report.save(folder / "out")
+        if not repaired:
             print("no repaired rig follows from this verdict", file=sys.stderr)
             return 1
         plant = filed.with_parameters(hidden.hidden)
-        designs = {"the rig as filed": filed, "the repaired rig": load_rig(repaired)}
+        designs = {"the rig as filed": filed, "the repaired rig": load_rig(repaired[0])}
         rows = [
             row
             for label, known in {**designs, "the plant itself": plant}.items()
@@ -104,8 +102,8 @@ def main() -> int:
         "schema": "pamsim-repaired-control/1",
         "command": "python scripts/repaired_rig_control.py",
         "hidden": hidden.to_dict()["effects"],
-        "verdict": result["verdict"],
-        "sentence": result["sentence"],
+        "verdict": report.verdict,
+        "sentence": report.summary(),
         "load_kg": LOAD,
         "rows": rows,
         "versions": versions("scipy", "control", "gymnasium"),

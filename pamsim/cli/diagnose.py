@@ -1,4 +1,4 @@
-"""``pamsim diagnose``: what a rig's simulation lacks, by recordings of the rig."""
+"""``pamsim diagnose``: what a simulation is missing, by recordings, a table at rest or a loop."""
 
 from __future__ import annotations
 
@@ -7,7 +7,6 @@ from typing import Any
 
 import click
 
-from pamsim.cli.diagnose_rest import diagnose_table, is_table
 from pamsim.cli.main import FINDING, OK
 from pamsim.cli.output import progress_bar, save_json
 
@@ -19,20 +18,20 @@ _ROWS = 6  # of a table on the screen; the page has them all
 @click.argument("data", nargs=-1, required=True)
 @click.option("--rig", help="Shipped rig or rig folder; the recordings' own if left out.")
 @click.option("--effects", multiple=True, help="Effects to try: NAME,NAME; all if left out.")
-@click.option("--ordinary", multiple=True, help="Parameters refitted with every effect: NAME,NAME.")
-@click.option("--channels", default="angle,pressure,force", show_default=True, help="To compare.")
+@click.option("--nuisance", multiple=True, help="Parameters refitted with every effect: NAME,NAME.")
+@click.option("--channels", multiple=True, help="Channels to compare: angle,pressure,force.")
 @click.option("--hold-out", multiple=True, help="Trials or protocols to judge by: NAME,NAME.")
-@click.option("--seed", type=int, default=0, show_default=True, help="Of everything random.")
+@click.option("--seed", type=int, default=0, show_default=True, help="Random seed.")
 @click.option("--threads", type=int, help="Simulations at a time; one per processor if left out.")
-@click.option("--out", type=click.Path(path_type=Path), help="Folder for page, rig, fits so far.")
-@click.option("--resume", is_flag=True, help="Go on with the interrupted diagnosis in --out.")
+@click.option("--out", type=click.Path(path_type=Path), help="Folder for page, JSON and rig.")
+@click.option("--resume", is_flag=True, help="Continue the interrupted diagnosis in --out.")
 @click.option("--json", "json_file", type=click.Path(path_type=Path), help="Write the result here.")
 def command(
     data: tuple[str, ...],
     rig: str | None,
     effects: tuple[str, ...],
-    ordinary: tuple[str, ...],
-    channels: str,
+    nuisance: tuple[str, ...],
+    channels: tuple[str, ...],
     hold_out: tuple[str, ...],
     seed: int,
     threads: int | None,
@@ -40,80 +39,75 @@ def command(
     resume: bool,
     json_file: Path | None,
 ) -> int:
-    """Find where a rig's simulation and DATA disagree, name the missing effect, and add it.
+    """Find where a simulation and DATA disagree, name the missing effect, and add it.
 
-    DATA are recording folders; each input should be repeated three times or more, and some kept to
-    judge by (protocols whose name ends in _check, or --hold-out). Or DATA is one table of angles at
-    rest; mas20 is the printed one, and its rig the arm by its published force map. Exit 0 if there
-    is no gap or its cause is named, 1 if something is missing and not, or not only, what is named.
+    DATA are recording folders, with each input repeated three times or more, and some held out
+    (protocols whose name ends in _check, or --hold-out). Or DATA is one table of angles at rest: a
+    CSV, or mas20 for the printed one. Or DATA is one length-pressure loop: a CSV, or alraouf2025
+    for the printed one. Exit 0 if there is no gap or its cause is named, 1 if the cause is unknown
+    or only partly identified.
     """
     from pamsim.core.errors import InputError
-    from pamsim.diagnosis.diagnose import ORDINARY, diagnose
-    from pamsim.diagnosis.repaired_rig import check_folder, write_repaired_rig
-    from pamsim.diagnosis.report import comparisons, diagnosis_dict
+    from pamsim.diagnosis.diagnose import Kind, diagnose, kind_of
+    from pamsim.diagnosis.repaired_rig import check_folder
+    from pamsim.diagnosis.result import FILE, SCHEMA
     from pamsim.effects.catalog import effect
+    from pamsim.store.json_file import read_json
 
-    if len(data) == 1 and is_table(data[0]):
-        return diagnose_table(
-            data[0],
-            rig=rig,
-            effects=_listed(effects),
-            ordinary=_listed(ordinary),
-            seed=seed,
-            threads=threads,
-            out=out,
-            json_file=json_file,
-        )
+    kind = kind_of(data)
     if resume and out is None:
-        raise InputError("--resume needs --out: the folder of the interrupted diagnosis")
+        raise InputError("`resume` needs `out`: the folder of the interrupted diagnosis")
     if out is not None:
         check_folder(out, rig)
-    tried = [effect(name).name for name in _listed(effects)]
+    tried = _listed(effects)
+    if kind is not Kind.LOOP:
+        tried = [effect(name).name for name in tried]
     with progress_bar("model") as progress:
         try:
             report = diagnose(
                 data,
                 rig=rig,
                 effects=tried,
-                ordinary=_listed(ordinary) or ORDINARY,
-                channels=_listed((channels,)),
-                held_out=_listed(hold_out),
+                nuisance=_listed(nuisance),
+                channels=_listed(channels),
+                hold_out=_listed(hold_out),
                 seed=seed,
                 threads=threads,
-                progress=progress,
                 out=out,
                 resume=resume,
+                progress=progress,
             )
         except KeyboardInterrupt:
-            if out is not None:
-                click.echo("nothing is lost: go on with the same command and --resume", err=True)
+            if out is not None and kind is Kind.RECORDINGS:
+                click.echo("fits are kept: continue with the same command and --resume", err=True)
             raise
-    result = diagnosis_dict(report)
-    if out is not None:
+    if out is None:
+        result = report.to_dict()
+    else:
         from pamsim.report.diagnose_page import write_diagnosis
 
-        folder = write_repaired_rig(report, out, result["sentence"])
-        result["repaired_rig"] = None if folder is None else str(folder)
-        save_json(out / "diagnosis.json", result)
-        write_diagnosis(result, comparisons(report), out)
+        report.save(out)
+        result = read_json(out / FILE, SCHEMA)
+        write_diagnosis(result, report.comparisons, out)
     save_json(json_file, result)
     _print(result)
     if out is not None:
-        told = result["repaired_rig"] or "not written, for no one repair follows from the verdict"
-        click.echo(f"rig:  {told}")
+        if kind is Kind.RECORDINGS:
+            none = "no repaired rig written: no single cause identified"
+            click.echo(f"rig:  {result['repaired_rig'] or none}")
         click.echo(f"page: {out / 'index.html'}")
     click.echo(result["sentence"])
     click.echo(f"verdict: {result['verdict']}")
     return OK if result["verdict"] in _FINE else FINDING
 
 
-def _listed(texts: tuple[str, ...]) -> tuple[str, ...]:
-    return tuple(part.strip() for text in texts for part in text.split(",") if part.strip())
+def _listed(texts: tuple[str, ...]) -> list[str]:
+    return [part.strip() for text in texts for part in text.split(",") if part.strip()]
 
 
 def _print(result: dict[str, Any]) -> None:
-    for note in result["notes"]:
-        click.echo(f"note: {note}")
+    for warning in result["warnings"]:
+        click.echo(f"warning: {warning}")
     for name, why in result["skipped"].items():
         click.echo(f"not tried: {name}: {why}")
     click.echo("held-out root mean square     noise floor      before       after")
@@ -128,7 +122,8 @@ def _print(result: dict[str, Any]) -> None:
     _print_models("alternative", result["alternatives"][:_ROWS])
     following = result["next_experiment"]
     if following is not None:
-        click.echo(f"next experiment: {following['protocol']}; {following['advice']}")
+        protocol = "" if following["protocol"] is None else f"{following['protocol']}; "
+        click.echo(f"next experiment: {protocol}{following['advice']}")
 
 
 def _print_models(title: str, models: list[dict[str, Any]]) -> None:
@@ -138,16 +133,14 @@ def _print_models(title: str, models: list[dict[str, Any]]) -> None:
     width = max(len(title), *(len(m["name"]) for m in models))
     wide = max(len(name) for _, name, _ in rows)
     click.echo(f"{title:{width}s} explains  {'parameter':{wide}s}       value  95 % interval")
-    before = None
+    previous = None
     for model, name, p in rows:
-        share = model["explained"]
-        first = model is not before
-        ends = p["interval95"]
-        told = "none" if ends is None else f"[{ends[0]:.4g}, {ends[1]:.4g}]"
+        share, first, ends = model["explained"], model is not previous, p["interval95"]
+        interval = "none" if ends is None else f"[{ends[0]:.4g}, {ends[1]:.4g}]"
         unit = "" if p["unit"] == "1" else f" {p['unit']}"
         click.echo(
             f"{model['name'] if first else '':{width}s}"
             f"{'' if not first else 'none' if share is None else f'{100 * share:.0f} %':>9s}"
-            f"  {name:{wide}s}{p['value']:12.5g}  {told}{unit}"
+            f"  {name:{wide}s}{p['value']:12.5g}  {interval}{unit}"
         )
-        before = model
+        previous = model

@@ -1,190 +1,174 @@
-"""``pamsim diagnose``: find where rig and recording disagree, name the missing effect, add it."""
+"""Diagnose: find where simulation and data disagree, and name the effect that is missing."""
 
 from __future__ import annotations
 
-import hashlib
 import os
-import time
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Collection, Sequence
+from enum import StrEnum
 from pathlib import Path
 
-import numpy as np
-from numpy.typing import NDArray
-
-from pamsim.comparison.effects_on_rig import candidates
-from pamsim.comparison.free_parameters import freed_parameters
-from pamsim.comparison.measurements import CalibrationData, read_calibration_data
-from pamsim.comparison.protocols import HELD_OUT_SUFFIX
+from pamsim.comparison.measurements import read_calibration_data
 from pamsim.comparison.trial_prediction import CHANNELS
-from pamsim.comparison.trial_regressors import regressors
-from pamsim.comparison.trial_residuals import TrialSimulator
-from pamsim.core.errors import InputError, nearest
+from pamsim.core.errors import InputError
 from pamsim.core.progress import Progress
-from pamsim.diagnosis.diagnosed_rig import DiagnosedRig
-from pamsim.diagnosis.measured_pressures import given_pressures
-from pamsim.diagnosis.method.procedure import Diagnosis
-from pamsim.diagnosis.method.procedure import diagnose as find
-from pamsim.diagnosis.method.where import Cell
-from pamsim.diagnosis.remembered_fits import RememberedFits
+from pamsim.diagnosis import length_pressure_loop, recordings, table_at_rest
+from pamsim.diagnosis.length_pressure_loop import PRINTED_LOOPS
+from pamsim.diagnosis.published_rig import NAME as PUBLISHED
+from pamsim.diagnosis.published_rig import published_rig
+from pamsim.diagnosis.result import Diagnosis
 from pamsim.engine.rig import Rig, load_rig
+from pamsim.store.measured_table import LengthLoop, read_measured
+from pamsim.store.static_table import PRINTED as PRINTED_TABLE
+from pamsim.store.static_table import read_static_table
 
-ORDINARY = ("force.scale", "passive.locking", "chamber.dead_volume")
-"""Numbers of every rig that are known to a few per cent only: they are refitted with every effect,
-so that none is named for what they can do."""
+Source = str | os.PathLike[str]
 
 
-@dataclass(frozen=True, kw_only=True)
-class DiagnosisReport:
-    """A diagnosis with what it was made from.
+class Kind(StrEnum):
+    """Kinds of data."""
 
-    Attributes:
-        rig: without effects.
-        data: the measurements.
-        held_out: names of the trials judged by.
-        found: the diagnosis.
-        given: excess of angle and forces when the arm is driven by the measured pressures.
-        predictions_before: trial -> channel -> (n,) simulated by the refitted base model [SI].
-        predictions_after: the same with the effects of the best model; empty without one.
-        skipped: effect -> why it could not be tried.
-        notes: what a reader should know, one sentence each.
-        seed: of the maps' sign flips.
-        rollouts: simulations that it took.
-        seconds: it took.
-    """
+    RECORDINGS = "recordings"
+    TABLE = "a table of angles at rest"
+    LOOP = "a length-pressure loop"
 
-    rig: Rig
-    data: CalibrationData
-    held_out: tuple[str, ...]
-    found: Diagnosis
-    given: tuple[Cell, ...]
-    predictions_before: Mapping[str, Mapping[str, NDArray[np.float64]]]
-    predictions_after: Mapping[str, Mapping[str, NDArray[np.float64]]]
-    skipped: dict[str, str]
-    notes: tuple[str, ...]
-    seed: int
-    rollouts: int
-    seconds: float
+
+APPLIES: dict[str, Collection[Kind]] = {
+    "rig": (Kind.RECORDINGS, Kind.TABLE),
+    "nuisance": (Kind.RECORDINGS, Kind.TABLE),
+    "channels": (Kind.RECORDINGS,),
+    "hold_out": (Kind.RECORDINGS,),
+    "threads": (Kind.RECORDINGS, Kind.TABLE),
+    "resume": (Kind.RECORDINGS,),
+}
+"""Argument of `diagnose` -> kinds of data that it applies to; those not here apply to all."""
 
 
 def diagnose(
-    sources: Sequence[str | os.PathLike[str]],
+    data: Source | Sequence[Source],
     *,
-    rig: str | os.PathLike[str] | Rig | None = None,
+    rig: Source | Rig | None = None,
     effects: Sequence[str] = (),
-    ordinary: Sequence[str] = ORDINARY,
-    channels: Sequence[str] = CHANNELS,
-    held_out: Sequence[str] = (),
+    nuisance: Sequence[str] = (),
+    channels: Sequence[str] = (),
+    hold_out: Sequence[str] = (),
     seed: int = 0,
     threads: int | None = None,
     out: Path | None = None,
     resume: bool = False,
     progress: Progress | None = None,
-) -> DiagnosisReport:
-    """Diagnose a rig by recordings of it.
+) -> Diagnosis:
+    """Diagnose recordings of a rig, a table of angles at rest, or a length-pressure loop.
 
     Args:
-        sources: recording folders.
-        rig: name or folder of the rig, or a loaded one; the recordings' own if left out.
-        effects: names of those that may be missing; all if left out.
-        ordinary: rig parameters that are refitted with every effect.
-        channels: kinds of channel to compare.
-        held_out: trials or protocols to judge by; if left out, protocols whose name ends in
-            ``_check``, or else every second repeat.
-        seed: of the maps' sign flips.
+        data: recording folders; or the CSV of one table of angles at rest, ``mas20`` for the
+            printed one; or the CSV of one length-pressure loop, ``alraouf2025`` for the printed
+            means, ``alraouf2025_equations`` for the printed branches.
+        rig: name or folder of the rig, or a loaded one. If left out, the recordings' own; for a
+            table the MAS-20 arm by its published force map (``published``).
+        effects: names of those that may be missing; all that the data can show if left out.
+        nuisance: parameters that are refitted with every effect, which must do better; if left out,
+            `pamsim.diagnosis.recordings.NUISANCE` or `pamsim.diagnosis.table_at_rest.NUISANCE`.
+        channels: kinds of channel to compare: ``angle``, ``pressure``, ``force``; all if left out.
+        hold_out: trials or protocols to judge by; see
+            `pamsim.diagnosis.held_out_trials.held_out_trials`.
+        seed: random seed.
         threads: simulations at a time; None for one per processor.
-        out: folder in which fits that are done are kept; None keeps none.
+        out: folder in which the finished fits of recordings are kept; None keeps none.
         resume: go on with the fits in ``out``.
         progress: called with the number of parameter sets simulated so far.
 
     Raises:
-        InputError: for what cannot be read or used, see `find`.
+        InputError: for data that cannot be read, an argument that does not apply to them, or a name
+            that is not known.
     """
-    began = time.perf_counter()
-    data = read_calibration_data(sources)
-    if not data.trials:
-        raise InputError("diagnose needs recordings over time; angles at rest alone have none")
-    loaded = rig if isinstance(rig, Rig) else load_rig(rig or data.rig or "mas20_arm")
-    names, notes = _held_out(data, held_out)
-    freed = [f.free for f in freed_parameters(loaded, ordinary)]
-    tried, skipped = candidates(loaded, effects)
-    refitted = {p.name for p in freed}
-    for one in tried:
-        taken = sorted(refitted & {p.name for p in one.parameters})
-        if taken:
-            skipped[one.name] = f"{', '.join(taken)} is refitted with every effect (--ordinary)"
-    engine = DiagnosedRig(loaded, data, names, channels=channels, threads=threads)
-    simulator = TrialSimulator(engine.residuals, frozenset(names))
-    fits = None
-    if out is not None:
-        of = [_fingerprint(data), loaded.name, names, [p.name for p in freed], list(channels)]
-        fits = RememberedFits(out, of, resume=resume)
-
-    def told(what: str) -> None:
-        if progress is not None:
-            progress(simulator.evaluations, None, what)
-
-    found = find(
-        simulator,
-        freed,
-        [c for c in tried if c.name not in skipped],
-        {trial.name: regressors(trial) for trial in data.trials},
-        menu=engine.menu,
+    sources = [data] if isinstance(data, str | os.PathLike) else list(data)
+    kind = kind_of(sources)
+    options = {
+        "rig": rig is not None,
+        "nuisance": bool(nuisance),
+        "channels": bool(channels),
+        "hold_out": bool(hold_out),
+        "threads": threads is not None,
+        "resume": resume,
+    }
+    for name, given in options.items():
+        if given and kind not in APPLIES[name]:
+            raise InputError(f"`{name}` does not apply to {kind}; leave it out")
+    if kind is Kind.LOOP:
+        return _diagnose_loop(str(sources[0]), effects, seed)
+    if kind is Kind.TABLE:
+        return table_at_rest.diagnose_table(
+            read_static_table(sources[0]),
+            published_rig() if rig in (None, PUBLISHED) else _loaded(rig),
+            effects=effects,
+            nuisance=nuisance or table_at_rest.NUISANCE,
+            seed=seed,
+            threads=threads,
+            progress=progress,
+        )
+    measured = read_calibration_data(sources)
+    if measured.tables:
+        raise InputError("give recordings alone, or one table of angles at rest alone")
+    return recordings.diagnose_recordings(
+        measured,
+        _loaded(rig or measured.rig or "mas20_arm"),
+        effects=effects,
+        nuisance=nuisance or recordings.NUISANCE,
+        channels=channels or CHANNELS,
+        hold_out=hold_out,
         seed=seed,
-        remembered=fits,
-        told=told,
+        threads=threads,
+        out=out,
+        resume=resume,
+        progress=progress,
     )
-    best = found.named.best
-    return DiagnosisReport(
-        rig=loaded,
-        data=data,
-        held_out=names,
-        found=found,
-        given=given_pressures(
-            loaded.with_parameters(found.base.values), data, found.floor, threads=threads
-        ),
-        predictions_before=engine.signals(found.base.values),
-        predictions_after={} if best is None else engine.signals(best.fit.values),
-        skipped=skipped,
-        notes=(*data.notes, *notes),
+
+
+def kind_of(sources: Sequence[Source]) -> Kind:
+    """Kind of the data, by what the sources are.
+
+    Raises:
+        InputError: for a CSV that cannot be read.
+    """
+    if len(sources) != 1:
+        return Kind.RECORDINGS
+    name, path = str(sources[0]), Path(sources[0])
+    if not path.exists() and name in PRINTED_LOOPS:
+        return Kind.LOOP
+    if not path.exists() and name == PRINTED_TABLE:
+        return Kind.TABLE
+    if path.suffix.lower() != ".csv":
+        return Kind.RECORDINGS
+    return Kind.LOOP if _has_length(path) else Kind.TABLE
+
+
+def _has_length(path: Path) -> bool:
+    """Whether a CSV has a column of lengths, which a table of angles has not."""
+    try:
+        lines = path.read_text(encoding="utf-8-sig").splitlines()
+    except (OSError, UnicodeDecodeError) as error:
+        raise InputError(f"cannot read {path}: {error}") from None
+    header = next((line for line in lines if line.strip() and not line.startswith("#")), "")
+    return any(cell.strip().startswith("length") for cell in header.split(","))
+
+
+def _diagnose_loop(source: str, effects: Sequence[str], seed: int) -> Diagnosis:
+    if source in PRINTED_LOOPS and not Path(source).exists():
+        loop, stated = length_pressure_loop.printed_loop(source), PRINTED_LOOPS[source]
+        return length_pressure_loop.diagnose_length_loop(loop, stated, effects=effects, seed=seed)
+    table = read_measured(Path(source))
+    if not isinstance(table, LengthLoop):
+        raise InputError(
+            f"{source} is not a length-pressure loop: it needs a pressure and a length"
+        )
+    return length_pressure_loop.diagnose_length_loop(
+        length_pressure_loop.measured_loop(table),
+        Path(source).name,
+        effects=effects,
+        warnings=table.notes,
         seed=seed,
-        rollouts=engine.rollouts,
-        seconds=time.perf_counter() - began,
     )
 
 
-def _fingerprint(data: CalibrationData) -> str:
-    """What tells recordings apart."""
-    digest = hashlib.sha256()
-    for trial in data.trials:
-        digest.update(trial.name.encode())
-        for values in (trial.time, trial.command, *trial.measured.values()):
-            digest.update(np.ascontiguousarray(values).tobytes())
-    return digest.hexdigest()
-
-
-def _held_out(
-    data: CalibrationData, wanted: Sequence[str]
-) -> tuple[tuple[str, ...], tuple[str, ...]]:
-    """Names of the trials to judge by, and what to say of the choice."""
-    if wanted:
-        known = {t.name for t in data.trials} | {t.protocol for t in data.trials}
-        for name in wanted:
-            if name not in known:
-                raise InputError(
-                    f"--hold-out {name}: no trial of that name; {nearest(name, known)}"
-                )
-        return tuple(t.name for t in data.trials if {t.name, t.protocol} & set(wanted)), ()
-    check = tuple(t.name for t in data.trials if t.protocol.endswith(HELD_OUT_SUFFIX))
-    if check:
-        return check, ()
-    seen: dict[str, int] = {}
-    chosen: list[str] = []
-    for trial in data.trials:
-        seen[trial.protocol] = seen.get(trial.protocol, 0) + 1
-        if seen[trial.protocol] % 2 == 0:
-            chosen.append(trial.name)
-    return tuple(chosen), (
-        "no protocol is kept for judging (a name ending in _check, or --hold-out); every second"
-        " repeat is, which does not tell what holds for other inputs",
-    )
+def _loaded(rig: Source | Rig | None) -> Rig:
+    return rig if isinstance(rig, Rig) else load_rig(rig or "mas20_arm")

@@ -40,7 +40,7 @@ _RATE = 500.0  # of set points [Hz]: several within a sample of a usual recordin
 _STEPS = 3.0  # time steps in which pressures follow at the quickest
 
 
-def given_pressures(
+def cells_with_measured_pressures(
     rig: Rig, data: CalibrationData, floor: NoiseFloor, *, threads: int | None = None
 ) -> tuple[Cell, ...]:
     """Excess of angle and forces over the floor when the arm is driven by measured pressures.

@@ -27,8 +27,8 @@ class RememberedFits(MutableMapping[str, Mapping[str, Any]]):
     """
 
     def __init__(self, folder: Path, settings: Any, *, resume: bool = False) -> None:
-        told = json.dumps(settings, sort_keys=True, default=str)
-        self._settings = hashlib.sha256(told.encode()).hexdigest()
+        text = json.dumps(settings, sort_keys=True, default=str)
+        self._settings = hashlib.sha256(text.encode()).hexdigest()
         self._file = CheckpointFile(folder / FILE)
         self._fits: dict[str, Mapping[str, Any]] = {}
         if not resume:
@@ -36,10 +36,10 @@ class RememberedFits(MutableMapping[str, Mapping[str, Any]]):
             return
         state = self._file.load()
         if state is None:
-            raise InputError(f"--resume: {folder} holds no interrupted diagnosis")
+            raise InputError(f"`resume`: {folder} holds no interrupted diagnosis")
         if state.get("settings") != self._settings:
             raise InputError(
-                f"--resume: {folder / FILE} is of other data or options; start without --resume"
+                f"`resume`: {folder / FILE} is of other data or options; start without `resume`"
             )
         self._fits = dict(state["fits"])
 

@@ -1,23 +1,38 @@
-"""The rig with what a diagnosis found put right: refitted numbers and the named effects' own."""
+"""The repaired rig: refitted parameters and those of the named effects, written as a rig folder."""
 
 from __future__ import annotations
 
 import textwrap
+from collections.abc import Mapping
+from dataclasses import dataclass
 from pathlib import Path
 
 from pamsim.comparison.readable_unit import readable, readable_unit
 from pamsim.core.errors import InputError
 from pamsim.core.parameters import Sourced
-from pamsim.diagnosis.diagnose import DiagnosisReport
-from pamsim.diagnosis.method.judge import Trialled
-from pamsim.diagnosis.models_as_json import CLAIMING
+from pamsim.diagnosis.method.trial_model import TrialModel
 from pamsim.engine.rig import Rig
 from pamsim.engine.rig_parameter import rig_parameter
-from pamsim.store.rig_file import find_rig
+from pamsim.store.rig_file import RigFile, find_rig
 from pamsim.store.rig_writer import write_rig
 
 RIG_FOLDER = "rig"
 _WIDTH = 98  # of the comment at the top of the file
+
+
+@dataclass(frozen=True, kw_only=True)
+class Repair:
+    """What a repaired rig is written from.
+
+    Attributes:
+        rig: the rig that was diagnosed.
+        numbers: fitted parameter -> its entry in the unit of the rig's file.
+        origin: names of the recordings.
+    """
+
+    rig: RigFile
+    numbers: Mapping[str, Sourced]
+    origin: str
 
 
 def check_folder(out: Path, rig: str | None) -> None:
@@ -37,48 +52,40 @@ def check_folder(out: Path, rig: str | None) -> None:
     old, new = find_rig(rig).resolve(), (out / RIG_FOLDER).resolve()
     if new == old or old in new.parents:
         raise InputError(
-            f"--out {out}: the repaired rig would lie in the folder of the rig it is made from;"
-            " name another"
+            f"{out}: the repaired rig would lie in the folder of the rig it is made from; name"
+            " another"
         )
 
 
-def write_repaired_rig(report: DiagnosisReport, out: Path, sentence: str) -> Path | None:
+def write_repaired_rig(repair: Repair, folder: Path, sentence: str) -> Path:
     """Write the rig that a diagnosis leads to.
 
     Args:
-        report: of the diagnosis.
-        out: folder that gets the rig's folder.
+        repair: what it is written from.
+        folder: of the rig.
         sentence: verdict in words, for the top of the rig's file.
 
     Returns:
-        The rig's folder; None where the verdict names nothing, or not one thing.
+        The rig's folder.
 
     Raises:
         InputError: if it cannot be written.
     """
-    best = report.found.named.best
-    if best is None or report.found.named.verdict not in CLAIMING:
-        return None
-    folder = out / RIG_FOLDER
-    origin = ", ".join(Path(source).name or source for source in report.data.sources)
     heading = (
-        f"Written by pamsim diagnose from {origin}.\n{textwrap.fill(sentence, _WIDTH)}\n"
+        f"Written by pamsim diagnose from {repair.origin}.\n{textwrap.fill(sentence, _WIDTH)}\n"
         "Everything below that does not say so is as it was in the rig it started from."
     )
-    write_rig(report.rig.file, folder, repaired_numbers(report.rig, best, origin), heading=heading)
+    write_rig(repair.rig, folder, repair.numbers, heading=heading)
     return folder
 
 
-def repaired_numbers(rig: Rig, best: Trialled, origin: str) -> dict[str, Sourced]:
-    """All that was fitted, as entries of the rig's file.
+def repair(rig: Rig, best: TrialModel, origin: str) -> Repair:
+    """The repair by a claimed model: all that was fitted, as entries of the rig's file.
 
     Args:
         rig: without effects.
         best: the claimed model.
         origin: names of the recordings.
-
-    Returns:
-        Name of every fitted parameter -> its entry, in the unit of the rig's file.
     """
     effect_of = {p.name: c.name for c in best.candidates for p in c.parameters}
     numbers: dict[str, Sourced] = {}
@@ -95,4 +102,4 @@ def repaired_numbers(rig: Rig, best: Trialled, origin: str) -> dict[str, Sourced
             else (readable(before, known[0]), readable(before, known[1])),
             note=effect_of.get(name, "refitted beside the named effects"),
         )
-    return numbers
+    return Repair(rig=rig.file, numbers=numbers, origin=origin)

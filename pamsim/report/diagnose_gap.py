@@ -1,4 +1,4 @@
-"""Figures of a diagnosis in numbers: the gap per channel, ordinary parameters per protocol."""
+"""Figures of a diagnosis in numbers: the gap per channel, nuisance parameters per protocol."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ def gap_bars(gap: Mapping[str, Mapping[str, Any]]) -> Figure:
     """Held-out root mean square before and after, over the noise floor, with 95 % intervals.
 
     Args:
-        gap: of a result of schema ``pamsim-diagnosis/1``.
+        gap: of a result of schema ``pamsim-diagnosis/2``.
     """
     figure, (ax,) = new_figure(1.0 + 0.55 * len(gap))
     entries = list(gap.items())[::-1]
@@ -41,7 +41,7 @@ def gap_bars(gap: Mapping[str, Mapping[str, Any]]) -> Figure:
         _bar(ax, row + 0.18, entry["before"], floor["value"], VERMILION)
         if entry["after"] is not None:
             _bar(ax, row - 0.18, entry["after"], floor["value"], BLUE)
-    labels = [f"{words(name)}\n{_told(entry)}" for name, entry in entries]
+    labels = [f"{words(name)}\n{_levels(entry)}" for name, entry in entries]
     ax.set_yticks(range(len(gap)), labels)
     ax.set_ylim(-0.6, len(gap) - 0.4)
     ax.set_xlim(left=0.0)
@@ -59,7 +59,7 @@ def gap_bars(gap: Mapping[str, Mapping[str, Any]]) -> Figure:
     return figure
 
 
-def _told(entry: Mapping[str, Any]) -> str:
+def _levels(entry: Mapping[str, Any]) -> str:
     levels = [entry["before"], entry["after"]]
     shown = " → ".join(significant(level["value"], 3) for level in levels if level is not None)
     return f"{shown} {entry['unit']}"
@@ -74,22 +74,22 @@ def _bar(ax: Axes, at: float, level: Mapping[str, Any], floor: float, colour: st
 
 
 @styled
-def regime_values(regimes: Sequence[Mapping[str, Any]]) -> Figure:
-    """Ordinary parameters, each protocol by itself: what is not alike tells which part is wrong.
+def nuisance_by_protocol(regimes: Sequence[Mapping[str, Any]]) -> Figure:
+    """Nuisance parameters fitted to each protocol: differences show which part is wrong.
 
     Args:
-        regimes: entries of a result of schema ``pamsim-diagnosis/1``.
+        regimes: entries of a result of schema ``pamsim-diagnosis/2``.
     """
     shown = list(regimes)[:MOST_REGIMES]
     protocols = list(dict.fromkeys(p for regime in shown for p in regime["values"]))
     figure, axes = new_figure(0.9 + 0.24 * len(protocols), columns=len(shown), sharey=True)
     for ax, regime in zip(axes, shown, strict=True):
         for row, protocol in enumerate(reversed(protocols)):
-            found = regime["values"].get(protocol)
-            if found is None:
+            fit = regime["values"].get(protocol)
+            if fit is None:
                 continue
-            ax.plot(found["interval95"], [row, row], color=BLUE, linewidth=1.6)
-            ax.plot(found["value"], row, "o", color=BLUE, markersize=4)
+            ax.plot(fit["interval95"], [row, row], color=BLUE, linewidth=1.6)
+            ax.plot(fit["value"], row, "o", color=BLUE, markersize=4)
         shown_unit = unit(regime["unit"])
         finish_axes(
             ax,

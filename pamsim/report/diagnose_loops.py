@@ -1,4 +1,4 @@
-"""Figures of what tells families of effects apart: loop areas, and lines of the residual."""
+"""Figures that separate families of effects: loop areas, and spectral lines of the residual."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ def loop_areas(loops: Sequence[Mapping[str, Any]]) -> Figure:
     """Areas of measured and simulated loops against amplitude, common pressure and period.
 
     Args:
-        loops: entries of a result of schema ``pamsim-diagnosis/1``.
+        loops: entries of a result of schema ``pamsim-diagnosis/2``.
     """
     drives = list(dict.fromkeys(loop["drive"] for loop in loops))
     columns = len(_AGAINST)
@@ -85,7 +85,7 @@ def residual_lines(spectrum: Sequence[Mapping[str, Any]]) -> Figure:
     """Residuals of periodic protocols at excited, even and odd lines, beside their noise.
 
     Args:
-        spectrum: entries of a result of schema ``pamsim-diagnosis/1``.
+        spectrum: entries of a result of schema ``pamsim-diagnosis/2``.
     """
     protocols = list(dict.fromkeys(entry["protocol"] for entry in spectrum))
     channels = list(dict.fromkeys(entry["channel"] for entry in spectrum))

@@ -1,4 +1,4 @@
-"""Figures of single trials: measured and simulated signals, and what is left between them."""
+"""Figures of single trials: measured and simulated signals, and the residual."""
 
 from __future__ import annotations
 

@@ -21,10 +21,10 @@ from pamsim.report.style import (
 )
 
 MOST_MAPS = 6
-SURE = 0.05
-"""p-value up to which a cell or a map counts as a gap that luck does not explain."""
+SIGNIFICANT = 0.05
+"""p-value up to which a cell or a map counts as a significant gap."""
 
-_FULL = (4.0, 20.0)  # floors between which lies the one at which the colour is full
+_FULL = (4.0, 20.0)  # range of the noise floors at which the colour is full
 _DARK = 0.6  # share of the colours, from pale to full, from which on text must be white
 
 
@@ -33,7 +33,7 @@ def where_map(where: Sequence[Mapping[str, Any]], given: Sequence[Mapping[str, A
     """Residual of the base model in noise floors, channel by protocol.
 
     Args:
-        where: entries of a result of schema ``pamsim-diagnosis/1``.
+        where: entries of a result of schema ``pamsim-diagnosis/2``.
         given: the same with the simulation driven by the measured pressures; may be empty.
     """
     panels = [("whole simulation", where)]
@@ -87,11 +87,11 @@ def _heat(
     for cell in cells:
         i, j = channels.index(cell["channel"]), protocols.index(cell["protocol"])
         values[i, j] = max(_ratio(cell), 1.0)
-        sure = cell["p_value"] <= SURE
+        significant_cell = cell["p_value"] <= SIGNIFICANT
         ax.text(
             j, i, significant(_ratio(cell), 2), ha="center", va="center", fontsize=8,
-            fontweight="bold" if sure else "normal",
-            color="white" if values[i, j] > dark else INK if sure else MUTED,
+            fontweight="bold" if significant_cell else "normal",
+            color="white" if values[i, j] > dark else INK if significant_cell else MUTED,
         )  # fmt: skip
     image = ax.imshow(values, cmap="OrRd", norm=norm, aspect="auto")
     ax.set_yticks(range(len(channels)), [words(c) for c in channels])
@@ -101,15 +101,15 @@ def _heat(
     return image
 
 
-def surest_maps(maps: Sequence[Mapping[str, Any]]) -> list[Mapping[str, Any]]:
-    """Maps that are drawn: those that luck does not explain, one per quantity and kind of channel.
+def significant_maps(maps: Sequence[Mapping[str, Any]]) -> list[Mapping[str, Any]]:
+    """Maps that are drawn: the significant ones, one per quantity and kind of channel.
 
     Args:
-        maps: entries of a result of schema ``pamsim-diagnosis/1``, the surest first.
+        maps: entries of a result of schema ``pamsim-diagnosis/2``, the most significant first.
     """
     chosen: dict[tuple[str, str], Mapping[str, Any]] = {}
     for one in maps:
-        if one["p_value"] <= SURE:
+        if one["p_value"] <= SIGNIFICANT:
             chosen.setdefault((one["channel"].split("_")[0], one["quantity"]), one)
     return list(chosen.values())[:MOST_MAPS]
 
@@ -119,7 +119,7 @@ def binned_maps(maps: Sequence[Mapping[str, Any]]) -> Figure:
     """Mean residual over bins of one quantity, a panel per map.
 
     Args:
-        maps: from `surest_maps`.
+        maps: from `significant_maps`.
     """
     columns = min(2, len(maps))
     rows = -(-len(maps) // columns)
@@ -127,7 +127,7 @@ def binned_maps(maps: Sequence[Mapping[str, Any]]) -> Figure:
     for ax in axes[len(maps) :]:
         ax.set_axis_off()
     for i, (ax, one) in enumerate(zip(axes, maps, strict=False)):
-        mean = np.array([np.nan if m is None else m for m in one["mean_in_noise"]], dtype=float)
+        mean = np.array([np.nan if m is None else m for m in one["mean"]], dtype=float)
         ax.stairs(np.nan_to_num(mean), one["edges"], fill=True, color=BLUE, alpha=0.25)
         ax.stairs(mean, one["edges"], baseline=None, color=BLUE, linewidth=1.4)
         shown = unit(one["unit"])
@@ -136,7 +136,7 @@ def binned_maps(maps: Sequence[Mapping[str, Any]]) -> Figure:
         finish_axes(
             ax,
             x=f"{words(one['quantity'])}{f' [{shown}]' if shown else ''}",
-            y="mean residual [noise SD]" if i % columns == 0 else "",
+            y=f"mean residual [{one['mean_unit']}]" if i % columns == 0 else "",
             title=f"{words(one['channel'])}, p = {significant(one['p_value'], 2)}",
         )
     return figure

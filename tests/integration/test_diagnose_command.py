@@ -12,7 +12,7 @@ from pamsim.diagnosis.method.verdict import Verdict
 from pamsim.store.rig_file import shipped_rigs
 from tests.unit.diagnosis.diagnosed import VERDICTS, following, report
 
-TRIED = ("--effects", "air_leak,pressure_bias", "--ordinary", "force.scale")
+TRIED = ("--effects", "air_leak,pressure_bias", "--nuisance", "force.scale")
 
 
 def run(monkeypatch, capsys, *args):
@@ -105,14 +105,14 @@ def test_every_verdict_is_printed_and_has_its_exit_code(verdict, tmp_path, monke
     )  # fmt: skip
     assert code == (0 if verdict in (Verdict.NO_GAP, Verdict.NAMED) else 1)
     assert told.strip().splitlines()[-1] == f"verdict: {verdict.value}"
-    assert "note: forces were not measured" in told
+    assert "warning: forces were not measured" in told
     assert "not tried: load_torque: no body's tilt is stated" in told
     assert "pressure_1 [kPa]" in told
-    assert (asked["sources"], asked["held_out"], asked["seed"]) == (("a", "b"), ("x", "y"), 7)
+    assert (asked["sources"], asked["hold_out"], asked["seed"]) == (("a", "b"), ["x", "y"], 7)
     assert asked["effects"] == ["air_leak", "angle_bias"]
     repaired = verdict in (Verdict.NAMED, Verdict.NAMED_WITH_REMAINDER)
     assert (out / "rig" / "params.toml").is_file() is repaired
-    assert (f"rig:  {out / 'rig'}" if repaired else "rig:  not written") in told
+    assert (f"rig:  {out / 'rig'}" if repaired else "no repaired rig written") in told
     if verdict is Verdict.AMBIGUOUS:
         assert "alternative" in told
         assert "next experiment: shut_hold" in told
@@ -121,8 +121,45 @@ def test_every_verdict_is_printed_and_has_its_exit_code(verdict, tmp_path, monke
 @pytest.mark.parametrize(
     ("options", "words"),
     [
+        (["mas20", "--hold-out", "nonsense"], "--hold-out does not apply to a table of angles"),
+        (["mas20", "--channels", "bogus"], "--channels does not apply to a table of angles"),
+        (["mas20", "--resume", "--out", "out"], "--resume does not apply to a table"),
+        (["alraouf2025", "--rig", "mas20_arm"], "--rig does not apply to a length-pressure loop"),
+        (["alraouf2025", "--nuisance", "x"], "--nuisance does not apply to a length-pressure loop"),
+        (["alraouf2025", "--threads", "2"], "--threads does not apply to a length-pressure loop"),
+        (["alraouf2025", "--effects", "creep"], "no effect 'creep' that opens a loop"),
+        (["alraouf2026"], "alraouf2026"),
+    ],
+)
+def test_an_option_that_does_not_apply_is_refused(monkeypatch, capsys, tmp_path, options, words):
+    monkeypatch.chdir(tmp_path)
+    code, _, err = run(monkeypatch, capsys, "diagnose", *options)
+    assert code == 2
+    assert words in err
+    assert len(err.strip().splitlines()) == 1
+
+
+@pytest.mark.parametrize(
+    ("name", "verdict", "expected"),
+    [("alraouf2025", "no_gap", 0), ("alraouf2025_equations", "ambiguous", 1)],
+)
+def test_a_length_pressure_loop_is_diagnosed(
+    monkeypatch, capsys, tmp_path, name, verdict, expected
+):
+    out = tmp_path / "out"
+    code, text, err = run(monkeypatch, capsys, "diagnose", name, "--out", out)
+    assert (code, err) == (expected, "")
+    result = json.loads((out / "diagnosis.json").read_text(encoding="utf-8"))
+    assert result["verdict"] == verdict
+    assert f"verdict: {verdict}" in text
+    assert result["sentence"] in (out / "index.html").read_text(encoding="utf-8")
+
+
+@pytest.mark.parametrize(
+    ("options", "words"),
+    [
         (["--effects", "air_lek"], "did you mean 'air_leak'"),
-        (["--ordinary", "force.scal"], "did you mean 'force.scale'"),
+        (["--nuisance", "force.scal"], "did you mean 'force.scale'"),
         (["--channels", "angel"], "did you mean 'angle'"),
         (["--hold-out", "burst"], "did you mean 'bursts'"),
         (["--rig", "mas30_arm"], "did you mean 'mas20_arm'"),

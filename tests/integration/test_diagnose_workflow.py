@@ -39,21 +39,23 @@ def recorded(rig, effects, folder):
 )
 def test_what_is_hidden_is_named_and_nothing_else(rig, effects, verdict, tmp_path):
     folder = recorded(rig, effects, tmp_path / "data")
-    found = diagnose([folder], rig=rig, effects=TRIED, ordinary=("force.scale",)).found
-    assert found.named.verdict is verdict
+    found = diagnose([folder], rig=rig, effects=TRIED, nuisance=("force.scale",)).method
+    assert found.conclusion.verdict is verdict
     if effects:
-        best = found.named.best
+        best = found.conclusion.best
         assert best.names == ("air_leak",)
         assert found.cells[0].channel.startswith("pressure")
         assert best.fit.values["chamber.leak_conductance"] == pytest.approx(2e-12, rel=0.05)
         assert best.mean_loss < 1.1 < sum(found.base_loss.values()) / len(found.base_loss)
     else:
-        assert found.named.best is None
+        assert found.conclusion.best is None
 
 
 def test_trials_to_judge_by_are_chosen_and_said(rig, tmp_path):
     folder = recorded(rig, [], tmp_path / "data")
     with pytest.raises(InputError, match="did you mean 'bursts'"):
-        diagnose([folder], rig=rig, held_out=["burst"])
-    with pytest.raises(InputError, match="recordings over time"):
-        diagnose(["mas20"])
+        diagnose([folder], rig=rig, hold_out=["burst"])
+    with pytest.raises(InputError, match="recordings alone, or one table"):
+        diagnose([folder, "mas20"])
+    with pytest.raises(InputError, match="`channels` does not apply to a table of angles at rest"):
+        diagnose("mas20", channels=["angle"])

@@ -1,7 +1,8 @@
-"""Whether one model predicts unseen trials better than another, by more than luck.
+"""Whether one model predicts held-out data better than another, and how sure that is.
 
-Trials are the random units and protocols are fixed strata: samples of one trial share its
-parameters and its drift, so that counting samples finds effects in data that have none.
+Of recordings, trials are the random units and protocols are fixed strata: samples of one trial
+share its parameters and its drift, so that counting samples finds effects in data that have none.
+Of a table, every row is a unit.
 """
 
 from __future__ import annotations
@@ -15,19 +16,23 @@ from scipy.stats import t as student
 
 from pamsim.comparison.noise_floor import NoiseFloor
 from pamsim.comparison.trial_residuals import TrialLayout
+from pamsim.inference.permutation import sign_flip_p_value
 
 FloatArray = NDArray[np.float64]
 
+_FLIPS = 9_999
+
 
 @dataclass(frozen=True, kw_only=True)
-class Comparison:
-    """By how much the loss of one model is below that of another.
+class Improvement:
+    """By how much the held-out loss of one model is below that of another.
 
     Attributes:
-        gain: mean difference of the losses, in floors.
-        error: its standard error.
+        gain: mean difference of the losses: over the noise variance for trials, squared errors
+            [SI squared] for rows.
+        error: its standard error; infinite where there are no repeats.
         degrees: of freedom of that error.
-        p_value: one-sided, of no gain; 1 if there are no repeats to tell.
+        p_value: one-sided, of no gain; 1 where there are no repeats.
     """
 
     gain: float
@@ -36,18 +41,15 @@ class Comparison:
     p_value: float
 
     @property
-    def interval95(self) -> tuple[float, float]:
-        """Two-sided 95 % interval of the gain; infinite without repeats."""
-        if self.degrees < 1:
-            return (-np.inf, np.inf)
-        reach = float(student.ppf(0.975, self.degrees)) * self.error
-        return self.gain - reach, self.gain + reach
+    def standard_errors(self) -> float:
+        """The gain in standard errors; 0 for identical models and without repeats."""
+        return self.gain / self.error if self.error > 0.0 else 0.0
 
 
 def losses(
     layout: TrialLayout, residual: FloatArray, floor: NoiseFloor, *, held_out: bool
 ) -> dict[str, float]:
-    """Mean square of each trial's residual, in units of the noise: 1 is a perfect model's.
+    """Mean square of each trial's residual over the noise variance: 1 is a perfect model's.
 
     Args:
         layout: of the residual.
@@ -66,10 +68,24 @@ def losses(
     return {name: float(np.mean(values)) for name, values in parts.items()}
 
 
-def compare(
+def perfect_losses(layout: TrialLayout, floor: NoiseFloor) -> dict[str, float]:
+    """Loss of a perfect model on each held-out trial: the noise of its own protocol."""
+    perfect: dict[str, float] = {}
+    for trial in layout.trials(held_out=True):
+        parts = [
+            floor.variance.get((p.block.channel, p.block.protocol), floor.sd[p.block.channel] ** 2)
+            / floor.sd[p.block.channel] ** 2
+            for p in layout.places
+            if p.block.trial == trial
+        ]
+        perfect[trial] = float(np.mean(parts))
+    return perfect
+
+
+def compare_trials(
     before: Mapping[str, float], after: Mapping[str, float], protocol_of: Mapping[str, str]
-) -> Comparison:
-    """Paired comparison of two models over the same trials.
+) -> Improvement:
+    """Paired t test of two models over the same trials, with protocols as strata.
 
     Args:
         before: trial -> loss.
@@ -87,8 +103,36 @@ def compare(
     )
     error = float(np.sqrt(variance)) / count
     if degrees < 1:
-        return Comparison(gain=gain, error=np.inf, degrees=0, p_value=1.0)
+        return Improvement(gain=gain, error=np.inf, degrees=0, p_value=1.0)
     if error == 0.0:
-        return Comparison(gain=gain, error=0.0, degrees=degrees, p_value=float(gain <= 0.0))
+        return Improvement(gain=gain, error=0.0, degrees=degrees, p_value=float(gain <= 0.0))
     p_value = float(student.sf(gain / error, degrees))
-    return Comparison(gain=gain, error=error, degrees=degrees, p_value=p_value)
+    return Improvement(gain=gain, error=error, degrees=degrees, p_value=p_value)
+
+
+def compare_rows(before: FloatArray, after: FloatArray, *, seed: int = 0) -> Improvement:
+    """Paired sign-flip test of two models at rows that neither has seen.
+
+    Where neither is better, each row's difference of squared errors may as well have the other
+    sign: the p-value counts these, whatever the errors' distribution.
+
+    Args:
+        before: (n,) errors of the one [SI].
+        after: (n,) of the other.
+        seed: random seed of the sign flips.
+    """
+    # In the order of size, so that the order of a table's rows changes nothing.
+    difference = before**2 - after**2
+    difference = difference[np.lexsort((difference, np.abs(difference)))]
+    count = difference.size
+    error = float(np.std(difference, ddof=1)) / np.sqrt(count) if count > 1 else np.inf
+    p_value = sign_flip_p_value(
+        lambda signs: signs @ difference / count,
+        count,
+        _FLIPS,
+        np.random.default_rng(seed),
+        scale=float(np.mean(np.abs(difference))),
+    )
+    return Improvement(
+        gain=float(np.mean(difference)), error=float(error), degrees=count - 1, p_value=p_value
+    )

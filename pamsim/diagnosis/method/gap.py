@@ -22,7 +22,7 @@ class Level:
 
     Attributes:
         value: [SI].
-        interval95: [SI]; None where a protocol has too few trials to tell.
+        interval95: [SI]; None where a protocol has too few trials.
     """
 
     value: float
@@ -65,7 +65,7 @@ def gaps(
         held_out: names of the trials that count.
     """
     judged = {protocol_of[trial] for trial in held_out}
-    found: list[ChannelGap] = []
+    channels: list[ChannelGap] = []
     for channel in floor.sd:
         repeats = _strata(before, protocol_of, channel, lambda t: protocol_of[t] in judged)
         if not repeats:
@@ -73,7 +73,7 @@ def gaps(
         base = _strata(before, protocol_of, channel, held_out.__contains__)
         repaired = _strata(after, protocol_of, channel, held_out.__contains__)
         noise = np.mean([floor.variance.get((channel, p), floor.sd[channel] ** 2) for p in repeats])
-        found.append(
+        channels.append(
             ChannelGap(
                 channel=channel,
                 floor=_level(float(noise), [_scatter(r) for r in repeats.values()], _about_mean),
@@ -81,7 +81,7 @@ def gaps(
                 after=_own_level(repaired) if repaired else None,
             )
         )
-    return tuple(found)
+    return tuple(channels)
 
 
 def _strata(
@@ -118,10 +118,10 @@ def _independent(count: int) -> float:
 
 
 def _about_mean(count: int) -> float:
-    """Squares about a common mean go together: of two repeats, they are one and the same number.
+    """Squares about a common mean are correlated: of two repeats, they are the same number.
 
     With a correlation of 1/(n - 1)^2 between them, which holds for normal noise, the variance of
-    their mean is (n - 1)/(n - 2) times what their scatter says.
+    their mean is (n - 1)/(n - 2) times that of independent values.
     """
     return (count - 1) / (count - 2) if count > 2 else np.inf
 

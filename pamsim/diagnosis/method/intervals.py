@@ -14,28 +14,28 @@ _FEWEST_REPEATS = 2
 would go unseen if they were taken for one trial with coloured noise."""
 
 
-def intervals95(fitter: Fitter, found: Refit) -> dict[str, tuple[float, float]]:
+def intervals95(fitter: Fitter, fit: Refit) -> dict[str, tuple[float, float]]:
     """Intervals from the scatter of trials about the mean of their protocol.
 
     Args:
         fitter: of the trials.
-        found: the fit, with its slopes.
+        fit: the fit, with its Jacobian.
 
     Returns:
         Name -> 95 % interval [SI]; a parameter that the data do not show gets its whole range.
     """
-    parameters, slopes = found.parameters, found.slopes
-    norms = np.linalg.norm(slopes, axis=0)
+    parameters, jacobian = fit.parameters, fit.jacobian
+    norms = np.linalg.norm(jacobian, axis=0)
     shown = norms > 1e-9 * max(float(norms.max(initial=0.0)), np.finfo(float).tiny)
     scale = SearchScale(parameters)
-    at = scale.to_unit(np.array([found.values[p.name] for p in parameters]))
+    at = scale.to_unit(np.array([fit.values[p.name] for p in parameters]))
     reach = np.full(len(parameters), np.inf)
     if np.any(shown):
         spread = parameter_covariance(
             Linearisation(
                 places=fitter.simulator.layout.fitted_places,
-                residual=found.residual[fitter.fitted],
-                jacobian=slopes[:, shown] / fitter.weights[:, np.newaxis],
+                residual=fit.residual[fitter.fitted],
+                jacobian=jacobian[:, shown] / fitter.weights[:, np.newaxis],
                 weight=fitter.weights,
             ),
             np.eye(int(shown.sum())),

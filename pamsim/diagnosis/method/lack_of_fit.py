@@ -1,12 +1,12 @@
-"""Whether a model leaves something that all repeats of a protocol share: a test of lack of fit.
+"""Test of lack of fit: whether a model leaves something that all repeats of a protocol share.
 
 Noise and whatever varies from trial to trial differ between repeats. What is missing from a model
-does not. So the products of different repeats' residuals measure it, without any noise floor, and
-turning the signs of whole trials shows what chance makes of such products.
+does not. Products of different repeats' residuals therefore measure it without any noise floor, and
+flipping the signs of whole trials gives their distribution where nothing is missing.
 
-Parameters that vary from trial to trial would drown a small remainder. The part of each trial that
-they can make is left out: the model's own parameters, and those directions of the library that the
-trials of a protocol are seen to differ by.
+Parameters that vary from trial to trial would hide a small remainder. They are projected out of
+each trial: the model's own parameters, and those directions of the library in which the trials of a
+protocol differ.
 """
 
 from __future__ import annotations
@@ -21,20 +21,16 @@ from pamsim.comparison.trial_residuals import TrialLayout
 from pamsim.diagnosis.method.refit import Fitter, Refit
 from pamsim.diagnosis.method.screen import Screened
 from pamsim.diagnosis.method.signature import TangentSpace
+from pamsim.diagnosis.method.thresholds import LACK_OF_FIT, LACK_OF_FIT_LOSS
+from pamsim.inference.permutation import sign_flips, upper_p_value
 
 FloatArray = NDArray[np.float64]
 
-SIGNIFICANCE = 0.001
-"""p-value from which a remainder is held to be there."""
-
-LEAST = 0.005
-"""Remainder, in floors, that is left alone: numerical errors of a good simulation reach it."""
-
 _VARYING = 0.02
-"""Share of the trials' scatter from which a direction counts as one in which they differ."""
+"""Share of the trials' scatter from which they are held to differ in a direction."""
 
 _DIRECTIONS = 8
-"""Most of these."""
+"""Most directions that are projected out."""
 
 _FLIPS = 9999
 
@@ -44,22 +40,22 @@ class LackOfFit:
     """What repeats share that a model does not predict.
 
     Attributes:
-        size: its mean square, in floors; may come out below 0 where there is none.
-        p_value: one-sided, of none; 1 without repeats.
+        size: its mean square over the noise variance; may come out below 0 where there is none.
+        p_value: one-sided, by sign flips; 1 without repeats.
     """
 
     size: float
     p_value: float
 
     @property
-    def found(self) -> bool:
-        """Whether the model lacks something."""
-        return self.p_value < SIGNIFICANCE and self.size > LEAST
+    def significant(self) -> bool:
+        """Whether something is missing from the model."""
+        return self.p_value < LACK_OF_FIT and self.size > LACK_OF_FIT_LOSS
 
 
 @dataclass
 class _Trial:
-    """A trial's residual and directions, both across what has been left out so far.
+    """A trial's residual and directions, both without what has been projected out so far.
 
     Attributes:
         protocol: of it.
@@ -71,13 +67,13 @@ class _Trial:
     residual: FloatArray
     directions: FloatArray
 
-    def leave_out(self, columns: FloatArray) -> None:
-        """Keep of both what lies across the columns, shape (n, b)."""
+    def project_out(self, columns: FloatArray) -> None:
+        """Project residual and directions onto the orthogonal complement of columns (n, b)."""
         space = TangentSpace(columns)
-        self.residual = space.across(self.residual)
-        self.directions = space.across(self.directions)
+        self.residual = space.project_out(self.residual)
+        self.directions = space.project_out(self.directions)
 
-    def units(self) -> FloatArray:
+    def unit_directions(self) -> FloatArray:
         """Directions of length 1, shape (n, k); 0 where nothing is left of one."""
         norms = np.linalg.norm(self.directions, axis=0)
         kept = norms > 1e-9 * max(float(norms.max(initial=0.0)), np.finfo(float).tiny)
@@ -85,17 +81,17 @@ class _Trial:
 
 
 def lack_of_fit(
-    fitter: Fitter, found: Refit, screened: Sequence[Screened], *, seed: int = 0
+    fitter: Fitter, fit: Refit, screened: Sequence[Screened], *, seed: int = 0
 ) -> LackOfFit:
     """Test what a fitted model leaves of the trials that it was fitted to.
 
     Args:
         fitter: of the trials.
-        found: the fit, with its slopes.
+        fit: of the model.
         screened: effects, whose signatures are the directions in which trials may differ.
-        seed: of the sign flips.
+        seed: random seed of the sign flips.
     """
-    trials = _trials(fitter, found, screened)
+    trials = _trials(fitter, fit, screened)
     if not trials:
         return LackOfFit(size=0.0, p_value=1.0)
     for _ in range(_DIRECTIONS):
@@ -103,14 +99,14 @@ def lack_of_fit(
         if varying is None:
             break
         for trial in trials:
-            trial.leave_out(trial.units()[:, [varying]])
+            trial.project_out(trial.unit_directions()[:, [varying]])
     return _shared(trials, np.random.default_rng(seed))
 
 
-def _trials(fitter: Fitter, found: Refit, screened: Sequence[Screened]) -> list[_Trial]:
-    """Fitted trials that have repeats, across the model's own parameters."""
-    residual = fitter.weighted(found.residual)
-    columns = [trace.signature.across for one in screened for trace in one.traces]
+def _trials(fitter: Fitter, fit: Refit, screened: Sequence[Screened]) -> list[_Trial]:
+    """Fitted trials that have repeats, without what the model's own parameters can do."""
+    residual = fitter.weighted(fit.residual)
+    columns = [trace.signature.projected for effect in screened for trace in effect.traces]
     directions = np.stack(columns, axis=1) if columns else np.zeros((residual.size, 0))
     places = _repeated(fitter.simulator.layout)
     scale = np.sqrt(len(fitter.simulator.layout.trials(held_out=False)))
@@ -118,7 +114,7 @@ def _trials(fitter: Fitter, found: Refit, screened: Sequence[Screened]) -> list[
     for protocol, rows_of in places.items():
         for rows in rows_of:
             trial = _Trial(protocol, scale * residual[rows], directions[rows])
-            trial.leave_out(found.slopes[rows])
+            trial.project_out(fit.jacobian[rows])
             trials.append(trial)
     return trials
 
@@ -129,7 +125,7 @@ def _repeated(layout: TrialLayout) -> dict[str, list[NDArray[np.intp]]]:
     for place in layout.fitted_places:
         block = place.block
         rows.setdefault(block.protocol, {}).setdefault(block.trial, {})[block.channel] = place.rows
-    found: dict[str, list[NDArray[np.intp]]] = {}
+    repeated: dict[str, list[NDArray[np.intp]]] = {}
     for protocol, trials in rows.items():
         if len(trials) < 2:
             continue
@@ -137,40 +133,38 @@ def _repeated(layout: TrialLayout) -> dict[str, list[NDArray[np.intp]]]:
         shared = [c for c in parts[0] if all(c in channels for channels in parts)]
         counts = {c: min(p[c].stop - p[c].start for p in parts) for c in shared}
         if shared:
-            found[protocol] = [
+            repeated[protocol] = [
                 np.concatenate([np.arange(p[c].start, p[c].start + counts[c]) for c in shared])
                 for p in parts
             ]
-    return found
+    return repeated
 
 
 def _most_varying(trials: Sequence[_Trial]) -> int | None:
-    """The direction that makes most of what the trials of a protocol differ by, if it is much."""
-    total, made = 0.0, np.zeros(trials[0].directions.shape[1])
+    """Direction in which the trials of a protocol differ most; None if none exceeds the share."""
+    total, explained = 0.0, np.zeros(trials[0].directions.shape[1])
     for protocol in dict.fromkeys(t.protocol for t in trials):
         members = [t for t in trials if t.protocol == protocol]
         mean = np.mean([t.residual for t in members], axis=0)
         for trial in members:
             scatter = trial.residual - mean
             total += float(scatter @ scatter)
-            made += (trial.units().T @ scatter) ** 2
-    if not made.size or not total > 0.0 or made.max() < _VARYING * total:
+            explained += (trial.unit_directions().T @ scatter) ** 2
+    if not explained.size or not total > 0.0 or explained.max() < _VARYING * total:
         return None
-    return int(np.argmax(made))
+    return int(np.argmax(explained))
 
 
 def _shared(trials: Sequence[_Trial], rng: np.random.Generator) -> LackOfFit:
-    """Mean product of different repeats' residuals, against the same with trials' signs turned."""
-    size, chance = 0.0, np.zeros(_FLIPS)
+    """Mean product of different repeats' residuals, against the same with trials' signs flipped."""
+    size, flipped = 0.0, np.zeros(_FLIPS)
     protocols = list(dict.fromkeys(t.protocol for t in trials))
     for protocol in protocols:
         stack = np.stack([t.residual for t in trials if t.protocol == protocol])
         products = stack @ stack.T
         np.fill_diagonal(products, 0.0)
         pairs = len(stack) * (len(stack) - 1) * len(protocols)
-        signs = rng.choice([-1.0, 1.0], (_FLIPS, len(stack)))
+        signs = np.concatenate(list(sign_flips(_FLIPS, len(stack), rng)))
         size += float(products.sum()) / pairs
-        chance += np.einsum("fi,ij,fj->f", signs, products, signs) / pairs
-    # All signs alike give the same number again, but for its last bits.
-    beyond = int(np.sum(chance >= size - 1e-12 * abs(size)))
-    return LackOfFit(size=size, p_value=(1 + beyond) / (1 + _FLIPS))
+        flipped += np.einsum("fi,ij,fj->f", signs, products, signs) / pairs
+    return LackOfFit(size=size, p_value=upper_p_value(flipped, size))

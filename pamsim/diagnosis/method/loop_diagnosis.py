@@ -1,8 +1,8 @@
-"""Whether a reversible curve is enough for a loop, and if not, what opens it.
+"""Diagnose a loop: whether a reversible curve is enough for it, and if not, what opens it.
 
 The base model is the best reversible curve there is: one free value per input level, whatever its
-shape. What it cannot do is differ between rising and falling input. Where there is no memory, the
-two readings at a level may be exchanged: that is what every p-value here is counted over.
+shape. It cannot differ between rising and falling input. Where there is no memory, the two readings
+at a level may be exchanged: every p-value here counts such exchanges.
 """
 
 from __future__ import annotations
@@ -13,12 +13,10 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from pamsim.diagnosis.method.loop_effects import CANDIDATES, LoopEffect
-from pamsim.diagnosis.method.loop_fit import LoopFitter
-from pamsim.diagnosis.method.loop_model import Loop, LoopModel
-from pamsim.diagnosis.method.row_model import SIGNIFICANCE
-from pamsim.diagnosis.method.static_diagnosis import NAMED
-from pamsim.diagnosis.method.verdict import Verdict
+from pamsim.diagnosis.method.loop_effects import LOOP_EFFECTS, LoopEffect
+from pamsim.diagnosis.method.loop_fit import Loop, LoopFitter, LoopModel
+from pamsim.diagnosis.method.thresholds import SIGNIFICANCE
+from pamsim.diagnosis.method.verdict import Evidence, Verdict, decide
 
 FloatArray = NDArray[np.float64]
 
@@ -28,14 +26,16 @@ class LoopDiagnosis:
     """What opens a loop.
 
     Attributes:
-        verdict: see `pamsim.diagnosis.method.verdict.Verdict`.
+        verdict: see `Verdict`.
         base: the reversible curve.
-        best: model of the claimed candidate; None if none is claimed.
-        tied: others that predict unseen readings as well.
-        tried: all of them, the best at unseen readings first.
+        best: model of the effect that predicts unseen readings significantly better; None without
+            one.
+        tied: models of other effects that predict unseen readings as well.
+        forms: models of other forms of the best effect that do.
+        attempts: all models with an effect, the best at unseen readings first.
         level: (m,) inputs at which both branches were read.
-        difference: (m,) rising less falling there [unit of the output].
-        p_value: that the sign of the residual does not follow the direction.
+        difference: (m,) rising minus falling there [unit of the output].
+        p_value: that the residual does not depend on the direction.
         floor: root mean square standard error of the readings [unit of the output], or None.
         explained: share of the mean square at unseen readings that the best model removes.
     """
@@ -44,7 +44,8 @@ class LoopDiagnosis:
     base: LoopModel
     best: LoopModel | None
     tied: tuple[LoopModel, ...]
-    tried: tuple[LoopModel, ...]
+    forms: tuple[LoopModel, ...]
+    attempts: tuple[LoopModel, ...]
     level: FloatArray
     difference: FloatArray
     p_value: float
@@ -53,35 +54,49 @@ class LoopDiagnosis:
 
 
 def diagnose_loop(
-    loop: Loop, candidates: Sequence[LoopEffect] = CANDIDATES, *, seed: int = 0
+    loop: Loop, effects: Sequence[LoopEffect] = LOOP_EFFECTS, *, seed: int = 0
 ) -> LoopDiagnosis:
     """Find out what opens a loop.
 
     Args:
         loop: readings at the same levels up and down.
-        candidates: what may open it.
-        seed: of exchanges and sign flips.
+        effects: what may open it.
+        seed: random seed of exchanges and sign flips.
 
     Raises:
         InputError: if fewer than five levels were read on both branches.
     """
-    fitter = LoopFitter(loop, candidates, seed)
+    fitter = LoopFitter(loop, effects, seed)
     base = fitter.base()
     models = sorted(fitter.models(base), key=fitter.loss)
-    able = [m for m in models if m.earned]
-    best = min(able, key=fitter.loss) if able else None
+    accepted = [m for m in models if m.accepted]
+    best = min(accepted, key=fitter.loss) if accepted else None
     p_value = fitter.direction()
-    tied: tuple[LoopModel, ...] = ()
-    explained = 0.0
+    as_good: list[LoopModel] = []
+    explained, remainder = 0.0, False
     if best is not None:
-        tied = tuple(m for m in models if m is not best and fitter.tied(m, best, base))
+        as_good = [m for m in models if m is not best and fitter.tied(m, best, base)]
         explained = 1.0 - fitter.loss(best) / fitter.loss(base)
+        others = [m for m in models if m is not best]
+        remainder = fitter.remainder(best, others) < SIGNIFICANCE
+    tied = tuple(m for m in as_good if _name(m) != _name(best))
+    verdict = decide(
+        Evidence(
+            claimed=best is not None,
+            gap=p_value < SIGNIFICANCE,
+            explained=explained,
+            remainder=remainder,
+            large_remainder=remainder,
+            tied=bool(tied),
+        )
+    )
     return LoopDiagnosis(
-        verdict=_verdict(best, tied, explained, p_value),
+        verdict=verdict,
         base=base,
         best=best,
         tied=tied,
-        tried=tuple(models),
+        forms=tuple(m for m in as_good if _name(m) == _name(best)),
+        attempts=tuple(models),
         level=fitter.levels[fitter.both],
         difference=fitter.difference,
         p_value=p_value,
@@ -90,11 +105,6 @@ def diagnose_loop(
     )
 
 
-def _verdict(
-    best: LoopModel | None, tied: Sequence[LoopModel], explained: float, p_value: float
-) -> Verdict:
-    if best is None or best.effect is None:
-        return Verdict.UNEXPLAINED if p_value < SIGNIFICANCE else Verdict.NO_GAP
-    if any(m.effect is not None and m.effect.family != best.effect.family for m in tied):
-        return Verdict.AMBIGUOUS
-    return Verdict.NAMED if explained > NAMED else Verdict.NAMED_WITH_REMAINDER
+def _name(model: LoopModel | None) -> str | None:
+    """Name of a model's effect; its forms are one effect."""
+    return None if model is None or model.effect is None else model.effect.name

@@ -1,7 +1,7 @@
-"""What may open a loop between rising and falling input: candidates as signals along its path.
+"""Effects that may open a loop between rising and falling input, as signals along its path.
 
-Every candidate is one signal of size 1 with at most one number for its shape, so that a fit is
-linear but for that number. Inputs are scaled to their span.
+Each has one form: a signal of size 1 with at most one number for its shape, so that a fit is linear
+but for that number. Inputs are scaled to their span.
 """
 
 from __future__ import annotations
@@ -18,27 +18,27 @@ from pamsim.hysteresis.play import play
 FloatArray = NDArray[np.float64]
 
 _SUBSTEPS = 8  # of the Bouc-Wen equation between two points
-_SLIPS = 4  # elements of the Maxwell-slip candidate
+_SLIPS = 4  # elements of the Maxwell-slip form
 _TRAVEL = (0.02, 0.05, 0.1, 0.15, 0.2, 0.3, 0.45)  # of the span
 _LAGS = (1.0, 2.0, 4.0, 8.0, 16.0)  # points
 
 
 @dataclass(frozen=True, kw_only=True)
 class LoopEffect:
-    """A candidate.
+    """One form of an effect.
 
     Attributes:
-        name: of the operator, such as ``maxwell_slip``.
-        family: the effect that it stands for, such as ``muscle_hysteresis``.
-        missing: what a reversible curve lacks, as a sentence's end.
+        name: of the effect, such as ``muscle_hysteresis``.
+        form: the operator, such as ``maxwell_slip``.
+        missing: what is missing from a reversible curve, as a sentence's end.
         shape: what its number is, with unit; empty if it has none.
         shapes: values of that number that are tried.
         signal: scaled input along the path (n,), and a shape, to the signal (n,).
-        moving: True for what is gone where readings are taken at rest.
+        moving: True for what vanishes where readings are taken at rest.
     """
 
     name: str
-    family: str
+    form: str
     missing: str
     shape: str
     shapes: tuple[float, ...]
@@ -47,19 +47,19 @@ class LoopEffect:
 
 
 def _along(path: FloatArray, step: Callable[[float, float], float]) -> FloatArray:
-    """A memory driven along a path, which is a closed one run through before if it ends at home."""
+    """A memory driven along a path; a closed path is run through once before."""
     start = [*path] if abs(path[-1] - path[0]) < 0.05 else []
-    memory, found = float(path[0]), np.empty(path.size)
+    memory, signal = float(path[0]), np.empty(path.size)
     for x in start:
         memory = step(memory, float(x))
     for k, x in enumerate(path):
         memory = step(memory, float(x))
-        found[k] = memory
-    return found
+        signal[k] = memory
+    return signal
 
 
 def stop_signal(path: FloatArray, travel: float) -> FloatArray:
-    """One block on a spring: input less play, over the travel that drags the block along."""
+    """One block on a spring: input minus play operator, over the travel at which it slips."""
     return (path - _along(path, lambda z, x: play(x, z, travel))) / travel
 
 
@@ -106,34 +106,34 @@ def drift_signal(path: FloatArray, _: float) -> FloatArray:
     return np.linspace(-1.0, 1.0, path.size)
 
 
-CANDIDATES: tuple[LoopEffect, ...] = (
+LOOP_EFFECTS: tuple[LoopEffect, ...] = (
     LoopEffect(
-        name="stop",
-        family="muscle_hysteresis",
+        name="muscle_hysteresis",
+        form="stop",
         missing="rate-independent hysteresis",
         shape="travel over span",
         shapes=_TRAVEL,
         signal=stop_signal,
     ),
     LoopEffect(
-        name="maxwell_slip",
-        family="muscle_hysteresis",
+        name="muscle_hysteresis",
+        form="maxwell_slip",
         missing="rate-independent hysteresis",
         shape="travel over span",
         shapes=_TRAVEL,
         signal=maxwell_slip_signal,
     ),
     LoopEffect(
-        name="bouc_wen",
-        family="muscle_hysteresis",
+        name="muscle_hysteresis",
+        form="bouc_wen",
         missing="rate-independent hysteresis",
         shape="travel over span",
         shapes=_TRAVEL,
         signal=bouc_wen_signal,
     ),
     LoopEffect(
-        name="viscous",
-        family="viscous_friction",
+        name="viscous_friction",
+        form="viscous",
         missing="a resistance that grows with the rate",
         shape="",
         shapes=(0.0,),
@@ -141,8 +141,8 @@ CANDIDATES: tuple[LoopEffect, ...] = (
         moving=True,
     ),
     LoopEffect(
-        name="creep",
-        family="viscoelastic_creep",
+        name="viscoelastic_creep",
+        form="creep",
         missing="creep",
         shape="lag in points",
         shapes=_LAGS,
@@ -150,7 +150,7 @@ CANDIDATES: tuple[LoopEffect, ...] = (
     ),
     LoopEffect(
         name="drift",
-        family="drift",
+        form="drift",
         missing="a drift in time",
         shape="",
         shapes=(0.0,),

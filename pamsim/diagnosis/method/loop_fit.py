@@ -1,42 +1,107 @@
-"""Fit the best reversible curve to a loop, alone and with one signal that may open it."""
+"""Fit the best reversible curve to a loop, alone and with one effect that may open it."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.stats import t as student
 
 from pamsim.core.errors import InputError
+from pamsim.diagnosis.method.evidence import Improvement, compare_rows
 from pamsim.diagnosis.method.loop_effects import LoopEffect
-from pamsim.diagnosis.method.loop_model import Loop, LoopModel
-from pamsim.diagnosis.method.row_evidence import compare_rows
-from pamsim.diagnosis.method.row_model import SIGNIFICANCE
-from pamsim.diagnosis.method.verdict import TIE_ERRORS
+from pamsim.diagnosis.method.thresholds import (
+    FEWEST_LEVELS,
+    SIGNIFICANCE,
+    TIE_ERRORS,
+    TIE_SHARE,
+)
+from pamsim.inference.permutation import sign_flips, upper_p_value
 
 FloatArray = NDArray[np.float64]
 
 _EXCHANGES = 1_999
-_FEWEST_LEVELS = 5
 _NOTHING = 1e-9  # of a column: what is left of it is rounding
 
 
-class LoopFitter:
-    """Least squares of the curve and one signal, which the curve's free values make simple.
+@dataclass(frozen=True, kw_only=True)
+class Loop:
+    """Readings along a path of the input, up and down.
 
-    Beside one free value per level only what a signal does about its mean there is left to fit.
+    Attributes:
+        input: (n,) in the order of the path, such as pressures [Pa].
+        output: (n,) such as lengths [m].
+        rising: (n,) True on a rising branch.
+        error: (n,) standard error of each reading [unit of the output], or None if it is not known.
+    """
+
+    input: FloatArray
+    output: FloatArray
+    rising: NDArray[np.bool_]
+    error: FloatArray | None = None
+
+
+@dataclass(frozen=True, kw_only=True)
+class LoopModel:
+    """A reversible curve with one effect.
+
+    Attributes:
+        effect: the effect and its form; None for the curve alone.
+        opening: largest rising less falling output at one level [unit of the output], with its
+            sign; 0 for the curve alone.
+        interval95: of the opening, by leaving out levels.
+        shape: its number.
+        residual: (n,) fitted minus measured [unit of the output].
+        unseen: (n,) the same, each reading predicted from the others.
+        improvement: over the curve alone at unseen readings; None for that.
+        p_value: that the best effect fits as well by chance, by exchanging readings.
+    """
+
+    effect: LoopEffect | None
+    opening: float
+    interval95: tuple[float, float]
+    shape: float
+    residual: FloatArray
+    unseen: FloatArray
+    improvement: Improvement | None
+    p_value: float
+
+    @property
+    def rms(self) -> float:
+        """Root mean square of the residual [unit of the output]."""
+        return float(np.sqrt(np.mean(self.residual**2)))
+
+    @property
+    def unseen_rms(self) -> float:
+        """Root mean square at unseen readings [unit of the output]."""
+        return float(np.sqrt(np.mean(self.unseen**2)))
+
+    @property
+    def accepted(self) -> bool:
+        """Whether it may be claimed: significantly better, and with an opening that is not 0."""
+        better = self.improvement is not None and self.improvement.p_value < SIGNIFICANCE
+        known = self.interval95[0] * self.interval95[1] > 0.0
+        return better and self.p_value < SIGNIFICANCE and known
+
+
+class LoopFitter:
+    """Least squares of the curve and one signal.
+
+    The curve has one free value per level, so only the deviation of a signal from its mean at each
+    level is left to fit.
 
     Args:
         loop: readings.
-        candidates: what may open it.
-        seed: of exchanges and sign flips.
+        effects: what may open it.
+        seed: random seed of exchanges and sign flips.
 
     Raises:
         InputError: if fewer than five levels were read on both branches.
     """
 
-    def __init__(self, loop: Loop, candidates: Sequence[LoopEffect], seed: int) -> None:
+    def __init__(self, loop: Loop, effects: Sequence[LoopEffect], seed: int) -> None:
         self.loop = loop
         self.seed = seed
         self.levels, self.level = np.unique(np.round(loop.input, 9), return_inverse=True)
@@ -44,15 +109,15 @@ class LoopFitter:
         up = self._summed(loop.rising.astype(float)) > 0.0
         down = self._summed((~loop.rising).astype(float)) > 0.0
         self.both = up & down
-        if int(self.both.sum()) < _FEWEST_LEVELS:
+        if int(self.both.sum()) < FEWEST_LEVELS:
             raise InputError(
                 f"{int(self.both.sum())} levels were read on both branches; a loop needs"
-                f" {_FEWEST_LEVELS} to tell what opens it"
+                f" {FEWEST_LEVELS}"
             )
         self.weight = np.ones(loop.output.size) if loop.error is None else 1.0 / loop.error
         path = (loop.input - loop.input.min()) / np.ptp(loop.input)
-        self.signals = {c.name: [(s, c.signal(path, s)) for s in c.shapes] for c in candidates}
-        self.effects = {c.name: c for c in candidates}
+        self.signals = {e.form: [(s, e.signal(path, s)) for s in e.shapes] for e in effects}
+        self.effects = {e.form: e for e in effects}
         self.measured = self._about_mean(loop.output)
         self.difference = self._apart(loop.output)
 
@@ -65,15 +130,17 @@ class LoopFitter:
             shape=0.0,
             residual=-self.measured / self.weight,
             unseen=self._unseen([])[0],
-            gain=None,
-            luck=1.0,
+            improvement=None,
+            p_value=1.0,
         )
 
     def models(self, base: LoopModel) -> list[LoopModel]:
-        """Every candidate beside the curve."""
-        luck = self._luck(self.measured, None, list(self.signals))
+        """Every effect beside the curve."""
+        p_values = self._p_values(self.measured, None, list(self.signals))
         return [
-            self._model(name, base, luck[name]) for name in self.signals if np.isfinite(luck[name])
+            self._model(form, base, p_values[form])
+            for form in self.signals
+            if np.isfinite(p_values[form])
         ]
 
     def loss(self, model: LoopModel) -> float:
@@ -85,23 +152,36 @@ class LoopFitter:
         behind = compare_rows(
             self._per_level(other.unseen), self._per_level(best.unseen), seed=self.seed
         )
-        half = self.loss(base) - self.loss(other) > 0.5 * (self.loss(base) - self.loss(best))
-        if behind.in_errors >= TIE_ERRORS or not half or other.luck >= SIGNIFICANCE:
+        most = self.loss(base) - self.loss(best)
+        explains = self.loss(base) - self.loss(other) > TIE_SHARE * most
+        if behind.standard_errors >= TIE_ERRORS or not explains or other.p_value >= SIGNIFICANCE:
             return False
-        taken = dict(self.signals[other.name])[other.shape]
-        left = -other.residual * self.weight
-        return self._luck(left, self._about_mean(taken), [best.name])[best.name] >= SIGNIFICANCE
+        return self.remainder(other, [best]) >= SIGNIFICANCE
+
+    def remainder(self, model: LoopModel, others: Sequence[LoopModel]) -> float:
+        """p-value that the best of other effects explains what a model leaves only by chance.
+
+        Without repeats this is the only test of a remainder that a loop allows.
+        """
+        if not others:
+            return 1.0
+        assert model.effect is not None
+        used = dict(self.signals[model.effect.form])[model.shape]
+        left = -model.residual * self.weight
+        forms = [other.effect.form for other in others if other.effect is not None]
+        p_values = self._p_values(left, self._about_mean(used), forms)
+        return float(np.fmin.reduce([*p_values.values(), 1.0]))
 
     def direction(self) -> float:
-        """Two-sided chance that branches differ on the average as they do, by exchanges."""
+        """Two-sided p-value of the mean difference between the branches, by exchanges."""
         spread = np.sqrt(self._summed(1.0 / self.weight**2) / self.count)[self.both]
         value = np.sort(self.difference / spread)
-        signs = np.random.default_rng(self.seed).choice([-1.0, 1.0], (_EXCHANGES, value.size))
-        beyond = np.abs(signs @ value) >= abs(float(value.sum())) * (1.0 - 1e-12)
-        return (1 + int(np.sum(beyond))) / (1 + _EXCHANGES)
+        rng = np.random.default_rng(self.seed)
+        signs = np.concatenate(list(sign_flips(_EXCHANGES, value.size, rng)))
+        return upper_p_value(np.abs(signs @ value), abs(float(value.sum())))
 
-    def _model(self, name: str, base: LoopModel, luck: float) -> LoopModel:
-        own = self.signals[name]
+    def _model(self, form: str, base: LoopModel, p_value: float) -> LoopModel:
+        own = self.signals[form]
         signals = [signal for _, signal in own]
         number, sizes = self._fits(signals)
         signal = signals[number]
@@ -112,16 +192,16 @@ class LoopFitter:
         opening = self._opening(signal, sizes[number])
         fitted = sizes[number] * self._about_mean(signal)
         return LoopModel(
-            effect=self.effects[name],
+            effect=self.effects[form],
             opening=opening,
             interval95=(opening - reach, opening + reach),
             shape=own[number][0],
             residual=(fitted - self.measured) / self.weight,
             unseen=unseen,
-            gain=compare_rows(
+            improvement=compare_rows(
                 self._per_level(base.unseen), self._per_level(unseen), seed=self.seed
             ),
-            luck=luck,
+            p_value=p_value,
         )
 
     def _summed(self, values: FloatArray) -> FloatArray:
@@ -171,7 +251,7 @@ class LoopFitter:
         """Errors at readings left out, and the opening without each level.
 
         The shape is chosen anew each time, from readings at other levels. The level's own value
-        rests on its other reading, so that only what tells the branches apart predicts the one
+        rests on its other reading, so that only what separates the branches predicts the one
         that is left out.
         """
         output = self.loop.output
@@ -190,37 +270,35 @@ class LoopFitter:
                     errors[i] = float(np.mean(output[others])) + step - output[i]
         return errors, openings
 
-    def _luck(
-        self, misfit: FloatArray, taken: FloatArray | None, names: Sequence[str]
+    def _p_values(
+        self, misfit: FloatArray, used: FloatArray | None, forms: Sequence[str]
     ) -> dict[str, float]:
-        """Chance that the best of some effects and their shapes fits as well after exchanges.
+        """P-values by exchanges, corrected for choosing the best of some forms and their shapes.
 
         Args:
             misfit: (n,) measured minus a model, in units of the readings' errors.
-            taken: (n,) a column of that model, which no effect may fit again.
-            names: of the effects that are tried beside it.
+            used: (n,) the signal of that model, which is projected out of the others.
+            forms: that are tried beside it.
 
         Returns:
-            Name -> chance; NaN for an effect that opens nothing at these levels.
+            Form -> p-value; NaN for a form that opens nothing at these levels.
         """
         rng = np.random.default_rng(self.seed)
-        signs = rng.choice([-1.0, 1.0], (_EXCHANGES, self.levels.size))
+        signs = np.concatenate(list(sign_flips(_EXCHANGES, self.levels.size, rng)))
         exchanged = (signs[:, self.level] * misfit).T
-        own = dict.fromkeys(names, float("nan"))
+        own = dict.fromkeys(forms, float("nan"))
         best = np.zeros(_EXCHANGES)
-        for name in names:
-            for _, signal in self.signals[name]:
+        for form in forms:
+            for _, signal in self.signals[form]:
                 column = self._about_mean(signal)
-                if taken is not None:
-                    column = column - taken * float(taken @ column) / float(taken @ taken)
+                if used is not None:
+                    column = column - used * float(used @ column) / float(used @ used)
                 size = float(np.linalg.norm(column))
                 if size > _NOTHING:
                     column = column / size
                     best = np.maximum(best, (column @ exchanged) ** 2)
-                    own[name] = float(np.fmax(own[name], float(column @ misfit) ** 2))
+                    own[form] = float(np.fmax(own[form], float(column @ misfit) ** 2))
         return {
-            name: (1 + int(np.sum(best >= reached * (1.0 - 1e-12)))) / (1 + _EXCHANGES)
-            if np.isfinite(reached)
-            else float("nan")
-            for name, reached in own.items()
+            form: upper_p_value(best, reached) if np.isfinite(reached) else float("nan")
+            for form, reached in own.items()
         }

@@ -1,4 +1,4 @@
-"""The experiment that would best tell tied effects apart, by what each predicts for it.
+"""Next experiment: the one that would best separate tied effects, by what each predicts for it.
 
 T-optimality (Atkinson and Fedorov, Biometrika 62, 1975): the models are fitted to what there is,
 and the input is chosen at which the best fit of one lies farthest from the other.
@@ -12,10 +12,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from pamsim.diagnosis.method.judge import Trialled
 from pamsim.diagnosis.method.refit import Fitter
 from pamsim.diagnosis.method.signature import TangentSpace
-from pamsim.diagnosis.method.verdict import Named
+from pamsim.diagnosis.method.trial_model import TrialModel
 from pamsim.inference.free_parameter import SearchScale
 
 FloatArray = NDArray[np.float64]
@@ -36,8 +35,8 @@ class NextExperiment:
 
     Attributes:
         protocol: name of the experiment on the menu.
-        between: names of the two models that it tells apart.
-        before: mean square distance of the two on the trials at hand, in noise floors.
+        between: names of the two models that it separates.
+        before: mean square distance of the two on the trials at hand, over the noise variance.
         after: the same on a trial of that experiment, once each has been refitted.
         menu: experiment -> the latter.
         advice: the experiment that separates the effects, in words.
@@ -51,20 +50,23 @@ class NextExperiment:
     advice: str
 
 
-def next_experiment(named: Named, fitter: Fitter, simulate: SimulateMenu) -> NextExperiment | None:
-    """Choose from a menu what tells the best model from the one most nearly tied with it.
+def next_experiment(
+    best: TrialModel, tied: Sequence[TrialModel], fitter: Fitter, simulate: SimulateMenu
+) -> NextExperiment | None:
+    """Choose from a menu what separates the best model from the one most nearly tied with it.
 
     Args:
-        named: the verdict.
+        best: the best model.
+        tied: models that predict as well.
         fitter: of the trials.
         simulate: of the menu.
 
     Returns:
         The choice; None if nothing is tied or no experiment runs.
     """
-    if named.best is None or not named.tied:
+    if not tied:
         return None
-    best, rival = named.best, min(named.tied, key=lambda m: m.mean_loss)
+    rival = min(tied, key=lambda m: m.mean_loss)
     apart = fitter.weighted(best.fit.residual) - fitter.weighted(rival.fit.residual)
     distances = _distances(best, rival, fitter, simulate)
     if not distances:
@@ -81,9 +83,9 @@ def next_experiment(named: Named, fitter: Fitter, simulate: SimulateMenu) -> Nex
 
 
 def _distances(
-    best: Trialled, rival: Trialled, fitter: Fitter, simulate: SimulateMenu
+    best: TrialModel, rival: TrialModel, fitter: Fitter, simulate: SimulateMenu
 ) -> dict[str, float]:
-    """What no parameter of the rival can take back, per experiment, in noise floors."""
+    """Mean square that no parameter of the rival can remove, per experiment, over the noise."""
     scale = SearchScale(rival.fit.parameters)
     at = np.array([rival.fit.values[p.name] for p in rival.fit.parameters])
     place = scale.to_unit(at)
@@ -92,12 +94,12 @@ def _distances(
         moved = place.copy()
         moved[i] += -_STEP if place[i] > 0.5 else _STEP
         sets.append({**rival.fit.values, parameter.name: float(scale.from_unit(moved)[i])})
-    found = simulate(sets)
-    if found[0] is None or found[1] is None:
+    runs = simulate(sets)
+    if runs[0] is None or runs[1] is None:
         return {}
     distances: dict[str, float] = {}
-    for name in found[1]:
-        channels = [c for c in found[1][name] if c in fitter.floor.sd]
+    for name in runs[1]:
+        channels = [c for c in runs[1][name] if c in fitter.floor.sd]
 
         def stacked(
             signals: Signals, name: str = name, channels: list[str] = channels
@@ -108,10 +110,10 @@ def _distances(
             ]
             return np.concatenate(parts) / np.sqrt(len(channels))
 
-        here = stacked(found[1])
-        slopes = [stacked(moved) - here for moved in found[2:] if moved is not None]
-        change = stacked(found[0]) - here
-        if slopes:
-            change = TangentSpace(np.stack(slopes, axis=1)).across(change)
+        here = stacked(runs[1])
+        columns = [stacked(moved) - here for moved in runs[2:] if moved is not None]
+        change = stacked(runs[0]) - here
+        if columns:
+            change = TangentSpace(np.stack(columns, axis=1)).project_out(change)
         distances[name] = float(change @ change)
     return distances

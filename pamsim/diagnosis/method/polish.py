@@ -1,7 +1,7 @@
-"""The rest of a fit's way, for the models that a verdict rests on.
+"""Polish the fits that a verdict rests on: to convergence, in fine time steps.
 
-Kept slopes and a loose tolerance are enough to compare effects. In a curved valley, where an effect
-trades off against an ordinary parameter, they end well before its bottom.
+A kept Jacobian and a loose tolerance are enough to compare effects. In a curved valley, where an
+effect trades off against a nuisance parameter, they end well before its bottom.
 """
 
 from __future__ import annotations
@@ -16,42 +16,42 @@ from pamsim.inference.free_parameter import SearchScale
 _ROUNDS = 8
 
 _STEPS = 4
-"""Steps with the same slopes."""
+"""Steps with the same Jacobian."""
 
 _SETTLED = 3e-5
 """Fall of the cost, as a share of it, that is not worth another round."""
 
 
-def polish(fitter: Fitter, found: Refit) -> Refit:
-    """Go down in fine steps, with slopes taken anew every few, until nothing moves.
+def polish(fitter: Fitter, fit: Refit) -> Refit:
+    """Descend in fine steps, with a new Jacobian every few, until nothing moves.
 
     Args:
         fitter: of the trials.
-        found: a fit.
+        fit: a fit.
 
     Returns:
         The fit with its residual in fine steps; the one handed in if nothing comes through.
     """
     for _ in range(_ROUNDS):
-        further = _further(fitter, found)
+        further = _further(fitter, fit)
         if further is None:
             break
-        found, fell = further
-        if fell < _SETTLED * found.cost:
+        fit, fell = further
+        if fell < _SETTLED * fit.cost:
             break
-    return found
+    return fit
 
 
-def _further(fitter: Fitter, found: Refit) -> tuple[Refit, float] | None:
+def _further(fitter: Fitter, fit: Refit) -> tuple[Refit, float] | None:
     """A round from a fit, and by how much the cost fell; None if nothing comes through."""
-    scale = SearchScale(found.parameters)
-    names = [p.name for p in found.parameters]
-    (coarse,) = fitter.simulator.fit_rows([found.values])
+    scale = SearchScale(fit.parameters)
+    names = [p.name for p in fit.parameters]
+    (coarse,) = fitter.simulator.fit_rows([fit.values])
     if coarse is None:
         return None
-    slopes = fitter.slopes(found.parameters, found.values, coarse * fitter.weights)
-    begin = np.clip(scale.to_unit(np.array([found.values[n] for n in names])), EDGE, 1.0 - EDGE)
-    end = fitter.steps(found.parameters, begin, lambda _place, _at: slopes, _STEPS, fine=True)
+    jacobian = fitter.jacobian(fit.parameters, fit.values, coarse * fitter.weights)
+    begin = np.clip(scale.to_unit(np.array([fit.values[n] for n in names])), EDGE, 1.0 - EDGE)
+    end = fitter.steps(fit.parameters, begin, lambda _place, _at: jacobian, _STEPS, fine=True)
     if end is None:
         return None
     values = dict(zip(names, scale.from_unit(end.x).tolist(), strict=True))
@@ -59,11 +59,11 @@ def _further(fitter: Fitter, found: Refit) -> tuple[Refit, float] | None:
     if residual is None:
         return None
     settled = replace(
-        found,
+        fit,
         values=values,
         residual=residual,
         cost=end.cost,
-        slopes=slopes,
+        jacobian=jacobian,
         at_bound=at_ends(names, end.x),
     )
     return settled, end.start_cost - end.cost

@@ -1,4 +1,4 @@
-"""Refits of parameters to the trials that are not held out, ordinary and effects' ones together."""
+"""Refits to the trials that are not held out: nuisance parameters and effects together."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ Remembered = MutableMapping[str, Mapping[str, Any]]
 
 _STEP = 1e-4  # of a range, for differences: wide enough to bridge the kinks of switching valves
 _TOLERANCE, _LAST_TOLERANCE = 1e-3, 1e-5  # of cost and place; while comparing, at the end
-_FAR = 1.0  # floors of improvement beyond which slopes taken before are no longer good ones
+_FAR = 1.0  # fall of the loss beyond which a kept Jacobian is no longer good
 
 EDGE = 1e-3
 """Share of a range from its ends that counts as an end."""
@@ -43,7 +43,7 @@ class Refit:
         values: name -> value [SI].
         residual: (n,) of all trials, held out ones too [SI].
         cost: mean square over the fitted trials, in units of the noise.
-        slopes: (f, p) change of the weighted residual of the fitted trials per range.
+        jacobian: (f, p) change of the weighted residual of the fitted trials per range.
         at_bound: names that ended on their range's ends.
     """
 
@@ -51,15 +51,15 @@ class Refit:
     values: dict[str, float]
     residual: FloatArray
     cost: float
-    slopes: FloatArray
+    jacobian: FloatArray
     at_bound: tuple[str, ...]
 
 
 class Fitter:
-    """Fits by Gauss-Newton steps within ranges, with slopes kept where they hardly change.
+    """Fits by Gauss-Newton steps within ranges, with a Jacobian kept where it hardly changes.
 
-    The slopes of ordinary parameters are taken once, at the fit of the base model, and serve every
-    effect that changes little: such a fit costs its effect's own slopes and the steps.
+    The Jacobian of the nuisance parameters is computed once, at the fit of the base model, and
+    serves every effect that changes little: such a fit costs its own columns and the steps.
 
     Args:
         simulator: of all trials.
@@ -81,7 +81,7 @@ class Fitter:
         weights = simulator.layout.weights(floor.sd)[self.fitted]
         channels = len(simulator.layout.channels)
         self.weights = weights / np.sqrt(len(fitted) * channels)
-        self._slopes: dict[str, FloatArray] = {}
+        self._jacobian: dict[str, FloatArray] = {}
 
     def weighted(self, residual: FloatArray) -> FloatArray:
         """Rows (f,) of the fitted trials out of (n,) [SI] in units of noise.
@@ -107,7 +107,7 @@ class Fitter:
             for found in self.simulator.fit_rows(sets)
         ]
 
-    def slopes(
+    def jacobian(
         self, parameters: Sequence[FreeParameter], values: Mapping[str, float], at: FloatArray
     ) -> FloatArray:
         """Change of the weighted residual per range of each parameter, shape (f, p).
@@ -120,9 +120,9 @@ class Fitter:
         place = SearchScale(parameters).to_unit(np.array([values[p.name] for p in parameters]))
         return difference_jacobian(self._residuals(parameters, values), place, at, _STEP)
 
-    def keep_slopes(self, found: Refit) -> None:
-        """Let the slopes at a fit of ordinary parameters serve all later ones."""
-        self._slopes = {p.name: found.slopes[:, i] for i, p in enumerate(found.parameters)}
+    def keep_jacobian(self, found: Refit) -> None:
+        """Use the Jacobian at a fit of nuisance parameters for all later fits."""
+        self._jacobian = {p.name: found.jacobian[:, i] for i, p in enumerate(found.parameters)}
 
     def fit(
         self,
@@ -160,15 +160,15 @@ class Fitter:
         names = [p.name for p in parameters]
         begin = np.clip(scale.to_unit(np.array([start[n] for n in names])), EDGE, 1.0 - EDGE)
 
-        def slopes(kept: Mapping[str, FloatArray]) -> Jacobian:
+        def jacobian(kept: Mapping[str, FloatArray]) -> Jacobian:
             def at(place: FloatArray, here: FloatArray) -> FloatArray:
                 return self._columns(parameters, _values(parameters, place), here, kept)
 
             return at
 
-        found = self.steps(parameters, begin, slopes(self._slopes), most)
-        if found is not None and self._slopes and found.start_cost - found.cost > _FAR:
-            return self.steps(parameters, found.x, slopes({}), most) or found
+        found = self.steps(parameters, begin, jacobian(self._jacobian), most)
+        if found is not None and self._jacobian and found.start_cost - found.cost > _FAR:
+            return self.steps(parameters, found.x, jacobian({}), most) or found
         return found
 
     def steps(
@@ -231,7 +231,7 @@ class Fitter:
     ) -> FloatArray:
         """The Jacobian (f, p), with the columns that are kept instead of fresh ones."""
         fresh = [p for p in parameters if p.name not in kept]
-        own = iter(self.slopes(fresh, values, here).T)
+        own = iter(self.jacobian(fresh, values, here).T)
         columns = [kept[p.name] if p.name in kept else next(own) for p in parameters]
         return np.stack(columns, axis=1)
 
@@ -240,17 +240,17 @@ class Fitter:
         values = {p.name: float(known["values"][p.name]) for p in parameters}
         (at,) = self.simulator.fit_rows([values])
         if at is None:
-            raise InputError("a remembered fit no longer runs; start without --resume")
-        slopes = self._columns(parameters, values, at * self.weights, self._slopes)
+            raise InputError("a remembered fit no longer runs; start anew")
+        jacobian = self._columns(parameters, values, at * self.weights, self._jacobian)
         place = SearchScale(parameters).to_unit(np.array([values[p.name] for p in parameters]))
-        return self._finished(parameters, place, float(known["cost"]), slopes)
+        return self._finished(parameters, place, float(known["cost"]), jacobian)
 
     def _finished(
         self,
         parameters: Sequence[FreeParameter],
         place: FloatArray,
         cost: float,
-        slopes: FloatArray,
+        jacobian: FloatArray,
     ) -> Refit:
         values = _values(parameters, place)
         residual = self.simulator.whole(values)
@@ -261,7 +261,7 @@ class Fitter:
             values=values,
             residual=residual,
             cost=cost,
-            slopes=slopes,
+            jacobian=jacobian,
             at_bound=at_ends(list(values), place),
         )
 

@@ -1,4 +1,4 @@
-"""Refits per protocol: a model that lacks nothing needs the same parameters everywhere."""
+"""Nuisance parameters by protocol: a complete model needs the same values everywhere."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ _alexandergovern: Any = scipy.stats.alexandergovern
 
 @dataclass(frozen=True, kw_only=True)
 class Regime:
-    """One ordinary parameter, asked of every protocol by itself.
+    """One nuisance parameter, fitted to every protocol by itself.
 
     Attributes:
         parameter: its name.
@@ -39,7 +39,7 @@ def regimes(fitter: Fitter, base: Refit) -> tuple[Regime, ...]:
 
     Args:
         fitter: of the trials.
-        base: fit of the base model, with its slopes.
+        base: fit of the base model, with its Jacobian.
 
     Returns:
         One per parameter, the least homogeneous first.
@@ -51,13 +51,13 @@ def regimes(fitter: Fitter, base: Refit) -> tuple[Regime, ...]:
     for place in fitter.simulator.layout.fitted_places:
         trials = rows.setdefault(place.block.protocol, {})
         trials.setdefault(place.block.trial, []).append(place.rows)
-    found: list[Regime] = []
+    fitted: list[Regime] = []
     for i, parameter in enumerate(base.parameters):
         samples: dict[str, FloatArray] = {}
         for protocol, trials in rows.items():
             steps = []
             for parts in trials.values():
-                slope = np.concatenate([base.slopes[r, i] for r in parts])
+                slope = np.concatenate([base.jacobian[r, i] for r in parts])
                 missed = np.concatenate([weighted[r] for r in parts])
                 square = float(slope @ slope)
                 steps.append(-float(slope @ missed) / square if square > 0.0 else np.nan)
@@ -79,5 +79,5 @@ def regimes(fitter: Fitter, base: Refit) -> tuple[Regime, ...]:
                 reach = quantile * float(np.std(steps, ddof=1)) / np.sqrt(steps.size)
             if np.isfinite(mean):
                 values[protocol] = (value(mean), value(mean - reach), value(mean + reach))
-        found.append(Regime(parameter=parameter.name, p_value=p_value, values=values))
-    return tuple(sorted(found, key=lambda r: r.p_value))
+        fitted.append(Regime(parameter=parameter.name, p_value=p_value, values=values))
+    return tuple(sorted(fitted, key=lambda r: r.p_value))

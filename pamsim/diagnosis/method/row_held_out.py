@@ -28,7 +28,7 @@ _SETTLED = 1e-4  # change of a place in its range that ends it
 
 
 def linearised_left_out(fit: RowFit) -> FloatArray:
-    """Errors at unseen rows from the fit's own slopes, without another prediction, (n,) [SI].
+    """Errors at unseen rows from the fit's own Jacobian, without another prediction, (n,) [SI].
 
     Each row's refit is the bounded linear problem of the other rows.
     """
@@ -42,9 +42,10 @@ def linearised_left_out(fit: RowFit) -> FloatArray:
 
 
 def linearised_reach95(fit: RowFit) -> FloatArray:
-    """Half widths of the parameters' intervals from the fit's own slopes, (p,) [SI].
+    """Half widths of the parameters' intervals from the fit's own Jacobian, (p,) [SI].
 
-    They take the rows' errors as independent and alike; infinite for what the rows do not tell.
+    They take the rows' errors as independent, with one variance; infinite for parameters that
+    move no row.
     """
     count, free = fit.jacobian.shape
     variance = float(fit.residual @ fit.residual) / max(count - free, 1)
@@ -57,7 +58,7 @@ def linearised_reach95(fit: RowFit) -> FloatArray:
 def left_out(simulator: RowSimulator, fit: RowFit) -> LeftOut:
     """Refit without each row in turn, all refits predicted in one call per round.
 
-    Every refit is a Gauss-Newton iteration within the ranges, with the slopes of the common
+    Every refit is a Gauss-Newton iteration within the ranges, with the Jacobian of the common
     optimum, which is close to its own.
 
     Args:
@@ -97,7 +98,7 @@ def left_out(simulator: RowSimulator, fit: RowFit) -> LeftOut:
 def jackknife_reach95(left: LeftOut) -> FloatArray:
     """Half widths of the parameters' jackknife intervals (Tukey 1958), (p,) [SI].
 
-    They hold for rows that err by different amounts, as those of a model that lacks an effect.
+    They hold for rows whose errors differ in size, as where an effect is missing from the model.
 
     Args:
         left: of the refits.

@@ -1,4 +1,4 @@
-"""A model of rows with some effects freed, judged by rows it has not seen."""
+"""A model of a table's rows with some effects freed, judged by rows it has not seen."""
 
 from __future__ import annotations
 
@@ -6,22 +6,17 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from pamsim.core.errors import InputError
-from pamsim.diagnosis.method.row_evidence import RowGain, compare_rows
+from pamsim.diagnosis.method.evidence import Improvement, compare_rows
 from pamsim.diagnosis.method.row_fit import RowFit, RowSimulator, fit_rows
 from pamsim.diagnosis.method.row_held_out import jackknife_reach95, left_out, linearised_left_out
+from pamsim.diagnosis.method.thresholds import SIGNIFICANCE
 from pamsim.inference.free_parameter import FreeParameter
 from pamsim.inference.leave_one_out import LeftOut
 
-FloatArray = NDArray[np.float64]
-
-SIGNIFICANCE = 0.05
-"""Share of false claims allowed, in each of the two tests that an effect must pass."""
-
 _ANCHORS = 2  # fits to predictions that are exact at the end of the one before
-_UNSEEN = 1e-7  # rad, change of a row that counts as none
+_INVISIBLE = 1e-7  # rad, change of a row that counts as none
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -48,19 +43,19 @@ class RowModel:
     """A fitted model.
 
     Attributes:
-        effects: that were freed beside the ordinary parameters.
+        effects: that were freed beside the nuisance parameters.
         fit: to all rows.
-        left: errors at rows left out.
-        gain: over the model that it was made from; None for the base model.
-        luck: chance that the best of all effects that were tried would fit as well, see
-            `pamsim.diagnosis.method.row_permutation`; 1 for the base model.
+        left_out: errors at rows, each by the fit without it.
+        improvement: over the model that it was made from; None for the base model.
+        p_value: that the best of all effects that were tried would fit as well by chance, see
+            `pamsim.inference.permutation.best_of_many_p_values`; 1 for the base model.
     """
 
     effects: tuple[RowEffect, ...]
     fit: RowFit
-    left: LeftOut
-    gain: RowGain | None = None
-    luck: float = 1.0
+    left_out: LeftOut
+    improvement: Improvement | None = None
+    p_value: float = 1.0
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -70,7 +65,7 @@ class RowModel:
     @property
     def intervals(self) -> dict[str, tuple[float, float]]:
         """Parameter -> 95 % interval [SI]."""
-        reach = jackknife_reach95(self.left).tolist()
+        reach = jackknife_reach95(self.left_out).tolist()
         return {
             p.name: (self.fit.values[p.name] - r, self.fit.values[p.name] + r)
             for p, r in zip(self.fit.parameters, reach, strict=True)
@@ -87,49 +82,51 @@ class RowModel:
         return True
 
     @property
-    def earned(self) -> bool:
+    def accepted(self) -> bool:
         """Whether its last effect may be claimed.
 
-        It must predict unseen rows better, and fit better than luck among so many effects would.
+        It must predict unseen rows better, and fit better than the best of so many effects would
+        by chance.
         """
-        better = self.gain is not None and self.gain.p_value < SIGNIFICANCE
-        return better and self.luck < SIGNIFICANCE and self.sizes_known()
+        better = self.improvement is not None and self.improvement.p_value < SIGNIFICANCE
+        return better and self.p_value < SIGNIFICANCE and self.sizes_known()
 
 
 class RowModels:
-    """Makes models of rows from one another.
+    """Fits models of rows, each from another.
 
     Args:
         simulator: of the rows.
-        ordinary: parameters that are refitted with every effect.
-        seed: of the sign flips.
+        nuisance: parameters that are refitted with every effect.
+        seed: random seed of the sign flips.
     """
 
     def __init__(
-        self, simulator: RowSimulator, ordinary: Sequence[FreeParameter], seed: int
+        self, simulator: RowSimulator, nuisance: Sequence[FreeParameter], seed: int
     ) -> None:
         self.simulator = simulator
-        self.ordinary = tuple(ordinary)
+        self.nuisance = tuple(nuisance)
         self.seed = seed
 
     def base(self) -> RowModel | None:
         """The model without effects; None if it predicts nothing."""
-        start = {p.name: p.start for p in self.ordinary}
+        start = {p.name: p.start for p in self.nuisance}
         self.anchor(start)
-        fit = fit_rows(self.simulator, self.ordinary, [start])
+        fit = fit_rows(self.simulator, self.nuisance, [start])
         if fit is None:
             return None
-        return self.settled(RowModel(effects=(), fit=fit, left=left_out(self.simulator, fit)), None)
+        model = RowModel(effects=(), fit=fit, left_out=left_out(self.simulator, fit))
+        return self.settled(model, None)
 
     def settled(self, model: RowModel, parent: RowModel | None) -> RowModel:
         """A model fitted again with predictions that are exact where it ends."""
         fit = model.fit
         if self.simulator.anchor is None:
-            return self._judged(model.effects, fit, parent, model.luck)
+            return self._judged(model.effects, fit, parent, model.p_value)
         for _ in range(_ANCHORS):
             self.anchor(fit.values)
             fit = fit_rows(self.simulator, fit.parameters, [fit.values]) or fit
-        return self._judged(model.effects, fit, parent, model.luck)
+        return self._judged(model.effects, fit, parent, model.p_value)
 
     def fits(
         self, parent: RowModel, effects: Sequence[RowEffect]
@@ -143,7 +140,7 @@ class RowModels:
         Returns:
             Effect, fit and that error [SI]; effects without a prediction are left out.
         """
-        found: list[tuple[RowEffect, RowFit, float]] = []
+        fits: list[tuple[RowEffect, RowFit, float]] = []
         for effect in effects:
             parameters = (*parent.fit.parameters, *effect.parameters)
             if len({p.name for p in parameters}) < len(parameters):
@@ -152,15 +149,15 @@ class RowModels:
             fit = fit_rows(self.simulator, parameters, starts)
             if fit is not None and fit.residual.size > len(parameters) + 1:
                 error = float(np.sqrt(np.mean(linearised_left_out(fit) ** 2)))
-                found.append((effect, fit, error))
-        return sorted(found, key=lambda one: one[2])
+                fits.append((effect, fit, error))
+        return sorted(fits, key=lambda entry: entry[2])
 
     def refit(self, effects: Sequence[RowEffect], near: RowModel) -> RowModel | None:
         """The model with these effects, begun from another that has some of them."""
-        parameters = (*self.ordinary, *(p for e in effects for p in e.parameters))
+        parameters = (*self.nuisance, *(p for e in effects for p in e.parameters))
         if len({p.name for p in parameters}) < len(parameters):
             return None
-        known = {**{p.name: p.start for p in self.ordinary}, **near.fit.values}
+        known = {**{p.name: p.start for p in self.nuisance}, **near.fit.values}
         starts: list[dict[str, float]] = []
         for number in range(max((len(e.starts) for e in effects), default=1)):
             start = dict(known)
@@ -172,36 +169,38 @@ class RowModels:
         return None if fit is None else self._judged(tuple(effects), fit, near, 1.0)
 
     def with_effect(
-        self, parent: RowModel, effect: RowEffect, fit: RowFit, luck: float = 1.0
+        self, parent: RowModel, effect: RowEffect, fit: RowFit, p_value: float
     ) -> RowModel | None:
-        """A fit of `fits` as a model; None if without some row it leaves what can be predicted."""
+        """A fit of `fits` as a model; None if without some row there is no prediction."""
         try:
-            return self._judged((*parent.effects, effect), fit, parent, luck)
+            return self._judged((*parent.effects, effect), fit, parent, p_value)
         except InputError:
             return None
 
-    def compare(self, before: RowModel, after: RowModel) -> RowGain:
+    def compare(self, before: RowModel, after: RowModel) -> Improvement:
         """By how much one model predicts unseen rows better than another."""
-        return compare_rows(before.left.residual, after.left.residual, seed=self.seed)
+        return compare_rows(before.left_out.residual, after.left_out.residual, seed=self.seed)
 
     def moves(self, base: RowModel, effect: RowEffect) -> bool:
         """Whether an effect moves any row at one of its starts."""
         sets = [{**base.fit.values, **start} for start in effect.starts]
         return any(
-            found is None or float(np.max(np.abs(found - base.fit.residual))) > _UNSEEN
-            for found in self.simulator.many(sets)
+            residual is None or float(np.max(np.abs(residual - base.fit.residual))) > _INVISIBLE
+            for residual in self.simulator.many(sets)
         )
-
-    def _judged(
-        self, effects: tuple[RowEffect, ...], fit: RowFit, parent: RowModel | None, luck: float
-    ) -> RowModel:
-        left = left_out(self.simulator, fit)
-        gain = None
-        if parent is not None:
-            gain = compare_rows(parent.left.residual, left.residual, seed=self.seed)
-        return RowModel(effects=effects, fit=fit, left=left, gain=gain, luck=luck)
 
     def anchor(self, values: Mapping[str, float]) -> None:
         """Make predictions exact at these values [SI]."""
         if self.simulator.anchor is not None:
             self.simulator.anchor(values)
+
+    def _judged(
+        self, effects: tuple[RowEffect, ...], fit: RowFit, parent: RowModel | None, p_value: float
+    ) -> RowModel:
+        left = left_out(self.simulator, fit)
+        improvement = None
+        if parent is not None:
+            improvement = compare_rows(parent.left_out.residual, left.residual, seed=self.seed)
+        return RowModel(
+            effects=effects, fit=fit, left_out=left, improvement=improvement, p_value=p_value
+        )

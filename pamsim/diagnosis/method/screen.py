@@ -1,4 +1,4 @@
-"""Which effects are worth a refit: their signatures against what the refitted base model misses."""
+"""Screen the effects: compare their signatures with what the refitted base model misses."""
 
 from __future__ import annotations
 
@@ -15,25 +15,25 @@ from pamsim.diagnosis.method.signature import Signature, TangentSpace, signature
 FloatArray = NDArray[np.float64]
 
 VISIBLE = 0.02
-"""Excess that an effect must leave at one of its probes to be called visible in the data."""
+"""Excess over the noise that an effect must leave at one of its probes to be called visible."""
 
 _FARTHEST = 5.0
-"""Most probes' sizes from which a fit starts: beyond, a signature says little."""
+"""Largest start of a fit, in sizes of the probe: beyond, a signature means little."""
 
 _NEAREST = 0.05
-"""The fewest: nearer to neutral, friction and play have no slope."""
+"""Smallest start, in sizes of the probe: nearer to neutral, friction and backlash have no slope."""
 
 _AS_GOOD = 0.8
-"""Share of the best probe's gain from which another one, of another shape, is a start as well."""
+"""Share of the best probe's gain from which a probe of another shape is a start as well."""
 
 
 @dataclass(frozen=True, kw_only=True)
-class Traced:
+class Trace:
     """A probe and the signature that it left.
 
     Attributes:
         probe: values of the effect's parameters.
-        signature: across what ordinary parameters can do.
+        signature: after projection by the nuisance parameters.
     """
 
     probe: Probe
@@ -42,19 +42,19 @@ class Traced:
 
 @dataclass(frozen=True, kw_only=True)
 class Screened:
-    """What the data can say of one effect, before it is fitted.
+    """What the data can show of one effect, before it is fitted.
 
     Attributes:
         candidate: the effect.
         traces: one per probe that the simulation came through; those that moved nothing too.
-        likeness: largest cosine with the misfit over the probes, without sign where the effect may
-            have either.
-        gain: largest fall of the mean loss that a probe promises, in floors.
+        similarity: largest cosine with the misfit over the probes, without sign where the effect
+            may have either.
+        gain: largest fall of the mean loss that a probe promises.
     """
 
     candidate: Candidate
-    traces: tuple[Traced, ...]
-    likeness: float
+    traces: tuple[Trace, ...]
+    similarity: float
     gain: float
 
     @property
@@ -69,14 +69,14 @@ class Screened:
             misfit: (f,) that it is to explain, see `Signature.share`.
         """
         ranked = sorted(self.traces, key=lambda t: -_gain(self.candidate, t.signature, misfit))
-        found = [ranked[0]]
+        chosen = [ranked[0]]
         best = _gain(self.candidate, ranked[0].signature, misfit)
         for other in ranked[1:]:
-            new = all(not other.probe.same_shape(t.probe) for t in found)
+            new = all(not other.probe.same_shape(t.probe) for t in chosen)
             if new and _gain(self.candidate, other.signature, misfit) >= _AS_GOOD * best:
-                found.append(other)
+                chosen.append(other)
         return [
-            self.candidate.moved(t.probe, _clipped(t.signature.share(misfit))) for t in found[:2]
+            self.candidate.moved(t.probe, _clipped(t.signature.share(misfit))) for t in chosen[:2]
         ]
 
 
@@ -104,7 +104,7 @@ def screen(
         fitter: of the trials.
         values: of the model without effects, refitted [SI].
         residual: (n,) of it [SI].
-        space: of its ordinary parameters.
+        space: of its nuisance parameters.
         candidates: effects.
 
     Returns:
@@ -112,18 +112,18 @@ def screen(
     """
     jobs = [(c, probe) for c in candidates for probe in c.probes]
     here = fitter.weighted(residual)
-    found = fitter.changes([{**values, **probe.values} for _, probe in jobs], here)
-    traces: dict[str, list[Traced]] = {c.name: [] for c in candidates}
-    for (candidate, probe), change in zip(jobs, found, strict=True):
+    changes = fitter.changes([{**values, **probe.values} for _, probe in jobs], here)
+    traces: dict[str, list[Trace]] = {c.name: [] for c in candidates}
+    for (candidate, probe), change in zip(jobs, changes, strict=True):
         if change is not None:
-            left = signature(space, change, probe.size)
-            traces[candidate.name].append(Traced(probe=probe, signature=left))
-    return ranked(candidates, traces, space.across(-here))
+            own = signature(space, change, probe.size)
+            traces[candidate.name].append(Trace(probe=probe, signature=own))
+    return _ranked(candidates, traces, space.project_out(-here))
 
 
-def ranked(
+def _ranked(
     candidates: Sequence[Candidate],
-    traces: Mapping[str, Sequence[Traced]],
+    traces: Mapping[str, Sequence[Trace]],
     misfit: FloatArray,
 ) -> tuple[Screened, ...]:
     """Effects by what they promise to explain of a misfit, the most promising first.
@@ -131,48 +131,48 @@ def ranked(
     Args:
         candidates: effects.
         traces: of each.
-        misfit: (f,) measured minus simulated across the tangent space, in units of noise.
+        misfit: (f,) measured minus simulated, projected, in units of noise.
     """
-    found: list[Screened] = []
+    screened: list[Screened] = []
     for candidate in candidates:
         own = tuple(traces[candidate.name])
-        cosines = [t.signature.likeness(misfit) for t in own]
+        cosines = [t.signature.similarity(misfit) for t in own]
         if candidate.two_sided:
             cosines = [abs(c) for c in cosines]
-        found.append(
+        screened.append(
             Screened(
                 candidate=candidate,
                 traces=own,
-                likeness=max(cosines, default=0.0),
+                similarity=max(cosines, default=0.0),
                 gain=max((_gain(candidate, t.signature, misfit) for t in own), default=0.0),
             )
         )
-    return tuple(sorted(found, key=lambda s: -s.gain))
+    return tuple(sorted(screened, key=lambda s: -s.gain))
 
 
-def screened_again(
+def screen_again(
     screened: Sequence[Screened], space: TangentSpace, misfit: FloatArray
 ) -> tuple[Screened, ...]:
-    """The same signatures against what is left once more has been fitted.
+    """Compare the same signatures with what a larger model misses.
 
     Args:
         screened: before.
-        space: tangent space that contains the former one.
-        misfit: (f,) across it.
+        space: tangent space of the larger model.
+        misfit: (f,) projected by it.
     """
     traces = {
         s.candidate.name: [
-            Traced(probe=t.probe, signature=t.signature.within(space)) for t in s.traces
+            Trace(probe=t.probe, signature=t.signature.within(space)) for t in s.traces
         ]
         for s in screened
     }
-    return ranked([s.candidate for s in screened], traces, misfit)
+    return _ranked([s.candidate for s in screened], traces, misfit)
 
 
-def alike(one: Screened, other: Screened) -> float:
+def signature_similarity(a: Screened, b: Screened) -> float:
     """Largest cosine between the signatures of two effects, without sign."""
     return max(
-        (abs(a.signature.likeness(b.signature.across)) for a in one.traces for b in other.traces),
+        (abs(s.signature.similarity(t.signature.projected)) for s in a.traces for t in b.traces),
         default=0.0,
     )
 
@@ -180,7 +180,7 @@ def alike(one: Screened, other: Screened) -> float:
 def shortlist(
     screened: Sequence[Screened], count: int, least: float, share: float
 ) -> tuple[Screened, ...]:
-    """The effects to refit: the most promising, and the look-alikes and families of the first two.
+    """Effects to refit: the most promising, and those that resemble one of the first two.
 
     Args:
         screened: the most promising first.
@@ -191,8 +191,8 @@ def shortlist(
     if not screened:
         return ()
     best = screened[0].gain
-    bar = max(least, share * best)
-    chosen = [s.candidate.name for s in screened if s.gain >= bar][:count]
+    threshold = max(least, share * best)
+    chosen = [s.candidate.name for s in screened if s.gain >= threshold][:count]
     families = {s.candidate.family for s in screened[:2]}
     wanted = {name for s in screened[:2] for name in s.candidate.effect.look_alikes}
     return tuple(

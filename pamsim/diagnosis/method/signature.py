@@ -1,7 +1,7 @@
-"""What an effect leaves in the residuals once everything ordinary has been refitted.
+"""The signature of an effect: what it leaves in the residuals after a refit of other parameters.
 
-A refit of ordinary parameters absorbs much of any effect: only the part across their tangent space
-can name it.
+Nuisance parameters explain much of any effect. Only the part of the change that is orthogonal to
+their Jacobian can identify it.
 """
 
 from __future__ import annotations
@@ -20,50 +20,50 @@ class Signature:
 
     Attributes:
         size: in units of the effect's typical one.
-        across: (n,) the part that no ordinary parameter can absorb, in units of noise.
-        visible: its mean square: the excess over the floor that it would leave.
-        absorbed: share of the raw change's square that ordinary parameters absorb.
+        projected: (n,) the part that no nuisance parameter can explain, in units of noise.
+        visible: its mean square: the excess over the noise that it would leave.
+        explained_by_nuisance: share of the raw change's square that nuisance parameters explain.
     """
 
     size: float
-    across: FloatArray
+    projected: FloatArray
     visible: float
-    absorbed: float
+    explained_by_nuisance: float
 
     def share(self, misfit: FloatArray) -> float:
-        """How many of this signature the misfit holds: 1 for exactly this size of the effect.
+        """Multiple of this signature that fits the misfit best: 1 for exactly this size.
 
         Args:
-            misfit: (n,) measured minus simulated across the tangent space, in units of noise.
+            misfit: (n,) measured minus simulated, projected, in units of noise.
         """
-        square = float(self.across @ self.across)
-        return float(self.across @ misfit) / square if square > 0.0 else 0.0
+        square = float(self.projected @ self.projected)
+        return float(self.projected @ misfit) / square if square > 0.0 else 0.0
 
     def gain(self, misfit: FloatArray) -> float:
-        """By how much the mean loss would fall, in floors, were the effect linear in its size.
+        """By how much the mean loss would fall, were the effect linear in its size.
 
         Args:
-            misfit: (n,) measured minus simulated across the tangent space, in units of noise.
+            misfit: (n,) measured minus simulated, projected, in units of noise.
         """
-        return self.share(misfit) * float(self.across @ misfit)
+        return self.share(misfit) * float(self.projected @ misfit)
 
     def within(self, space: TangentSpace) -> Signature:
-        """The same signature across a larger tangent space."""
-        across = space.across(self.across)
-        return replace(self, across=across, visible=float(across @ across))
+        """The same signature after projection by a larger tangent space."""
+        projected = space.project_out(self.projected)
+        return replace(self, projected=projected, visible=float(projected @ projected))
 
-    def likeness(self, misfit: FloatArray) -> float:
-        """Cosine between what a model lacks and this signature, in [-1, 1].
+    def similarity(self, misfit: FloatArray) -> float:
+        """Cosine between a misfit and this signature, in [-1, 1].
 
         Args:
-            misfit: (n,) measured minus simulated across the tangent space, in units of noise.
+            misfit: (n,) measured minus simulated, projected, in units of noise.
         """
-        norm = float(np.linalg.norm(self.across)) * float(np.linalg.norm(misfit))
-        return float(self.across @ misfit) / norm if norm > 0.0 else 0.0
+        norm = float(np.linalg.norm(self.projected)) * float(np.linalg.norm(misfit))
+        return float(self.projected @ misfit) / norm if norm > 0.0 else 0.0
 
 
 class TangentSpace:
-    """The residual changes that ordinary parameters can make, to first order.
+    """The residual changes that parameters can make, to first order.
 
     Args:
         jacobian: (n, p) change of the weighted residual per parameter.
@@ -73,11 +73,11 @@ class TangentSpace:
         norms = np.linalg.norm(jacobian, axis=0)
         used = jacobian[:, norms > 0.0] / norms[norms > 0.0]
         basis, values, _ = np.linalg.svd(used, full_matrices=False)
-        # A direction that is noise of differences must not be allowed to absorb an effect.
+        # A direction that is rounding noise of differences must not explain an effect.
         self._basis = basis[:, values > 1e-6 * values[0]] if values.size else basis
 
-    def across(self, change: FloatArray) -> FloatArray:
-        """The part of a change, shape (n,), or of several, (n, k), that lies across the space."""
+    def project_out(self, change: FloatArray) -> FloatArray:
+        """Projection of a change (n,), or several (n, k), onto the orthogonal complement."""
         return change - self._basis @ (self._basis.T @ change)
 
 
@@ -85,12 +85,15 @@ def signature(space: TangentSpace, change: FloatArray, size: float) -> Signature
     """Signature of a simulated change.
 
     Args:
-        space: of the ordinary parameters.
+        space: of the nuisance parameters.
         change: (n,) of the weighted residual, whose squares sum to the mean loss.
         size: of the effect that made it.
     """
-    left = space.across(change)
+    left = space.project_out(change)
     raw, kept = float(change @ change), float(left @ left)
     return Signature(
-        size=size, across=left, visible=kept, absorbed=1.0 - kept / raw if raw > 0.0 else 0.0
+        size=size,
+        projected=left,
+        visible=kept,
+        explained_by_nuisance=1.0 - kept / raw if raw > 0.0 else 0.0,
     )

@@ -1,7 +1,7 @@
-"""Residuals of periodic trials by lines: linear misfit, even and odd distortion, noise.
+"""Spectrum of periodic residuals: linear misfit, even and odd distortion, noise.
 
-At lines that the command excites a model may be off by linear dynamics. At the others it can only
-be off by distortion: what is even in the motion shows at even lines, what is odd at odd ones
+At lines that the command excites, a model may miss linear dynamics. At the others it can only miss
+distortion: what is even in the motion appears at even lines, what is odd at odd ones
 (Pintelon and Schoukens, System Identification, 2012, section 4.3).
 """
 
@@ -84,7 +84,7 @@ def spectrum_splits(trials: Sequence[Trial], residuals: Residuals) -> tuple[Spec
     for trial in trials:
         if trial.name in residuals:
             groups.setdefault(trial.protocol, []).append(trial)
-    found: list[SpectrumSplit] = []
+    splits: list[SpectrumSplit] = []
     for protocol, repeats in groups.items():
         first = repeats[0]
         count = samples_per_period(first.command)
@@ -93,7 +93,7 @@ def spectrum_splits(trials: Sequence[Trial], residuals: Residuals) -> tuple[Spec
         excited = _excited(first.command[:count])
         for channel in residuals[first.name]:
             parts = [_periods(residuals[t.name][channel], count) for t in repeats]
-            found.append(
+            splits.append(
                 _split(
                     protocol,
                     channel,
@@ -102,7 +102,7 @@ def spectrum_splits(trials: Sequence[Trial], residuals: Residuals) -> tuple[Spec
                     excited,
                 )
             )
-    return tuple(found)
+    return tuple(splits)
 
 
 def _uniform(trial: Trial) -> bool:

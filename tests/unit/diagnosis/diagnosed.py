@@ -9,20 +9,21 @@ import numpy as np
 from pamsim.comparison.effects_on_rig import at_size, candidate
 from pamsim.comparison.noise_floor import NoiseFloor
 from pamsim.core.trial import Trial
-from pamsim.diagnosis.method.absent import AbsentBound
-from pamsim.diagnosis.method.evidence import compare
+from pamsim.diagnosis.method.absent_limits import AbsentLimit
+from pamsim.diagnosis.method.evidence import compare_trials
 from pamsim.diagnosis.method.lack_of_fit import LackOfFit
 from pamsim.diagnosis.method.next_experiment import NextExperiment
 from pamsim.diagnosis.method.regimes import Regime
 from pamsim.diagnosis.method.verdict import Verdict
-from pamsim.diagnosis.method.where import Cell, Map
+from pamsim.diagnosis.method.where import Cell, ResidualMap
+from pamsim.diagnosis.recordings_result import result_of
 from pamsim.effects.catalog import EFFECTS
 
 NOISE = {"pressure_1": 400.0, "pressure_2": 400.0, "angle": 1e-3}
 PROTOCOLS = ("swing", "swing_check")
 REPEATS = 3
 TIME = np.arange(400) / 50.0
-ORDINARY = {"force.scale": 1.01}
+NUISANCE = {"force.scale": 1.01}
 
 
 def trials():
@@ -63,7 +64,7 @@ def model(rig, names, loss, base_loss, *, size=0.7, protocol_of):
     """A fitted model whose held-out trials have some loss, a little more or less each."""
     found = tuple(candidate(rig, EFFECTS[name]) for name in names)
     sizes = {k: v for c in found for k, v in at_size(rig, c.effect, size).items()}
-    values = {**ORDINARY, **sizes}
+    values = {**NUISANCE, **sizes}
     losses = {t: loss * (1.0 + 0.02 * (i % 3 - 1)) for i, t in enumerate(base_loss)}
     return SimpleNamespace(
         candidates=found,
@@ -72,8 +73,9 @@ def model(rig, names, loss, base_loss, *, size=0.7, protocol_of):
         intervals={n: (v - 0.1 * abs(v), v + 0.1 * abs(v)) for n, v in values.items()},
         loss=losses,
         mean_loss=float(np.mean(list(losses.values()))),
-        gain=compare(base_loss, losses, protocol_of),
+        improvement=compare_trials(base_loss, losses, protocol_of),
         size_known=lambda: True,
+        accepted=lambda tried: True,
     )
 
 
@@ -81,21 +83,31 @@ def screened(rig, name, likeness):
     trace = np.array([likeness, np.sqrt(1.0 - likeness**2)])
     signature = SimpleNamespace(
         size=1.0,
-        across=trace,
+        projected=trace,
         visible=0.5,
-        absorbed=0.25,
-        likeness=lambda other: float(trace @ other),
+        explained_by_nuisance=0.25,
+        similarity=lambda other: float(trace @ other),
     )
     return SimpleNamespace(
         candidate=candidate(rig, EFFECTS[name]),
         traces=(SimpleNamespace(signature=signature),),
-        likeness=likeness,
+        similarity=likeness,
         gain=likeness,
         visible=True,
     )
 
 
-def report(rig, verdict, best=(), tied=(), *, repeats=REPEATS, explained=0.98, following=None):
+def report(
+    rig,
+    verdict,
+    best=(),
+    tied=(),
+    *,
+    repeats=REPEATS,
+    explained=0.98,
+    following=None,
+    lack=(0.02, 0.0003),
+):
     """A diagnosis with a given verdict.
 
     Args:
@@ -106,6 +118,7 @@ def report(rig, verdict, best=(), tied=(), *, repeats=REPEATS, explained=0.98, f
         repeats: that the floor claims.
         explained: share of the gap.
         following: the next experiment.
+        lack: size and p-value of the lack of fit.
     """
     measured = trials()
     protocol_of = {t.name: t.protocol for t in measured}
@@ -117,17 +130,17 @@ def report(rig, verdict, best=(), tied=(), *, repeats=REPEATS, explained=0.98, f
     parents = tuple(model(rig, [n], 2.0 + i, **options) for i, n in enumerate(best) if best[1:])
     clean = clean_signals(np.sin(2.0 * np.pi * TIME / 4.0))
     off = {"pressure_1": 2e3, "pressure_2": -2e3, "angle": 4e-3}
-    named = SimpleNamespace(
+    conclusion = SimpleNamespace(
         verdict=verdict,
         best=chosen,
         tied=others,
         explained=explained,
         remainder=0.01,
-        lack=LackOfFit(size=0.02, p_value=0.0003) if chosen else None,
+        lack=LackOfFit(size=lack[0], p_value=lack[1]) if chosen else None,
     )
     channels = [(c, p) for c in NOISE for p in PROTOCOLS]
-    found = SimpleNamespace(
-        named=named,
+    method = SimpleNamespace(
+        conclusion=conclusion,
         floor=NoiseFloor(
             sd=NOISE,
             variance={(c, p): NOISE[c] ** 2 for c, p in channels},
@@ -141,26 +154,29 @@ def report(rig, verdict, best=(), tied=(), *, repeats=REPEATS, explained=0.98, f
             for i, (c, p) in enumerate(channels)
         ),
         maps=(
-            Map(
+            ResidualMap(
                 channel="pressure_1",
                 quantity="common_pressure",
                 edges=np.array([1e5, 2e5, 3e5]),
                 mean=np.array([0.5, -3.0]),
                 p_value=0.001,
+                worst=1,
             ),
-            Map(
+            ResidualMap(
                 channel="pressure_1",
                 quantity="elapsed",
                 edges=np.array([0.0, 4.0, 8.0]),
                 mean=np.array([0.1, 0.2]),
                 p_value=0.04,
+                worst=1,
             ),
-            Map(
+            ResidualMap(
                 channel="angle",
                 quantity="speed",
                 edges=np.array([-1.0, 0.0, 1.0]),
                 mean=np.array([np.nan, 1.0]),
                 p_value=0.3,
+                worst=1,
             ),
         ),
         screened=(screened(rig, "air_leak", 0.9), screened(rig, "angle_bias", 0.4)),
@@ -168,9 +184,9 @@ def report(rig, verdict, best=(), tied=(), *, repeats=REPEATS, explained=0.98, f
         tried=2,
         evaluations=40,
         absent=(
-            AbsentBound(effect="load_torque", parameter="body.rig.tilt", size=0.5,
+            AbsentLimit(effect="load_torque", parameter="body.rig.tilt", size=0.5,
                         limit=np.pi / 180.0, visible=True),
-            AbsentBound(effect="added_inertia", parameter="joint.shaft.armature", size=np.inf,
+            AbsentLimit(effect="added_inertia", parameter="joint.shaft.armature", size=np.inf,
                         limit=np.inf, visible=False),
         ),
         regimes=(
@@ -178,21 +194,20 @@ def report(rig, verdict, best=(), tied=(), *, repeats=REPEATS, explained=0.98, f
         ),
         next_experiment=following,
     )  # fmt: skip
-    return SimpleNamespace(
-        rig=rig,
-        data=SimpleNamespace(sources=("some/bench",), trials=measured),
+    return result_of(
+        rig,
+        SimpleNamespace(sources=("some/bench",), trials=measured),
+        method,
         held_out=held_out,
-        found=found,
-        skipped={"load_torque": "no body's tilt is stated"},
-        notes=("forces were not measured",),
-        seed=3,
-        seconds=1.5,
-        rollouts=240,
         given=(Cell(channel="angle", protocol="swing", excess=0.1, p_value=0.3),),
-        predictions_before={t.name: {c: y + off.get(c, 0.0) for c, y in clean.items()}
-                            for t in measured},
-        predictions_after={t.name: clean for t in measured} if chosen else {},
-    )  # fmt: skip
+        before={t.name: {c: y + off.get(c, 0.0) for c, y in clean.items()} for t in measured},
+        after={t.name: clean for t in measured} if chosen else {},
+        skipped={"load_torque": "no body's tilt is stated"},
+        warnings=("forces were not measured",),
+        seed=3,
+        rollouts=240,
+        seconds=1.5,
+    )
 
 
 def following():

@@ -6,14 +6,14 @@ import numpy as np
 import pytest
 
 from pamsim.comparison.trial_residuals import TrialSimulator
-from pamsim.diagnosis.method.procedure import diagnose
+from pamsim.diagnosis.method.trial_diagnosis import diagnose_trials
 from pamsim.inference.residual_block import ResidualBlock
 from tests.unit.diagnosis.toy_arm import (
     BIAS,
     DRY,
     LEAK,
     NOISE,
-    ORDINARY,
+    NUISANCE,
     TIME,
     recorded,
     regressors,
@@ -50,45 +50,49 @@ def coarse(trials, off):
 
 def test_what_coarse_steps_are_off_by_does_not_move_the_result():
     trials = recorded({"dry": 0.06})
-    one = diagnose(simulator(trials), ORDINARY, LIBRARY, regressors(trials))
-    other = diagnose(coarse(trials, lambda _: 0.8), ORDINARY, LIBRARY, regressors(trials))
-    assert other.named.best.names == one.named.best.names == ("dry",)
-    for name, value in one.named.best.fit.values.items():
-        assert other.named.best.fit.values[name] == pytest.approx(value, rel=2e-3)
+    one = diagnose_trials(simulator(trials), NUISANCE, LIBRARY, regressors(trials))
+    other = diagnose_trials(coarse(trials, lambda _: 0.8), NUISANCE, LIBRARY, regressors(trials))
+    assert other.conclusion.best.names == one.conclusion.best.names == ("dry",)
+    for name, value in one.conclusion.best.fit.values.items():
+        assert other.conclusion.best.fit.values[name] == pytest.approx(value, rel=2e-3)
     np.testing.assert_allclose(other.base.residual, one.base.residual, atol=2e-4)
 
 
 def test_the_end_is_fitted_in_fine_steps():
     """An error that grows with the effect biases coarse fits; the result must not show it."""
     trials = recorded({"bias": 0.06})
-    one = diagnose(simulator(trials), ORDINARY, (BIAS,), regressors(trials))
+    one = diagnose_trials(simulator(trials), NUISANCE, (BIAS,), regressors(trials))
     skewed = coarse(trials, lambda values: 4.0 * values.get("bias", 0.0))
-    other = diagnose(skewed, ORDINARY, (BIAS,), regressors(trials))
-    ends = [d.named.best.fit.values["bias"] for d in (one, other)]
+    other = diagnose_trials(skewed, NUISANCE, (BIAS,), regressors(trials))
+    ends = [d.conclusion.best.fit.values["bias"] for d in (one, other)]
     assert ends[1] == pytest.approx(ends[0], rel=5e-3)
-    assert other.named.best.mean_loss == pytest.approx(one.named.best.mean_loss, rel=1e-3)
+    assert other.conclusion.best.mean_loss == pytest.approx(one.conclusion.best.mean_loss, rel=1e-3)
 
 
 def test_an_interrupted_diagnosis_goes_on_to_the_same_end():
     trials = recorded({"dry": 0.06, "leak": 0.05})
-    whole = diagnose(simulator(trials), ORDINARY, LIBRARY, regressors(trials))
-    fits, told = {}, []
+    whole = diagnose_trials(simulator(trials), NUISANCE, LIBRARY, regressors(trials))
+    fits, calls = {}, []
 
     def stop(what):
-        told.append(what)
-        if len(told) == 5:
+        calls.append(what)
+        if len(calls) == 5:
             raise KeyboardInterrupt
 
     with pytest.raises(KeyboardInterrupt):
-        diagnose(simulator(trials), ORDINARY, LIBRARY, regressors(trials), remembered=fits,
-                 told=stop)  # fmt: skip
+        diagnose_trials(simulator(trials), NUISANCE, LIBRARY, regressors(trials), remembered=fits,
+                 progress=stop)  # fmt: skip
     assert fits
-    resumed = diagnose(simulator(trials), ORDINARY, LIBRARY, regressors(trials), remembered=fits)
+    resumed = diagnose_trials(
+        simulator(trials), NUISANCE, LIBRARY, regressors(trials), remembered=fits
+    )
     assert resumed.evaluations < whole.evaluations
-    assert resumed.named.best.names == whole.named.best.names
-    for name, value in whole.named.best.fit.values.items():
-        assert resumed.named.best.fit.values[name] == pytest.approx(value, rel=1e-6)
-    again = diagnose(simulator(trials), ORDINARY, LIBRARY, regressors(trials), remembered=fits)
+    assert resumed.conclusion.best.names == whole.conclusion.best.names
+    for name, value in whole.conclusion.best.fit.values.items():
+        assert resumed.conclusion.best.fit.values[name] == pytest.approx(value, rel=1e-6)
+    again = diagnose_trials(
+        simulator(trials), NUISANCE, LIBRARY, regressors(trials), remembered=fits
+    )
     assert again.evaluations < 0.7 * whole.evaluations
 
 
@@ -101,6 +105,6 @@ def test_trials_that_are_held_out_are_not_simulated_while_fitting():
         seen.append((len(sets), held_out))
         return exact.simulate(sets, held_out=held_out, fine=fine)
 
-    diagnose(TrialSimulator(simulate, exact.held_out), ORDINARY, LIBRARY, regressors(trials))
+    diagnose_trials(TrialSimulator(simulate, exact.held_out), NUISANCE, LIBRARY, regressors(trials))
     whole = sum(count for count, held_out in seen if held_out)
     assert whole < 0.3 * sum(count for count, _ in seen)

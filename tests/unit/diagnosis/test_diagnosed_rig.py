@@ -12,7 +12,7 @@ from pamsim.comparison.trial_residuals import TrialSimulator
 from pamsim.core.recording import write_recording
 from pamsim.diagnosis.diagnosed_rig import DiagnosedRig
 from pamsim.diagnosis.experiment_menu import MENU
-from pamsim.diagnosis.measured_pressures import given_pressures
+from pamsim.diagnosis.measured_pressures import cells_with_measured_pressures
 from pamsim.twins.hide import hide
 
 SETTINGS = {"protocols": ("triangle",), "duration": 2.0, "repeats": 3, "seed": 2}
@@ -69,7 +69,7 @@ def test_measured_pressures_tell_arm_from_air(rig, tmp_path):
         simulator = TrialSimulator(DiagnosedRig(rig, data, []).residuals)
         residual = simulator.anchor({})
         floor = noise_floor(simulator.layout, residual)
-        cells = given_pressures(rig, data, floor)
+        cells = cells_with_measured_pressures(rig, data, floor)
         assert {c.channel for c in cells} == {"angle", "force_1", "force_2"}
         given = max(c.excess for c in cells if c.channel == "angle")
         commanded = max(

@@ -8,15 +8,16 @@ import numpy as np
 import pytest
 
 from pamsim.comparison.trial_residuals import TrialLayout
-from pamsim.diagnosis.method.lack_of_fit import SIGNIFICANCE, lack_of_fit
-from pamsim.diagnosis.method.procedure import diagnose
-from pamsim.diagnosis.method.verdict import SMALL_REMAINDER, Verdict
+from pamsim.diagnosis.method.lack_of_fit import lack_of_fit
+from pamsim.diagnosis.method.thresholds import LACK_OF_FIT, LARGE_REMAINDER_LOSS
+from pamsim.diagnosis.method.trial_diagnosis import diagnose_trials
+from pamsim.diagnosis.method.verdict import Verdict
 from pamsim.inference.residual_block import ResidualBlock, layout
 from tests.unit.diagnosis.toy_arm import (
     BIAS,
     DRY,
     LEAK,
-    ORDINARY,
+    NUISANCE,
     WIDE,
     recorded,
     regressors,
@@ -28,7 +29,7 @@ TIME = np.linspace(0.0, 1.0, COUNT)
 SHARED = np.sin(2.0 * np.pi * 3.0 * TIME)
 
 
-def lack(trials, slopes=None, directions=None, seed=0):
+def lack(trials, jacobian=None, directions=None, seed=0):
     """Lack of fit of trials given as protocol -> residuals, all of noise 1."""
     blocks = [
         ResidualBlock(trial=f"{p}_{i}", protocol=str(p), channel="angle", residual=r)
@@ -42,8 +43,8 @@ def lack(trials, slopes=None, directions=None, seed=0):
         simulator=SimpleNamespace(layout=places), weighted=lambda r: weights * r
     )
     empty = np.zeros((residual.size, 0))
-    found = SimpleNamespace(residual=residual, slopes=empty if slopes is None else slopes)
-    traces = [SimpleNamespace(signature=SimpleNamespace(across=d)) for d in directions or []]
+    found = SimpleNamespace(residual=residual, jacobian=empty if jacobian is None else jacobian)
+    traces = [SimpleNamespace(signature=SimpleNamespace(projected=d)) for d in directions or []]
     return lack_of_fit(fitter, found, [SimpleNamespace(traces=traces)], seed=seed)
 
 
@@ -71,13 +72,13 @@ def test_chance_is_held_to_be_more_as_often_as_it_says(varying):
     p_values = np.array([one.p_value for one in found])
     for level in (0.1, 0.3, 0.5):
         assert np.mean(p_values < level) == pytest.approx(level, abs=0.11)
-    assert not any(one.found for one in found)
+    assert not any(one.significant for one in found)
 
 
 def test_a_remainder_far_below_the_noise_is_found():
     for seed in range(10):
         one = lack(noisy(np.random.default_rng([3, seed]), 0.4 * SHARED))
-        assert one.found, (seed, one)
+        assert one.significant, (seed, one)
 
 
 def test_what_varies_from_trial_to_trial_does_not_hide_it():
@@ -86,29 +87,29 @@ def test_what_varies_from_trial_to_trial_does_not_hide_it():
     missed = 0
     for seed in range(10):
         trials = noisy(np.random.default_rng([5, seed]), 0.4 * SHARED, varying=3.0)
-        assert lack(trials, directions=[ramp]).found, seed
-        missed += not lack(trials).found
+        assert lack(trials, directions=[ramp]).significant, seed
+        missed += not lack(trials).significant
     assert missed >= 8
 
 
 def test_what_the_model_s_own_parameters_can_make_is_no_lack():
     rng = np.random.default_rng(2)
     trials = noisy(rng, 2.0 * SHARED)
-    slopes = np.tile(SHARED, 4 * PROTOCOLS)[:, np.newaxis]
-    assert lack(trials).found
-    assert not lack(trials, slopes=slopes).found
+    jacobian = np.tile(SHARED, 4 * PROTOCOLS)[:, np.newaxis]
+    assert lack(trials).significant
+    assert not lack(trials, jacobian=jacobian).significant
 
 
 def test_repeats_are_compared_as_far_as_the_shortest_goes():
     rng = np.random.default_rng(4)
     counts = (COUNT, COUNT - 40)
-    assert lack(noisy(rng, 0.5 * SHARED, counts=counts)).found
-    assert not lack(noisy(rng, 0.0 * SHARED, counts=counts)).found
+    assert lack(noisy(rng, 0.5 * SHARED, counts=counts)).significant
+    assert not lack(noisy(rng, 0.0 * SHARED, counts=counts)).significant
 
 
 def test_without_repeats_nothing_is_held_to_be_shared():
     one = lack(noisy(np.random.default_rng(1), 5.0 * SHARED, repeats=1))
-    assert (one.size, one.p_value, one.found) == (0.0, 1.0, False)
+    assert (one.size, one.p_value, one.significant) == (0.0, 1.0, False)
 
 
 def test_few_trials_cannot_make_it_sure():
@@ -116,7 +117,7 @@ def test_few_trials_cannot_make_it_sure():
     rng = np.random.default_rng(6)
     one = lack({0: [SHARED + 0.01 * rng.standard_normal(COUNT) for _ in range(2)]})
     assert 0.4 < one.p_value < 0.6
-    assert one.p_value > SIGNIFICANCE
+    assert one.p_value > LACK_OF_FIT
 
 
 def test_the_same_seed_gives_the_same_answer():
@@ -128,17 +129,21 @@ def test_a_name_that_only_resembles_the_truth_stands_for_its_kind():
     """Dry friction of another width: the library's explains nearly all of it, and is not it."""
     for seed in range(4):
         trials = recorded({"wide": 0.1}, seed=seed, repeats=8)
-        near = diagnose(simulator(trials), ORDINARY, (DRY, BIAS, LEAK), regressors(trials)).named
+        near = diagnose_trials(
+            simulator(trials), NUISANCE, (DRY, BIAS, LEAK), regressors(trials)
+        ).conclusion
         assert near.verdict is Verdict.NAMED_WITH_REMAINDER, (seed, near.lack)
         assert near.best.names == ("dry",)
         assert near.explained > 0.99
-        assert near.remainder < SMALL_REMAINDER  # the noise floor alone would not tell
+        assert near.remainder < LARGE_REMAINDER_LOSS  # the noise floor alone would not tell
 
 
 def test_rivals_that_lack_something_are_out():
     """The same data with both widths in the library: their losses hardly differ."""
     for seed in range(4):
         trials = recorded({"wide": 0.1}, seed=seed, repeats=8)
-        named = diagnose(simulator(trials), ORDINARY, (DRY, WIDE), regressors(trials)).named
+        named = diagnose_trials(
+            simulator(trials), NUISANCE, (DRY, WIDE), regressors(trials)
+        ).conclusion
         assert named.verdict is Verdict.NAMED
         assert named.best.names == ("wide",)

@@ -8,7 +8,7 @@ import pytest
 from pamsim.core.errors import InputError
 from pamsim.diagnosis.method.loop_diagnosis import diagnose_loop
 from pamsim.diagnosis.method.loop_effects import (
-    CANDIDATES,
+    LOOP_EFFECTS,
     bouc_wen_signal,
     drift_signal,
     lag_signal,
@@ -16,7 +16,7 @@ from pamsim.diagnosis.method.loop_effects import (
     rate_signal,
     stop_signal,
 )
-from pamsim.diagnosis.method.loop_model import Loop
+from pamsim.diagnosis.method.loop_fit import Loop
 from pamsim.diagnosis.method.verdict import Verdict
 
 LEVELS = np.linspace(0.0, 5e5, 21)
@@ -41,8 +41,8 @@ def loop(signal=None, *, size=4e-3, noise=3e-4, seed=0, error=None):
 def test_hysteresis_is_named_whichever_operator_made_it(signal):
     found = diagnose_loop(loop(signal))
     assert found.verdict is Verdict.NAMED
-    assert found.best.effect.family == "muscle_hysteresis"
-    assert all(m.effect.family == "muscle_hysteresis" for m in found.tied)
+    assert found.best.effect.name == "muscle_hysteresis"
+    assert all(m.effect.name == "muscle_hysteresis" for m in found.tied)
     assert found.p_value < 0.01
     low, high = found.best.interval95
     assert low < 4e-3 * np.max(np.abs(signal[:21] - signal[:20:-1])) < high
@@ -53,7 +53,7 @@ def test_hysteresis_is_named_whichever_operator_made_it(signal):
 def test_a_drift_is_not_called_hysteresis():
     found = diagnose_loop(loop(drift_signal(SCALED, 0.0), size=2e-3))
     assert found.verdict is Verdict.NAMED
-    assert found.best.effect.family == "drift"
+    assert found.best.effect.name == "drift"
 
 
 @pytest.mark.parametrize(
@@ -67,7 +67,7 @@ def test_a_drift_is_not_called_hysteresis():
 def test_what_hangs_on_the_rate_is_never_called_hysteresis_with_certainty(signal, family):
     """At one rate, a loop that turns over at once is that of a constant resistance."""
     found = diagnose_loop(loop(signal, size=4e-3))
-    assert family in {found.best.effect.family} | {m.effect.family for m in found.tied}
+    assert family in {found.best.effect.name} | {m.effect.name for m in found.tied}
 
 
 def test_no_loop_names_nothing():
@@ -79,9 +79,9 @@ def test_a_truth_outside_the_library_is_not_named():
     ripple = np.where(RISING, 1.0, -1.0) * np.sin(40.0 * SCALED)
     found = diagnose_loop(loop(ripple))
     assert found.best is None
-    without = [c for c in CANDIDATES if c.family != "viscous_friction"]
+    without = [c for c in LOOP_EFFECTS if c.name != "viscous_friction"]
     found = diagnose_loop(loop(rate_signal(SCALED, 0.0), size=2e-3), without)
-    assert found.verdict is not Verdict.NAMED or found.best.effect.family == "muscle_hysteresis"
+    assert found.verdict is not Verdict.NAMED or found.best.effect.name == "muscle_hysteresis"
 
 
 def test_known_errors_weigh_the_readings():
@@ -92,7 +92,7 @@ def test_known_errors_weigh_the_readings():
     error = np.full(PATH.size, 3e-4)
     error[3] = 0.05
     found = diagnose_loop(Loop(input=PATH, output=spoilt, rising=RISING, error=error))
-    assert found.best.effect.family == "muscle_hysteresis"
+    assert found.best.effect.name == "muscle_hysteresis"
     assert found.floor == pytest.approx(np.sqrt(np.mean(error**2)))
     assert diagnose_loop(Loop(input=PATH, output=spoilt, rising=RISING)).best is None
 

@@ -53,12 +53,12 @@ def test_the_bottom_of_a_bent_valley_is_reached(start):
     fitter = bent_valley(0.5)
     rough = fitter.fit(BENT, [start], most=3)
     found = polish(fitter, rough)
-    gradient = found.slopes.T @ fitter.weighted(found.residual)
+    gradient = found.jacobian.T @ fitter.weighted(found.residual)
     assert found.cost <= rough.cost
     assert found.cost == pytest.approx(
         min(polish(fitter, fitter.fit(BENT, [s])).cost for s in TAKEN), rel=1e-4
     )
-    assert np.abs(gradient).max() < 2e-2 * np.linalg.norm(found.slopes, axis=0).max()
+    assert np.abs(gradient).max() < 2e-2 * np.linalg.norm(found.jacobian, axis=0).max()
     for name, value in TRUE.items():
         assert found.values[name] == pytest.approx(value, abs=0.1)
 

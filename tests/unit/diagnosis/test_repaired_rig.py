@@ -14,11 +14,12 @@ from pamsim.comparison.effects_on_rig import at_size, candidate
 from pamsim.comparison.readable_unit import readable, readable_unit
 from pamsim.core.errors import InputError
 from pamsim.diagnosis.method.verdict import Verdict
-from pamsim.diagnosis.repaired_rig import check_folder, write_repaired_rig
+from pamsim.diagnosis.repaired_rig import check_folder, repair, write_repaired_rig
 from pamsim.effects.catalog import EFFECTS, TRIAL_EFFECTS
 from pamsim.engine.rig_parameter import rig_parameter
+from tests.unit.diagnosis.diagnosed import VERDICTS, report
 
-ORDINARY = {"force.scale": 1.0123456789, "chamber.dead_volume": 1.23456789e-5}
+NUISANCE = {"force.scale": 1.0123456789, "chamber.dead_volume": 1.23456789e-5}
 
 
 @pytest.fixture(scope="module")
@@ -26,28 +27,24 @@ def rig():
     return pamsim.load_rig("mas20_arm")
 
 
-def report(rig, effects, verdict=Verdict.NAMED):
-    """A diagnosis that names some effects at 0.7 of their typical size."""
+def repair_of(rig, effects):
+    """A repair by some effects at 0.7 of their typical size, and the model it is from."""
     found = [candidate(rig, EFFECTS[name]) for name in effects]
     sizes = {k: v for c in found for k, v in at_size(rig, c.effect, 0.7).items()}
-    values = {**ORDINARY, **sizes}
+    values = {**NUISANCE, **sizes}
     best = SimpleNamespace(
         candidates=tuple(found),
         fit=SimpleNamespace(values=values),
         intervals={n: (v - 0.1 * abs(v), v + 0.1 * abs(v)) for n, v in values.items()},
     )
-    return SimpleNamespace(
-        rig=rig,
-        data=SimpleNamespace(sources=("some/where/bench",)),
-        found=SimpleNamespace(named=SimpleNamespace(verdict=verdict, best=best)),
-    )
+    return repair(rig, best, "bench"), best
 
 
 @pytest.mark.parametrize("effect", TRIAL_EFFECTS)
 def test_a_repaired_rig_reads_back_as_the_repaired_model(rig, effect, tmp_path):
-    one = report(rig, [effect])
-    values = one.found.named.best.fit.values
-    folder = write_repaired_rig(one, tmp_path, "Missing: something.")
+    one, best = repair_of(rig, [effect])
+    values = best.fit.values
+    folder = write_repaired_rig(one, tmp_path / "rig", "Missing: something.")
     back = pamsim.load_rig(folder)
     wanted = rig.with_parameters(values)
     for name, value in values.items():
@@ -61,8 +58,8 @@ def test_a_repaired_rig_reads_back_as_the_repaired_model(rig, effect, tmp_path):
 
 
 def test_every_repaired_number_says_where_it_is_from_and_how_far_it_is_known(rig, tmp_path):
-    one = report(rig, ["air_leak", "angle_bias", "coulomb_friction"])
-    back = pamsim.load_rig(write_repaired_rig(one, tmp_path, "Missing: a leak.")).file
+    one, best = repair_of(rig, ["air_leak", "angle_bias", "coulomb_friction"])
+    back = pamsim.load_rig(write_repaired_rig(one, tmp_path / "rig", "Missing: a leak.")).file
     entries = {
         "chamber.leak_conductance": (back.muscle["chamber"]["leak_conductance"], "air_leak"),
         "sensor.angle_bias": (back.sensor["angle_bias"], "angle_bias"),
@@ -72,7 +69,7 @@ def test_every_repaired_number_says_where_it_is_from_and_how_far_it_is_known(rig
     for name, (entry, note) in entries.items():
         assert entry.source == "identified by pamsim diagnose from bench"
         assert entry.note == note
-        low, high = one.found.named.best.intervals[name]
+        low, high = best.intervals[name]
         unit = rig_parameter(rig, name).spec.unit
         scale = entry.si(unit) / entry.value
         assert entry.interval95 == pytest.approx((low / scale, high / scale), rel=1e-4)
@@ -83,16 +80,17 @@ def test_every_repaired_number_says_where_it_is_from_and_how_far_it_is_known(rig
 
 
 def test_one_muscle_of_its_own_keeps_the_shared_number_beside_it(rig, tmp_path):
-    back = pamsim.load_rig(write_repaired_rig(report(rig, ["muscle_mismatch"]), tmp_path, ""))
+    one, _ = repair_of(rig, ["muscle_mismatch"])
+    back = pamsim.load_rig(write_repaired_rig(one, tmp_path / "rig", ""))
     scales = [m.force.scale for m in back.muscles.values()]
-    assert scales == pytest.approx([ORDINARY["force.scale"], 1.028])
+    assert scales == pytest.approx([NUISANCE["force.scale"], 1.028])
 
 
 @pytest.mark.parametrize("verdict", list(Verdict))
 def test_a_rig_is_written_where_one_repair_follows_and_only_there(rig, verdict, tmp_path):
-    folder = write_repaired_rig(report(rig, ["air_leak"], verdict), tmp_path, "")
+    diagnosis = report(rig, verdict, **VERDICTS[verdict])
     written = verdict in (Verdict.NAMED, Verdict.NAMED_WITH_REMAINDER)
-    assert (folder == tmp_path / "rig") is written
+    assert (tmp_path / "rig" in diagnosis.save(tmp_path)) is written
     assert (tmp_path / "rig").exists() is written
 
 
@@ -116,7 +114,7 @@ def test_a_folder_that_cannot_take_the_rig_is_refused_beforehand(rig, tmp_path):
     (tmp_path / "file").write_text("", encoding="utf-8")
     with pytest.raises(InputError, match="is a file"):
         check_folder(tmp_path / "file", None)
-    folder = write_repaired_rig(report(rig, ["air_leak"]), tmp_path, "")
+    folder = write_repaired_rig(repair_of(rig, ["air_leak"])[0], tmp_path / "rig", "")
     for out in (tmp_path, Path(folder)):
         with pytest.raises(InputError, match="the folder of the rig it is made from"):
             check_folder(out, str(folder))

@@ -97,7 +97,7 @@ def regressors(trials):
     }
 
 
-ORDINARY = (FreeParameter(name="gain", unit="1", start=1.0, low=0.3, high=3.0),)
+NUISANCE = (FreeParameter(name="gain", unit="1", start=1.0, low=0.3, high=3.0),)
 
 
 def candidate(name, low, high, typical, family=None):

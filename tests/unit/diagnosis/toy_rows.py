@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import numpy as np
 
+from pamsim.diagnosis.method.row_diagnosis import diagnose_rows
 from pamsim.diagnosis.method.row_fit import RowSimulator
 from pamsim.diagnosis.method.row_model import RowEffect
-from pamsim.diagnosis.method.static_diagnosis import diagnose_rows
 from pamsim.inference.free_parameter import FreeParameter
 
-OWN = {"gain": 0.12, "lock": 0.0, "soften": 0.0, "tilt": 0.0, "bias": 0.0, "twin": 0.0, "wave": 0.0}
+OWN = {"gain": 0.12, "lock": 0.0, "soften": 0.0, "tilt": 0.0, "bias": 0.0, "copy": 0.0, "wave": 0.0}
 
 
 class Table:
@@ -25,7 +25,7 @@ class Table:
 
     def angle(self, values):
         v = {**OWN, **values}
-        own = v["gain"] * self.step * (1.0 + (v["soften"] + v["twin"]) * self.low)
+        own = v["gain"] * self.step * (1.0 + (v["soften"] + v["copy"]) * self.low)
         turned = own / (1.0 + v["lock"] * own**2)
         wave = v["wave"] * np.sin(40.0 * self.step)
         return turned + v["tilt"] * self.load * 0.01 + v["bias"] + wave
@@ -55,7 +55,7 @@ SOFTEN = effect("soften", 0.03, -0.3, 0.3)
 TILT = effect("tilt", 0.5, -5.0, 5.0)
 BIAS = effect("bias", 0.01, -0.1, 0.1)
 LIBRARY = (LOCK, SOFTEN, TILT, BIAS)
-ORDINARY = (FreeParameter(name="gain", unit="1", start=0.12, low=0.06, high=0.2),)
+NUISANCE = (FreeParameter(name="gain", unit="1", start=0.12, low=0.06, high=0.2),)
 NOISE = 0.01
 
 
@@ -65,13 +65,13 @@ def measured(table, hidden, *, noise=NOISE, seed=0):
     )
 
 
-def diagnosed(table, angle, effects=LIBRARY, *, simulator=None, ordinary=ORDINARY):
+def diagnosed(table, angle, effects=LIBRARY, *, simulator=None, nuisance=NUISANCE):
     simulator = simulator or RowSimulator(
         predict=lambda sets: [table.angle(values) - angle for values in sets]
     )
     return diagnose_rows(
         simulator,
-        ordinary,
+        nuisance,
         effects,
         {"low": table.low, "step": np.abs(table.step), "load": table.load},
         table.names,

@@ -22,48 +22,48 @@ def effects_at_rest(
 
     Args:
         rig: its model.
-        names: of effects; all if there are none.
+        names: of effects; all if there are nchosen.
         freed: parameters that are refitted with every effect.
 
     Raises:
         InputError: for an unknown effect.
     """
-    found: list[RowEffect] = []
+    acting: list[RowEffect] = []
     skipped: dict[str, str] = {}
     for name in names or EFFECTS:
-        one = effect(name)
-        if one.invisible_at_rest:
-            skipped[name] = one.invisible_at_rest
+        chosen = effect(name)
+        if chosen.invisible_at_rest:
+            skipped[name] = chosen.invisible_at_rest
         else:
             try:
-                made = _row_effect(rig, one)
+                row_effect = _row_effect(rig, chosen)
             except InputError as error:
                 skipped[name] = str(error)
                 continue
-            if {p.name for p in made.parameters} & freed:
-                skipped[name] = "its parameter is refitted with every effect"
+            if {p.name for p in row_effect.parameters} & freed:
+                skipped[name] = "its parameter is a nuisance parameter, refitted with every effect"
             else:
-                found.append(made)
-    return found, skipped
+                acting.append(row_effect)
+    return acting, skipped
 
 
-def _row_effect(rig: Rig, one: Effect) -> RowEffect:
-    made = candidate(rig, one)
-    starts = [at_size(rig, one, size) for size in _SIZES]
+def _row_effect(rig: Rig, chosen: Effect) -> RowEffect:
+    free = candidate(rig, chosen)
+    starts = [at_size(rig, chosen, size) for size in _SIZES]
     starts += [
-        {**starts[0], free.name: value}
-        for free, parameter in zip(made.parameters, one.parameters, strict=True)
+        {**starts[0], p.name: value}
+        for p, parameter in zip(free.parameters, chosen.parameters, strict=True)
         for value in parameter.starts
     ]
     different: list[dict[str, float]] = []
     for start in starts:
-        kept = inside(made.parameters, start)
+        kept = inside(free.parameters, start)
         if kept not in different:
             different.append(kept)
     return RowEffect(
-        name=one.name,
-        family=one.family,
-        parameters=made.parameters,
-        neutral=made.neutral,
+        name=chosen.name,
+        family=chosen.family,
+        parameters=free.parameters,
+        neutral=free.neutral,
         starts=tuple(different),
     )

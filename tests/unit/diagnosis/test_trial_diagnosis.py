@@ -8,13 +8,13 @@ import numpy as np
 import pytest
 
 from pamsim.core.errors import InputError
-from pamsim.diagnosis.method.procedure import diagnose
+from pamsim.diagnosis.method.trial_diagnosis import diagnose_trials
 from pamsim.diagnosis.method.verdict import Verdict
 from tests.unit.diagnosis.toy_arm import (
     BIAS,
     DRY,
     LEAK,
-    ORDINARY,
+    NUISANCE,
     TWIN,
     recorded,
     regressors,
@@ -26,13 +26,13 @@ LIBRARY = (DRY, BIAS, LEAK)
 
 def found(hidden, library=LIBRARY, **options):
     trials = recorded(hidden, **options)
-    return diagnose(simulator(trials), ORDINARY, library, regressors(trials))
+    return diagnose_trials(simulator(trials), NUISANCE, library, regressors(trials))
 
 
 @pytest.mark.parametrize("drift", [False, True])
 def test_nothing_is_claimed_where_nothing_is_hidden(drift):
     """Drifting noise and trials that differ a little must not look like an effect."""
-    verdicts = [found({}, seed=seed, drift=drift).named for seed in range(8)]
+    verdicts = [found({}, seed=seed, drift=drift).conclusion for seed in range(8)]
     assert all(named.best is None for named in verdicts)
     assert sum(named.verdict is Verdict.NO_GAP for named in verdicts) >= 7
 
@@ -45,11 +45,11 @@ def test_what_is_hidden_is_named_and_measured(hidden, name):
     inside = 0
     for seed in range(3):
         one = found(hidden, seed=seed)
-        assert one.named.verdict is Verdict.NAMED, (seed, one.named)
-        assert one.named.best.names == (name,)
-        assert one.named.explained > 0.9
-        assert one.named.best.fit.values[name] == pytest.approx(hidden[name], rel=0.15)
-        low, high = one.named.best.intervals[name]
+        assert one.conclusion.verdict is Verdict.NAMED, (seed, one.conclusion)
+        assert one.conclusion.best.names == (name,)
+        assert one.conclusion.explained > 0.9
+        assert one.conclusion.best.fit.values[name] == pytest.approx(hidden[name], rel=0.15)
+        low, high = one.conclusion.best.intervals[name]
         inside += low < hidden[name] < high
     assert inside >= 2
 
@@ -58,39 +58,42 @@ def test_the_repair_reaches_the_noise_floor():
     one = found({"dry": 0.06})
     before = np.mean(list(one.base_loss.values()))
     assert before > 1.3
-    assert one.named.best.mean_loss == pytest.approx(1.0, abs=0.05)
-    assert abs(one.named.remainder) < 0.05
+    assert one.conclusion.best.mean_loss == pytest.approx(1.0, abs=0.05)
+    assert abs(one.conclusion.remainder) < 0.05
 
 
 def test_effects_that_leave_the_same_trace_are_not_told_apart():
     one = found({"dry": 0.06}, library=(DRY, TWIN, BIAS))
-    assert one.named.verdict is Verdict.AMBIGUOUS
-    assert {one.named.best.names, *(m.names for m in one.named.tied)} == {("dry",), ("twin",)}
+    assert one.conclusion.verdict is Verdict.AMBIGUOUS
+    assert {one.conclusion.best.names, *(m.names for m in one.conclusion.tied)} == {
+        ("dry",),
+        ("twin",),
+    }
 
 
 def test_what_no_effect_explains_is_called_unexplained():
     for seed in range(3):
         one = found({"ripple": 0.05}, seed=seed)
-        assert one.named.verdict is Verdict.UNEXPLAINED
+        assert one.conclusion.verdict is Verdict.UNEXPLAINED
 
 
 def test_the_true_effect_missing_from_the_library_is_not_replaced_by_another():
     for seed in range(3):
         one = found({"dry": 0.06}, library=(BIAS, LEAK), seed=seed)
-        assert one.named.verdict is Verdict.UNEXPLAINED
+        assert one.conclusion.verdict is Verdict.UNEXPLAINED
 
 
 def test_two_effects_are_both_named():
     for seed in range(4):
         one = found({"dry": 0.06, "leak": 0.05}, seed=seed)
-        assert one.named.best is not None
-        assert set(one.named.best.names) == {"dry", "leak"}
+        assert one.conclusion.best is not None
+        assert set(one.conclusion.best.names) == {"dry", "leak"}
 
 
 def test_a_single_effect_gets_no_companion():
     for seed in range(3):
         one = found({"dry": 0.06}, seed=seed)
-        assert one.named.best.names == ("dry",)
+        assert one.conclusion.best.names == ("dry",)
 
 
 def test_a_size_at_the_end_of_its_range_is_a_name_only_where_the_end_is_nature_s():
@@ -101,10 +104,10 @@ def test_a_size_at_the_end_of_its_range_is_a_name_only_where_the_end_is_nature_s
     natural = dataclasses.replace(ended, effect=dataclasses.replace(DRY.effect, parameters=(size,)))
     for seed in range(3):
         one = found({"dry": 0.065}, library=(ended, LEAK), seed=seed)
-        assert one.named.verdict is Verdict.UNEXPLAINED
+        assert one.conclusion.verdict is Verdict.UNEXPLAINED
         other = found({"dry": 0.065}, library=(natural, LEAK), seed=seed)
-        assert other.named.best.names == ("dry",)
-        assert other.named.best.fit.at_bound == ("dry",)
+        assert other.conclusion.best.names == ("dry",)
+        assert other.conclusion.best.fit.at_bound == ("dry",)
 
 
 def test_the_channel_and_the_protocol_that_miss_most_come_first():
@@ -120,14 +123,14 @@ def test_the_channel_and_the_protocol_that_miss_most_come_first():
 def test_without_repeats_no_name_is_given():
     one = found({"dry": 0.06}, repeats=1)
     assert one.floor.assumed
-    assert one.named.verdict is Verdict.NOT_IDENTIFIABLE
-    assert one.named.remainder > 0.5
-    assert found({}, repeats=1).named.verdict is Verdict.NO_GAP
+    assert one.conclusion.verdict is Verdict.NOT_IDENTIFIABLE
+    assert one.conclusion.remainder > 0.5
+    assert found({}, repeats=1).conclusion.verdict is Verdict.NO_GAP
 
 
 def test_the_same_data_give_the_same_diagnosis():
     one, other = (found({"bias": 0.02}) for _ in range(2))
-    assert one.named.best.fit.values == other.named.best.fit.values
+    assert one.conclusion.best.fit.values == other.conclusion.best.fit.values
     assert [m.p_value for m in one.maps] == [m.p_value for m in other.maps]
 
 
@@ -136,8 +139,8 @@ def test_a_model_that_breaks_down_or_nothing_to_judge_by_is_refused():
     broken = simulator(trials)
     broken.simulate = lambda sets, **_: [None] * len(sets)
     with pytest.raises(InputError, match="base model's simulation breaks down"):
-        diagnose(broken, ORDINARY, LIBRARY, {})
+        diagnose_trials(broken, NUISANCE, LIBRARY, {})
     blind = simulator(trials)
     blind.held_out = frozenset()
     with pytest.raises(InputError, match="nothing to judge by"):
-        diagnose(blind, ORDINARY, LIBRARY, {})
+        diagnose_trials(blind, NUISANCE, LIBRARY, {})

@@ -6,21 +6,21 @@ import numpy as np
 import pytest
 
 from pamsim.comparison.noise_floor import noise_floor
-from pamsim.diagnosis.method.absent import absent_bounds
-from pamsim.diagnosis.method.effect_sets import PAIRS, SetSearch
+from pamsim.diagnosis.method.absent_limits import absent_limits
 from pamsim.diagnosis.method.evidence import losses
-from pamsim.diagnosis.method.judge import trial
-from pamsim.diagnosis.method.procedure import diagnose
 from pamsim.diagnosis.method.refit import Fitter
 from pamsim.diagnosis.method.regimes import regimes
 from pamsim.diagnosis.method.screen import screen
 from pamsim.diagnosis.method.signature import TangentSpace
+from pamsim.diagnosis.method.trial_diagnosis import diagnose_trials
+from pamsim.diagnosis.method.trial_model import fit_effects
+from pamsim.diagnosis.method.trial_search import PAIRS, TrialSearch
 from pamsim.diagnosis.method.verdict import Verdict
 from tests.unit.diagnosis.toy_arm import (
     BIAS,
     DRY,
     LEAK,
-    ORDINARY,
+    NUISANCE,
     OWN,
     TWIN,
     drive,
@@ -34,11 +34,11 @@ from tests.unit.diagnosis.toy_arm import (
 def fitted(hidden, candidates, **options):
     """Fitter, base fit, tangent space and screened effects on data with something hidden."""
     arm = simulator(recorded(hidden, **options))
-    start = {p.name: p.start for p in ORDINARY}
+    start = {p.name: p.start for p in NUISANCE}
     fitter = Fitter(arm, noise_floor_of(arm, start))
-    base = fitter.fit(ORDINARY, [start])
-    fitter.keep_slopes(base)
-    space = TangentSpace(base.slopes)
+    base = fitter.fit(NUISANCE, [start])
+    fitter.keep_jacobian(base)
+    space = TangentSpace(base.jacobian)
     return fitter, base, space, screen(fitter, base.values, base.residual, space, candidates)
 
 
@@ -51,9 +51,9 @@ def test_a_linear_effect_keeps_its_promise():
     """The fall of the mean loss and the size that a signature promises are those of the refit."""
     fitter, base, space, screened = fitted({"bias": 0.02}, (BIAS, DRY))
     assert screened[0].candidate is BIAS
-    misfit = space.across(-fitter.weighted(base.residual))
+    misfit = space.project_out(-fitter.weighted(base.residual))
     (start,) = screened[0].starts(misfit)
-    found = fitter.fit((*ORDINARY, *BIAS.parameters), [{**base.values, **start}])
+    found = fitter.fit((*NUISANCE, *BIAS.parameters), [{**base.values, **start}])
     assert base.cost - found.cost == pytest.approx(screened[0].gain, rel=0.02)
     assert start["bias"] == pytest.approx(found.values["bias"], rel=0.02)
 
@@ -61,7 +61,7 @@ def test_a_linear_effect_keeps_its_promise():
 def test_an_effect_of_one_sign_promises_nothing_with_the_other():
     _, _, _, screened = fitted({"leak": -0.03}, (LEAK,))
     assert screened[0].gain == 0.0
-    assert screened[0].likeness < 0.0
+    assert screened[0].similarity < 0.0
 
 
 def test_what_is_there_is_within_the_bound_and_little_more_is():
@@ -69,7 +69,7 @@ def test_what_is_there_is_within_the_bound_and_little_more_is():
     beyond, limits = 0, []
     for seed in range(12):
         fitter, base, space, screened = fitted({"bias": 0.004}, (BIAS,), seed=seed)
-        (bound,) = absent_bounds(fitter, screened, space, base.residual)
+        (bound,) = absent_limits(fitter, screened, space, base.residual)
         assert bound.visible
         beyond += bound.limit < 0.004
         limits.append(bound.limit)
@@ -80,8 +80,8 @@ def test_what_is_there_is_within_the_bound_and_little_more_is():
 def test_what_leaves_no_trace_has_no_bound():
     fitter, base, space, _ = fitted({}, (BIAS,))
     _, _, _, (blind,) = fitted({}, (DRY,))
-    bare = type(blind)(candidate=DRY, traces=(), likeness=0.0, gain=0.0)
-    (bound,) = absent_bounds(fitter, [bare], space, base.residual)
+    bare = type(blind)(candidate=DRY, traces=(), similarity=0.0, gain=0.0)
+    (bound,) = absent_limits(fitter, [bare], space, base.residual)
     assert not bound.visible
     assert bound.limit == np.inf
 
@@ -100,22 +100,22 @@ def test_a_parameter_that_stands_in_for_an_effect_differs_between_protocols():
 def test_an_effect_that_is_not_needed_is_left_out_again():
     fitter, base, _, screened = fitted({"dry": 0.06}, (DRY, BIAS))
     base_loss = losses(fitter.simulator.layout, base.residual, fitter.floor, held_out=True)
-    search = SetSearch(fitter, base, base_loss, screened, lambda _: None)
-    both = trial(fitter, base, base_loss, [DRY, BIAS], [{"dry": 0.05, "bias": 0.001}])
-    assert search.cut_back(both, PAIRS).names == ("dry",)
+    search = TrialSearch(fitter, base, base_loss, screened, lambda _: None)
+    both = fit_effects(fitter, base, base_loss, [DRY, BIAS], [{"dry": 0.05, "bias": 0.001}])
+    assert search.reduced(both, PAIRS).names == ("dry",)
     needed = fitted({"dry": 0.06, "bias": 0.03}, (DRY, BIAS))
     base_loss = losses(needed[0].simulator.layout, needed[1].residual, needed[0].floor,
                        held_out=True)  # fmt: skip
-    search = SetSearch(needed[0], needed[1], base_loss, needed[3], lambda _: None)
-    both = trial(needed[0], needed[1], base_loss, [DRY, BIAS], [{"dry": 0.05, "bias": 0.02}])
-    assert set(search.cut_back(both, PAIRS).names) == {"dry", "bias"}
+    search = TrialSearch(needed[0], needed[1], base_loss, needed[3], lambda _: None)
+    both = fit_effects(needed[0], needed[1], base_loss, [DRY, BIAS], [{"dry": 0.05, "bias": 0.02}])
+    assert set(search.reduced(both, PAIRS).names) == {"dry", "bias"}
 
 
 def test_three_effects_are_named_together():
     trials = recorded({"dry": 0.06, "leak": 0.05, "bias": 0.04})
-    found = diagnose(simulator(trials), ORDINARY, (DRY, LEAK, BIAS), regressors(trials))
-    assert found.named.verdict is Verdict.NAMED
-    assert set(found.named.best.names) == {"dry", "leak", "bias"}
+    found = diagnose_trials(simulator(trials), NUISANCE, (DRY, LEAK, BIAS), regressors(trials))
+    assert found.conclusion.verdict is Verdict.NAMED
+    assert set(found.conclusion.best.names) == {"dry", "leak", "bias"}
 
 
 def test_the_next_experiment_is_the_one_at_which_tied_effects_differ():
@@ -128,13 +128,15 @@ def test_the_next_experiment_is_the_one_at_which_tied_effects_differ():
         ]
 
     trials = recorded({"dry": 0.06})
-    found = diagnose(simulator(trials), ORDINARY, (DRY, TWIN, BIAS), regressors(trials), menu=menu)
-    assert found.named.verdict is Verdict.AMBIGUOUS
+    found = diagnose_trials(
+        simulator(trials), NUISANCE, (DRY, TWIN, BIAS), regressors(trials), menu=menu
+    )
+    assert found.conclusion.verdict is Verdict.AMBIGUOUS
     chosen = found.next_experiment
     assert chosen.protocol == "slow"
     assert set(chosen.between) == {"dry", "twin"}
     assert chosen.menu["rest"] < 0.1 * chosen.menu["slow"]
     assert chosen.before >= 0.0
     named = recorded({"bias": 0.04})
-    found = diagnose(simulator(named), ORDINARY, (DRY, BIAS), regressors(named), menu=menu)
+    found = diagnose_trials(simulator(named), NUISANCE, (DRY, BIAS), regressors(named), menu=menu)
     assert found.next_experiment is None

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from pamsim.core.trial import Trial
-from pamsim.diagnosis.method.loops import cycles, loop_area, loops
+from pamsim.diagnosis.method.loop_areas import cycles, loop_area, loop_areas
 from pamsim.signals.excitation import held_levels, triangle
 
 TIME = np.arange(800) / 100.0
@@ -65,7 +65,7 @@ def trial(name, lag, force=True):
 
 def test_measured_and_simulated_loops_stand_side_by_side():
     measured, stiff = trial("swing_1", 0.2), trial("swing_1", 0.1).measured
-    found = loops([measured], {"swing_1": stiff}, {"swing_1": measured.measured})
+    found = loop_areas([measured], {"swing_1": stiff}, {"swing_1": measured.measured})
     assert [(one.drive, one.cycle) for one in found] == [
         ("pressure", 1), ("pressure", 2), ("force", 1), ("force", 2)
     ]  # fmt: skip
@@ -81,7 +81,7 @@ def test_measured_and_simulated_loops_stand_side_by_side():
 
 def test_without_forces_or_a_repair_the_rest_is_still_told():
     measured = trial("swing_1", 0.2, force=False)
-    found = loops([measured], {"swing_1": trial("", 0.1).measured}, {})
+    found = loop_areas([measured], {"swing_1": trial("", 0.1).measured}, {})
     assert {one.drive for one in found} == {"pressure"}
     assert all(one.after is None for one in found)
-    assert loops([measured], {}, {}) == ()
+    assert loop_areas([measured], {}, {}) == ()

@@ -6,7 +6,7 @@ from pamsim.engine.rig import Rig, load_rig
 from pamsim.muscles.published import PUBLISHED
 
 NAME = "published"
-"""What the command line calls it."""
+"""What `pamsim.diagnosis.diagnose.diagnose` calls it."""
 
 LAW = "DMSP-20-200"
 """Successor of the MAS-20 whose constants are published."""

@@ -8,15 +8,13 @@ import numpy as np
 import pytest
 
 import pamsim
-from pamsim.diagnosis.method.evidence import compare
-from pamsim.diagnosis.method.lack_of_fit import LackOfFit
+from pamsim.diagnosis.method.evidence import compare_trials
 from pamsim.diagnosis.method.verdict import Verdict
-from pamsim.diagnosis.report import comparisons, diagnosis_dict
 from tests.unit.diagnosis.diagnosed import NOISE, VERDICTS, following, report
 
 CONTRACT = {
-    "schema", "verdict", "effects", "alternatives", "where", "gap", "absent", "next_experiment",
-    "seed", "versions", "rollouts", "seconds",
+    "schema", "verdict", "effects", "resembles", "alternatives", "where", "gap", "absent",
+    "warnings", "next_experiment", "seed", "versions", "rollouts", "seconds",
 }  # fmt: skip
 
 
@@ -26,19 +24,20 @@ def rig():
 
 
 def result(rig, verdict, **more):
-    return diagnosis_dict(report(rig, verdict, **VERDICTS[verdict], **more))
+    return report(rig, verdict, **VERDICTS[verdict], **more).to_dict()
 
 
 @pytest.mark.parametrize("verdict", list(Verdict))
 def test_every_verdict_makes_a_whole_json(rig, verdict):
     found = json.loads(json.dumps(result(rig, verdict), allow_nan=False))
     assert found.keys() >= CONTRACT
-    assert found["schema"] == "pamsim-diagnosis/1"
+    assert found["schema"] == "pamsim-diagnosis/2"
     assert found["verdict"] == verdict.value
     claims = verdict in (Verdict.NAMED, Verdict.NAMED_WITH_REMAINDER)
     assert bool(found["effects"]) is claims
     repairs = claims or verdict is Verdict.AMBIGUOUS
     assert all((gap["after"] is not None) is repairs for gap in found["gap"].values())
+    assert (found["resembles"] is None) is (verdict is Verdict.NO_GAP)
     assert found["sentence"].endswith(".")
     assert found["sentence"].count(". ") <= 1
     assert (found["rollouts"], found["seed"]) == (240, 3)
@@ -64,10 +63,23 @@ def test_each_of_two_effects_says_what_it_explains_beyond_the_other(rig):
     assert all(0.0 < e["p_value"] < 0.05 for e in effects)
 
 
-def test_luck_of_all_effects_that_were_tried_is_counted(rig):
+def test_p_values_are_corrected_for_all_effects_that_were_tried(rig):
     one = report(rig, Verdict.NAMED, ["air_leak"])
-    (effect,) = diagnosis_dict(one)["effects"]
-    assert effect["p_value"] == pytest.approx(2.0 * one.found.named.best.gain.p_value)
+    (effect,) = one.to_dict()["effects"]
+    best = one.method.conclusion.best
+    assert effect["p_value"] == pytest.approx(2.0 * best.improvement.p_value)
+    assert one.to_dict()["resembles"]["p_value"] == effect["p_value"]
+
+
+def test_an_unexplained_gap_resembles_the_effect_of_most_similar_signature(rig):
+    near = report(rig, Verdict.UNEXPLAINED).to_dict()["resembles"]
+    assert near == {
+        "name": "air_leak", "family": "pressure_deficit", "explained": pytest.approx(0.81),
+        "p_value": None, "similarity": 0.9,
+    }  # fmt: skip
+    near = report(rig, Verdict.UNEXPLAINED, ["angle_bias"], explained=0.4).to_dict()["resembles"]
+    assert (near["name"], near["family"], near["explained"]) == ("angle_bias", "offset", 0.4)
+    assert near["p_value"] < 0.05
 
 
 def test_gaps_are_of_the_held_out_trials_in_written_units(rig):
@@ -90,27 +102,28 @@ def test_where_comes_with_the_region_of_the_channel_s_surest_map(rig):
     first = found["where"][0]
     assert (first["channel"], first["protocol"], first["excess"]) == ("pressure_1", "swing", 20.0)
     assert first["region"] == {
-        "quantity": "common_pressure", "low": 200.0, "high": 300.0, "unit": "kPa", "p_value": 0.001
+        "quantity": "common_pressure", "low": 200.0, "high": 300.0, "unit": "kPa",
+        "p_value": 0.001, "rows": [],
     }  # fmt: skip
     angle = next(cell for cell in found["where"] if cell["channel"] == "angle")
     assert angle["region"] is None  # no map of it is sure
-    assert found["maps"][2]["mean_in_noise"] == [None, 1.0]
+    assert found["maps"][2]["mean"] == [None, 1.0]
 
 
 def test_what_is_absent_is_bounded_or_said_to_be_out_of_sight(rig):
     absent = result(rig, Verdict.NO_GAP)["absent"]
     tilt = absent["load_torque"]
-    assert (tilt["limit"], tilt["unit"], tilt["size"]) == (pytest.approx(1.0), "deg", 0.5)
-    assert absent["added_inertia"]["visible"] is False
-    assert absent["added_inertia"]["limit"] is None
+    assert (tilt["ruled_out_above"], tilt["unit"]) == (pytest.approx(1.0), "deg")
+    assert tilt["typical_sizes"] == 0.5
+    assert absent["added_inertia"] == {"parameter": "joint.shaft.armature", "cannot_tell": True}
 
 
 def test_loops_and_lines_of_measured_and_simulated_signals_are_told(rig):
     found = result(rig, Verdict.NAMED)
-    assert {(loop["protocol"], loop["cycle"]) for loop in found["loops"]} == {
+    assert {(loop["protocol"], loop["cycle"]) for loop in found["loop_areas"]} == {
         (p, c) for p in ("swing", "swing_check") for c in (1, 2)
     }  # fmt: skip
-    assert {loop["repeats"] for loop in found["loops"]} == {3}
+    assert {loop["repeats"] for loop in found["loop_areas"]} == {3}
     lines = {entry["channel"]: entry for entry in found["spectrum"]}
     assert lines["pressure_1"]["before"]["mean"] == pytest.approx(2.0, abs=0.1)
     assert lines["pressure_1"]["before"]["noise"] == pytest.approx(0.4, rel=0.1)
@@ -119,12 +132,12 @@ def test_loops_and_lines_of_measured_and_simulated_signals_are_told(rig):
 
 def test_alternatives_are_told_by_how_far_they_are_behind(rig):
     made = report(rig, Verdict.AMBIGUOUS, **VERDICTS[Verdict.AMBIGUOUS])
-    one = diagnosis_dict(made)
+    one = made.to_dict()
     assert [a["name"] for a in one["alternatives"]] == ["air_leak", "supply_sag", "angle_bias"]
-    behind = [a["loss_difference_in_standard_errors"] for a in one["alternatives"]]
-    named = made.found.named
+    behind = [a["standard_errors_behind"] for a in one["alternatives"]]
+    named = made.method.conclusion
     protocol_of = dict.fromkeys(named.best.loss, "swing_check")
-    expected = compare(named.tied[0].loss, named.best.loss, protocol_of)
+    expected = compare_trials(named.tied[0].loss, named.best.loss, protocol_of)
     assert behind == pytest.approx([0.0] + [expected.gain / expected.error] * 2)
     assert result(rig, Verdict.NAMED)["alternatives"] == []
 
@@ -132,7 +145,7 @@ def test_alternatives_are_told_by_how_far_they_are_behind(rig):
 @pytest.mark.parametrize(
     ("verdict", "words"),
     [
-        (Verdict.NO_GAP, ["No gap", "as near to the data as their noise allows (RMS 4."]),
+        (Verdict.NO_GAP, ["No gap", "as near to the measurements as their noise allows (RMS 4."]),
         (
             Verdict.NAMED,
             [
@@ -144,15 +157,15 @@ def test_alternatives_are_told_by_how_far_they_are_behind(rig):
         ),
         (
             Verdict.NAMED_WITH_REMAINDER,
-            ["Missing: something that acts nearly like a leak of air from the muscles (air_leak",
+            ["Missing: something that resembles a leak of air from the muscles (air_leak",
              "and an offset of the angle sensor (angle_bias, angle bias 0.401", "together they"
-             " explain 70 % of the gap, and leave 0.02 noise floors that all repeats share (p ="
-             " 0.0003): another effect, of this kind (pressure deficit, offset) or one that"
-             " resembles it"],
+             " explain 70 % of the gap, and leave 0.02 of the noise variance, shared by all repeats"
+             " (p = 0.0003): another effect, of the same family (pressure deficit, offset) or one"
+             " that resembles it"],
         ),
         (
             Verdict.AMBIGUOUS,
-            ["do not tell whether it is a leak of air from the muscles (air_leak), a supply",
+            ["cannot decide whether it is a leak of air from the muscles (air_leak), a supply",
              "or an offset of the angle sensor (angle_bias)", "shut the valves at a high pressure"],
         ),
         (
@@ -160,7 +173,10 @@ def test_alternatives_are_told_by_how_far_they_are_behind(rig):
             ["none of the 2 effects tried explains", "air_leak resembles it most, with 40 %",
              "largest in pressure 1 of swing"],
         ),
-        (Verdict.NOT_IDENTIFIABLE, ["no repeats", "three times or more", "a leak of air"]),
+        (
+            Verdict.NOT_IDENTIFIABLE,
+            ["no repeats", "three times or more", "air_leak resembles it most"],
+        ),
     ],
 )  # fmt: skip
 def test_the_verdict_is_one_plain_sentence(rig, verdict, words):
@@ -169,11 +185,25 @@ def test_the_verdict_is_one_plain_sentence(rig, verdict, words):
         assert part in sentence
 
 
-def test_a_remainder_that_may_be_chance_is_said_in_floors_alone(rig):
-    one = report(rig, Verdict.NAMED_WITH_REMAINDER, ["air_leak"])
-    one.found.named.lack = LackOfFit(size=0.02, p_value=0.3)
-    sentence = diagnosis_dict(one)["sentence"]
-    assert "and leaves 0.01 noise floors: another effect, of this kind (pressure de" in sentence
+def test_a_remainder_that_repeats_need_not_share_is_stated_by_its_size(rig):
+    one = report(rig, Verdict.NAMED_WITH_REMAINDER, ["air_leak"], lack=(0.02, 0.3))
+    assert "and leaves 0.01 of the noise variance: another effect, of the same" in one.summary()
+
+
+def test_what_all_alternatives_share_is_certain(rig):
+    one = report(rig, Verdict.AMBIGUOUS, ["air_leak", "angle_bias"], [["air_leak", "angle_scale"]])
+    assert one.certain == ("air_leak",)
+    assert "Ambiguous: air_leak is missing, and these data cannot decide" in one.summary()
+    assert "an offset of the angle sensor (angle_bias) or" in one.summary()
+
+
+def test_a_diagnosis_saves_its_json_and_the_repaired_rig(rig, tmp_path):
+    one = report(rig, Verdict.NAMED, ["air_leak"])
+    paths = one.save(tmp_path)
+    found = json.loads((tmp_path / "diagnosis.json").read_text(encoding="utf-8"))
+    assert paths == [tmp_path / "diagnosis.json", tmp_path / "rig"]
+    assert found == {**one.to_dict(), "repaired_rig": str(tmp_path / "rig")}
+    assert one.summary() == found["sentence"]
 
 
 def test_the_experiment_that_would_decide_is_said(rig):
@@ -182,19 +212,18 @@ def test_the_experiment_that_would_decide_is_said(rig):
         "recording shut_hold would decide (what leaves a chamber whose valves are shut)"
         in found["sentence"]
     )
-    assert "sets them 7.1 noise floors apart, these data 0.3" in found["sentence"]
+    assert "it separates them by 7.1 of the noise variance, these data by 0.3" in found["sentence"]
     assert found["next_experiment"]["menu"] == {"shut_hold": 7.1, "bursts": 2.0}
 
 
 def test_an_unexplained_gap_without_a_model_names_the_nearest_trace(rig):
-    sentence = diagnosis_dict(report(rig, Verdict.UNEXPLAINED))["sentence"]
-    assert "air_leak resembles it most (cosine 0.90)" in sentence
+    sentence = report(rig, Verdict.UNEXPLAINED).summary()
+    assert "air_leak resembles it most (similarity 0.90)" in sentence
 
 
 def test_signals_of_every_compared_channel_go_to_the_page(rig):
-    one = report(rig, Verdict.NAMED, ["air_leak"])
-    found = comparisons(one)
+    found = report(rig, Verdict.NAMED, ["air_leak"]).comparisons
     assert len(found) == 6 * len(NOISE)
     assert all(part.after is not None for part in found)
-    unexplained = comparisons(report(rig, Verdict.UNEXPLAINED, ["air_leak"]))
-    assert all(part.after is None for part in unexplained)  # a likeness is no repair
+    unexplained = report(rig, Verdict.UNEXPLAINED, ["air_leak"]).comparisons
+    assert all(part.after is None for part in unexplained)  # a resemblance is no repair

@@ -1,4 +1,4 @@
-"""Whether adding effects to the base model predicts held-out trials better, by how much."""
+"""A model of recordings with some effects freed, judged by held-out trials."""
 
 from __future__ import annotations
 
@@ -9,35 +9,29 @@ import numpy as np
 
 from pamsim.comparison.candidate import Candidate
 from pamsim.core.errors import InputError
-from pamsim.diagnosis.method.evidence import Comparison, compare, losses
+from pamsim.diagnosis.method.evidence import Improvement, compare_trials, losses
 from pamsim.diagnosis.method.intervals import intervals95
 from pamsim.diagnosis.method.polish import polish
 from pamsim.diagnosis.method.refit import Fitter, Refit
-
-EFFECT_FLOOR = 0.01
-"""Gain, in noise floors, below which an effect is not claimed: a candidate nearer the truth by luck
-does predict a little better."""
-
-SIGNIFICANCE = 0.05
-"""Share of false claims allowed over all effects that were tried."""
+from pamsim.diagnosis.method.thresholds import LEAST_GAIN, SIGNIFICANCE
 
 
 @dataclass(frozen=True, kw_only=True)
-class Trialled:
+class TrialModel:
     """A model with some effects freed, after its fit.
 
     Attributes:
         candidates: the effects.
         fit: the best over the starts.
         loss: held-out trial -> loss, 1 for a perfect model.
-        gain: over the base model on the held-out trials.
+        improvement: over the base model on the held-out trials.
         intervals: name of each parameter -> 95 % interval [SI].
     """
 
     candidates: tuple[Candidate, ...]
     fit: Refit
     loss: Mapping[str, float]
-    gain: Comparison
+    improvement: Improvement
     intervals: Mapping[str, tuple[float, float]]
 
     @property
@@ -51,7 +45,7 @@ class Trialled:
         return float(np.mean(list(self.loss.values())))
 
     def size_known(self) -> bool:
-        """Whether every effect's interval is off neutral, and its size not at an arbitrary end."""
+        """Whether every effect's interval excludes neutral and its size is off arbitrary ends."""
         for candidate in self.candidates:
             size = candidate.parameters[0].name
             low, high = self.intervals[size]
@@ -61,25 +55,23 @@ class Trialled:
                 return False
         return True
 
-    def accepted(self, tried: int, over: Comparison | None = None) -> bool:
+    def accepted(self, tried: int) -> bool:
         """Whether its effects may be claimed.
 
         Args:
-            tried: models that were compared, against whose luck it must stand.
-            over: gain that counts; that over the base model if left out.
+            tried: number of models that were compared, for the Bonferroni correction.
         """
-        gain = over or self.gain
-        sure = gain.p_value * tried < SIGNIFICANCE and gain.gain > EFFECT_FLOOR
-        return sure and self.size_known()
+        better = self.improvement.p_value * tried < SIGNIFICANCE
+        return better and self.improvement.gain > LEAST_GAIN and self.size_known()
 
 
-def trial(
+def fit_effects(
     fitter: Fitter,
     base: Refit,
     base_loss: Mapping[str, float],
     candidates: Sequence[Candidate],
     starts: Sequence[Mapping[str, float]],
-) -> Trialled | None:
+) -> TrialModel | None:
     """Fit the base model with effects freed, from several starts, and judge it.
 
     Args:
@@ -94,34 +86,27 @@ def trial(
     """
     parameters = (*base.parameters, *(p for c in candidates for p in c.parameters))
     try:
-        found = fitter.fit(parameters, [{**base.values, **start} for start in starts])
+        fit = fitter.fit(parameters, [{**base.values, **start} for start in starts])
     except InputError:
         return None
-    return judged(fitter, base_loss, candidates, found)
+    return _judged(fitter, base_loss, candidates, fit)
 
 
-def judged(
-    fitter: Fitter, base_loss: Mapping[str, float], candidates: Sequence[Candidate], found: Refit
-) -> Trialled:
-    """A fit with its losses and intervals.
+def polished(fitter: Fitter, base_loss: Mapping[str, float], model: TrialModel) -> TrialModel:
+    """A model fitted to convergence in fine time steps, judged anew."""
+    return _judged(fitter, base_loss, model.candidates, polish(fitter, model.fit))
 
-    Args:
-        fitter: of the trials.
-        base_loss: of the base model on the held-out trials.
-        candidates: effects that were freed.
-        found: the fit.
-    """
+
+def _judged(
+    fitter: Fitter, base_loss: Mapping[str, float], candidates: Sequence[Candidate], fit: Refit
+) -> TrialModel:
+    """A fit with its losses and intervals."""
     layout = fitter.simulator.layout
-    loss = losses(layout, found.residual, fitter.floor, held_out=True)
-    return Trialled(
+    loss = losses(layout, fit.residual, fitter.floor, held_out=True)
+    return TrialModel(
         candidates=tuple(candidates),
-        fit=found,
+        fit=fit,
         loss=loss,
-        gain=compare(base_loss, loss, layout.protocol_of),
-        intervals=intervals95(fitter, found),
+        improvement=compare_trials(base_loss, loss, layout.protocol_of),
+        intervals=intervals95(fitter, fit),
     )
-
-
-def polished(fitter: Fitter, base_loss: Mapping[str, float], model: Trialled) -> Trialled:
-    """A model fitted the rest of the way in fine steps, judged anew."""
-    return judged(fitter, base_loss, model.candidates, polish(fitter, model.fit))

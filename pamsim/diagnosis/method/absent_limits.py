@@ -15,17 +15,18 @@ from pamsim.diagnosis.method.signature import TangentSpace
 FloatArray = NDArray[np.float64]
 
 _ERRORS = 2.0
-"""Standard errors by which the bound lies beyond the estimate: one-sided, 97.5 %."""
+"""Standard errors by which the limit lies beyond the estimate: one-sided, 97.5 %."""
 
 
 @dataclass(frozen=True, kw_only=True)
-class AbsentBound:
+class AbsentLimit:
     """The largest size of an effect that the data allow beside the model.
 
     Attributes:
         effect: which.
         parameter: that measures its size.
-        size: the bound in units of the typical size; infinite if the data cannot show it.
+        size: the limit in units of the typical size; infinite if the data cannot show it, NaN if it
+            is not known.
         limit: the same as a distance of the parameter from neutral [SI].
         visible: whether the data would show it at any of its probes.
     """
@@ -37,10 +38,10 @@ class AbsentBound:
     visible: bool
 
 
-def absent_bounds(
+def absent_limits(
     fitter: Fitter, screened: Sequence[Screened], space: TangentSpace, residual: FloatArray
-) -> tuple[AbsentBound, ...]:
-    """Bounds from each effect's smallest signature, to first order.
+) -> tuple[AbsentLimit, ...]:
+    """Limits from each effect's smallest signature, to first order.
 
     The scatter of the trials about the mean of their protocol gives the standard error, as it does
     for intervals: noise that drifts and trials that differ count.
@@ -51,17 +52,17 @@ def absent_bounds(
         space: tangent space of all that is in the model.
         residual: (n,) of the model [SI].
     """
-    misfit = space.across(-fitter.weighted(residual))
+    misfit = space.project_out(-fitter.weighted(residual))
     places = fitter.simulator.layout.fitted_places
-    found: list[AbsentBound] = []
-    for one in screened:
-        candidate = one.candidate
+    limits: list[AbsentLimit] = []
+    for effect in screened:
+        candidate = effect.candidate
         parameter = candidate.parameters[0].name
-        traces = [(t.probe, t.signature.within(space)) for t in one.traces]
-        traces = [(p, s) for p, s in traces if float(s.across @ s.across) > 0.0]
+        traces = [(t.probe, t.signature.within(space)) for t in effect.traces]
+        traces = [(p, s) for p, s in traces if float(s.projected @ s.projected) > 0.0]
         if not traces:
-            found.append(
-                AbsentBound(
+            limits.append(
+                AbsentLimit(
                     effect=candidate.name,
                     parameter=parameter,
                     size=np.inf,
@@ -74,8 +75,8 @@ def absent_bounds(
         smallest = min(probe.size for probe, _ in traces)
         for probe, signature in traces:
             if probe.size == smallest:
-                score = signature.across * misfit
-                square = float(signature.across @ signature.across)
+                score = signature.projected * misfit
+                square = float(signature.projected @ signature.projected)
                 parts: dict[str, dict[str, float]] = {}
                 for place in places:
                     trials = parts.setdefault(place.block.protocol, {})
@@ -87,16 +88,16 @@ def absent_bounds(
                 away = abs(probe.values[parameter] - candidate.neutral[parameter])
                 bounds.append((most * probe.size, most * away))
         size, limit = max(bounds)
-        found.append(
-            AbsentBound(
+        limits.append(
+            AbsentLimit(
                 effect=candidate.name,
                 parameter=parameter,
                 size=size,
                 limit=limit,
-                visible=one.visible,
+                visible=effect.visible,
             )
         )
-    return tuple(found)
+    return tuple(limits)
 
 
 def _variance(scores: Sequence[float]) -> float:

@@ -1,16 +1,15 @@
-"""Figures of a diagnosis of angles at rest and of a loop: what was off, what the repair left."""
+"""Figures of a table at rest and of a loop: the errors before and after the repair."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from pamsim.report.numbers import fixed
+from pamsim.report.numbers import fixed, significant, words
 from pamsim.report.style import (
     BLUE,
     GREEN,
@@ -21,49 +20,24 @@ from pamsim.report.style import (
     new_figure,
     say_empty,
     styled,
-    write_png,
 )
 
 _BEST_TRIED = 6
 
 
-def write_rest_figure(result: Mapping[str, Any], folder: Path) -> Path:
-    """Draw a diagnosis of angles at rest into ``rows.png`` of a folder.
-
-    Returns:
-        The path written.
-
-    Raises:
-        InputError: if the place cannot be written.
-    """
-    return write_png(rest_figure(result), folder / "rows.png")
-
-
-def write_loop_figure(result: Mapping[str, Any], folder: Path) -> Path:
-    """Draw a diagnosis of a loop into ``loop.png`` of a folder.
-
-    Returns:
-        The path written.
-
-    Raises:
-        InputError: if the place cannot be written.
-    """
-    return write_png(loop_figure(result), folder / "loop.png")
-
-
 @styled
-def rest_figure(result: Mapping[str, Any]) -> Figure:
+def row_errors(result: Mapping[str, Any]) -> Figure:
     """Three panels: rows over common pressure, before and after, and the errors of all models.
 
     Args:
-        result: content of ``diagnosis.json`` of angles at rest.
+        result: of a table at rest.
     """
     figure, (before, after, errors) = new_figure(
         6.6, rows=3, height_ratios=(1.0, 1.0, 1.0), sharex=False
     )
     _rows(before, result, "before_deg", VERMILION, "base model, refitted")
-    _rows(after, result, "after_deg", BLUE, "with the named effects")
-    if result["effects"]:
+    _rows(after, result, "after_deg", BLUE, "with the best effects")
+    if result["rows"][0]["after_deg"] is not None:
         limit = 1.15 * max(abs(row["before_deg"]) for row in result["rows"])
         for ax in (before, after):
             ax.set_ylim(-limit, limit)
@@ -72,19 +46,22 @@ def rest_figure(result: Mapping[str, Any]) -> Figure:
 
 
 @styled
-def loop_figure(result: Mapping[str, Any]) -> Figure:
-    """One panel: rising less falling output at every level.
+def branch_difference(result: Mapping[str, Any]) -> Figure:
+    """One panel: rising minus falling output at every level.
 
     Args:
-        result: content of ``diagnosis.json`` of a loop.
+        result: of a loop.
     """
     figure, (ax,) = new_figure(2.6)
-    (where,) = result["where"]
-    ax.bar(where["levels_kpa"], where["rising_less_falling_mm"], width=22.0, color=BLUE, zorder=2)
-    title = f"{result['verdict'].replace('_', ' ')}: exchanged readings differ as much in"
+    (place,) = result["where"]
+    branches = result["branches"]
+    ax.bar(
+        branches["pressure_kpa"], branches["rising_minus_falling_mm"], width=22.0, color=BLUE,
+        zorder=2,
+    )  # fmt: skip
     finish_axes(
         ax, x="gauge pressure [kPa]", y="rising − falling [mm]",
-        title=f"{title} {fixed(100.0 * where['p_value'], 1)} % of cases",
+        title=f"difference of the branches, p = {significant(place['p_value'], 2)}",
     )  # fmt: skip
     return figure
 
@@ -92,7 +69,7 @@ def loop_figure(result: Mapping[str, Any]) -> Figure:
 def _rows(ax: Axes, result: Mapping[str, Any], key: str, colour: str, title: str) -> None:
     rows = [row for row in result["rows"] if row[key] is not None]
     if not rows:
-        say_empty(ax, "no effect was named")
+        say_empty(ax, "no effect improves the prediction")
         return
     names = [name for name in rows[0] if name.startswith("p") and name.endswith("_kpa")]
     common = np.array([min(row[name] for name in names) for row in rows])
@@ -108,23 +85,24 @@ def _rows(ax: Axes, result: Mapping[str, Any], key: str, colour: str, title: str
     rms = float(np.sqrt(np.mean(off**2)))
     finish_axes(
         ax, x="lower pressure of the row [kPa]", y="simulated − measured [deg]",
-        title=f"{title}: {fixed(rms, 2)} deg RMS at rows left out",
+        title=f"{title}: {fixed(rms, 2)} deg RMS at held-out rows",
     )  # fmt: skip
 
 
 def _errors(ax: Axes, result: Mapping[str, Any]) -> None:
     gap = next(iter(result["gap"].values()))
     shown: list[tuple[str, float, str]] = [
-        ("as it stands", gap["as_it_stands_deg"], MUTED),
-        ("refitted", gap["before"]["value_deg"], VERMILION),
+        ("as it stands", gap["as_it_stands"]["value"], MUTED),
+        ("refitted", gap["before"]["value"], VERMILION),
     ]
-    first = [t for t in result["tried"] if not t["beside"]][:_BEST_TRIED]
+    single = [t for t in result["tried"] if len(t["effects"]) == 1][:_BEST_TRIED]
     shown += [
-        (f"+ {t['name']}", t["left_out_rms_deg"], GREEN if t["earned"] else MUTED) for t in first
+        (f"+ {words(t['effects'][0])}", t["held_out"], GREEN if t["accepted"] else MUTED)
+        for t in single
     ]
     if gap["after"]:
-        names = " + ".join(effect["name"] for effect in result["effects"])
-        shown.append((names, gap["after"]["value_deg"], BLUE))
+        best = words(result["resembles"]["name"]).replace("+", " + ")
+        shown.append((best, gap["after"]["value"], BLUE))
     places = np.arange(len(shown))
     ax.barh(places, [value for _, value, _ in shown], color=[c for _, _, c in shown], height=0.65)
     for place, (_, value, _) in enumerate(shown):
@@ -134,5 +112,5 @@ def _errors(ax: Axes, result: Mapping[str, Any]) -> None:
         )  # fmt: skip
     ax.set_yticks(places, [name for name, _, _ in shown], fontsize=8)
     ax.invert_yaxis()
-    finish_axes(ax, x="RMS error at rows left out [deg]", zero=False)
+    finish_axes(ax, x="RMS error at held-out rows [deg]", zero=False)
     ax.grid(False, axis="y")

@@ -1,7 +1,7 @@
-"""Hysteresis loops, measured and simulated: what widens with rate, amplitude or pressure.
+"""Areas of hysteresis loops in recordings: what widens with rate, amplitude or pressure.
 
-Loops as wide at every rate are of friction or play, loops that widen with the rate of damping or
-delay, and loops that widen with the common pressure are of the muscles, not of the joint.
+Loops of the same width at every rate come from friction or backlash. Loops that widen with the rate
+come from damping or delay, loops that widen with the common pressure from the muscles.
 """
 
 from __future__ import annotations
@@ -81,20 +81,20 @@ def cycles(drive: FloatArray) -> list[slice]:
     rises = (np.flatnonzero((off[:-1] < 0.0) & (off[1:] >= 0.0)) + 1).tolist()
     # A trial that begins or ends in the middle begins or ends a cycle there.
     ends = [k for k in (0, drive.size - 1) if abs(off[k]) < band]
-    marks = sorted({*rises, *ends})
-    found: list[slice] = []
-    for start in marks:
-        if found and start < found[-1].stop - 1:
+    turns = sorted({*rises, *ends})
+    whole: list[slice] = []
+    for start in turns:
+        if whole and start < whole[-1].stop - 1:
             continue
-        stop = _turned(off, start, marks, band)
+        stop = _turned(off, start, turns, band)
         if stop is not None:
-            found.append(slice(start, stop + 1))
-    return found
+            whole.append(slice(start, stop + 1))
+    return whole
 
 
-def _turned(off: FloatArray, start: int, marks: Sequence[int], band: float) -> int | None:
-    """First mark by which a drive has been above its middle, and then below."""
-    for stop in marks:
+def _turned(off: FloatArray, start: int, turns: Sequence[int], band: float) -> int | None:
+    """First turn by which a drive has been above its middle, and then below."""
+    for stop in turns:
         above = np.flatnonzero(off[start : stop + 1] > band)
         below = np.flatnonzero(off[start : stop + 1] < -band)
         if above.size and below.size:
@@ -102,15 +102,15 @@ def _turned(off: FloatArray, start: int, marks: Sequence[int], band: float) -> i
     return None
 
 
-def loops(trials: Sequence[Trial], before: Signals, after: Signals) -> tuple[DrivenCycle, ...]:
-    """Loops of all trials of two muscles whose drive goes back and forth.
+def loop_areas(trials: Sequence[Trial], before: Signals, after: Signals) -> tuple[DrivenCycle, ...]:
+    """Areas of the loops of all trials of two muscles whose drive goes back and forth.
 
     Args:
         trials: as measured.
         before: what the base model makes of them.
         after: what the repaired model makes of them; empty where nothing is claimed.
     """
-    found: list[DrivenCycle] = []
+    driven: list[DrivenCycle] = []
     for trial in trials:
         if trial.muscles != 2 or "angle" not in trial.measured or trial.name not in before:
             continue
@@ -123,7 +123,7 @@ def loops(trials: Sequence[Trial], before: Signals, after: Signals) -> tuple[Dri
             for number, part in enumerate(parts, 1):
                 angle = trial.measured["angle"][part]
                 mean = 0.5 * (common["pressure_1"][part] + common["pressure_2"][part])
-                found.append(
+                driven.append(
                     DrivenCycle(
                         trial=trial.name,
                         protocol=trial.protocol,
@@ -137,7 +137,7 @@ def loops(trials: Sequence[Trial], before: Signals, after: Signals) -> tuple[Dri
                         after=_area(after[trial.name], drive, part) if after else None,
                     )
                 )
-    return tuple(found)
+    return tuple(driven)
 
 
 def _apart(signals: Mapping[str, FloatArray], drive: str) -> FloatArray:

@@ -1,0 +1,67 @@
+"""Models of recordings that predict as well as the best one, and which of them the data reject."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+
+from pamsim.comparison.trial_residuals import TrialLayout
+from pamsim.diagnosis.method.evidence import compare_trials
+from pamsim.diagnosis.method.lack_of_fit import LackOfFit
+from pamsim.diagnosis.method.thresholds import (
+    RIVAL_FITS,
+    RIVAL_REJECTED,
+    SAME_SIGNATURE,
+    SAME_SIGNATURE_LOSS,
+    TIE_ERRORS,
+    TIE_LOSS,
+    TIE_SHARE,
+)
+from pamsim.diagnosis.method.trial_model import TrialModel
+
+Similarity = Callable[[str, str], float]
+"""Names of two effects to the similarity of their signatures."""
+
+
+def tied_with(
+    best: TrialModel, others: Sequence[TrialModel], layout: TrialLayout, similarity: Similarity
+) -> tuple[TrialModel, ...]:
+    """Models that predict as well as the best, or whose effect has the same signature.
+
+    Args:
+        best: the model of least held-out loss.
+        others: models with as many effects.
+        layout: of the trials.
+        similarity: of the signatures of two effects.
+    """
+    tied: list[TrialModel] = []
+    for other in others:
+        if other.names == best.names:
+            continue
+        behind = compare_trials(other.loss, best.loss, layout.protocol_of)
+        near = behind.gain < max(TIE_ERRORS * behind.error, TIE_LOSS)
+        different = set(other.names) ^ set(best.names)
+        same = len(different) == 2 and similarity(*sorted(different)) > SAME_SIGNATURE
+        close = behind.gain < SAME_SIGNATURE_LOSS * best.improvement.gain
+        explains = other.improvement.gain > TIE_SHARE * best.improvement.gain
+        if explains and (near or (same and close)):
+            tied.append(other)
+    return tuple(tied)
+
+
+def reject_rivals(
+    best: TrialModel,
+    tied: Sequence[TrialModel],
+    lack_of_fit: Callable[[TrialModel], LackOfFit],
+) -> tuple[TrialModel, tuple[TrialModel, ...], LackOfFit]:
+    """The best model and its rivals, without those that show lack of fit where another does not.
+
+    Held-out losses know a remainder no better than the noise floor is known; lack of fit does.
+
+    Returns:
+        The best model left, the models tied with it, and the best one's lack of fit.
+    """
+    lacks = {model.names: lack_of_fit(model) for model in (best, *tied)}
+    if all(lack.p_value <= RIVAL_FITS for lack in lacks.values()):
+        return best, tuple(tied), lacks[best.names]
+    kept = [m for m in (best, *tied) if lacks[m.names].p_value >= RIVAL_REJECTED]
+    return kept[0], tuple(kept[1:]), lacks[kept[0].names]

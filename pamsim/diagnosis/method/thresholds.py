@@ -1,0 +1,63 @@
+"""Every threshold on which a verdict rests, for recordings, tables at rest and loops alike.
+
+Losses are mean squares over the noise variance of a recording: 1 is a perfect model's. Differences
+of losses are in the same unit.
+"""
+
+from __future__ import annotations
+
+SIGNIFICANCE = 0.05
+"""p-value, corrected for all effects that were tried, below which an effect may be claimed."""
+
+LEAST_GAIN = 0.01
+"""Fall of the held-out loss below which an effect is not claimed: a candidate that happens to lie
+nearer the true cause does predict a little better."""
+
+ADEQUATE = 0.95
+"""Share of what the base model misses that a named effect must explain, where a significant
+remainder is left."""
+
+TIE_ERRORS = 2.0
+"""Standard errors of a loss difference within which another model predicts as well."""
+
+TIE_LOSS = 0.002
+"""Loss difference that never separates two models."""
+
+TIE_SHARE = 0.5
+"""Share of the best model's gain that a rival must reach."""
+
+SAME_SIGNATURE, SAME_SIGNATURE_LOSS = 0.95, 0.1
+"""Similarity of two signatures from which losses do not separate the effects, as long as the rival
+is behind by less than this share of the best model's gain."""
+
+RIVAL_REJECTED, RIVAL_FITS = 0.01, 0.1
+"""p-values of lack of fit: a rival below the first is rejected if another model is above the
+second."""
+
+LACK_OF_FIT, LACK_OF_FIT_LOSS = 0.001, 0.005
+"""p-value and size of a remainder that all repeats share, from which it counts. Numerical errors of
+a good simulation reach this size."""
+
+REMAINDER_ERRORS, REMAINDER_LOSS, LARGE_REMAINDER_LOSS = 3.0, 0.02, 0.1
+"""Standard errors and loss beyond which a remainder is significant, and loss beyond which the
+verdict mentions it even if repeats do not share it."""
+
+GAP_P_VALUE, GAP_LOSS = 1e-3, 0.1
+"""p-value and loss of the base model's excess over the noise from which a gap is certain although
+no effect is claimed."""
+
+GAP_MAP_P_VALUE = 0.005
+"""p-value of a residual map that shows a gap together with a significant cell."""
+
+UNPROVEN_LOSS = 0.5
+"""Excess over the noise from which a gap that is not significant makes a recording inconclusive."""
+
+FEWEST_REPEATS = 2
+"""Repeats of a protocol below which noise cannot be told from a gap."""
+
+FEWEST_ROWS = 10
+"""Rows of a table below which no arrangement of signs is improbable enough to name one of twenty
+effects."""
+
+FEWEST_LEVELS = 5
+"""Levels of a loop that must be read on both branches."""

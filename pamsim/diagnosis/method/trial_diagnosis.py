@@ -1,0 +1,284 @@
+"""Diagnose recordings: noise floor, base fit, where, screening, refits, effect sets, verdict."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, replace
+
+from pamsim.comparison.candidate import Candidate
+from pamsim.comparison.noise_floor import NoiseFloor, noise_floor
+from pamsim.comparison.trial_residuals import TrialLayout, TrialSimulator
+from pamsim.core.errors import InputError
+from pamsim.diagnosis.method.absent_limits import AbsentLimit, absent_limits
+from pamsim.diagnosis.method.evidence import (
+    Improvement,
+    compare_trials,
+    losses,
+    perfect_losses,
+)
+from pamsim.diagnosis.method.lack_of_fit import LackOfFit, lack_of_fit
+from pamsim.diagnosis.method.next_experiment import NextExperiment, SimulateMenu, next_experiment
+from pamsim.diagnosis.method.refit import Fitter, Refit, Remembered
+from pamsim.diagnosis.method.regimes import Regime, regimes
+from pamsim.diagnosis.method.rivals import Similarity, reject_rivals, tied_with
+from pamsim.diagnosis.method.screen import Screened, screen, signature_similarity
+from pamsim.diagnosis.method.signature import TangentSpace
+from pamsim.diagnosis.method.thresholds import (
+    FEWEST_REPEATS,
+    GAP_LOSS,
+    GAP_MAP_P_VALUE,
+    GAP_P_VALUE,
+    LARGE_REMAINDER_LOSS,
+    REMAINDER_ERRORS,
+    REMAINDER_LOSS,
+    UNPROVEN_LOSS,
+)
+from pamsim.diagnosis.method.trial_model import TrialModel, polished
+from pamsim.diagnosis.method.trial_search import PAIRS, TRIPLES, Progress, TrialSearch
+from pamsim.diagnosis.method.verdict import Evidence, Verdict, decide
+from pamsim.diagnosis.method.where import Cell, Regressors, ResidualMap, cells, trial_maps
+from pamsim.inference.free_parameter import FreeParameter
+
+
+@dataclass(frozen=True, kw_only=True)
+class Conclusion:
+    """The verdict on recordings and what it rests on.
+
+    Attributes:
+        verdict: see `Verdict`.
+        best: model with the claimed effects; None if nothing is claimed or resembled.
+        tied: other models that predict as well.
+        explained: share of the base model's excess over the noise that the best model removes; 1
+            where no significant remainder is left.
+        remainder: excess that it leaves; of the base model where there is none.
+        lack: what repeats share that the best model does not predict; None without one.
+    """
+
+    verdict: Verdict
+    best: TrialModel | None
+    tied: tuple[TrialModel, ...]
+    explained: float
+    remainder: float
+    lack: LackOfFit | None
+
+
+@dataclass(frozen=True, kw_only=True)
+class TrialDiagnosis:
+    """The result of a diagnosis of recordings.
+
+    Attributes:
+        conclusion: the verdict.
+        floor: of the noise.
+        base: fit of the base model.
+        base_loss: held-out trial -> its loss.
+        perfect_loss: held-out trial -> loss of a perfect model.
+        cells: excess per channel and protocol of the base model's fit, the largest first.
+        maps: residual over quantities, the most significant first.
+        regimes: nuisance parameters fitted to each protocol, the least homogeneous first.
+        screened: what the data can show of every effect.
+        models: every model with effects that was fitted.
+        tried: single effects that the held-out trials have judged.
+        absent: how large the effects that are not claimed could be.
+        next_experiment: what would separate tied effects; None if nothing is tied.
+        evaluations: parameter sets simulated.
+    """
+
+    conclusion: Conclusion
+    floor: NoiseFloor
+    base: Refit
+    base_loss: Mapping[str, float]
+    perfect_loss: Mapping[str, float]
+    cells: tuple[Cell, ...]
+    maps: tuple[ResidualMap, ...]
+    regimes: tuple[Regime, ...]
+    screened: tuple[Screened, ...]
+    models: tuple[TrialModel, ...]
+    tried: int
+    absent: tuple[AbsentLimit, ...]
+    next_experiment: NextExperiment | None
+    evaluations: int
+
+
+def diagnose_trials(
+    simulator: TrialSimulator,
+    nuisance: Sequence[FreeParameter],
+    candidates: Sequence[Candidate],
+    regressors: Regressors,
+    *,
+    menu: SimulateMenu | None = None,
+    seed: int = 0,
+    remembered: Remembered | None = None,
+    progress: Progress | None = None,
+) -> TrialDiagnosis:
+    """Find where a simulator and recordings disagree and name the missing effect.
+
+    Args:
+        simulator: of all trials.
+        nuisance: parameters that are refitted with every effect, which must do better.
+        candidates: effects that may be missing.
+        regressors: quantities over which residuals are mapped, per trial.
+        menu: simulator of further experiments, from which the next one is chosen.
+        seed: random seed of the sign flips.
+        remembered: fits of an interrupted run; new ones are added.
+        progress: called with what is being tried.
+
+    Raises:
+        InputError: if the base model's simulation breaks down, or nothing is held out.
+    """
+    report = progress or (lambda _: None)
+    report("base model")
+    start = {p.name: p.start for p in nuisance}
+    first = simulator.anchor(start)
+    if first is None:
+        raise InputError(
+            "the base model's simulation breaks down on these trials; check the rig's parameters"
+            " and the recording's units"
+        )
+    layout = simulator.layout
+    if not layout.trials(held_out=True) or not layout.trials(held_out=False):
+        raise InputError("nothing to judge by: some trials must be held out, and some not")
+    floor = noise_floor(layout, first)
+    fitter = Fitter(simulator, floor, remembered)
+    base = fitter.fit(nuisance, [start])
+    anchored = simulator.anchor(base.values)
+    base = base if anchored is None else replace(base, residual=anchored)
+    fitter.keep_jacobian(base)
+    space = TangentSpace(base.jacobian)
+    base_loss = losses(layout, base.residual, floor, held_out=True)
+    every = [*layout.trials(held_out=False), *layout.trials(held_out=True)]
+    where = cells(layout, base.residual, floor, every)
+    maps = trial_maps(layout, base.residual, floor, regressors, seed=seed)
+    report("screening")
+    screened = screen(fitter, base.values, base.residual, space, candidates)
+    search = TrialSearch(fitter, base, base_loss, screened, report)
+    models = search.singles()
+    # The shortlist was made without the held-out trials: they judge what stands on it alone.
+    tried = max(len(models), 1)
+    accepted = sorted((m for m in models if m.accepted(tried)), key=lambda m: m.mean_loss)
+    for growth in (PAIRS, TRIPLES):
+        accepted = search.grown(accepted, growth)
+        models += accepted
+    by_name = {s.candidate.name: s for s in screened}
+    mapped = bool(maps) and maps[0].p_value < GAP_MAP_P_VALUE
+    gap_mapped = mapped and where[0].p_value < GAP_P_VALUE and where[0].excess > GAP_LOSS
+
+    def concluded() -> Conclusion:
+        return conclude(
+            layout,
+            floor,
+            base_loss,
+            models,
+            tried,
+            lambda a, b: signature_similarity(by_name[a], by_name[b]),
+            lambda model: lack_of_fit(fitter, model.fit, screened, seed=seed),
+            gap_mapped=gap_mapped,
+        )
+
+    conclusion = concluded()
+    if conclusion.best is not None:
+        for close in (conclusion.best, *conclusion.tied[:2]):
+            report(" + ".join(close.names) + " in fine steps")
+            models[models.index(close)] = polished(fitter, base_loss, close)
+        conclusion = concluded()
+    best = conclusion.best
+    claimed = () if best is None else best.names
+    last = base if best is None else best.fit
+    report("limits of absent effects")
+    return TrialDiagnosis(
+        conclusion=conclusion,
+        floor=floor,
+        base=base,
+        base_loss=base_loss,
+        perfect_loss=perfect_losses(layout, floor),
+        cells=where,
+        maps=maps,
+        regimes=regimes(fitter, base),
+        screened=screened,
+        models=tuple(models),
+        tried=tried,
+        absent=absent_limits(
+            fitter,
+            [s for s in screened if s.candidate.name not in claimed],
+            TangentSpace(last.jacobian),
+            last.residual,
+        ),
+        next_experiment=None
+        if menu is None or best is None
+        else next_experiment(best, conclusion.tied, fitter, menu),
+        evaluations=simulator.evaluations,
+    )
+
+
+def conclude(
+    layout: TrialLayout,
+    floor: NoiseFloor,
+    base_loss: Mapping[str, float],
+    models: Sequence[TrialModel],
+    tried: int,
+    similarity: Similarity,
+    lack_of_fit: Callable[[TrialModel], LackOfFit],
+    *,
+    gap_mapped: bool,
+) -> Conclusion:
+    """Choose the best model and its rivals, and weigh the evidence.
+
+    Args:
+        layout: of the trials.
+        floor: of the noise.
+        base_loss: held-out trial -> loss of the base model.
+        models: with effects, fitted; sets of effects only if each effect is needed.
+        tried: single effects that were judged by the held-out trials.
+        similarity: of the signatures of two effects.
+        lack_of_fit: what a model leaves that repeats share.
+        gap_mapped: whether residual maps show a gap, whatever these models achieve.
+    """
+    perfect = perfect_losses(layout, floor)
+    conclusive = floor.repeats >= FEWEST_REPEATS
+    accepted = [m for m in models if m.accepted(tried)]
+    if not accepted:
+        excess = compare_trials(base_loss, perfect, layout.protocol_of)
+        proven = excess.p_value < GAP_P_VALUE and excess.gain > GAP_LOSS
+        evidence = Evidence(
+            claimed=False,
+            gap=gap_mapped or proven,
+            suspected=excess.gain > UNPROVEN_LOSS,
+            conclusive=conclusive,
+        )
+        return Conclusion(
+            verdict=decide(evidence),
+            best=None,
+            tied=(),
+            explained=0.0,
+            remainder=excess.gain,
+            lack=None,
+        )
+    most = max(len(m.candidates) for m in accepted)
+    best = min((m for m in accepted if len(m.candidates) == most), key=lambda m: m.mean_loss)
+    others = [m for m in models if len(m.candidates) == most]
+    tied = tied_with(best, others, layout, similarity)
+    best, tied, lack = reject_rivals(best, tied, lack_of_fit)
+    left = compare_trials(best.loss, perfect, layout.protocol_of)
+    remainder = left.gain > max(REMAINDER_ERRORS * left.error, REMAINDER_LOSS)
+    explained = _share(best.improvement, left) if remainder else 1.0
+    evidence = Evidence(
+        claimed=True,
+        gap=True,
+        conclusive=conclusive,
+        explained=explained,
+        remainder=remainder,
+        large_remainder=lack.significant or (remainder and left.gain > LARGE_REMAINDER_LOSS),
+        tied=bool(tied),
+    )
+    return Conclusion(
+        verdict=decide(evidence),
+        best=best,
+        tied=tied,
+        explained=explained,
+        remainder=left.gain,
+        lack=lack,
+    )
+
+
+def _share(improvement: Improvement, left: Improvement) -> float:
+    """Share of the base model's excess over the noise that an improvement removes."""
+    return improvement.gain / (improvement.gain + max(left.gain, 0.0))

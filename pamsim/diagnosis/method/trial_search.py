@@ -1,0 +1,206 @@
+"""Search for sets of effects in recordings: grow one effect at a time, then remove what is idle."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+
+from pamsim.diagnosis.method.evidence import compare_trials
+from pamsim.diagnosis.method.refit import Fitter, Refit
+from pamsim.diagnosis.method.screen import Screened, screen_again, shortlist
+from pamsim.diagnosis.method.signature import TangentSpace
+from pamsim.diagnosis.method.thresholds import LEAST_GAIN
+from pamsim.diagnosis.method.trial_model import TrialModel, fit_effects
+
+Progress = Callable[[str], None]
+"""Called with what is being tried."""
+
+SHORTLIST = 8
+"""Most effects that are refitted for the gain that their signatures promise."""
+
+_PROMISED, _PROMISED_RIVAL = 0.1, 0.3
+"""Shares of the best promised gain that an effect must reach to be refitted: before and after a
+model has closed the gap."""
+
+_OPEN = 0.1
+"""The gap counts as open while another effect promises this share of what the best one explains."""
+
+_LEEWAY = 1.5
+"""Factor on a promised gain, which is only of first order."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Growth:
+    """How one more effect is added.
+
+    Attributes:
+        beam: number of models that are grown, the best first.
+        others: number of effects tried beside each.
+        significance: share of false claims allowed over all that is tried.
+        least_gain: fall of the held-out loss that the further effect must bring.
+    """
+
+    beam: int
+    others: int
+    significance: float
+    least_gain: float = 2.0 * LEAST_GAIN
+
+
+PAIRS = Growth(beam=2, others=4, significance=0.01)
+TRIPLES = Growth(beam=1, others=3, significance=0.001)
+
+
+class TrialSearch:
+    """Search among sets of effects.
+
+    Args:
+        fitter: of the trials.
+        base: fit of the base model.
+        base_loss: its loss on the held-out trials.
+        screened: effects with their signatures.
+        progress: called with what is being tried.
+    """
+
+    def __init__(
+        self,
+        fitter: Fitter,
+        base: Refit,
+        base_loss: Mapping[str, float],
+        screened: Sequence[Screened],
+        progress: Progress,
+    ) -> None:
+        self._fitter = fitter
+        self._base = base
+        self._base_loss = base_loss
+        self._screened = screened
+        self._progress = progress
+        self._known: dict[frozenset[str], TrialModel | None] = {}
+
+    def singles(self) -> list[TrialModel]:
+        """Refits of single effects, the most promising first.
+
+        A promise is of first order, so the second is tried whatever the first achieves; further
+        down the list only what may still be a rival, or while the gap is open.
+        """
+        space = TangentSpace(self._base.jacobian)
+        misfit = space.project_out(-self._fitter.weighted(self._base.residual))
+        models: list[TrialModel] = []
+        best, closed = 0.0, False
+        chosen = shortlist(self._screened, SHORTLIST, 0.5 * LEAST_GAIN, _PROMISED)
+        for place, effect in enumerate(chosen):
+            rival = effect.gain >= _PROMISED_RIVAL * max(best, self._screened[0].gain)
+            if closed and place > 1 and not rival:
+                continue
+            model = self._fitted(None, effect, effect.starts(misfit))
+            if model is None:
+                continue
+            models.append(model)
+            gain = self._base.cost - model.fit.cost
+            if gain > best:
+                best, closed = gain, self._promised_beside(model) < _OPEN * gain
+        return models
+
+    def grown(self, accepted: Sequence[TrialModel], growth: Growth) -> list[TrialModel]:
+        """Models with one more effect that predict better than their parent and the best so far.
+
+        Args:
+            accepted: models whose effects may be claimed, the best first.
+            growth: how.
+
+        Returns:
+            The accepted ones that need all of their effects, the best first.
+        """
+        if not accepted:
+            return []
+        protocol_of = self._fitter.simulator.layout.protocol_of
+        least = min(m.fit.cost for m in accepted)
+        jobs = [
+            job for parent in accepted[: growth.beam] for job in self._jobs(parent, growth, least)
+        ]
+        larger: dict[frozenset[str], TrialModel] = {}
+        for parent, effect, starts in jobs:
+            names = frozenset({*parent.names, effect.candidate.name})
+            model = self._known.get(names) or self._fitted(parent, effect, starts)
+            if model is None or not model.size_known():
+                continue
+            over = [compare_trials(m.loss, model.loss, protocol_of) for m in (accepted[0], parent)]
+            if all(
+                c.p_value * len(jobs) < growth.significance and c.gain > growth.least_gain
+                for c in over
+            ):
+                larger[names] = model
+        ranked = sorted(larger.values(), key=lambda m: m.mean_loss)
+        return [m for m in ranked if len(self.reduced(m, growth).names) == len(m.names)]
+
+    def reduced(self, model: TrialModel, growth: Growth) -> TrialModel:
+        """Remove every effect without which the held-out trials are predicted as well.
+
+        Args:
+            model: with two effects or more.
+            growth: how it was grown; its thresholds apply to what stays.
+        """
+        protocol_of = self._fitter.simulator.layout.protocol_of
+        screened = {s.candidate.name for s in self._screened}
+        for name in model.names:
+            if len(model.candidates) == 1:
+                break
+            kept = [c for c in model.candidates if c.name != name]
+            key = frozenset(c.name for c in kept)
+            if key not in self._known:
+                start = {p.name: model.fit.values[p.name] for c in kept for p in c.parameters}
+                self._progress(" + ".join(sorted(key)))
+                self._known[key] = fit_effects(
+                    self._fitter, self._base, self._base_loss, kept, [start]
+                )
+            smaller = self._known[key]
+            if smaller is None or name not in screened:
+                continue
+            step = compare_trials(smaller.loss, model.loss, protocol_of)
+            if step.p_value < growth.significance and step.gain > growth.least_gain:
+                continue
+            model = smaller
+        return model
+
+    def _promised_beside(self, model: TrialModel) -> float:
+        """Largest fall of the mean loss that an effect promises beside those of a model."""
+        space = TangentSpace(model.fit.jacobian)
+        misfit = space.project_out(-self._fitter.weighted(model.fit.residual))
+        others = [s for s in self._screened if s.candidate.name not in model.names]
+        return max((s.gain for s in screen_again(others, space, misfit)), default=0.0)
+
+    def _jobs(
+        self, parent: TrialModel, growth: Growth, least: float
+    ) -> list[tuple[TrialModel, Screened, list[dict[str, float]]]]:
+        """Effects that promise most beside a model's own, and where their fits begin.
+
+        Effects that could not get below the least cost so far by the required gain are skipped.
+        """
+        space = TangentSpace(parent.fit.jacobian)
+        misfit = space.project_out(-self._fitter.weighted(parent.fit.residual))
+        freed = {p.name for p in parent.fit.parameters}
+        promising = [
+            s
+            for s in screen_again(self._screened, space, misfit)
+            if not freed & {p.name for p in s.candidate.parameters}
+            and s.gain >= growth.least_gain
+            and parent.fit.cost - _LEEWAY * s.gain < least - growth.least_gain
+        ]
+        return [(parent, s, s.starts(misfit)) for s in promising[: growth.others]]
+
+    def _fitted(
+        self, parent: TrialModel | None, effect: Screened, starts: Sequence[Mapping[str, float]]
+    ) -> TrialModel | None:
+        members = () if parent is None else parent.candidates
+        names = frozenset({*(c.name for c in members), effect.candidate.name})
+        self._progress(" + ".join(sorted(names)))
+        begin: dict[str, float] = {}
+        if parent is not None:
+            begin = {p.name: parent.fit.values[p.name] for p in parent.fit.parameters}
+        self._known[names] = fit_effects(
+            self._fitter,
+            self._base,
+            self._base_loss,
+            [*members, effect.candidate],
+            [{**begin, **start} for start in starts],
+        )
+        return self._known[names]

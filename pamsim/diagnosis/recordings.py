@@ -1,0 +1,121 @@
+"""Diagnose a rig by recordings of it over time."""
+
+from __future__ import annotations
+
+import hashlib
+import time
+from collections.abc import Sequence
+from pathlib import Path
+
+import numpy as np
+
+from pamsim.comparison.effects_on_rig import candidates
+from pamsim.comparison.free_parameters import freed_parameters
+from pamsim.comparison.measurements import CalibrationData
+from pamsim.comparison.trial_prediction import CHANNELS
+from pamsim.comparison.trial_regressors import regressors
+from pamsim.comparison.trial_residuals import TrialSimulator
+from pamsim.core.progress import Progress
+from pamsim.diagnosis.diagnosed_rig import DiagnosedRig
+from pamsim.diagnosis.held_out_trials import held_out_trials
+from pamsim.diagnosis.measured_pressures import cells_with_measured_pressures
+from pamsim.diagnosis.method.trial_diagnosis import diagnose_trials
+from pamsim.diagnosis.recordings_result import result_of
+from pamsim.diagnosis.remembered_fits import RememberedFits
+from pamsim.diagnosis.result import Diagnosis
+from pamsim.engine.rig import Rig
+
+NUISANCE = ("force.scale", "passive.locking", "chamber.dead_volume")
+"""Numbers of every rig that are known to a few per cent only: they are refitted with every effect,
+so that none is named for what they can do."""
+
+
+def diagnose_recordings(
+    data: CalibrationData,
+    rig: Rig,
+    *,
+    effects: Sequence[str] = (),
+    nuisance: Sequence[str] = NUISANCE,
+    channels: Sequence[str] = CHANNELS,
+    hold_out: Sequence[str] = (),
+    seed: int = 0,
+    threads: int | None = None,
+    out: Path | None = None,
+    resume: bool = False,
+    progress: Progress | None = None,
+) -> Diagnosis:
+    """Diagnose a rig by recordings of it; see `pamsim.diagnosis.diagnose.diagnose`.
+
+    Args:
+        data: the recordings.
+        rig: without effects.
+        effects: names of those that may be missing; all if left out.
+        nuisance: rig parameters that are refitted with every effect.
+        channels: kinds of channel to compare.
+        hold_out: trials or protocols to judge by; see `held_out_trials`.
+        seed: random seed of the sign flips.
+        threads: simulations at a time; None for one per processor.
+        out: folder in which finished fits are kept; None keeps none.
+        resume: go on with the fits in ``out``.
+        progress: called with the number of parameter sets simulated so far.
+
+    Raises:
+        InputError: for what cannot be used, or if the simulation breaks down.
+    """
+    began = time.perf_counter()
+    held_out, warnings = held_out_trials(data, hold_out)
+    freed = [f.free for f in freed_parameters(rig, nuisance)]
+    tried, skipped = candidates(rig, effects)
+    refitted = {p.name for p in freed}
+    for candidate in tried:
+        shared = sorted(refitted & {p.name for p in candidate.parameters})
+        if shared:
+            skipped[candidate.name] = (
+                f"{', '.join(shared)} is a nuisance parameter, refitted with every effect"
+            )
+    engine = DiagnosedRig(rig, data, held_out, channels=channels, threads=threads)
+    simulator = TrialSimulator(engine.residuals, frozenset(held_out))
+    fits = None
+    if out is not None:
+        settings = [_fingerprint(data), rig.name, held_out, [p.name for p in freed], list(channels)]
+        fits = RememberedFits(out, settings, resume=resume)
+    method = diagnose_trials(
+        simulator,
+        freed,
+        [c for c in tried if c.name not in skipped],
+        {trial.name: regressors(trial) for trial in data.trials},
+        menu=engine.menu,
+        seed=seed,
+        remembered=fits,
+        progress=lambda what: progress and progress(simulator.evaluations, None, what),
+    )
+    best = method.conclusion.best
+    before = engine.signals(method.base.values)
+    after = {} if best is None else engine.signals(best.fit.values)
+    given = cells_with_measured_pressures(
+        rig.with_parameters(method.base.values), data, method.floor, threads=threads
+    )
+    return result_of(
+        rig,
+        data,
+        method,
+        held_out=held_out,
+        given=given,
+        before=before,
+        after=after,
+        skipped=skipped,
+        warnings=(*data.notes, *warnings),
+        seed=seed,
+        rollouts=engine.rollouts,
+        seconds=time.perf_counter() - began,
+    )
+
+
+def _fingerprint(data: CalibrationData) -> str:
+    """Identifies the recordings."""
+    digest = hashlib.sha256()
+    for trial in data.trials:
+        digest.update(trial.name.encode())
+        for values in (trial.time, trial.command, *trial.measured.values()):
+            digest.update(np.ascontiguousarray(values).tobytes())
+    return digest.hexdigest()

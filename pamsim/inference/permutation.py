@@ -1,0 +1,175 @@
+"""Permutation, sign-flip and bootstrap tests: one helper for each, with seeds that fix the draws.
+
+A p-value counts the observed arrangement among the drawn ones (Phipson and Smyth 2010), so that it
+is never 0.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Sequence
+from typing import Any
+
+import numpy as np
+import scipy.stats
+from numpy.typing import NDArray
+from scipy.stats import f as f_distribution
+
+FloatArray = NDArray[np.float64]
+
+_bootstrap: Any = scipy.stats.bootstrap
+
+_ROUNDING = 1e-12
+"""Relative difference of two statistics that counts as none."""
+
+_BLOCK = 500
+"""Draws at a time, so that large tables fit into memory."""
+
+_RESAMPLES = 4_000
+_ORDERS = 2_999
+_RANK = 1e-8
+"""Share of the largest singular value below which a direction of a Jacobian counts as none."""
+
+
+def upper_p_value(drawn: FloatArray, observed: float, *, scale: float | None = None) -> float:
+    """One-sided p-value of a statistic.
+
+    Args:
+        drawn: (k,) the statistic under the null hypothesis.
+        observed: the statistic of the data.
+        scale: size of the numbers it was summed from, for rounding; its own size if left out.
+    """
+    limit = observed - _ROUNDING * (abs(observed) if scale is None else scale)
+    return (1 + int(np.sum(drawn >= limit))) / (1 + drawn.size)
+
+
+def sign_flips(count: int, size: int, rng: np.random.Generator) -> Iterator[FloatArray]:
+    """Random signs in blocks of shape (b, size), ``count`` rows in all."""
+    for begin in range(0, count, _BLOCK):
+        yield rng.choice([-1.0, 1.0], (min(_BLOCK, count - begin), size))
+
+
+def sign_flip_p_value(
+    statistic: Callable[[FloatArray], FloatArray],
+    size: int,
+    flips: int,
+    rng: np.random.Generator,
+    *,
+    scale: float | None = None,
+) -> float:
+    """P-value of a statistic whose units may as well have the other sign.
+
+    Args:
+        statistic: signs (b, size) to the statistic with units so flipped, (b,).
+        size: number of units.
+        flips: number of draws.
+        rng: source of the draws.
+        scale: see `upper_p_value`.
+    """
+    drawn = np.concatenate([statistic(signs) for signs in sign_flips(flips, size, rng)])
+    observed = float(statistic(np.ones((1, size)))[0])
+    return upper_p_value(drawn, observed, scale=scale)
+
+
+def exchange_p_value(
+    statistic: Callable[[FloatArray], FloatArray],
+    values: FloatArray,
+    exchanges: int,
+    rng: np.random.Generator,
+) -> float:
+    """P-value of a statistic whose values may as well stand in any other order.
+
+    Args:
+        statistic: values in some orders (b, n) to the statistic of each order, (b,).
+        values: (n,) in the order observed.
+        exchanges: number of draws.
+        rng: source of the draws.
+    """
+    drawn = [
+        statistic(rng.permuted(np.tile(values, (min(_BLOCK, exchanges - begin), 1)), axis=1))
+        for begin in range(0, exchanges, _BLOCK)
+    ]
+    return upper_p_value(np.concatenate(drawn), float(statistic(values[np.newaxis])[0]))
+
+
+def rms_interval95(errors: FloatArray, *, seed: int = 0) -> tuple[float, float]:
+    """Bootstrap percentile interval of a root mean square over independent errors.
+
+    Args:
+        errors: (n,).
+        seed: random seed.
+    """
+    # Sorted, so that the order of a table's rows changes nothing.
+    result = _bootstrap(
+        (np.sort(errors**2),),
+        lambda squares, axis: np.sqrt(np.mean(squares, axis=axis)),
+        n_resamples=_RESAMPLES,
+        method="percentile",
+        rng=np.random.default_rng(seed),
+    )
+    return float(result.confidence_interval.low), float(result.confidence_interval.high)
+
+
+def best_of_many_p_values(
+    residual: FloatArray,
+    jacobian: FloatArray,
+    extended: Sequence[tuple[FloatArray, FloatArray]],
+    *,
+    seed: int = 0,
+) -> list[float]:
+    """P-value of each extension of a model, corrected for choosing the best of all of them.
+
+    Under the model without extensions its residuals may stand in any order (Freedman and Lane
+    1983). Every order is fitted with the Jacobians of all extensions, and only the best of them
+    counts (Westfall and Young 1993), so that extensions with similar signatures are not counted
+    twice.
+
+    Args:
+        residual: (n,) of the model.
+        jacobian: (n, p) of the model.
+        extended: residual (n,) and Jacobian (n, p + q) of each extended model after its fit.
+        seed: random seed of the orders.
+    """
+    count = residual.size
+    # In the order of size, so that the order of a table's rows changes nothing.
+    order = np.argsort(residual, kind="stable")
+    spanned = _span(jacobian[order])
+    leverage = np.minimum(np.sum(spanned**2, axis=1), 1.0 - 1e-9)
+    rest = residual[order] / np.sqrt(1.0 - leverage)
+    rng = np.random.default_rng(seed)
+    mixed = rng.permuted(np.tile(rest - rest.mean(), (_ORDERS, 1)), axis=1).T
+    before = np.sum(mixed**2, axis=0) - np.sum((spanned.T @ mixed) ** 2, axis=0)
+    tails: list[float] = []
+    largest: dict[tuple[int, int], FloatArray] = {}  # F ratios, by degrees of freedom
+    total = np.array([float(residual @ residual)])
+    for extended_residual, extended_jacobian in extended:
+        wider = _span(extended_jacobian[order])
+        added = max(extended_jacobian.shape[1] - jacobian.shape[1], 1)
+        left = count - spanned.shape[1] - added
+        if left < 1:
+            tails.append(1.0)
+            continue
+        after = np.sum(mixed**2, axis=0) - np.sum((wider.T @ mixed) ** 2, axis=0)
+        ratio = _f_ratio(before, after, added, left)
+        largest[added, left] = np.maximum(largest.get((added, left), 0.0), ratio)
+        reached = np.array([float(extended_residual @ extended_residual)])
+        own = f_distribution.sf(_f_ratio(total, reached, added, left), added, left)
+        tails.append(float(own[0]))
+    # The tail of an F distribution is a common scale for extensions by one and by two parameters.
+    best = np.ones(_ORDERS)
+    for (added, left), ratio in largest.items():
+        best = np.minimum(best, f_distribution.sf(ratio, added, left))
+    return [(1 + int(np.sum(best <= p * (1.0 + 1e-9)))) / (1 + _ORDERS) for p in tails]
+
+
+def _span(jacobian: FloatArray) -> FloatArray:
+    """Orthonormal columns that span the columns of a Jacobian, (n, r)."""
+    if jacobian.shape[1] == 0:
+        return np.empty((jacobian.shape[0], 0))
+    scaled = jacobian / np.maximum(np.linalg.norm(jacobian, axis=0), 1e-300)
+    left, size, _ = np.linalg.svd(scaled, full_matrices=False)
+    return left[:, size > _RANK * max(float(size[0]), 1e-300)]
+
+
+def _f_ratio(before: FloatArray, after: FloatArray, added: int, left: int) -> FloatArray:
+    """F ratio of a fall of the sum of squares."""
+    return np.maximum(before - after, 0.0) / added / np.maximum(after / left, 1e-300)

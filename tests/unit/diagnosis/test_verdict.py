@@ -1,0 +1,45 @@
+"""The one rule of the verdict: each word has one meaning, whatever the data."""
+
+from __future__ import annotations
+
+import dataclasses
+
+import pytest
+
+from pamsim.diagnosis.method.thresholds import ADEQUATE
+from pamsim.diagnosis.method.verdict import Evidence, Verdict, decide
+
+NAMED = Evidence(claimed=True, gap=True, explained=1.0)
+ABSENT = Evidence(claimed=False, gap=False)
+
+
+@pytest.mark.parametrize(
+    ("evidence", "changes", "verdict"),
+    [
+        (ABSENT, {}, Verdict.NO_GAP),
+        (ABSENT, {"conclusive": False}, Verdict.NO_GAP),
+        (ABSENT, {"suspected": True}, Verdict.NOT_IDENTIFIABLE),
+        (ABSENT, {"gap": True}, Verdict.UNEXPLAINED),
+        (ABSENT, {"gap": True, "suspected": True}, Verdict.UNEXPLAINED),
+        (ABSENT, {"gap": True, "conclusive": False}, Verdict.NOT_IDENTIFIABLE),
+        (NAMED, {}, Verdict.NAMED),
+        (NAMED, {"gap": False}, Verdict.NAMED),
+        (NAMED, {"conclusive": False}, Verdict.NOT_IDENTIFIABLE),
+        (NAMED, {"tied": True}, Verdict.AMBIGUOUS),
+        (NAMED, {"tied": True, "large_remainder": True}, Verdict.AMBIGUOUS),
+        (NAMED, {"large_remainder": True}, Verdict.NAMED_WITH_REMAINDER),
+        (NAMED, {"remainder": True, "explained": ADEQUATE}, Verdict.NAMED),
+        (NAMED, {"remainder": True, "explained": ADEQUATE - 1e-6}, Verdict.UNEXPLAINED),
+        (NAMED, {"remainder": True, "explained": 0.5, "tied": True}, Verdict.UNEXPLAINED),
+        (NAMED, {"remainder": False, "explained": 0.5}, Verdict.NAMED),
+    ],
+)
+def test_the_verdict_follows_from_the_evidence(evidence, changes, verdict):
+    assert decide(dataclasses.replace(evidence, **changes)) is verdict
+
+
+def test_what_a_verdict_claims_and_repairs():
+    assert [v for v in Verdict if v.claims] == [Verdict.NAMED, Verdict.NAMED_WITH_REMAINDER]
+    assert [v for v in Verdict if v.repairs] == [
+        Verdict.NAMED, Verdict.NAMED_WITH_REMAINDER, Verdict.AMBIGUOUS
+    ]  # fmt: skip

@@ -1,0 +1,52 @@
+"""The figures of diagnoses of rows and loops show what the results hold."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from pamsim.report.diagnose_rows import branch_difference, row_errors
+
+ROWS = [
+    {"row": "row 1", "p1_kpa": 300.0, "p2_kpa": 0.0, "before_deg": 4.0, "after_deg": 0.5},
+    {"row": "row 2", "p1_kpa": 300.0, "p2_kpa": 200.0, "before_deg": -8.0, "after_deg": -1.5},
+]
+
+
+def result(named=True):
+    tried = [
+        {"effects": ["one"], "held_out": 2.0, "accepted": True},
+        {"effects": ["one", "two"], "held_out": 1.0, "accepted": True},
+    ]
+    after = {"value": 1.0} if named else None
+    gap = {"as_it_stands": {"value": 9.0}, "before": {"value": 5.0}, "after": after}
+    return {
+        "rows": [{**row, "after_deg": row["after_deg"] if named else None} for row in ROWS],
+        "resembles": {"name": "one+two"},
+        "gap": {"angle_at_rest": gap},
+        "tried": tried,
+    }
+
+
+def test_rows_lie_over_the_pressure_they_share_and_bars_are_the_errors():
+    before, after, errors = row_errors(result()).axes
+    assert before.lines[0].get_xdata().tolist() == [0.0, 200.0]
+    assert after.lines[0].get_ydata().tolist() == [0.5, -1.5]
+    assert before.get_ylim() == after.get_ylim()
+    assert [bar.get_width() for bar in errors.patches] == [9.0, 5.0, 2.0, 1.0]
+    assert "6.32 deg" in before.get_title(loc="left")
+
+
+def test_without_a_name_the_second_panel_says_so():
+    _, after, errors = row_errors(result(named=False)).axes
+    assert "no effect improves the prediction" in after.texts[0].get_text()
+    assert len(errors.patches) == 3
+
+
+def test_a_loop_is_drawn_by_the_difference_of_its_branches():
+    loop = {
+        "where": [{"p_value": 0.06}],
+        "branches": {"pressure_kpa": [0.0, 50.0], "rising_minus_falling_mm": [0.1, -3.5]},
+    }
+    (ax,) = branch_difference(loop).axes
+    assert np.allclose([bar.get_height() for bar in ax.patches], [0.1, -3.5])
+    assert "p = 0.060" in ax.get_title(loc="left")
