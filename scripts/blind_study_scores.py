@@ -32,17 +32,17 @@ def share(cases: Sequence[Case], hit: Callable[[Condition, Row], bool]) -> dict[
 
 
 def member(row: Row) -> bool:
-    """Whether an effect is claimed, not only that something acts like it."""
+    """Whether an effect is claimed, and not only as a resemblance."""
     return row["verdict"] == NAMED
 
 
 def claims(row: Row) -> bool:
-    """Whether an effect is claimed, or that something acts like it."""
+    """Whether an effect is claimed, be it only as a resemblance."""
     return row["verdict"] in (NAMED, LIKE)
 
 
 def suggested(row: Row) -> set[str]:
-    """All names in the verdict: claimed, acted like, or in the reported set."""
+    """All names in the verdict: claimed, resembled, or among the alternatives."""
     if not (claims(row) or row["verdict"] == "ambiguous"):
         return set()
     return {*row["named"], *(name for model in row["tied"] for name in model)}
@@ -93,7 +93,7 @@ def scores(cases: Sequence[Case]) -> dict[str, Any]:
             of("single", low=0.5), lambda c, r: truths(c) <= suggested(r)
         ),
         "single, E >= 0.5, separable: unique correct name": share(separable, unique),
-        "single, E >= 0.5: right effect, but said only to be acted like": share(
+        "single, E >= 0.5: right effect, but only as a resemblance": share(
             of("single", low=0.5), lambda c, r: right_names(c, r) and not member(r)
         ),
         "single, 0.1 <= E < 0.5: detected": share(
@@ -113,10 +113,10 @@ def scores(cases: Sequence[Case]) -> dict[str, Any]:
         "outside, in span: no member claimed": share(
             of("in_span", low=0.1), lambda c, r: not member(r)
         ),
-        "truth removed from the library, E >= 0.5: no other name claimed": share(
+        "true effect removed from the library, E >= 0.5: no other name claimed": share(
             of("removed", low=0.5), lambda c, r: not member(r)
         ),
-        "intervals that hold the truth": _plain(covered),
+        "intervals that contain the hidden value": _plain(covered),
         "region among the two top cells, E >= 0.5": share(of("single", low=0.5), _region),
         "named: held-out RMS after the repair <= 1.05 floor": share(
             right, lambda c, r: r["rms_after"] <= 1.05
@@ -131,7 +131,7 @@ def scores(cases: Sequence[Case]) -> dict[str, Any]:
             of("different", low=0.1),
             lambda c, r: claims(r) and not families(truths(c)) & families(set(r["named"])),
         ),
-        "only acted like what is named: truth of that family": share(
+        "resembles what is named: true cause of that family": share(
             [
                 (c, r)
                 for c, r in of("single", "pair", "different", "removed")
@@ -145,7 +145,7 @@ def scores(cases: Sequence[Case]) -> dict[str, Any]:
 
 
 def _region(c: Condition, r: Row) -> bool:
-    """Whether the cell where the truth shows most is among the two that the map names first.
+    """Whether the cell where the hidden effect appears most is among the first two of the map.
 
     The two muscles, and the two settings of a protocol, count as one.
     """
@@ -165,7 +165,7 @@ def _protocol(name: str) -> str:
 
 
 def _errors(r: Row) -> list[float]:
-    """Error of each parameter, relative to the truth's distance from neutral."""
+    """Error of each parameter, relative to the hidden value's distance from neutral."""
     return [
         abs(p["value"] - p["truth"]) / abs(p["truth"] - p["neutral"])
         for p in r["parameters"].values()

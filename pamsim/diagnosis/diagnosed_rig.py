@@ -72,18 +72,18 @@ class DiagnosedRig:
     ) -> list[Blocks | None]:
         """See `pamsim.comparison.trial_residuals.SimulateValues`."""
         step = None if fine else self._coarse
-        found = self._predictor.predictions(
+        predictions = self._predictor.predictions(
             self._rigs(sets, step),
             left_out=frozenset() if held_out else self._held_out,
             timestep=step,
             settle_steps=1 if fine else _SETTLE,
         )
-        return [None if p is None else self._predictor.blocks(p) for p in found]
+        return [None if p is None else self._predictor.blocks(p) for p in predictions]
 
     def signals(self, values: Values) -> Mapping[str, Mapping[str, FloatArray]]:
         """Simulated signals of every trial at its own times, trial -> channel -> (n,) [SI]."""
-        (found,) = self._predictor.predictions(self._rigs([values], None))
-        return {} if found is None else found.trials
+        (prediction,) = self._predictor.predictions(self._rigs([values], None))
+        return {} if prediction is None else prediction.trials
 
     def menu(self, sets: Sequence[Values]) -> list[Signals | None]:
         """See `pamsim.diagnosis.method.next_experiment.SimulateMenu`."""
@@ -102,7 +102,7 @@ class DiagnosedRig:
     def _rigs(self, sets: Sequence[Values], step: float | None) -> list[Rig | None]:
         """The rig with values; those that differ in their sensors alone share a model."""
         plain: dict[tuple[tuple[str, float], ...], Rig | None] = {}
-        found: list[Rig | None] = []
+        rigs: list[Rig | None] = []
         for values in sets:
             sensor = {n: v for n, v in values.items() if n.startswith(_SENSOR)}
             rest = {n: v for n, v in values.items() if n not in sensor}
@@ -111,10 +111,10 @@ class DiagnosedRig:
                 plain[key] = self._possible(rest, step)
             rig = plain[key]
             try:
-                found.append(None if rig is None else rig.with_parameters(sensor))
+                rigs.append(None if rig is None else rig.with_parameters(sensor))
             except ParameterError:  # an open end of a range
-                found.append(None)
-        return found
+                rigs.append(None)
+        return rigs
 
     def _possible(self, values: Values, step: float | None) -> Rig | None:
         """The rig with values; None where they are out of range or too quick for the time step."""
@@ -149,11 +149,11 @@ def _coarse_step(rig: Rig, rates: Sequence[float]) -> float | None:
 def _signals(rig: Rig, runs: Mapping[str, Recording]) -> Signals | None:
     if any(run.outcome is not Outcome.COMPLETED for run in runs.values()):
         return None
-    found: dict[str, dict[str, FloatArray]] = {}
+    signals: dict[str, dict[str, FloatArray]] = {}
     for name, run in runs.items():
         seen = run if rig.sensor is None else distorted(run, rig.sensor)
-        found[name] = {"angle": seen.angle}
+        signals[name] = {"angle": seen.angle}
         for muscle in range(len(rig.muscles)):
-            found[name][f"pressure_{muscle + 1}"] = seen.pressure[:, muscle]
-            found[name][f"force_{muscle + 1}"] = seen.tension[:, muscle]
-    return found
+            signals[name][f"pressure_{muscle + 1}"] = seen.pressure[:, muscle]
+            signals[name][f"force_{muscle + 1}"] = seen.tension[:, muscle]
+    return signals

@@ -74,4 +74,4 @@ MENU: dict[str, Protocol] = {
         ),
     )
 }
-"""Name -> experiment. Those of twin data come with settings of their own for each seed."""
+"""Name -> experiment. Those of `pamsim.comparison.protocols` vary with the seed."""

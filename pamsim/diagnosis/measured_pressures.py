@@ -107,7 +107,7 @@ def driven(repeats: Sequence[Trial], lag: float) -> Experiment:
         repeats: of one experiment, with every pressure measured.
         lag: of the pressures behind their set points, made up for [s].
     """
-    one = repeats[0]
+    first = repeats[0]
     mean = np.mean(
         [
             np.stack([t.measured[f"pressure_{m + 1}"] for m in range(t.muscles)], axis=1)
@@ -115,15 +115,15 @@ def driven(repeats: Sequence[Trial], lag: float) -> Experiment:
         ],
         axis=0,
     )
-    told = experiment_of(one)
-    count = round(told.duration * _RATE)
+    commanded = experiment_of(first)
+    count = round(commanded.duration * _RATE)
     # Each value is held to the next: taken in the middle, it neither leads nor lags.
     time = np.arange(count) / _RATE
     ahead = np.stack(
-        [np.interp(time + lag + 0.5 / _RATE, one.time, column) for column in mean.T], axis=1
+        [np.interp(time + lag + 0.5 / _RATE, first.time, column) for column in mean.T], axis=1
     )
     return replace(
-        told,
+        commanded,
         command="pressure",
         command_time=time,
         command_value=np.maximum(ahead, 0.0),

@@ -340,16 +340,16 @@ def _quantity(name: str) -> tuple[str, float]:
 def _places(cells: Sequence[Cell], maps: Sequence[ResidualMap]) -> tuple[Place, ...]:
     """Channels and protocols, each with the region of the channel's most significant map."""
     regions: dict[str, Region] = {}
-    for one in maps:
-        if one.p_value <= SIGNIFICANT_MAP and one.channel not in regions:
-            unit, scale = _quantity(one.quantity)
-            low, high = one.region
-            regions[one.channel] = Region(
-                quantity=one.quantity,
+    for residual_map in maps:
+        if residual_map.p_value <= SIGNIFICANT_MAP and residual_map.channel not in regions:
+            unit, scale = _quantity(residual_map.quantity)
+            low, high = residual_map.region
+            regions[residual_map.channel] = Region(
+                quantity=residual_map.quantity,
                 low=low * scale,
                 high=high * scale,
                 unit=unit,
-                p_value=one.p_value,
+                p_value=residual_map.p_value,
             )
     return tuple(
         Place(
@@ -363,16 +363,16 @@ def _places(cells: Sequence[Cell], maps: Sequence[ResidualMap]) -> tuple[Place, 
     )
 
 
-def _map_entry(one: ResidualMap) -> MapEntry:
-    unit, scale = _quantity(one.quantity)
+def _map_entry(residual_map: ResidualMap) -> MapEntry:
+    unit, scale = _quantity(residual_map.quantity)
     return MapEntry(
-        channel=one.channel,
-        quantity=one.quantity,
+        channel=residual_map.channel,
+        quantity=residual_map.quantity,
         unit=unit,
-        edges=one.edges * scale,
-        mean=one.mean,
+        edges=residual_map.edges * scale,
+        mean=residual_map.mean,
         mean_unit="noise SD",
-        p_value=one.p_value,
+        p_value=residual_map.p_value,
     )
 
 
@@ -417,8 +417,8 @@ def _inconclusive(method: TrialDiagnosis) -> str:
     """Why recordings carry no verdict."""
     if method.floor.repeats < FEWEST_REPEATS:
         return (
-            "a protocol has no repeats, so that noise cannot be told from a gap; record every input"
-            " three times or more"
+            "a protocol has no repeats, so that noise and a gap cannot be separated; record every"
+            " input three times or more"
         )
     return (
         "on held-out trials the simulation exceeds the noise variance by a factor of"

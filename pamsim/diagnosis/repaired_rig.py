@@ -73,7 +73,7 @@ def write_repaired_rig(repair: Repair, folder: Path, sentence: str) -> Path:
     """
     heading = (
         f"Written by pamsim diagnose from {repair.origin}.\n{textwrap.fill(sentence, _WIDTH)}\n"
-        "Everything below that does not say so is as it was in the rig it started from."
+        "Everything below without that source is as it was in the original rig."
     )
     write_rig(repair.rig, folder, repair.numbers, heading=heading)
     return folder

@@ -14,28 +14,29 @@ _DIGITS = 3
 _LISTED = 3  # alternatives that the sentence names
 
 
-def verdict_sentence(found: Diagnosis) -> str:
+def verdict_sentence(result: Diagnosis) -> str:
     """What is missing, how certain that is, and what remains."""
-    match found.verdict:
+    match result.verdict:
         case Verdict.NO_GAP:
             text = (
                 "No gap: on held-out data the simulation is as near to the measurements as their"
-                f" noise allows ({_level(found)})"
-                if found.kind == "recordings"
+                f" noise allows ({_level(result)})"
+                if result.kind == "recordings"
                 else "No gap: no effect improves predictions of held-out data significantly, and"
-                f" what the model misses is not systematic ({_level(found)})"
+                f" what the model misses is not systematic ({_level(result)})"
             )
         case Verdict.NAMED | Verdict.NAMED_WITH_REMAINDER:
-            text = _named(found)
+            text = _named(result)
         case Verdict.AMBIGUOUS:
-            text = _ambiguous(found)
+            text = _ambiguous(result)
         case Verdict.UNEXPLAINED:
             text = (
                 "Unexplained: something is missing that none of the"
-                f" {found.effects_tried} effects tried explains{_resemblance(found)}{_place(found)}"
+                f" {result.effects_tried} effects tried explains"
+                f"{_resemblance(result)}{_place(result)}"
             )
         case Verdict.NOT_IDENTIFIABLE:
-            text = f"Not identifiable: {found.inconclusive}{_resemblance(found)}"
+            text = f"Not identifiable: {result.inconclusive}{_resemblance(result)}"
     return f"{text}."
 
 
@@ -48,30 +49,30 @@ def sized(name: str, estimate: Estimate) -> str:
     return text if estimate.unit == "1" else f"{text} {estimate.unit}"
 
 
-def _named(found: Diagnosis) -> str:
+def _named(result: Diagnosis) -> str:
     parts = [
         f"{effect.missing} ({effect.name}, "
         f"{', '.join(sized(name, p) for name, p in effect.parameters.items())})"
-        for effect in found.effects
+        for effect in result.effects
     ]
     what, left = " and ".join(parts), ""
-    one = len(parts) == 1
-    if found.verdict is Verdict.NAMED_WITH_REMAINDER:
-        families = dict.fromkeys(e.family.replace("_", " ") for e in found.effects)
+    single = len(parts) == 1
+    if result.verdict is Verdict.NAMED_WITH_REMAINDER:
+        families = dict.fromkeys(e.family.replace("_", " ") for e in result.effects)
         what = f"something that resembles {what}"
         left = (
-            f", and leave{'s' if one else ''} {_remainder(found)}: another effect, of the same"
+            f", and leave{'s' if single else ''} {_remainder(result)}: another effect, of the same"
             f" family ({', '.join(families)}) or one that resembles it"
         )
     return (
-        f"Missing: {what}; {'it explains' if one else 'together they explain'}"
-        f" {100.0 * found.explained:.0f} % of the gap{left}; held-out {_levels(found)}"
+        f"Missing: {what}; {'it explains' if single else 'together they explain'}"
+        f" {100.0 * result.explained:.0f} % of the gap{left}; held-out {_levels(result)}"
     )
 
 
-def _remainder(found: Diagnosis) -> str:
+def _remainder(result: Diagnosis) -> str:
     """What the best model leaves, and how certain that is."""
-    lack, remainder = found.details.lack_of_fit, found.details.remainder
+    lack, remainder = result.details.lack_of_fit, result.details.remainder
     if lack is not None and lack["significant"]:
         return (
             f"{lack['size']:.2g} of the noise variance, shared by all repeats"
@@ -82,41 +83,41 @@ def _remainder(found: Diagnosis) -> str:
     return "a significant remainder"
 
 
-def _level(found: Diagnosis) -> str:
-    before = found.over_floor(repaired=False)
+def _level(result: Diagnosis) -> str:
+    before = result.over_floor(repaired=False)
     if before is not None:
         return f"RMS {before:#.3g} times the noise floor"
-    return ", ".join(f"RMS {g.before.value:.2f} {g.unit}" for g in found.gap.values())
+    return ", ".join(f"RMS {g.before.value:.2f} {g.unit}" for g in result.gap.values())
 
 
-def _levels(found: Diagnosis) -> str:
-    before, after = found.over_floor(repaired=False), found.over_floor(repaired=True)
+def _levels(result: Diagnosis) -> str:
+    before, after = result.over_floor(repaired=False), result.over_floor(repaired=True)
     if before is not None and after is not None:
         return f"RMS {before:#.3g} times the noise floor before and {after:#.3g} after the repair"
     return ", ".join(
         f"RMS {g.before.value:.2f} {g.unit} before and {g.after.value:.2f} {g.unit} after the"
         " repair"
-        for g in found.gap.values()
+        for g in result.gap.values()
         if g.after is not None
     )
 
 
-def _ambiguous(found: Diagnosis) -> str:
-    models = found.alternatives
-    kinds = [_described(model, found.certain) for model in models[: _LISTED + 1]]
+def _ambiguous(result: Diagnosis) -> str:
+    models = result.alternatives
+    kinds = [_described(model, result.certain) for model in models[: _LISTED + 1]]
     if len(models) > len(kinds):
         kinds.append(f"one of {len(models) - len(kinds)} others")
     choice = _either(list(dict.fromkeys(kinds)))
-    if found.certain:
+    if result.certain:
         text = (
-            f"Ambiguous: {' and '.join(found.certain)} is missing, and these data cannot decide"
+            f"Ambiguous: {' and '.join(result.certain)} is missing, and these data cannot decide"
             f" whether the other cause is {choice}"
         )
     else:
         text = (
             f"Ambiguous: something is missing, and these data cannot decide whether it is {choice}"
         )
-    following = found.next_experiment
+    following = result.next_experiment
     if following is None:
         return text
     if following.protocol is None or following.before is None or following.after is None:
@@ -138,8 +139,8 @@ def _either(choices: Sequence[str]) -> str:
     return " or ".join([", ".join(choices[:-1]), choices[-1]] if len(choices) > 1 else choices)
 
 
-def _resemblance(found: Diagnosis) -> str:
-    near = found.resembles
+def _resemblance(result: Diagnosis) -> str:
+    near = result.resembles
     if near is None:
         return ""
     name = near.name.replace("+", " + ")
@@ -149,8 +150,8 @@ def _resemblance(found: Diagnosis) -> str:
     return f"; {name} resembles it most{share}"
 
 
-def _place(found: Diagnosis) -> str:
-    if not found.where:
+def _place(result: Diagnosis) -> str:
+    if not result.where:
         return ""
-    worst = found.where[0]
+    worst = result.where[0]
     return f"; it is largest in {worst.channel.replace('_', ' ')} of {worst.protocol}"

@@ -140,7 +140,9 @@ def _nuisance(rig: Rig, name: str, pulleys: Sequence[str]) -> FreeParameter:
         own = rig_parameter(rig, pulleys[0]).value
         low, high = (factor * own for factor in _PULLEY_RANGE)
         return FreeParameter(name=PULLEY, unit="m", start=own, low=low, high=high)
-    found = rig_parameter(rig, name)
-    low, high = sorted(factor * found.value for factor in _NUISANCE_RANGE)
-    low, high = max(low, found.spec.low), min(high, found.spec.high)
-    return FreeParameter(name=name, unit=found.spec.unit, start=found.value, low=low, high=high)
+    parameter = rig_parameter(rig, name)
+    low, high = sorted(factor * parameter.value for factor in _NUISANCE_RANGE)
+    low, high = max(low, parameter.spec.low), min(high, parameter.spec.high)
+    return FreeParameter(
+        name=name, unit=parameter.spec.unit, start=parameter.value, low=low, high=high
+    )

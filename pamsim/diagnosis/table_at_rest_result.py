@@ -197,16 +197,16 @@ def _estimates(
 def _effects(rig: Rig, method: RowDiagnosis, best: RowModel) -> tuple[FoundEffect, ...]:
     """The claimed effects; of several, each with what it explained when it was added."""
     effects: list[FoundEffect] = []
-    for number, one in enumerate(best.effects):
-        step = _step(method, one.name, best.names[:number])
+    for number, row_effect in enumerate(best.effects):
+        step = _step(method, row_effect.name, best.names[:number])
         explained = method.explained
         if len(best.effects) > 1:
             explained = None if step is None else _share_of_step(method, step)
         effects.append(
             FoundEffect(
-                members={one.name: effect(one.name).missing},
-                family=one.family,
-                parameters=_estimates(rig, best, one.parameters),
+                members={row_effect.name: effect(row_effect.name).missing},
+                family=row_effect.family,
+                parameters=_estimates(rig, best, row_effect.parameters),
                 explained=explained,
                 p_value=None if step is None else step.p_value,
             )
@@ -271,43 +271,43 @@ def _resemblance(method: RowDiagnosis) -> Resemblance | None:
 
 
 def _places(table: StaticTable, maps: Sequence[ResidualMap]) -> tuple[Place, ...]:
-    """The table, with the region of its most significant map."""
-    if not maps:
-        return ()
-    surest = maps[0]
-    unit, scale = _QUANTITIES[surest.quantity]
-    low, high = surest.region
-    region = Region(
-        quantity=surest.quantity,
-        low=low * scale,
-        high=high * scale,
-        unit=unit,
-        p_value=surest.p_value,
-        rows=surest.rows[surest.worst],
-    )
-    return (
-        Place(
-            channel=AT_REST,
-            protocol=table.name,
-            excess=None,
-            p_value=min(surest.p_value * len(maps), 1.0),
-            region=region,
-        ),
-    )
+    """The region of each map, the most significant first; p-values are Bonferroni-corrected."""
+    places: list[Place] = []
+    for residual_map in maps:
+        unit, scale = _QUANTITIES[residual_map.quantity]
+        low, high = residual_map.region
+        region = Region(
+            quantity=residual_map.quantity,
+            low=low * scale,
+            high=high * scale,
+            unit=unit,
+            p_value=residual_map.p_value,
+            rows=residual_map.rows[residual_map.worst],
+        )
+        places.append(
+            Place(
+                channel=AT_REST,
+                protocol=table.name,
+                excess=None,
+                p_value=min(residual_map.p_value * len(maps), 1.0),
+                region=region,
+            )
+        )
+    return tuple(places)
 
 
-def _map_entry(one: ResidualMap) -> MapEntry:
-    unit, scale = _QUANTITIES[one.quantity]
+def _map_entry(residual_map: ResidualMap) -> MapEntry:
+    unit, scale = _QUANTITIES[residual_map.quantity]
     return MapEntry(
-        channel=one.channel,
-        quantity=one.quantity,
+        channel=residual_map.channel,
+        quantity=residual_map.quantity,
         unit=unit,
-        edges=one.edges * scale,
-        mean=one.mean * DEG_PER_RAD,
+        edges=residual_map.edges * scale,
+        mean=residual_map.mean * DEG_PER_RAD,
         mean_unit="deg",
-        p_value=one.p_value,
-        rows=one.rows,
-        rms=None if one.rms is None else one.rms * DEG_PER_RAD,
+        p_value=residual_map.p_value,
+        rows=residual_map.rows,
+        rms=None if residual_map.rms is None else residual_map.rms * DEG_PER_RAD,
     )
 
 
@@ -315,8 +315,8 @@ def _next_step(method: RowDiagnosis, certain: Sequence[str]) -> NextStep | None:
     """What separates the first effect that is not certain, or confirms the last, in words."""
     if method.best is None:
         return None
-    doubtful = [name for name in method.best.names if name not in certain]
-    name = doubtful[0] if doubtful else method.best.names[-1]
+    uncertain = [name for name in method.best.names if name not in certain]
+    name = uncertain[0] if uncertain else method.best.names[-1]
     return NextStep(protocol=None, advice=effect(name).separating)
 
 

@@ -27,7 +27,7 @@ _KINDS = {
 
 
 def worst_trials(comparisons: Sequence[Comparison], noise: Mapping[str, float]) -> list[str]:
-    """Held-out trials that the base model misses most, one of each protocol.
+    """Held-out trials that the base model misses most, part of each protocol.
 
     Args:
         comparisons: every channel of every trial.
@@ -35,11 +35,11 @@ def worst_trials(comparisons: Sequence[Comparison], noise: Mapping[str, float]) 
     """
     missed: dict[str, list[float]] = {}
     protocol: dict[str, str] = {}
-    for one in comparisons:
-        if one.held_out and one.before is not None:
-            ratio = float(np.mean((one.before - one.measured) ** 2)) / noise[one.channel] ** 2
-            missed.setdefault(one.trial, []).append(ratio)
-            protocol[one.trial] = one.protocol
+    for part in comparisons:
+        if part.held_out and part.before is not None:
+            ratio = float(np.mean((part.before - part.measured) ** 2)) / noise[part.channel] ** 2
+            missed.setdefault(part.trial, []).append(ratio)
+            protocol[part.trial] = part.protocol
     ordered = sorted(missed, key=lambda trial: -float(np.mean(missed[trial])))
     first = {protocol[trial]: trial for trial in reversed(ordered)}
     return [trial for trial in ordered if first[protocol[trial]] == trial][:MOST_TRIALS]

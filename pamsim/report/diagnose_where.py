@@ -102,21 +102,21 @@ def _heat(
 
 
 def significant_maps(maps: Sequence[Mapping[str, Any]]) -> list[Mapping[str, Any]]:
-    """Maps that are drawn: the significant ones, one per quantity and kind of channel.
+    """Maps that are drawn: the significant ones, entry per quantity and kind of channel.
 
     Args:
         maps: entries of a result of schema ``pamsim-diagnosis/2``, the most significant first.
     """
     chosen: dict[tuple[str, str], Mapping[str, Any]] = {}
-    for one in maps:
-        if one["p_value"] <= SIGNIFICANT:
-            chosen.setdefault((one["channel"].split("_")[0], one["quantity"]), one)
+    for entry in maps:
+        if entry["p_value"] <= SIGNIFICANT:
+            chosen.setdefault((entry["channel"].split("_")[0], entry["quantity"]), entry)
     return list(chosen.values())[:MOST_MAPS]
 
 
 @styled
 def binned_maps(maps: Sequence[Mapping[str, Any]]) -> Figure:
-    """Mean residual over bins of one quantity, a panel per map.
+    """Mean residual over bins of entry quantity, a panel per map.
 
     Args:
         maps: from `significant_maps`.
@@ -126,17 +126,17 @@ def binned_maps(maps: Sequence[Mapping[str, Any]]) -> Figure:
     figure, axes = new_figure(0.3 + 2.1 * rows, rows=rows, columns=columns)
     for ax in axes[len(maps) :]:
         ax.set_axis_off()
-    for i, (ax, one) in enumerate(zip(axes, maps, strict=False)):
-        mean = np.array([np.nan if m is None else m for m in one["mean"]], dtype=float)
-        ax.stairs(np.nan_to_num(mean), one["edges"], fill=True, color=BLUE, alpha=0.25)
-        ax.stairs(mean, one["edges"], baseline=None, color=BLUE, linewidth=1.4)
-        shown = unit(one["unit"])
-        if one["quantity"] == "direction":
+    for i, (ax, entry) in enumerate(zip(axes, maps, strict=False)):
+        mean = np.array([np.nan if m is None else m for m in entry["mean"]], dtype=float)
+        ax.stairs(np.nan_to_num(mean), entry["edges"], fill=True, color=BLUE, alpha=0.25)
+        ax.stairs(mean, entry["edges"], baseline=None, color=BLUE, linewidth=1.4)
+        shown = unit(entry["unit"])
+        if entry["quantity"] == "direction":
             ax.set_xticks([-1.0, 0.0, 1.0])
         finish_axes(
             ax,
-            x=f"{words(one['quantity'])}{f' [{shown}]' if shown else ''}",
-            y=f"mean residual [{one['mean_unit']}]" if i % columns == 0 else "",
-            title=f"{words(one['channel'])}, p = {significant(one['p_value'], 2)}",
+            x=f"{words(entry['quantity'])}{f' [{shown}]' if shown else ''}",
+            y=f"mean residual [{entry['mean_unit']}]" if i % columns == 0 else "",
+            title=f"{words(entry['channel'])}, p = {significant(entry['p_value'], 2)}",
         )
     return figure

@@ -109,7 +109,7 @@ def test_the_blind_study_meets_what_is_promised():
     assert scores["pair: both named or in the set"]["share"] >= 0.7
     assert scores["outside, E >= 0.1: unexplained"]["share"] >= 0.9
     assert scores["outside, in span: no member claimed"]["share"] >= 0.7
-    assert 0.88 <= scores["intervals that hold the truth"]["share"] <= 0.99
+    assert 0.88 <= scores["intervals that contain the hidden value"]["share"] <= 0.99
     assert scores["region among the two top cells, E >= 0.5"]["share"] >= 0.85
     assert scores["different formulation: wrong family claimed"]["share"] <= 0.04
 

@@ -91,11 +91,11 @@ def _strata(
     wanted: Callable[[str], bool],
 ) -> dict[str, list[FloatArray]]:
     """Protocol -> residuals of its trials."""
-    found: dict[str, list[FloatArray]] = {}
+    strata: dict[str, list[FloatArray]] = {}
     for trial, channels in residuals.items():
         if wanted(trial) and channel in channels:
-            found.setdefault(protocol_of[trial], []).append(channels[channel])
-    return found
+            strata.setdefault(protocol_of[trial], []).append(channels[channel])
+    return strata
 
 
 def _own_level(strata: Mapping[str, Sequence[FloatArray]]) -> Level:

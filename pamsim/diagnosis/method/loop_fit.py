@@ -206,8 +206,8 @@ class LoopFitter:
 
     def _summed(self, values: FloatArray) -> FloatArray:
         """Sums over the readings of each level."""
-        found = np.bincount(self.level, weights=values, minlength=self.levels.size)
-        return found.astype(np.float64)
+        sums = np.bincount(self.level, weights=values, minlength=self.levels.size)
+        return sums.astype(np.float64)
 
     def _about_mean(self, values: FloatArray) -> FloatArray:
         """Values about their weighted mean at each level, in units of the readings' errors."""
@@ -250,7 +250,7 @@ class LoopFitter:
     def _unseen(self, signals: Sequence[FloatArray]) -> tuple[FloatArray, FloatArray]:
         """Errors at readings left out, and the opening without each level.
 
-        The shape is chosen anew each time, from readings at other levels. The level's own value
+        The shape is chosen again each time, from readings at other levels. The level's own value
         rests on its other reading, so that only what separates the branches predicts the one
         that is left out.
         """

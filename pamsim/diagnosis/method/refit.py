@@ -103,8 +103,8 @@ class Fitter:
             For each (f,), or None where the simulation breaks down.
         """
         return [
-            None if found is None else found * self.weights - at
-            for found in self.simulator.fit_rows(sets)
+            None if rows is None else rows * self.weights - at
+            for rows in self.simulator.fit_rows(sets)
         ]
 
     def jacobian(
@@ -120,9 +120,9 @@ class Fitter:
         place = SearchScale(parameters).to_unit(np.array([values[p.name] for p in parameters]))
         return difference_jacobian(self._residuals(parameters, values), place, at, _STEP)
 
-    def keep_jacobian(self, found: Refit) -> None:
+    def keep_jacobian(self, fit: Refit) -> None:
         """Use the Jacobian at a fit of nuisance parameters for all later fits."""
-        self._jacobian = {p.name: found.jacobian[:, i] for i, p in enumerate(found.parameters)}
+        self._jacobian = {p.name: fit.jacobian[:, i] for i, p in enumerate(fit.parameters)}
 
     def fit(
         self,
@@ -166,10 +166,10 @@ class Fitter:
 
             return at
 
-        found = self.steps(parameters, begin, jacobian(self._jacobian), most)
-        if found is not None and self._jacobian and found.start_cost - found.cost > _FAR:
-            return self.steps(parameters, found.x, jacobian({}), most) or found
-        return found
+        fit = self.steps(parameters, begin, jacobian(self._jacobian), most)
+        if fit is not None and self._jacobian and fit.start_cost - fit.cost > _FAR:
+            return self.steps(parameters, fit.x, jacobian({}), most) or fit
+        return fit
 
     def steps(
         self,
@@ -236,7 +236,7 @@ class Fitter:
         return np.stack(columns, axis=1)
 
     def _recalled(self, parameters: Sequence[FreeParameter], known: Mapping[str, Any]) -> Refit:
-        """A remembered fit, with its Jacobian taken anew."""
+        """A remembered fit, with its Jacobian computed again."""
         values = {p.name: float(known["values"][p.name]) for p in parameters}
         (at,) = self.simulator.fit_rows([values])
         if at is None:

@@ -25,7 +25,7 @@ class Regime:
     Attributes:
         parameter: its name.
         p_value: of one value for all protocols (Alexander-Govern, trials are the units); 1 where
-            trials are too few to tell.
+            there are too few trials.
         values: protocol -> value and 95 % interval [SI]; the other parameters stay at the fit.
     """
 

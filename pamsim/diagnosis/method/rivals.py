@@ -60,8 +60,8 @@ def reject_rivals(
     Returns:
         The best model left, the models tied with it, and the best one's lack of fit.
     """
-    lacks = {model.names: lack_of_fit(model) for model in (best, *tied)}
-    if all(lack.p_value <= RIVAL_FITS for lack in lacks.values()):
-        return best, tuple(tied), lacks[best.names]
-    kept = [m for m in (best, *tied) if lacks[m.names].p_value >= RIVAL_REJECTED]
-    return kept[0], tuple(kept[1:]), lacks[kept[0].names]
+    tests = {model.names: lack_of_fit(model) for model in (best, *tied)}
+    if all(lack.p_value <= RIVAL_FITS for lack in tests.values()):
+        return best, tuple(tied), tests[best.names]
+    kept = [m for m in (best, *tied) if tests[m.names].p_value >= RIVAL_REJECTED]
+    return kept[0], tuple(kept[1:]), tests[kept[0].names]

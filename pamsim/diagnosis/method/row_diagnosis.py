@@ -79,7 +79,7 @@ def diagnose_rows(
         names: of the rows.
         channel: what the table measures.
         along: (n,) sign with which a row's misfit is mapped, such as that of the angle, so that
-            falling short in either direction counts alike; 1 if left out.
+            falling short in either direction counts the same; 1 if left out.
         seed: random seed of sign flips and exchanges.
         progress: called with what is being tried.
 

@@ -43,8 +43,8 @@ class RowSimulator:
         """Residuals of several parameter sets."""
         self.evaluations += len(sets)
         return [
-            None if found is None or not np.all(np.isfinite(found)) else found
-            for found in self.predict(sets)
+            None if residual is None or not np.all(np.isfinite(residual)) else residual
+            for residual in self.predict(sets)
         ]
 
 
@@ -102,10 +102,12 @@ def fit_rows(
     """
     parameters = tuple(parameters)
     if not parameters:
-        (found,) = simulator.many([{}])
-        if found is None:
+        (residual,) = simulator.many([{}])
+        if residual is None:
             return None
-        return RowFit(parameters=(), values={}, residual=found, jacobian=np.empty((found.size, 0)))
+        return RowFit(
+            parameters=(), values={}, residual=residual, jacobian=np.empty((residual.size, 0))
+        )
     scale = SearchScale(parameters)
     names = [p.name for p in parameters]
     begins = [scale.to_unit(np.array([start[name] for name in names])) for start in starts]

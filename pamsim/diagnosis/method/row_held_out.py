@@ -33,12 +33,12 @@ def linearised_left_out(fit: RowFit) -> FloatArray:
     Each row's refit is the bounded linear problem of the other rows.
     """
     place, count = fit.place, fit.residual.size
-    found = fit.residual.copy()
+    errors = fit.residual.copy()
     for i in range(count):
         keep = np.arange(count) != i
         step = _bounded_step(fit.jacobian[keep], fit.residual[keep], place)
-        found[i] += float(fit.jacobian[i] @ step)
-    return found
+        errors[i] += float(fit.jacobian[i] @ step)
+    return errors
 
 
 def linearised_reach95(fit: RowFit) -> FloatArray:

@@ -25,7 +25,7 @@ class RowEffect:
 
     Attributes:
         name: of the effect.
-        family: effects of one family look alike in most data.
+        family: effects of one family have similar signatures in most data.
         parameters: what it frees, the one that measures its size first.
         neutral: values at which it is absent [SI]; none for numbers that mean nothing then.
         starts: values that a fit begins from.

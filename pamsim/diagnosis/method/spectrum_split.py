@@ -63,7 +63,7 @@ def samples_per_period(command: FloatArray) -> int | None:
     limit = _SAME * float(np.ptp(command, axis=0).max()) if count else 0.0
     if limit == 0.0:
         return None
-    most = (count + 1) // 2  # the last period may lack its last sample
+    most = (count + 1) // 2  # the last period may be one sample short
     lags = np.arange(2, most + 1)
     for at in np.linspace(0, count - most - 1, _PROBES).astype(int):
         lags = lags[np.all(np.abs(command[at + lags] - command[at]) <= limit, axis=1)]

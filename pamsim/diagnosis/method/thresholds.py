@@ -1,4 +1,4 @@
-"""Every threshold on which a verdict rests, for recordings, tables at rest and loops alike.
+"""Every threshold on which a verdict rests, for recordings, tables at rest and loops.
 
 Losses are mean squares over the noise variance of a recording: 1 is a perfect model's. Differences
 of losses are in the same unit.
@@ -53,7 +53,7 @@ UNPROVEN_LOSS = 0.5
 """Excess over the noise from which a gap that is not significant makes a recording inconclusive."""
 
 FEWEST_REPEATS = 2
-"""Repeats of a protocol below which noise cannot be told from a gap."""
+"""Repeats of a protocol below which noise and a gap cannot be distinguished."""
 
 FEWEST_ROWS = 10
 """Rows of a table below which no arrangement of signs is improbable enough to name one of twenty

@@ -93,7 +93,7 @@ def fit_effects(
 
 
 def polished(fitter: Fitter, base_loss: Mapping[str, float], model: TrialModel) -> TrialModel:
-    """A model fitted to convergence in fine time steps, judged anew."""
+    """A model fitted to convergence in fine time steps, judged again."""
     return _judged(fitter, base_loss, model.candidates, polish(fitter, model.fit))
 
 
