@@ -50,6 +50,14 @@ def test_printed_tables_are_whole_and_consistent():
     assert g2["T1_s"] * g2["T2_s"] == pytest.approx(0.052267, abs=5e-7)
 
 
+def test_a_reproduction_sums_itself_up_and_saves_itself(found, result, tmp_path):
+    assert found.summary().startswith("21 distinct end positions with 0.79 deg RMS; 8 of 8")
+    found.save(tmp_path)
+    saved = json.loads((tmp_path / "reproduction.json").read_text(encoding="utf-8"))
+    assert saved == result
+    assert len(list(tmp_path.glob("row_*/recording.toml"))) == 21
+
+
 def test_result_carries_what_the_contract_names(result):
     assert len(result["rows"]) == 24
     keys = {"row", "p1_kpa", "p2_kpa", "load_kg", "measured_deg", "simulated_deg", "error_deg"}

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import json
+
 import pytest
 
 from pamsim.core.errors import InputError
 from pamsim.papers import claim as room
 from pamsim.papers.claim import Recomputed, Verdict, evaluate, judge, recomputes
-from pamsim.papers.replicate import PAPERS, citation, replicate
+from pamsim.papers.replicate import PAPERS, Replication, citation, replicate
 from pamsim.store.printed import Printed
 
 ROW = {"statement": "x", "place": "text", "unit": "s", "reason": "because of {cause}"}
@@ -67,6 +69,7 @@ def test_unusable_numbers_and_missing_tolerances_are_refused():
 
 
 def test_a_row_and_its_function_belong_together(monkeypatch):
+    assert evaluate("sarosi-10").paper == "sarosi"
     with pytest.raises(InputError, match="two functions"):
         recomputes("sarosi-01")(lambda: None)
     monkeypatch.delitem(room._RECOMPUTE, "sarosi-01")
@@ -88,3 +91,16 @@ def test_papers_are_known_by_author_and_year():
         assert len(citation(paper)) > 40
     with pytest.raises(InputError, match="no paper 'X'"):
         replicate(["X"])
+
+
+def test_a_replication_sums_itself_up_and_saves_itself(tmp_path):
+    claim = evaluate("sarosi-10")
+    done = Replication(
+        papers={"sarosi": citation("sarosi")}, claims=(claim,), failures=(), wall_s=1.0
+    )
+    assert done.summary() == (
+        "1 claims: 0 reproduced, 0 not reproducible from printed data, 1 inconsistent in the paper"
+    )
+    done.save(tmp_path)
+    assert json.loads((tmp_path / "replication.json").read_text()) == done.to_dict()
+    assert done.to_dict()["counts"]["inconsistent in the paper"] == 1
