@@ -207,7 +207,7 @@ STATIC_MODELS = (
 
 
 def compare_static_models(rig: Rig, record: dict[str, Any]) -> None:
-    """Fit the models that the record lacks; print and keep each as it is done."""
+    """Fit the models that are missing in the record; print and keep each as it is done."""
     have = {entry["name"]: entry for entry in record.get("static_models", [])}
     missing = [model for model in STATIC_MODELS if model.name not in have]
     bar = tqdm(total=len(missing), unit="model")
@@ -249,11 +249,11 @@ def dynamic_fit(rig: Rig) -> dict[str, Any]:
             )
             for conductance, damping in vectors
         ]
-        found: list[Blocks | None] = []
+        fit: list[Blocks | None] = []
         for run in simulate_batch([(r, experiment) for r in rigs]):
             moved = run.completed().angle - run.angle[0]
             miss = moved / moved[-1] - second_order_step(run.time, printed["T1_s"], printed["T2_s"])
-            found.append(
+            fit.append(
                 [
                     ResidualBlock(
                         trial="row 1",
@@ -264,9 +264,9 @@ def dynamic_fit(rig: Rig) -> dict[str, Any]:
                     )
                 ]
             )
-        return found
+        return fit
 
-    found = fit_simulator(
+    fit = fit_simulator(
         simulate,
         [
             FreeParameter(
@@ -287,14 +287,14 @@ def dynamic_fit(rig: Rig) -> dict[str, Any]:
             ),
         ],
     )
-    worst = float(np.max(np.abs(found.linearisation.residual)))
+    worst = float(np.max(np.abs(fit.linearisation.residual)))
     print(f"dynamic: largest deviation from the printed G2's step {100 * worst:.2f} %")
-    for p in found.parameters:
+    for p in fit.parameters:
         print(f"  {p.name} {p.value:.5g} {p.interval95} {p.sentence}")
     return {
         "largest_deviation_percent": 100.0 * worst,
-        "parameters": to_dict(found.parameters),
-        "interval_method": found.interval_method,
+        "parameters": to_dict(fit.parameters),
+        "interval_method": fit.interval_method,
     }
 
 

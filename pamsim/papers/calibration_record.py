@@ -58,10 +58,10 @@ def calibration_record(rig: Rig) -> CalibrationRecord | None:
     path = rig.file.folder / FILE
     if not path.is_file():
         return None
-    found = read_json(path, SCHEMA)
+    content = read_json(path, SCHEMA)
     try:
         record = CalibrationRecord(
-            static_models=tuple(found["static_models"]), command=str(found["command"])
+            static_models=tuple(content["static_models"]), command=str(content["command"])
         )
         _ = [float(record.used[key]) for key in ("rms_deg", "leave_one_out_rms_deg")]
     except (KeyError, IndexError, TypeError, ValueError) as error:
@@ -91,7 +91,7 @@ def stated_parameters(file: RigFile) -> list[dict[str, Any]]:
         for group, section in groups.items()
         for name, entry in section.items()
     }
-    found = {**shared, **own, **file.native, **file.sensor}
+    content = {**shared, **own, **file.native, **file.sensor}
     return [
         {
             "name": name,
@@ -101,6 +101,6 @@ def stated_parameters(file: RigFile) -> list[dict[str, Any]]:
             "interval95": list(entry.interval95) if entry.interval95 else None,
             "note": entry.note,
         }
-        for name, entry in found.items()
+        for name, entry in content.items()
         if isinstance(entry, Sourced)
     ]

@@ -76,7 +76,7 @@ class Claim:
 
 
 class Recomputed:
-    """What a function found for its claim."""
+    """The result of a function for its claim."""
 
     def __init__(
         self,

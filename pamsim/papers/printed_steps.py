@@ -1,8 +1,8 @@
 """The printed MAS-20 rows as experiments: what the rig did before each measured end position.
 
 The paper prints the pressures at which the arm came to rest, not those it started from. Its
-operating concept (Matiskova 2021, section 3.1) is that both muscles are filled alike, the arm rests
-at the reference point E, and then the pressure of one muscle, the active one, is changed.
+operating concept (Matiskova 2021, section 3.1) is that both muscles are filled equally, the arm
+rests at the reference point E, and then the pressure of one muscle, the active one, is changed.
 """
 
 from __future__ import annotations

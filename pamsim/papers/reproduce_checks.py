@@ -113,14 +113,14 @@ def _row_checks(rows: tuple[Row, ...]) -> tuple[Check, ...]:
 
 def _model_checks(identified: StepIdentification, large: Recording) -> tuple[Check, ...]:
     printed = mas20_models()
-    (one,) = identified.g1.output_error.time_constants
+    (single,) = identified.g1.output_error.time_constants
     fast, slow = identified.g2.output_error.time_constants
     pairs = (
-        ("T of G1", one, float(printed["g1"]["T_s"])),
+        ("T of G1", single, float(printed["g1"]["T_s"])),
         ("T1 of G2", fast, float(printed["g2"]["T1_s"])),
         ("T2 of G2", slow, float(printed["g2"]["T2_s"])),
     )
-    off = [found / paper - 1.0 for _, found, paper in pairs]
+    off = [ours / paper - 1.0 for _, ours, paper in pairs]
     moved = large.angle - large.angle[0]
     step = second_order_step(large.time, pairs[1][2], pairs[2][2])
     away = float(np.max(np.abs(moved / moved[-1] - step)))
@@ -130,8 +130,8 @@ def _model_checks(identified: StepIdentification, large: Recording) -> tuple[Che
             ok=max(map(abs, off)) <= MODEL_LIMIT,
             sentence="by output error "
             + ", ".join(
-                f"{what} is {found:.4f} s, printed {paper:.4f} s ({100.0 * miss:+.1f} %)"
-                for (what, found, paper), miss in zip(pairs, off, strict=True)
+                f"{what} is {ours:.4f} s, printed {paper:.4f} s ({100.0 * miss:+.1f} %)"
+                for (what, ours, paper), miss in zip(pairs, off, strict=True)
             )
             + f"; limit {100.0 * MODEL_LIMIT:.0f} %",
         ),

@@ -115,12 +115,12 @@ class StaticModelFit:
                 {
                     "term": term.name,
                     "name": term.parameter,
-                    "unit": found.unit,
-                    "value": found.value,
-                    "interval95": list(found.interval95) if found.interval95 else None,
-                    "flags": [str(flag) for flag in found.flags],
+                    "unit": parameter.unit,
+                    "value": parameter.value,
+                    "interval95": list(parameter.interval95) if parameter.interval95 else None,
+                    "flags": [str(flag) for flag in parameter.flags],
                 }
-                for term, found in zip(self.model.terms, fitted, strict=True)
+                for term, parameter in zip(self.model.terms, fitted, strict=True)
             ],
             "residual_deg": (self.residual * DEG_PER_RAD).tolist(),
             "leave_one_out_residual_deg": (held_out * DEG_PER_RAD).tolist(),

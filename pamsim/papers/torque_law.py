@@ -31,7 +31,7 @@ class TorqueLaw:
         coefficients: name -> value, 100 kPa per the power of rad or kg.
         half_interval: name -> half the linearised 95 % interval.
         rms_deg: of the fitted angles [deg].
-        left_out_rms_deg: of each angle predicted from all others [deg].
+        left_out_rms_deg: of each angle predicted from all rest [deg].
         residual_deg: row number -> fitted minus measured angle [deg].
     """
 
@@ -84,8 +84,8 @@ def _fit(
 def _left_out(
     steps: tuple[PrintedStep, ...], index: int, names: tuple[str, ...], start: FloatArray
 ) -> float:
-    others = steps[:index] + steps[index + 1 :]
-    return float(_misfit(steps[index : index + 1], names, _fit(others, names, start)[0])[0])
+    rest = steps[:index] + steps[index + 1 :]
+    return float(_misfit(steps[index : index + 1], names, _fit(rest, names, start)[0])[0])
 
 
 def _misfit(

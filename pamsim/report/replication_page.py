@@ -115,8 +115,8 @@ def recomputed_text(value: Any, printed: Any) -> str:
     """
     if isinstance(value, list | tuple):
         # Two lists of one length correspond entry by entry.
-        alike = isinstance(printed, list | tuple) and len(printed) == len(value)
-        beside = list(printed) if alike else [None] * len(value)
+        same_length = isinstance(printed, list | tuple) and len(printed) == len(value)
+        beside = list(printed) if same_length else [None] * len(value)
         return ", ".join(recomputed_text(v, p) for v, p in zip(value, beside, strict=True))
     number = number_or_none(value)
     if number is None:

@@ -144,7 +144,7 @@ def exact_shape(curves: Mapping[str, Any]) -> Figure:
     upper.plot(x, polynomial, "--", color=VERMILION, label="(2), fitted in the grey range")
     upper.set_ylim(-0.2, 4.0)
     upper.legend(loc="upper right")
-    pulls = exact > 0.02  # at the end of the stroke a share of nothing says nothing
+    pulls = exact > 0.02  # at the end of the stroke a relative difference has no meaning
     lower.plot(x[pulls], 100.0 * (polynomial[pulls] / exact[pulls] - 1.0), color=MUTED)
     lower.set_ylim(-5.0, 10.0)
     return figure

@@ -75,7 +75,7 @@ def small_responses(rows: Sequence[Row], recordings: Mapping[int, Recording]) ->
 def _response_figure(
     panels: Sequence[tuple[str, Sequence[Row]]], recordings: Mapping[int, Recording]
 ) -> Figure:
-    """Panels on top of each other that share both axes, so that sizes compare by eye."""
+    """Panels on top of each other that share both axes, so that sizes can be compared."""
     figure, axes = new_figure(6.3, rows=2, sharex=True, sharey=True)
     shown = [row for _, rows in panels for row in rows]
     loads = sorted({row["load_kg"] for row in shown})

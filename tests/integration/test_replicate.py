@@ -118,7 +118,7 @@ def test_unknown_paper_is_one_line_and_2(monkeypatch, capsys):
     assert len(err.splitlines()) == 1
 
 
-def test_a_file_in_place_of_the_folder_is_told_before_the_work(monkeypatch, capsys, tmp_path):
+def test_a_file_in_place_of_the_folder_is_refused_before_the_work(monkeypatch, capsys, tmp_path):
     file = tmp_path / "file"
     file.write_text("")
     code, _, err = run(monkeypatch, capsys, "--out", str(file))

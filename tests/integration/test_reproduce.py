@@ -36,7 +36,7 @@ def test_printed_tables_are_whole_and_consistent():
     for step in steps:
         # 2500 increments per revolution; the print's own rounding is 0.06 deg at worst.
         angle = math.degrees(step.angle)
-        if step.row != 4:  # its increment lacks the minus sign
+        if step.row != 4:  # its increment is printed without the minus sign
             assert abs(step.increments * 0.144 - angle) < 0.06, step.row
         assert math.copysign(1, step.angle) == math.copysign(1, step.pressure[0] - step.pressure[1])
         if step.repeats:

@@ -48,10 +48,10 @@ def _same_estimates(branch: str) -> Recomputed:
 @recomputes("alraouf2025-04", "up")
 @recomputes("alraouf2025-05", "down")
 def _coefficients(branch: str) -> Recomputed:
-    found = fit_arctangent(branch)
+    result = fit_arctangent(branch)
     pressure, length = branch_data(branch)
-    mse = scores(arctangent_law(pressure, *found) - length, length)["MSE"]
-    return Recomputed(found, mse=mse)
+    mse = scores(arctangent_law(pressure, *result) - length, length)["MSE"]
+    return Recomputed(result, mse=mse)
 
 
 @recomputes("alraouf2025-06", "up")
@@ -62,17 +62,17 @@ def _own_intervals(branch: str) -> Recomputed:
     printed = loop_equation(branch)
     mse = loop_scores(branch, "arctangent")["MSE"]
     coefficients = published(branch)
-    found = arctangent_half_intervals(pressure, coefficients, mse.value)
+    result = arctangent_half_intervals(pressure, coefficients, mse.value)
     rows = loop_coefficients(branch)
     half_widths = [0.5 * (row.high.value - row.low.value) for row in rows]
-    rounding = 0.5 * (found / mse.value) * mse.half_unit
+    rounding = 0.5 * (result / mse.value) * mse.half_unit
     for index, number in enumerate(printed):
         moved = list(coefficients)
         moved[index] += number.half_unit
-        rounding += np.abs(arctangent_half_intervals(pressure, tuple(moved), mse.value) - found)
+        rounding += np.abs(arctangent_half_intervals(pressure, tuple(moved), mse.value) - result)
     ends = [0.5 * (_five_digits(row.low.value) + _five_digits(row.high.value)) for row in rows]
     return Recomputed(
-        [float(value) for value in found],
+        [float(value) for value in result],
         tolerance=[float(a + b) for a, b in zip(ends, rounding, strict=True)],
         printed=half_widths,
     )
@@ -88,16 +88,16 @@ def _own_intervals(branch: str) -> Recomputed:
 @recomputes("alraouf2025-15", "down", 3)
 def _interval(branch: str, index: int) -> Recomputed:
     pressure, length = branch_data(branch)
-    found = fit_arctangent(branch)
-    mse = scores(arctangent_law(pressure, *found) - length, length)["MSE"]
-    half = float(arctangent_half_intervals(pressure, found, mse)[index])
+    result = fit_arctangent(branch)
+    mse = scores(arctangent_law(pressure, *result) - length, length)["MSE"]
+    half = float(arctangent_half_intervals(pressure, result, mse)[index])
     row = loop_coefficients(branch)[index]
-    inside = row.low.value <= found[index] <= row.high.value
+    inside = row.low.value <= result[index] <= row.high.value
     return Recomputed(
-        (found[index] - half, found[index] + half),
+        (result[index] - half, result[index] + half),
         tolerance=(_five_digits(row.low.value), _five_digits(row.high.value)),
         printed=(row.low.value, row.high.value),
-        estimate=found[index],
+        estimate=result[index],
         where="inside" if inside else "outside",
     )
 

@@ -226,7 +226,7 @@ def _fit_at(sigma: float) -> BoucWenLoop:
         _least_squares(lambda x: fitted(x)[0], np.log(start), bounds=_BOUNDS, max_nfev=60)
         for start in _BOUC_WEN_STARTS
     ]
-    best = min(tries, key=lambda found: found.cost).x
+    best = min(tries, key=lambda fit: fit.cost).x
     residual, linear = fitted(best)
     curve, half = residual + length, len(pressure)
     travel, sharpness, start = _natural(best)

@@ -109,9 +109,9 @@ def _bouc_wen_scores(branch: str) -> Recomputed:
     printed = loop_scores(branch, "bouc_wen")
     _, length = branch_data(branch)
     loop = fit_bouc_wen()
-    found = scores(loop.residual[branch], length)
+    result = scores(loop.residual[branch], length)
     return Recomputed(
-        [found[score] for score in SCORES], printed=[printed[score] for score in SCORES]
+        [result[score] for score in SCORES], printed=[printed[score] for score in SCORES]
     )
 
 
@@ -120,13 +120,13 @@ def _bouc_wen_scores(branch: str) -> Recomputed:
 def _bouc_wen_better(branch: str) -> Recomputed:
     printed = [loop_scores(branch, name)["MSE"].value for name in ("bouc_wen", "arctangent")]
     _, length = branch_data(branch)
-    found = scores(fit_bouc_wen().residual[branch], length)["MSE"]
+    result = scores(fit_bouc_wen().residual[branch], length)["MSE"]
     arctangent = _fitted_scores(branch)["MSE"]
     return Recomputed(
-        found / arctangent,
-        holds=found <= arctangent,
+        result / arctangent,
+        holds=result <= arctangent,
         printed=printed[0] / printed[1],
-        found=found,
+        result=result,
         arctangent_parameters=ARCTANGENT_PARAMETERS,
         arctangent=arctangent,
         fall=100.0 * (1.0 - printed[0] / printed[1]),
@@ -166,11 +166,11 @@ def _models_hysteresis() -> Recomputed:
 @recomputes("alraouf2025-40")
 def _passive() -> Recomputed:
     loop = fit_bouc_wen(0.5)
-    found = [scores(loop.residual[b], branch_data(b)[1])["MSE"] for b in BRANCHES]
+    result = [scores(loop.residual[b], branch_data(b)[1])["MSE"] for b in BRANCHES]
     arctangent = [_fitted_scores(branch)["MSE"] for branch in BRANCHES]
-    good = all(a <= b for a, b in zip(found, arctangent, strict=True))
+    good = all(a <= b for a, b in zip(result, arctangent, strict=True))
     return Recomputed(
-        (found[0], found[1]),
+        (result[0], result[1]),
         holds=good,
         printed=tuple(loop_scores(branch, "bouc_wen")["MSE"].value for branch in BRANCHES),
         width=loop.width,

@@ -67,8 +67,8 @@ def _cut_samples() -> int:
     """Length of record at which output error gives T nearest to (30) [samples]."""
 
     def excess(length: float) -> float:
-        found = _identified(round(length * SAMPLE_RATE))
-        return found.g1.output_error.time_constants[0] - _single()
+        result = _identified(round(length * SAMPLE_RATE))
+        return result.g1.output_error.time_constants[0] - _single()
 
     return round(root(excess, 2.0, 3.0, 0.5 / SAMPLE_RATE) * SAMPLE_RATE)
 

@@ -31,8 +31,8 @@ def _fit(scale: float) -> tuple[tuple[float, ...], float]:
     """Least squares of (17), continued as an odd function: coefficients and RMS [deg]."""
     difference, angle = _data()
     basis = odd_exponential_basis(difference / scale)
-    found = np.linalg.lstsq(basis, angle, rcond=None)[0]
-    return tuple(float(a) for a in found), float(np.sqrt(np.mean((basis @ found - angle) ** 2)))
+    result = np.linalg.lstsq(basis, angle, rcond=None)[0]
+    return tuple(float(a) for a in result), float(np.sqrt(np.mean((basis @ result - angle) ** 2)))
 
 
 def _printed() -> tuple[float, float, float]:
@@ -42,8 +42,8 @@ def _printed() -> tuple[float, float, float]:
 
 @recomputes("matiskova2021-09")
 def _fitted_in_bar() -> Recomputed:
-    found, rms = _fit(PA_PER_BAR)
-    return Recomputed(found, rms=rms)
+    result, rms = _fit(PA_PER_BAR)
+    return Recomputed(result, rms=rms)
 
 
 @recomputes("matiskova2021-10")
@@ -51,8 +51,8 @@ def _fitted_with_scale() -> Recomputed:
     best = minimize_scalar(
         lambda scale: _fit(float(scale))[1], bounds=(0.3e5, 6e5), method="bounded"
     )
-    found, rms = _fit(float(best.x))
-    return Recomputed(found, scale=best.x / PA_PER_KPA, rms=rms)
+    result, rms = _fit(float(best.x))
+    return Recomputed(result, scale=best.x / PA_PER_KPA, rms=rms)
 
 
 @recomputes("matiskova2021-11")
@@ -63,8 +63,8 @@ def _printed_in_bar() -> Recomputed:
 
 @recomputes("matiskova2021-12")
 def _printed_with_scale() -> Recomputed:
-    found = static_characteristic()
-    return Recomputed(float(found["rms_scaled_deg"]), scale=found["scale_kpa"])
+    result = static_characteristic()
+    return Recomputed(float(result["rms_scaled_deg"]), scale=result["scale_kpa"])
 
 
 @recomputes("matiskova2021-13")

@@ -81,10 +81,10 @@ def _restoring_sign() -> Recomputed:
     worst = 0.0
     for contraction in _CONTRACTIONS:
         for pressure in (0.5 * work[0], work[0], 1.5 * work[0]):
-            found = elastic_energy_force(pressure, contraction, *work, *shape[1:])
-            found += contractive_force(*work, *shape[1:])
+            result = elastic_energy_force(pressure, contraction, *work, *shape[1:])
+            result += contractive_force(*work, *shape[1:])
             length = (1.0 - contraction) * braid.nominal_length
-            worst = max(worst, abs(found - ideal_force(pressure, length, *shape)))
+            worst = max(worst, abs(result - ideal_force(pressure, length, *shape)))
     return Recomputed((at_work, worst))
 
 

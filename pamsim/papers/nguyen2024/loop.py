@@ -111,16 +111,16 @@ def _figure(order: float) -> complex:
 
 
 @recomputes("nguyen2024-15")
-def _slopes() -> Recomputed:
-    found = [abs(_figure(order)) for order in printed_values("nguyen2024", "figure_orders")]
-    return Recomputed(tuple(found), holds=found[0] > found[1] > found[2])
+def _slope_falls() -> Recomputed:
+    result = [abs(_figure(order)) for order in printed_values("nguyen2024", "figure_orders")]
+    return Recomputed(tuple(result), holds=result[0] > result[1] > result[2])
 
 
 @recomputes("nguyen2024-16")
 def _areas() -> Recomputed:
     force = value("figure_amplitude")
-    found = [
+    result = [
         -math.pi * force**2 * (1.0 / _figure(order)).imag
         for order in printed_values("nguyen2024", "figure_orders")
     ]
-    return Recomputed(tuple(found))
+    return Recomputed(tuple(result))

@@ -39,12 +39,15 @@ def _reach(frequency: float, force: float) -> float:
 @recomputes("nguyen2024-17")
 def _stroke() -> Recomputed:
     largest = max(printed_values("nguyen2024", "first_case_amplitudes"))
-    found, stroke = _reach(value("first_case_frequency"), largest), allowed_stroke() / MILLIMETRE
+    result, stroke = (
+        _reach(value("first_case_frequency"), largest),
+        allowed_stroke() / MILLIMETRE,
+    )
     return Recomputed(
-        (found, stroke),
-        holds=2.0 * found <= stroke,
-        travel=2.0 * found,
-        per_millimetre=found * MILLIMETRE,
+        (result, stroke),
+        holds=2.0 * result <= stroke,
+        travel=2.0 * result,
+        per_millimetre=result * MILLIMETRE,
     )
 
 
@@ -52,15 +55,15 @@ def _stroke() -> Recomputed:
 def _air_stiffness() -> Recomputed:
     braid, pressure = muscle(), value("test_pressure") * PA_PER_BAR
     shape = (braid.nominal_length, braid.diameter, braid.fibre_angle)
-    found: list[float] = []
+    result: list[float] = []
     for kappa in np.linspace(0.0, value("max_contraction") * PERCENT, 26).tolist():
         length = (1.0 - kappa) * braid.nominal_length
         slope = volume_slope(length, *shape)
         # Isothermal: the softer of the two extremes the closed air can have.
         squeezed = (pressure + _ATMOSPHERE) * slope**2 / volume(length, *shape)
-        found.append(squeezed - pressure * volume_curvature(length, *shape))
+        result.append(squeezed - pressure * volume_curvature(length, *shape))
     rubber = _dynamic(value("first_case_frequency"))
-    return Recomputed((min(found), rubber), holds=min(found) < 0.1 * rubber)
+    return Recomputed((min(result), rubber), holds=min(result) < 0.1 * rubber)
 
 
 @recomputes("nguyen2024-19")
@@ -72,45 +75,45 @@ def _material_parameter() -> Recomputed:
 @recomputes("nguyen2024-20")
 def _with_force() -> Recomputed:
     frequency = value("first_case_frequency")
-    found: list[float] = []
+    result: list[float] = []
     for force in printed_values("nguyen2024", "first_case_amplitudes"):
         x, _ = simulated_loop(frequency, force)
-        found.append(float(np.max(np.abs(x))) / MILLIMETRE)
-    return Recomputed(tuple(found), holds=all((a < b for a, b in itertools.pairwise(found))))
+        result.append(float(np.max(np.abs(x))) / MILLIMETRE)
+    return Recomputed(tuple(result), holds=all((a < b for a, b in itertools.pairwise(result))))
 
 
 @recomputes("nguyen2024-21")
 def _with_frequency() -> Recomputed:
     force = value("second_case_amplitude")
-    found = [_reach(f, force) for f in printed_values("nguyen2024", "second_case_frequencies")]
+    result = [_reach(f, force) for f in printed_values("nguyen2024", "second_case_frequencies")]
     return Recomputed(
-        tuple(found),
-        holds=all((a > b for a, b in itertools.pairwise(found))),
-        fall=100.0 * (1.0 - found[-1] / found[0]),
+        tuple(result),
+        holds=all((a > b for a, b in itertools.pairwise(result))),
+        fall=100.0 * (1.0 - result[-1] / result[0]),
     )
 
 
 @recomputes("nguyen2024-22")
 def _stiffer() -> Recomputed:
-    found = [_dynamic(f) for f in printed_values("nguyen2024", "second_case_frequencies")]
+    result = [_dynamic(f) for f in printed_values("nguyen2024", "second_case_frequencies")]
     return Recomputed(
-        tuple(found),
-        holds=all((a < b for a, b in itertools.pairwise(found))),
-        rise=100.0 * (found[-1] / found[0] - 1.0),
+        tuple(result),
+        holds=all((a < b for a, b in itertools.pairwise(result))),
+        rise=100.0 * (result[-1] / result[0] - 1.0),
     )
 
 
 @recomputes("nguyen2024-23")
 def _narrower() -> Recomputed:
     force = value("second_case_amplitude")
-    found = [
+    result = [
         -2.0 * maxwell_loop(*element(), omega(frequency), force).at_zero / MILLIMETRE
         for frequency in printed_values("nguyen2024", "second_case_frequencies")
     ]
     return Recomputed(
-        tuple(found),
-        holds=all((a > b for a, b in itertools.pairwise(found))),
-        fall=100.0 * (1.0 - found[-1] / found[0]),
+        tuple(result),
+        holds=all((a > b for a, b in itertools.pairwise(result))),
+        fall=100.0 * (1.0 - result[-1] / result[0]),
     )
 
 
@@ -128,9 +131,9 @@ def _less_effect() -> Recomputed:
 @recomputes("nguyen2024-25")
 def _amplitude_dependent() -> Recomputed:
     frequency = value("first_case_frequency")
-    found: list[float] = []
+    result: list[float] = []
     for force in printed_values("nguyen2024", "first_case_amplitudes"):
         x, f = simulated_loop(frequency, force)
-        found.append(float(np.ptp(f) / np.ptp(x)))
-    change = max(found) / min(found) - 1.0
+        result.append(float(np.ptp(f) / np.ptp(x)))
+    change = max(result) / min(result) - 1.0
     return Recomputed(change, holds=change > 1e-09)

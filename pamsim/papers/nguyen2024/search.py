@@ -42,9 +42,9 @@ def _searches() -> dict[str, SearchRun]:
 @recomputes("nguyen2024-30", "water_cycle")
 def _recovered(method: str) -> Recomputed:
     run, identified = _searches()[method], element()
-    found = (run.x[0], 10.0 ** run.x[1], 10.0 ** run.x[2])
+    result = (run.x[0], 10.0 ** run.x[1], 10.0 ** run.x[2])
     return Recomputed(
-        found,
+        result,
         tolerance=[_SHARE * abs(number) for number in identified],
         cost=run.value,
         evaluations=run.evaluations,

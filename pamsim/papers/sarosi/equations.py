@@ -45,9 +45,9 @@ def _same_largest() -> Recomputed:
     def zero(pressure: float) -> float:
         return root(lambda k: ideal_force(pressure, 1.0 - k, 1.0, 0.02, angle), 0.0, 0.9, 1e-14)
 
-    found = [zero(bar * PA_PER_BAR) for bar in _BARS]
-    spread = max(found) - min(found)
-    return Recomputed(spread, end=found[0] / _PERCENT)
+    result = [zero(bar * PA_PER_BAR) for bar in _BARS]
+    spread = max(result) - min(result)
+    return Recomputed(spread, end=result[0] / _PERCENT)
 
 
 @recomputes("sarosi-03")

@@ -66,11 +66,11 @@ def _inverse() -> Recomputed:
 def _published_largest() -> Recomputed:
     law, numbers = PUBLISHED[_TYPE], printed_numbers("sarosi", "max_contraction")
     pressure = _BARS[-1] * PA_PER_BAR
-    found = root(
+    result = root(
         lambda k: six_parameter_force(pressure, k, law.a, law.b, law.c, law.d, law.e, law.f),
         0.1,
         0.4,
         1e-12,
     )
     low, high = numbers[0].value - numbers[0].half_unit, numbers[1].value + numbers[1].half_unit
-    return Recomputed(found / _PERCENT, holds=low <= found / _PERCENT <= high)
+    return Recomputed(result / _PERCENT, holds=low <= result / _PERCENT <= high)

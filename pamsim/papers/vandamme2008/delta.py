@@ -53,12 +53,12 @@ def _measured_ratio(fibres: int) -> FloatArray:
 @recomputes("vandamme2008-25")
 def _recovered() -> Recomputed:
     planted: list[float] = []
-    found: list[float] = []
+    result: list[float] = []
     for fibres in (40, 25):
         planted += printed_parameters(fibres).tolist()
-        found += _fit(_measured_ratio(fibres) - 1.0, _FAR)[0].tolist()
+        result += _fit(_measured_ratio(fibres) - 1.0, _FAR)[0].tolist()
     return Recomputed(
-        found, tolerance=[_SHARE * abs(number) for number in planted], printed=planted
+        result, tolerance=[_SHARE * abs(number) for number in planted], printed=planted
     )
 
 

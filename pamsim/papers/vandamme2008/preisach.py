@@ -80,9 +80,9 @@ def _grid() -> Recomputed:
     worst = 0.0
     for u, expected in zip(path.tolist(), by_relays.tolist(), strict=True):
         reached = levels_reached(n, u)
-        found = staircase_sums(n, c, d, act, reached)[0]
+        result = staircase_sums(n, c, d, act, reached)[0]
         act = _moved(n, act, reached)
-        worst = max(worst, abs(found - expected))
+        worst = max(worst, abs(result - expected))
     return Recomputed(worst, n=n)
 
 
@@ -105,8 +105,8 @@ def _most_frequent() -> Recomputed:
 @recomputes("vandamme2008-13")
 def _saturates() -> Recomputed:
     history = relay_history(np.array([1.0, -1.1]))
-    found = output(history, _printed_table())
-    return Recomputed(found.tolist())
+    result = output(history, _printed_table())
+    return Recomputed(result.tolist())
 
 
 @recomputes("vandamme2008-14")

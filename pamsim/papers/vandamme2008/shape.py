@@ -24,10 +24,10 @@ _CLOSE = 1.0
 @recomputes("vandamme2008-01")
 def _possible() -> Recomputed:
     slenderness = value("slenderness")
-    found = pleated_max_contraction(slenderness) / PERCENT
+    result = pleated_max_contraction(slenderness) / PERCENT
     return Recomputed(
-        found,
-        holds=found > value("possible_contraction"),
+        result,
+        holds=result > value("possible_contraction"),
         slender=pleated_max_contraction(1000.0) / PERCENT,
         stout=pleated_max_contraction(2.0) / PERCENT,
     )
@@ -49,8 +49,8 @@ def _polynomial() -> Recomputed:
     slenderness = value("slenderness")
     law = fit_pleated(slenderness, (value("valid_from") * PERCENT, largest()))
     span = (value("valid_from") * PERCENT, largest())
-    found = worst_relative_error(law, slenderness, span) / PERCENT
-    return Recomputed(found, holds=found <= _CLOSE, close=_CLOSE)
+    result = worst_relative_error(law, slenderness, span) / PERCENT
+    return Recomputed(result, holds=result <= _CLOSE, close=_CLOSE)
 
 
 @recomputes("vandamme2008-04")
@@ -74,8 +74,8 @@ def _below_five_percent() -> Recomputed:
     slenderness, eps = value("slenderness"), 0.2 * value("valid_from") * PERCENT
     law = fit_pleated(slenderness, (value("valid_from") * PERCENT, largest()))
     polynomial = pleated_function(eps, law.f0, law.f1, law.f2, law.f3, law.f4)
-    found = (polynomial / pleated_shape_function(eps, slenderness) - 1.0) / PERCENT
-    return Recomputed(found, holds=found > _CLOSE)
+    result = (polynomial / pleated_shape_function(eps, slenderness) - 1.0) / PERCENT
+    return Recomputed(result, holds=result > _CLOSE)
 
 
 @recomputes("vandamme2008-07")
@@ -98,12 +98,15 @@ def _contraction_at(scaled: float) -> float:
 @recomputes("vandamme2008-08")
 def _contractions_reached() -> Recomputed:
     lowest = value("force_offset") - value("force_amplitude") / 2.0
-    found = [_contraction_at(lowest / (p * length() ** 2)) / PERCENT for p in pressures()]
+    result = [_contraction_at(lowest / (p * length() ** 2)) / PERCENT for p in pressures()]
     printed = value("max_contraction")
     exchanged = value("force_amplitude") - value("force_offset")
     at_most = _contraction_at(exchanged / (max(pressures()) * length() ** 2)) / PERCENT
     return Recomputed(
-        tuple(found), holds=min(found) <= printed <= max(found), lowest=lowest, at_most=at_most
+        tuple(result),
+        holds=min(result) <= printed <= max(result),
+        lowest=lowest,
+        at_most=at_most,
     )
 
 

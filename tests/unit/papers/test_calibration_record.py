@@ -113,7 +113,7 @@ def used_without(key):
         }
     ),
 )
-def test_a_damaged_or_foreign_record_is_refused(rig, content):
+def test_a_damaged_or_other_record_is_refused(rig, content):
     write(rig, content)
     with refused(FILE):
         calibration_record(rig)
