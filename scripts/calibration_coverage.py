@@ -1,4 +1,4 @@
-"""Coverage of the 95 % intervals of a calibration, by colour of noise and repeats.
+"""Coverage of the 95 % intervals of a calibration, by noise colour and repeats.
 
     python scripts/calibration_coverage.py [--runs 400]
 
