@@ -1,4 +1,4 @@
-"""``pamsim diagnose``: hidden in twin data, found by the command, repaired, and then gone."""
+"""``pamsim diagnose``: a hidden effect is named by the command, repaired, and then gone."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ def run(monkeypatch, capsys, *args):
 
 @pytest.fixture(scope="module")
 def rig_folder(tmp_path_factory):
-    """The shipped rig in steps twice as long, twin and fit alike."""
+    """The shipped rig in steps twice as long, for synthetic data and fit."""
     folder = tmp_path_factory.mktemp("rig") / "quick_arm"
     folder.mkdir()
     for path in (shipped_rigs() / "mas20_arm").glob("*.*"):
@@ -58,12 +58,12 @@ def test_a_hidden_leak_is_named_repaired_and_no_longer_missing(
     recording, tmp_path, monkeypatch, capsys
 ):
     out = tmp_path / "out"
-    code, told, err = run(
+    code, printed, err = run(
         monkeypatch, capsys, "diagnose", recording, *TRIED, "--out", out, "--json",
         tmp_path / "r.json",
     )  # fmt: skip
     assert code == 0, err
-    *_, sentence, verdict = told.strip().splitlines()
+    *_, sentence, verdict = printed.strip().splitlines()
     assert verdict == "verdict: named"
     assert sentence.startswith("Missing: a leak of air from the muscles (air_leak, leak conduct")
     result = json.loads((out / "diagnosis.json").read_text(encoding="utf-8"))
@@ -78,11 +78,11 @@ def test_a_hidden_leak_is_named_repaired_and_no_longer_missing(
     found = [m.chamber.leak_conductance for m in repaired.muscles.values()]
     assert found == pytest.approx([leak["value_si"]] * 2)
 
-    code, told, err = run(
+    code, printed, err = run(
         monkeypatch, capsys, "diagnose", recording, *TRIED, "--rig", out / "rig"
     )  # fmt: skip
     assert code == 0, err
-    assert told.strip().splitlines()[-1] == "verdict: no_gap"
+    assert printed.strip().splitlines()[-1] == "verdict: no_gap"
 
 
 @pytest.mark.parametrize("verdict", list(Verdict))
@@ -99,23 +99,23 @@ def test_every_verdict_is_printed_and_has_its_exit_code(verdict, tmp_path, monke
     monkeypatch.setattr("pamsim.diagnosis.diagnose.diagnose", quick)
     monkeypatch.setattr("pamsim.report.page.save_png", lambda figure, path: (691, 400))
     out = tmp_path / "out"
-    code, told, _ = run(
+    code, printed, _ = run(
         monkeypatch, capsys, "diagnose", "a", "b", "--effects", "air_leak", "--effects",
         "angle_bias", "--hold-out", "x,y", "--seed", "7", "--out", out,
     )  # fmt: skip
     assert code == (0 if verdict in (Verdict.NO_GAP, Verdict.NAMED) else 1)
-    assert told.strip().splitlines()[-1] == f"verdict: {verdict.value}"
-    assert "warning: forces were not measured" in told
-    assert "not tried: load_torque: no body's tilt is stated" in told
-    assert "pressure_1 [kPa]" in told
+    assert printed.strip().splitlines()[-1] == f"verdict: {verdict.value}"
+    assert "warning: forces were not measured" in printed
+    assert "not tried: load_torque: no body's tilt is stated" in printed
+    assert "pressure_1 [kPa]" in printed
     assert (asked["sources"], asked["hold_out"], asked["seed"]) == (("a", "b"), ["x", "y"], 7)
     assert asked["effects"] == ["air_leak", "angle_bias"]
     repaired = verdict in (Verdict.NAMED, Verdict.NAMED_WITH_REMAINDER)
     assert (out / "rig" / "params.toml").is_file() is repaired
-    assert (f"rig:  {out / 'rig'}" if repaired else "no repaired rig written") in told
+    assert (f"rig:  {out / 'rig'}" if repaired else "no repaired rig written") in printed
     if verdict is Verdict.AMBIGUOUS:
-        assert "alternative" in told
-        assert "next experiment: shut_hold" in told
+        assert "alternative" in printed
+        assert "next experiment: shut_hold" in printed
 
 
 @pytest.mark.parametrize(

@@ -1,4 +1,4 @@
-"""Angles at rest in the engine: what a table hides is found, and the rig that lacks it repaired."""
+"""A table at rest in the engine: the hidden effect is named, and the rig is repaired."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ TILT = -0.12
 @pytest.fixture(scope="module")
 def rig():
     rig = published_rig()
-    rig.model.opt.timestep = 2e-3  # twin and fit alike
+    rig.model.opt.timestep = 2e-3  # for synthetic data and fit
     return rig
 
 
@@ -35,7 +35,7 @@ def table(rig):
     keep = np.flatnonzero(np.abs(printed.angle) < 0.5)[-12:]
     table = dataclasses.replace(
         printed,
-        name="twin",
+        name="synthetic",
         rows=tuple(printed.rows[i] for i in keep),
         pressure=printed.pressure[keep],
         load=printed.load[keep],
@@ -81,11 +81,11 @@ def test_the_repaired_rig_simulates_what_was_fitted(rig, table, report):
         assert pulley.value == pytest.approx(radius)
 
 
-def test_why_an_effect_was_not_tried_is_said(report):
-    said = report.to_dict()["skipped"]
-    assert "path" in said["muscle_hysteresis"]
-    assert said["viscous_friction"] == "moves no angle at rest"
-    assert "empty" in said["passive_stiffness"]
+def test_the_reason_why_an_effect_was_not_tried_is_stated(report):
+    skipped = report.to_dict()["skipped"]
+    assert "path" in skipped["muscle_hysteresis"]
+    assert skipped["viscous_friction"] == "moves no angle at rest"
+    assert "empty" in skipped["passive_stiffness"]
 
 
 def test_it_fits_into_json_and_makes_a_page(report, tmp_path):

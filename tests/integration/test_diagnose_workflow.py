@@ -1,4 +1,4 @@
-"""A diagnosis in the engine: what twin data hide is found on trials that no fit has seen."""
+"""A diagnosis in the engine: what is hidden in synthetic recordings is found on held-out trials."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ TRIED = ("air_leak", "coulomb_friction")
 @pytest.fixture(scope="module")
 def rig():
     rig = pamsim.load_rig("mas20_arm")
-    rig.model.opt.timestep = 1e-3  # twin and fit alike
+    rig.model.opt.timestep = 1e-3  # for synthetic data and fit
     return rig
 
 
@@ -51,7 +51,7 @@ def test_what_is_hidden_is_named_and_nothing_else(rig, effects, verdict, tmp_pat
         assert found.conclusion.best is None
 
 
-def test_trials_to_judge_by_are_chosen_and_said(rig, tmp_path):
+def test_trials_to_judge_by_must_exist(rig, tmp_path):
     folder = recorded(rig, [], tmp_path / "data")
     with pytest.raises(InputError, match="did you mean 'bursts'"):
         diagnose([folder], rig=rig, hold_out=["burst"])

@@ -240,7 +240,7 @@ class Fitter:
         values = {p.name: float(known["values"][p.name]) for p in parameters}
         (at,) = self.simulator.fit_rows([values])
         if at is None:
-            raise InputError("a remembered fit no longer runs; start anew")
+            raise InputError("a remembered fit no longer runs; start again")
         jacobian = self._columns(parameters, values, at * self.weights, self._jacobian)
         place = SearchScale(parameters).to_unit(np.array([values[p.name] for p in parameters]))
         return self._finished(parameters, place, float(known["cost"]), jacobian)
