@@ -22,9 +22,14 @@ def test_the_file_appears_with_the_end_of_the_block(tmp_path):
 def test_what_stops_the_writing_leaves_the_old_file_and_nothing_else(tmp_path, stop):
     path = tmp_path / "data.txt"
     path.write_text("old")
-    with pytest.raises(stop), complete_file(path) as part:
-        part.write_text("half")
-        raise stop
+
+    def interrupted():
+        with complete_file(path) as part:
+            part.write_text("half")
+            raise stop
+
+    with pytest.raises(stop):
+        interrupted()
     assert path.read_text() == "old"
     assert list(tmp_path.iterdir()) == [path]
 
