@@ -34,6 +34,7 @@ class Rule:
     write: str
     in_text: bool
     in_names: bool
+    under: str
 
     @classmethod
     def of(cls, row: dict[str, str | bool]) -> Rule:
@@ -42,7 +43,9 @@ class Rule:
         words = str(row["find"]).replace(" ", r"(?:[\s_#\"'-]|\bf(?=[\"']))+")
         names = row.get("names", False)
         pattern = re.compile(rf"(?<![a-z])(?:{words})(?![a-z])")
-        return cls(pattern, str(row["write"]), names != "only", bool(names))
+        return cls(
+            pattern, str(row["write"]), names != "only", bool(names), str(row.get("under", ""))
+        )
 
 
 def read_table(path: Path = TABLE) -> tuple[list[Rule], list[dict[str, str]]]:
@@ -116,7 +119,8 @@ def main(arguments: list[str]) -> int:
         if path in own or path == TABLE or path.suffix not in known:
             continue
         where = path.relative_to(ROOT).as_posix()
-        for line, phrase, write in sorted(phrases(path, rules)):
+        holding = [rule for rule in rules if where.startswith(rule.under)]
+        for line, phrase, write in sorted(phrases(path, holding)):
             if not spared(where, phrase, exceptions):
                 count += 1
                 print(f"{where}:{line}: {' '.join(phrase.split())} -> {write}")

@@ -6,11 +6,15 @@ from typing import Any
 
 from matplotlib.figure import Figure
 
-from pamsim.calibration.result import Calibration
 from pamsim.core.errors import InputError
 from pamsim.core.recording import Recording
 from pamsim.report.calibrate_numbers import parameter_ranges
 from pamsim.report.calibrate_signals import trial_signals
+from pamsim.report.diagnose_gap import gap_bars
+from pamsim.report.fit_figure import fit_figure
+from pamsim.report.identify_figures import measured_and_model
+from pamsim.report.reproduce_figures import static_characteristic
+from pamsim.report.reproduce_rows import distinct, parse_rows
 from pamsim.report.step_figure import step_figure
 
 
@@ -18,20 +22,35 @@ def plot(result: Any) -> Figure:
     """Draw a result.
 
     Args:
-        result: a `Recording`; a `Calibration`, drawn against its trials, or as its parameters
-            in their ranges where it has none.
+        result: what `pamsim.simulate`, `identify`, `fit`, `calibrate`, `diagnose` or `reproduce`
+            returns.
 
     Returns:
-        A matplotlib figure; ``figure.savefig(path)`` writes it.
+        A recording: angle, pressures and tensions over time. An identification: measured output
+        and models. A fit: data, fitted curves and residuals. A calibration: its trials before and
+        after, or its parameters in their ranges where it has no trials. A diagnosis: held-out error
+        before and after the repair. A reproduction: printed and simulated angles at rest.
+        ``figure.savefig(path)`` writes it.
 
     Raises:
         InputError: if there is no picture of such a result.
     """
     if isinstance(result, Recording):
         return step_figure(result)
-    if isinstance(result, Calibration):
-        trials = [c for c in result.comparisons if c.table is None]
-        if trials:
-            return trial_signals(trials)
-        return parameter_ranges(result.to_dict()["parameters"])
-    raise InputError(f"no picture of a {type(result).__name__}; give a result of pamsim")
+    content = result.to_dict() if hasattr(result, "to_dict") else {}
+    match str(content.get("schema")).partition("/")[0]:
+        case "pamsim-identify":
+            return measured_and_model(content, result.curves())
+        case "pamsim-fit":
+            return fit_figure(content)
+        case "pamsim-calibrate":
+            trials = [c for c in result.comparisons if c.table is None]
+            return trial_signals(trials) if trials else parameter_ranges(content["parameters"])
+        case "pamsim-diagnosis":
+            return gap_bars(content["gap"])
+        case "pamsim-reproduce":
+            return static_characteristic(
+                distinct(parse_rows(content)), content.get("figure6") or {}
+            )
+        case _:
+            raise InputError(f"no picture of a {type(result).__name__}; give a result of pamsim")
