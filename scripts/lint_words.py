@@ -19,7 +19,14 @@ from pathlib import Path
 ROOT = Path(__file__).resolve().parents[1]
 TABLE = Path(__file__).with_suffix(".toml")
 SEARCHED = (
-    *("README.md", "docs/*.md", "models/*/*.md", "models/*/params.toml", "Makefile"),
+    *(
+        "README.md",
+        "CHANGELOG.md",
+        "docs/*.md",
+        "models/*/*.md",
+        "models/*/params.toml",
+        "Makefile",
+    ),
     *("pamsim/**/*.py", "pamsim/**/*.html", "scripts/**/*.py", "tests/**/*.py"),
 )
 # From Python 3.12 on, an f-string is several tokens.
