@@ -50,7 +50,7 @@ format: $(VENV)/.dev-stamp ## let ruff format the code and mend what it can
 
 # --- environment -------------------------------------------------------------------------------
 
-# Order-only below: the time stamp of an interpreter says nothing about what is installed beside it.
+# Order-only below: the time stamp of an interpreter does not show what is installed beside it.
 $(PY):
 	@$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11))' 2>/dev/null || { \
 	  echo "pamsim needs Python 3.11 or newer, and '$(PYTHON)' is not: name one with 'make PYTHON=/path/to/python3 ...'" >&2; exit 1; }

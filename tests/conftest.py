@@ -21,12 +21,12 @@ def _has_egl() -> bool:
 
 
 # Before anything imports them: figures without a window, and pictures of MuJoCo without a screen.
-# `import mujoco` itself fails when told to use an EGL that is not installed, hence the look first.
+# `import mujoco` itself fails if it is to use an EGL that is not installed, hence this check first.
 os.environ.setdefault("MPLBACKEND", "Agg")
 if sys.platform == "linux":
     os.environ.setdefault("MUJOCO_GL", "egl" if _has_egl() else "disable")
 
-# A first call may compile a law, which takes seconds: how long one example took says nothing.
+# A first call may compile a law, which takes seconds: the time of one example is no measure.
 hypothesis.settings.register_profile("pamsim", parent=hypothesis.settings(), deadline=None)
 hypothesis.settings.load_profile("pamsim")
 

@@ -18,7 +18,7 @@ Command: TypeAlias = tuple[float, float]
 
 @dataclass(frozen=True, kw_only=True, slots=True)
 class Observation:
-    """What a controller knows at a sample.
+    """Measured signals and reference at a sample.
 
     Attributes:
         time: since the start [s].

@@ -54,7 +54,7 @@ class RigFile:
 
 
 def shipped_rigs() -> Path:
-    """Folder of the rigs that come with pamsim: inside the wheel, or of the source tree."""
+    """Folder of the rigs that come with pamsim: installed with it, or of the source tree."""
     package = Path(__file__).resolve().parent.parent
     installed = package / "_models"
     return installed if installed.is_dir() else package.parent / "models"

@@ -136,7 +136,7 @@ def test_two_rigs_stepped_alternately_equal_two_run_apart(rig):
     assert np.array_equal(apart[1], np.array(together[1]))
 
 
-FOREIGN = """
+OTHER = """
 <mujoco><worldbody><body><joint name="j" damping="0.1"/><geom size="0.1"/></body></worldbody>
 <actuator><muscle joint="j" name="m" lengthrange="-1 1"/>
 <general joint="j" dyntype="user" gaintype="user" biastype="user" actdim="2" user="1 2 3"/>
@@ -145,8 +145,8 @@ FOREIGN = """
 """
 
 
-def test_a_foreign_model_in_the_same_process_is_unaffected(rig):
-    model = mujoco.MjModel.from_xml_string(FOREIGN)
+def test_another_model_in_the_same_process_is_unaffected(rig):
+    model = mujoco.MjModel.from_xml_string(OTHER)
 
     def run():
         data = mujoco.MjData(model)
@@ -197,7 +197,7 @@ def test_unknown_backend_and_a_model_without_muscles_are_refused(rig):
     model, _ = charged(rig)
     with pytest.raises(InputError, match="'compiled'"), pamsim.live(model, backend="compield"):
         pass
-    foreign = mujoco.MjModel.from_xml_string(FOREIGN)
+    foreign = mujoco.MjModel.from_xml_string(OTHER)
     with pytest.raises(InputError, match="no pamsim muscle"), pamsim.live(foreign):
         pass
 

@@ -40,16 +40,16 @@ def run(command, folder):
 
 @pytest.mark.parametrize("text", list(snippets("python")))
 def test_python_snippets_run(text, tmp_path, monkeypatch, capsys):
-    """In this process: to import everything anew takes longer than most of them."""
+    """In this process: to import everything again takes longer than most of them."""
     monkeypatch.chdir(tmp_path)
     names: dict[str, object] = {"__name__": "__main__"}
     exec(compile(text, "snippet", "exec"), names)
     for made in names.values():  # what ends with the process there
         if isinstance(made, gymnasium.Env | gymnasium.vector.VectorEnv):
             made.close()
-    said = capsys.readouterr()
-    assert said.out.strip()
-    assert "Warning" not in said.err
+    printed = capsys.readouterr()
+    assert printed.out.strip()
+    assert "Warning" not in printed.err
 
 
 def test_the_first_python_snippet_needs_nothing_that_is_already_there(tmp_path):

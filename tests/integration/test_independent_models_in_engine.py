@@ -298,7 +298,7 @@ def test_each_shows_and_starts_afresh_in_every_run(quick, name, monkeypatch):
 
 
 def test_two_act_together_in_the_order_of_the_signal(quick, short):
-    """A lag shapes what the regulator is told; after the valves are set, it would undo that."""
+    """A lag shapes the input of the regulator; after the valves are set, it would undo that."""
 
     def hidden(*effects):
         return recorded(quick, effects, protocols=("triangle",))

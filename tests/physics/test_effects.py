@@ -27,7 +27,7 @@ EFFECTS = {
     "stribeck_friction": {"friction.stribeck_force": 10.0, "friction.stribeck_velocity": 5e-3},
 }
 SHAPES = {"creep.relaxation_time": 0.1, "end_shape.onset": -0.1, "friction.stribeck_velocity": 0.1}
-"""What says how an effect acts and nothing while there is none."""
+"""A parameter that shapes an effect and does nothing without it."""
 
 
 @pytest.fixture(scope="module")
@@ -64,7 +64,7 @@ def test_shapes_of_effects_that_are_absent_leave_no_trace(rig, experiment):
 
 
 @pytest.mark.parametrize("name", EFFECTS)
-def test_effect_acts_alike_in_both_backends_and_goes_when_it_is_taken_out(rig, name):
+def test_effect_acts_equally_in_both_backends_and_goes_when_it_is_taken_out(rig, name):
     there = rig.with_parameters(EFFECTS[name])
     fast = pamsim.simulate(there, valves()).completed()
     slow = pamsim.simulate(there, valves(), backend="python").completed()

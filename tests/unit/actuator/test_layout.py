@@ -135,7 +135,7 @@ def test_states_are_the_operator_s_and_five_that_all_muscles_have(loop):
 
 
 @pytest.mark.parametrize("row", [np.zeros(SIZE), np.ones(3), pack(make())[:-1]])
-def test_a_foreign_row_is_no_muscle(row):
+def test_another_actuator_s_row_is_no_muscle(row):
     assert not is_muscle(row)
     with pytest.raises(EngineError, match=r"\A[^\n]+\Z"):
         unpack(row)

@@ -28,4 +28,4 @@ def refused(*words: str, error: type[InputError] = InputError) -> Iterator[None]
     assert text
     assert "\n" not in text
     missing = [word for word in words if word not in text]
-    assert not missing, f"{text!r} does not say {missing}"
+    assert not missing, f"{text!r} does not state {missing}"

@@ -42,7 +42,7 @@ def gives_numbers(function) -> bool:
 
 
 def takes_its_unit(function) -> bool:
-    """Conversions and checks work in the unit that they are told."""
+    """Conversions and checks work in the unit that they are given."""
     return bool({"unit", "si_unit", "spec"} & set(inspect.signature(function).parameters))
 
 

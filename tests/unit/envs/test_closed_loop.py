@@ -172,7 +172,7 @@ def test_what_is_no_policy_for_this_arm_is_refused(changed, message, tmp_path):
         NeuralPolicy.read(tmp_path / "p.npz", supply=600e3)
 
 
-def test_a_missing_or_foreign_file_is_refused(tmp_path):
+def test_a_missing_or_other_file_is_refused(tmp_path):
     with pytest.raises(InputError, match="cannot read"):
         read_policy(tmp_path / "none.npz")
     (tmp_path / "text.npz").write_text("hello")

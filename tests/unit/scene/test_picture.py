@@ -124,7 +124,7 @@ def test_chain_law_is_exact_and_nothing_touches_over_the_whole_range(
         assert data.ncon == 0
 
 
-def test_positive_angle_turns_the_wheel_towards_muscle_1(model: mujoco.MjModel) -> None:
+def test_positive_angle_turns_the_sprocket_towards_muscle_1(model: mujoco.MjModel) -> None:
     data = at(model, 0.2)
     assert data.site("muscle_1_anchor").xpos[1] > 0.0
     assert data.body("load").xpos[1] > 0.0
@@ -178,11 +178,11 @@ def test_length_no_braid_can_have_is_refused(length: float) -> None:
 
 
 @pytest.mark.parametrize("number", [1, 2])
-@pytest.mark.parametrize("wheel", [0.009, 0.0125, 0.02])
-def test_chain_runs_smoothly_from_the_wheel_to_the_muscle(
-    model: mujoco.MjModel, number: int, wheel: float
+@pytest.mark.parametrize("sprocket", [0.009, 0.0125, 0.02])
+def test_chain_runs_smoothly_from_the_sprocket_to_the_muscle(
+    model: mujoco.MjModel, number: int, sprocket: float
 ) -> None:
-    model.wrap_prm[:] = -wheel, wheel
+    model.wrap_prm[:] = -sprocket, sprocket
     data = at(model, 0.5)
     strand = _strand(model, data, number, 0.23)
     path = np.linspace(0.0, strand.breaks[3], 2001)
@@ -194,7 +194,7 @@ def test_chain_runs_smoothly_from_the_wheel_to_the_muscle(
     moving_end = anchor.xpos + (0.23 + MOVING_REACH) * anchor.xmat.reshape(3, 3)[:, 2]
     np.testing.assert_allclose(points[-1], moving_end, atol=1e-12)
     hub = data.site("sprocket").xpos
-    assert np.linalg.norm(points - hub, axis=1).min() == pytest.approx(wheel)
+    assert np.linalg.norm(points - hub, axis=1).min() == pytest.approx(sprocket)
 
 
 @needs_gl

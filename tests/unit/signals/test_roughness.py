@@ -1,4 +1,4 @@
-"""Noise is told from the signal it sits on, drift from lag on."""
+"""Noise is distinguished from the signal under it, drift from the given lag on."""
 
 from __future__ import annotations
 

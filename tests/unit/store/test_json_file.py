@@ -26,7 +26,7 @@ def test_what_is_written_is_read_back(tmp_path):
 
 
 @pytest.mark.parametrize("value", [math.nan, math.inf, object()])
-def test_what_json_lacks_leaves_the_old_file(tmp_path, value):
+def test_what_json_cannot_hold_leaves_the_old_file(tmp_path, value):
     path = tmp_path / "r.json"
     write_json(path, RESULT)
     with pytest.raises((ValueError, TypeError)):

@@ -1,4 +1,4 @@
-"""Measured CSV files: three kinds by their columns, SI inside, and one line for each slip."""
+"""Measured CSV files: three kinds by their columns, SI inside, and one line for each mistake."""
 
 from __future__ import annotations
 

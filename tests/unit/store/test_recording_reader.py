@@ -1,4 +1,4 @@
-"""Recordings: what was written is read, and each slip of a user's file is one clear line."""
+"""Recordings: what was written is read, and each mistake in a user's file is one clear line."""
 
 from __future__ import annotations
 
@@ -178,7 +178,7 @@ BAD_TABLES = {
     "rad by name": (text_of(P).replace("angle_deg", "angle_rad"), "name it 'angle_deg'"),
     "time by name": (text_of(P).replace("time_s", "time"), "name it 'time_s'"),
     "set point by name": (text_of(P).replace("p2_set_kpa", "p2_set"), "name it 'p2_set_kpa'"),
-    "slip of the pen": (text_of(P).replace("angle_deg", "angel_deg"), "did you mean 'angle_deg'"),
+    "typing error": (text_of(P).replace("angle_deg", "angel_deg"), "did you mean 'angle_deg'"),
     "measured in bar": (changed(p1_kpa=P["p1_kpa"] / 100), "p1_kpa looks like bar; multiply it"),
     "measured in MPa": (changed(p1_kpa=P["p1_kpa"] / 1e3), "p1_kpa looks like MPa"),
     "measured in psi": (

@@ -1,4 +1,4 @@
-"""Rig files: what is read from a good one, and what a broken one is told."""
+"""Rig files: what is read from a good one, and the message for a broken one."""
 
 from __future__ import annotations
 
@@ -139,7 +139,7 @@ BROKEN = {
         ("muscle.braid.diameter.value", "None"),
     ),
     "value is a word": ("value = 20", 'value = "20"', ("muscle.braid.diameter.value", "'20'")),
-    "value is a truth": ("value = 20", "value = true", ("muscle.braid.diameter.value", "True")),
+    "value is a boolean": ("value = 20", "value = true", ("muscle.braid.diameter.value", "True")),
     "no unit": (
         DIAMETER,
         '{ value = 20, source = "Table 1" }',

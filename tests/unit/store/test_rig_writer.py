@@ -21,7 +21,7 @@ def number(value, unit, **more):
 
 
 def same_rig(one, other):
-    """Whether two rigs are alike in everything the engine sees."""
+    """Whether two rigs are equal in all that the engine uses."""
     return (
         one.muscles == other.muscles
         and np.array_equal(one.model.actuator_user, other.model.actuator_user)
@@ -117,7 +117,7 @@ def test_a_comment_behind_an_entry_stays(source, tmp_path):
     assert "}  # measured twice" in new.read_text(encoding="utf-8")
 
 
-def test_parameters_that_the_file_lacks_are_added(source, tmp_path):
+def test_parameters_missing_in_the_file_are_added(source, tmp_path):
     assert "threshold" not in source.muscle
     write_rig(
         source,
@@ -170,7 +170,7 @@ def test_one_muscle_may_differ_and_the_actuators_keep_their_order(source, tmp_pa
     assert rig.file.tendons == source.tendons
     volumes = [m.chamber.dead_volume for m in rig.muscles.values()]
     assert volumes == pytest.approx([3e-5, 2e-5])
-    comment = "# Both muscles are alike"
+    comment = "# Both muscles are equal"
     assert comment in (tmp_path / "new" / "params.toml").read_text(encoding="utf-8")
 
     write_rig(rig.file, tmp_path / "again", {"muscle_1:chamber.dead_volume": number(4e-5, "m^3")})

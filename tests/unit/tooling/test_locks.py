@@ -1,4 +1,4 @@
-"""The lock files are complete, checked by hash, and say nothing about where they were made."""
+"""The lock files are complete, checked by hash, and do not depend on where they were made."""
 
 from __future__ import annotations
 
@@ -53,7 +53,7 @@ def test_lock_answers_pyproject(name: str, groups: list[str]) -> None:
     packages = entries(name)
     for wanted in declared(*groups):
         package = canonicalize_name(wanted.name)
-        assert package in packages, f"{name} lacks {package}: run `make lock`"
+        assert package in packages, f"{name} has no {package}: run `make lock`"
         assert wanted.specifier.contains(packages[package][0]), f"{name}: {wanted}: run `make lock`"
 
 
