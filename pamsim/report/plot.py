@@ -14,7 +14,6 @@ from pamsim.report.diagnose_gap import gap_bars
 from pamsim.report.fit_figure import fit_figure
 from pamsim.report.identify_figures import measured_and_model
 from pamsim.report.reproduce_figures import static_characteristic
-from pamsim.report.reproduce_rows import distinct, parse_rows
 from pamsim.report.step_figure import step_figure
 
 
@@ -49,8 +48,7 @@ def plot(result: Any) -> Figure:
         case "pamsim-diagnosis":
             return gap_bars(content["gap"])
         case "pamsim-reproduce":
-            return static_characteristic(
-                distinct(parse_rows(content)), content.get("figure6") or {}
-            )
+            distinct = [row for row in content["rows"] if row["repeats"] is None]
+            return static_characteristic(distinct, content["figure6"])
         case _:
             raise InputError(f"no picture of a {type(result).__name__}; give a result of pamsim")
