@@ -14,7 +14,7 @@ import pamsim
 from pamsim.core.errors import InputError
 
 FORCE_MAP = Path(pamsim.__file__).parent / "data" / "dmsp10_250_force_map.csv"
-JOBS = ("simulate", "identify", "fit", "calibrate", "hide", "reproduce", "replicate")
+JOBS = ("simulate", "identify", "fit", "calibrate", "diagnose", "hide", "reproduce", "replicate")
 
 
 @pytest.mark.parametrize("job", JOBS)
