@@ -37,12 +37,13 @@ reproduce: $(VENV)/.run-stamp ## the main job: every printed experiment, tables,
 test: $(VENV)/.dev-stamp ## run the test suite (ARGS="..." goes to pytest)
 	$(PY) $(PYTEST) $(ARGS)
 
-lint: $(VENV)/.dev-stamp ## style, formatting, types, import directions, spelling
+lint: $(VENV)/.dev-stamp ## style, formatting, types, import directions, spelling, plain words
 	$(PY) -m ruff check .
 	$(PY) -m ruff format --check .
 	$(PY) -m basedpyright
 	$(VENV)/bin/lint-imports
 	$(PY) -m codespell_lib
+	$(PY) scripts/lint_words.py
 
 format: $(VENV)/.dev-stamp ## let ruff format the code and mend what it can
 	$(PY) -m ruff check --fix .

@@ -41,7 +41,6 @@ class Rule:
     write: str
     in_text: bool
     in_names: bool
-    under: str
 
     @classmethod
     def of(cls, row: dict[str, str | bool]) -> Rule:
@@ -50,9 +49,7 @@ class Rule:
         words = str(row["find"]).replace(" ", r"(?:[\s_#\"'-]|\bf(?=[\"']))+")
         names = row.get("names", False)
         pattern = re.compile(rf"(?<![a-z])(?:{words})(?![a-z])")
-        return cls(
-            pattern, str(row["write"]), names != "only", bool(names), str(row.get("under", ""))
-        )
+        return cls(pattern, str(row["write"]), names != "only", bool(names))
 
 
 def read_table(path: Path = TABLE) -> tuple[list[Rule], list[dict[str, str]]]:
@@ -126,8 +123,7 @@ def main(arguments: list[str]) -> int:
         if path in own or path == TABLE or path.suffix not in known:
             continue
         where = path.relative_to(ROOT).as_posix()
-        holding = [rule for rule in rules if where.startswith(rule.under)]
-        for line, phrase, write in sorted(phrases(path, holding)):
+        for line, phrase, write in sorted(phrases(path, rules)):
             if not spared(where, phrase, exceptions):
                 count += 1
                 print(f"{where}:{line}: {' '.join(phrase.split())} -> {write}")

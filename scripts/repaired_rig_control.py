@@ -1,11 +1,10 @@
-"""What `pamsim diagnose` does for control: designs on the rig as filed, and on the repaired one.
+"""Controllers designed on the rig as filed and on the rig that `pamsim diagnose` repaired.
 
     python scripts/repaired_rig_control.py [--json FILE]
 
-The plant's muscles are stiffer and lossier than its file says. Recordings of it are diagnosed; the
-repaired rig goes into the environment. Controllers are designed and their free number is chosen on
-the rig as filed, then on the repaired one, as somebody would who has only a simulation; all are
-scored on the plant. Designs on the plant itself show what is left to gain.
+The plant's muscles are stiffer and have more hysteresis than its file states. Recordings of it are
+diagnosed. Controllers are designed and tuned on the rig as filed, then on the repaired one, without
+use of the plant; all are scored on the plant. Designs on the plant itself show the best possible.
 """
 
 from __future__ import annotations

@@ -110,7 +110,7 @@ def _print(result: dict[str, Any]) -> None:
         click.echo(f"warning: {warning}")
     for name, why in result["skipped"].items():
         click.echo(f"not tried: {name}: {why}")
-    click.echo("held-out root mean square     noise floor      before       after")
+    click.echo("held-out RMS                  noise floor      before       after")
     for channel, gap in result["gap"].items():
         cells = [gap[key] for key in ("floor", "before", "after")]
         numbers = ["none" if cell is None else f"{cell['value']:.4g}" for cell in cells]

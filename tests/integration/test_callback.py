@@ -197,8 +197,8 @@ def test_unknown_backend_and_a_model_without_muscles_are_refused(rig):
     model, _ = charged(rig)
     with pytest.raises(InputError, match="'compiled'"), pamsim.live(model, backend="compield"):
         pass
-    foreign = mujoco.MjModel.from_xml_string(OTHER)
-    with pytest.raises(InputError, match="no pamsim muscle"), pamsim.live(foreign):
+    other = mujoco.MjModel.from_xml_string(OTHER)
+    with pytest.raises(InputError, match="no pamsim muscle"), pamsim.live(other):
         pass
 
 

@@ -78,3 +78,16 @@ def test_links_and_named_files_exist():
     for page in PAGES:
         for target in re.findall(r"\]\(([^)#:]+)\)", page.read_text(encoding="utf-8")):
             assert (page.parent / target).exists(), f"{page.name} links {target}"
+
+
+def test_files_of_the_table_which_file_to_open_exist():
+    """A name without a folder lies in that of the path before it."""
+    table = (ROOT / "README.md").read_text(encoding="utf-8").split("| question | file |")[1]
+    count = 0
+    for row in table.splitlines():
+        folder = ROOT
+        for name in re.findall(r"`([\w./]+(?:\.\w+|/))`", row):
+            place = ROOT / name if "/" in name else folder / name
+            assert place.exists(), f"README.md: {name} in {row!r}"
+            folder, count = place.parent, count + 1
+    assert count > 30

@@ -59,13 +59,13 @@ def test_independent_models_and_outside_effects_are_named_in_the_ground_truth_al
         "--formulation", "independent", "--protocols", "bursts", "--repeats", "1", "--out", folder,
     )  # fmt: skip
     assert code == 0, err
-    told = json.loads((tmp_path / "data.ground_truth.json").read_text(encoding="utf-8"))
-    leak, ripple, offset = told["effects"]
+    ground_truth = json.loads((tmp_path / "data.ground_truth.json").read_text(encoding="utf-8"))
+    leak, ripple, offset = ground_truth["effects"]
     assert leak["resembles"] == ["air_leak"]
     assert "laminar" in leak["formulation"]
     assert ripple["resembles"] == []
     assert "angle_bias" in offset["resembles"]
-    assert told["settings"]["formulation"] == "independent"
+    assert ground_truth["settings"]["formulation"] == "independent"
     text = "".join(path.read_text(encoding="utf-8") for path in folder.iterdir())
     assert not any(word in text for word in ("ripple", "leak", "independent", "timestep"))
     assert read_recordings(folder).trials[0].time[-1] == pytest.approx(0.4)

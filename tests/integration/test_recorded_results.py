@@ -121,22 +121,24 @@ def test_what_a_lower_bar_would_call_is_counted_from_the_study():
         return {EFFECTS[n].family for n in names if n in EFFECTS}
 
     def counted(kind, bar):
-        """Of each data set: family of the truth, families said if that share were enough."""
+        """Of each data set: family hidden, families named if that share were enough."""
         for row in rows:
             if row["kind"] == kind:
                 enough = row["verdict"] == "unexplained" and row["explained"] >= bar
-                said = enough or row["verdict"] in ("named", "named_with_remainder", "ambiguous")
+                claimed = enough or row["verdict"] in ("named", "named_with_remainder", "ambiguous")
                 names = {*row["named"], *(n for tied in row["tied"] for n in tied)}
-                yield families(e for e, _ in row["effects"]), families(names) if said else set()
+                yield families(e for e, _ in row["effects"]), families(names) if claimed else set()
 
     _, table = table_after("diagnose.md", "share to explain")
     assert len(table) == 4
     for label, cells in table.items():
         bar = float(label.removesuffix(" %")) / 100.0
-        different = [bool(true & said) for true, said in counted("different", bar)]
-        struck = [bool(said) and not true & said for true, said in counted("removed", bar)]
-        outside = [not said for _, said in counted("outside", bar)]
-        assert cells == [f"{sum(x)} of {len(x)}" for x in (different, struck, outside)]
+        different = [bool(true & claimed) for true, claimed in counted("different", bar)]
+        removed = [
+            bool(claimed) and not true & claimed for true, claimed in counted("removed", bar)
+        ]
+        outside = [not claimed for _, claimed in counted("outside", bar)]
+        assert cells == [f"{sum(x)} of {len(x)}" for x in (different, removed, outside)]
 
 
 def table_after(document, first_cell):

@@ -150,11 +150,11 @@ class IndependentArm:
             out[3 + 5 * i] = speed
             out[5 + 5 * i] = shortening - strain / self.m.creep.relaxation_time
             lag = self.m.valve.line_lag
-            told = carried if lag else set_points[i]
+            commanded = carried if lag else set_points[i]
             out[6 + 5 * i] = (set_points[i] - carried) / lag if lag else 0.0
             volume, slope = self.volume(length)
             chamber = self.m.chamber
-            supplied = 287.05 * chamber.temperature * self.flow(pressure_abs, told)
+            supplied = 287.05 * chamber.temperature * self.flow(pressure_abs, commanded)
             swept = pressure_abs * slope * speed
             out[4 + 5 * i] = chamber.polytropic_index * (supplied - swept) / volume
         # A rig tilted about x: gravity has a component -g sin(tilt) along the tilted y axis.

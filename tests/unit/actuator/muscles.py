@@ -112,7 +112,7 @@ LASTING = {"chain": Chain(), "creep": Creep(), "chamber": TIGHT}
 EXTENSION = 1e-3
 """Of the chain in a `charged` muscle [m]; a rigid chain has the state too and does not mind it."""
 SHIFT = -1e-4
-"""Of the chain on the sprocket in a `charged` muscle [m]; without play nobody looks at it."""
+"""Of the chain on the sprocket in a `charged` muscle [m]; not used without backlash."""
 RELAXED = 0.07
 """Contraction at which a `charged` muscle's creep is relaxed [-]."""
 

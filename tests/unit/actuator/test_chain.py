@@ -59,7 +59,7 @@ def test_under_a_held_tension_the_extension_closes_in_with_its_time_constant(ten
 @pytest.mark.parametrize("loop", ["none", *LOOPS])
 @pytest.mark.parametrize(("tendon", "pressure"), STATES)
 def test_it_passes_on_the_tension_of_the_muscle_at_its_own_length(loop, tendon, pressure):
-    """It has no mass: with the same air and memory a rigid one, so much shorter, pulls alike."""
+    """It has no mass: with the same air and memory a rigid one, so much shorter, pulls the same."""
     muscle = on_chain(SOFT, loop)
     rigid = dataclasses.replace(muscle, chain=Chain())
     act = charged(muscle, tendon, pressure)

@@ -136,17 +136,17 @@ def test_rates_are_the_laws_put_together(loop, command):
     muscle = make(loop=loop, command=command)
     chamber, valve = muscle.chamber, muscle.valve
     for index, (tendon, pressure, z) in enumerate(CASES):
-        velocity, told, sent = 0.1 * math.sin(index), math.cos(index), 1.3 * math.sin(5 * index)
+        velocity, target, sent = 0.1 * math.sin(index), math.cos(index), 1.3 * math.sin(5 * index)
         if command == "pressure":
-            told, sent = pressure + 1.5e4 * told, 1e5 * (1.0 + sent)
-        act = charged(muscle, tendon, pressure, z, carried=told)
+            target, sent = pressure + 1.5e4 * target, 1e5 * (1.0 + sent)
+        act = charged(muscle, tendon, pressure, z, carried=target)
         _, kappa, room = geometry(muscle, tendon, lost_length(muscle, act, tendon))
         p_abs = absolute_pressure(act[-1], room, chamber.polytropic_index, chamber.floor)
         opening = {
-            "valve": clamped_opening(told),
-            "pulse": pulsed_opening(told, TIME, valve.pulse_period),
+            "valve": clamped_opening(target),
+            "pulse": pulsed_opening(target, TIME, valve.pulse_period),
             "pressure": regulated_opening(
-                told,
+                target,
                 p_abs - chamber.atmosphere,
                 valve.regulator_band,
                 valve.regulator_dead_band,
@@ -174,7 +174,7 @@ def test_rates_are_the_laws_put_together(loop, command):
         expected[-4] = (kappa - RELAXED) * whole / TIMESTEP
         meant = sent if command == "pressure" else min(max(sent, -1.0), 1.0)
         whole = 1.0 - math.exp(-TIMESTEP / valve.line_lag)
-        expected[-5] = (meant - told) * whole / TIMESTEP
+        expected[-5] = (meant - target) * whole / TIMESTEP
         if muscle.hysteresis is not None:
             shortening = expected[-2] - expected[-3] - velocity
             shortening /= muscle.braid.nominal_length

@@ -31,8 +31,8 @@ def test_the_valve_hears_what_the_line_carries_and_not_the_command():
     for carried in (-0.6, 0.3):
         act = charged(lagging, 0.19, 3e5, carried=carried)
         found, expected = [0.0] * len(act), [0.0] * len(act)
-        for muscle, told, out in ((lagging, 0.8, found), (prompt, carried, expected)):
-            kernel.state_rates(pack(muscle), act, out, 0.19, 0.0, told, 0.0, 1e-3)
+        for muscle, commanded, out in ((lagging, 0.8, found), (prompt, carried, expected)):
+            kernel.state_rates(pack(muscle), act, out, 0.19, 0.0, commanded, 0.0, 1e-3)
         assert found[-1] == expected[-1] != 0.0
 
 

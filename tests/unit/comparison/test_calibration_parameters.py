@@ -18,7 +18,7 @@ def rig():
 
 
 def stating(rig, group, field, **changes):
-    """The rig with what its file says of a muscle parameter changed."""
+    """The rig with the entry of a muscle parameter changed."""
     entry = dataclasses.replace(rig.file.muscle[group][field], **changes)
     muscle = {**rig.file.muscle, group: {**rig.file.muscle[group], field: entry}}
     return dataclasses.replace(rig, file=dataclasses.replace(rig.file, muscle=muscle))
@@ -90,10 +90,10 @@ def test_tied_names_take_one_number(rig):
 def test_one_muscle_and_native_fields_can_be_freed(rig):
     names = ["muscle_2:chamber.dead_volume", "joint.shaft.armature", "tendon.chain_1.coef"]
     bounds = {"joint.shaft.armature": (0.0, 0.01)}
-    second, armature, wheel = freed_parameters(rig, names, bounds=bounds)
+    second, armature, sprocket = freed_parameters(rig, names, bounds=bounds)
     assert second.free.start == rig.muscles["muscle_2"].chamber.dead_volume
     assert armature.free.start == rig.model.joint("shaft").armature[0]
-    assert wheel.free.start == rig.file.native["tendon.chain_1.coef"].si("m")
+    assert sprocket.free.start == rig.file.native["tendon.chain_1.coef"].si("m")
     changed = rig.with_parameters(armature.values(0.004))
     assert changed.model.joint("shaft").armature[0] == 0.004
 

@@ -31,13 +31,13 @@ def test_two_settings_differ_in_more_than_a_sign_or_a_scale(name):
     """A held-out setting that repeats the fitted one would judge nothing."""
     runs = [PROTOCOLS[name].experiment(seed).command_value for seed in SEEDS]
     assert np.array_equal(runs[0], PROTOCOLS[name].experiment(0).command_value)
-    alike = []
+    equal = []
     for one, other in itertools.pairwise(runs):
         first, second = (run - run.mean(axis=0) for run in (one, other))
         power = np.sum(first**2) * np.sum(second**2)
-        alike.append(abs(np.sum(first * second)) / np.sqrt(power))
-    assert max(alike) < 0.99999  # chance may draw two that are close
-    assert np.median(alike) < 0.95
+        equal.append(abs(np.sum(first * second)) / np.sqrt(power))
+    assert max(equal) < 0.99999  # chance may draw two that are close
+    assert np.median(equal) < 0.95
 
 
 def test_cocontraction_moves_both_muscles_together_and_turns_the_arm_both_ways():

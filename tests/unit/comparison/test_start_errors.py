@@ -42,12 +42,12 @@ def model(start):
         "angle": 1e-6 * slow * (start[0] - start[1]),
     }
     none = np.zeros(COUNT)
-    slopes = {
+    sensitivities = {
         "pressure_1": np.column_stack([slow, none]),
         "pressure_2": np.column_stack([none, slow]),
         "angle": 1e-6 * np.column_stack([slow, -slow]),
     }
-    return signals, slopes
+    return signals, sensitivities
 
 
 def test_a_wrong_start_is_put_right_to_a_fraction_of_the_noise():
@@ -55,8 +55,10 @@ def test_a_wrong_start_is_put_right_to_a_fraction_of_the_noise():
     read = np.array([2e5 + 1.6 * NOISE, 3e5 - 1.2 * NOISE])
     for muscle, start in enumerate(read, start=1):
         one.measured[f"pressure_{muscle}"][0] = start
-    signals, slopes = model(read)
-    found = start_error(one, read, signals).adjusted(one, signals, slopes, tuple(one.measured))
+    signals, sensitivities = model(read)
+    found = start_error(one, read, signals).adjusted(
+        one, signals, sensitivities, tuple(one.measured)
+    )
     truth, _ = model((2e5, 3e5))
     for name in ("pressure_1", "pressure_2", "angle"):
         left = np.abs(found[name] - truth[name]).max()
@@ -69,8 +71,10 @@ def test_a_start_off_by_a_drifting_sensor_is_put_right_too():
     read = np.array([2e5 + 2.0 * NOISE, 3e5 - 2.0 * NOISE])
     for muscle, start in enumerate(read, start=1):
         one.measured[f"pressure_{muscle}"][0] = start
-    signals, slopes = model(read)
-    found = start_error(one, read, signals).adjusted(one, signals, slopes, tuple(one.measured))
+    signals, sensitivities = model(read)
+    found = start_error(one, read, signals).adjusted(
+        one, signals, sensitivities, tuple(one.measured)
+    )
     truth, _ = model((2e5, 3e5))
     for name in ("pressure_1", "pressure_2"):
         assert np.abs(found[name] - truth[name]).max() < 0.5 * NOISE
@@ -79,10 +83,10 @@ def test_a_start_off_by_a_drifting_sensor_is_put_right_too():
 def test_what_the_sensor_cannot_be_wrong_by_stays():
     """A misfit far beyond the noise is the model's, and must not be blamed on the start."""
     one = trial(1)
-    signals, slopes = model((2e5, 3e5))
+    signals, sensitivities = model((2e5, 3e5))
     wrong = {name: values * 0.8 for name, values in signals.items()}
     found = start_error(one, np.array([2e5, 3e5]), wrong).adjusted(
-        one, wrong, slopes, ("pressure_1",)
+        one, wrong, sensitivities, ("pressure_1",)
     )
     moved = abs(found["pressure_1"][0] - wrong["pressure_1"][0])
     assert moved < 5.0 * NOISE < 0.1 * (0.2 * 2e5)
@@ -90,12 +94,12 @@ def test_what_the_sensor_cannot_be_wrong_by_stays():
 
 def test_channels_that_are_not_compared_have_no_say():
     one = trial(2)
-    signals, slopes = model((2e5, 3e5))
+    signals, sensitivities = model((2e5, 3e5))
     spoilt = {**signals, "angle": signals["angle"] + 1.0}
     known = start_error(one, np.array([2e5, 3e5]))
     pressures = ("pressure_1", "pressure_2")
     with_angle, without = (
-        known.adjusted(one, s, slopes, pressures)["pressure_1"] for s in (spoilt, signals)
+        known.adjusted(one, s, sensitivities, pressures)["pressure_1"] for s in (spoilt, signals)
     )
     assert np.array_equal(with_angle, without)
 
@@ -110,8 +114,8 @@ def test_a_start_without_noise_is_taken_as_read():
         command=np.full((COUNT, 2), 1e5), measured={"angle": np.zeros(COUNT)},
     )  # fmt: skip
     assert np.array_equal(start_error(set_point, np.array([1e5, 1e5])).spread, [0.0, 0.0])
-    signals, slopes = model(read)
-    found = start_error(set_point, read).adjusted(set_point, signals, slopes, ("angle",))
+    signals, sensitivities = model(read)
+    found = start_error(set_point, read).adjusted(set_point, signals, sensitivities, ("angle",))
     assert all(np.array_equal(found[name], signals[name]) for name in signals)
 
 

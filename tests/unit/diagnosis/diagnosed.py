@@ -79,8 +79,8 @@ def model(rig, names, loss, base_loss, *, size=0.7, protocol_of):
     )
 
 
-def screened(rig, name, likeness):
-    trace = np.array([likeness, np.sqrt(1.0 - likeness**2)])
+def screened(rig, name, similarity):
+    trace = np.array([similarity, np.sqrt(1.0 - similarity**2)])
     signature = SimpleNamespace(
         size=1.0,
         projected=trace,
@@ -91,8 +91,8 @@ def screened(rig, name, likeness):
     return SimpleNamespace(
         candidate=candidate(rig, EFFECTS[name]),
         traces=(SimpleNamespace(signature=signature),),
-        similarity=likeness,
-        gain=likeness,
+        similarity=similarity,
+        gain=similarity,
         visible=True,
     )
 

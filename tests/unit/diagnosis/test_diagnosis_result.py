@@ -110,7 +110,7 @@ def test_where_comes_with_the_region_of_the_channel_s_surest_map(rig):
     assert found["maps"][2]["mean"] == [None, 1.0]
 
 
-def test_what_is_absent_is_bounded_or_said_to_be_out_of_sight(rig):
+def test_what_is_absent_is_bounded_or_stated_to_be_undetermined(rig):
     absent = result(rig, Verdict.NO_GAP)["absent"]
     tilt = absent["load_torque"]
     assert (tilt["ruled_out_above"], tilt["unit"]) == (pytest.approx(1.0), "deg")

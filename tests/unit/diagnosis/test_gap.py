@@ -47,7 +47,9 @@ def test_levels_are_root_mean_squares_of_the_held_out_trials_alone():
     assert one.after.value == pytest.approx(0.5 * np.sqrt(12.5))
     assert one.floor.value == pytest.approx(np.sqrt(0.5))  # of protocol a alone
     both = gap_of(residuals, protocol_of)
-    assert both.before.value == pytest.approx(np.sqrt((12.5 + 81.0) / 2))  # protocols count alike
+    assert both.before.value == pytest.approx(
+        np.sqrt((12.5 + 81.0) / 2)
+    )  # protocols have equal weight
     assert both.after is None
 
 
@@ -67,16 +69,16 @@ def test_an_interval_covers_in_19_of_20_draws(repeats, spread):
 
 def test_trials_that_differ_widen_the_interval_however_many_samples_they_have():
     rng = np.random.default_rng(5)
-    alike, apart = (gap_of(*drawn(rng, bias=1.0, spread=s)) for s in (0.0, 0.5))
-    width = [np.diff(one.before.interval95)[0] for one in (alike, apart)]
+    equal, apart = (gap_of(*drawn(rng, bias=1.0, spread=s)) for s in (0.0, 0.5))
+    width = [np.diff(one.before.interval95)[0] for one in (equal, apart)]
     assert width[1] > 2.0 * width[0]
 
 
-@pytest.mark.parametrize(("repeats", "told"), [(1, (False, False)), (2, (False, True)),
+@pytest.mark.parametrize(("repeats", "expected"), [(1, (False, False)), (2, (False, True)),
                                                (3, (True, True))])  # fmt: skip
-def test_too_few_repeats_tell_no_interval(repeats, told):
+def test_too_few_repeats_give_no_interval(repeats, expected):
     one = gap_of(*drawn(np.random.default_rng(1), repeats=repeats))
-    assert (one.floor.interval95 is not None, one.before.interval95 is not None) == told
+    assert (one.floor.interval95 is not None, one.before.interval95 is not None) == expected
 
 
 def test_a_channel_without_held_out_trials_is_left_out():

@@ -135,7 +135,7 @@ def test_a_name_that_only_resembles_the_truth_stands_for_its_kind():
         assert near.verdict is Verdict.NAMED_WITH_REMAINDER, (seed, near.lack)
         assert near.best.names == ("dry",)
         assert near.explained > 0.99
-        assert near.remainder < LARGE_REMAINDER_LOSS  # the noise floor alone would not tell
+        assert near.remainder < LARGE_REMAINDER_LOSS  # the noise floor alone would not show it
 
 
 def test_rivals_that_lack_something_are_out():

@@ -1,4 +1,4 @@
-"""What opens a loop is told from what does not, and a loop that noise could make is not claimed."""
+"""What opens a loop is distinguished from what does not; noise is not taken for a loop."""
 
 from __future__ import annotations
 

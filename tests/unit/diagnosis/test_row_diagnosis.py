@@ -61,7 +61,7 @@ def test_nothing_is_named_for_noise_alone():
 
 
 def test_rows_that_scatter_more_at_high_pressure_name_nothing():
-    """Noise that is not alike everywhere must not be taken for an effect there."""
+    """Noise that is not equal everywhere must not be taken for an effect there."""
     named = 0
     for seed in range(5):
         scatter = np.random.default_rng([seed, 9]).standard_normal(TABLE.step.size)

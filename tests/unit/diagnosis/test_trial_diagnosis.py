@@ -1,4 +1,4 @@
-"""A diagnosis names what is hidden, claims nothing where nothing is, says what it cannot tell."""
+"""A diagnosis names what is hidden, claims nothing else, states what is undetermined."""
 
 from __future__ import annotations
 

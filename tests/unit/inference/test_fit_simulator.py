@@ -133,7 +133,7 @@ def test_channels_count_in_units_of_their_noise_not_of_their_signal():
 
 def test_noise_comes_from_repeats_where_there_are_some():
     twice = decay_rig(noisy(trials=4), protocols=("a", "a", "b", "b"))
-    # What the simulator misses is alike in repeats and must not pass for noise.
+    # What the simulator misses is equal in repeats and must not pass for noise.
     twice.trials = [(*t[:3], t[3], t[4] + 0.2 * np.sin(9.0 * TIME)) for t in twice.trials]
     fit = fit_simulator(twice, DECAY)
     assert fit.noise["angle"].source is NoiseSource.REPEATS
@@ -174,7 +174,7 @@ def test_diverging_regions_are_survived_and_counted():
     assert fit.status is FitStatus.CONVERGED
     assert fit.diverged > 0
     assert fit.values == pytest.approx(TRUTH, abs=0.03)
-    assert len(fit.starts) == 3  # places that diverge were drawn anew
+    assert len(fit.starts) == 3  # places that diverge were drawn again
 
 
 def test_a_residual_that_is_not_finite_counts_as_divergence():

@@ -1,4 +1,4 @@
-"""What a calibration cannot tell, it says: dead, flat, traded off, not pinned."""
+"""What a calibration does not determine is flagged: dead, flat, traded off, not pinned."""
 
 from __future__ import annotations
 
@@ -130,7 +130,7 @@ def test_an_error_larger_than_the_range_is_said():
     assert (Flag.NOT_PINNED in k.flags) or (Flag.AT_BOUND in k.flags)
 
 
-def test_doubts_do_not_depend_on_units():
+def test_flags_do_not_depend_on_units():
     def scaled(v):
         return product([v[0] * 1e-6, v[1] * 1e6, v[2]])
 

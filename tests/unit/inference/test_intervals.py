@@ -1,4 +1,4 @@
-"""Intervals of a calibration cover the truth as often as they say, whatever the noise."""
+"""Intervals of a calibration cover the true value as often as stated, whatever the noise."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ NEAR = (free("gain", 1.9, scale="log"), free("rate", 1.6))
 
 
 def covered(noise, protocols, jitter=0.0):
-    """Share of runs in which each interval holds the truth, and width relative to a white one."""
+    """Share of runs whose intervals hold the true value, and width relative to a white one."""
     rng = np.random.default_rng(12)
     hits, ratio = np.zeros(2), []
     for _ in range(RUNS):

@@ -125,7 +125,7 @@ def shipped():
 
 
 def test_every_step_of_the_shipped_record_predicts_unseen_rows_better(shipped):
-    """What the page says of it: no term was taken that only lowers the error in sample."""
+    """What the page states: no term was taken that only lowers the error in sample."""
     record = calibration_record(shipped)
     accepted = [entry for entry in record.static_models if entry["accepted"]]
     unseen = [entry["leave_one_out_rms_deg"] for entry in accepted]

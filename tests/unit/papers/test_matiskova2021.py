@@ -41,7 +41,7 @@ def test_claims_are_whole_and_json_safe(claims):
     [
         ("matiskova2021-01", REPRODUCED),  # p_svd = p1 - p2
         ("matiskova2021-03", REPRODUCED),  # degrees of Table 1
-        ("matiskova2021-06", WRONG),  # row 4 lacks its minus
+        ("matiskova2021-06", WRONG),  # row 4 is printed without its minus
         ("matiskova2021-07", WRONG),  # 21 distinct rows
         ("matiskova2021-09", UNPRINTED),  # (17) fitted
         ("matiskova2021-11", WRONG),  # (23) in bar

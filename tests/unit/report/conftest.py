@@ -68,7 +68,7 @@ def make_rows(seed: int) -> list[dict[str, Any]]:
         error = errors[repeats or row]
         slip = f"repeats row {repeats} in every figure" if repeats else ""
         if row == 4:
-            slip = "the printed increment 252 lacks its minus sign"
+            slip = "the printed increment 252 has no minus sign"
         swings = _size(row) == "small" and load > 0
         rows.append(
             {

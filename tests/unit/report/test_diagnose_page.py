@@ -97,9 +97,9 @@ def test_the_heat_map_has_a_cell_per_channel_and_protocol_and_marks_what_is_sure
     upper, lower = figure.axes[:2]
     assert len(upper.texts) == len(result["where"]) == 6
     assert len(lower.texts) == 1
-    told = {text.get_text(): text.get_fontweight() for text in upper.texts}
-    assert told["4.6"] == "bold"  # excess 20, p = 0.001
-    assert told["4.0"] == "normal"  # excess 15, p = 0.4
+    weights = {text.get_text(): text.get_fontweight() for text in upper.texts}
+    assert weights["4.6"] == "bold"  # excess 20, p = 0.001
+    assert weights["4.0"] == "normal"  # excess 15, p = 0.4
     assert figure.axes[-1].get_ylabel() == "RMS / noise floor"
     assert len(where_map(result["where"], []).axes) == 2  # the map and its scale
 

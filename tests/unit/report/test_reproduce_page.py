@@ -1,4 +1,4 @@
-"""The page: complete, escaped, indifferent to unknown keys, honest about what is absent."""
+"""The page: complete, escaped, indifferent to unknown keys, with a word for what is absent."""
 
 from __future__ import annotations
 
@@ -84,7 +84,7 @@ def test_page_has_every_row_and_marks_repeats_and_slips(result, recordings, tmp_
         assert f"{row['measured_deg']:.2f}".replace("-", "−") in page.text
         assert f"{row['simulated_deg']:.2f}".replace("-", "−") in page.text
     assert "Row 22: repeats row 13 in every figure; counted once in the RMS." in page.text
-    assert "Row 4: the printed increment 252 lacks its minus sign." in page.text
+    assert "Row 4: the printed increment 252 has no minus sign." in page.text
 
 
 @pytest.mark.usefixtures("quick")

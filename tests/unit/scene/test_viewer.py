@@ -182,6 +182,6 @@ def test_without_a_screen_one_line_names_the_fix(monkeypatch, rig):
     for name in ("DISPLAY", "WAYLAND_DISPLAY"):
         monkeypatch.delenv(name, raising=False)
     assert "DISPLAY" not in os.environ
-    with pytest.raises(EngineError, match=r"set DISPLAY.*`pamsim render`") as said:
+    with pytest.raises(EngineError, match=r"set DISPLAY.*`pamsim render`") as raised:
         ArmViewer(rig.model)
-    assert "\n" not in str(said.value)
+    assert "\n" not in str(raised.value)

@@ -134,14 +134,14 @@ def test_what_is_missing_odd_or_unused_is_said(folder):
     table["u1"] = table["time_s"]
     table["time_s"] = table["time_s"] + np.where(np.arange(20) % 2, 0.0003, 0.0)
     notes = "\n".join(read_recordings(folder(table)).notes)
-    for said in (
+    for note in (
         "pressure_2 was not measured in any trial",
         "force_1 was not measured",
         "'room_c' is not used",
         "'u1' is not used",
         "not uniform: 0.0017 to 0.0023 s",
     ):
-        assert said in notes
+        assert note in notes
     assert "pressure_1" not in notes
 
 
