@@ -7,7 +7,7 @@ is left in angle and force.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -52,11 +52,12 @@ def cells_with_measured_pressures(
         threads: simulations at a time; None for one per processor.
 
     Returns:
-        The cells, the largest excess first; none where pressures, or angle and forces, were not
-        measured, or the arm cannot be driven so.
+        The cells, the largest excess first; none where pressures were not measured, the floor holds
+        neither angle nor forces, or the arm cannot be driven so.
     """
+    compared = {channel for channel in floor.sd if not channel.startswith("pressure")}
     direct = with_direct_air(rig)
-    groups = _repeats(data.trials)
+    groups = _repeats(data.trials, compared)
     if not groups:
         return ()
     jobs = [(direct, driven(members, _lag(direct))) for members in groups]
@@ -79,7 +80,7 @@ def cells_with_measured_pressures(
                     sample_interval=trial.sample_interval,
                 )
                 for channel, measured in trial.measured.items()
-                if not channel.startswith("pressure")
+                if channel in compared
             ]
     places = layout(blocks)
     residual = stacked(blocks, places)
@@ -89,12 +90,12 @@ def cells_with_measured_pressures(
     return cells(every, residual, floor, [t.name for members in groups for t in members])
 
 
-def _repeats(trials: Sequence[Trial]) -> list[list[Trial]]:
-    """Repeats together; trials without every pressure, or without anything else, are left out."""
+def _repeats(trials: Sequence[Trial], compared: Collection[str]) -> list[list[Trial]]:
+    """Repeats together, of trials with every pressure and a compared channel."""
     groups: dict[tuple[str, bytes, float, bytes], list[Trial]] = {}
     for trial in trials:
         pressures = {f"pressure_{m + 1}" for m in range(trial.muscles)}
-        if pressures < set(trial.measured):
+        if pressures <= trial.measured.keys() and not trial.measured.keys().isdisjoint(compared):
             key = (trial.protocol, trial.command.tobytes(), trial.load, trial.time.tobytes())
             groups.setdefault(key, []).append(trial)
     return list(groups.values())

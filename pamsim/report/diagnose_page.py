@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 from collections import Counter
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -45,12 +45,22 @@ def write_diagnosis(
         out,
         "diagnose.html",
         result,
-        lambda: _figures(result, comparisons, shown, noise),
+        lambda: dict(_figures(result, comparisons, shown, noise)),
         schema=SCHEMA,
         shown=shown,
         held_out=_grouped(result["held_out"]),
         repaired=any(entry["after"] is not None for entry in result["gap"].values()),
     )
+
+
+def first_figure(result: Mapping[str, Any]) -> Figure:
+    """The figure that the page shows first: the gap per channel, or a table's rows, or a loop.
+
+    Args:
+        result: of schema ``pamsim-diagnosis/2``.
+    """
+    _, figure = next(_figures(result, (), (), _noise(result)))
+    return figure
 
 
 def _noise(result: Mapping[str, Any]) -> dict[str, float]:
@@ -64,31 +74,29 @@ def _figures(
     comparisons: Sequence[Comparison],
     shown: Sequence[str],
     noise: Mapping[str, float],
-) -> dict[str, Figure]:
-    """The figures for which the data have what they show."""
-    figures: dict[str, Figure] = {}
+) -> Iterator[tuple[str, Figure]]:
+    """Name and figure, for all of which the data have what they show, in the page's order."""
     if noise and result["gap"]:
-        figures["gap"] = diagnose_gap.gap_bars(result["gap"])
+        yield "gap", diagnose_gap.gap_bars(result["gap"])
     if result["rows"]:
-        figures["rows"] = diagnose_rows.row_errors(result)
+        yield "rows", diagnose_rows.row_errors(result)
     if result["branches"]:
-        figures["branches"] = diagnose_rows.branch_difference(result)
+        yield "branches", diagnose_rows.branch_difference(result)
     if noise and result["where"]:
         given = result["where_with_measured_pressures"]
-        figures["where"] = diagnose_where.where_map(result["where"], given)
+        yield "where", diagnose_where.where_map(result["where"], given)
     maps = diagnose_where.significant_maps(result["maps"])
     if maps:
-        figures["maps"] = diagnose_where.binned_maps(maps)
+        yield "maps", diagnose_where.binned_maps(maps)
     for number, trial in enumerate(shown, 1):
         parts = [part for part in comparisons if part.trial == trial]
-        figures[f"trial_{number}"] = diagnose_signals.trial_channels(parts, noise)
+        yield f"trial_{number}", diagnose_signals.trial_channels(parts, noise)
     if result["loop_areas"]:
-        figures["loops"] = diagnose_loops.loop_areas(result["loop_areas"])
+        yield "loops", diagnose_loops.loop_areas(result["loop_areas"])
     if result["spectrum"]:
-        figures["lines"] = diagnose_loops.residual_lines(result["spectrum"])
+        yield "lines", diagnose_loops.residual_lines(result["spectrum"])
     if result["nuisance_by_protocol"]:
-        figures["regimes"] = diagnose_gap.nuisance_by_protocol(result["nuisance_by_protocol"])
-    return figures
+        yield "regimes", diagnose_gap.nuisance_by_protocol(result["nuisance_by_protocol"])
 
 
 def _grouped(names: Sequence[str]) -> str:

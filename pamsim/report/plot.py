@@ -10,7 +10,7 @@ from pamsim.core.errors import InputError
 from pamsim.core.recording import Recording
 from pamsim.report.calibrate_numbers import parameter_ranges
 from pamsim.report.calibrate_signals import trial_signals
-from pamsim.report.diagnose_gap import gap_bars
+from pamsim.report.diagnose_page import first_figure
 from pamsim.report.fit_figure import fit_figure
 from pamsim.report.identify_figures import measured_and_model
 from pamsim.report.reproduce_figures import static_characteristic
@@ -28,8 +28,8 @@ def plot(result: Any) -> Figure:
         A recording: angle, pressures and tensions over time. An identification: measured output
         and models. A fit: data, fitted curves and residuals. A calibration: its trials before and
         after, or its parameters in their ranges where it has no trials. A diagnosis: held-out error
-        before and after the repair. A reproduction: printed and simulated angles at rest.
-        ``figure.savefig(path)`` writes it.
+        per channel before and after the repair; for a table its rows, for a loop its branches. A
+        reproduction: printed and simulated angles at rest. ``figure.savefig(path)`` writes it.
 
     Raises:
         InputError: if there is no picture of such a result.
@@ -46,7 +46,7 @@ def plot(result: Any) -> Figure:
             trials = [c for c in result.comparisons if c.table is None]
             return trial_signals(trials) if trials else parameter_ranges(content["parameters"])
         case "pamsim-diagnosis":
-            return gap_bars(content["gap"])
+            return first_figure(content)
         case "pamsim-reproduce":
             distinct = [row for row in content["rows"] if row["repeats"] is None]
             return static_characteristic(distinct, content["figure6"])

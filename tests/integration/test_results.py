@@ -35,6 +35,10 @@ def recording():
 def results(recording, tmp_path_factory):
     folder = tmp_path_factory.mktemp("data")
     recording.save(folder / "recording")
+    hidden = pamsim.hide(
+        "mas20_arm", {"air_leak": 1.0}, protocols=("triangle",), repeats=2, duration=0.5
+    )
+    hidden.save(folder / "hidden")
     return {
         "recording": recording,
         "identification": pamsim.identify(folder / "recording", order=1, local=False),
@@ -42,13 +46,22 @@ def results(recording, tmp_path_factory):
         "calibration": pamsim.calibrate(
             [folder / "recording"], free=["joint.shaft.damping"], max_iterations=3
         ),
-        "synthetic recording": pamsim.hide(
-            "mas20_arm", {"air_leak": 1.0}, protocols=("triangle",), repeats=1, duration=1.0
+        "diagnosis of recordings": pamsim.diagnose(
+            folder / "hidden", effects=["air_leak"], nuisance=["force.scale"], channels=["angle"]
         ),
+        "diagnosis of a loop": pamsim.diagnose("alraouf2025_equations"),
+        "synthetic recording": hidden,
     }
 
 
-DRAWN = ("recording", "identification", "fit", "calibration")
+DRAWN = (
+    "recording",
+    "identification",
+    "fit",
+    "calibration",
+    "diagnosis of recordings",
+    "diagnosis of a loop",
+)
 
 
 @pytest.mark.parametrize("name", [*DRAWN, "synthetic recording"])

@@ -82,6 +82,20 @@ def test_measured_pressures_tell_arm_from_air(rig, tmp_path):
     assert worst["valve_flow"] < 0.1
 
 
+@pytest.mark.parametrize(
+    ("channels", "shown"), [(("angle", "pressure"), {"angle"}), (("pressure",), set())]
+)
+def test_measured_pressures_show_the_compared_channels_alone(rig, tmp_path, channels, shown):
+    """A recording may hold forces that the diagnosis is asked not to compare."""
+    data = recorded(rig, [], tmp_path, SETTINGS | {"duration": 0.5, "repeats": 2})
+    assert "force_1" in data.trials[0].measured
+    simulator = TrialSimulator(DiagnosedRig(rig, data, [], channels=channels).residuals)
+    residual = simulator.anchor({})
+    floor = noise_floor(simulator.layout, residual)
+    cells = cells_with_measured_pressures(rig, data, floor)
+    assert {cell.channel for cell in cells} == shown
+
+
 def test_the_menu_is_safe_and_runs(rig, tmp_path):
     supply = next(iter(rig.muscles.values())).valve.supply_pressure
     for name, protocol in MENU.items():
