@@ -16,7 +16,7 @@ from dataclasses import dataclass
 
 from pamsim.actuator.kernel import Row, chamber_volume, muscle_length, static_force
 from pamsim.actuator.layout import slot
-from pamsim.muscles.braid import volume_curvature, volume_slope
+from pamsim.muscles.braid import volume_slope
 from pamsim.muscles.tension import taut
 
 _NOMINAL_LENGTH = slot("braid.nominal_length")
@@ -90,26 +90,6 @@ def muscle_stiffness(par: Row, tendon_length: float, pressure: float) -> Stiffne
         / (2.0 * _PRESSURE_STEP)
         * pressure_slope(par, tendon_length, pressure),
         geometric=(8.0 * near - far) / (12.0 * h),
-    )
-
-
-def ideal_stiffness(par: Row, tendon_length: float, pressure: float) -> Stiffness:
-    """Stiffness of one shut muscle if its force were F = -p dV/dl (Matiskova 2021, equation (5)).
-
-    Args:
-        par: parameter row; its braid and chamber are used, its force law is not.
-        tendon_length: [m].
-        pressure: gauge [Pa].
-
-    Returns:
-        -dP/dV (dV/dl)^2 and -p d2V/dl2 [N/m].
-    """
-    length = muscle_length(par, tendon_length)
-    braid = par[_NOMINAL_LENGTH], par[_DIAMETER], par[_FIBRE_ANGLE]
-    slope = volume_slope(length, *braid)
-    return Stiffness(
-        compressibility=-slope * pressure_slope(par, tendon_length, pressure),
-        geometric=-pressure * volume_curvature(length, *braid),
     )
 
 

@@ -38,7 +38,7 @@ def models(name: str | None = None) -> dict[str, Any]:
             "notes": law.notes,
             "parameters": _parameters(law.group),
             "braid": law.braid_fields,
-            "inverse": law.inverse is not None,
+            "inverse": law.pressure_range is not None,
             "pressure_pa": law.pressure_range,
         }
         for law in FORCE_LAWS.values()

@@ -80,25 +80,6 @@ def volume_slope(
     return 0.25 * math.pi * diameter * diameter * slope / (sine * sine)
 
 
-def volume_curvature(
-    length: float, nominal_length: float, diameter: float, fibre_angle: float
-) -> float:
-    """Second derivative d2V/dl2 of `volume`; geometric stiffness -p d2V/dl2 (Matiskova 2021, (5)).
-
-    Args:
-        length: muscle length l [m].
-        nominal_length: l0 [m].
-        diameter: D0 [m].
-        fibre_angle: alpha0 [rad].
-
-    Returns:
-        d2V/dl2 [m].
-    """
-    sine = math.sin(fibre_angle)
-    slope = -6.0 * length * (1.0 - sine * sine) / (nominal_length * nominal_length)
-    return 0.25 * math.pi * diameter * diameter * slope / (sine * sine)
-
-
 def pressurised_contraction(
     length: float, nominal_length: float, extensibility: float, pressure: float
 ) -> float:

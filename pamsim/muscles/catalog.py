@@ -18,67 +18,41 @@ from pamsim.muscles.braid import Braid, max_contraction
 from pamsim.muscles.corrected_mckibben import (
     CorrectedMcKibben,
     corrected_mckibben_force,
-    corrected_mckibben_force_dkappa,
-    corrected_mckibben_force_dp,
-    corrected_mckibben_pressure,
 )
 from pamsim.muscles.elastic_energy import (
     ElasticEnergy,
     elastic_energy_force,
-    elastic_energy_force_dkappa,
-    elastic_energy_force_dp,
-    elastic_energy_pressure,
 )
 from pamsim.muscles.exponential import (
     SixParameter,
     six_parameter_force,
-    six_parameter_force_dkappa,
-    six_parameter_force_dp,
-    six_parameter_pressure,
 )
 from pamsim.muscles.force_law import ForceLaw, Range, Scalars
 from pamsim.muscles.invertible_exponential import (
     InvertibleExponential,
     invertible_exponential_force,
-    invertible_exponential_force_dkappa,
-    invertible_exponential_force_dp,
-    invertible_exponential_pressure,
 )
 from pamsim.muscles.mckibben import (
     IdealMcKibben,
     ideal_force,
-    ideal_force_dkappa,
-    ideal_force_dp,
-    ideal_pressure,
 )
 from pamsim.muscles.mooney_rivlin import (
     MooneyRivlin,
     mooney_rivlin_force,
-    mooney_rivlin_force_dkappa,
-    mooney_rivlin_force_dp,
-    mooney_rivlin_pressure,
 )
 from pamsim.muscles.pleated import (
+    FIT_RANGE,
     Pleated,
     pleated_force,
-    pleated_force_dkappa,
-    pleated_force_dp,
-    pleated_pressure,
 )
-from pamsim.muscles.pleated_fit import FIT_RANGE
 from pamsim.muscles.pleated_shape import (
     PleatedShape,
     pleated_max_contraction,
     pleated_shape_force,
-    pleated_shape_force_dkappa,
-    pleated_shape_force_dp,
-    pleated_shape_pressure,
 )
 from pamsim.muscles.single_pressure_exponential import (
     SinglePressureExponential,
     single_pressure_force,
-    single_pressure_force_dkappa,
-    single_pressure_force_dp,
 )
 
 Row: TypeAlias = Sequence[float] | NDArray[np.float64]
@@ -126,9 +100,6 @@ _LAWS: tuple[ForceLaw, ...] = (
         source="Sarosi, equation (1); Matiskova 2021, equation (3)",
         group=IdealMcKibben,
         force_function=_by_length(ideal_force),
-        dp_function=_by_length(ideal_force_dp),
-        dkappa_function=_by_length(ideal_force_dkappa),
-        pressure_function=_by_length(ideal_pressure),
         braid_fields=("nominal_length", "diameter", "fibre_angle"),
         pressure_range=(0.0, math.inf),
         limits=_to_largest,
@@ -141,9 +112,6 @@ _LAWS: tuple[ForceLaw, ...] = (
         source="Sarosi, equation (4) with its d and f zero; inverse (5)",
         group=SixParameter,
         force_function=six_parameter_force,
-        dp_function=six_parameter_force_dp,
-        dkappa_function=six_parameter_force_dkappa,
-        pressure_function=six_parameter_pressure,
         pressure_range=_FESTO_PRESSURES,
         limits=_festo,
         notes="A fit to Festo DMSP muscles; constants in pamsim.muscles.published. exp(c kappa)"
@@ -157,9 +125,6 @@ _LAWS: tuple[ForceLaw, ...] = (
         source="Sarosi, equation (2)",
         group=CorrectedMcKibben,
         force_function=corrected_mckibben_force,
-        dp_function=corrected_mckibben_force_dp,
-        dkappa_function=corrected_mckibben_force_dkappa,
-        pressure_function=corrected_mckibben_pressure,
         braid_fields=("diameter", "fibre_angle"),
         pressure_range=(2e5, _FESTO_PRESSURES[1]),
         limits=_festo,
@@ -173,12 +138,10 @@ _LAWS: tuple[ForceLaw, ...] = (
         source="Sarosi, equation (3) with its c folded into a",
         group=SinglePressureExponential,
         force_function=single_pressure_force,
-        dp_function=single_pressure_force_dp,
-        dkappa_function=single_pressure_force_dkappa,
         pressure_range=None,
         limits=_festo,
         notes="One isobar: the force does not change with pressure, so the law fits a force map at"
-        " one pressure and must not drive a muscle whose pressure changes. No inverse.",
+        " one pressure and must not drive a muscle whose pressure changes.",
     ),
     ForceLaw(
         title="Invertible exponential",
@@ -186,9 +149,6 @@ _LAWS: tuple[ForceLaw, ...] = (
         source="Sarosi, equation (4) with its d folded into a and b; inverse (5)",
         group=InvertibleExponential,
         force_function=invertible_exponential_force,
-        dp_function=invertible_exponential_force_dp,
-        dkappa_function=invertible_exponential_force_dkappa,
-        pressure_function=invertible_exponential_pressure,
         pressure_range=_FESTO_PRESSURES,
         limits=_festo,
         notes="The six-parameter law and one term more, f kappa. No constants are published.",
@@ -199,9 +159,6 @@ _LAWS: tuple[ForceLaw, ...] = (
         source="Nguyen 2024, equations (3) and (5), signs by virtual work",
         group=ElasticEnergy,
         force_function=elastic_energy_force,
-        dp_function=elastic_energy_force_dp,
-        dkappa_function=elastic_energy_force_dkappa,
-        pressure_function=elastic_energy_pressure,
         braid_fields=("diameter", "fibre_angle"),
         pressure_range=(0.0, math.inf),
         limits=_to_largest,
@@ -214,14 +171,11 @@ _LAWS: tuple[ForceLaw, ...] = (
         source="Van Damme 2008, equations (1) and (2)",
         group=Pleated,
         force_function=pleated_force,
-        dp_function=pleated_force_dp,
-        dkappa_function=pleated_force_dkappa,
-        pressure_function=pleated_pressure,
         braid_fields=("nominal_length",),
         pressure_range=_PLEATED_PRESSURES,
         limits=_fitted,
         notes="NaN at and below zero contraction, too large below 5 %. Coefficients for l0/R = 6 in"
-        " pamsim.muscles.pleated_fit. The braid's volume is not that of a pleated muscle.",
+        " pamsim.muscles.pleated. The braid's volume is not that of a pleated muscle.",
     ),
     ForceLaw(
         title="Pleated muscle, exact shape for many fibres",
@@ -230,15 +184,11 @@ _LAWS: tuple[ForceLaw, ...] = (
         source="Van Damme 2008, equation (1), derived from zero hoop stress",
         group=PleatedShape,
         force_function=pleated_shape_force,
-        dp_function=pleated_shape_force_dp,
-        dkappa_function=pleated_shape_force_dkappa,
-        pressure_function=pleated_shape_pressure,
         braid_fields=("nominal_length",),
         pressure_range=_PLEATED_PRESSURES,
         limits=_pleated_to_largest,
         notes="The limit of many fibres: Van Damme 2008 measures less with 25 fibres than with 40."
-        " NaN at and below zero contraction. The braid's volume is not that of a pleated muscle;"
-        " its own is pleated_shape_volume.",
+        " NaN at and below zero contraction. The braid's volume is not that of a pleated muscle.",
     ),
     ForceLaw(
         title="McKibben muscle with an elastic tube",
@@ -247,9 +197,6 @@ _LAWS: tuple[ForceLaw, ...] = (
         source="Klute and Hannaford 2000, with free length and end effect",
         group=MooneyRivlin,
         force_function=mooney_rivlin_force,
-        dp_function=mooney_rivlin_force_dp,
-        dkappa_function=mooney_rivlin_force_dkappa,
-        pressure_function=mooney_rivlin_pressure,
         braid_fields=("diameter", "fibre_angle"),
         pressure_range=_FESTO_PRESSURES,
         limits=_festo,

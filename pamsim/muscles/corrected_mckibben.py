@@ -8,11 +8,8 @@ paper puts p in bar into exp(-p): here p is in Pa throughout and divided by one 
 a_eps and b_eps keep the values a fit in bar gives. Both corrections are printed with a minus before
 their second constant; the ideal law is a_eps = a_kappa = 0, b_eps = b_kappa = -1.
 
-Inverse p(F, kappa): with x = p/bar and w(x) = 1 - eps kappa, the force is proportional to
-g(x) = x (a w^2 - b). If a_eps kappa >= 0, w never falls with x, so from the threshold x* on, where
-w reaches sqrt(b/a), both factors of g grow: each pull F >= 0 has exactly one pressure above x*,
-found by a bracketed Newton iteration. If a_eps kappa < 0 the two factors compete and no such
-statement holds, so there the inverse is NaN.
+Where a_eps kappa >= 0, 1 - eps kappa never falls with pressure: from the threshold on, the pressure
+at which it reaches sqrt(b/a), the pull grows with pressure, and each pull has one pressure.
 
 Below the threshold the printed formula is not to be trusted: where eps kappa > 1 + sqrt(b/a) the
 square turns a negative 1 - eps kappa into a pull that no muscle has. Constants fitted to force maps
@@ -88,120 +85,7 @@ def corrected_mckibben_force(
     return 0.25 * math.pi * diameter * diameter * mu * pressure * braid
 
 
-def corrected_mckibben_force_dp(
-    pressure: float,
-    contraction: float,
-    a_eps: float,
-    b_eps: float,
-    a_kappa: float,
-    b_kappa: float,
-    k0: float,
-    diameter: float,
-    fibre_angle: float,
-) -> float:
-    """Derivative dF/dp [N/Pa] of `corrected_mckibben_force`, whose arguments it takes."""
-    mu = a_kappa * math.exp(-k0 * contraction) - b_kappa
-    decay = a_eps * math.exp(-pressure / PA_PER_BAR)
-    stretch = 1.0 - (decay - b_eps) * contraction
-    stretch_dp = decay * contraction / PA_PER_BAR
-    braid = _braid_bracket(stretch, fibre_angle)
-    braid_dp = _braid_bracket_slope(stretch, fibre_angle) * stretch_dp
-    return 0.25 * math.pi * diameter * diameter * mu * (braid + pressure * braid_dp)
-
-
-def corrected_mckibben_force_dkappa(
-    pressure: float,
-    contraction: float,
-    a_eps: float,
-    b_eps: float,
-    a_kappa: float,
-    b_kappa: float,
-    k0: float,
-    diameter: float,
-    fibre_angle: float,
-) -> float:
-    """Derivative dF/dkappa [N] of `corrected_mckibben_force`, whose arguments it takes."""
-    decay = a_kappa * math.exp(-k0 * contraction)
-    eps = a_eps * math.exp(-pressure / PA_PER_BAR) - b_eps
-    stretch = 1.0 - eps * contraction
-    braid = _braid_bracket(stretch, fibre_angle)
-    braid_dkappa = -eps * _braid_bracket_slope(stretch, fibre_angle)
-    slope = -k0 * decay * braid + (decay - b_kappa) * braid_dkappa
-    return 0.25 * math.pi * diameter * diameter * pressure * slope
-
-
-def corrected_mckibben_pressure(
-    force: float,
-    contraction: float,
-    a_eps: float,
-    b_eps: float,
-    a_kappa: float,
-    b_kappa: float,
-    k0: float,
-    diameter: float,
-    fibre_angle: float,
-) -> float:
-    """Pressure that gives a pull: the inverse of `corrected_mckibben_force`.
-
-    Args:
-        force: F [N], not negative.
-        contraction: kappa [-].
-        a_eps: [-].
-        b_eps: [-].
-        a_kappa: [-].
-        b_kappa: [-].
-        k0: [-].
-        diameter: D0 [m].
-        fibre_angle: alpha0 [rad].
-
-    Returns:
-        The largest gauge pressure with that force [Pa], which is the only one above the threshold;
-        NaN for a push, where no pressure pulls, and where a_eps kappa < 0 (see the module).
-    """
-    gain = a_kappa * math.exp(-k0 * contraction) - b_kappa
-    gain = 0.25 * math.pi * diameter * diameter * PA_PER_BAR * gain
-    swing = a_eps * contraction
-    settled = 1.0 + b_eps * contraction
-    balance = 1.0 / (math.sqrt(3.0) * math.cos(fibre_angle))
-    # Written so that NaN in any of them ends here too.
-    if not (force >= 0.0 and gain > 0.0 and swing >= 0.0 and settled > balance):
-        return math.nan
-    wanted = force / gain
-    low = 0.0
-    if settled - swing < balance:
-        low = math.log(swing / (settled - balance))
-    # One bar above the threshold the bracket of the braid is positive and can only grow: the force
-    # divided by it bounds the pressure.
-    high = low + 1.0
-    bound = wanted / _braid_bracket(settled - swing * math.exp(-high), fibre_angle)
-    if bound > high:
-        high = bound
-    bar = high
-    for _ in range(100):
-        decay = swing * math.exp(-bar)
-        braid = _braid_bracket(settled - decay, fibre_angle)
-        miss = bar * braid - wanted
-        if miss > 0.0:
-            high = bar
-        else:
-            low = bar
-        slope = braid + bar * decay * _braid_bracket_slope(settled - decay, fibre_angle)
-        following = 0.5 * (low + high)
-        if slope > 0.0 and low <= bar - miss / slope <= high:
-            following = bar - miss / slope
-        if following == bar:
-            break
-        bar = following
-    return PA_PER_BAR * bar
-
-
 def _braid_bracket(stretch: float, fibre_angle: float) -> float:
     """A stretch^2 - b with the constants of the braid."""
     sine = math.sin(fibre_angle)
     return (3.0 * stretch * stretch * (1.0 - sine * sine) - 1.0) / (sine * sine)
-
-
-def _braid_bracket_slope(stretch: float, fibre_angle: float) -> float:
-    """Derivative 2 a stretch of `_braid_bracket`."""
-    sine = math.sin(fibre_angle)
-    return 6.0 * stretch * (1.0 - sine * sine) / (sine * sine)

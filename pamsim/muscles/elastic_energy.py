@@ -14,12 +14,11 @@ appears nowhere. How P follows from l, P V^k = const (2), belongs to the chamber
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass
 from typing import ClassVar
 
 from pamsim.core.parameters import ParameterGroup, parameter
-from pamsim.muscles.braid import volume_curvature, volume_slope
+from pamsim.muscles.braid import volume_slope
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -80,55 +79,3 @@ def elastic_energy_force(
     """
     at_work = contractive_force(working_pressure, working_contraction, diameter, fibre_angle)
     return contractive_force(pressure, contraction, diameter, fibre_angle) - at_work
-
-
-def elastic_energy_force_dp(
-    pressure: float,
-    contraction: float,
-    working_pressure: float,
-    working_contraction: float,
-    diameter: float,
-    fibre_angle: float,
-) -> float:
-    """Derivative dF/dp [N/Pa] of `elastic_energy_force`, whose arguments it takes."""
-    return -volume_slope(1.0 - contraction, 1.0, diameter, fibre_angle)
-
-
-def elastic_energy_force_dkappa(
-    pressure: float,
-    contraction: float,
-    working_pressure: float,
-    working_contraction: float,
-    diameter: float,
-    fibre_angle: float,
-) -> float:
-    """Derivative dF/dkappa [N] at constant pressure of `elastic_energy_force`, same arguments."""
-    return pressure * volume_curvature(1.0 - contraction, 1.0, diameter, fibre_angle)
-
-
-def elastic_energy_pressure(
-    force: float,
-    contraction: float,
-    working_pressure: float,
-    working_contraction: float,
-    diameter: float,
-    fibre_angle: float,
-) -> float:
-    """Pressure that gives a restoring force: the inverse of `elastic_energy_force`.
-
-    Args:
-        force: F_air [N].
-        contraction: kappa [-].
-        working_pressure: P1 - Patm [Pa].
-        working_contraction: 1 - l1/l0 [-].
-        diameter: D0 [m].
-        fibre_angle: alpha0 [rad].
-
-    Returns:
-        Gauge pressure p [Pa], negative if no filling gives that force; NaN where dV/dl = 0.
-    """
-    slope = volume_slope(1.0 - contraction, 1.0, diameter, fibre_angle)
-    if slope == 0.0:
-        return math.nan
-    at_work = contractive_force(working_pressure, working_contraction, diameter, fibre_angle)
-    return -(force + at_work) / slope

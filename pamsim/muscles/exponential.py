@@ -15,7 +15,6 @@ from dataclasses import dataclass
 from typing import ClassVar
 
 from pamsim.core.parameters import ParameterGroup, parameter
-from pamsim.muscles.single_pressure_exponential import SinglePressureExponential
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -62,85 +61,3 @@ def six_parameter_force(
     """
     decay = math.exp(c * contraction)
     return (a * pressure + b) * decay + d * pressure * contraction + e * pressure + f
-
-
-def six_parameter_force_dp(
-    pressure: float,
-    contraction: float,
-    a: float,
-    b: float,
-    c: float,
-    d: float,
-    e: float,
-    f: float,
-) -> float:
-    """Derivative dF/dp [N/Pa] of `six_parameter_force`, whose arguments it takes."""
-    return a * math.exp(c * contraction) + d * contraction + e
-
-
-def six_parameter_force_dkappa(
-    pressure: float,
-    contraction: float,
-    a: float,
-    b: float,
-    c: float,
-    d: float,
-    e: float,
-    f: float,
-) -> float:
-    """Derivative dF/dkappa [N] of `six_parameter_force`, whose arguments it takes."""
-    return c * (a * pressure + b) * math.exp(c * contraction) + d * pressure
-
-
-def six_parameter_pressure(
-    force: float,
-    contraction: float,
-    a: float,
-    b: float,
-    c: float,
-    d: float,
-    e: float,
-    f: float,
-) -> float:
-    """Pressure that gives a force (Sarosi, equation (5)): the law is linear in pressure.
-
-    Args:
-        force: F [N].
-        contraction: kappa [-].
-        a: [N/Pa].
-        b: [N].
-        c: [-].
-        d: [N/Pa].
-        e: [N/Pa].
-        f: [N].
-
-    Returns:
-        Gauge pressure p [Pa], negative if no filling gives so little force; NaN where the force
-        does not depend on pressure.
-    """
-    per_pressure = six_parameter_force_dp(0.0, contraction, a, b, c, d, e, f)
-    if per_pressure == 0.0:
-        return math.nan
-    return (force - b * math.exp(c * contraction) - f) / per_pressure
-
-
-def isobar(law: SixParameter, pressure: float) -> SinglePressureExponential:
-    """The law at one pressure: what Sarosi (3) is to (4).
-
-    Args:
-        law: the six-parameter law.
-        pressure: gauge pressure p [Pa].
-
-    Returns:
-        The single-pressure law with the same forces at ``pressure``.
-
-    Raises:
-        ParameterError: if a constant leaves its range.
-    """
-    return SinglePressureExponential(
-        scale=law.scale,
-        a=law.a * pressure + law.b,
-        b=law.c,
-        d=law.d * pressure,
-        e=law.e * pressure + law.f,
-    )

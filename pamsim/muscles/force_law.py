@@ -1,11 +1,9 @@
 """What a force law is to the rest of the package: one signature for all of them.
 
-A law is a set of scalar functions in its own file, which the actuator kernel calls and the engine
-compiles. Here they are wrapped so that all take ``(pressure, contraction, coefficients, braid)``:
-``coefficients`` are the fields of the law's parameter group in declared order, the scale first, and
-``braid`` is the muscle's geometry, which some laws do not use. All scalar functions of a law
-take their arguments in the same order: pressure (or force), contraction, the group's fields after
-the scale, the braid numbers of `ForceLaw.braid_fields`.
+A law is a scalar function in its own file, which the actuator kernel calls and the engine compiles.
+Its arguments are pressure, contraction, the fields of its parameter group after the scale, and the
+numbers of `ForceLaw.braid_fields`. `ForceLaw.force` wraps it, so that every law takes the same
+arguments.
 """
 
 from __future__ import annotations
@@ -20,13 +18,11 @@ from pamsim.muscles.braid import Braid
 Range: TypeAlias = tuple[float, float]
 Scalars: TypeAlias = Callable[..., float]
 """A law's own function of scalars; each law has its own number of arguments."""
-Uniform: TypeAlias = Callable[[float, float, Sequence[float], Braid], float]
-"""The one signature of the catalog."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class ForceLaw:
-    """A force law: equation, source, range of validity, and functions.
+    """A force law: equation, source, range of validity, and function.
 
     Attributes:
         title: name for a reader.
@@ -34,10 +30,7 @@ class ForceLaw:
         source: paper and equation.
         group: parameter group; its ``law`` is the law's name.
         force_function: scalar force.
-        dp_function: scalar dF/dp.
-        dkappa_function: scalar dF/dkappa.
-        pressure_function: scalar inverse p(F, kappa), or None if there is none.
-        braid_fields: fields of `Braid` that the scalar functions take after the coefficients.
+        braid_fields: fields of `Braid` that the scalar function takes after the coefficients.
         pressure_range: gauge pressures for which the source claims validity [Pa]; None if the law
             holds at the one pressure it was fitted at.
         limits: contractions for which the source claims validity, from coefficients and braid.
@@ -49,9 +42,6 @@ class ForceLaw:
     source: str
     group: type[ParameterGroup]
     force_function: Scalars
-    dp_function: Scalars
-    dkappa_function: Scalars
-    pressure_function: Scalars | None = None
     braid_fields: tuple[str, ...] = ()
     pressure_range: Range | None
     limits: Callable[[Sequence[float], Braid], Range]
@@ -61,11 +51,6 @@ class ForceLaw:
     def name(self) -> str:
         """Name of the law in files."""
         return self.group.law
-
-    @property
-    def needs_braid(self) -> bool:
-        """Whether the law uses the braid."""
-        return bool(self.braid_fields)
 
     def force(
         self, pressure: float, contraction: float, coefficients: Sequence[float], braid: Braid
@@ -80,38 +65,6 @@ class ForceLaw:
         """
         rest = self._rest(coefficients, braid)
         return coefficients[0] * self.force_function(pressure, contraction, *rest)
-
-    def force_dp(
-        self, pressure: float, contraction: float, coefficients: Sequence[float], braid: Braid
-    ) -> float:
-        """Derivative dF/dp [N/Pa] of `force`, whose arguments it takes."""
-        rest = self._rest(coefficients, braid)
-        return coefficients[0] * self.dp_function(pressure, contraction, *rest)
-
-    def force_dkappa(
-        self, pressure: float, contraction: float, coefficients: Sequence[float], braid: Braid
-    ) -> float:
-        """Derivative dF/dkappa [N] of `force` at constant pressure, whose arguments it takes."""
-        rest = self._rest(coefficients, braid)
-        return coefficients[0] * self.dkappa_function(pressure, contraction, *rest)
-
-    @property
-    def inverse(self) -> Uniform | None:
-        """Gauge pressure [Pa] from ``(force, contraction, coefficients, braid)``.
-
-        None if the law has no inverse; the function itself gives NaN where it has none.
-        """
-        function = self.pressure_function
-        if function is None:
-            return None
-
-        def pressure(
-            force: float, contraction: float, coefficients: Sequence[float], braid: Braid
-        ) -> float:
-            rest = self._rest(coefficients, braid)
-            return function(force / coefficients[0], contraction, *rest)
-
-        return pressure
 
     def contraction_range(self, coefficients: Sequence[float], braid: Braid) -> Range:
         """Contractions for which the source claims validity, lowest and highest [-]."""

@@ -24,7 +24,7 @@ from dataclasses import dataclass
 from typing import ClassVar
 
 from pamsim.core.parameters import ParameterGroup, parameter
-from pamsim.muscles.braid import volume_curvature, volume_slope
+from pamsim.muscles.braid import volume_slope
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -83,69 +83,6 @@ def mooney_rivlin_force(
     return -pressure * volume_slope(1.0 - braid, 1.0, diameter, fibre_angle) - wall
 
 
-def mooney_rivlin_force_dp(
-    pressure: float,
-    contraction: float,
-    c1: float,
-    c2: float,
-    slack_contraction: float,
-    active_share: float,
-    diameter: float,
-    fibre_angle: float,
-) -> float:
-    """Derivative dF/dp [N/Pa] of `mooney_rivlin_force`, whose arguments it takes."""
-    braid = (contraction - slack_contraction) / active_share
-    return -volume_slope(1.0 - braid, 1.0, diameter, fibre_angle)
-
-
-def mooney_rivlin_force_dkappa(
-    pressure: float,
-    contraction: float,
-    c1: float,
-    c2: float,
-    slack_contraction: float,
-    active_share: float,
-    diameter: float,
-    fibre_angle: float,
-) -> float:
-    """Derivative dF/dkappa [N] of `mooney_rivlin_force`, whose arguments it takes."""
-    braid = (contraction - slack_contraction) / active_share
-    air = pressure * volume_curvature(1.0 - braid, 1.0, diameter, fibre_angle)
-    return (air - _wall_stiffness(braid, c1, c2, fibre_angle)) / active_share
-
-
-def mooney_rivlin_pressure(
-    force: float,
-    contraction: float,
-    c1: float,
-    c2: float,
-    slack_contraction: float,
-    active_share: float,
-    diameter: float,
-    fibre_angle: float,
-) -> float:
-    """Pressure that gives a force: the inverse of `mooney_rivlin_force`, linear in pressure.
-
-    Args:
-        force: F [N].
-        contraction: kappa [-].
-        c1: [N].
-        c2: [N].
-        slack_contraction: kappa_0 [-].
-        active_share: eta [-].
-        diameter: D0 [m].
-        fibre_angle: alpha0 [rad].
-
-    Returns:
-        Gauge pressure p [Pa], negative if no filling gives so little force; NaN where dV/dl = 0.
-    """
-    braid = (contraction - slack_contraction) / active_share
-    slope = volume_slope(1.0 - braid, 1.0, diameter, fibre_angle)
-    if slope == 0.0:
-        return math.nan
-    return -(force + _wall_force(braid, c1, c2, fibre_angle)) / slope
-
-
 def _wall_force(braid: float, c1: float, c2: float, fibre_angle: float) -> float:
     """(c1 dI1/dk + c2 dI2/dk) / 2 [N]: what the wall takes from the pull of the air."""
     cot2 = 1.0 / math.tan(fibre_angle) ** 2
@@ -157,32 +94,4 @@ def _wall_force(braid: float, c1: float, c2: float, fibre_angle: float) -> float
     turn = cot2 * along
     first = turn - along + 1.0 / (along**3 * hoop2) - turn / (along * along * hoop2 * hoop2)
     second = along * along * turn - along * hoop2 + 1.0 / along**3 - turn / (hoop2 * hoop2)
-    return c1 * first + c2 * second
-
-
-def _wall_stiffness(braid: float, c1: float, c2: float, fibre_angle: float) -> float:
-    """Derivative [N] of `_wall_force` by the contraction of the braid."""
-    cot2 = 1.0 / math.tan(fibre_angle) ** 2
-    along = 1.0 - braid
-    hoop2 = 1.0 + cot2 * (1.0 - along * along)
-    if along <= 0.0 or hoop2 <= 0.0:
-        return math.nan
-    turn = cot2 * along
-    thin = 1.0 / (along * along * hoop2)  # lambda_3^2
-    first = (
-        1.0
-        - cot2
-        + 3.0 * thin / (along * along)
-        - 4.0 * turn * thin / (along * hoop2)
-        + cot2 * thin / hoop2
-        + 4.0 * turn * turn * thin / (hoop2 * hoop2)
-    )
-    second = (
-        hoop2
-        - 4.0 * turn * along
-        - cot2 * along * along
-        + 3.0 / along**4
-        + cot2 / (hoop2 * hoop2)
-        + 4.0 * turn * turn / hoop2**3
-    )
     return c1 * first + c2 * second

@@ -2,10 +2,10 @@
 
 F = p l0^2 f_t0(eps), f_t0 = f0 / eps + f1 + f2 eps + f3 eps^2 + f4 eps^3, eps = 1 - l/l0.
 
-The form is a fit, good above 5 % contraction; Van Damme 2008 prints no coefficients. Constants
-fitted to the exact shape are in `pamsim.muscles.pleated_fit`. At and below eps = 0 there is no
-force: the membrane cannot be longer than l0, and the law is NaN there so that a run stops. Between
-0 and 5 % the elasticity of the fibres, which the law neglects, limits the real force.
+The form is a fit, good above 5 % contraction; Van Damme 2008 prints no coefficients.
+`SLENDERNESS_6` has those fitted to the exact shape. At and below eps = 0 there is no force: the
+membrane cannot be longer than l0, and the law is NaN there so that a run stops. Between 0 and 5 %
+the elasticity of the fibres, which the law neglects, limits the real force.
 """
 
 from __future__ import annotations
@@ -31,6 +31,19 @@ class Pleated(ParameterGroup):
     f2: float = parameter(unit="1", low=-1e3, high=1e3, doc="coefficient of eps")
     f3: float = parameter(unit="1", low=-1e4, high=1e4, doc="coefficient of eps^2")
     f4: float = parameter(unit="1", low=-1e4, high=1e4, doc="coefficient of eps^3")
+
+
+FIT_RANGE: tuple[float, float] = (0.05, 0.35)
+"""Contractions of the fit: from where the law holds to the largest one Van Damme 2008 measures."""
+
+SLENDERNESS_6 = Pleated(
+    f0=0.02300273978,
+    f1=1.031348789,
+    f2=-4.596929223,
+    f3=6.726459461,
+    f4=-5.078786628,
+)
+"""Slenderness l0/R = 6, as in Van Damme 2008: fitted to the exact shape, not measured."""
 
 
 def pleated_function(
@@ -81,67 +94,3 @@ def pleated_force(
     """
     area = nominal_length * nominal_length
     return pressure * area * pleated_function(contraction, f0, f1, f2, f3, f4)
-
-
-def pleated_force_dp(
-    pressure: float,
-    contraction: float,
-    f0: float,
-    f1: float,
-    f2: float,
-    f3: float,
-    f4: float,
-    nominal_length: float,
-) -> float:
-    """Derivative dF/dp [N/Pa] of `pleated_force`, whose arguments it takes."""
-    return nominal_length * nominal_length * pleated_function(contraction, f0, f1, f2, f3, f4)
-
-
-def pleated_force_dkappa(
-    pressure: float,
-    contraction: float,
-    f0: float,
-    f1: float,
-    f2: float,
-    f3: float,
-    f4: float,
-    nominal_length: float,
-) -> float:
-    """Derivative dF/deps [N] of `pleated_force`, whose arguments it takes."""
-    if not contraction > 0.0:
-        return math.nan
-    polynomial = f2 + contraction * (2.0 * f3 + contraction * 3.0 * f4)
-    slope = polynomial - f0 / (contraction * contraction)
-    return pressure * nominal_length * nominal_length * slope
-
-
-def pleated_pressure(
-    force: float,
-    contraction: float,
-    f0: float,
-    f1: float,
-    f2: float,
-    f3: float,
-    f4: float,
-    nominal_length: float,
-) -> float:
-    """Pressure that gives a force: the inverse of `pleated_force`.
-
-    Args:
-        force: F [N].
-        contraction: eps [-].
-        f0: [-].
-        f1: [-].
-        f2: [-].
-        f3: [-].
-        f4: [-].
-        nominal_length: l0 [m].
-
-    Returns:
-        Gauge pressure p [Pa], negative where the muscle cannot pull; NaN where f_t0 is zero or not
-        defined.
-    """
-    area = nominal_length * nominal_length * pleated_function(contraction, f0, f1, f2, f3, f4)
-    if area == 0.0:
-        return math.nan
-    return force / area

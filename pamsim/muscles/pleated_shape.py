@@ -19,8 +19,6 @@ integrals of the first and second kind, F(a|m) and E(a|m),
     l / l0 = 2 E / F - 1,  hence  eps = 2 (F - E) / F,                                        (iii)
 and (i) at the equator is the force, F = T - pi p r_m^2 = p l0^2 f_t0, with
     f_t0 = pi (1 - 2 m) / (2 F(a|m)^2).                                                        (iv)
-The volume, the integral of pi r^2 dz, is V / l0^3 = pi m J / F(a|m)^3 with
-    J = (F + (1 - 2 m) B + 2 sin(a) cos(a) D(a)) / 3,  B = (F - E) / m.                         (v)
 For a slenderness l0/R, (ii) gives a for every m and (iii) then grows with m, from eps = 0 at m = 0.
 The pull ends at m = 1/2: there eps is the largest contraction, 40.3 % for l0/R = 6 and
 2 (1 - E(1/2) / K(1/2)) = 54.3 % for an infinitely slender muscle. Beyond it the muscle pushes.
@@ -28,8 +26,8 @@ The pull ends at m = 1/2: there eps is the largest contraction, 40.3 % for l0/R 
 As eps -> 0, f_t0 -> pi R / (l0 sqrt(6 eps)): the exact force diverges more slowly than the f0/eps
 of the paper's approximation (2).
 
-In the code F and B stand for themselves (`pamsim.muscles.elliptic`) and E for F - m B, so that no
-digits are lost as m -> 0.
+In the code F and B = (F - E) / m stand for themselves (`pamsim.muscles.elliptic`) and E for
+F - m B, so that no digits are lost as m -> 0.
 """
 
 from __future__ import annotations
@@ -82,8 +80,8 @@ def end_amplitude(parameter: float, slenderness: float) -> float:
     return amplitude
 
 
-def _shape(parameter: float, slenderness: float) -> tuple[float, float, float, float]:
-    """Contraction and F(a|m) of the shape m, with their derivatives by m along (ii)."""
+def _shape(parameter: float, slenderness: float) -> tuple[float, float, float]:
+    """Contraction and F(a|m) of the shape m, and the contraction's derivative by m along (ii)."""
     amplitude = end_amplitude(parameter, slenderness)
     first, part = elliptic_integrals(amplitude, parameter)
     sine, cosine = math.sin(amplitude), math.cos(amplitude)
@@ -97,7 +95,7 @@ def _shape(parameter: float, slenderness: float) -> tuple[float, float, float, f
     lost_dm += amplitude_dm * parameter * sine * sine / root
     contraction = 2.0 * parameter * part / first
     contraction_dm = (2.0 * lost_dm - contraction * first_dm) / first
-    return contraction, first, contraction_dm, first_dm
+    return contraction, first, contraction_dm
 
 
 def shape_parameter(contraction: float, slenderness: float) -> float:
@@ -119,7 +117,7 @@ def shape_parameter(contraction: float, slenderness: float) -> float:
     if parameter > 0.5:
         parameter = 0.5
     for _ in range(100):
-        reached, _, slope, _ = _shape(parameter, slenderness)
+        reached, _, slope = _shape(parameter, slenderness)
         miss = reached - contraction
         if miss > 0.0:
             high = parameter
@@ -149,55 +147,8 @@ def pleated_shape_function(contraction: float, slenderness: float) -> float:
     parameter = shape_parameter(contraction, slenderness)
     if math.isnan(parameter):
         return math.nan
-    _, first, _, _ = _shape(parameter, slenderness)
+    _, first, _ = _shape(parameter, slenderness)
     return 0.5 * math.pi * (1.0 - 2.0 * parameter) / (first * first)
-
-
-def pleated_shape_slope(contraction: float, slenderness: float) -> float:
-    """Derivative d(f_t0)/d(eps) [-] of `pleated_shape_function`, whose arguments it takes."""
-    parameter = shape_parameter(contraction, slenderness)
-    if math.isnan(parameter):
-        return math.nan
-    _, first, contraction_dm, first_dm = _shape(parameter, slenderness)
-    by_m = -math.pi * (1.0 + (1.0 - 2.0 * parameter) * first_dm / first) / (first * first)
-    return by_m / contraction_dm
-
-
-def pleated_shape_volume(contraction: float, slenderness: float) -> float:
-    """Volume of the exact shape in units of l0^3, equation (v).
-
-    Args:
-        contraction: eps = 1 - l/l0 [-].
-        slenderness: l0/R [-].
-
-    Returns:
-        V / l0^3 [-]; NaN as `shape_parameter`.
-    """
-    parameter = shape_parameter(contraction, slenderness)
-    if math.isnan(parameter):
-        return math.nan
-    amplitude = end_amplitude(parameter, slenderness)
-    first, part = elliptic_integrals(amplitude, parameter)
-    sine, cosine = math.sin(amplitude), math.cos(amplitude)
-    root = math.sqrt(1.0 - parameter * sine * sine)
-    integral = (first + (1.0 - 2.0 * parameter) * part + 2.0 * sine * cosine * root) / 3.0
-    return math.pi * parameter * integral / (first * first * first)
-
-
-def pleated_shape_bulge(contraction: float, slenderness: float) -> float:
-    """Radius at the equator over the radius of the ends, r_m/R.
-
-    Args:
-        contraction: eps = 1 - l/l0 [-].
-        slenderness: l0/R [-].
-
-    Returns:
-        r_m/R [-]; NaN as `shape_parameter`.
-    """
-    parameter = shape_parameter(contraction, slenderness)
-    if math.isnan(parameter):
-        return math.nan
-    return 1.0 / math.cos(end_amplitude(parameter, slenderness))
 
 
 def pleated_max_contraction(slenderness: float) -> float:
@@ -228,39 +179,3 @@ def pleated_shape_force(
     """
     area = nominal_length * nominal_length
     return pressure * area * pleated_shape_function(contraction, slenderness)
-
-
-def pleated_shape_force_dp(
-    pressure: float, contraction: float, slenderness: float, nominal_length: float
-) -> float:
-    """Derivative dF/dp [N/Pa] of `pleated_shape_force`, whose arguments it takes."""
-    return nominal_length * nominal_length * pleated_shape_function(contraction, slenderness)
-
-
-def pleated_shape_force_dkappa(
-    pressure: float, contraction: float, slenderness: float, nominal_length: float
-) -> float:
-    """Derivative dF/deps [N] of `pleated_shape_force`, whose arguments it takes."""
-    area = nominal_length * nominal_length
-    return pressure * area * pleated_shape_slope(contraction, slenderness)
-
-
-def pleated_shape_pressure(
-    force: float, contraction: float, slenderness: float, nominal_length: float
-) -> float:
-    """Pressure that gives a force: the inverse of `pleated_shape_force`.
-
-    Args:
-        force: F [N].
-        contraction: eps [-].
-        slenderness: l0/R [-].
-        nominal_length: l0 [m].
-
-    Returns:
-        Gauge pressure p [Pa], negative where the muscle cannot pull; NaN where f_t0 is zero or not
-        defined.
-    """
-    area = nominal_length * nominal_length * pleated_shape_function(contraction, slenderness)
-    if area == 0.0:
-        return math.nan
-    return force / area

@@ -1,9 +1,9 @@
 """The exponential force law at one pressure (Sarosi, equation (3)).
 
 F = a exp(b kappa) + d kappa + e. The paper writes a exp(b kappa + c): exp(c) is a second factor on
-the same term, which no measurement can distinguish from a, so `a` here is the paper's a exp(c)
-(`folded_factor`). The law describes one isobar of a force map. It does not know what pressure does:
-its derivative by pressure is zero and it has no inverse p(F, kappa).
+the same term, which no measurement can distinguish from a, so `a` here is the paper's a exp(c). The
+law describes one isobar of a force map. It does not know what pressure does: its derivative by
+pressure is zero and it has no inverse p(F, kappa).
 """
 
 from __future__ import annotations
@@ -30,19 +30,6 @@ class SinglePressureExponential(ParameterGroup):
     e: float = parameter(unit="N", low=-1e4, high=1e4, doc="force without the exponential")
 
 
-def folded_factor(factor: float, exponent: float) -> float:
-    """A factor with the redundant exponent the paper adds, as one number: factor exp(exponent).
-
-    Args:
-        factor: a of Sarosi (3), or a or b of (4).
-        exponent: c of (3), or d of (4) [-].
-
-    Returns:
-        The factor of exp(slope kappa), in the unit of ``factor``.
-    """
-    return factor * math.exp(exponent)
-
-
 def single_pressure_force(
     pressure: float, contraction: float, a: float, b: float, d: float, e: float
 ) -> float:
@@ -61,17 +48,3 @@ def single_pressure_force(
     """
     # 0 p is zero for every pressure and NaN for a lost one, which must not go unnoticed.
     return a * math.exp(b * contraction) + d * contraction + e + 0.0 * pressure
-
-
-def single_pressure_force_dp(
-    pressure: float, contraction: float, a: float, b: float, d: float, e: float
-) -> float:
-    """Derivative dF/dp = 0 [N/Pa] of `single_pressure_force`, same arguments; NaN stays NaN."""
-    return 0.0 * single_pressure_force(pressure, contraction, a, b, d, e)
-
-
-def single_pressure_force_dkappa(
-    pressure: float, contraction: float, a: float, b: float, d: float, e: float
-) -> float:
-    """Derivative dF/dkappa [N] of `single_pressure_force`, whose arguments it takes."""
-    return a * b * math.exp(b * contraction) + d + 0.0 * pressure

@@ -29,6 +29,11 @@ def root(function: Callable[[float], float], low: float, high: float, tolerance:
     return float(_brentq(function, low, high, xtol=tolerance))
 
 
+def derivative(function: Callable[[Any], Any], place: float) -> float:
+    """Derivative by a complex step, as `jacobian`, of an analytic function of one number."""
+    return float(function(complex(place, _STEP)).imag) / _STEP
+
+
 def jacobian(function: Callable[[Any], Any], place: Sequence[float]) -> NDArray[np.float64]:
     """Derivatives by complex steps, exact to rounding (Squire, Trapp, SIAM Review 40, 1998, 110).
 

@@ -15,11 +15,12 @@ from numpy.typing import NDArray
 from pamsim.core.units import DEG_PER_RAD, PA_PER_BAR
 from pamsim.muscles.braid import max_contraction
 from pamsim.muscles.corrected_mckibben import corrected_mckibben_force
-from pamsim.muscles.exponential import six_parameter_force, six_parameter_pressure
+from pamsim.muscles.exponential import six_parameter_force
 from pamsim.muscles.force_law import coefficients_of
 from pamsim.muscles.mckibben import ideal_force
 from pamsim.muscles.published import PUBLISHED
 from pamsim.papers.numerics import curve_fit
+from pamsim.papers.sarosi.inverse import pressure_for
 
 FloatArray = NDArray[np.float64]
 
@@ -42,18 +43,19 @@ def force_curves() -> Mapping[str, Any]:
         ``ideal_end_percent``: where (1) ends [%]; ``inverse``: force -> (n,) gauge pressure [bar],
         NaN where no allowed filling gives it; ``round_trip_bar``: largest error of (5) after (4).
     """
-    constants = coefficients_of(PUBLISHED[_MUSCLE])[1:]
+    law = PUBLISHED[_MUSCLE]
+    constants = coefficients_of(law)[1:]
     exponential = _curves(lambda p, k: six_parameter_force(p, k, *constants))
     fitted, rms = _fit_corrected(exponential)
     geometry = (_DIAMETER, _FIBRE_ANGLE)
     inverse = {
         f"{force:g} N": _allowed(
-            np.array([six_parameter_pressure(force, float(k), *constants) for k in _CONTRACTION])
+            np.array([pressure_for(law, force, float(k)) for k in _CONTRACTION])
         )
         for force in _WANTED
     }
     back = [
-        six_parameter_pressure(float(force), float(k), *constants) / PA_PER_BAR - bar
+        pressure_for(law, float(force), float(k)) / PA_PER_BAR - bar
         for bar in _BARS
         for k, force in zip(_CONTRACTION, exponential[f"{bar:g} bar"], strict=True)
     ]

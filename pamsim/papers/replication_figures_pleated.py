@@ -16,8 +16,7 @@ from numpy.typing import NDArray
 from pamsim.core.units import PA_PER_BAR
 from pamsim.hysteresis.pleated_factor import DELTA_25_FIBRES, DELTA_40_FIBRES
 from pamsim.hysteresis.relays import RelaySum, Staircase, levels_of, printed_weight, relay_weights
-from pamsim.muscles.pleated import pleated_function
-from pamsim.muscles.pleated_fit import FIT_RANGE, SLENDERNESS_6
+from pamsim.muscles.pleated import FIT_RANGE, SLENDERNESS_6, pleated_function
 from pamsim.muscles.pleated_shape import pleated_max_contraction, pleated_shape_function
 
 FloatArray = NDArray[np.float64]

@@ -11,7 +11,6 @@ from pamsim.muscles.braid import (
     max_contraction,
     pressurised_contraction,
     volume,
-    volume_curvature,
     volume_slope,
 )
 from pamsim.muscles.mckibben import ideal_force
@@ -62,14 +61,6 @@ def test_slope_is_the_derivative_of_volume(braid, share):
     difference = (v[0] - 8.0 * v[1] + 8.0 * v[2] - v[3]) / (12.0 * step)
     tolerance = 1e-12 * helix_area(braid)
     assert volume_slope(length, *braid) == pytest.approx(difference, abs=tolerance)
-
-
-@given(BRAIDS, between(0.3, 1.0))
-def test_curvature_is_the_complex_step_derivative_of_slope(braid, share):
-    length = share * fibre(braid)[0]
-    step = 1e-30
-    derivative = volume_slope(complex(length, step), *braid).imag / step
-    assert volume_curvature(length, *braid) == pytest.approx(derivative, rel=1e-12)
 
 
 @given(BRAIDS, between(1e-9, 0.2))

@@ -20,14 +20,14 @@ from pamsim.muscles.braid import Braid, volume
 from pamsim.muscles.catalog import FORCE_LAWS
 from pamsim.muscles.corrected_mckibben import CorrectedMcKibben
 from pamsim.muscles.elastic_energy import ElasticEnergy
-from pamsim.muscles.exponential import isobar
 from pamsim.muscles.force_law import ForceLaw, coefficients_of
 from pamsim.muscles.invertible_exponential import InvertibleExponential
 from pamsim.muscles.mckibben import IdealMcKibben
 from pamsim.muscles.mooney_rivlin import MooneyRivlin
-from pamsim.muscles.pleated_fit import SLENDERNESS_6
+from pamsim.muscles.pleated import SLENDERNESS_6
 from pamsim.muscles.pleated_shape import PleatedShape
 from pamsim.muscles.published import PUBLISHED
+from pamsim.papers.sarosi.equations import isobar
 
 from .strategies import SHARES, between
 
@@ -58,7 +58,6 @@ EXAMPLES = {
 }
 LAWS = pytest.mark.parametrize("name", FORCE_LAWS)
 PRESSURES = between(2e5, 6e5)
-LINEAR = set(FORCE_LAWS) - {"corrected_mckibben", "single_pressure_exponential"}
 
 
 @dataclass(frozen=True)
@@ -92,49 +91,38 @@ def derivative(function, x: float, h: float) -> float:
 
 @LAWS
 @given(pressure=PRESSURES, share=SHARES)
-def test_derivative_by_pressure(name, pressure, share):
+def test_a_force_has_one_pressure_unless_the_law_holds_at_one_only(name, pressure, share):
+    """What `pamsim models` reports as the inverse."""
     this = case(name)
-    kappa = this.contraction(share)
-    wanted = derivative(lambda p: this.law.force(p, kappa, this.coefficients, BRAID), pressure, 4e3)
-    got = this.law.force_dp(pressure, kappa, this.coefficients, BRAID)
-    # 1e-3 N/Pa is the size of dF/dp of these muscles.
-    assert got == pytest.approx(wanted, rel=1e-8, abs=1e-11)
-
-
-@LAWS
-@given(pressure=PRESSURES, share=SHARES)
-def test_derivative_by_contraction(name, pressure, share):
-    this = case(name)
-    kappa = this.contraction(share)
-    wanted = derivative(
-        lambda k: this.law.force(pressure, k, this.coefficients, BRAID), kappa, 8e-4
-    )
-    got = this.law.force_dkappa(pressure, kappa, this.coefficients, BRAID)
-    assert got == pytest.approx(wanted, rel=1e-8, abs=1e-5)  # of some 1e4 N
-
-
-@LAWS
-@given(pressure=PRESSURES, share=SHARES)
-def test_inverse_gives_the_pressure_back(name, pressure, share):
-    this = case(name)
-    inverse = this.law.inverse
-    if inverse is None:
-        assert this.law.pressure_function is None
-        return
     # At the largest contraction the force does not depend on pressure, or hardly.
     kappa = this.contraction(0.98 * share)
-    force = this.law.force(pressure, kappa, this.coefficients, BRAID)
+
+    def force(at: float) -> float:
+        return this.law.force(at, kappa, this.coefficients, BRAID)
+
+    if this.law.pressure_range is None:
+        assert name == "single_pressure_exponential"
+        assert force(1.01 * pressure) == force(pressure)
+        return
     if name == "corrected_mckibben":
-        # Unique above the threshold, which is the pressure of no force.
-        assume(pressure > inverse(0.0, kappa, this.coefficients, BRAID))
-    got = inverse(force, kappa, this.coefficients, BRAID)
-    assert got == pytest.approx(pressure, rel=1e-9)
-    assert this.law.force(got, kappa, this.coefficients, BRAID) == pytest.approx(force, rel=1e-9)
+        assume(force(pressure) > 0.0)  # above its threshold
+    assert force(1.01 * pressure) > force(pressure)
 
 
-def test_only_the_single_pressure_law_has_no_inverse():
-    without = [name for name, law in FORCE_LAWS.items() if law.inverse is None]
-    assert without == ["single_pressure_exponential"]
+@LAWS
+@given(pressure=PRESSURES, share=SHARES)
+def test_the_force_falls_smoothly_with_contraction(name, pressure, share):
+    """Two stencils agree on the slope, and it is negative wherever the muscle pulls."""
+    this = case(name)
+    kappa = this.contraction(share)
+
+    def force(at: float) -> float:
+        return this.law.force(pressure, at, this.coefficients, BRAID)
+
+    slope = derivative(force, kappa, 8e-4)
+    assert slope == pytest.approx(derivative(force, kappa, 4e-4), rel=1e-7, abs=1e-4)
+    if force(kappa) > 0.0 and name != "single_pressure_exponential":
+        assert slope < 0.0
 
 
 @given(pressure=PRESSURES, share=SHARES)
@@ -151,39 +139,31 @@ def test_ideal_force_is_the_work_of_the_air(pressure, share):
     assert force == pytest.approx(-1.3 * pressure * slope, abs=1e-9 * full)
 
 
-def scalars(law: ForceLaw) -> list:
-    functions = [law.force_function, law.dp_function, law.dkappa_function, law.pressure_function]
-    return [function for function in functions if function is not None]
-
-
-@LAWS
-def test_the_scalar_functions_compile_and_give_the_same_numbers(name):
-    this = case(name)
-    kappa = this.contraction(0.4)
-    for function in scalars(this.law):
-        plain = inspect.unwrap(function)
-        rest = this.rest()
-        # The ideal law takes lengths, as the kernel calls it.
-        second = kappa if plain is function else BRAID.nominal_length * (1.0 - kappa)
-        for reached in reached_functions(plain):
-            register_jitable(reached)
-        compiled = numba.njit(plain, error_model="numpy")
-        for first in (3.7e5, 0.0, math.nan):
-            wanted = plain(first, second, *rest)
-            assert compiled(first, second, *rest) == pytest.approx(wanted, rel=1e-12, nan_ok=True)
-        wanted = plain(3.7e5, math.nan, *rest)
-        assert np.isnan(compiled(3.7e5, math.nan, *rest)) == math.isnan(wanted)
-
-
 def test_names_of_compiled_functions_are_unique_among_the_laws():
     """The compiler finds functions by their bare name: two of one name would hide each other."""
     seen: dict[str, str] = {}
     for law in FORCE_LAWS.values():
-        for function in scalars(law):
-            for reached in reached_functions(inspect.unwrap(function)):
-                assert seen.setdefault(reached.__qualname__, reached.__module__) == (
-                    reached.__module__
-                )
+        for reached in reached_functions(inspect.unwrap(law.force_function)):
+            assert seen.setdefault(reached.__qualname__, reached.__module__) == reached.__module__
+
+
+@LAWS
+def test_the_force_function_compiles_and_gives_the_same_numbers(name):
+    this = case(name)
+    kappa = this.contraction(0.4)
+    function = this.law.force_function
+    plain = inspect.unwrap(function)
+    rest = this.rest()
+    # The ideal law takes lengths, as the kernel calls it.
+    second = kappa if plain is function else BRAID.nominal_length * (1.0 - kappa)
+    for reached in reached_functions(plain):
+        register_jitable(reached)
+    compiled = numba.njit(plain, error_model="numpy")
+    for first in (3.7e5, 0.0, math.nan):
+        wanted = plain(first, second, *rest)
+        assert compiled(first, second, *rest) == pytest.approx(wanted, rel=1e-12, nan_ok=True)
+    wanted = plain(3.7e5, math.nan, *rest)
+    assert np.isnan(compiled(3.7e5, math.nan, *rest)) == math.isnan(wanted)
 
 
 @LAWS
@@ -193,13 +173,6 @@ def test_nan_is_passed_on(name):
     law, coefficients = this.law, this.coefficients
     for pressure, contraction in ((math.nan, kappa), (3e5, math.nan), (math.nan, math.nan)):
         assert math.isnan(law.force(pressure, contraction, coefficients, BRAID))
-        assert math.isnan(law.force_dkappa(pressure, contraction, coefficients, BRAID))
-        if law.inverse is not None:
-            assert math.isnan(law.inverse(pressure, contraction, coefficients, BRAID))
-    assert math.isnan(law.force_dp(3e5, math.nan, coefficients, BRAID))
-    # A force linear in pressure has a slope that no pressure enters.
-    lost = math.isnan(law.force_dp(math.nan, kappa, coefficients, BRAID))
-    assert lost == (name not in LINEAR)
     for i in range(len(coefficients)):
         spoilt = (*coefficients[:i], math.nan, *coefficients[i + 1 :])
         assert math.isnan(law.force(3e5, kappa, spoilt, BRAID))
@@ -221,21 +194,18 @@ def test_every_law_says_what_it_is(name):
     for _, spec in fields:
         assert spec.doc
         assert to_si(1.0, spec.unit, spec.unit, where="test") == 1.0
-    assert law.needs_braid == bool(law.braid_fields)
-    for function in (law.force_function, law.dp_function, law.dkappa_function):
-        assert inspect.getdoc(function)
+    assert inspect.getdoc(law.force_function)
 
 
 @LAWS
-def test_scalar_functions_take_the_fields_in_declared_order(name):
+def test_the_force_function_takes_the_fields_in_declared_order(name):
     """The order the kernel reads them from the row: any other would compile and be wrong."""
     law = FORCE_LAWS[name]
     fields = [field for field, _ in specs(law.group)][1:]
-    for function in scalars(law):
-        names = list(inspect.signature(inspect.unwrap(function)).parameters)
-        second = "contraction" if inspect.unwrap(function) is function else "length"
-        first = "force" if function is law.pressure_function else "pressure"
-        assert names == [first, second, *fields, *law.braid_fields]
+    function = law.force_function
+    names = list(inspect.signature(inspect.unwrap(function)).parameters)
+    second = "contraction" if inspect.unwrap(function) is function else "length"
+    assert names == ["pressure", second, *fields, *law.braid_fields]
 
 
 @LAWS

@@ -8,12 +8,15 @@ import math
 from pamsim.actuator.antagonist import (
     Stiffness,
     antagonist_torque,
-    ideal_stiffness,
     joint_stiffness,
+    pressure_slope,
 )
-from pamsim.actuator.kernel import gauge_pressure
+from pamsim.actuator.kernel import Row, gauge_pressure, muscle_length
+from pamsim.actuator.layout import slot
 from pamsim.actuator.rest_state import charged_air_state
 from pamsim.core.units import DEG_PER_RAD, PA_PER_KPA
+from pamsim.muscles.braid import volume_slope
+from pamsim.muscles.mckibben import ideal_force
 from pamsim.papers.antagonistic_pair import (
     ideal_muscle,
     rest_angle,
@@ -21,11 +24,32 @@ from pamsim.papers.antagonistic_pair import (
     sprocket_radius,
 )
 from pamsim.papers.claim import Recomputed, Verdict, recomputes
+from pamsim.papers.numerics import derivative
 from pamsim.papers.torque_law import TorqueLaw, fit_torque_law
 from pamsim.store.printed import PrintedStep, distinct_steps
 
 _FULL = 487.0 * PA_PER_KPA  # Table 1, row 1
 _AGREEMENT = 1e-6  # relative, of a closed form with finite differences
+
+
+def ideal_stiffness(par: Row, tendon_length: float, pressure: float) -> Stiffness:
+    """Stiffness of one shut muscle if its force were F = -p dV/dl (Matiskova 2021, equation (5)).
+
+    Args:
+        par: parameter row; its braid and chamber are used, its force law is not.
+        tendon_length: [m].
+        pressure: gauge [Pa].
+
+    Returns:
+        -dP/dV (dV/dl)^2 and -p d2V/dl2 [N/m].
+    """
+    length = muscle_length(par, tendon_length)
+    braid = [par[slot(f"braid.{name}")] for name in ("nominal_length", "diameter", "fibre_angle")]
+    per_pressure = -volume_slope(length, *braid)
+    return Stiffness(
+        compressibility=per_pressure * pressure_slope(par, tendon_length, pressure),
+        geometric=derivative(lambda at: ideal_force(pressure, at, *braid), length),
+    )
 
 
 def _parts(pressure: float) -> Stiffness:

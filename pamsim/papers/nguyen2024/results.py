@@ -9,7 +9,7 @@ import numpy as np
 from pamsim.core.units import PA_PER_BAR
 from pamsim.fitting.loop_cost import maxwell_loop
 from pamsim.hysteresis.fractional_maxwell import complex_stiffness
-from pamsim.muscles.braid import volume, volume_curvature, volume_slope
+from pamsim.muscles.braid import volume, volume_slope
 from pamsim.papers.claim import Recomputed, printed_values, recomputes
 from pamsim.papers.nguyen2024.loop import simulated_loop
 from pamsim.papers.nguyen2024.numbers import (
@@ -21,6 +21,7 @@ from pamsim.papers.nguyen2024.numbers import (
     omega,
     value,
 )
+from pamsim.papers.numerics import derivative
 
 _ATMOSPHERE = 101325.0
 """[Pa]."""
@@ -61,7 +62,7 @@ def _air_stiffness() -> Recomputed:
         slope = volume_slope(length, *shape)
         # Isothermal: the softer of the two extremes the closed air can have.
         squeezed = (pressure + _ATMOSPHERE) * slope**2 / volume(length, *shape)
-        result.append(squeezed - pressure * volume_curvature(length, *shape))
+        result.append(squeezed - pressure * derivative(lambda at: volume_slope(at, *shape), length))
     rubber = _dynamic(value("first_case_frequency"))
     return Recomputed((min(result), rubber), holds=min(result) < 0.1 * rubber)
 

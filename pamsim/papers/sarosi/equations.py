@@ -9,10 +9,13 @@ import numpy as np
 from pamsim.core.units import DEG_PER_RAD, PA_PER_BAR
 from pamsim.muscles.braid import max_contraction
 from pamsim.muscles.corrected_mckibben import corrected_mckibben_force
-from pamsim.muscles.exponential import isobar, six_parameter_force
+from pamsim.muscles.exponential import SixParameter, six_parameter_force
 from pamsim.muscles.mckibben import ideal_force
 from pamsim.muscles.published import PUBLISHED
-from pamsim.muscles.single_pressure_exponential import single_pressure_force
+from pamsim.muscles.single_pressure_exponential import (
+    SinglePressureExponential,
+    single_pressure_force,
+)
 from pamsim.papers.claim import Recomputed, printed_number, printed_values, recomputes
 from pamsim.papers.numerics import root
 
@@ -81,6 +84,17 @@ def _pressure_unit() -> Recomputed:
         for unit, per_bar in units.items()
     }
     return Recomputed(tuple(share.values()))
+
+
+def isobar(law: SixParameter, pressure: float) -> SinglePressureExponential:
+    """The law at one gauge pressure [Pa]: what (3) is to (4)."""
+    return SinglePressureExponential(
+        scale=law.scale,
+        a=law.a * pressure + law.b,
+        b=law.c,
+        d=law.d * pressure,
+        e=law.e * pressure + law.f,
+    )
 
 
 @recomputes("sarosi-06")

@@ -9,8 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pamsim.core.units import PA_PER_BAR
-from pamsim.muscles.exponential import six_parameter_force, six_parameter_force_dp
-from pamsim.muscles.invertible_exponential import InvertibleExponential
+from pamsim.muscles.exponential import SixParameter, six_parameter_force
 from pamsim.muscles.published import PUBLISHED
 from pamsim.papers.claim import Recomputed, printed_numbers, recomputes
 from pamsim.papers.numerics import jacobian, root
@@ -47,18 +46,29 @@ def _rank(law: Form, place: tuple[float, ...]) -> Recomputed:
     return Recomputed(float(rank))
 
 
+def pressure_for(law: SixParameter, force: float, kappa: float) -> float:
+    """Gauge pressure [Pa] that gives a force [N] at a contraction [-]: Sarosi (5).
+
+    The d and f of Sarosi (4) are 0; its e, g, h are d, e, f of the law.
+    """
+    rise = math.exp(law.c * kappa)
+    return -(-force + law.b * rise + law.f) / _per_pressure(law, kappa)
+
+
+def _per_pressure(law: SixParameter, kappa: float) -> float:
+    """The denominator of (5), dF/dp [N/Pa]."""
+    return law.a * math.exp(law.c * kappa) + law.d * kappa + law.e
+
+
 @recomputes("sarosi-09")
 def _inverse() -> Recomputed:
-    law, worst, least = InvertibleExponential.from_six_parameter(PUBLISHED[_TYPE]), 0.0, math.inf
-    a, b, c, e, f, g, h = law.a, law.b, law.c, law.e, law.f, law.g, law.h
+    law, worst, least = PUBLISHED[_TYPE], 0.0, math.inf
     for bar in _BARS:
         for kappa in np.linspace(0.0, 0.25, 26).tolist():
-            p, rise = bar * PA_PER_BAR, math.exp(c * kappa)
-            force = (a * p + b) * rise + (e * p + f) * kappa + g * p + h
-            inverted = -(-force + b * rise + kappa * f + h) / (a * rise + kappa * e + g)
-            worst = max(worst, abs(inverted - p))
-            slope = six_parameter_force_dp(p, kappa, a, b, c, e, g, h)
-            least = min(least, slope * PA_PER_BAR)
+            p = bar * PA_PER_BAR
+            force = six_parameter_force(p, kappa, law.a, law.b, law.c, law.d, law.e, law.f)
+            worst = max(worst, abs(pressure_for(law, force, kappa) - p))
+            least = min(least, _per_pressure(law, kappa) * PA_PER_BAR)
     return Recomputed(worst / PA_PER_BAR, least=least)
 
 

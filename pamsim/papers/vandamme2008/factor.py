@@ -7,8 +7,7 @@ import functools
 import numpy as np
 from numpy.typing import NDArray
 
-from pamsim.muscles.pleated import pleated_function
-from pamsim.muscles.pleated_fit import SLENDERNESS_6
+from pamsim.muscles.pleated import SLENDERNESS_6, pleated_function
 from pamsim.papers.claim import Recomputed, printed_values, recomputes
 from pamsim.papers.vandamme2008.numbers import (
     PERCENT,

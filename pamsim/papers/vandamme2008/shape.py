@@ -5,10 +5,10 @@ from __future__ import annotations
 import numpy as np
 
 from pamsim.muscles.pleated import pleated_function
-from pamsim.muscles.pleated_fit import fit_pleated, worst_relative_error
 from pamsim.muscles.pleated_shape import pleated_max_contraction, pleated_shape_function
 from pamsim.papers.claim import Recomputed, printed_values, recomputes
 from pamsim.papers.numerics import root
+from pamsim.papers.vandamme2008.force_function_fit import fit_pleated, worst_relative_error
 from pamsim.papers.vandamme2008.numbers import (
     PERCENT,
     largest,

@@ -11,7 +11,6 @@ import pytest
 from pamsim.actuator.antagonist import (
     Stiffness,
     antagonist_torque,
-    ideal_stiffness,
     joint_stiffness,
     muscle_stiffness,
     pressure_slope,
@@ -89,17 +88,6 @@ def test_both_parts_add_up_to_the_stiffness_of_a_shut_muscle(name, length, press
 
 
 @pytest.mark.parametrize(("length", "pressure"), STATES)
-def test_equation_5_is_the_same_under_the_ideal_law(length, pressure):
-    par = row(IDEAL)
-    closed, numeric = (
-        ideal_stiffness(par, length, pressure),
-        muscle_stiffness(par, length, pressure),
-    )
-    assert closed.compressibility == pytest.approx(numeric.compressibility, rel=1e-8)
-    assert closed.geometric == pytest.approx(numeric.geometric, rel=1e-8)
-
-
-@pytest.mark.parametrize(("length", "pressure"), STATES)
 def test_geometric_part_is_the_slope_at_constant_pressure(length, pressure):
     par, h = row(REAL), 1e-5
     slope = static_force(par, length + h, pressure) - static_force(par, length - h, pressure)
@@ -118,14 +106,6 @@ def test_pressure_slope_is_that_of_the_air_state(length, pressure):
 def test_a_slack_muscle_has_no_stiffness():
     assert static_force(row(REAL), -0.06, 0.0) < 0.0
     assert muscle_stiffness(row(REAL), -0.06, 0.0) == Stiffness(compressibility=0.0, geometric=0.0)
-
-
-def test_geometric_part_goes_with_gauge_pressure_and_compressibility_with_absolute():
-    par = row(IDEAL)
-    one, two = ideal_stiffness(par, 0.0, 2e5), ideal_stiffness(par, 0.0, 4e5)
-    assert two.geometric == pytest.approx(2.0 * one.geometric, rel=1e-12)
-    ratio = (4e5 + IDEAL.chamber.atmosphere) / (2e5 + IDEAL.chamber.atmosphere)
-    assert two.compressibility == pytest.approx(ratio * one.compressibility, rel=1e-12)
 
 
 @pytest.mark.parametrize("name", MUSCLES)

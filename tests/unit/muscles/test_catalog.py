@@ -1,4 +1,4 @@
-"""The catalog: which laws, in which range, and the corners of the inverse of the ideal law."""
+"""The catalog: which laws, in which range, and how they take their coefficients."""
 
 from __future__ import annotations
 
@@ -6,12 +6,10 @@ import math
 
 import pytest
 
-from pamsim.muscles import mckibben
 from pamsim.muscles.braid import Braid
 from pamsim.muscles.catalog import FORCE_LAWS
 from pamsim.muscles.force_law import coefficients_of
-from pamsim.muscles.mckibben import ideal_pressure
-from pamsim.muscles.pleated_fit import SLENDERNESS_6
+from pamsim.muscles.pleated import SLENDERNESS_6
 from pamsim.muscles.pleated_shape import PleatedShape
 from pamsim.muscles.published import PUBLISHED
 
@@ -58,14 +56,3 @@ def test_a_pleated_muscle_scales_with_the_square_of_its_length():
     twice = Braid(nominal_length=0.6, diameter=0.02, fibre_angle=0.5)
     ratio = law.force(1e5, 0.2, coefficients, twice) / law.force(1e5, 0.2, coefficients, BRAID)
     assert ratio == pytest.approx(4.0, rel=1e-14)
-
-
-def test_no_pressure_at_the_largest_contraction_of_the_ideal_muscle(monkeypatch):
-    # No float is exactly the largest contraction.
-    monkeypatch.setattr(mckibben, "volume_slope", lambda *_: 0.0)
-    assert math.isnan(ideal_pressure(10.0, 0.2, 0.3, 0.02, 0.5))
-
-
-def test_beyond_the_largest_contraction_only_suction_would_pull():
-    length = 0.3 * (1.0 - 1.1 * LARGEST)
-    assert ideal_pressure(10.0, length, 0.3, 0.02, BRAID.fibre_angle) < 0.0

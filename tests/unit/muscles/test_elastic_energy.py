@@ -6,13 +6,8 @@ import math
 
 import pytest
 
-from pamsim.muscles import elastic_energy
-from pamsim.muscles.braid import max_contraction, volume
-from pamsim.muscles.elastic_energy import (
-    contractive_force,
-    elastic_energy_force,
-    elastic_energy_pressure,
-)
+from pamsim.muscles.braid import volume
+from pamsim.muscles.elastic_energy import contractive_force, elastic_energy_force
 from pamsim.muscles.mckibben import ideal_force
 
 LENGTH, BRAID = 0.3, (0.02, math.radians(28.6))  # DMSP-20-300N of Nguyen 2024
@@ -58,16 +53,3 @@ def test_the_work_of_a_closed_stretch_is_the_energy_of_the_air():
     gained = (squeezed * size(end) - absolute * size(start)) / (k - 1.0)
     gained -= atmosphere * (size(start) - size(end))
     assert work == pytest.approx(gained, rel=1e-6)
-
-
-def test_no_pressure_where_the_volume_has_its_maximum(monkeypatch):
-    # No float is exactly the largest contraction.
-    monkeypatch.setattr(elastic_energy, "volume_slope", lambda *_: 0.0)
-    assert math.isnan(elastic_energy_pressure(10.0, 0.34, *WORK, *BRAID))
-
-
-def test_the_pressure_asked_for_near_the_largest_contraction():
-    """On either side of it the pressure asked for grows without bound and changes sign."""
-    kappa = max_contraction(BRAID[1])
-    assert elastic_energy_pressure(0.0, kappa - 1e-6, *WORK, *BRAID) > 1e9
-    assert elastic_energy_pressure(0.0, kappa + 1e-6, *WORK, *BRAID) < -1e9

@@ -1,22 +1,13 @@
-"""The elastic tube against the derivative of its energy, and its derivatives and inverse."""
+"""The elastic tube against the derivative of its energy."""
 
 from __future__ import annotations
 
 import math
 
-import numba
 import pytest
-from numba.extending import register_jitable
 
-from pamsim.engine.compiled import reached_functions
-from pamsim.muscles import mooney_rivlin
 from pamsim.muscles.braid import volume_slope
-from pamsim.muscles.mooney_rivlin import (
-    mooney_rivlin_force,
-    mooney_rivlin_force_dkappa,
-    mooney_rivlin_force_dp,
-    mooney_rivlin_pressure,
-)
+from pamsim.muscles.mooney_rivlin import mooney_rivlin_force
 
 BRAID = (0.02, math.radians(28.6))
 WALL = (-152.2, 363.6, 0.0021, 0.9533)  # as fitted to the DMSP-20 map
@@ -33,13 +24,20 @@ def energy(braid, c1, c2, angle):
     return 0.5 * (c1 * (first - 3.0) + c2 * (second - 3.0))
 
 
+def slope(pressure, kappa, *args):
+    """Derivative of the force by contraction."""
+    h = 1e-5
+    ends = [mooney_rivlin_force(pressure, at, *args) for at in (kappa - h, kappa + h)]
+    return (ends[1] - ends[0]) / (2.0 * h)
+
+
 @pytest.mark.parametrize("kappa", KAPPAS)
 @pytest.mark.parametrize("wall", [(200.0, 0.0), (0.0, 200.0), (-152.2, 363.6)])
 def test_the_wall_takes_the_derivative_of_its_energy(kappa, wall):
     h = 1e-5
-    slope = (energy(kappa + h, *wall, BRAID[1]) - energy(kappa - h, *wall, BRAID[1])) / (2.0 * h)
+    rise = (energy(kappa + h, *wall, BRAID[1]) - energy(kappa - h, *wall, BRAID[1])) / (2.0 * h)
     force = mooney_rivlin_force(0.0, kappa, *wall, 0.0, 1.0, *BRAID)
-    assert force == pytest.approx(-slope, rel=1e-6, abs=1e-4)
+    assert force == pytest.approx(-rise, rel=1e-6, abs=1e-4)
 
 
 def test_without_a_wall_it_is_the_ideal_law_and_at_slack_the_wall_is_free():
@@ -49,23 +47,9 @@ def test_without_a_wall_it_is_the_ideal_law_and_at_slack_the_wall_is_free():
 
 
 def test_stiffness_at_small_strain_is_that_of_the_sum_of_both_constants():
-    ends = [mooney_rivlin_force_dkappa(0.0, 0.0, *w, 0.0, 1.0, *BRAID) for w in ((1, 0), (0, 1))]
-    assert ends[0] == pytest.approx(ends[1], rel=1e-12)
+    ends = [slope(0.0, 0.0, *w, 0.0, 1.0, *BRAID) for w in ((1, 0), (0, 1))]
+    assert ends[0] == pytest.approx(ends[1], rel=1e-7)
     assert ends[0] < 0.0
-
-
-@pytest.mark.parametrize("kappa", KAPPAS)
-def test_derivatives_and_inverse(kappa):
-    p, h = 3e5, 1e-5
-    args = (*WALL, *BRAID)
-    force = mooney_rivlin_force(p, kappa, *args)
-    by_kappa = (
-        mooney_rivlin_force(p, kappa + h, *args) - mooney_rivlin_force(p, kappa - h, *args)
-    ) / (2.0 * h)
-    assert mooney_rivlin_force_dkappa(p, kappa, *args) == pytest.approx(by_kappa, rel=1e-6)
-    by_p = (mooney_rivlin_force(p + 100.0, kappa, *args) - force) / 100.0
-    assert mooney_rivlin_force_dp(p, kappa, *args) == pytest.approx(by_p, rel=1e-8)
-    assert mooney_rivlin_pressure(force, kappa, *args) == pytest.approx(p, rel=1e-12)
 
 
 def test_as_fitted_it_falls_with_contraction_wherever_it_pulls():
@@ -73,32 +57,10 @@ def test_as_fitted_it_falls_with_contraction_wherever_it_pulls():
         for i in range(-20, 300):
             kappa = i / 1000.0
             if mooney_rivlin_force(p, kappa, *WALL, *BRAID) > 0.0:
-                assert mooney_rivlin_force_dkappa(p, kappa, *WALL, *BRAID) < 0.0
+                assert slope(p, kappa, *WALL, *BRAID) < 0.0
 
 
-def test_where_the_braid_cannot_be_there_is_no_number(monkeypatch):
+def test_where_the_braid_cannot_be_there_is_no_number():
     for kappa in (-0.2, 1.1):  # fibres straight; shorter than nothing
         assert math.isnan(mooney_rivlin_force(1e5, kappa, 1.0, 1.0, 0.0, 1.0, *BRAID))
-        assert math.isnan(mooney_rivlin_force_dkappa(1e5, kappa, 1.0, 1.0, 0.0, 1.0, *BRAID))
     assert math.isnan(mooney_rivlin_force(math.nan, 0.1, *WALL, *BRAID))
-    # No float is exactly the largest contraction.
-    monkeypatch.setattr(mooney_rivlin, "volume_slope", lambda *_: 0.0)
-    assert math.isnan(mooney_rivlin_pressure(10.0, 0.2, *WALL, *BRAID))
-
-
-@pytest.mark.parametrize(
-    "function",
-    [
-        mooney_rivlin_force,
-        mooney_rivlin_force_dp,
-        mooney_rivlin_force_dkappa,
-        mooney_rivlin_pressure,
-    ],
-)
-def test_every_function_compiles(function):
-    for reached in reached_functions(function):
-        register_jitable(reached)
-    compiled = numba.njit(function, error_model="numpy")
-    for first in (3e5, math.nan):
-        ours, theirs = function(first, 0.1, *WALL, *BRAID), compiled(first, 0.1, *WALL, *BRAID)
-        assert theirs == pytest.approx(ours, rel=1e-12, nan_ok=True)

@@ -6,8 +6,11 @@ import json
 
 import pytest
 
+from pamsim.actuator.antagonist import muscle_stiffness
 from pamsim.core.encoding import to_dict
+from pamsim.papers.antagonistic_pair import ideal_muscle, row
 from pamsim.papers.claim import Claim, Verdict
+from pamsim.papers.matiskova2021.stiffness import ideal_stiffness
 from pamsim.papers.replicate import paper_claims
 
 REPRODUCED, UNPRINTED, WRONG = (
@@ -88,3 +91,23 @@ def test_reasons_carry_what_was_chosen(claims):
     assert "1.06 leaving one out" in claims["matiskova2021-25"].reason
     assert "0.98 and 1.22" in claims["matiskova2021-25"].reason
     assert "2.414 s" in claims["matiskova2021-34"].reason
+
+
+STATES = pytest.mark.parametrize(("length", "pressure"), [(0.0, 3e5), (-0.01, 5e5), (0.004, 1.5e5)])
+
+
+@STATES
+def test_equation_5_is_the_stiffness_of_the_kernel_under_the_ideal_law(length, pressure):
+    par = row(ideal_muscle())
+    closed = ideal_stiffness(par, length, pressure)
+    numeric = muscle_stiffness(par, length, pressure)
+    assert closed.compressibility == pytest.approx(numeric.compressibility, rel=1e-8)
+    assert closed.geometric == pytest.approx(numeric.geometric, rel=1e-8)
+
+
+def test_geometric_part_goes_with_gauge_pressure_and_compressibility_with_absolute():
+    muscle = ideal_muscle()
+    one, two = (ideal_stiffness(row(muscle), 0.0, pressure) for pressure in (2e5, 4e5))
+    assert two.geometric == pytest.approx(2.0 * one.geometric, rel=1e-12)
+    ratio = (4e5 + muscle.chamber.atmosphere) / (2e5 + muscle.chamber.atmosphere)
+    assert two.compressibility == pytest.approx(ratio * one.compressibility, rel=1e-12)

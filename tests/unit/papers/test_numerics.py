@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from pamsim.papers.numerics import jacobian, root
+from pamsim.papers.numerics import derivative, jacobian, root
 from pamsim.papers.paper_models import odd_exponential_basis
 from pamsim.signals.static_law import arctangent_law
 
@@ -28,6 +28,10 @@ def test_complex_steps_give_the_derivatives_of_the_arctangent_law():
     steep = LOOP[0] / (1.0 + inner**2)
     exact = [np.arctan(inner), steep * pressure, steep, np.ones_like(pressure)]
     assert columns == pytest.approx(np.stack(exact, axis=1), rel=1e-13)
+
+
+def test_a_complex_step_gives_the_derivative_of_a_function_of_one_number():
+    assert derivative(lambda x: x**3 - 2.0 * x, 1.5) == pytest.approx(3.0 * 1.5**2 - 2.0, rel=1e-15)
 
 
 def test_a_root_is_found_to_its_tolerance():

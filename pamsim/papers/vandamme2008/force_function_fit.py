@@ -9,26 +9,12 @@ from __future__ import annotations
 import numpy as np
 
 from pamsim.core.errors import ParameterError
-from pamsim.muscles.pleated import Pleated, pleated_function
+from pamsim.muscles.pleated import FIT_RANGE, Pleated, pleated_function
 from pamsim.muscles.pleated_shape import pleated_max_contraction, pleated_shape_function
-
-FIT_RANGE: tuple[float, float] = (0.05, 0.35)
-"""Contractions of the fit: from where the law holds to the largest one Van Damme 2008 measures."""
-
-SLENDERNESS_6 = Pleated(
-    f0=0.02300273978,
-    f1=1.031348789,
-    f2=-4.596929223,
-    f3=6.726459461,
-    f4=-5.078786628,
-)
-"""`fit_pleated` of l0/R = 6, as in Van Damme 2008: fitted to the exact shape, not measured."""
 
 
 def fit_pleated(
-    slenderness: float,
-    contractions: tuple[float, float] = FIT_RANGE,
-    points: int = 400,
+    slenderness: float, contractions: tuple[float, float] = FIT_RANGE, points: int = 400
 ) -> Pleated:
     """Fit (2) to the exact f_t0 with the least squares of the relative error.
 
