@@ -78,7 +78,7 @@ TWINS: dict[str, tuple[str, str, int, tuple[str, ...]]] = {
 
 DIAGNOSIS_OPTIONS = {
     "load_torque": ("--effects", "angle_bias,angle_scale,coulomb_friction,passive_stiffness"),
-    "angle_bias": ("--ordinary", "force.scale,chamber.dead_volume"),
+    "angle_bias": ("--nuisance", "force.scale,chamber.dead_volume"),
 }
 """Data set -> options beside the seed; all effects are tried where none stand here."""
 
