@@ -46,7 +46,7 @@ PROTOCOLS = "triangle,staircase,multisine,bursts,loaded_steps"
 # Name -> effects, their sizes, seed, further options of `pamsim hide`. Sizes and seeds are those of
 # the blind study where it has such a data set; the sets were chosen so that every verdict appears.
 _COLOURED = ("--coloured",)
-_DIFFERENT = ("--tier", "different")
+_DIFFERENT = ("--formulation", "independent")
 TWINS: dict[str, tuple[str, str, int, tuple[str, ...]]] = {
     "none_white": ("none", "1", 17000, ("--variation", "0")),
     "none_coloured": ("none", "1", 17014, _COLOURED),
@@ -119,7 +119,7 @@ def commands() -> dict[str, tuple[str, ...]]:
         "models": ("models",),
         "hide": (*SHORT_TWIN, "--out", "out"),
         "hide_different": (
-            "hide", "sprocket_ripple+air_leak", "--size", "2,1", "--tier", "different",
+            "hide", "sprocket_ripple+air_leak", "--size", "2,1", "--formulation", "independent",
             "--protocols", "triangle,bursts", "--duration", "2s", "--repeats", "2", "--coloured",
             "--no-forces", "--seed", "5", "--out", "out",
         ),
