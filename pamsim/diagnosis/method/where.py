@@ -55,7 +55,7 @@ class ResidualMap:
             noise, NaN for an empty bin; of rows [SI].
         p_value: that the residual does not depend on the quantity: one for the whole map, by sign
             flips of trials or by exchanging rows.
-        worst: number of the bin that is off most.
+        worst: number of the bin that is off most; of bins as far off, that of the largest mean.
         rows: names of the rows in each bin; empty for trials.
         rms: (b,) root mean square of the residual of rows [SI]; None for trials.
     """
@@ -237,18 +237,22 @@ def _row_map(
         return np.abs(rows @ member) / np.sqrt(many * (1.0 - many / misfit.size))
 
     lows = [float(values[bins == b].min()) for b in range(count)]
+    mean = np.array([misfit[bins == b].mean() for b in range(count)])
+    # Of two bins, the one is always as far off as the other: rounding must not choose.
+    sizes = standardised(off[np.newaxis])[0]
+    worst = np.where(sizes > (1.0 - 1e-9) * sizes.max(), np.abs(mean), -1.0).argmax()
     return ResidualMap(
         channel=channel,
         quantity=quantity,
         edges=np.array([*lows, float(values.max())]),
-        mean=np.array([misfit[bins == b].mean() for b in range(count)]),
+        mean=mean,
         p_value=exchange_p_value(
             lambda rows: standardised(rows).max(axis=1),
             off,
             _EXCHANGES,
             np.random.default_rng(seed),
         ),
-        worst=int(np.argmax(standardised(off[np.newaxis])[0])),
+        worst=int(worst),
         rows=tuple(
             tuple(name for name, b in zip(names, bins, strict=True) if b == number)
             for number in range(count)

@@ -199,6 +199,16 @@ def test_maps_keep_equal_values_together_and_find_the_bin_that_is_off():
     assert flat == ()
 
 
+def test_of_two_bins_the_one_with_the_larger_mean_is_worse_whatever_the_rounding():
+    """Two bins differ equally from the common mean."""
+    direction = np.repeat([-1.0, 1.0], [10, 11])
+    names = tuple(map(str, range(direction.size)))
+    for seed in range(20):
+        misfit = np.random.default_rng(seed).normal(0.3, 1.0, direction.size)
+        (found,) = row_maps(misfit, {"direction": direction}, names, channel="angle")
+        assert found.worst == np.argmax(np.abs(found.mean))
+
+
 def test_maps_of_noise_are_uniform():
     rng = np.random.default_rng(6)
     values = rng.uniform(size=20)
