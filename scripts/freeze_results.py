@@ -2,18 +2,21 @@
 
     python scripts/freeze_results.py data DIR
     python scripts/freeze_results.py run DIR OUT [--only NAME] [--python PYTHON]
-    python scripts/freeze_results.py compare OUT_A OUT_B [--rtol 1e-9] [--renamed MAP.json]
+    python scripts/freeze_results.py compare BEFORE AFTER [--renamed MAP.json] [--json TABLE.json]
 
 Make the data once, by the code before the change. Run before and after (about half an hour of one
 processor each; what OUT holds is not run again), and compare. Only the command line of pamsim is
 used: the modules may move. Which code runs is PYTHON's, or that of an absolute PYTHONPATH.
 
-A map of renamed keys tells of results whose shape has changed on purpose. It holds, per command
-(``*`` stands for anything), old places and new ones, null for what is not to be compared, on either
-side; what lies below a place moves with it, and each ``*`` of the new is that of the old:
+A map of renamed keys describes results whose shape has changed on purpose. It holds, per command
+(``*`` stands for anything), old places and new ones, null for what is not compared, on either side.
+What lies below a place moves with it, and each ``*`` of the new is that of the old. Where values
+are written otherwise too, a rule holds the new place, and the new words or a new unit's factor:
 
-    {"diagnose_*": {"result/effects[*]/parameters/*/interval95": "result/found[*]/*/interval",
-                    "result/schema": null}}
+    {"diagnose_*": {"result/base[*]/after": "result/nuisance[*]/refitted",
+                    "result/schema": null},
+     "replicate": {"result/claims[*]/id": {"place": "result/claims[*]/id",
+                                           "values": {"A-*": "matiskova2021-*"}}}}
 """
 
 from __future__ import annotations
@@ -32,7 +35,8 @@ import sys
 import tempfile
 import time
 import tomllib
-from collections.abc import Callable, Iterable, Iterator, Mapping
+from collections import Counter
+from collections.abc import Iterable, Iterator, Mapping
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -44,10 +48,10 @@ FORCE_MAP = Path(__file__).parent.parent / "pamsim" / "data" / "dmsp20_300_force
 PROTOCOLS = "triangle,staircase,multisine,bursts,loaded_steps"
 
 # Name -> effects, their sizes, seed, further options of `pamsim hide`. Sizes and seeds are those of
-# the blind study where it has such a data set; the sets were chosen so that every verdict appears.
+# the blind study where it has such a data set; they were chosen so that every verdict appears.
 _COLOURED = ("--coloured",)
 _DIFFERENT = ("--formulation", "independent")
-TWINS: dict[str, tuple[str, str, int, tuple[str, ...]]] = {
+SYNTHETIC: dict[str, tuple[str, str, int, tuple[str, ...]]] = {
     "none_white": ("none", "1", 17000, ("--variation", "0")),
     "none_coloured": ("none", "1", 17014, _COLOURED),
     "supply_sag_small": ("supply_sag", "0.0849", 17078, ()),
@@ -90,7 +94,7 @@ STEPS = {
     "valve_step": ("step", "--valve", "0.5,-0.5", "--start", "2bar,2bar", "--duration", "500ms"),
 }  # fmt: skip
 
-SHORT_TWIN = (
+SHORT_RECORDING = (
     "hide", "air_leak", "--protocols", "staircase,bursts", "--duration", "3s", "--repeats", "3",
 )  # fmt: skip
 
@@ -99,15 +103,15 @@ IGNORED = {"seconds", "processor_seconds", "wall_s", "versions", "mujoco", "comm
 
 
 def hidden(name: str) -> tuple[str, ...]:
-    """Arguments that make the data of a twin."""
-    effects, sizes, seed, more = TWINS[name]
+    """Arguments that make the data of a synthetic recording."""
+    effects, sizes, seed, more = SYNTHETIC[name]
     setting = ("--protocols", PROTOCOLS, "--duration", "5s", "--seed", str(seed))
     return ("hide", effects, "--size", sizes, *setting, *more)
 
 
 def data_commands() -> dict[str, tuple[str, ...]]:
     """Folder in the data -> arguments that fill it."""
-    return {**STEPS, "short_twin": SHORT_TWIN, **{name: hidden(name) for name in TWINS}}
+    return {**STEPS, "short_twin": SHORT_RECORDING, **{name: hidden(name) for name in SYNTHETIC}}
 
 
 def commands() -> dict[str, tuple[str, ...]]:
@@ -115,9 +119,9 @@ def commands() -> dict[str, tuple[str, ...]]:
     valves = "valve.conductance_fill,valve.conductance_exhaust"
     braid = ("--diameter", "20", "--fibre-angle", "28.6")
     calibrate, diagnose = ("calibrate", "--threads", "1"), ("diagnose", "--threads", "1")
-    found: dict[str, tuple[str, ...]] = {
+    table: dict[str, tuple[str, ...]] = {
         "models": ("models",),
-        "hide": (*SHORT_TWIN, "--out", "out"),
+        "hide": (*SHORT_RECORDING, "--out", "out"),
         "hide_different": (
             "hide", "sprocket_ripple+air_leak", "--size", "2,1", "--formulation", "independent",
             "--protocols", "triangle,bursts", "--duration", "2s", "--repeats", "2", "--coloured",
@@ -156,15 +160,22 @@ def commands() -> dict[str, tuple[str, ...]]:
         "calibrate_mas20": (*calibrate, "mas20"),
         "reproduce": ("reproduce", "--out", "out"),
         "replicate": ("replicate",),
+        "length_loop_table": ("diagnose", "data/length_loop.csv"),
+        "length_loop_means": ("diagnose", "alraouf2025"),
+        "length_loop_equations": ("diagnose", "alraouf2025_equations"),
+        "length_loop_moving": (
+            "diagnose", "alraouf2025_equations", "--effects",
+            "muscle_hysteresis,viscoelastic_creep,viscous_friction,drift",
+        ),
         "diagnose_mas20": (*diagnose, "mas20"),
         "diagnose_short_twin": (
             *diagnose, "data/short_twin", "--effects", "air_leak,pressure_bias", "--out", "out",
         ),
     }  # fmt: skip
-    for name, (_, _, seed, _) in TWINS.items():
+    for name, (_, _, seed, _) in SYNTHETIC.items():
         more = DIAGNOSIS_OPTIONS.get(name, ())
-        found[f"diagnose_{name}"] = (*diagnose, f"data/{name}", "--seed", str(seed), *more)
-    return found
+        table[f"diagnose_{name}"] = (*diagnose, f"data/{name}", "--seed", str(seed), *more)
+    return table
 
 
 def write_tables(folder: Path) -> None:
@@ -296,88 +307,201 @@ def places(value: Any, at: str = "") -> Iterator[tuple[str, Any]]:
         yield at, value
 
 
-def renaming(rules: Mapping[str, str | None]) -> Callable[[str, bool], str | None]:
-    """How a place is called after the change; None for one that is not to be compared.
+class Rule(NamedTuple):
+    """A place that was renamed.
+
+    Attributes:
+        old: pattern of the old place.
+        new: the new place; None for what is not compared.
+        values: old word -> new word; a ``*`` stands for anything.
+        factor: on numbers, where the unit has changed.
+    """
+
+    old: re.Pattern[str]
+    new: str | None
+    values: Mapping[str, str]
+    factor: float
+
+
+def rules_of(renamed: Mapping[str, Any]) -> list[Rule]:
+    """Rules of a map of renamed keys; of an old place the first that fits counts.
+
+    Raises:
+        click.ClickException: for a rule with an unknown key.
+    """
+    rules: list[Rule] = []
+    for old, new in renamed.items():
+        more = dict(new) if isinstance(new, dict) else {"place": new}
+        place, values, factor = (
+            more.pop(k, d) for k, d in (("place", old), ("values", {}), ("factor", 1))
+        )
+        if more:
+            raise click.ClickException(f"{old}: unknown {', '.join(more)}")
+        rules.append(Rule(_pattern(old, r"[^/\[\]]+", r"(?=[/\[]|$)"), place, values, factor))
+    return rules
+
+
+def _pattern(text: str, star: str, end: str = "$") -> re.Pattern[str]:
+    return re.compile(re.escape(text).replace(r"\*", f"({star})") + end)
+
+
+def _filled(text: str, match: re.Match[str]) -> str:
+    """A text with what the stars of a pattern stood for."""
+    stars = iter(match.groups())
+    return re.sub(r"\*", lambda _: next(stars), text)
+
+
+def renamed_values(
+    values: Mapping[str, Any], rules: Iterable[Rule], *, is_old: bool
+) -> dict[str, Any]:
+    """Values by their new places, without those that are not compared.
 
     Args:
-        rules: old place -> new place or None; the first that fits counts.
+        values: place -> value.
+        rules: see `rules_of`.
+        is_old: whether the places are old ones; new ones stay, but for what is not compared.
+
+    Raises:
+        click.ClickException: if two places with different values become one.
     """
-    compiled = [
-        (re.compile(re.escape(old).replace(r"\*", r"([^/\[\]]+)") + r"(?=[/\[]|$)"), new)
-        for old, new in rules.items()
-    ]
-
-    def renamed(place: str, is_old: bool) -> str | None:
-        for pattern, new in compiled:
-            match = pattern.match(place)
-            if match is None or (new is not None and not is_old):
+    kept: dict[str, Any] = {}
+    for old, value in values.items():
+        place, new = old, value
+        for rule in rules:
+            match = rule.old.match(old)
+            if match is None or (rule.new is not None and not is_old):
                 continue
-            if new is None:
-                return None
-            stars = iter(match.groups())
-            return re.sub(r"\*", lambda _, s=stars: next(s), new) + place[match.end() :]
-        return place
+            place = None if rule.new is None else _filled(rule.new, match) + old[match.end() :]
+            new = _renamed_value(value, rule)
+            break
+        if place is None:
+            continue
+        if kept.setdefault(place, new) != new:
+            raise click.ClickException(f"two old places are {place} now: {kept[place]} and {new}")
+    return kept
 
-    return renamed
+
+def _renamed_value(value: Any, rule: Rule) -> Any:
+    if _is_number(value):
+        return value if rule.factor == 1 else value * rule.factor
+    for old, new in rule.values.items():
+        match = _pattern(old, ".*").match(value) if isinstance(value, str) else None
+        if match:
+            return _filled(new, match)
+    return value
+
+
+MISSING = object()
+"""Stands for a value on the side where its place does not exist."""
+
+_EMPTY = (None, "", [], {})
+"""Values that say nothing: a place that holds one and is on one side only is no difference."""
 
 
 class Difference(NamedTuple):
-    """Of one value: what was, what is, and the relative difference, infinite where there is none.
-
-    A value that stands on one side only is ``MISSING`` on the other.
-    """
+    """A value that differs; ``relative`` is infinite where either side is no number."""
 
     place: str
     before: Any
     after: Any
     relative: float
 
-
-MISSING = object()
+    @property
+    def kind(self) -> str:
+        """What happened to the place."""
+        if self.after is MISSING:
+            return "gone"
+        return "added" if self.before is MISSING else "differs"
 
 
 def differences(
     before: Mapping[str, Any], after: Mapping[str, Any], rtol: float, atol: float
 ) -> tuple[list[Difference], float]:
     """What differs, and the largest relative difference of all numbers, tolerated ones too."""
-    found, largest = [], 0.0
+    differing, largest = [], 0.0
     for place in dict.fromkeys([*before, *after]):
         old, new = before.get(place, MISSING), after.get(place, MISSING)
+        if (old is MISSING and new in _EMPTY) or (new is MISSING and old in _EMPTY):
+            continue
         if not (_is_number(old) and _is_number(new)):
             if type(old) is not type(new) or old != new:
-                found.append(Difference(place, old, new, math.inf))
+                differing.append(Difference(place, old, new, math.inf))
         elif old != new:
             scale = max(abs(old), abs(new))
             relative = abs(old - new) / scale
-            largest = max(largest, relative)
+            if abs(old - new) > atol:
+                largest = max(largest, relative)
             if abs(old - new) > max(atol, rtol * scale):
-                found.append(Difference(place, old, new, relative))
-    return found, largest
+                differing.append(Difference(place, old, new, relative))
+    return differing, largest
 
 
 def _is_number(value: Any) -> bool:
     return isinstance(value, int | float) and not isinstance(value, bool)
 
 
-def grouped(found: Iterable[Difference]) -> Iterator[str]:
-    """A line for each place, list indices apart: how many differ, by how much, the worst one."""
-    groups: dict[str, list[Difference]] = {}
-    for one in found:
-        groups.setdefault(re.sub(r"\[\d+\]", "[*]", one.place), []).append(one)
-    for place, members in groups.items():
-        worst = max(members, key=lambda one: one.relative)
-        kind = "differs"
-        if worst.after is MISSING:
-            kind = "gone"
-        elif worst.before is MISSING:
-            kind = "added"
-        elif math.isfinite(worst.relative):
-            kind = f"differs by {worst.relative:.2g}"
-        yield f"{place}: {len(members)} {kind}: {_short(worst.before)} -> {_short(worst.after)}"
+def grouped(differing: Iterable[Difference]) -> dict[tuple[str, str], list[Difference]]:
+    """Kind of difference and place, with list indices left out -> differences, the worst first."""
+    groups: dict[tuple[str, str], list[Difference]] = {}
+    for difference in differing:
+        place = re.sub(r"\[\d+\]", "[*]", difference.place)
+        groups.setdefault((difference.kind, place), []).append(difference)
+    return {
+        key: sorted(members, key=lambda d: d.relative, reverse=True)
+        for key, members in sorted(groups.items())
+    }
+
+
+def table_row(
+    before: Mapping[str, Any], after: Mapping[str, Any], rtol: float, atol: float
+) -> dict[str, Any]:
+    """The comparison of a command's answers, as it is written to the table.
+
+    Args:
+        before: place -> value, by the new places.
+        after: the same.
+        rtol: see `differences`.
+        atol: see `differences`.
+    """
+    differing, largest = differences(before, after, rtol, atol)
+    groups = grouped(differing)
+
+    def places_of(kind: str) -> dict[str, int]:
+        return {place: len(group) for (own, place), group in groups.items() if own == kind}
+
+    return {
+        "compared": len(before.keys() & after.keys()),
+        "differ": sum(d.kind == "differs" for d in differing),
+        "largest_relative": largest,
+        "verdicts": [side.get("result/verdict") for side in (before, after)],
+        "differences": {
+            place: {
+                "values": len(group),
+                "relative": group[0].relative if math.isfinite(group[0].relative) else None,
+                "before": group[0].before,
+                "after": group[0].after,
+            }
+            for (kind, place), group in groups.items()
+            if kind == "differs"
+        },
+        "gone": places_of("gone"),
+        "added": places_of("added"),
+    }
+
+
+def table_lines(row: Mapping[str, Any]) -> Iterator[str]:
+    """A line for each group of differences of a command."""
+    for place, d in row["differences"].items():
+        size = "" if d["relative"] is None else f" by {d['relative']:.2g}"
+        change = f"{_short(d['before'])} -> {_short(d['after'])}"
+        yield f"{place}: {d['values']} differ{size}: {change}"
+    for kind in ("gone", "added"):
+        for place, count in row[kind].items():
+            yield f"{place}: {count} {kind}"
 
 
 def _short(value: Any) -> str:
-    text = "nothing" if value is MISSING else repr(value)
+    text = repr(value)
     return text if len(text) <= 60 else text[:57] + "..."
 
 
@@ -433,10 +557,10 @@ def run_commands(folder: Path, out: Path, only: tuple[str, ...], python: str) ->
         bar.set_description(name)
         file = out / f"{name}.json"
         if not file.exists():
-            found = answer(python, table[name], folder / "data")
-            file.write_text(json.dumps(found, indent=1) + "\n", encoding="utf-8")
-            verdict = found["result"].get("verdict", "")
-            bar.write(f"{name}: exit {found['exit_code']}, {found['seconds']} s {verdict}")
+            kept = answer(python, table[name], folder / "data")
+            file.write_text(json.dumps(kept, indent=1) + "\n", encoding="utf-8")
+            verdict = kept["result"].get("verdict", "")
+            bar.write(f"{name}: exit {kept['exit_code']}, {kept['seconds']} s {verdict}")
 
 
 @cli.command()
@@ -445,6 +569,10 @@ def run_commands(folder: Path, out: Path, only: tuple[str, ...], python: str) ->
 @click.option("--rtol", default=1e-9, show_default=True, help="Numbers as near as this are equal.")
 @click.option("--atol", default=1e-12, show_default=True, help="Or as near as this, in their unit.")
 @click.option("--renamed", type=click.Path(path_type=Path, exists=True), help="Map of keys (JSON).")
+@click.option(
+    "--commits", nargs=2, default=("", ""), help="Before and after, as the table names them."
+)
+@click.option("--json", "table", type=click.Path(path_type=Path), help="Write the table here.")
 @_only
 def compare(
     before: Path,
@@ -452,34 +580,50 @@ def compare(
     rtol: float,
     atol: float,
     renamed: Path | None,
+    commits: tuple[str, str],
+    table: Path | None,
     only: tuple[str, ...],
 ) -> None:
     """Compare the answers in two folders; exit 1 if any differs or is on one side only."""
     maps = {} if renamed is None else json.loads(renamed.read_text(encoding="utf-8"))
     names = {file.stem for folder in (before, after) for file in folder.glob("*.json")}
-    told: list[str] = []
-    click.echo(f"{'command':42s} {'values':>7s} {'differ':>7s} {'largest relative':>17s}")
+    rows: dict[str, Any] = {}
+    lines: list[str] = []
+    head = ("command", "compared", "differ", "largest", "gone", "added")
+    click.echo("{:42s} {:>8s} {:>7s} {:>9s} {:>6s} {:>6s}".format(*head))
     for name in _chosen(sorted(names), only):
-        fitting = (rules for pattern, rules in maps.items() if fnmatch.fnmatch(name, pattern))
-        place = renaming({old: new for rules in fitting for old, new in rules.items()})
-        sides = [
-            {
-                called: value
-                for at, value in _values(folder / f"{name}.json").items()
-                if (called := place(at, is_old)) is not None
-            }
-            for folder, is_old in ((before, True), (after, False))
-        ]
-        if not all(sides):
-            told.append(f"{name}: no answer in {after if sides[0] else before}")
+        fitting = [own for pattern, own in maps.items() if fnmatch.fnmatch(name, pattern)]
+        rules = [rule for own in fitting for rule in rules_of(own)]
+        old, new = (_values(folder / f"{name}.json") for folder in (before, after))
+        if not (old and new):
+            lines.append(f"{name}: no answer in {after if old else before}")
             continue
-        found, largest = differences(*sides, rtol, atol)
-        count = len(sides[0].keys() | sides[1].keys())
-        click.echo(f"{name:42s} {count:7d} {len(found):7d} {largest:17.2g}")
-        told += [f"{name}: {line}" for line in grouped(found)]
-    for line in told:
+        row = table_row(
+            renamed_values(old, rules, is_old=True),
+            renamed_values(new, rules, is_old=False),
+            rtol,
+            atol,
+        )
+        rows[name] = row
+        gone, added = (sum(row[kind].values()) for kind in ("gone", "added"))
+        click.echo(
+            f"{name:42s} {row['compared']:8d} {row['differ']:7d} {row['largest_relative']:9.2g}"
+            f" {gone:6d} {added:6d}"
+        )
+        lines += [f"{name}: {line}" for line in table_lines(row)]
+    for line in lines:
         click.echo(line)
-    sys.exit(1 if told or not names else 0)
+    if table is not None:
+        added = Counter(place for row in rows.values() for place in row.pop("added"))
+        content = {
+            "commits": commits,
+            "rtol": rtol,
+            "atol": atol,
+            "commands": rows,
+            "added": dict(sorted(added.items())),
+        }
+        table.write_text(json.dumps(content, indent=1) + "\n", encoding="utf-8")
+    sys.exit(1 if lines or not names else 0)
 
 
 if __name__ == "__main__":
