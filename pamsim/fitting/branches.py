@@ -13,9 +13,10 @@ from pamsim.core.parameters import specs
 from pamsim.fitting.curve_fit import fit_curve, search_curve
 from pamsim.fitting.held_out import Rows, grouped, leave_one_group_out
 from pamsim.fitting.result import FittedLaw
-from pamsim.hysteresis.arctangent import Arctangent, arctangent
+from pamsim.hysteresis.arctangent import Arctangent
 from pamsim.hysteresis.catalog import OPERATORS
 from pamsim.inference.coefficient import Coefficient, held_coefficients
+from pamsim.signals.static_law import arctangent_law
 from pamsim.store.measured_table import LengthLoop
 
 FloatArray = NDArray[np.float64]
@@ -115,8 +116,8 @@ def _branch(
     )
 
     def over(rows: Rows) -> Callable[[FloatArray], FloatArray]:
-        points = pressure[rows].tolist()
-        return lambda values: np.array([arctangent(p, *values.tolist()) for p in points])
+        points = pressure[rows]
+        return lambda values: arctangent_law(points, *values.tolist())
 
     def fit_and_predict(train: Rows, test: Rows) -> FloatArray:
         return over(test)(search_curve(over(train), length[train], coefficients).values)

@@ -28,12 +28,6 @@ from pamsim.core.parameters import parameter
 from pamsim.hysteresis.group import Hysteresis, MutableRow, Row
 from pamsim.hysteresis.madelung import SMALLEST_MOVE, kept_and_added
 
-PRINTED_INCREASING = (2.7378, -0.0083212, 1.3402, 27.759)
-"""a_0 [cm], a_1 [1/kPa], a_2, a_3 [cm] of a 30 cm muscle (Alraouf 2025, (3))."""
-
-PRINTED_DECREASING = (2.7854, -0.0088259, 1.1891, 27.87)
-"""b_0 [cm], b_1 [1/kPa], b_2, b_3 [cm] (Alraouf 2025, (4))."""
-
 
 @dataclass(frozen=True, kw_only=True)
 class Arctangent(Hysteresis):
@@ -87,39 +81,6 @@ class Arctangent(Hysteresis):
     def state_count(self) -> int:
         """The last input and the turning points."""
         return 1 + int(self.turning_points)
-
-
-def arctangent(p: float, k0: float, k1: float, k2: float, k3: float) -> float:
-    """One branch, y = k_0 atan(k_1 p + k_2) + k_3 (Alraouf 2025, (1) and (2)).
-
-    Args:
-        p: pressure [kPa] where the printed coefficients are used.
-        k0: [unit of y].
-        k1: [1/unit of p].
-        k2: [-].
-        k3: [unit of y].
-
-    Returns:
-        Length y [cm] where the printed coefficients are used.
-    """
-    return k0 * math.atan(k1 * p + k2) + k3
-
-
-def arctangent_slope(p: float, k0: float, k1: float, k2: float) -> float:
-    """Derivative dy/dp of `arctangent` [unit of y per unit of p]."""
-    argument = k1 * p + k2
-    return k0 * k1 / (1.0 + argument * argument)
-
-
-def arctangent_inverse(y: float, k0: float, k1: float, k2: float, k3: float) -> float:
-    """Pressure at a length on one branch, the inverse of `arctangent` in p [unit of p].
-
-    A length that the branch only nears, |y - k_3| >= |k_0| pi/2, gives NaN.
-    """
-    angle = (y - k3) / k0
-    if abs(angle) >= 0.5 * math.pi:
-        return math.nan
-    return (math.tan(angle) - k2) / k1
 
 
 def branch_shape(t: float, steepness: float, middle: float) -> float:

@@ -23,16 +23,13 @@ from pamsim.hysteresis.preisach import (
     staircase_sums,
 )
 
-DELTA_40_FIBRES = 0.299
-"""force_share of the muscle with N = 40 fibres (Van Damme 2008, section III.E)."""
-
-DELTA_25_FIBRES = 0.139
-"""force_share of the muscle with N = 25 fibres (Van Damme 2008, section III.E)."""
-
 
 @dataclass(frozen=True, kw_only=True)
 class PleatedFactor(Preisach):
-    """Fields of `Preisach`; ``force_share`` is delta of the paper, ``high_contraction`` eps_max."""
+    """Fields of `Preisach`; ``force_share`` is delta of the paper, ``high_contraction`` eps_max.
+
+    Printed delta: 0.299 of the muscle with 40 fibres, 0.139 with 25 (Van Damme 2008, III.E).
+    """
 
     law: ClassVar[str] = "pleated_factor"
 

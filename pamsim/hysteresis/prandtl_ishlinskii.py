@@ -117,16 +117,6 @@ class PlaySum:
         weights = tuple(-w / (sums[k] * sums[k + 1]) for k, w in enumerate(self.weights))
         return PlaySum(linear=1.0 / self.linear, thresholds=tuple(thresholds), weights=weights)
 
-    def inverse_memory(self, memory: Sequence[float]) -> tuple[float, ...]:
-        """Memory of `inverse` that belongs to a memory of this operator (Kuhnen 2003)."""
-        sums = self._partial_sums()
-        inverse: list[float] = []
-        later = 0.0
-        for k in range(len(self.weights) - 1, -1, -1):
-            inverse.append(sums[k + 1] * memory[k] + later)
-            later += self.weights[k] * memory[k]
-        return tuple(reversed(inverse))
-
     def _partial_sums(self) -> list[float]:
         """The partial sums S_0 ... S_n: gradients of the pieces of the initial curve."""
         sums = [self.linear]

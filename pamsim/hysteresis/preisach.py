@@ -3,8 +3,7 @@
 W[u] is the sum over relays (alpha, beta), beta <= alpha, of weight times relay: up once
 u >= alpha, down once u < beta. On a grid of n levels the relays of one row, of equal alpha, are up
 in a run that starts at the lowest beta, so n counts hold the state of n (n + 1)/2 relays
-(Mayergoyz 2003; the staircase line of Van Damme 2008, figure 13). The relays themselves, for any
-weight, are in `pamsim.hysteresis.relays`.
+(Mayergoyz 2003; the staircase line of Van Damme 2008, figure 13).
 
 Levels lie at the middle of the n cells of [-1, 1]. Relays of the diagonal (alpha = beta) carry
 half a cell. Weight (5) is a product of a factor of alpha and one of beta on each side of

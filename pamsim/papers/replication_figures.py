@@ -14,8 +14,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pamsim.core.units import DEG_PER_RAD, PA_PER_KPA
-from pamsim.hysteresis.fractional_maxwell import PRINTED, complex_stiffness
 from pamsim.papers.alraouf2025.loop import branch_data, fit_arctangent, fit_bouc_wen
+from pamsim.papers.nguyen2024.fractional_reference import complex_stiffness
+from pamsim.papers.nguyen2024.numbers import element
 from pamsim.papers.paper_models import static_characteristic
 from pamsim.papers.replication_figures_force import force_curves
 from pamsim.papers.replication_figures_pleated import pleated_curves
@@ -94,7 +95,7 @@ def _fractional_loop(
 
 def _nguyen2024() -> Curves:
     stiffness, viscosity = 150_000.0, 200_000.0  # Ke [N/m], c: the caption of Figure 3
-    order, time_constant, identified = PRINTED
+    order, time_constant, identified = element()
     frequency = np.linspace(1.0, 10.0, 91)
     complex_values = np.array(
         [

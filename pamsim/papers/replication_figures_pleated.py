@@ -14,10 +14,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pamsim.core.units import PA_PER_BAR
-from pamsim.hysteresis.pleated_factor import DELTA_25_FIBRES, DELTA_40_FIBRES
-from pamsim.hysteresis.relays import RelaySum, Staircase, levels_of, printed_weight, relay_weights
 from pamsim.muscles.pleated import FIT_RANGE, SLENDERNESS_6, pleated_function
 from pamsim.muscles.pleated_shape import pleated_max_contraction, pleated_shape_function
+from pamsim.papers.vandamme2008.numbers import value
+from pamsim.papers.vandamme2008.relays import RelaySum, levels_of, printed_weight, relay_weights
 
 FloatArray = NDArray[np.float64]
 
@@ -49,6 +49,7 @@ def pleated_curves() -> Mapping[str, Any]:
     closed = len(inner) - 2 * _steps(_INNER[0] - _INNER[1]) - 1
     inner, inner_error = inner[closed:], inner_error[closed:]
     valid = outer >= FIT_RANGE[0]
+    deltas = {fibres: value(f"delta_{fibres}") for fibres in ("40", "25")}
     loops = {
         name: {
             "contraction_percent": 100.0 * outer[valid],
@@ -56,7 +57,7 @@ def pleated_curves() -> Mapping[str, Any]:
             "inner_percent": 100.0 * inner,
             "inner_value": _polynomial(inner) * (1.0 + delta * inner_error),
         }
-        for name, delta in (("40", DELTA_40_FIBRES), ("25", DELTA_25_FIBRES))
+        for name, delta in deltas.items()
     }
     scale = _MEMBRANE * _MEMBRANE * PA_PER_BAR
     return {
@@ -67,7 +68,7 @@ def pleated_curves() -> Mapping[str, Any]:
             "falling": falling,
             "line": slope * levels,
         },
-        "delta": {"40": DELTA_40_FIBRES, "25": DELTA_25_FIBRES},
+        "delta": deltas,
         "loops": loops,
         "static": {
             "contraction_percent": 100.0 * outer[valid],
@@ -102,7 +103,7 @@ def _major_loop(weights: FloatArray) -> tuple[FloatArray, FloatArray]:
     """Output on both branches at the levels [-]; inputs between levels see no other output."""
     levels = levels_of(len(weights))
     half_cell = 1.0 / len(weights)  # in the middle between two levels no rounding decides
-    up, down = Staircase(weights), Staircase(weights)
+    up, down = RelaySum(weights), RelaySum(weights)
     up.step(-1.1)
     down.step(1.1)
     low = [up.step(-1.1), *(up.step(float(u) + half_cell) for u in levels)]
@@ -115,7 +116,7 @@ def _major_loop(weights: FloatArray) -> tuple[FloatArray, FloatArray]:
 
 def _error(weights: FloatArray, contraction: FloatArray, slope: float) -> FloatArray:
     """W - W_fit along a path of contractions that starts from lower saturation [-]."""
-    operator = Staircase(weights)
+    operator = RelaySum(weights)
     operator.step(-1.1)
     scaled = 2.0 * contraction / _LARGEST - 1.0
     return np.array([operator.step(float(u)) for u in scaled]) - slope * scaled

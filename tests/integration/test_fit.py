@@ -13,8 +13,8 @@ from pamsim.cli.main import main
 from pamsim.fitting.fit import fit
 from pamsim.fitting.law_curve import named_law
 from pamsim.fitting.loop_cost import maxwell_loop
-from pamsim.hysteresis.arctangent import PRINTED_DECREASING, PRINTED_INCREASING
 from pamsim.muscles.braid import Braid
+from pamsim.store.printed import loop_equation
 
 DATA = resources.files("pamsim") / "data"
 DMSP_20 = DATA / "dmsp20_300_force_map.csv"
@@ -124,8 +124,9 @@ def test_one_isobar_suits_the_law_of_one_pressure(tmp_path):
 
 
 def test_printed_arctangent_comes_back_from_a_length_loop(tmp_path, monkeypatch, capsys):
+    printed = {b: [each.value for each in loop_equation(b)] for b in ("up", "down")}
     rows = ["p_kpa,length_cm,branch"]
-    for name, (k0, k1, k2, k3) in (("up", PRINTED_INCREASING), ("down", PRINTED_DECREASING)):
+    for name, (k0, k1, k2, k3) in printed.items():
         rows += [f"{p},{k0 * np.arctan(k1 * p + k2) + k3},{name}" for p in range(0, 501, 50)]
     (tmp_path / "loop.csv").write_text("\n".join(rows), encoding="utf-8")
     code, out, _ = run(
@@ -136,7 +137,7 @@ def test_printed_arctangent_comes_back_from_a_length_loop(tmp_path, monkeypatch,
     assert code == 0
     assert "falling branch" in out
     result = json.loads((tmp_path / "r.json").read_text())
-    k0, k1, k2, k3 = PRINTED_INCREASING
+    k0, k1, k2, k3 = printed["up"]
     values = [c["value"] for c in result["fits"][0]["coefficients"]]
     assert values == pytest.approx([k0 / 100, k1 / 1000, k2, k3 / 100], rel=1e-4)
     entries = tomllib.loads((tmp_path / "o" / "params.toml").read_text())["muscle"]["hysteresis"]

@@ -1,4 +1,4 @@
-"""References for the fractional Maxwell element: its defining derivative, and its printed loop.
+"""References for the fractional Maxwell element: its stiffness, its derivative, its printed loop.
 
 `simulate_fractional` solves Nguyen 2024, (8), with the derivative (7) itself and its whole history;
 slow, and of a known order. `loop_distance` and the two points after it are the printed loop (13) to
@@ -7,12 +7,31 @@ slow, and of a known order. `loop_distance` and the two points after it are the 
 
 from __future__ import annotations
 
+import cmath
 import math
 
 import numpy as np
 from numpy.typing import NDArray
 
 Array = NDArray[np.float64]
+
+
+def complex_stiffness(
+    omega: float, order: float, time_constant: float, stiffness: float
+) -> complex:
+    """K*(w) = K_e (jw beta)^alpha / (1 + (jw beta)^alpha) (Nguyen 2024, (9)).
+
+    Args:
+        omega: angular frequency w [rad/s], positive.
+        order: alpha [-].
+        time_constant: beta [s].
+        stiffness: K_e [N/m].
+
+    Returns:
+        Force over displacement [N/m].
+    """
+    z = (omega * time_constant) ** order * cmath.exp(0.5j * math.pi * order)
+    return stiffness * z / (1.0 + z)
 
 
 def fractional_derivative_weights(order: float, count: int) -> Array:

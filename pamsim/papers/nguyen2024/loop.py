@@ -8,9 +8,9 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from pamsim.hysteresis.fractional_maxwell import complex_stiffness
 from pamsim.papers.claim import Recomputed, printed_values, recomputes
 from pamsim.papers.nguyen2024.fractional_reference import (
+    complex_stiffness,
     displacement_at_peak_force,
     displacement_at_zero_force,
     loop_distance,

@@ -8,9 +8,9 @@ import numpy as np
 
 from pamsim.core.units import PA_PER_BAR
 from pamsim.fitting.loop_cost import maxwell_loop
-from pamsim.hysteresis.fractional_maxwell import complex_stiffness
 from pamsim.muscles.braid import volume, volume_slope
 from pamsim.papers.claim import Recomputed, printed_values, recomputes
+from pamsim.papers.nguyen2024.fractional_reference import complex_stiffness
 from pamsim.papers.nguyen2024.loop import simulated_loop
 from pamsim.papers.nguyen2024.numbers import (
     MILLIMETRE,

@@ -14,15 +14,15 @@ from pamsim.hysteresis.preisach import (
     updated_count,
     virgin_count,
 )
-from pamsim.hysteresis.relays import (
+from pamsim.papers.claim import Recomputed, printed_values, recomputes
+from pamsim.papers.vandamme2008.numbers import value
+from pamsim.papers.vandamme2008.relays import (
     RelaySum,
     levels_of,
     printed_weight,
     relay_weights,
     triangle_integral,
 )
-from pamsim.papers.claim import Recomputed, printed_values, recomputes
-from pamsim.papers.vandamme2008.numbers import value
 
 FloatArray = NDArray[np.float64]
 

@@ -41,18 +41,14 @@ def test_play_by_hand():
 
 
 @many
-@given(play_sums(), st.lists(VALUES, min_size=1, max_size=25), st.lists(VALUES, max_size=5))
-def test_inverse_composed_with_the_operator_is_the_identity(operator, inputs, before):
+@given(play_sums(), st.lists(VALUES, min_size=1, max_size=30))
+def test_inverse_composed_with_the_operator_is_the_identity(operator, inputs):
     inverse = operator.inverse()
-    memory = operator.virgin()
-    for x in before:
-        memory, _ = operator.step(memory, x)
-    undo = operator.inverse_memory(memory)
+    memory, undo = operator.virgin(), inverse.virgin()
     for x in inputs:
         memory, y = operator.step(memory, x)
         undo, back = inverse.step(undo, y)
         assert back == pytest.approx(x, abs=1e-12 * max(1.0, inverse.linear))
-        assert undo == pytest.approx(operator.inverse_memory(memory), abs=1e-12)
 
 
 @many

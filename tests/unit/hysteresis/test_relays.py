@@ -1,4 +1,4 @@
-"""Preisach: the staircase and the engine's operator against relays switched one by one."""
+"""Preisach: the engine's operator against relays switched one by one."""
 
 from __future__ import annotations
 
@@ -14,11 +14,9 @@ from pamsim.hysteresis.preisach import (
     preisach_rates,
     staircase_sums,
 )
-from pamsim.hysteresis.relays import (
+from pamsim.papers.vandamme2008.relays import (
     RelaySum,
-    Staircase,
     levels_of,
-    normalised_weight,
     printed_weight,
     relay_weights,
     triangle_integral,
@@ -68,17 +66,6 @@ def test_relay_sum_is_the_sum_of_single_relays():
         assert relays.step(u) == pytest.approx(math.fsum(w * r.step(u) for w, r in single))
 
 
-@pytest.mark.parametrize("levels", [2, 7, 40, 100])
-def test_staircase_equals_the_relays(levels):
-    """1,000 random reversals, and a weight without any symmetry."""
-    rng = np.random.default_rng(levels)
-    weights = relay_weights(levels, lambda alpha, beta: rng.uniform(0.0, 1.0))
-    relays, staircase = RelaySum(weights), Staircase(weights)
-    inputs = reversals(1000, seed=levels)
-    by_relays = [relays.step(u) for u in inputs]
-    assert [staircase.step(u) for u in inputs] == pytest.approx(by_relays, abs=1e-12)
-
-
 @pytest.mark.parametrize(
     ("levels", "c", "d", "count"),
     [(2, C, D, 300), (3, C, D, 300), (20, C, D, 1000), (41, 0.7, -0.3, 300), (100, -1.5, 1.2, 60)],
@@ -93,10 +80,9 @@ def test_engine_operator_equals_the_relays(levels, c, d, count):
 def test_inputs_on_the_levels_themselves_agree():
     levels = 8
     weights = relay_weights(levels, printed_weight)
-    relays, staircase = RelaySum(weights), Staircase(weights)
+    relays = RelaySum(weights)
     inputs = np.random.default_rng(5).permutation(np.tile(levels_of(levels), 20))
     by_relays = [relays.step(u) for u in inputs]
-    assert [staircase.step(u) for u in inputs] == pytest.approx(by_relays, abs=1e-12)
     assert engine_output(levels, inputs) == pytest.approx(by_relays, abs=1e-12)
 
 
@@ -112,7 +98,6 @@ def test_virgin_state_is_neutral_and_saturation_is_one(levels):
         )
     for u in (1.0, -1.0):
         assert relays.step(u) == pytest.approx(u)
-        assert Staircase(weights).step(u) == pytest.approx(u)
         reached = levels_reached(levels, u)
         assert staircase_sums(levels, C, D, [0.0] * levels, reached)[0] == pytest.approx(u)
 
@@ -135,8 +120,6 @@ def test_weight_is_normalised_on_the_triangle(c, d):
         values = np.exp(-((beta - alpha - c) ** 2) - middle**2)
         sums.append(float(np.sum(np.tril(values, -1)) + 0.5 * np.trace(values)) * 4.0 / count**2)
     assert sums[1] + (sums[1] - sums[0]) / 3.0 == pytest.approx(triangle_integral(c, d), rel=1e-6)
-    share = normalised_weight(0.4, 0.1, c, d)
-    assert share * triangle_integral(c, d) == pytest.approx(printed_weight(0.4, 0.1, c, d))
 
 
 def test_pleated_line_is_the_least_squares_line_through_the_major_loop():
