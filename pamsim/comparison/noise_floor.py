@@ -35,6 +35,10 @@ class NoiseFloor:
     repeats: int
     assumed: bool
 
+    def variance_in(self, channel: str, protocol: str) -> float:
+        """Variance of a channel in a protocol [SI^2]; over all of them if it is not known there."""
+        return self.variance.get((channel, protocol), self.sd[channel] ** 2)
+
 
 def noise_floor(layout: TrialLayout, residual: FloatArray) -> NoiseFloor:
     """Noise from what repeats of a protocol differ by.

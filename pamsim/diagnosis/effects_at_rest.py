@@ -22,7 +22,7 @@ def effects_at_rest(
 
     Args:
         rig: its model.
-        names: of effects; all if there are nchosen.
+        names: of effects; all if left out.
         freed: parameters that are refitted with every effect.
 
     Raises:

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.stats import t as student
 
 from pamsim.core.errors import InputError
 from pamsim.inference.free_parameter import FreeParameter, SearchScale
@@ -142,6 +143,20 @@ def refits_without(
         evaluations=evaluations,
         settled=change,
     )
+
+
+def jackknife_reach95(values: FloatArray) -> FloatArray:
+    """Half widths of the parameters' jackknife intervals (Tukey 1958), (p,) [parameter units].
+
+    They hold for rows whose errors differ in size, as where an effect is missing from the model.
+
+    Args:
+        values: of the refits without each row, (n, p) [parameter units].
+    """
+    count, free = values.shape
+    scatter = np.sum((values - values.mean(axis=0)) ** 2, axis=0)
+    quantile = float(student.ppf(0.975, max(count - free, 1)))
+    return quantile * np.sqrt((count - 1) / count * scatter)
 
 
 class _Priors:

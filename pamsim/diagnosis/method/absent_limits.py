@@ -8,9 +8,10 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from pamsim.diagnosis.method.refit import Fitter
+from pamsim.diagnosis.method.refit import Fitter, Refit
 from pamsim.diagnosis.method.screen import Screened
-from pamsim.diagnosis.method.signature import TangentSpace
+from pamsim.diagnosis.method.signature import Signature
+from pamsim.inference.residual_block import BlockPlace
 
 FloatArray = NDArray[np.float64]
 
@@ -39,7 +40,7 @@ class AbsentLimit:
 
 
 def absent_limits(
-    fitter: Fitter, screened: Sequence[Screened], space: TangentSpace, residual: FloatArray
+    fitter: Fitter, screened: Sequence[Screened], fit: Refit
 ) -> tuple[AbsentLimit, ...]:
     """Limits from each effect's smallest signature, to first order.
 
@@ -49,10 +50,9 @@ def absent_limits(
     Args:
         fitter: of the trials.
         screened: effects that are not in the model.
-        space: tangent space of all that is in the model.
-        residual: (n,) of the model [SI].
+        fit: of the model.
     """
-    misfit = space.project_out(-fitter.weighted(residual))
+    space, misfit = fitter.unexplained(fit)
     places = fitter.simulator.layout.fitted_places
     limits: list[AbsentLimit] = []
     for effect in screened:
@@ -60,44 +60,37 @@ def absent_limits(
         parameter = candidate.parameters[0].name
         traces = [(t.probe, t.signature.within(space)) for t in effect.traces]
         traces = [(p, s) for p, s in traces if float(s.projected @ s.projected) > 0.0]
-        if not traces:
-            limits.append(
-                AbsentLimit(
-                    effect=candidate.name,
-                    parameter=parameter,
-                    size=np.inf,
-                    limit=np.inf,
-                    visible=False,
-                )
-            )
-            continue
+        smallest = min((probe.size for probe, _ in traces), default=0.0)
         bounds: list[tuple[float, float]] = []
-        smallest = min(probe.size for probe, _ in traces)
         for probe, signature in traces:
             if probe.size == smallest:
-                score = signature.projected * misfit
-                square = float(signature.projected @ signature.projected)
-                parts: dict[str, dict[str, float]] = {}
-                for place in places:
-                    trials = parts.setdefault(place.block.protocol, {})
-                    trial = place.block.trial
-                    trials[trial] = trials.get(trial, 0.0) + float(np.sum(score[place.rows]))
-                share = signature.share(misfit)
-                error = np.sqrt(sum(_variance(list(p.values())) for p in parts.values())) / square
+                share, error = signature.share(misfit), _error(signature, misfit, places)
                 most = (abs(share) if candidate.two_sided else max(share, 0.0)) + _ERRORS * error
                 away = abs(probe.values[parameter] - candidate.neutral[parameter])
                 bounds.append((most * probe.size, most * away))
-        size, limit = max(bounds)
+        size, limit = max(bounds, default=(np.inf, np.inf))
         limits.append(
             AbsentLimit(
                 effect=candidate.name,
                 parameter=parameter,
                 size=size,
                 limit=limit,
-                visible=effect.visible,
+                visible=bool(traces) and effect.visible,
             )
         )
     return tuple(limits)
+
+
+def _error(signature: Signature, misfit: FloatArray, places: Sequence[BlockPlace]) -> float:
+    """Standard error of a signature's share of a misfit."""
+    score = signature.projected * misfit
+    parts: dict[str, dict[str, float]] = {}
+    for place in places:
+        trials = parts.setdefault(place.block.protocol, {})
+        trial = place.block.trial
+        trials[trial] = trials.get(trial, 0.0) + float(np.sum(score[place.rows]))
+    square = float(signature.projected @ signature.projected)
+    return sum(_variance(list(p.values())) for p in parts.values()) ** 0.5 / square
 
 
 def _variance(scores: Sequence[float]) -> float:

@@ -73,8 +73,7 @@ def perfect_losses(layout: TrialLayout, floor: NoiseFloor) -> dict[str, float]:
     perfect: dict[str, float] = {}
     for trial in layout.trials(held_out=True):
         parts = [
-            floor.variance.get((p.block.channel, p.block.protocol), floor.sd[p.block.channel] ** 2)
-            / floor.sd[p.block.channel] ** 2
+            floor.variance_in(p.block.channel, p.block.protocol) / floor.sd[p.block.channel] ** 2
             for p in layout.places
             if p.block.trial == trial
         ]

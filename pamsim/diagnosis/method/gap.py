@@ -72,7 +72,7 @@ def gaps(
             continue
         base = _strata(before, protocol_of, channel, held_out.__contains__)
         repaired = _strata(after, protocol_of, channel, held_out.__contains__)
-        noise = np.mean([floor.variance.get((channel, p), floor.sd[channel] ** 2) for p in repeats])
+        noise = np.mean([floor.variance_in(channel, p) for p in repeats])
         channels.append(
             ChannelGap(
                 channel=channel,

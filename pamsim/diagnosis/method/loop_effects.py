@@ -31,18 +31,18 @@ class LoopEffect:
         name: of the effect, such as ``muscle_hysteresis``.
         form: the operator, such as ``maxwell_slip``.
         missing: what is missing from a reversible curve, as a sentence's end.
+        signal: scaled input along the path (n,), and a shape, to the signal (n,).
         shape: what its number is, with unit; empty if it has none.
         shapes: values of that number that are tried.
-        signal: scaled input along the path (n,), and a shape, to the signal (n,).
         moving: True for what vanishes where readings are taken at rest.
     """
 
     name: str
     form: str
     missing: str
-    shape: str
-    shapes: tuple[float, ...]
     signal: Callable[[FloatArray, float], FloatArray]
+    shape: str = ""
+    shapes: tuple[float, ...] = (0.0,)
     moving: bool = False
 
 
@@ -107,36 +107,25 @@ def drift_signal(path: FloatArray, _: float) -> FloatArray:
 
 
 LOOP_EFFECTS: tuple[LoopEffect, ...] = (
-    LoopEffect(
-        name="muscle_hysteresis",
-        form="stop",
-        missing="rate-independent hysteresis",
-        shape="travel over span",
-        shapes=_TRAVEL,
-        signal=stop_signal,
-    ),
-    LoopEffect(
-        name="muscle_hysteresis",
-        form="maxwell_slip",
-        missing="rate-independent hysteresis",
-        shape="travel over span",
-        shapes=_TRAVEL,
-        signal=maxwell_slip_signal,
-    ),
-    LoopEffect(
-        name="muscle_hysteresis",
-        form="bouc_wen",
-        missing="rate-independent hysteresis",
-        shape="travel over span",
-        shapes=_TRAVEL,
-        signal=bouc_wen_signal,
+    *(
+        LoopEffect(
+            name="muscle_hysteresis",
+            form=form,
+            missing="rate-independent hysteresis",
+            shape="travel over span",
+            shapes=_TRAVEL,
+            signal=signal,
+        )
+        for form, signal in (
+            ("stop", stop_signal),
+            ("maxwell_slip", maxwell_slip_signal),
+            ("bouc_wen", bouc_wen_signal),
+        )
     ),
     LoopEffect(
         name="viscous_friction",
         form="viscous",
         missing="a resistance that grows with the rate",
-        shape="",
-        shapes=(0.0,),
         signal=rate_signal,
         moving=True,
     ),
@@ -152,8 +141,6 @@ LOOP_EFFECTS: tuple[LoopEffect, ...] = (
         name="drift",
         form="drift",
         missing="a drift in time",
-        shape="",
-        shapes=(0.0,),
         signal=drift_signal,
     ),
 )

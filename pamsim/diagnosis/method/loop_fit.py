@@ -7,7 +7,6 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.stats import t as student
 
 from pamsim.core.errors import InputError
 from pamsim.diagnosis.method.evidence import Improvement, compare_rows
@@ -18,6 +17,7 @@ from pamsim.diagnosis.method.thresholds import (
     TIE_ERRORS,
     TIE_SHARE,
 )
+from pamsim.inference.leave_one_out import jackknife_reach95
 from pamsim.inference.permutation import sign_flips, upper_p_value
 
 FloatArray = NDArray[np.float64]
@@ -186,9 +186,7 @@ class LoopFitter:
         number, sizes = self._fits(signals)
         signal = signals[number]
         unseen, openings = self._unseen(signals)
-        count = openings.size
-        scatter = np.sum((openings - openings.mean()) ** 2)
-        reach = float(student.ppf(0.975, count - 1) * np.sqrt((count - 1) / count * scatter))
+        reach = float(jackknife_reach95(openings[:, np.newaxis])[0])
         opening = self._opening(signal, sizes[number])
         fitted = sizes[number] * self._about_mean(signal)
         return LoopModel(

@@ -87,8 +87,7 @@ def _distances(
 ) -> dict[str, float]:
     """Mean square that no parameter of the rival can remove, per experiment, over the noise."""
     scale = SearchScale(rival.fit.parameters)
-    at = np.array([rival.fit.values[p.name] for p in rival.fit.parameters])
-    place = scale.to_unit(at)
+    place = scale.place(rival.fit.values)
     sets: list[dict[str, float]] = [dict(best.fit.values), dict(rival.fit.values)]
     for i, parameter in enumerate(rival.fit.parameters):
         moved = place.copy()

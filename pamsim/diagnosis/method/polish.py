@@ -45,16 +45,15 @@ def polish(fitter: Fitter, fit: Refit) -> Refit:
 def _further(fitter: Fitter, fit: Refit) -> tuple[Refit, float] | None:
     """A round from a fit, and by how much the cost fell; None if nothing comes through."""
     scale = SearchScale(fit.parameters)
-    names = [p.name for p in fit.parameters]
     (coarse,) = fitter.simulator.fit_rows([fit.values])
     if coarse is None:
         return None
     jacobian = fitter.jacobian(fit.parameters, fit.values, coarse * fitter.weights)
-    begin = np.clip(scale.to_unit(np.array([fit.values[n] for n in names])), EDGE, 1.0 - EDGE)
+    begin = np.clip(scale.place(fit.values), EDGE, 1.0 - EDGE)
     end = fitter.steps(fit.parameters, begin, lambda _place, _at: jacobian, _STEPS, fine=True)
     if end is None:
         return None
-    values = dict(zip(names, scale.from_unit(end.x).tolist(), strict=True))
+    values = scale.values(end.x)
     residual = fitter.simulator.fine(values)
     if residual is None:
         return None
@@ -64,6 +63,6 @@ def _further(fitter: Fitter, fit: Refit) -> tuple[Refit, float] | None:
         residual=residual,
         cost=end.cost,
         jacobian=jacobian,
-        at_bound=at_ends(names, end.x),
+        at_bound=at_ends(list(values), end.x),
     )
     return settled, end.start_cost - end.cost

@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from pamsim.comparison.noise_floor import NoiseFloor
 from pamsim.comparison.trial_residuals import TrialSimulator
 from pamsim.core.errors import InputError
+from pamsim.diagnosis.method.signature import TangentSpace
 from pamsim.inference.bounded_least_squares import (
     BreakdownError,
     Fit,
@@ -90,6 +91,19 @@ class Fitter:
         """
         return residual[self.fitted] * self.weights
 
+    def unexplained(self, fit: Refit) -> tuple[TangentSpace, FloatArray]:
+        """What a fit misses that its own parameters cannot explain, to first order.
+
+        Args:
+            fit: of any parameters.
+
+        Returns:
+            The tangent space of its parameters, and measured minus simulated (f,) projected by it,
+            in units of noise.
+        """
+        space = TangentSpace(fit.jacobian)
+        return space, space.project_out(-self.weighted(fit.residual))
+
     def changes(
         self, sets: Sequence[Mapping[str, float]], at: FloatArray
     ) -> list[FloatArray | None]:
@@ -117,7 +131,7 @@ class Fitter:
             values: of all that is not at the rig's own value [SI].
             at: (f,) weighted residual there, in coarse steps.
         """
-        place = SearchScale(parameters).to_unit(np.array([values[p.name] for p in parameters]))
+        place = SearchScale(parameters).place(values)
         return difference_jacobian(self._residuals(parameters, values), place, at, _STEP)
 
     def keep_jacobian(self, fit: Refit) -> None:
@@ -150,19 +164,21 @@ class Fitter:
         if best is None:
             names = ", ".join(p.name for p in parameters)
             raise InputError(f"the simulation breaks down wherever a fit of {names} begins")
-        self._remembered[key] = {"values": _values(parameters, best.x), "cost": best.cost}
+        self._remembered[key] = {
+            "values": SearchScale(parameters).values(best.x),
+            "cost": best.cost,
+        }
         return self._finished(parameters, best.x, best.cost, best.jacobian)
 
     def _search(
         self, parameters: Sequence[FreeParameter], start: Mapping[str, float], most: int
     ) -> Fit | None:
         scale = SearchScale(parameters)
-        names = [p.name for p in parameters]
-        begin = np.clip(scale.to_unit(np.array([start[n] for n in names])), EDGE, 1.0 - EDGE)
+        begin = np.clip(scale.place(start), EDGE, 1.0 - EDGE)
 
         def jacobian(kept: Mapping[str, FloatArray]) -> Jacobian:
             def at(place: FloatArray, here: FloatArray) -> FloatArray:
-                return self._columns(parameters, _values(parameters, place), here, kept)
+                return self._columns(parameters, scale.values(place), here, kept)
 
             return at
 
@@ -212,9 +228,10 @@ class Fitter:
         fine: bool = False,
     ) -> Residuals:
         """Weighted residual (f,) as a function of the parameters' places, beside other values."""
+        scale = SearchScale(parameters)
 
         def residuals(places: FloatArray) -> list[FloatArray | None]:
-            sets = [{**others, **_values(parameters, place)} for place in places]
+            sets = [{**others, **scale.values(place)} for place in places]
             return [
                 None if rows is None else rows * self.weights
                 for rows in self.simulator.fit_rows(sets, fine=fine)
@@ -242,7 +259,7 @@ class Fitter:
         if at is None:
             raise InputError("a remembered fit no longer runs; start again")
         jacobian = self._columns(parameters, values, at * self.weights, self._jacobian)
-        place = SearchScale(parameters).to_unit(np.array([values[p.name] for p in parameters]))
+        place = SearchScale(parameters).place(values)
         return self._finished(parameters, place, float(known["cost"]), jacobian)
 
     def _finished(
@@ -252,7 +269,7 @@ class Fitter:
         cost: float,
         jacobian: FloatArray,
     ) -> Refit:
-        values = _values(parameters, place)
+        values = SearchScale(parameters).values(place)
         residual = self.simulator.whole(values)
         if residual is None:
             raise InputError(f"held-out trials break down at {values}")
@@ -264,12 +281,6 @@ class Fitter:
             jacobian=jacobian,
             at_bound=at_ends(list(values), place),
         )
-
-
-def _values(parameters: Sequence[FreeParameter], place: FloatArray) -> dict[str, float]:
-    """Name -> value [SI] at a place (p,) in the unit cube."""
-    vector = SearchScale(parameters).from_unit(place).tolist()
-    return dict(zip([p.name for p in parameters], vector, strict=True))
 
 
 def at_ends(names: Sequence[str], place: FloatArray) -> tuple[str, ...]:

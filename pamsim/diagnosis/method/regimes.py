@@ -46,7 +46,7 @@ def regimes(fitter: Fitter, base: Refit) -> tuple[Regime, ...]:
     """
     weighted = fitter.weighted(base.residual)
     scale = SearchScale(base.parameters)
-    at = scale.to_unit(np.array([base.values[p.name] for p in base.parameters]))
+    at = scale.place(base.values)
     rows: dict[str, dict[str, list[slice]]] = {}
     for place in fitter.simulator.layout.fitted_places:
         trials = rows.setdefault(place.block.protocol, {})

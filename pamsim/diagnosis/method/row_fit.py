@@ -72,8 +72,7 @@ class RowFit:
     @property
     def place(self) -> FloatArray:
         """Of the values in their ranges, (p,)."""
-        vector = np.array([self.values[p.name] for p in self.parameters])
-        return SearchScale(self.parameters).to_unit(vector)
+        return SearchScale(self.parameters).place(self.values)
 
     @property
     def at_bound(self) -> tuple[str, ...]:
@@ -109,18 +108,14 @@ def fit_rows(
             parameters=(), values={}, residual=residual, jacobian=np.empty((residual.size, 0))
         )
     scale = SearchScale(parameters)
-    names = [p.name for p in parameters]
-    begins = [scale.to_unit(np.array([start[name] for name in names])) for start in starts]
 
     def residuals(places: FloatArray) -> list[FloatArray | None]:
-        return simulator.many(
-            [dict(zip(names, v, strict=True)) for v in scale.from_unit(places).tolist()]
-        )
+        return simulator.many([scale.values(place) for place in places])
 
     try:
         fit = bounded_least_squares(
             residuals,
-            [np.clip(begin, INSIDE, 1.0 - INSIDE) for begin in begins],
+            [np.clip(scale.place(start), INSIDE, 1.0 - INSIDE) for start in starts],
             jacobian=_STEP,
             tolerance=_TOLERANCE,
             max_steps=most,
@@ -134,7 +129,7 @@ def fit_rows(
         jacobian = difference_jacobian(residuals, fit.x, fit.residual, _STEP)
     return RowFit(
         parameters=parameters,
-        values=dict(zip(names, scale.from_unit(fit.x).tolist(), strict=True)),
+        values=scale.values(fit.x),
         residual=fit.residual,
         jacobian=jacobian,
     )

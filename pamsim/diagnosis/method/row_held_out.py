@@ -95,20 +95,6 @@ def left_out(simulator: RowSimulator, fit: RowFit) -> LeftOut:
     )
 
 
-def jackknife_reach95(left: LeftOut) -> FloatArray:
-    """Half widths of the parameters' jackknife intervals (Tukey 1958), (p,) [SI].
-
-    They hold for rows whose errors differ in size, as where an effect is missing from the model.
-
-    Args:
-        left: of the refits.
-    """
-    count, free = left.values.shape
-    scatter = np.sum((left.values - left.values.mean(axis=0)) ** 2, axis=0)
-    quantile = float(student.ppf(0.975, max(count - free, 1)))
-    return quantile * np.sqrt((count - 1) / count * scatter)
-
-
 def _bounded_step(jacobian: FloatArray, residual: FloatArray, place: FloatArray) -> FloatArray:
     """Step that least squares take from a place, to no place outside 0 ... 1, (p,)."""
     free: FloatArray = np.asarray(np.linalg.lstsq(jacobian, -residual, rcond=None)[0], dtype=float)

@@ -10,10 +10,10 @@ import numpy as np
 from pamsim.core.errors import InputError
 from pamsim.diagnosis.method.evidence import Improvement, compare_rows
 from pamsim.diagnosis.method.row_fit import RowFit, RowSimulator, fit_rows
-from pamsim.diagnosis.method.row_held_out import jackknife_reach95, left_out, linearised_left_out
+from pamsim.diagnosis.method.row_held_out import left_out, linearised_left_out
 from pamsim.diagnosis.method.thresholds import SIGNIFICANCE
 from pamsim.inference.free_parameter import FreeParameter
-from pamsim.inference.leave_one_out import LeftOut
+from pamsim.inference.leave_one_out import LeftOut, jackknife_reach95
 
 _ANCHORS = 2  # fits to predictions that are exact at the end of the one before
 _INVISIBLE = 1e-7  # rad, change of a row that counts as none
@@ -65,7 +65,7 @@ class RowModel:
     @property
     def intervals(self) -> dict[str, tuple[float, float]]:
         """Parameter -> 95 % interval [SI]."""
-        reach = jackknife_reach95(self.left_out).tolist()
+        reach = jackknife_reach95(self.left_out.values).tolist()
         return {
             p.name: (self.fit.values[p.name] - r, self.fit.values[p.name] + r)
             for p, r in zip(self.fit.parameters, reach, strict=True)

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pamsim.comparison.candidate import Candidate, Probe
-from pamsim.diagnosis.method.refit import Fitter
+from pamsim.diagnosis.method.refit import Fitter, Refit
 from pamsim.diagnosis.method.signature import Signature, TangentSpace, signature
 
 FloatArray = NDArray[np.float64]
@@ -91,34 +91,27 @@ def _gain(candidate: Candidate, trace: Signature, misfit: FloatArray) -> float:
     return gain if candidate.two_sided or trace.share(misfit) > 0.0 else 0.0
 
 
-def screen(
-    fitter: Fitter,
-    values: Mapping[str, float],
-    residual: FloatArray,
-    space: TangentSpace,
-    candidates: Sequence[Candidate],
-) -> tuple[Screened, ...]:
+def screen(fitter: Fitter, base: Refit, candidates: Sequence[Candidate]) -> tuple[Screened, ...]:
     """Compare every effect's signatures with the misfit, all probes in one call.
 
     Args:
         fitter: of the trials.
-        values: of the model without effects, refitted [SI].
-        residual: (n,) of it [SI].
-        space: of its nuisance parameters.
+        base: fit of the base model.
         candidates: effects.
 
     Returns:
         The effects, the most promising first.
     """
     jobs = [(c, probe) for c in candidates for probe in c.probes]
-    here = fitter.weighted(residual)
-    changes = fitter.changes([{**values, **probe.values} for _, probe in jobs], here)
+    space, misfit = fitter.unexplained(base)
+    here = fitter.weighted(base.residual)
+    changes = fitter.changes([{**base.values, **probe.values} for _, probe in jobs], here)
     traces: dict[str, list[Trace]] = {c.name: [] for c in candidates}
     for (candidate, probe), change in zip(jobs, changes, strict=True):
         if change is not None:
             own = signature(space, change, probe.size)
             traces[candidate.name].append(Trace(probe=probe, signature=own))
-    return _ranked(candidates, traces, space.project_out(-here))
+    return _ranked(candidates, traces, misfit)
 
 
 def _ranked(

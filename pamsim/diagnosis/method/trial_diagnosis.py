@@ -22,7 +22,6 @@ from pamsim.diagnosis.method.refit import Fitter, Refit, Remembered
 from pamsim.diagnosis.method.regimes import Regime, regimes
 from pamsim.diagnosis.method.rivals import Similarity, reject_rivals, tied_with
 from pamsim.diagnosis.method.screen import Screened, screen, signature_similarity
-from pamsim.diagnosis.method.signature import TangentSpace
 from pamsim.diagnosis.method.thresholds import (
     FEWEST_REPEATS,
     GAP_LOSS,
@@ -143,13 +142,12 @@ def diagnose_trials(
     anchored = simulator.anchor(base.values)
     base = base if anchored is None else replace(base, residual=anchored)
     fitter.keep_jacobian(base)
-    space = TangentSpace(base.jacobian)
     base_loss = losses(layout, base.residual, floor, held_out=True)
     every = [*layout.trials(held_out=False), *layout.trials(held_out=True)]
     where = cells(layout, base.residual, floor, every)
     maps = trial_maps(layout, base.residual, floor, regressors, seed=seed)
     report("screening")
-    screened = screen(fitter, base.values, base.residual, space, candidates)
+    screened = screen(fitter, base, candidates)
     search = TrialSearch(fitter, base, base_loss, screened, report)
     models = search.singles()
     # The shortlist was made without the held-out trials: they judge what stands on it alone.
@@ -182,7 +180,6 @@ def diagnose_trials(
         conclusion = concluded()
     best = conclusion.best
     claimed = () if best is None else best.names
-    last = base if best is None else best.fit
     report("limits of absent effects")
     return TrialDiagnosis(
         conclusion=conclusion,
@@ -199,8 +196,7 @@ def diagnose_trials(
         absent=absent_limits(
             fitter,
             [s for s in screened if s.candidate.name not in claimed],
-            TangentSpace(last.jacobian),
-            last.residual,
+            base if best is None else best.fit,
         ),
         next_experiment=None
         if menu is None or best is None

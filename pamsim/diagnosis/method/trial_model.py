@@ -10,10 +10,16 @@ import numpy as np
 from pamsim.comparison.candidate import Candidate
 from pamsim.core.errors import InputError
 from pamsim.diagnosis.method.evidence import Improvement, compare_trials, losses
-from pamsim.diagnosis.method.intervals import intervals95
 from pamsim.diagnosis.method.polish import polish
 from pamsim.diagnosis.method.refit import Fitter, Refit
 from pamsim.diagnosis.method.thresholds import LEAST_GAIN, SIGNIFICANCE
+from pamsim.inference.free_parameter import SearchScale
+from pamsim.inference.intervals import parameter_covariance
+from pamsim.inference.simulator_fit import Linearisation
+
+_FEWEST_REPEATS = 2
+"""Fitted trials of a protocol: of four recorded, one is held out. What differs from trial to trial
+would go unseen if they were taken for one trial with coloured noise."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -108,5 +114,35 @@ def _judged(
         fit=fit,
         loss=loss,
         improvement=compare_trials(base_loss, loss, layout.protocol_of),
-        intervals=intervals95(fitter, fit),
+        intervals=_intervals95(fitter, fit),
     )
+
+
+def _intervals95(fitter: Fitter, fit: Refit) -> dict[str, tuple[float, float]]:
+    """Name -> 95 % interval [SI] from the scatter of trials about the mean of their protocol.
+
+    It holds for noise that drifts within trials. A parameter that the data do not show gets its
+    whole range.
+    """
+    norms = np.linalg.norm(fit.jacobian, axis=0)
+    shown = norms > 1e-9 * max(float(norms.max(initial=0.0)), np.finfo(float).tiny)
+    scale = SearchScale(fit.parameters)
+    reach = np.full(norms.size, np.inf)
+    count = int(shown.sum())
+    if count:
+        spread = parameter_covariance(
+            Linearisation(
+                places=fitter.simulator.layout.fitted_places,
+                residual=fit.residual[fitter.fitted],
+                jacobian=fit.jacobian[:, shown] / fitter.weights[:, np.newaxis],
+                weight=fitter.weights,
+            ),
+            np.eye(count),
+            np.zeros((count, count)),
+            fewest_repeats=_FEWEST_REPEATS,
+        )
+        reach[shown] = spread.quantile * np.sqrt(np.diag(spread.matrix))
+    at = scale.place(fit.values)
+    low = scale.values(np.clip(at - reach, 0.0, 1.0))
+    high = scale.values(np.clip(at + reach, 0.0, 1.0))
+    return {name: (low[name], high[name]) for name in low}

@@ -5,10 +5,10 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 
+from pamsim.comparison.candidate import Candidate
 from pamsim.diagnosis.method.evidence import compare_trials
 from pamsim.diagnosis.method.refit import Fitter, Refit
 from pamsim.diagnosis.method.screen import Screened, screen_again, shortlist
-from pamsim.diagnosis.method.signature import TangentSpace
 from pamsim.diagnosis.method.thresholds import LEAST_GAIN
 from pamsim.diagnosis.method.trial_model import TrialModel, fit_effects
 
@@ -82,8 +82,7 @@ class TrialSearch:
         A promise is of first order, so the second is tried whatever the first achieves; further
         down the list only what may still be a rival, or while the gap is open.
         """
-        space = TangentSpace(self._base.jacobian)
-        misfit = space.project_out(-self._fitter.weighted(self._base.residual))
+        _, misfit = self._fitter.unexplained(self._base)
         models: list[TrialModel] = []
         best, closed = 0.0, False
         chosen = shortlist(self._screened, SHORTLIST, 0.5 * LEAST_GAIN, _PROMISED)
@@ -91,7 +90,7 @@ class TrialSearch:
             rival = effect.gain >= _PROMISED_RIVAL * max(best, self._screened[0].gain)
             if closed and place > 1 and not rival:
                 continue
-            model = self._fitted(None, effect, effect.starts(misfit))
+            model = self._fitted([effect.candidate], effect.starts(misfit))
             if model is None:
                 continue
             models.append(model)
@@ -120,7 +119,9 @@ class TrialSearch:
         larger: dict[frozenset[str], TrialModel] = {}
         for parent, effect, starts in jobs:
             names = frozenset({*parent.names, effect.candidate.name})
-            model = self._known.get(names) or self._fitted(parent, effect, starts)
+            model = self._known.get(names) or self._fitted(
+                [*parent.candidates, effect.candidate], starts
+            )
             if model is None or not model.size_known():
                 continue
             over = [compare_trials(m.loss, model.loss, protocol_of) for m in (accepted[0], parent)]
@@ -148,10 +149,7 @@ class TrialSearch:
             key = frozenset(c.name for c in kept)
             if key not in self._known:
                 start = {p.name: model.fit.values[p.name] for c in kept for p in c.parameters}
-                self._progress(" + ".join(sorted(key)))
-                self._known[key] = fit_effects(
-                    self._fitter, self._base, self._base_loss, kept, [start]
-                )
+                self._fitted(kept, [start])
             smaller = self._known[key]
             if smaller is None or name not in screened:
                 continue
@@ -163,8 +161,7 @@ class TrialSearch:
 
     def _promised_beside(self, model: TrialModel) -> float:
         """Largest fall of the mean loss that an effect promises beside those of a model."""
-        space = TangentSpace(model.fit.jacobian)
-        misfit = space.project_out(-self._fitter.weighted(model.fit.residual))
+        space, misfit = self._fitter.unexplained(model.fit)
         others = [s for s in self._screened if s.candidate.name not in model.names]
         return max((s.gain for s in screen_again(others, space, misfit)), default=0.0)
 
@@ -175,8 +172,7 @@ class TrialSearch:
 
         Effects that could not get below the least cost so far by the required gain are skipped.
         """
-        space = TangentSpace(parent.fit.jacobian)
-        misfit = space.project_out(-self._fitter.weighted(parent.fit.residual))
+        space, misfit = self._fitter.unexplained(parent.fit)
         freed = {p.name for p in parent.fit.parameters}
         promising = [
             s
@@ -185,22 +181,18 @@ class TrialSearch:
             and s.gain >= growth.least_gain
             and parent.fit.cost - _LEEWAY * s.gain < least - growth.least_gain
         ]
-        return [(parent, s, s.starts(misfit)) for s in promising[: growth.others]]
+        return [
+            (parent, s, [{**parent.fit.values, **start} for start in s.starts(misfit)])
+            for s in promising[: growth.others]
+        ]
 
     def _fitted(
-        self, parent: TrialModel | None, effect: Screened, starts: Sequence[Mapping[str, float]]
+        self, candidates: Sequence[Candidate], starts: Sequence[Mapping[str, float]]
     ) -> TrialModel | None:
-        members = () if parent is None else parent.candidates
-        names = frozenset({*(c.name for c in members), effect.candidate.name})
+        """The model with these effects; it is known from then on."""
+        names = frozenset(c.name for c in candidates)
         self._progress(" + ".join(sorted(names)))
-        begin: dict[str, float] = {}
-        if parent is not None:
-            begin = {p.name: parent.fit.values[p.name] for p in parent.fit.parameters}
         self._known[names] = fit_effects(
-            self._fitter,
-            self._base,
-            self._base_loss,
-            [*members, effect.candidate],
-            [{**begin, **start} for start in starts],
+            self._fitter, self._base, self._base_loss, candidates, starts
         )
         return self._known[names]

@@ -95,8 +95,8 @@ def cells(
             squares.setdefault((block.channel, block.protocol), []).append(mean)
     table: list[Cell] = []
     for (channel, protocol), values in squares.items():
-        variance = floor.variance.get((channel, protocol), floor.sd[channel] ** 2)
-        ratio = np.array(values) / max(variance, np.finfo(float).tiny) - 1.0
+        variance = max(floor.variance_in(channel, protocol), np.finfo(float).tiny)
+        ratio = np.array(values) / variance - 1.0
         excess, p_value = float(np.mean(ratio)), 1.0
         if ratio.size > 1:
             error = float(np.std(ratio, ddof=1)) / np.sqrt(ratio.size)

@@ -11,7 +11,6 @@ from pamsim.diagnosis.method.evidence import losses
 from pamsim.diagnosis.method.refit import Fitter
 from pamsim.diagnosis.method.regimes import regimes
 from pamsim.diagnosis.method.screen import screen
-from pamsim.diagnosis.method.signature import TangentSpace
 from pamsim.diagnosis.method.trial_diagnosis import diagnose_trials
 from pamsim.diagnosis.method.trial_model import fit_effects
 from pamsim.diagnosis.method.trial_search import PAIRS, TrialSearch
@@ -32,14 +31,13 @@ from tests.unit.diagnosis.toy_arm import (
 
 
 def fitted(hidden, candidates, **options):
-    """Fitter, base fit, tangent space and screened effects on data with something hidden."""
+    """Fitter, base fit and screened effects on data with something hidden."""
     arm = simulator(recorded(hidden, **options))
     start = {p.name: p.start for p in NUISANCE}
     fitter = Fitter(arm, noise_floor_of(arm, start))
     base = fitter.fit(NUISANCE, [start])
     fitter.keep_jacobian(base)
-    space = TangentSpace(base.jacobian)
-    return fitter, base, space, screen(fitter, base.values, base.residual, space, candidates)
+    return fitter, base, screen(fitter, base, candidates)
 
 
 def noise_floor_of(arm, start):
@@ -49,9 +47,9 @@ def noise_floor_of(arm, start):
 
 def test_a_linear_effect_keeps_its_promise():
     """The fall of the mean loss and the size that a signature promises are those of the refit."""
-    fitter, base, space, screened = fitted({"bias": 0.02}, (BIAS, DRY))
+    fitter, base, screened = fitted({"bias": 0.02}, (BIAS, DRY))
     assert screened[0].candidate is BIAS
-    misfit = space.project_out(-fitter.weighted(base.residual))
+    _, misfit = fitter.unexplained(base)
     (start,) = screened[0].starts(misfit)
     found = fitter.fit((*NUISANCE, *BIAS.parameters), [{**base.values, **start}])
     assert base.cost - found.cost == pytest.approx(screened[0].gain, rel=0.02)
@@ -59,7 +57,7 @@ def test_a_linear_effect_keeps_its_promise():
 
 
 def test_an_effect_of_one_sign_promises_nothing_with_the_other():
-    _, _, _, screened = fitted({"leak": -0.03}, (LEAK,))
+    _, _, screened = fitted({"leak": -0.03}, (LEAK,))
     assert screened[0].gain == 0.0
     assert screened[0].similarity < 0.0
 
@@ -68,8 +66,8 @@ def test_what_is_there_is_within_the_bound_and_little_more_is():
     """97.5 % one-sided: of 12 data sets with a small bias, a few may lie beyond their bound."""
     beyond, limits = 0, []
     for seed in range(12):
-        fitter, base, space, screened = fitted({"bias": 0.004}, (BIAS,), seed=seed)
-        (bound,) = absent_limits(fitter, screened, space, base.residual)
+        fitter, base, screened = fitted({"bias": 0.004}, (BIAS,), seed=seed)
+        (bound,) = absent_limits(fitter, screened, base)
         assert bound.visible
         beyond += bound.limit < 0.004
         limits.append(bound.limit)
@@ -78,10 +76,10 @@ def test_what_is_there_is_within_the_bound_and_little_more_is():
 
 
 def test_what_leaves_no_trace_has_no_bound():
-    fitter, base, space, _ = fitted({}, (BIAS,))
-    _, _, _, (blind,) = fitted({}, (DRY,))
+    fitter, base, _ = fitted({}, (BIAS,))
+    _, _, (blind,) = fitted({}, (DRY,))
     bare = type(blind)(candidate=DRY, traces=(), similarity=0.0, gain=0.0)
-    (bound,) = absent_limits(fitter, [bare], space, base.residual)
+    (bound,) = absent_limits(fitter, [bare], base)
     assert not bound.visible
     assert bound.limit == np.inf
 
@@ -98,7 +96,7 @@ def test_a_parameter_that_stands_in_for_an_effect_differs_between_protocols():
 
 
 def test_an_effect_that_is_not_needed_is_left_out_again():
-    fitter, base, _, screened = fitted({"dry": 0.06}, (DRY, BIAS))
+    fitter, base, screened = fitted({"dry": 0.06}, (DRY, BIAS))
     base_loss = losses(fitter.simulator.layout, base.residual, fitter.floor, held_out=True)
     search = TrialSearch(fitter, base, base_loss, screened, lambda _: None)
     both = fit_effects(fitter, base, base_loss, [DRY, BIAS], [{"dry": 0.05, "bias": 0.001}])
@@ -106,7 +104,7 @@ def test_an_effect_that_is_not_needed_is_left_out_again():
     needed = fitted({"dry": 0.06, "bias": 0.03}, (DRY, BIAS))
     base_loss = losses(needed[0].simulator.layout, needed[1].residual, needed[0].floor,
                        held_out=True)  # fmt: skip
-    search = TrialSearch(needed[0], needed[1], base_loss, needed[3], lambda _: None)
+    search = TrialSearch(needed[0], needed[1], base_loss, needed[2], lambda _: None)
     both = fit_effects(needed[0], needed[1], base_loss, [DRY, BIAS], [{"dry": 0.05, "bias": 0.02}])
     assert set(search.reduced(both, PAIRS).names) == {"dry", "bias"}
 
