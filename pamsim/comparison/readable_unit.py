@@ -28,3 +28,13 @@ def readable_unit(parameter: RigParameter) -> str:
 def readable(parameter: RigParameter, value: float) -> float:
     """A value [SI] in the unit of `readable_unit`."""
     return to_si(value, parameter.spec.unit, readable_unit(parameter), where=parameter.name)
+
+
+def readable_interval(
+    parameter: RigParameter, interval: tuple[float, float] | None
+) -> tuple[float, float] | None:
+    """Both ends of an interval [SI] in the unit of `readable_unit`; None if it is not known."""
+    if interval is None:
+        return None
+    low, high = interval
+    return readable(parameter, low), readable(parameter, high)

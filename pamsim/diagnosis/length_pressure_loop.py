@@ -155,7 +155,7 @@ def diagnose_length_loop(
         gap={
             CHANNEL: GapEntry(
                 unit="mm",
-                floor=None if method.floor is None else _level(method.floor, None),
+                floor=None if method.floor is None else RmsLevel.scaled(method.floor, _MM_PER_M),
                 before=_unseen_level(method.base, seed),
                 after=None if repairs is None else _unseen_level(repairs, seed),
             )
@@ -178,8 +178,8 @@ def diagnose_length_loop(
             },
             forms_as_good=tuple(m.effect.form for m in method.forms if m.effect is not None),
             in_sample={
-                "before": _level(method.base.rms, None),
-                "after": None if best is None else _level(best.rms, None),
+                "before": RmsLevel.scaled(method.base.rms, _MM_PER_M),
+                "after": None if best is None else RmsLevel.scaled(best.rms, _MM_PER_M),
             },
         ),
         seed=seed,
@@ -256,17 +256,8 @@ def _place(method: LoopDiagnosis) -> Place:
     )
 
 
-def _level(value: float, interval95: tuple[float, float] | None) -> RmsLevel:
-    ends = None if interval95 is None else [end * _MM_PER_M for end in interval95]
-    return RmsLevel(
-        value=value * _MM_PER_M,
-        interval95=None if ends is None else (ends[0], ends[1]),
-        value_si=value,
-    )
-
-
 def _unseen_level(model: LoopModel, seed: int) -> RmsLevel:
-    return _level(model.unseen_rms, rms_interval95(model.unseen, seed=seed))
+    return RmsLevel.scaled(model.unseen_rms, _MM_PER_M, rms_interval95(model.unseen, seed=seed))
 
 
 def _next_step(verdict: Verdict) -> NextStep | None:

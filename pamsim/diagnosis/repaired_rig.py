@@ -7,7 +7,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
-from pamsim.comparison.readable_unit import readable, readable_unit
+from pamsim.comparison.readable_unit import readable, readable_interval, readable_unit
 from pamsim.core.errors import InputError
 from pamsim.core.parameters import Sourced
 from pamsim.diagnosis.method.trial_model import TrialModel
@@ -97,9 +97,7 @@ def repair(rig: Rig, best: TrialModel, origin: str) -> Repair:
             unit=readable_unit(before),
             source=f"identified by pamsim diagnose from {origin}",
             where=f"repaired {name}",
-            interval95=None
-            if known is None
-            else (readable(before, known[0]), readable(before, known[1])),
+            interval95=readable_interval(before, known),
             note=effect_of.get(name, "refitted beside the named effects"),
         )
     return Repair(rig=rig.file, numbers=numbers, origin=origin)

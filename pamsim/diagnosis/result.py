@@ -171,6 +171,20 @@ class RmsLevel:
     interval95: tuple[float, float] | None
     value_si: float
 
+    @classmethod
+    def scaled(
+        cls, value: float, scale: float, interval95: tuple[float, float] | None = None
+    ) -> RmsLevel:
+        """A level [SI] in the channel's unit.
+
+        Args:
+            value: [SI].
+            scale: factor of that unit on SI.
+            interval95: [SI].
+        """
+        ends = None if interval95 is None else (interval95[0] * scale, interval95[1] * scale)
+        return cls(value=value * scale, interval95=ends, value_si=value)
+
 
 @dataclass(frozen=True, kw_only=True)
 class GapEntry:

@@ -12,32 +12,30 @@ from pamsim.comparison.readable_unit import readable, readable_unit
 from pamsim.comparison.trial_prediction import AT_REST
 from pamsim.core.units import DEG_PER_RAD, PA_PER_KPA
 from pamsim.diagnosis.method.evidence import compare_rows
+from pamsim.diagnosis.method.rivals import shared_names
 from pamsim.diagnosis.method.row_diagnosis import RowDiagnosis
 from pamsim.diagnosis.method.row_model import RowModel
 from pamsim.diagnosis.method.row_search import Attempt
 from pamsim.diagnosis.method.thresholds import FEWEST_ROWS
 from pamsim.diagnosis.method.verdict import Verdict
 from pamsim.diagnosis.method.where import ResidualMap
-from pamsim.diagnosis.recordings_result import absent_entry, estimate, shared_names
 from pamsim.diagnosis.result import (
     Details,
     Diagnosis,
-    Estimate,
     FoundEffect,
     GapEntry,
-    MapEntry,
     NextStep,
     NuisanceEntry,
     Place,
-    Region,
     Resemblance,
     RmsLevel,
     TriedModel,
 )
+from pamsim.diagnosis.rig_estimates import absent_entry, estimates
+from pamsim.diagnosis.where_entries import map_entry, region
 from pamsim.effects.catalog import effect
 from pamsim.engine.rig import Rig
 from pamsim.engine.rig_parameter import rig_parameter
-from pamsim.inference.free_parameter import FreeParameter
 from pamsim.inference.permutation import rms_interval95
 from pamsim.store.static_table import StaticTable
 
@@ -47,14 +45,6 @@ PULLEY = "pulley radius"
 """Nuisance parameter: one radius for the pulleys (sprockets) of all tendons."""
 
 MM_PER_M = 1e3
-
-_QUANTITIES = {
-    "common_pressure": ("kPa", 1.0 / PA_PER_KPA),
-    "pressure_difference": ("kPa", 1.0 / PA_PER_KPA),
-    "load": ("kg", 1.0),
-    "direction": ("1", 1.0),
-}
-"""Unit in which a map's quantity is written, and the factor on SI."""
 
 
 def result_of(
@@ -101,15 +91,15 @@ def result_of(
             _alternative(rig, method, model, seed) for model in models if model is not claimed
         ),
         where=_places(table, method.before),
-        maps=tuple(_map_entry(m) for m in method.before),
-        maps_after=tuple(_map_entry(m) for m in method.after),
+        maps=tuple(map_entry(m, "deg", DEG_PER_RAD) for m in method.before),
+        maps_after=tuple(map_entry(m, "deg", DEG_PER_RAD) for m in method.after),
         gap={
             AT_REST: GapEntry(
                 unit="deg",
-                floor=_level(resolution, None),
+                floor=RmsLevel.scaled(resolution, DEG_PER_RAD),
                 before=_left_out_level(method.base, seed),
                 after=None if repairs is None else _left_out_level(repairs, seed),
-                as_it_stands=_level(as_it_stands, None),
+                as_it_stands=RmsLevel.scaled(as_it_stands, DEG_PER_RAD),
             )
         },
         absent={limit.effect: absent_entry(rig, limit) for limit in method.absent},
@@ -133,8 +123,8 @@ def result_of(
         details=Details(
             floor_is="a lower bound, the resolution of the angle; there are no repeats",
             in_sample={
-                "before": _level(method.base.fit.rms, None),
-                "after": None if best is None else _level(best.fit.rms, None),
+                "before": RmsLevel.scaled(method.base.fit.rms, DEG_PER_RAD),
+                "after": None if best is None else RmsLevel.scaled(best.fit.rms, DEG_PER_RAD),
             },
             rows=_rows(table, method),
             balances=balances,
@@ -165,33 +155,9 @@ def repaired_rows(rows: Sequence[str], method: RowDiagnosis) -> tuple[str, ...]:
     )
 
 
-def _level(value: float, interval95: tuple[float, float] | None) -> RmsLevel:
-    ends = None if interval95 is None else [end * DEG_PER_RAD for end in interval95]
-    return RmsLevel(
-        value=value * DEG_PER_RAD,
-        interval95=None if ends is None else (ends[0], ends[1]),
-        value_si=value,
-    )
-
-
 def _left_out_level(model: RowModel, seed: int) -> RmsLevel:
-    return _level(model.left_out.rms, rms_interval95(model.left_out.residual, seed=seed))
-
-
-def _estimates(
-    rig: Rig, model: RowModel, parameters: Sequence[FreeParameter]
-) -> dict[str, Estimate]:
-    intervals = model.intervals
-    return {
-        p.name: estimate(
-            rig,
-            p.name,
-            model.fit.values[p.name],
-            intervals[p.name],
-            at_bound=p.name in model.fit.at_bound,
-        )
-        for p in parameters
-    }
+    left = model.left_out
+    return RmsLevel.scaled(left.rms, DEG_PER_RAD, rms_interval95(left.residual, seed=seed))
 
 
 def _effects(rig: Rig, method: RowDiagnosis, best: RowModel) -> tuple[FoundEffect, ...]:
@@ -206,7 +172,7 @@ def _effects(rig: Rig, method: RowDiagnosis, best: RowModel) -> tuple[FoundEffec
             FoundEffect(
                 members={row_effect.name: effect(row_effect.name).missing},
                 family=row_effect.family,
-                parameters=_estimates(rig, best, row_effect.parameters),
+                parameters=estimates(rig, best, [p.name for p in row_effect.parameters]),
                 explained=explained,
                 p_value=None if step is None else step.p_value,
             )
@@ -239,8 +205,8 @@ def _alternative(rig: Rig, method: RowDiagnosis, model: RowModel, seed: int) -> 
     variance = method.base.left_out.rms**2
     return FoundEffect(
         members={e.name: effect(e.name).missing for e in model.effects},
-        family="+".join(dict.fromkeys(e.family for e in model.effects)),
-        parameters=_estimates(rig, model, [p for e in model.effects for p in e.parameters]),
+        family=model.family,
+        parameters=estimates(rig, model, [p.name for e in model.effects for p in e.parameters]),
         explained=1.0 - model.left_out.rms**2 / variance,
         p_value=model.p_value,
         loss_difference=behind.gain / variance,
@@ -255,7 +221,7 @@ def _resemblance(method: RowDiagnosis) -> Resemblance | None:
     if method.best is not None:
         return Resemblance(
             name="+".join(method.best.names),
-            family="+".join(dict.fromkeys(e.family for e in method.best.effects)),
+            family=method.best.family,
             explained=method.explained,
             p_value=method.best.p_value,
         )
@@ -272,42 +238,15 @@ def _resemblance(method: RowDiagnosis) -> Resemblance | None:
 
 def _places(table: StaticTable, maps: Sequence[ResidualMap]) -> tuple[Place, ...]:
     """The region of each map, the most significant first; p-values are Bonferroni-corrected."""
-    places: list[Place] = []
-    for residual_map in maps:
-        unit, scale = _QUANTITIES[residual_map.quantity]
-        low, high = residual_map.region
-        region = Region(
-            quantity=residual_map.quantity,
-            low=low * scale,
-            high=high * scale,
-            unit=unit,
-            p_value=residual_map.p_value,
-            rows=residual_map.rows[residual_map.worst],
+    return tuple(
+        Place(
+            channel=AT_REST,
+            protocol=table.name,
+            excess=None,
+            p_value=min(residual_map.p_value * len(maps), 1.0),
+            region=region(residual_map),
         )
-        places.append(
-            Place(
-                channel=AT_REST,
-                protocol=table.name,
-                excess=None,
-                p_value=min(residual_map.p_value * len(maps), 1.0),
-                region=region,
-            )
-        )
-    return tuple(places)
-
-
-def _map_entry(residual_map: ResidualMap) -> MapEntry:
-    unit, scale = _QUANTITIES[residual_map.quantity]
-    return MapEntry(
-        channel=residual_map.channel,
-        quantity=residual_map.quantity,
-        unit=unit,
-        edges=residual_map.edges * scale,
-        mean=residual_map.mean * DEG_PER_RAD,
-        mean_unit="deg",
-        p_value=residual_map.p_value,
-        rows=residual_map.rows,
-        rms=None if residual_map.rms is None else residual_map.rms * DEG_PER_RAD,
+        for residual_map in maps
     )
 
 

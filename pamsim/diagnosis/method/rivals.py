@@ -65,3 +65,10 @@ def reject_rivals(
         return best, tuple(tied), tests[best.names]
     kept = [m for m in (best, *tied) if tests[m.names].p_value >= RIVAL_REJECTED]
     return kept[0], tuple(kept[1:]), tests[kept[0].names]
+
+
+def shared_names(models: Sequence[Sequence[str]]) -> tuple[str, ...]:
+    """Effects that are in every one of some models."""
+    if not models:
+        return ()
+    return tuple(name for name in models[0] if all(name in names for names in models))

@@ -63,6 +63,11 @@ class RowModel:
         return tuple(effect.name for effect in self.effects)
 
     @property
+    def family(self) -> str:
+        """Families of the effects, joined by ``+``."""
+        return "+".join(dict.fromkeys(effect.family for effect in self.effects))
+
+    @property
     def intervals(self) -> dict[str, tuple[float, float]]:
         """Parameter -> 95 % interval [SI]."""
         reach = jackknife_reach95(self.left_out.values).tolist()

@@ -46,6 +46,11 @@ class TrialModel:
         return tuple(c.name for c in self.candidates)
 
     @property
+    def family(self) -> str:
+        """Families of the effects, joined by ``+``."""
+        return "+".join(dict.fromkeys(c.family for c in self.candidates))
+
+    @property
     def mean_loss(self) -> float:
         """Mean loss over the held-out trials."""
         return float(np.mean(list(self.loss.values())))

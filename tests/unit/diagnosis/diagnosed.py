@@ -69,6 +69,7 @@ def model(rig, names, loss, base_loss, *, size=0.7, protocol_of):
     return SimpleNamespace(
         candidates=found,
         names=tuple(names),
+        family="+".join(dict.fromkeys(c.family for c in found)),
         fit=SimpleNamespace(values=values, at_bound=()),
         intervals={n: (v - 0.1 * abs(v), v + 0.1 * abs(v)) for n, v in values.items()},
         loss=losses,

@@ -1,0 +1,81 @@
+"""Where a model misses, in the units of the result: channels and protocols, maps, regions."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from pamsim.core.units import DEG_PER_RAD, PA_PER_KPA
+from pamsim.diagnosis.method.where import Cell, ResidualMap
+from pamsim.diagnosis.result import MapEntry, Place, Region
+
+SIGNIFICANT_MAP = 0.05
+"""p-value up to which a map shows where a channel misses."""
+
+_QUANTITIES = {
+    "common_pressure": ("kPa", 1.0 / PA_PER_KPA),
+    "pressure_difference": ("kPa", 1.0 / PA_PER_KPA),
+    "angle": ("deg", DEG_PER_RAD),
+    "speed": ("deg/s", DEG_PER_RAD),
+    "load": ("kg", 1.0),
+    "direction": ("1", 1.0),
+}
+"""Unit in which a map's quantity is written, and the factor on SI; seconds if left out."""
+
+
+def map_entry(residual_map: ResidualMap, mean_unit: str, scale: float) -> MapEntry:
+    """A map as it is written.
+
+    Args:
+        residual_map: of trials or of rows.
+        mean_unit: of the residual in the result.
+        scale: its factor on the unit of the map.
+    """
+    unit, quantity_scale = _unit(residual_map)
+    rms = residual_map.rms
+    return MapEntry(
+        channel=residual_map.channel,
+        quantity=residual_map.quantity,
+        unit=unit,
+        edges=residual_map.edges * quantity_scale,
+        mean=residual_map.mean * scale,
+        mean_unit=mean_unit,
+        p_value=residual_map.p_value,
+        rows=residual_map.rows,
+        rms=None if rms is None else rms * scale,
+    )
+
+
+def region(residual_map: ResidualMap) -> Region:
+    """The bin of a map that is off most."""
+    unit, scale = _unit(residual_map)
+    low, high = residual_map.region
+    return Region(
+        quantity=residual_map.quantity,
+        low=low * scale,
+        high=high * scale,
+        unit=unit,
+        p_value=residual_map.p_value,
+        rows=residual_map.rows[residual_map.worst] if residual_map.rows else (),
+    )
+
+
+def cell_places(cells: Sequence[Cell], maps: Sequence[ResidualMap]) -> tuple[Place, ...]:
+    """Channels and protocols, each with the region of the channel's most significant map."""
+    regions: dict[str, Region] = {}
+    for residual_map in maps:
+        if residual_map.p_value <= SIGNIFICANT_MAP:
+            regions.setdefault(residual_map.channel, region(residual_map))
+    return tuple(
+        Place(
+            channel=cell.channel,
+            protocol=cell.protocol,
+            excess=cell.excess,
+            p_value=cell.p_value,
+            region=regions.get(cell.channel),
+        )
+        for cell in cells
+    )
+
+
+def _unit(residual_map: ResidualMap) -> tuple[str, float]:
+    return _QUANTITIES.get(residual_map.quantity, ("s", 1.0))
