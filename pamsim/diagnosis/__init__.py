@@ -1,1 +1,32 @@
-"""Where simulation and data disagree, which effect is missing, and how sure that is."""
+"""Where simulation and data disagree, which effect is missing, and how sure that is.
+
+`pamsim.diagnosis.diagnose` chooses by the kind of data. Each kind has its files:
+
+====================  ==================  =======================  =======================
+what                  recordings          table of angles at rest  length-pressure loop
+====================  ==================  =======================  =======================
+data and rig          recordings.py       table_at_rest.py         length_pressure_loop.py
+method/               trial_diagnosis.py  row_diagnosis.py         loop_diagnosis.py
+a fitted model        trial_model.py      row_model.py             loop_fit.py
+search for effects    trial_search.py     row_search.py            loop_effects.py
+held-out data         held_out_split.py   row_leave_one_out.py     loop_fit.py
+====================  ==================  =======================  =======================
+
+They share the rule of the verdict, and the result with its sentence and its JSON:
+
+==================================================  ==============================
+which trials no fit sees                            held_out_split.py
+noise floor, from repeats                           ../comparison/noise_floor.py
+excess per channel and protocol, residual maps      method/where.py
+the same with the arm driven by measured pressures  measured_pressures.py
+p-value of a better held-out prediction             method/evidence.py
+p-value of lack of fit, from repeats                method/lack_of_fit.py
+models that predict as well                         method/rivals.py
+the verdict from all of that                        method/verdict.py
+thresholds of the verdict                           method/verdict_thresholds.py
+how large an absent effect could be                 method/absent_limits.py
+next experiment, and the menu                       method/next_experiment.py
+held-out error before and after the repair          method/gap.py
+the result and its JSON                             result.py
+==================================================  ==============================
+"""

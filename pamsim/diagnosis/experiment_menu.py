@@ -49,7 +49,7 @@ MENU: dict[str, Protocol] = {
         ),
         Protocol(
             name="small_reversals",
-            shows="play, dry friction and dead zones: turns that grow from nothing",
+            shows="backlash, dry friction and dead zones: turns that grow from nothing",
             command="pressure",
             drive=_small_reversals,
         ),

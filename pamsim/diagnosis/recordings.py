@@ -17,7 +17,7 @@ from pamsim.comparison.trial_regressors import regressors
 from pamsim.comparison.trial_residuals import TrialSimulator
 from pamsim.core.progress import Progress
 from pamsim.diagnosis.diagnosed_rig import DiagnosedRig
-from pamsim.diagnosis.held_out_trials import held_out_trials
+from pamsim.diagnosis.held_out_split import held_out_trials
 from pamsim.diagnosis.measured_pressures import cells_with_measured_pressures
 from pamsim.diagnosis.method.trial_diagnosis import diagnose_trials
 from pamsim.diagnosis.recordings_result import result_of

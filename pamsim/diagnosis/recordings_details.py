@@ -13,8 +13,8 @@ from pamsim.comparison.readable_unit import readable, readable_interval, readabl
 from pamsim.core.trial import Trial
 from pamsim.core.units import DEG_PER_RAD, PA_PER_KPA
 from pamsim.diagnosis.method.gap import Residuals
-from pamsim.diagnosis.method.loop_areas import PRESSURE, DrivenCycle, Signals, loop_areas
-from pamsim.diagnosis.method.regimes import Regime
+from pamsim.diagnosis.method.nuisance_by_protocol import NuisanceByProtocol
+from pamsim.diagnosis.method.recorded_loops import PRESSURE, DrivenCycle, Signals, loop_areas
 from pamsim.diagnosis.method.screen import Screened, signature_similarity
 from pamsim.diagnosis.method.spectrum_split import SpectrumSplit, spectrum_splits
 from pamsim.diagnosis.method.trial_diagnosis import TrialDiagnosis
@@ -51,7 +51,9 @@ def recordings_details(
         lack_of_fit=None if lack is None else {**asdict(lack), "significant": lack.significant},
         noise_floor=_noise_floor(method),
         where_with_measured_pressures=cell_places(given, ()),
-        nuisance_by_protocol=tuple(_regime(rig, regime) for regime in method.regimes),
+        nuisance_by_protocol=tuple(
+            _by_protocol(rig, entry) for entry in method.nuisance_by_protocol
+        ),
         loop_areas=_loop_areas(loop_areas(trials, before, after)),
         spectrum=_spectrum(*(spectrum_splits(trials, part) for part in residuals)),
         screened=_screened(method.screened),
@@ -154,18 +156,18 @@ def _spectrum(
     return tuple(entries)
 
 
-def _regime(rig: Rig, regime: Regime) -> dict[str, Any]:
+def _by_protocol(rig: Rig, entry: NuisanceByProtocol) -> dict[str, Any]:
     """A nuisance parameter fitted to each protocol by itself, in the unit of the rig's file."""
-    parameter = rig_parameter(rig, regime.parameter)
+    parameter = rig_parameter(rig, entry.parameter)
     return {
-        "parameter": regime.parameter,
+        "parameter": entry.parameter,
         "unit": readable_unit(parameter),
-        "p_value": regime.p_value,
+        "p_value": entry.p_value,
         "values": {
             protocol: {
                 "value": readable(parameter, value),
                 "interval95": readable_interval(parameter, (low, high)),
             }
-            for protocol, (value, low, high) in regime.values.items()
+            for protocol, (value, low, high) in entry.values.items()
         },
     }

@@ -12,13 +12,13 @@ from pamsim.comparison.readable_unit import readable, readable_interval, readabl
 from pamsim.diagnosis.experiment_menu import MENU
 from pamsim.diagnosis.method.evidence import compare_trials
 from pamsim.diagnosis.method.gap import ChannelGap, Level, Residuals, gaps
-from pamsim.diagnosis.method.loop_areas import Signals
 from pamsim.diagnosis.method.next_experiment import NextExperiment
+from pamsim.diagnosis.method.recorded_loops import Signals
 from pamsim.diagnosis.method.rivals import shared_names
-from pamsim.diagnosis.method.thresholds import FEWEST_REPEATS
 from pamsim.diagnosis.method.trial_diagnosis import TrialDiagnosis
 from pamsim.diagnosis.method.trial_model import TrialModel
 from pamsim.diagnosis.method.verdict import Verdict
+from pamsim.diagnosis.method.verdict_thresholds import FEWEST_REPEATS
 from pamsim.diagnosis.method.where import Cell
 from pamsim.diagnosis.recordings_details import recordings_details
 from pamsim.diagnosis.repaired_rig import repair

@@ -16,8 +16,8 @@ from pamsim.diagnosis.method.rivals import shared_names
 from pamsim.diagnosis.method.row_diagnosis import RowDiagnosis
 from pamsim.diagnosis.method.row_model import RowModel
 from pamsim.diagnosis.method.row_search import Attempt
-from pamsim.diagnosis.method.thresholds import FEWEST_ROWS
 from pamsim.diagnosis.method.verdict import Verdict
+from pamsim.diagnosis.method.verdict_thresholds import FEWEST_ROWS
 from pamsim.diagnosis.method.where import ResidualMap
 from pamsim.diagnosis.result import (
     Details,

@@ -19,7 +19,7 @@ from pamsim.report.style import (
     styled,
 )
 
-MOST_REGIMES = 4
+MOST_PARAMETERS = 4
 
 
 @styled
@@ -74,27 +74,27 @@ def _bar(ax: Axes, at: float, level: Mapping[str, Any], floor: float, colour: st
 
 
 @styled
-def nuisance_by_protocol(regimes: Sequence[Mapping[str, Any]]) -> Figure:
+def nuisance_by_protocol(entries: Sequence[Mapping[str, Any]]) -> Figure:
     """Nuisance parameters fitted to each protocol: differences show which part is wrong.
 
     Args:
-        regimes: entries of a result of schema ``pamsim-diagnosis/2``.
+        entries: of a result of schema ``pamsim-diagnosis/2``.
     """
-    shown = list(regimes)[:MOST_REGIMES]
-    protocols = list(dict.fromkeys(p for regime in shown for p in regime["values"]))
+    shown = list(entries)[:MOST_PARAMETERS]
+    protocols = list(dict.fromkeys(p for entry in shown for p in entry["values"]))
     figure, axes = new_figure(0.9 + 0.24 * len(protocols), columns=len(shown), sharey=True)
-    for ax, regime in zip(axes, shown, strict=True):
+    for ax, entry in zip(axes, shown, strict=True):
         for row, protocol in enumerate(reversed(protocols)):
-            fit = regime["values"].get(protocol)
+            fit = entry["values"].get(protocol)
             if fit is None:
                 continue
             ax.plot(fit["interval95"], [row, row], color=BLUE, linewidth=1.6)
             ax.plot(fit["value"], row, "o", color=BLUE, markersize=4)
-        shown_unit = unit(regime["unit"])
+        shown_unit = unit(entry["unit"])
         finish_axes(
             ax,
-            x=f"{regime['parameter']}{f' [{shown_unit}]' if shown_unit else ''}",
-            title=f"p = {significant(regime['p_value'], 2)}",
+            x=f"{entry['parameter']}{f' [{shown_unit}]' if shown_unit else ''}",
+            title=f"p = {significant(entry['p_value'], 2)}",
             zero=False,
         )
         ax.locator_params(axis="x", nbins=3)

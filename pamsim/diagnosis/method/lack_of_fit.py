@@ -21,7 +21,7 @@ from pamsim.comparison.trial_residuals import TrialLayout
 from pamsim.diagnosis.method.refit import Fitter, Refit
 from pamsim.diagnosis.method.screen import Screened
 from pamsim.diagnosis.method.signature import TangentSpace
-from pamsim.diagnosis.method.thresholds import LACK_OF_FIT, LACK_OF_FIT_LOSS
+from pamsim.diagnosis.method.verdict_thresholds import LACK_OF_FIT, LACK_OF_FIT_LOSS
 from pamsim.inference.permutation import sign_flips, upper_p_value
 
 FloatArray = NDArray[np.float64]

@@ -15,8 +15,8 @@ from numpy.typing import NDArray
 
 from pamsim.diagnosis.method.loop_effects import LOOP_EFFECTS, LoopEffect
 from pamsim.diagnosis.method.loop_fit import Loop, LoopFitter, LoopModel
-from pamsim.diagnosis.method.thresholds import SIGNIFICANCE
 from pamsim.diagnosis.method.verdict import Evidence, Verdict, decide
+from pamsim.diagnosis.method.verdict_thresholds import SIGNIFICANCE
 
 FloatArray = NDArray[np.float64]
 

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from pamsim.core.errors import InputError
 from pamsim.diagnosis.method.evidence import Improvement, compare_rows
 from pamsim.diagnosis.method.loop_effects import LoopEffect
-from pamsim.diagnosis.method.thresholds import (
+from pamsim.diagnosis.method.verdict_thresholds import (
     FEWEST_LEVELS,
     SIGNIFICANCE,
     TIE_ERRORS,

@@ -7,7 +7,8 @@ from collections.abc import Callable, Sequence
 from pamsim.comparison.trial_residuals import TrialLayout
 from pamsim.diagnosis.method.evidence import compare_trials
 from pamsim.diagnosis.method.lack_of_fit import LackOfFit
-from pamsim.diagnosis.method.thresholds import (
+from pamsim.diagnosis.method.trial_model import TrialModel
+from pamsim.diagnosis.method.verdict_thresholds import (
     RIVAL_FITS,
     RIVAL_REJECTED,
     SAME_SIGNATURE,
@@ -16,7 +17,6 @@ from pamsim.diagnosis.method.thresholds import (
     TIE_LOSS,
     TIE_SHARE,
 )
-from pamsim.diagnosis.method.trial_model import TrialModel
 
 Similarity = Callable[[str, str], float]
 """Names of two effects to the similarity of their signatures."""

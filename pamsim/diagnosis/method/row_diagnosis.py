@@ -18,8 +18,8 @@ from pamsim.diagnosis.method.absent_limits import AbsentLimit
 from pamsim.diagnosis.method.row_fit import RowSimulator
 from pamsim.diagnosis.method.row_model import RowEffect, RowModel, RowModels
 from pamsim.diagnosis.method.row_search import Attempt, RowSearch
-from pamsim.diagnosis.method.thresholds import FEWEST_ROWS, SIGNIFICANCE
 from pamsim.diagnosis.method.verdict import Evidence, Verdict, decide
+from pamsim.diagnosis.method.verdict_thresholds import FEWEST_ROWS, SIGNIFICANCE
 from pamsim.diagnosis.method.where import ResidualMap, row_maps
 from pamsim.inference.free_parameter import FreeParameter
 

@@ -10,8 +10,8 @@ import numpy as np
 from pamsim.core.errors import InputError
 from pamsim.diagnosis.method.evidence import Improvement, compare_rows
 from pamsim.diagnosis.method.row_fit import RowFit, RowSimulator, fit_rows
-from pamsim.diagnosis.method.row_held_out import left_out, linearised_left_out
-from pamsim.diagnosis.method.thresholds import SIGNIFICANCE
+from pamsim.diagnosis.method.row_leave_one_out import left_out, linearised_left_out
+from pamsim.diagnosis.method.verdict_thresholds import SIGNIFICANCE
 from pamsim.inference.free_parameter import FreeParameter
 from pamsim.inference.leave_one_out import LeftOut, jackknife_reach95
 

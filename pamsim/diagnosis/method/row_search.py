@@ -10,9 +10,9 @@ import numpy as np
 from pamsim.core.errors import InputError
 from pamsim.diagnosis.method.absent_limits import AbsentLimit
 from pamsim.diagnosis.method.row_fit import RowFit
-from pamsim.diagnosis.method.row_held_out import linearised_reach95
+from pamsim.diagnosis.method.row_leave_one_out import linearised_reach95
 from pamsim.diagnosis.method.row_model import RowEffect, RowModel, RowModels
-from pamsim.diagnosis.method.thresholds import SIGNIFICANCE, TIE_ERRORS, TIE_SHARE
+from pamsim.diagnosis.method.verdict_thresholds import SIGNIFICANCE, TIE_ERRORS, TIE_SHARE
 from pamsim.inference.permutation import best_of_many_p_values
 
 _BEAM = (2, 1, 1, 1)  # models that are carried on from each round, one effect more in each

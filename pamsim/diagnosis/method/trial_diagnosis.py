@@ -18,11 +18,14 @@ from pamsim.diagnosis.method.evidence import (
 )
 from pamsim.diagnosis.method.lack_of_fit import LackOfFit, lack_of_fit
 from pamsim.diagnosis.method.next_experiment import NextExperiment, SimulateMenu, next_experiment
+from pamsim.diagnosis.method.nuisance_by_protocol import NuisanceByProtocol, nuisance_by_protocol
 from pamsim.diagnosis.method.refit import Fitter, Refit, Remembered
-from pamsim.diagnosis.method.regimes import Regime, regimes
 from pamsim.diagnosis.method.rivals import Similarity, reject_rivals, tied_with
 from pamsim.diagnosis.method.screen import Screened, screen, signature_similarity
-from pamsim.diagnosis.method.thresholds import (
+from pamsim.diagnosis.method.trial_model import TrialModel, polished
+from pamsim.diagnosis.method.trial_search import PAIRS, TRIPLES, Progress, TrialSearch
+from pamsim.diagnosis.method.verdict import Evidence, Verdict, decide
+from pamsim.diagnosis.method.verdict_thresholds import (
     FEWEST_REPEATS,
     GAP_LOSS,
     GAP_MAP_P_VALUE,
@@ -32,9 +35,6 @@ from pamsim.diagnosis.method.thresholds import (
     REMAINDER_LOSS,
     UNPROVEN_LOSS,
 )
-from pamsim.diagnosis.method.trial_model import TrialModel, polished
-from pamsim.diagnosis.method.trial_search import PAIRS, TRIPLES, Progress, TrialSearch
-from pamsim.diagnosis.method.verdict import Evidence, Verdict, decide
 from pamsim.diagnosis.method.where import Cell, Regressors, ResidualMap, cells, trial_maps
 from pamsim.inference.free_parameter import FreeParameter
 
@@ -73,7 +73,7 @@ class TrialDiagnosis:
         perfect_loss: held-out trial -> loss of a perfect model.
         cells: excess per channel and protocol of the base model's fit, the largest first.
         maps: residual over quantities, the most significant first.
-        regimes: nuisance parameters fitted to each protocol, the least homogeneous first.
+        nuisance_by_protocol: nuisance parameters per protocol, the least homogeneous first.
         screened: what the data can show of every effect.
         models: every model with effects that was fitted.
         tried: single effects that the held-out trials have judged.
@@ -89,7 +89,7 @@ class TrialDiagnosis:
     perfect_loss: Mapping[str, float]
     cells: tuple[Cell, ...]
     maps: tuple[ResidualMap, ...]
-    regimes: tuple[Regime, ...]
+    nuisance_by_protocol: tuple[NuisanceByProtocol, ...]
     screened: tuple[Screened, ...]
     models: tuple[TrialModel, ...]
     tried: int
@@ -189,7 +189,7 @@ def diagnose_trials(
         perfect_loss=perfect_losses(layout, floor),
         cells=where,
         maps=maps,
-        regimes=regimes(fitter, base),
+        nuisance_by_protocol=nuisance_by_protocol(fitter, base),
         screened=screened,
         models=tuple(models),
         tried=tried,

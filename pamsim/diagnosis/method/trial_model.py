@@ -12,7 +12,7 @@ from pamsim.core.errors import InputError
 from pamsim.diagnosis.method.evidence import Improvement, compare_trials, losses
 from pamsim.diagnosis.method.polish import polish
 from pamsim.diagnosis.method.refit import Fitter, Refit
-from pamsim.diagnosis.method.thresholds import LEAST_GAIN, SIGNIFICANCE
+from pamsim.diagnosis.method.verdict_thresholds import LEAST_GAIN, SIGNIFICANCE
 from pamsim.inference.free_parameter import SearchScale
 from pamsim.inference.intervals import parameter_covariance
 from pamsim.inference.simulator_fit import Linearisation

@@ -9,8 +9,8 @@ from pamsim.comparison.candidate import Candidate
 from pamsim.diagnosis.method.evidence import compare_trials
 from pamsim.diagnosis.method.refit import Fitter, Refit
 from pamsim.diagnosis.method.screen import Screened, screen_again, shortlist
-from pamsim.diagnosis.method.thresholds import LEAST_GAIN
 from pamsim.diagnosis.method.trial_model import TrialModel, fit_effects
+from pamsim.diagnosis.method.verdict_thresholds import LEAST_GAIN
 
 Progress = Callable[[str], None]
 """Called with what is being tried."""

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from enum import StrEnum
 
-from pamsim.diagnosis.method.thresholds import ADEQUATE
+from pamsim.diagnosis.method.verdict_thresholds import ADEQUATE
 
 
 class Verdict(StrEnum):

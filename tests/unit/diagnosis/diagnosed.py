@@ -13,7 +13,7 @@ from pamsim.diagnosis.method.absent_limits import AbsentLimit
 from pamsim.diagnosis.method.evidence import compare_trials
 from pamsim.diagnosis.method.lack_of_fit import LackOfFit
 from pamsim.diagnosis.method.next_experiment import NextExperiment
-from pamsim.diagnosis.method.regimes import Regime
+from pamsim.diagnosis.method.nuisance_by_protocol import NuisanceByProtocol
 from pamsim.diagnosis.method.verdict import Verdict
 from pamsim.diagnosis.method.where import Cell, ResidualMap
 from pamsim.diagnosis.recordings_result import result_of
@@ -190,8 +190,10 @@ def report(
             AbsentLimit(effect="added_inertia", parameter="joint.shaft.armature", size=np.inf,
                         limit=np.inf, visible=False),
         ),
-        regimes=(
-            Regime(parameter="force.scale", p_value=0.02, values={"swing": (1.0, 0.9, 1.1)}),
+        nuisance_by_protocol=(
+            NuisanceByProtocol(
+                parameter="force.scale", p_value=0.02, values={"swing": (1.0, 0.9, 1.1)}
+            ),
         ),
         next_experiment=following,
     )  # fmt: skip

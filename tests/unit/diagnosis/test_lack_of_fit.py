@@ -9,9 +9,9 @@ import pytest
 
 from pamsim.comparison.trial_residuals import TrialLayout
 from pamsim.diagnosis.method.lack_of_fit import lack_of_fit
-from pamsim.diagnosis.method.thresholds import LACK_OF_FIT, LARGE_REMAINDER_LOSS
 from pamsim.diagnosis.method.trial_diagnosis import diagnose_trials
 from pamsim.diagnosis.method.verdict import Verdict
+from pamsim.diagnosis.method.verdict_thresholds import LACK_OF_FIT, LARGE_REMAINDER_LOSS
 from pamsim.inference.residual_block import ResidualBlock, layout
 from tests.unit.diagnosis.toy_arm import (
     BIAS,

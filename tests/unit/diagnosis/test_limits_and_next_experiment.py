@@ -1,4 +1,4 @@
-"""What a diagnosis says beside its verdict: bounds, regimes, the next experiment, sets cut back."""
+"""Limits of absent effects, nuisance parameters by protocol, the next experiment, smaller sets."""
 
 from __future__ import annotations
 
@@ -8,8 +8,8 @@ import pytest
 from pamsim.comparison.noise_floor import noise_floor
 from pamsim.diagnosis.method.absent_limits import absent_limits
 from pamsim.diagnosis.method.evidence import losses
+from pamsim.diagnosis.method.nuisance_by_protocol import nuisance_by_protocol
 from pamsim.diagnosis.method.refit import Fitter
-from pamsim.diagnosis.method.regimes import regimes
 from pamsim.diagnosis.method.screen import screen
 from pamsim.diagnosis.method.trial_diagnosis import diagnose_trials
 from pamsim.diagnosis.method.trial_model import fit_effects
@@ -85,12 +85,12 @@ def test_what_leaves_no_trace_has_no_bound():
 
 
 def test_a_parameter_that_stands_in_for_an_effect_differs_between_protocols():
-    honest = [regimes(*fitted({}, (), seed=seed)[:2])[0] for seed in range(6)]
+    honest = [nuisance_by_protocol(*fitted({}, (), seed=seed)[:2])[0] for seed in range(6)]
     assert min(r.p_value for r in honest) > 0.005
     for one in honest:
         inside = [low <= OWN["gain"] <= high for _, low, high in one.values.values()]
         assert sum(inside) >= len(inside) - 1
-    bent = regimes(*fitted({"bias": 0.1}, ())[:2])[0]
+    bent = nuisance_by_protocol(*fitted({"bias": 0.1}, ())[:2])[0]
     assert bent.parameter == "gain"
     assert bent.p_value < 1e-4
 

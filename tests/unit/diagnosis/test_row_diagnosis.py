@@ -12,7 +12,7 @@ from pamsim.core.errors import InputError
 from pamsim.diagnosis.method.evidence import compare_rows
 from pamsim.diagnosis.method.rivals import shared_names
 from pamsim.diagnosis.method.row_fit import RowSimulator, fit_rows
-from pamsim.diagnosis.method.row_held_out import left_out, linearised_left_out
+from pamsim.diagnosis.method.row_leave_one_out import left_out, linearised_left_out
 from pamsim.diagnosis.method.verdict import Verdict
 from pamsim.diagnosis.method.where import row_maps
 from tests.unit.diagnosis.toy_rows import (

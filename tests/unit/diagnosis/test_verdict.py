@@ -6,8 +6,8 @@ import dataclasses
 
 import pytest
 
-from pamsim.diagnosis.method.thresholds import ADEQUATE
 from pamsim.diagnosis.method.verdict import Evidence, Verdict, decide
+from pamsim.diagnosis.method.verdict_thresholds import ADEQUATE
 
 NAMED = Evidence(claimed=True, gap=True, explained=1.0)
 ABSENT = Evidence(claimed=False, gap=False)

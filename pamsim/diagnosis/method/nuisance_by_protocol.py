@@ -19,7 +19,7 @@ _alexandergovern: Any = scipy.stats.alexandergovern
 
 
 @dataclass(frozen=True, kw_only=True)
-class Regime:
+class NuisanceByProtocol:
     """One nuisance parameter, fitted to every protocol by itself.
 
     Attributes:
@@ -34,7 +34,7 @@ class Regime:
     values: Mapping[str, tuple[float, float, float]]
 
 
-def regimes(fitter: Fitter, base: Refit) -> tuple[Regime, ...]:
+def nuisance_by_protocol(fitter: Fitter, base: Refit) -> tuple[NuisanceByProtocol, ...]:
     """One Gauss-Newton step per trial and parameter from the fit of the base model.
 
     Args:
@@ -51,7 +51,7 @@ def regimes(fitter: Fitter, base: Refit) -> tuple[Regime, ...]:
     for place in fitter.simulator.layout.fitted_places:
         trials = rows.setdefault(place.block.protocol, {})
         trials.setdefault(place.block.trial, []).append(place.rows)
-    fitted: list[Regime] = []
+    fitted: list[NuisanceByProtocol] = []
     for i, parameter in enumerate(base.parameters):
         samples: dict[str, FloatArray] = {}
         for protocol, trials in rows.items():
@@ -79,5 +79,5 @@ def regimes(fitter: Fitter, base: Refit) -> tuple[Regime, ...]:
                 reach = quantile * float(np.std(steps, ddof=1)) / np.sqrt(steps.size)
             if np.isfinite(mean):
                 values[protocol] = (value(mean), value(mean - reach), value(mean + reach))
-        fitted.append(Regime(parameter=parameter.name, p_value=p_value, values=values))
+        fitted.append(NuisanceByProtocol(parameter=parameter.name, p_value=p_value, values=values))
     return tuple(sorted(fitted, key=lambda r: r.p_value))

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from pamsim.core.trial import Trial
-from pamsim.diagnosis.method.loop_areas import cycles, loop_area, loop_areas
+from pamsim.diagnosis.method.recorded_loops import cycles, loop_area, loop_areas
 from pamsim.signals.excitation import held_levels, triangle
 
 TIME = np.arange(800) / 100.0
