@@ -35,11 +35,6 @@ class SecondOrderModel:
             )
 
     @classmethod
-    def of_lags(cls, gain: float, first: float, second: float) -> SecondOrderModel:
-        """``K / ((T1 s + 1)(T2 s + 1))``, Matiskova 2021 equation (24), lags in s."""
-        return cls(gain=gain, a1=first + second, a2=first * second)
-
-    @classmethod
     def of_fit(cls, fit: IdentifiedModel) -> SecondOrderModel:
         """The model of a fit of two poles; its dead time must be covered by the margins.
 

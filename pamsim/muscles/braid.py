@@ -62,17 +62,10 @@ def volume(length: float, nominal_length: float, diameter: float, fibre_angle: f
 def volume_slope(
     length: float, nominal_length: float, diameter: float, fibre_angle: float
 ) -> float:
-    """First derivative dV/dl of `volume` (Nguyen 2024, text under equation (4)).
+    """First derivative dV/dl [m^2] of `volume`, whose arguments it takes (Nguyen 2024, under (4)).
 
-    Args:
-        length: muscle length l [m].
-        nominal_length: l0 [m].
-        diameter: D0 [m].
-        fibre_angle: alpha0 [rad].
-
-    Returns:
-        dV/dl [m^2]: negative while the muscle can pull, zero at its largest contraction. It goes on
-        falling beyond straight fibres, where `volume` stays zero and no muscle works.
+    Negative while the muscle can pull, zero at its largest contraction. It goes on falling beyond
+    straight fibres, where `volume` stays zero and no muscle works.
     """
     sine = math.sin(fibre_angle)
     stretch = length / nominal_length

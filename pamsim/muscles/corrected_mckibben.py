@@ -65,16 +65,9 @@ def corrected_mckibben_force(
 ) -> float:
     """Force of the corrected McKibben law (Sarosi, equation (2)).
 
-    Args:
-        pressure: gauge pressure p [Pa].
-        contraction: kappa = 1 - l/l0 [-].
-        a_eps: [-].
-        b_eps: [-].
-        a_kappa: [-].
-        b_kappa: [-].
-        k0: [-].
-        diameter: D0 = 2 r0 [m].
-        fibre_angle: alpha0 [rad].
+    The arguments are gauge pressure p [Pa], contraction kappa = 1 - l/l0 [-], the fields of
+    `CorrectedMcKibben` after its scale, and diameter D0 = 2 r0 [m] and fibre angle alpha0 [rad] of
+    `Braid`.
 
     Returns:
         Force [N], positive when the muscle pulls; not yet limited to tension.

@@ -66,13 +66,9 @@ def elastic_energy_force(
 ) -> float:
     """Restoring force F_air of the air (Nguyen 2024, equation (5)).
 
-    Args:
-        pressure: gauge pressure P - Patm at the present length [Pa].
-        contraction: kappa = 1 - l/l0 [-].
-        working_pressure: P1 - Patm [Pa].
-        working_contraction: 1 - l1/l0 [-].
-        diameter: D0 [m].
-        fibre_angle: alpha0 [rad].
+    The arguments are gauge pressure P - Patm [Pa] and contraction kappa = 1 - l/l0 [-] at the
+    present length, the fields of `ElasticEnergy` after its scale, and diameter D0 [m] and fibre
+    angle alpha0 [rad] of `Braid`.
 
     Returns:
         F_air [N]: what the muscle pulls more than at the working point, negative if less.

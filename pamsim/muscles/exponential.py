@@ -46,15 +46,8 @@ def six_parameter_force(
 ) -> float:
     """Force of the six-parameter law (Sarosi, equation (4), its d and f zero).
 
-    Args:
-        pressure: gauge pressure p [Pa].
-        contraction: kappa = 1 - l/l0 [-].
-        a: [N/Pa].
-        b: [N].
-        c: [-], negative.
-        d: [N/Pa].
-        e: [N/Pa].
-        f: [N].
+    The arguments are gauge pressure p [Pa], contraction kappa = 1 - l/l0 [-] and the fields of
+    `SixParameter` after its scale.
 
     Returns:
         Force [N], positive when the muscle pulls; not yet limited to tension.

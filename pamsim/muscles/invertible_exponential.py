@@ -51,16 +51,8 @@ def invertible_exponential_force(
 ) -> float:
     """Force of the invertible law (Sarosi, equation (4) with d = 0).
 
-    Args:
-        pressure: gauge pressure p [Pa].
-        contraction: kappa = 1 - l/l0 [-].
-        a: [N/Pa].
-        b: [N].
-        c: [-], negative.
-        e: [N/Pa].
-        f: [N].
-        g: [N/Pa].
-        h: [N].
+    The arguments are gauge pressure p [Pa], contraction kappa = 1 - l/l0 [-] and the fields of
+    `InvertibleExponential` after its scale.
 
     Returns:
         Force [N], positive when the muscle pulls; not yet limited to tension.

@@ -64,15 +64,8 @@ def mooney_rivlin_force(
 ) -> float:
     """Force of a braid over a Mooney-Rivlin tube (Klute and Hannaford 2000, with end effect).
 
-    Args:
-        pressure: gauge pressure p [Pa].
-        contraction: kappa = 1 - l/l0 [-].
-        c1: [N].
-        c2: [N].
-        slack_contraction: kappa_0 [-].
-        active_share: eta [-].
-        diameter: D0 [m].
-        fibre_angle: alpha0 [rad].
+    The arguments are gauge pressure p [Pa], contraction kappa = 1 - l/l0 [-], the fields of
+    `MooneyRivlin` after its scale, and diameter D0 [m] and fibre angle alpha0 [rad] of `Braid`.
 
     Returns:
         Force [N], positive when the muscle pulls; not yet limited to tension. NaN where the braid

@@ -49,18 +49,10 @@ SLENDERNESS_6 = Pleated(
 def pleated_function(
     contraction: float, f0: float, f1: float, f2: float, f3: float, f4: float
 ) -> float:
-    """Dimensionless force function f_t0 (Van Damme 2008, equation (2)).
+    """Dimensionless force function f_t0 [-] (Van Damme 2008, equation (2)).
 
-    Args:
-        contraction: eps = 1 - l/l0 [-].
-        f0: [-].
-        f1: [-].
-        f2: [-].
-        f3: [-].
-        f4: [-].
-
-    Returns:
-        f_t0 [-]; NaN at and below zero contraction.
+    The arguments are contraction eps = 1 - l/l0 [-] and the fields of `Pleated` after its scale.
+    NaN at and below zero contraction.
     """
     if not contraction > 0.0:
         return math.nan
@@ -79,15 +71,8 @@ def pleated_force(
 ) -> float:
     """Force of a pleated muscle (Van Damme 2008, equations (1) and (2)).
 
-    Args:
-        pressure: gauge pressure p [Pa].
-        contraction: eps = 1 - l/l0 [-].
-        f0: [-].
-        f1: [-].
-        f2: [-].
-        f3: [-].
-        f4: [-].
-        nominal_length: length l0 of the membrane [m].
+    The arguments are gauge pressure p [Pa], contraction eps = 1 - l/l0 [-], the fields of `Pleated`
+    after its scale, and the length l0 of the membrane [m].
 
     Returns:
         Force [N], positive when the muscle pulls; not yet limited to tension. NaN for eps <= 0.

@@ -35,13 +35,8 @@ def single_pressure_force(
 ) -> float:
     """Force on one isobar (Sarosi, equation (3)).
 
-    Args:
-        pressure: gauge pressure [Pa]; without influence, present for the common signature.
-        contraction: kappa = 1 - l/l0 [-].
-        a: [N].
-        b: [-], negative.
-        d: [N].
-        e: [N].
+    The arguments are gauge pressure [Pa], which has no influence, contraction kappa = 1 - l/l0 [-]
+    and the fields of `SinglePressureExponential` after its scale.
 
     Returns:
         Force [N], positive when the muscle pulls; not yet limited to tension.

@@ -18,7 +18,7 @@ from pamsim.linear.second_order_model import SecondOrderModel
 from tests.unit.controllers.closed_loop import PERIOD, observe
 from tests.unit.controllers.linear_plant import MODEL, POINT, LinearPlant
 
-LAGS = SecondOrderModel.of_lags(3e-6, 0.09, 0.58)
+LAGS = SecondOrderModel(gain=3e-6, a1=0.09 + 0.58, a2=0.09 * 0.58)
 
 
 def margins(model, design, delay=0):
