@@ -34,6 +34,7 @@ class Arctangent(Hysteresis):
     """Steepness |k_1| (p_high - p_low) and middle of each branch as a fraction of the span."""
 
     law: ClassVar[str] = "arctangent"
+    count_field: ClassVar[str] = "turning_points"
     turning_points: float = parameter(
         unit="1", low=1.0, high=32.0, doc="number of turning points remembered", default=8.0
     )
@@ -67,15 +68,6 @@ class Arctangent(Hysteresis):
         doc="falling branch: place of the steepest point",
         default=0.2695,
     )
-
-    def __post_init__(self) -> None:
-        """Check every field.
-
-        Raises:
-            ParameterError: naming field, value and what is allowed.
-        """
-        super().__post_init__()
-        self.check_whole("turning_points")
 
     @property
     def state_count(self) -> int:

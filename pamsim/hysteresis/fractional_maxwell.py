@@ -29,6 +29,7 @@ class FractionalMaxwell(Hysteresis):
     """Order and time constant of the element, and the rates of the branches that stand for it."""
 
     law: ClassVar[str] = "fractional_maxwell"
+    count_field: ClassVar[str] = "branches"
     branches: float = parameter(
         unit="1", low=4.0, high=64.0, doc="number of Maxwell branches", default=16.0
     )
@@ -47,20 +48,6 @@ class FractionalMaxwell(Hysteresis):
     fastest_rate: float = parameter(
         unit="1/s", low=10.0, high=1e6, doc="upper end of the rates r", default=3e4
     )
-
-    def __post_init__(self) -> None:
-        """Check every field.
-
-        Raises:
-            ParameterError: naming field, value and what is allowed.
-        """
-        super().__post_init__()
-        self.check_whole("branches")
-
-    @property
-    def state_count(self) -> int:
-        """One dashpot per branch."""
-        return int(self.branches)
 
 
 def density(rate: float, order: float, time_constant: float) -> float:

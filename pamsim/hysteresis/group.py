@@ -40,6 +40,8 @@ class Hysteresis(ParameterGroup):
     """The three factors of an operator's output; all zero turns it off."""
 
     group: ClassVar[str] = "hysteresis"
+    count_field: ClassVar[str] = ""
+    """Field that counts elements with a state each; empty if the number of states is fixed."""
     force: float = parameter(
         unit="N", low=0.0, high=1e3, doc="force per output, without pressure", default=0.0
     )
@@ -50,22 +52,25 @@ class Hysteresis(ParameterGroup):
         unit="1", low=0.0, high=1.0, doc="share of the static force per output", default=0.0
     )
 
+    def __post_init__(self) -> None:
+        """Check every field, and that the counting one is a whole number.
+
+        Raises:
+            ParameterError: naming field, value and what is allowed.
+        """
+        super().__post_init__()
+        if self.count_field:
+            value = float(getattr(self, self.count_field))
+            if value != round(value):
+                name = f"{self.group}.{self.count_field}"
+                raise ParameterError(f"{name} = {value:g} is not a whole number")
+
     @property
     def state_count(self) -> int:
-        """Number of states of this instance."""
-        return self.states
+        """Number of states of this instance: one for each of what `count_field` counts."""
+        return int(getattr(self, self.count_field)) if self.count_field else self.states
 
     def own(self) -> tuple[float, ...]:
         """The fields after the common ones, in declared order, as the kernel reads them."""
         names = [name for name, _ in specs(type(self))]
         return tuple(float(getattr(self, name)) for name in names[COMMON_FIELDS:])
-
-    def check_whole(self, name: str) -> None:
-        """Check that a field that counts something is a whole number.
-
-        Raises:
-            ParameterError: naming the field and its value.
-        """
-        value = float(getattr(self, name))
-        if value != round(value):
-            raise ParameterError(f"{self.group}.{name} = {value:g} is not a whole number")

@@ -21,6 +21,7 @@ class MaxwellSlip(Hysteresis):
     """Slip limits Delta_k = full_slip k/n, force shares in the ratio 1 : decay : decay^2 ..."""
 
     law: ClassVar[str] = "maxwell_slip"
+    count_field: ClassVar[str] = "elements"
     elements: float = parameter(unit="1", low=1.0, high=64.0, doc="number n of elements")
     full_slip: float = parameter(
         unit="1", low=0.0, high=0.5, low_open=True, doc="contraction at which every block slips"
@@ -32,20 +33,6 @@ class MaxwellSlip(Hysteresis):
         doc="ratio of the shares of neighbours, late slipping over early",
         default=1.0,
     )
-
-    def __post_init__(self) -> None:
-        """Check every field.
-
-        Raises:
-            ParameterError: naming field, value and what is allowed.
-        """
-        super().__post_init__()
-        self.check_whole("elements")
-
-    @property
-    def state_count(self) -> int:
-        """One block per element."""
-        return int(self.elements)
 
 
 def maxwell_slip_output(par: Row, first: int, act: Row, x: float) -> float:

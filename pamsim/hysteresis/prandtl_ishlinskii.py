@@ -27,6 +27,7 @@ class PrandtlIshlinskii(Hysteresis):
     """Thresholds (k - 1/2)/n of the largest output, weights in the ratio 1 : decay : decay^2 ..."""
 
     law: ClassVar[str] = "prandtl_ishlinskii"
+    count_field: ClassVar[str] = "elements"
     elements: float = parameter(unit="1", low=1.0, high=64.0, doc="number n of plays")
     span: float = parameter(
         unit="1", low=0.0, high=0.5, low_open=True, doc="contraction at which the output is 1"
@@ -41,20 +42,6 @@ class PrandtlIshlinskii(Hysteresis):
         low_open=True,
         doc="share w_0 of the play-free part in the sum of the weights; 1 leaves no hysteresis",
     )
-
-    def __post_init__(self) -> None:
-        """Check every field.
-
-        Raises:
-            ParameterError: naming field, value and what is allowed.
-        """
-        super().__post_init__()
-        self.check_whole("elements")
-
-    @property
-    def state_count(self) -> int:
-        """One play per element."""
-        return int(self.elements)
 
     def compliance(self) -> PlaySum:
         """The operator P from output w to scaled contraction, whose inverse the kernel runs."""

@@ -25,6 +25,7 @@ class Preisach(Hysteresis):
     """Grid and weight (5): exp(-(alpha - beta + c)^2 - (|alpha + beta| + d)^2)."""
 
     law: ClassVar[str] = "preisach"
+    count_field: ClassVar[str] = "levels"
     levels: float = parameter(unit="1", low=2.0, high=200.0, doc="number n of levels of the grid")
     low_contraction: float = parameter(
         unit="1", low=-0.5, high=0.0, doc="contraction that is the lower saturation", default=0.0
@@ -43,20 +44,6 @@ class Preisach(Hysteresis):
     d: float = parameter(
         unit="1", low=-2.0, high=2.0, doc="minus twice the most frequent middle", default=-1.0
     )
-
-    def __post_init__(self) -> None:
-        """Check every field.
-
-        Raises:
-            ParameterError: naming field, value and what is allowed.
-        """
-        super().__post_init__()
-        self.check_whole("levels")
-
-    @property
-    def state_count(self) -> int:
-        """One count per level."""
-        return int(self.levels)
 
 
 def upper_factor(t: float, c: float, d: float) -> float:
