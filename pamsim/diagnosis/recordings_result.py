@@ -10,7 +10,7 @@ from pamsim.comparison.compared_signal import Comparison, shown_unit
 from pamsim.comparison.measurements import CalibrationData
 from pamsim.comparison.readable_unit import readable, readable_interval, readable_unit
 from pamsim.diagnosis.experiment_menu import MENU
-from pamsim.diagnosis.method.evidence import compare_trials
+from pamsim.diagnosis.method.evidence import Improvement, compare_trials
 from pamsim.diagnosis.method.gap import ChannelGap, Level, Residuals, gaps
 from pamsim.diagnosis.method.next_experiment import NextExperiment
 from pamsim.diagnosis.method.recorded_loops import Signals
@@ -85,7 +85,7 @@ def result_of(
         verdict=verdict,
         effects=() if claimed is None else _effects(rig, method, claimed, protocol_of),
         certain=shared_names([m.names for m in models]) if verdict.repairs else (),
-        resembles=_resemblance(method, protocol_of),
+        resembles=_resemblance(method),
         alternatives=tuple(
             _alternative(rig, method, model, protocol_of)
             for model in models
@@ -174,7 +174,7 @@ def _effects(
                 family=candidate.family,
                 parameters=estimates(rig, best, [p.name for p in candidate.parameters]),
                 explained=share,
-                p_value=None if step is None else min(step.p_value * method.tried, 1.0),
+                p_value=None if step is None else _corrected(method, step),
             )
         )
     return tuple(effects)
@@ -186,20 +186,25 @@ def _alternative(
     best = method.conclusion.best
     assert best is not None
     behind = compare_trials(model.loss, best.loss, protocol_of)
-    known = behind.error > 0.0 and math.isfinite(behind.error)
+    errors = None
+    if model is best:
+        errors = 0.0
+    elif behind.error > 0.0 and math.isfinite(behind.error):
+        errors = behind.standard_errors
     return FoundEffect(
         members={c.name: c.effect.missing for c in model.candidates},
         family=model.family,
         parameters=estimates(rig, model, [p.name for c in model.candidates for p in c.parameters]),
         explained=_share(method, model),
-        p_value=min(model.improvement.p_value * method.tried, 1.0),
+        p_value=_corrected(method, model.improvement),
         loss_difference=behind.gain,
-        standard_errors_behind=0.0
-        if model is best
-        else behind.gain / behind.error
-        if known
-        else None,
+        standard_errors_behind=errors,
     )
+
+
+def _corrected(method: TrialDiagnosis, improvement: Improvement) -> float:
+    """p-value with the Bonferroni correction for all effects that were tried."""
+    return min(improvement.p_value * method.tried, 1.0)
 
 
 def _share(method: TrialDiagnosis, model: TrialModel) -> float | None:
@@ -211,7 +216,7 @@ def _share(method: TrialDiagnosis, model: TrialModel) -> float | None:
     return max(share, 0.0)
 
 
-def _resemblance(method: TrialDiagnosis, protocol_of: Mapping[str, str]) -> Resemblance | None:
+def _resemblance(method: TrialDiagnosis) -> Resemblance | None:
     """The best model, or else the effect whose signature is most similar to the misfit."""
     if method.conclusion.verdict is Verdict.NO_GAP:
         return None
@@ -222,7 +227,7 @@ def _resemblance(method: TrialDiagnosis, protocol_of: Mapping[str, str]) -> Rese
             name="+".join(best.names),
             family=best.family,
             explained=method.conclusion.explained,
-            p_value=min(best.improvement.p_value * method.tried, 1.0),
+            p_value=_corrected(method, best.improvement),
             similarity=similarity.get(best.names[0]) if len(best.names) == 1 else None,
         )
     seen = [s for s in method.screened if s.similarity > 0.0]
@@ -293,7 +298,7 @@ def _tried(method: TrialDiagnosis) -> tuple[TriedModel, ...]:
             unit="noise variance",
             gain=model.improvement.gain,
             gain_error=model.improvement.error,
-            p_value=min(model.improvement.p_value * method.tried, 1.0),
+            p_value=_corrected(method, model.improvement),
             accepted=model.accepted(method.tried),
             at_bound=model.fit.at_bound,
             size_known=model.size_known(),

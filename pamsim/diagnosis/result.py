@@ -435,8 +435,7 @@ class Diagnosis:
 
     def over_floor(self, *, repaired: bool) -> float | None:
         """Residual over noise floor before or after the repair; None where either is not known."""
-        pairs = [(entry.after if repaired else entry.before, entry.floor) for entry in
-                 self.gap.values()]  # fmt: skip
+        pairs = [(g.after if repaired else g.before, g.floor) for g in self.gap.values()]
         ratios = [a.value_si / b.value_si for a, b in pairs if a is not None and b is not None]
         if self.kind != "recordings" or not ratios:
             return None

@@ -93,26 +93,27 @@ def _distances(
         moved = place.copy()
         moved[i] += -_STEP if place[i] > 0.5 else _STEP
         sets.append({**rival.fit.values, parameter.name: float(scale.from_unit(moved)[i])})
-    runs = simulate(sets)
-    if runs[0] is None or runs[1] is None:
+    of_best, of_rival, *of_moved = simulate(sets)
+    if of_best is None or of_rival is None:
         return {}
+    sd = fitter.floor.sd
     distances: dict[str, float] = {}
-    for name in runs[1]:
-        channels = [c for c in runs[1][name] if c in fitter.floor.sd]
-
-        def stacked(
-            signals: Signals, name: str = name, channels: list[str] = channels
-        ) -> FloatArray:
-            parts = [
-                signals[name][c] / (fitter.floor.sd[c] * np.sqrt(signals[name][c].size))
-                for c in channels
-            ]
-            return np.concatenate(parts) / np.sqrt(len(channels))
-
-        here = stacked(runs[1])
-        columns = [stacked(moved) - here for moved in runs[2:] if moved is not None]
-        change = stacked(runs[0]) - here
+    for name in of_rival:
+        here = _weighted(of_rival[name], sd)
+        change = _weighted(of_best[name], sd) - here
+        columns = [_weighted(run[name], sd) - here for run in of_moved if run is not None]
         if columns:
             change = TangentSpace(np.stack(columns, axis=1)).project_out(change)
         distances[name] = float(change @ change)
     return distances
+
+
+def _weighted(signals: Mapping[str, FloatArray], sd: Mapping[str, float]) -> FloatArray:
+    """Signals of one experiment in units of noise: squares sum to the mean over all channels.
+
+    Args:
+        signals: channel -> (n,) simulated [SI]; channels without noise are not compared.
+        sd: channel -> standard deviation of its noise [SI].
+    """
+    compared = [values / (sd[c] * np.sqrt(values.size)) for c, values in signals.items() if c in sd]
+    return np.concatenate(compared) / np.sqrt(len(compared))
