@@ -616,6 +616,7 @@ def compare(
     if table is not None:
         added = Counter(place for row in rows.values() for place in row.pop("added"))
         content = {
+            "command": f"python scripts/freeze_results.py compare BEFORE AFTER --renamed {renamed}",
             "commits": commits,
             "rtol": rtol,
             "atol": atol,
