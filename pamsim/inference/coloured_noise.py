@@ -19,8 +19,6 @@ import numpy as np
 import scipy.signal
 from numpy.typing import NDArray
 
-from pamsim.core.encoding import to_dict
-
 FloatArray = NDArray[np.float64]
 _lfilter: Any = scipy.signal.lfilter
 _lfiltic: Any = scipy.signal.lfiltic
@@ -111,15 +109,6 @@ class ArNoise:
             past = _predictor(self.reflections[:k])
             result[k] = scale * (past @ values[k::-1][: k + 1])
         return result
-
-    def as_dict(self) -> dict[str, Any]:
-        """Return JSON-safe values."""
-        return {
-            "ar_order": self.order,
-            "ar_coefficients": list(self.coefficients),
-            "innovation_variance": to_dict(self.variance),
-            "standard_deviation": to_dict(self.standard_deviation),
-        }
 
 
 def fit_ar_noise(residuals: Sequence[FloatArray], most: int = _MOST_ORDERS) -> ArNoise:
