@@ -92,7 +92,7 @@ class Recomputed:
 
         Args:
             value: the recomputed number, numbers or words; None if there is none.
-            holds: whether the statement holds; left out, the difference from the printed numbers
+            holds: whether the statement holds; if left out, the difference from the printed numbers
                 decides, and a statement in words does not hold.
             printed: in place of the row's.
             tolerance: in place of the row's.
