@@ -19,6 +19,7 @@ from pamsim.identification.models import Candidate
 from pamsim.identification.signals import Signal, UsedTrial
 from pamsim.identification.summary import summary_lines
 from pamsim.inference.estimate import Estimate
+from pamsim.linear.discrete_structure import DiscreteStructure
 from pamsim.linear.identified_model import TrialScore
 from pamsim.linear.local_models import Dependence, LocalModelMap
 from pamsim.store.json_file import write_json
@@ -162,6 +163,7 @@ class Identification:
             "aicc_above_best": self.recommendation.aicc.get(candidate.name),
             "poles_rad_per_s": fit.continuous_poles,
             "discrete_poles": fit.poles if discrete else None,
+            "delay_samples": structure.nk if isinstance(structure, DiscreteStructure) else None,
             "zeros_rad_per_s": None if discrete else fit.zeros,
             "independence": candidate.independence,
             "trials": self._scores(fit.trials),

@@ -126,6 +126,7 @@ def test_a_planted_plant_is_found_and_recommended(monkeypatch, capsys, recording
     assert best["held_out"][0]["rms"] == pytest.approx(0.03 / np.sqrt(0.75), rel=0.1)
     assert best["poles_rad_per_s"][0][0] == pytest.approx(-1.0 / SLOW, rel=0.02)
     assert {"arx_1_1_1", "arx_2_2_1", "oe_1_1_1", "oe_2_2_1"} <= set(models)
+    assert (models["arx_2_2_1"]["delay_samples"], best["delay_samples"]) == (1, None)
     assert "* second_order" in text
     page = Page((out / "index.html").read_text(encoding="utf-8"))
     assert page.open == []
