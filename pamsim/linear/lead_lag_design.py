@@ -91,8 +91,8 @@ def design_lead_lag(
     if needed > _MOST_LEAD:
         raise InputError(
             f"a phase margin of {math.degrees(phase_margin):.3g} deg at {crossover:g} rad/s needs"
-            f" {math.degrees(needed):.3g} deg of lead; one lead-lag filter gives at most 75: ask for"
-            " a smaller phase margin or crossover"
+            f" {math.degrees(needed):.3g} deg of lead; one lead-lag filter gives at most 75: ask"
+            " for a smaller phase margin or crossover"
         )
     sine = math.sin(max(needed, 0.0))
     root = math.sqrt((1.0 + sine) / (1.0 - sine))
