@@ -98,6 +98,8 @@ def test_priors_pull_as_the_bayesian_solution_says():
     pull = fit.parameters[0].prior
     assert pull.distance == pytest.approx((posterior[0] - 1.3) / 0.02, abs=1e-6)
     assert pull.share == pytest.approx(np.linalg.inv(information)[0, 0] / 0.02**2, rel=1e-6)
+    squares = np.sum(((rows @ posterior - measured) / 0.1) ** 2) + pull.distance**2
+    assert fit.objective == pytest.approx(squares + 2.0 * 30 * np.log(0.1), rel=1e-9)
     assert fit.parameters[1].prior is None
 
 

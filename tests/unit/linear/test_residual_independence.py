@@ -65,3 +65,12 @@ def test_only_fitted_trials_can_be_asked() -> None:
         residual_independence(fit, [record(26)])
     with pytest.raises(InputError, match="lags = 0"):
         residual_independence(fit, [record(25, noise=0.1)], lags=0)
+
+
+def test_lags_reach_past_the_dead_time_and_the_slowest_decay() -> None:
+    given = [record(21, noise=0.2, delay=0.08)]
+    fit = fit_continuous(given, order=1, dead_time=True)
+    decay = fit.structure.slowest(fit.coordinates)
+    longest = residual_independence(fit, given).longest_lag
+    assert longest < 0.25 * given[0].duration
+    assert longest - fit.dead_time == pytest.approx(3.0 * decay, rel=1e-9)

@@ -127,6 +127,14 @@ def test_time_is_counted_from_the_first_row_and_noise_below_zero_is_no_error(fol
     assert trial.sample_interval == pytest.approx(0.002)
 
 
+@pytest.mark.parametrize("missing", ["1", "2"])
+def test_the_pressure_of_one_muscle_alone_is_read(folder, missing):
+    table = valve_table()
+    del table[f"p{missing}_kpa"]
+    trial = read_recordings(folder(table, INDEX.replace('"pressure"', '"valve"'))).trials[0]
+    assert f"pressure_{missing}" not in trial.measured
+
+
 def test_what_is_missing_odd_or_unused_is_said(folder):
     table = pressure_table()
     del table["p2_kpa"]
