@@ -1,9 +1,11 @@
 """Whether the tests notice a slip: one-line mutations, each run by the tests that reach it.
 
-    python scripts/mutation_check.py [ROOM ...] [--count 60] [--seed 0] [--json FILE]
+    python scripts/mutation_check.py [ROOM ...] [--count 60] [--seed 0] [--tests PATH ...]
+        [--json FILE]
 
 A mutation changes one comparison, sign, factor, number or condition in a line that tests execute.
-Which tests reach a line is measured first, by pytest-cov, and kept in out/mutation_coverage. A
+Which tests reach a line is measured first, by pytest-cov, and kept in out/mutation_coverage until
+that folder is removed; --tests measures by these files and folders alone, which is quicker. A
 mutation is caught if one of those tests fails or does not end in time; survivors are listed with
 the line before and after. It works on a copy of the repository: nothing here is touched.
 """
@@ -129,13 +131,13 @@ def _replacements(node: ast.AST, lines: list[str]) -> Iterator[tuple[int, int, i
         yield node.lineno, node.col_offset, node.operand.col_offset, ""
 
 
-def measured_coverage() -> coverage.CoverageData:
-    """Which tests reach which line, from a run of the whole suite; kept for the next time."""
+def measured_coverage(tests: list[str]) -> coverage.CoverageData:
+    """Which tests reach which line, from a run of these tests; kept for the next time."""
     kept = COVERAGE / ".coverage"
     if not kept.exists():
         COVERAGE.mkdir(parents=True, exist_ok=True)
         subprocess.run(
-            [*PYTEST, "-n", "2", "--dist", "loadfile", *_MEASURED],
+            [*PYTEST, "-n", "2", "--dist", "loadfile", *_MEASURED, *tests],
             cwd=ROOT,
             env=_environment(ROOT, COVERAGE_FILE=str(kept)),
             check=True,
@@ -189,15 +191,16 @@ def _environment(root: Path, **more: str) -> dict[str, str]:
     return {**os.environ, "PYTHONPATH": str(root), **more}
 
 
-def check(rooms: list[str], count: int, seed: int) -> dict[str, Any]:
+def check(rooms: list[str], count: int, seed: int, tests: list[str]) -> dict[str, Any]:
     """Draw mutations at random and try each.
 
     Args:
         rooms: of pamsim, to draw from.
         count: how many.
         seed: random seed of the draw.
+        tests: files and folders of the tests that count; all if empty.
     """
-    reached = reached_by(measured_coverage())
+    reached = reached_by(measured_coverage(tests))
     files = [f for room in rooms for f in sorted((ROOT / "pamsim" / room).rglob("*.py"))]
     every = [
         m
@@ -212,13 +215,12 @@ def check(rooms: list[str], count: int, seed: int) -> dict[str, Any]:
         skipped = shutil.ignore_patterns(".git", ".venv", "out", "build", "dist", ".*_cache")
         shutil.copytree(ROOT, copy, ignore=skipped)
         for mutation in tqdm(drawn, unit="mutation"):
-            tests = reached[mutation.file][mutation.line]
-            if not caught(mutation, tests, copy):
+            if not caught(mutation, reached[mutation.file][mutation.line], copy):
                 survivors.append(mutation)
                 tqdm.write(f"{mutation.file}:{mutation.line}: {mutation.after}")
     return {
         "command": f"python scripts/mutation_check.py {' '.join(rooms)}"
-        f" --count {count} --seed {seed}",
+        f" --count {count} --seed {seed}" + (f" --tests {' '.join(tests)}" if tests else ""),
         "possible": len(every),
         "tried": len(drawn),
         "caught": len(drawn) - len(survivors),
@@ -232,9 +234,10 @@ def main() -> None:
     parser.add_argument("rooms", nargs="*", default=list(ROOMS), metavar="ROOM")
     parser.add_argument("--count", type=int, default=60, help="mutations to try")
     parser.add_argument("--seed", type=int, default=0, help="random seed of the draw")
+    parser.add_argument("--tests", nargs="+", default=[], help="files and folders; all if left out")
     parser.add_argument("--json", type=Path, help="write the result here")
     given = parser.parse_args()
-    result = check(given.rooms, given.count, given.seed)
+    result = check(given.rooms, given.count, given.seed, given.tests)
     print(f"{result['caught']} of {result['tried']} mutations caught")
     if given.json:
         given.json.write_text(json.dumps(result, indent=1) + "\n")
