@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pamsim.core.encoding import INLINE, fields_to_dict, to_dict
-from pamsim.core.errors import InputError
+from pamsim.core.files import complete_file
 from pamsim.fitting.curve_fit import CurveFit
 from pamsim.fitting.held_out import HeldOut
 from pamsim.fitting.params_section import params_text
@@ -109,9 +109,6 @@ class FitResult:
             InputError: if the place cannot be written.
         """
         path = Path(folder) / "params.toml"
-        try:
-            path.parent.mkdir(parents=True, exist_ok=True)
-            path.write_text(params_text(self.to_dict()), encoding="utf-8")
-        except OSError as error:
-            raise InputError(f"cannot write {path}: {error.strerror}") from None
+        with complete_file(path) as part:
+            part.write_text(params_text(self.to_dict()), encoding="utf-8")
         return path

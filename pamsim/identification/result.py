@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from pamsim.core.encoding import to_dict
-from pamsim.core.errors import InputError
+from pamsim.core.files import complete_file
 from pamsim.core.units import PA_PER_KPA
 from pamsim.core.versions import versions
 from pamsim.identification.choice import Recommendation
@@ -91,7 +91,7 @@ class Identification:
         return [result, self.save_curves(folder)]
 
     def save_curves(self, folder: str | Path) -> Path:
-        """Write ``curves.csv`` into a folder that exists: every trial with the shown model's run.
+        """Write ``curves.csv`` into a folder: every trial with the shown model's run.
 
         Raises:
             InputError: if the place cannot be written.
@@ -101,16 +101,13 @@ class Identification:
             "" if side.unit == "1" else f"_{side.unit.lower()}"
             for side in (self.input, self.output)
         )
-        try:
-            with path.open("w", newline="", encoding="utf-8") as file:
-                writer = csv.writer(file)
-                writer.writerow(["trial", "time_s", f"input{into}", f"output{out}", f"model{out}"])
-                for trial in self.curves().trials:
-                    columns = (trial.time, trial.input, trial.output, trial.model)
-                    for row in zip(*columns, strict=True):
-                        writer.writerow([trial.name, *(f"{value:.9g}" for value in row)])
-        except OSError as error:
-            raise InputError(f"cannot write {path}: {error.strerror}") from None
+        with complete_file(path) as part, part.open("w", newline="", encoding="utf-8") as file:
+            writer = csv.writer(file)
+            writer.writerow(["trial", "time_s", f"input{into}", f"output{out}", f"model{out}"])
+            for trial in self.curves().trials:
+                columns = (trial.time, trial.input, trial.output, trial.model)
+                for row in zip(*columns, strict=True):
+                    writer.writerow([trial.name, *(f"{value:.9g}" for value in row)])
         return path
 
     def to_dict(self) -> dict[str, Any]:

@@ -31,6 +31,7 @@ import jinja2
 from matplotlib.figure import Figure
 
 from pamsim.core.errors import InputError
+from pamsim.core.files import complete_file
 from pamsim.report.numbers import FILTERS
 from pamsim.report.style import save_png
 
@@ -143,7 +144,8 @@ def save_page(
         out.mkdir(parents=True, exist_ok=True)
         for name, figure in draw().items():
             images[name] = PageImage(f"{name}.png", *save_png(figure, out / f"{name}.png"))
-        page.write_text(render(images), encoding="utf-8")
+        with complete_file(page) as part:
+            part.write_text(render(images), encoding="utf-8")
     except OSError as error:
         raise InputError(f"cannot write {out}: {error.strerror}") from None
     return [page, *(out / image.file for image in images.values())]

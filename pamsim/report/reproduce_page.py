@@ -11,6 +11,7 @@ from typing import Any
 
 from matplotlib.figure import Figure
 
+from pamsim.core.files import complete_file
 from pamsim.core.recording import Recording
 from pamsim.report import reproduce_figures, reproduce_steps
 from pamsim.report.numbers import fixed, significant, words
@@ -61,7 +62,7 @@ def write_reproduction(
         torque_law=TORQUE_LAW_DEG,
     )
     table = out / "rows.csv"
-    with table.open("w", newline="", encoding="utf-8") as file:
+    with complete_file(table) as part, part.open("w", newline="", encoding="utf-8") as file:
         writer = csv.DictWriter(
             file, list(result["rows"][0]), extrasaction="ignore", lineterminator="\n"
         )
