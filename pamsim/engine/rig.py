@@ -18,6 +18,7 @@ from pamsim.core.errors import InputError, nearest
 from pamsim.core.parameters import FieldSpec, check_value, specs
 from pamsim.engine.attach import attach, compile_model
 from pamsim.engine.callback import set_integrator
+from pamsim.engine.dry_friction import make_friction_stick
 from pamsim.engine.native import is_native, native_si, set_native
 from pamsim.engine.visual_geoms import remove_visual_geoms
 from pamsim.signals.sensors import MeasurementChain
@@ -183,6 +184,7 @@ def load_rig(rig: str | os.PathLike[str], *, scene: bool = False) -> Rig:
     for name, tendon in file.tendons.items():
         attach(spec, tendon=tendon, muscle=muscles[name], name=name)
     model = compile_model(spec)
+    make_friction_stick(model)
     for name, entry in file.native.items():
         set_native(model, name, native_si(name, entry))
     mujoco.mj_setConst(model, mujoco.MjData(model))

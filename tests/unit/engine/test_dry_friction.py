@@ -1,0 +1,87 @@
+"""Dry friction of a joint holds under load; with the engine's default settings it does not."""
+
+from __future__ import annotations
+
+import math
+
+import mujoco
+import numpy as np
+import pytest
+
+import pamsim
+from pamsim.engine.dry_friction import make_friction_stick
+
+LEVEL, TORQUE = 0.5, 0.45
+LOOSE = {"solref": [0.02, 1.0], "solimp": [0.9, 0.95, 1e-3, 0.5, 2.0]}
+STATED = 'solreffriction="0.005 1" solimpfriction="0.99 0.99 0.001 0.5 2"'
+TWO_LINKS = """<mujoco><option timestep="0.001" gravity="0 0 0"/><worldbody>
+<body><joint name="a" axis="0 0 1" frictionloss="0.3" {first}/>
+<geom type="capsule" fromto="0 0 0 0.2 0 0" size="0.01" contype="{touch}" conaffinity="0"/>
+<body pos="0.2 0 0"><joint name="b" axis="0 0 1" frictionloss="0.2"/>
+<geom type="capsule" fromto="0 0 0 0.2 0 0" size="0.01" contype="0" conaffinity="0"/>
+</body></body></worldbody>
+<tendon><fixed frictionloss="1"><joint joint="a" coef="0.01"/></fixed></tendon></mujoco>"""
+
+
+@pytest.fixture(scope="module")
+def rubbing():
+    return pamsim.load_rig("mas20_arm").with_parameters({"joint.shaft.frictionloss": LEVEL})
+
+
+def held(model, seconds, torque=TORQUE):
+    """Travel of the bare joint [deg] under a steady torque below its friction."""
+    model.opt.disableflags |= int(mujoco.mjtDisableBit.mjDSBL_ACTUATION)
+    model.opt.disableflags |= int(mujoco.mjtDisableBit.mjDSBL_GRAVITY)
+    data = mujoco.MjData(model)
+    pamsim.reset(model, data, 1e5)
+    data.qfrc_applied[0] = torque
+    with pamsim.live(model):
+        mujoco.mj_step(model, data, round(seconds / model.opt.timestep))
+    return math.degrees(data.qpos[0])
+
+
+@pytest.mark.parametrize("timestep", [2.5e-4, 5e-4, 2e-3])
+def test_a_joint_below_its_friction_stays_for_minutes(rubbing, timestep):
+    model = rubbing.model_for(timestep=timestep)
+    assert abs(held(model, 120.0 if timestep == 2e-3 else 10.0)) < 1e-6
+
+
+def test_it_would_creep_with_the_engine_s_default_settings(rubbing):
+    model = rubbing.model_for()
+    model.dof_solref[:], model.dof_solimp[:] = LOOSE["solref"], LOOSE["solimp"]
+    model.opt.noslip_iterations = 0
+    assert held(model, 2.5) > 1.0
+
+
+def test_above_its_friction_a_joint_accelerates_by_what_is_left(rubbing):
+    model = rubbing.model_for(load=0.4)
+    model.dof_damping[:] = 0.0
+    angle = math.radians(held(model, 0.2, torque=0.7))
+    inertia = 1.0 / model.dof_invweight0[0]
+    assert angle == pytest.approx(0.5 * (0.7 - LEVEL) / inertia * 0.2**2, rel=5e-3)
+
+
+def test_friction_of_one_joint_that_loads_the_next_holds_too():
+    model = mujoco.MjModel.from_xml_string(TWO_LINKS.format(first="", touch=0))
+    make_friction_stick(model)
+    data = mujoco.MjData(model)
+    data.qfrc_applied[:] = 0.28, -0.19
+    mujoco.mj_step(model, data, 20_000)
+    assert np.abs(np.degrees(data.qpos)).max() < 1e-5
+
+
+def test_settings_that_the_mjcf_states_are_kept():
+    model = mujoco.MjModel.from_xml_string(TWO_LINKS.format(first=STATED, touch=0))
+    make_friction_stick(model)
+    np.testing.assert_array_equal(model.dof_solref, [[0.005, 1.0], [0.001, 1.0]])
+    np.testing.assert_array_equal(model.dof_solimp[0], [0.99, 0.99, 0.001, 0.5, 2.0])
+    assert model.tendon_solref_fri[0, 0] == 0.001
+    assert model.dof_solimp[1, 0] == model.tendon_solimp_fri[0, 0] == 0.9999
+    assert model.opt.noslip_iterations > 0
+
+
+def test_contacts_keep_their_own_friction():
+    model = mujoco.MjModel.from_xml_string(TWO_LINKS.format(first="", touch=1))
+    make_friction_stick(model)
+    assert model.opt.noslip_iterations == 0
+    assert model.dof_solref[0, 0] == 0.001
