@@ -11,17 +11,14 @@ depends on the path.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
-from pamsim.actuator.kernel import Row, chamber_volume, muscle_length, static_force
+from pamsim.actuator.kernel import Row, static_force, static_volume
 from pamsim.actuator.layout import slot
-from pamsim.muscles.braid import volume_slope
 from pamsim.muscles.tension import taut
 
 _NOMINAL_LENGTH = slot("braid.nominal_length")
-_DIAMETER = slot("braid.diameter")
-_FIBRE_ANGLE = slot("braid.fibre_angle")
 _POLYTROPIC = slot("chamber.polytropic_index")
 _ATMOSPHERE = slot("chamber.atmosphere")
 
@@ -48,18 +45,21 @@ class Stiffness:
 
 
 def pressure_slope(par: Row, tendon_length: float, pressure: float) -> float:
-    """Change of pressure with length of a shut chamber, dP/dl = -n P (dV/dl) / V [Pa/m].
+    """Change of pressure with length of a shut chamber [Pa/m].
+
+    It keeps P V^n, so dP/dl = -n P (dV/dl) / (V + n P dV/dp), with the derivatives of the kernel's
+    volume by finite differences.
 
     Args:
         par: parameter row of one muscle.
         tendon_length: [m].
         pressure: gauge [Pa].
     """
-    slope = volume_slope(
-        muscle_length(par, tendon_length), par[_NOMINAL_LENGTH], par[_DIAMETER], par[_FIBRE_ANGLE]
-    )
-    absolute = pressure + par[_ATMOSPHERE]
-    return -par[_POLYTROPIC] * absolute * slope / chamber_volume(par, tendon_length)
+    inside = static_volume(par, tendon_length, pressure)
+    by_length = _by_length(static_volume, par, tendon_length, pressure)
+    by_pressure = _by_pressure(static_volume, par, tendon_length, pressure)
+    stiffness = par[_POLYTROPIC] * (pressure + par[_ATMOSPHERE])
+    return -stiffness * by_length / (inside + stiffness * by_pressure)
 
 
 def muscle_stiffness(par: Row, tendon_length: float, pressure: float) -> Stiffness:
@@ -78,19 +78,29 @@ def muscle_stiffness(par: Row, tendon_length: float, pressure: float) -> Stiffne
     """
     if static_force(par, tendon_length, pressure) <= 0.0:
         return Stiffness(compressibility=0.0, geometric=0.0)
-    h = _LENGTH_STEP * par[_NOMINAL_LENGTH]
-    near = static_force(par, tendon_length + h, pressure)
-    near -= static_force(par, tendon_length - h, pressure)
-    far = static_force(par, tendon_length + 2.0 * h, pressure)
-    far -= static_force(par, tendon_length - 2.0 * h, pressure)
-    by_pressure = static_force(par, tendon_length, pressure + _PRESSURE_STEP)
-    by_pressure -= static_force(par, tendon_length, pressure - _PRESSURE_STEP)
+    by_pressure = _by_pressure(static_force, par, tendon_length, pressure)
     return Stiffness(
-        compressibility=by_pressure
-        / (2.0 * _PRESSURE_STEP)
-        * pressure_slope(par, tendon_length, pressure),
-        geometric=(8.0 * near - far) / (12.0 * h),
+        compressibility=by_pressure * pressure_slope(par, tendon_length, pressure),
+        geometric=_by_length(static_force, par, tendon_length, pressure),
     )
+
+
+def _by_length(
+    law: Callable[[Row, float, float], float], par: Row, tendon_length: float, pressure: float
+) -> float:
+    """Derivative of force or volume by length, at a held pressure."""
+    h = _LENGTH_STEP * par[_NOMINAL_LENGTH]
+    near = law(par, tendon_length + h, pressure) - law(par, tendon_length - h, pressure)
+    far = law(par, tendon_length + 2.0 * h, pressure) - law(par, tendon_length - 2.0 * h, pressure)
+    return (8.0 * near - far) / (12.0 * h)
+
+
+def _by_pressure(
+    law: Callable[[Row, float, float], float], par: Row, tendon_length: float, pressure: float
+) -> float:
+    """Derivative of force or volume by pressure, at a held length."""
+    up, down = pressure + _PRESSURE_STEP, pressure - _PRESSURE_STEP
+    return (law(par, tendon_length, up) - law(par, tendon_length, down)) / (2.0 * _PRESSURE_STEP)
 
 
 def joint_stiffness(muscles: Sequence[Stiffness], radii: Sequence[float]) -> Stiffness:

@@ -16,9 +16,9 @@ from pamsim.actuator.layout import AIR, CREEP, EXTENSION, LINE, SHIFT, MutableRo
 from pamsim.hysteresis.catalog import chosen_output, chosen_rates
 from pamsim.hysteresis.group import COMMON_FIELDS
 from pamsim.muscles.braid import pressurised_contraction, volume
-from pamsim.muscles.catalog import chosen_force
+from pamsim.muscles.catalog import chosen_force, chosen_volume, volume_depends_on_pressure
 from pamsim.muscles.creep import creep_force, creep_rate
-from pamsim.muscles.end_shape import force_left
+from pamsim.muscles.end_shape import force_left, force_left_slope
 from pamsim.muscles.passive import passive_force
 from pamsim.muscles.tension import effective_pressure, taut
 from pamsim.pneumatics.chamber import absolute_pressure, air_state_rate
@@ -78,6 +78,15 @@ _BAND = slot("valve.regulator_band")
 _DEAD_BAND = slot("valve.regulator_dead_band")
 _DEAD_ZONE = slot("valve.dead_zone")
 
+_TYPICAL_PRESSURE = 3e5  # gauge [Pa]: where the search for a volume that depends on it starts
+_GAUSS = (
+    (0.1488743389816312, 0.2955242247147529),
+    (0.4333953941292472, 0.2692667193099963),
+    (0.6794095682990244, 0.2190863625159820),
+    (0.8650633666889845, 0.1494513491505806),
+    (0.9739065285171717, 0.0666713443086881),
+)  # nodes and weights of the rule with ten points on (-1, 1)
+
 
 def length_at_muscle(par: Row, act: Row, tendon_length: float) -> float:
     """Tendon length at the muscle: plus the chain's shift, minus its extension [m]."""
@@ -99,11 +108,50 @@ def contraction(par: Row, tendon_length: float) -> float:
     return 1.0 - muscle_length(par, tendon_length) / par[_NOMINAL_LENGTH]
 
 
-def chamber_volume(par: Row, tendon_length: float) -> float:
-    """Volume of the air [m^3]: inside of the braid and the tubing."""
-    length = muscle_length(par, tendon_length)
-    braid = volume(length, par[_NOMINAL_LENGTH], par[_DIAMETER], par[_FIBRE_ANGLE])
-    return braid + par[_DEAD_VOLUME]
+def static_volume(par: Row, tendon_length: float, pressure: float) -> float:
+    """Volume of the air [m^3]: tubing, and the muscle's under its force law, without hysteresis.
+
+    The muscle without losses has one energy G(l, p) with F = dG/dl and V = -dG/dp, so the volume
+    changes with length as the force does with pressure, dV/dl = -dF/dp, from the braid's volume at
+    nominal length on. The air then does the work that the muscle gives.
+
+    Args:
+        par: parameter row.
+        tendon_length: at the muscle [m].
+        pressure: gauge pressure [Pa]; without influence if the force is linear in it.
+    """
+    nominal = par[_NOMINAL_LENGTH]
+    kappa = contraction(par, tendon_length)
+    effective = effective_pressure(pressure, par[_THRESHOLD])
+    gained = _gained(par, effective, kappa)
+    if par[_END_LOSS] > 0.0:
+        gained = _gained_with_ends(par, effective, kappa, gained)
+    start = volume(nominal, nominal, par[_DIAMETER], par[_FIBRE_ANGLE])
+    return par[_DEAD_VOLUME] + start + par[_FORCE_SCALE] * nominal * gained
+
+
+def _gained(par: Row, pressure: float, contraction: float) -> float:
+    """Volume gained since nominal length, per nominal length and without the scale [m^2]."""
+    return chosen_volume(
+        par[_FORCE_LAW], par, _FORCE_COEFFICIENTS, _NOMINAL_LENGTH, pressure, contraction
+    )
+
+
+def _gained_with_ends(par: Row, pressure: float, contraction: float, gained: float) -> float:
+    """The same where the ends leave a share s of the active force: the integral of s dF/dp.
+
+    By parts it is s times the volume gained, less the integral of s' times it, for which ten
+    points by Gauss suffice. Exact where the active force pulls.
+    """
+    loss, onset = par[_END_LOSS], par[_END_ONSET]
+    low, high = max(onset, 0.0), max(contraction, onset)
+    middle, half = 0.5 * (low + high), 0.5 * (high - low)
+    lost = 0.0
+    for node, weight in _GAUSS:
+        for at in (middle - half * node, middle + half * node):
+            slope = force_left_slope(at, loss, onset)
+            lost += weight * half * slope * _gained(par, pressure, at)
+    return force_left(contraction, loss, onset) * gained - lost
 
 
 def chamber_pressure(par: Row, act: Row, tendon_length: float) -> float:
@@ -114,10 +162,49 @@ def chamber_pressure(par: Row, act: Row, tendon_length: float) -> float:
     not at a plausible wrong number.
     """
     air = act[len(act) - AIR]
-    inside = chamber_volume(par, length_at_muscle(par, act, tendon_length))
+    length = length_at_muscle(par, act, tendon_length)
+    inside = static_volume(par, length, _TYPICAL_PRESSURE)
     if not (air > 0.0 and inside > 0.0):
         return math.nan
-    return absolute_pressure(air, inside, par[_POLYTROPIC], par[_FLOOR])
+    pressure = absolute_pressure(air, inside, par[_POLYTROPIC], par[_FLOOR])
+    if volume_depends_on_pressure(par[_FORCE_LAW]):
+        return _consistent_pressure(par, length, air, pressure)
+    return pressure
+
+
+def _consistent_pressure(par: Row, length: float, air: float, guess: float) -> float:
+    """Absolute pressure at which air and a volume that depends on it agree [Pa].
+
+    By secants, kept between pressures that are too low and too high: a volume that grows or hardly
+    shrinks with pressure leaves one solution.
+
+    Args:
+        par: parameter row.
+        length: of the tendon at the muscle [m].
+        air: air state y.
+        guess: where to start [Pa].
+    """
+    low, high = par[_FLOOR], math.inf
+    before, miss_before, pressure = guess, math.nan, guess
+    for _ in range(100):
+        inside = static_volume(par, length, pressure - par[_ATMOSPHERE])
+        if not inside > 0.0:
+            return math.nan
+        wanted = absolute_pressure(air, inside, par[_POLYTROPIC], par[_FLOOR])
+        miss = wanted - pressure
+        if miss > 0.0:
+            low = pressure
+        else:
+            high = pressure
+        following = wanted
+        if miss != miss_before:
+            secant = pressure - miss * (pressure - before) / (miss - miss_before)
+            if low < secant < high:
+                following = secant
+        if abs(following - pressure) <= 1e-13 * pressure:
+            return following
+        before, miss_before, pressure = pressure, miss, following
+    return pressure
 
 
 def gauge_pressure(par: Row, act: Row, tendon_length: float) -> float:
@@ -322,7 +409,7 @@ def state_rates(
     rates[count - AIR] = air_state_rate(
         act[count - AIR],
         pressure_abs,
-        chamber_volume(par, length),
+        static_volume(par, length, pressure_abs - par[_ATMOSPHERE]),
         par[_TEMPERATURE],
         air_flow(par, pressure_abs, at_valve, time),
     )

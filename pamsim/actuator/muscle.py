@@ -68,7 +68,8 @@ class Muscle:
 
     Attributes:
         mounting: place on the tendon.
-        braid: geometry, which gives the chamber's volume.
+        braid: geometry, which gives the chamber's volume at nominal length; how it changes from
+            there follows from the force law.
         force: group of the active force law, one of `FORCE_GROUPS`.
         passive: passive spring beside it.
         threshold: pressure lost before the braid is reached.

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from pamsim.actuator.kernel import chamber_volume, contraction, length_at_muscle
+from pamsim.actuator.kernel import contraction, length_at_muscle, static_volume
 from pamsim.actuator.layout import AIR, CREEP, LINE, MutableRow, Row, slot
 from pamsim.pneumatics.chamber import air_state
 
@@ -13,9 +13,8 @@ _ATMOSPHERE = slot("chamber.atmosphere")
 
 def charged_air_state(par: Row, tendon_length: float, pressure: float) -> float:
     """Air state y that gives a gauge pressure [Pa] at a tendon length [m]."""
-    return air_state(
-        pressure + par[_ATMOSPHERE], chamber_volume(par, tendon_length), par[_POLYTROPIC]
-    )
+    inside = static_volume(par, tendon_length, pressure)
+    return air_state(pressure + par[_ATMOSPHERE], inside, par[_POLYTROPIC])
 
 
 def rest(par: Row, act: MutableRow, tendon_length: float, pressure: float) -> None:

@@ -6,7 +6,7 @@ the band, so that the pressure follows its set point as a lag does.
 
 from __future__ import annotations
 
-from pamsim.actuator.kernel import Row, air_flow, chamber_volume
+from pamsim.actuator.kernel import Row, air_flow, static_volume
 from pamsim.actuator.layout import slot
 from pamsim.pneumatics.air import GAS_CONSTANT
 
@@ -28,7 +28,8 @@ def full_rates(par: Row, tendon_length: float, pressure: float) -> tuple[float, 
     row = list(par)
     row[_COMMAND] = 0.0  # a signed opening
     absolute = pressure + row[_ATMOSPHERE]
-    scale = row[_POLYTROPIC] * GAS_CONSTANT * row[_TEMPERATURE] / chamber_volume(row, tendon_length)
+    inside = static_volume(row, tendon_length, pressure)
+    scale = row[_POLYTROPIC] * GAS_CONSTANT * row[_TEMPERATURE] / inside
     return scale * air_flow(row, absolute, 1.0, 0.0), scale * air_flow(row, absolute, -1.0, 0.0)
 
 

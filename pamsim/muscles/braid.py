@@ -73,6 +73,19 @@ def volume_slope(
     return 0.25 * math.pi * diameter * diameter * slope / (sine * sine)
 
 
+def volume_gained(contraction: float, diameter: float, fibre_angle: float) -> float:
+    """Volume that the braid gains from nominal length to a contraction, per nominal length [m^2].
+
+    Args:
+        contraction: kappa = 1 - l/l0 [-].
+        diameter: D0 [m].
+        fibre_angle: alpha0 [rad].
+    """
+    # V / l0 depends on l/l0 alone, so lengths are taken in units of l0.
+    start = volume(1.0, 1.0, diameter, fibre_angle)
+    return volume(1.0 - contraction, 1.0, diameter, fibre_angle) - start
+
+
 def pressurised_contraction(
     length: float, nominal_length: float, extensibility: float, pressure: float
 ) -> float:

@@ -1,6 +1,7 @@
 """Every force law: its card under one signature, and its branch in the compiled kernel.
 
-What lists, fits and compares laws works on `FORCE_LAWS`; the actuator calls `chosen_force`.
+What lists, fits and compares laws works on `FORCE_LAWS`; the actuator calls `chosen_force` and
+`chosen_volume`.
 """
 
 from __future__ import annotations
@@ -16,43 +17,53 @@ from numpy.typing import NDArray
 
 from pamsim.muscles.braid import Braid, max_contraction
 from pamsim.muscles.corrected_mckibben import (
+    VALID_FROM,
     CorrectedMcKibben,
     corrected_mckibben_force,
+    corrected_mckibben_volume,
 )
 from pamsim.muscles.elastic_energy import (
     ElasticEnergy,
     elastic_energy_force,
+    elastic_energy_volume,
 )
 from pamsim.muscles.exponential import (
     SixParameter,
     six_parameter_force,
+    six_parameter_volume,
 )
 from pamsim.muscles.force_law import ForceLaw, Range, Scalars
 from pamsim.muscles.invertible_exponential import (
     InvertibleExponential,
     invertible_exponential_force,
+    invertible_exponential_volume,
 )
 from pamsim.muscles.mckibben import (
     IdealMcKibben,
     ideal_force,
+    ideal_volume,
 )
 from pamsim.muscles.mooney_rivlin import (
     MooneyRivlin,
     mooney_rivlin_force,
+    mooney_rivlin_volume,
 )
 from pamsim.muscles.pleated import (
     FIT_RANGE,
     Pleated,
     pleated_force,
+    pleated_volume,
 )
 from pamsim.muscles.pleated_shape import (
     PleatedShape,
     pleated_max_contraction,
     pleated_shape_force,
+    pleated_shape_volume,
 )
 from pamsim.muscles.single_pressure_exponential import (
     SinglePressureExponential,
     single_pressure_force,
+    single_pressure_volume,
 )
 
 Row: TypeAlias = Sequence[float] | NDArray[np.float64]
@@ -100,6 +111,7 @@ _LAWS: tuple[ForceLaw, ...] = (
         source="Sarosi, equation (1); Matiskova 2021, equation (3)",
         group=IdealMcKibben,
         force_function=_by_length(ideal_force),
+        volume_function=ideal_volume,
         braid_fields=("nominal_length", "diameter", "fibre_angle"),
         pressure_range=(0.0, math.inf),
         limits=_to_largest,
@@ -112,6 +124,7 @@ _LAWS: tuple[ForceLaw, ...] = (
         source="Sarosi, equation (4) with its d and f zero; inverse (5)",
         group=SixParameter,
         force_function=six_parameter_force,
+        volume_function=six_parameter_volume,
         pressure_range=_FESTO_PRESSURES,
         limits=_festo,
         notes="A fit to Festo DMSP muscles; constants in pamsim.muscles.published. exp(c kappa)"
@@ -125,12 +138,14 @@ _LAWS: tuple[ForceLaw, ...] = (
         source="Sarosi, equation (2)",
         group=CorrectedMcKibben,
         force_function=corrected_mckibben_force,
+        volume_function=corrected_mckibben_volume,
         braid_fields=("diameter", "fibre_angle"),
-        pressure_range=(2e5, _FESTO_PRESSURES[1]),
+        pressure_range=(VALID_FROM, _FESTO_PRESSURES[1]),
         limits=_festo,
         notes="Vouched for from 2 bar on. The inverse is unique above the threshold pressure if"
         " a_eps kappa >= 0 and NaN otherwise. scale and the pair (a_kappa, b_kappa) multiply the"
-        " same force: fit one or the other.",
+        " same force: fit one or the other. The volume changes with pressure at a held"
+        " length; below 2 bar it is that at 2 bar, so force and volume do not do the same work.",
     ),
     ForceLaw(
         title="Exponential at one pressure",
@@ -138,6 +153,7 @@ _LAWS: tuple[ForceLaw, ...] = (
         source="Sarosi, equation (3) with its c folded into a",
         group=SinglePressureExponential,
         force_function=single_pressure_force,
+        volume_function=single_pressure_volume,
         pressure_range=None,
         limits=_festo,
         notes="One isobar: the force does not change with pressure, so the law fits a force map at"
@@ -149,6 +165,7 @@ _LAWS: tuple[ForceLaw, ...] = (
         source="Sarosi, equation (4) with its d folded into a and b; inverse (5)",
         group=InvertibleExponential,
         force_function=invertible_exponential_force,
+        volume_function=invertible_exponential_volume,
         pressure_range=_FESTO_PRESSURES,
         limits=_festo,
         notes="The six-parameter law and one term more, f kappa. No constants are published.",
@@ -159,6 +176,7 @@ _LAWS: tuple[ForceLaw, ...] = (
         source="Nguyen 2024, equations (3) and (5), signs by virtual work",
         group=ElasticEnergy,
         force_function=elastic_energy_force,
+        volume_function=elastic_energy_volume,
         braid_fields=("diameter", "fibre_angle"),
         pressure_range=(0.0, math.inf),
         limits=_to_largest,
@@ -171,11 +189,13 @@ _LAWS: tuple[ForceLaw, ...] = (
         source="Van Damme 2008, equations (1) and (2)",
         group=Pleated,
         force_function=pleated_force,
+        volume_function=pleated_volume,
         braid_fields=("nominal_length",),
         pressure_range=_PLEATED_PRESSURES,
         limits=_fitted,
         notes="NaN at and below zero contraction, too large below 5 %. Coefficients for l0/R = 6 in"
-        " pamsim.muscles.pleated. The braid's volume is not that of a pleated muscle.",
+        " pamsim.muscles.pleated. The braid's diameter is that of the end discs: its cylinder is"
+        " the volume at nominal length.",
     ),
     ForceLaw(
         title="Pleated muscle, exact shape for many fibres",
@@ -184,11 +204,13 @@ _LAWS: tuple[ForceLaw, ...] = (
         source="Van Damme 2008, equation (1), derived from zero hoop stress",
         group=PleatedShape,
         force_function=pleated_shape_force,
+        volume_function=pleated_shape_volume,
         braid_fields=("nominal_length",),
         pressure_range=_PLEATED_PRESSURES,
         limits=_pleated_to_largest,
         notes="The limit of many fibres: Van Damme 2008 measures less with 25 fibres than with 40."
-        " NaN at and below zero contraction. The braid's volume is not that of a pleated muscle.",
+        " NaN at and below zero contraction. Its cylinder at nominal length is the braid's: give it"
+        " the diameter 2 R of the end discs.",
     ),
     ForceLaw(
         title="McKibben muscle with an elastic tube",
@@ -197,6 +219,7 @@ _LAWS: tuple[ForceLaw, ...] = (
         source="Klute and Hannaford 2000, with free length and end effect",
         group=MooneyRivlin,
         force_function=mooney_rivlin_force,
+        volume_function=mooney_rivlin_volume,
         braid_fields=("diameter", "fibre_angle"),
         pressure_range=_FESTO_PRESSURES,
         limits=_festo,
@@ -267,3 +290,48 @@ def chosen_force(
             p, kappa, par[f], par[f + 1], par[f + 2], par[f + 3], diameter, angle
         )
     return math.nan
+
+
+def chosen_volume(
+    law: float, par: Row, f: int, braid: int, pressure: float, contraction: float
+) -> float:
+    """Volume gained since nominal length under the law with a code, per nominal length [m^2].
+
+    Without the scale; NaN for a code that no law has. The arguments are those of `chosen_force`.
+    """
+    p, kappa = pressure, contraction
+    length, diameter, angle = par[braid], par[braid + 1], par[braid + 2]
+    if law == _SIX:
+        return six_parameter_volume(
+            p, kappa, par[f], par[f + 1], par[f + 2], par[f + 3], par[f + 4], par[f + 5]
+        )
+    if law == _IDEAL:
+        return ideal_volume(p, kappa, length, diameter, angle)
+    if law == _CORRECTED:
+        return corrected_mckibben_volume(
+            p, kappa, par[f], par[f + 1], par[f + 2], par[f + 3], par[f + 4], diameter, angle
+        )
+    if law == _SINGLE:
+        return single_pressure_volume(p, kappa, par[f], par[f + 1], par[f + 2], par[f + 3])
+    if law == _INVERTIBLE:
+        return invertible_exponential_volume(
+            p, kappa, par[f], par[f + 1], par[f + 2], par[f + 3], par[f + 4], par[f + 5], par[f + 6]
+        )
+    if law == _ELASTIC:
+        return elastic_energy_volume(p, kappa, par[f], par[f + 1], diameter, angle)
+    if law == _PLEATED:
+        return pleated_volume(
+            p, kappa, par[f], par[f + 1], par[f + 2], par[f + 3], par[f + 4], length
+        )
+    if law == _SHAPE:
+        return pleated_shape_volume(p, kappa, par[f], length)
+    if law == _MOONEY_RIVLIN:
+        return mooney_rivlin_volume(
+            p, kappa, par[f], par[f + 1], par[f + 2], par[f + 3], diameter, angle
+        )
+    return math.nan
+
+
+def volume_depends_on_pressure(law: float) -> bool:
+    """Whether a law's volume changes with pressure at a held length: its force is not linear."""
+    return law == _CORRECTED

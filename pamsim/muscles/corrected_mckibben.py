@@ -25,6 +25,9 @@ from typing import ClassVar
 from pamsim.core.parameters import ParameterGroup, parameter
 from pamsim.core.units import PA_PER_BAR
 
+VALID_FROM = 2e5
+"""Gauge pressure from which the source claims validity [Pa]."""
+
 
 @dataclass(frozen=True, kw_only=True)
 class CorrectedMcKibben(ParameterGroup):
@@ -76,6 +79,59 @@ def corrected_mckibben_force(
     eps = a_eps * math.exp(-pressure / PA_PER_BAR) - b_eps
     braid = _braid_bracket(1.0 - eps * contraction, fibre_angle)
     return 0.25 * math.pi * diameter * diameter * mu * pressure * braid
+
+
+def corrected_mckibben_volume(
+    pressure: float,
+    contraction: float,
+    a_eps: float,
+    b_eps: float,
+    a_kappa: float,
+    b_kappa: float,
+    k0: float,
+    diameter: float,
+    fibre_angle: float,
+) -> float:
+    """Volume that belongs to `corrected_mckibben_force`, whose arguments it takes.
+
+    With J = integral from 0 to kappa of mu (a (1 - eps kappa)^2 - b), the volume gained is
+    pi r0^2 d(p J)/dp = pi r0^2 (J + p eps' dJ/deps). It depends on pressure because eps does.
+
+    Returns:
+        Volume gained since nominal length, per nominal length [m^2]. Below 2 bar it is that at
+        2 bar: the printed formula would make it negative there.
+    """
+    if pressure < VALID_FROM:
+        pressure = VALID_FROM
+    sine = math.sin(fibre_angle)
+    b = 1.0 / (sine * sine)
+    a = 3.0 * (b - 1.0)
+    fading = a_eps * math.exp(-pressure / PA_PER_BAR)
+    eps = fading - b_eps
+    # The integrals of mu, mu kappa and mu kappa^2.
+    zeroth = a_kappa * _decaying_moment(0, contraction, k0) - b_kappa * contraction
+    first = a_kappa * _decaying_moment(1, contraction, k0) - b_kappa * contraction**2 / 2.0
+    second = a_kappa * _decaying_moment(2, contraction, k0) - b_kappa * contraction**3 / 3.0
+    inside = (a - b) * zeroth + a * eps * (eps * second - 2.0 * first)
+    by_eps = 2.0 * a * (eps * second - first)
+    inside -= pressure / PA_PER_BAR * fading * by_eps
+    return 0.25 * math.pi * diameter * diameter * inside
+
+
+def _decaying_moment(power: int, contraction: float, decay: float) -> float:
+    """Integral from 0 to x of t^n exp(-k t): its series where k x is small, else by parts."""
+    exponent = decay * contraction
+    if abs(exponent) < 1.0:
+        term, total = contraction ** (power + 1), 0.0
+        for j in range(18):
+            total += term / (power + 1 + j)
+            term *= -exponent / (j + 1)
+        return total
+    left = math.exp(-exponent)
+    moment = (1.0 - left) / decay
+    for n in range(1, power + 1):
+        moment = (n * moment - contraction**n * left) / decay
+    return moment
 
 
 def _braid_bracket(stretch: float, fibre_angle: float) -> float:

@@ -18,7 +18,7 @@ from dataclasses import dataclass
 from typing import ClassVar
 
 from pamsim.core.parameters import ParameterGroup, parameter
-from pamsim.muscles.braid import volume_slope
+from pamsim.muscles.braid import volume_gained, volume_slope
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -75,3 +75,20 @@ def elastic_energy_force(
     """
     at_work = contractive_force(working_pressure, working_contraction, diameter, fibre_angle)
     return contractive_force(pressure, contraction, diameter, fibre_angle) - at_work
+
+
+def elastic_energy_volume(
+    pressure: float,
+    contraction: float,
+    working_pressure: float,
+    working_contraction: float,
+    diameter: float,
+    fibre_angle: float,
+) -> float:
+    """Volume that belongs to `elastic_energy_force`, whose arguments it takes: the braid's own.
+
+    Returns:
+        Volume gained since nominal length, per nominal length [m^2]. Pressure and working point
+        have no influence.
+    """
+    return volume_gained(contraction, diameter, fibre_angle)

@@ -51,3 +51,12 @@ def force_left(contraction: float, loss: float, onset: float) -> float:
         return 1.0
     beyond = (contraction - onset) * (contraction - onset)
     return 1.0 - loss * beyond / (beyond + _HALF * _HALF)
+
+
+def force_left_slope(contraction: float, loss: float, onset: float) -> float:
+    """Derivative of `force_left` by contraction, whose arguments it takes [-]; never positive."""
+    if contraction <= onset:
+        return 0.0
+    beyond = contraction - onset
+    room = beyond * beyond + _HALF * _HALF
+    return -2.0 * loss * beyond * _HALF * _HALF / (room * room)

@@ -54,3 +54,24 @@ def six_parameter_force(
     """
     decay = math.exp(c * contraction)
     return (a * pressure + b) * decay + d * pressure * contraction + e * pressure + f
+
+
+def six_parameter_volume(
+    pressure: float,
+    contraction: float,
+    a: float,
+    b: float,
+    c: float,
+    d: float,
+    e: float,
+    f: float,
+) -> float:
+    """Volume that belongs to `six_parameter_force`, whose arguments it takes.
+
+    Returns:
+        Integral of dF/dp = a exp(c kappa) + d kappa + e from nominal length, the volume gained per
+        nominal length [m^2]. The pressure has no influence, nor have b and f.
+    """
+    # c = 0 makes the exponential 1.
+    exponential = contraction if c == 0.0 else math.expm1(c * contraction) / c
+    return a * exponential + contraction * (0.5 * d * contraction + e)

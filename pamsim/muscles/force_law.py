@@ -1,9 +1,10 @@
 """What a force law is to the rest of the package: one signature for all of them.
 
-A law is a scalar function in its own file, which the actuator kernel calls and the engine compiles.
-Its arguments are pressure, contraction, the fields of its parameter group after the scale, and the
-numbers of `ForceLaw.braid_fields`. `ForceLaw.force` wraps it, so that every law takes the same
-arguments.
+A law is two scalar functions in its own file, force and volume, which the actuator kernel calls and
+the engine compiles. They belong together: a muscle without losses has one energy G(l, p) with
+F = dG/dl and V = -dG/dp, so dV/dl = -dF/dp. Their arguments are pressure, contraction, the fields
+of its parameter group after the scale, and the numbers of `ForceLaw.braid_fields`. `ForceLaw.force`
+and `ForceLaw.volume` wrap them, so that every law takes the same arguments.
 """
 
 from __future__ import annotations
@@ -13,7 +14,7 @@ from dataclasses import astuple, dataclass
 from typing import TypeAlias
 
 from pamsim.core.parameters import ParameterGroup
-from pamsim.muscles.braid import Braid
+from pamsim.muscles.braid import Braid, volume
 
 Range: TypeAlias = tuple[float, float]
 Scalars: TypeAlias = Callable[..., float]
@@ -30,6 +31,8 @@ class ForceLaw:
         source: paper and equation.
         group: parameter group; its ``law`` is the law's name.
         force_function: scalar force.
+        volume_function: scalar volume gained since nominal length, per nominal length [m^2]: the
+            integral of dF/dp by contraction, so that force and volume do the same work.
         braid_fields: fields of `Braid` that the scalar function takes after the coefficients.
         pressure_range: gauge pressures for which the source claims validity [Pa]; None if the law
             holds at the one pressure it was fitted at.
@@ -42,6 +45,7 @@ class ForceLaw:
     source: str
     group: type[ParameterGroup]
     force_function: Scalars
+    volume_function: Scalars
     braid_fields: tuple[str, ...] = ()
     pressure_range: Range | None
     limits: Callable[[Sequence[float], Braid], Range]
@@ -65,6 +69,18 @@ class ForceLaw:
         """
         rest = self._rest(coefficients, braid)
         return coefficients[0] * self.force_function(pressure, contraction, *rest)
+
+    def volume(
+        self, pressure: float, contraction: float, coefficients: Sequence[float], braid: Braid
+    ) -> float:
+        """Volume of the air in the muscle [m^3]: dV/dl = -dF/dp, at nominal length the braid's.
+
+        The arguments are those of `force`.
+        """
+        nominal = braid.nominal_length
+        start = volume(nominal, nominal, braid.diameter, braid.fibre_angle)
+        gained = self.volume_function(pressure, contraction, *self._rest(coefficients, braid))
+        return start + coefficients[0] * nominal * gained
 
     def contraction_range(self, coefficients: Sequence[float], braid: Braid) -> Range:
         """Contractions for which the source claims validity, lowest and highest [-]."""

@@ -17,7 +17,7 @@ from dataclasses import dataclass
 from typing import ClassVar
 
 from pamsim.core.parameters import ParameterGroup, parameter
-from pamsim.muscles.exponential import six_parameter_force
+from pamsim.muscles.exponential import six_parameter_force, six_parameter_volume
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -58,3 +58,22 @@ def invertible_exponential_force(
         Force [N], positive when the muscle pulls; not yet limited to tension.
     """
     return six_parameter_force(pressure, contraction, a, b, c, e, g, h) + f * contraction
+
+
+def invertible_exponential_volume(
+    pressure: float,
+    contraction: float,
+    a: float,
+    b: float,
+    c: float,
+    e: float,
+    f: float,
+    g: float,
+    h: float,
+) -> float:
+    """Volume that belongs to `invertible_exponential_force`, whose arguments it takes.
+
+    Returns:
+        Volume gained since nominal length, per nominal length [m^2]: that of the six-parameter law.
+    """
+    return six_parameter_volume(pressure, contraction, a, b, c, e, g, h)

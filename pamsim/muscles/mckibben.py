@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from typing import ClassVar
 
 from pamsim.core.parameters import ParameterGroup, parameter
-from pamsim.muscles.braid import volume_slope
+from pamsim.muscles.braid import volume_gained, volume_slope
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -36,3 +36,17 @@ def ideal_force(
         Force [N], positive when the muscle pulls; not yet limited to tension.
     """
     return -pressure * volume_slope(length, nominal_length, diameter, fibre_angle)
+
+
+def ideal_volume(
+    pressure: float, contraction: float, nominal_length: float, diameter: float, fibre_angle: float
+) -> float:
+    """Volume that belongs to `ideal_force`: the braid's own.
+
+    The arguments are gauge pressure [Pa], which has no influence, contraction kappa = 1 - l/l0 [-]
+    and the first three fields of `Braid`.
+
+    Returns:
+        Volume gained since nominal length, per nominal length [m^2].
+    """
+    return volume_gained(contraction, diameter, fibre_angle)

@@ -24,7 +24,7 @@ from dataclasses import dataclass
 from typing import ClassVar
 
 from pamsim.core.parameters import ParameterGroup, parameter
-from pamsim.muscles.braid import volume_slope
+from pamsim.muscles.braid import volume_gained, volume_slope
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -74,6 +74,28 @@ def mooney_rivlin_force(
     braid = (contraction - slack_contraction) / active_share
     wall = _wall_force(braid, c1, c2, fibre_angle)
     return -pressure * volume_slope(1.0 - braid, 1.0, diameter, fibre_angle) - wall
+
+
+def mooney_rivlin_volume(
+    pressure: float,
+    contraction: float,
+    c1: float,
+    c2: float,
+    slack_contraction: float,
+    active_share: float,
+    diameter: float,
+    fibre_angle: float,
+) -> float:
+    """Volume that belongs to `mooney_rivlin_force`, whose arguments it takes.
+
+    Returns:
+        Volume gained since nominal length, per nominal length [m^2]: that of a braid of the active
+        share of the length. The wall and the pressure have no influence.
+    """
+    braid = (contraction - slack_contraction) / active_share
+    start = -slack_contraction / active_share
+    gained = volume_gained(braid, diameter, fibre_angle)
+    return active_share * (gained - volume_gained(start, diameter, fibre_angle))
 
 
 def _wall_force(braid: float, c1: float, c2: float, fibre_angle: float) -> float:

@@ -66,7 +66,7 @@ def passive_force(
     if stretch <= 0.0:
         return stiffness / softening * math.expm1(softening * stretch)
     share = stretch * locking
-    if share <= _TANGENT:
+    if not share > _TANGENT:  # NaN stays NaN, with a braid that never locks as well
         return stiffness * stretch / (1.0 - share * share)
     room = 1.0 - _TANGENT * _TANGENT
     edge = _TANGENT / locking

@@ -79,3 +79,37 @@ def pleated_force(
     """
     area = nominal_length * nominal_length
     return pressure * area * pleated_function(contraction, f0, f1, f2, f3, f4)
+
+
+def pleated_volume(
+    pressure: float,
+    contraction: float,
+    f0: float,
+    f1: float,
+    f2: float,
+    f3: float,
+    f4: float,
+    nominal_length: float,
+) -> float:
+    """Volume that belongs to `pleated_force`, whose arguments it takes.
+
+    The fitted force has no integral from nominal length, where the exact one goes as 1 / sqrt(eps).
+    Up to the lower end of the fit it is continued as such: the volume gained there is 2 eps f_t0.
+
+    Returns:
+        Volume gained since nominal length, per nominal length [m^2]. The pressure has no influence.
+        NaN for eps <= 0.
+    """
+    if not contraction > 0.0:
+        return math.nan
+    start = FIT_RANGE[0]
+    gained = 2.0 * start * pleated_function(start, f0, f1, f2, f3, f4)
+    gained += f0 * math.log(contraction / start)
+    gained += _polynomial_integral(contraction, f1, f2, f3, f4)
+    gained -= _polynomial_integral(start, f1, f2, f3, f4)
+    return nominal_length * nominal_length * gained
+
+
+def _polynomial_integral(eps: float, f1: float, f2: float, f3: float, f4: float) -> float:
+    """Integral from 0 of f1 + f2 eps + f3 eps^2 + f4 eps^3."""
+    return eps * (f1 + eps * (f2 / 2.0 + eps * (f3 / 3.0 + eps * f4 / 4.0)))

@@ -23,6 +23,10 @@ For a slenderness l0/R, (ii) gives a for every m and (iii) then grows with m, fr
 The pull ends at m = 1/2: there eps is the largest contraction, 40.3 % for l0/R = 6 and
 2 (1 - E(1/2) / K(1/2)) = 54.3 % for an infinitely slender muscle. Beyond it the muscle pushes.
 
+The meridian turned round the axis encloses V = 2 pi times the integral of r^2 dz from 0 to a:
+    V = pi l0^3 m (F + (1 - 2 m) B + 2 sin(a) cos(a) D(a)) / (3 F^3),  B = (F - E) / m,         (v)
+from the cylinder pi R^2 l0 at eps = 0. Its derivative is the force, dV/deps = l0 F / p.
+
 As eps -> 0, f_t0 -> pi R / (l0 sqrt(6 eps)): the exact force diverges more slowly than the f0/eps
 of the paper's approximation (2).
 
@@ -179,3 +183,24 @@ def pleated_shape_force(
     """
     area = nominal_length * nominal_length
     return pressure * area * pleated_shape_function(contraction, slenderness)
+
+
+def pleated_shape_volume(
+    pressure: float, contraction: float, slenderness: float, nominal_length: float
+) -> float:
+    """Volume that belongs to `pleated_shape_force`, whose arguments it takes: equation (v).
+
+    Returns:
+        Volume gained since nominal length, where the membrane is a cylinder, per nominal length
+        [m^2]. The pressure has no influence. NaN for eps <= 0.
+    """
+    parameter = shape_parameter(contraction, slenderness)
+    if math.isnan(parameter):
+        return math.nan
+    amplitude = end_amplitude(parameter, slenderness)
+    first, part = elliptic_integrals(amplitude, parameter)
+    sine, cosine = math.sin(amplitude), math.cos(amplitude)
+    end = sine * cosine * math.sqrt(1.0 - parameter * sine * sine)
+    inside = parameter * (first + (1.0 - 2.0 * parameter) * part + 2.0 * end) / (3.0 * first**3)
+    gained = inside - 1.0 / (slenderness * slenderness)
+    return math.pi * nominal_length * nominal_length * gained

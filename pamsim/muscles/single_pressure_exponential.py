@@ -43,3 +43,15 @@ def single_pressure_force(
     """
     # 0 p is zero for every pressure and NaN for a lost one, which must not go unnoticed.
     return a * math.exp(b * contraction) + d * contraction + e + 0.0 * pressure
+
+
+def single_pressure_volume(
+    pressure: float, contraction: float, a: float, b: float, d: float, e: float
+) -> float:
+    """Volume that belongs to `single_pressure_force`, whose arguments it takes.
+
+    Returns:
+        0: air that does not change the force does no work, so its volume stays that at nominal
+        length. NaN for a lost contraction, which must not go unnoticed.
+    """
+    return 0.0 * contraction

@@ -9,10 +9,12 @@ chamber and creep are integrated in another form. Left out: play of the chain, d
 from __future__ import annotations
 
 import dataclasses
+import functools
 import math
 
 import numpy as np
 from scipy.integrate import solve_ivp
+from scipy.interpolate import CubicSpline
 from scipy.optimize import brentq
 
 
@@ -73,13 +75,28 @@ class IndependentArm:
         slope = (2.0 - room) / room**2  # derivative of x / (1 - (x/x_lock)^2)
         return p.stiffness * (inside / room + slope * (stretch - inside))
 
+    @functools.cached_property
+    def per_pressure(self):
+        """dF/dp of the active force over contraction [m^2], on a fine grid as a spline."""
+        kappa = np.linspace(-0.3, 0.5, 16001)
+        f, end = self.m.force, self.m.end_shape
+        beyond = np.maximum(kappa - end.onset, 0.0) / 0.1
+        left = 1.0 - end.loss + end.loss / (1.0 + beyond**2)
+        slope = f.scale * left * (f.a * np.exp(f.c * kappa) + f.d * kappa + f.e)
+        return CubicSpline(kappa, slope)
+
+    @functools.cached_property
+    def gained(self):
+        """Its integral from nominal length: the volume gained, per nominal length [m^2]."""
+        return self.per_pressure.antiderivative()
+
     def volume(self, length):
         braid = self.m.braid
-        fibre = braid.nominal_length / math.cos(braid.fibre_angle)
-        turns = fibre * math.sin(braid.fibre_angle) / (math.pi * braid.diameter)
-        inside = length * (fibre**2 - length**2) / (4 * math.pi * turns**2)
-        slope = (fibre**2 - 3 * length**2) / (4 * math.pi * turns**2)
-        return inside + self.m.chamber.dead_volume, slope
+        kappa = 1.0 - length / braid.nominal_length
+        cylinder = math.pi * braid.diameter**2 / 4 * braid.nominal_length
+        gained = float(self.gained(kappa) - self.gained(0.0)) * braid.nominal_length
+        inside = cylinder + self.m.chamber.dead_volume + gained
+        return inside, -float(self.per_pressure(kappa))
 
     def flow(self, pressure_abs, set_point):
         chamber, valve = self.m.chamber, self.m.valve

@@ -17,7 +17,7 @@ from pamsim.core.parameters import ParameterGroup, specs
 from pamsim.core.units import to_si
 from pamsim.engine.compiled import reached_functions
 from pamsim.muscles.braid import Braid, volume
-from pamsim.muscles.catalog import FORCE_LAWS
+from pamsim.muscles.catalog import FORCE_LAWS, volume_depends_on_pressure
 from pamsim.muscles.corrected_mckibben import CorrectedMcKibben
 from pamsim.muscles.elastic_energy import ElasticEnergy
 from pamsim.muscles.force_law import ForceLaw, coefficients_of
@@ -143,7 +143,7 @@ def test_names_of_compiled_functions_are_unique_among_the_laws():
     """The compiler finds functions by their bare name: two of one name would hide each other."""
     seen: dict[str, str] = {}
     for law in FORCE_LAWS.values():
-        for reached in reached_functions(inspect.unwrap(law.force_function)):
+        for reached in reached_functions(inspect.unwrap(law.force_function), law.volume_function):
             assert seen.setdefault(reached.__qualname__, reached.__module__) == reached.__module__
 
 
@@ -164,6 +164,63 @@ def test_the_force_function_compiles_and_gives_the_same_numbers(name):
         assert compiled(first, second, *rest) == pytest.approx(wanted, rel=1e-12, nan_ok=True)
     wanted = plain(3.7e5, math.nan, *rest)
     assert np.isnan(compiled(3.7e5, math.nan, *rest)) == math.isnan(wanted)
+
+
+@LAWS
+@given(pressure=PRESSURES, share=SHARES)
+def test_the_air_does_the_work_that_the_muscle_gives(name, pressure, share):
+    """dV/dl = -dF/dp: nothing is gained or lost over any closed path of length and pressure."""
+    this = case(name)
+    kappa = this.contraction(0.02 + 0.96 * share)
+    if name == "corrected_mckibben":
+        pressure += 100.0  # below 2 bar its volume is that at 2 bar
+
+    def inside(at: float) -> float:
+        return this.law.volume(pressure, at, this.coefficients, BRAID)
+
+    def force(at: float) -> float:
+        return this.law.force(at, kappa, this.coefficients, BRAID)
+
+    slope = derivative(inside, kappa, 4e-4) / BRAID.nominal_length
+    full = abs(this.law.force(6e5, this.contraction(0.02), this.coefficients, BRAID)) / 6e5
+    assert slope == pytest.approx(derivative(force, pressure, 20.0), abs=1e-6 * full)
+
+
+@given(share=SHARES)
+def test_the_ideal_law_has_the_braid_s_volume(share):
+    braid, law = BRAID, FORCE_LAWS["ideal_mckibben"]
+    length = braid.nominal_length * (1.0 - 0.4 * share)
+    wanted = volume(length, braid.nominal_length, braid.diameter, braid.fibre_angle)
+    found = law.volume(3e5, 0.4 * share, (1.0,), braid)
+    assert found == pytest.approx(wanted, rel=1e-12)
+
+
+@LAWS
+def test_the_volume_function_takes_the_same_numbers_and_compiles(name):
+    this = case(name)
+    function = this.law.volume_function
+    names = list(inspect.signature(function).parameters)
+    given_force = list(inspect.signature(inspect.unwrap(this.law.force_function)).parameters)
+    if name == "ideal_mckibben":
+        given_force[1] = "contraction"
+    assert names == given_force
+    for reached in reached_functions(function):
+        register_jitable(reached)
+    compiled = numba.njit(function, error_model="numpy")
+    for kappa in (this.contraction(0.4), math.nan):
+        wanted = function(3.7e5, kappa, *this.rest())
+        assert compiled(3.7e5, kappa, *this.rest()) == pytest.approx(wanted, rel=1e-12, nan_ok=True)
+        assert math.isnan(wanted) == math.isnan(kappa)
+
+
+@LAWS
+def test_the_kernel_knows_whose_volume_depends_on_pressure(name):
+    this = case(name)
+    law, coefficients = this.law, this.coefficients
+    kappa = this.contraction(0.4)
+    low, high = (law.volume(p, kappa, coefficients, BRAID) for p in (2.5e5, 5e5))
+    code = float(list(FORCE_LAWS).index(name))
+    assert volume_depends_on_pressure(code) == (low != high)
 
 
 @LAWS

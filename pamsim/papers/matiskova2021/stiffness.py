@@ -36,7 +36,7 @@ def ideal_stiffness(par: Row, tendon_length: float, pressure: float) -> Stiffnes
     """Stiffness of one shut muscle if its force were F = -p dV/dl (Matiskova 2021, equation (5)).
 
     Args:
-        par: parameter row; its braid and chamber are used, its force law is not.
+        par: parameter row of a muscle with the ideal law, so that its volume is the braid's.
         tendon_length: [m].
         pressure: gauge [Pa].
 

@@ -15,7 +15,7 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
-from pamsim.actuator.kernel import active_force, chamber_volume, contraction
+from pamsim.actuator.kernel import active_force, chamber_pressure, contraction, static_volume
 from pamsim.actuator.layout import AIR, EXTENSION, SHIFT, slot
 from pamsim.core.errors import InputError
 from pamsim.core.experiment import Experiment
@@ -27,7 +27,6 @@ from pamsim.pneumatics.valves import clamped_opening, regulated_opening
 _COMMAND = slot("command")
 _SCALE, _CONSTANT = slot("force.0"), slot("force.6")
 _COMPLIANCE, _BACKLASH = slot("chain.compliance"), slot("chain.backlash")
-_INDEX = slot("chamber.polytropic_index")
 _TEMPERATURE = slot("chamber.temperature")
 _ATMOSPHERE = slot("chamber.atmosphere")
 _BAND, _DEAD_BAND = slot("valve.regulator_band"), slot("valve.regulator_dead_band")
@@ -81,6 +80,10 @@ class Plant:
         self._applied = data.qfrc_applied
         self._angle_at, self._speed_at = rig.angle_address, rig.velocity_address
         ends = [int(model.actuator_actadr[i] + model.actuator_actnum[i]) for i in self.muscles]
+        self._states = [
+            slice(int(model.actuator_actadr[i]), end)
+            for i, end in zip(self.muscles, ends, strict=True)
+        ]
         self._air = [end - AIR for end in ends]
         self._extension = [end - EXTENSION for end in ends]
         self._shift = [end - SHIFT for end in ends]
@@ -181,7 +184,7 @@ class Plant:
         """Volume of a muscle's air [m^3]."""
         volume = self._volumes[muscle]
         if volume is None:
-            volume = chamber_volume(self.rows[muscle], self.length(muscle))
+            volume = static_volume(self.rows[muscle], self.length(muscle), self.pressure(muscle))
             self._volumes[muscle] = volume
         return volume
 
@@ -193,12 +196,15 @@ class Plant:
         """Set the air state of a muscle."""
         self._act[self._air[muscle]] = air
         self._pressures[muscle] = None
+        self._volumes[muscle] = None
 
     def pressure_abs(self, muscle: int) -> float:
         """Absolute pressure in a muscle [Pa]."""
         pressure = self._pressures[muscle]
         if pressure is None:
-            pressure = (self.air(muscle) / self.volume(muscle)) ** self.rows[muscle][_INDEX]
+            states = self._act[self._states[muscle]].tolist()
+            tendon = self._length.item(self._out[muscle])
+            pressure = chamber_pressure(self.rows[muscle], states, tendon)
             self._pressures[muscle] = pressure
         return pressure
 

@@ -47,7 +47,7 @@ def test_choked_leak_empties_a_still_muscle_exponentially(index):
     row, chamber = pack(muscle), muscle.chamber
     cold = math.sqrt(REFERENCE_TEMPERATURE / chamber.temperature)
     speed = index * GAS_CONSTANT * chamber.temperature * LEAK * REFERENCE_DENSITY * cold
-    speed /= kernel.chamber_volume(row, TENDON)
+    speed /= kernel.static_volume(row, TENDON, 0.0)
     duration = 0.3 / speed
     start = 6e5 + chamber.atmosphere
     end = emptied(muscle, 6e5, duration)

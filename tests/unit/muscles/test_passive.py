@@ -113,4 +113,6 @@ def test_default_spring_is_no_spring():
 
 
 def test_nan_is_passed_on():
-    assert math.isnan(passive_force(math.nan, *SPRINGS[0]))
+    for stiffness, softening, slack, _ in SPRINGS:
+        for locking in (0.0, 18.0):  # a braid that never locks as well
+            assert math.isnan(passive_force(math.nan, stiffness, softening, slack, locking))
