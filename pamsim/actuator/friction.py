@@ -1,11 +1,23 @@
-"""Friction at the joint that is higher at low speed, as a force on the tendon (Stribeck 1902).
+"""Friction at the joint as forces on the tendon: one that sticks, and a smooth one at low speed.
 
-Dry friction that does not depend on speed is the joint's own ``frictionloss``, which the engine
-solves for; this force is added at low speed:
+Dry friction that sticks is the force of bristles which bend before they slip (Dahl 1968; LuGre of
+Canudas de Wit et al. 1995). Its memory is that force f, a state of the muscle:
+
+    f' = k (v - |v| f / g(v)),   g(v) = C + m T + B exp(-(v/v_s)^2),   k = g(0) / d
+
+C is the same at every speed, B the breakaway force lost in sliding (Stribeck 1902), m the share of
+the muscle's tension T, d the travel in which friction builds up. On the tendon acts f + t f' with
+the damping time t of the bristles. With B = m = t = 0 this is Dahl's model. For constant v and T a
+step is solved exactly, so that the bristles may be as stiff as the joint's inertia allows.
+
+Two muscles of one chain on sprockets of radius r share the joint's friction: together they brake it
+by the sum of r g. Dry friction at a joint of its own is ``frictionloss``, which the engine solves.
+
+The smooth force at low speed has no memory and does not stick:
 
     f = F (v/v_s) exp((1 - (v/v_s)^2) / 2)
 
-A smooth odd function with its peak F at the speed v_s. It only dissipates energy.
+with its peak F at the speed v_s. At constant tension and with t = 0 all only dissipate energy.
 """
 
 from __future__ import annotations
@@ -19,7 +31,7 @@ from pamsim.core.parameters import ParameterGroup, parameter
 
 @dataclass(frozen=True, kw_only=True)
 class Friction(ParameterGroup):
-    """Peak of the friction and its speed; force 0 turns it off."""
+    """Sizes of the friction; with its forces and its share 0 there is none."""
 
     group: ClassVar[str] = "friction"
     stribeck_force: float = parameter(
@@ -32,6 +44,85 @@ class Friction(ParameterGroup):
         doc="v_s, tendon speed of the peak; limits the time step",
         default=1e-2,
     )
+    coulomb_force: float = parameter(
+        unit="N", low=0.0, high=1e4, doc="C, dry friction at every speed", default=0.0
+    )
+    breakaway_force: float = parameter(
+        unit="N",
+        low=0.0,
+        high=1e4,
+        doc="B, additional dry friction at rest, lost in sliding at v_s",
+        default=0.0,
+    )
+    tension_share: float = parameter(
+        unit="1", low=0.0, high=1.0, doc="m, dry friction per tension of the muscle", default=0.0
+    )
+    presliding: float = parameter(
+        unit="m",
+        low=1e-8,
+        high=1e-2,
+        doc="d, travel of the tendon in which dry friction builds up; limits the time step",
+        default=2e-5,
+    )
+    bristle_time: float = parameter(
+        unit="s",
+        low=0.0,
+        high=1.0,
+        doc="t, damping of the presliding travel over its stiffness",
+        default=0.0,
+    )
+
+    @property
+    def acts(self) -> bool:
+        """Whether there is any friction along the tendon."""
+        return self.stribeck_force > 0.0 or self.sticks
+
+    @property
+    def sticks(self) -> bool:
+        """Whether any of it is dry."""
+        return self.coulomb_force + self.breakaway_force + self.tension_share > 0.0
+
+
+def dry_friction(
+    force: float,
+    velocity: float,
+    tension: float,
+    coulomb_force: float,
+    breakaway_force: float,
+    tension_share: float,
+    stribeck_velocity: float,
+    presliding: float,
+    timestep: float,
+) -> float:
+    """Force of the bristles after a time step.
+
+    Args:
+        force: f before it [N].
+        velocity: v of the tendon in it, positive where it lengthens [m/s].
+        tension: T of the muscle in it [N].
+        coulomb_force: C [N].
+        breakaway_force: B [N].
+        tension_share: m [-].
+        stribeck_velocity: v_s [m/s].
+        presliding: d [m].
+        timestep: [s].
+
+    Returns:
+        f [N], that of the exact solution; 0 where nothing is left to rub, and not further from 0
+        than before or than the friction in sliding.
+    """
+    always = coulomb_force + tension_share * tension
+    resting = always + breakaway_force
+    if resting <= 0.0:
+        return 0.0
+    share = velocity / stribeck_velocity
+    sliding = always + breakaway_force * math.exp(-share * share)
+    if sliding <= 0.0:
+        return 0.0
+    slipped = -math.expm1(-resting / (sliding * presliding) * abs(velocity) * timestep)
+    if velocity < 0.0:
+        sliding = -sliding
+    return force + (sliding - force) * slipped
 
 
 def stribeck_friction(velocity: float, force: float, stribeck_velocity: float) -> float:

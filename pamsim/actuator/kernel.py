@@ -11,8 +11,18 @@ from __future__ import annotations
 import math
 
 from pamsim.actuator.chain import extension_rate, shift_rate
-from pamsim.actuator.friction import stribeck_friction
-from pamsim.actuator.layout import AIR, CREEP, EXTENSION, LINE, SHIFT, MutableRow, Row, slot
+from pamsim.actuator.friction import dry_friction, stribeck_friction
+from pamsim.actuator.layout import (
+    AIR,
+    CREEP,
+    EXTENSION,
+    LINE,
+    RUBBING,
+    SHIFT,
+    MutableRow,
+    Row,
+    slot,
+)
 from pamsim.hysteresis.catalog import chosen_output, chosen_rates
 from pamsim.hysteresis.group import COMMON_FIELDS
 from pamsim.muscles.braid import pressurised_contraction, volume
@@ -46,6 +56,11 @@ _BACKLASH = slot("chain.backlash")
 _SEATING = slot("chain.seating_damping")
 _STRIBECK_FORCE = slot("friction.stribeck_force")
 _STRIBECK_VELOCITY = slot("friction.stribeck_velocity")
+_COULOMB = slot("friction.coulomb_force")
+_BREAKAWAY = slot("friction.breakaway_force")
+_TENSION_SHARE = slot("friction.tension_share")
+_PRESLIDING = slot("friction.presliding")
+_BRISTLE_TIME = slot("friction.bristle_time")
 _LENGTH_AT_ZERO = slot("mounting.length_at_zero")
 _NOMINAL_LENGTH = slot("braid.nominal_length")
 _DIAMETER = slot("braid.diameter")
@@ -276,12 +291,44 @@ def tension(par: Row, act: Row, tendon_length: float) -> float:
     return taut(pull)
 
 
-def tendon_force(par: Row, act: Row, tendon_length: float, tendon_velocity: float) -> float:
-    """Force against the tendon's lengthening [N]: the muscle's tension and friction."""
+def tendon_force(
+    par: Row, act: Row, tendon_length: float, tendon_velocity: float, timestep: float
+) -> float:
+    """Force against the tendon's lengthening [N]: the muscle's tension and friction.
+
+    Dry friction is that at the end of the time step, which the tendon's present velocity sets: with
+    the one at its beginning the bristles would gain energy.
+    """
     pull = tension(par, act, tendon_length)
-    if par[_STRIBECK_FORCE] == 0.0:
-        return pull
-    return pull + stribeck_friction(tendon_velocity, par[_STRIBECK_FORCE], par[_STRIBECK_VELOCITY])
+    force = pull
+    if par[_STRIBECK_FORCE] > 0.0:
+        force += stribeck_friction(tendon_velocity, par[_STRIBECK_FORCE], par[_STRIBECK_VELOCITY])
+    if _rubs(par):
+        before = act[len(act) - RUBBING]
+        after = _rubbing_after(par, before, pull, tendon_velocity, timestep)
+        force += after + par[_BRISTLE_TIME] * (after - before) / timestep
+    return force
+
+
+def _rubs(par: Row) -> bool:
+    return par[_COULOMB] + par[_BREAKAWAY] + par[_TENSION_SHARE] > 0.0
+
+
+def _rubbing_after(
+    par: Row, before: float, pull: float, tendon_velocity: float, timestep: float
+) -> float:
+    """Dry friction along the tendon after a time step [N]."""
+    return dry_friction(
+        before,
+        tendon_velocity,
+        pull,
+        par[_COULOMB],
+        par[_BREAKAWAY],
+        par[_TENSION_SHARE],
+        par[_STRIBECK_VELOCITY],
+        par[_PRESLIDING],
+        timestep,
+    )
 
 
 def valve_opening(par: Row, command: float, pressure: float, time: float) -> float:
@@ -386,6 +433,12 @@ def state_rates(
         )
         rates[count - EXTENSION] = stretch_rate
         velocity = velocity - stretch_rate
+    rates[count - RUBBING] = 0.0
+    if _rubs(par):
+        before = act[count - RUBBING]
+        pull = tension(par, act, tendon_length)
+        after = _rubbing_after(par, before, pull, tendon_velocity, timestep)
+        rates[count - RUBBING] = (after - before) / timestep
     kappa = contraction(par, length)
     chosen_rates(
         par[_HYSTERESIS_LAW],

@@ -1,8 +1,9 @@
-"""Longest explicit time step that a muscle's chain can take."""
+"""What limits the time step of a muscle: its chain and the dry friction along its tendon."""
 
 from __future__ import annotations
 
 from pamsim.actuator.antagonist import muscle_stiffness
+from pamsim.actuator.kernel import static_force
 from pamsim.actuator.layout import pack
 from pamsim.actuator.muscle import Muscle
 
@@ -31,3 +32,19 @@ def chain_step_limit(muscle: Muscle, tendon_length: float, pressure: float) -> f
     if chain.backlash > 0.0 and stiffness > 0.0:
         limit = min(limit, chain.seating_damping / stiffness)
     return limit
+
+
+def bristle_stiffness(muscle: Muscle, tendon_length: float, pressure: float) -> float:
+    """Stiffness of the bristles of dry friction before they slip, k [N/m]; 0 without friction.
+
+    Args:
+        muscle: with its friction.
+        tendon_length: where the muscle pulls [m].
+        pressure: gauge, at which it pulls [Pa].
+    """
+    friction = muscle.friction
+    if not friction.sticks:
+        return 0.0
+    pull = max(static_force(pack(muscle), tendon_length, pressure), 0.0)
+    level = friction.coulomb_force + friction.breakaway_force + friction.tension_share * pull
+    return level / friction.presliding

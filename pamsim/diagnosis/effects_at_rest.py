@@ -8,7 +8,7 @@ from pamsim.comparison.candidate import inside
 from pamsim.comparison.effects_on_rig import at_size, candidate
 from pamsim.core.errors import InputError
 from pamsim.diagnosis.method.row_model import RowEffect
-from pamsim.effects.catalog import EFFECTS, effect
+from pamsim.effects.catalog import ROW_EFFECTS, effect
 from pamsim.effects.effect import Effect
 from pamsim.engine.rig import Rig
 
@@ -30,7 +30,7 @@ def effects_at_rest(
     """
     acting: list[RowEffect] = []
     skipped: dict[str, str] = {}
-    for name in names or EFFECTS:
+    for name in names or ROW_EFFECTS:
         chosen = effect(name)
         if chosen.invisible_at_rest:
             skipped[name] = chosen.invisible_at_rest

@@ -14,25 +14,47 @@ from pamsim.effects import (
 )
 from pamsim.effects.effect import Effect
 
-EFFECTS: dict[str, Effect] = {
-    effect.name: effect
+_ALL: tuple[Effect, ...] = tuple(
+    effect
     for layer in (joint, muscle, pneumatic, command, transmission, measurement, muscle_at_rest)
     for effect in layer.EFFECTS
+)
+
+FORMS: dict[str, tuple[Effect, ...]] = {
+    name: tuple(effect for effect in _ALL if effect.name == name)
+    for name in dict.fromkeys(effect.name for effect in _ALL)
 }
-"""Name -> effect. Searches try them in this order."""
+"""Name -> its forms: formulas of the same physics, the usual one first."""
+
+EFFECTS: dict[str, Effect] = {name: forms[0] for name, forms in FORMS.items()}
+"""Name -> effect in its usual form. Searches try them in this order."""
 
 TRIAL_EFFECTS: tuple[str, ...] = tuple(
-    effect.name for effect in EFFECTS.values() if effect.in_trials
+    effect.name for effect in EFFECTS.values() if effect.in_trials and not effect.on_request
 )
-"""Names of the effects that recordings over time are searched for."""
+"""Names of the effects that recordings over time are searched for unless others are named."""
+
+ROW_EFFECTS: tuple[str, ...] = tuple(
+    effect.name for effect in EFFECTS.values() if not effect.on_request
+)
+"""Names of the effects that tables at rest are searched for unless others are named."""
 
 
 def effect(name: str) -> Effect:
     """Look an effect up.
 
+    Args:
+        name: such as ``coulomb_friction``, or with a form, ``coulomb_friction:dahl``.
+
     Raises:
-        InputError: if there is none of that name, with the nearest.
+        InputError: if there is none of that name or form, with the nearest.
     """
-    if name not in EFFECTS:
-        raise InputError(f"no effect {name!r}; {nearest(name, EFFECTS)}")
-    return EFFECTS[name]
+    plain, colon, form = name.partition(":")
+    if plain not in FORMS:
+        raise InputError(f"no effect {plain!r}; {nearest(plain, FORMS)}")
+    if not colon:
+        return EFFECTS[plain]
+    forms = {effect.form: effect for effect in FORMS[plain] if effect.form}
+    if form not in forms:
+        raise InputError(f"{plain} has no form {form!r}; {nearest(form, forms)}")
+    return forms[form]

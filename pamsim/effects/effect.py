@@ -84,7 +84,10 @@ class Effect:
         separating: the experiment that distinguishes it from them.
         probes: sizes, in units of the typical one, at which its signature is taken: one small one,
             or, of an effect with a threshold, several, so that it acts at one of them.
+        form: which formula this is, where the same physics has several; such forms share the name,
+            and `pamsim.effects.catalog.FORMS` lists them.
         in_trials: whether recordings over time are searched for it.
+        on_request: whether it is tried only where it is asked for by name.
         path_dependent: whether its force depends on the path, not on the present state alone.
         upstream_of_pressure: whether it acts through the pressures alone.
     """
@@ -96,7 +99,9 @@ class Effect:
     look_alikes: tuple[str, ...]
     separating: str
     probes: tuple[float, ...] = (0.3,)
+    form: str = ""
     in_trials: bool = True
+    on_request: bool = False
     path_dependent: bool = False
     upstream_of_pressure: bool = False
 

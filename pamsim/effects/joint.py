@@ -1,12 +1,26 @@
-"""Effects at the joint: friction, load, inertia."""
+"""Effects at the joint: friction, load, inertia.
+
+Friction that the muscles' tendons carry is in newtons along each tendon: two tendons on sprockets
+of radius r brake the joint by 2 r times that.
+"""
 
 from __future__ import annotations
 
 from pamsim.effects.effect import JOINT, TILTED, Effect, EffectParameter
 
+_PRESLIDING = EffectParameter(
+    name="friction.presliding",
+    typical=2e-5,
+    low=1e-6,
+    high=5e-4,
+    shape=True,
+    starts=(5e-6, 1e-4),
+)
+
 EFFECTS = (
     Effect(
         name="coulomb_friction",
+        form="rigid",
         family="joint_friction",
         missing="dry friction at the joint, the same at every speed",
         parameters=(
@@ -19,7 +33,22 @@ EFFECTS = (
         path_dependent=True,
     ),
     Effect(
+        name="coulomb_friction",
+        form="dahl",
+        family="joint_friction",
+        missing="dry friction at the joint that gives a little before it slips",
+        parameters=(
+            EffectParameter(name="friction.coulomb_force", typical=12.0, low=0.0, high=200.0),
+            _PRESLIDING,
+        ),
+        look_alikes=("stribeck_friction", "muscle_hysteresis", "chain_backlash"),
+        separating="reversals so small that the joint only just breaks loose",
+        probes=(0.1, 0.5, 2.0),
+        path_dependent=True,
+    ),
+    Effect(
         name="stribeck_friction",
+        form="smooth",
         family="joint_friction",
         missing="joint friction that is higher at low speed",
         parameters=(
@@ -37,6 +66,44 @@ EFFECTS = (
         separating="a triangle so slow that the arm turns at less than 0.05 rad/s",
         probes=(0.1, 0.5, 2.0),
         path_dependent=True,
+    ),
+    Effect(
+        name="stribeck_friction",
+        form="lugre",
+        family="joint_friction",
+        missing="joint friction that sticks and is lower in sliding than at rest",
+        parameters=(
+            EffectParameter(name="friction.breakaway_force", typical=8.0, low=0.0, high=150.0),
+            EffectParameter(name="friction.coulomb_force", typical=4.0, low=0.0, high=200.0),
+            EffectParameter(
+                name="friction.stribeck_velocity",
+                typical=2e-3,
+                low=2e-4,
+                high=5e-2,
+                shape=True,
+                starts=(5e-4, 1e-2),
+            ),
+            _PRESLIDING,
+        ),
+        look_alikes=("coulomb_friction", "load_dependent_friction"),
+        separating="a triangle so slow that the arm turns at less than 0.05 rad/s",
+        probes=(0.1, 0.5, 2.0),
+        path_dependent=True,
+    ),
+    Effect(
+        name="load_dependent_friction",
+        family="joint_friction",
+        missing="dry friction at the joint that grows with the pull of the muscles",
+        parameters=(
+            EffectParameter(name="friction.tension_share", typical=0.02, low=0.0, high=0.3),
+            _PRESLIDING,
+        ),
+        look_alikes=("coulomb_friction", "muscle_hysteresis"),
+        separating="equal loops at two common pressures: friction that grows with the pull widens"
+        " them, and the arm held still by hand shows none in the forces",
+        probes=(0.1, 0.5, 2.0),
+        path_dependent=True,
+        on_request=True,
     ),
     Effect(
         name="viscous_friction",

@@ -181,6 +181,7 @@ def _compile(key: str, word: Mapping[str, int]) -> tuple[Any, Any, Any]:
         if row.size == 0:
             return 0.0
         data = numba.carray(data_pointer, (data_words,), np.int64)
+        option = numba.carray(model_pointer, (model_words,), np.float64)
         first = _entry(model[actadr], index)
         count = _entry(model[actnum], index)
         out = _entry(model[outadr], index)
@@ -190,6 +191,7 @@ def _compile(key: str, word: Mapping[str, int]) -> tuple[Any, Any, Any]:
             _doubles(data[act], first, count),
             _doubles(data[length], out, 1)[0],
             _doubles(data[velocity], out, 1)[0],
+            option[timestep],
         )
 
     return dyn, gain, bias

@@ -50,6 +50,7 @@ def bias(model: mujoco.MjModel, data: mujoco.MjData, index: int) -> float:
         data.act[_states(model, index)].tolist(),
         float(data.actuator_length[out]),
         float(data.actuator_velocity[out]),
+        model.opt.timestep,
     )
 
 

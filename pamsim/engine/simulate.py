@@ -181,7 +181,7 @@ def record(
     ctrl, position, velocity, act = data.ctrl, data.qpos, data.qvel, data.act
     length, force, warnings = data.actuator_length, data.actuator_force, data.warning.number
     # A tendon with friction carries more force than its muscle gives.
-    braked = any(muscle.friction.stribeck_force for muscle in run.rig.muscles.values())
+    braked = any(muscle.friction.acts for muscle in run.rig.muscles.values())
     pulls = np.empty_like(trace.force)
     last, checked, broken = run.samples - 1, 0, None
     for k in range(run.samples):

@@ -9,7 +9,7 @@ import mujoco
 from pamsim.actuator.friction import stribeck_damping
 from pamsim.actuator.muscle import Muscle
 from pamsim.actuator.regulation import regulator_time_constant
-from pamsim.actuator.step_limits import chain_step_limit
+from pamsim.actuator.step_limits import bristle_stiffness, chain_step_limit
 from pamsim.core.errors import InputError
 from pamsim.engine.callback import muscle_ids
 
@@ -50,6 +50,26 @@ def check_timestep(model: mujoco.MjModel, muscles: Mapping[str, Muscle]) -> None
             " friction stops the arm; take a shorter step, a smaller friction.stribeck_force or a"
             " larger friction.stribeck_velocity"
         )
+    bending = _bending(model, muscles, step)
+    if bending > 1.0:
+        raise InputError(
+            f"a time step of {step * 1e3:g} ms is too long for the bristles of the dry friction;"
+            " take a shorter step, a smaller friction.bristle_time or a larger friction.presliding"
+        )
+
+
+def _bending(model: mujoco.MjModel, muscles: Mapping[str, Muscle], step: float) -> float:
+    """Bound on w^2 (h^2 + 2 t h) of the arm on the bristles, with their damping time t [-].
+
+    With frequency w and step h the arm on its bristles is stable up to 4.
+    """
+    total = 0.0
+    for index, muscle in zip(muscle_ids(model), muscles.values(), strict=True):
+        start = float(model.actuator_length0[index])
+        stiffness = bristle_stiffness(muscle, start, muscle.valve.supply_pressure)
+        weight = float(model.tendon_invweight0[model.actuator_trnid[index, 0]])
+        total += stiffness * weight * step * (step + 2.0 * muscle.friction.bristle_time)
+    return total
 
 
 def _braking_rate(model: mujoco.MjModel, muscles: Mapping[str, Muscle]) -> float:

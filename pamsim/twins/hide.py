@@ -13,7 +13,7 @@ from pamsim.comparison.protocols import HELD_OUT_SUFFIX, protocol
 from pamsim.core.errors import InputError
 from pamsim.core.experiment import Experiment
 from pamsim.core.recording import Recording
-from pamsim.effects.catalog import EFFECTS, effect
+from pamsim.effects.catalog import effect
 from pamsim.engine.batch import simulate_batch
 from pamsim.engine.rig import Rig, load_rig
 from pamsim.engine.simulate import simulate
@@ -100,7 +100,7 @@ def _resolved(
                 name=name,
                 size=size,
                 formulation="library" if model is None else model.formulation,
-                resembles=(name,) if name in EFFECTS else OUTSIDE[name].resembles,
+                resembles=OUTSIDE[name].resembles if name in OUTSIDE else (effect(name).name,),
             )
         )
     models.sort(key=lambda pair: ORDER.index(pair[0].name))

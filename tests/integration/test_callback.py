@@ -84,7 +84,7 @@ def test_charging_forgets_the_hysteresis_of_before(rig):
     model, data = charged(rig)
     with pamsim.live(model):
         drive(model, data, 200)
-    memory = [0, 6]  # of the operators; each is followed by the five states that all have
+    memory = model.actuator_actadr  # of the operators; the states that all have follow
     assert np.all(data.act[memory] != 0.0)
     charge(model, data, 1e5)
     assert np.all(data.act[memory] == 0.0)

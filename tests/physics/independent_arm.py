@@ -2,8 +2,9 @@
 
 State: angle, rate, and per muscle the Bouc-Wen variable, the length that the muscle has left on its
 tendon (not the extension of the chain), the absolute pressure itself (not the air state y), the
-strain of the creeping element (not its damper's) and the set point on its line, so that even chain,
-chamber and creep are integrated in another form. Left out: play of the chain, dead zone, delay.
+strain of the creeping element (not its damper's), the set point on its line and the force of the
+bristles along its tendon, so that even chain, chamber and creep are integrated in another form.
+Left out: play of the chain, dead zone, delay.
 """
 
 from __future__ import annotations
@@ -126,6 +127,18 @@ class IndependentArm:
         share = speed / friction.stribeck_velocity
         return friction.stribeck_force * share * math.exp((1.0 - share**2) / 2.0)
 
+    def bristles(self, force, speed, tension):
+        """Rate of the dry friction along a tendon, and what its damping adds to it."""
+        friction = self.m.friction
+        always = friction.coulomb_force + friction.tension_share * tension
+        if always + friction.breakaway_force == 0.0:
+            return 0.0, 0.0
+        lost = math.exp(-((speed / friction.stribeck_velocity) ** 2))
+        stiffness = (always + friction.breakaway_force) / friction.presliding
+        sliding = always + friction.breakaway_force * lost
+        rate = stiffness * (speed - abs(speed) * force / sliding)
+        return rate, friction.bristle_time * rate
+
     def nozzle(self, up, down, conductance):
         if down > up:
             return -self.nozzle(down, up, conductance)
@@ -147,13 +160,15 @@ class IndependentArm:
 
     def rates(self, time, state, set_points):
         angle, rate = state[0], state[1]
-        out = np.empty(12)
+        out = np.empty(14)
         torque = 0.0
         for i, sign in enumerate((-1.0, 1.0)):
-            z, length, pressure_abs, strain, carried = state[2 + 5 * i : 7 + 5 * i]
+            z, length, pressure_abs, strain, carried, rubbing = state[2 + 6 * i : 8 + 6 * i]
             tension = self.force(length, pressure_abs - self.m.chamber.atmosphere, z, strain)
             speed = sign * self.radius * rate
-            torque -= sign * self.radius * (tension + self.brake(speed))
+            out[7 + 6 * i], damped = self.bristles(rubbing, speed, tension)
+            brake = self.brake(speed) + rubbing + damped
+            torque -= sign * self.radius * (tension + brake)
             chain = self.m.chain
             if chain.compliance > 0.0:
                 give = self.m.mounting.length_at_zero + sign * self.radius * angle - length
@@ -163,17 +178,17 @@ class IndependentArm:
             size = abs(z) ** h.sharpness
             sense = math.copysign(1.0, z * shortening) if z * shortening != 0 else -1.0
             blocked = size * (h.sigma * sense + 1.0 - h.sigma)
-            out[2 + 5 * i] = shortening / h.yield_contraction * (1.0 - blocked)
-            out[3 + 5 * i] = speed
-            out[5 + 5 * i] = shortening - strain / self.m.creep.relaxation_time
+            out[2 + 6 * i] = shortening / h.yield_contraction * (1.0 - blocked)
+            out[3 + 6 * i] = speed
+            out[5 + 6 * i] = shortening - strain / self.m.creep.relaxation_time
             lag = self.m.valve.line_lag
             commanded = carried if lag else set_points[i]
-            out[6 + 5 * i] = (set_points[i] - carried) / lag if lag else 0.0
+            out[6 + 6 * i] = (set_points[i] - carried) / lag if lag else 0.0
             volume, slope = self.volume(length)
             chamber = self.m.chamber
             supplied = 287.05 * chamber.temperature * self.flow(pressure_abs, commanded)
             swept = pressure_abs * slope * speed
-            out[4 + 5 * i] = chamber.polytropic_index * (supplied - swept) / volume
+            out[4 + 6 * i] = chamber.polytropic_index * (supplied - swept) / volume
         # A rig tilted about x: gravity has a component -g sin(tilt) along the tilted y axis.
         along = self.direction + angle
         torque -= self.moment * self.gravity * math.sin(self.tilt) * math.cos(along)
@@ -184,7 +199,7 @@ class IndependentArm:
     def run(self, start, set_points, duration, samples):
         atmosphere = self.m.chamber.atmosphere
         length = self.m.mounting.length_at_zero
-        muscles = [[0.0, length, pressure + atmosphere, 0.0, pressure] for pressure in start]
+        muscles = [[0.0, length, pressure + atmosphere, 0.0, pressure, 0.0] for pressure in start]
         at_rest = np.array([0.0, 0.0, *muscles[0], *muscles[1]])
         options = {"method": "LSODA", "rtol": 1e-9, "atol": 1e-10, "max_step": 0.01}
         # The relaxed element carries nothing, so that the arm rests where it would without.
@@ -193,10 +208,10 @@ class IndependentArm:
         self.m = dataclasses.replace(self.m, creep=bare)
         settled = solve_ivp(self.rates, (0, 4.0), at_rest, args=(start,), **options).y[:, -1]
         self.m = dataclasses.replace(self.m, creep=creep)
-        settled[[5, 10]] = 0.0
+        settled[[5, 11]] = 0.0
         grid = np.linspace(0.0, duration, samples)
         found = solve_ivp(
             self.rates, (0, duration), settled, args=(set_points,), t_eval=grid, **options
         )
         assert found.success, found.message
-        return found.y[0], found.y[[4, 9]].T - atmosphere
+        return found.y[0], found.y[[4, 10]].T - atmosphere

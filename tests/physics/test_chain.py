@@ -10,6 +10,7 @@ import pytest
 from scipy.optimize import brentq
 
 import pamsim
+from pamsim.actuator.layout import EXTENSION
 from tests.physics.independent_arm import IndependentArm
 
 COMPLIANCE = 2e-6
@@ -67,7 +68,7 @@ def test_the_arm_rests_where_the_static_balance_says_whatever_the_time_constant(
     assert abs(angle - rigid) > np.radians(1.0), "the chain must matter"
     assert data.qpos[0] == pytest.approx(angle, abs=1e-8)
     np.testing.assert_allclose(-data.actuator_force, tensions, rtol=1e-7)
-    extensions = data.act[[model.actuator_actadr[i] + 4 for i in range(2)]]
+    extensions = data.act[model.actuator_actadr + model.actuator_actnum - EXTENSION]
     np.testing.assert_allclose(extensions, COMPLIANCE * tensions, rtol=1e-7)
 
 

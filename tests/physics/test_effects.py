@@ -25,8 +25,17 @@ EFFECTS = {
     "valve_delay": {"valve.delay": 0.013},
     "chain_backlash": {"chain.backlash": 3e-4},
     "stribeck_friction": {"friction.stribeck_force": 10.0, "friction.stribeck_velocity": 5e-3},
+    "dahl": {"friction.coulomb_force": 12.0},
+    "lugre": {"friction.breakaway_force": 12.0, "friction.bristle_time": 1e-3},
+    "load_dependent_friction": {"friction.tension_share": 0.02},
 }
-SHAPES = {"creep.relaxation_time": 0.1, "end_shape.onset": -0.1, "friction.stribeck_velocity": 0.1}
+SHAPES = {
+    "creep.relaxation_time": 0.1,
+    "end_shape.onset": -0.1,
+    "friction.stribeck_velocity": 0.1,
+    "friction.presliding": 1e-6,
+    "friction.bristle_time": 1e-3,
+}
 """A parameter that shapes an effect and does nothing without it."""
 
 
@@ -159,6 +168,7 @@ def test_the_tension_recorded_is_the_muscle_s_and_not_its_friction(rig):
 REFUSED = {
     "chain": {"chain.compliance": 1e-4, "chain.relaxation_time": 1e-3},
     "friction": {"friction.stribeck_force": 1e3, "friction.stribeck_velocity": 1e-4},
+    "bristles": {"friction.coulomb_force": 1e3, "friction.presliding": 1e-7},
     "regulator": {"valve.regulator_band": 20.0},
 }
 

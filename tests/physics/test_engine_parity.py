@@ -27,6 +27,17 @@ CASES = {
         "friction.stribeck_force": 12.0,
         "friction.stribeck_velocity": 8e-3,
     },
+    "dry friction of LuGre": {
+        "friction.coulomb_force": 9.0,
+        "friction.breakaway_force": 6.0,
+        "friction.stribeck_velocity": 5e-3,
+        "friction.presliding": 5e-5,
+        "friction.bristle_time": 2e-3,
+    },
+    "dry friction that grows with the pull": {
+        "friction.tension_share": 0.03,
+        "friction.presliding": 5e-5,
+    },
     "leak, sag and line": {
         "chamber.leak_conductance": 1e-11,
         "valve.supply_resistance": 3e8,

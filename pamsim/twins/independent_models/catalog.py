@@ -44,8 +44,9 @@ def independent_model(name: str, *, formulation: str) -> IndependentModel | None
     """
     if name in OUTSIDE:
         return OUTSIDE[name]
-    if name not in EFFECTS:
-        raise InputError(f"no effect {name!r}; {nearest(name, [*EFFECTS, *OUTSIDE])}")
+    plain = name.partition(":")[0]
+    if plain not in EFFECTS:
+        raise InputError(f"no effect {plain!r}; {nearest(plain, [*EFFECTS, *OUTSIDE])}")
     if formulation == "library":
         return None
     if name not in MODELS:

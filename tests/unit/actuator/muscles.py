@@ -8,7 +8,7 @@ from typing import Any
 from pamsim.actuator.chain import Chain
 from pamsim.actuator.friction import Friction
 from pamsim.actuator.kernel import length_at_muscle
-from pamsim.actuator.layout import pack, state_size
+from pamsim.actuator.layout import RUBBING, pack, state_size
 from pamsim.actuator.muscle import Mounting, Muscle
 from pamsim.actuator.rest_state import charged_air_state
 from pamsim.core.parameters import ParameterGroup
@@ -94,7 +94,15 @@ def make(law: str = "ideal_mckibben", loop: str = "none", **changes: Any) -> Mus
         "end_shape": EndShape(loss=0.3, onset=0.02),
         "creep": Creep(stiffness=700.0, relaxation_time=0.6),
         "chain": Chain(compliance=2e-6, relaxation_time=8e-3, backlash=4e-4),
-        "friction": Friction(stribeck_force=9.0, stribeck_velocity=3e-3),
+        "friction": Friction(
+            stribeck_force=9.0,
+            stribeck_velocity=3e-3,
+            coulomb_force=4.0,
+            breakaway_force=2.0,
+            tension_share=0.01,
+            presliding=3e-5,
+            bristle_time=1e-3,
+        ),
         "command": "valve",
     }
     return Muscle(**(groups | changes))
@@ -106,13 +114,15 @@ PLAIN_VALVE = dataclasses.replace(
     make().valve, dead_zone=0.0, supply_resistance=0.0, line_lag=0.0, delay=0.0
 )
 """A pair of valves that hears its command at once, behind a supply that does not sag."""
-LASTING = {"chain": Chain(), "creep": Creep(), "chamber": TIGHT}
+LASTING = {"chain": Chain(), "creep": Creep(), "friction": Friction(), "chamber": TIGHT}
 """For `make`: nothing but the operator remembers, loses air or costs work."""
 
 EXTENSION = 1e-3
 """Of the chain in a `charged` muscle [m]; a rigid chain has the state too and does not mind it."""
 SHIFT = -1e-4
 """Of the chain on the sprocket in a `charged` muscle [m]; not used without backlash."""
+RUBBED = 3.0
+"""Dry friction along the tendon of a `charged` muscle [N]."""
 RELAXED = 0.07
 """Contraction at which a `charged` muscle's creep is relaxed [-]."""
 
@@ -126,9 +136,9 @@ def charged(
     of a single state. The command's line carries ``carried``, the others are as stated above.
     """
     row = pack(muscle)
-    memory = [0.0] * (state_size(muscle) - 5)
+    memory = [0.0] * (state_size(muscle) - RUBBING)
     if len(memory) == 1:
         memory[0] = z
-    states = [*memory, carried, RELAXED, SHIFT, EXTENSION, 0.0]
+    states = [*memory, RUBBED, carried, RELAXED, SHIFT, EXTENSION, 0.0]
     length = length_at_muscle(row, states, tendon)
     return [*states[:-1], float(charged_air_state(row, length, pressure))]

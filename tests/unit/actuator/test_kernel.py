@@ -10,7 +10,7 @@ import pytest
 
 from pamsim.actuator import kernel
 from pamsim.actuator.chain import Chain
-from pamsim.actuator.friction import Friction
+from pamsim.actuator.friction import Friction, dry_friction
 from pamsim.actuator.layout import pack
 from pamsim.actuator.muscle import COMMANDS, Mounting, Muscle
 from pamsim.core.parameters import specs
@@ -42,6 +42,7 @@ from tests.unit.actuator.muscles import (
     LOOPS,
     PLAIN_VALVE,
     RELAXED,
+    RUBBED,
     SHIFT,
     TIGHT,
     WIDTHS,
@@ -176,6 +177,18 @@ def test_rates_are_the_laws_put_together(loop, command):
         meant = sent if command == "pressure" else min(max(sent, -1.0), 1.0)
         whole = 1.0 - math.exp(-TIMESTEP / valve.line_lag)
         expected[-5] = (meant - target) * whole / TIMESTEP
+        rubbed = dry_friction(
+            RUBBED,
+            velocity,
+            composed_tension(muscle, act, tendon),
+            muscle.friction.coulomb_force,
+            muscle.friction.breakaway_force,
+            muscle.friction.tension_share,
+            muscle.friction.stribeck_velocity,
+            muscle.friction.presliding,
+            TIMESTEP,
+        )
+        expected[-6] = (rubbed - RUBBED) / TIMESTEP
         if muscle.hysteresis is not None:
             shortening = expected[-2] - expected[-3] - velocity
             shortening /= muscle.braid.nominal_length
@@ -320,7 +333,7 @@ def test_muscle_pulls_less_while_it_shortens_and_a_cycle_costs_work():
         tensions.append(kernel.tension(row, act, tendon))
         kernel.state_rates(row, act, out, tendon, velocity, 0.0, 0.0, 1e-3)
         act[0] += out[0] * 2.0 * math.pi / steps
-        assert out[1:] == [0.0] * 5
+        assert out[1:] == [0.0] * 6
     lengthening, shortening = tensions[steps], tensions[steps + steps // 2]
     assert lengthening > shortening > 0.0
     last = slice(steps, None)
@@ -341,7 +354,7 @@ def traces(muscle: Muscle) -> list[list[str]]:
     for tendon, pressure, z in CASES:
         act = charged(muscle, tendon, abs(pressure), z)
         tension = kernel.tension(row, act, tendon)
-        pull = kernel.tendon_force(row, act, tendon, 2e-3)
+        pull = kernel.tendon_force(row, act, tendon, 2e-3, TIMESTEP)
         moved = rates(muscle, act, tendon, 0.02, 0.7)
         found.append(bits([tension, pull, moved[-1]]))
     return found
@@ -364,7 +377,10 @@ OFF = {
     "chain": (Chain(), Chain(relaxation_time=3.0)),
     "end_shape": (EndShape(), EndShape(onset=-0.05)),
     "creep": (Creep(), Creep(relaxation_time=0.1)),
-    "friction": (Friction(), Friction(stribeck_velocity=1e-3)),
+    "friction": (
+        Friction(),
+        Friction(stribeck_velocity=1e-3, presliding=1e-6, bristle_time=0.01),
+    ),
     "braid": (RIGID_BRAID, dataclasses.replace(RIGID_BRAID, extensibility=0.0)),
     "chamber": (Chamber(**GIVEN_CHAMBER), Chamber(**GIVEN_CHAMBER, leak_conductance=0.0)),
     "valve": (ValvePair(**GIVEN_VALVE), ValvePair(**GIVEN_VALVE, **NO_VALVE_EFFECT)),

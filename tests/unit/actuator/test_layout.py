@@ -129,9 +129,9 @@ def test_unknown_names_suggest_the_nearest():
 
 
 @pytest.mark.parametrize("loop", LOOPS)
-def test_states_are_the_operator_s_and_five_that_all_muscles_have(loop):
-    assert state_size(make()) == 5
-    assert state_size(make(loop=loop)) == LOOPS[loop].state_count + 5
+def test_states_are_the_operator_s_and_six_that_all_muscles_have(loop):
+    assert state_size(make()) == 6
+    assert state_size(make(loop=loop)) == LOOPS[loop].state_count + 6
 
 
 @pytest.mark.parametrize("row", [np.zeros(SIZE), np.ones(3), pack(make())[:-1]])

@@ -11,7 +11,7 @@ import pamsim
 from pamsim.comparison.effects_on_rig import at_size, candidate, rig_name
 from pamsim.comparison.protocols import PROTOCOLS
 from pamsim.core.errors import InputError
-from pamsim.effects.catalog import EFFECTS, TRIAL_EFFECTS, effect
+from pamsim.effects.catalog import EFFECTS, FORMS, ROW_EFFECTS, TRIAL_EFFECTS, effect
 from pamsim.engine.rig_parameter import rig_parameter
 from pamsim.signals.sensors import distorted
 
@@ -50,6 +50,11 @@ AT_REST = [
     "force_slope",
     "rest_length",
 ]
+ON_REQUEST = [
+    "load_dependent_friction",
+]
+OTHER_FORMS = ["coulomb_friction:dahl", "stribeck_friction:lugre"]
+EVERY = [*CONTRACT, *AT_REST, *ON_REQUEST, *OTHER_FORMS]
 NOISE = {"angle": np.radians(0.05), "pressure": 400.0, "tension": 1.5}
 
 
@@ -80,33 +85,45 @@ def plain(rig, trials):
 
 def test_the_contract_s_names_are_all_there():
     assert sorted(TRIAL_EFFECTS) == sorted(CONTRACT)
-    assert sorted(EFFECTS.keys() - set(TRIAL_EFFECTS)) == sorted(AT_REST)
+    assert sorted(EFFECTS.keys() - set(TRIAL_EFFECTS)) == sorted([*AT_REST, *ON_REQUEST])
+    assert sorted(ROW_EFFECTS) == sorted([*CONTRACT, *AT_REST])
 
 
-@pytest.mark.parametrize("name", [*CONTRACT, *AT_REST])
+def test_forms_of_one_physics_share_its_name_and_its_family():
+    for name, forms in FORMS.items():
+        assert forms[0] is effect(name) is EFFECTS[name]
+        assert len({form.form for form in forms}) == len(forms)
+        assert {(form.name, form.family) for form in forms} == {(name, forms[0].family)}
+        for form in forms:
+            assert len(forms) == 1 or effect(f"{name}:{form.form}") is form
+    with pytest.raises(InputError, match=r"\A[^\n]*coulomb_friction has no form[^\n]*mean 'dahl'"):
+        effect("coulomb_friction:dhal")
+
+
+@pytest.mark.parametrize("name", EVERY)
 def test_it_says_what_it_is(name):
-    one = EFFECTS[name]
-    assert one.name == name
+    one = effect(name)
+    assert one.name == name.partition(":")[0]
     assert one.missing
     assert one.separating
-    assert set(one.look_alikes) <= set(EFFECTS) - {name}
+    assert set(one.look_alikes) <= set(EFFECTS) - {one.name}
     assert not one.parameters[0].shape
 
 
-@pytest.mark.parametrize("name", [*CONTRACT, *AT_REST])
+@pytest.mark.parametrize("name", EVERY)
 def test_neutral_changes_not_one_bit(name, rig, trials, plain):
     """Its size at neutral, its shape parameters at their typical values."""
-    neutral = rig.with_parameters(at_size(rig, EFFECTS[name], 0.0))
+    neutral = rig.with_parameters(at_size(rig, effect(name), 0.0))
     for one, other in zip(runs(neutral, trials), plain, strict=True):
         for signal in ("angle", "pressure", "tension", "velocity"):
             assert np.array_equal(getattr(one, signal), getattr(other, signal)), signal
 
 
-@pytest.mark.parametrize("name", [*CONTRACT, *AT_REST])
+@pytest.mark.parametrize("name", EVERY)
 def test_every_effect_shows_and_more_shows_more(name, rig, trials, plain):
     moved = []
     for size in (0.1, 1.0):
-        values = at_size(rig, EFFECTS[name], size)
+        values = at_size(rig, effect(name), size)
         changes = [
             np.sqrt(np.mean((getattr(one, signal) - getattr(other, signal)) ** 2)) / noise
             for one, other in zip(runs(rig.with_parameters(values), trials), plain, strict=True)
@@ -118,9 +135,9 @@ def test_every_effect_shows_and_more_shows_more(name, rig, trials, plain):
     assert moved[0] > 0.01
 
 
-@pytest.mark.parametrize("name", [*CONTRACT, *AT_REST])
+@pytest.mark.parametrize("name", EVERY)
 def test_a_search_may_reach_neutral_and_every_probe(name, rig):
-    one = candidate(rig, EFFECTS[name])
+    one = candidate(rig, effect(name))
     for parameter in one.parameters:
         neutral = one.neutral.get(parameter.name, parameter.start)
         assert parameter.low <= neutral <= parameter.high
@@ -129,7 +146,7 @@ def test_a_search_may_reach_neutral_and_every_probe(name, rig):
         for probe in one.probes:
             assert parameter.low < probe.values[parameter.name] < parameter.high
     assert len({tuple(probe.values.values()) for probe in one.probes}) == len(one.probes)
-    assert len({probe.size for probe in one.probes}) == len(EFFECTS[name].probes)
+    assert len({probe.size for probe in one.probes}) == len(effect(name).probes)
 
 
 def test_names_stand_for_the_rig_s_own_parts(rig):
