@@ -18,18 +18,15 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-import scipy.optimize
 from numpy.typing import NDArray
 from scipy.special import stdtrit
 
-from pamsim.hysteresis.bouc_wen import bouc_wen_rate
+from pamsim.inference.bounded_least_squares import bounded_least_squares, one_by_one
 from pamsim.papers.numerics import curve_fit, jacobian
 from pamsim.signals.static_law import arctangent_law
 from pamsim.store.printed import Printed, loop_equation, loop_rows, printed_table
 
 FloatArray = NDArray[np.float64]
-# scipy carries no types: what it returns is Any at this file's boundary.
-_least_squares: Any = scipy.optimize.least_squares
 
 SCORES = ("MSE", "R2", "RMSE", "MAE")
 """Printed measures of fit, in the order of the tables."""
@@ -48,12 +45,13 @@ _ARCTANGENT_STARTS = (
 )
 _ARCTANGENT_SCALE = (1.0, 0.01, 1.0, 10.0)
 # sigma is held at each of these in turn and the best is kept: near 0 the fit is flat in sigma, and
-# a solver that may move it stops short. A random search over all four got an MSE 3 % lower.
-_SIGMAS = (1e-12, 1e-6, 1e-3, 0.1, 0.5, 1.0)
-_BOUC_WEN_STARTS = ((75.0, 5.0, 0.001), (200.0, 1.2, 0.5))  # D, n, 1 + z0
-_SUBSTEPS = 6  # Runge-Kutta steps per 50 kPa
-_BOUNDS = (np.log([10.0, 1.0, 1e-6]), np.log([2000.0, 20.0, 2.0]))
-_EDGE = 1.5  # |z| stays below 1 in the exact solution; a trial step of the solver may not
+# a solver that may move it stops short.
+_SIGMAS = (0.0, 0.1, 0.5, 1.0)
+_BOUC_WEN_STARTS = ((75.0, 5.0, 0.001), (300.0, 2.5, 0.001))  # D, n, 1 + z0
+_BOUNDS = (np.log([10.0, 1.0, 1e-12]), np.log([2000.0, 20.0, 2.0]))
+_CELL = 0.005  # of the grid of |z|, in ln(1 - |z|)
+_SIZE = -np.expm1(-_CELL * np.arange(6401))  # from 0 to 1 - 1e-14
+_LOG = np.log(np.maximum(_SIZE, 1e-300))
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -222,11 +220,14 @@ def _fit_at(sigma: float) -> BoucWenLoop:
         linear = np.linalg.lstsq(basis, length, rcond=None)[0]
         return basis @ linear - length, linear
 
-    tries = [
-        _least_squares(lambda x: fitted(x)[0], np.log(start), bounds=_BOUNDS, max_nfev=60)
-        for start in _BOUC_WEN_STARTS
-    ]
-    best = min(tries, key=lambda fit: fit.cost).x
+    best = bounded_least_squares(
+        one_by_one(lambda x: fitted(x)[0]),
+        [np.log(start) for start in _BOUC_WEN_STARTS],
+        lower=_BOUNDS[0],
+        upper=_BOUNDS[1],
+        jacobian="3-point",
+        tolerance=1e-9,
+    ).x
     residual, linear = fitted(best)
     curve, half = residual + length, len(pressure)
     travel, sharpness, start = _natural(best)
@@ -253,22 +254,28 @@ def _natural(x: FloatArray) -> tuple[float, float, float]:
 def _path(
     travel: float, sigma: float, sharpness: float, start: float, pressure: FloatArray
 ) -> FloatArray:
-    """Internal variable at every pressure, up and then down, both by rising pressure."""
+    """Internal variable at every pressure, up and then down, both by rising pressure.
 
-    def rate(z: float, direction: float) -> float:
-        inside = min(max(z, -_EDGE), _EDGE)
-        return bouc_wen_rate(inside, direction, travel, sigma, sharpness)
+    dz/dp depends on z alone, so p/D is an integral over z: of 1/(1 - z^n) while |z| grows, of
+    1/(1 - (1 - 2 sigma) z^n) while it falls.
+    """
+    left = -np.expm1(sharpness * _LOG)  # 1 - z^n
+    grow, fall = (_travelled(_SIZE, rate) for rate in (left, left + 2.0 * sigma * (1.0 - left)))
 
-    steps = [float(step) for step in np.diff(pressure)]
-    z, path = start, [start]
-    for step in [*steps, *(-step for step in reversed(steps))]:
-        direction, h = math.copysign(1.0, step), abs(step) / _SUBSTEPS
-        for _ in range(_SUBSTEPS):
-            k1 = rate(z, direction)
-            k2 = rate(z + 0.5 * h * k1, direction)
-            k3 = rate(z + 0.5 * h * k2, direction)
-            k4 = rate(z + h * k3, direction)
-            z += h / 6.0 * (k1 + 2.0 * k2 + 2.0 * k3 + k4)
-        path.append(z)
-    turn = len(steps)
-    return np.array([*path[: turn + 1], *reversed(path[turn:])])
+    def followed(begin: float, way: FloatArray) -> FloatArray:
+        """From z = begin towards 1, a way in units of D."""
+        ahead = np.interp(begin, _SIZE, grow) if begin > 0.0 else -np.interp(-begin, _SIZE, fall)
+        t = ahead + way
+        return np.where(t > 0.0, np.interp(t, grow, _SIZE), -np.interp(-t, fall, _SIZE))
+
+    way = (pressure - pressure[0]) / travel
+    up = followed(start, way)
+    # Without memory the way down is the way up; followed, it would start from a z rounded to 1.
+    down = -followed(-float(up[-1]), way)[::-1] if sigma > 0.0 else up
+    return np.concatenate([up, down])
+
+
+def _travelled(size: FloatArray, rate: FloatArray) -> FloatArray:
+    """Integral of dz/rate from 0 to every z of the grid (trapezoidal rule in ln(1 - z))."""
+    inside = (1.0 - size) / rate
+    return np.concatenate([[0.0], np.cumsum(0.5 * _CELL * (inside[1:] + inside[:-1]))])

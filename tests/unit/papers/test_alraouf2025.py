@@ -8,6 +8,8 @@ import numpy as np
 import pytest
 
 from pamsim.core.encoding import to_dict
+from pamsim.hysteresis.bouc_wen import bouc_wen_rate
+from pamsim.papers.alraouf2025 import loop as printed_loop
 from pamsim.papers.alraouf2025.loop import (
     branch_data,
     fit_arctangent,
@@ -129,6 +131,23 @@ def test_bouc_wen_is_no_worse_in_either_branch_but_has_no_memory(claims):
     assert claims["alraouf2025-34"].verdict is REPRODUCED
     assert claims["alraouf2025-35"].verdict is REPRODUCED
     assert claims["alraouf2025-39"].verdict is UNPRINTED
+
+
+@pytest.mark.parametrize(
+    ("travel", "sigma", "sharpness", "start"),
+    [(300.0, 0.5, 2.4, -0.99), (60.0, 0.9, 8.0, 0.3), (90.0, 0.1, 4.0, -0.9)],
+)
+def test_a_static_loop_obeys_the_operators_rate(travel, sigma, sharpness, start):
+    pressure = np.linspace(0.0, 500.0, 2001)
+    up, down = np.split(printed_loop._path(travel, sigma, sharpness, start, pressure), 2)
+    for z, direction in ((up, 1.0), (down[::-1], -1.0)):
+        slope = (z[2:] - z[:-2]) / 0.5  # per kPa travelled
+        rate = [bouc_wen_rate(at, direction, travel, sigma, sharpness) for at in z[1:-1].tolist()]
+        # Cells of 0.005 are chords of z; differences over 0.5 kPa miss the kink at z = 0.
+        assert np.max(np.abs(slope - rate)) < 0.02 / travel
+        assert np.mean(np.abs(slope - rate)) < 0.001 / travel
+    assert up[0] == pytest.approx(start, abs=1e-5)
+    assert up[-1] == pytest.approx(down[-1], abs=1e-5)
 
 
 def test_bouc_wen_with_memory_opens_a_loop_and_fits_worse():
