@@ -56,12 +56,12 @@ def half_intervals_by_projection():
     variance = _PRINTED_MSE * 11 / 7
     result = quantile * _standard_errors(_PRINTED_UP, variance)
     # Inverting J^T J, columns scaled, loses the digits of the condition number squared, once a row.
-    slopes = _slopes(_PRINTED_UP)
-    scaled = slopes / np.linalg.norm(slopes, axis=0)
+    derivatives = _derivatives(_PRINTED_UP)
+    scaled = derivatives / np.linalg.norm(derivatives, axis=0)
     return result, 11 * np.finfo(float).eps * np.linalg.cond(scaled) ** 2 * result
 
 
-def _slopes(coefficients):
+def _derivatives(coefficients):
     a0, a1, a2, _ = coefficients
     inside = a1 * _PRESSURE + a2
     slope = a0 / (1.0 + inside**2)
@@ -69,11 +69,11 @@ def _slopes(coefficients):
 
 
 def _standard_errors(coefficients, variance):
-    slopes = _slopes(coefficients)
+    derivatives = _derivatives(coefficients)
     own = []
     for j in range(4):
-        others, _ = np.linalg.qr(np.delete(slopes, j, axis=1))
-        rest = slopes[:, j] - others @ (others.T @ slopes[:, j])
+        others, _ = np.linalg.qr(np.delete(derivatives, j, axis=1))
+        rest = derivatives[:, j] - others @ (others.T @ derivatives[:, j])
         own.append(math.sqrt(variance / float(rest @ rest)))
     return np.array(own)
 

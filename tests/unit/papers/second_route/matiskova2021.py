@@ -51,14 +51,14 @@ def exponential_with_free_scale():
     scale = brentq(slant, 1.0, 3.0, xtol=1e-14)
     (a0, a1), best = two(scale)
     # A search on values finds s where the root mean square no longer changes: its rounding, some
-    # eps, over half its curvature. The coefficients follow s by their own slopes.
+    # eps, over half its curvature. The coefficients follow s by their own derivatives.
     h = 1e-3 * scale
     rms = [float(np.sqrt(np.mean(three(scale + k * h)[1] ** 2))) for k in (-1, 0, 1)]
     curvature = (rms[0] - 2.0 * rms[1] + rms[2]) / h**2
     off = math.sqrt(2.0 * 10.0 * _EPS * rms[1] / curvature)
-    slopes = (three(scale + h)[0] - three(scale - h)[0]) / (2.0 * h)
+    derivatives = (three(scale + h)[0] - three(scale - h)[0]) / (2.0 * h)
     assert float(best @ best) <= 21 * rms[1] ** 2 * (1.0 + 1e-12)
-    return (a0, a1, 0.0), off * np.abs(slopes)
+    return (a0, a1, 0.0), off * np.abs(derivatives)
 
 
 def stiffness_from_energy():
@@ -122,7 +122,7 @@ def angle_law_at_a_stationary_point():
             low, high = np.where(below, middle, low), np.where(below, high, middle)
         return 0.5 * (low + high)
 
-    def slopes(k, b):
+    def derivatives(k, b):
         stiff = k[0] + k[3] * (_P1 + _P2) + 5.0 * k[1] * b**4
         return np.stack([-b, -(b**5), _LOAD, -(_P1 + _P2) * b], axis=1) / stiff[:, None]
 
@@ -130,7 +130,7 @@ def angle_law_at_a_stationary_point():
 
     def gradient(k):
         b = angles(k)
-        return slopes(k, b).T @ (b - measured)
+        return derivatives(k, b).T @ (b - measured)
 
     coarse = differential_evolution(
         lambda k: np.sum((angles(k.T) - measured) ** 2, axis=-1),
@@ -143,7 +143,7 @@ def angle_law_at_a_stationary_point():
     ).x
     found = root(gradient, coarse, tol=1e-13).x
     b = angles(found)
-    columns = slopes(found, b)
+    columns = derivatives(found, b)
     others, _ = np.linalg.qr(columns[:, :3])
     own = columns[:, 3] - others @ (others.T @ columns[:, 3])
     miss = b - measured

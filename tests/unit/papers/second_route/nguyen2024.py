@@ -151,7 +151,7 @@ def intervals_by_repetition():
         first = k[:, 2:] * gain * x1 - (gain + np.cos(turn)) * 150.0
         return np.concatenate([first, k[:, 2:] * gain * x2 + 150.0 * np.sin(turn)], axis=1)
 
-    def slopes(k, x1, x2):
+    def derivatives(k, x1, x2):
         gain = (omega * k[:, 1:2]) ** k[:, :1]
         turn, log = 0.5 * np.pi * k[:, :1], np.log(omega * k[:, 1:2])
         pull = k[:, 2:] * np.concatenate([x1, x2], axis=1)
@@ -171,7 +171,7 @@ def intervals_by_repetition():
     k = np.tile(planted, (count, 1))
     for _ in range(3):
         # Newton's steps in relative units.
-        columns = slopes(k, x1, x2) * k[:, None, :]
+        columns = derivatives(k, x1, x2) * k[:, None, :]
         square = columns.transpose(0, 2, 1) @ columns
         down = columns.transpose(0, 2, 1) @ sides(k, x1, x2)[..., None]
         k = k * (1.0 - np.linalg.solve(square, down)[..., 0])
