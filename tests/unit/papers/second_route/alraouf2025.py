@@ -127,9 +127,8 @@ def errors_of_a_passive_loop():
 
 
 _GRID = 1e-4
-"""The package's table of z, in cells of 0.005, is off by 0.005^2/8 at most. Times 5 cm, against
-residuals of 0.1 to 0.5 cm, that is a share of 3e-5 to 3e-4 of each, and half of it or less in the
-mean."""
+"""The package's table of z, in cells of 0.005, is off by 0.005^2/8. Times c2, 1.4 cm without memory
+and 4.7 cm passive, against residuals of 0.12 and 0.5 cm, that is less than this of a square."""
 
 
 def _bouc_wen(parameters, start):
