@@ -61,7 +61,8 @@ def command(
         check_folder(out, rig)
     tried = _listed(effects)
     if kind is not Kind.LOOP:
-        tried = [effect(name).name for name in tried]
+        for name in tried:
+            effect(name.partition(":")[0])
     with progress_bar("model") as progress:
         try:
             report = diagnose(

@@ -3,14 +3,17 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 from pamsim.comparison.candidate import Candidate, Probe, inside
 from pamsim.core.errors import InputError
 from pamsim.effects.catalog import TRIAL_EFFECTS, effect
 from pamsim.effects.effect import JOINT, SECOND_MUSCLE, TILTED, Effect, EffectParameter
+from pamsim.engine.native import is_native
 from pamsim.engine.rig import Rig
 from pamsim.engine.rig_parameter import RigParameter, rig_parameter
 from pamsim.inference.free_parameter import FreeParameter
+from pamsim.signals.sensors import MeasurementChain
 
 
 def rig_name(rig: Rig, name: str) -> str:
@@ -34,13 +37,35 @@ def rig_name(rig: Rig, name: str) -> str:
     return name
 
 
-def _on_rig(rig: Rig, parameter: EffectParameter) -> RigParameter:
+def rig_effect(rig: Rig, name: str) -> Effect:
+    """Look an effect up, also on one muscle of a rig: ``rest_length:muscle_1``.
+
+    Raises:
+        InputError: if there is none of that name or form, or it does not act on muscles.
+    """
+    plain, _, muscle = name.partition(":")
+    if muscle not in rig.muscles:
+        return effect(name)
+    common = effect(plain)
+    parameters: list[EffectParameter] = []
+    for parameter in common.parameters:
+        own = parameter.name.rpartition(":")[2]
+        if is_native(own) or own.startswith(f"{MeasurementChain.group}."):
+            raise InputError(f"{plain} does not act on a muscle: {own} is a number of the rig")
+        parameters.append(replace(parameter, name=f"{muscle}:{own}"))
+    return replace(common, form=muscle, parameters=tuple(parameters))
+
+
+def _on_rig(rig: Rig, parameter: EffectParameter) -> tuple[EffectParameter, RigParameter]:
+    """A parameter of an effect with its range on a rig, and the rig's own."""
     own = rig_parameter(rig, rig_name(rig, parameter.name))
     if parameter.unit and own.spec.unit != parameter.unit:
         raise InputError(
             f"{own.name} of this rig's force law is in {own.spec.unit}, not {parameter.unit}"
         )
-    return own
+    if parameter.scaled_by:
+        parameter = parameter.scaled(rig_parameter(rig, parameter.scaled_by).value)
+    return parameter, own
 
 
 def at_size(rig: Rig, effect: Effect, size: float) -> dict[str, float]:
@@ -55,8 +80,7 @@ def at_size(rig: Rig, effect: Effect, size: float) -> dict[str, float]:
         InputError: if the rig does not have what the effect acts on.
     """
     values: dict[str, float] = {}
-    for parameter in effect.parameters:
-        own = _on_rig(rig, parameter)
+    for parameter, own in (_on_rig(rig, p) for p in effect.parameters):
         value = parameter.at(size, own.value)
         values[own.name] = min(max(value, own.spec.low), own.spec.high)
     return values
@@ -68,21 +92,16 @@ def candidate(rig: Rig, effect: Effect) -> Candidate:
     Raises:
         InputError: if the rig does not have what the effect acts on.
     """
-    own = [_on_rig(rig, p) for p in effect.parameters]
-    free = tuple(_free(p, r) for p, r in zip(effect.parameters, own, strict=True))
+    parts = [_on_rig(rig, p) for p in effect.parameters]
+    free = tuple(_free(p, r) for p, r in parts)
     neutral = {
         r.name: r.value if p.neutral is None or p.relative else p.neutral
-        for p, r in zip(effect.parameters, own, strict=True)
+        for p, r in parts
         if not p.shape
     }
-    shapes = [r.name for p, r in zip(effect.parameters, own, strict=True) if p.shape]
+    shapes = [r.name for p, r in parts if p.shape]
     variants: list[dict[str, float]] = [{}]
-    variants += [
-        {r.name: value}
-        for p, r in zip(effect.parameters, own, strict=True)
-        if p.shape
-        for value in p.starts
-    ]
+    variants += [{r.name: value} for p, r in parts if p.shape for value in p.starts]
     probes: list[Probe] = []
     for number, size in enumerate(effect.probes):
         # Other shapes are tried at one size only: the shape shows at any size.
@@ -98,7 +117,7 @@ def candidates(rig: Rig, names: Sequence[str] = ()) -> tuple[tuple[Candidate, ..
 
     Args:
         rig: its model.
-        names: of effects; all if left out.
+        names: of effects, as `rig_effect` takes them; those that are usual if left out.
 
     Returns:
         The effects, and why others cannot be tried.
@@ -107,7 +126,7 @@ def candidates(rig: Rig, names: Sequence[str] = ()) -> tuple[tuple[Candidate, ..
     skipped: dict[str, str] = {}
     for name in names or TRIAL_EFFECTS:
         try:
-            tried.append(candidate(rig, effect(name)))
+            tried.append(candidate(rig, rig_effect(rig, name)))
         except InputError as error:
             skipped[name] = str(error)
     return tuple(tried), skipped

@@ -5,10 +5,10 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from pamsim.comparison.candidate import inside
-from pamsim.comparison.effects_on_rig import at_size, candidate
+from pamsim.comparison.effects_on_rig import at_size, candidate, rig_effect
 from pamsim.core.errors import InputError
 from pamsim.diagnosis.method.row_model import RowEffect
-from pamsim.effects.catalog import ROW_EFFECTS, effect
+from pamsim.effects.catalog import ROW_EFFECTS
 from pamsim.effects.effect import Effect
 from pamsim.engine.rig import Rig
 
@@ -31,7 +31,7 @@ def effects_at_rest(
     acting: list[RowEffect] = []
     skipped: dict[str, str] = {}
     for name in names or ROW_EFFECTS:
-        chosen = effect(name)
+        chosen = rig_effect(rig, name)
         if chosen.invisible_at_rest:
             skipped[name] = chosen.invisible_at_rest
         else:

@@ -6,6 +6,7 @@ moves its parameters away from there; adding one frees them.
 
 from __future__ import annotations
 
+import dataclasses
 from dataclasses import dataclass
 
 JOINT = "{joint}"
@@ -33,6 +34,8 @@ class EffectParameter:
         shape: True for a number without influence while the effect is absent, such as a time
             constant; ``typical`` is then the value itself.
         starts: of a shape, further values a search begins from, as ``typical``.
+        scaled_by: parameter of the rig by whose value ``typical``, ``low``, ``high`` and ``starts``
+            are multiplied, such as a length that they are shares of; empty for none.
         unit: SI unit that the rig's parameter must have, where other force laws use the same letter
             for another quantity; empty if any will do.
         natural_ends: True if no rig can lie beyond the ends of the range, so that a fit that ends
@@ -47,6 +50,7 @@ class EffectParameter:
     relative: bool = False
     shape: bool = False
     starts: tuple[float, ...] = ()
+    scaled_by: str = ""
     unit: str = ""
     natural_ends: bool = False
 
@@ -62,6 +66,17 @@ class EffectParameter:
         if self.relative:
             return own * (1.0 + size * (self.typical - 1.0))
         return (own if self.neutral is None else self.neutral) + size * self.typical
+
+    def scaled(self, by: float) -> EffectParameter:
+        """The same with its range multiplied by the value of ``scaled_by`` [SI]."""
+        return dataclasses.replace(
+            self,
+            typical=by * self.typical,
+            low=by * self.low,
+            high=by * self.high,
+            starts=tuple(by * start for start in self.starts),
+            scaled_by="",
+        )
 
     def bounds(self, own: float) -> tuple[float, float]:
         """Range a search may use [SI]; for what is neutral at the rig's own value, around it."""
@@ -85,7 +100,7 @@ class Effect:
         probes: sizes, in units of the typical one, at which its signature is taken: one small one,
             or, of an effect with a threshold, several, so that it acts at one of them.
         form: which formula this is, where the same physics has several; such forms share the name,
-            and `pamsim.effects.catalog.FORMS` lists them.
+            and `pamsim.effects.catalog.FORMS` lists them. On a rig also the only muscle it acts on.
         in_trials: whether recordings over time are searched for it.
         on_request: whether it is tried only where it is asked for by name.
         path_dependent: whether its force depends on the path, not on the present state alone.

@@ -72,7 +72,12 @@ EFFECTS = (
         missing="a different length of the muscles at the reference point",
         parameters=(
             EffectParameter(
-                name="mounting.length_at_zero", typical=5e-4, low=-0.015, high=0.015, neutral=None
+                name="mounting.length_at_zero",
+                typical=2e-3,
+                low=-0.25,
+                high=0.25,
+                neutral=None,
+                scaled_by="braid.nominal_length",
             ),
         ),
         look_alikes=("passive_stiffness", "angle_scale"),

@@ -8,12 +8,11 @@ from typing import Any
 
 import numpy as np
 
-from pamsim.comparison.effects_on_rig import at_size
+from pamsim.comparison.effects_on_rig import at_size, rig_effect
 from pamsim.comparison.protocols import HELD_OUT_SUFFIX, protocol
 from pamsim.core.errors import InputError
 from pamsim.core.experiment import Experiment
 from pamsim.core.recording import Recording
-from pamsim.effects.catalog import effect
 from pamsim.engine.batch import simulate_batch
 from pamsim.engine.rig import Rig, load_rig
 from pamsim.engine.simulate import simulate
@@ -51,7 +50,7 @@ def hide(
     """
     settings = HideSettings(**options)
     base = rig if isinstance(rig, Rig) else load_rig(rig)
-    hidden, models = _resolved(effects, settings)
+    hidden, models = _resolved(base, effects, settings)
     values = _parameters(base, effects, models)
     changed = base.with_parameters(values)
     rng = np.random.default_rng([settings.seed, 77])
@@ -84,7 +83,7 @@ def hide(
 
 
 def _resolved(
-    effects: Mapping[str, float], settings: HideSettings
+    rig: Rig, effects: Mapping[str, float], settings: HideSettings
 ) -> tuple[tuple[HiddenEffect, ...], _Models]:
     """What is hidden, and the independent models among it in the order in which they act."""
     hidden: list[HiddenEffect] = []
@@ -100,7 +99,9 @@ def _resolved(
                 name=name,
                 size=size,
                 formulation="library" if model is None else model.formulation,
-                resembles=OUTSIDE[name].resembles if name in OUTSIDE else (effect(name).name,),
+                resembles=OUTSIDE[name].resembles
+                if name in OUTSIDE
+                else (rig_effect(rig, name).name,),
             )
         )
     models.sort(key=lambda pair: ORDER.index(pair[0].name))
@@ -113,7 +114,7 @@ def _parameters(rig: Rig, effects: Mapping[str, float], models: _Models) -> dict
     values: dict[str, float] = {}
     for name, size in effects.items():
         if name not in independent:
-            values |= at_size(rig, effect(name), size)
+            values |= at_size(rig, rig_effect(rig, name), size)
         elif (parameters := independent[name].parameters) is not None:
             values |= parameters(rig, size)
     return values

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import pamsim
-from pamsim.comparison.effects_on_rig import at_size, candidate, rig_name
+from pamsim.comparison.effects_on_rig import at_size, candidate, rig_effect, rig_name
 from pamsim.comparison.protocols import PROTOCOLS
 from pamsim.core.errors import InputError
 from pamsim.effects.catalog import EFFECTS, FORMS, ROW_EFFECTS, TRIAL_EFFECTS, effect
@@ -147,6 +147,27 @@ def test_a_search_may_reach_neutral_and_every_probe(name, rig):
             assert parameter.low < probe.values[parameter.name] < parameter.high
     assert len({tuple(probe.values.values()) for probe in one.probes}) == len(one.probes)
     assert len({probe.size for probe in one.probes}) == len(effect(name).probes)
+
+
+def test_an_effect_may_act_on_any_one_muscle(rig):
+    for muscle in rig.muscles:
+        one = candidate(rig, rig_effect(rig, f"rest_length:{muscle}"))
+        assert (one.name, one.effect.form) == ("rest_length", muscle)
+        (length,) = one.parameters
+        assert length.name == f"{muscle}:mounting.length_at_zero"
+        own, nominal = one.neutral[length.name], rig.muscles[muscle].braid.nominal_length
+        assert (length.low, length.high) == pytest.approx((own - nominal / 4, own + nominal / 4))
+        assert candidate(rig, rig_effect(rig, f"muscle_mismatch:{muscle}")).parameters[0].name == (
+            f"{muscle}:force.scale"
+        )
+        leaking = rig.with_parameters(at_size(rig, rig_effect(rig, f"air_leak:{muscle}"), 1.0))
+        leaks = {m: parts.chamber.leak_conductance > 0.0 for m, parts in leaking.muscles.items()}
+        assert leaks == {m: m == muscle for m in rig.muscles}
+    for name in ("added_inertia:muscle_1", "angle_bias:muscle_1"):
+        with pytest.raises(InputError, match=r"\A[^\n]*does not act on a muscle[^\n]*\Z"):
+            rig_effect(rig, name)
+    with pytest.raises(InputError, match="no form 'muscle_9'"):
+        rig_effect(rig, "air_leak:muscle_9")
 
 
 def test_names_stand_for_the_rig_s_own_parts(rig):
