@@ -67,6 +67,7 @@ def _print(replication: Replication) -> None:
         click.echo(
             f"{claim.id:16s} {statement:{_STATEMENT_WIDTH}s} {_short(claim.printed):>12s}"
             f" {_short(claim.recomputed):>12s}  {claim.verdict.value}"
+            + (f", the fact of {claim.same_as}" if claim.same_as else "")
         )
     for failure in replication.failures:
         name = PAPERS[failure["paper"]]

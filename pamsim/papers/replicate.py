@@ -13,11 +13,11 @@ from pamsim.core.encoding import fields_to_dict, to_dict
 from pamsim.core.errors import InputError, nearest
 from pamsim.core.progress import Progress
 from pamsim.core.versions import versions
-from pamsim.papers.claim import Claim, Verdict, claim_ids, evaluate
+from pamsim.papers.claim import Claim, Note, Verdict, claim_ids, evaluate
 from pamsim.store.json_file import write_json
 from pamsim.store.printed import printed_document
 
-SCHEMA = "pamsim-replicate/1"
+SCHEMA = "pamsim-replicate/2"
 
 PAPERS: Mapping[str, str] = {
     "matiskova2021": "Matiskova 2021",
@@ -36,6 +36,7 @@ class Replication:
     Attributes:
         papers: name -> full citation.
         claims: paper by paper.
+        notes: what the papers do not state or print, paper by paper.
         failures: papers that could not be evaluated, and why.
         wall_s: time it took [s].
         versions: of the software that computed it.
@@ -43,28 +44,43 @@ class Replication:
 
     papers: Mapping[str, str]
     claims: tuple[Claim, ...]
+    notes: tuple[Note, ...]
     failures: tuple[Mapping[str, str], ...]
     wall_s: float
     versions: Mapping[str, str] = field(default_factory=versions)
 
     @property
     def counts(self) -> dict[str, int]:
-        """Verdict -> number of claims."""
-        counted = Counter(claim.verdict for claim in self.claims)
-        return {verdict.value: counted[verdict] for verdict in Verdict}
+        """Verdict -> number of facts: claims that repeat a fact with its verdict count once."""
+        return _facts(self.claims)
 
     def summary(self) -> str:
-        """How many claims there are and how they were judged, in a line."""
+        """How many claims and facts there are and how they were judged, in a line."""
         listed = ", ".join(f"{count} {verdict}" for verdict, count in self.counts.items())
-        return f"{len(self.claims)} claims: {listed}"
+        return (
+            f"{len(self.claims)} claims of {sum(self.counts.values())} facts: {listed};"
+            f" {len(self.notes)} notes"
+        )
 
     def to_dict(self) -> dict[str, Any]:
         """Everything, JSON-safe."""
-        return to_dict({"schema": SCHEMA, **fields_to_dict(self), "counts": self.counts})
+        counts = {
+            "counts": self.counts,
+            "counts_by_paper": {
+                paper: _facts(claim for claim in self.claims if claim.paper == paper)
+                for paper in self.papers
+            },
+        }
+        return to_dict({"schema": SCHEMA, **fields_to_dict(self), **counts})
 
     def save(self, folder: Path) -> None:
         """Write ``replication.json`` into a folder."""
         write_json(folder / "replication.json", self.to_dict())
+
+
+def _facts(claims: Iterable[Claim]) -> dict[str, int]:
+    counted = Counter(verdict for _, verdict in {claim.fact for claim in claims})
+    return {verdict.value: counted[verdict] for verdict in Verdict}
 
 
 def citation(paper: str) -> str:
@@ -90,23 +106,24 @@ def replicate(
         if paper not in PAPERS:
             raise InputError(f"no paper {paper!r}; {nearest(paper, PAPERS)}")
     report: Progress = progress or (lambda done, total, what: None)
-    claims: list[Claim] = []
+    found: list[Claim | Note] = []
     failures: list[dict[str, str]] = []
     for index, paper in enumerate(wanted):
         report(index, len(wanted), PAPERS[paper])
         try:
-            claims += paper_claims(paper)
+            found += paper_claims(paper)
         except Exception as error:  # whatever it is, the other papers still count
             failures.append({"paper": paper, "error": f"{type(error).__name__}: {error}"})
     report(len(wanted), len(wanted), "done")
     return Replication(
         papers={paper: citation(paper) for paper in wanted},
-        claims=tuple(claims),
+        claims=tuple(each for each in found if isinstance(each, Claim)),
+        notes=tuple(each for each in found if isinstance(each, Note)),
         failures=tuple(failures),
         wall_s=time.monotonic() - began,
     )
 
 
-def paper_claims(paper: str) -> list[Claim]:
-    """Recompute and judge all claims of one paper."""
+def paper_claims(paper: str) -> list[Claim | Note]:
+    """Recompute and judge all claims of one paper, notes among them."""
     return [evaluate(id) for id in claim_ids(paper)]

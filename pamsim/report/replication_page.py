@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from collections import Counter
 from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any
@@ -19,9 +18,13 @@ from pamsim.report.replication_preisach import exact_shape, force_loops, plane_a
 from pamsim.report.replication_statics import arctangent_loop, bouc_wen_loop, static_law
 
 VERDICTS: Mapping[str, tuple[str, str, str]] = {
-    "reproduced": ("reproduced", "✓", "reproduced"),
-    "not reproducible from printed data": ("open", "○", "not reproducible"),
+    "independent": ("independent", "✓", "independent"),
+    "identity": ("identity", "≡", "identity"),
+    "calibrated": ("calibrated", "⚙", "calibrated"),
+    "not significant": ("scatter", "≈", "not significant"),
     "inconsistent in the paper": ("inconsistent", "≠", "inconsistent"),
+    "text damaged": ("damaged", "✂", "text damaged"),
+    "not reproducible from printed data": ("open", "○", "not reproducible"),
 }
 """Verdict -> name in the page's code, mark, short word."""
 
@@ -50,7 +53,7 @@ def write_replication(
     """Write page and figures of a replication.
 
     Args:
-        result: of schema ``pamsim-replicate/1``, JSON-safe.
+        result: of schema ``pamsim-replicate/2``, JSON-safe.
         curves: name of a paper -> what its figures draw; papers left out get no figures.
         out: folder to write into; made if missing, files of the same names are replaced.
 
@@ -77,6 +80,7 @@ def write_replication(
         sentence=verdict_sentence,
         printed_text=printed_text,
         recomputed_text=recomputed_text,
+        accepted_text=accepted_text,
     )
 
 
@@ -84,13 +88,13 @@ def verdict_sentence(result: Mapping[str, Any]) -> str:
     """How many statements came out how, and which papers could not be evaluated.
 
     Args:
-        result: of schema ``pamsim-replicate/1``.
+        result: of schema ``pamsim-replicate/2``.
     """
-    counted = Counter(claim["verdict"] for claim in result["claims"])
-    listed = [f"{counted[verdict]} {verdict}" for verdict in VERDICTS]
+    counts = result["counts"]
+    listed = [f"{counts[verdict]} {verdict}" for verdict in VERDICTS]
     papers = len(result["papers"])
     text = f"{len(result['claims'])} printed statements of {papers}"
-    text += f" paper{'' if papers == 1 else 's'} recomputed: "
+    text += f" paper{'' if papers == 1 else 's'} recomputed, {sum(counts.values())} facts: "
     text += ", ".join(listed[:-1]) + f" and {listed[-1]}."
     failed = [PAPERS[failure["paper"]] for failure in result["failures"]]
     return text + (f" Not evaluated: {', '.join(failed)}." if failed else "")
@@ -101,6 +105,23 @@ def printed_text(value: Any) -> str:
     if isinstance(value, list | tuple):
         return ", ".join(plain(entry) for entry in value)
     return plain(value)
+
+
+def accepted_text(claim: Mapping[str, Any]) -> str:
+    """What the recomputed number of a claim must be: interval, order; empty for several intervals.
+
+    Args:
+        claim: of the result.
+    """
+    parts = [f"must be {claim['order']}"] if claim["order"] else []
+    if len(claim["accepted"]) == 1:
+        low, high = claim["accepted"][0]
+        parts += [f"at least {significant(low, 6)}"] if high is None and low is not None else []
+        parts += [f"at most {significant(high, 6)}"] if low is None and high is not None else []
+        if None not in (low, high):
+            parts.append(f"accepted {significant(low, 6)} to {significant(high, 6)}")
+        parts += [f"95 % ±{significant(half, 3)}" for half in claim["scatter"]]
+    return ", ".join(parts)
 
 
 def recomputed_text(value: Any, printed: Any) -> str:

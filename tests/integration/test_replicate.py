@@ -12,8 +12,8 @@ from pamsim.papers import replicate as room
 from pamsim.papers.claim import Claim, Verdict, evaluate
 
 KEYS = {
-    "id", "paper", "statement", "place", "printed", "recomputed", "unit", "tolerance", "verdict",
-    "reason",
+    "id", "paper", "statement", "place", "printed", "recomputed", "unit", "accepted", "scatter",
+    "order", "kind", "because", "verdict", "same_as", "reason",
 }  # fmt: skip
 
 
@@ -33,10 +33,15 @@ def made_up(paper):
             statement="a statement of words",
             place="text",
             printed="more",
-            recomputed=None,
+            recomputed=1.0,
             unit="",
-            tolerance=None,
+            accepted=((None, 0.5),),
+            scatter=(),
+            order=None,
+            kind=Verdict.INDEPENDENT,
+            because="it could be less",
             verdict=Verdict.INCONSISTENT,
+            same_as=None,
             reason="a finding about the paper",
         )
     ]
@@ -62,15 +67,19 @@ def test_json_holds_claims_of_every_paper_and_the_counts(light, monkeypatch, cap
     code, out, err = run(monkeypatch, capsys, "--json", str(file))
     assert (code, err) == (0, "")
     result = json.loads(file.read_text(encoding="utf-8"))
-    assert result["schema"] == "pamsim-replicate/1"
+    assert result["schema"] == "pamsim-replicate/2"
     assert {claim["paper"] for claim in result["claims"]} == set(light)
     assert all(set(claim) == KEYS for claim in result["claims"])
     assert set(result["counts"]) == {verdict.value for verdict in Verdict}
-    assert sum(result["counts"].values()) == len(result["claims"])
+    facts = {(claim["same_as"] or claim["id"], claim["verdict"]) for claim in result["claims"]}
+    assert sum(result["counts"].values()) == len(facts) < len(result["claims"])
     assert set(result["versions"]) == {"python", "pamsim", "mujoco", "numpy"}
     assert result["wall_s"] > 0.0
     assert all(claim["id"] in out for claim in result["claims"])
-    assert out.splitlines()[-1].startswith(f"{len(result['claims'])} claims: ")
+    assert out.splitlines()[-1].startswith(
+        f"{len(result['claims'])} claims of {len(facts)} facts: "
+    )
+    assert "the fact of alraouf2025-04" in out
 
 
 @pytest.mark.usefixtures("light")

@@ -4,8 +4,6 @@ from __future__ import annotations
 
 import math
 
-import numpy as np
-
 from pamsim.papers.alraouf2025.loop import (
     arctangent_half_intervals,
     branch_data,
@@ -15,9 +13,10 @@ from pamsim.papers.alraouf2025.loop import (
     published,
     scores,
 )
-from pamsim.papers.claim import Recomputed, recomputes
+from pamsim.papers.claim import Order, Recomputed, recomputes
+from pamsim.papers.rounding import propagated, propagated_each
 from pamsim.signals.static_law import arctangent_law
-from pamsim.store.printed import loop_equation
+from pamsim.store.printed import Printed, loop_equation
 
 
 @recomputes("alraouf2025-01")
@@ -27,22 +26,13 @@ def _product_sign() -> Recomputed:
     product = scores(arctangent_law(pressure, b0, b1, b2, b3) - length, length)["RMSE"]
     added = arctangent_law(pressure, 1.0, b1, b2, b3) + b0
     total = scores(added - length, length)["RMSE"]
-    return Recomputed(
-        "b0 arctan(b1 p + b2) + b3", holds=total <= product, total=total, product=product
-    )
+    return Recomputed((total, product), order=Order.RISING)
 
 
 @recomputes("alraouf2025-02", "up")
 @recomputes("alraouf2025-03", "down")
 def _same_estimates(branch: str) -> Recomputed:
-    rows = loop_coefficients(branch)
-    return Recomputed(
-        [row.estimate.value for row in rows],
-        tolerance=[
-            max(number.half_unit, row.estimate.half_unit)
-            for number, row in zip(loop_equation(branch), rows, strict=True)
-        ],
-    )
+    return Recomputed([row.estimate for row in loop_coefficients(branch)])
 
 
 @recomputes("alraouf2025-04", "up")
@@ -59,22 +49,19 @@ def _coefficients(branch: str) -> Recomputed:
 def _own_intervals(branch: str) -> Recomputed:
     """Do interval, coefficients, MSE and pressures of the paper belong to one another?"""
     pressure, _ = branch_data(branch)
-    printed = loop_equation(branch)
-    mse = loop_scores(branch, "arctangent")["MSE"]
-    coefficients = published(branch)
-    result = arctangent_half_intervals(pressure, coefficients, mse.value)
     rows = loop_coefficients(branch)
-    half_widths = [0.5 * (row.high.value - row.low.value) for row in rows]
-    rounding = 0.5 * (result / mse.value) * mse.half_unit
-    for index, number in enumerate(printed):
-        moved = list(coefficients)
-        moved[index] += number.half_unit
-        rounding += np.abs(arctangent_half_intervals(pressure, tuple(moved), mse.value) - result)
-    ends = [0.5 * (_five_digits(row.low.value) + _five_digits(row.high.value)) for row in rows]
+
+    def half(*numbers: float) -> list[float]:
+        return arctangent_half_intervals(pressure, numbers[1:], numbers[0]).tolist()
+
     return Recomputed(
-        [float(value) for value in result],
-        tolerance=[float(a + b) for a, b in zip(ends, rounding, strict=True)],
-        printed=half_widths,
+        propagated_each(half, loop_scores(branch, "arctangent")["MSE"], *loop_equation(branch)),
+        printed=[
+            propagated(
+                lambda low, high: 0.5 * (high - low), _five_digits(row.low), _five_digits(row.high)
+            )
+            for row in rows
+        ],
     )
 
 
@@ -95,13 +82,13 @@ def _interval(branch: str, index: int) -> Recomputed:
     inside = row.low.value <= result[index] <= row.high.value
     return Recomputed(
         (result[index] - half, result[index] + half),
-        tolerance=(_five_digits(row.low.value), _five_digits(row.high.value)),
-        printed=(row.low.value, row.high.value),
+        printed=(_five_digits(row.low), _five_digits(row.high)),
         estimate=result[index],
         where="inside" if inside else "outside",
     )
 
 
-def _five_digits(value: float) -> float:
-    """Half a unit of the last digit of Table 1: five digits padded with zeros, six decimals."""
-    return max(0.5 * 10.0 ** (math.floor(math.log10(abs(value))) - 4), 0.5e-6)
+def _five_digits(number: Printed) -> Printed:
+    """A number of Table 1, whose five digits are padded with zeros to six decimals."""
+    digit = 0.5 * 10.0 ** (math.floor(math.log10(abs(number.value))) - 4)
+    return Printed(number.value, max(digit, number.half_unit))

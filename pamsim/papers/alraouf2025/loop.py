@@ -129,7 +129,16 @@ def branch_data(branch: str) -> tuple[FloatArray, FloatArray]:
 
 def measured_width() -> float:
     """Largest distance between the branches of Table 2 at one pressure [cm]."""
-    return float(np.max(np.abs(branch_data("up")[1] - branch_data("down")[1])))
+    return measured_gap()[0].value
+
+
+def measured_gap() -> tuple[Printed, float]:
+    """As `measured_width` with its rounding, and half its interval by the printed ones [cm]."""
+    pairs = list(zip(loop_rows("up"), loop_rows("down"), strict=True))
+    up, down = max(pairs, key=lambda pair: abs(pair[0].mean.value - pair[1].mean.value))
+    gap = abs(up.mean.value - down.mean.value)
+    half = math.hypot(up.half_interval.value, down.half_interval.value)
+    return Printed(gap, up.mean.half_unit + down.mean.half_unit), half
 
 
 def scores(residual: FloatArray, length: FloatArray) -> dict[str, float]:

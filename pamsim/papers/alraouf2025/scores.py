@@ -14,18 +14,13 @@ from pamsim.papers.alraouf2025.loop import (
     fit_arctangent,
     fit_bouc_wen,
     loop_scores,
-    measured_width,
-    published,
+    measured_gap,
     scores,
 )
-from pamsim.papers.claim import Recomputed, half_unit, recomputes
+from pamsim.papers.claim import Order, Recomputed, recomputes
+from pamsim.papers.rounding import half_unit, propagated
 from pamsim.signals.static_law import arctangent_law
-from pamsim.store.printed import BRANCHES
-
-
-def _published_scores(branch: str) -> dict[str, float]:
-    pressure, length = branch_data(branch)
-    return scores(arctangent_law(pressure, *published(branch)) - length, length)
+from pamsim.store.printed import BRANCHES, Printed, loop_equation, loop_rows
 
 
 def _fitted_scores(branch: str) -> dict[str, float]:
@@ -42,9 +37,15 @@ def _fitted_scores(branch: str) -> dict[str, float]:
 @recomputes("alraouf2025-22", "down", "RMSE")
 @recomputes("alraouf2025-23", "down", "MAE")
 def _on_table(branch: str, score: str) -> Recomputed:
-    printed = loop_scores(branch, "arctangent")[score]
+    pressure, length = branch_data(branch)
+
+    def found(*coefficients: float) -> float:
+        return scores(arctangent_law(pressure, *coefficients) - length, length)[score]
+
     return Recomputed(
-        _published_scores(branch)[score], printed=printed, fitted=_fitted_scores(branch)[score]
+        propagated(found, *loop_equation(branch)),
+        printed=loop_scores(branch, "arctangent")[score],
+        fitted=_fitted_scores(branch)[score],
     )
 
 
@@ -52,13 +53,7 @@ def _on_table(branch: str, score: str) -> Recomputed:
 @recomputes("alraouf2025-25", "down")
 def _within_reach(branch: str) -> Recomputed:
     printed = loop_scores(branch, "arctangent")["MSE"]
-    best = _fitted_scores(branch)["MSE"]
-    return Recomputed(
-        best,
-        holds=best <= printed.value + printed.half_unit,
-        tolerance=printed.half_unit,
-        printed=printed.value,
-    )
+    return Recomputed(_fitted_scores(branch)["MSE"], printed=printed, high=printed)
 
 
 @recomputes("alraouf2025-26", "up")
@@ -66,40 +61,33 @@ def _within_reach(branch: str) -> Recomputed:
 def _root(branch: str) -> Recomputed:
     models = [loop_scores(branch, name) for name in ("arctangent", "bouc_wen")]
     return Recomputed(
-        [math.sqrt(model["MSE"].value) for model in models],
-        tolerance=[
-            model["RMSE"].half_unit + model["MSE"].half_unit / (2.0 * model["RMSE"].value)
-            for model in models
-        ],
-        printed=[model["RMSE"].value for model in models],
+        [propagated(math.sqrt, model["MSE"]) for model in models],
+        printed=[model["RMSE"] for model in models],
     )
 
 
-def _implied_variance(branch: str, model: str) -> tuple[float, float]:
-    """Variance of the scored lengths, MSE / (1 - R2), and its rounding error [cm^2]."""
+def _implied_variance(branch: str, model: str) -> Printed:
+    """Variance of the scored lengths, MSE / (1 - R2) [cm^2]."""
     printed = loop_scores(branch, model)
-    mse, r2 = printed["MSE"], printed["R2"]
-    value = mse.value / (1.0 - r2.value)
-    return value, value * (mse.half_unit / mse.value + r2.half_unit / (1.0 - r2.value))
+    return propagated(lambda mse, r2: mse / (1.0 - r2), printed["MSE"], printed["R2"])
 
 
 @recomputes("alraouf2025-28", "up")
 @recomputes("alraouf2025-29", "down")
 def _variance_agrees(branch: str) -> Recomputed:
-    arctangent, rounding = _implied_variance(branch, "arctangent")
-    bouc_wen, finer = _implied_variance(branch, "bouc_wen")
-    return Recomputed(bouc_wen, tolerance=rounding + finer, printed=arctangent)
+    return Recomputed(
+        _implied_variance(branch, "bouc_wen"), printed=_implied_variance(branch, "arctangent")
+    )
 
 
 @recomputes("alraouf2025-30", "up")
 @recomputes("alraouf2025-31", "down")
 def _variance_of_table(branch: str) -> Recomputed:
-    variance, rounding = _implied_variance(branch, "bouc_wen")
-    _, length = branch_data(branch)
+    # The table drops trailing zeros: all its numbers have three decimals.
+    means = [Printed(row.mean.value, half_unit(3)) for row in loop_rows(branch)]
     return Recomputed(
-        float(np.var(length)),
-        tolerance=rounding + 2.0 * half_unit(3) * float(np.std(length)),
-        printed=variance,
+        propagated(lambda *lengths: float(np.var(lengths)), *means),
+        printed=_implied_variance(branch, "bouc_wen"),
     )
 
 
@@ -118,45 +106,51 @@ def _bouc_wen_scores(branch: str) -> Recomputed:
 @recomputes("alraouf2025-34", "up")
 @recomputes("alraouf2025-35", "down")
 def _bouc_wen_better(branch: str) -> Recomputed:
-    printed = [loop_scores(branch, name)["MSE"].value for name in ("bouc_wen", "arctangent")]
-    _, length = branch_data(branch)
-    result = scores(fit_bouc_wen().residual[branch], length)["MSE"]
-    arctangent = _fitted_scores(branch)["MSE"]
+    pressure, length = branch_data(branch)
+    ours = fit_bouc_wen().residual[branch]
+    arctangent = arctangent_law(pressure, *fit_arctangent(branch)) - length
+    gain = float(np.mean(arctangent**2 - ours**2))
+    # What the printed intervals of the means do to the difference, both fits held.
+    interval = np.array([row.half_interval.value for row in loop_rows(branch)])
+    half = 2.0 * float(np.sqrt(np.sum(((arctangent - ours) * interval) ** 2))) / len(length)
+    mse = [loop_scores(branch, name)["MSE"] for name in ("arctangent", "bouc_wen")]
     return Recomputed(
-        result / arctangent,
-        holds=result <= arctangent,
-        printed=printed[0] / printed[1],
-        result=result,
+        gain,
+        printed=propagated(lambda first, second: first - second, *mse),
+        low=0.0,
+        scatter=half,
+        result=float(np.mean(ours**2)),
         arctangent_parameters=ARCTANGENT_PARAMETERS,
-        arctangent=arctangent,
-        fall=100.0 * (1.0 - printed[0] / printed[1]),
+        arctangent=float(np.mean(arctangent**2)),
+        half=half,
     )
 
 
 @recomputes("alraouf2025-36", "arctangent")
 @recomputes("alraouf2025-37", "bouc_wen")
 def _rounded(model: str) -> Recomputed:
-    values = [loop_scores(branch, model)["R2"].value for branch in BRANCHES]
-    return Recomputed(sum(values) / len(values), up=values[0], down=values[1])
+    both = [loop_scores(branch, model)["R2"] for branch in BRANCHES]
+    return Recomputed(
+        propagated(lambda up, down: 0.5 * (up + down), *both),
+        up=both[0].value,
+        down=both[1].value,
+    )
 
 
 @recomputes("alraouf2025-38")
 def _fewer_parameters() -> Recomputed:
-    arctangent = 2 * ARCTANGENT_PARAMETERS
-    return Recomputed(
-        (float(arctangent), float(BOUC_WEN_PARAMETERS)), holds=arctangent < BOUC_WEN_PARAMETERS
-    )
+    return Recomputed((2.0 * ARCTANGENT_PARAMETERS, float(BOUC_WEN_PARAMETERS)), order=Order.RISING)
 
 
 @recomputes("alraouf2025-39")
 def _models_hysteresis() -> Recomputed:
     loop = fit_bouc_wen()
-    width = measured_width()
+    gap, half = measured_gap()
     return Recomputed(
         loop.width,
-        holds=loop.width >= 0.5 * width,
-        tolerance=0.5 * width,
-        printed=width,
+        printed=gap,
+        scatter=half,
+        half=half,
         sigma=loop.sigma,
         sharpness=loop.sharpness,
         travel=loop.travel,
@@ -167,13 +161,10 @@ def _models_hysteresis() -> Recomputed:
 def _passive() -> Recomputed:
     loop = fit_bouc_wen(0.5)
     result = [scores(loop.residual[b], branch_data(b)[1])["MSE"] for b in BRANCHES]
-    arctangent = [_fitted_scores(branch)["MSE"] for branch in BRANCHES]
-    good = all(a <= b for a, b in zip(result, arctangent, strict=True))
     return Recomputed(
-        (result[0], result[1]),
-        holds=good,
-        printed=tuple(loop_scores(branch, "bouc_wen")["MSE"].value for branch in BRANCHES),
+        result,
+        printed=[loop_scores(branch, "bouc_wen")["MSE"] for branch in BRANCHES],
         width=loop.width,
-        up=arctangent[0],
-        down=arctangent[1],
+        up=_fitted_scores("up")["MSE"],
+        down=_fitted_scores("down")["MSE"],
     )

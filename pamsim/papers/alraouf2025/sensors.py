@@ -12,16 +12,24 @@ import math
 from pamsim.core.units import DEG_PER_RAD
 from pamsim.papers.alraouf2025.loop import measured_width
 from pamsim.papers.claim import Recomputed, recomputes
-from pamsim.store.printed import printed_document
+from pamsim.papers.rounding import half_unit, propagated
+from pamsim.store.printed import Printed, printed_document
 
 _LABORATORY = (20.0, 30.0)  # deg C, printed
 _ICE_POINT = 273.15  # K
 _SOUND_AT_ICE_POINT = 331.3  # m/s, dry air (Kinsler et al., Fundamentals of Acoustics)
+_SOUND_PER_KELVIN = 0.606  # m/s per K, the linear law of handbooks, its slope at 0 deg C
+
+
+def _digits(instrument: str, name: str) -> Printed:
+    """A printed number of an instrument in its printed unit."""
+    number = printed_document("alraouf2025.toml", digits=True)[instrument][name]["value"]
+    return number if isinstance(number, Printed) else Printed(float(number), half_unit(0))
 
 
 def _printed(instrument: str, name: str) -> float:
-    """A printed number of an instrument in its printed unit."""
-    return float(printed_document("alraouf2025.toml")[instrument][name]["value"])
+    """As `_digits`, without its rounding."""
+    return _digits(instrument, name).value
 
 
 def transducer_pressure(voltage: float) -> float:
@@ -38,9 +46,13 @@ def _resolution(bits: float) -> float:
     return transducer_pressure(volts) - transducer_pressure(0.0)
 
 
-def _transducer_limit() -> float:
+def _transducer_limit() -> Printed:
     """Largest error of the transducer [kPa]."""
-    return 0.01 * _printed("transducer", "accuracy") * _printed("transducer", "full_scale")
+    return propagated(
+        lambda percent, scale: 0.01 * percent * scale,
+        _digits("transducer", "accuracy"),
+        _digits("transducer", "full_scale"),
+    )
 
 
 def speed_of_sound(celsius: float) -> float:
@@ -48,9 +60,13 @@ def speed_of_sound(celsius: float) -> float:
     return _SOUND_AT_ICE_POINT * math.sqrt((celsius + _ICE_POINT) / _ICE_POINT)
 
 
-def ranger_speed() -> float:
-    """Speed of sound that (6) assumes [m/s]: there and back, 58 us/cm."""
-    return 2.0 / (1e-4 * _printed("ranger", "echo_time_per_length"))
+def ranger_speed(echo_time: float) -> float:
+    """Speed of sound [m/s] that (6) assumes with an echo time there and back [us/cm]."""
+    return 2.0 / (1e-4 * echo_time)
+
+
+def _echo_time() -> Printed:
+    return _digits("ranger", "echo_time_per_length")
 
 
 @recomputes("alraouf2025-54")
@@ -74,38 +90,49 @@ def _limit() -> Recomputed:
 
 @recomputes("alraouf2025-57")
 def _expanded() -> Recomputed:
-    return Recomputed(2.0 * _transducer_limit() / math.sqrt(3.0), twice=2.0 * _transducer_limit())
+    limit = _transducer_limit()
+    return Recomputed(
+        propagated(lambda standard: 2.0 * standard, limit),
+        uniform=2.0 * limit.value / math.sqrt(3.0),
+    )
 
 
 @recomputes("alraouf2025-58")
 def _echo() -> Recomputed:
-    kelvin = _ICE_POINT * (ranger_speed() / _SOUND_AT_ICE_POINT) ** 2
     low, high = _LABORATORY
-    celsius = kelvin - _ICE_POINT
-    return Recomputed(celsius, holds=low <= celsius <= high, speed=ranger_speed())
+    celsius = propagated(
+        lambda time: _ICE_POINT * (ranger_speed(time) / _SOUND_AT_ICE_POINT) ** 2 - _ICE_POINT,
+        _echo_time(),
+    )
+    return Recomputed(
+        celsius,
+        printed=(low, high),
+        low=Printed(low, half_unit(0)),
+        high=Printed(high, half_unit(0)),
+        speed=ranger_speed(_echo_time().value),
+    )
 
 
 @recomputes("alraouf2025-59")
 def _range_accuracy() -> Recomputed:
     wave = speed_of_sound(_LABORATORY[0]) / 40e3
-    return Recomputed(None, share=1e-3 * _printed("ranger", "accuracy") / wave)
+    return Recomputed(1e-3 * _printed("ranger", "accuracy") / wave)
 
 
 @recomputes("alraouf2025-60")
 def _per_kelvin() -> Recomputed:
-    # d ln c / dT = 1 / (2 T)
-    cold, warm = (100.0 * 0.5 / (_ICE_POINT + celsius) for celsius in _LABORATORY)
-    return Recomputed(cold, warm=warm, rule=100.0 * 0.6 / 343.0)
+    middle = sum(_LABORATORY) / 2.0
+    linear = _SOUND_PER_KELVIN / (_SOUND_AT_ICE_POINT + _SOUND_PER_KELVIN * middle)
+    # d ln c / dT = 1 / (2 T) of an ideal gas
+    return Recomputed(100.0 * linear, middle=middle, exact=50.0 / (_ICE_POINT + middle))
 
 
 @recomputes("alraouf2025-61")
 def _laboratory() -> Recomputed:
     # A reading is too short by the share by which sound is faster than (6) assumes.
-    cold, warm = (30.0 * ranger_speed() / speed_of_sound(celsius) for celsius in _LABORATORY)
-    width = measured_width()
-    return Recomputed(
-        cold - warm, holds=cold - warm <= 0.1 * width, tolerance=0.1 * width, width=width
-    )
+    speed = ranger_speed(_echo_time().value)
+    cold, warm = (30.0 * speed / speed_of_sound(celsius) for celsius in _LABORATORY)
+    return Recomputed(cold - warm, width=measured_width())
 
 
 @recomputes("alraouf2025-62")
@@ -115,5 +142,5 @@ def _critical_angle() -> Recomputed:
 
 @recomputes("alraouf2025-64")
 def _negligible_step() -> Recomputed:
-    share = _resolution(_printed("converter", "bits")) / _transducer_limit()
-    return Recomputed(share, holds=share <= 0.1)
+    step, limit = _resolution(_printed("converter", "bits")), _transducer_limit().value
+    return Recomputed(math.hypot(limit, step) - limit, high=half_unit(0), step=step)

@@ -8,17 +8,30 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.special import stdtrit
 
-from pamsim.papers.alraouf2025.loop import branch_data, published
-from pamsim.papers.claim import Recomputed, half_unit, recomputes
+from pamsim.papers.alraouf2025.loop import SCORES, branch_data, loop_scores, published
+from pamsim.papers.claim import Recomputed, recomputes
+from pamsim.papers.rounding import half_unit, propagated
 from pamsim.signals.static_law import arctangent_law
-from pamsim.store.printed import BRANCHES, LoopRow, loop_rows
+from pamsim.store.printed import (
+    BRANCHES,
+    LoopRow,
+    Printed,
+    loop_equation,
+    loop_rows,
+    printed_document,
+)
 
 FloatArray = NDArray[np.float64]
 
 _RUNS = 3
-_RANGER = 0.3  # cm, printed accuracy of the distance sensor
 # The table drops trailing zeros (30.05 beside 30.053): all its numbers have three decimals.
 _ROUNDING = half_unit(3)
+
+
+def _ranger() -> Printed:
+    """Printed accuracy of the distance sensor [cm]."""
+    document = printed_document("alraouf2025.toml", digits=True)
+    return Printed(0.1 * document["ranger"]["accuracy"]["value"], half_unit(1))
 
 
 def _student() -> float:
@@ -33,17 +46,15 @@ def _intervals(branch: str) -> Recomputed:
     def off(row: LoopRow) -> float:
         return abs(row.half_interval.value - factor * row.deviation.value)
 
-    rows = loop_rows(branch)
-    worst = max(rows, key=off)
-    tolerance = _ROUNDING * (1.0 + factor)
+    worst = max(loop_rows(branch), key=off)
     return Recomputed(
-        off(worst),
-        tolerance=tolerance,
+        Printed(off(worst), _ROUNDING * (1.0 + factor)),
+        low=0.0,
+        high=0.0,
         student=_student(),
         pressure=worst.pressure_kpa,
         printed_half=worst.half_interval.value,
         half=factor * worst.deviation.value,
-        factor=factor,
     )
 
 
@@ -56,12 +67,17 @@ def _residual(branch: str) -> FloatArray:
 @recomputes("alraouf2025-44", "down")
 def _residual_size(branch: str) -> Recomputed:
     residual = np.abs(_residual(branch))
-    pressure, _ = branch_data(branch)
+    pressure, length = branch_data(branch)
+    limit = Printed(0.3, half_unit(1))
     return Recomputed(
-        float(residual.max()),
-        holds=float(residual.max()) <= 0.3 + half_unit(1),
+        propagated(
+            lambda *a: float(np.max(np.abs(length - arctangent_law(pressure, *a)))),
+            *loop_equation(branch),
+        ),
+        high=limit,
         pressure=pressure[int(residual.argmax())],
-        beyond=int(np.sum(residual > 0.3 + half_unit(1))),
+        limit=limit.value + limit.half_unit,
+        beyond=int(np.sum(residual > limit.value + limit.half_unit)),
         rows=len(residual),
     )
 
@@ -73,53 +89,45 @@ def _residual_order(branch: str) -> Recomputed:
     centred = residual - residual.mean()
     lag = float(centred[1:] @ centred[:-1] / (centred @ centred))
     limit = 1.96 / math.sqrt(len(residual))
-    return Recomputed(lag, tolerance=limit, mean=residual.mean(), limit=limit)
+    return Recomputed(lag, low=0.0, high=0.0, scatter=limit, mean=residual.mean(), limit=limit)
 
 
 def _differences() -> tuple[FloatArray, FloatArray]:
-    """Up minus down length at each pressure, and its standard error [cm]."""
-    up, down = loop_rows("up"), loop_rows("down")
-    difference = [a.mean.value - b.mean.value for a, b in zip(up, down, strict=True)]
-    error = [
-        math.hypot(a.deviation.value, b.deviation.value) / math.sqrt(_RUNS)
-        for a, b in zip(up, down, strict=True)
-    ]
-    return np.array(difference), np.array(error)
+    """Up minus down length at each pressure, and half its interval by the printed ones [cm]."""
+    pairs = list(zip(loop_rows("up"), loop_rows("down"), strict=True))
+    difference = [a.mean.value - b.mean.value for a, b in pairs]
+    half = [math.hypot(a.half_interval.value, b.half_interval.value) for a, b in pairs]
+    return np.array(difference), np.array(half)
 
 
 @recomputes("alraouf2025-47")
 def _clear_difference() -> Recomputed:
-    difference, error = _differences()
-    up, down = loop_rows("up"), loop_rows("down")
-    clear = 0
-    for gap, spread, a, b in zip(difference, error, up, down, strict=True):
-        parts = [row.deviation.value**2 / _RUNS for row in (a, b)]
-        freedom = sum(parts) ** 2 / sum(part**2 / (_RUNS - 1) for part in parts)
-        clear += abs(gap) > float(stdtrit(freedom, 0.975)) * spread
-    mean = float(difference.mean())
-    half = 2.0 * float(np.sqrt(np.sum(error**2))) / len(error)
+    difference, half = _differences()
+    of_mean = float(np.sqrt(np.sum(half**2))) / len(half)
     return Recomputed(
-        float(clear),
-        holds=clear > len(difference) // 2,
+        float(difference.mean()),
+        low=0.0,
+        scatter=of_mean,
+        half=of_mean,
+        clear=int(np.sum(np.abs(difference) > half)),
         pressures=len(difference),
         largest=np.abs(difference).max(),
-        mean=mean,
-        half=half,
-        ranger=_RANGER,
+        ranger=_ranger().value,
     )
 
 
 @recomputes("alraouf2025-48")
 def _delayed() -> Recomputed:
-    difference, _ = _differences()
+    difference, half = _differences()
     pressure, _ = branch_data("up")
     rising, falling = (arctangent_law(pressure, *published(branch)) for branch in BRANCHES)
-    right = int(np.sum(rising > falling))
     against = [f"{p:.0f}" for p, gap in zip(pressure, difference, strict=True) if gap < 0.0]
     return Recomputed(
-        float(len(difference) - len(against)),
+        difference.tolist(),
+        low=0.0,
+        scatter=half.tolist(),
         against=", ".join(against),
-        right=right,
+        right=int(np.sum(rising > falling)),
         pressures=len(difference),
     )
 
@@ -127,11 +135,11 @@ def _delayed() -> Recomputed:
 @recomputes("alraouf2025-49", 0)
 @recomputes("alraouf2025-50", 9)
 def _still(index: int) -> Recomputed:
-    changes: list[float] = []
-    for branch in BRANCHES:
-        _, length = branch_data(branch)
-        changes.append(float(length[index + 1] - length[index]))
-    return Recomputed(changes)
+    ends = [loop_rows(branch)[index : index + 2] for branch in BRANCHES]
+    change = [second.mean.value - first.mean.value for first, second in ends]
+    half = [math.hypot(a.half_interval.value, b.half_interval.value) for a, b in ends]
+    least = Printed(-_ranger().value, _ranger().half_unit)
+    return Recomputed(change, low=least, high=_ranger(), scatter=half, up=half[0], down=half[1])
 
 
 @recomputes("alraouf2025-51")
@@ -140,18 +148,24 @@ def _low_deviations() -> Recomputed:
     worst = max(rows, key=lambda row: row.deviation.value)
     stroke = max(r.mean.value for r in rows) - min(r.mean.value for r in rows)
     return Recomputed(
-        (worst.deviation.value, worst.half_interval.value),
-        holds=worst.half_interval.value <= _RANGER,
+        (worst.deviation, worst.half_interval),
+        high=_ranger(),
         pressure=worst.pressure_kpa,
         branch=worst.branch,
         share=100.0 * worst.half_interval.value / stroke,
         stroke=stroke,
-        exceeding=sum(r.half_interval.value > _RANGER for r in rows),
+        exceeding=sum(r.half_interval.value > _ranger().value for r in rows),
         rows=len(rows),
     )
 
 
 @recomputes("alraouf2025-52")
 def _rest_length() -> Recomputed:
-    lengths = [float(branch_data(branch)[1][0]) for branch in BRANCHES]
-    return Recomputed(lengths)
+    return Recomputed([loop_rows(branch)[0].mean for branch in BRANCHES])
+
+
+@recomputes("alraouf2025-53")
+def _stage_of_table_4() -> Recomputed:
+    printed = printed_document("alraouf2025.toml", digits=True)["text_scores"]
+    table = loop_scores("down", "arctangent")
+    return Recomputed([table[score] for score in SCORES], printed=printed["up"])

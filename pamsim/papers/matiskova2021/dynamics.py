@@ -13,7 +13,8 @@ from pamsim.linear.first_second_order import second_order_step
 from pamsim.linear.step_identification import StepIdentification, identify_step
 from pamsim.papers.claim import Recomputed, recomputes
 from pamsim.papers.numerics import root
-from pamsim.store.printed import mas20_models, mas20_steps
+from pamsim.papers.rounding import propagated
+from pamsim.store.printed import Printed, mas20_models, mas20_steps, printed_document
 
 SAMPLE_RATE = 500.0
 """[Hz], as printed in section 2.4."""
@@ -21,9 +22,10 @@ SAMPLE_RATE = 500.0
 _LENGTHS = (2.0, 6.0, 10.0)  # s; the second is the length of our own simulated responses
 
 
-def _constants() -> tuple[float, float]:
-    printed = mas20_models()["g2"]
-    return float(printed["T1_s"]), float(printed["T2_s"])
+def _constants() -> tuple[Printed, Printed]:
+    """T1 and T2 of (31) [s]."""
+    printed = printed_document("matiskova2021.toml", digits=True)["g2"]
+    return printed["T1_s"], printed["T2_s"]
 
 
 def _single() -> float:
@@ -34,19 +36,17 @@ def _single() -> float:
 def _identified(samples: int) -> StepIdentification:
     """Step of the printed G2, as many samples after the first, without noise."""
     time = np.arange(samples + 1) / SAMPLE_RATE
-    return identify_step(time, second_order_step(time, *_constants()))
+    return identify_step(time, second_order_step(time, *(number.value for number in _constants())))
 
 
 @recomputes("matiskova2021-29")
 def _product() -> Recomputed:
-    first, second = _constants()
-    return Recomputed(first * second)
+    return Recomputed(propagated(lambda first, second: first * second, *_constants()))
 
 
 @recomputes("matiskova2021-30")
 def _sum() -> Recomputed:
-    first, second = _constants()
-    return Recomputed(first + second)
+    return Recomputed(propagated(lambda first, second: first + second, *_constants()))
 
 
 @recomputes("matiskova2021-31", lambda models: models.g1.output_error)
@@ -86,7 +86,6 @@ def _cut_record() -> Recomputed:
     ]
     return Recomputed(
         cut.g1.output_error.time_constants[0],
-        holds=False,
         duration=cut.duration,
         reached=100.0 * cut.final_value,
         spread=max(spread),
@@ -105,4 +104,4 @@ def _unit_gain() -> Recomputed:
         step.angle * DEG_PER_RAD / ((step.pressure[0] - step.pressure[1]) / PA_PER_KPA)
         for step in mas20_steps()
     ]
-    return Recomputed((min(gains), max(gains)), holds=False)
+    return Recomputed((min(gains), max(gains)))

@@ -12,7 +12,7 @@ from pamsim.linear.step_identification import StepIdentification
 from pamsim.papers.claim import Recomputed, recomputes
 from pamsim.papers.printed_rows import Row, rms_error
 from pamsim.papers.reproduce import Reproduction, reproduce
-from pamsim.papers.reproduce_checks import MODEL_LIMIT, RMS_LIMIT_DEG
+from pamsim.papers.torque_law import printed_rows_law
 from pamsim.store.printed import mas20_models
 
 _GRAVITY = 9.81  # m/s^2
@@ -38,13 +38,13 @@ def _models() -> StepIdentification:
 
 @recomputes("matiskova2021-37")
 def _end_positions() -> Recomputed:
-    done = _simulated()
+    done, scatter = _simulated(), printed_rows_law().left_out_rms_deg
     return Recomputed(
         rms_error(done.distinct) * DEG_PER_RAD,
-        tolerance=RMS_LIMIT_DEG,
+        high=scatter,
         rig=done.rig.name,
         rows=len(done.distinct),
-        rms_limit_deg=RMS_LIMIT_DEG,
+        scatter_deg=scatter,
     )
 
 
@@ -53,21 +53,19 @@ def _first_order() -> Recomputed:
     models = _models()
     return Recomputed(
         models.g1.output_error.time_constants[0],
-        tolerance=MODEL_LIMIT * float(mas20_models()["g1"]["T_s"]),
         arx=models.g1.arx_unit_gain.time_constants[0],
-        limit=100.0 * MODEL_LIMIT,
     )
 
 
 @recomputes("matiskova2021-39")
 def _second_order() -> Recomputed:
-    models = _models()
-    return Recomputed(
-        models.g2.output_error.time_constants,
-        tolerance=[MODEL_LIMIT * mas20_models()["g2"][key] for key in ("T1_s", "T2_s")],
-        fit=models.g2.output_error.fit_percent,
-        limit=100.0 * MODEL_LIMIT,
-    )
+    found = _models().g2.output_error
+    printed = [mas20_models()["g2"][key] for key in ("T1_s", "T2_s")]
+    off = [
+        100.0 * abs(ours / paper - 1.0)
+        for ours, paper in zip(found.time_constants, printed, strict=True)
+    ]
+    return Recomputed(found.time_constants, fit=found.fit_percent, first=off[0], second=off[1])
 
 
 @recomputes("matiskova2021-40")
@@ -113,7 +111,7 @@ def _stronger_than_load() -> Recomputed:
     done = _simulated()
     load = max(row.step.load for row in done.rows) * _GRAVITY
     ends = [float(row.recording.tension[-1].max()) for row in done.rows]
-    return Recomputed((load, min(ends), max(ends)), holds=min(ends) > load)
+    return Recomputed((min(ends), max(ends)), low=load, load=load)
 
 
 def _overshoots(rows: list[Row]) -> str:

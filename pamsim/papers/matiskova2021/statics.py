@@ -10,14 +10,13 @@ from numpy.typing import NDArray
 from scipy.optimize import minimize_scalar
 
 from pamsim.core.units import DEG_PER_RAD, PA_PER_BAR, PA_PER_KPA
-from pamsim.papers.claim import Recomputed, recomputes
+from pamsim.papers.claim import Order, Recomputed, recomputes
 from pamsim.papers.paper_models import odd_exponential_basis, static_characteristic
-from pamsim.store.printed import distinct_steps, mas20_models
+from pamsim.papers.rounding import propagated
+from pamsim.papers.torque_law import printed_rows_law
+from pamsim.store.printed import Printed, distinct_steps, printed_document
 
 FloatArray = NDArray[np.float64]
-
-_ANGLE_LIMIT = 0.144
-"""RMS misfit up to which a curve passes through the tables [deg]: one encoder increment."""
 
 
 def _data() -> tuple[FloatArray, FloatArray]:
@@ -35,9 +34,9 @@ def _fit(scale: float) -> tuple[tuple[float, ...], float]:
     return tuple(float(a) for a in result), float(np.sqrt(np.mean((basis @ result - angle) ** 2)))
 
 
-def _printed() -> tuple[float, float, float]:
-    law = mas20_models()["static"]
-    return float(law["a0_deg"]), float(law["a1_deg"]), float(law["a2_deg"])
+def _printed() -> tuple[Printed, Printed, Printed]:
+    law = printed_document("matiskova2021.toml", digits=True)["static"]
+    return law["a0_deg"], law["a1_deg"], law["a2_deg"]
 
 
 @recomputes("matiskova2021-09")
@@ -55,38 +54,50 @@ def _fitted_with_scale() -> Recomputed:
     return Recomputed(result, scale=best.x / PA_PER_KPA, rms=rms)
 
 
+def _row_scatter() -> float:
+    """Largest RMS misfit that counts as a description of the rows [deg]."""
+    return printed_rows_law().left_out_rms_deg
+
+
 @recomputes("matiskova2021-11")
 def _printed_in_bar() -> Recomputed:
     rms = float(static_characteristic()["rms_bar_deg"])
-    return Recomputed(rms)
+    return Recomputed(rms, high=_row_scatter(), rows_deg=_row_scatter())
 
 
 @recomputes("matiskova2021-12")
 def _printed_with_scale() -> Recomputed:
     result = static_characteristic()
-    return Recomputed(float(result["rms_scaled_deg"]), scale=result["scale_kpa"])
+    return Recomputed(
+        float(result["rms_scaled_deg"]),
+        high=_row_scatter(),
+        scale=result["scale_kpa"],
+        rows_deg=_row_scatter(),
+    )
 
 
 @recomputes("matiskova2021-13")
 def _origin() -> Recomputed:
-    a0, a1, _ = _printed()
-    return Recomputed(a0 + a1, jump=2.0 * (a0 + a1))
+    at_zero = propagated(lambda a0, a1, _: a0 + a1, *_printed())
+    return Recomputed(at_zero, low=0.0, high=0.0, jump=2.0 * at_zero.value)
 
 
 @recomputes("matiskova2021-14")
 def _end_value() -> Recomputed:
-    a0, a1, a2 = _printed()
-    top = 1.0 - a1 / a2  # where (a2 - a1 - a2 x) exp(-x) = 0
-    highest = a0 + (a1 + a2 * top) * math.exp(-top)
-    return Recomputed(highest, top=top)
+    def top(a1: float, a2: float) -> float:
+        return 1.0 - a1 / a2  # where (a2 - a1 - a2 x) exp(-x) = 0
+
+    highest = propagated(
+        lambda a0, a1, a2: a0 + (a1 + a2 * top(a1, a2)) * math.exp(-top(a1, a2)), *_printed()
+    )
+    return Recomputed(highest, top=top(_printed()[1].value, _printed()[2].value))
 
 
 @recomputes("matiskova2021-15")
 def _decreasing() -> Recomputed:
-    _, a1, a2 = _printed()
-    x = np.linspace(0.0, 5.0, 501)  # 0 to 500 kPa, read in bar
+    _, a1, a2 = (number.value for number in _printed())
+    x = np.array([0.0, 5.0])  # 0 and 500 kPa, read in bar
     slope = (a2 - a1 - a2 * x) * np.exp(-x)
-    falls = bool(np.all(np.diff(slope) < 0.0))
     difference, angle = _data()
     unloaded = np.array([step.load == 0.0 for step in distinct_steps()])
     order = np.argsort(np.abs(difference[unloaded]))
@@ -99,10 +110,7 @@ def _decreasing() -> Recomputed:
     points = [(0.0, 0.0), *means]
     secants = [(b[1] - a[1]) / (b[0] - a[0]) * PA_PER_KPA for a, b in itertools.pairwise(points)]
     return Recomputed(
-        tuple(float(s) for s in secants),
-        holds=falls and secants[0] > secants[1] > secants[2],
-        first=slope[0],
-        last=slope[-1],
+        tuple(float(s) for s in secants), order=Order.FALLING, first=slope[0], last=slope[1]
     )
 
 
@@ -112,4 +120,10 @@ def _proportional() -> Recomputed:
     gains = angle / difference * PA_PER_KPA
     slope = float(difference @ angle / (difference @ difference))
     rms = float(np.sqrt(np.mean((slope * difference - angle) ** 2)))
-    return Recomputed((float(gains.min()), float(gains.max())), holds=rms <= _ANGLE_LIMIT, rms=rms)
+    return Recomputed(
+        rms,
+        high=_row_scatter(),
+        least=gains.min(),
+        most=gains.max(),
+        rows_deg=_row_scatter(),
+    )

@@ -2,17 +2,19 @@
 
 from __future__ import annotations
 
-import functools
 import math
+from collections.abc import Callable
 
 from pamsim.actuator.antagonist import (
     Stiffness,
     antagonist_torque,
     joint_stiffness,
+    muscle_stiffness,
     pressure_slope,
 )
 from pamsim.actuator.kernel import Row, gauge_pressure, muscle_length
 from pamsim.actuator.layout import slot
+from pamsim.actuator.muscle import Muscle
 from pamsim.actuator.rest_state import charged_air_state
 from pamsim.core.units import DEG_PER_RAD, PA_PER_KPA
 from pamsim.muscles.braid import volume_slope
@@ -20,16 +22,17 @@ from pamsim.muscles.mckibben import ideal_force
 from pamsim.papers.antagonistic_pair import (
     ideal_muscle,
     rest_angle,
+    rig_muscle,
     row,
     sprocket_radius,
 )
-from pamsim.papers.claim import Recomputed, Verdict, recomputes
+from pamsim.papers.claim import AGREES, Recomputed, agreeing, recomputes
 from pamsim.papers.numerics import derivative
-from pamsim.papers.torque_law import TorqueLaw, fit_torque_law
-from pamsim.store.printed import PrintedStep, distinct_steps
+from pamsim.papers.rounding import half_unit
+from pamsim.papers.torque_law import printed_rows_law
+from pamsim.store.printed import Printed, PrintedStep, distinct_steps
 
 _FULL = 487.0 * PA_PER_KPA  # Table 1, row 1
-_AGREEMENT = 1e-6  # relative, of a closed form with finite differences
 
 
 def ideal_stiffness(par: Row, tendon_length: float, pressure: float) -> Stiffness:
@@ -76,11 +79,9 @@ def _shut_stiffness(pressure: float) -> float:
 def _printed_signs() -> Recomputed:
     each, shut = _parts(_FULL), _shut_stiffness(_FULL)
     # -P1 V1'' + P2 V2'' as printed: at equal pressures the geometric parts cancel.
-    as_printed = each.compressibility
     return Recomputed(
-        "- P1 V1'' - P2 V2''",
-        holds=abs(as_printed - shut) <= _AGREEMENT * shut,
-        as_printed=as_printed,
+        each.compressibility,
+        **agreeing(shut),
         shut=shut,
         geometric=100.0 * each.geometric / shut,
     )
@@ -89,13 +90,15 @@ def _printed_signs() -> Recomputed:
 @recomputes("matiskova2021-23")
 def _both_parts() -> Recomputed:
     each, shut = _parts(_FULL), _shut_stiffness(_FULL)
+    slack = AGREES * shut
+    # Either part must be what the other leaves of the whole.
+    whole = (shut - each.geometric, shut - each.compressibility)
     return Recomputed(
         (each.compressibility, each.geometric),
-        holds=abs(each.total - shut) <= _AGREEMENT * shut,
-        tolerance=_AGREEMENT * shut,
+        low=[part - slack for part in whole],
+        high=[part + slack for part in whole],
         total=each.total,
         shut=shut,
-        agreement=_AGREEMENT,
     )
 
 
@@ -104,25 +107,19 @@ def _sum_in_theory() -> Recomputed:
     low, high = 200.0 * PA_PER_KPA, 400.0 * PA_PER_KPA
     exponent = math.log(_parts(high).total / _parts(low).total) / math.log(high / low)
     geometric = math.log(_parts(high).geometric / _parts(low).geometric) / math.log(high / low)
-    return Recomputed(exponent, geometric=geometric)
-
-
-@functools.cache
-def _torque_law(*extra: str) -> TorqueLaw:
-    return fit_torque_law(distinct_steps(), extra)
+    return Recomputed(exponent, **agreeing(1.0), geometric=geometric)
 
 
 @recomputes("matiskova2021-25")
 def _sum_in_tables() -> Recomputed:
-    plain, law = _torque_law(), _torque_law("c")
+    plain, law = printed_rows_law(), printed_rows_law("c")
     c, half = law.coefficients["c"], law.half_interval["c"]
-    low, high = c - half, c + half
     return Recomputed(
         c,
-        holds=low > 0.0,
-        otherwise=Verdict.INCONSISTENT if high < 0.0 else Verdict.NOT_REPRODUCIBLE,
-        low=low,
-        high=high,
+        low=0.0,
+        scatter=half,
+        least=c - half,
+        most=c + half,
         rms=law.rms_deg,
         held_out_rms=law.left_out_rms_deg,
         plain_rms=plain.rms_deg,
@@ -132,7 +129,7 @@ def _sum_in_tables() -> Recomputed:
 
 @recomputes("matiskova2021-26")
 def _same_difference() -> Recomputed:
-    steps, plain = distinct_steps(), _torque_law()
+    steps = distinct_steps()
     pairs: list[tuple[PrintedStep, PrintedStep]] = []
     for i, first in enumerate(steps):
         for second in steps[i + 1 :]:
@@ -140,14 +137,30 @@ def _same_difference() -> Recomputed:
             ratio = sum(second.pressure) / sum(first.pressure)
             if near and max(ratio, 1.0 / ratio) > 1.5:
                 pairs.append((first, second))
-    apart = [abs(a.angle - b.angle) * DEG_PER_RAD for a, b in pairs]
+    apart = [Printed(abs(a.angle - b.angle) * DEG_PER_RAD, 2.0 * half_unit(2)) for a, b in pairs]
     named = "; ".join(
         f"rows {a.row} and {b.row}: sums {sum(a.pressure) / PA_PER_KPA:.0f} and"
         f" {sum(b.pressure) / PA_PER_KPA:.0f} kPa, {a.angle * DEG_PER_RAD:.2f} and"
         f" {b.angle * DEG_PER_RAD:.2f} deg"
         for a, b in pairs
     )
-    return Recomputed(max(apart), tolerance=plain.rms_deg, named=named)
+    # Of the difference of two rows with equal scatter.
+    half = 1.96 * math.sqrt(2.0) * printed_rows_law().left_out_rms_deg
+    return Recomputed(apart, high=0.0, scatter=[half] * len(apart), named=named, half=half)
+
+
+def _stiffness_ratio(muscle: Muscle, stiffness: Callable[[Row, float, float], Stiffness]) -> float:
+    """Joint stiffness with muscle 2 vented to 0.6 of muscle 1's pressure, over that at E [-]."""
+    radius, found = sprocket_radius(), list[float]()
+    for share in (0.6, 1.0):
+        pressures = _FULL, share * _FULL
+        way = radius * rest_angle(muscle, pressures)
+        pair = [
+            stiffness(row(muscle), sign * way, pressure)
+            for sign, pressure in zip((-1.0, 1.0), pressures, strict=True)
+        ]
+        found.append(joint_stiffness(pair, [radius] * 2).total)
+    return found[0] / found[1]
 
 
 @recomputes("matiskova2021-27")
@@ -155,36 +168,33 @@ def _stiffest() -> Recomputed:
     steps = distinct_steps()
     near = next(step for step in steps if step.row == 19)
     far = next(step for step in steps if step.row == 1)
-    first = _difference(near) / near.angle
-    second = (_difference(far) - _difference(near)) / (far.angle - near.angle)
-    muscle, radius = ideal_muscle(), sprocket_radius()
-    along: list[float] = []
-    for share in (1.0, 0.9, 0.8, 0.7, 0.6):
-        pressures = _FULL, share * _FULL
-        way = radius * rest_angle(muscle, pressures)
-        pair = [
-            ideal_stiffness(row(muscle), sign * way, pressure)
-            for sign, pressure in zip((-1.0, 1.0), pressures, strict=True)
-        ]
-        along.append(joint_stiffness(pair, [radius] * 2).total)
-    ideal = "falls" if along == sorted(along, reverse=True) else "does not fall steadily"
     scale = PA_PER_KPA * DEG_PER_RAD
+    ratios = [
+        _stiffness_ratio(ideal_muscle(), ideal_stiffness),
+        _stiffness_ratio(rig_muscle(), muscle_stiffness),
+    ]
     return Recomputed(
-        (first / scale, second / scale),
-        holds=first >= second,
-        ideal=ideal,
+        ratios,
+        high=1.0,
+        first=_difference(near) / near.angle / scale,
+        second=(_difference(far) - _difference(near)) / (far.angle - near.angle) / scale,
         vented=0.6 * _FULL / PA_PER_KPA,
-        first=along[0],
-        last=along[-1],
     )
 
 
 @recomputes("matiskova2021-28")
 def _symmetric() -> Recomputed:
-    plain, law = _torque_law(), _torque_law("o")
+    plain, law = printed_rows_law(), printed_rows_law("o")
     offset, half = law.coefficients["o"], law.half_interval["o"]
-    shift = offset / plain.coefficients["k1"] * DEG_PER_RAD
-    return Recomputed(100.0 * offset, tolerance=100.0 * half, shift=shift)
+    per_unit = DEG_PER_RAD / plain.coefficients["k1"]
+    return Recomputed(
+        Printed(100.0 * offset, 2.0 * half_unit(0)),
+        low=0.0,
+        high=0.0,
+        scatter=100.0 * half,
+        half=100.0 * half,
+        shift=half * per_unit,
+    )
 
 
 def _difference(step: PrintedStep) -> float:

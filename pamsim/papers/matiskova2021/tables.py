@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from statistics import median
+from statistics import median_high
 
-from pamsim.papers.claim import Recomputed, half_unit, recomputes
+from pamsim.papers.claim import Recomputed, recomputes
+from pamsim.papers.rounding import half_unit, propagated
 from pamsim.store.printed import Printed, mas20_models, mas20_steps, printed_table
 
 _FIGURES = ("p1_kpa", "p2_kpa", "p_svd_kpa", "load_kg", "beta_increment", "beta_deg")
@@ -20,9 +21,15 @@ def _increment_deg() -> float:
     return 360.0 / float(mas20_models()["encoder"]["increments_per_revolution"])
 
 
-def _excess(row: dict[str, str]) -> float:
-    """Size of the counted angle minus size of the printed degrees [deg]."""
-    return abs(float(row["beta_increment"])) * _increment_deg() - abs(float(row["beta_deg"]))
+def _counted_deg(row: dict[str, str]) -> Printed:
+    """Size of the counted angle [deg]."""
+    size = abs(float(row["beta_increment"]))
+    return Printed(size * _increment_deg(), _COUNT_HALF_UNIT[row["table"]] * _increment_deg())
+
+
+def _printed_deg(row: dict[str, str]) -> Printed:
+    """Size of the printed angle [deg]."""
+    return Printed.read(row["beta_deg"].lstrip("-"))
 
 
 @recomputes("matiskova2021-01")
@@ -34,39 +41,30 @@ def _difference() -> Recomputed:
 
 @recomputes("matiskova2021-02")
 def _increment() -> Recomputed:
-    ratios = [abs(float(r["beta_deg"]) / float(r["beta_increment"])) for r in _rows()]
-    printed = float(mas20_models()["encoder"]["increments_per_revolution"])
-    spread = (max(ratios) - min(ratios)) / median(ratios)
-    # The shortest angle, 6.94 deg, is printed to 0.07 %: a ratio is no better than that.
-    tolerance = printed * half_unit(2) / min(abs(float(r["beta_deg"])) for r in _rows())
+    rows = _rows()
+    ratios = [abs(float(r["beta_deg"]) / float(r["beta_increment"])) for r in rows]
+    middle = rows[ratios.index(median_high(ratios))]
+    spread = (max(ratios) - min(ratios)) / median_high(ratios)
+    count = Printed(abs(float(middle["beta_increment"])), _COUNT_HALF_UNIT[middle["table"]])
+    result = propagated(lambda angle, n: 360.0 * n / angle, _printed_deg(middle), count)
+    return Recomputed(result, median=median_high(ratios), spread=100.0 * spread)
+
+
+@recomputes("matiskova2021-03", "1")
+@recomputes("matiskova2021-04", "2")
+def _degrees(table: str) -> Recomputed:
+    rows = [row for row in _rows() if row["table"] == table]
+    excess = [_counted_deg(row).value - _printed_deg(row).value for row in rows]
+    slack = half_unit(2) + _COUNT_HALF_UNIT[table] * _increment_deg()
+    cut = sum(-slack <= off - half_unit(2) <= slack for off in excess)
     return Recomputed(
-        360.0 / median(ratios), tolerance=tolerance, median=median(ratios), spread=100.0 * spread
-    )
-
-
-@recomputes("matiskova2021-03")
-def _degrees_rounded() -> Recomputed:
-    rows = [row for row in _rows() if row["table"] == "1"]
-    worst = max(rows, key=lambda row: abs(_excess(row)))
-    tolerance = half_unit(2) + _COUNT_HALF_UNIT["1"] * _increment_deg()
-    return Recomputed(abs(_excess(worst)), tolerance=tolerance, rows=len(rows), worst=worst["row"])
-
-
-@recomputes("matiskova2021-04")
-def _degrees_cut() -> Recomputed:
-    rows = [row for row in _rows() if row["table"] == "2"]
-    excess = [_excess(row) for row in rows]
-    slack = _COUNT_HALF_UNIT["2"] * _increment_deg()
-    rounded = sum(abs(value) <= half_unit(2) + slack for value in excess)
-    cut = sum(-slack <= value < 2.0 * half_unit(2) + slack for value in excess)
-    worst = max(excess, key=abs)
-    return Recomputed(
-        worst,
-        holds=cut == len(rows),
-        tolerance=2.0 * half_unit(2) + slack,
-        cut=cut,
+        [_counted_deg(row) for row in rows],
+        printed=[_printed_deg(row) for row in rows],
         rows=len(rows),
-        rounded=rounded,
+        worst=rows[excess.index(max(excess, key=abs))]["row"],
+        excess=max(excess, key=abs),
+        rounded=sum(abs(off) <= slack for off in excess),
+        cut=cut,
     )
 
 
@@ -86,9 +84,9 @@ def _whole_counts() -> Recomputed:
 @recomputes("matiskova2021-06")
 def _row_4() -> Recomputed:
     row = next(row for row in _rows() if row["row"] == "4")
-    count, angle = float(row["beta_increment"]), float(row["beta_deg"])
-    same = count * angle > 0.0
-    return Recomputed(angle / _increment_deg(), holds=same)
+    return Recomputed(
+        propagated(lambda angle: angle / _increment_deg(), Printed.read(row["beta_deg"]))
+    )
 
 
 @recomputes("matiskova2021-07")

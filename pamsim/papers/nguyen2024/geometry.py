@@ -10,8 +10,9 @@ from pamsim.core.units import DEG_PER_RAD, PA_PER_BAR
 from pamsim.muscles.braid import max_contraction, volume, volume_slope
 from pamsim.muscles.elastic_energy import contractive_force, elastic_energy_force
 from pamsim.muscles.mckibben import ideal_force
-from pamsim.papers.claim import Recomputed, recomputes
-from pamsim.papers.nguyen2024.numbers import MILLIMETRE, PERCENT, muscle, value
+from pamsim.papers.claim import AGREES, Order, Recomputed, recomputes
+from pamsim.papers.nguyen2024.numbers import MILLIMETRE, PERCENT, digits, muscle, value
+from pamsim.papers.rounding import propagated
 from pamsim.store.printed import printed_table
 
 _ATMOSPHERE = 101325.0
@@ -42,7 +43,7 @@ def _volume() -> Recomputed:
         worst = max(worst, abs(by_fibre / volume(length, *shape) - 1.0))
         scale = abs(volume_slope(braid.nominal_length, *shape))
         worst = max(worst, abs(slope - volume_slope(length, *shape)) / scale)
-    return Recomputed(worst)
+    return Recomputed(worst, high=AGREES)
 
 
 @recomputes("nguyen2024-02")
@@ -53,9 +54,13 @@ def _fibre() -> Recomputed:
 
 @recomputes("nguyen2024-03")
 def _largest_contraction() -> Recomputed:
-    printed, angle = value("max_contraction"), value("fibre_angle")
-    needed = math.acos(1.0 / (math.sqrt(3.0) * (1.0 - printed * PERCENT)))
-    return Recomputed(max_contraction(angle / DEG_PER_RAD) / PERCENT, needed=needed * DEG_PER_RAD)
+    needed = math.acos(1.0 / (math.sqrt(3.0) * (1.0 - value("max_contraction") * PERCENT)))
+    return Recomputed(
+        propagated(
+            lambda angle: max_contraction(angle / DEG_PER_RAD) / PERCENT, digits("fibre_angle")
+        ),
+        needed=needed * DEG_PER_RAD,
+    )
 
 
 @recomputes("nguyen2024-04")
@@ -69,7 +74,7 @@ def _contractive_sign() -> Recomputed:
         work = pressure * (volume(length - step, *shape) - volume(length + step, *shape))
         pull = contractive_force(pressure, contraction, *shape[1:])
         worst, least = max(worst, abs(work / (2.0 * step) - pull)), min(least, pull)
-    return Recomputed((worst, least), holds=worst < 0.001 and least > 0.0)
+    return Recomputed((worst, least), low=(0.0, 0.0), high=(AGREES * least, None))
 
 
 @recomputes("nguyen2024-05")
@@ -85,12 +90,19 @@ def _restoring_sign() -> Recomputed:
             result += contractive_force(*work, *shape[1:])
             length = (1.0 - contraction) * braid.nominal_length
             worst = max(worst, abs(result - ideal_force(pressure, length, *shape)))
-    return Recomputed((at_work, worst))
+    slack = AGREES * contractive_force(*work, *shape[1:])
+    return Recomputed((at_work, worst), low=-slack, high=slack)
 
 
 @recomputes("nguyen2024-06")
 def _shortening() -> Recomputed:
-    return Recomputed(value("free_length") * value("slow_contraction") * PERCENT)
+    return Recomputed(
+        propagated(
+            lambda length, share: length * share * PERCENT,
+            digits("free_length"),
+            digits("slow_contraction"),
+        )
+    )
 
 
 @recomputes("nguyen2024-07")
@@ -102,18 +114,22 @@ def _isothermal() -> Recomputed:
     radius_squared = held / (math.pi * length)
     equalised = radius_squared / _BESSEL_ZERO**2 / (_AIR_DIFFUSIVITY / ratio)
     lasts = value("slow_shortening") / value("slow_speed")
-    return Recomputed((lasts, equalised), holds=lasts > 10.0 * equalised)
+    return Recomputed((lasts, equalised), order=Order.FALLING)
 
 
 @recomputes("nguyen2024-08")
 def _curved() -> Recomputed:
-    braid = muscle()
-    shape = (braid.nominal_length, braid.diameter, braid.fibre_angle)
-    kappa = np.linspace(0.0, value("slow_contraction") * PERCENT, 101)
-    curve = np.array([volume((1.0 - k) * braid.nominal_length, *shape) for k in kappa.tolist()])
-    chord = np.interp(kappa, kappa[[0, -1]], curve[[0, -1]])
-    share = float(np.max(np.abs(curve - chord)) / (curve[-1] - curve[0]))
-    return Recomputed(share / PERCENT, holds=share > PERCENT)
+    def from_chord(length: float, diameter: float, angle: float, contraction: float) -> float:
+        shape = (length, diameter, angle / DEG_PER_RAD)
+        kappa = np.linspace(0.0, contraction * PERCENT, 101)
+        curve = np.array([volume((1.0 - k) * length, *shape) for k in kappa.tolist()])
+        chord = np.interp(kappa, kappa[[0, -1]], curve[[0, -1]])
+        return float(np.max(np.abs(curve - chord)) / (curve[-1] - curve[0])) / PERCENT
+
+    names = ("free_length", "diameter", "fibre_angle", "slow_contraction")
+    share = propagated(from_chord, *map(digits, names))
+    # More than the rounding of what went in could bend a straight line.
+    return Recomputed(share.value, low=share.half_unit, rounding=share.half_unit)
 
 
 @recomputes("nguyen2024-09")
@@ -136,8 +152,7 @@ def _below_measured() -> Recomputed:
         if pressure <= points[-1][0]:
             calculated.append(elastic_energy_force(pressure, contraction, *work, *shape[1:]))
             measured.append(float(np.interp(pressure, *np.array(points).T)))
-    below = all(a < b for a, b in zip(calculated, measured, strict=True))
-    return Recomputed(tuple(calculated), holds=below and bool(measured), measured=_words(measured))
+    return Recomputed(calculated, high=measured, measured=_words(measured))
 
 
 def _words(numbers: list[float]) -> str:

@@ -8,7 +8,14 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from pamsim.papers.claim import Recomputed, printed_values, recomputes
+from pamsim.papers.claim import (
+    AGREES,
+    Order,
+    Recomputed,
+    printed_numbers,
+    printed_values,
+    recomputes,
+)
 from pamsim.papers.nguyen2024.fractional_reference import (
     complex_stiffness,
     displacement_at_peak_force,
@@ -16,7 +23,9 @@ from pamsim.papers.nguyen2024.fractional_reference import (
     loop_distance,
     simulate_fractional,
 )
-from pamsim.papers.nguyen2024.numbers import element, omega, value
+from pamsim.papers.nguyen2024.numbers import element, omega, printed_element, value
+from pamsim.papers.rounding import propagated, propagated_each
+from pamsim.store.printed import Printed
 
 FloatArray = NDArray[np.float64]
 
@@ -46,6 +55,12 @@ def _harmonic(samples: FloatArray) -> complex:
     return complex(2.0 * np.mean(samples * turn))
 
 
+def _stiffness_rounding(frequency: float) -> float:
+    """What half a unit of alpha, beta and Ke moves the stiffness, over the stiffness [-]."""
+    size = propagated(lambda *a: abs(complex_stiffness(omega(frequency), *a)), *printed_element())
+    return size.half_unit / size.value
+
+
 @recomputes("nguyen2024-10")
 def _stiffness() -> Recomputed:
     off: list[float] = []
@@ -53,7 +68,12 @@ def _stiffness() -> Recomputed:
         x, force = simulated_loop(frequency, value("test_amplitude"))
         exact = complex_stiffness(omega(frequency), *element())
         off.append(abs(_harmonic(force) / _harmonic(x) / exact - 1.0))
-    return Recomputed(off, periods=_PERIODS, samples=_SAMPLES)
+    return Recomputed(
+        off,
+        high=[_stiffness_rounding(frequency) for frequency in _FREQUENCIES],
+        periods=_PERIODS,
+        samples=_SAMPLES,
+    )
 
 
 @recomputes("nguyen2024-11")
@@ -69,18 +89,23 @@ def _integrated() -> Recomputed:
             left = stiffness * u * shift - u * math.sin(angle)
             right = math.sin(angle) * math.cos(turn) - math.cos(angle) * math.sin(turn)
             worst = max(worst, abs(left - right))
-    return Recomputed(worst)
+    return Recomputed(worst, high=AGREES)
 
 
 @recomputes("nguyen2024-12")
 def _ellipse() -> Recomputed:
     amplitude = value("test_amplitude")
     off: list[float] = []
+    limits: list[float] = []
     for frequency in _FREQUENCIES:
         x, force = simulated_loop(frequency, amplitude)
-        distance = loop_distance(x, force, amplitude, omega(frequency), *element())
-        off.append(float(np.max(np.abs(distance))))
-    return Recomputed(off)
+        case = (x, force, amplitude, omega(frequency))
+        off.append(float(np.max(np.abs(loop_distance(*case, *element())))))
+        each = propagated_each(
+            lambda *a, case=case: loop_distance(*case, *a).tolist(), *printed_element()
+        )
+        limits.append(max(point.half_unit for point in each))
+    return Recomputed(off, high=limits)
 
 
 @recomputes("nguyen2024-13")
@@ -92,14 +117,18 @@ def _points() -> Recomputed:
         distance = loop_distance(x, np.array([amplitude, 0.0]), *case)
         worst = max(worst, float(np.max(np.abs(distance))))
         if not x[0] > 0.0 > x[1]:
-            worst = math.inf
-    return Recomputed(min(worst, 1.0))
+            worst = 1.0
+    return Recomputed(min(worst, 1.0), high=AGREES)
 
 
 @recomputes("nguyen2024-14")
 def _unit_of_c() -> Recomputed:
+    """Power of the second that c needs for a force in N, at the three orders of the figure."""
+    orders = printed_numbers("nguyen2024", "figure_orders")
     return Recomputed(
-        "200,000 N s^alpha/m", ratio=value("figure_damping") / value("figure_stiffness")
+        orders,
+        printed=[Printed(1.0, 0.0)] * len(orders),
+        ratio=value("figure_damping") / value("figure_stiffness"),
     )
 
 
@@ -113,7 +142,7 @@ def _figure(order: float) -> complex:
 @recomputes("nguyen2024-15")
 def _slope_falls() -> Recomputed:
     result = [abs(_figure(order)) for order in printed_values("nguyen2024", "figure_orders")]
-    return Recomputed(tuple(result), holds=result[0] > result[1] > result[2])
+    return Recomputed(result, order=Order.FALLING)
 
 
 @recomputes("nguyen2024-16")

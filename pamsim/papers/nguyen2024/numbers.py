@@ -8,6 +8,7 @@ from pamsim.core.units import DEG_PER_RAD
 from pamsim.fitting.loop_cost import LoopPoints, maxwell_loop
 from pamsim.muscles.braid import Braid
 from pamsim.papers.claim import printed_number, printed_values
+from pamsim.store.printed import Printed
 
 MILLIMETRE = 1e-3
 """[m]."""
@@ -17,7 +18,12 @@ PERCENT = 1e-2
 
 def value(name: str) -> float:
     """A printed number of Nguyen 2024 in its printed unit."""
-    return printed_number("nguyen2024", name).value
+    return digits(name).value
+
+
+def digits(name: str) -> Printed:
+    """As `value`, with the printed digits."""
+    return printed_number("nguyen2024", name)
 
 
 def muscle() -> Braid:
@@ -36,7 +42,13 @@ def allowed_stroke() -> float:
 
 def element() -> tuple[float, float, float]:
     """Identified alpha [-], beta [s] and Ke [N/m]; the units of the last two are assumed."""
-    return value("order"), value("time_constant"), value("stiffness")
+    order, time_constant, stiffness = (number.value for number in printed_element())
+    return order, time_constant, stiffness
+
+
+def printed_element() -> tuple[Printed, Printed, Printed]:
+    """As `element`, with the printed digits."""
+    return digits("order"), digits("time_constant"), digits("stiffness")
 
 
 def omega(frequency: float) -> float:

@@ -9,7 +9,7 @@ import numpy as np
 from pamsim.core.units import PA_PER_BAR
 from pamsim.fitting.loop_cost import maxwell_loop
 from pamsim.muscles.braid import volume, volume_slope
-from pamsim.papers.claim import Recomputed, printed_values, recomputes
+from pamsim.papers.claim import AGREES, Order, Recomputed, printed_values, recomputes
 from pamsim.papers.nguyen2024.fractional_reference import complex_stiffness
 from pamsim.papers.nguyen2024.loop import simulated_loop
 from pamsim.papers.nguyen2024.numbers import (
@@ -40,16 +40,9 @@ def _reach(frequency: float, force: float) -> float:
 @recomputes("nguyen2024-17")
 def _stroke() -> Recomputed:
     largest = max(printed_values("nguyen2024", "first_case_amplitudes"))
-    result, stroke = (
-        _reach(value("first_case_frequency"), largest),
-        allowed_stroke() / MILLIMETRE,
-    )
-    return Recomputed(
-        (result, stroke),
-        holds=2.0 * result <= stroke,
-        travel=2.0 * result,
-        per_millimetre=result * MILLIMETRE,
-    )
+    travel = 2.0 * _reach(value("first_case_frequency"), largest)
+    stroke = allowed_stroke() / MILLIMETRE
+    return Recomputed(travel, high=stroke, stroke=stroke, per_millimetre=travel * MILLIMETRE)
 
 
 @recomputes("nguyen2024-18")
@@ -64,7 +57,7 @@ def _air_stiffness() -> Recomputed:
         squeezed = (pressure + _ATMOSPHERE) * slope**2 / volume(length, *shape)
         result.append(squeezed - pressure * derivative(lambda at: volume_slope(at, *shape), length))
     rubber = _dynamic(value("first_case_frequency"))
-    return Recomputed((min(result), rubber), holds=min(result) < 0.1 * rubber)
+    return Recomputed((min(result), rubber), order=Order.RISING)
 
 
 @recomputes("nguyen2024-19")
@@ -80,7 +73,7 @@ def _with_force() -> Recomputed:
     for force in printed_values("nguyen2024", "first_case_amplitudes"):
         x, _ = simulated_loop(frequency, force)
         result.append(float(np.max(np.abs(x))) / MILLIMETRE)
-    return Recomputed(tuple(result), holds=all((a < b for a, b in itertools.pairwise(result))))
+    return Recomputed(tuple(result), order=Order.RISING)
 
 
 @recomputes("nguyen2024-21")
@@ -89,7 +82,7 @@ def _with_frequency() -> Recomputed:
     result = [_reach(f, force) for f in printed_values("nguyen2024", "second_case_frequencies")]
     return Recomputed(
         tuple(result),
-        holds=all((a > b for a, b in itertools.pairwise(result))),
+        order=Order.FALLING,
         fall=100.0 * (1.0 - result[-1] / result[0]),
     )
 
@@ -99,7 +92,7 @@ def _stiffer() -> Recomputed:
     result = [_dynamic(f) for f in printed_values("nguyen2024", "second_case_frequencies")]
     return Recomputed(
         tuple(result),
-        holds=all((a < b for a, b in itertools.pairwise(result))),
+        order=Order.RISING,
         rise=100.0 * (result[-1] / result[0] - 1.0),
     )
 
@@ -113,7 +106,7 @@ def _narrower() -> Recomputed:
     ]
     return Recomputed(
         tuple(result),
-        holds=all((a > b for a, b in itertools.pairwise(result))),
+        order=Order.FALLING,
         fall=100.0 * (1.0 - result[-1] / result[0]),
     )
 
@@ -123,10 +116,7 @@ def _less_effect() -> Recomputed:
     frequencies = printed_values("nguyen2024", "test_frequencies")
     losses = [-maxwell_loop(*element(), omega(f), 1.0).at_zero for f in frequencies]
     steps = [a - b for a, b in itertools.pairwise(losses)]
-    return Recomputed(
-        (steps[0] / MILLIMETRE, steps[-1] / MILLIMETRE),
-        holds=all((a > b > 0.0 for a, b in itertools.pairwise(steps))),
-    )
+    return Recomputed([step / MILLIMETRE for step in steps], low=0.0, order=Order.FALLING)
 
 
 @recomputes("nguyen2024-25")
@@ -137,4 +127,4 @@ def _amplitude_dependent() -> Recomputed:
         x, f = simulated_loop(frequency, force)
         result.append(float(np.ptp(f) / np.ptp(x)))
     change = max(result) / min(result) - 1.0
-    return Recomputed(change, holds=change > 1e-09)
+    return Recomputed(change, low=AGREES)

@@ -11,15 +11,20 @@ from numpy.typing import NDArray
 from pamsim.fitting.loop_cost import MAXWELL, maxwell_residual
 from pamsim.fitting.search_comparison import SearchRun, compare_searches
 from pamsim.fitting.water_cycle import water_cycle
-from pamsim.papers.claim import Recomputed, printed_number, recomputes
-from pamsim.papers.nguyen2024.numbers import element, identification_loops, value
+from pamsim.papers.claim import Recomputed, recomputes
+from pamsim.papers.nguyen2024.numbers import (
+    element,
+    identification_loops,
+    printed_element,
+    value,
+)
+from pamsim.papers.rounding import half_unit, propagated
+from pamsim.store.printed import Printed
 
 FloatArray = NDArray[np.float64]
 
 _BOX = ((0.01, 0.99), (1.0, 200.0), (1e2, 1e4))
 """Of alpha [-], beta [s], Ke [N/m], round the printed numbers; the paper prints no box."""
-_SHARE = 0.01
-"""Relative deviation that counts as recovered."""
 _SEEDS = range(5)
 _NOISE = 0.01
 
@@ -41,11 +46,10 @@ def _searches() -> dict[str, SearchRun]:
 @recomputes("nguyen2024-29", "differential_evolution")
 @recomputes("nguyen2024-30", "water_cycle")
 def _recovered(method: str) -> Recomputed:
-    run, identified = _searches()[method], element()
+    run = _searches()[method]
     result = (run.x[0], 10.0 ** run.x[1], 10.0 ** run.x[2])
     return Recomputed(
         result,
-        tolerance=[_SHARE * abs(number) for number in identified],
         cost=run.value,
         evaluations=run.evaluations,
         beta_low=10.0 ** MAXWELL[1].low,
@@ -65,14 +69,24 @@ def _converged() -> Recomputed:
         return float(miss @ miss)
 
     low, high = zip(*_BOX, strict=True)
-    ends = [
+    runs = [
         water_cycle(
             cost, low, high, rng=np.random.default_rng(seed), iterations=count, shrinking=True
-        ).value
+        )
         for seed in _SEEDS
     ]
-    middle = float(np.median(ends))
-    return Recomputed(middle, holds=middle <= 1.0, seeds=len(ends))
+    ends = [run.value for run in runs]
+    rounded = propagated(lambda *values: cost(np.array(values)), *printed_element())
+    return Recomputed(
+        float(np.median(ends)),
+        high=rounded.half_unit,
+        seeds=len(ends),
+        least=min(ends),
+        most=max(ends),
+        least_order=min(run.x[0] for run in runs),
+        most_order=max(run.x[0] for run in runs),
+        rounding=rounded.half_unit,
+    )
 
 
 @recomputes("nguyen2024-32")
@@ -92,15 +106,8 @@ def _digits() -> Recomputed:
     size = np.array([abs(x) for loop in loops for x in (loop.at_force, loop.at_zero)])
     spread = np.sqrt(np.sum((inverse * (gain * _NOISE * size)) ** 2, axis=1))
     half = 1.96 * spread
-    numbers = [
-        printed_number("nguyen2024", name) for name in ("order", "time_constant", "stiffness")
-    ]
-    digits = tuple(number.half_unit / number.value for number in numbers)
-    return Recomputed(
-        tuple(float(number) for number in half),
-        holds=bool(np.all(half <= digits)),
-        printed=digits,
-    )
+    digits = tuple(number.half_unit / number.value for number in printed_element())
+    return Recomputed(tuple(float(number) for number in half), printed=digits, high=digits)
 
 
 @recomputes("nguyen2024-33")
@@ -113,9 +120,8 @@ def _shares() -> Recomputed:
     printed = float(np.sum(np.round(lead / np.sum(fitness[: rivers + 1]) * streams)))
     mended = float(np.sum(np.round(lead / np.sum(lead) * streams)))
     return Recomputed(
-        printed,
-        holds=abs(printed - streams) <= rivers + 1,
-        tolerance=float(rivers + 1),
+        Printed(printed, half_unit(0) * (rivers + 1)),  # every share is rounded
+        printed=Printed(float(streams), 0.0),
         mended=mended,
         population=population,
     )

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from pamsim.core.units import PA_PER_BAR
 from pamsim.muscles.exponential import SixParameter, six_parameter_force
 from pamsim.muscles.published import PUBLISHED
-from pamsim.papers.claim import Recomputed, printed_numbers, recomputes
+from pamsim.papers.claim import AGREES, Recomputed, printed_numbers, recomputes
 from pamsim.papers.numerics import jacobian, root
 
 FloatArray = NDArray[np.float64]
@@ -69,7 +69,7 @@ def _inverse() -> Recomputed:
             force = six_parameter_force(p, kappa, law.a, law.b, law.c, law.d, law.e, law.f)
             worst = max(worst, abs(pressure_for(law, force, kappa) - p))
             least = min(least, _per_pressure(law, kappa) * PA_PER_BAR)
-    return Recomputed(worst / PA_PER_BAR, least=least)
+    return Recomputed(worst / PA_PER_BAR, high=AGREES * max(_BARS), least=least)
 
 
 @recomputes("sarosi-11")
@@ -82,5 +82,5 @@ def _published_largest() -> Recomputed:
         0.4,
         1e-12,
     )
-    low, high = numbers[0].value - numbers[0].half_unit, numbers[1].value + numbers[1].half_unit
-    return Recomputed(result / _PERCENT, holds=low <= result / _PERCENT <= high)
+    low, high = numbers
+    return Recomputed(result / _PERCENT, low=low, high=high)

@@ -18,11 +18,10 @@ from pamsim.papers.vandamme2008.factor import (
     static,
 )
 from pamsim.papers.vandamme2008.numbers import length, pressures
+from pamsim.store.printed import Printed
 
 FloatArray = NDArray[np.float64]
 
-_SHARE = 0.01
-"""Relative deviation that counts as recovered."""
 _NOISE = 0.02
 """Of the force, one standard deviation over the force itself."""
 _SEEDS = 20
@@ -52,18 +51,17 @@ def _measured_ratio(fibres: int) -> FloatArray:
 
 @recomputes("vandamme2008-25")
 def _recovered() -> Recomputed:
-    planted: list[float] = []
+    planted: list[Printed] = []
     result: list[float] = []
     for fibres in (40, 25):
-        planted += printed_parameters(fibres).tolist()
+        names = (f"delta_{fibres}", "weight_c", "weight_d")
+        planted += [printed_number("vandamme2008", name) for name in names]
         result += _fit(_measured_ratio(fibres) - 1.0, _FAR)[0].tolist()
-    return Recomputed(
-        result, tolerance=[_SHARE * abs(number) for number in planted], printed=planted
-    )
+    return Recomputed(result, printed=planted)
 
 
 @recomputes("vandamme2008-26")
-def _covered() -> Recomputed:
+def _digits_of_delta() -> Recomputed:
     clean = _measured_ratio(40)
     planted, inside = printed_parameters(40), np.zeros(3)
     half = np.zeros(3)
@@ -74,11 +72,12 @@ def _covered() -> Recomputed:
         inside += np.abs(values - planted) <= width
         half += width / _SEEDS
     shares = inside / _SEEDS
+    digit = printed_number("vandamme2008", "delta_40").half_unit
     return Recomputed(
-        tuple(shares.tolist()),
-        holds=bool(np.all(shares >= 0.85)),
-        delta=half[0],
-        c=half[1],
-        d=half[2],
-        digit=printed_number("vandamme2008", "delta_40").half_unit,
+        float(half[0]),
+        high=digit,
+        digit=digit,
+        noise=100.0 * _NOISE,
+        records=_SEEDS,
+        covered=", ".join(f"{share:.2f}" for share in shares),
     )

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pamsim.muscles.pleated import SLENDERNESS_6, pleated_function
-from pamsim.papers.claim import Recomputed, printed_values, recomputes
+from pamsim.papers.claim import AGREES, Order, Recomputed, agreeing, printed_values, recomputes
 from pamsim.papers.vandamme2008.numbers import (
     PERCENT,
     largest,
@@ -83,7 +83,7 @@ def force(fibres: int, pressure: float) -> FloatArray:
 @recomputes("vandamme2008-17")
 def _mapping() -> Recomputed:
     ends = scaled(np.array([0.0, largest()]))
-    return Recomputed(ends.tolist())
+    return Recomputed(ends.tolist(), **agreeing(-1.0, 1.0))
 
 
 @recomputes("vandamme2008-18")
@@ -102,7 +102,7 @@ def _loses_energy() -> Recomputed:
     gap = error[half:][::-1] - error[:half]
     return Recomputed(
         (float(gap.min()), float(gap.max())),
-        holds=bool(np.min(gap) >= -1e-12) and bool(np.max(gap) > 0.0),
+        low=(-AGREES, AGREES),
     )
 
 
@@ -110,7 +110,7 @@ def _loses_energy() -> Recomputed:
 def _pressure_independent() -> Recomputed:
     loops = [force(40, p) / (p * length() ** 2) for p in pressures()]
     spread = max(float(np.max(np.abs(loop / loops[0] - 1.0))) for loop in loops)
-    return Recomputed(spread)
+    return Recomputed(spread, high=AGREES)
 
 
 def _width(fibres: int) -> float:
@@ -124,7 +124,7 @@ def _width(fibres: int) -> float:
 @recomputes("vandamme2008-21")
 def _less_pronounced() -> Recomputed:
     wide, narrow = _width(40), _width(25)
-    return Recomputed((narrow, wide), holds=wide > 1.5 * narrow, factor=wide / narrow)
+    return Recomputed((narrow, wide), order=Order.RISING, factor=wide / narrow)
 
 
 @recomputes("vandamme2008-22")
@@ -132,4 +132,4 @@ def _good_range() -> Recomputed:
     low, high = (number * PERCENT for number in printed_values("vandamme2008", "good_range"))
     inside = (path() >= low) & (path() <= high)
     error = relative_error(printed_parameters(40), history(), scaled(path()))[inside]
-    return Recomputed(None, low=np.min(error) / PERCENT, high=np.max(error) / PERCENT)
+    return Recomputed((float(np.min(error)) / PERCENT, float(np.max(error)) / PERCENT))

@@ -14,7 +14,15 @@ from pamsim.hysteresis.preisach import (
     updated_count,
     virgin_count,
 )
-from pamsim.papers.claim import Recomputed, printed_values, recomputes
+from pamsim.papers.claim import (
+    AGREES,
+    Recomputed,
+    agreeing,
+    printed_numbers,
+    printed_values,
+    recomputes,
+)
+from pamsim.papers.rounding import propagated
 from pamsim.papers.vandamme2008.numbers import value
 from pamsim.papers.vandamme2008.relays import (
     RelaySum,
@@ -68,7 +76,7 @@ def _normalised() -> Recomputed:
                 beta = low + half * (t + 1.0)
                 total += a * b * half * printed_weight(alpha, beta, c, d)
     integral = triangle_integral(c, d)
-    return Recomputed(total / integral, integral=integral)
+    return Recomputed(total / integral, **agreeing(1.0), integral=integral)
 
 
 @recomputes("vandamme2008-11")
@@ -83,7 +91,7 @@ def _grid() -> Recomputed:
         result = staircase_sums(n, c, d, act, reached)[0]
         act = _moved(n, act, reached)
         worst = max(worst, abs(result - expected))
-    return Recomputed(worst, n=n)
+    return Recomputed(worst, high=AGREES, n=n)
 
 
 def _moved(levels: int, act: list[float], reached: int) -> list[float]:
@@ -99,14 +107,19 @@ def _most_frequent() -> Recomputed:
     middle_gap = max(
         abs(printed_weight(a, b, c, d) - printed_weight(-b, -a, c, d)) for a, b in places[::7]
     )
-    return Recomputed((alpha - beta, alpha + beta), printed=(-c, d), middle_gap=middle_gap)
+    return Recomputed(
+        (alpha - beta, alpha + beta),
+        printed=(-c, d),
+        **agreeing(-c, d),
+        middle_gap=middle_gap,
+    )
 
 
 @recomputes("vandamme2008-13")
 def _saturates() -> Recomputed:
     history = relay_history(np.array([1.0, -1.1]))
     result = output(history, _printed_table())
-    return Recomputed(result.tolist())
+    return Recomputed(result.tolist(), **agreeing(1.0, -1.0))
 
 
 @recomputes("vandamme2008-14")
@@ -124,13 +137,13 @@ def _inside() -> Recomputed:
     above = np.concatenate([upper, [1.0]])
     reached = np.array([levels_reached(LEVELS, u) for u in path.tolist()])
     outside = float(np.max(np.maximum(below[reached] - w, w - above[reached])))
-    return Recomputed(max(outside, 0.0), holds=outside <= 1e-12)
+    return Recomputed(max(outside, 0.0), high=AGREES)
 
 
 @recomputes("vandamme2008-15")
 def _speed_ratio() -> Recomputed:
-    slow, fast = printed_values("vandamme2008", "loop_times")
-    return Recomputed(slow / fast)
+    times = printed_numbers("vandamme2008", "loop_times")
+    return Recomputed(propagated(lambda slow, fast: slow / fast, *times))
 
 
 @recomputes("vandamme2008-16")
@@ -144,4 +157,4 @@ def _rate_independent() -> Recomputed:
         w = output(relay_history(np.sin(phase)), weights)
         ends.append(w[:: (len(w) - 1) // 160])
     difference = float(np.max(np.abs(ends[0] - ends[1])))
-    return Recomputed(difference)
+    return Recomputed(difference, high=AGREES)

@@ -5,35 +5,60 @@ import dataclasses
 import pytest
 
 from pamsim.papers.claim import Verdict, evaluate
-from pamsim.papers.replicate import paper_claims
 from pamsim.papers.sarosi import equations, fits, inverse
 from pamsim.papers.sarosi.maps import measured
+from tests.unit.papers.judged import (
+    assert_documented,
+    assert_every_claim_can_fail,
+    assert_identities_hold_whatever_is_printed,
+    assert_repeats_name_a_claim_with_their_verdict,
+    judged,
+    with_verdict,
+)
+
+PAPER = "sarosi"
 
 
 @pytest.fixture(scope="module")
 def found():
-    return {claim.id: claim for claim in paper_claims("sarosi")}
+    return judged(PAPER).claims
+
+
+def test_every_claim_fails_on_wrong_numbers():
+    assert_every_claim_can_fail(PAPER)
+
+
+def test_repeated_facts_and_documented_counts():
+    assert_repeats_name_a_claim_with_their_verdict(PAPER)
+    assert_documented(PAPER)
 
 
 def test_ids_run_through_without_a_gap(found):
-    assert list(found) == [f"sarosi-{i:02d}" for i in range(1, 22)]
+    numbered = sorted([*found, *judged(PAPER).notes])
+    assert numbered == [f"{PAPER}-{i:02d}" for i in range(1, len(numbered) + 1)]
 
 
-def test_verdicts(found):
-    reproduced = {id for id, claim in found.items() if claim.verdict is Verdict.REPRODUCED}
-    inconsistent = {id for id, claim in found.items() if claim.verdict is Verdict.INCONSISTENT}
-    assert reproduced == {
-        f"sarosi-{i}" for i in ["01", "02", "04", "06", "09", "11", "14", "17", "21"]
+def test_identities_hold_whatever_is_printed(monkeypatch):
+    assert_identities_hold_whatever_is_printed(PAPER, monkeypatch)
+
+
+def test_verdicts_are_those_of_the_evidence():
+    numbers = {
+        Verdict.INDEPENDENT: [11, 14],
+        Verdict.IDENTITY: [1, 2, 4, 6, 9],
+        Verdict.CALIBRATED: [15, 17],
+        Verdict.NOT_REPRODUCIBLE: [7, 8, 16],
     }
-    assert inconsistent == {"sarosi-10"}
+    for verdict, expected in numbers.items():
+        assert with_verdict(PAPER, verdict) == {f"{PAPER}-{n:02d}" for n in expected}
 
 
 def test_numbers_known_from_elsewhere(found):
     # Points that pull, and the RMS errors of an independent fit with other code.
     assert measured("DMSP-20").force.size == 60
     assert found["sarosi-17"].recomputed == pytest.approx((31.38, 6.04), abs=0.05)
-    assert found["sarosi-18"].recomputed == pytest.approx((104.35, 51.83), abs=0.01)
-    assert found["sarosi-20"].recomputed == pytest.approx((73.41, 27.69), abs=0.01)
+    assert judged(PAPER).notes["sarosi-18"].recomputed == pytest.approx((104.35, 51.83), abs=0.01)
+    assert judged(PAPER).notes["sarosi-20"].recomputed == pytest.approx((73.41, 27.69), abs=0.01)
     assert (found["sarosi-07"].recomputed, found["sarosi-08"].recomputed) == (4.0, 7.0)
 
 

@@ -4,24 +4,52 @@ import numpy as np
 import pytest
 
 from pamsim.papers.claim import Verdict, evaluate
-from pamsim.papers.replicate import paper_claims
 from pamsim.papers.vandamme2008 import delta, factor, preisach, shape
+from pamsim.store.printed import Printed
+from tests.unit.papers.judged import (
+    assert_documented,
+    assert_every_claim_can_fail,
+    assert_identities_hold_whatever_is_printed,
+    assert_repeats_name_a_claim_with_their_verdict,
+    judged,
+    with_verdict,
+)
+
+PAPER = "vandamme2008"
 
 
 @pytest.fixture(scope="module")
 def found():
-    return {claim.id: claim for claim in paper_claims("vandamme2008")}
+    return judged(PAPER).claims
+
+
+def test_every_claim_fails_on_wrong_numbers():
+    assert_every_claim_can_fail(PAPER)
+
+
+def test_repeated_facts_and_documented_counts():
+    assert_repeats_name_a_claim_with_their_verdict(PAPER)
+    assert_documented(PAPER)
 
 
 def test_ids_run_through_without_a_gap(found):
-    assert list(found) == [f"vandamme2008-{i:02d}" for i in range(1, 27)]
+    numbered = sorted([*found, *judged(PAPER).notes])
+    assert numbered == [f"{PAPER}-{i:02d}" for i in range(1, len(numbered) + 1)]
 
 
-def test_verdicts(found):
-    inconsistent = {id for id, claim in found.items() if claim.verdict is Verdict.INCONSISTENT}
-    unknown = {id for id, claim in found.items() if claim.verdict is Verdict.NOT_REPRODUCIBLE}
-    assert inconsistent == {"vandamme2008-07"}
-    assert unknown == {f"vandamme2008-{i}" for i in ["04", "09", "18", "20", "22", "23", "24"]}
+def test_identities_hold_whatever_is_printed(monkeypatch):
+    assert_identities_hold_whatever_is_printed(PAPER, monkeypatch)
+
+
+def test_verdicts_are_those_of_the_evidence():
+    numbers = {
+        Verdict.INDEPENDENT: [1, 3, 5, 15, 19, 25],
+        Verdict.IDENTITY: [2, 10, 11, 12, 13, 14, 16, 17, 20, 21],
+        Verdict.INCONSISTENT: [7],
+        Verdict.NOT_REPRODUCIBLE: [8, 26],
+    }
+    for verdict, expected in numbers.items():
+        assert with_verdict(PAPER, verdict) == {f"{PAPER}-{n:02d}" for n in expected}
 
 
 def test_numbers_derived_otherwise(found):
@@ -33,11 +61,14 @@ def test_numbers_derived_otherwise(found):
 
 
 def test_half_the_swing_would_keep_the_muscle_pulling(monkeypatch):
-    right = shape.value
-    monkeypatch.setattr(
-        shape, "value", lambda name: right(name) / (2 if name == "force_amplitude" else 1)
-    )
-    assert evaluate("vandamme2008-07").verdict is Verdict.REPRODUCED
+    right = shape.printed_number
+
+    def halved(paper, name):
+        number = right(paper, name)
+        return Printed(number.value / 2.0, 0.5) if name == "force_amplitude" else number
+
+    monkeypatch.setattr(shape, "printed_number", halved)
+    assert evaluate("vandamme2008-07").verdict is Verdict.INDEPENDENT
 
 
 def test_another_weight_is_noticed(monkeypatch):

@@ -9,7 +9,7 @@ from pamsim.papers.replicate import Replication
 from pamsim.papers.replication_figures import replication_figures
 from pamsim.report.replication_page import FIGURES, write_replication
 
-EMPTY = Replication(papers={}, claims=(), failures=(), wall_s=0.0).to_dict()
+EMPTY = Replication(papers={}, claims=(), notes=(), failures=(), wall_s=0.0).to_dict()
 NAMES = [(paper, name) for paper, drawings in FIGURES.items() for name in drawings]
 
 

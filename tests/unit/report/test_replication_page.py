@@ -7,10 +7,16 @@ import html.parser
 import pytest
 
 from pamsim.core.errors import InputError
-from pamsim.report.replication_page import recomputed_text, verdict_sentence, write_replication
+from pamsim.report.replication_page import (
+    VERDICTS,
+    accepted_text,
+    recomputed_text,
+    verdict_sentence,
+    write_replication,
+)
 
-REPRODUCED, OPEN, INCONSISTENT = (
-    "reproduced",
+INDEPENDENT, OPEN, INCONSISTENT = (
+    "independent",
     "not reproducible from printed data",
     "inconsistent in the paper",
 )
@@ -42,29 +48,56 @@ def claim(id, printed, recomputed, verdict, **more):
         "printed": printed,
         "recomputed": recomputed,
         "unit": "cm^2",
+        "accepted": [[0.0, 1.0]],
+        "scatter": [],
+        "order": None,
+        "kind": INDEPENDENT,
+        "because": f"because {id}",
         "verdict": verdict,
+        "same_as": None,
         "reason": f"reason {id}",
         **more,
     }
 
 
+def counts(independent, open, inconsistent):
+    some = {INDEPENDENT: independent, OPEN: open, INCONSISTENT: inconsistent}
+    return {verdict: some.get(verdict, 0) for verdict in VERDICTS}
+
+
 @pytest.fixture
 def replication():
     return {
-        "schema": "pamsim-replicate/1",
+        "schema": "pamsim-replicate/2",
         "papers": {
             "matiskova2021": "Authors of A, Journal",
             "alraouf2025": "Authors of B",
             "nguyen2024": "Authors of C",
         },
         "claims": [
-            claim("matiskova2021-01", 0.61, 0.6103515625, REPRODUCED),
+            claim("matiskova2021-01", 0.61, 0.6103515625, INDEPENDENT),
             claim("matiskova2021-02", [1.5, 2.25], [1.4, 2.251], OPEN),
-            claim("alraouf2025-01", "decreasing", None, OPEN),
+            claim("alraouf2025-01", "decreasing", [3.0, 2.0], OPEN, same_as="alraouf2025-02"),
             claim("alraouf2025-02", 24.0, 21.0, INCONSISTENT, statement=HOSTILE, reason=HOSTILE),
         ],
         "failures": [{"paper": "nguyen2024", "error": f"ValueError: {HOSTILE}"}],
-        "counts": {REPRODUCED: 1, OPEN: 2, INCONSISTENT: 1},
+        "notes": [
+            {
+                "id": "alraouf2025-03",
+                "paper": "alraouf2025",
+                "statement": "what is not printed",
+                "place": "text",
+                "recomputed": 0.25,
+                "unit": "kPa",
+                "reason": "why not",
+            },
+        ],
+        "counts": counts(1, 2, 1),
+        "counts_by_paper": {
+            "matiskova2021": counts(1, 1, 0),
+            "alraouf2025": counts(0, 1, 1),
+            "nguyen2024": counts(0, 0, 0),
+        },
         "versions": {"pamsim": "0.1.0", HOSTILE: HOSTILE},
         "wall_s": 1.25,
     }
@@ -85,7 +118,7 @@ def test_every_claim_is_a_row_with_its_numbers_mark_and_reason(replication, tmp_
         "alraouf2025-02",
     ]
     assert [row["class"] for row in rows] == [
-        "claim reproduced",
+        "claim independent",
         "claim open",
         "claim open",
         "claim inconsistent",
@@ -95,6 +128,10 @@ def test_every_claim_is_a_row_with_its_numbers_mark_and_reason(replication, tmp_
         "1.5, 2.25",
         "1.40, 2.251",
         "reason matiskova2021-02",
+        "because matiskova2021-02",
+        "repeats the fact of alraouf2025-02",
+        "what is not printed: 0.250",
+        "why not",
         "cm²",
         "Authors of A",
     ):
@@ -129,15 +166,16 @@ def test_hostile_text_is_shown_and_not_run(replication, tmp_path):
 def test_verdict_counts_come_first_and_name_what_failed(replication, tmp_path):
     sentence = verdict_sentence(replication)
     assert sentence == (
-        "4 printed statements of 3 papers recomputed: 1 reproduced, 2 not reproducible from"
-        " printed data and 1 inconsistent in the paper. Not evaluated: Nguyen 2024."
+        "4 printed statements of 3 papers recomputed, 4 facts: 1 independent, 0 identity,"
+        " 0 calibrated, 0 not significant, 1 inconsistent in the paper, 0 text damaged and"
+        " 2 not reproducible from printed data. Not evaluated: Nguyen 2024."
     )
     assert sentence in write(replication, tmp_path)
 
 
 def test_a_result_without_claims_still_makes_a_page(replication, tmp_path):
     assert "0 printed statements of 0 papers" in write(
-        {**replication, "papers": {}, "claims": [], "failures": []}, tmp_path
+        {**replication, "papers": {}, "claims": [], "notes": [], "failures": []}, tmp_path
     )
 
 
@@ -160,8 +198,23 @@ def test_recomputed_numbers_show_what_a_comparison_needs(value, printed, text):
     assert recomputed_text(value, printed) == text
 
 
+@pytest.mark.parametrize(
+    ("accepted", "order", "scatter", "text"),
+    [
+        ([[0.5, 1.5]], None, [], "accepted 0.500000 to 1.50000"),
+        ([[None, 1.5]], None, [], "at most 1.50000"),
+        ([[0.5, None]], None, [0.25], "at least 0.500000, 95 % ±0.250"),
+        ([[None, None], [None, None]], "falling", [], "must be falling"),
+        ([[0.0, 1.0], [0.0, 2.0]], None, [], ""),
+    ],
+)
+def test_what_a_number_must_be_stands_beside_it(accepted, order, scatter, text):
+    given = {"accepted": accepted, "order": order, "scatter": scatter}
+    assert accepted_text(given) == text
+
+
 def test_another_schema_and_a_file_in_place_of_the_folder_are_refused(replication, tmp_path):
-    with pytest.raises(InputError, match="pamsim-replicate/1"):
+    with pytest.raises(InputError, match="pamsim-replicate/2"):
         write({**replication, "schema": "other/1"}, tmp_path)
     file = tmp_path / "file"
     file.write_text("")
