@@ -12,10 +12,17 @@ It slides towards the stronger pull, with viscous damping, and rests where a too
 
 Tooth and damper both transmit the torque r (T - T_other) to the sprocket. The power lost between
 muscles and joint is (T - T_other)^2 / b or zero: backlash never generates energy.
+
+A chain lies on its sprocket as on a polygon. Over a pitch p of its travel x the muscle's length
+runs ahead and falls back by an amplitude a, and the force on the sprocket changes with it, so that
+no work is lost:
+
+    x_muscle = x + a sin(2 pi x / p + phase)
 """
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from typing import ClassVar
 
@@ -47,6 +54,37 @@ class Chain(ParameterGroup):
         doc="b, difference of pulls per speed at which the chain slides within the backlash",
         default=1e3,
     )
+    ripple: float = parameter(
+        unit="m",
+        low=0.0,
+        high=5e-3,
+        doc="a, by which the travel on the sprocket's teeth ripples",
+        default=0.0,
+    )
+    ripple_pitch: float = parameter(
+        unit="m", low=1e-4, high=1.0, doc="p, travel per tooth", default=9.525e-3
+    )
+    ripple_phase: float = parameter(
+        unit="rad", low=-7.0, high=7.0, doc="of the ripple at tendon length 0", default=0.0
+    )
+
+
+def rippled_travel(travel: float, ripple: float, pitch: float, phase: float) -> float:
+    """Travel of the chain behind the sprocket's teeth [m].
+
+    Args:
+        travel: x, of the tendon [m].
+        ripple: a [m].
+        pitch: p [m].
+        phase: [rad].
+    """
+    return travel + ripple * math.sin(2.0 * math.pi / pitch * travel + phase)
+
+
+def rippled_ratio(travel: float, ripple: float, pitch: float, phase: float) -> float:
+    """Derivative of `rippled_travel` by the travel [-]: of speeds, and of forces the other way."""
+    wave = 2.0 * math.pi / pitch
+    return 1.0 + ripple * wave * math.cos(wave * travel + phase)
 
 
 def extension_rate(

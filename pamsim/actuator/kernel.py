@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import math
 
-from pamsim.actuator.chain import extension_rate, shift_rate
+from pamsim.actuator.chain import extension_rate, rippled_ratio, rippled_travel, shift_rate
 from pamsim.actuator.friction import dry_friction, stribeck_friction
 from pamsim.actuator.layout import (
     AIR,
@@ -25,7 +25,7 @@ from pamsim.actuator.layout import (
 )
 from pamsim.hysteresis.catalog import chosen_output, chosen_rates
 from pamsim.hysteresis.group import COMMON_FIELDS
-from pamsim.muscles.braid import pressurised_contraction, volume
+from pamsim.muscles.braid import braid_friction, pressurised_contraction, volume
 from pamsim.muscles.catalog import chosen_force, chosen_volume, volume_depends_on_pressure
 from pamsim.muscles.creep import creep_force, creep_rate
 from pamsim.muscles.end_shape import force_left, force_left_slope
@@ -54,6 +54,9 @@ _COMPLIANCE = slot("chain.compliance")
 _RELAXATION = slot("chain.relaxation_time")
 _BACKLASH = slot("chain.backlash")
 _SEATING = slot("chain.seating_damping")
+_RIPPLE = slot("chain.ripple")
+_RIPPLE_PITCH = slot("chain.ripple_pitch")
+_RIPPLE_PHASE = slot("chain.ripple_phase")
 _STRIBECK_FORCE = slot("friction.stribeck_force")
 _STRIBECK_VELOCITY = slot("friction.stribeck_velocity")
 _COULOMB = slot("friction.coulomb_force")
@@ -66,6 +69,7 @@ _NOMINAL_LENGTH = slot("braid.nominal_length")
 _DIAMETER = slot("braid.diameter")
 _FIBRE_ANGLE = slot("braid.fibre_angle")
 _EXTENSIBILITY = slot("braid.extensibility")
+_BRAID_FRICTION = slot("braid.friction")
 _PASSIVE_STIFFNESS = slot("passive.stiffness")
 _PASSIVE_SOFTENING = slot("passive.softening")
 _PASSIVE_SLACK = slot("passive.slack_contraction")
@@ -103,11 +107,25 @@ _GAUSS = (
 )  # nodes and weights of the rule with ten points on (-1, 1)
 
 
+def chain_length(par: Row, tendon_length: float) -> float:
+    """Tendon length behind the sprocket's teeth [m]."""
+    if par[_RIPPLE] == 0.0:
+        return tendon_length
+    return rippled_travel(tendon_length, par[_RIPPLE], par[_RIPPLE_PITCH], par[_RIPPLE_PHASE])
+
+
+def chain_ratio(par: Row, tendon_length: float) -> float:
+    """Speed behind the sprocket's teeth over that of the tendon [-]; force on it over the pull."""
+    if par[_RIPPLE] == 0.0:
+        return 1.0
+    return rippled_ratio(tendon_length, par[_RIPPLE], par[_RIPPLE_PITCH], par[_RIPPLE_PHASE])
+
+
 def length_at_muscle(par: Row, act: Row, tendon_length: float) -> float:
-    """Tendon length at the muscle: plus the chain's shift, minus its extension [m]."""
-    length = tendon_length
+    """Tendon length at the muscle [m]: behind the teeth, plus the shift, minus the extension."""
+    length = chain_length(par, tendon_length)
     if par[_BACKLASH] > 0.0:
-        length = tendon_length + act[len(act) - SHIFT]
+        length = length + act[len(act) - SHIFT]
     if par[_COMPLIANCE] == 0.0:
         return length
     return length - act[len(act) - EXTENSION]
@@ -278,8 +296,11 @@ def static_force(par: Row, tendon_length: float, pressure: float) -> float:
     return active + passive
 
 
-def tension(par: Row, act: Row, tendon_length: float) -> float:
-    """Tension of the muscle [N], never negative; NaN if the chamber was never charged."""
+def tension(par: Row, act: Row, tendon_length: float, tendon_velocity: float = 0.0) -> float:
+    """Tension of the muscle [N], never negative; NaN if the chamber was never charged.
+
+    The braid's friction is that at the speed of the tendon: a chain's stretching is left out.
+    """
     pressure = gauge_pressure(par, act, tendon_length)
     length = length_at_muscle(par, act, tendon_length)
     kappa = contraction(par, length)
@@ -288,6 +309,10 @@ def tension(par: Row, act: Row, tendon_length: float) -> float:
     pull = force - hysteresis_force(par, act, kappa, above, force)
     if par[_CREEP_STIFFNESS] > 0.0:
         pull -= creep_force(kappa, act[len(act) - CREEP], par[_CREEP_STIFFNESS])
+    if par[_BRAID_FRICTION] > 0.0:
+        speed = chain_ratio(par, tendon_length) * tendon_velocity
+        rate = -speed / par[_NOMINAL_LENGTH]
+        pull -= braid_friction(above, rate, par[_BRAID_FRICTION])
     return taut(pull)
 
 
@@ -299,8 +324,10 @@ def tendon_force(
     Dry friction is that at the end of the time step, which the tendon's present velocity sets: with
     the one at its beginning the bristles would gain energy.
     """
-    pull = tension(par, act, tendon_length)
+    pull = tension(par, act, tendon_length, tendon_velocity)
     force = pull
+    if par[_RIPPLE] > 0.0:
+        force = chain_ratio(par, tendon_length) * pull
     if par[_STRIBECK_FORCE] > 0.0:
         force += stribeck_friction(tendon_velocity, par[_STRIBECK_FORCE], par[_STRIBECK_VELOCITY])
     if _rubs(par):
@@ -413,11 +440,13 @@ def state_rates(
     pressure_abs = chamber_pressure(par, act, tendon_length)
     length = length_at_muscle(par, act, tendon_length)
     velocity = tendon_velocity
+    if par[_RIPPLE] > 0.0:
+        velocity = chain_ratio(par, tendon_length) * tendon_velocity
     rates[count - SHIFT] = 0.0
     if par[_BACKLASH] > 0.0:
         backlash_rate = shift_rate(
             act[count - SHIFT],
-            tension(par, act, tendon_length),
+            tension(par, act, tendon_length, tendon_velocity),
             opposing,
             par[_BACKLASH],
             par[_SEATING],
@@ -427,7 +456,7 @@ def state_rates(
         velocity = velocity + backlash_rate
     rates[count - EXTENSION] = 0.0
     if par[_COMPLIANCE] > 0.0:
-        pull = tension(par, act, tendon_length)
+        pull = tension(par, act, tendon_length, tendon_velocity)
         stretch_rate = extension_rate(
             act[count - EXTENSION], pull, par[_COMPLIANCE], par[_RELAXATION]
         )
@@ -436,7 +465,7 @@ def state_rates(
     rates[count - RUBBING] = 0.0
     if _rubs(par):
         before = act[count - RUBBING]
-        pull = tension(par, act, tendon_length)
+        pull = tension(par, act, tendon_length, tendon_velocity)
         after = _rubbing_after(par, before, pull, tendon_velocity, timestep)
         rates[count - RUBBING] = (after - before) / timestep
     kappa = contraction(par, length)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from pamsim.actuator.kernel import contraction, length_at_muscle, static_volume
+from pamsim.actuator.kernel import chain_length, contraction, length_at_muscle, static_volume
 from pamsim.actuator.layout import AIR, CREEP, LINE, MutableRow, Row, slot
 from pamsim.pneumatics.chamber import air_state
 
@@ -29,7 +29,7 @@ def rest(par: Row, act: MutableRow, tendon_length: float, pressure: float) -> No
     """
     for i in range(len(act)):
         act[i] = 0.0
-    act[len(act) - AIR] = charged_air_state(par, tendon_length, pressure)
+    act[len(act) - AIR] = charged_air_state(par, chain_length(par, tendon_length), pressure)
     quieten(par, act, tendon_length, pressure)
 
 

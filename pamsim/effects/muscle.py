@@ -44,6 +44,17 @@ EFFECTS = (
         path_dependent=True,
     ),
     Effect(
+        name="braid_friction",
+        family="braid_friction",
+        missing="friction in the braid, growing with pressure and with the rate of contraction",
+        parameters=(EffectParameter(name="braid.friction", typical=5e-4, low=0.0, high=1e-2),),
+        look_alikes=("viscous_friction", "muscle_hysteresis"),
+        separating="let the arm swing freely at two common pressures: friction in the braid damps"
+        " the more, the higher the pressure",
+        path_dependent=True,
+        on_request=True,
+    ),
+    Effect(
         name="threshold_pressure",
         family="muscle_force",
         missing="a threshold pressure below which the tube does not press on the braid",

@@ -65,6 +65,25 @@ EFFECTS = (
         upstream_of_pressure=True,
     ),
     Effect(
+        name="valve_asymmetry",
+        family="valve",
+        missing="another ratio between the flows of the fill and the exhaust valve",
+        parameters=(
+            EffectParameter(
+                name="valve.conductance_exhaust",
+                typical=0.85,
+                low=0.2,
+                high=5.0,
+                neutral=None,
+                relative=True,
+            ),
+        ),
+        look_alikes=("valve_flow", "air_leak", "supply_sag"),
+        separating="fill from empty and vent from full with a valve wide open, and compare the two",
+        upstream_of_pressure=True,
+        on_request=True,
+    ),
+    Effect(
         name="thermal_relaxation",
         family="thermal",
         missing="heat exchanged between the air and the muscle",

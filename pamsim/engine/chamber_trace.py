@@ -14,7 +14,7 @@ from pamsim.engine.callback import muscle_ids
 from pamsim.engine.trace import FloatArray
 
 _Law: TypeAlias = Callable[..., float]
-_Along: TypeAlias = Callable[[FloatArray, FloatArray, FloatArray, FloatArray], None]
+_Along: TypeAlias = Callable[..., None]
 
 
 def gauge_pressures(
@@ -31,11 +31,11 @@ def gauge_pressures(
     Returns:
         (n, m) [Pa], one column per muscle.
     """
-    return _along(gauge_pressure, model, act, length, backend)
+    return _along(gauge_pressure, model, act, (length,), backend)
 
 
 def tensions(
-    model: mujoco.MjModel, act: FloatArray, length: FloatArray, *, backend: str
+    model: mujoco.MjModel, act: FloatArray, length: FloatArray, speed: FloatArray, *, backend: str
 ) -> FloatArray:
     """Tensions of all muscles at every sample.
 
@@ -43,16 +43,21 @@ def tensions(
         model: a model with pamsim muscles.
         act: (n, na) states.
         length: (n, m) lengths of the actuators' tendons [m].
+        speed: (n, m) their rates [m/s].
         backend: ``compiled`` or ``python``: which of the kernel's two forms is run.
 
     Returns:
         (n, m) [N], one column per muscle.
     """
-    return _along(tension, model, act, length, backend)
+    return _along(tension, model, act, (length, speed), backend)
 
 
 def _along(
-    law: _Law, model: mujoco.MjModel, act: FloatArray, length: FloatArray, backend: str
+    law: _Law,
+    model: mujoco.MjModel,
+    act: FloatArray,
+    motion: tuple[FloatArray, ...],
+    backend: str,
 ) -> FloatArray:
     along = _compiled(law) if backend == "compiled" else _interpreted(law)
     ids = muscle_ids(model)
@@ -60,17 +65,16 @@ def _along(
     for index, column in zip(ids, values, strict=True):
         first = model.actuator_actadr[index]
         states = act[:, first : first + model.actuator_actnum[index]]
-        lengths = length[:, model.actuator_outadr[index]]
-        along(
-            model.actuator_user[index].copy(), np.ascontiguousarray(states), lengths.copy(), column
-        )
+        given = [signal[:, model.actuator_outadr[index]].copy() for signal in motion]
+        along(model.actuator_user[index].copy(), np.ascontiguousarray(states), *given, column)
     return values.T
 
 
 def _interpreted(law: _Law) -> _Along:
-    def along(row: FloatArray, states: FloatArray, length: FloatArray, out: FloatArray) -> None:
-        par = row.tolist()
-        out[:] = [law(par, a, at) for a, at in zip(states.tolist(), length.tolist(), strict=True)]
+    def along(row: FloatArray, states: FloatArray, *given: FloatArray) -> None:
+        par, (*motion, out) = row.tolist(), given
+        columns = zip(states.tolist(), *(signal.tolist() for signal in motion), strict=True)
+        out[:] = [law(par, *column) for column in columns]
 
     return along
 
@@ -89,10 +93,10 @@ def _compiled(law: _Law) -> _Along:
     if law is tension:
 
         @numba.njit(cache=True, nogil=True, error_model="numpy")
-        def pulls(row, states, length, out):
+        def pulls(row, states, length, speed, out):
             mark(key)
             for k in range(length.size):
-                out[k] = tension(row, states[k], length[k])
+                out[k] = tension(row, states[k], length[k], speed[k])
 
         return pulls
 

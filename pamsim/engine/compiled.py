@@ -152,6 +152,7 @@ def _compile(key: str, word: Mapping[str, int]) -> tuple[Any, Any, Any]:
                 _muscle_row(model[user], model[nuser], other),
                 _doubles(data[act], _entry(model[actadr], other), _entry(model[actnum], other)),
                 _doubles(data[length], _entry(model[outadr], other), 1)[0],
+                _doubles(data[velocity], _entry(model[outadr], other), 1)[0],
             )
         state_rates(
             row,

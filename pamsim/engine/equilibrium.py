@@ -15,7 +15,7 @@ import numpy as np
 import scipy.optimize
 from numpy.typing import NDArray
 
-from pamsim.actuator.kernel import static_force
+from pamsim.actuator.kernel import chain_length, chain_ratio, static_force
 from pamsim.actuator.layout import slot
 from pamsim.core.errors import InputError
 from pamsim.engine.callback import muscle_ids
@@ -121,7 +121,9 @@ class _Arm:
             mujoco.mj_fwdVelocity(model, data)
             total = float(passive[0] - bias[0])
             for (tendon, row), place, held in zip(self._muscles, places, pressure, strict=True):
-                total -= float(moment[place]) * _tension(row, float(length[tendon]), held)
+                at_tendon = float(length[tendon])
+                pull = _tension(row, chain_length(row, at_tendon), held)
+                total -= float(moment[place]) * chain_ratio(row, at_tendon) * pull
             return total
 
         return at
@@ -133,7 +135,7 @@ def _place(model: mujoco.MjModel, data: mujoco.MjData, tendon: int) -> int:
 
 
 def _tension(row: list[float], length: float, pressure: float) -> float:
-    """Tension of a muscle behind its chain [N] at a tendon length [m]."""
+    """Tension of a muscle behind its chain [N] at a length of its tendon behind the teeth [m]."""
     most = taut(static_force(row, length, pressure))
     give = row[_COMPLIANCE]
     if give == 0.0 or not most > 0.0:

@@ -63,6 +63,7 @@ def _opposing(model: mujoco.MjModel, data: mujoco.MjData, row: NDArray[np.float6
         model.actuator_user[other].tolist(),
         data.act[_states(model, other)].tolist(),
         float(data.actuator_length[model.actuator_outadr[other]]),
+        float(data.actuator_velocity[model.actuator_outadr[other]]),
     )
 
 

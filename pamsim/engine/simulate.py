@@ -179,9 +179,10 @@ def record(
     trace = empty_trace(model, run.samples)
     # Views of the engine's arrays: fetching one costs as much as reading it.
     ctrl, position, velocity, act = data.ctrl, data.qpos, data.qvel, data.act
-    length, force, warnings = data.actuator_length, data.actuator_force, data.warning.number
-    # A tendon with friction carries more force than its muscle gives.
-    braked = any(muscle.friction.acts for muscle in run.rig.muscles.values())
+    length, speed = data.actuator_length, data.actuator_velocity
+    force, warnings = data.actuator_force, data.warning.number
+    # Friction and the sprocket's teeth make the force on a tendon another than its muscle's.
+    braked = any(m.friction.acts or m.chain.ripple for m in run.rig.muscles.values())
     pulls = np.empty_like(trace.force)
     last, checked, broken = run.samples - 1, 0, None
     for k in range(run.samples):
@@ -210,11 +211,13 @@ def record(
             mujoco.mj_forward(model, data)
         # Tendon lengths and forces are of the instant the step started from.
         trace.length[k] = length
+        trace.speed[k] = speed
         trace.force[k] = force
         if braked and each_step is not None:
             # It may change the muscles from step to step, so their tension is computed now.
+            now = slice(k, k + 1)
             pulls[k] = tensions(
-                model, trace.act[k : k + 1], trace.length[k : k + 1], backend=backend
+                model, trace.act[now], trace.length[now], trace.speed[now], backend=backend
             )
         if k < last:
             if count > 1:
@@ -230,7 +233,9 @@ def record(
     keep = slice(0, recorded)
     tension = -trace.force[keep]
     if braked and each_step is None:
-        tension = tensions(model, trace.act[keep], trace.length[keep], backend=backend)
+        tension = tensions(
+            model, trace.act[keep], trace.length[keep], trace.speed[keep], backend=backend
+        )
     elif braked:
         tension = pulls[keep]
     return Recording(

@@ -47,8 +47,8 @@ def check_timestep(model: mujoco.MjModel, muscles: Mapping[str, Muscle]) -> None
     if step * braking > 1.0:
         raise InputError(
             f"a time step of {step * 1e3:g} ms is longer than the {1e3 / braking:.2g} ms in which"
-            " friction stops the arm; take a shorter step, a smaller friction.stribeck_force or a"
-            " larger friction.stribeck_velocity"
+            " friction stops the arm; take a shorter step, a smaller friction.stribeck_force or"
+            " braid.friction, or a larger friction.stribeck_velocity"
         )
     bending = _bending(model, muscles, step)
     if bending > 1.0:
@@ -80,5 +80,7 @@ def _braking_rate(model: mujoco.MjModel, muscles: Mapping[str, Muscle]) -> float
     total = 0.0
     for index, muscle in zip(muscle_ids(model), muscles.values(), strict=True):
         slope = stribeck_damping(muscle.friction.stribeck_force, muscle.friction.stribeck_velocity)
+        braid = muscle.braid
+        slope += braid.friction * muscle.valve.supply_pressure / braid.nominal_length
         total += slope * float(model.tendon_invweight0[model.actuator_trnid[index, 0]])
     return total

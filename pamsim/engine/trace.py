@@ -24,6 +24,7 @@ class Trace:
         velocity: (n, nv) ``qvel``.
         act: (n, na) states of all actuators.
         length: (n, m) actuator lengths [m].
+        speed: (n, m) their rates [m/s].
         force: (n, m) actuator forces [N].
         warnings: (n, k) how often the engine has warned of each kind.
     """
@@ -33,6 +34,7 @@ class Trace:
     velocity: FloatArray
     act: FloatArray
     length: FloatArray
+    speed: FloatArray
     force: FloatArray
     warnings: NDArray[np.int32]
 
@@ -46,6 +48,7 @@ def empty_trace(model: mujoco.MjModel, samples: int) -> Trace:
         velocity=np.empty((samples, model.nv)),
         act=np.empty((samples, model.na)),
         length=np.empty((samples, model.nactuator)),
+        speed=np.empty((samples, model.nactuator)),
         force=np.empty((samples, model.nactuator)),
         warnings=np.empty((samples, kinds), dtype=np.int32),
     )

@@ -37,6 +37,31 @@ class Braid(ParameterGroup):
         doc="growth of the nominal length per gauge pressure, as the fibres stretch",
         default=0.0,
     )
+    friction: float = parameter(
+        unit="N*s/Pa",
+        low=0.0,
+        high=1.0,
+        doc="force lost per gauge pressure and rate of contraction, as the fibres rub; limits the"
+        " time step",
+        default=0.0,
+    )
+
+
+def braid_friction(pressure: float, contraction_rate: float, friction: float) -> float:
+    """Force that the rubbing fibres take from the pull of a muscle that shortens.
+
+    The pressure presses the fibres on each other; that the force grows in proportion to the rate as
+    well is the simplest law that only dissipates.
+
+    Args:
+        pressure: gauge, not below 0 [Pa].
+        contraction_rate: positive where the muscle shortens [1/s].
+        friction: force per pressure and rate [N s/Pa].
+
+    Returns:
+        [N], of the sign of the rate.
+    """
+    return friction * pressure * contraction_rate
 
 
 def volume(length: float, nominal_length: float, diameter: float, fibre_angle: float) -> float:

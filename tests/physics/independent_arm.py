@@ -54,7 +54,7 @@ class IndependentArm:
         )  # third row of the rotation: the vertical in the inertia's own axes
         return float(vertical**2 @ model.body_inertia[index])
 
-    def force(self, length, pressure, z, strain=0.0):
+    def force(self, length, pressure, z, strain=0.0, shortening=0.0):
         m, f = self.m, self.m.force
         grown = 1.0 + m.braid.extensibility * max(pressure, 0.0)
         kappa = 1.0 - length / m.braid.nominal_length / grown
@@ -65,6 +65,7 @@ class IndependentArm:
         active *= f.scale * (1.0 - end.loss + end.loss / (1.0 + beyond**2))
         passive = self.spring(m.passive.slack_contraction - kappa)
         loop = (m.hysteresis.force + m.hysteresis.force_per_pressure * max(pressure, 0.0)) * z
+        loop += m.braid.friction * max(pressure, 0.0) * shortening
         return max(0.0, active + passive - loop - m.creep.stiffness * strain)
 
     def spring(self, stretch):
@@ -127,6 +128,13 @@ class IndependentArm:
         share = speed / friction.stribeck_velocity
         return friction.stribeck_force * share * math.exp((1.0 - share**2) / 2.0)
 
+    def teeth(self, travel):
+        """Travel of the chain behind the sprocket's teeth, and its slope."""
+        chain = self.m.chain
+        turn = 2.0 * math.pi / chain.ripple_pitch
+        wave = turn * travel + chain.ripple_phase
+        return travel + chain.ripple * math.sin(wave), 1.0 + chain.ripple * turn * math.cos(wave)
+
     def bristles(self, force, speed, tension):
         """Rate of the dry friction along a tendon, and what its damping adds to it."""
         friction = self.m.friction
@@ -164,14 +172,18 @@ class IndependentArm:
         torque = 0.0
         for i, sign in enumerate((-1.0, 1.0)):
             z, length, pressure_abs, strain, carried, rubbing = state[2 + 6 * i : 8 + 6 * i]
-            tension = self.force(length, pressure_abs - self.m.chamber.atmosphere, z, strain)
             speed = sign * self.radius * rate
+            behind, ratio = self.teeth(sign * self.radius * angle)
+            gauge = pressure_abs - self.m.chamber.atmosphere
+            rubbed = -ratio * speed / self.m.braid.nominal_length
+            tension = self.force(length, gauge, z, strain, rubbed)
             out[7 + 6 * i], damped = self.bristles(rubbing, speed, tension)
             brake = self.brake(speed) + rubbing + damped
-            torque -= sign * self.radius * (tension + brake)
+            torque -= sign * self.radius * (ratio * tension + brake)
+            speed *= ratio
             chain = self.m.chain
             if chain.compliance > 0.0:
-                give = self.m.mounting.length_at_zero + sign * self.radius * angle - length
+                give = self.m.mounting.length_at_zero + behind - length
                 speed -= (chain.compliance * tension - give) / chain.relaxation_time
             shortening = -speed / self.m.braid.nominal_length
             h = self.m.hysteresis
@@ -198,7 +210,7 @@ class IndependentArm:
 
     def run(self, start, set_points, duration, samples):
         atmosphere = self.m.chamber.atmosphere
-        length = self.m.mounting.length_at_zero
+        length = self.m.mounting.length_at_zero + self.teeth(0.0)[0]
         muscles = [[0.0, length, pressure + atmosphere, 0.0, pressure, 0.0] for pressure in start]
         at_rest = np.array([0.0, 0.0, *muscles[0], *muscles[1]])
         options = {"method": "LSODA", "rtol": 1e-9, "atol": 1e-10, "max_step": 0.01}

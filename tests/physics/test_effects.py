@@ -27,6 +27,8 @@ EFFECTS = {
     "stribeck_friction": {"friction.stribeck_force": 10.0, "friction.stribeck_velocity": 5e-3},
     "dahl": {"friction.coulomb_force": 12.0},
     "lugre": {"friction.breakaway_force": 12.0, "friction.bristle_time": 1e-3},
+    "braid_friction": {"braid.friction": 7e-4},
+    "sprocket_ripple": {"chain.ripple": 1e-4},
     "load_dependent_friction": {"friction.tension_share": 0.02},
 }
 SHAPES = {
@@ -150,7 +152,7 @@ def test_each_muscle_has_its_own_delay_of_any_fraction_of_a_step(rig):
 
 
 def test_the_tension_recorded_is_the_muscle_s_and_not_its_friction(rig):
-    there = rig.with_parameters(EFFECTS["stribeck_friction"])
+    there = rig.with_parameters(EFFECTS["stribeck_friction"] | EFFECTS["braid_friction"])
     model = there.model_for(load=LOAD, command="pressure")
     run = pamsim.simulate(there, step()).completed()
     moving = np.abs(run.velocity) > 0.05

@@ -38,6 +38,12 @@ CASES = {
         "friction.tension_share": 0.03,
         "friction.presliding": 5e-5,
     },
+    "rubbing braid and teeth": {
+        "braid.friction": 2e-3,
+        "chain.ripple": 2e-4,
+        "chain.ripple_pitch": 4e-3,
+        "chain.ripple_phase": 0.7,
+    },
     "leak, sag and line": {
         "chamber.leak_conductance": 1e-11,
         "valve.supply_resistance": 3e8,

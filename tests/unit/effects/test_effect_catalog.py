@@ -52,6 +52,8 @@ AT_REST = [
 ]
 ON_REQUEST = [
     "load_dependent_friction",
+    "braid_friction",
+    "valve_asymmetry",
 ]
 OTHER_FORMS = ["coulomb_friction:dahl", "stribeck_friction:lugre"]
 EVERY = [*CONTRACT, *AT_REST, *ON_REQUEST, *OTHER_FORMS]

@@ -27,6 +27,7 @@ def trace():
         velocity=blank.copy(),
         act=blank.copy(),
         length=blank.copy(),
+        speed=blank.copy(),
         force=blank.copy(),
         warnings=np.zeros((SAMPLES, kinds), dtype=np.int32),
     )
