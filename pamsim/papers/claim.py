@@ -23,7 +23,8 @@ A verdict follows at run time from the recomputed numbers that the claim shows, 
 else. They must lie in the accepted intervals, for which there is one rule:
 
     a printed number    half a unit of its last printed digit on either side, wider by what half a
-                        unit of every printed number that went in moves the recomputed one
+                        unit of every printed number that went in moves the recomputed one (not
+                        carried through searches and simulations, where it would decide nothing)
     a printed interval  the interval, wider in the same way
     an equation         both sides agree to `AGREES` of their size
     words               their direction: greater, less, falling, rising; no word of degree is judged
@@ -325,7 +326,9 @@ def note(id: str, row: Mapping[str, Any], result: Recomputed) -> Note:
 
 
 def _filled(paper: str, text: str, result: Recomputed) -> str:
-    return text.format_map({**_table(paper).get("shared", {}), **result.evidence})
+    values = {**_table(paper).get("shared", {}), **result.evidence}
+    # Twice: a shared text quotes the evidence too.
+    return text.format_map(values).format_map(values)
 
 
 def _accepted(id: str, printed: Any, result: Recomputed) -> tuple[Interval, ...]:

@@ -106,9 +106,4 @@ def _contractions_reached() -> Recomputed:
     result = [_contraction_at(lowest / (p * length() ** 2)) / PERCENT for p in pressures()]
     exchanged = value("force_amplitude") - value("force_offset")
     at_most = _contraction_at(exchanged / (max(pressures()) * length() ** 2)) / PERCENT
-    return Recomputed(
-        tuple(result),
-        printed=[printed_number("vandamme2008", "max_contraction")] * len(result),
-        lowest=lowest,
-        at_most=at_most,
-    )
+    return Recomputed(tuple(result), lowest=lowest, at_most=at_most)

@@ -98,11 +98,15 @@ def holding(claim):
 def assert_every_claim_can_fail(paper):
     """Put wrong numbers in: the recomputed ones in turn, then the printed ones."""
     for id, claim in judged(paper).claims.items():
+        assert "{" not in claim.reason + claim.because, id
         row, result = judged(paper).sources[id]
         failing = room._OTHERWISE[row.get("otherwise")]
         assert verdict_of(id, right_numbers(claim)) is holding(claim), id
         wrong = list(wrong_numbers(claim))
         assert wrong, f"{id} accepts any number"
+        for value, edges in zip(room._several(claim.recomputed), claim.accepted, strict=True):
+            # A number that is wrong by no more than a hundred of its sizes must be out.
+            assert all(abs(edge or 0.0) <= 100.0 * max(1.0, abs(value)) for edge in edges), id
         for numbers in wrong:
             assert verdict_of(id, numbers) is failing, (id, numbers)
         if result.low is None and result.high is None and result.order is None:

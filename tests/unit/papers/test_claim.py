@@ -93,6 +93,12 @@ def test_a_row_says_what_else_it_is():
     assert claim.reason == "because of missing data"
 
 
+def test_shared_texts_quote_the_evidence(monkeypatch):
+    monkeypatch.setattr(room, "_table", lambda paper: {"shared": {"cause": "{size:.1f} m"}})
+    claim = judge(ID, {**ROW, "printed": 3}, Recomputed(3.0, size=2.04))
+    assert claim.reason == "because of 2.0 m"
+
+
 def test_a_row_quotes_printed_numbers_with_their_digits():
     claim = judge(
         "nguyen2024-99", {**ROW, "printed": ["$number.order"]}, Recomputed([0.2751], cause="")

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import json
 
 import pytest
@@ -11,7 +12,7 @@ from pamsim.core.encoding import to_dict
 from pamsim.core.errors import InputError
 from pamsim.papers.antagonistic_pair import ideal_muscle, row
 from pamsim.papers.claim import Claim, Verdict, evaluate
-from pamsim.papers.matiskova2021 import simulation
+from pamsim.papers.matiskova2021 import equations, simulation, stiffness
 from pamsim.papers.matiskova2021.stiffness import ideal_stiffness
 from tests.unit.papers.judged import (
     assert_documented,
@@ -83,6 +84,19 @@ def test_claims_of_the_rig_that_its_fit_touched_are_calibrated(claims, monkeypat
     assert calibrated <= resting
     # What is left is a prediction: no small step's response and no force were fitted.
     assert resting - calibrated == {f"{PAPER}-41", f"{PAPER}-43"}
+
+
+def test_identities_hold_for_another_muscle(monkeypatch):
+    ideal = ideal_muscle()
+    braid = dataclasses.replace(ideal.braid, fibre_angle=0.4, nominal_length=0.2)
+    mounting = dataclasses.replace(ideal.mounting, length_at_zero=0.18)
+    other = dataclasses.replace(ideal, braid=braid, mounting=mounting)
+    for module in (equations, stiffness):
+        monkeypatch.setattr(module, "ideal_muscle", lambda: other)
+    for id in sorted(with_verdict(PAPER, Verdict.IDENTITY)):
+        again = evaluate(id)
+        assert again.verdict is Verdict.IDENTITY, id
+    assert again.recomputed != judged(PAPER).claims[id].recomputed
 
 
 def test_one_limit_for_the_printed_law_and_for_the_rig(claims):
