@@ -18,6 +18,7 @@ from pamsim.actuator.layout import (
     EXTENSION,
     LINE,
     RUBBING,
+    SAG,
     SHIFT,
     MutableRow,
     Row,
@@ -31,9 +32,10 @@ from pamsim.muscles.creep import creep_force, creep_rate
 from pamsim.muscles.end_shape import force_left, force_left_slope
 from pamsim.muscles.passive import passive_force
 from pamsim.muscles.tension import effective_pressure, taut
+from pamsim.pneumatics.air import GAS_CONSTANT
 from pamsim.pneumatics.chamber import absolute_pressure, air_state_rate
 from pamsim.pneumatics.orifice import mass_flow
-from pamsim.pneumatics.supply import drawn_flow
+from pamsim.pneumatics.supply import Valves, supply_sag
 from pamsim.pneumatics.valves import (
     clamped_opening,
     line_rate,
@@ -91,6 +93,7 @@ _CRITICAL = slot("valve.critical_ratio")
 _LAMINAR = slot("valve.laminar_ratio")
 _SUPPLY = slot("valve.supply_pressure")
 _RESISTANCE = slot("valve.supply_resistance")
+_SUPPLY_VOLUME = slot("valve.supply_volume")
 _LINE_LAG = slot("valve.line_lag")
 _PULSE_PERIOD = slot("valve.pulse_period")
 _BAND = slot("valve.regulator_band")
@@ -378,32 +381,70 @@ def valve_opening(par: Row, command: float, pressure: float, time: float) -> flo
     return past_dead_zone(opening, par[_DEAD_ZONE])
 
 
-def air_flow(par: Row, pressure_abs: float, command: float, time: float) -> float:
-    """Mass flow into the chamber [kg/s] at an absolute pressure [Pa] in it, minus the leak."""
+def command_at_valve(par: Row, act: Row, command: float) -> float:
+    """The command behind the lag of its line; any unit."""
+    if par[_LINE_LAG] > 0.0:
+        return act[len(act) - LINE]
+    return command
+
+
+def fill_valve(
+    par: Row, pressure_abs: float, command: float, time: float, valve: MutableRow
+) -> None:
+    """Write what a muscle's fill valve means to its supply.
+
+    Args:
+        par: parameter row.
+        pressure_abs: absolute pressure in the chamber [Pa].
+        command: see `valve_opening`.
+        time: [s].
+        valve: (VALVE,) written, see `pamsim.pneumatics.supply.supply_sag`.
+    """
+    opening = valve_opening(par, command, pressure_abs - par[_ATMOSPHERE], time)
+    valve[0] = par[_SUPPLY] + par[_ATMOSPHERE]
+    valve[1] = pressure_abs
+    valve[2] = 0.0 if opening <= 0.0 else opening * par[_FILL]
+    valve[3] = par[_CRITICAL]
+    valve[4] = par[_LAMINAR]
+    valve[5] = par[_TEMPERATURE]
+
+
+def line_sag(par: Row, act: Row, valves: Valves, timestep: float) -> float:
+    """Fall of a muscle's supply during a time step [Pa].
+
+    Args:
+        par: parameter row of the muscle.
+        act: its states.
+        valves: (m, VALVE) fill valves of all muscles on its supply, see `fill_valve`.
+        timestep: [s].
+    """
+    full = par[_SUPPLY] + par[_ATMOSPHERE]
+    storage = par[_SUPPLY_VOLUME] / (GAS_CONSTANT * par[_TEMPERATURE] * timestep)
+    return supply_sag(valves, par[_RESISTANCE], storage, full * act[len(act) - SAG])
+
+
+def air_flow(par: Row, pressure_abs: float, command: float, time: float, sag: float = 0.0) -> float:
+    """Mass flow into the chamber [kg/s], minus the leak.
+
+    Args:
+        par: parameter row.
+        pressure_abs: absolute pressure in the chamber [Pa].
+        command: see `valve_opening`.
+        time: [s].
+        sag: fall of the supply's pressure [Pa].
+    """
     atmosphere = par[_ATMOSPHERE]
-    opening = valve_opening(par, command, pressure_abs - atmosphere, time)
-    if par[_RESISTANCE] > 0.0 and opening > 0.0:
-        flow = drawn_flow(
-            par[_SUPPLY] + atmosphere,
-            par[_RESISTANCE],
-            pressure_abs,
-            opening * par[_FILL],
-            par[_CRITICAL],
-            par[_LAMINAR],
-            par[_TEMPERATURE],
-        )
-    else:
-        flow = valve_flow(
-            opening,
-            pressure_abs,
-            par[_SUPPLY] + atmosphere,
-            atmosphere,
-            par[_FILL],
-            par[_EXHAUST],
-            par[_CRITICAL],
-            par[_LAMINAR],
-            par[_TEMPERATURE],
-        )
+    flow = valve_flow(
+        valve_opening(par, command, pressure_abs - atmosphere, time),
+        pressure_abs,
+        par[_SUPPLY] + atmosphere - sag,
+        atmosphere,
+        par[_FILL],
+        par[_EXHAUST],
+        par[_CRITICAL],
+        par[_LAMINAR],
+        par[_TEMPERATURE],
+    )
     if par[_LEAK] == 0.0:
         return flow
     return flow - mass_flow(
@@ -421,6 +462,7 @@ def state_rates(
     time: float,
     timestep: float,
     opposing: float = 0.0,
+    sag: float = 0.0,
 ) -> None:
     """Write the rates of all states of one muscle.
 
@@ -435,6 +477,8 @@ def state_rates(
         timestep: [s]; an operator that steps from turning point to turning point writes the rate
             that takes it to its next memory in one Euler step of this length.
         opposing: tension of the muscle at the other end of the chain [N]; used with backlash only.
+        sag: fall of the supply's pressure during the step [Pa], see `line_sag`; used with
+            resistance of the supply only.
     """
     count = len(act)
     pressure_abs = chamber_pressure(par, act, tendon_length)
@@ -483,15 +527,18 @@ def state_rates(
     if par[_CREEP_STIFFNESS] > 0.0:
         rates[count - CREEP] = creep_rate(kappa, act[count - CREEP], par[_CREEP_TIME], timestep)
     rates[count - LINE] = 0.0
-    at_valve = command
+    at_valve = command_at_valve(par, act, command)
     if par[_LINE_LAG] > 0.0:
-        at_valve = act[count - LINE]
         sent = command if par[_COMMAND] == 2.0 else clamped_opening(command)
         rates[count - LINE] = line_rate(sent, at_valve, par[_LINE_LAG], timestep)
+    rates[count - SAG] = 0.0
+    if par[_RESISTANCE] > 0.0:
+        share = sag / (par[_SUPPLY] + par[_ATMOSPHERE])
+        rates[count - SAG] = (share - act[count - SAG]) / timestep
     rates[count - AIR] = air_state_rate(
         act[count - AIR],
         pressure_abs,
         static_volume(par, length, pressure_abs - par[_ATMOSPHERE]),
         par[_TEMPERATURE],
-        air_flow(par, pressure_abs, at_valve, time),
+        air_flow(par, pressure_abs, at_valve, time, sag),
     )

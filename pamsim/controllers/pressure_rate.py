@@ -6,19 +6,23 @@ the band, so that the pressure follows its set point as a lag does.
 
 from __future__ import annotations
 
-from pamsim.actuator.kernel import Row, air_flow, static_volume
+from pamsim.actuator.kernel import Row, air_flow, fill_valve, static_volume
 from pamsim.actuator.layout import slot
 from pamsim.pneumatics.air import GAS_CONSTANT
+from pamsim.pneumatics.supply import VALVE, supply_sag
 
 _POLYTROPIC = slot("chamber.polytropic_index")
 _TEMPERATURE = slot("chamber.temperature")
 _ATMOSPHERE = slot("chamber.atmosphere")
 _COMMAND = slot("command")
+_RESISTANCE = slot("valve.supply_resistance")
 _BAND = slot("valve.regulator_band")
 
 
 def full_rates(par: Row, tendon_length: float, pressure: float) -> tuple[float, float]:
     """Rates of pressure with the fill and with the exhaust valve fully open [Pa/s].
+
+    The supply sags by the flow to this muscle alone.
 
     Args:
         par: parameter row of the muscle.
@@ -30,7 +34,12 @@ def full_rates(par: Row, tendon_length: float, pressure: float) -> tuple[float, 
     absolute = pressure + row[_ATMOSPHERE]
     inside = static_volume(row, tendon_length, pressure)
     scale = row[_POLYTROPIC] * GAS_CONSTANT * row[_TEMPERATURE] / inside
-    return scale * air_flow(row, absolute, 1.0, 0.0), scale * air_flow(row, absolute, -1.0, 0.0)
+    sag, valve = 0.0, [0.0] * VALVE
+    if row[_RESISTANCE] > 0.0:
+        fill_valve(row, absolute, 1.0, 0.0, valve)
+        sag = supply_sag([valve], row[_RESISTANCE], 0.0, 0.0)
+    fill = air_flow(row, absolute, 1.0, 0.0, sag)
+    return scale * fill, scale * air_flow(row, absolute, -1.0, 0.0)
 
 
 def regulated_lag(par: Row, tendon_length: float, pressure: float) -> float:

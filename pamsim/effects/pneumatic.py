@@ -19,7 +19,7 @@ EFFECTS = (
     Effect(
         name="supply_sag",
         family="pressure_deficit",
-        missing="a supply whose pressure falls with the flow drawn from it",
+        missing="a supply whose pressure falls with the flow that the muscles draw from it",
         parameters=(
             EffectParameter(name="valve.supply_resistance", typical=2e8, low=0.0, high=5e9),
         ),

@@ -8,6 +8,7 @@ from pamsim.actuator.layout import SIZE, pack, slot, state_size
 from pamsim.actuator.muscle import Muscle
 from pamsim.core.errors import InputError, nearest
 from pamsim.engine.callback import guard, muscle_ids, refuse_multistage
+from pamsim.engine.supply_check import check_supply
 
 _PARTNER = slot("partner")
 
@@ -58,13 +59,15 @@ def compile_model(spec: mujoco.MjSpec) -> mujoco.MjModel:
     """Compile a model with muscles, guarded: it steps only inside `pamsim.live`.
 
     Raises:
-        InputError: with the engine's own words, if the model does not compile.
+        InputError: with the engine's own words, if the model does not compile; if muscles on one
+            supply state it differently.
     """
     try:
         model = spec.compile()
     except ValueError as error:
         raise InputError(f"the model does not compile: {' '.join(str(error).split())}") from error
     _couple(model)
+    check_supply(model)
     guard(model)
     return model
 

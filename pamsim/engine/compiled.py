@@ -21,12 +21,22 @@ from numba import types
 from numba.core import cgutils
 from numba.extending import intrinsic, register_jitable
 
-from pamsim.actuator.kernel import state_rates, tendon_force, tension
+from pamsim.actuator.kernel import (
+    chamber_pressure,
+    command_at_valve,
+    fill_valve,
+    line_sag,
+    state_rates,
+    tendon_force,
+    tension,
+)
 from pamsim.actuator.layout import SIGNATURE, SIZE, slot
 from pamsim.engine.structs import callback_offsets
+from pamsim.pneumatics.supply import VALVE
 
 _POINTER_SIZE = 8
 _PARTNER, _BACKLASH = slot("partner"), slot("chain.backlash")
+_RESISTANCE, _SUPPLY_LINE = slot("valve.supply_resistance"), slot("valve.supply_line")
 
 
 @dataclass(frozen=True)
@@ -120,13 +130,13 @@ def _compile(key: str, word: Mapping[str, int]) -> tuple[Any, Any, Any]:
         key: fingerprint of the laws.
         word: position of each struct field, in units of eight bytes.
     """
-    nuser, user = word["nuser_actuator"], word["actuator_user"]
+    actuators, nuser, user = word["nactuator"], word["nuser_actuator"], word["actuator_user"]
     actadr, actnum = word["actuator_actadr"], word["actuator_actnum"]
     ctrladr, outadr = word["actuator_ctrladr"], word["actuator_outadr"]
     time, ctrl, act, act_dot = word["time"], word["ctrl"], word["act"], word["act_dot"]
     length, velocity = word["actuator_length"], word["actuator_velocity"]
     timestep = word["timestep"]
-    model_words = 1 + max(nuser, user, actadr, actnum, ctrladr, outadr, timestep)
+    model_words = 1 + max(actuators, nuser, user, actadr, actnum, ctrladr, outadr, timestep)
     data_words = 1 + max(time, ctrl, act, act_dot, length, velocity)
     callback = types.float64(types.voidptr, types.voidptr, types.intc)
     native = numba.cfunc(callback, cache=True, error_model="numpy")
@@ -154,6 +164,28 @@ def _compile(key: str, word: Mapping[str, int]) -> tuple[Any, Any, Any]:
                 _doubles(data[length], _entry(model[outadr], other), 1)[0],
                 _doubles(data[velocity], _entry(model[outadr], other), 1)[0],
             )
+        sag = 0.0
+        if row[_RESISTANCE] > 0.0:
+            valves = np.empty((model[actuators], VALVE))
+            on_line = 0
+            for other in range(model[actuators]):
+                par = _muscle_row(model[user], model[nuser], other)
+                if par.size > 0 and par[_SUPPLY_LINE] == row[_SUPPLY_LINE]:
+                    states = _doubles(
+                        data[act], _entry(model[actadr], other), _entry(model[actnum], other)
+                    )
+                    at = _doubles(data[length], _entry(model[outadr], other), 1)[0]
+                    sent = _doubles(data[ctrl], _entry(model[ctrladr], other), 1)[0]
+                    fill_valve(
+                        par,
+                        chamber_pressure(par, states, at),
+                        command_at_valve(par, states, sent),
+                        clock[time],
+                        valves[on_line],
+                    )
+                    on_line += 1
+            own = _doubles(data[act], first, count)
+            sag = line_sag(row, own, valves[:on_line], option[timestep])
         state_rates(
             row,
             _doubles(data[act], first, count),
@@ -164,6 +196,7 @@ def _compile(key: str, word: Mapping[str, int]) -> tuple[Any, Any, Any]:
             clock[time],
             option[timestep],
             opposing,
+            sag,
         )
         # The engine takes the returned value for an actuator with a single state.
         return rates[count - 1]
@@ -206,7 +239,7 @@ def compiled_callbacks() -> Callbacks:
         ctypes function pointers for the three callbacks of a muscle actuator. They must stay
         referenced while installed, which this function's cache does.
     """
-    functions = reached_functions(state_rates, tendon_force)
+    functions = reached_functions(state_rates, tendon_force, fill_valve, line_sag)
     for function in functions:
         register_jitable(function)
     word = {name: offset // _POINTER_SIZE for name, offset in callback_offsets().items()}

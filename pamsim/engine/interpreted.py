@@ -6,10 +6,21 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
-from pamsim.actuator.kernel import state_rates, tendon_force, tension
+from pamsim.actuator.kernel import (
+    chamber_pressure,
+    command_at_valve,
+    fill_valve,
+    line_sag,
+    state_rates,
+    tendon_force,
+    tension,
+)
 from pamsim.actuator.layout import is_muscle, slot
+from pamsim.engine.callback import muscle_ids
+from pamsim.pneumatics.supply import VALVE
 
 _PARTNER, _BACKLASH = slot("partner"), slot("chain.backlash")
+_RESISTANCE, _SUPPLY_LINE = slot("valve.supply_resistance"), slot("valve.supply_line")
 
 
 def dyn(model: mujoco.MjModel, data: mujoco.MjData, index: int) -> float:
@@ -30,6 +41,7 @@ def dyn(model: mujoco.MjModel, data: mujoco.MjData, index: int) -> float:
         data.time,
         model.opt.timestep,
         _opposing(model, data, row),
+        _sag(model, data, index),
     )
     return float(rates[-1])
 
@@ -65,6 +77,25 @@ def _opposing(model: mujoco.MjModel, data: mujoco.MjData, row: NDArray[np.float6
         float(data.actuator_length[model.actuator_outadr[other]]),
         float(data.actuator_velocity[model.actuator_outadr[other]]),
     )
+
+
+def _sag(model: mujoco.MjModel, data: mujoco.MjData, index: int) -> float:
+    """Fall of the supply's pressure by the flow to all muscles on it [Pa]."""
+    rows = model.actuator_user
+    if rows[index, _RESISTANCE] == 0.0:
+        return 0.0
+    valves: list[list[float]] = []
+    for other in muscle_ids(model):
+        if rows[other, _SUPPLY_LINE] == rows[index, _SUPPLY_LINE]:
+            par, act = rows[other].tolist(), data.act[_states(model, other)].tolist()
+            pressure = chamber_pressure(
+                par, act, float(data.actuator_length[model.actuator_outadr[other]])
+            )
+            command = float(data.ctrl[model.actuator_ctrladr[other]])
+            valves.append([0.0] * VALVE)
+            fill_valve(par, pressure, command_at_valve(par, act, command), data.time, valves[-1])
+    own = data.act[_states(model, index)].tolist()
+    return line_sag(rows[index].tolist(), own, valves, model.opt.timestep)
 
 
 def _states(model: mujoco.MjModel, index: int) -> slice:

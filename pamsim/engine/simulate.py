@@ -18,6 +18,7 @@ from pamsim.engine.delayed_command import Stretch, arriving_commands
 from pamsim.engine.rig import Rig
 from pamsim.engine.settle import EachStep, advance, settle
 from pamsim.engine.state import restore_state, save_state
+from pamsim.engine.supply_check import check_supply
 from pamsim.engine.timestep_check import check_timestep
 from pamsim.engine.trace import empty_trace, first_breakdown
 
@@ -124,6 +125,7 @@ def prepare(
     )
     check_timestep(model, rig.muscles)
     check_backlash(model, rig.muscles)
+    check_supply(model)
     return Run(
         rig=rig,
         experiment=experiment,

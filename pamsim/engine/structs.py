@@ -94,6 +94,7 @@ def offset(struct: str, field: str) -> int:
 
 
 MODEL_FIELDS = (
+    "nactuator",
     "nuser_actuator",
     "actuator_user",
     "actuator_actadr",
@@ -146,9 +147,10 @@ def verified_layout() -> None:
         EngineError: as `verify_offsets`.
     """
     model = mujoco.MjModel.from_xml_string(
-        "<mujoco><worldbody><body><joint name='j'/><geom size='1'/></body></worldbody>"
+        "<mujoco><worldbody><body><joint name='j'/><geom size='1'/></body>"
+        "<body><joint name='b' type='ball'/><geom size='1'/></body></worldbody>"
         "<actuator><motor joint='j' user='1 2 3'/><general joint='j' dyntype='integrator'/>"
-        "</actuator></mujoco>"
+        "<orientation joint='b'/></actuator></mujoco>"  # three controls of one actuator
     )
     data = mujoco.MjData(model)
     data.time = 0.125  # not zero, or any empty field would do

@@ -1,73 +1,104 @@
-"""Flow from a supply whose pressure falls with the flow drawn, in closed form.
+"""Supply that several muscles share: a source behind a resistance, and the volume of the line.
 
-The supply pressure falls in proportion to the flow, P_s = P_0 - R mdot, and the valve behind it
-follows ISO 6358, mdot = G P_s phi(P / P_s) (see `pamsim.pneumatics.orifice`). Choked and laminar
-flow are linear in P_s. On the ellipse between them
+The source's pressure P_0 is constant; that of the line, which the fill valves see, is lower by the
+sag s. Air enters the line at s / R and leaves it through the open valves (ISO 6358, see
+`pamsim.pneumatics.orifice`); its volume V, at constant temperature, stores the difference:
 
-    (1 - b)^2 mdot^2 = G^2 (P_s - P) ((1 - 2 b) P_s + P),
+    V / (R_air T) ds/dt = w_1(P_0 - s) + w_2(P_0 - s) + ... - s / R
 
-a quadratic equation in mdot. Upstream pressure plus R times its flow grows with the upstream
-pressure, so exactly one of the three pieces holds its own solution.
+Over a time step the equation is solved for the sag at its end (implicit Euler), so a line of small
+volume needs no short step, and without volume the sag follows the flow at once. The flows w fall as
+s grows, so there is exactly one solution. All valves see it: what the line loses, muscles gain.
+
+Air flows through an open valve in either direction. From a muscle at higher pressure it returns to
+the line, from where it may fill another muscle.
 """
 
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
+from typing import TypeAlias
 
-from pamsim.pneumatics.orifice import flow_function, mass_flow
+import numpy as np
+from numpy.typing import NDArray
+
+from pamsim.pneumatics.orifice import mass_flow
+
+Valves: TypeAlias = Sequence[Sequence[float]] | NDArray[np.float64]
+
+VALVE = 6
+"""Numbers that describe one fill valve, see `supply_sag`."""
+
+_PRECISION = 4e-15  # of the pressures, about their rounding
 
 
-def drawn_flow(
-    supply_abs: float,
+def supply_sag(
+    valves: Valves,
     resistance: float,
-    chamber_abs: float,
-    conductance: float,
-    critical_ratio: float,
-    laminar_ratio: float,
-    temperature: float,
+    storage: float,
+    before: float,
 ) -> float:
-    """Mass flow from a supply that sags into a chamber.
+    """Fall of a supply's pressure at the end of a time step.
 
     Args:
-        supply_abs: P_0, absolute pressure of the supply while nothing is drawn [Pa].
-        resistance: R [Pa s/kg]; 0 for a supply that does not sag.
-        chamber_abs: P, absolute pressure in the chamber [Pa].
-        conductance: sonic conductance C of the valve as far as it is open [m^3/(s Pa)].
-        critical_ratio: b [-].
-        laminar_ratio: see `pamsim.pneumatics.orifice.flow_function` [-].
-        temperature: of the air [K].
+        valves: (m, VALVE) for each fill valve the absolute pressures of source and chamber [Pa],
+            sonic conductance as far as it is open [m^3/(s Pa)], critical ratio, laminar ratio and
+            air temperature [K].
+        resistance: R > 0 from source to line [Pa s/kg].
+        storage: V / (R_air T dt), mass flow per change of pressure over the step [kg/(s Pa)]; 0 for
+            a line without volume.
+        before: sag at the start of the step; of no influence without storage [Pa].
 
     Returns:
-        mdot [kg/s]. Flow back into the supply meets its pressure at rest.
+        s [Pa], negative where a muscle fills the line; NaN if a valve's numbers are.
     """
-    orifice = critical_ratio, laminar_ratio, temperature
-    stiff = mass_flow(supply_abs, chamber_abs, conductance, *orifice)
-    if resistance == 0.0 or not stiff > 0.0:
-        return stiff
-    gain = mass_flow(1.0, 0.0, conductance, *orifice)  # G: choked flow per upstream pressure
-    load = resistance * gain
-    sagged = supply_abs / (1.0 + load)
-    if chamber_abs <= critical_ratio * sagged:
-        return gain * sagged
-    # The straight piece G s (P_s - P) near equal pressures, solved for P_s.
-    slope = flow_function(laminar_ratio, critical_ratio, laminar_ratio) / (1.0 - laminar_ratio)
-    flow = gain * slope * (supply_abs - chamber_abs) / (1.0 + load * slope)
-    if chamber_abs >= laminar_ratio * (supply_abs - resistance * flow):
-        return flow
-    return _elliptic_flow(supply_abs, resistance, chamber_abs, gain, critical_ratio)
+    given = 1.0 / resistance + storage
+    idle = storage * before / given  # the sag with all valves shut
+    low, high, enough = idle, idle, _PRECISION * abs(idle)
+    for valve in valves:
+        if valve[2] != 0.0:
+            low = min(low, valve[0] - valve[1])
+            high = max(high, valve[0] - valve[1])
+            enough = max(enough, _PRECISION * valve[0], _PRECISION * valve[1])
+    below = _excess(low, valves, given, idle)
+    above = _excess(high, valves, given, idle)
+    if math.isnan(below + above):
+        return math.nan
+    if below >= 0.0:
+        return low
+    if above <= 0.0:
+        return high
+    # Illinois method. The excess rises at least as fast as the sag, so that it bounds the error.
+    sag, side = idle, 0
+    while high - low > enough:
+        sag = high - above * (high - low) / (above - below)
+        if not low < sag < high:
+            sag = 0.5 * (low + high)
+        excess = _excess(sag, valves, given, idle)
+        if abs(excess) <= enough:
+            break
+        if excess > 0.0:
+            high, above = sag, excess
+            if side > 0:
+                below *= 0.5
+            side = 1
+        else:
+            low, below = sag, excess
+            if side < 0:
+                above *= 0.5
+            side = -1
+    return sag
 
 
-def _elliptic_flow(
-    supply: float, resistance: float, chamber: float, gain: float, critical: float
+def _excess(
+    sag: float,
+    valves: Valves,
+    given: float,
+    idle: float,
 ) -> float:
-    """The root at which more flow would be more than the valve passes."""
-    skew = 1.0 - 2.0 * critical
-    above, sum_ = supply - chamber, skew * supply + chamber
-    load = gain * resistance
-    square = (1.0 - critical) * (1.0 - critical) - skew * load * load
-    linear = gain * load * (sum_ + skew * above)
-    constant = -gain * gain * above * sum_
-    root = math.sqrt(max(linear * linear - 4.0 * square * constant, 0.0))
-    if linear >= 0.0:
-        return -2.0 * constant / (linear + root)
-    return (root - linear) / (2.0 * square)
+    """Sag beyond that at which source and storage give what the valves pass [Pa]."""
+    drawn = 0.0
+    for valve in valves:
+        drawn += mass_flow(valve[0] - sag, valve[1], valve[2], valve[3], valve[4], valve[5])
+    return sag - idle - drawn / given

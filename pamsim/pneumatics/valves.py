@@ -53,7 +53,21 @@ class ValvePair(ParameterGroup):
         unit="Pa*s/kg",
         low=0.0,
         high=1e11,
-        doc="fall of the supply's pressure per mass flow that this muscle draws",
+        doc="fall of the supply's pressure per mass flow drawn by all its muscles",
+        default=0.0,
+    )
+    supply_volume: float = parameter(
+        unit="m^3",
+        low=0.0,
+        high=1.0,
+        doc="volume of air between the supply's resistance and the valves",
+        default=0.0,
+    )
+    supply_line: float = parameter(
+        unit="1",
+        low=0.0,
+        high=1e3,
+        doc="number of the supply: muscles that state the same one share it",
         default=0.0,
     )
     line_lag: float = parameter(

@@ -4,6 +4,7 @@ State: angle, rate, and per muscle the Bouc-Wen variable, the length that the mu
 tendon (not the extension of the chain), the absolute pressure itself (not the air state y), the
 strain of the creeping element (not its damper's), the set point on its line and the force of the
 bristles along its tendon, so that even chain, chamber and creep are integrated in another form.
+Last comes the sag of the supply that both share.
 Left out: play of the chain, dead zone, delay.
 """
 
@@ -100,28 +101,40 @@ class IndependentArm:
         inside = cylinder + self.m.chamber.dead_volume + gained
         return inside, -float(self.per_pressure(kappa))
 
-    def flow(self, pressure_abs, set_point):
+    def opening(self, pressure_abs, set_point):
+        error = set_point - (pressure_abs - self.m.chamber.atmosphere)
+        return min(1.0, max(-1.0, error / self.m.valve.regulator_band))
+
+    def flow(self, opening, pressure_abs, sag):
         chamber, valve = self.m.chamber, self.m.valve
-        opening = (set_point - (pressure_abs - chamber.atmosphere)) / valve.regulator_band
-        opening = min(1.0, max(-1.0, opening))
-        supply = valve.supply_pressure + chamber.atmosphere
         leak = self.nozzle(pressure_abs, chamber.atmosphere, chamber.leak_conductance)
         if opening > 0:
-            return self.drawn(supply, pressure_abs, opening * valve.conductance_fill) - leak
+            return self.fill(opening, pressure_abs, sag) - leak
         vent = opening * self.nozzle(pressure_abs, chamber.atmosphere, valve.conductance_exhaust)
         return vent - leak
 
-    def drawn(self, supply, pressure_abs, conductance):
-        """Flow at which the supply, less its resistance times the flow, gives that flow."""
-        resistance = self.m.valve.supply_resistance
-        stiff = self.nozzle(supply, pressure_abs, conductance)
-        if resistance == 0.0 or stiff <= 0.0:
-            return stiff
+    def fill(self, opening, pressure_abs, sag):
+        valve = self.m.valve
+        line = valve.supply_pressure + self.m.chamber.atmosphere - sag
+        return self.nozzle(line, pressure_abs, max(opening, 0.0) * valve.conductance_fill)
 
-        def more(flow):
-            return self.nozzle(supply - resistance * flow, pressure_abs, conductance) - flow
+    def supply(self, openings, pressures_abs, sag):
+        """Sag of the supply of both muscles, and its rate; without volume it needs no memory."""
+        valve, chamber = self.m.valve, self.m.chamber
+        if valve.supply_resistance == 0.0:
+            return 0.0, 0.0
 
-        return brentq(more, 0.0, stiff, xtol=1e-15, rtol=1e-12)
+        def rise(sag):
+            drawn = sum(map(self.fill, openings, pressures_abs, (sag, sag)))
+            return drawn - sag / valve.supply_resistance
+
+        if valve.supply_volume > 0.0:
+            return sag, rise(sag) * 287.05 * chamber.temperature / valve.supply_volume
+        source = valve.supply_pressure + chamber.atmosphere
+        ends = [0.0, *(source - pressure for pressure in pressures_abs)]
+        if rise(min(ends)) <= 0.0:  # all shut
+            return 0.0, 0.0
+        return brentq(rise, min(ends), max(ends), xtol=1e-9, rtol=1e-12), 0.0
 
     def brake(self, speed):
         friction = self.m.friction
@@ -168,8 +181,12 @@ class IndependentArm:
 
     def rates(self, time, state, set_points):
         angle, rate = state[0], state[1]
-        out = np.empty(14)
+        out = np.empty(15)
         torque = 0.0
+        lag = self.m.valve.line_lag
+        commanded = state[[6, 12]] if lag else set_points
+        openings = list(map(self.opening, state[[4, 10]], commanded))
+        sag, out[14] = self.supply(openings, state[[4, 10]], state[14])
         for i, sign in enumerate((-1.0, 1.0)):
             z, length, pressure_abs, strain, carried, rubbing = state[2 + 6 * i : 8 + 6 * i]
             speed = sign * self.radius * rate
@@ -193,12 +210,10 @@ class IndependentArm:
             out[2 + 6 * i] = shortening / h.yield_contraction * (1.0 - blocked)
             out[3 + 6 * i] = speed
             out[5 + 6 * i] = shortening - strain / self.m.creep.relaxation_time
-            lag = self.m.valve.line_lag
-            commanded = carried if lag else set_points[i]
             out[6 + 6 * i] = (set_points[i] - carried) / lag if lag else 0.0
             volume, slope = self.volume(length)
             chamber = self.m.chamber
-            supplied = 287.05 * chamber.temperature * self.flow(pressure_abs, commanded)
+            supplied = 287.05 * chamber.temperature * self.flow(openings[i], pressure_abs, sag)
             swept = pressure_abs * slope * speed
             out[4 + 6 * i] = chamber.polytropic_index * (supplied - swept) / volume
         # A rig tilted about x: gravity has a component -g sin(tilt) along the tilted y axis.
@@ -212,7 +227,7 @@ class IndependentArm:
         atmosphere = self.m.chamber.atmosphere
         length = self.m.mounting.length_at_zero + self.teeth(0.0)[0]
         muscles = [[0.0, length, pressure + atmosphere, 0.0, pressure, 0.0] for pressure in start]
-        at_rest = np.array([0.0, 0.0, *muscles[0], *muscles[1]])
+        at_rest = np.array([0.0, 0.0, *muscles[0], *muscles[1], 0.0])
         options = {"method": "LSODA", "rtol": 1e-9, "atol": 1e-10, "max_step": 0.01}
         # The relaxed element carries nothing, so that the arm rests where it would without.
         creep = self.m.creep

@@ -18,6 +18,7 @@ LOAD = 1.2
 EFFECTS = {
     "air_leak": {"chamber.leak_conductance": 5e-12},
     "supply_sag": {"valve.supply_resistance": 3e8},
+    "supply_volume": {"valve.supply_resistance": 3e8, "valve.supply_volume": 1e-4},
     "valve_dead_zone": {"valve.dead_zone": 0.2},
     "viscoelastic_creep": {"creep.stiffness": 3e3, "creep.relaxation_time": 0.5},
     "end_shape": {"end_shape.loss": 0.4, "end_shape.onset": -0.02},
@@ -37,6 +38,8 @@ SHAPES = {
     "friction.stribeck_velocity": 0.1,
     "friction.presliding": 1e-6,
     "friction.bristle_time": 1e-3,
+    "valve.supply_volume": 1e-4,
+    "valve.supply_line": 1.0,
 }
 """A parameter that shapes an effect and does nothing without it."""
 

@@ -49,6 +49,7 @@ CASES = {
         "valve.supply_resistance": 3e8,
         "valve.line_lag": 0.15,
     },
+    "supply of small volume": {"valve.supply_resistance": 1e9, "valve.supply_volume": 2e-5},
 }
 
 

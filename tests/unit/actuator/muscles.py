@@ -8,7 +8,7 @@ from typing import Any
 from pamsim.actuator.chain import Chain
 from pamsim.actuator.friction import Friction
 from pamsim.actuator.kernel import length_at_muscle
-from pamsim.actuator.layout import RUBBING, pack, state_size
+from pamsim.actuator.layout import SAG, pack, state_size
 from pamsim.actuator.muscle import Mounting, Muscle
 from pamsim.actuator.rest_state import charged_air_state
 from pamsim.core.parameters import ParameterGroup
@@ -88,6 +88,8 @@ def make(law: str = "ideal_mckibben", loop: str = "none", **changes: Any) -> Mus
             regulator_dead_band=1e3,
             dead_zone=0.04,
             supply_resistance=3e7,
+            supply_volume=2e-4,
+            supply_line=2.0,
             line_lag=0.03,
             delay=0.02,
         ),
@@ -123,6 +125,8 @@ SHIFT = -1e-4
 """Of the chain on the sprocket in a `charged` muscle [m]; not used without backlash."""
 RUBBED = 3.0
 """Dry friction along the tendon of a `charged` muscle [N]."""
+SAGGED = 0.01
+"""Sag of the supply of a `charged` muscle, as a share of its pressure [-]."""
 RELAXED = 0.07
 """Contraction at which a `charged` muscle's creep is relaxed [-]."""
 
@@ -136,9 +140,9 @@ def charged(
     of a single state. The command's line carries ``carried``, the others are as stated above.
     """
     row = pack(muscle)
-    memory = [0.0] * (state_size(muscle) - RUBBING)
+    memory = [0.0] * (state_size(muscle) - SAG)
     if len(memory) == 1:
         memory[0] = z
-    states = [*memory, RUBBED, carried, RELAXED, SHIFT, EXTENSION, 0.0]
+    states = [*memory, SAGGED, RUBBED, carried, RELAXED, SHIFT, EXTENSION, 0.0]
     length = length_at_muscle(row, states, tendon)
     return [*states[:-1], float(charged_air_state(row, length, pressure))]

@@ -26,7 +26,6 @@ from pamsim.muscles.passive import PassiveSpring, passive_force
 from pamsim.muscles.tension import Threshold
 from pamsim.pneumatics.chamber import Chamber, air_state_rate
 from pamsim.pneumatics.orifice import mass_flow
-from pamsim.pneumatics.supply import drawn_flow
 from pamsim.pneumatics.valves import (
     ValvePair,
     clamped_opening,
@@ -43,6 +42,7 @@ from tests.unit.actuator.muscles import (
     PLAIN_VALVE,
     RELAXED,
     RUBBED,
+    SAGGED,
     SHIFT,
     TIGHT,
     WIDTHS,
@@ -64,6 +64,8 @@ CASES = [
 TIME, TIMESTEP = 0.0123, 1e-3
 OPPOSING = 310.0
 """Tension at the other end of the chain [N]."""
+SAG = 2.3e4
+"""Fall of the supply's pressure [Pa]."""
 
 
 def geometry(muscle: Muscle, tendon: float, extension: float = 0.0) -> tuple[float, float]:
@@ -103,7 +105,7 @@ def composed_tension(muscle: Muscle, act: list[float], tendon: float) -> float:
 def rates(muscle: Muscle, act: list[float], tendon: float, velocity: float, command: float):
     out = [math.inf] * len(act)
     row = pack(muscle).tolist()
-    kernel.state_rates(row, act, out, tendon, velocity, command, TIME, TIMESTEP, OPPOSING)
+    kernel.state_rates(row, act, out, tendon, velocity, command, TIME, TIMESTEP, OPPOSING, SAG)
     return out
 
 
@@ -160,7 +162,7 @@ def test_rates_are_the_laws_put_together(loop, command):
         supply = valve.supply_pressure + chamber.atmosphere
         if opening > 0.0:
             fill = opening * valve.conductance_fill
-            flow = drawn_flow(supply, valve.supply_resistance, p_abs, fill, *orifice)
+            flow = mass_flow(supply - SAG, p_abs, fill, *orifice)
         else:
             vent = opening * valve.conductance_exhaust
             flow = mass_flow(p_abs, chamber.atmosphere, vent, *orifice)
@@ -189,6 +191,7 @@ def test_rates_are_the_laws_put_together(loop, command):
             TIMESTEP,
         )
         expected[-6] = (rubbed - RUBBED) / TIMESTEP
+        expected[-7] = (SAG / supply - SAGGED) / TIMESTEP
         if muscle.hysteresis is not None:
             shortening = expected[-2] - expected[-3] - velocity
             shortening /= muscle.braid.nominal_length
@@ -323,7 +326,7 @@ def test_an_extended_braid_pulls_like_one_made_longer(law):
 
 def test_muscle_pulls_less_while_it_shortens_and_a_cycle_costs_work():
     """The loop's sign: at one length the shortening muscle is the weaker one."""
-    muscle = make(loop="bouc_wen", **LASTING)  # what is left out would cost work as well
+    muscle = make(loop="bouc_wen", valve=PLAIN_VALVE, **LASTING)  # the rest would cost work as well
     row, steps = pack(muscle).tolist(), 4000
     phase = 2.0 * math.pi * np.arange(2 * steps + 1) / steps
     tendons, velocities = 0.18 + 0.01 * np.sin(phase), 0.01 * np.cos(phase)
@@ -333,7 +336,7 @@ def test_muscle_pulls_less_while_it_shortens_and_a_cycle_costs_work():
         tensions.append(kernel.tension(row, act, tendon))
         kernel.state_rates(row, act, out, tendon, velocity, 0.0, 0.0, 1e-3)
         act[0] += out[0] * 2.0 * math.pi / steps
-        assert out[1:] == [0.0] * 6
+        assert out[1:] == [0.0] * 7
     lengthening, shortening = tensions[steps], tensions[steps + steps // 2]
     assert lengthening > shortening > 0.0
     last = slice(steps, None)
@@ -432,12 +435,13 @@ def test_braid_spring_and_chain_that_do_not_give_leave_the_plain_sum_of_forces(k
 @pytest.mark.parametrize("loop", LOOPS)
 def test_states_of_effects_that_are_off_stand_still_and_nobody_minds_them(loop):
     """Rates of all states with such as a rig cannot have left there but by hand."""
-    muscle = make(loop=loop, chain=Chain(), creep=Creep(), valve=PLAIN_VALVE)
+    off = {"chain": Chain(), "creep": Creep(), "friction": Friction(), "valve": PLAIN_VALVE}
+    muscle = make(loop=loop, **off)
     for tendon, pressure, z in CASES:
         act = charged(muscle, tendon, pressure, z, carried=0.4)
-        without = [*act[:-5], 0.0, 0.0, 0.0, 0.0, act[-1]]
+        without = [*act[:-7], *[0.0] * 6, act[-1]]
         found = rates(muscle, act, tendon, 0.03, 0.4)
-        assert found[-5:-1] == [0.0] * 4
+        assert found[-7:-1] == [0.0] * 6
         assert bits(found) == bits(rates(muscle, without, tendon, 0.03, 0.4))
 
 

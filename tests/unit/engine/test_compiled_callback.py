@@ -12,8 +12,10 @@ from pamsim.core.errors import EngineError
 from pamsim.engine import structs
 from pamsim.engine.compiled import fingerprint, reached_functions
 
-TINY = """<mujoco><worldbody><body><joint name='j'/><geom size='1'/></body></worldbody>
-<actuator><general joint='j' dyntype='integrator' user='1 2 3'/></actuator></mujoco>"""
+TINY = """<mujoco><worldbody><body><joint name='j'/><geom size='1'/></body>
+<body><joint name='b' type='ball'/><geom size='1'/></body></worldbody>
+<actuator><general joint='j' dyntype='integrator' user='1 2 3'/><orientation joint='b'/></actuator>
+</mujoco>"""
 
 
 @pytest.mark.parametrize("field", sorted(structs.callback_offsets()))

@@ -1,4 +1,4 @@
-"""Flow from a supply that sags: the root of its equation, found without looking for it."""
+"""Sag of a supply that several valves share: the root of its equation, found by scipy as well."""
 
 from __future__ import annotations
 
@@ -9,81 +9,104 @@ import pytest
 from scipy.optimize import brentq
 
 from pamsim.pneumatics.orifice import mass_flow
-from pamsim.pneumatics.supply import drawn_flow
+from pamsim.pneumatics.supply import supply_sag
 
 RNG = np.random.default_rng(8)
+ORIFICE = (4e-9, 0.3, 0.999, 293.15)
 
 
-def draws(count):
-    for _ in range(count):
-        supply = RNG.uniform(2e5, 2e6)
-        far, near = RNG.uniform(0.02, 1.0), 1.0 - 10.0 ** RNG.uniform(-6.0, -1.0)
-        chamber = supply * (far if RNG.random() < 0.7 else near)
-        yield (
-            supply,
-            10.0 ** RNG.uniform(5.0, 11.0),
-            chamber,
-            10.0 ** RNG.uniform(-12.0, -6.0),
-            RNG.uniform(0.0, 0.9),
-            RNG.uniform(0.95, 0.9999),
-            RNG.uniform(200.0, 400.0),
+def drawn(sag, valves):
+    return sum(mass_flow(source - sag, *rest) for source, *rest in valves)
+
+
+def random_supply():
+    """Valves, resistance, storage and sag before, over the ranges that parameters may have."""
+    source = RNG.uniform(2e5, 2e6)
+    valves = []
+    for _ in range(RNG.integers(1, 5)):
+        far, near = RNG.uniform(0.02, 1.3), 1.0 - 10.0 ** RNG.uniform(-6.0, -1.0)
+        valves.append(
+            (
+                source,
+                source * (far if RNG.random() < 0.7 else near),
+                10.0 ** RNG.uniform(-12.0, -6.0) * (RNG.random() < 0.8),
+                RNG.uniform(0.0, 0.9),
+                RNG.uniform(0.95, 0.9999),
+                RNG.uniform(200.0, 400.0),
+            )
         )
+    storage = 10.0 ** RNG.uniform(-16.0, -2.0) if RNG.random() < 0.6 else 0.0
+    return valves, 10.0 ** RNG.uniform(3.0, 11.0), storage, RNG.uniform(-0.2, 0.9) * source
 
 
-def test_the_flow_is_that_of_the_pressure_it_leaves():
-    """mdot = valve's flow at P_0 - R mdot, by scipy's root finder, over the parameters' ranges."""
-    pieces = set()
-    for supply, resistance, chamber, *orifice in draws(1500):
+def test_source_and_storage_give_what_the_valves_pass_in_a_thousand_stiff_cases():
+    directions = set()
+    for _ in range(1000):
+        valves, resistance, storage, before = random_supply()
+        given = 1.0 / resistance + storage
 
-        def more(flow, supply=supply, resistance=resistance, chamber=chamber, orifice=orifice):
-            return mass_flow(supply - resistance * flow, chamber, *orifice) - flow
+        def short(sag, valves=valves, given=given, kept=storage * before):
+            return sag * given - kept - drawn(sag, valves)
 
-        expected = brentq(more, 0.0, (supply - chamber) / resistance, xtol=1e-18, rtol=1e-14)
-        found = drawn_flow(supply, resistance, chamber, *orifice)
-        assert found == pytest.approx(expected, rel=1e-8)
-        ratio = chamber / (supply - resistance * found)
-        pieces.add(int(np.searchsorted(orifice[1:3], ratio)))
-    assert pieces == {0, 1, 2}, "choked, elliptic and laminar flow"
-
-
-def test_a_stiff_supply_is_a_plain_orifice_to_the_bit():
-    for supply, _, chamber, *orifice in draws(300):
-        assert drawn_flow(supply, 0.0, chamber, *orifice) == mass_flow(supply, chamber, *orifice)
+        ends = [storage * before / given, *(v[0] - v[1] for v in valves)]
+        expected = brentq(short, min(ends) - 1.0, max(ends) + 1.0, xtol=1e-9, rtol=1e-14)
+        found = supply_sag(valves, resistance, storage, before)
+        assert found == pytest.approx(expected, rel=1e-12, abs=2e-8)
+        directions |= {(v[1] > v[0] - found) for v in valves if v[2] > 0.0}
+    assert directions == {True, False}, "air flows into muscles and out of them"
 
 
-@pytest.mark.parametrize("chamber", [1e5, 4e5, 6.5e5, 6.999e5])
-def test_more_resistance_is_less_flow_and_to_first_order_at_once(chamber):
-    supply, orifice = 7e5, (4e-9, 0.3, 0.999, 293.15)
-    flows = [drawn_flow(supply, r, chamber, *orifice) for r in np.logspace(4.0, 10.0, 40)]
-    assert np.all(np.diff(flows) < 0.0)
-    stiff = mass_flow(supply, chamber, *orifice)
-    small = [stiff - drawn_flow(supply, r, chamber, *orifice) for r in (1e2, 2e2)]
-    assert small[1] == pytest.approx(2.0 * small[0], rel=1e-3)
+def test_another_open_valve_lets_the_supply_sag_more():
+    one, two = (7e5, 2e5, *ORIFICE), (7e5, 3e5, *ORIFICE)
+    alone = supply_sag([one], 2e8, 0.0, 0.0)
+    both = supply_sag([one, two], 2e8, 0.0, 0.0)
+    assert 0.0 < alone < both < 4e5
+    assert both == supply_sag([one, (7e5, 1e5, 0.0, *ORIFICE[1:]), two], 2e8, 0.0, 0.0)
 
 
-def test_more_opening_never_draws_less():
-    for supply, resistance, chamber, conductance, *rest in draws(200):
-        flows = [
-            drawn_flow(supply, resistance, chamber, u * conductance, *rest)
-            for u in np.linspace(0.0, 1.0, 21).tolist()
-        ]
-        assert np.all(np.diff(flows) >= -1e-12 * flows[-1])
+def test_choked_valves_share_in_closed_form():
+    """mdot_i = G_i (P_0 - s), so s = R G (P_0 - s) with G the sum of their gains."""
+    valves = [(7e5, 5e4, 2e-9, *ORIFICE[1:]), (7e5, 8e4, 3e-9, *ORIFICE[1:])]
+    gain = mass_flow(1.0, 0.0, 5e-9, *ORIFICE[1:])
+    expected = 7e5 * 1e8 * gain / (1.0 + 1e8 * gain)
+    assert supply_sag(valves, 1e8, 0.0, 0.0) == pytest.approx(expected, rel=1e-13)
 
 
-def test_flow_back_meets_the_supply_at_rest_and_nan_is_not_hidden():
-    orifice = (4e-9, 0.3, 0.999, 293.15)
-    assert drawn_flow(5e5, 1e9, 5e5, *orifice) == 0.0
-    assert drawn_flow(5e5, 1e9, 6e5, *orifice) == mass_flow(5e5, 6e5, *orifice) < 0.0
-    assert math.isnan(drawn_flow(5e5, 1e9, math.nan, *orifice))
+def test_air_flows_from_the_fuller_muscle_to_the_other_where_the_source_gives_little():
+    full, empty = (7e5, 6.9e5, *ORIFICE), (7e5, 1e5, *ORIFICE)
+    sag = supply_sag([full, empty], 1e11, 0.0, 0.0)
+    into = [drawn(sag, [full]), drawn(sag, [empty])]
+    assert into[0] < 0.0 < into[1]
+    assert sum(into) == pytest.approx(sag / 1e11, rel=1e-4)
 
 
-@pytest.mark.parametrize("resistance", [3e8, 1e9])
-def test_the_flow_is_found_where_a_coefficient_of_its_equation_vanishes(resistance):
-    """For b > 1/2 the constant one does at P = (2 b - 1) P_0: the roots' short form is 0 / 0."""
-    supply, critical = 8e5, 0.75
-    chamber = (2.0 * critical - 1.0) * supply
-    orifice = (8e-9, critical, 0.999, 293.15)
-    found = drawn_flow(supply, resistance, chamber, *orifice)
-    left = supply - resistance * found
-    assert critical < chamber / left < 0.999
-    assert found == pytest.approx(mass_flow(left, chamber, *orifice), rel=1e-9)
+@pytest.mark.parametrize("valves", [[], [(7e5, 1e5, 0.0, *ORIFICE[1:])]])
+def test_a_line_on_shut_valves_refills_as_an_implicit_lag_does(valves):
+    resistance, storage = 1e8, 3e-8
+    assert supply_sag(valves, resistance, storage, 4e4) == pytest.approx(
+        4e4 / (1.0 + 1.0 / (resistance * storage)), rel=1e-15
+    )
+    assert supply_sag(valves, resistance, 0.0, 4e4) == 0.0
+
+
+def test_a_small_volume_is_none_and_a_large_one_keeps_its_pressure():
+    valves = [(7e5, 2e5, *ORIFICE), (7e5, 4e5, *ORIFICE)]
+    none = supply_sag(valves, 2e8, 0.0, 0.0)
+    errors = [abs(supply_sag(valves, 2e8, c, 0.0) - none) for c in (1e-11, 1e-12)]
+    assert errors[0] == pytest.approx(10.0 * errors[1], rel=0.02)
+    assert supply_sag(valves, 2e8, 1.0, 3e4) == pytest.approx(3e4, rel=1e-6)
+
+
+def test_at_equal_pressures_nothing_flows_and_nan_is_not_hidden():
+    assert supply_sag([(7e5, 7e5, *ORIFICE)], 1e9, 0.0, 0.0) == 0.0
+    good = (7e5, 1e5, *ORIFICE)
+    for bad in ((7e5, math.nan, *ORIFICE), (7e5, 1e5, math.nan, *ORIFICE[1:])):
+        assert math.isnan(supply_sag([bad], 1e9, 0.0, 0.0))
+        assert math.isnan(supply_sag([good, bad], 1e9, 1e-9, 0.0))
+    assert math.isnan(supply_sag([good], 1e9, 1e-9, math.nan))
+
+
+@pytest.mark.parametrize("pressure", [1e300, math.inf])
+def test_a_diverged_pressure_ends_the_search(pressure):
+    sag = supply_sag([(7e5, pressure, *ORIFICE), (7e5, 1e5, *ORIFICE)], 1e9, 0.0, 0.0)
+    assert math.isnan(sag) or sag < 0.0

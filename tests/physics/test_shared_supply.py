@@ -1,0 +1,252 @@
+"""One supply feeds both muscles: no air and no energy is made or lost, and each feels the other."""
+
+from __future__ import annotations
+
+import dataclasses
+import sys
+
+import mujoco
+import numpy as np
+import pytest
+
+import pamsim
+from pamsim.actuator import kernel
+from pamsim.actuator.layout import AIR, SAG, slot
+from pamsim.core.errors import InputError
+from pamsim.engine.callback import BACKENDS
+from pamsim.pneumatics.air import GAS_CONSTANT
+from pamsim.pneumatics.orifice import mass_flow
+from tests.physics.independent_arm import IndependentArm
+
+LINE = {"valve.supply_resistance": 8e8}
+TANK = LINE | {"valve.supply_volume": 2e-5}
+LEAK = {"chamber.leak_conductance": 1e-11}
+WIDE = {"valve.conductance_fill": 2e-9, "valve.conductance_exhaust": 2e-9}
+
+
+def rig_with(**parameters):
+    return pamsim.load_rig("mas20_arm").with_parameters(parameters)
+
+
+def random_run(rig, seconds, timestep=1e-3):
+    """Books before each step of a run on random valve openings, and after the last.
+
+    Each opening lasts 25 ms; a third of them are shut.
+    """
+    model = rig.model_for(command="valve", load=1.2, timestep=timestep)
+    data = mujoco.MjData(model)
+    pamsim.reset(model, data, (1e5, 4e5))
+    steps, held = round(seconds / timestep), round(0.025 / timestep)
+    commands = np.random.default_rng(3).uniform(-1.0, 1.0, (steps // held + 1, 2))
+    commands[np.abs(commands) < 1.0 / 3.0] = 0.0
+    books = []
+    with pamsim.live(model):
+        for k in range(steps + 1):
+            data.ctrl[:] = commands[k // held]
+            mujoco.mj_forward(model, data)
+            books.append(Books(rig, model, data))
+            mujoco.mj_step(model, data)
+    return books
+
+
+def total(books, name, timestep=1e-3):
+    """Integral over a run, by the sum that an Euler step takes."""
+    return timestep * sum(getattr(each, name) for each in books[:-1])
+
+
+def places(model, state):
+    """Where a state of both muscles lies in ``data.act``."""
+    return model.actuator_actadr + model.actuator_actnum - state
+
+
+class Books:
+    """Air and energy of arm and supply at one instant, by the gas laws, not by the states' names.
+
+    Rates are those of the coming step. Energy counts the air at its specific heats (1.4); heat
+    comes through the walls, a share (1.4 - n) / 0.4 of the difference of P dV and R T dm.
+    """
+
+    GAMMA = 1.4
+
+    def __init__(self, rig, model, data):
+        chamber, valve = rig.muscles["muscle_1"].chamber, rig.muscles["muscle_1"].valve
+        heat, index = GAS_CONSTANT * chamber.temperature, chamber.polytropic_index
+        orifice = valve.critical_ratio, valve.laminar_ratio, chamber.temperature
+        full = valve.supply_pressure + chamber.atmosphere
+        excess = self.GAMMA - 1.0
+        airs, (one, other) = places(model, AIR), places(model, SAG)
+        assert data.act[one] == data.act[other], "both muscles hold the same sag"
+        rise = full * data.act_dot[one]
+        before = full * data.act[one]
+        sag = before + rise * model.opt.timestep  # during the step
+        self.source = sag / valve.supply_resistance
+        line = full - before
+        self.mass = line * valve.supply_volume / heat
+        self.energy = line * valve.supply_volume / excess
+        self.energy_rate = -rise * valve.supply_volume / excess
+        drawn, self.lost, self.work, self.heat = 0.0, 0.0, 0.0, 0.0
+        self.backflow = False
+        for i in range(2):
+            row, air = model.actuator_user[i].tolist(), data.act[airs[i]]
+            at, speed = float(data.actuator_length[i]), float(data.actuator_velocity[i])
+            # This force law is linear in pressure, and so the volume does not depend on it.
+            near = [kernel.static_volume(row, at + step, 0.0) for step in (-1e-5, 0.0, 1e-5)]
+            volume, swept = near[1], (near[2] - near[0]) / 2e-5 * speed
+            pressure = (air / volume) ** index
+            rate = data.act_dot[airs[i]] / air
+            pressure_rate = index * pressure * (rate - swept / volume)
+            self.mass += pressure * volume / heat
+            self.energy += pressure * volume / excess
+            self.energy_rate += (pressure_rate * volume + pressure * swept) / excess
+            opening = float(data.ctrl[i])
+            fill = max(opening, 0.0) * valve.conductance_fill
+            out = max(-opening, 0.0) * valve.conductance_exhaust + chamber.leak_conductance
+            filled = mass_flow(full - sag, pressure, fill, *orifice)
+            lost = mass_flow(pressure, chamber.atmosphere, out, *orifice)
+            self.backflow |= filled < 0.0
+            drawn, self.lost = drawn + filled, self.lost + lost
+            self.work += pressure * swept
+            exchanged = pressure * swept - heat * (filled - lost)
+            self.heat += (self.GAMMA - index) / excess * exchanged
+        # The line's air keeps its temperature.
+        self.heat -= heat * (self.source - drawn)
+        self.drawn = drawn
+        self.enthalpy = self.GAMMA / excess * heat * (self.source - self.lost)
+
+
+@pytest.mark.parametrize("supply", [LINE, TANK], ids=["no volume", "tank"])
+def test_air_of_muscles_and_supply_is_what_the_source_gave_minus_what_got_out(supply):
+    """Isothermal air, whose mass is P V / (R T): closed to 1e-9 of what moved."""
+    rig = rig_with(**supply, **LEAK, **WIDE, **{"chamber.polytropic_index": 1.0})
+    books = random_run(rig, 6.0)
+    given, lost = total(books, "source"), total(books, "lost")
+    assert given > books[0].mass, "the run must move more air than there was"
+    assert any(each.backflow for each in books), "and some of it from a muscle into the line"
+    assert abs(books[-1].mass - books[0].mass - given + lost) < 1e-9 * given
+
+
+@pytest.mark.parametrize("index", [1.0, 1.2, 1.4])
+@pytest.mark.parametrize("supply", [LINE, TANK], ids=["no volume", "tank"])
+def test_power_in_is_power_out_and_stored_at_every_instant(supply, index):
+    """Rate of the air's energy = enthalpy through the valves - work + heat of walls."""
+    rig = rig_with(**supply, **LEAK, **{"chamber.polytropic_index": index})
+    books = random_run(rig, 0.5)
+    gaps = [each.energy_rate - each.enthalpy + each.work - each.heat for each in books]
+    assert np.abs(gaps).max() < 1e-8 * max(abs(each.enthalpy) for each in books)
+
+
+def test_energy_of_a_run_closes_at_the_order_of_its_steps():
+    rig, gaps = rig_with(**TANK, **LEAK), []
+    for timestep in (1e-3, 5e-4, 2.5e-4):
+        books = random_run(rig, 0.5, timestep)
+        given, work, heat = (total(books, n, timestep) for n in ("enthalpy", "work", "heat"))
+        gap = books[-1].energy - books[0].energy - given + work - heat
+        gaps.append(abs(gap) / sum(abs(each.enthalpy) * timestep for each in books))
+    assert gaps[0] < 0.01
+    assert np.all(np.abs(np.log2(np.array(gaps[:-1]) / gaps[1:]) - 1.0) < 0.3)
+
+
+FILL = pamsim.pressure_step((1e5, 1e5), (5e5, 3e5), duration=1.5, load=1.2, sample_rate=100.0)
+
+
+@pytest.mark.parametrize("supply", [LINE, TANK], ids=["no volume", "tank"])
+def test_a_muscle_feels_what_the_other_draws_as_an_independent_solution_says(supply):
+    shared = rig_with(**supply)
+    apart = rig_with(**supply, **{"muscle_2:valve.supply_line": 1.0})
+    _, expected = IndependentArm(shared, load=1.2).run((1e5, 1e5), (5e5, 3e5), 1.5, 151)
+    together, alone = (pamsim.simulate(rig, FILL, timestep=2.5e-4) for rig in (shared, apart))
+    assert np.abs(together.pressure - expected).max() < 200.0
+    lost = alone.pressure[:, 1] - together.pressure[:, 1]
+    assert lost.max() > 3e4
+    np.testing.assert_allclose(lost, alone.pressure[:, 1] - expected[:, 1], atol=200.0)
+
+
+def driven(rig, commands, backend="compiled"):
+    """Data after 60 steps of each pair of valve openings, from 3 bar in both muscles."""
+    model = rig.model_for(command="valve", load=1.2)
+    data = mujoco.MjData(model)
+    pamsim.reset(model, data, (3e5, 3e5))
+    with pamsim.live(model, backend=backend):
+        for command in commands:
+            data.ctrl[:] = command
+            mujoco.mj_step(model, data, 60)
+    return data
+
+
+@pytest.mark.parametrize("supply", [LINE, TANK], ids=["no volume", "tank"])
+def test_while_the_other_draws_nothing_a_shared_supply_is_one_s_own_to_the_bit(supply):
+    shared, apart = (rig_with(**supply, **{"muscle_2:valve.supply_line": n}) for n in (0.0, 1.0))
+    for commands, equal in (([(0.4, -0.3), (1.0, 0.0)], True), ([(0.4, 0.3)], False)):
+        one, other = (driven(rig, commands) for rig in (shared, apart))
+        assert np.array_equal(one.qpos, other.qpos) == equal
+        air = places(shared.model, AIR)
+        assert np.array_equal(one.act[air], other.act[air]) == equal
+
+
+@pytest.mark.parametrize("supply", [LINE, TANK], ids=["no volume", "tank"])
+def test_machine_code_and_interpreter_agree(supply):
+    commands = [(0.9, 0.7), (0.2, 1.0), (-0.5, 1.0), (1.0, 0.05)]
+    fast, slow = (driven(rig_with(**supply), commands, backend) for backend in BACKENDS)
+    np.testing.assert_allclose(fast.act, slow.act, rtol=1e-9, atol=1e-12)
+    if sys.platform == "linux":  # there, both call one mathematics library
+        assert np.array_equal(fast.act, slow.act)
+        assert np.array_equal(fast.qpos, slow.qpos)
+
+
+def test_a_thousand_stiff_supplies_stay_between_source_and_muscles():
+    """Any resistance, volume and valve at any step: the line's pressure cannot overshoot."""
+    rng = np.random.default_rng(11)
+    model = rig_with().model_for(command="valve")
+    data, rows = mujoco.MjData(model), model.actuator_user
+    full, seen = 6e5 + 101325.0, []
+    with pamsim.live(model):
+        for _ in range(1000):
+            model.opt.timestep = 10.0 ** rng.uniform(-4.0, -2.3)
+            rows[:, slot("valve.supply_resistance")] = 10.0 ** rng.uniform(3.0, 11.0)
+            volume = 10.0 ** rng.uniform(-15.0, 0.0) * (rng.random() < 0.7)
+            rows[:, slot("valve.supply_volume")] = volume
+            rows[:, slot("valve.conductance_fill")] = 10.0 ** rng.uniform(-12.0, -8.5, 2)
+            pamsim.reset(model, data, rng.uniform(0.0, 6e5, 2))
+            for _ in range(4):
+                data.ctrl[:] = rng.uniform(-0.3, 1.0, 2)
+                mujoco.mj_step(model, data, 5)
+            mujoco.mj_fwdPosition(model, data)
+            line = full * (1.0 - data.act[places(model, SAG)])
+            seen.append([*line, *(pamsim.pressures(model, data) + 101325.0), full])
+    seen = np.array(seen)
+    assert np.isfinite(seen).all()
+    assert np.array_equal(seen[:, 0], seen[:, 1])
+    assert np.all(seen[:, 0] > 0.9 * seen[:, 2:].min(axis=1))
+    assert np.all(seen[:, 0] < 1.1 * seen[:, 2:].max(axis=1))
+    assert np.ptp(seen[:, 0]) > 4e5
+
+
+DIFFERENT = {"supply_pressure": 5e5, "supply_resistance": 0.0, "supply_volume": 1e-3}
+
+
+@pytest.mark.parametrize("name", DIFFERENT)
+def test_a_supply_that_its_muscles_state_differently_is_refused(name):
+    differs = TANK | {f"muscle_2:valve.{name}": DIFFERENT[name]}
+    message = rf"\Amuscle_1 and muscle_2 share a supply: [^\n]*{name}[^\n]*\Z"
+    with pytest.raises(InputError, match=message):
+        pamsim.simulate(rig_with(**differs), FILL)
+    pamsim.simulate(rig_with(**differs, **{"muscle_2:valve.supply_line": 1.0}), FILL)
+
+
+def test_muscles_put_on_a_model_are_checked_as_well():
+    muscle = rig_with(**LINE).muscles["muscle_1"]
+    lower = dataclasses.replace(muscle.valve, supply_pressure=4e5)
+    for line, refused in ((0.0, True), (1.0, False)):
+        spec = mujoco.MjSpec.from_string(
+            """<mujoco><worldbody><body><joint name="j"/><geom size="0.1"/></body></worldbody>
+            <tendon><fixed name="a"><joint joint="j" coef="1"/></fixed>
+            <fixed name="b"><joint joint="j" coef="-1"/></fixed></tendon></mujoco>"""
+        )
+        pamsim.attach(spec, tendon="a", muscle=muscle)
+        other = dataclasses.replace(lower, supply_line=line)
+        pamsim.attach(spec, tendon="b", muscle=dataclasses.replace(muscle, valve=other))
+        if refused:
+            with pytest.raises(InputError, match="a and b share a supply"):
+                pamsim.compile_model(spec)
+        else:
+            pamsim.compile_model(spec)
