@@ -14,7 +14,7 @@ from pamsim.papers.claim import Claim, Note, Order, Verdict, judge, note
 from pamsim.papers.replicate import Replication
 from pamsim.store.printed import Printed
 
-DOCUMENT = Path(__file__).resolve().parents[3] / "docs" / "papers.md"
+ROOT = Path(__file__).resolve().parents[3]
 
 
 @dataclass
@@ -155,7 +155,7 @@ def assert_identities_hold_whatever_is_printed(paper, monkeypatch):
 
 
 def assert_documented(paper):
-    """The paper's line in docs/papers.md holds the counts of its facts, and the last line sums."""
+    """Its line in docs/papers.md holds the counts of its facts; the last line and README sum."""
     found = judged(paper)
     done = Replication(
         papers={paper: ""},
@@ -166,7 +166,7 @@ def assert_documented(paper):
     )
     lines = {
         cells[0]: [int(cell) for cell in cells[1:]]
-        for line in DOCUMENT.read_text(encoding="utf-8").splitlines()
+        for line in (ROOT / "docs" / "papers.md").read_text(encoding="utf-8").splitlines()
         if re.fullmatch(r"\| `?\w+`? (\| \d+ )+\|", line)
         for cells in [[cell.strip("` ") for cell in line.strip("|").split("|")]]
     }
@@ -176,3 +176,7 @@ def assert_documented(paper):
     ]  # fmt: skip
     every = lines.pop("all")
     assert every == [sum(column) for column in zip(*lines.values(), strict=True)]
+    readme = (ROOT / "README.md").read_text(encoding="utf-8")
+    sentence = re.search(r"`pamsim replicate` recomputes (.*?) not reproducible", readme, re.DOTALL)
+    assert sentence
+    assert list(map(int, re.findall(r"\d+", sentence.group(1)))) == every[:-1]

@@ -114,14 +114,14 @@ def test_every_claim_is_a_row_with_its_numbers_mark_and_reason(replication, tmp_
     assert [row["id"] for row in rows] == [
         "matiskova2021-01",
         "matiskova2021-02",
-        "alraouf2025-01",
         "alraouf2025-02",
+        "alraouf2025-01",  # repeats the fact before it
     ]
     assert [row["class"] for row in rows] == [
         "claim independent",
         "claim open",
-        "claim open",
         "claim inconsistent",
+        "claim open repeat",
     ]
     for text in (
         "0.610",
