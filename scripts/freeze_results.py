@@ -73,9 +73,9 @@ SYNTHETIC: dict[str, tuple[str, str, int, tuple[str, ...]]] = {
     "different_viscous_friction": ("viscous_friction", "0.8227", 17122, _DIFFERENT),
     "different_coulomb_friction": ("coulomb_friction", "0.22", 17120, _DIFFERENT),
     "different_line_lag": ("line_lag", "0.3672", 17136, (*_DIFFERENT, *_COLOURED)),
-    "quadratic_drag": ("quadratic_drag", "1", 17165, ()),
-    "ageing_drift": ("ageing_drift", "3", 17160, _COLOURED),
-    "bearing_friction": ("bearing_friction", "1", 17173, _COLOURED),
+    "quadratic_drag": ("quadratic_drag", "1", 17165, _DIFFERENT),
+    "ageing_drift": ("ageing_drift", "3", 17160, (*_DIFFERENT, *_COLOURED)),
+    "loaded_friction": ("loaded_friction", "1", 17173, (*_DIFFERENT, *_COLOURED)),
     "load_torque": ("load_torque", "1.0462", 17178, _COLOURED),
     "valve_flow_unrepeated": ("valve_flow", "0.7685", 1, ("--repeats", "1")),
 }  # fmt: skip

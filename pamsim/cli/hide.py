@@ -27,7 +27,8 @@ from pamsim.cli.output import save_json
     "--formulation",
     default="library",
     show_default=True,
-    help="library: the library's own formulas; independent: other formulas, finer time step.",
+    help="library: by the library's formulas in MuJoCo; plant: by the same in an independent plant;"
+    " independent: by other formulas in that plant.",
 )
 @names_option("--protocols", help="Inputs, such as triangle,bursts; all if left out")
 @click.option("--repeats", type=int, default=4, show_default=True, help="Trials per setting.")
@@ -37,6 +38,7 @@ from pamsim.cli.output import save_json
 @click.option(
     "--variation", type=float, default=0.003, show_default=True, help="From trial to trial."
 )
+@click.option("--quantised", is_flag=True, help="In steps of the rig's encoder and converter.")
 @click.option("--no-forces", is_flag=True, help="Measure no muscle forces.")
 @click.option("--seed", type=int, default=0, show_default=True, help="Random seed.")
 @json_option
@@ -52,14 +54,15 @@ def command(
     coloured: bool,
     noise: float,
     variation: float,
+    quantised: bool,
     no_forces: bool,
     seed: int,
     json_file: Path | None,
 ) -> int:
     """Record a rig in which EFFECTS are hidden: air_leak, or air_leak+coulomb_friction, or none.
 
-    Effects that the library does not hold, such as sprocket_ripple, can be hidden too. Writes a
-    recording folder and, beside it, the ground truth.
+    The independent plant can also have effects that the library does not hold, such as
+    sprocket_ripple. Writes a recording folder and, beside it, the ground truth.
     """
     from pamsim.twins.hide import hide
 
@@ -76,6 +79,7 @@ def command(
         coloured=coloured,
         noise=noise,
         variation=variation,
+        quantised=quantised,
         forces=not no_forces,
         formulation=formulation,
         seed=seed,

@@ -2,29 +2,34 @@
 
 from __future__ import annotations
 
+import dataclasses
 import os
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
 import numpy as np
 
-from pamsim.comparison.effects_on_rig import at_size, rig_effect
-from pamsim.comparison.protocols import HELD_OUT_SUFFIX, protocol
-from pamsim.core.errors import InputError
+from pamsim.comparison.effects_on_rig import at_size, rig_effect, rig_name
+from pamsim.comparison.protocols import HELD_OUT_SUFFIX, PROTOCOLS, protocol
+from pamsim.core.errors import InputError, nearest
 from pamsim.core.experiment import Experiment
 from pamsim.core.recording import Recording
+from pamsim.effects.catalog import EFFECTS
 from pamsim.engine.batch import simulate_batch
 from pamsim.engine.rig import Rig, load_rig
-from pamsim.engine.simulate import simulate
+from pamsim.engine.rig_parameter import rig_parameter
 from pamsim.signals.sensors import distorted
 from pamsim.store.rig_file import shipped_rigs
-from pamsim.twins.independent_models.catalog import ORDER, OUTSIDE, independent_model
-from pamsim.twins.independent_models.independent_model import IndependentModel, StepHook
-from pamsim.twins.independent_models.plant import RunContext
-from pamsim.twins.noise import with_noise, with_variation
+from pamsim.twins.hidden.catalog import PLANT_EFFECTS, other_formula
+from pamsim.twins.hidden.hidden_effect import PlantEffect
+from pamsim.twins.hidden.sensor_effects import reported
+from pamsim.twins.noise import quantised, with_noise, with_variation
+from pamsim.twins.plant.inputs import INPUTS
+from pamsim.twins.plant.read_rig import Numbers, read_rig
+from pamsim.twins.plant.run import Timing, run
 from pamsim.twins.synthetic_recording import HiddenEffect, HideSettings, SyntheticRecording
 
-_Models = Sequence[tuple[IndependentModel, float]]
+_Sized = Sequence[tuple[PlantEffect, float]]
 
 
 def hide(
@@ -37,7 +42,7 @@ def hide(
     Args:
         rig: without the effects: name of a shipped rig, rig folder, or a loaded rig.
         effects: name -> size in units of the effect's typical one; names of the library
-            (`pamsim.effects.catalog`) or from outside it (`pamsim.twins.independent_models`).
+            (`pamsim.effects.catalog`) or of the independent plant (`pamsim.twins.hidden`).
         options: fields of `HideSettings`.
 
     Returns:
@@ -45,102 +50,146 @@ def hide(
 
     Raises:
         InputError: for an unknown effect, protocol or formulation, an effect that the rig cannot
-            have or that has no independent formulation, a size without meaning, or no repeats.
+            have or that has no other formula, a size without meaning, or no repeats.
         SimulationError: if the rig with the effects breaks down.
     """
     settings = HideSettings(**options)
     base = rig if isinstance(rig, Rig) else load_rig(rig)
-    hidden, models = _resolved(base, effects, settings)
-    values = _parameters(base, effects, models)
+    by_library, by_plant = _resolved(effects, settings.formulation)
+    values: dict[str, float] = {}
+    for name, size in by_library.items():
+        values |= at_size(base, rig_effect(base, name), size)
     changed = base.with_parameters(values)
+    hidden = [
+        HiddenEffect(
+            name=name,
+            size=size,
+            unit="typical sizes",
+            formulation="library",
+            stands_for=(rig_effect(base, name).name,),
+        )
+        for name, size in by_library.items()
+    ]
+    for one, size in by_plant:
+        found, known = _measured_size(base, changed, one, size)
+        hidden.append(found)
+        values |= known
     rng = np.random.default_rng([settings.seed, 77])
     protocols: dict[str, str] = {}
     jobs: list[tuple[Rig, Experiment]] = []
-    for name in settings.protocols:
-        for setting, end in enumerate(("", HELD_OUT_SUFFIX)):
-            experiment = protocol(name).experiment(2 * settings.seed + setting, settings.duration)
-            for repeat in range(1, settings.repeats + 1):
-                protocols[f"{name}{end}_{repeat}"] = f"{name}{end}"
-                jobs.append((with_variation(changed, rng, settings.variation), experiment))
-    # What an independent model makes is also simulated in finer steps than a diagnosis takes.
-    timestep = None if settings.formulation == "library" else 0.5 * base.model.opt.timestep
-    runs = [
-        _measured(run.completed(), changed, models)
-        for run in _simulated(jobs, models, settings.seed, timestep)
-    ]
+    for name, experiment in _experiments(base, settings):
+        for repeat in range(1, settings.repeats + 1):
+            protocols[f"{name}_{repeat}"] = name
+            jobs.append((with_variation(changed, rng, settings.variation), experiment))
+    if settings.formulation == "library":
+        runs = [one.completed() for one in simulate_batch(jobs)]
+        if changed.sensor is not None:
+            runs = [distorted(one, changed.sensor) for one in runs]
+    else:
+        runs = [
+            _in_plant(there, experiment, by_plant, [settings.seed, number])
+            for number, (there, experiment) in enumerate(jobs)
+        ]
+    trials = {
+        stem: with_noise(one, rng, settings.noise, coloured=settings.coloured)
+        for stem, one in zip(protocols, runs, strict=True)
+    }
+    if settings.quantised:
+        trials = {stem: quantised(one, base.sensor) for stem, one in trials.items()}
     return SyntheticRecording(
         rig=base,
         reference=_reference(rig),
-        effects=hidden,
+        effects=tuple(hidden),
         hidden=values,
-        settings=settings,
-        trials={
-            stem: with_noise(run, rng, settings.noise, coloured=settings.coloured)
-            for stem, run in zip(protocols, runs, strict=True)
-        },
+        settings=dataclasses.replace(settings, protocols=tuple(_names(settings))),
+        trials=trials,
         protocols=protocols,
     )
 
 
-def _resolved(
-    rig: Rig, effects: Mapping[str, float], settings: HideSettings
-) -> tuple[tuple[HiddenEffect, ...], _Models]:
-    """What is hidden, and the independent models among it in the order in which they act."""
-    hidden: list[HiddenEffect] = []
-    models: list[tuple[IndependentModel, float]] = []
+def _resolved(effects: Mapping[str, float], formulation: str) -> tuple[Mapping[str, float], _Sized]:
+    """Effects by the library's formula, and those by a formula of the plant, in acting order."""
+    by_library: dict[str, float] = {}
+    by_plant: list[tuple[PlantEffect, float]] = []
     for name, size in effects.items():
-        model = independent_model(name, formulation=settings.formulation)
-        if model is not None:
-            if not (size > 0.0 or model.signed):
-                raise InputError(f"{name}: the size must be above 0, not {size:g}")
-            models.append((model, size))
-        hidden.append(
-            HiddenEffect(
-                name=name,
-                size=size,
-                formulation="library" if model is None else model.formulation,
-                resembles=OUTSIDE[name].resembles
-                if name in OUTSIDE
-                else (rig_effect(rig, name).name,),
+        if name.partition(":")[0] in EFFECTS and formulation != "independent":
+            by_library[name] = size
+            continue
+        found = other_formula(name)
+        if formulation == "library":
+            raise InputError(
+                f"{name} is an effect of the independent plant alone; add --formulation independent"
             )
-        )
-    models.sort(key=lambda pair: ORDER.index(pair[0].name))
-    return tuple(hidden), models
+        if not (size > 0.0 or (found.signed and size < 0.0)):
+            raise InputError(f"{name}: the size must be above 0, not {size:g}")
+        by_plant.append((found, size))
+    order = list(PLANT_EFFECTS)
+    return by_library, sorted(by_plant, key=lambda pair: order.index(pair[0].name))
 
 
-def _parameters(rig: Rig, effects: Mapping[str, float], models: _Models) -> dict[str, float]:
-    """Rig parameters that make the effects [SI]."""
-    independent = {model.name: model for model, _ in models}
-    values: dict[str, float] = {}
-    for name, size in effects.items():
-        if name not in independent:
-            values |= at_size(rig, rig_effect(rig, name), size)
-        elif (parameters := independent[name].parameters) is not None:
-            values |= parameters(rig, size)
-    return values
+def _measured_size(
+    base: Rig, changed: Rig, one: PlantEffect, size: float
+) -> tuple[HiddenEffect, dict[str, float]]:
+    """What is hidden in physical terms, and the library's parameters that mean the same [SI]."""
+    physical = size * one.typical
+    without = read_rig(changed, 0.0)
+    there = without.copy()
+    if one.change is not None:
+        one.change(there, physical)
+    measured = one.measure(there, without, physical)
+
+    def own(name: str) -> float:
+        return rig_parameter(base, rig_name(base, name)).value
+
+    known = {rig_name(base, n): v for n, v in one.library(physical, measured, own).items()}
+    found = HiddenEffect(
+        name=one.name,
+        size=physical,
+        unit=one.unit,
+        formulation=one.formulation,
+        stands_for=one.stands_for,
+        resembles=one.resembles,
+        physical=measured,
+    )
+    return found, known
 
 
-def _simulated(
-    jobs: Sequence[tuple[Rig, Experiment]], models: _Models, seed: int, timestep: float | None
-) -> list[Recording]:
-    laws = [(model.law, size) for model, size in models if model.law is not None]
-    if not laws:
-        return simulate_batch(jobs, timestep=timestep)
-    runs: list[Recording] = []
-    for number, (rig, experiment) in enumerate(jobs):
-        context = RunContext(rig=rig, experiment=experiment, seed=seed, number=number)
-        hook = StepHook(context, [law(size, context) for law, size in laws])
-        runs.append(simulate(rig, experiment, timestep=timestep, each_step=hook))
-    return runs
+def _names(settings: HideSettings) -> Sequence[str]:
+    return settings.protocols or list(PROTOCOLS if settings.formulation == "library" else INPUTS)
 
 
-def _measured(run: Recording, rig: Rig, models: _Models) -> Recording:
-    """A run as the rig's sensors report it, noise aside."""
-    measured = run if rig.sensor is None else distorted(run, rig.sensor)
-    for model, size in models:
-        if model.measured is not None:
-            measured = model.measured(measured, size)
-    return measured
+def _experiments(rig: Rig, settings: HideSettings) -> Iterator[tuple[str, Experiment]]:
+    """Every input in its two settings, the second of which is held out."""
+    numbers = None if settings.formulation == "library" else read_rig(rig, 0.0)
+    for name in _names(settings):
+        for setting, end in enumerate(("", HELD_OUT_SUFFIX)):
+            seed = 2 * settings.seed + setting
+            if numbers is None or name in PROTOCOLS:
+                yield f"{name}{end}", protocol(name).experiment(seed, settings.duration)
+            elif name in INPUTS:
+                loads = rig.file.load_body is not None
+                made = INPUTS[name].experiment(numbers, seed, settings.duration, loads=loads)
+                yield f"{name}{end}", made
+            else:
+                raise InputError(f"no protocol {name!r}; {nearest(name, [*INPUTS, *PROTOCOLS])}")
+
+
+def _in_plant(rig: Rig, experiment: Experiment, effects: _Sized, seed: Sequence[int]) -> Recording:
+    """One run of the independent plant, as its sensors report it, noise aside."""
+    numbers: Numbers = read_rig(rig, experiment.load)
+    timing = Timing()
+    for one, size in effects:
+        if one.change is not None:
+            one.change(numbers, size * one.typical)
+        if one.timing is not None:
+            timing = one.timing(size * one.typical, tuple(seed))
+    found = run(numbers, experiment, rig=rig.name, muscles=tuple(rig.muscles), timing=timing)
+    if rig.sensor is not None:
+        found = reported(found, rig.sensor)
+    for one, size in effects:
+        if one.sensed is not None:
+            found = one.sensed(found, size * one.typical)
+    return found
 
 
 def _reference(rig: str | os.PathLike[str] | Rig) -> str:

@@ -13,6 +13,7 @@ from pamsim.core.recording import Recording
 from pamsim.core.units import DEG_PER_RAD
 from pamsim.engine.rig import Rig
 from pamsim.engine.rig_parameter import rig_parameter
+from pamsim.signals.sensors import MeasurementChain, convert_pressure, encode_angle
 
 FloatArray = NDArray[np.float64]
 
@@ -71,6 +72,16 @@ def with_noise(
         pressure=run.pressure + noise(run.pressure.shape, PRESSURE_NOISE),
         tension=run.tension + noise(run.tension.shape, FORCE_NOISE),
     )
+
+
+def quantised(run: Recording, chain: MeasurementChain | None) -> Recording:
+    """A recording in whole steps of a rig's encoder and converter, where it states them."""
+    angle, pressure = run.angle, run.pressure
+    if chain is not None and chain.encoder_increments > 0.0:
+        angle = encode_angle(angle, chain.encoder_increments)
+    if chain is not None and chain.pressure_step > 0.0:
+        pressure = convert_pressure(pressure, chain.pressure_step)
+    return dataclasses.replace(run, angle=angle, pressure=pressure)
 
 
 def _unit_noise(

@@ -3,23 +3,23 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-from pamsim.comparison.protocols import PROTOCOLS
 from pamsim.core.encoding import to_dict
 from pamsim.core.errors import InputError, nearest
 from pamsim.core.recording import Recording, write_recording
 from pamsim.engine.rig import Rig
 from pamsim.engine.rig_parameter import rig_parameter
 from pamsim.store.json_file import write_json
+from pamsim.twins.hidden.hidden_effect import Quantities, Quantity
 
-SCHEMA = "pamsim-ground-truth/1"
+SCHEMA = "pamsim-ground-truth/2"
 
-FORMULATIONS = ("library", "independent")
-"""Whether effects of the library are hidden as the library formulates them, or by an independent
-model: another formula at half the rig's time step, which a diagnosis cannot reproduce exactly."""
+FORMULATIONS = ("library", "plant", "independent")
+"""Who simulates, and by which formulas: the engine by the library's; the independent plant (other
+equations, integrator and inputs) by the library's; the independent plant by other formulas."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -27,13 +27,15 @@ class HideSettings:
     """How synthetic recordings are made.
 
     Attributes:
-        protocols: names of the inputs, see `pamsim.comparison.protocols`.
+        protocols: names of the inputs: of `pamsim.comparison.protocols`, or of
+            `pamsim.twins.plant.inputs`, which only the plant has; all of these if left out.
         repeats: trials of each input, in each of its two settings.
         duration: of a trial [s]; the protocols' own if left out.
         coloured: True for noise half of which drifts (AR(1)), False for white noise.
         noise: factor on the sensors' noise.
         variation: relative standard deviation of what differs from trial to trial.
         forces: whether muscle forces are measured.
+        quantised: whether angle and pressures come in steps of the rig's encoder and converter.
         formulation: one of `FORMULATIONS`.
         seed: random seed.
 
@@ -41,13 +43,14 @@ class HideSettings:
         InputError: for an unknown formulation, or no repeats.
     """
 
-    protocols: tuple[str, ...] = tuple(PROTOCOLS)
+    protocols: tuple[str, ...] = ()
     repeats: int = 4
     duration: float | None = None
     coloured: bool = False
     noise: float = 1.0
     variation: float = 0.003
     forces: bool = True
+    quantised: bool = False
     formulation: str = "library"
     seed: int = 0
 
@@ -66,16 +69,23 @@ class HiddenEffect:
 
     Attributes:
         name: of the effect.
-        size: in units of its typical size.
-        formulation: ``library``, or the independent model in words.
-        resembles: effects of the library that would explain it; none for most effects from outside
-            the library.
+        size: how much of it [unit].
+        unit: of the size.
+        formulation: ``library``, or the formula in words.
+        stands_for: effects of the library that are right names for it; none for an effect from
+            outside the library.
+        resembles: effects of the library that data can hardly distinguish from it, although none
+            is its cause.
+        physical: its size in terms that no formula defines, such as a breakaway torque.
     """
 
     name: str
     size: float
+    unit: str
     formulation: str
-    resembles: tuple[str, ...]
+    stands_for: tuple[str, ...]
+    resembles: tuple[str, ...] = ()
+    physical: Quantities = field(default_factory=dict[str, Quantity])
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -86,7 +96,8 @@ class SyntheticRecording:
         rig: without the effects.
         reference: name or path by which the recording finds the rig.
         effects: what was hidden.
-        hidden: rig parameter -> value that makes the effects [SI].
+        hidden: rig parameter -> value that makes the effects, or means the same size of an effect
+            by another formula [SI].
         settings: how the recordings were made.
         trials: file stem -> noisy recording.
         protocols: file stem -> protocol.
@@ -102,7 +113,7 @@ class SyntheticRecording:
 
     def summary(self) -> str:
         """Effects and number of trials in one line."""
-        hidden = " + ".join(f"{e.name} (size {e.size:g})" for e in self.effects) or "no effect"
+        hidden = " + ".join(f"{e.name} ({e.size:g} {e.unit})" for e in self.effects) or "no effect"
         return f"{hidden} hidden in {len(self.trials)} trials of {self.rig.name}"
 
     def to_dict(self) -> dict[str, Any]:

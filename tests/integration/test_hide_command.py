@@ -49,26 +49,33 @@ def test_the_ground_truth_is_beside_the_recording_and_not_in_it(monkeypatch, cap
     assert not np.array_equal(found.trials[0].command, found.trials[2].command)
 
 
-def test_independent_models_and_outside_effects_are_named_in_the_ground_truth_alone(
+def test_other_formulas_are_in_the_ground_truth_alone_with_their_size_in_physical_terms(
     monkeypatch, capsys, tmp_path
 ):
-    monkeypatch.setattr("pamsim.comparison.protocols.DURATION", 0.4)
     folder = tmp_path / "data"
     code, _, err = run(
-        monkeypatch, capsys, "air_leak+sprocket_ripple+mounting_offset",
-        "--formulation", "independent", "--protocols", "bursts", "--repeats", "1", "--out", folder,
+        monkeypatch, capsys, "air_leak+sprocket_ripple+sticking_friction", "--size", "1,1,2",
+        "--formulation", "independent", "--protocols", "pulses,bursts", "--repeats", "1",
+        "--duration", "400ms", "--quantised", "--out", folder,
     )  # fmt: skip
     assert code == 0, err
     ground_truth = json.loads((tmp_path / "data.ground_truth.json").read_text(encoding="utf-8"))
-    leak, ripple, offset = ground_truth["effects"]
-    assert leak["resembles"] == ["air_leak"]
-    assert "laminar" in leak["formulation"]
-    assert ripple["resembles"] == []
-    assert "angle_bias" in offset["resembles"]
+    effects = {effect["name"]: effect for effect in ground_truth["effects"]}
+    assert list(effects) == ["sticking_friction", "sprocket_ripple", "laminar_leak"]
+    assert effects["laminar_leak"]["stands_for"] == ["air_leak"]
+    assert "laminar" in effects["laminar_leak"]["formulation"]
+    assert effects["sprocket_ripple"]["stands_for"] == []
+    breakaway = effects["sticking_friction"]["physical"]["breakaway_torque"]
+    assert breakaway["value"] == pytest.approx(0.6, rel=0.01)
+    assert breakaway["unit"] == "N*m"
+    assert ground_truth["parameters"]["joint.shaft.frictionloss"]["value"] == pytest.approx(0.33)
     assert ground_truth["settings"]["formulation"] == "independent"
     text = "".join(path.read_text(encoding="utf-8") for path in folder.iterdir())
     assert not any(word in text for word in ("ripple", "leak", "independent", "timestep"))
-    assert read_recordings(folder).trials[0].time[-1] == pytest.approx(0.4)
+    trial = read_recordings(folder).trials[0]
+    assert trial.time[-1] == pytest.approx(0.4)
+    steps = trial.measured["angle"] / (2.0 * np.pi / 2500)
+    assert np.abs(steps - np.round(steps)).max() < 1e-4
 
 
 @pytest.mark.parametrize(
@@ -76,6 +83,10 @@ def test_independent_models_and_outside_effects_are_named_in_the_ground_truth_al
     [
         (["air_lek", *QUICK], "did you mean 'air_leak'"),
         (["sprocket_riple", *QUICK], "did you mean 'sprocket_ripple'"),
+        (["sprocket_ripple", *QUICK], "add --formulation independent"),
+        (["added_inertia", "--formulation", "independent", *QUICK], "has no other formula"),
+        (["air_leak", "--formulation", "plant", "--protocols", "chrp"], "did you mean 'chirp'"),
+        (["laminar_leak", "--formulation", "plant", "--size", "-1", *QUICK], "must be above 0"),
         (["air_leak", "--formulation", "indepndent", *QUICK], "did you mean 'independent'"),
         (["air_leak", "--protocols", "burst"], "did you mean 'bursts'"),
         (["air_leak", "--size", "1,2", *QUICK], "2 sizes for 1 effects"),
@@ -139,7 +150,7 @@ def test_a_sensor_s_error_is_in_what_is_measured_alone(rig):
 
 def test_a_loaded_rig_is_named_in_the_recording_and_the_result_sums_itself_up(rig, tmp_path):
     hidden = recorded(rig, {"air_leak": 2.0}, repeats=1)
-    assert hidden.summary() == "air_leak (size 2) hidden in 2 trials of mas20_arm"
+    assert hidden.summary() == "air_leak (2 typical sizes) hidden in 2 trials of mas20_arm"
     ground_truth = hidden.save(tmp_path / "data")
     assert read_recordings(tmp_path / "data").rig == "mas20_arm"
     assert json.loads(ground_truth.read_text(encoding="utf-8")) == hidden.to_dict()
@@ -147,5 +158,5 @@ def test_a_loaded_rig_is_named_in_the_recording_and_the_result_sums_itself_up(ri
 
 def test_every_effect_of_the_catalog_can_be_hidden_at_rest_ones_included(rig):
     hidden = recorded(rig, {"braid_locking": 1.0}, repeats=1)
-    assert hidden.effects[0].resembles == ("braid_locking",)
+    assert hidden.effects[0].stands_for == ("braid_locking",)
     assert set(hidden.hidden) == {"passive.locking", "passive.stiffness"}

@@ -11,7 +11,8 @@ from scipy.optimize import brentq
 
 import pamsim
 from pamsim.actuator.layout import EXTENSION
-from tests.physics.independent_arm import IndependentArm
+from pamsim.twins.plant.muscle import steady_pull
+from pamsim.twins.plant.read_rig import read_rig
 
 COMPLIANCE = 2e-6
 LOAD = 1.2
@@ -25,29 +26,28 @@ def rig_with(compliance, relaxation=0.01, **changes):
     return pamsim.load_rig("mas20_arm").with_parameters(chain | changes)
 
 
-def balanced_tension(arm, length, pressure):
+def balanced_tension(m, length, pressure):
     """Root of T = F(l - C T) for a muscle that would have a length on a rigid chain."""
 
     def short(tension):
-        own = length - arm.m.chain.compliance * tension
-        return arm.force(own, pressure, 0.0) - tension
+        return max(steady_pull(m, length - m.compliance * tension, pressure), 0.0) - tension
 
-    return brentq(short, 0.0, arm.force(length, pressure, 0.0), xtol=1e-10)
+    return brentq(short, 0.0, steady_pull(m, length, pressure), xtol=1e-10)
 
 
-def balance(arm):
+def balance(plant):
     """Angle and tensions at which the static torques of chains and load cancel."""
+    joint = plant.joint[0]
 
     def tensions(angle):
-        zero = arm.m.mounting.length_at_zero
-        lengths = zero - arm.radius * angle, zero + arm.radius * angle
-        each = zip(lengths, PRESSURES, strict=True)
-        return [balanced_tension(arm, length, pressure) for length, pressure in each]
+        return [
+            balanced_tension(m, m.length_at_zero + m.arm * angle, pressure)
+            for m, pressure in zip(plant.muscles, PRESSURES, strict=True)
+        ]
 
     def torque(angle):
-        first, second = tensions(angle)
-        weight = arm.moment * arm.gravity * np.sin(arm.tilt) * np.cos(arm.direction + angle)
-        return arm.radius * (first - second) - weight
+        pulls = sum(-m.arm * t for m, t in zip(plant.muscles, tensions(angle), strict=True))
+        return pulls + joint.weight_cos * np.cos(angle) + joint.weight_sin * np.sin(angle)
 
     angle = brentq(torque, -0.5, 0.9, xtol=1e-13)
     return angle, np.array(tensions(angle))
@@ -63,8 +63,8 @@ def test_the_arm_rests_where_the_static_balance_says_whatever_the_time_constant(
     with pamsim.live(model):
         mujoco.mj_step(model, data, round(12.0 / model.opt.timestep))
         mujoco.mj_forward(model, data)
-    angle, tensions = balance(IndependentArm(rig, LOAD))
-    rigid, _ = balance(IndependentArm(rig_with(0.0, **NO_LOOP), LOAD))
+    angle, tensions = balance(read_rig(rig, LOAD))
+    rigid, _ = balance(read_rig(rig_with(0.0, **NO_LOOP), LOAD))
     assert abs(angle - rigid) > np.radians(1.0), "the chain must matter"
     assert data.qpos[0] == pytest.approx(angle, abs=1e-8)
     np.testing.assert_allclose(-data.actuator_force, tensions, rtol=1e-7)

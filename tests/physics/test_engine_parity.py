@@ -1,4 +1,4 @@
-"""MuJoCo with the native callback against an independent integration of the same equations."""
+"""MuJoCo with the native callback against the independent plant, which shares no law with it."""
 
 from __future__ import annotations
 
@@ -6,9 +6,12 @@ import numpy as np
 import pytest
 
 import pamsim
-from tests.physics.independent_arm import IndependentArm
+from pamsim.comparison.protocols import PROTOCOLS
+from pamsim.twins.plant.inputs import INPUTS
+from pamsim.twins.plant.read_rig import read_rig
+from pamsim.twins.plant.run import run
 
-START, END, DURATION = (487e3, 487e3), (487e3, 0.0), 3.0
+STEP = pamsim.pressure_step((487e3, 487e3), (487e3, 0.0), duration=3.0, load=1.2, sample_rate=100.0)
 
 CASES = {
     "as shipped": {},
@@ -53,6 +56,11 @@ CASES = {
 }
 
 
+def in_plant(rig, experiment):
+    numbers = read_rig(rig, experiment.load)
+    return run(numbers, experiment, rig=rig.name, muscles=tuple(rig.muscles))
+
+
 @pytest.fixture(scope="module", params=CASES)
 def rig(request):
     return pamsim.load_rig("mas20_arm").with_parameters(CASES[request.param])
@@ -60,27 +68,65 @@ def rig(request):
 
 @pytest.fixture(scope="module")
 def reference(rig):
-    return IndependentArm(rig, load=1.2).run(START, END, DURATION, 301)
+    return in_plant(rig, STEP)
 
 
-def simulated(rig, timestep):
-    step = pamsim.pressure_step(START, END, duration=DURATION, load=1.2, sample_rate=100.0)
-    return pamsim.simulate(rig, step, timestep=timestep).completed()
-
-
-def test_engine_agrees_with_independent_integration(rig, reference):
-    angle, pressure = reference
-    run = simulated(rig, 0.5e-3)
-    error = np.degrees(np.abs(run.angle - angle))
+def test_engine_agrees_with_the_independent_plant(rig, reference):
+    engine = pamsim.simulate(rig, STEP, timestep=0.5e-3).completed()
+    error = np.degrees(np.abs(engine.angle - reference.angle))
     assert error.max() < 0.05
     assert error[-1] < 0.005
-    assert np.abs(run.pressure - pressure).max() < 200.0
+    assert np.abs(engine.pressure - reference.pressure).max() < 200.0
 
 
 def test_error_falls_at_the_order_of_the_integrator(rig, reference):
-    angle, _ = reference
-    errors = [np.abs(simulated(rig, dt).angle - angle).max() for dt in (2e-3, 1e-3, 0.5e-3)]
+    errors = [
+        np.abs(pamsim.simulate(rig, STEP, timestep=dt).completed().angle - reference.angle).max()
+        for dt in (2e-3, 1e-3, 0.5e-3)
+    ]
     orders = np.log2(np.array(errors[:-1]) / errors[1:])
     print("max angle errors [deg]", np.degrees(errors), "orders", orders)
     # Euler is of order 1; the bounds leave room for the next term of the error's expansion.
     assert np.all((orders > 0.8) & (orders < 1.3))
+
+
+@pytest.mark.parametrize("name", [*PROTOCOLS, *INPUTS])
+@pytest.mark.parametrize("friction", [0.0, 0.4])
+def test_plant_and_engine_agree_on_random_inputs_with_nothing_hidden(name, friction):
+    """A joint with dry friction sticks at instants that the plant locates and the engine not."""
+    rig = pamsim.load_rig("mas20_arm").with_parameters({"joint.shaft.frictionloss": friction})
+    if name in PROTOCOLS:
+        experiment = PROTOCOLS[name].experiment(11, 3.0)
+    else:
+        experiment = INPUTS[name].experiment(read_rig(rig, 0.0), 11, 3.0)
+    plant, engine = in_plant(rig, experiment), pamsim.simulate(rig, experiment).completed()
+    assert np.ptp(plant.angle) > np.radians(0.3)
+    assert np.degrees(np.abs(plant.angle - engine.angle)).max() < 0.05
+    assert np.abs(plant.pressure - engine.pressure).max() < 100.0
+
+
+NAMED = {
+    "valve.dead_zone": 0.1,
+    "valve.delay": 0.0123,
+    "chain.backlash": 6e-4,
+    "threshold.pressure": 2e4,
+    "joint.shaft.armature": 0.01,
+    "body.rig.tilt": 0.1,
+    "chamber.polytropic_index": 1.35,
+    "muscle_2:force.scale": 1.05,
+}
+
+
+@pytest.mark.parametrize("name", NAMED)
+def test_plant_and_engine_agree_on_what_a_rig_states(name):
+    shipped = pamsim.load_rig("mas20_arm")
+    rig = shipped.with_parameters({name: NAMED[name]})
+    experiment = INPUTS["pulses" if name.startswith("valve") else "levels"].experiment(
+        read_rig(rig, 0.0), 3, 2.0
+    )
+    plant, engine = in_plant(rig, experiment), pamsim.simulate(rig, experiment).completed()
+    without = in_plant(shipped, experiment)
+    error = np.degrees(np.abs(plant.angle - engine.angle)).max()
+    assert error < 0.05
+    assert np.abs(plant.pressure - engine.pressure).max() < 100.0
+    assert np.degrees(np.abs(plant.angle - without.angle)).max() > 4.0 * error

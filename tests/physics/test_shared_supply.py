@@ -16,7 +16,8 @@ from pamsim.core.errors import InputError
 from pamsim.engine.callback import BACKENDS
 from pamsim.pneumatics.air import GAS_CONSTANT
 from pamsim.pneumatics.orifice import mass_flow
-from tests.physics.independent_arm import IndependentArm
+from pamsim.twins.plant.read_rig import read_rig
+from pamsim.twins.plant.run import run
 
 LINE = {"valve.supply_resistance": 8e8}
 TANK = LINE | {"valve.supply_volume": 2e-5}
@@ -150,10 +151,11 @@ FILL = pamsim.pressure_step((1e5, 1e5), (5e5, 3e5), duration=1.5, load=1.2, samp
 
 
 @pytest.mark.parametrize("supply", [LINE, TANK], ids=["no volume", "tank"])
-def test_a_muscle_feels_what_the_other_draws_as_an_independent_solution_says(supply):
+def test_a_muscle_feels_what_the_other_draws_as_in_the_independent_plant(supply):
     shared = rig_with(**supply)
     apart = rig_with(**supply, **{"muscle_2:valve.supply_line": 1.0})
-    _, expected = IndependentArm(shared, load=1.2).run((1e5, 1e5), (5e5, 3e5), 1.5, 151)
+    plant = run(read_rig(shared, 1.2), FILL, rig="x", muscles=tuple(shared.muscles))
+    expected = plant.pressure
     together, alone = (pamsim.simulate(rig, FILL, timestep=2.5e-4) for rig in (shared, apart))
     assert np.abs(together.pressure - expected).max() < 200.0
     lost = alone.pressure[:, 1] - together.pressure[:, 1]

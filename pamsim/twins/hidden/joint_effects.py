@@ -1,0 +1,206 @@
+"""Hidden effects at the joint: friction, drag, level, stop, ripple."""
+
+from __future__ import annotations
+
+import math
+
+from pamsim.effects.effect import JOINT, TILTED
+from pamsim.twins.hidden.hidden_effect import Own, PlantEffect, Quantities, Quantity, stated
+from pamsim.twins.hidden.virtual_tests import joint_friction
+from pamsim.twins.plant.read_rig import Numbers
+
+_FRICTION, _DAMPING = f"joint.{JOINT}.frictionloss", f"joint.{JOINT}.damping"
+_TILT = f"body.{TILTED}.tilt"
+
+_SLIDING_SHARE = 0.55
+"""Torque in fast sliding as a share of the breakaway torque, of friction with a Stribeck curve."""
+
+_DRAG_POWER, _DRAG_SPEED = 1.25, 0.5
+"""Exponent of the drag, and speed at which it equals viscous friction [rad/s]."""
+
+_OTHER_AXIS = math.radians(25.0)
+"""Angle between the axis about which the rig is tilted and the one that its model has."""
+
+_TEETH = 16
+_STOP = math.radians(8.0)
+"""Angle at which the soft stop begins [rad]."""
+
+
+def _dahl(n: Numbers, size: float) -> None:
+    n.joint.bristle, n.joint.bristle_slip, n.joint.bristle_power = size, 1.5e-3, 1.5
+
+
+def _lugre(n: Numbers, size: float) -> None:
+    n.joint.bristle, n.joint.bristle_slip = _SLIDING_SHARE * size, 1e-3
+    n.joint.bristle_static, n.joint.bristle_speed = (1.0 - _SLIDING_SHARE) * size, 0.12
+    n.joint.bristle_damping, n.joint.bristle_power = 0.3 * size, 1.0
+
+
+def _sticking(n: Numbers, size: float) -> None:
+    n.joint.dry += _SLIDING_SHARE * size
+    n.joint.static, n.joint.static_speed = (1.0 - _SLIDING_SHARE) * size, 0.1
+
+
+def _tanh(n: Numbers, size: float) -> None:
+    n.joint.smooth_dry, n.joint.smooth_speed = size, 0.02
+
+
+def _loaded(n: Numbers, size: float) -> None:
+    n.joint.carried = size
+
+
+def _sliding(_: float, found: Quantities, own: Own) -> dict[str, float]:
+    return {_FRICTION: own(_FRICTION) + found["sliding_torque"].value}
+
+
+def _power_drag(n: Numbers, size: float) -> None:
+    n.joint.drag = size * _DRAG_SPEED ** (1.0 - _DRAG_POWER)
+    n.joint.drag_power = _DRAG_POWER
+
+
+def _quadratic(n: Numbers, size: float) -> None:
+    n.joint.drag, n.joint.drag_power = size, 2.0
+
+
+def _at_half(n: Numbers, _: Numbers, __: float) -> Quantities:
+    drag = float(n.joint[0].drag) * _DRAG_SPEED ** float(n.joint[0].drag_power)
+    return {
+        "torque_at_speed": Quantity(value=drag, unit="N*m"),
+        "at_speed": Quantity(value=_DRAG_SPEED, unit="rad/s"),
+    }
+
+
+def _tilted(n: Numbers, size: float) -> None:
+    turned = 9.81 * n.joint.moment * math.sin(size)
+    n.joint.weight_cos -= turned * math.cos(_OTHER_AXIS)
+    n.joint.weight_sin += turned * math.sin(_OTHER_AXIS)
+
+
+def _weight(there: Numbers, without: Numbers, _: float) -> Quantities:
+    change = float(there.joint[0].weight_cos - without.joint[0].weight_cos)
+    return {"torque_at_zero": Quantity(value=change, unit="N*m")}
+
+
+def _ripple(n: Numbers, size: float) -> None:
+    n.joint.ripple, n.joint.ripple_periods, n.joint.ripple_phase = size, _TEETH, 0.7
+
+
+def _stop(n: Numbers, size: float) -> None:
+    n.joint.stop_at, n.joint.stop_stiffness = _STOP, size
+
+
+def _cables(n: Numbers, size: float) -> None:
+    n.joint.stiffness += size
+
+
+EFFECTS = (
+    PlantEffect(
+        name="dahl_friction",
+        formulation="Dahl friction at the joint with exponent 1.5: it gives about 1.5 mrad before"
+        " it slides",
+        stands_for=("coulomb_friction",),
+        unit="N*m",
+        typical=0.3,
+        change=_dahl,
+        measure=joint_friction,
+        library=_sliding,
+    ),
+    PlantEffect(
+        name="tanh_friction",
+        formulation="joint friction that is smooth in speed (tanh): it does not stick",
+        stands_for=("coulomb_friction",),
+        unit="N*m",
+        typical=0.3,
+        change=_tanh,
+        measure=joint_friction,
+        library=_sliding,
+    ),
+    PlantEffect(
+        name="sticking_friction",
+        formulation="joint friction with a Stribeck curve that truly sticks, located by events",
+        stands_for=("stribeck_friction", "coulomb_friction"),
+        unit="N*m",
+        typical=0.3,
+        change=_sticking,
+        measure=joint_friction,
+        library=_sliding,
+    ),
+    PlantEffect(
+        name="lugre_friction",
+        formulation="LuGre friction at the joint with a Stribeck curve",
+        stands_for=("stribeck_friction", "coulomb_friction"),
+        unit="N*m",
+        typical=0.3,
+        change=_lugre,
+        measure=joint_friction,
+        library=_sliding,
+    ),
+    PlantEffect(
+        name="loaded_friction",
+        formulation="bearing friction that sticks, proportional to the sum of the tensions",
+        stands_for=("load_dependent_friction",),
+        resembles=("coulomb_friction", "stribeck_friction", "muscle_hysteresis"),
+        unit="m",
+        typical=2e-4,
+        change=_loaded,
+        measure=joint_friction,
+    ),
+    PlantEffect(
+        name="power_drag",
+        formulation="joint friction proportional to speed to the power of 1.25",
+        stands_for=("viscous_friction",),
+        unit="N*m*s/rad",
+        typical=0.12,
+        change=_power_drag,
+        measure=_at_half,
+        library=lambda size, _, own: {_DAMPING: own(_DAMPING) + size},
+        signed=True,
+    ),
+    PlantEffect(
+        name="tilted_ground",
+        formulation="ground tilted about another axis than the rig's, 25 deg from it",
+        stands_for=("load_torque",),
+        unit="rad",
+        typical=0.03,
+        change=_tilted,
+        measure=_weight,
+        library=lambda size, _, own: {_TILT: own(_TILT) + size * math.cos(_OTHER_AXIS)},
+        signed=True,
+    ),
+    PlantEffect(
+        name="quadratic_drag",
+        formulation="a torque against the motion, quadratic in speed",
+        unit="N*m*s^2/rad^2",
+        typical=0.15,
+        change=_quadratic,
+        measure=_at_half,
+    ),
+    PlantEffect(
+        name="sprocket_ripple",
+        formulation="a torque of 16 periods per turn",
+        unit="N*m",
+        typical=0.15,
+        change=_ripple,
+        measure=stated("torque_amplitude", "N*m"),
+        signed=True,
+    ),
+    PlantEffect(
+        name="soft_stop",
+        formulation="a soft stop on one side, from 8 deg on",
+        unit="N*m/rad",
+        typical=4.0,
+        change=_stop,
+        measure=stated("stiffness", "N*m/rad"),
+    ),
+    PlantEffect(
+        name="cable_spring",
+        formulation="hoses and cables that bend with the joint",
+        resembles=("passive_stiffness", "angle_scale", "load_torque"),
+        unit="N*m/rad",
+        typical=0.2,
+        change=_cables,
+        measure=stated("stiffness", "N*m/rad"),
+        signed=True,
+    ),
+)
+"""Hidden effects at the joint."""

@@ -1,1 +1,0 @@
-"""Hidden effects by formulas that the library of effects does not share, and effects outside it."""

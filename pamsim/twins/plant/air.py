@@ -1,0 +1,152 @@
+"""Valves, supply and air of a muscle, in equations of their own."""
+
+from __future__ import annotations
+
+import math
+
+from pamsim.twins.plant.records import FloatArray, Record
+
+R_AIR = 287.05
+"""Gas constant of air [J/(kg K)]."""
+
+GAMMA = 1.4
+"""Ratio of the heat capacities of air [-]."""
+
+_DENSITY, _WARM = 1.185, 293.15
+"""Air to which a sonic conductance refers (ISO 8778) [kg/m^3, K]."""
+
+
+def ellipse(m: Record, ratio: float) -> float:
+    """Share of the choked flow at a ratio of pressures by ISO 6358, straight close to 1 [-]."""
+    b, near = m.critical, m.laminar
+    if ratio <= b:
+        return 1.0
+    if ratio < near:
+        return math.sqrt(1.0 - ((ratio - b) / (1.0 - b)) ** 2)
+    return math.sqrt(1.0 - ((near - b) / (1.0 - b)) ** 2) * (1.0 - ratio) / (1.0 - near)
+
+
+def isentropic(ratio: float, near: float) -> float:
+    """Share of the choked flow by the isentropic nozzle (Saint-Venant, Wantzel) [-]."""
+    choked = (2.0 / (GAMMA + 1.0)) ** (GAMMA / (GAMMA - 1.0))
+    if ratio <= choked:
+        return 1.0
+    most = choked ** (2.0 / GAMMA) - choked ** ((GAMMA + 1.0) / GAMMA)
+    held = min(ratio, near)
+    share = math.sqrt((held ** (2.0 / GAMMA) - held ** ((GAMMA + 1.0) / GAMMA)) / most)
+    return share if ratio <= near else share * (1.0 - ratio) / (1.0 - near)
+
+
+def orifice(m: Record, conductance: float, up: float, down: float) -> float:
+    """Mass flow [kg/s] between two absolute pressures [Pa]; negative if it runs back."""
+    high, low = max(up, down), min(up, down)
+    share = isentropic(low / high, m.laminar) if m.nozzle > 0.0 else ellipse(m, low / high)
+    flow = conductance * _DENSITY * high * math.sqrt(_WARM / m.temperature) * share
+    return flow if up >= down else -flow
+
+
+def refilled(j: Record, fall: float) -> float:
+    """Flow [kg/s] that refills a supply whose pressure has fallen [Pa]."""
+    if j.refill_square == 0.0:
+        return fall / j.refill
+    root = math.sqrt(j.refill**2 + 4.0 * j.refill_square * abs(fall))
+    return math.copysign((root - j.refill) / (2.0 * j.refill_square), fall)
+
+
+def line_pressure(j: Record, muscles: Record, openings: FloatArray, inside: FloatArray) -> float:
+    """Absolute pressure [Pa] at which a supply without volume gives what its muscles draw.
+
+    Args:
+        j: numbers of the joint, which hold those of the supply.
+        muscles: (m,) numbers of the muscles.
+        openings: (m,) of their valves [-].
+        inside: (m,) absolute pressures in them [Pa].
+    """
+    full = muscles[0].supply + muscles[0].atmosphere
+    low, high = full, full
+    for i in range(len(muscles)):
+        if openings[i] > 0.0:
+            low, high = min(low, inside[i]), max(high, inside[i])
+    while high - low > 1e-7:
+        middle = 0.5 * (low + high)
+        more = -refilled(j, full - middle)
+        for i in range(len(muscles)):
+            if openings[i] > 0.0:
+                m = muscles[i]
+                more += orifice(m, openings[i] * m.fill_conductance, middle, inside[i])
+        if more > 0.0:
+            high = middle
+        else:
+            low = middle
+    return 0.5 * (low + high)
+
+
+def opening(m: Record, command: float, by_pressure: bool, pressure: float, time: float) -> float:
+    """Signed opening of the valves [-]: of a set point, by the regulator, or of a command.
+
+    Args:
+        m: numbers of the muscle.
+        command: gauge pressure [Pa] or opening [-].
+        by_pressure: whether it is a pressure.
+        pressure: gauge pressure in the muscle [Pa].
+        time: since the start of the trial [s].
+    """
+    wanted = command
+    if by_pressure:
+        error = command - pressure
+        beyond = max(abs(error) - m.dead_band, 0.0) / m.band
+        wanted = math.copysign(beyond, error)
+    wanted = min(max(wanted, -1.0), 1.0)
+    if wanted > 0.0:
+        wanted = max(wanted - m.dead_zone_fill, 0.0) / (1.0 - m.dead_zone_fill)
+    else:
+        wanted = min(wanted + m.dead_zone_exhaust, 0.0) / (1.0 - m.dead_zone_exhaust)
+    if m.stuck_fills != 0.0 and time >= m.stuck_from and wanted * m.stuck_fills > m.stuck_at:
+        wanted = m.stuck_at * m.stuck_fills
+    return wanted
+
+
+def flows(m: Record, wanted: float, inside: float, supply: float) -> tuple[float, float]:
+    """Mass flows [kg/s] into a muscle through the fill valve, and out of it.
+
+    Args:
+        m: numbers of the muscle.
+        wanted: opening [-].
+        inside: absolute pressure [Pa].
+        supply: absolute pressure of the supply [Pa].
+    """
+    into = 0.0
+    out = orifice(m, m.leak, inside, m.atmosphere)
+    out += m.laminar_leak * (inside - m.atmosphere)
+    if wanted > 0.0:
+        into = orifice(m, wanted * m.fill_conductance, supply, inside)
+    elif wanted < 0.0:
+        out += orifice(m, -wanted * m.exhaust_conductance, inside, m.atmosphere)
+    return into, out
+
+
+def pressure_rate(
+    m: Record, inside: float, volume: float, swept: float, warmth: float, into: float, out: float
+) -> tuple[float, float]:
+    """Rates of absolute pressure [Pa/s] and temperature [K/s] of a muscle's air.
+
+    By the polytropic law, or, with a ``heat_time``, by the balance of energy of air that exchanges
+    heat with walls at the rig's temperature.
+
+    Args:
+        m: numbers of the muscle.
+        inside: absolute pressure [Pa].
+        volume: [m^3].
+        swept: its rate [m^3/s].
+        warmth: temperature of the air [K].
+        into: flow into the muscle [kg/s].
+        out: flow out of it [kg/s].
+    """
+    if m.heat_time == 0.0:
+        supplied = R_AIR * m.temperature * (into - out)
+        return m.polytropic * (supplied - inside * swept) / volume, 0.0
+    mass = inside * volume / (R_AIR * warmth)
+    heat = mass * R_AIR / (GAMMA - 1.0) * (m.temperature - warmth) / m.heat_time
+    enthalpy = GAMMA * R_AIR * (m.temperature * into - warmth * out)
+    rate = (enthalpy - GAMMA * inside * swept + (GAMMA - 1.0) * heat) / volume
+    return rate, warmth * (rate / inside + swept / volume - (into - out) / mass)

@@ -1,0 +1,184 @@
+"""Run an experiment on a plant and record it as error-free sensors would."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from pamsim.core.errors import InputError, SimulationError
+from pamsim.core.experiment import Experiment
+from pamsim.core.recording import Outcome, Recording
+from pamsim.twins.plant.compiled import compiled_integrator
+from pamsim.twins.plant.rates import on_teeth
+from pamsim.twins.plant.read_rig import Numbers
+from pamsim.twins.plant.records import (
+    AIR_TEMPERATURE,
+    ANGLE,
+    JOINT_STATES,
+    LINE,
+    MUSCLE_STATES,
+    PLAYS,
+    PRESSURE,
+    RESERVOIR,
+    SECOND_LINE,
+    SPEED,
+    STRAIN,
+    FloatArray,
+    Record,
+    state_count,
+)
+
+STEP = 1.7e-4
+"""Longest step [s]; not a fraction of any step that the engine takes."""
+
+_BAR = 1e5
+"""Change of set point that a line's slew rate refers to [Pa]."""
+
+_FASTEST = 4.0
+"""Speed of the joint for which bristles are followed [rad/s]."""
+
+_CREEPS = tuple(f"creep_{k}" for k in range(5))
+
+
+@dataclass(frozen=True, kw_only=True)
+class Timing:
+    """What makes commands arrive late in a run.
+
+    Attributes:
+        delay: dead time of each change of command, drawn evenly between ``delay - spread`` and
+            ``delay + spread`` [s].
+        spread: [s].
+        seed: random seeds of the run's dead times.
+    """
+
+    delay: float = 0.0
+    spread: float = 0.0
+    seed: tuple[int, ...] = ()
+
+
+def run(
+    numbers: Numbers,
+    experiment: Experiment,
+    *,
+    rig: str,
+    muscles: tuple[str, ...],
+    timing: Timing | None = None,
+    step: float = STEP,
+) -> Recording:
+    """Run an experiment, from rest at its start pressures.
+
+    The plant first holds the start pressures by its regulator, its relaxing branches free, as a rig
+    that has long been at rest.
+
+    Args:
+        numbers: of the plant, for the experiment's load.
+        experiment: by pressures or valves.
+        rig: name for the recording.
+        muscles: their names.
+        timing: what delays commands in addition to the rig's own delay.
+        step: longest step of the integrator [s].
+
+    Raises:
+        InputError: for a command by pulses.
+        SimulationError: if a signal is not finite.
+    """
+    if experiment.command == "pulse":
+        raise InputError("the independent plant takes pressures and valve openings, not pulses")
+    count = len(numbers.muscles)
+    start = np.asarray(experiment.start_pressure, dtype=float)
+    states, plays = _at_zero(numbers, start)
+    integrate = compiled_integrator()
+    by_pressure = experiment.command == "pressure"
+    numbers = numbers.copy()
+    numbers.muscles["slew_scale"] = _BAR if by_pressure else 1.0
+    step = min(step, _bristle_step(numbers))
+    held = numbers.copy()
+    for name in _CREEPS:
+        held.muscles[name] = 0.0
+    settling = np.array([-experiment.settle, 0.0])
+    none = np.zeros((0, 3))
+    rows = np.zeros((2, 2 + 2 * count))
+    integrate(
+        held.joint, held.muscles, plays, states, settling, none, True, start.copy(), step, rows
+    )
+    before = start.copy() if by_pressure else np.zeros(count)
+    for i in range(count):
+        first = JOINT_STATES + i * MUSCLE_STATES
+        states[first + LINE] = states[first + SECOND_LINE] = before[i]
+        states[first + STRAIN : first + MUSCLE_STATES] = 0.0
+    samples = 1 + round(experiment.duration * experiment.sample_rate)
+    times = np.arange(samples) / experiment.sample_rate
+    rows = np.zeros((samples, 2 + 2 * count))
+    changes = _arrivals(experiment, before, numbers.muscles, timing or Timing())
+    integrate(
+        numbers.joint, numbers.muscles, plays, states, times, changes, by_pressure, before, step,
+        rows,
+    )  # fmt: skip
+    if not np.all(np.isfinite(rows)):
+        raise SimulationError(f"the independent plant of {rig} broke down")
+    return Recording(
+        time=times,
+        angle=rows[:, 0].copy(),
+        velocity=rows[:, 1].copy(),
+        pressure=rows[:, 2 : 2 + count] - numbers.muscles["atmosphere"],
+        tension=rows[:, 2 + count :].copy(),
+        command=experiment.command_at(times),
+        command_kind=experiment.command,
+        load=experiment.load,
+        muscles=muscles,
+        outcome=Outcome.COMPLETED,
+        message="ran to the end",
+        final_state=states,
+        meta={
+            "rig": rig,
+            "experiment": experiment.name,
+            "timestep_s": step,
+            "sample_hz": experiment.sample_rate,
+        },
+    )
+
+
+def _bristle_step(numbers: Numbers) -> float:
+    """Longest step in which no bristles slip further than the integrator follows stably [s]."""
+    j, m = numbers.joint[0], numbers.muscles
+    slips = [j.bristle_slip] if j.bristle > 0.0 else []
+    rubs = m.rub + m.rub_static + m.rub_share > 0.0
+    slips += (m.rub_travel[rubs] / np.abs(m.arm[rubs])).tolist()
+    return float(min(slips, default=math.inf)) / _FASTEST
+
+
+def _at_zero(numbers: Numbers, start: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """States and play operators at angle 0 and the start pressures, without memory."""
+    m: Record = numbers.muscles
+    states = np.zeros(state_count(len(m)))
+    states[ANGLE], states[SPEED] = 0.0, 0.0
+    states[RESERVOIR] = m[0].supply + m[0].atmosphere
+    plays = np.zeros((len(m), PLAYS))
+    for i, pressure in enumerate(start):
+        first = JOINT_STATES + i * MUSCLE_STATES
+        states[first + PRESSURE] = pressure + m[i].atmosphere
+        states[first + AIR_TEMPERATURE] = m[i].temperature
+        states[first + LINE] = states[first + SECOND_LINE] = pressure
+        plays[i] = 1.0 - (m[i].length_at_zero + on_teeth(m[i], 0.0)[0]) / m[i].nominal_length
+    return states, plays
+
+
+def _arrivals(
+    experiment: Experiment, before: FloatArray, muscles: Record, timing: Timing
+) -> FloatArray:
+    """Changes of command as they reach the valves: (k, 3) time [s], muscle, value."""
+    rng = np.random.default_rng([*timing.seed, 5])
+    found: list[tuple[float, float, float]] = []
+    times, values = experiment.command_time, experiment.command_value
+    for i, last in enumerate(before.tolist()):
+        latest = 0.0
+        for time, value in zip(times.tolist(), values[:, i].tolist(), strict=True):
+            if value != last:
+                late = muscles[i].delay + timing.delay + timing.spread * rng.uniform(-1.0, 1.0)
+                latest = max(time + late, latest)  # none overtakes another
+                found.append((latest, float(i), value))
+                last = value
+    found.sort()
+    return np.array(found).reshape(-1, 3)

@@ -1,0 +1,266 @@
+"""Laws and integrator of the independent plant against what is known of them in closed form."""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+from itertools import pairwise
+
+import numpy as np
+import pytest
+
+import pamsim
+from pamsim.comparison.protocols import PROTOCOLS
+from pamsim.core.errors import InputError
+from pamsim.twins.plant.air import GAMMA, R_AIR, isentropic, orifice, pressure_rate
+from pamsim.twins.plant.compiled import compiled_integrator
+from pamsim.twins.plant.inputs import INPUTS
+from pamsim.twins.plant.integrate import sampled
+from pamsim.twins.plant.joint import bristle_rate, free_torque
+from pamsim.twins.plant.muscle import ends, play_share, played, pull_per_pressure, reach_of, volume
+from pamsim.twins.plant.read_rig import _COPIED, read_rig
+from pamsim.twins.plant.records import (
+    AIR_TEMPERATURE,
+    ANGLE,
+    JOINT_STATES,
+    MUSCLE_STATES,
+    PLAYS,
+    RESERVOIR,
+    state_count,
+)
+from pamsim.twins.plant.run import run
+
+FIRST = (JOINT_STATES, JOINT_STATES + MUSCLE_STATES)
+"""Places of the two muscles' states."""
+
+
+@pytest.fixture(scope="module")
+def rig():
+    return pamsim.load_rig("mas20_arm")
+
+
+@pytest.fixture
+def arm(rig):
+    return read_rig(rig, 0.0)
+
+
+def charged(pressure):
+    """States of an arm with air in both muscles."""
+    states = np.zeros(state_count(2))
+    for first in FIRST:
+        states[first], states[first + AIR_TEMPERATURE] = pressure, 293.15
+    return states
+
+
+@pytest.fixture
+def pendulum(arm):
+    """A spring-loaded joint without muscles, weight and damping."""
+    arm.muscles.arm = 0.0
+    for name in ("weight_cos", "weight_sin", "damping"):
+        arm.joint[name] = 0.0
+    arm.joint.inertia, arm.joint.stiffness = 0.01, 5.0
+    return arm
+
+
+def moved(numbers, start, times, step=1.7e-4):
+    """Angles and speeds of a joint that is let go at an angle."""
+    states = charged(3e5)
+    states[ANGLE] = start
+    rows = np.zeros((len(times), 6))
+    compiled_integrator()(
+        numbers.joint, numbers.muscles, np.zeros((2, PLAYS)), states, times, np.zeros((0, 3)),
+        False, np.zeros(2), step, rows,
+    )  # fmt: skip
+    return rows[:, 0], rows[:, 1]
+
+
+def test_dry_friction_takes_the_same_from_every_swing_and_then_holds(pendulum):
+    pendulum.joint.dry = 0.2
+    angle, speed = moved(pendulum, 0.3, np.arange(0.0, 2.0, 1e-3))
+    turns = angle[1:-1][np.diff(angle)[:-1] * np.diff(angle)[1:] < 0.0]
+    lost = 2.0 * 0.2 / 5.0
+    np.testing.assert_allclose(np.abs(turns), 0.3 - lost * np.arange(1, 1 + len(turns)), atol=1e-4)
+    assert len(turns) == 3
+    assert np.all(speed[-1000:] == 0.0)
+    assert np.ptp(angle[-1000:]) == 0.0
+    assert abs(angle[-1]) == pytest.approx(4 * lost - 0.3, abs=1e-5)
+
+
+@pytest.mark.parametrize("share", [-0.99, 0.99, 1.1, -2.0])
+def test_a_joint_holds_any_torque_below_the_breakaway_torque_and_slides_above_it(pendulum, share):
+    pendulum.joint.stiffness = 0.0
+    pendulum.joint.dry, pendulum.joint.static, pendulum.joint.static_speed = 0.3, 0.2, 1e-6
+    pendulum.joint.torque = share * 0.5
+    times = np.arange(0.0, 1.0, 0.01)
+    angle, _ = moved(pendulum, 0.0, times)
+    if abs(share) < 1.0:
+        assert np.all(angle == 0.0)
+    else:
+        left = math.copysign(abs(share) * 0.5 - 0.3, share)
+        np.testing.assert_allclose(angle, 0.5 * left / 0.01 * times**2, rtol=0.01, atol=1e-5)
+
+
+def test_events_do_not_depend_on_the_step(pendulum):
+    pendulum.joint.dry, pendulum.joint.static, pendulum.joint.static_speed = 0.1, 0.1, 0.3
+    times = np.arange(0.0, 2.0, 0.01)
+    coarse, fine = (moved(pendulum, 0.4, times, step)[0] for step in (3e-4, 3e-5))
+    assert np.abs(coarse - fine).max() < 1e-6
+
+
+@pytest.mark.parametrize("speed", [0.02, -0.1, 0.7])
+def test_bristles_slide_at_the_level_of_their_stribeck_curve(pendulum, speed):
+    j = pendulum.joint[0]
+    j.stiffness, j.bristle, j.bristle_slip, j.bristle_power = 0.0, 0.2, 1e-3, 1.0
+    j.bristle_static, j.bristle_speed = 0.3, 0.1
+    z, dt = 0.0, 1e-5 / abs(speed)
+    for _ in range(4000):
+        z += bristle_rate(j, z, speed) * dt
+    level = 0.2 + 0.3 * math.exp(-((speed / 0.1) ** 2))
+    assert free_torque(j, 0.0, speed, z) == pytest.approx(-math.copysign(level, speed), rel=1e-3)
+
+
+@pytest.mark.parametrize("hidden", [{}, {"end_loss": 0.6, "end_onset": -0.02}, {"cone": 2.0}])
+def test_force_and_volume_do_the_same_work(arm, hidden):
+    m = arm.muscles[0]
+    m.cone_bend = 4e-3
+    for name, value in hidden.items():
+        m[name] = value
+    for length in (0.24, 0.25, 0.256):
+        kappa = 1.0 - length / m.nominal_length
+        by_length = (volume(m, length + 1e-6)[0] - volume(m, length - 1e-6)[0]) / 2e-6
+        work = -ends(m, kappa) * pull_per_pressure(m, kappa)
+        assert volume(m, length)[1] == pytest.approx(work, rel=1e-12)
+        assert by_length == pytest.approx(work, rel=2e-3)
+
+
+def test_play_operators_forget_a_cycle_that_returns_and_lose_energy_in_it(arm):
+    m = arm.muscles[0]
+    inner = np.random.default_rng(3).uniform(0.005, 0.02)
+    for even in (0.0, 1.0):
+        m.play_per_pressure, m.play_reach, m.play_even = 1e-4, 0.02, even
+
+        def followed(corners, plays):
+            work = 0.0
+            for start, end in pairwise(corners):
+                path, forces = np.linspace(start, end, 60), []
+                for kappa in path.tolist():
+                    for k in range(PLAYS):
+                        plays[k] = played(plays[k], kappa, reach_of(m, k))
+                    forces.append(play_share(m, plays, kappa))
+                work += np.trapezoid(forces, path)
+            return work
+
+        plays = np.zeros(PLAYS)
+        followed([0.0, 0.03, -0.01], plays)
+        before = plays.copy()
+        assert followed([-0.01, inner, -0.01], plays) > 1e-5
+        np.testing.assert_allclose(plays, before, atol=1e-15)
+
+
+@pytest.mark.parametrize("heat_time", [0.02, 0.3, 1e9])
+def test_air_keeps_mass_and_energy(arm, heat_time):
+    m = arm.muscles[0]
+    m.heat_time = heat_time
+    p, v, swept, t, into, out = 3.1e5, 9e-5, 2e-5, 288.0, 4e-4, 1e-4
+    rate, warming = pressure_rate(m, p, v, swept, t, into, out)
+    mass = p * v / (R_AIR * t)
+    assert mass * (rate / p + swept / v - warming / t) == pytest.approx(into - out)
+    cv, cp = R_AIR / (GAMMA - 1.0), GAMMA * R_AIR / (GAMMA - 1.0)
+    heat = mass * cv * (m.temperature - t) / heat_time
+    gained = (rate * v + p * swept) / (GAMMA - 1.0)
+    assert gained == pytest.approx(cp * (m.temperature * into - t * out) - p * swept + heat)
+
+
+def test_flows_are_odd_and_continuous(arm):
+    m = arm.muscles[0]
+    for nozzle in (0.0, 1.0):
+        m.nozzle = nozzle
+        assert orifice(m, 1e-9, 4e5, 3e5) == -orifice(m, 1e-9, 3e5, 4e5) > 0.0
+        assert orifice(m, 1e-9, 3e5, 3e5) == 0.0
+        flows = [orifice(m, 1e-9, 5e5, p) for p in np.linspace(1e5, 5e5, 2001).tolist()]
+        assert np.all(np.diff(flows) < 1e-12)
+        assert flows[0] == pytest.approx(1e-9 * 1.185 * 5e5)
+    assert isentropic(0.5283, 0.999) == pytest.approx(1.0, abs=1e-4)
+
+
+def test_a_shut_muscle_with_a_laminar_leak_empties_as_an_exponential(rig):
+    level = read_rig(rig.with_parameters({"body.rig.tilt": 0.0}), 0.0)
+    level.muscles.laminar_leak, level.muscles.polytropic = 4e-10, 1.0
+    idle = pamsim.Experiment(
+        command="valve",
+        command_time=np.zeros(1),
+        command_value=np.zeros((1, 2)),
+        start_pressure=np.array([2.5e5, 2.5e5]),
+        duration=2.0,
+        sample_rate=100.0,
+        settle=0.1,
+    )
+    found = run(level, idle, rig="x", muscles=("a", "b"))
+    assert np.ptp(found.angle) == 0.0
+    m = level.muscles[0]
+    rate = 4e-10 * R_AIR * m.temperature / volume(m, 0.25)[0]
+    held = found.pressure[0, 0] * np.exp(-rate * found.time)
+    np.testing.assert_allclose(found.pressure[:, 0], held, rtol=1e-6)
+    assert held[-1] < 0.7 * held[0]
+
+
+def test_compiled_and_interpreted_plants_are_one(arm):
+    joint = {
+        "dry": 0.2, "static": 0.1, "static_speed": 0.1, "carried": 1e-5, "bristle": 0.1,
+        "bristle_static": 0.1, "bristle_speed": 0.1, "bristle_slip": 1e-3, "bristle_power": 1.0,
+        "smooth_dry": 0.1, "smooth_speed": 0.1, "drag": 0.1, "drag_power": 2.0, "ripple": 0.1,
+        "stop_stiffness": 1.0, "backlash": 1e-4, "tooth_stiffness": 4e5, "reservoir": 1e-4,
+        "refill": 1e7,
+        "refill_square": 1e11, "cross": 1e-11,
+    }  # fmt: skip
+    muscle = {
+        "compliance": 1e-6, "hardening": 700.0, "creep_0": 100.0, "creep_1": 100.0,
+        "play_per_pressure": 1e-4, "play_reach": 0.01, "duhem_per_pressure": 1e-4,
+        "duhem_travel": 1e-2, "lost_pressure": 1e4, "lost_over": 1e5, "cubic": 100.0,
+        "cubic_at": 0.02, "cone": 1.0, "cone_bend": 1e-3, "ageing": 0.1, "ageing_time": 1.0,
+        "laminar_leak": 1e-12, "nozzle": 1.0, "heat_time": 0.3, "lag": 0.02, "second_lag": 0.01,
+        "rub": 5.0, "rub_static": 5.0, "rub_share": 0.01, "stuck_fills": 1.0,
+        "stuck_at": 0.5, "teeth": 1e-4, "braid_rub": 1e-4,
+        **{f"creep_time_{k}": 0.1 * (k + 1) for k in range(5)},
+    }  # fmt: skip
+    for name, value in joint.items():
+        arm.joint[name] = value
+    for name, value in muscle.items():
+        arm.muscles[name] = value
+    times, arrivals = np.array([0.0, 4e-3, 8e-3]), np.array([[0.0, 0.0, 4e5], [5e-3, 1.0, 1e5]])
+    results = []
+    for integrate in (compiled_integrator(), lambda j, *rest: sampled(j[0], *rest)):
+        states, rows, plays = charged(3.5e5), np.zeros((3, 6)), np.zeros((2, PLAYS))
+        states[ANGLE], states[RESERVOIR] = 0.2, 7e5
+        held = np.full(2, 2.5e5)
+        integrate(arm.joint, arm.muscles, plays, states, times, arrivals, True, held, 5e-4, rows)
+        results.append((rows, states, plays))
+    for one, other in zip(*results, strict=True):
+        assert np.all(np.isfinite(one))
+        np.testing.assert_allclose(one, other, rtol=1e-9, atol=1e-12)
+
+
+@pytest.mark.parametrize("name", INPUTS)
+def test_inputs_are_of_the_plant_alone_within_range_and_repeatable(arm, name):
+    assert name not in PROTOCOLS
+    one, same, other = (INPUTS[name].experiment(arm, seed, 5.0) for seed in (1, 1, 2))
+    assert np.array_equal(one.command_value, same.command_value)
+    assert not np.array_equal(one.command_value, other.command_value)
+    high = 0.9 * 6e5 if one.command == "pressure" else 1.0
+    assert np.abs(one.command_value).max() <= high
+    assert INPUTS[name].experiment(arm, 1, 5.0, loads=False).load == 0.0
+
+
+def test_a_rig_or_command_that_the_plant_cannot_have_is_refused(rig, arm, monkeypatch):
+    monkeypatch.delitem(_COPIED, "threshold")
+    assert read_rig(rig, 0.0)
+    with pytest.raises(InputError, match=r"muscle_2: the independent plant has no threshold.press"):
+        read_rig(rig.with_parameters({"muscle_2:threshold.pressure": 1e4}), 0.0)
+    with pytest.raises(InputError, match="one backlash for all muscles"):
+        read_rig(rig.with_parameters({"muscle_1:chain.backlash": 1e-3}), 0.0)
+    two = {"valve.supply_resistance": 1e8, "muscle_2:valve.supply_line": 1.0}
+    with pytest.raises(InputError, match="one supply for all muscles"):
+        read_rig(rig.with_parameters(two), 0.0)
+    pulses = INPUTS["pulses"].experiment(arm, 1, 1.0)
+    with pytest.raises(InputError, match="not pulses"):
+        run(arm, dataclasses.replace(pulses, command="pulse"), rig="x", muscles=("a", "b"))
