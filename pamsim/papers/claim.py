@@ -27,6 +27,8 @@ else. They must lie in the accepted intervals, for which there is one rule:
                         carried through searches and simulations, where it would decide nothing)
     a printed interval  the interval, wider in the same way
     an equation         both sides agree to `AGREES` of their size
+    rows that scatter   a law describes them if it misses them by no more than their scatter, that
+                        is what a fitted law without the physics in question leaves
     words               their direction: greater, less, falling, rising; no word of degree is judged
 
 Where a recomputed number scatters, with a printed interval or with the rows it was fitted to, all

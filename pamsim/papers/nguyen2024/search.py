@@ -75,14 +75,13 @@ def _converged() -> Recomputed:
         )
         for seed in _SEEDS
     ]
-    ends = [run.value for run in runs]
+    runs.sort(key=lambda run: run.value)
     rounded = propagated(lambda *values: cost(np.array(values)), *printed_element())
     return Recomputed(
-        float(np.median(ends)),
-        high=rounded.half_unit,
-        seeds=len(ends),
-        least=min(ends),
-        most=max(ends),
+        runs[len(runs) // 2].x.tolist(),
+        seeds=len(runs),
+        least=runs[0].value,
+        most=runs[-1].value,
         least_order=min(run.x[0] for run in runs),
         most_order=max(run.x[0] for run in runs),
         rounding=rounded.half_unit,

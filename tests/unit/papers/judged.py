@@ -98,6 +98,7 @@ def holding(claim):
 def assert_every_claim_can_fail(paper):
     """Put wrong numbers in: the recomputed ones in turn, then the printed ones."""
     for id, claim in judged(paper).claims.items():
+        assert all([claim.because, claim.place, claim.statement]), id
         assert "{" not in claim.reason + claim.because, id
         row, result = judged(paper).sources[id]
         failing = room._OTHERWISE[row.get("otherwise")]
