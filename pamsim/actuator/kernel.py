@@ -24,7 +24,7 @@ from pamsim.actuator.layout import (
     Row,
     slot,
 )
-from pamsim.hysteresis.catalog import chosen_output, chosen_rates
+from pamsim.hysteresis.catalog import chosen_energy, chosen_output, chosen_rates
 from pamsim.hysteresis.group import COMMON_FIELDS
 from pamsim.muscles.braid import braid_friction, pressurised_contraction, volume
 from pamsim.muscles.catalog import chosen_force, chosen_volume, volume_depends_on_pressure
@@ -190,6 +190,37 @@ def _gained_with_ends(par: Row, pressure: float, contraction: float, gained: flo
     return force_left(contraction, loss, onset) * gained - lost
 
 
+def hysteresis_volume(par: Row, act: Row, contraction: float) -> float:
+    """Volume that the energy in the hysteresis takes [m^3]: minus its derivative by pressure.
+
+    Without it a loop that is wider at a higher pressure could be loaded at a low one and unloaded
+    at a high one, and give energy in every cycle. See `pamsim.hysteresis.group`.
+
+    Args:
+        par: parameter row.
+        act: states.
+        contraction: kappa [-].
+    """
+    per_pressure = par[_HYSTERESIS + 1]
+    if par[_HYSTERESIS_LAW] == 0.0 or per_pressure == 0.0:
+        return 0.0
+    held = chosen_energy(par[_HYSTERESIS_LAW], par, _HYSTERESIS_OWN, act, contraction)
+    return -per_pressure * par[_NOMINAL_LENGTH] * held
+
+
+def chamber_volume(par: Row, act: Row, tendon_length: float, pressure: float) -> float:
+    """Volume of the air [m^3], hysteresis included.
+
+    Args:
+        par: parameter row.
+        act: states.
+        tendon_length: at the muscle [m].
+        pressure: gauge pressure [Pa], see `static_volume`.
+    """
+    kappa = contraction(par, tendon_length)
+    return static_volume(par, tendon_length, pressure) + hysteresis_volume(par, act, kappa)
+
+
 def chamber_pressure(par: Row, act: Row, tendon_length: float) -> float:
     """Absolute pressure in the chamber [Pa].
 
@@ -199,16 +230,16 @@ def chamber_pressure(par: Row, act: Row, tendon_length: float) -> float:
     """
     air = act[len(act) - AIR]
     length = length_at_muscle(par, act, tendon_length)
-    inside = static_volume(par, length, _TYPICAL_PRESSURE)
+    inside = chamber_volume(par, act, length, _TYPICAL_PRESSURE)
     if not (air > 0.0 and inside > 0.0):
         return math.nan
     pressure = absolute_pressure(air, inside, par[_POLYTROPIC], par[_FLOOR])
     if volume_depends_on_pressure(par[_FORCE_LAW]):
-        return _consistent_pressure(par, length, air, pressure)
+        return _consistent_pressure(par, act, length, pressure)
     return pressure
 
 
-def _consistent_pressure(par: Row, length: float, air: float, guess: float) -> float:
+def _consistent_pressure(par: Row, act: Row, length: float, guess: float) -> float:
     """Absolute pressure at which air and a volume that depends on it agree [Pa].
 
     By secants, kept between pressures that are too low and too high: a volume that grows or hardly
@@ -216,17 +247,17 @@ def _consistent_pressure(par: Row, length: float, air: float, guess: float) -> f
 
     Args:
         par: parameter row.
+        act: states.
         length: of the tendon at the muscle [m].
-        air: air state y.
         guess: where to start [Pa].
     """
     low, high = par[_FLOOR], math.inf
     before, miss_before, pressure = guess, math.nan, guess
     for _ in range(100):
-        inside = static_volume(par, length, pressure - par[_ATMOSPHERE])
+        inside = chamber_volume(par, act, length, pressure - par[_ATMOSPHERE])
         if not inside > 0.0:
             return math.nan
-        wanted = absolute_pressure(air, inside, par[_POLYTROPIC], par[_FLOOR])
+        wanted = absolute_pressure(act[len(act) - AIR], inside, par[_POLYTROPIC], par[_FLOOR])
         miss = wanted - pressure
         if miss > 0.0:
             low = pressure
@@ -538,7 +569,7 @@ def state_rates(
     rates[count - AIR] = air_state_rate(
         act[count - AIR],
         pressure_abs,
-        static_volume(par, length, pressure_abs - par[_ATMOSPHERE]),
+        chamber_volume(par, act, length, pressure_abs - par[_ATMOSPHERE]),
         par[_TEMPERATURE],
         air_flow(par, pressure_abs, at_valve, time, sag),
     )

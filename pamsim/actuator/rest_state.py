@@ -2,7 +2,12 @@
 
 from __future__ import annotations
 
-from pamsim.actuator.kernel import chain_length, contraction, length_at_muscle, static_volume
+from pamsim.actuator.kernel import (
+    chain_length,
+    chamber_volume,
+    contraction,
+    length_at_muscle,
+)
 from pamsim.actuator.layout import AIR, CREEP, LINE, MutableRow, Row, slot
 from pamsim.pneumatics.chamber import air_state
 
@@ -11,9 +16,16 @@ _POLYTROPIC = slot("chamber.polytropic_index")
 _ATMOSPHERE = slot("chamber.atmosphere")
 
 
-def charged_air_state(par: Row, tendon_length: float, pressure: float) -> float:
-    """Air state y that gives a gauge pressure [Pa] at a tendon length [m]."""
-    inside = static_volume(par, tendon_length, pressure)
+def charged_air_state(par: Row, act: Row, tendon_length: float, pressure: float) -> float:
+    """Air state y that gives a gauge pressure.
+
+    Args:
+        par: (SIZE,) parameter row.
+        act: states, of which the hysteresis operator's count.
+        tendon_length: at the muscle [m].
+        pressure: gauge [Pa].
+    """
+    inside = chamber_volume(par, act, tendon_length, pressure)
     return air_state(pressure + par[_ATMOSPHERE], inside, par[_POLYTROPIC])
 
 
@@ -29,7 +41,8 @@ def rest(par: Row, act: MutableRow, tendon_length: float, pressure: float) -> No
     """
     for i in range(len(act)):
         act[i] = 0.0
-    act[len(act) - AIR] = charged_air_state(par, chain_length(par, tendon_length), pressure)
+    length = chain_length(par, tendon_length)
+    act[len(act) - AIR] = charged_air_state(par, act, length, pressure)
     quieten(par, act, tendon_length, pressure)
 
 

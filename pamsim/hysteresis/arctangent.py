@@ -96,6 +96,22 @@ def half_width(par: Row, first: int, t: float) -> float:
     return 0.5 * (branch_shape(t, par[first + 5], par[first + 6]) - rising)
 
 
+def branch_integral(t: float, steepness: float, middle: float) -> float:
+    """Integral of `branch_shape` from 0 to t, a pure number."""
+    low, high = -steepness * middle, steepness * (1.0 - middle)
+    here = steepness * (t - middle)
+    start, end = math.atan(low), math.atan(high)
+    under = here * math.atan(here) - low * start
+    under -= 0.5 * math.log((1.0 + here * here) / (1.0 + low * low))
+    return (under / steepness - start * t) / (end - start)
+
+
+def half_width_integral(par: Row, first: int, t: float) -> float:
+    """Integral of `half_width` from 0 to t, a pure number."""
+    rising = branch_integral(t, par[first + 3], par[first + 4])
+    return 0.5 * (branch_integral(t, par[first + 5], par[first + 6]) - rising)
+
+
 def distance_to_middle(par: Row, first: int, act: Row, t: float, kept: int, added: int) -> float:
     """Distance of the output below the middle of the major loop at t, a pure number.
 
@@ -177,3 +193,35 @@ def arctangent_rates(
     # Within SMALLEST_MOVE the last input stays, so that a slow reversal adds up until it is seen.
     moved = abs(t - act[0]) > SMALLEST_MOVE
     rates[0] = (t - act[0]) / timestep if moved else 0.0
+
+
+def arctangent_energy(par: Row, first: int, act: Row, x: float) -> float:
+    """Energy that the operator holds [contraction]; the arguments are those of `arctangent_output`.
+
+    A loop of a share s of the span costs 2 s^2 times the integral of the half width. That is lost
+    on its rising branch, in proportion to the square of the way since the turn; falling branches
+    lose nothing. So what is held goes on without a jump where a loop closes.
+    """
+    if math.isnan(x):
+        return x
+    t = span_fraction(par, first, x)
+    kept, added = kept_and_added(int(par[first]), act, t)
+    widest = half_width(par, first, 0.5 * (par[first + 4] + par[first + 6]))
+    if widest == 0.0:
+        return 0.0
+    low = 0.0
+    high = 1.0
+    held = half_width_integral(par, first, t)
+    for k in range(kept + added):
+        turn = act[1 + k] if k < kept else act[0]
+        if k % 2 == 0:
+            high = turn
+            side = -2.0
+        else:
+            low = turn
+            side = 2.0
+        size = high - low
+        held += side * size * size * half_width_integral(par, first, (t - low) / size)
+    if (kept + added) % 2 == 0:
+        held -= 2.0 * (t - low) * (t - low) * half_width_integral(par, first, 1.0)
+    return (par[first + 2] - par[first + 1]) * held / widest

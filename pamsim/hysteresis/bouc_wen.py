@@ -84,3 +84,11 @@ def bouc_wen_rates(
         timestep: not used: the rate is that of the equation.
     """
     rates[0] = bouc_wen_rate(act[0], x_rate, par[first], par[first + 1], par[first + 2])
+
+
+def bouc_wen_energy(par: Row, first: int, act: Row, x: float) -> float:
+    """Energy that the operator holds, D z^2 / 2 [contraction]; arguments as `bouc_wen_output`.
+
+    Unloading gives back at most this much: with sigma >= 1/2 the rest of z dx is never negative.
+    """
+    return 0.5 * par[first] * act[0] * act[0]

@@ -8,26 +8,39 @@ from dataclasses import dataclass
 from types import MappingProxyType
 from typing import Protocol
 
-from pamsim.hysteresis.arctangent import Arctangent, arctangent_output, arctangent_rates
-from pamsim.hysteresis.bouc_wen import BoucWen, bouc_wen_output, bouc_wen_rates
+from pamsim.hysteresis.arctangent import (
+    Arctangent,
+    arctangent_energy,
+    arctangent_output,
+    arctangent_rates,
+)
+from pamsim.hysteresis.bouc_wen import BoucWen, bouc_wen_energy, bouc_wen_output, bouc_wen_rates
 from pamsim.hysteresis.fractional_maxwell import (
     FractionalMaxwell,
+    fractional_maxwell_energy,
     fractional_maxwell_output,
     fractional_maxwell_rates,
 )
 from pamsim.hysteresis.group import Hysteresis, MutableRow, Row
-from pamsim.hysteresis.maxwell_slip import MaxwellSlip, maxwell_slip_output, maxwell_slip_rates
+from pamsim.hysteresis.maxwell_slip import (
+    MaxwellSlip,
+    maxwell_slip_energy,
+    maxwell_slip_output,
+    maxwell_slip_rates,
+)
 from pamsim.hysteresis.pleated_factor import (
     PleatedFactor,
+    pleated_factor_energy,
     pleated_factor_output,
     pleated_factor_rates,
 )
 from pamsim.hysteresis.prandtl_ishlinskii import (
     PrandtlIshlinskii,
+    prandtl_ishlinskii_energy,
     prandtl_ishlinskii_output,
     prandtl_ishlinskii_rates,
 )
-from pamsim.hysteresis.preisach import Preisach, preisach_output, preisach_rates
+from pamsim.hysteresis.preisach import Preisach, preisach_energy, preisach_output, preisach_rates
 
 
 class Output(Protocol):
@@ -66,6 +79,8 @@ class Operator:
         source: paper and equation, or standard literature.
         group: its parameters.
         output: see `Output`.
+        energy: integral of w dx that the memory still holds [contraction], arguments as `Output`:
+            along any path w dx is never less than what it gains.
         rates: see `Rates`.
         rate_independent: whether only the path of the input counts, not its speed.
         odd: whether the mirrored input, about the middle of the span where the group has one, gives
@@ -79,6 +94,7 @@ class Operator:
     source: str
     group: type[Hysteresis]
     output: Output
+    energy: Output
     rates: Rates
     rate_independent: bool
     odd: bool
@@ -93,6 +109,7 @@ _ALL = (
         source="Ikhouane and Rodellar 2007, normalised form",
         group=BoucWen,
         output=bouc_wen_output,
+        energy=bouc_wen_energy,
         rates=bouc_wen_rates,
         rate_independent=True,
         odd=True,
@@ -107,6 +124,7 @@ _ALL = (
         source="Iwan 1966; Vo-Minh et al. 2011 for pneumatic muscles",
         group=MaxwellSlip,
         output=maxwell_slip_output,
+        energy=maxwell_slip_energy,
         rates=maxwell_slip_rates,
         rate_independent=True,
         odd=True,
@@ -119,6 +137,7 @@ _ALL = (
         source="Krejci and Kuhnen 2001; Kuhnen 2003",
         group=PrandtlIshlinskii,
         output=prandtl_ishlinskii_output,
+        energy=prandtl_ishlinskii_energy,
         rates=prandtl_ishlinskii_rates,
         rate_independent=True,
         odd=True,
@@ -131,6 +150,7 @@ _ALL = (
         source="Van Damme 2008, (5); Mayergoyz 2003",
         group=Preisach,
         output=preisach_output,
+        energy=preisach_energy,
         rates=preisach_rates,
         rate_independent=True,
         odd=True,
@@ -143,6 +163,7 @@ _ALL = (
         source="Van Damme 2008, (5) to (7)",
         group=PleatedFactor,
         output=pleated_factor_output,
+        energy=pleated_factor_energy,
         rates=pleated_factor_rates,
         rate_independent=True,
         odd=True,
@@ -155,6 +176,7 @@ _ALL = (
         source="Alraouf 2025, (1) to (4); partial loops by Madelung's rules",
         group=Arctangent,
         output=arctangent_output,
+        energy=arctangent_energy,
         rates=arctangent_rates,
         rate_independent=True,
         odd=False,
@@ -169,6 +191,7 @@ _ALL = (
         source="Nguyen 2024, (8) and (9); Gorenflo and Mainardi 1997",
         group=FractionalMaxwell,
         output=fractional_maxwell_output,
+        energy=fractional_maxwell_energy,
         rates=fractional_maxwell_rates,
         rate_independent=False,
         odd=True,
@@ -215,6 +238,28 @@ def chosen_output(law: float, par: Row, first: int, act: Row, x: float) -> float
         return arctangent_output(par, first, act, x)
     if law == _FRACTIONAL:
         return fractional_maxwell_output(par, first, act, x)
+    return math.nan
+
+
+def chosen_energy(law: float, par: Row, first: int, act: Row, x: float) -> float:
+    """Energy that the operator with a code holds [contraction]; NaN for a code that no one has.
+
+    The arguments are those of `chosen_output`.
+    """
+    if law == _BOUC_WEN:
+        return bouc_wen_energy(par, first, act, x)
+    if law == _MAXWELL_SLIP:
+        return maxwell_slip_energy(par, first, act, x)
+    if law == _PRANDTL:
+        return prandtl_ishlinskii_energy(par, first, act, x)
+    if law == _PREISACH:
+        return preisach_energy(par, first, act, x)
+    if law == _PLEATED:
+        return pleated_factor_energy(par, first, act, x)
+    if law == _ARCTANGENT:
+        return arctangent_energy(par, first, act, x)
+    if law == _FRACTIONAL:
+        return fractional_maxwell_energy(par, first, act, x)
     return math.nan
 
 

@@ -159,3 +159,12 @@ def fractional_maxwell_rates(
         gone = -math.expm1(-rate * timestep)
         step = gone * (x - act[k]) + x_rate * (timestep - gone / rate)
         rates[k] = step / timestep
+
+
+def fractional_maxwell_energy(par: Row, first: int, act: Row, x: float) -> float:
+    """Energy in the branches' springs [contraction]; arguments as `fractional_maxwell_output`."""
+    total = 0.0
+    for k in range(int(par[first])):
+        stretch = x - act[k]
+        total += 0.5 * branch_weight(par, first, k) * stretch * stretch
+    return total / par[first + 3]

@@ -6,12 +6,19 @@ F = F_static - (force + force_per_pressure p + force_share F_static) w, so with 
 positive a cycle costs energy and never yields any. Models that lag (Preisach, arctangent) are
 reversed in their own files.
 
-Two functions per operator run inside the engine. ``par[first:]`` holds the operator's own fields,
+The pressure works on the volume, so a width that grows with pressure must show in it: a spring that
+is loaded at low pressure and unloaded at high pressure would give energy. What the memory holds,
+(force + force_per_pressure p) l0 psi with psi the operator's energy, belongs to the muscle's energy
+G(l, p), and the volume has the part -dG/dp = -force_per_pressure l0 psi. No cycle of length and
+pressure then yields energy. A force_share has no such part.
+
+Three functions per operator run inside the engine. ``par[first:]`` holds the operator's own fields,
 those after the three common ones, in declared order; ``act[0:state_count]`` is the whole memory,
 and zeros are a valid start:
 
 - ``<op>_output(par, first, act, x)``: w at input x, the memory brought up to date with x but not
   written;
+- ``<op>_energy(par, first, act, x)``: psi, the part of the integral of w dx that is held there;
 - ``<op>_rates(par, first, act, rates, x, x_rate, timestep)``: what one explicit Euler step of
   ``timestep`` must add per second for the memory to be brought up to date with x.
 """

@@ -79,3 +79,20 @@ def maxwell_slip_rates(
     limit = par[first + 1] / elements
     for k in range(elements):
         rates[k] = (play(x, act[k], limit * (k + 1)) - act[k]) / timestep
+
+
+def maxwell_slip_energy(par: Row, first: int, act: Row, x: float) -> float:
+    """Energy in the springs [contraction]; the arguments are those of `maxwell_slip_output`."""
+    elements = int(par[first])
+    limit = par[first + 1] / elements
+    decay = par[first + 2]
+    share = 1.0
+    shares = 0.0
+    total = 0.0
+    for k in range(elements):
+        slip = limit * (k + 1)
+        stretch = x - play(x, act[k], slip)
+        total += 0.5 * share * stretch * stretch / slip
+        shares += share
+        share *= decay
+    return total / shares

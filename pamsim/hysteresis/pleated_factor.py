@@ -17,6 +17,7 @@ from typing import ClassVar
 from pamsim.hysteresis.group import MutableRow, Row
 from pamsim.hysteresis.preisach import (
     Preisach,
+    held_by_relays,
     levels_reached,
     preisach_rates,
     scaled_input,
@@ -50,7 +51,7 @@ def pleated_factor_output(par: Row, first: int, act: Row, x: float) -> float:
         return x
     levels = int(par[first])
     u = scaled_input(par, first, x)
-    output, _, _, slope = staircase_sums(
+    output, _, _, slope, _, _ = staircase_sums(
         levels, par[first + 3], par[first + 4], act, levels_reached(levels, u)
     )
     return slope * min(max(u, -1.0), 1.0) - output
@@ -61,3 +62,21 @@ def pleated_factor_rates(
 ) -> None:
     """Write the rates [1/s] of the counts as `preisach_rates` does, whose arguments it takes."""
     preisach_rates(par, first, act, rates, x, x_rate, timestep)
+
+
+def pleated_factor_energy(par: Row, first: int, act: Row, x: float) -> float:
+    """Energy that the operator holds [contraction]; arguments as `pleated_factor_output`.
+
+    It is that of the relays and of what does not depend on the path, the distance of the straight
+    line from the middle of the major loop.
+    """
+    if math.isnan(x):
+        return x
+    levels = int(par[first])
+    c, d = par[first + 3], par[first + 4]
+    u = scaled_input(par, first, x)
+    reached = levels_reached(levels, u)
+    _, middle, _, slope, below, total = staircase_sums(levels, c, d, act, reached)
+    held = held_by_relays(levels, c, d, act, reached, u) / total
+    line = abs(u) - 0.5 if abs(u) > 1.0 else 0.5 * u * u
+    return 0.5 * (par[first + 2] - par[first + 1]) * (slope * line - (u * middle - below) + held)

@@ -196,3 +196,28 @@ def prandtl_ishlinskii_rates(
         rates[k] = (play(y, act[k], threshold) - act[k]) / timestep
         slope += weight
         weight *= par[first + 2]
+
+
+def prandtl_ishlinskii_energy(par: Row, first: int, act: Row, x: float) -> float:
+    """Energy that the operator holds [contraction]; arguments as `prandtl_ishlinskii_output`.
+
+    With plays y - stop, the inverse is a spring of unit stiffness and stops with positive weights:
+    each holds half its stiffness times its stretch squared.
+    """
+    elements = int(par[first])
+    scale = input_scale(par, first)
+    y = x * scale
+    weight = first_weight(par, first)
+    slope = par[first + 3]
+    total = y * y
+    threshold = 0.0
+    before = 0.0
+    for k in range(elements):
+        limit = (k + 0.5) / elements
+        threshold += slope * (limit - before)
+        before = limit
+        stretch = y - play(y, act[k], threshold)
+        total += weight / (slope * (slope + weight)) * stretch * stretch
+        slope += weight
+        weight *= par[first + 2]
+    return 0.5 * total / scale

@@ -87,7 +87,7 @@ def updated_count(levels: int, i: int, act: Row, reached: int) -> float:
 
 def staircase_sums(
     levels: int, c: float, d: float, act: Row, reached: int
-) -> tuple[float, float, float, float]:
+) -> tuple[float, float, float, float, float, float]:
     """Output of the relays and of their major loop, in one pass over the rows.
 
     Rows are visited from the highest alpha down, so that every sum over beta that a row needs
@@ -103,7 +103,8 @@ def staircase_sums(
 
     Returns:
         W in [-1, 1]; the middle of the major loop at this input; the half width of the major loop
-        in its centre; the slope of the straight line fitted to the major loop.
+        in its centre; the slope of the straight line fitted to the major loop; how far the integral
+        of the middle over the input u lies below u times the middle; the weight of all relays.
     """
     # Sums over j of the weight's factor of beta below some column: *_minus with the form that holds
     # for alpha + beta <= 0, *_plus with the other. By the weight's symmetry the factor of beta at
@@ -122,6 +123,7 @@ def staircase_sums(
     up = 0.0
     total = 0.0
     moment = 0.0
+    below = 0.0
     rising = 0.0
     falling = 0.0
     central = 0.0
@@ -166,8 +168,10 @@ def staircase_sums(
         moment += row * (1.0 - t * t)
         if i < reached:
             rising += row
+            below += row * t
         if i < levels - reached:
             falling += row
+            below += row * t
         if 2 * i + 1 < levels:
             central += 2.0 * row
         elif 2 * i + 1 == levels:
@@ -177,6 +181,8 @@ def staircase_sums(
         (rising - falling) / total,
         1.0 - central / total,
         1.5 * moment / total,
+        below / total,
+        total,
     )
 
 
@@ -203,7 +209,7 @@ def preisach_output(par: Row, first: int, act: Row, x: float) -> float:
         return x
     levels = int(par[first])
     reached = levels_reached(levels, scaled_input(par, first, x))
-    output, middle, half_width, _ = staircase_sums(
+    output, middle, half_width, _, _, _ = staircase_sums(
         levels, par[first + 3], par[first + 4], act, reached
     )
     return (middle - output) / half_width
@@ -228,3 +234,48 @@ def preisach_rates(
     for i in range(levels):
         count = x if math.isnan(x) else updated_count(levels, i, act, reached)
         rates[i] = (count - virgin_count(levels, i) - act[i]) / timestep
+
+
+def held_by_relays(levels: int, c: float, d: float, act: Row, reached: int, u: float) -> float:
+    """Energy that the relays hold, times their total weight [-].
+
+    Between its thresholds, beta < u < alpha, a relay is half a step off its middle, down or up: it
+    has taken up u - beta since it went down, or alpha - u since it went up, and gives it back on
+    the way there. The rest, alpha - beta in all, is lost as it switches.
+
+    Args:
+        levels: n.
+        c: of weight (5).
+        d: of weight (5).
+        act: counts of relays that are up, less those of the virgin state.
+        reached: levels that the input has reached, see `levels_reached`.
+        u: input [-].
+    """
+    total = 0.0
+    for i in range(reached, levels):
+        alpha = (2.0 * i + 1.0) / levels - 1.0
+        count = updated_count(levels, i, act, reached)
+        upper = upper_factor(alpha, c, d)
+        lower = lower_factor(-alpha, c, d)
+        for j in range(reached):
+            beta = (2.0 * j + 1.0) / levels - 1.0
+            if i + j >= levels - 1:
+                weight = upper * lower_factor(beta, c, d)
+            else:
+                weight = lower * upper_factor(-beta, c, d)
+            up = min(max(count - j, 0.0), 1.0)
+            total += weight * (up * (alpha - u) + (1.0 - up) * (u - beta))
+    return total
+
+
+def preisach_energy(par: Row, first: int, act: Row, x: float) -> float:
+    """Energy that the relays hold [contraction]; the arguments are those of `preisach_output`."""
+    if math.isnan(x):
+        return x
+    levels = int(par[first])
+    c, d = par[first + 3], par[first + 4]
+    u = scaled_input(par, first, x)
+    reached = levels_reached(levels, u)
+    _, _, half_width, _, _, total = staircase_sums(levels, c, d, act, reached)
+    held = held_by_relays(levels, c, d, act, reached, u) / total
+    return 0.5 * (par[first + 2] - par[first + 1]) * held / half_width

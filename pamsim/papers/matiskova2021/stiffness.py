@@ -65,7 +65,7 @@ def _parts(pressure: float) -> Stiffness:
 def _shut_stiffness(pressure: float) -> float:
     """The same by turning the arm with both chambers shut [N m/rad]."""
     muscle, radius, h = row(ideal_muscle()), sprocket_radius(), 1e-4
-    air = [charged_air_state(muscle, 0.0, pressure)]
+    air = [charged_air_state(muscle, [], 0.0, pressure)]
 
     def torque(angle: float) -> float:
         ways = -radius * angle, radius * angle

@@ -145,4 +145,4 @@ def charged(
         memory[0] = z
     states = [*memory, SAGGED, RUBBED, carried, RELAXED, SHIFT, EXTENSION, 0.0]
     length = length_at_muscle(row, states, tendon)
-    return [*states[:-1], float(charged_air_state(row, length, pressure))]
+    return [*states[:-1], float(charged_air_state(row, states, length, pressure))]

@@ -65,7 +65,7 @@ def row(muscle: Muscle) -> list[float]:
 
 def shut(par: list[float], length: float, pressure: float) -> list[float]:
     """States of a muscle on a rigid chain that is shut at a gauge pressure [Pa]."""
-    return [0.0, charged_air_state(par, length, pressure)]
+    return [0.0, charged_air_state(par, [], length, pressure)]
 
 
 def shut_slope(par: list[float], length: float, pressure: float) -> float:

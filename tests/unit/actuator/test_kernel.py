@@ -145,7 +145,7 @@ def test_rates_are_the_laws_put_together(loop, command):
         row = pack(muscle).tolist()
         p_abs = kernel.chamber_pressure(row, act, tendon)
         at_muscle = kernel.length_at_muscle(row, act, tendon)
-        room = kernel.static_volume(row, at_muscle, p_abs - chamber.atmosphere)
+        room = kernel.chamber_volume(row, act, at_muscle, p_abs - chamber.atmosphere)
         opening = {
             "valve": clamped_opening(target),
             "pulse": pulsed_opening(target, TIME, valve.pulse_period),

@@ -37,7 +37,7 @@ def test_small_errors_decay_with_the_stated_time_constant(dead_zone):
         return rates
 
     kept = dead_zone * valve.regulator_band
-    start = rest_state.charged_air_state(row, 0.0, target - kept - 1e3)
+    start = rest_state.charged_air_state(row, [], 0.0, target - kept - 1e3)
     stated = regulator_time_constant(muscle)
     found = solve_ivp(rate, (0.0, stated), [0.0, 0.0, 0.0, 0.0, start], rtol=1e-9, atol=1e-9)
     left = target - kept - kernel.gauge_pressure(row, found.y[:, -1].tolist(), 0.0)

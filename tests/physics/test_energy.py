@@ -1,0 +1,245 @@
+"""No muscle gives more work over a closed cycle of length and pressure than its air does.
+
+Whatever the law, the operator and the cycle, the air's work, the integral of p dV, is at least the
+muscle's, the integral of -F dl: the difference is what hysteresis loses. A cycle that comes out
+negative would be a machine that makes energy.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import functools
+from dataclasses import dataclass
+
+import mujoco
+import numpy as np
+import pytest
+
+import pamsim
+from pamsim.actuator import kernel
+from pamsim.actuator.chain import Chain
+from pamsim.actuator.layout import pack
+from pamsim.actuator.muscle import Muscle
+from pamsim.hysteresis.arctangent import Arctangent
+from pamsim.hysteresis.bouc_wen import BoucWen
+from pamsim.hysteresis.catalog import OPERATORS
+from pamsim.hysteresis.fractional_maxwell import FractionalMaxwell
+from pamsim.hysteresis.group import Hysteresis
+from pamsim.hysteresis.maxwell_slip import MaxwellSlip
+from pamsim.hysteresis.pleated_factor import PleatedFactor
+from pamsim.hysteresis.prandtl_ishlinskii import PrandtlIshlinskii
+from pamsim.hysteresis.preisach import Preisach
+from pamsim.muscles.braid import Braid
+from pamsim.muscles.creep import Creep
+from pamsim.muscles.end_shape import EndShape
+from pamsim.muscles.tension import Threshold
+from tests.unit.actuator.muscles import FORCES, make
+
+POINTS, FIGURES = 240, range(10)
+GRID = ("preisach", "pleated_factor")
+"""Operators whose output goes in steps."""
+PER_PRESSURE = 1.5e-4
+"""Width of the loops [N/Pa]: 60 N of half width at 4 bar, and none without pressure."""
+BRAID = Braid(nominal_length=0.25, diameter=0.02, fibre_angle=0.5)
+LOOPS: dict[str, Hysteresis] = {
+    group.law: group
+    for group in (
+        BoucWen(yield_contraction=0.01, sigma=0.5, sharpness=1.0),
+        MaxwellSlip(elements=4, full_slip=0.04, decay=0.7),
+        PrandtlIshlinskii(elements=4, span=0.06, decay=1.4, linear_share=0.3),
+        Preisach(levels=6, low_contraction=0.0, high_contraction=0.2, c=-0.4, d=0.2),
+        PleatedFactor(levels=6, low_contraction=0.0, high_contraction=0.2),
+        Arctangent(turning_points=8, low_contraction=0.0, high_contraction=0.2),
+        FractionalMaxwell(branches=5, order=0.6, time_constant=0.2, span=0.05),
+    )
+}
+
+
+@dataclass(frozen=True)
+class Cycle:
+    """A closed figure of contraction [-] and gauge pressure [Pa], its first point again last."""
+
+    contraction: np.ndarray
+    pressure: np.ndarray
+
+    @property
+    def length(self) -> np.ndarray:
+        return BRAID.nominal_length * (1.0 - self.contraction)
+
+
+@functools.cache
+def cycle(number: int) -> Cycle:
+    """Ellipses and Lissajous figures of random size, place, phase and sense.
+
+    Small ones too, in which an operator hardly loses anything and what it holds comes to light.
+    """
+    draw = np.random.default_rng(100 + number)
+    t = np.linspace(0.0, 2.0 * np.pi, POINTS + 1)
+    first, second = ((1, 1), (1, 2), (2, 1), (1, 2), (2, 3))[number % 5]
+    size, rise = (0.001, 0.01, 0.05)[number % 3], draw.uniform(0.5e5, 1.2e5)
+    sense = (-1.0) ** (number // 2)
+    kappa = draw.uniform(0.07, 0.1) + size * np.sin(first * t + draw.uniform(0.0, 6.0))
+    pressure = draw.uniform(3.5e5, 4.5e5) + rise * np.sin(sense * second * t)
+    return Cycle(kappa, pressure)
+
+
+@functools.cache
+def lossless(law: str, number: int) -> tuple[np.ndarray, np.ndarray]:
+    """Static force [N] and volume [m^3] along a cycle, with force lost to the ends."""
+    path, this = cycle(number), muscle(law)
+    row = pack(this).tolist()
+    tendons = path.length - this.mounting.length_at_zero
+    points = list(zip(tendons.tolist(), path.pressure.tolist(), strict=True))
+    force = [kernel.static_force(row, *point) for point in points]
+    return np.array(force), np.array([kernel.static_volume(row, *point) for point in points])
+
+
+def muscle(law: str) -> Muscle:
+    # The force that counts from a working point goes below zero, where the ends take no share.
+    ends = EndShape() if law in ("elastic_energy", "pleated_shape") else EndShape(loss=0.3)
+    parts = {"threshold": Threshold(), "chain": Chain(), "creep": Creep(), "end_shape": ends}
+    return make(law, braid=BRAID, **parts)
+
+
+@functools.cache
+def remembered(loop: str, number: int) -> tuple[np.ndarray, np.ndarray]:
+    """Output and held energy of an operator along a cycle that it has been round before."""
+    group, path = LOOPS[loop], cycle(number).contraction.tolist()
+    operator, own = OPERATORS[loop], group.own()
+    act, rates = [0.0] * group.state_count, [0.0] * group.state_count
+    timestep = 1.0 / POINTS
+    for _ in range(4):
+        output, held = [], []
+        for x, after in zip(path, [*path[1:], path[1]], strict=True):
+            output.append(operator.output(own, 0, act, x))
+            held.append(operator.energy(own, 0, act, x))
+            if len(output) <= POINTS:
+                operator.rates(own, 0, act, rates, x, (after - x) / timestep, timestep)
+                act = [z + timestep * rate for z, rate in zip(act, rates, strict=True)]
+    return np.array(output), np.array(held)
+
+
+def work_lost(path: Cycle, force: np.ndarray, volume: np.ndarray) -> float:
+    """What the air does less what the muscle gives, over a cycle [J]."""
+    return float(np.trapezoid(path.pressure, volume) + np.trapezoid(force, path.length))
+
+
+def swept(path: Cycle, volume: np.ndarray) -> float:
+    """Change of pressure times that of volume in a cycle [J]: what its work is a part of."""
+    return float(np.ptp(path.pressure) * np.ptp(volume))
+
+
+def by_memory(loop: str, number: int) -> tuple[np.ndarray, np.ndarray, float]:
+    """Force [N] and volume [m^3] of an operator along a cycle, and how wrong a sum may be [J].
+
+    That is for an output on a grid: the trapezium rule is off by up to half a step at its jumps.
+    """
+    path, (output, held) = cycle(number), remembered(loop, number)
+    force = -PER_PRESSURE * path.pressure * output
+    volume = -PER_PRESSURE * BRAID.nominal_length * held
+    if loop not in GRID:
+        return force, volume, 0.0
+    furthest = 0.5 * np.abs(np.diff(path.length)).max()
+    return force, volume, furthest * float(np.abs(np.diff(force)).sum())
+
+
+@pytest.mark.parametrize("law", FORCES)
+def test_a_muscle_without_hysteresis_gives_what_its_air_does(law):
+    for number in FIGURES:
+        path, (force, volume) = cycle(number), lossless(law, number)
+        assert work_lost(path, force, volume) == pytest.approx(
+            0.0, abs=1e-4 * swept(path, volume) + 1e-9
+        ), number
+
+
+@pytest.mark.parametrize("loop", LOOPS)
+@pytest.mark.parametrize("law", FORCES)
+def test_no_cycle_gives_energy(law, loop):
+    for number in FIGURES:
+        path, (static, still) = cycle(number), lossless(law, number)
+        force, volume, uncertain = by_memory(loop, number)
+        quadrature = 1e-4 * (swept(path, still) + swept(path, volume)) + 3e-5 + uncertain
+        assert work_lost(path, static + force, still + volume) >= -quadrature, number
+
+
+@pytest.mark.parametrize("loop", ["maxwell_slip", "prandtl_ishlinskii", "arctangent"])
+def test_without_the_volume_of_what_is_held_a_cycle_would_give_energy(loop):
+    """So the cycles above can tell: at a constant volume these loops are machines."""
+    made = []
+    for number in FIGURES:
+        force, _, _ = by_memory(loop, number)
+        made.append(-work_lost(cycle(number), force, np.zeros_like(force)))
+    assert max(made) > 5e-3
+
+
+@pytest.mark.parametrize("law", ["six_parameter", "mooney_rivlin", "pleated"])
+def test_a_share_of_the_static_force_gives_no_more_than_stated(law):
+    """At most share times the swings of pressure and volume and the largest output."""
+    largest = 0.0
+    for loop in LOOPS:
+        for number in FIGURES:
+            path, (static, still) = cycle(number), lossless(law, number)
+            output, _ = remembered(loop, number)
+            made = -work_lost(path, -static * output, np.zeros_like(output))
+            stated = swept(path, still) * np.abs(output).max()
+            assert made <= stated + 1e-9
+            largest = max(largest, made / stated if stated > 0.0 else 0.0)
+    assert largest > 0.5  # and it does give that much
+
+
+@pytest.mark.parametrize("loop", LOOPS)
+def test_the_kernel_takes_volume_for_what_the_operator_holds(loop):
+    group = dataclasses.replace(LOOPS[loop], force=7.0, force_per_pressure=PER_PRESSURE)
+    row = pack(make("six_parameter", hysteresis=group)).tolist()
+    act = [0.01 * (k + 1) for k in range(group.state_count)] + [0.0] * 5
+    tendon, kappa = 0.225 - 0.05, 1.0 - 0.225 / BRAID.nominal_length
+    held = OPERATORS[loop].energy(group.own(), 0, act, kappa)
+    extra = kernel.chamber_volume(row, act, tendon, 3e5) - kernel.static_volume(row, tendon, 3e5)
+    assert held != 0.0
+    assert extra == pytest.approx(-PER_PRESSURE * BRAID.nominal_length * held, rel=1e-9)
+
+
+def test_the_arm_turns_the_work_of_its_air_into_heat_and_nothing_else():
+    """Under two sines against each other: what the air does, damping and loops lose."""
+    rig = pamsim.load_rig("mas20_arm")
+    model = rig.model_for(command="pressure", load=1.2, timestep=1e-3)
+    data = mujoco.MjData(model)
+    rows = [model.actuator_user[i].tolist() for i in range(2)]
+    joint, timestep, steps = model.joint("shaft"), model.opt.timestep, 1000
+    damping, address = float(joint.damping[0]), joint.dofadr[0]
+    speeds: list[float] = []
+    seen: list[list[tuple[float, ...]]] = []
+    pamsim.reset(model, data, (2.5e5, 2.5e5))
+    with pamsim.live(model):
+        for k in range(6 * steps + 1):
+            swing = 1.2e5 * np.sin(2.0 * np.pi * k / steps)
+            data.ctrl[:] = (2.5e5 + swing, 2.5e5 - swing)
+            if k >= 5 * steps:  # the chambers' mean pressures have settled
+                speeds.append(float(data.qvel[address]))
+                if k % 8 == 0:
+                    mujoco.mj_forward(model, data)
+                    seen.append([chamber(row, data, i) for i, row in enumerate(rows)])
+            mujoco.mj_step(model, data)
+    columns = np.array(seen)
+    done = lost = 0.0
+    for pressure, volume, held, loop, shortening in columns.transpose(1, 2, 0):
+        done += np.trapezoid(pressure, volume)
+        lost += np.trapezoid(loop, shortening) + np.trapezoid(pressure, held)
+    lost += damping * timestep * np.sum(np.square(speeds[:-1]))
+    assert done == pytest.approx(lost, rel=0.02)
+
+
+def chamber(row: list[float], data: mujoco.MjData, muscle: int) -> tuple[float, ...]:
+    """Pressure, volume, hysteresis's part of it, its force, and shortening of a muscle [SI]."""
+    size = len(data.act) // 2
+    act = data.act[size * muscle : size * (muscle + 1)].tolist()
+    tendon = float(data.actuator_length[muscle])
+    pressure, kappa = kernel.gauge_pressure(row, act, tendon), kernel.contraction(row, tendon)
+    static = kernel.static_force(row, tendon, pressure)
+    return (
+        pressure,
+        kernel.chamber_volume(row, act, tendon, pressure),
+        kernel.hysteresis_volume(row, act, kappa),
+        kernel.hysteresis_force(row, act, kappa, pressure, static),
+        -tendon,
+    )
