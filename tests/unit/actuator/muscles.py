@@ -13,6 +13,7 @@ from pamsim.actuator.muscle import Mounting, Muscle
 from pamsim.actuator.rest_state import charged_air_state
 from pamsim.core.parameters import ParameterGroup
 from pamsim.hysteresis.group import Hysteresis
+from pamsim.hysteresis.preisach import Preisach
 from pamsim.muscles.braid import Braid
 from pamsim.muscles.corrected_mckibben import CorrectedMcKibben
 from pamsim.muscles.creep import Creep
@@ -48,7 +49,14 @@ FORCES: dict[str, ParameterGroup] = {
     )
 }
 WIDTHS = {"force": 5.0, "force_per_pressure": 4e-5, "force_share": 0.03}
-LOOPS: dict[str, Hysteresis] = {group.law: dataclasses.replace(group, **WIDTHS) for group in GROUPS}
+COARSE = {"levels": 9.0}
+"""Of the grids, one that plain Python gets through soon."""
+LOOPS: dict[str, Hysteresis] = {
+    group.law: dataclasses.replace(
+        group, **WIDTHS, **(COARSE if isinstance(group, Preisach) else {})
+    )
+    for group in GROUPS
+}
 KINDS = [
     ("ideal_mckibben", "none"),
     ("six_parameter", "bouc_wen"),
