@@ -47,7 +47,8 @@ def charge(model: mujoco.MjModel, data: mujoco.MjData, pressures: float | Sequen
         pressures: gauge pressure [Pa] of all muscles, or one per muscle in actuator order.
 
     Raises:
-        InputError: if the number of pressures is wrong or one is not above vacuum.
+        InputError: if the number of pressures is wrong, one is not above vacuum, or a muscle has
+            no volume where it is.
     """
     ids = muscle_ids(model)
     try:
@@ -66,8 +67,9 @@ def charge(model: mujoco.MjModel, data: mujoco.MjData, pressures: float | Sequen
         air = states[-1]
         if not (isinstance(air, float) and np.isfinite(air) and air > 0.0):
             raise InputError(
-                f"pressure {pressure:g} Pa (gauge) in muscle {index} is not above vacuum; gauge"
-                " pressures are zero at the atmosphere"
+                f"muscle {index} cannot be filled to {pressure:g} Pa (gauge): either that is not"
+                " above vacuum (gauge pressures are zero at the atmosphere), or its force law has"
+                f" no volume at the tendon's length of {length:g} m"
             )
         data.act[first : first + count] = states
 

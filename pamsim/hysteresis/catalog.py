@@ -85,7 +85,9 @@ class Operator:
         rate_independent: whether only the path of the input counts, not its speed.
         odd: whether the mirrored input, about the middle of the span where the group has one, gives
             the mirrored output.
-        notes: what else a user must know.
+        notes: what else a user must know. Of all operators: force and force_per_pressure yield no
+            energy over any closed cycle; force_share may, as much as `pamsim.hysteresis.group`
+            states.
     """
 
     name: str
@@ -167,7 +169,8 @@ _ALL = (
         rates=pleated_factor_rates,
         rate_independent=True,
         odd=True,
-        notes="force_share is the paper's delta; the paper trusts it for 7 % to 20 % contraction.",
+        notes="force_share is the paper's delta; the paper trusts it for 7 % to 20 % contraction."
+        " A cycle can yield up to delta |w| times its swings of pressure and volume.",
     ),
     Operator(
         name="arctangent",

@@ -10,7 +10,8 @@ The pressure works on the volume, so a width that grows with pressure must show 
 is loaded at low pressure and unloaded at high pressure would give energy. What the memory holds,
 (force + force_per_pressure p) l0 psi with psi the operator's energy, belongs to the muscle's energy
 G(l, p), and the volume has the part -dG/dp = -force_per_pressure l0 psi. No cycle of length and
-pressure then yields energy. A force_share has no such part.
+pressure then yields energy. A force_share has no such part: a cycle can yield up to force_share
+times its swings of pressure and volume and the largest |w|.
 
 Three functions per operator run inside the engine. ``par[first:]`` holds the operator's own fields,
 those after the three common ones, in declared order; ``act[0:state_count]`` is the whole memory,

@@ -10,7 +10,11 @@ from pamsim.core.parameters import ParameterGroup, parameter
 
 @dataclass(frozen=True, kw_only=True)
 class Threshold(ParameterGroup):
-    """Pressure below which the tube does not yet press on the braid (Matiskova 2021, section 1)."""
+    """Pressure below which the tube does not yet press on the braid (Matiskova 2021, section 1).
+
+    Above it force and volume do the same work. A cycle that goes below costs up to the threshold
+    times the change of volume: 3 % of the work at 4.87 bar with a threshold of 0.15 bar.
+    """
 
     group: ClassVar[str] = "threshold"
     pressure: float = parameter(
@@ -35,6 +39,10 @@ def effective_pressure(pressure: float, threshold: float) -> float:
 
 def taut(force: float) -> float:
     """Limit a force to tension: a slack muscle carries nothing.
+
+    Its volume goes on following the tendon, so a cycle that goes through slack costs or yields, by
+    its sense, the energy of the rubber that is not carried: 6 % of the work of a MAS-20 muscle over
+    +-3.16 % contraction at 4.87 bar.
 
     Args:
         force: signed force [N].

@@ -10,6 +10,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from pamsim.actuator.layout import pack
+from pamsim.actuator.work_cycle import work_ratio
 from pamsim.core.encoding import to_dict
 from pamsim.core.errors import InputError
 from pamsim.core.progress import Progress
@@ -38,6 +40,8 @@ SCHEMA = "pamsim-reproduce/1"
 
 CALIBRATED_START = "vent"
 """The assumption under which the rig was calibrated."""
+
+_PRESSURE, _CONTRACTION = 487e3, 0.0316  # of row 1: gauge [Pa]; what 36.4 deg are, either way [-]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -201,10 +205,16 @@ def reproduce(
         rows=ordered,
         identified=identified,
         record=record,
-        checks=checks(ordered, identified, record if applies else None),
+        checks=checks(ordered, identified, record if applies else None, _work(loaded)),
         seconds=time.perf_counter() - began,
         sensors=sensors,
     )
+
+
+def _work(rig: Rig) -> float:
+    """Work ratio of the muscle that is further from 1."""
+    ratios = [work_ratio(pack(m).tolist(), _PRESSURE, _CONTRACTION) for m in rig.muscles.values()]
+    return max(ratios, key=lambda ratio: abs(ratio - 1.0))
 
 
 def _completed(recording: Recording) -> bool:

@@ -36,11 +36,15 @@ MODEL_LIMIT = 0.05
 RESPONSE_LIMIT = 0.02
 """Largest deviation of the normalised large step from the step of the printed G2 [-]."""
 
+WORK_LIMIT = 0.02
+"""Largest difference of a muscle's work from that of its air [-]."""
+
 
 def checks(
     rows: tuple[Row, ...],
     identified: StepIdentification | None,
     record: CalibrationRecord | None,
+    work: float,
 ) -> tuple[Check, ...]:
     """Judge a reproduction.
 
@@ -48,8 +52,9 @@ def checks(
         rows: all of them.
         identified: models of the large step, or None if it did not complete.
         record: of the rig's calibration, if it applies to these rows.
+        work: a muscle's over that of its air, in a cycle of the large step's size [-].
     """
-    judged = _row_checks(rows)
+    judged = (*_row_checks(rows), _work_check(work))
     if identified is not None:
         large = next(row.recording for row in rows if row.step.row == IDENTIFIED_ROW)
         judged += _model_checks(identified, large)
@@ -108,6 +113,15 @@ def _row_checks(rows: tuple[Row, ...]) -> tuple[Check, ...]:
             if swinging
             else "no small step with load swings, against the paper's words",
         ),
+    )
+
+
+def _work_check(work: float) -> Check:
+    return Check(
+        name="energy",
+        ok=abs(work - 1.0) <= WORK_LIMIT,
+        sentence=f"over the travel and at the pressure of the large step a muscle gives {work:.3f}"
+        f" times the work of its air (1 within {100.0 * WORK_LIMIT:.0f} %)",
     )
 
 

@@ -111,11 +111,11 @@ def test_every_force_law_drives_the_arm(tmp_path, law):
 @pytest.mark.parametrize("name", OPERATORS)
 def test_every_operator_runs_and_opens_a_loop(tmp_path, name):
     groups = {name: entry.group for name, entry in OPERATORS.items()}
-    values = {"force": "20 N", **OPERATOR_FIELDS[name]}
+    values = {"force": "20 N", "force_per_pressure": "4 N/bar", **OPERATOR_FIELDS[name]}
     rig = rig_with(tmp_path, "hysteresis", section("hysteresis", name, values, groups))
     assert type(rig.muscles["muscle_1"].hysteresis).law == name
     both_backends(rig)
-    off = rig.with_parameters({"hysteresis.force": 0.0})
+    off = rig.with_parameters({"hysteresis.force": 0.0, "hysteresis.force_per_pressure": 0.0})
     moved = pamsim.simulate(rig, STEP).angle - pamsim.simulate(off, STEP).angle
     assert 1e-4 < np.abs(moved).max() < 0.2
 

@@ -51,7 +51,7 @@ def test_printed_tables_are_whole_and_consistent():
 
 
 def test_a_reproduction_sums_itself_up_and_saves_itself(found, result, tmp_path):
-    assert found.summary().startswith("21 distinct end positions with 0.79 deg RMS; 8 of 8")
+    assert found.summary().startswith("21 distinct end positions with 0.79 deg RMS; 9 of 9")
     found.save(tmp_path)
     saved = json.loads((tmp_path / "reproduction.json").read_text(encoding="utf-8"))
     assert saved == result

@@ -164,7 +164,7 @@ def test_no_cycle_gives_energy(law, loop):
 
 @pytest.mark.parametrize("loop", ["maxwell_slip", "prandtl_ishlinskii", "arctangent"])
 def test_without_the_volume_of_what_is_held_a_cycle_would_give_energy(loop):
-    """So the cycles above can tell: at a constant volume these loops are machines."""
+    """So the cycles above would show it: at a constant volume these loops are machines."""
     made = []
     for number in FIGURES:
         force, _, _ = by_memory(loop, number)

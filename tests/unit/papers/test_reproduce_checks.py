@@ -82,7 +82,7 @@ def record(rows, unseen=1.0, moved=0.0):
 
 
 def failing(rows, identified=None, known=None):
-    return {c.name for c in checks(rows, identified, known) if not c.ok}
+    return {c.name for c in checks(rows, identified, known, 1.0) if not c.ok}
 
 
 def changed(rows, number, angle):
@@ -90,21 +90,21 @@ def changed(rows, number, angle):
 
 
 def test_a_good_reproduction_passes_every_check(rows):
-    found = checks(rows, models(), record(rows))
+    found = checks(rows, models(), record(rows), 1.0)
     assert [c.name for c in found if not c.ok] == []
     assert {c.name for c in found} == {
         "completed", "rms", "signs", "monotonic", "oscillation", "time_constants", "response",
-        "leave_one_out",
+        "leave_one_out", "energy",
     }  # fmt: skip
     assert all(c.sentence and "\n" not in c.sentence for c in found)
 
 
 def test_what_cannot_be_judged_is_left_out(rows):
-    assert {c.name for c in checks(rows, None, record(rows))} & {
+    assert {c.name for c in checks(rows, None, record(rows), 1.0)} & {
         "time_constants",
         "response",
     } == set()
-    assert "leave_one_out" not in {c.name for c in checks(rows, models(), None)}
+    assert "leave_one_out" not in {c.name for c in checks(rows, models(), None, 1.0)}
 
 
 @pytest.mark.parametrize("which", ["t", "t1", "t2"])
@@ -139,7 +139,9 @@ def test_rows_left_out(rows):
 def test_a_stale_record_fails_and_says_what_to_run(rows, side):
     assert failing(rows, known=record(rows, moved=0.9 * side * SAME_RMS_DEG)) == set()
     (check,) = (
-        c for c in checks(rows, None, record(rows, moved=1.1 * side * SAME_RMS_DEG)) if not c.ok
+        c
+        for c in checks(rows, None, record(rows, moved=1.1 * side * SAME_RMS_DEG), 1.0)
+        if not c.ok
     )
     assert check.name == "leave_one_out"
     assert "run python calibrate.py again" in check.sentence
@@ -162,21 +164,23 @@ def test_a_run_that_broke_down_fails_by_its_row(rows):
     broken = tuple(
         replace(r, metrics=None) if r.step.row == 5 else r for r in rows
     )  # its error is no number, so the RMS is none either
-    found = {c.name: c for c in checks(broken, None, None)}
+    found = {c.name: c for c in checks(broken, None, None, 1.0)}
     assert not found["completed"].ok
     assert "rows 5" in found["completed"].sentence
     assert not found["rms"].ok
 
 
 def test_the_wrong_way_and_the_wrong_course_are_named(rows):
-    wrong = {c.name: c for c in checks(changed(rows, 20, -rows[19].recording.angle), None, None)}
+    wrong = {
+        c.name: c for c in checks(changed(rows, 20, -rows[19].recording.angle), None, None, 1.0)
+    }
     assert not wrong["signs"].ok
     assert "rows 20" in wrong["signs"].sentence
     dip = INCREMENT * np.exp(-(((TIME - 5.0) / 0.1) ** 2))  # after it settled
     assert failing(changed(rows, 7, rows[6].recording.angle - 0.8 * dip)) == set()
     assert failing(changed(rows, 7, rows[6].recording.angle - 1.2 * dip)) == {"monotonic"}
     back = rows[6].recording.angle * (1.0 + SWING)
-    found = {c.name: c for c in checks(changed(rows, 7, back), None, None)}
+    found = {c.name: c for c in checks(changed(rows, 7, back), None, None, 1.0)}
     assert not found["monotonic"].ok
     assert "rows 7 " in found["monotonic"].sentence
 
@@ -188,3 +192,12 @@ def test_small_steps_with_load_must_swing(rows):
     assert failing(one) == set()
     unloaded = changed(still, 17, rows[16].step.angle * (STEP / STEP[-1] + SWING))
     assert failing(unloaded) == {"oscillation"}
+
+
+@pytest.mark.parametrize(
+    ("work", "ok"), [(1.019, True), (0.981, True), (1.33, False), (0.9, False)]
+)
+def test_a_muscle_must_give_the_work_of_its_air(rows, work, ok):
+    (found,) = (c for c in checks(rows, None, None, work) if c.name == "energy")
+    assert found.ok == ok
+    assert f"{work:.3f} times the work of its air" in found.sentence
