@@ -37,8 +37,8 @@ OPERATOR_FIELDS = {
     "bouc_wen": {"yield_contraction": 0.005},
     "maxwell_slip": {"elements": 6, "full_slip": 0.02},
     "prandtl_ishlinskii": {"elements": 6, "span": 0.06, "linear_share": 0.3},
-    "preisach": {"levels": 20, "low_contraction": -0.06, "high_contraction": 0.06},
-    "pleated_factor": {"levels": 20, "low_contraction": -0.06, "high_contraction": 0.06},
+    "preisach": {"levels": 8, "low_contraction": -0.06, "high_contraction": 0.06},
+    "pleated_factor": {"levels": 8, "low_contraction": -0.06, "high_contraction": 0.06},
     "arctangent": {"turning_points": 6, "low_contraction": -0.06, "high_contraction": 0.06},
     "fractional_maxwell": {"order": 0.27, "time_constant": 0.3, "span": 0.06},
 }
