@@ -18,7 +18,7 @@ import pytest
 import pamsim
 from pamsim.actuator import kernel
 from pamsim.actuator.chain import Chain
-from pamsim.actuator.layout import pack
+from pamsim.actuator.layout import pack, state_size
 from pamsim.actuator.muscle import Muscle
 from pamsim.hysteresis.arctangent import Arctangent
 from pamsim.hysteresis.bouc_wen import BoucWen
@@ -190,8 +190,9 @@ def test_a_share_of_the_static_force_gives_no_more_than_stated(law):
 @pytest.mark.parametrize("loop", LOOPS)
 def test_the_kernel_takes_volume_for_what_the_operator_holds(loop):
     group = dataclasses.replace(LOOPS[loop], force=7.0, force_per_pressure=PER_PRESSURE)
-    row = pack(make("six_parameter", hysteresis=group)).tolist()
-    act = [0.01 * (k + 1) for k in range(group.state_count)] + [0.0] * 5
+    this = make("six_parameter", hysteresis=group)
+    row, memory = pack(this).tolist(), [0.01 * (k + 1) for k in range(group.state_count)]
+    act = memory + [0.0] * (state_size(this) - group.state_count)
     tendon, kappa = 0.225 - 0.05, 1.0 - 0.225 / BRAID.nominal_length
     held = OPERATORS[loop].energy(group.own(), 0, act, kappa)
     extra = kernel.chamber_volume(row, act, tendon, 3e5) - kernel.static_volume(row, tendon, 3e5)
