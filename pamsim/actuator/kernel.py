@@ -27,10 +27,15 @@ from pamsim.actuator.layout import (
 from pamsim.hysteresis.catalog import chosen_energy, chosen_output, chosen_rates
 from pamsim.hysteresis.group import COMMON_FIELDS
 from pamsim.muscles.braid import braid_friction, pressurised_contraction, volume
-from pamsim.muscles.catalog import chosen_force, chosen_volume, volume_depends_on_pressure
+from pamsim.muscles.catalog import (
+    chosen_force,
+    chosen_volume,
+    chosen_work,
+    volume_depends_on_pressure,
+)
 from pamsim.muscles.creep import creep_force, creep_rate
 from pamsim.muscles.end_shape import force_left, force_left_slope
-from pamsim.muscles.passive import passive_force
+from pamsim.muscles.passive import locking_force, tube_energy, tube_force
 from pamsim.muscles.tension import effective_pressure, taut
 from pamsim.pneumatics.air import GAS_CONSTANT
 from pamsim.pneumatics.chamber import absolute_pressure, air_state_rate
@@ -101,6 +106,7 @@ _DEAD_BAND = slot("valve.regulator_dead_band")
 _DEAD_ZONE = slot("valve.dead_zone")
 
 _TYPICAL_PRESSURE = 3e5  # gauge [Pa]: where the search for a volume that depends on it starts
+_CLOSE = 1e-9  # relative step of the pressure search after which what is left is rounding
 _GAUSS = (
     (0.1488743389816312, 0.2955242247147529),
     (0.4333953941292472, 0.2692667193099963),
@@ -159,35 +165,68 @@ def static_volume(par: Row, tendon_length: float, pressure: float) -> float:
     nominal = par[_NOMINAL_LENGTH]
     kappa = contraction(par, tendon_length)
     effective = effective_pressure(pressure, par[_THRESHOLD])
-    gained = _gained(par, effective, kappa)
-    if par[_END_LOSS] > 0.0:
-        gained = _gained_with_ends(par, effective, kappa, gained)
     start = volume(nominal, nominal, par[_DIAMETER], par[_FIBRE_ANGLE])
-    return par[_DEAD_VOLUME] + start + par[_FORCE_SCALE] * nominal * gained
+    if par[_EXTENSIBILITY] == 0.0:
+        gained = _active_integral(par, effective, kappa, False)
+    else:
+        gained = _gained_by_extensible_braid(par, kappa, pressure, effective)
+    return par[_DEAD_VOLUME] + start + nominal * gained
 
 
-def _gained(par: Row, pressure: float, contraction: float) -> float:
-    """Volume gained since nominal length, per nominal length and without the scale [m^2]."""
-    return chosen_volume(
-        par[_FORCE_LAW], par, _FORCE_COEFFICIENTS, _NOMINAL_LENGTH, pressure, contraction
-    )
+def _gained_by_extensible_braid(par: Row, kappa: float, pressure: float, effective: float) -> float:
+    """Volume gained since nominal length, per nominal length [m^2], of a braid that pressure grows.
 
-
-def _gained_with_ends(par: Row, pressure: float, contraction: float, gained: float) -> float:
-    """The same where the ends leave a share s of the active force: the integral of s dF/dp.
-
-    By parts it is s times the volume gained, less the integral of s' times it, for which ten
-    points by Gauss suffice. Exact where the active force pulls.
+    Active force and tube know the contraction q against the grown length s l0, s = 1 + e p. The
+    integral of d F(p, q(p, kappa)) / dp by kappa is s times that of dF/dp by q, and, with
+    dq/dp = e (1 - q) / s, e times that of (1 - q) dF/dq by q, taken by parts.
     """
+    extensibility = par[_EXTENSIBILITY]
+    grown = 1.0 + extensibility * pressure
+    free = 1.0 - 1.0 / grown
+    strained = 1.0 - (1.0 - kappa) / grown
+    gained = _active_integral(par, effective, strained, False)
+    gained -= _active_integral(par, effective, free, False)
+    moved = (1.0 - strained) * _pull(par, effective, strained)
+    moved -= (1.0 - free) * _pull(par, effective, free)
+    moved += _work(par, effective, strained) - _work(par, effective, free)
+    return grown * gained + extensibility * moved
+
+
+def _work(par: Row, pressure: float, contraction: float) -> float:
+    """Integral of `_pull` by contraction, up to a constant [N]."""
+    stored = tube_energy(
+        contraction, par[_PASSIVE_STIFFNESS], par[_PASSIVE_SOFTENING], par[_PASSIVE_SLACK]
+    )
+    return _active_integral(par, pressure, contraction, True) - stored
+
+
+def _active_integral(par: Row, pressure: float, contraction: float, work: bool) -> float:
+    """Integral from nominal length of the active force [N] or of its slope by pressure [m^2].
+
+    Where the ends leave a share s of the force it is, by parts, s times that without ends, less the
+    integral of s' times it, for which ten points by Gauss suffice. Exact where the force pulls.
+    """
+    whole = _active_integral_without_ends(par, pressure, contraction, work)
     loss, onset = par[_END_LOSS], par[_END_ONSET]
+    if loss == 0.0:
+        return whole
     low, high = max(onset, 0.0), max(contraction, onset)
     middle, half = 0.5 * (low + high), 0.5 * (high - low)
     lost = 0.0
     for node, weight in _GAUSS:
         for at in (middle - half * node, middle + half * node):
             slope = force_left_slope(at, loss, onset)
-            lost += weight * half * slope * _gained(par, pressure, at)
-    return force_left(contraction, loss, onset) * gained - lost
+            lost += weight * half * slope * _active_integral_without_ends(par, pressure, at, work)
+    return force_left(contraction, loss, onset) * whole - lost
+
+
+def _active_integral_without_ends(
+    par: Row, pressure: float, contraction: float, work: bool
+) -> float:
+    law, first, braid = par[_FORCE_LAW], _FORCE_COEFFICIENTS, _NOMINAL_LENGTH
+    if work:
+        return par[_FORCE_SCALE] * chosen_work(law, par, first, braid, pressure, contraction)
+    return par[_FORCE_SCALE] * chosen_volume(law, par, first, braid, pressure, contraction)
 
 
 def hysteresis_volume(par: Row, act: Row, contraction: float) -> float:
@@ -234,7 +273,7 @@ def chamber_pressure(par: Row, act: Row, tendon_length: float) -> float:
     if not (air > 0.0 and inside > 0.0):
         return math.nan
     pressure = absolute_pressure(air, inside, par[_POLYTROPIC], par[_FLOOR])
-    if volume_depends_on_pressure(par[_FORCE_LAW]):
+    if par[_EXTENSIBILITY] > 0.0 or volume_depends_on_pressure(par[_FORCE_LAW]):
         return _consistent_pressure(par, act, length, pressure)
     return pressure
 
@@ -268,7 +307,7 @@ def _consistent_pressure(par: Row, act: Row, length: float, guess: float) -> flo
             secant = pressure - miss * (pressure - before) / (miss - miss_before)
             if low < secant < high:
                 following = secant
-        if abs(following - pressure) <= 1e-13 * pressure:
+        if abs(following - pressure) <= _CLOSE * pressure:
             return following
         before, miss_before, pressure = pressure, miss, following
     return pressure
@@ -312,22 +351,26 @@ def hysteresis_force(
 
 def static_force(par: Row, tendon_length: float, pressure: float) -> float:
     """Signed muscle force without hysteresis [N] at a gauge pressure [Pa]."""
-    above = effective_pressure(pressure, 0.0)
     kappa = pressurised_contraction(
-        muscle_length(par, tendon_length), par[_NOMINAL_LENGTH], par[_EXTENSIBILITY], above
+        muscle_length(par, tendon_length), par[_NOMINAL_LENGTH], par[_EXTENSIBILITY], pressure
     )
-    effective = effective_pressure(pressure, par[_THRESHOLD])
-    passive = passive_force(
-        kappa,
+    locked = locking_force(
+        contraction(par, tendon_length),
         par[_PASSIVE_STIFFNESS],
-        par[_PASSIVE_SOFTENING],
         par[_PASSIVE_SLACK],
         par[_PASSIVE_LOCKING],
     )
-    active = active_force(par, effective, kappa)
+    return _pull(par, effective_pressure(pressure, par[_THRESHOLD]), kappa) + locked
+
+
+def _pull(par: Row, pressure: float, contraction: float) -> float:
+    """Signed force of air and tube [N], from the pressure that reaches the braid."""
+    active = active_force(par, pressure, contraction)
     if par[_END_LOSS] > 0.0 and active > 0.0:
-        active *= force_left(kappa, par[_END_LOSS], par[_END_ONSET])
-    return active + passive
+        active *= force_left(contraction, par[_END_LOSS], par[_END_ONSET])
+    return active + tube_force(
+        contraction, par[_PASSIVE_STIFFNESS], par[_PASSIVE_SOFTENING], par[_PASSIVE_SLACK]
+    )
 
 
 def tension(par: Row, act: Row, tendon_length: float, tendon_velocity: float = 0.0) -> float:

@@ -124,7 +124,7 @@ def pressurised_contraction(
         length: muscle length l [m].
         nominal_length: l0 [m].
         extensibility: e [1/Pa]; 0 for fibres that do not give, exactly.
-        pressure: gauge pressure p, not negative [Pa].
+        pressure: gauge pressure p [Pa].
 
     Returns:
         kappa = 1 - l / (l0 (1 + e p)) [-].

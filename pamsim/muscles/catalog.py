@@ -21,14 +21,17 @@ from pamsim.muscles.corrected_mckibben import (
     CorrectedMcKibben,
     corrected_mckibben_force,
     corrected_mckibben_volume,
+    corrected_mckibben_work,
 )
 from pamsim.muscles.elastic_energy import (
     ElasticEnergy,
+    contractive_force,
     elastic_energy_force,
     elastic_energy_volume,
 )
 from pamsim.muscles.exponential import (
     SixParameter,
+    six_parameter_elastic_work,
     six_parameter_force,
     six_parameter_volume,
 )
@@ -45,6 +48,7 @@ from pamsim.muscles.mckibben import (
 )
 from pamsim.muscles.mooney_rivlin import (
     MooneyRivlin,
+    mooney_rivlin_elastic_work,
     mooney_rivlin_force,
     mooney_rivlin_volume,
 )
@@ -64,6 +68,7 @@ from pamsim.muscles.single_pressure_exponential import (
     SinglePressureExponential,
     single_pressure_force,
     single_pressure_volume,
+    single_pressure_work,
 )
 
 Row: TypeAlias = Sequence[float] | NDArray[np.float64]
@@ -194,8 +199,8 @@ _LAWS: tuple[ForceLaw, ...] = (
         pressure_range=_PLEATED_PRESSURES,
         limits=_fitted,
         notes="NaN at and below zero contraction, too large below 5 %. Coefficients for l0/R = 6 in"
-        " pamsim.muscles.pleated. The braid's diameter is that of the end discs: its cylinder is"
-        " the volume at nominal length.",
+        " pamsim.muscles.pleated. Leave braid.extensibility 0. The braid's diameter is that of the"
+        " end discs: its cylinder is the volume at nominal length.",
     ),
     ForceLaw(
         title="Pleated muscle, exact shape for many fibres",
@@ -209,8 +214,8 @@ _LAWS: tuple[ForceLaw, ...] = (
         pressure_range=_PLEATED_PRESSURES,
         limits=_pleated_to_largest,
         notes="The limit of many fibres: Van Damme 2008 measures less with 25 fibres than with 40."
-        " NaN at and below zero contraction. Its cylinder at nominal length is the braid's: give it"
-        " the diameter 2 R of the end discs.",
+        " NaN at and below zero contraction; leave braid.extensibility 0. Its cylinder at nominal"
+        " length is the braid's: give it the diameter 2 R of the end discs.",
     ),
     ForceLaw(
         title="McKibben muscle with an elastic tube",
@@ -330,6 +335,38 @@ def chosen_volume(
             p, kappa, par[f], par[f + 1], par[f + 2], par[f + 3], diameter, angle
         )
     return math.nan
+
+
+def chosen_work(
+    law: float, par: Row, f: int, braid: int, pressure: float, contraction: float
+) -> float:
+    """Work at one pressure from nominal length on under the law with a code [N].
+
+    Per nominal length and without the scale: the integral of the force by contraction. Where the
+    force is linear in pressure it is the pressure times the volume gained, and the work of the part
+    without pressure. NaN for a code that no law has. The arguments are those of `chosen_force`.
+    """
+    p, kappa = pressure, contraction
+    diameter, angle = par[braid + 1], par[braid + 2]
+    if law == _CORRECTED:
+        return corrected_mckibben_work(
+            p, kappa, par[f], par[f + 1], par[f + 2], par[f + 3], par[f + 4], diameter, angle
+        )
+    work = p * chosen_volume(law, par, f, braid, p, kappa)
+    if law == _SIX:
+        return work + six_parameter_elastic_work(kappa, par[f + 1], par[f + 2], par[f + 5])
+    if law == _SINGLE:
+        return work + single_pressure_work(kappa, par[f], par[f + 1], par[f + 2], par[f + 3])
+    if law == _INVERTIBLE:
+        elastic = six_parameter_elastic_work(kappa, par[f + 1], par[f + 2], par[f + 6])
+        return work + elastic + 0.5 * par[f + 4] * kappa * kappa
+    if law == _ELASTIC:
+        return work - contractive_force(par[f], par[f + 1], diameter, angle) * kappa
+    if law == _MOONEY_RIVLIN:
+        return work + mooney_rivlin_elastic_work(
+            kappa, par[f], par[f + 1], par[f + 2], par[f + 3], angle
+        )
+    return work
 
 
 def volume_depends_on_pressure(law: float) -> bool:

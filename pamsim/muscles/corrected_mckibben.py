@@ -103,19 +103,45 @@ def corrected_mckibben_volume(
     """
     if pressure < VALID_FROM:
         pressure = VALID_FROM
+    fading = a_eps * math.exp(-pressure / PA_PER_BAR)
+    inside, by_eps = _swept(contraction, fading - b_eps, a_kappa, b_kappa, k0, fibre_angle)
+    inside -= pressure / PA_PER_BAR * fading * by_eps
+    return 0.25 * math.pi * diameter * diameter * inside
+
+
+def corrected_mckibben_work(
+    pressure: float,
+    contraction: float,
+    a_eps: float,
+    b_eps: float,
+    a_kappa: float,
+    b_kappa: float,
+    k0: float,
+    diameter: float,
+    fibre_angle: float,
+) -> float:
+    """Work p pi r0^2 J at one pressure from nominal length on, per nominal length [N].
+
+    The arguments are those of `corrected_mckibben_force`, J that of `corrected_mckibben_volume`.
+    """
+    eps = a_eps * math.exp(-pressure / PA_PER_BAR) - b_eps
+    inside, _ = _swept(contraction, eps, a_kappa, b_kappa, k0, fibre_angle)
+    return 0.25 * math.pi * diameter * diameter * pressure * inside
+
+
+def _swept(
+    contraction: float, eps: float, a_kappa: float, b_kappa: float, k0: float, fibre_angle: float
+) -> tuple[float, float]:
+    """J and dJ/deps."""
     sine = math.sin(fibre_angle)
     b = 1.0 / (sine * sine)
     a = 3.0 * (b - 1.0)
-    fading = a_eps * math.exp(-pressure / PA_PER_BAR)
-    eps = fading - b_eps
     # The integrals of mu, mu kappa and mu kappa^2.
     zeroth = a_kappa * _decaying_moment(0, contraction, k0) - b_kappa * contraction
     first = a_kappa * _decaying_moment(1, contraction, k0) - b_kappa * contraction**2 / 2.0
     second = a_kappa * _decaying_moment(2, contraction, k0) - b_kappa * contraction**3 / 3.0
     inside = (a - b) * zeroth + a * eps * (eps * second - 2.0 * first)
-    by_eps = 2.0 * a * (eps * second - first)
-    inside -= pressure / PA_PER_BAR * fading * by_eps
-    return 0.25 * math.pi * diameter * diameter * inside
+    return inside, 2.0 * a * (eps * second - first)
 
 
 def _decaying_moment(power: int, contraction: float, decay: float) -> float:

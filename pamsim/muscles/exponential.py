@@ -72,6 +72,19 @@ def six_parameter_volume(
         Integral of dF/dp = a exp(c kappa) + d kappa + e from nominal length, the volume gained per
         nominal length [m^2]. The pressure has no influence, nor have b and f.
     """
-    # c = 0 makes the exponential 1.
-    exponential = contraction if c == 0.0 else math.expm1(c * contraction) / c
-    return a * exponential + contraction * (0.5 * d * contraction + e)
+    return a * _exponential_integral(contraction, c) + contraction * (0.5 * d * contraction + e)
+
+
+def six_parameter_elastic_work(contraction: float, b: float, c: float, f: float) -> float:
+    """Work of the part without pressure, b exp(c kappa) + f, from nominal length on.
+
+    Per nominal length [N]; the arguments are those of `six_parameter_force`.
+    """
+    if b == 0.0:
+        return f * contraction
+    return b * _exponential_integral(contraction, c) + f * contraction
+
+
+def _exponential_integral(contraction: float, c: float) -> float:
+    """Integral of exp(c kappa) from 0; c = 0 makes the exponential 1."""
+    return contraction if c == 0.0 else math.expm1(c * contraction) / c

@@ -98,6 +98,35 @@ def mooney_rivlin_volume(
     return active_share * (gained - volume_gained(start, diameter, fibre_angle))
 
 
+def mooney_rivlin_elastic_work(
+    contraction: float,
+    c1: float,
+    c2: float,
+    slack_contraction: float,
+    active_share: float,
+    fibre_angle: float,
+) -> float:
+    """Work of the wall from nominal length on, per nominal length [N]: minus the energy it stores.
+
+    The arguments are those of `mooney_rivlin_force`.
+    """
+    braid = (contraction - slack_contraction) / active_share
+    start = -slack_contraction / active_share
+    stored = _wall_energy(braid, c1, c2, fibre_angle) - _wall_energy(start, c1, c2, fibre_angle)
+    return -active_share * stored
+
+
+def _wall_energy(braid: float, c1: float, c2: float, fibre_angle: float) -> float:
+    """(c1 I1 + c2 I2) / 2 [N]."""
+    along2 = (1.0 - braid) ** 2
+    hoop2 = 1.0 + (1.0 - along2) / math.tan(fibre_angle) ** 2
+    if along2 <= 0.0 or hoop2 <= 0.0:
+        return math.nan
+    first = along2 + hoop2 + 1.0 / (along2 * hoop2)
+    second = 1.0 / along2 + 1.0 / hoop2 + along2 * hoop2
+    return 0.5 * (c1 * first + c2 * second)
+
+
 def _wall_force(braid: float, c1: float, c2: float, fibre_angle: float) -> float:
     """(c1 dI1/dk + c2 dI2/dk) / 2 [N]: what the wall takes from the pull of the air."""
     cot2 = 1.0 / math.tan(fibre_angle) ** 2

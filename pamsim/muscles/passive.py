@@ -1,12 +1,14 @@
 """Passive elasticity of tube and braid: a spring that locks on stretch and lets go on contraction.
 
-With x = kappa_slack - kappa, the stretch beyond the slack point:
+The tube, with x = kappa_slack - kappa, the stretch beyond the slack point:
 
     x <= 0:  F = (k/h) (exp(h x) - 1)     the pressure-free part b exp(c kappa) + f of Sarosi (4)
-    x > 0:   F = k x / (1 - (x/x_lock)^2)   a finitely extensible spring (Warner 1972)
+    x > 0:   F = k x
 
-Contracted, the tube resists with at most k/h, which is what a muscle must overcome before it pulls.
-Stretched, rubber and fibres first carry load in proportion, then the fibres meet and lock.
+Contracted, it resists with at most k/h, which is what a muscle must overcome before it pulls. Its
+kappa is that against the length at which the pressurised muscle is free. Where the braid locks, at
+a stretch x_lock of the muscle itself, it adds what makes the whole of an unpressurised muscle the
+finitely extensible spring k x / (1 - (x/x_lock)^2) (Warner 1972).
 """
 
 from __future__ import annotations
@@ -45,30 +47,62 @@ class PassiveSpring(ParameterGroup):
     )  # fmt: skip
 
 
-def passive_force(
-    contraction: float, stiffness: float, softening: float, slack_contraction: float, locking: float
+def tube_force(
+    contraction: float, stiffness: float, softening: float, slack_contraction: float
 ) -> float:
-    """Passive force of tube and braid.
+    """Force of the tube.
 
     Args:
-        contraction: kappa = 1 - l/l0 [-].
+        contraction: kappa against the length at which the pressurised muscle is free [-].
         stiffness: k [N] per unit of strain at the slack point.
         softening: h [-].
         slack_contraction: kappa at which the force is zero [-].
-        locking: 1/x_lock [-]; 0 for a braid that never locks.
 
     Returns:
         Force [N]: positive when stretched beyond the slack point, down to -k/h when contracted.
-        Beyond 95 % of the locking stretch it goes on along its tangent, so that it stays finite
-        where an integrator may step.
     """
     stretch = slack_contraction - contraction
     if stretch <= 0.0:
         return stiffness / softening * math.expm1(softening * stretch)
+    return stiffness * stretch
+
+
+def tube_energy(
+    contraction: float, stiffness: float, softening: float, slack_contraction: float
+) -> float:
+    """Energy that the tube stores, per nominal length [N]; the arguments are those of `tube_force`.
+
+    Zero at the slack point, positive elsewhere; its derivative by contraction is minus the force.
+    """
+    stretch = slack_contraction - contraction
+    if stretch <= 0.0:
+        exponent = softening * stretch
+        return stiffness / (softening * softening) * (math.expm1(exponent) - exponent)
+    return 0.5 * stiffness * stretch * stretch
+
+
+def locking_force(
+    contraction: float, stiffness: float, slack_contraction: float, locking: float
+) -> float:
+    """Force of a stretched braid beyond that of the tube.
+
+    Args:
+        contraction: kappa = 1 - l/l0 [-].
+        stiffness: k [N] per unit of strain at the slack point.
+        slack_contraction: kappa at which the unpressurised muscle is free [-].
+        locking: 1/x_lock [-]; 0 for a braid that never locks.
+
+    Returns:
+        Force [N], never negative, 0 in contraction. Beyond 95 % of the locking stretch it goes on
+        along its tangent, so that it stays finite where an integrator may step.
+    """
+    stretch = slack_contraction - contraction
+    if stretch <= 0.0:
+        return 0.0
     share = stretch * locking
     if not share > _TANGENT:  # NaN stays NaN, with a braid that never locks as well
-        return stiffness * stretch / (1.0 - share * share)
+        return stiffness * stretch * share * share / (1.0 - share * share)
     room = 1.0 - _TANGENT * _TANGENT
     edge = _TANGENT / locking
     slope = (1.0 + _TANGENT * _TANGENT) / (room * room)
-    return stiffness * (edge / room + slope * (stretch - edge))
+    return stiffness * (edge / room + slope * (stretch - edge) - stretch)

@@ -13,6 +13,7 @@ from dataclasses import dataclass
 from typing import ClassVar
 
 from pamsim.core.parameters import ParameterGroup, parameter
+from pamsim.muscles.exponential import six_parameter_elastic_work
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -55,3 +56,8 @@ def single_pressure_volume(
         length. NaN for a lost contraction, which must not go unnoticed.
     """
     return 0.0 * contraction
+
+
+def single_pressure_work(contraction: float, a: float, b: float, d: float, e: float) -> float:
+    """Work from nominal length on, per nominal length [N]; arguments of `single_pressure_force`."""
+    return six_parameter_elastic_work(contraction, a, b, e) + 0.5 * d * contraction * contraction

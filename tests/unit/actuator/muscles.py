@@ -70,7 +70,12 @@ def make(law: str = "ideal_mckibben", loop: str = "none", **changes: Any) -> Mus
     """A muscle in which every effect is on and every number differs from its default."""
     groups: dict[str, Any] = {
         "mounting": Mounting(length_at_zero=0.05),
-        "braid": Braid(nominal_length=0.25, diameter=0.02, fibre_angle=0.5, extensibility=2e-8),
+        "braid": Braid(
+            nominal_length=0.25,
+            diameter=0.02,
+            fibre_angle=0.5,
+            extensibility=0.0 if law.startswith("pleated") else 2e-8,
+        ),
         "force": FORCES[law],
         "passive": PassiveSpring(
             stiffness=900.0, softening=9.0, slack_contraction=0.02, locking=18.0
@@ -124,8 +129,15 @@ PLAIN_VALVE = dataclasses.replace(
     make().valve, dead_zone=0.0, supply_resistance=0.0, line_lag=0.0, delay=0.0
 )
 """A pair of valves that hears its command at once, behind a supply that does not sag."""
-LASTING = {"chain": Chain(), "creep": Creep(), "friction": Friction(), "chamber": TIGHT}
-"""For `make`: nothing but the operator remembers, loses air or costs work."""
+LASTING = {
+    "chain": Chain(),
+    "creep": Creep(),
+    "friction": Friction(),
+    "chamber": TIGHT,
+    "braid": dataclasses.replace(make().braid, extensibility=0.0),
+}
+"""For `make`: nothing but the operator remembers, loses air or costs work, and the volume is soon
+computed."""
 
 EXTENSION = 1e-3
 """Of the chain in a `charged` muscle [m]; a rigid chain has the state too and does not mind it."""

@@ -22,7 +22,7 @@ from pamsim.muscles.creep import Creep
 from pamsim.muscles.end_shape import EndShape
 from pamsim.muscles.force_law import coefficients_of
 from pamsim.muscles.mckibben import IdealMcKibben
-from pamsim.muscles.passive import PassiveSpring, passive_force
+from pamsim.muscles.passive import PassiveSpring, locking_force, tube_force
 from pamsim.muscles.tension import Threshold
 from pamsim.pneumatics.chamber import Chamber, air_state_rate
 from pamsim.pneumatics.orifice import mass_flow
@@ -84,7 +84,7 @@ def composed_tension(muscle: Muscle, act: list[float], tendon: float) -> float:
     """Tension from the catalogs' laws and the muscle's groups, without any row."""
     length, kappa = geometry(muscle, tendon, lost_length(muscle, act, tendon))
     braid, pressure = muscle.braid, kernel.gauge_pressure(pack(muscle).tolist(), act, tendon)
-    grown = braid.nominal_length * (1.0 + braid.extensibility * max(pressure, 0.0))
+    grown = braid.nominal_length * (1.0 + braid.extensibility * pressure)
     felt = max(pressure - muscle.threshold.pressure, 0.0)
     law = FORCE_LAWS[muscle.force.law]
     strained = 1.0 - length / grown
@@ -92,7 +92,9 @@ def composed_tension(muscle: Muscle, act: list[float], tendon: float) -> float:
     beyond = max(strained - muscle.end_shape.onset, 0.0) ** 2
     if force > 0.0:
         force *= 1.0 - muscle.end_shape.loss * beyond / (beyond + 0.01)
-    force += passive_force(strained, *coefficients_of(muscle.passive))
+    stiffness, softening, slack, locking = coefficients_of(muscle.passive)
+    force += tube_force(strained, stiffness, softening, slack)
+    force += locking_force(kappa, stiffness, slack, locking)
     loop = muscle.hysteresis
     if loop is not None:
         width = loop.force + loop.force_per_pressure * max(pressure, 0.0)
@@ -312,10 +314,11 @@ def test_length_and_contraction_are_those_of_the_muscle_on_its_tendon():
 
 @pytest.mark.parametrize("law", [law for law in FORCES if not law.startswith("pleated")])
 def test_an_extended_braid_pulls_like_one_made_longer(law):
-    """But for the pleated laws, which go with the nominal length by itself as well."""
+    """Until it locks, and but for the pleated laws, which know the nominal length by itself."""
     muscle = make(law)
+    muscle = dataclasses.replace(muscle, passive=dataclasses.replace(muscle.passive, locking=0.0))
     for tendon, pressure, _ in CASES:
-        grown = muscle.braid.nominal_length * (1.0 + muscle.braid.extensibility * max(pressure, 0))
+        grown = muscle.braid.nominal_length * (1.0 + muscle.braid.extensibility * pressure)
         longer = dataclasses.replace(muscle.braid, nominal_length=grown, extensibility=0.0)
         made = pack(dataclasses.replace(muscle, braid=longer))
         force = kernel.static_force(pack(muscle), tendon, pressure)
@@ -512,3 +515,34 @@ def test_a_chamber_without_volume_stops_the_run():
     for tendon in (0.3, -0.1):  # beyond straight fibres, and shorter than nothing
         assert math.isnan(kernel.chamber_pressure(row, [0.0, 5.0], tendon))
         assert math.isnan(kernel.tension(row, [0.0, 5.0], tendon))
+
+
+@pytest.mark.parametrize("extensibility", [0.0, 1.3e-7, 1e-6])
+@pytest.mark.parametrize("loss", [0.0, 0.6])
+@pytest.mark.parametrize("force", [law for law in FORCES if not law.startswith("pleated")])
+def test_static_force_and_volume_have_one_potential(force, loss, extensibility):
+    """dV/dl = -dF/dp with an extensible braid and the ends' loss: no closed path gives work."""
+    base = make(force, passive=STRETCHED)
+    muscle = dataclasses.replace(
+        base,
+        braid=dataclasses.replace(base.braid, extensibility=extensibility),
+        end_shape=EndShape(loss=loss, onset=0.02),
+    )
+    row = pack(muscle).tolist()
+    checked = 0
+    for tendon, pressure, _ in CASES:
+        # Ends and the corrected law are exact where the muscle pulls, from 2 bar on.
+        _, kappa = geometry(muscle, tendon)
+        strained = 1.0 - (1.0 - kappa) / (1.0 + extensibility * pressure)
+        above = pressure - muscle.threshold.pressure
+        if above < 2.1e5 or not kernel.active_force(row, above, max(strained, kappa)) > 0.0:
+            continue
+        h, step = 1e-6, 10.0
+        by_length = kernel.static_volume(row, tendon + h, pressure)
+        by_length -= kernel.static_volume(row, tendon - h, pressure)
+        by_pressure = kernel.static_force(row, tendon, pressure + step)
+        by_pressure -= kernel.static_force(row, tendon, pressure - step)
+        by_pressure /= 2.0 * step
+        assert by_length / (2.0 * h) == pytest.approx(-by_pressure, rel=1e-5, abs=1e-8)
+        checked += 1
+    assert checked > 5

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from pamsim.muscles.force_law import coefficients_of
-from pamsim.muscles.passive import PassiveSpring, passive_force
+from pamsim.muscles.passive import PassiveSpring, locking_force, tube_force
 
 SPRINGS = [
     (9237.0, 32.9, 0.0013, 24.6),
@@ -20,16 +20,24 @@ EACH = pytest.mark.parametrize("spring", SPRINGS)
 LOCKING = pytest.mark.parametrize("spring", [spring for spring in SPRINGS if spring[3] > 0.0])
 
 
+def spring_force(
+    contraction: float, stiffness: float, softening: float, slack: float, locking: float
+) -> float:
+    """Tube and locking of an unpressurised muscle, for which both know the same contraction."""
+    tube = tube_force(contraction, stiffness, softening, slack)
+    return tube + locking_force(contraction, stiffness, slack, locking)
+
+
 def stretched(stretch: float, spring: tuple[float, ...]) -> float:
     """Force at a stretch beyond the slack point."""
-    return passive_force(spring[2] - stretch, *spring)
+    return spring_force(spring[2] - stretch, *spring)
 
 
 @EACH
 @pytest.mark.parametrize("side", [-1.0, 1.0])
 def test_free_at_the_slack_point_with_the_stated_stiffness_on_both_sides(spring, side):
     stiffness, softening, slack, locking = spring
-    assert passive_force(slack, *spring) == 0.0
+    assert spring_force(slack, *spring) == 0.0
     d = side * 1e-4 / max(softening, locking)
     slope = (4.0 * stretched(d, spring) - stretched(2.0 * d, spring)) / (2.0 * d)
     assert slope == pytest.approx(stiffness, rel=1e-7)
@@ -52,7 +60,7 @@ def test_falls_with_contraction_and_resists_with_k_over_h_at_most(spring):
     contractions = np.concatenate(
         [slack - stretches, slack + np.linspace(0.0, 20, 101) / softening]
     )
-    forces = np.array([passive_force(float(k), *spring) for k in contractions])
+    forces = np.array([spring_force(float(k), *spring) for k in contractions])
     assert np.all(np.diff(forces) < 0.0)
     assert np.all(forces > -stiffness / softening)
     assert forces[-1] == pytest.approx(-stiffness / softening, rel=1e-8)
@@ -96,23 +104,23 @@ def test_beyond_that_it_goes_on_straight_without_a_corner(spring):
 def test_a_braid_that_never_locks_is_linear_to_the_bit(spring):
     stiffness, softening, slack, _ = spring
     for contraction in np.linspace(slack - 1.0, slack, 57).tolist():
-        force = passive_force(contraction, stiffness, softening, slack, 0.0)
+        force = spring_force(contraction, stiffness, softening, slack, 0.0)
         assert force.hex() == (stiffness * (slack - contraction)).hex()
 
 
 @EACH
 def test_locking_does_not_touch_the_contracted_side(spring):
     for contraction in np.linspace(spring[2], spring[2] + 0.4, 57).tolist():
-        free = passive_force(contraction, *spring[:3], 0.0)
-        assert passive_force(contraction, *spring).hex() == free.hex()
+        free = spring_force(contraction, *spring[:3], 0.0)
+        assert spring_force(contraction, *spring).hex() == free.hex()
 
 
 def test_default_spring_is_no_spring():
     for contraction in (-0.3, 0.0, 0.25):
-        assert passive_force(contraction, *coefficients_of(PassiveSpring())) == 0.0
+        assert spring_force(contraction, *coefficients_of(PassiveSpring())) == 0.0
 
 
 def test_nan_is_passed_on():
     for stiffness, softening, slack, _ in SPRINGS:
         for locking in (0.0, 18.0):  # a braid that never locks as well
-            assert math.isnan(passive_force(math.nan, stiffness, softening, slack, locking))
+            assert math.isnan(spring_force(math.nan, stiffness, softening, slack, locking))
