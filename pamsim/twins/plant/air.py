@@ -126,7 +126,13 @@ def flows(m: Record, wanted: float, inside: float, supply: float) -> tuple[float
 
 
 def pressure_rate(
-    m: Record, inside: float, volume: float, swept: float, warmth: float, into: float, out: float
+    m: Record,
+    inside: float,
+    space: tuple[float, float],
+    swept: float,
+    warmth: float,
+    into: float,
+    out: float,
 ) -> tuple[float, float]:
     """Rates of absolute pressure [Pa/s] and temperature [K/s] of a muscle's air.
 
@@ -136,17 +142,22 @@ def pressure_rate(
     Args:
         m: numbers of the muscle.
         inside: absolute pressure [Pa].
-        volume: [m^3].
-        swept: its rate [m^3/s].
+        space: volume [m^3] and its change with pressure [m^3/Pa].
+        swept: rate of the volume at a held pressure [m^3/s].
         warmth: temperature of the air [K].
         into: flow into the muscle [kg/s].
         out: flow out of it [kg/s].
     """
+    volume, by_pressure = space
     if m.heat_time == 0.0:
         supplied = R_AIR * m.temperature * (into - out)
-        return m.polytropic * (supplied - inside * swept) / volume, 0.0
+        stiff = volume + m.polytropic * inside * by_pressure
+        return m.polytropic * (supplied - inside * swept) / stiff, 0.0
     mass = inside * volume / (R_AIR * warmth)
     heat = mass * R_AIR / (GAMMA - 1.0) * (m.temperature - warmth) / m.heat_time
     enthalpy = GAMMA * R_AIR * (m.temperature * into - warmth * out)
-    rate = (enthalpy - GAMMA * inside * swept + (GAMMA - 1.0) * heat) / volume
+    rate = (enthalpy - GAMMA * inside * swept + (GAMMA - 1.0) * heat) / (
+        volume + GAMMA * inside * by_pressure
+    )
+    swept += by_pressure * rate
     return rate, warmth * (rate / inside + swept / volume - (into - out) / mass)

@@ -10,7 +10,10 @@ CHORD = 0.015
 """Amplitude of the cycle whose chord a Prandtl-Ishlinskii hysteresis leaves out [-]."""
 
 _PANELS = 16
-"""Of Simpson's rule for the volume of a muscle with ends."""
+"""Of Simpson's rule for the volume of a muscle with ends or a braid that pressure lengthens."""
+
+_STEP, _BIT = 1e3, 1e-6
+"""Steps of the differences by pressure [Pa] and by contraction [-]."""
 
 
 def pull_per_pressure(m: Record, kappa: float) -> float:
@@ -37,42 +40,61 @@ def gained(m: Record, kappa: float) -> float:
     return m.scale * 0.25 * math.pi * m.diameter**2 * ideal
 
 
-def volume(m: Record, length: float) -> tuple[float, float]:
-    """Volume of the air [m^3] and its change with length [m^2].
+def volume(m: Record, length: float, pressure: float) -> tuple[float, float, float]:
+    """Volume of the air [m^3], its change with length [m^2] and with pressure [m^3/Pa].
 
     By virtual work: dV/dl = -dF/dp, from the volume of the braid at nominal length.
     """
     kappa = 1.0 - length / m.nominal_length
-    more, share = 0.0, 1.0
-    if m.end_loss > 0.0 or m.cone > 0.0:
-        share = ends(m, kappa)
-        part = kappa / _PANELS
-        for k in range(_PANELS + 1):
-            weight = 1.0 if k in (0, _PANELS) else (4.0 if k % 2 else 2.0)
-            at = k * part
-            more += weight * part / 3.0 * ends(m, at) * pull_per_pressure(m, at)
-    else:
-        more = gained(m, kappa)
+    more, by_pressure = swept(m, kappa, pressure), 0.0
+    if m.extensibility > 0.0:
+        by_pressure = swept(m, kappa, pressure + _STEP) - swept(m, kappa, pressure - _STEP)
+        by_pressure *= m.nominal_length / (2.0 * _STEP)
     start = m.dead_volume + 0.25 * math.pi * m.diameter**2 * m.nominal_length
-    return start + m.nominal_length * more, -share * pull_per_pressure(m, kappa)
+    return start + m.nominal_length * more, -pressure_slope(m, kappa, pressure), by_pressure
+
+
+def swept(m: Record, kappa: float, pressure: float) -> float:
+    """Integral of `pressure_slope` over the contraction from 0 [m^2]."""
+    if m.end_loss == 0.0 and m.cone == 0.0 and m.extensibility == 0.0:
+        return gained(m, kappa)
+    more, part = 0.0, kappa / _PANELS
+    for k in range(_PANELS + 1):
+        weight = 1.0 if k in (0, _PANELS) else (4.0 if k % 2 else 2.0)
+        more += weight * part / 3.0 * pressure_slope(m, k * part, pressure)
+    return more
+
+
+def pressure_slope(m: Record, kappa: float, pressure: float) -> float:
+    """Change of the force without memory with gauge pressure [m^2] at a contraction."""
+    grown = 1.0 + m.extensibility * pressure
+    free = 1.0 - (1.0 - kappa) / grown
+    slope = pull_per_pressure(m, free) * ends(m, free)
+    if m.extensibility > 0.0:
+        bent = loose_pull(m, free + _BIT, pressure) - loose_pull(m, free - _BIT, pressure)
+        slope += bent / (2.0 * _BIT) * m.extensibility * (1.0 - free) / grown
+    return slope
 
 
 def spring(m: Record, stretch: float) -> float:
-    """Tube and braid without pressure [N]: lets go when contracted, locks when stretched."""
-    force = 0.0
+    """Tube without pressure [N]: lets go when contracted."""
+    force = m.passive_stiffness * stretch
     if stretch < 0.0:
         force = m.passive_stiffness / m.passive_softening
         force *= math.exp(m.passive_softening * stretch) - 1.0
-    else:
-        inside = stretch
-        if m.passive_locking > 0.0:
-            inside = min(stretch, 0.95 / m.passive_locking)
-        room = (1.0 - inside * m.passive_locking) * (1.0 + inside * m.passive_locking)
-        slope = (2.0 - room) / room**2  # derivative of x / (1 - (x/x_lock)^2)
-        force = m.passive_stiffness * (inside / room + slope * (stretch - inside))
     if m.cubic != 0.0:
         force += m.cubic * stretch * (1.0 + (stretch / m.cubic_at) ** 2)
     return force
+
+
+def locked(m: Record, stretch: float) -> float:
+    """What a stretched braid adds to the tube as it locks [N]."""
+    if stretch <= 0.0 or m.passive_locking == 0.0:
+        return 0.0
+    inside = min(stretch, 0.95 / m.passive_locking)
+    room = (1.0 - inside * m.passive_locking) * (1.0 + inside * m.passive_locking)
+    slope = (2.0 - room) / room**2  # derivative of x / (1 - (x/x_lock)^2)
+    return m.passive_stiffness * (inside / room + slope * (stretch - inside) - stretch)
 
 
 def inside_pressure(m: Record, pressure: float) -> float:
@@ -129,12 +151,24 @@ def creep_pull(m: Record, states: FloatArray, first: int) -> float:
 
 def steady_pull(m: Record, length: float, pressure: float) -> float:
     """Signed force without memory [N] at a gauge pressure [Pa]."""
-    above = max(pressure, 0.0)
-    kappa = 1.0 - length / (m.nominal_length * (1.0 + m.extensibility * above))
-    active = pull_per_pressure(m, kappa) * inside_pressure(m, above) + free_pull(m, kappa)
+    kappa = 1.0 - length / m.nominal_length
+    free = 1.0 - length / (m.nominal_length * (1.0 + m.extensibility * pressure))
+    return loose_pull(m, free, pressure) + locked(m, m.passive_slack - kappa)
+
+
+def loose_pull(m: Record, free: float, pressure: float) -> float:
+    """Force without memory and locking [N].
+
+    Args:
+        m: numbers of the muscle.
+        free: contraction against the length at which the pressurised muscle is free [-].
+        pressure: gauge [Pa].
+    """
+    active = pull_per_pressure(m, free) * inside_pressure(m, max(pressure, 0.0))
+    active += free_pull(m, free)
     if active > 0.0:
-        active *= ends(m, kappa)
-    return active + spring(m, m.passive_slack - kappa)
+        active *= ends(m, free)
+    return active + spring(m, m.passive_slack - free)
 
 
 def loop_pull(

@@ -163,9 +163,17 @@ def write_rates(
         if j.cross > 0.0 and i < 2:
             other = JOINT_STATES + (1 - i) * MUSCLE_STATES
             out += j.cross * (inside - states[other + PRESSURE])
-        space, per_length = volume(m, muscle_length(m, states, first))
+        space, per_length, by_pressure = volume(
+            m, muscle_length(m, states, first), inside - m.atmosphere
+        )
         rates[first + PRESSURE], rates[first + AIR_TEMPERATURE] = pressure_rate(
-            m, inside, space, per_length * lengthening, states[first + AIR_TEMPERATURE], into, out
+            m,
+            inside,
+            (space, by_pressure),
+            per_length * lengthening,
+            states[first + AIR_TEMPERATURE],
+            into,
+            out,
         )
     rates[RESERVOIR] = 0.0
     if j.reservoir > 0.0:
