@@ -1,187 +1,176 @@
-"""Scores of the blind study: every share with its count and exact 95 % interval."""
+"""Scores of the blind study: every share with its count and exact 95 % interval.
+
+A claim is a name in a verdict ``named`` or ``named_with_remainder``, or one that all tied models
+share. It is right if it stands for an effect that was hidden (``stands_for`` of the ground truth).
+Names that only resemble what was hidden, while no effect of the library is its cause, count as
+neither right nor wrong. With that, as usual in fault diagnosis:
+
+- localisation F1 = 2 TP / (2 TP + FP + FN) over all claims and all hidden effects that have a right
+  name which was not removed from the library;
+- false discovery rate = FP / (FP + TP);
+- isolation = of the cases in which something was detected, those with exactly the right names;
+- coverage = of all cases with a right name, those in which it is claimed or an alternative.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from typing import Any
 
 import numpy as np
-from blind_study_conditions import Condition
 from scipy.stats import binomtest
 
 from pamsim.effects.catalog import EFFECTS
 
-Row = dict[str, Any]
-Case = tuple[Condition, Row]
+Row = Mapping[str, Any]
+Case = tuple[Mapping[str, Any], Row]
 
-NAMED, LIKE = "named", "named_with_remainder"
-SEPARABLE = 0.95
-
-
-def share(cases: Sequence[Case], hit: Callable[[Condition, Row], bool]) -> dict[str, Any]:
-    """Share of cases that hit, its exact (Clopper-Pearson) 95 % interval, and which do not."""
-    hits = [hit(*case) for case in cases]
-    if not hits:
-        return {"count": 0}
-    return {
-        **_plain(hits),
-        "others": [c.name for (c, _), h in zip(cases, hits, strict=True) if not h][:40]
-        if sum(hits) > len(hits) / 2
-        else [c.name for (c, _), h in zip(cases, hits, strict=True) if h][:40],
-    }
+CLAIMING = ("named", "named_with_remainder")
+WITH_NAME = ("library", "other_formula", "pair")
+"""Tiers in which the library holds a right name for every hidden effect."""
 
 
-def member(row: Row) -> bool:
-    """Whether an effect is claimed, and not only as a resemblance."""
-    return row["verdict"] == NAMED
+def plain(name: str) -> str:
+    """Name of an effect without its form."""
+    return name.partition(":")[0]
 
 
-def claims(row: Row) -> bool:
-    """Whether an effect is claimed, be it only as a resemblance."""
-    return row["verdict"] in (NAMED, LIKE)
+def claims(row: Row) -> set[str]:
+    """Effects that a diagnosis claims."""
+    names = row["claimed"] if row["verdict"] in CLAIMING else row["certain"]
+    return {plain(name) for name in names}
 
 
 def suggested(row: Row) -> set[str]:
-    """All names in the verdict: claimed, resembled, or among the alternatives."""
-    if not (claims(row) or row["verdict"] == "ambiguous"):
-        return set()
-    return {*row["named"], *(name for model in row["tied"] for name in model)}
+    """Effects that it claims or gives as alternatives."""
+    if row["verdict"] in ("unexplained", "no_gap", "not_identifiable"):
+        return claims(row)
+    return claims(row) | {plain(name) for name in row["suggested"]}
 
 
-def truths(one: Condition) -> set[str]:
-    """Names of what is hidden."""
-    return {name for name, _ in one.effects}
+def right_names(case: Mapping[str, Any], row: Row) -> list[set[str]]:
+    """Of each hidden effect the right names that the diagnosis could give; none is left out."""
+    sets = [set(hidden["stands_for"]) - set(case["removed"]) for hidden in row["hidden"]]
+    return [names for names in sets if names & set(EFFECTS)]
 
 
-def families(names: set[str]) -> set[str]:
-    """Families of effects."""
-    return {EFFECTS[name].family for name in names if name in EFFECTS}
+def counts(case: Mapping[str, Any], row: Row) -> tuple[int, int, int]:
+    """True positives, false positives and false negatives of a case."""
+    found, wanted = claims(row), right_names(case, row)
+    right = set[str]().union(*wanted)
+    similar = {name for hidden in row["hidden"] for name in hidden["resembles"]}
+    hit = sum(bool(names & found) for names in wanted)
+    return hit, len(found - right - similar), len(wanted) - hit
+
+
+def wrong(case: Mapping[str, Any], row: Row) -> bool:
+    """Whether only wrong names are claimed with confidence."""
+    hit, false, _ = counts(case, row)
+    return false > 0 and hit == 0 and row["verdict"] in CLAIMING
+
+
+def exact(case: Mapping[str, Any], row: Row) -> bool:
+    """Whether exactly the hidden effects are claimed."""
+    hit, false, missed = counts(case, row)
+    return hit > 0 and false == 0 and missed == 0 and len(claims(row)) == hit
+
+
+def covered(case: Mapping[str, Any], row: Row) -> bool:
+    """Whether every hidden effect has a right name among those suggested."""
+    return all(names & suggested(row) for names in right_names(case, row))
+
+
+def families(case: Mapping[str, Any], row: Row) -> tuple[int, int, int]:
+    """The same as `counts`, of families of effects."""
+
+    def of(names: set[str]) -> set[str]:
+        return {EFFECTS[name].family for name in names if name in EFFECTS}
+
+    found, wanted = of(claims(row)), [of(names) for names in right_names(case, row)]
+    similar = of({name for hidden in row["hidden"] for name in hidden["resembles"]})
+    hit = sum(bool(names & found) for names in wanted)
+    return hit, len(found - set[str]().union(*wanted) - similar), len(wanted) - hit
+
+
+def excess(row: Row) -> float:
+    """Mean square misfit of the refitted base over the noise variance, minus 1; 0 if unknown."""
+    before = row["gap"]["before"]
+    return 0.0 if before is None else before**2 - 1.0
 
 
 def scores(cases: Sequence[Case]) -> dict[str, Any]:
     """All quantities of the study.
 
     Args:
-        cases: conditions and their rows.
+        cases: cases and their rows.
     """
 
-    def of(*kinds: str, low: float = -np.inf, high: float = np.inf) -> list[Case]:
-        return [(c, r) for c, r in cases if c.kind in kinds and low <= r["excess"] < high]
+    def of(*tiers: str, low: float = -np.inf, high: float = np.inf) -> list[Case]:
+        return [(c, r) for c, r in cases if c["tier"] in tiers and low <= excess(r) < high]
 
-    def right_names(c: Condition, r: Row) -> bool:
-        return claims(r) and set(r["named"]) == truths(c)
-
-    def unique(c: Condition, r: Row) -> bool:
-        return member(r) and right_names(c, r)
-
-    singles = of("single")
-    right = [(c, r) for c, r in singles if right_names(c, r)]
-    separable = [
-        (c, r)
-        for c, r in of("single", low=0.5)
-        if all(r["likest"].get(n, 0.0) < SEPARABLE for n in truths(c))
-    ]
-    errors = [e for _, r in right for e in _errors(r)[:1]]
-    covered = [inside for _, r in right for inside in _covered(r)]
+    named = of(*WITH_NAME)
+    detected = [(c, r) for c, r in named if r["verdict"] != "no_gap"]
+    sizes = [size for _, r in cases for size in _sizes(r)]
+    limits = [entry for _, r in cases for entry in r["limits"].values()]
     return {
-        "none: effect claimed or suggested": share(of("none"), lambda c, r: bool(suggested(r))),
-        "none: verdict no_gap": share(of("none"), lambda c, r: r["verdict"] == "no_gap"),
-        "single: wrong confident name": share(
-            singles, lambda c, r: claims(r) and not truths(c) & set(r["named"])
-        ),
-        "single, E >= 0.5: named or in the set": share(
-            of("single", low=0.5), lambda c, r: truths(c) <= suggested(r)
-        ),
-        "single, E >= 0.5, separable: unique correct name": share(separable, unique),
-        "single, E >= 0.5: right effect, but only as a resemblance": share(
-            of("single", low=0.5), lambda c, r: right_names(c, r) and not member(r)
-        ),
-        "single, 0.1 <= E < 0.5: detected": share(
-            of("single", low=0.1, high=0.5), lambda c, r: r["verdict"] != "no_gap"
-        ),
-        "single: spurious second effect": share(
-            singles,
-            lambda c, r: claims(r) and len(r["named"]) > 1 and bool(truths(c) & set(r["named"])),
-        ),
-        "pair: both named or in the set": share(of("pair"), lambda c, r: truths(c) <= suggested(r)),
-        "pair: wrong confident name": share(
-            of("pair"), lambda c, r: claims(r) and not truths(c) & set(r["named"])
-        ),
-        "outside, E >= 0.1: unexplained": share(
-            of("outside", low=0.1), lambda c, r: r["verdict"] == "unexplained"
-        ),
-        "outside, in span: no member claimed": share(
-            of("in_span", low=0.1), lambda c, r: not member(r)
-        ),
-        "true effect removed from the library, E >= 0.5: no other name claimed": share(
-            of("removed", low=0.5), lambda c, r: not member(r)
-        ),
-        "intervals that contain the hidden value": _plain(covered),
-        "region among the two top cells, E >= 0.5": share(of("single", low=0.5), _region),
-        "named: held-out RMS after the repair <= 1.05 floor": share(
-            right, lambda c, r: r["rms_after"] <= 1.05
-        ),
-        "named: median held-out RMS after the repair": _median(r["rms_after"] for _, r in right),
-        "named: median error of the main parameter": _median(errors),
-        "different formulation: right family": share(
-            of("different", low=0.1),
-            lambda c, r: bool(families(truths(c)) & families(suggested(r))),
-        ),
-        "different formulation: wrong family claimed": share(
-            of("different", low=0.1),
-            lambda c, r: claims(r) and not families(truths(c)) & families(set(r["named"])),
-        ),
-        "resembles what is named: true cause of that family": share(
-            [
-                (c, r)
-                for c, r in of("single", "pair", "different", "removed")
-                if r["verdict"] == LIKE
-            ],
-            lambda c, r: bool(families(truths(c)) & families(set(r["named"]))),
-        ),
-        "seconds on one of two busy cores, median": _median(r["seconds"] for _, r in cases),
         "data sets": len(cases),
+        "localisation F1": _f1([counts(c, r) for c, r in cases]),
+        "localisation F1 of families": _f1([families(c, r) for c, r in cases]),
+        "false discovery rate": _rate([counts(c, r) for c, r in cases]),
+        "detection": share(named, lambda _, r: r["verdict"] != "no_gap"),
+        "isolation": share(detected, exact),
+        "coverage": share(named, covered),
+        "wrong confident name": share(cases, wrong),
+        "nothing hidden: effect claimed or suggested": share(
+            of("nothing"), lambda _, r: bool(suggested(r))
+        ),
+        "nothing hidden: verdict no_gap": share(
+            of("nothing"), lambda _, r: r["verdict"] == "no_gap"
+        ),
+        **{
+            f"{tier}: {what}": share(of(tier, low=low), hit)
+            for tier in WITH_NAME
+            for what, low, hit in (
+                ("exactly the hidden effects claimed", -np.inf, exact),
+                ("exactly the hidden effects claimed, E >= 0.5", 0.5, exact),
+                ("right name claimed or an alternative, E >= 0.5", 0.5, covered),
+                ("wrong confident name", -np.inf, wrong),
+            )
+        },
+        "outside: no name claimed": share(of("outside"), lambda _, r: not claims(r)),
+        "outside, E >= 0.1: unexplained": share(
+            of("outside", low=0.1), lambda _, r: r["verdict"] == "unexplained"
+        ),
+        "resembles: no name, or a similar one": share(
+            of("resembles"), lambda c, r: counts(c, r)[1] == 0
+        ),
+        "removed from the library, E >= 0.5: no name claimed": share(
+            of("removed", low=0.5), lambda _, r: not claims(r)
+        ),
+        "sizes within 15 %": plain_share([error <= 0.15 for error, _ in sizes]),
+        "error of the size": _median(error for error, _ in sizes),
+        "intervals that contain the hidden value": plain_share(
+            [inside for _, inside in sizes if inside is not None]
+        ),
+        "limits of effects not claimed that hold": plain_share(
+            [entry["limit"] >= entry["truth"] for entry in limits]
+        ),
+        "seconds per diagnosis": _median(r["seconds"] for _, r in cases),
     }
 
 
-def _region(c: Condition, r: Row) -> bool:
-    """Whether the cell where the hidden effect appears most is among the first two of the map.
-
-    The two muscles, and the two settings of a protocol, count as one.
-    """
-    if not r.get("true_cells"):
-        return False
-    found = {(_kind(channel), _protocol(protocol)) for channel, protocol, _ in r["cells"][:2]}
-    channel, protocol, _ = r["true_cells"][0]
-    return (_kind(channel), _protocol(protocol)) in found
+def share(cases: Sequence[Case], hit: Callable[[Any, Row], bool]) -> dict[str, Any]:
+    """Share of cases that hit, its interval, and the fewer of those that do and do not."""
+    hits = [hit(*case) for case in cases]
+    if not hits:
+        return {"count": 0}
+    few = sum(hits) <= len(hits) / 2
+    names = [c["name"] for (c, _), h in zip(cases, hits, strict=True) if h == few]
+    return {**plain_share(hits), "others": names[:40]}
 
 
-def _kind(channel: str) -> str:
-    return channel.split("_")[0]
-
-
-def _protocol(name: str) -> str:
-    return name.removesuffix("_check")
-
-
-def _errors(r: Row) -> list[float]:
-    """Error of each parameter, relative to the hidden value's distance from neutral."""
-    return [
-        abs(p["value"] - p["truth"]) / abs(p["truth"] - p["neutral"])
-        for p in r["parameters"].values()
-        if p["truth"] is not None and p["neutral"] is not None and p["truth"] != p["neutral"]
-    ]
-
-
-def _covered(r: Row) -> list[bool]:
-    return [
-        p["interval95"][0] <= p["truth"] <= p["interval95"][1]
-        for p in r["parameters"].values()
-        if p["truth"] is not None
-    ]
-
-
-def _plain(hits: Sequence[bool]) -> dict[str, Any]:
+def plain_share(hits: Sequence[bool]) -> dict[str, Any]:
+    """Share with its exact (Clopper-Pearson) 95 % interval."""
     if not hits:
         return {"count": 0}
     interval = binomtest(sum(hits), len(hits)).proportion_ci(method="exact")
@@ -191,6 +180,35 @@ def _plain(hits: Sequence[bool]) -> dict[str, Any]:
         "count": len(hits),
         "interval95": [round(float(interval.low), 4), round(float(interval.high), 4)],
     }
+
+
+def _sizes(row: Row) -> Iterator[tuple[float, bool | None]]:
+    """Relative error of each size of an effect that is claimed, and whether its interval holds."""
+    if row["verdict"] not in CLAIMING:
+        return
+    for size in row["sizes"].values():
+        away = abs(size["truth"] - size["neutral"])
+        ends = size["interval95"]
+        inside = None if ends is None else ends[0] <= size["truth"] <= ends[1]
+        if away > 0.0:
+            yield abs(size["value"] - size["truth"]) / away, inside
+
+
+def _f1(found: Sequence[tuple[int, int, int]]) -> dict[str, Any]:
+    """F1, and the counts it is made of."""
+    right, false, missed = (sum(row[k] for row in found) for k in range(3))
+    whole = 2 * right + false + missed
+    return {
+        "value": round(2 * right / whole, 4) if whole else None,
+        "true_positives": right,
+        "false_positives": false,
+        "false_negatives": missed,
+    }
+
+
+def _rate(found: Sequence[tuple[int, int, int]]) -> dict[str, Any]:
+    right, false = (sum(row[k] for row in found) for k in range(2))
+    return plain_share([True] * false + [False] * right)
 
 
 def _median(values: Any) -> dict[str, Any]:
