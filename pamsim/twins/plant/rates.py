@@ -166,11 +166,14 @@ def write_rates(
         space, per_length, by_pressure = volume(
             m, muscle_length(m, states, first), inside - m.atmosphere
         )
+        # The energy that the loop holds grows with pressure, and takes its volume from the air.
+        held = m.loop_per_pressure * m.nominal_length * m.loop_yield * states[first + LOOP]
+        space -= 0.5 * held * states[first + LOOP]
         rates[first + PRESSURE], rates[first + AIR_TEMPERATURE] = pressure_rate(
             m,
             inside,
             (space, by_pressure),
-            per_length * lengthening,
+            per_length * lengthening - held * rates[first + LOOP],
             states[first + AIR_TEMPERATURE],
             into,
             out,
