@@ -34,7 +34,6 @@ class Braid(ParameterGroup):
         unit="1/Pa",
         low=0.0,
         high=1e-6,
-        # The volume does not follow: at 2e-8 a MAS-20 muscle gives 8 % less work than its air.
         doc="growth of the nominal length per gauge pressure, as the fibres stretch",
         default=0.0,
     )

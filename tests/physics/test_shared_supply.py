@@ -91,8 +91,16 @@ class Books:
             row, air = model.actuator_user[i].tolist(), data.act[airs[i]]
             at, speed = float(data.actuator_length[i]), float(data.actuator_velocity[i])
             # This force law is linear in pressure, and so the volume does not depend on it.
-            near = [kernel.static_volume(row, at + step, 0.0) for step in (-1e-5, 0.0, 1e-5)]
-            volume, swept = near[1], (near[2] - near[0]) / 2e-5 * speed
+            first = model.actuator_actadr[i]
+            own = slice(first, first + model.actuator_actnum[i])
+            # What the memory of hysteresis holds moves with its rates.
+            near = [
+                kernel.chamber_volume(
+                    row, data.act[own] + ahead * data.act_dot[own], at + ahead * speed, 0.0
+                )
+                for ahead in (-1e-5, 0.0, 1e-5)
+            ]
+            volume, swept = near[1], (near[2] - near[0]) / 2e-5
             pressure = (air / volume) ** index
             rate = data.act_dot[airs[i]] / air
             pressure_rate = index * pressure * (rate - swept / volume)
