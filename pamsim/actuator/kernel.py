@@ -14,12 +14,15 @@ from pamsim.actuator.chain import extension_rate, rippled_ratio, rippled_travel,
 from pamsim.actuator.friction import dry_friction, stribeck_friction
 from pamsim.actuator.layout import (
     AIR,
+    AMBIENT,
     CREEP,
     EXTENSION,
     LINE,
+    OPENING,
     RUBBING,
     SAG,
     SHIFT,
+    TUBE,
     MutableRow,
     Row,
     slot,
@@ -38,15 +41,17 @@ from pamsim.muscles.end_shape import force_left, force_left_slope
 from pamsim.muscles.passive import locking_force, tube_energy, tube_force
 from pamsim.muscles.tension import effective_pressure, taut
 from pamsim.pneumatics.air import GAS_CONSTANT
-from pamsim.pneumatics.chamber import absolute_pressure, air_state_rate
+from pamsim.pneumatics.chamber import absolute_pressure, air_state_rate, relaxing_rate
 from pamsim.pneumatics.orifice import mass_flow
 from pamsim.pneumatics.supply import Valves, supply_sag
+from pamsim.pneumatics.tube import line_outflow, near_end_pressure
 from pamsim.pneumatics.valves import (
     clamped_opening,
     line_rate,
     past_dead_zone,
     pulsed_opening,
     regulated_opening,
+    slewed_opening,
     valve_flow,
 )
 
@@ -92,6 +97,7 @@ _DEAD_VOLUME = slot("chamber.dead_volume")
 _ATMOSPHERE = slot("chamber.atmosphere")
 _FLOOR = slot("chamber.floor")
 _LEAK = slot("chamber.leak_conductance")
+_HEAT_RATE = slot("chamber.heat_rate")
 _FILL = slot("valve.conductance_fill")
 _EXHAUST = slot("valve.conductance_exhaust")
 _CRITICAL = slot("valve.critical_ratio")
@@ -104,6 +110,9 @@ _PULSE_PERIOD = slot("valve.pulse_period")
 _BAND = slot("valve.regulator_band")
 _DEAD_BAND = slot("valve.regulator_dead_band")
 _DEAD_ZONE = slot("valve.dead_zone")
+_TRAVEL_TIME = slot("valve.travel_time")
+_TUBE_RESISTANCE = slot("valve.tube_resistance")
+_TUBE_VOLUME = slot("valve.tube_volume")
 
 _TYPICAL_PRESSURE = 3e5  # gauge [Pa]: where the search for a volume that depends on it starts
 _CLOSE = 1e-9  # relative step of the pressure search after which what is left is rounding
@@ -435,24 +444,49 @@ def _rubbing_after(
     )
 
 
+def wanted_opening(par: Row, command: float, pressure: float, time: float) -> float:
+    """Signed opening in [-1, 1] to which a command moves the valve pair, dead zone included.
+
+    Args:
+        par: parameter row.
+        command: signed opening, signed duty or gauge pressure [Pa], as the row specifies.
+        pressure: gauge pressure at the valves [Pa].
+        time: [s].
+    """
+    if par[_COMMAND] == 0.0:
+        return clamped_opening(command)
+    if par[_COMMAND] == 1.0:
+        return pulsed_opening(command, time, par[_PULSE_PERIOD])
+    return regulated_opening(command, pressure, par[_BAND], par[_DEAD_BAND])
+
+
 def valve_opening(par: Row, command: float, pressure: float, time: float) -> float:
     """Signed opening of the valve pair that a command means, dead zone passed, in [-1, 1].
 
     Args:
         par: parameter row.
         command: signed opening, signed duty or gauge pressure [Pa], as the row specifies.
-        pressure: gauge pressure in the chamber [Pa].
+        pressure: gauge pressure at the valves [Pa].
         time: [s].
     """
-    if par[_COMMAND] == 0.0:
-        opening = clamped_opening(command)
-    elif par[_COMMAND] == 1.0:
-        opening = pulsed_opening(command, time, par[_PULSE_PERIOD])
-    else:
-        opening = regulated_opening(command, pressure, par[_BAND], par[_DEAD_BAND])
+    return _open(par, wanted_opening(par, command, pressure, time))
+
+
+def _open(par: Row, opening: float) -> float:
+    """What the dead zone leaves of an opening."""
     if par[_DEAD_ZONE] == 0.0:
         return opening
     return past_dead_zone(opening, par[_DEAD_ZONE])
+
+
+def reached_opening(
+    par: Row, act: Row, command: float, pressure: float, time: float, timestep: float
+) -> float:
+    """Opening that the valves reach in a time step, dead zone included, see `wanted_opening`."""
+    wanted = wanted_opening(par, command, pressure, time)
+    if par[_TRAVEL_TIME] == 0.0:
+        return wanted
+    return slewed_opening(wanted, act[len(act) - OPENING], par[_TRAVEL_TIME], timestep)
 
 
 def command_at_valve(par: Row, act: Row, command: float) -> float:
@@ -462,25 +496,60 @@ def command_at_valve(par: Row, act: Row, command: float) -> float:
     return command
 
 
-def fill_valve(
-    par: Row, pressure_abs: float, command: float, time: float, valve: MutableRow
-) -> None:
+def pressure_at_valve(par: Row, act: Row, tendon_length: float) -> float:
+    """Absolute pressure at the valves [Pa]: the chamber's, or that at the near end of a tube."""
+    if par[_TUBE_RESISTANCE] > 0.0:
+        return act[len(act) - TUBE]
+    return chamber_pressure(par, act, tendon_length)
+
+
+def sensed_pressure(par: Row, act: Row, tendon_length: float) -> float:
+    """Gauge pressure that a sensor at the valves sees [Pa]."""
+    return pressure_at_valve(par, act, tendon_length) - par[_ATMOSPHERE]
+
+
+def fill_valve(par: Row, pressure_abs: float, opening: float, valve: MutableRow) -> None:
     """Write what a muscle's fill valve means to its supply.
 
     Args:
         par: parameter row.
-        pressure_abs: absolute pressure in the chamber [Pa].
-        command: see `valve_opening`.
-        time: [s].
+        pressure_abs: absolute pressure behind it [Pa].
+        opening: signed, of the pair, dead zone passed.
         valve: (VALVE,) written, see `pamsim.pneumatics.supply.supply_sag`.
     """
-    opening = valve_opening(par, command, pressure_abs - par[_ATMOSPHERE], time)
     valve[0] = par[_SUPPLY] + par[_ATMOSPHERE]
     valve[1] = pressure_abs
     valve[2] = 0.0 if opening <= 0.0 else opening * par[_FILL]
     valve[3] = par[_CRITICAL]
     valve[4] = par[_LAMINAR]
     valve[5] = par[_TEMPERATURE]
+
+
+def fill_valve_of(
+    par: Row,
+    act: Row,
+    tendon_length: float,
+    command: float,
+    time: float,
+    timestep: float,
+    valve: MutableRow,
+) -> None:
+    """Write what the fill valve of a muscle in a given state means to its supply.
+
+    Args:
+        par: parameter row.
+        act: states.
+        tendon_length: [m].
+        command: as sent, before the lag of its line.
+        time: [s].
+        timestep: [s].
+        valve: (VALVE,) written.
+    """
+    pressure_abs = pressure_at_valve(par, act, tendon_length)
+    gauge = pressure_abs - par[_ATMOSPHERE]
+    sent = command_at_valve(par, act, command)
+    opening = reached_opening(par, act, sent, gauge, time, timestep)
+    fill_valve(par, pressure_abs, _open(par, opening), valve)
 
 
 def line_sag(par: Row, act: Row, valves: Valves, timestep: float) -> float:
@@ -498,7 +567,7 @@ def line_sag(par: Row, act: Row, valves: Valves, timestep: float) -> float:
 
 
 def air_flow(par: Row, pressure_abs: float, command: float, time: float, sag: float = 0.0) -> float:
-    """Mass flow into the chamber [kg/s], minus the leak.
+    """Mass flow into a chamber right behind quick valves [kg/s], minus the leak.
 
     Args:
         par: parameter row.
@@ -507,22 +576,43 @@ def air_flow(par: Row, pressure_abs: float, command: float, time: float, sag: fl
         time: [s].
         sag: fall of the supply's pressure [Pa].
     """
-    atmosphere = par[_ATMOSPHERE]
-    flow = valve_flow(
-        valve_opening(par, command, pressure_abs - atmosphere, time),
+    opening = valve_opening(par, command, pressure_abs - par[_ATMOSPHERE], time)
+    return flow_through_valves(par, pressure_abs, opening, sag) - leak_flow(par, pressure_abs)
+
+
+def flow_through_valves(par: Row, pressure_abs: float, opening: float, sag: float) -> float:
+    """Mass flow through the valves [kg/s].
+
+    Args:
+        par: parameter row.
+        pressure_abs: absolute pressure behind them [Pa].
+        opening: signed, dead zone passed, in [-1, 1].
+        sag: fall of the supply's pressure [Pa].
+    """
+    return valve_flow(
+        opening,
         pressure_abs,
-        par[_SUPPLY] + atmosphere - sag,
-        atmosphere,
+        par[_SUPPLY] + par[_ATMOSPHERE] - sag,
+        par[_ATMOSPHERE],
         par[_FILL],
         par[_EXHAUST],
         par[_CRITICAL],
         par[_LAMINAR],
         par[_TEMPERATURE],
     )
+
+
+def leak_flow(par: Row, pressure_abs: float) -> float:
+    """Mass flow out of the chamber through its leak [kg/s]."""
     if par[_LEAK] == 0.0:
-        return flow
-    return flow - mass_flow(
-        pressure_abs, atmosphere, par[_LEAK], par[_CRITICAL], par[_LAMINAR], par[_TEMPERATURE]
+        return 0.0
+    return mass_flow(
+        pressure_abs,
+        par[_ATMOSPHERE],
+        par[_LEAK],
+        par[_CRITICAL],
+        par[_LAMINAR],
+        par[_TEMPERATURE],
     )
 
 
@@ -609,10 +699,30 @@ def state_rates(
     if par[_RESISTANCE] > 0.0:
         share = sag / (par[_SUPPLY] + par[_ATMOSPHERE])
         rates[count - SAG] = (share - act[count - SAG]) / timestep
-    rates[count - AIR] = air_state_rate(
-        act[count - AIR],
-        pressure_abs,
-        chamber_volume(par, act, length, pressure_abs - par[_ATMOSPHERE]),
-        par[_TEMPERATURE],
-        air_flow(par, pressure_abs, at_valve, time, sag),
-    )
+    at_valve_abs = pressure_abs
+    if par[_TUBE_RESISTANCE] > 0.0:
+        at_valve_abs = act[count - TUBE]
+    opening = reached_opening(par, act, at_valve, at_valve_abs - par[_ATMOSPHERE], time, timestep)
+    rates[count - OPENING] = 0.0
+    if par[_TRAVEL_TIME] > 0.0:
+        rates[count - OPENING] = (opening - act[count - OPENING]) / timestep
+    flow = flow_through_valves(par, at_valve_abs, _open(par, opening), sag)
+    rates[count - TUBE] = 0.0
+    if par[_TUBE_RESISTANCE] > 0.0:
+        room, warmth = par[_TUBE_VOLUME], par[_TEMPERATURE]
+        after = near_end_pressure(
+            at_valve_abs, pressure_abs, flow, par[_TUBE_RESISTANCE], room, warmth, timestep
+        )
+        rates[count - TUBE] = (after - at_valve_abs) / timestep
+        flow = line_outflow(flow, after - at_valve_abs, room, warmth, timestep)
+    flow -= leak_flow(par, pressure_abs)
+    air = act[count - AIR]
+    inside = chamber_volume(par, act, length, pressure_abs - par[_ATMOSPHERE])
+    rates[count - AIR] = air_state_rate(air, pressure_abs, inside, par[_TEMPERATURE], flow)
+    rates[count - AMBIENT] = 0.0
+    if par[_HEAT_RATE] > 0.0:
+        ambient = act[count - AMBIENT] / inside
+        rates[count - AMBIENT] = GAS_CONSTANT * par[_TEMPERATURE] * flow
+        rates[count - AIR] += relaxing_rate(
+            air, pressure_abs, ambient, par[_POLYTROPIC], par[_HEAT_RATE], timestep
+        )

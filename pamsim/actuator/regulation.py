@@ -34,4 +34,8 @@ def regulator_time_constant(muscle: Muscle) -> float:
     )
     rate = chamber.polytropic_index * GAS_CONSTANT * chamber.temperature * flow
     band = valve.regulator_band * (1.0 - valve.dead_zone)
-    return band * (inside + chamber.dead_volume) / max(rate, 1e-300)
+    room = inside + chamber.dead_volume
+    if valve.tube_resistance > 0.0:
+        # The regulator then sees the pressure in the tube, whose air stays at its temperature.
+        room = min(room, valve.tube_volume * chamber.polytropic_index)
+    return band * room / max(rate, 1e-300)

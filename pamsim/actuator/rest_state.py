@@ -8,7 +8,7 @@ from pamsim.actuator.kernel import (
     contraction,
     length_at_muscle,
 )
-from pamsim.actuator.layout import AIR, CREEP, LINE, MutableRow, Row, slot
+from pamsim.actuator.layout import AIR, AMBIENT, CREEP, LINE, TUBE, MutableRow, Row, slot
 from pamsim.pneumatics.chamber import air_state
 
 _COMMAND = slot("command")
@@ -35,7 +35,8 @@ def rest(par: Row, act: MutableRow, tendon_length: float, pressure: float) -> No
     Args:
         par: (SIZE,) parameter row.
         act: (n,) written: the operator free of memory, the chain free of force and in the middle
-            of its backlash, the creep relaxed, the command's line at what keeps the valves shut.
+            of its backlash, the creep relaxed, the command's line at what keeps the valves shut,
+            the tube at the chamber's pressure, the air at the ambient temperature.
         tendon_length: [m].
         pressure: gauge pressure [Pa].
     """
@@ -43,6 +44,9 @@ def rest(par: Row, act: MutableRow, tendon_length: float, pressure: float) -> No
         act[i] = 0.0
     length = chain_length(par, tendon_length)
     act[len(act) - AIR] = charged_air_state(par, act, length, pressure)
+    act[len(act) - TUBE] = pressure + par[_ATMOSPHERE]
+    inside = chamber_volume(par, act, length, pressure)
+    act[len(act) - AMBIENT] = (pressure + par[_ATMOSPHERE]) * inside
     quieten(par, act, tendon_length, pressure)
 
 

@@ -36,7 +36,7 @@ def full_rates(par: Row, tendon_length: float, pressure: float) -> tuple[float, 
     scale = row[_POLYTROPIC] * GAS_CONSTANT * row[_TEMPERATURE] / inside
     sag, valve = 0.0, [0.0] * VALVE
     if row[_RESISTANCE] > 0.0:
-        fill_valve(row, absolute, 1.0, 0.0, valve)
+        fill_valve(row, absolute, 1.0, valve)
         sag = supply_sag([valve], row[_RESISTANCE], 0.0, 0.0)
     fill = air_flow(row, absolute, 1.0, 0.0, sag)
     return scale * fill, scale * air_flow(row, absolute, -1.0, 0.0)

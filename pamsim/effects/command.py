@@ -1,4 +1,4 @@
-"""Effects between command and valves: delay and lag."""
+"""Effects between command and valves: delay, lag and limited speed."""
 
 from __future__ import annotations
 
@@ -22,5 +22,17 @@ EFFECTS = (
         look_alikes=("valve_delay", "pressure_lag", "valve_flow"),
         separating="sharp steps at a high sampling rate: a lag responds at once",
         upstream_of_pressure=True,
+    ),
+    Effect(
+        name="valve_slew",
+        family="valve_slew",
+        missing="a limit on the speed at which the valves open and close",
+        parameters=(EffectParameter(name="valve.travel_time", typical=0.03, low=0.0, high=1.0),),
+        look_alikes=("line_lag", "valve_delay", "valve_flow"),
+        separating="steps of different size: a slow valve takes the longer, the further it opens,"
+        " a lag takes the same time",
+        probes=(0.1, 0.5, 2.0),
+        upstream_of_pressure=True,
+        on_request=True,
     ),
 )

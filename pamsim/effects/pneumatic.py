@@ -84,7 +84,29 @@ EFFECTS = (
         on_request=True,
     ),
     Effect(
+        name="tube_resistance",
+        family="tube_resistance",
+        missing="the resistance of the tube between the valves with their sensor and the muscle",
+        parameters=(
+            EffectParameter(name="valve.tube_resistance", typical=1e8, low=0.0, high=5e9),
+            EffectParameter(
+                name="valve.tube_volume",
+                typical=5e-6,
+                low=2e-6,
+                high=1e-4,
+                shape=True,
+                starts=(2e-5,),
+            ),
+        ),
+        look_alikes=("pressure_lag", "valve_flow", "supply_sag"),
+        separating="a second pressure sensor at the muscle while it is filled from empty",
+        probes=(0.1, 0.5, 2.0),
+        upstream_of_pressure=True,
+        on_request=True,
+    ),
+    Effect(
         name="thermal_relaxation",
+        form="index",
         family="thermal",
         missing="heat exchanged between the air and the muscle",
         parameters=(
@@ -100,5 +122,27 @@ EFFECTS = (
         ),
         look_alikes=("valve_flow", "valve_delay", "angle_scale"),
         separating="turn the arm by hand with the valves shut and read the pressures",
+    ),
+    Effect(
+        name="thermal_relaxation",
+        form="temperature",
+        family="thermal",
+        missing="heat that the air exchanges with the muscle in a time of its own",
+        parameters=(
+            EffectParameter(name="chamber.heat_rate", typical=1.0, low=0.0, high=50.0),
+            # Limited to [1, 1.4]: isothermal to adiabatic air.
+            EffectParameter(
+                name="chamber.polytropic_index",
+                typical=0.15,
+                low=-0.4,
+                high=0.4,
+                neutral=None,
+                natural_ends=True,
+            ),
+        ),
+        look_alikes=("valve_flow", "air_leak", "viscoelastic_creep"),
+        separating="shut the valves after a fast fill: the pressure falls and then stays, where a"
+        " leak goes on",
+        probes=(0.3, 2.0),
     ),
 )

@@ -9,7 +9,7 @@ from typing import Any, TypeAlias
 import mujoco
 import numpy as np
 
-from pamsim.actuator.kernel import gauge_pressure, tension
+from pamsim.actuator.kernel import sensed_pressure, tension
 from pamsim.engine.callback import muscle_ids
 from pamsim.engine.trace import FloatArray
 
@@ -20,7 +20,7 @@ _Along: TypeAlias = Callable[..., None]
 def gauge_pressures(
     model: mujoco.MjModel, act: FloatArray, length: FloatArray, *, backend: str
 ) -> FloatArray:
-    """Gauge pressures of all muscles at every sample.
+    """Gauge pressures of all muscles at every sample, as sensors at the valves see them.
 
     Args:
         model: a model with pamsim muscles.
@@ -31,7 +31,7 @@ def gauge_pressures(
     Returns:
         (n, m) [Pa], one column per muscle.
     """
-    return _along(gauge_pressure, model, act, (length,), backend)
+    return _along(sensed_pressure, model, act, (length,), backend)
 
 
 def tensions(
@@ -104,6 +104,6 @@ def _compiled(law: _Law) -> _Along:
     def along(row, states, length, out):
         mark(key)
         for k in range(length.size):
-            out[k] = gauge_pressure(row, states[k], length[k])
+            out[k] = sensed_pressure(row, states[k], length[k])
 
     return along

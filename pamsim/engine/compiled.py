@@ -22,10 +22,9 @@ from numba.core import cgutils
 from numba.extending import intrinsic, register_jitable
 
 from pamsim.actuator.kernel import (
-    chamber_pressure,
-    command_at_valve,
-    fill_valve,
+    fill_valve_of,
     line_sag,
+    sensed_pressure,
     state_rates,
     tendon_force,
     tension,
@@ -176,12 +175,8 @@ def _compile(key: str, word: Mapping[str, int]) -> tuple[Any, Any, Any]:
                     )
                     at = _doubles(data[length], _entry(model[outadr], other), 1)[0]
                     sent = _doubles(data[ctrl], _entry(model[ctrladr], other), 1)[0]
-                    fill_valve(
-                        par,
-                        chamber_pressure(par, states, at),
-                        command_at_valve(par, states, sent),
-                        clock[time],
-                        valves[on_line],
+                    fill_valve_of(
+                        par, states, at, sent, clock[time], option[timestep], valves[on_line]
                     )
                     on_line += 1
             own = _doubles(data[act], first, count)
@@ -239,7 +234,9 @@ def compiled_callbacks() -> Callbacks:
         ctypes function pointers for the three callbacks of a muscle actuator. They must stay
         referenced while installed, which this function's cache does.
     """
-    functions = reached_functions(state_rates, tendon_force, fill_valve, line_sag)
+    functions = reached_functions(
+        state_rates, tendon_force, fill_valve_of, line_sag, sensed_pressure
+    )
     for function in functions:
         register_jitable(function)
     word = {name: offset // _POINTER_SIZE for name, offset in callback_offsets().items()}

@@ -7,9 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pamsim.actuator.kernel import (
-    chamber_pressure,
-    command_at_valve,
-    fill_valve,
+    fill_valve_of,
     line_sag,
     state_rates,
     tendon_force,
@@ -88,12 +86,10 @@ def _sag(model: mujoco.MjModel, data: mujoco.MjData, index: int) -> float:
     for other in muscle_ids(model):
         if rows[other, _SUPPLY_LINE] == rows[index, _SUPPLY_LINE]:
             par, act = rows[other].tolist(), data.act[_states(model, other)].tolist()
-            pressure = chamber_pressure(
-                par, act, float(data.actuator_length[model.actuator_outadr[other]])
-            )
+            length = float(data.actuator_length[model.actuator_outadr[other]])
             command = float(data.ctrl[model.actuator_ctrladr[other]])
             valves.append([0.0] * VALVE)
-            fill_valve(par, pressure, command_at_valve(par, act, command), data.time, valves[-1])
+            fill_valve_of(par, act, length, command, data.time, model.opt.timestep, valves[-1])
     own = data.act[_states(model, index)].tolist()
     return line_sag(rows[index].tolist(), own, valves, model.opt.timestep)
 

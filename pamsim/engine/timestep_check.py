@@ -31,8 +31,8 @@ def check_timestep(model: mujoco.MjModel, muscles: Mapping[str, Muscle]) -> None
         if step > limit:
             raise InputError(
                 f"a time step of {step * 1e3:g} ms is longer than the {limit * 1e3:.2g} ms in"
-                f" which the pressure regulator of {name} settles; take a shorter step or a wider"
-                " valve.regulator_band"
+                f" which the pressure regulator of {name} settles; take a shorter step, a larger"
+                " valve.tube_volume behind a tube, or a wider valve.regulator_band"
             )
     for index, (name, muscle) in zip(muscle_ids(model), muscles.items(), strict=True):
         start = float(model.actuator_length0[index])

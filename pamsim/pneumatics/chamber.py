@@ -11,10 +11,15 @@ by the enthalpy of the flow, the work on the braid and the heat through the wall
     d/dt P V / (g - 1) = g / (g - 1) R T mdot - P dV/dt + (g - n) / (g - 1) (P dV/dt - R T mdot)
 
 The index states the last term: no heat for n = 1.4, and for n = 1 as much as keeps the air at T.
+
+With heat exchange at a rate h as well, the pressure returns to that of the same air m at the
+ambient temperature, dP/dt = ... - h (P - m R T / V): after a fast fill it falls, and after a fast
+vent it rises, while the valves are shut. The air m R T [J] is then a second state.
 """
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from typing import ClassVar
 
@@ -43,6 +48,13 @@ class Chamber(ParameterGroup):
         high=3e4,
         doc="absolute pressure below which the chamber is never evaluated",
         default=1e3,
+    )
+    heat_rate: float = parameter(
+        unit="1/s",
+        low=0.0,
+        high=1e3,
+        doc="h, at which air that a change made warm or cold returns to the ambient temperature",
+        default=0.0,
     )
     leak_conductance: float = parameter(
         unit="m^3/(s*Pa)",
@@ -105,3 +117,28 @@ def air_state_rate(
         dy/dt.
     """
     return air / (volume * pressure_abs) * GAS_CONSTANT * temperature * mass_flow
+
+
+def relaxing_rate(
+    air: float,
+    pressure_abs: float,
+    ambient_pressure: float,
+    polytropic_index: float,
+    heat_rate: float,
+    timestep: float,
+) -> float:
+    """Part of dy/dt that heat exchange makes, over an Euler step.
+
+    Args:
+        air: y = P^(1/n) V.
+        pressure_abs: P [Pa, absolute].
+        ambient_pressure: of the same air at the ambient temperature, m R T / V [Pa, absolute].
+        polytropic_index: n [-].
+        heat_rate: h [1/s].
+        timestep: [s].
+
+    Returns:
+        Rate that in one step takes P to where it is exactly, if nothing else changes.
+    """
+    after = ambient_pressure + (pressure_abs - ambient_pressure) * math.exp(-heat_rate * timestep)
+    return air * ((after / pressure_abs) ** (1.0 / polytropic_index) - 1.0) / timestep

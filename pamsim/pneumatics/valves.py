@@ -73,6 +73,27 @@ class ValvePair(ParameterGroup):
     line_lag: float = parameter(
         unit="s", low=0.0, high=10.0, doc="time constant from command to valve", default=0.0
     )
+    travel_time: float = parameter(
+        unit="s",
+        low=0.0,
+        high=10.0,
+        doc="in which a valve goes from shut to fully open at its limited speed",
+        default=0.0,
+    )
+    tube_resistance: float = parameter(
+        unit="Pa*s/kg",
+        low=0.0,
+        high=1e11,
+        doc="R, pressure difference per mass flow along the line from valves and sensor to muscle",
+        default=0.0,
+    )
+    tube_volume: float = parameter(
+        unit="m^3",
+        low=1e-6,
+        high=1e-2,
+        doc="V of the tube at the valves, in addition to the dead volume; limits the time step",
+        default=5e-6,
+    )
     delay: float = parameter(
         unit="s", low=0.0, high=1.0, doc="dead time of the command; in simulate only", default=0.0
     )
@@ -144,6 +165,23 @@ def line_rate(command: float, carried: float, lag: float, timestep: float) -> fl
         Rate, in that unit per second, that takes ``carried`` in one step to where it is exactly.
     """
     return (command - carried) * -math.expm1(-timestep / lag) / timestep
+
+
+def slewed_opening(opening: float, before: float, travel_time: float, timestep: float) -> float:
+    """Opening that a valve of limited speed reaches in a time step.
+
+    Args:
+        opening: wanted, in [-1, 1].
+        before: at the start of the step.
+        travel_time: from shut to fully open [s]; 0 for a valve that is there at once.
+        timestep: [s].
+
+    Returns:
+        Opening in [-1, 1], no further from ``before`` than the valve moves; NaN stays NaN.
+    """
+    if abs(opening - before) * travel_time > timestep:
+        return before + math.copysign(timestep / travel_time, opening - before)
+    return opening
 
 
 def past_dead_zone(opening: float, dead_zone: float) -> float:

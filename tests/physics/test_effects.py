@@ -28,6 +28,9 @@ EFFECTS = {
     "stribeck_friction": {"friction.stribeck_force": 10.0, "friction.stribeck_velocity": 5e-3},
     "dahl": {"friction.coulomb_force": 12.0},
     "lugre": {"friction.breakaway_force": 12.0, "friction.bristle_time": 1e-3},
+    "valve_slew": {"valve.travel_time": 0.05},
+    "tube_resistance": {"valve.tube_resistance": 2e8},
+    "heat": {"chamber.heat_rate": 2.0},
     "braid_friction": {"braid.friction": 7e-4},
     "sprocket_ripple": {"chain.ripple": 1e-4},
     "load_dependent_friction": {"friction.tension_share": 0.02},
@@ -40,6 +43,9 @@ SHAPES = {
     "friction.bristle_time": 1e-3,
     "valve.supply_volume": 1e-4,
     "valve.supply_line": 1.0,
+    "valve.tube_volume": 5e-5,
+    "chain.ripple_pitch": 0.02,
+    "chain.ripple_phase": 1.0,
 }
 """A parameter that shapes an effect and does nothing without it."""
 

@@ -8,7 +8,7 @@ from typing import Any
 from pamsim.actuator.chain import Chain
 from pamsim.actuator.friction import Friction
 from pamsim.actuator.kernel import length_at_muscle
-from pamsim.actuator.layout import SAG, pack, state_size
+from pamsim.actuator.layout import AMBIENT, pack, state_size
 from pamsim.actuator.muscle import Mounting, Muscle
 from pamsim.actuator.rest_state import charged_air_state
 from pamsim.core.parameters import ParameterGroup
@@ -160,9 +160,10 @@ def charged(
     of a single state. The command's line carries ``carried``, the others are as stated above.
     """
     row = pack(muscle)
-    memory = [0.0] * (state_size(muscle) - SAG)
+    memory = [0.0] * (state_size(muscle) - AMBIENT)
     if len(memory) == 1:
         memory[0] = z
-    states = [*memory, SAGGED, RUBBED, carried, RELAXED, SHIFT, EXTENSION, 0.0]
+    unused = [0.0, 0.0, 0.0]  # neither heat nor tube nor slow valves
+    states = [*memory, *unused, SAGGED, RUBBED, carried, RELAXED, SHIFT, EXTENSION, 0.0]
     length = length_at_muscle(row, states, tendon)
     return [*states[:-1], float(charged_air_state(row, states, length, pressure))]

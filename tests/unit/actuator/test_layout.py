@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from pamsim.actuator.layout import (
+    AMBIENT,
     NAMES,
     SIZE,
     is_muscle,
@@ -130,8 +131,8 @@ def test_unknown_names_suggest_the_nearest():
 
 @pytest.mark.parametrize("loop", LOOPS)
 def test_states_are_the_operator_s_and_seven_that_all_muscles_have(loop):
-    assert state_size(make()) == 7
-    assert state_size(make(loop=loop)) == LOOPS[loop].state_count + 7
+    assert state_size(make()) == AMBIENT
+    assert state_size(make(loop=loop)) == LOOPS[loop].state_count + AMBIENT
 
 
 @pytest.mark.parametrize("row", [np.zeros(SIZE), np.ones(3), pack(make())[:-1]])

@@ -54,8 +54,10 @@ ON_REQUEST = [
     "load_dependent_friction",
     "braid_friction",
     "valve_asymmetry",
+    "valve_slew",
+    "tube_resistance",
 ]
-OTHER_FORMS = ["coulomb_friction:dahl", "stribeck_friction:lugre"]
+OTHER_FORMS = ["coulomb_friction:dahl", "stribeck_friction:lugre", "thermal_relaxation:temperature"]
 EVERY = [*CONTRACT, *AT_REST, *ON_REQUEST, *OTHER_FORMS]
 NOISE = {"angle": np.radians(0.05), "pressure": 400.0, "tension": 1.5}
 
