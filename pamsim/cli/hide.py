@@ -62,7 +62,7 @@ def command(
     """Record a rig in which EFFECTS are hidden: air_leak, or air_leak+coulomb_friction, or none.
 
     The independent plant can also have effects that the library does not hold, such as
-    sprocket_ripple. Writes a recording folder and, beside it, the ground truth.
+    quadratic_drag. Writes a recording folder and, beside it, the ground truth.
     """
     from pamsim.twins.hide import hide
 

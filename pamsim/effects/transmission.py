@@ -1,4 +1,4 @@
-"""Effects in the chain between muscle and joint: backlash and compliance."""
+"""Effects in the chain between muscle and joint: backlash, compliance, ripple of the teeth."""
 
 from __future__ import annotations
 
@@ -25,5 +25,33 @@ EFFECTS = (
         parameters=(EffectParameter(name="chain.compliance", typical=1e-6, low=0.0, high=2e-5),),
         look_alikes=("passive_stiffness", "threshold_pressure"),
         separating="lock the arm, change the pressures, and measure the chain's extension",
+    ),
+    Effect(
+        name="sprocket_ripple",
+        family="sprocket_ripple",
+        missing="travel of the chain that ripples from tooth to tooth of the sprocket",
+        parameters=(
+            EffectParameter(name="chain.ripple", typical=5e-5, low=0.0, high=1e-3),
+            EffectParameter(
+                name="chain.ripple_pitch",
+                typical=9.525e-3,
+                low=2e-3,
+                high=3e-2,
+                shape=True,
+                starts=(5e-3, 6.35e-3, 8e-3, 1.27e-2),
+            ),
+            EffectParameter(
+                name="chain.ripple_phase",
+                typical=0.0,
+                low=-3.2,
+                high=3.2,
+                shape=True,
+                starts=(-1.6, 1.6, 3.1),
+                natural_ends=True,
+            ),
+        ),
+        look_alikes=("angle_scale", "chain_backlash"),
+        separating="turn the arm slowly through several teeth at one pressure and read the angle",
+        on_request=True,
     ),
 )

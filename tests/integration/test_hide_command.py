@@ -83,7 +83,7 @@ def test_other_formulas_are_in_the_ground_truth_alone_with_their_size_in_physica
     [
         (["air_lek", *QUICK], "did you mean 'air_leak'"),
         (["sprocket_riple", *QUICK], "did you mean 'sprocket_ripple'"),
-        (["sprocket_ripple", *QUICK], "add --formulation independent"),
+        (["quadratic_drag", *QUICK], "add --formulation independent"),
         (["added_inertia", "--formulation", "independent", *QUICK], "has no other formula"),
         (["air_leak", "--formulation", "plant", "--protocols", "chrp"], "did you mean 'chirp'"),
         (["laminar_leak", "--formulation", "plant", "--size", "-1", *QUICK], "must be above 0"),

@@ -56,6 +56,7 @@ ON_REQUEST = [
     "valve_asymmetry",
     "valve_slew",
     "tube_resistance",
+    "sprocket_ripple",
 ]
 OTHER_FORMS = ["coulomb_friction:dahl", "stribeck_friction:lugre", "thermal_relaxation:temperature"]
 EVERY = [*CONTRACT, *AT_REST, *ON_REQUEST, *OTHER_FORMS]
