@@ -116,6 +116,7 @@ def found_row(
         "claimed": sorted(set(claimed)),
         "certain": list(result["certain"]),
         "suggested": sorted({*claimed, *others}),
+        "nearest": None if result["resembles"] is None else result["resembles"]["name"],
         "explained": result["explained"],
         "gap": result["gap_over_floor"],
         "sizes": {

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from pamsim.core.errors import InputError
 from pamsim.twins.hidden.hidden_effect import Own, PlantEffect, Quantities, Quantity, stated
 from pamsim.twins.hidden.virtual_tests import PRESSURE
 from pamsim.twins.plant.air import orifice
@@ -76,6 +77,8 @@ def _stuck(n: Numbers, size: float) -> None:
 
 
 def _cross(n: Numbers, size: float) -> None:
+    if len(n.muscles) < 2:
+        raise InputError("cross_leak is between two muscles; this rig has one")
     n.joint.cross = size
 
 

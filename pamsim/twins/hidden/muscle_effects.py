@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from pamsim.core.errors import InputError
 from pamsim.effects.effect import SECOND_MUSCLE
 from pamsim.twins.hidden.hidden_effect import Own, PlantEffect, Quantities, Quantity, stated
 from pamsim.twins.hidden.virtual_tests import PRESSURE, creep, muscle_loop, pull_change
@@ -71,6 +72,8 @@ def _cone(n: Numbers, size: float) -> None:
 
 
 def _unequal(n: Numbers, size: float) -> None:
+    if float(n.muscles[-1].law) != 0.0:
+        raise InputError("unequal_muscles needs the six-parameter law, which this rig has not")
     n.muscles[-1].e *= 1.0 + size
     n.muscles[-1].d *= 1.0 + 3.0 * size
 

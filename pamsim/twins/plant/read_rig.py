@@ -130,7 +130,7 @@ _SHARED = {
 
 _WITHOUT_INFLUENCE = {("chamber", "floor"), ("valve", "pulse_period"), ("valve", "supply_line")}
 
-_FORCES = ("six_parameter", "mckibben")
+_FORCES = ("six_parameter", "ideal_mckibben")
 
 _COPIED = {
     "length_at_zero": ("mounting", "length_at_zero"),

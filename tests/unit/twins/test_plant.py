@@ -6,19 +6,30 @@ import dataclasses
 import math
 from itertools import pairwise
 
+import mujoco
 import numpy as np
 import pytest
 
 import pamsim
 from pamsim.comparison.protocols import PROTOCOLS
 from pamsim.core.errors import InputError
+from pamsim.muscles.catalog import FORCE_LAWS
+from pamsim.muscles.force_law import coefficients_of
 from pamsim.twins.plant.air import GAMMA, R_AIR, isentropic, orifice, pressure_rate
 from pamsim.twins.plant.compiled import compiled_integrator
 from pamsim.twins.plant.inputs import INPUTS
 from pamsim.twins.plant.integrate import sampled
 from pamsim.twins.plant.joint import bristle_rate, free_torque
-from pamsim.twins.plant.muscle import ends, play_share, played, pull_per_pressure, reach_of, volume
-from pamsim.twins.plant.read_rig import _COPIED, read_rig
+from pamsim.twins.plant.muscle import (
+    free_pull,
+    play_share,
+    played,
+    pull_per_pressure,
+    reach_of,
+    steady_pull,
+    volume,
+)
+from pamsim.twins.plant.read_rig import _COPIED, _FORCES, read_rig
 from pamsim.twins.plant.records import (
     AIR_TEMPERATURE,
     ANGLE,
@@ -119,18 +130,36 @@ def test_bristles_slide_at_the_level_of_their_stribeck_curve(pendulum, speed):
     assert free_torque(j, 0.0, speed, z) == pytest.approx(-math.copysign(level, speed), rel=1e-3)
 
 
-@pytest.mark.parametrize("hidden", [{}, {"end_loss": 0.6, "end_onset": -0.02}, {"cone": 2.0}])
+@pytest.mark.parametrize(
+    "hidden",
+    [{}, {"end_loss": 0.6, "end_onset": -0.02}, {"cone": 2.0}, {"extensibility": 3e-8}],
+)
 def test_force_and_volume_do_the_same_work(arm, hidden):
-    m = arm.muscles[0]
+    """Maxwell's relation: the volume falls with length as the force grows with pressure."""
+    m, p = arm.muscles[0], 2.5e5
     m.cone_bend = 4e-3
     for name, value in hidden.items():
         m[name] = value
     for length in (0.24, 0.25, 0.256):
-        kappa = 1.0 - length / m.nominal_length
-        by_length = (volume(m, length + 1e-6)[0] - volume(m, length - 1e-6)[0]) / 2e-6
-        work = -ends(m, kappa) * pull_per_pressure(m, kappa)
-        assert volume(m, length)[1] == pytest.approx(work, rel=1e-12)
-        assert by_length == pytest.approx(work, rel=2e-3)
+        by_length = (volume(m, length + 1e-6, p)[0] - volume(m, length - 1e-6, p)[0]) / 2e-6
+        by_pressure = (volume(m, length, p + 1e3)[0] - volume(m, length, p - 1e3)[0]) / 2e3
+        work = (steady_pull(m, length, p + 1e3) - steady_pull(m, length, p - 1e3)) / 2e3
+        found = volume(m, length, p)
+        assert found[1] == pytest.approx(-work, rel=1e-6)
+        assert by_length == pytest.approx(-work, rel=2e-3)
+        assert found[2] == pytest.approx(by_pressure, rel=1e-4, abs=1e-16)
+
+
+@pytest.mark.parametrize("name", ["six_parameter", "ideal_mckibben"])
+def test_forces_are_those_of_the_same_laws_in_the_library(rig, arm, name):
+    law, m = FORCE_LAWS[name], arm.muscles[0]
+    m.law = float(_FORCES.index(name))
+    m.scale, coefficients = 1.1, (1.1,)
+    if name == "six_parameter":
+        coefficients = (1.1, *coefficients_of(rig.muscles["muscle_1"].force)[1:])
+    for kappa in (-0.03, 0.0, 0.1, 0.2):
+        known = law.force(3e5, kappa, coefficients, rig.muscles["muscle_1"].braid)
+        assert 3e5 * pull_per_pressure(m, kappa) + free_pull(m, kappa) == pytest.approx(known)
 
 
 def test_play_operators_forget_a_cycle_that_returns_and_lose_energy_in_it(arm):
@@ -158,11 +187,13 @@ def test_play_operators_forget_a_cycle_that_returns_and_lose_energy_in_it(arm):
 
 
 @pytest.mark.parametrize("heat_time", [0.02, 0.3, 1e9])
-def test_air_keeps_mass_and_energy(arm, heat_time):
+@pytest.mark.parametrize("softness", [0.0, 3e-11])
+def test_air_keeps_mass_and_energy(arm, heat_time, softness):
     m = arm.muscles[0]
     m.heat_time = heat_time
     p, v, swept, t, into, out = 3.1e5, 9e-5, 2e-5, 288.0, 4e-4, 1e-4
-    rate, warming = pressure_rate(m, p, v, swept, t, into, out)
+    rate, warming = pressure_rate(m, p, (v, softness), swept, t, into, out)
+    swept += softness * rate
     mass = p * v / (R_AIR * t)
     assert mass * (rate / p + swept / v - warming / t) == pytest.approx(into - out)
     cv, cp = R_AIR / (GAMMA - 1.0), GAMMA * R_AIR / (GAMMA - 1.0)
@@ -198,7 +229,7 @@ def test_a_shut_muscle_with_a_laminar_leak_empties_as_an_exponential(rig):
     found = run(level, idle, rig="x", muscles=("a", "b"))
     assert np.ptp(found.angle) == 0.0
     m = level.muscles[0]
-    rate = 4e-10 * R_AIR * m.temperature / volume(m, 0.25)[0]
+    rate = 4e-10 * R_AIR * m.temperature / volume(m, 0.25, 2.5e5)[0]
     held = found.pressure[0, 0] * np.exp(-rate * found.time)
     np.testing.assert_allclose(found.pressure[:, 0], held, rtol=1e-6)
     assert held[-1] < 0.7 * held[0]
@@ -238,6 +269,21 @@ def test_compiled_and_interpreted_plants_are_one(arm):
     for one, other in zip(*results, strict=True):
         assert np.all(np.isfinite(one))
         np.testing.assert_allclose(one, other, rtol=1e-9, atol=1e-12)
+
+
+def test_rigid_bodies_weigh_and_turn_as_in_the_engine(rig):
+    """Under gravity from any side, so that both parts of the torque count."""
+    model = rig.model_for(load=1.2)
+    model.opt.gravity[:] = (1.7, -2.3, -9.0)
+    data = mujoco.MjData(model)
+    tilted = dataclasses.replace(rig, model=model)
+    j = read_rig(tilted, 1.2).joint[0]
+    for angle in (-0.7, 0.0, 0.4):
+        data.qpos[0] = angle
+        mujoco.mj_forward(model, data)
+        weight = j.weight_cos * math.cos(angle) + j.weight_sin * math.sin(angle)
+        assert weight == pytest.approx(-data.qfrc_bias[0], rel=1e-9)
+    assert j.inertia == pytest.approx(float(model.dof_M0[0]), rel=1e-9)
 
 
 @pytest.mark.parametrize("name", INPUTS)
