@@ -48,7 +48,14 @@ def recordings_details(
     lack = method.conclusion.lack
     return Details(
         remainder=method.conclusion.remainder,
-        lack_of_fit=None if lack is None else {**asdict(lack), "significant": lack.significant},
+        lack_of_fit=None
+        if lack is None
+        else {
+            **asdict(lack),
+            "level": lack.level,
+            "testable": lack.testable,
+            "significant": lack.significant,
+        },
         noise_floor=_noise_floor(method),
         where_with_measured_pressures=cell_places(given, ()),
         nuisance_by_protocol=tuple(

@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 from pamsim.diagnosis.method.verdict import Verdict
+from pamsim.diagnosis.method.verdict_thresholds import LARGE_REMAINDER_LOSS
 
 if TYPE_CHECKING:
     from pamsim.diagnosis.result import Diagnosis, Estimate, FoundEffect
@@ -57,7 +58,12 @@ def _named(result: Diagnosis) -> str:
     ]
     what, left = " and ".join(parts), ""
     single = len(parts) == 1
-    if result.verdict is Verdict.NAMED_WITH_REMAINDER:
+    if result.verdict is Verdict.NAMED_WITH_REMAINDER and _only_untested(result):
+        left = (
+            "; whether exactly this is missing or something that resembles it is not testable with"
+            " these repeats"
+        )
+    elif result.verdict is Verdict.NAMED_WITH_REMAINDER:
         families = dict.fromkeys(e.family.replace("_", " ") for e in result.effects)
         what = f"something that resembles {what}"
         left = (
@@ -68,6 +74,13 @@ def _named(result: Diagnosis) -> str:
         f"Missing: {what}; {'it explains' if single else 'together they explain'}"
         f" {100.0 * result.explained:.0f} % of the gap{left}; held-out {_levels(result)}"
     )
+
+
+def _only_untested(result: Diagnosis) -> bool:
+    """Whether repeats that cannot show a remainder are all that keeps it from a plain name."""
+    lack, remainder = result.details.lack_of_fit, result.details.remainder
+    small = remainder is None or remainder <= LARGE_REMAINDER_LOSS
+    return lack is not None and not lack["testable"] and small
 
 
 def _remainder(result: Diagnosis) -> str:

@@ -48,6 +48,15 @@ def sign_flips(count: int, size: int, rng: np.random.Generator) -> Iterator[Floa
         yield rng.choice([-1.0, 1.0], (min(_BLOCK, count - begin), size))
 
 
+def sign_arrangements(size: int) -> FloatArray:
+    """All signs of ``size`` units, shape (2^(size - 1), size), those observed first.
+
+    The first unit keeps its sign: products of two units do not depend on a sign common to all.
+    """
+    numbers = np.arange(2 ** (size - 1))[:, np.newaxis]
+    return 1.0 - 2.0 * ((numbers << 1 >> np.arange(size)) & 1)
+
+
 def sign_flip_p_value(
     statistic: Callable[[FloatArray], FloatArray],
     size: int,

@@ -21,8 +21,13 @@ from pamsim.comparison.trial_residuals import TrialLayout
 from pamsim.diagnosis.method.refit import Fitter, Refit
 from pamsim.diagnosis.method.screen import Screened
 from pamsim.diagnosis.method.signature import TangentSpace
-from pamsim.diagnosis.method.verdict_thresholds import LACK_OF_FIT, LACK_OF_FIT_LOSS
-from pamsim.inference.permutation import sign_flips, upper_p_value
+from pamsim.diagnosis.method.verdict_thresholds import (
+    LACK_OF_FIT,
+    LACK_OF_FIT_LOSS,
+    LACK_OF_FIT_PATTERNS,
+    LACK_OF_FIT_WEAKEST,
+)
+from pamsim.inference.permutation import sign_arrangements, sign_flips, upper_p_value
 
 FloatArray = NDArray[np.float64]
 
@@ -34,6 +39,9 @@ _DIRECTIONS = 8
 
 _FLIPS = 9999
 
+_ALL = 2**17
+"""Most sign patterns that are all computed; of more, some are drawn."""
+
 
 @dataclass(frozen=True, kw_only=True)
 class LackOfFit:
@@ -42,15 +50,28 @@ class LackOfFit:
     Attributes:
         size: its mean square over the noise variance; may come out below 0 where there is none.
         p_value: one-sided, by sign flips; 1 without repeats.
+        attainable: smallest p-value that the repeats can reach; 1 without repeats.
     """
 
     size: float
     p_value: float
+    attainable: float
+
+    @property
+    def level(self) -> float:
+        """p-value below which the remainder counts."""
+        within_reach = LACK_OF_FIT_PATTERNS * self.attainable
+        return max(LACK_OF_FIT, min(within_reach, LACK_OF_FIT_WEAKEST))
+
+    @property
+    def testable(self) -> bool:
+        """Whether the repeats could show a remainder of any size."""
+        return self.attainable < self.level
 
     @property
     def significant(self) -> bool:
         """Whether something is missing from the model."""
-        return self.p_value < LACK_OF_FIT and self.size > LACK_OF_FIT_LOSS
+        return self.p_value < self.level and self.size > LACK_OF_FIT_LOSS
 
 
 @dataclass
@@ -93,7 +114,7 @@ def lack_of_fit(
     """
     trials = _trials(fitter, fit, screened)
     if not trials:
-        return LackOfFit(size=0.0, p_value=1.0)
+        return LackOfFit(size=0.0, p_value=1.0, attainable=1.0)
     for _ in range(_DIRECTIONS):
         varying = _most_varying(trials)
         if varying is None:
@@ -157,14 +178,36 @@ def _most_varying(trials: Sequence[_Trial]) -> int | None:
 
 def _shared(trials: Sequence[_Trial], rng: np.random.Generator) -> LackOfFit:
     """Mean product of different repeats' residuals, against the same with trials' signs flipped."""
-    size, flipped = 0.0, np.zeros(_FLIPS)
     protocols = list(dict.fromkeys(t.protocol for t in trials))
-    for protocol in protocols:
-        stack = np.stack([t.residual for t in trials if t.protocol == protocol])
-        products = stack @ stack.T
-        np.fill_diagonal(products, 0.0)
-        pairs = len(stack) * (len(stack) - 1) * len(protocols)
-        signs = np.concatenate(list(sign_flips(_FLIPS, len(stack), rng)))
-        size += float(products.sum()) / pairs
-        flipped += np.einsum("fi,ij,fj->f", signs, products, signs) / pairs
-    return LackOfFit(size=size, p_value=upper_p_value(flipped, size))
+    forms = [_products([t.residual for t in trials if t.protocol == p]) for p in protocols]
+    size = float(sum(form.sum() for form in forms)) / len(forms)
+    patterns = 2 ** sum(len(form) - 1 for form in forms)
+    if patterns <= _ALL:
+        flipped = np.zeros(1)
+        for form in forms:
+            flipped = np.add.outer(flipped, _flipped(form, sign_arrangements(len(form)))).ravel()
+        flipped = flipped[1:]  # all but the pattern observed, which a p-value counts anyhow
+    else:
+        flipped = np.zeros(_FLIPS)
+        for form in forms:
+            signs = np.concatenate(list(sign_flips(_FLIPS, len(form), rng)))
+            flipped += _flipped(form, signs)
+    scale = float(sum(np.abs(form).sum() for form in forms)) / len(forms)
+    return LackOfFit(
+        size=size,
+        p_value=upper_p_value(flipped / len(forms), size, scale=scale),
+        attainable=1.0 / (1 + flipped.size),
+    )
+
+
+def _products(residuals: Sequence[FloatArray]) -> FloatArray:
+    """Products of different repeats' residuals over the number of pairs, shape (r, r)."""
+    stack = np.stack(residuals)
+    products = stack @ stack.T
+    np.fill_diagonal(products, 0.0)
+    return products / (len(stack) * (len(stack) - 1))
+
+
+def _flipped(form: FloatArray, signs: FloatArray) -> FloatArray:
+    """Sum of a form (r, r) of products with the trials' signs flipped by (k, r), shape (k,)."""
+    return np.einsum("fi,ij,fj->f", signs, form, signs)

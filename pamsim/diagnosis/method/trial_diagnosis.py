@@ -263,6 +263,7 @@ def conclude(
         explained=explained,
         remainder=remainder,
         large_remainder=lack.significant or (remainder and left.gain > LARGE_REMAINDER_LOSS),
+        untested=not lack.testable,
         tied=bool(tied),
     )
     return Conclusion(

@@ -16,7 +16,8 @@ class Verdict(StrEnum):
     NAMED = "named"
     """One effect, or one set of effects, is missing."""
     NAMED_WITH_REMAINDER = "named_with_remainder"
-    """An effect explains nearly all, but its remainder is significant: the cause resembles it."""
+    """An effect explains nearly all, but its remainder is significant, so that the cause resembles
+    it, or too few repeats share inputs to test for one."""
     AMBIGUOUS = "ambiguous"
     """Something is missing; the data cannot decide which of several effects it is."""
     UNEXPLAINED = "unexplained"
@@ -48,6 +49,7 @@ class Evidence:
         remainder: whether what the best model leaves is significant.
         large_remainder: whether the remainder is so large, or so certain, that a name needs it
             said.
+        untested: whether too few repeats share inputs to show a remainder of any size.
         tied: whether another effect predicts held-out data as well as the best.
     """
 
@@ -58,6 +60,7 @@ class Evidence:
     explained: float = 0.0
     remainder: bool = False
     large_remainder: bool = False
+    untested: bool = False
     tied: bool = False
 
 
@@ -71,4 +74,5 @@ def decide(evidence: Evidence) -> Verdict:
         return Verdict.UNEXPLAINED
     if evidence.tied:
         return Verdict.AMBIGUOUS
-    return Verdict.NAMED_WITH_REMAINDER if evidence.large_remainder else Verdict.NAMED
+    reserved = evidence.large_remainder or evidence.untested
+    return Verdict.NAMED_WITH_REMAINDER if reserved else Verdict.NAMED

@@ -38,6 +38,11 @@ LACK_OF_FIT, LACK_OF_FIT_LOSS = 0.001, 0.005
 """p-value and size of a remainder that all repeats share, from which it counts. Numerical errors of
 a good simulation reach this size."""
 
+LACK_OF_FIT_PATTERNS, LACK_OF_FIT_WEAKEST = 1.6, 0.02
+"""Few repeats have few sign patterns. The p-value from which a remainder counts is at least this
+many times the smallest that they can reach, so that the most extreme pattern alone always counts,
+and at most the second number: repeats that cannot reach it are no test."""
+
 REMAINDER_ERRORS, REMAINDER_LOSS, LARGE_REMAINDER_LOSS = 3.0, 0.02, 0.1
 """Standard errors and loss beyond which a remainder is significant, and loss beyond which the
 verdict mentions it even if repeats do not share it."""

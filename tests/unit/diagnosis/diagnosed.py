@@ -107,7 +107,7 @@ def report(
     repeats=REPEATS,
     explained=0.98,
     following=None,
-    lack=(0.02, 0.0003),
+    lack=(0.02, 0.0003, 0.0001),
 ):
     """A diagnosis with a given verdict.
 
@@ -119,7 +119,7 @@ def report(
         repeats: that the floor claims.
         explained: share of the gap.
         following: the next experiment.
-        lack: size and p-value of the lack of fit.
+        lack: size and p-value of the lack of fit, and the smallest p-value within reach.
     """
     measured = trials()
     protocol_of = {t.name: t.protocol for t in measured}
@@ -137,7 +137,7 @@ def report(
         tied=others,
         explained=explained,
         remainder=0.01,
-        lack=LackOfFit(size=lack[0], p_value=lack[1]) if chosen else None,
+        lack=LackOfFit(size=lack[0], p_value=lack[1], attainable=lack[2]) if chosen else None,
     )
     channels = [(c, p) for c in NOISE for p in PROTOCOLS]
     method = SimpleNamespace(

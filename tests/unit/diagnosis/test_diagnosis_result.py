@@ -186,8 +186,15 @@ def test_the_verdict_is_one_plain_sentence(rig, verdict, words):
 
 
 def test_a_remainder_that_repeats_need_not_share_is_stated_by_its_size(rig):
-    one = report(rig, Verdict.NAMED_WITH_REMAINDER, ["air_leak"], lack=(0.02, 0.3))
+    one = report(rig, Verdict.NAMED_WITH_REMAINDER, ["air_leak"], lack=(0.02, 0.3, 1e-4))
     assert "and leaves 0.01 of the noise variance: another effect, of the same" in one.summary()
+
+
+def test_a_remainder_that_repeats_cannot_show_is_said_to_be_untested(rig):
+    one = report(rig, Verdict.NAMED_WITH_REMAINDER, ["air_leak"], lack=(0.02, 0.25, 0.25))
+    assert "resembles it is not testable with these repeats" in one.summary()
+    assert "and leaves" not in one.summary()
+    assert one.details.lack_of_fit["testable"] is False
 
 
 def test_what_all_alternatives_share_is_certain(rig):

@@ -11,7 +11,7 @@ from pamsim.comparison.trial_residuals import TrialLayout
 from pamsim.diagnosis.method.lack_of_fit import lack_of_fit
 from pamsim.diagnosis.method.trial_diagnosis import diagnose_trials
 from pamsim.diagnosis.method.verdict import Verdict
-from pamsim.diagnosis.method.verdict_thresholds import LACK_OF_FIT, LARGE_REMAINDER_LOSS
+from pamsim.diagnosis.method.verdict_thresholds import LARGE_REMAINDER_LOSS
 from pamsim.inference.residual_block import ResidualBlock, layout
 from tests.unit.diagnosis.toy_arm import (
     BIAS,
@@ -116,8 +116,41 @@ def test_few_trials_cannot_make_it_sure():
     """Two repeats of one protocol have two sign patterns: nothing is surer than one in two."""
     rng = np.random.default_rng(6)
     one = lack({0: [SHARED + 0.01 * rng.standard_normal(COUNT) for _ in range(2)]})
-    assert 0.4 < one.p_value < 0.6
-    assert one.p_value > LACK_OF_FIT
+    assert one.p_value == one.attainable == 0.5
+    assert not one.testable
+    assert not one.significant
+
+
+@pytest.mark.parametrize(
+    ("protocols", "repeats", "attainable", "testable"),
+    [(5, 3, 4.0**-5, True), (3, 3, 4.0**-3, True), (5, 2, 2.0**-5, False), (6, 2, 2.0**-6, True),
+     (8, 4, 1e-4, True)],
+)  # fmt: skip
+def test_a_large_remainder_counts_wherever_the_repeats_can_show_one(
+    protocols, repeats, attainable, testable
+):
+    """Three repeats of five inputs reach 1/1024 at best: less than 0.001 can never be asked."""
+    rng = np.random.default_rng(9)
+    one = lack({
+        p: [SHARED + rng.standard_normal(COUNT) for _ in range(repeats)] for p in range(protocols)
+    })  # fmt: skip
+    assert one.attainable == pytest.approx(attainable)
+    assert one.p_value == one.attainable
+    assert one.testable is one.significant is testable
+
+
+def test_the_p_values_of_three_repeats_are_uniform_where_nothing_is_missing():
+    """500 data sets with noise that drifts: at every level within its binomial error."""
+    runs = 500
+    p_values = np.empty(runs)
+    for run in range(runs):
+        rng = np.random.default_rng([11, run])
+        drift = np.cumsum(rng.standard_normal((PROTOCOLS * 3, 60)), axis=1) / 5.0
+        rest = (drift + rng.standard_normal(drift.shape)).reshape(PROTOCOLS, 3, 60)
+        p_values[run] = lack(dict(enumerate(rest))).p_value
+    for level in (0.02, 0.05, 0.1, 0.25, 0.5, 0.75, 0.9):
+        error = np.sqrt(level * (1.0 - level) / runs)
+        assert np.mean(p_values <= level) == pytest.approx(level, abs=3.0 * error), level
 
 
 def test_the_same_seed_gives_the_same_answer():
