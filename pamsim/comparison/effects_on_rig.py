@@ -121,6 +121,9 @@ def candidates(rig: Rig, names: Sequence[str] = ()) -> tuple[tuple[Candidate, ..
 
     Returns:
         The effects, and why others cannot be tried.
+
+    Raises:
+        InputError: for two forms of one effect, which share a name in the results.
     """
     tried: list[Candidate] = []
     skipped: dict[str, str] = {}
@@ -129,6 +132,12 @@ def candidates(rig: Rig, names: Sequence[str] = ()) -> tuple[tuple[Candidate, ..
             tried.append(candidate(rig, rig_effect(rig, name)))
         except InputError as error:
             skipped[name] = str(error)
+    named = [one.name for one in tried]
+    for name in named:
+        if named.count(name) > 1:
+            raise InputError(
+                f"{name} is to be tried in {named.count(name)} forms; name one of them"
+            )
     return tuple(tried), skipped
 
 

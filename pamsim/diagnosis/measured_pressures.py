@@ -32,7 +32,7 @@ _DIRECT = {"valve.regulator_dead_band": 0.0} | {
     for effect in EFFECTS.values()
     if effect.upstream_of_pressure
     for parameter in effect.parameters
-    if parameter.neutral is not None
+    if parameter.neutral is not None and not parameter.shape
 }
 """Rig parameters with which pressures follow their set points without delay or loss."""
 

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import pamsim
-from pamsim.comparison.effects_on_rig import at_size, candidate, rig_effect, rig_name
+from pamsim.comparison.effects_on_rig import at_size, candidate, candidates, rig_effect, rig_name
 from pamsim.comparison.protocols import PROTOCOLS
 from pamsim.core.errors import InputError
 from pamsim.effects.catalog import EFFECTS, FORMS, ROW_EFFECTS, TRIAL_EFFECTS, effect
@@ -171,6 +171,8 @@ def test_an_effect_may_act_on_any_one_muscle(rig):
     for name in ("added_inertia:muscle_1", "angle_bias:muscle_1"):
         with pytest.raises(InputError, match=r"\A[^\n]*does not act on a muscle[^\n]*\Z"):
             rig_effect(rig, name)
+    with pytest.raises(InputError, match=r"\A[^\n]*air_leak is to be tried in 2 forms[^\n]*\Z"):
+        candidates(rig, ("air_leak", "air_leak:muscle_1"))
     with pytest.raises(InputError, match="no form 'muscle_9'"):
         rig_effect(rig, "air_leak:muscle_9")
 
