@@ -20,7 +20,7 @@ from typing import Any
 import numpy as np
 from scipy.stats import binomtest
 
-from pamsim.effects.catalog import EFFECTS
+from pamsim.effects.catalog import EFFECTS, TRIAL_EFFECTS
 
 Row = Mapping[str, Any]
 Case = tuple[Mapping[str, Any], Row]
@@ -49,9 +49,9 @@ def suggested(row: Row) -> set[str]:
 
 
 def right_names(case: Mapping[str, Any], row: Row) -> list[set[str]]:
-    """Of each hidden effect the right names that the diagnosis could give; none is left out."""
+    """Right names of each hidden effect, of those with one that the diagnosis tried."""
     sets = [set(hidden["stands_for"]) - set(case["removed"]) for hidden in row["hidden"]]
-    return [names for names in sets if names & set(EFFECTS)]
+    return [names for names in sets if names & set(TRIAL_EFFECTS)]
 
 
 def counts(case: Mapping[str, Any], row: Row) -> tuple[int, int, int]:

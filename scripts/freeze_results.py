@@ -123,7 +123,7 @@ def commands() -> dict[str, tuple[str, ...]]:
         "models": ("models",),
         "hide": (*SHORT_RECORDING, "--out", "out"),
         "hide_different": (
-            "hide", "sprocket_ripple+air_leak", "--size", "2,1", "--formulation", "independent",
+            "hide", "cogging_torque+air_leak", "--size", "2,1", "--formulation", "independent",
             "--protocols", "triangle,bursts", "--duration", "2s", "--repeats", "2", "--coloured",
             "--no-forces", "--seed", "5", "--out", "out",
         ),

@@ -54,24 +54,24 @@ def test_other_formulas_are_in_the_ground_truth_alone_with_their_size_in_physica
 ):
     folder = tmp_path / "data"
     code, _, err = run(
-        monkeypatch, capsys, "air_leak+sprocket_ripple+sticking_friction", "--size", "1,1,2",
+        monkeypatch, capsys, "air_leak+eccentric_encoder+sticking_friction", "--size", "1,1,2",
         "--formulation", "independent", "--protocols", "pulses,bursts", "--repeats", "1",
         "--duration", "400ms", "--quantised", "--out", folder,
     )  # fmt: skip
     assert code == 0, err
     ground_truth = json.loads((tmp_path / "data.ground_truth.json").read_text(encoding="utf-8"))
     effects = {effect["name"]: effect for effect in ground_truth["effects"]}
-    assert list(effects) == ["sticking_friction", "sprocket_ripple", "laminar_leak"]
+    assert list(effects) == ["sticking_friction", "laminar_leak", "eccentric_encoder"]
     assert effects["laminar_leak"]["stands_for"] == ["air_leak"]
     assert "laminar" in effects["laminar_leak"]["formulation"]
-    assert effects["sprocket_ripple"]["stands_for"] == []
+    assert effects["eccentric_encoder"]["stands_for"] == []
     breakaway = effects["sticking_friction"]["physical"]["breakaway_torque"]
     assert breakaway["value"] == pytest.approx(0.6, rel=0.01)
     assert breakaway["unit"] == "N*m"
     assert ground_truth["parameters"]["joint.shaft.frictionloss"]["value"] == pytest.approx(0.33)
     assert ground_truth["settings"]["formulation"] == "independent"
     text = "".join(path.read_text(encoding="utf-8") for path in folder.iterdir())
-    assert not any(word in text for word in ("ripple", "leak", "independent", "timestep"))
+    assert not any(word in text for word in ("encoder", "leak", "independent", "timestep"))
     trial = read_recordings(folder).trials[0]
     assert trial.time[-1] == pytest.approx(0.4)
     steps = trial.measured["angle"] / (2.0 * np.pi / 2500)
@@ -82,7 +82,7 @@ def test_other_formulas_are_in_the_ground_truth_alone_with_their_size_in_physica
     ("args", "words"),
     [
         (["air_lek", *QUICK], "did you mean 'air_leak'"),
-        (["sprocket_riple", *QUICK], "did you mean 'sprocket_ripple'"),
+        (["cogging_torqe", *QUICK], "did you mean 'cogging_torque'"),
         (["quadratic_drag", *QUICK], "add --formulation independent"),
         (["added_inertia", "--formulation", "independent", *QUICK], "has no other formula"),
         (["air_leak", "--formulation", "plant", "--protocols", "chrp"], "did you mean 'chirp'"),

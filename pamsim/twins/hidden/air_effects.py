@@ -151,7 +151,7 @@ EFFECTS = (
     PlantEffect(
         name="slewing_line",
         formulation="a command that moves at a limited rate: 1 bar or a full opening in this time",
-        stands_for=("line_lag",),
+        stands_for=("line_lag", "valve_slew"),
         unit="s",
         typical=0.06,
         change=_slew,

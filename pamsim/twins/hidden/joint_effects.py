@@ -176,8 +176,9 @@ EFFECTS = (
         measure=_at_half,
     ),
     PlantEffect(
-        name="sprocket_ripple",
+        name="cogging_torque",
         formulation="a torque of 16 periods per turn",
+        stands_for=("sprocket_ripple",),
         unit="N*m",
         typical=0.15,
         change=_ripple,

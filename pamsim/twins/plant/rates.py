@@ -163,7 +163,7 @@ def write_rates(
         if j.cross > 0.0 and i < 2:
             other = JOINT_STATES + (1 - i) * MUSCLE_STATES
             out += j.cross * (inside - states[other + PRESSURE])
-        space, per_length, by_pressure = volume(
+        space, per_length, softness = volume(
             m, muscle_length(m, states, first), inside - m.atmosphere
         )
         # The energy that the loop holds grows with pressure, and takes its volume from the air.
@@ -172,7 +172,7 @@ def write_rates(
         rates[first + PRESSURE], rates[first + AIR_TEMPERATURE] = pressure_rate(
             m,
             inside,
-            (space, by_pressure),
+            (space, softness),
             per_length * lengthening - held * rates[first + LOOP],
             states[first + AIR_TEMPERATURE],
             into,
