@@ -11,10 +11,10 @@ from pamsim.effects.effect import JOINT, TILTED, Effect, EffectParameter
 _PRESLIDING = EffectParameter(
     name="friction.presliding",
     typical=2e-5,
-    low=1e-6,
+    low=5e-6,
     high=5e-4,
     shape=True,
-    starts=(5e-6, 1e-4),
+    starts=(7e-6, 1e-4),
 )
 
 EFFECTS = (
@@ -38,7 +38,7 @@ EFFECTS = (
         family="joint_friction",
         missing="dry friction at the joint that gives a little before it slips",
         parameters=(
-            EffectParameter(name="friction.coulomb_force", typical=12.0, low=0.0, high=200.0),
+            EffectParameter(name="friction.coulomb_force", typical=12.0, low=0.0, high=100.0),
             _PRESLIDING,
         ),
         look_alikes=("stribeck_friction", "muscle_hysteresis", "chain_backlash"),
@@ -73,8 +73,8 @@ EFFECTS = (
         family="joint_friction",
         missing="joint friction that sticks and is lower in sliding than at rest",
         parameters=(
-            EffectParameter(name="friction.breakaway_force", typical=8.0, low=0.0, high=150.0),
-            EffectParameter(name="friction.coulomb_force", typical=4.0, low=0.0, high=200.0),
+            EffectParameter(name="friction.breakaway_force", typical=8.0, low=0.0, high=75.0),
+            EffectParameter(name="friction.coulomb_force", typical=4.0, low=0.0, high=75.0),
             EffectParameter(
                 name="friction.stribeck_velocity",
                 typical=2e-3,
@@ -95,7 +95,7 @@ EFFECTS = (
         family="joint_friction",
         missing="dry friction at the joint that grows with the pull of the muscles",
         parameters=(
-            EffectParameter(name="friction.tension_share", typical=0.02, low=0.0, high=0.3),
+            EffectParameter(name="friction.tension_share", typical=0.02, low=0.0, high=0.15),
             _PRESLIDING,
         ),
         look_alikes=("coulomb_friction", "muscle_hysteresis"),

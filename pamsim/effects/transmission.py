@@ -31,11 +31,11 @@ EFFECTS = (
         family="sprocket_ripple",
         missing="travel of the chain that ripples from tooth to tooth of the sprocket",
         parameters=(
-            EffectParameter(name="chain.ripple", typical=5e-5, low=0.0, high=1e-3),
+            EffectParameter(name="chain.ripple", typical=5e-5, low=0.0, high=3e-4),
             EffectParameter(
                 name="chain.ripple_pitch",
                 typical=9.525e-3,
-                low=2e-3,
+                low=4e-3,
                 high=3e-2,
                 shape=True,
                 starts=(5e-3, 6.35e-3, 8e-3, 1.27e-2),

@@ -13,6 +13,8 @@ from pamsim.actuator.step_limits import bristle_stiffness, chain_step_limit
 from pamsim.core.errors import InputError
 from pamsim.engine.callback import muscle_ids
 
+_MOST_BENDING = 2.0  # half of where an arm on its bristles becomes unstable
+
 
 def check_timestep(model: mujoco.MjModel, muscles: Mapping[str, Muscle]) -> None:
     """Check a model's time step against the fastest dynamics of its muscles.
@@ -51,7 +53,7 @@ def check_timestep(model: mujoco.MjModel, muscles: Mapping[str, Muscle]) -> None
             " braid.friction, or a larger friction.stribeck_velocity"
         )
     bending = _bending(model, muscles, step)
-    if bending > 1.0:
+    if bending > _MOST_BENDING:
         raise InputError(
             f"a time step of {step * 1e3:g} ms is too long for the bristles of the dry friction;"
             " take a shorter step, a smaller friction.bristle_time or a larger friction.presliding"
@@ -61,7 +63,7 @@ def check_timestep(model: mujoco.MjModel, muscles: Mapping[str, Muscle]) -> None
 def _bending(model: mujoco.MjModel, muscles: Mapping[str, Muscle], step: float) -> float:
     """Bound on w^2 (h^2 + 2 t h) of the arm on the bristles, with their damping time t [-].
 
-    With frequency w and step h the arm on its bristles is stable up to 4.
+    With the frequency w of the arm on its bristles and the step h; it is stable up to 4.
     """
     total = 0.0
     for index, muscle in zip(muscle_ids(model), muscles.values(), strict=True):

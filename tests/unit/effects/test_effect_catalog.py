@@ -3,16 +3,19 @@
 from __future__ import annotations
 
 import dataclasses
+import itertools
 
 import numpy as np
 import pytest
 
 import pamsim
+from pamsim.comparison.candidate import inside
 from pamsim.comparison.effects_on_rig import at_size, candidate, candidates, rig_effect, rig_name
 from pamsim.comparison.protocols import PROTOCOLS
 from pamsim.core.errors import InputError
 from pamsim.effects.catalog import EFFECTS, FORMS, ROW_EFFECTS, TRIAL_EFFECTS, effect
 from pamsim.engine.rig_parameter import rig_parameter
+from pamsim.engine.timestep_check import check_timestep
 from pamsim.signals.sensors import distorted
 
 CONTRACT = [
@@ -175,6 +178,18 @@ def test_an_effect_may_act_on_any_one_muscle(rig):
         candidates(rig, ("air_leak", "air_leak:muscle_1"))
     with pytest.raises(InputError, match="no form 'muscle_9'"):
         rig_effect(rig, "air_leak:muscle_9")
+
+
+@pytest.mark.parametrize("name", [*ON_REQUEST, *OTHER_FORMS])
+def test_no_corner_of_its_range_is_refused_at_twice_the_rig_s_step(name, rig):
+    """A search that takes coarse steps may go anywhere."""
+    one = candidate(rig, effect(name))
+    ends = [inside([p], {p.name: end})[p.name] for p in one.parameters for end in (p.low, p.high)]
+    for corner in itertools.product(*zip(ends[::2], ends[1::2], strict=True)):
+        values = dict(zip([p.name for p in one.parameters], corner, strict=True))
+        there = rig.with_parameters(values)
+        model = there.model_for(timestep=2.0 * rig.model.opt.timestep)
+        check_timestep(model, there.muscles)
 
 
 def test_names_stand_for_the_rig_s_own_parts(rig):
