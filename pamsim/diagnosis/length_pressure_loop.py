@@ -142,7 +142,7 @@ def diagnose_length_loop(
         rig=None,
         data=(source,),
         verdict=verdict,
-        effects=() if claimed is None else (_found(claimed, method.explained),),
+        effects=() if claimed is None else (_found(claimed, method.explained.value),),
         certain=() if claimed is None or claimed.effect is None else (claimed.effect.name,),
         resembles=_resemblance(method),
         alternatives=tuple(
@@ -163,7 +163,8 @@ def diagnose_length_loop(
         absent={},
         warnings=tuple(notes),
         next_experiment=_next_step(verdict),
-        explained=method.explained,
+        explained=method.explained.value,
+        explained_interval95=method.explained.interval95,
         effects_tried=len({e.name for e in tried}),
         tried=tuple(_tried(model) for model in method.attempts),
         nuisance=(),
@@ -237,7 +238,7 @@ def _resemblance(method: LoopDiagnosis) -> Resemblance | None:
     return Resemblance(
         name=near.effect.name,
         family=_family(near.effect.name),
-        explained=method.explained if near is method.best else max(share, 0.0),
+        explained=method.explained.value if near is method.best else max(share, 0.0),
         p_value=near.p_value,
     )
 

@@ -97,7 +97,8 @@ def result_of(
         absent={limit.effect: absent_entry(rig, limit) for limit in method.absent},
         warnings=warnings,
         next_experiment=_next_step(method.next_experiment, verdict, best),
-        explained=conclusion.explained,
+        explained=conclusion.explained.value,
+        explained_interval95=conclusion.explained.interval95,
         inconclusive=_inconclusive(method) if verdict is Verdict.NOT_IDENTIFIABLE else None,
         effects_tried=len(method.screened),
         tried=_tried(method),
@@ -167,7 +168,7 @@ def _effects(
             step = compare_trials(parents[0].loss, best.loss, protocol_of) if parents else None
         share = None
         if step is not None and best.improvement.gain > 0.0:
-            share = method.conclusion.explained * step.gain / best.improvement.gain
+            share = method.conclusion.explained.value * step.gain / best.improvement.gain
         effects.append(
             FoundEffect(
                 members={candidate.name: candidate.effect.missing},
@@ -212,8 +213,8 @@ def _share(method: TrialDiagnosis, model: TrialModel) -> float | None:
     best = method.conclusion.best
     if best is None or best.improvement.gain <= 0.0:
         return None
-    share = method.conclusion.explained * model.improvement.gain / best.improvement.gain
-    return max(share, 0.0)
+    share = method.conclusion.explained.value * model.improvement.gain / best.improvement.gain
+    return min(max(share, 0.0), 1.0)
 
 
 def _resemblance(method: TrialDiagnosis) -> Resemblance | None:
@@ -226,7 +227,7 @@ def _resemblance(method: TrialDiagnosis) -> Resemblance | None:
         return Resemblance(
             name="+".join(best.names),
             family=best.family,
-            explained=method.conclusion.explained,
+            explained=method.conclusion.explained.value,
             p_value=_corrected(method, best.improvement),
             similarity=similarity.get(best.names[0]) if len(best.names) == 1 else None,
         )

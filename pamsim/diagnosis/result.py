@@ -372,6 +372,8 @@ class Diagnosis:
         warnings: what a reader should know, one sentence each.
         next_experiment: what to measure next; None if the question is settled.
         explained: share of the gap that the best model explains.
+        explained_interval95: its 95 % interval, from the scatter of trials, rows or levels; None
+            where it is not known.
         inconclusive: why the data carry no verdict; None if they do.
         effects_tried: number of effects that were compared.
         tried: models that were fitted, the best first.
@@ -406,6 +408,7 @@ class Diagnosis:
     warnings: tuple[str, ...]
     next_experiment: NextStep | None
     explained: float
+    explained_interval95: tuple[float, float] | None = None
     inconclusive: str | None = None
     effects_tried: int
     tried: tuple[TriedModel, ...]

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
@@ -72,8 +73,17 @@ def _named(result: Diagnosis) -> str:
         )
     return (
         f"Missing: {what}; {'it explains' if single else 'together they explain'}"
-        f" {100.0 * result.explained:.0f} % of the gap{left}; held-out {_levels(result)}"
+        f" {_share(result)} of the gap{left}; held-out {_levels(result)}"
     )
+
+
+def _share(result: Diagnosis) -> str:
+    """Share of the gap as text, such as ``75 [52, 93] %``."""
+    ends, text = result.explained_interval95, f"{100.0 * result.explained:.0f}"
+    if ends is not None:
+        # Rounded outwards at the bottom: what is not shown is not claimed.
+        text += f" [{math.floor(100.0 * ends[0])}, {100.0 * ends[1]:.0f}]"
+    return f"{text} %"
 
 
 def _only_untested(result: Diagnosis) -> bool:

@@ -109,7 +109,8 @@ def result_of(
             " is a lower bound, and what is left may be more than noise",
         ),
         next_experiment=_next_step(method, certain),
-        explained=method.explained,
+        explained=method.explained.value,
+        explained_interval95=method.explained.interval95,
         inconclusive=f"a table needs {FEWEST_ROWS} rows for a verdict, and this has"
         f" {len(table.rows)}"
         if verdict is Verdict.NOT_IDENTIFIABLE
@@ -165,7 +166,7 @@ def _effects(rig: Rig, method: RowDiagnosis, best: RowModel) -> tuple[FoundEffec
     effects: list[FoundEffect] = []
     for number, row_effect in enumerate(best.effects):
         step = _step(method, row_effect.name, best.names[:number])
-        explained = method.explained
+        explained = method.explained.value
         if len(best.effects) > 1:
             explained = None if step is None else _share_of_step(method, step)
         effects.append(
@@ -222,7 +223,7 @@ def _resemblance(method: RowDiagnosis) -> Resemblance | None:
         return Resemblance(
             name="+".join(method.best.names),
             family=method.best.family,
-            explained=method.explained,
+            explained=method.explained.value,
             p_value=method.best.p_value,
         )
     if not method.attempts:

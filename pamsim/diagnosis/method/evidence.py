@@ -46,6 +46,19 @@ class Improvement:
         return self.gain / self.error if self.error > 0.0 else 0.0
 
 
+@dataclass(frozen=True, kw_only=True)
+class Share:
+    """Share of what a base model misses that a better one removes.
+
+    Attributes:
+        value: in [0, 1].
+        interval95: from the scatter of trials, rows or levels; None where too few repeat.
+    """
+
+    value: float
+    interval95: tuple[float, float] | None
+
+
 def losses(
     layout: TrialLayout, residual: FloatArray, floor: NoiseFloor, *, held_out: bool
 ) -> dict[str, float]:
@@ -107,6 +120,62 @@ def compare_trials(
         return Improvement(gain=gain, error=0.0, degrees=degrees, p_value=float(gain <= 0.0))
     p_value = float(student.sf(gain / error, degrees))
     return Improvement(gain=gain, error=error, degrees=degrees, p_value=p_value)
+
+
+def share_of_trials(
+    before: Mapping[str, float],
+    after: Mapping[str, float],
+    perfect: Mapping[str, float],
+    protocol_of: Mapping[str, str],
+) -> Share:
+    """Share of the base model's excess over the noise that a model removes.
+
+    Args:
+        before: held-out trial -> loss of the base model.
+        after: the same of the model.
+        perfect: the same of a perfect model; the interval takes it as known.
+        protocol_of: trial -> protocol.
+    """
+    return _share(
+        {trial: loss - after[trial] for trial, loss in before.items()},
+        {trial: loss - perfect[trial] for trial, loss in before.items()},
+        protocol_of,
+    )
+
+
+def share_of_rows(before: FloatArray, after: FloatArray) -> Share:
+    """Share of the base model's mean square at unseen rows or levels that a model removes.
+
+    Args:
+        before: (n,) errors of the base model.
+        after: (n,) of the model.
+    """
+    rows = [str(row) for row in range(before.size)]
+    removed = dict(zip(rows, (before**2 - after**2).tolist(), strict=True))
+    missed = dict(zip(rows, (before**2).tolist(), strict=True))
+    return _share(removed, missed, dict.fromkeys(rows, "rows"))
+
+
+def _share(
+    removed: Mapping[str, float], missed: Mapping[str, float], stratum_of: Mapping[str, str]
+) -> Share:
+    """Ratio of two means over the same units, with its interval by the delta method."""
+    none = dict.fromkeys(removed, 0.0)
+    whole = compare_trials(missed, none, stratum_of).gain
+    part = compare_trials(removed, none, stratum_of).gain
+    if part <= 0.0:
+        return Share(value=0.0, interval95=None)
+    if whole <= 0.0:  # less than the noise floor is missed in all: what is removed is all of it
+        return Share(value=1.0, interval95=None)
+    ratio = part / whole
+    scatter = {unit: (value - ratio * missed[unit]) / whole for unit, value in removed.items()}
+    spread = compare_trials(scatter, none, stratum_of)
+    value = min(ratio, 1.0)
+    if spread.degrees < 1:
+        return Share(value=value, interval95=None)
+    reach = float(student.ppf(0.975, spread.degrees)) * spread.error
+    low, high = np.clip([ratio - reach, ratio + reach], 0.0, 1.0).tolist()
+    return Share(value=value, interval95=(low, high))
 
 
 def compare_rows(before: FloatArray, after: FloatArray, *, seed: int = 0) -> Improvement:

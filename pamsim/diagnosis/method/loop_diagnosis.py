@@ -13,6 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from pamsim.diagnosis.method.evidence import Share
 from pamsim.diagnosis.method.loop_effects import LOOP_EFFECTS, LoopEffect
 from pamsim.diagnosis.method.loop_fit import Loop, LoopFitter, LoopModel
 from pamsim.diagnosis.method.verdict import Evidence, Verdict, decide
@@ -50,7 +51,7 @@ class LoopDiagnosis:
     difference: FloatArray
     p_value: float
     floor: float | None
-    explained: float
+    explained: Share
 
 
 def diagnose_loop(
@@ -73,10 +74,10 @@ def diagnose_loop(
     best = min(accepted, key=fitter.loss) if accepted else None
     p_value = fitter.direction()
     as_good: list[LoopModel] = []
-    explained, remainder = 0.0, False
+    explained, remainder = Share(value=0.0, interval95=None), False
     if best is not None:
         as_good = [m for m in models if m is not best and fitter.tied(m, best, base)]
-        explained = 1.0 - fitter.loss(best) / fitter.loss(base)
+        explained = fitter.share(best, base)
         others = [m for m in models if m is not best]
         remainder = fitter.remainder(best, others) < SIGNIFICANCE
     tied = tuple(m for m in as_good if _name(m) != _name(best))
@@ -84,7 +85,7 @@ def diagnose_loop(
         Evidence(
             claimed=best is not None,
             gap=p_value < SIGNIFICANCE,
-            explained=explained,
+            explained=explained.value,
             remainder=remainder,
             large_remainder=remainder,
             tied=bool(tied),

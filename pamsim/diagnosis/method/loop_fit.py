@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pamsim.core.errors import InputError
-from pamsim.diagnosis.method.evidence import Improvement, compare_rows
+from pamsim.diagnosis.method.evidence import Improvement, Share, compare_rows, share_of_rows
 from pamsim.diagnosis.method.loop_effects import LoopEffect
 from pamsim.diagnosis.method.verdict_thresholds import (
     FEWEST_LEVELS,
@@ -146,6 +146,12 @@ class LoopFitter:
     def loss(self, model: LoopModel) -> float:
         """Mean square at unseen readings, in units of their errors where these are known."""
         return float(np.mean((model.unseen * self.weight) ** 2))
+
+    def share(self, model: LoopModel, base: LoopModel) -> Share:
+        """Share of the base model's mean square at unseen readings that a model removes."""
+        # A level's sum over its readings, so that the mean over levels is that over readings.
+        before, after = (self._per_level(m.unseen) * self.count**0.5 for m in (base, model))
+        return share_of_rows(before, after)
 
     def tied(self, other: LoopModel, best: LoopModel, base: LoopModel) -> bool:
         """Whether another model predicts unseen readings as well and leaves nothing to the best."""

@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 
 from pamsim.core.errors import InputError
 from pamsim.diagnosis.method.absent_limits import AbsentLimit
+from pamsim.diagnosis.method.evidence import Share, share_of_rows
 from pamsim.diagnosis.method.row_fit import RowSimulator
 from pamsim.diagnosis.method.row_model import RowEffect, RowModel, RowModels
 from pamsim.diagnosis.method.row_search import Attempt, RowSearch
@@ -48,7 +49,7 @@ class RowDiagnosis:
     base: RowModel
     best: RowModel | None
     tied: tuple[RowModel, ...]
-    explained: float
+    explained: Share
     before: tuple[ResidualMap, ...]
     after: tuple[ResidualMap, ...]
     attempts: tuple[Attempt, ...]
@@ -108,14 +109,16 @@ def diagnose_rows(
         best = search.backward(best)
     tied = search.rivals(best, base) if best.effects else ()
     before, after = mapped(base), mapped(best) if best.effects else ()
-    explained = 1.0 - (best.left_out.rms / base.left_out.rms) ** 2 if best.effects else 0.0
+    explained = Share(value=0.0, interval95=None)
+    if best.effects:
+        explained = share_of_rows(base.left_out.residual, best.left_out.residual)
     remainder = _systematic(after)
     verdict = decide(
         Evidence(
             claimed=bool(best.effects),
             gap=_systematic(before),
             conclusive=len(names) >= FEWEST_ROWS,
-            explained=explained,
+            explained=explained.value,
             remainder=remainder,
             large_remainder=remainder,
             tied=bool(tied),

@@ -11,10 +11,11 @@ from pamsim.comparison.trial_residuals import TrialLayout, TrialSimulator
 from pamsim.core.errors import InputError
 from pamsim.diagnosis.method.absent_limits import AbsentLimit, absent_limits
 from pamsim.diagnosis.method.evidence import (
-    Improvement,
+    Share,
     compare_trials,
     losses,
     perfect_losses,
+    share_of_trials,
 )
 from pamsim.diagnosis.method.lack_of_fit import LackOfFit, lack_of_fit
 from pamsim.diagnosis.method.next_experiment import NextExperiment, SimulateMenu, next_experiment
@@ -47,8 +48,7 @@ class Conclusion:
         verdict: see `Verdict`.
         best: model with the claimed effects; None if nothing is claimed or resembled.
         tied: other models that predict as well.
-        explained: share of the base model's excess over the noise that the best model removes; 1
-            where no significant remainder is left.
+        explained: share of the base model's excess over the noise that the best model removes.
         remainder: excess that it leaves; of the base model where there is none.
         lack: what repeats share that the best model does not predict; None without one.
     """
@@ -56,7 +56,7 @@ class Conclusion:
     verdict: Verdict
     best: TrialModel | None
     tied: tuple[TrialModel, ...]
-    explained: float
+    explained: Share
     remainder: float
     lack: LackOfFit | None
 
@@ -244,7 +244,7 @@ def conclude(
             verdict=decide(evidence),
             best=None,
             tied=(),
-            explained=0.0,
+            explained=Share(value=0.0, interval95=None),
             remainder=excess.gain,
             lack=None,
         )
@@ -255,12 +255,12 @@ def conclude(
     best, tied, lack = reject_rivals(best, tied, lack_of_fit)
     left = compare_trials(best.loss, perfect, layout.protocol_of)
     remainder = left.gain > max(REMAINDER_ERRORS * left.error, REMAINDER_LOSS)
-    explained = _share(best.improvement, left) if remainder else 1.0
+    explained = share_of_trials(base_loss, best.loss, perfect, layout.protocol_of)
     evidence = Evidence(
         claimed=True,
         gap=True,
         conclusive=conclusive,
-        explained=explained,
+        explained=explained.value,
         remainder=remainder,
         large_remainder=lack.significant or (remainder and left.gain > LARGE_REMAINDER_LOSS),
         untested=not lack.testable,
@@ -274,8 +274,3 @@ def conclude(
         remainder=left.gain,
         lack=lack,
     )
-
-
-def _share(improvement: Improvement, left: Improvement) -> float:
-    """Share of the base model's excess over the noise that an improvement removes."""
-    return improvement.gain / (improvement.gain + max(left.gain, 0.0))

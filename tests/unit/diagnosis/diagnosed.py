@@ -10,7 +10,7 @@ from pamsim.comparison.effects_on_rig import at_size, candidate
 from pamsim.comparison.noise_floor import NoiseFloor
 from pamsim.core.trial import Trial
 from pamsim.diagnosis.method.absent_limits import AbsentLimit
-from pamsim.diagnosis.method.evidence import compare_trials
+from pamsim.diagnosis.method.evidence import Share, compare_trials
 from pamsim.diagnosis.method.lack_of_fit import LackOfFit
 from pamsim.diagnosis.method.next_experiment import NextExperiment
 from pamsim.diagnosis.method.nuisance_by_protocol import NuisanceByProtocol
@@ -135,7 +135,7 @@ def report(
         verdict=verdict,
         best=chosen,
         tied=others,
-        explained=explained,
+        explained=Share(value=explained, interval95=(explained - 0.055, explained + 0.01)),
         remainder=0.01,
         lack=LackOfFit(size=lack[0], p_value=lack[1], attainable=lack[2]) if chosen else None,
     )

@@ -151,7 +151,7 @@ def test_alternatives_are_told_by_how_far_they_are_behind(rig):
             [
                 "Missing: a leak of air from the muscles (air_leak, leak conductance 1.4"
                 " [1.26, 1.54] mm^3/(s*kPa))",
-                "it explains 98 % of the gap",
+                "it explains 98 [92, 99] % of the gap",
                 "times the noise floor before and 0.9",
             ],
         ),
@@ -159,9 +159,9 @@ def test_alternatives_are_told_by_how_far_they_are_behind(rig):
             Verdict.NAMED_WITH_REMAINDER,
             ["Missing: something that resembles a leak of air from the muscles (air_leak",
              "and an offset of the angle sensor (angle_bias, angle bias 0.401", "together they"
-             " explain 70 % of the gap, and leave 0.02 of the noise variance, shared by all repeats"
-             " (p = 0.0003): another effect, of the same family (pressure deficit, offset) or one"
-             " that resembles it"],
+             " explain 70 [64, 71] % of the gap, and leave 0.02 of the noise variance, shared by"
+             " all repeats (p = 0.0003): another effect, of the same family (pressure deficit,"
+             " offset) or one that resembles it"],
         ),
         (
             Verdict.AMBIGUOUS,

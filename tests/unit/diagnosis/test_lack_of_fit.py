@@ -167,7 +167,7 @@ def test_a_name_that_only_resembles_the_truth_stands_for_its_kind():
         ).conclusion
         assert near.verdict is Verdict.NAMED_WITH_REMAINDER, (seed, near.lack)
         assert near.best.names == ("dry",)
-        assert near.explained > 0.99
+        assert near.explained.value > 0.99
         assert near.remainder < LARGE_REMAINDER_LOSS  # the noise floor alone would not show it
 
 
