@@ -42,17 +42,18 @@ def test_nothing_is_claimed_where_nothing_is_hidden(drift):
     [({"dry": 0.03}, "dry"), ({"bias": -0.03}, "bias"), ({"leak": 0.03}, "leak")],
 )
 def test_what_is_hidden_is_named_and_measured(hidden, name):
-    inside, shares = 0, []
+    inside, whole = 0, 0
     for seed in range(3):
         one = found(hidden, seed=seed)
         assert one.conclusion.verdict is Verdict.NAMED, (seed, one.conclusion)
         assert one.conclusion.best.names == (name,)
-        shares.append(one.conclusion.explained.value)
+        assert one.conclusion.explained.value > 0.75
+        whole += one.conclusion.explained.interval95[1] > 0.999
         assert one.conclusion.best.fit.values[name] == pytest.approx(hidden[name], rel=0.15)
         low, high = one.conclusion.best.intervals[name]
         inside += low < hidden[name] < high
     assert inside >= 2
-    assert np.mean(shares) > 0.9
+    assert whole >= 2
 
 
 def test_the_repair_reaches_the_noise_floor():
