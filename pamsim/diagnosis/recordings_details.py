@@ -48,9 +48,7 @@ def recordings_details(
     lack = method.conclusion.lack
     return Details(
         remainder=method.conclusion.remainder,
-        lack_of_fit=None
-        if lack is None
-        else {
+        lack_of_fit={
             **asdict(lack),
             "level": lack.level,
             "testable": lack.testable,

@@ -319,8 +319,9 @@ class Details:
 
     Attributes:
         remainder: excess over the noise that the best model leaves [noise variance].
-        lack_of_fit: size [noise variance] and p-value of what repeats share that the best model
-            does not predict, the smallest p-value that they can reach, and the level that counts.
+        lack_of_fit: size [noise variance] and p-value of what repeats share that the best model,
+            or without one the base model, does not predict, the smallest p-value that they can
+            reach, and the level that counts.
         noise_floor: per channel its standard deviation, and from how many repeats.
         where_with_measured_pressures: as ``where``, with the arm driven by the measured pressures.
         nuisance_by_protocol: nuisance parameters fitted to each protocol by itself.

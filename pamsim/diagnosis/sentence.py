@@ -22,7 +22,7 @@ def verdict_sentence(result: Diagnosis) -> str:
         case Verdict.NO_GAP:
             text = (
                 "No gap: on held-out data the simulation is as near to the measurements as their"
-                f" noise allows ({_level(result)})"
+                f" noise allows ({_level(result)}){_below_a_gap(result)}"
                 if result.kind == "recordings"
                 else "No gap: no effect improves predictions of held-out data significantly, and"
                 f" what the model misses is not systematic ({_level(result)})"
@@ -84,6 +84,19 @@ def _share(result: Diagnosis) -> str:
         # Rounded outwards at the bottom: what is not shown is not claimed.
         text += f" [{math.floor(100.0 * ends[0])}, {100.0 * ends[1]:.0f}]"
     return f"{text} %"
+
+
+def _below_a_gap(result: Diagnosis) -> str:
+    """What repeats share although it is no gap, or that these repeats could not show it."""
+    lack = result.details.lack_of_fit
+    if lack is None or (lack["testable"] and not lack["significant"]):
+        return ""
+    if not lack["testable"]:
+        return "; whether all repeats share a remainder is not testable with these repeats"
+    return (
+        f"; all repeats share {lack['size']:.2g} of the noise variance that it does not predict"
+        f" (p = {lack['p_value']:.1g}), less than counts as a gap"
+    )
 
 
 def _only_untested(result: Diagnosis) -> bool:

@@ -7,6 +7,7 @@ from collections.abc import Callable, Sequence
 from pamsim.comparison.trial_residuals import TrialLayout
 from pamsim.diagnosis.method.evidence import compare_trials
 from pamsim.diagnosis.method.lack_of_fit import LackOfFit
+from pamsim.diagnosis.method.refit import Refit
 from pamsim.diagnosis.method.trial_model import TrialModel
 from pamsim.diagnosis.method.verdict_thresholds import (
     RIVAL_FITS,
@@ -51,7 +52,7 @@ def tied_with(
 def reject_rivals(
     best: TrialModel,
     tied: Sequence[TrialModel],
-    lack_of_fit: Callable[[TrialModel], LackOfFit],
+    lack_of_fit: Callable[[Refit], LackOfFit],
 ) -> tuple[TrialModel, tuple[TrialModel, ...], LackOfFit]:
     """The best model and its rivals, without those that show lack of fit where another does not.
 
@@ -60,7 +61,7 @@ def reject_rivals(
     Returns:
         The best model left, the models tied with it, and the best one's lack of fit.
     """
-    tests = {model.names: lack_of_fit(model) for model in (best, *tied)}
+    tests = {model.names: lack_of_fit(model.fit) for model in (best, *tied)}
     if all(lack.p_value <= RIVAL_FITS for lack in tests.values()):
         return best, tuple(tied), tests[best.names]
     kept = [m for m in (best, *tied) if tests[m.names].p_value >= RIVAL_REJECTED]

@@ -50,7 +50,8 @@ class Conclusion:
         tied: other models that predict as well.
         explained: share of the base model's excess over the noise that the best model removes.
         remainder: excess that it leaves; of the base model where there is none.
-        lack: what repeats share that the best model does not predict; None without one.
+        lack: what repeats share that the best model, or without one the base model, does not
+            predict.
     """
 
     verdict: Verdict
@@ -58,7 +59,7 @@ class Conclusion:
     tied: tuple[TrialModel, ...]
     explained: Share
     remainder: float
-    lack: LackOfFit | None
+    lack: LackOfFit
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -164,11 +165,12 @@ def diagnose_trials(
         return conclude(
             layout,
             floor,
+            base,
             base_loss,
             models,
             tried,
             lambda a, b: signature_similarity(by_name[a], by_name[b]),
-            lambda model: lack_of_fit(fitter, model.fit, screened, seed=seed),
+            lambda fit: lack_of_fit(fitter, fit, screened, seed=seed),
             gap_mapped=gap_mapped,
         )
 
@@ -208,11 +210,12 @@ def diagnose_trials(
 def conclude(
     layout: TrialLayout,
     floor: NoiseFloor,
+    base: Refit,
     base_loss: Mapping[str, float],
     models: Sequence[TrialModel],
     tried: int,
     similarity: Similarity,
-    lack_of_fit: Callable[[TrialModel], LackOfFit],
+    lack_of_fit: Callable[[Refit], LackOfFit],
     *,
     gap_mapped: bool,
 ) -> Conclusion:
@@ -221,11 +224,12 @@ def conclude(
     Args:
         layout: of the trials.
         floor: of the noise.
-        base_loss: held-out trial -> loss of the base model.
+        base: fit of the base model.
+        base_loss: held-out trial -> its loss.
         models: with effects, fitted; sets of effects only if each effect is needed.
         tried: single effects that were judged by the held-out trials.
         similarity: of the signatures of two effects.
-        lack_of_fit: what a model leaves that repeats share.
+        lack_of_fit: what a fitted model leaves that repeats share.
         gap_mapped: whether residual maps show a gap, whatever these models achieve.
     """
     perfect = perfect_losses(layout, floor)
@@ -234,9 +238,12 @@ def conclude(
     if not accepted:
         excess = compare_trials(base_loss, perfect, layout.protocol_of)
         proven = excess.p_value < GAP_P_VALUE and excess.gain > GAP_LOSS
+        # Losses know a gap no better than the noise floor is known; what repeats share needs none.
+        lack = lack_of_fit(base)
+        shared = lack.significant and lack.size > GAP_LOSS
         evidence = Evidence(
             claimed=False,
-            gap=gap_mapped or proven,
+            gap=gap_mapped or proven or shared,
             suspected=excess.gain > UNPROVEN_LOSS,
             conclusive=conclusive,
         )
@@ -246,7 +253,7 @@ def conclude(
             tied=(),
             explained=Share(value=0.0, interval95=None),
             remainder=excess.gain,
-            lack=None,
+            lack=lack,
         )
     most = max(len(m.candidates) for m in accepted)
     best = min((m for m in accepted if len(m.candidates) == most), key=lambda m: m.mean_loss)

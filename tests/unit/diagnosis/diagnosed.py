@@ -137,7 +137,7 @@ def report(
         tied=others,
         explained=Share(value=explained, interval95=(explained - 0.055, explained + 0.01)),
         remainder=0.01,
-        lack=LackOfFit(size=lack[0], p_value=lack[1], attainable=lack[2]) if chosen else None,
+        lack=LackOfFit(size=lack[0], p_value=lack[1], attainable=lack[2]),
     )
     channels = [(c, p) for c in NOISE for p in PROTOCOLS]
     method = SimpleNamespace(

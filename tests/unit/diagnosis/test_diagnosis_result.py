@@ -197,6 +197,18 @@ def test_a_remainder_that_repeats_cannot_show_is_said_to_be_untested(rig):
     assert one.details.lack_of_fit["testable"] is False
 
 
+@pytest.mark.parametrize(
+    ("lack", "words"),
+    [
+        ((0.02, 0.3, 1e-4), "times the noise floor)."),
+        ((0.02, 3e-4, 1e-4), "share 0.02 of the noise variance that it does not predict (p = 0.0"),
+        ((0.02, 0.25, 0.25), "whether all repeats share a remainder is not testable with these"),
+    ],
+)  # fmt: skip
+def test_no_gap_says_what_repeats_share_and_whether_they_could_show_it(rig, lack, words):
+    assert words in report(rig, Verdict.NO_GAP, lack=lack).summary()
+
+
 def test_what_all_alternatives_share_is_certain(rig):
     one = report(rig, Verdict.AMBIGUOUS, ["air_leak", "angle_bias"], [["air_leak", "angle_scale"]])
     assert one.certain == ("air_leak",)

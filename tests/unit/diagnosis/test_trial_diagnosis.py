@@ -79,6 +79,18 @@ def test_what_no_effect_explains_is_called_unexplained():
         assert one.conclusion.verdict is Verdict.UNEXPLAINED
 
 
+def test_what_all_repeats_share_is_no_noise_however_much_the_noise_drifts():
+    """Losses under drift vary too much to prove the gap; products of repeats do prove it."""
+    for seed in range(4):
+        one = found({"ripple": 0.02}, library=(BIAS, LEAK), seed=seed, repeats=3, drift=True)
+        assert one.conclusion.verdict is Verdict.UNEXPLAINED, (seed, one.conclusion.lack)
+        assert one.conclusion.lack.significant
+    clean = found({}, library=(BIAS, LEAK), repeats=3, drift=True).conclusion
+    assert clean.verdict is Verdict.NO_GAP
+    assert clean.lack.testable
+    assert not clean.lack.significant
+
+
 def test_the_true_effect_missing_from_the_library_is_not_replaced_by_another():
     for seed in range(3):
         one = found({"dry": 0.06}, library=(BIAS, LEAK), seed=seed)
