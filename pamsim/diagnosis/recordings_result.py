@@ -324,7 +324,7 @@ def _nuisance(rig: Rig, method: TrialDiagnosis) -> tuple[NuisanceEntry, ...]:
                 refitted=readable(parameter, value),
                 with_effects=None if repaired is None else readable(parameter, repaired),
                 interval95=readable_interval(parameter, known),
-                at_bound=name in method.base.at_bound,
+                at_bound=name in (method.base if best is None else best.fit).at_bound,
             )
         )
     return tuple(entries)

@@ -14,6 +14,7 @@ from pamsim.comparison.compared_signal import Comparison
 from pamsim.core.encoding import INLINE, NOT_IN_JSON, fields_to_dict, json_property
 from pamsim.core.versions import versions
 from pamsim.diagnosis.method.verdict import Verdict
+from pamsim.diagnosis.method.verdict_thresholds import FAR_NUISANCE
 from pamsim.diagnosis.repaired_rig import RIG_FOLDER, Repair, write_repaired_rig
 from pamsim.diagnosis.sentence import verdict_sentence
 from pamsim.store.json_file import write_json
@@ -300,8 +301,8 @@ class TriedModel:
 class NuisanceEntry:
     """A parameter refitted with every effect: in the rig, refitted alone, and with the best model.
 
-    Values are in ``unit``; ``interval95`` is of the last, or
-    of the one before where there is none.
+    Values are in ``unit``; ``interval95`` and ``at_bound`` are of the last, or of the one before
+    where there is none.
     """
 
     parameter: str
@@ -311,6 +312,16 @@ class NuisanceEntry:
     with_effects: float | None
     interval95: tuple[float, float] | None
     at_bound: bool
+
+    @property
+    def last(self) -> float:
+        """Value in the model that the verdict rests on."""
+        return self.refitted if self.with_effects is None else self.with_effects
+
+    @json_property
+    def far(self) -> bool:
+        """Whether it left the rig's value so far, or its range, that it may hide an effect."""
+        return self.at_bound or abs(self.last - self.before) > FAR_NUISANCE * abs(self.before)
 
 
 @dataclass(frozen=True, kw_only=True)

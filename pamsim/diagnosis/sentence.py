@@ -39,7 +39,22 @@ def verdict_sentence(result: Diagnosis) -> str:
             )
         case Verdict.NOT_IDENTIFIABLE:
             text = f"Not identifiable: {result.inconclusive}{_resemblance(result)}"
-    return f"{text}."
+    return f"{text}{_far_nuisance(result)}."
+
+
+def _far_nuisance(result: Diagnosis) -> str:
+    """Nuisance parameters that no longer are what the rig states."""
+    moved = [
+        f"{n.parameter} to {_value(n.last, n.unit)}"
+        f" ({'the end of its range; ' if n.at_bound else ''}the rig: {_value(n.before, n.unit)})"
+        for n in result.nuisance
+        if n.far
+    ]
+    return f"; refitted far from the rig: {', '.join(moved)}" if moved else ""
+
+
+def _value(value: float, unit: str) -> str:
+    return f"{value:.{_DIGITS}g}{'' if unit == '1' else f' {unit}'}"
 
 
 def sized(name: str, estimate: Estimate) -> str:

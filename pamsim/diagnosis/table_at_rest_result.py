@@ -289,7 +289,7 @@ def _nuisance(rig: Rig, method: RowDiagnosis) -> tuple[NuisanceEntry, ...]:
                 refitted=method.base.fit.values[free.name] * scale,
                 with_effects=None if best is None else best * scale,
                 interval95=(low * scale, high * scale),
-                at_bound=free.name in method.base.fit.at_bound,
+                at_bound=free.name in (method.best or method.base).fit.at_bound,
             )
         )
     return tuple(entries)

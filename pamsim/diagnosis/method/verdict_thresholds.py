@@ -57,6 +57,10 @@ GAP_MAP_P_VALUE = 0.005
 UNPROVEN_LOSS = 0.5
 """Excess over the noise from which a gap that is not significant makes a recording inconclusive."""
 
+FAR_NUISANCE = 0.25
+"""Share of the rig's own value by which a nuisance parameter, known to a few per cent, may be
+refitted without the verdict saying so: beyond, it may stand in for what is missing."""
+
 FEWEST_REPEATS = 2
 """Repeats of a protocol below which noise and a gap cannot be distinguished."""
 

@@ -108,6 +108,8 @@ def report(
     explained=0.98,
     following=None,
     lack=(0.02, 0.0003, 0.0001),
+    refitted=0.97,
+    at_bound=(),
 ):
     """A diagnosis with a given verdict.
 
@@ -120,6 +122,8 @@ def report(
         explained: share of the gap.
         following: the next experiment.
         lack: size and p-value of the lack of fit, and the smallest p-value within reach.
+        refitted: scale of the force in the base model.
+        at_bound: what ended at a limit of its range there and in the best model.
     """
     measured = trials()
     protocol_of = {t.name: t.protocol for t in measured}
@@ -127,6 +131,8 @@ def report(
     base_loss = {t: 5.0 + 0.1 * i for i, t in enumerate(held_out)}
     options = {"base_loss": base_loss, "protocol_of": protocol_of}
     chosen = model(rig, best, 1.0, **options) if best else None
+    if chosen is not None:
+        chosen.fit.at_bound = at_bound
     others = tuple(model(rig, names, 1.01, **options) for names in tied)
     parents = tuple(model(rig, [n], 2.0 + i, **options) for i, n in enumerate(best) if best[1:])
     clean = clean_signals(np.sin(2.0 * np.pi * TIME / 4.0))
@@ -148,7 +154,7 @@ def report(
             repeats=repeats,
             assumed=repeats < REPEATS,
         ),
-        base=SimpleNamespace(values={"force.scale": 0.97}, at_bound=("force.scale",)),
+        base=SimpleNamespace(values={"force.scale": refitted}, at_bound=at_bound),
         base_loss=base_loss,
         cells=tuple(
             Cell(channel=c, protocol=p, excess=20.0 - i, p_value=0.001 if i < 3 else 0.4)

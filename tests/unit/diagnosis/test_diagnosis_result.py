@@ -209,6 +209,21 @@ def test_no_gap_says_what_repeats_share_and_whether_they_could_show_it(rig, lack
     assert words in report(rig, Verdict.NO_GAP, lack=lack).summary()
 
 
+@pytest.mark.parametrize("verdict", [Verdict.NO_GAP, Verdict.UNEXPLAINED, Verdict.NOT_IDENTIFIABLE])
+def test_a_nuisance_parameter_at_its_bound_or_far_from_the_rig_is_announced(rig, verdict):
+    """It may have taken the place of what is missing."""
+    bound = report(rig, verdict, at_bound=("force.scale",))
+    assert "refitted far from the rig: force.scale to 0.97 (the end of its range; the rig: 1)" in (
+        bound.summary()
+    )
+    far = report(rig, verdict, refitted=1.3)
+    assert "refitted far from the rig: force.scale to 1.3 (the rig: 1)." in far.summary()
+    assert far.to_dict()["nuisance"][0]["far"] is True
+    near = report(rig, verdict)
+    assert "refitted far" not in near.summary()
+    assert near.to_dict()["nuisance"][0]["far"] is False
+
+
 def test_what_all_alternatives_share_is_certain(rig):
     one = report(rig, Verdict.AMBIGUOUS, ["air_leak", "angle_bias"], [["air_leak", "angle_scale"]])
     assert one.certain == ("air_leak",)

@@ -56,7 +56,13 @@ def test_every_verdict_makes_a_page_that_begins_with_its_sentence(rig, verdict, 
 
 @pytest.mark.usefixtures("quick")
 def test_what_the_reader_needs_is_on_the_page(rig, tmp_path):
-    one = report(rig, Verdict.AMBIGUOUS, **VERDICTS[Verdict.AMBIGUOUS], following=following())
+    one = report(
+        rig,
+        Verdict.AMBIGUOUS,
+        **VERDICTS[Verdict.AMBIGUOUS],
+        following=following(),
+        at_bound=("force.scale",),
+    )
     page = page_of(one, tmp_path)
     for words in (
         "Possible causes", "supply sag", "What to measure next: shut_hold",
