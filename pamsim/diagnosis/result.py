@@ -217,6 +217,7 @@ class AbsentEntry:
         unit: of the limit.
         limit_si: the same in SI.
         typical_sizes: the limit in typical sizes of the effect; NaN if not known.
+        because: why the data cannot tell; None where they can.
     """
 
     parameter: str
@@ -224,11 +225,12 @@ class AbsentEntry:
     unit: str
     limit_si: float | None
     typical_sizes: float
+    because: str | None = None
 
     def to_dict(self) -> dict[str, Any]:
         """``ruled_out_above`` with its unit, or ``cannot_tell``."""
         if self.limit is None:
-            return {"parameter": self.parameter, "cannot_tell": True}
+            return {"parameter": self.parameter, "cannot_tell": True, "because": self.because}
         return {
             "parameter": self.parameter,
             "ruled_out_above": self.limit,

@@ -6,7 +6,7 @@ import math
 from collections.abc import Iterable
 
 from pamsim.comparison.readable_unit import readable, readable_interval, readable_unit
-from pamsim.diagnosis.method.absent_limits import AbsentLimit
+from pamsim.diagnosis.method.absent_limits import NOT_SHOWN, AbsentLimit
 from pamsim.diagnosis.method.row_model import RowModel
 from pamsim.diagnosis.method.trial_model import TrialModel
 from pamsim.diagnosis.result import AbsentEntry, Estimate
@@ -43,7 +43,7 @@ def estimates(rig: Rig, model: TrialModel | RowModel, names: Iterable[str]) -> d
 def absent_entry(rig: Rig, absent: AbsentLimit) -> AbsentEntry:
     """How large an absent effect could be, as a distance in the unit of the rig's file."""
     parameter = rig_parameter(rig, absent.parameter)
-    known = absent.visible and math.isfinite(absent.limit)
+    known = absent.cannot_tell is None and math.isfinite(absent.limit)
     # A distance: what the unit's zero is does not matter.
     distance = readable(parameter, absent.limit) - readable(parameter, 0.0) if known else None
     return AbsentEntry(
@@ -52,4 +52,5 @@ def absent_entry(rig: Rig, absent: AbsentLimit) -> AbsentEntry:
         unit=readable_unit(parameter),
         limit_si=absent.limit if known else None,
         typical_sizes=absent.size,
+        because=None if known else absent.cannot_tell or NOT_SHOWN,
     )

@@ -8,7 +8,12 @@ from dataclasses import dataclass
 import numpy as np
 
 from pamsim.core.errors import InputError
-from pamsim.diagnosis.method.absent_limits import AbsentLimit
+from pamsim.diagnosis.method.absent_limits import (
+    NOT_SHOWN,
+    OUT_OF_RANGE,
+    AbsentLimit,
+    farthest,
+)
 from pamsim.diagnosis.method.row_fit import RowFit
 from pamsim.diagnosis.method.row_leave_one_out import linearised_reach95
 from pamsim.diagnosis.method.row_model import RowEffect, RowModel, RowModels
@@ -135,13 +140,17 @@ class RowSearch:
             low = max(fit.values[size.name] - reach, size.low)
             high = min(fit.values[size.name] + reach, size.high)
             neutral = effect.neutral[size.name]
+            limit = max(abs(low - neutral), abs(high - neutral))
+            cannot_tell = None if np.isfinite(reach) else NOT_SHOWN
+            if cannot_tell is None and limit >= farthest(size, neutral):
+                cannot_tell = OUT_OF_RANGE
             limits.append(
                 AbsentLimit(
                     effect=effect.name,
                     parameter=size.name,
                     size=np.nan,
-                    limit=max(abs(low - neutral), abs(high - neutral)),
-                    visible=bool(np.isfinite(reach)),
+                    limit=limit,
+                    cannot_tell=cannot_tell,
                 )
             )
         return tuple(limits)

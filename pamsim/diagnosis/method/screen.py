@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -33,10 +33,12 @@ class Trace:
 
     Attributes:
         probe: values of the effect's parameters.
+        change: (f,) of the weighted residual that it made.
         signature: after projection by the nuisance parameters.
     """
 
     probe: Probe
+    change: FloatArray
     signature: Signature
 
 
@@ -110,7 +112,7 @@ def screen(fitter: Fitter, base: Refit, candidates: Sequence[Candidate]) -> tupl
     for (candidate, probe), change in zip(jobs, changes, strict=True):
         if change is not None:
             own = signature(space, change, probe.size)
-            traces[candidate.name].append(Trace(probe=probe, signature=own))
+            traces[candidate.name].append(Trace(probe=probe, change=change, signature=own))
     return _ranked(candidates, traces, misfit)
 
 
@@ -154,9 +156,7 @@ def screen_again(
         misfit: (f,) projected by it.
     """
     traces = {
-        s.candidate.name: [
-            Trace(probe=t.probe, signature=t.signature.within(space)) for t in s.traces
-        ]
+        s.candidate.name: [replace(t, signature=t.signature.within(space)) for t in s.traces]
         for s in screened
     }
     return _ranked([s.candidate for s in screened], traces, misfit)

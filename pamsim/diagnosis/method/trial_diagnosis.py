@@ -199,6 +199,7 @@ def diagnose_trials(
             fitter,
             [s for s in screened if s.candidate.name not in claimed],
             base if best is None else best.fit,
+            nuisance,
         ),
         next_experiment=None
         if menu is None or best is None

@@ -57,6 +57,10 @@ GAP_MAP_P_VALUE = 0.005
 UNPROVEN_LOSS = 0.5
 """Excess over the noise from which a gap that is not significant makes a recording inconclusive."""
 
+KNOWN_NUISANCE = 0.05
+"""Share of the rig's own value to which a nuisance parameter is known: a limit of an absent effect
+that holds only if it is refitted farther is none."""
+
 FAR_NUISANCE = 0.25
 """Share of the rig's own value by which a nuisance parameter, known to a few per cent, may be
 refitted without the verdict saying so: beyond, it may stand in for what is missing."""

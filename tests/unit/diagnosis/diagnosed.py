@@ -192,9 +192,9 @@ def report(
         evaluations=40,
         absent=(
             AbsentLimit(effect="load_torque", parameter="body.rig.tilt", size=0.5,
-                        limit=np.pi / 180.0, visible=True),
+                        limit=np.pi / 180.0, cannot_tell=None),
             AbsentLimit(effect="added_inertia", parameter="joint.shaft.armature", size=np.inf,
-                        limit=np.inf, visible=False),
+                        limit=np.inf, cannot_tell="the data do not show it"),
         ),
         nuisance_by_protocol=(
             NuisanceByProtocol(

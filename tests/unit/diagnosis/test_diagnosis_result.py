@@ -115,7 +115,11 @@ def test_what_is_absent_is_bounded_or_stated_to_be_undetermined(rig):
     tilt = absent["load_torque"]
     assert (tilt["ruled_out_above"], tilt["unit"]) == (pytest.approx(1.0), "deg")
     assert tilt["typical_sizes"] == 0.5
-    assert absent["added_inertia"] == {"parameter": "joint.shaft.armature", "cannot_tell": True}
+    assert absent["added_inertia"] == {
+        "parameter": "joint.shaft.armature",
+        "cannot_tell": True,
+        "because": "the data do not show it",
+    }
 
 
 def test_loops_and_lines_of_measured_and_simulated_signals_are_told(rig):

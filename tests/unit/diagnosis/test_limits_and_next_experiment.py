@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+import dataclasses
+
 import numpy as np
 import pytest
 
 from pamsim.comparison.noise_floor import noise_floor
-from pamsim.diagnosis.method.absent_limits import absent_limits
+from pamsim.comparison.trial_residuals import TrialSimulator
+from pamsim.diagnosis.method.absent_limits import NOT_SHOWN, OUT_OF_RANGE, absent_limits
 from pamsim.diagnosis.method.evidence import losses
 from pamsim.diagnosis.method.nuisance_by_protocol import nuisance_by_protocol
 from pamsim.diagnosis.method.refit import Fitter
@@ -15,13 +18,16 @@ from pamsim.diagnosis.method.trial_diagnosis import diagnose_trials
 from pamsim.diagnosis.method.trial_model import fit_effects
 from pamsim.diagnosis.method.trial_search import PAIRS, TrialSearch
 from pamsim.diagnosis.method.verdict import Verdict
+from pamsim.inference.residual_block import ResidualBlock
 from tests.unit.diagnosis.toy_arm import (
     BIAS,
     DRY,
     LEAK,
     NUISANCE,
     OWN,
+    TIME,
     TWIN,
+    candidate,
     drive,
     recorded,
     regressors,
@@ -67,8 +73,8 @@ def test_what_is_there_is_within_the_bound_and_little_more_is():
     beyond, limits = 0, []
     for seed in range(12):
         fitter, base, screened = fitted({"bias": 0.004}, (BIAS,), seed=seed)
-        (bound,) = absent_limits(fitter, screened, base)
-        assert bound.visible
+        (bound,) = absent_limits(fitter, screened, base, NUISANCE)
+        assert bound.cannot_tell is None
         beyond += bound.limit < 0.004
         limits.append(bound.limit)
     assert beyond <= 2
@@ -79,9 +85,75 @@ def test_what_leaves_no_trace_has_no_bound():
     fitter, base, _ = fitted({}, (BIAS,))
     _, _, (blind,) = fitted({}, (DRY,))
     bare = type(blind)(candidate=DRY, traces=(), similarity=0.0, gain=0.0)
-    (bound,) = absent_limits(fitter, [bare], base)
-    assert not bound.visible
+    (bound,) = absent_limits(fitter, [bare], base, NUISANCE)
+    assert bound.cannot_tell == NOT_SHOWN
     assert bound.limit == np.inf
+
+
+def standing_in(hidden, *, seed=0):
+    """An arm whose nuisance gain can take the place of an effect, and what was fitted to it.
+
+    Where the gain was refitted, the effect leaves another trace than where the rig is.
+    """
+    x, z = np.sin(7.0 * TIME), np.cos(13.0 * TIME)
+
+    def angle(gain, grip):
+        return gain * x + grip * (x + (0.1 + 5.0 * (gain - 1.0)) * z)
+
+    rng = np.random.default_rng([seed, 17])
+    trials = [
+        (f"{p}_{i}", p, angle(1.0, hidden) + 0.01 * rng.standard_normal(TIME.size))
+        for p in ("one", "two", "one_check")
+        for i in range(4)
+    ]
+
+    def simulate(sets, *, held_out, fine):
+        return [
+            [
+                ResidualBlock(
+                    trial=name,
+                    protocol=protocol,
+                    channel="angle",
+                    residual=angle(v.get("gain", 1.0), v.get("grip", 0.0)) - measured,
+                    sample_interval=0.02,
+                )
+                for name, protocol, measured in trials
+                if held_out or not protocol.endswith("_check")
+            ]
+            for v in sets
+        ]
+
+    arm = TrialSimulator(
+        simulate=simulate, held_out=frozenset(n for n, p, _ in trials if p.endswith("_check"))
+    )
+    start = {"gain": 1.0}
+    fitter = Fitter(arm, noise_floor_of(arm, start))
+    base = fitter.fit(NUISANCE, [start])
+    fitter.keep_jacobian(base)
+    return fitter, base, screen(fitter, base, (candidate("grip", 0.0, 2.0, 0.1),))
+
+
+def test_a_limit_that_rests_on_a_nuisance_parameter_far_from_the_rig_is_none():
+    """The gain took 0.5 for the effect; at that gain the data would rule out much less than 0.5."""
+    fitter, base, screened = standing_in(0.5)
+    assert base.values["gain"] == pytest.approx(1.5, rel=0.01)
+    (bound,) = absent_limits(fitter, screened, base, NUISANCE)
+    assert bound.limit < 0.1
+    assert bound.cannot_tell == "refitted far from the rig, gain may stand in for it"
+    fitter, base, screened = standing_in(0.0)
+    (honest,) = absent_limits(fitter, screened, base, NUISANCE)
+    assert honest.cannot_tell is None
+    assert honest.limit < 0.1
+
+
+def test_a_limit_outside_the_parameter_s_range_is_none():
+    fitter, base, _ = fitted({}, ())
+    (size,) = BIAS.parameters
+    size = dataclasses.replace(size, start=0.0, low=-1e-4, high=1e-4)
+    narrow = dataclasses.replace(BIAS, parameters=(size,))
+    (bound,) = absent_limits(fitter, screen(fitter, base, (narrow,)), base, NUISANCE)
+    assert bound.limit > 1e-4
+    assert bound.cannot_tell == OUT_OF_RANGE
 
 
 def test_a_parameter_that_stands_in_for_an_effect_differs_between_protocols():
