@@ -23,7 +23,9 @@ _REST_BLOCK = 0.1
 _REST = 1e-10
 """Largest relative change of a state over that time in a rig that counts as at rest."""
 
-_CREEP = slot("creep.stiffness")
+_AWAY_MEANWHILE = [
+    slot(name) for name in ("creep.stiffness", "valve.dead_zone", "valve.regulator_dead_band")
+]
 
 
 def settle(
@@ -36,7 +38,8 @@ def settle(
     """Bring a live model to rest at the start pressures of an experiment and set time to 0.
 
     It ends early once nothing moves. Creep, which would delay that, is switched off meanwhile: a
-    relaxed creep element carries no force at rest.
+    relaxed creep element carries no force at rest. So is what keeps the valves shut near the set
+    point: the muscles come to rest at the start pressures themselves, however they were reached.
 
     Args:
         model: live; its command is that of the experiment afterwards.
@@ -46,8 +49,8 @@ def settle(
     """
     set_command(model, "pressure")
     reset(model, data, experiment.start_pressure.tolist())
-    creep = model.actuator_user[:, _CREEP].copy()
-    model.actuator_user[:, _CREEP] = 0.0
+    kept = model.actuator_user[:, _AWAY_MEANWHILE].copy()
+    model.actuator_user[:, _AWAY_MEANWHILE] = 0.0
     data.ctrl[:] = experiment.start_pressure
     data.time = -experiment.settle
     left = round(experiment.settle / model.opt.timestep)
@@ -60,7 +63,7 @@ def settle(
         if _at_rest(before, now, data.qvel):
             break
         before = now
-    model.actuator_user[:, _CREEP] = creep
+    model.actuator_user[:, _AWAY_MEANWHILE] = kept
     set_command(model, experiment.command)
     settled(model, data, experiment.start_pressure.tolist())
     data.time = 0.0
