@@ -11,6 +11,7 @@ from pamsim.core.errors import InputError
 from pamsim.core.experiment import Experiment, pressure_step
 from pamsim.core.recording import Recording
 from pamsim.core.trial import Trial
+from pamsim.signals.sensors import MeasurementChain, encoder_offset
 from pamsim.store.static_table import StaticTable
 
 GRID_HZ = 2000
@@ -98,12 +99,16 @@ def _snapped(time: NDArray[np.float64], rate: float) -> NDArray[np.float64]:
     return np.where(np.abs(time - grid) * rate <= _ON_GRID, grid, time)
 
 
-def at_times(recording: Recording, trial: Trial) -> dict[str, NDArray[np.float64]]:
+def at_times(
+    recording: Recording, trial: Trial, sensor: MeasurementChain | None = None
+) -> dict[str, NDArray[np.float64]]:
     """Simulated signals at the times of a trial, interpolated linearly between samples.
 
     Args:
         recording: of the trial's experiment.
         trial: as measured.
+        sensor: instruments of the rig, or None. An encoder that counts whole increments reads low
+            on average, and so do the angles returned, if the trial's come in such increments.
 
     Returns:
         ``pressure_1`` ... [Pa, gauge], ``angle`` [rad], ``force_1`` ... [N], each (n,).
@@ -112,7 +117,10 @@ def at_times(recording: Recording, trial: Trial) -> dict[str, NDArray[np.float64
         SimulationError: if the run ended early.
     """
     done = recording.completed()
-    signals = {"angle": done.angle}
+    angle = done.angle
+    if sensor is not None and "angle" in trial.measured:
+        angle = angle + encoder_offset(trial.measured["angle"], sensor.encoder_increments)
+    signals = {"angle": angle}
     for muscle in range(trial.muscles):
         signals[f"pressure_{muscle + 1}"] = done.pressure[:, muscle]
         signals[f"force_{muscle + 1}"] = done.tension[:, muscle]

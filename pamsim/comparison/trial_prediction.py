@@ -191,7 +191,7 @@ class TrialPredictor:
                 zip(self.data.trials, self._of_trial, self._sensitivities, strict=True)
             ):
                 if of == number:
-                    base, *moved_starts = (at_times(run, trial) for run in runs)
+                    base, *moved_starts = (at_times(run, trial, self.rig.sensor) for run in runs)
                     self._starts[i] = start_error(trial, self._start_of[i], base)
                     for name, signal in base.items():
                         sensitivities[name] = np.column_stack(
@@ -224,7 +224,7 @@ class TrialPredictor:
         ):
             if trial.name in left_out:
                 continue
-            simulated = at_times(runs[number], trial)
+            simulated = at_times(runs[number], trial, self.rig.sensor)
             if sensitivities:
                 simulated = start.adjusted(trial, simulated, sensitivities, self.compared(trial))
             trials[trial.name] = simulated

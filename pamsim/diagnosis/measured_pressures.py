@@ -70,7 +70,7 @@ def cells_with_measured_pressures(
         if run.outcome is not Outcome.COMPLETED:
             return ()
         for trial in members:
-            simulated = at_times(run, trial)
+            simulated = at_times(run, trial, rig.sensor)
             blocks += [
                 ResidualBlock(
                     trial=trial.name,

@@ -14,6 +14,9 @@ from pamsim.core.errors import InputError, ParameterError
 from pamsim.core.parameters import ParameterGroup, parameter
 from pamsim.core.recording import Recording
 
+_ON_INCREMENT = 0.02
+"""Share of an increment by which written angles may miss it, as rounded in a file."""
+
 
 @dataclass(frozen=True, kw_only=True)
 class MeasurementChain(ParameterGroup):
@@ -115,6 +118,27 @@ def encode_angle(angle: ArrayLike, increments: float) -> NDArray[np.float64]:
     """
     step = 2.0 * math.pi / increments
     return np.floor(np.asarray(angle, dtype=float) / step) * step
+
+
+def encoder_offset(reading: ArrayLike, increments: float) -> float:
+    """Mean of reported less true angle of an encoder that counts whole increments [rad].
+
+    Half an increment below, whatever the sensor's zero: what is left of the steps has mean 0, as
+    has the error of a converter that rounds.
+
+    Args:
+        reading: (n,) angles as reported [rad].
+        increments: per revolution; 0 if unknown.
+
+    Returns:
+        The offset; 0 for readings that do not come in whole increments, such as simulated ones.
+    """
+    if increments == 0.0:
+        return 0.0
+    step = 2.0 * math.pi / increments
+    counts = np.asarray(reading, dtype=float) / step
+    whole = np.abs(counts - np.round(counts)) <= _ON_INCREMENT
+    return -0.5 * step if whole.all() and np.ptp(np.round(counts)) > 0.0 else 0.0
 
 
 def convert_pressure(pressure: ArrayLike, step: float) -> NDArray[np.float64]:

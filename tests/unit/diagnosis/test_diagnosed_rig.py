@@ -58,6 +58,17 @@ def test_sensors_that_read_otherwise_take_no_simulation(rig, tmp_path):
             assert np.mean(biased.residual - one.residual) == pytest.approx(0.01, rel=0.1)
 
 
+@pytest.mark.parametrize("quantised", [True, False])
+def test_an_encoder_that_counts_whole_increments_has_no_bias(rig, tmp_path, quantised):
+    """It reads half an increment low: unknown to the prediction, that was an offset."""
+    data = recorded(rig, [], tmp_path, SETTINGS | {"duration": 0.5, "quantised": quantised})
+    (blocks,) = DiagnosedRig(rig, data, []).residuals([{}], held_out=True, fine=False)
+    step = 2.0 * np.pi / rig.sensor.encoder_increments
+    off = np.concatenate([b.residual for b in blocks if b.channel == "angle"])
+    assert abs(np.mean(off)) < 0.1 * step
+    assert np.std(off) > 0.1 * step  # the steps themselves stay, as noise
+
+
 def test_measured_pressures_tell_arm_from_air(rig, tmp_path):
     """Friction at the joint shows in the angle whatever drives it; a wrong valve does not."""
     worst = {}

@@ -17,6 +17,7 @@ from pamsim.signals.sensors import (
     convert_pressure,
     distorted,
     encode_angle,
+    encoder_offset,
     lagged,
     measured,
 )
@@ -156,3 +157,15 @@ def test_a_ramp_is_seen_later_by_the_lag_and_a_step_falls_short_by_an_e_th():
 def test_half_a_converter_is_refused():
     with pytest.raises(ParameterError, match=r"\A[^\n]*sensor\.converter_span[^\n]*\Z"):
         MeasurementChain(converter_bits=14.0, transducer_gain=1e5)
+
+
+def test_the_offset_of_an_encoder_is_the_mean_of_its_error():
+    rng = np.random.default_rng(3)
+    true = 0.2 * np.sin(np.linspace(0.0, 9.0, 4000)) + 1e-3 * rng.standard_normal(4000)
+    reading = np.round(encode_angle(true, 2500.0), 6)  # as in a file
+    offset = encoder_offset(reading, 2500.0)
+    assert offset == pytest.approx(-math.pi / 2500.0, rel=1e-12)
+    assert np.mean(reading - true) == pytest.approx(offset, abs=0.02 * abs(offset))
+    assert encoder_offset(true, 2500.0) == 0.0  # not in steps
+    assert encoder_offset(np.zeros(50), 2500.0) == 0.0  # no steps to see
+    assert encoder_offset(reading, 0.0) == 0.0
