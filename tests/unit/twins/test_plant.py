@@ -17,7 +17,7 @@ from pamsim.twins.plant.compiled import compiled_integrator
 from pamsim.twins.plant.inputs import INPUTS
 from pamsim.twins.plant.integrate import sampled
 from pamsim.twins.plant.joint import bristle_rate, free_torque
-from pamsim.twins.plant.muscle import ends, play_share, played, pull_per_pressure, reach_of, volume
+from pamsim.twins.plant.muscle import play_share, played, reach_of, steady_pull, volume
 from pamsim.twins.plant.read_rig import _COPIED, read_rig
 from pamsim.twins.plant.records import (
     AIR_TEMPERATURE,
@@ -119,18 +119,20 @@ def test_bristles_slide_at_the_level_of_their_stribeck_curve(pendulum, speed):
     assert free_torque(j, 0.0, speed, z) == pytest.approx(-math.copysign(level, speed), rel=1e-3)
 
 
-@pytest.mark.parametrize("hidden", [{}, {"end_loss": 0.6, "end_onset": -0.02}, {"cone": 2.0}])
+@pytest.mark.parametrize(
+    "hidden", [{}, {"end_loss": 0.6, "end_onset": -0.02}, {"cone": 2.0}, {"extensibility": 2e-7}]
+)
 def test_force_and_volume_do_the_same_work(arm, hidden):
     m = arm.muscles[0]
     m.cone_bend = 4e-3
     for name, value in hidden.items():
         m[name] = value
     for length in (0.24, 0.25, 0.256):
-        kappa = 1.0 - length / m.nominal_length
-        by_length = (volume(m, length + 1e-6)[0] - volume(m, length - 1e-6)[0]) / 2e-6
-        work = -ends(m, kappa) * pull_per_pressure(m, kappa)
-        assert volume(m, length)[1] == pytest.approx(work, rel=1e-12)
-        assert by_length == pytest.approx(work, rel=2e-3)
+        longer, shorter = (volume(m, length + at, 3e5)[0] for at in (1e-6, -1e-6))
+        pushed, eased = (steady_pull(m, length, 3e5 + by) for by in (50.0, -50.0))
+        work = -(pushed - eased) / 100.0
+        assert volume(m, length, 3e5)[1] == pytest.approx(work, rel=1e-6)
+        assert (longer - shorter) / 2e-6 == pytest.approx(work, rel=2e-3)
 
 
 def test_play_operators_forget_a_cycle_that_returns_and_lose_energy_in_it(arm):
@@ -161,8 +163,9 @@ def test_play_operators_forget_a_cycle_that_returns_and_lose_energy_in_it(arm):
 def test_air_keeps_mass_and_energy(arm, heat_time):
     m = arm.muscles[0]
     m.heat_time = heat_time
-    p, v, swept, t, into, out = 3.1e5, 9e-5, 2e-5, 288.0, 4e-4, 1e-4
-    rate, warming = pressure_rate(m, p, v, swept, t, into, out)
+    p, v, by_pressure, swept, t, into, out = 3.1e5, 9e-5, 4e-12, 2e-5, 288.0, 4e-4, 1e-4
+    rate, warming = pressure_rate(m, p, (v, by_pressure), swept, t, into, out)
+    swept += by_pressure * rate
     mass = p * v / (R_AIR * t)
     assert mass * (rate / p + swept / v - warming / t) == pytest.approx(into - out)
     cv, cp = R_AIR / (GAMMA - 1.0), GAMMA * R_AIR / (GAMMA - 1.0)
@@ -198,7 +201,7 @@ def test_a_shut_muscle_with_a_laminar_leak_empties_as_an_exponential(rig):
     found = run(level, idle, rig="x", muscles=("a", "b"))
     assert np.ptp(found.angle) == 0.0
     m = level.muscles[0]
-    rate = 4e-10 * R_AIR * m.temperature / volume(m, 0.25)[0]
+    rate = 4e-10 * R_AIR * m.temperature / volume(m, 0.25, 0.0)[0]
     held = found.pressure[0, 0] * np.exp(-rate * found.time)
     np.testing.assert_allclose(found.pressure[:, 0], held, rtol=1e-6)
     assert held[-1] < 0.7 * held[0]
