@@ -32,6 +32,9 @@ from pamsim.store.printed import PrintedStep, distinct_steps
 
 FloatArray = NDArray[np.float64]
 
+SMALL_STEPS = "small steps"
+"""Block of rows that every model is fitted without, the other blocks only by accepted models."""
+
 _SAMPLE_RATE = 20.0
 """Of the simulated steps [Hz]: only their ends are looked at."""
 
@@ -210,7 +213,8 @@ def _fitted(simulate: _RowSimulator, model: StaticModel) -> StaticModelFit:
         blocks={
             name: _without_block(simulate, at_optimum, rows)
             for name, rows in blocks.items()
-            if len(simulate.rows) - len(rows) > len(free) + 1
+            if (model.accepted or name == SMALL_STEPS)
+            and len(simulate.rows) - len(rows) > len(free) + 1
         },
     )
 
@@ -231,7 +235,8 @@ def _without_block(
     rest = tuple(row for number, row in enumerate(simulate.rows) if number not in block)
     seen = dataclasses.replace(simulate, rows=rest)
     unseen = dataclasses.replace(simulate, rows=tuple(simulate.rows[k] for k in block))
-    (answer,) = unseen(np.array([fit_simulator(seen, free).values]))
+    fit = fit_simulator(seen, free, central=False)
+    (answer,) = unseen(np.array([fit.values]))
     return math.nan if answer is None else _rms(answer[0].residual)
 
 
