@@ -145,6 +145,53 @@ def refits_without(
     )
 
 
+@dataclass(frozen=True, kw_only=True)
+class FittedForm:
+    """One of several forms of a model, fitted to the same rows.
+
+    Attributes:
+        residual: of the fit to all rows, (n,).
+        jacobian: of the residual there, (n, p); p may be 0.
+        left_out: error at each row by the fit without it, (n,).
+    """
+
+    residual: FloatArray
+    jacobian: FloatArray
+    left_out: FloatArray
+
+
+def nested_leave_one_out(forms: Sequence[FittedForm]) -> tuple[FloatArray, list[int]]:
+    """Errors at rows whose form was chosen without them, too.
+
+    For each row, the form is taken whose leave-one-out error at the other rows, itself without this
+    row, is least. These inner errors are those of refits linear about the fit to all rows.
+
+    Args:
+        forms: all that were tried.
+
+    Returns:
+        Error at each row, (n,), and the number of the form chosen for it.
+    """
+    count = forms[0].residual.size
+    inner = np.array([_without_pairs(form) for form in forms])
+    chosen = [int(np.argmin(np.sum(inner[:, i] ** 2, axis=1))) for i in range(count)]
+    return np.array([forms[form].left_out[i] for i, form in enumerate(chosen)]), chosen
+
+
+def _without_pairs(form: FittedForm) -> FloatArray:
+    """Error at row j of the fit without rows i and j, (n, n); zero for i = j."""
+    count = form.residual.size
+    hat = form.jacobian @ np.linalg.pinv(form.jacobian)
+    errors = np.zeros((count, count))
+    for i in range(count):
+        for j in range(count):
+            if i != j:
+                pair = np.ix_([i, j], [i, j])
+                missed = np.linalg.solve(np.eye(2) - hat[pair], form.residual[[i, j]])
+                errors[i, j] = missed[1]
+    return errors
+
+
 def jackknife_reach95(values: FloatArray) -> FloatArray:
     """Half widths of the parameters' jackknife intervals (Tukey 1958), (p,) [parameter units].
 
