@@ -39,7 +39,7 @@ def _rest_length() -> Recomputed:
 def mounted(length: float) -> tuple[float, float]:
     """How well published muscles mounted at a length describe the printed rows.
 
-    Travel does not depend on the radius of the wheel, so the best radius is one least squares.
+    Travel does not depend on the radius of the sprocket, so the best radius is one least squares.
 
     Args:
         length: of both at the reference point [m].

@@ -153,7 +153,7 @@ def test_geometric_part_goes_with_gauge_pressure_and_compressibility_with_absolu
     assert two.compressibility == pytest.approx(ratio * one.compressibility, rel=1e-12)
 
 
-def test_stiffness_curves_are_slopes_of_the_turned_pairs_torque():
+def test_stiffness_curves_are_the_change_of_torque_of_the_turned_pair():
     """Turn the joint of the rig and of the ideal pair, pressures held and chambers shut."""
     curves, h = stiffness_over_pressure(), 1e-4
     radius = sprocket_radius()
@@ -169,5 +169,5 @@ def test_stiffness_curves_are_slopes_of_the_turned_pairs_torque():
                 return antagonist_torque((par, par), radius, angle, now)
 
             for name, shut in (("held", False), ("shut", True)):
-                slope = (torque(-h, shut) - torque(h, shut)) / (2.0 * h)
-                assert curves[kind + name][place] == pytest.approx(slope, rel=1e-4)
+                change = (torque(-h, shut) - torque(h, shut)) / (2.0 * h)
+                assert curves[kind + name][place] == pytest.approx(change, rel=1e-4)

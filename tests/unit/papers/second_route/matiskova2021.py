@@ -215,7 +215,7 @@ def first_order_lag_from_geometric_sums():
 
 
 def published_map_half_contracted():
-    """RMS miss of the rows by published muscles at half of their stroke, the wheel's radius free.
+    """RMS miss of the rows by published muscles at half of their stroke, sprocket radius free.
 
     The printed constants of a DMSP-20-200, contraction in percent and pressure in bar; balances by
     bisection of the pull until it is gone, angles as a line through the origin over the travel.
