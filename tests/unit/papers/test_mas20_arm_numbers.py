@@ -313,6 +313,10 @@ def reach(m):
 
 
 HOLDS = (
+    (
+        "the effect `sprocket_ripple` adds that",
+        lambda _: effect("sprocket_ripple").parameters[0].name == "chain.ripple",
+    ),
     ("more than aramid fibres can stretch", lambda m: grown(m) > ARAMID_BREAKS),
     (
         "would shorten by",
