@@ -179,16 +179,21 @@ def nested_leave_one_out(forms: Sequence[FittedForm]) -> tuple[FloatArray, list[
 
 
 def _without_pairs(form: FittedForm) -> FloatArray:
-    """Error at row j of the fit without rows i and j, (n, n); zero for i = j."""
-    count = form.residual.size
+    """Error at row j of the fit without rows i and j, (n, n); zero for i = j.
+
+    It is infinite where the other rows do not determine the fit: such a form is not chosen.
+    """
     hat = form.jacobian @ np.linalg.pinv(form.jacobian)
-    errors = np.zeros((count, count))
-    for i in range(count):
-        for j in range(count):
-            if i != j:
-                pair = np.ix_([i, j], [i, j])
-                missed = np.linalg.solve(np.eye(2) - hat[pair], form.residual[[i, j]])
-                errors[i, j] = missed[1]
+    free = 1.0 - np.diag(hat)
+    determinant = np.outer(free, free) - hat**2
+    errors = np.full_like(hat, np.inf)
+    np.divide(
+        np.outer(free, form.residual) + hat * form.residual[:, np.newaxis],
+        determinant,
+        out=errors,
+        where=determinant > 1e-12,
+    )
+    np.fill_diagonal(errors, 0.0)
     return errors
 
 
