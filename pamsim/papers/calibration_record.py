@@ -20,14 +20,12 @@ from pamsim.core.errors import InputError
 from pamsim.core.parameters import Sourced
 from pamsim.engine.rig import Rig
 from pamsim.inference.leave_one_out import FittedForm, nested_leave_one_out
+from pamsim.papers.static_models import SMALL_STEPS
 from pamsim.store.json_file import read_json
 from pamsim.store.rig_file import RigFile
 
 SCHEMA = "pamsim-rig-calibration/1"
 FILE = "calibration.json"
-
-SMALL_STEPS = "small steps"
-"""Name of the block of rows whose held-out error is judged."""
 
 SAME_RMS_DEG = 0.02
 """Largest difference between recorded and simulated RMS that rounding of the parameters explains
