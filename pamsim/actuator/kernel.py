@@ -29,7 +29,7 @@ from pamsim.actuator.layout import (
 )
 from pamsim.hysteresis.catalog import chosen_energy, chosen_output, chosen_rates
 from pamsim.hysteresis.group import COMMON_FIELDS
-from pamsim.muscles.braid import braid_friction, pressurised_contraction, volume
+from pamsim.muscles.braid import braid_friction, pressurised_contraction
 from pamsim.muscles.catalog import (
     chosen_force,
     chosen_volume,
@@ -115,7 +115,7 @@ _TUBE_RESISTANCE = slot("valve.tube_resistance")
 _TUBE_VOLUME = slot("valve.tube_volume")
 
 _TYPICAL_PRESSURE = 3e5  # gauge [Pa]: where the search for a volume that depends on it starts
-_CLOSE = 1e-9  # relative step of the pressure search after which what is left is rounding
+_CLOSE = 1e-6  # relative step of the pressure search by secants; what is left is below 1e-9
 _GAUSS = (
     (0.1488743389816312, 0.2955242247147529),
     (0.4333953941292472, 0.2692667193099963),
@@ -171,71 +171,106 @@ def static_volume(par: Row, tendon_length: float, pressure: float) -> float:
         tendon_length: at the muscle [m].
         pressure: gauge pressure [Pa]; without influence if the force is linear in it.
     """
-    nominal = par[_NOMINAL_LENGTH]
     kappa = contraction(par, tendon_length)
-    effective = effective_pressure(pressure, par[_THRESHOLD])
-    start = volume(nominal, nominal, par[_DIAMETER], par[_FIBRE_ANGLE])
-    if par[_EXTENSIBILITY] == 0.0:
-        gained = _active_integral(par, effective, kappa, False)
-    else:
-        gained = _gained_by_extensible_braid(par, kappa, pressure, effective)
-    return par[_DEAD_VOLUME] + start + nominal * gained
+    return _volume_at_nominal_length(par) + _volume_gained(par, kappa, pressure)
 
 
-def _gained_by_extensible_braid(par: Row, kappa: float, pressure: float, effective: float) -> float:
-    """Volume gained since nominal length, per nominal length [m^2], of a braid that pressure grows.
+def _volume_at_nominal_length(par: Row) -> float:
+    """Tubing, and the cylinder that the braid is at nominal length [m^3]."""
+    diameter = par[_DIAMETER]
+    return par[_DEAD_VOLUME] + 0.25 * math.pi * diameter * diameter * par[_NOMINAL_LENGTH]
 
-    Active force and tube know the contraction q against the grown length s l0, s = 1 + e p. The
-    integral of d F(p, q(p, kappa)) / dp by kappa is s times that of dF/dp by q, and, with
-    dq/dp = e (1 - q) / s, e times that of (1 - q) dF/dq by q, taken by parts.
+
+def _volume_gained(par: Row, kappa: float, pressure: float) -> float:
+    """Volume gained since nominal length [m^3].
+
+    Active force and tube know the contraction q against the length s l0 that the pressurised muscle
+    has when free, s = 1 + e p. The integral of d F(p, q(p, kappa)) / dp by kappa is s times that of
+    dF/dp by q, and, with dq/dp = e (1 - q) / s, e times that of (1 - q) dF/dq by q, by parts.
     """
-    extensibility = par[_EXTENSIBILITY]
+    nominal, extensibility = par[_NOMINAL_LENGTH], par[_EXTENSIBILITY]
+    effective = effective_pressure(pressure, par[_THRESHOLD])
+    if extensibility == 0.0:
+        return nominal * _active_gain(par, effective, kappa)
     grown = 1.0 + extensibility * pressure
-    free = 1.0 - 1.0 / grown
-    strained = 1.0 - (1.0 - kappa) / grown
-    gained = _active_integral(par, effective, strained, False)
-    gained -= _active_integral(par, effective, free, False)
-    moved = (1.0 - strained) * _pull(par, effective, strained)
-    moved -= (1.0 - free) * _pull(par, effective, free)
-    moved += _work(par, effective, strained) - _work(par, effective, free)
-    return grown * gained + extensibility * moved
+    free, strained = 1.0 - 1.0 / grown, 1.0 - (1.0 - kappa) / grown
+    gained, work = _gain_and_work(par, effective, strained)
+    gained_free, work_free = _gain_and_work(par, effective, free)
+    return nominal * (grown * (gained - gained_free) + extensibility * (work - work_free))
 
 
-def _work(par: Row, pressure: float, contraction: float) -> float:
-    """Integral of `_pull` by contraction, up to a constant [N]."""
-    stored = tube_energy(
+def _gain_and_work(par: Row, pressure: float, contraction: float) -> tuple[float, float]:
+    """Integral of dF/dp from nominal length [m^2], and (1 - q) F plus the integral of F [N].
+
+    F is the active force and the tube's, the second integral up to a constant.
+    """
+    gain = _active_gain(par, pressure, contraction)
+    tube = tube_force(
         contraction, par[_PASSIVE_STIFFNESS], par[_PASSIVE_SOFTENING], par[_PASSIVE_SLACK]
     )
-    return _active_integral(par, pressure, contraction, True) - stored
+    stored = tube_energy(
+        contraction, tube, par[_PASSIVE_STIFFNESS], par[_PASSIVE_SOFTENING], par[_PASSIVE_SLACK]
+    )
+    if par[_END_LOSS] > 0.0:
+        work = _left_by_ends(par, pressure, contraction, True)
+    else:
+        work = _active_work(par, pressure, contraction, gain)
+    pull = _active_pull(par, pressure, contraction) + tube
+    return gain, (1.0 - contraction) * pull + work - stored
 
 
-def _active_integral(par: Row, pressure: float, contraction: float, work: bool) -> float:
-    """Integral from nominal length of the active force [N] or of its slope by pressure [m^2].
+def _active_gain(par: Row, pressure: float, contraction: float) -> float:
+    """Integral of the active force's slope by pressure from nominal length [m^2]."""
+    if par[_END_LOSS] > 0.0:
+        return _left_by_ends(par, pressure, contraction, False)
+    return _whole_gain(par, pressure, contraction)
 
-    Where the ends leave a share s of the force it is, by parts, s times that without ends, less the
-    integral of s' times it, for which ten points by Gauss suffice. Exact where the force pulls.
+
+def _left_by_ends(par: Row, pressure: float, contraction: float, work: bool) -> float:
+    """Integral from nominal length of what the ends leave of the active force or of its slope.
+
+    Where they leave a share s it is, by parts, s times that without ends, less the integral of s'
+    times it, for which ten points by Gauss suffice. Exact where the force pulls.
+
+    Args:
+        par: parameter row.
+        pressure: that reaches the braid [Pa].
+        contraction: [-].
+        work: of the force [N], not of its slope by pressure [m^2].
     """
-    whole = _active_integral_without_ends(par, pressure, contraction, work)
     loss, onset = par[_END_LOSS], par[_END_ONSET]
-    if loss == 0.0:
-        return whole
     low, high = max(onset, 0.0), max(contraction, onset)
     middle, half = 0.5 * (low + high), 0.5 * (high - low)
-    lost = 0.0
+    lost, whole = 0.0, _whole_gain(par, pressure, contraction)
+    if work:
+        whole = _active_work(par, pressure, contraction, whole)
     for node, weight in _GAUSS:
         for at in (middle - half * node, middle + half * node):
-            slope = force_left_slope(at, loss, onset)
-            lost += weight * half * slope * _active_integral_without_ends(par, pressure, at, work)
+            inner = _whole_gain(par, pressure, at)
+            if work:
+                inner = _active_work(par, pressure, at, inner)
+            lost += weight * half * force_left_slope(at, loss, onset) * inner
     return force_left(contraction, loss, onset) * whole - lost
 
 
-def _active_integral_without_ends(
-    par: Row, pressure: float, contraction: float, work: bool
-) -> float:
-    law, first, braid = par[_FORCE_LAW], _FORCE_COEFFICIENTS, _NOMINAL_LENGTH
-    if work:
-        return par[_FORCE_SCALE] * chosen_work(law, par, first, braid, pressure, contraction)
-    return par[_FORCE_SCALE] * chosen_volume(law, par, first, braid, pressure, contraction)
+def _whole_gain(par: Row, pressure: float, contraction: float) -> float:
+    return par[_FORCE_SCALE] * chosen_volume(
+        par[_FORCE_LAW], par, _FORCE_COEFFICIENTS, _NOMINAL_LENGTH, pressure, contraction
+    )
+
+
+def _active_work(par: Row, pressure: float, contraction: float, gain: float) -> float:
+    """Integral of the active force without ends from nominal length [N]; its gain is known."""
+    scale = par[_FORCE_SCALE]
+    return scale * chosen_work(
+        par[_FORCE_LAW],
+        par,
+        _FORCE_COEFFICIENTS,
+        _NOMINAL_LENGTH,
+        pressure,
+        contraction,
+        gain / scale,
+    )
 
 
 def hysteresis_volume(par: Row, act: Row, contraction: float) -> float:
@@ -276,18 +311,20 @@ def chamber_pressure(par: Row, act: Row, tendon_length: float) -> float:
     without volume is stretched beyond its fibres: both give NaN, so that the run stops there and
     not at a plausible wrong number.
     """
-    air = act[len(act) - AIR]
     length = length_at_muscle(par, act, tendon_length)
-    inside = chamber_volume(par, act, length, _TYPICAL_PRESSURE)
+    kappa = contraction(par, length)
+    fixed = _volume_at_nominal_length(par) + hysteresis_volume(par, act, kappa)
+    air = act[len(act) - AIR]
+    inside = fixed + _volume_gained(par, kappa, _TYPICAL_PRESSURE)
     if not (air > 0.0 and inside > 0.0):
         return math.nan
     pressure = absolute_pressure(air, inside, par[_POLYTROPIC], par[_FLOOR])
     if par[_EXTENSIBILITY] > 0.0 or volume_depends_on_pressure(par[_FORCE_LAW]):
-        return _consistent_pressure(par, act, length, pressure)
+        return _consistent_pressure(par, air, fixed, kappa, pressure)
     return pressure
 
 
-def _consistent_pressure(par: Row, act: Row, length: float, guess: float) -> float:
+def _consistent_pressure(par: Row, air: float, fixed: float, kappa: float, reply: float) -> float:
     """Absolute pressure at which air and a volume that depends on it agree [Pa].
 
     By secants, kept between pressures that are too low and too high: a volume that grows or hardly
@@ -295,17 +332,19 @@ def _consistent_pressure(par: Row, act: Row, length: float, guess: float) -> flo
 
     Args:
         par: parameter row.
-        act: states.
-        length: of the tendon at the muscle [m].
-        guess: where to start [Pa].
+        air: air state y.
+        fixed: volume that does not depend on the pressure [m^3].
+        kappa: contraction [-].
+        reply: pressure in the volume that belongs to the typical pressure [Pa].
     """
     low, high = par[_FLOOR], math.inf
-    before, miss_before, pressure = guess, math.nan, guess
+    before = _TYPICAL_PRESSURE + par[_ATMOSPHERE]
+    miss_before, pressure = reply - before, reply
     for _ in range(100):
-        inside = chamber_volume(par, act, length, pressure - par[_ATMOSPHERE])
+        inside = fixed + _volume_gained(par, kappa, pressure - par[_ATMOSPHERE])
         if not inside > 0.0:
             return math.nan
-        wanted = absolute_pressure(act[len(act) - AIR], inside, par[_POLYTROPIC], par[_FLOOR])
+        wanted = absolute_pressure(air, inside, par[_POLYTROPIC], par[_FLOOR])
         miss = wanted - pressure
         if miss > 0.0:
             low = pressure
@@ -369,17 +408,17 @@ def static_force(par: Row, tendon_length: float, pressure: float) -> float:
         par[_PASSIVE_SLACK],
         par[_PASSIVE_LOCKING],
     )
-    return _pull(par, effective_pressure(pressure, par[_THRESHOLD]), kappa) + locked
+    tube = tube_force(kappa, par[_PASSIVE_STIFFNESS], par[_PASSIVE_SOFTENING], par[_PASSIVE_SLACK])
+    effective = effective_pressure(pressure, par[_THRESHOLD])
+    return _active_pull(par, effective, kappa) + tube + locked
 
 
-def _pull(par: Row, pressure: float, contraction: float) -> float:
-    """Signed force of air and tube [N], from the pressure that reaches the braid."""
+def _active_pull(par: Row, pressure: float, contraction: float) -> float:
+    """Signed active force [N] that the ends leave, from the pressure that reaches the braid."""
     active = active_force(par, pressure, contraction)
     if par[_END_LOSS] > 0.0 and active > 0.0:
         active *= force_left(contraction, par[_END_LOSS], par[_END_ONSET])
-    return active + tube_force(
-        contraction, par[_PASSIVE_STIFFNESS], par[_PASSIVE_SOFTENING], par[_PASSIVE_SLACK]
-    )
+    return active
 
 
 def tension(par: Row, act: Row, tendon_length: float, tendon_velocity: float = 0.0) -> float:
@@ -716,11 +755,11 @@ def state_rates(
         rates[count - TUBE] = (after - at_valve_abs) / timestep
         flow = line_outflow(flow, after - at_valve_abs, room, warmth, timestep)
     flow -= leak_flow(par, pressure_abs)
-    air = act[count - AIR]
-    inside = chamber_volume(par, act, length, pressure_abs - par[_ATMOSPHERE])
-    rates[count - AIR] = air_state_rate(air, pressure_abs, inside, par[_TEMPERATURE], flow)
+    rates[count - AIR] = air_state_rate(pressure_abs, par[_POLYTROPIC], par[_TEMPERATURE], flow)
     rates[count - AMBIENT] = 0.0
     if par[_HEAT_RATE] > 0.0:
+        air = act[count - AIR]
+        inside = chamber_volume(par, act, length, pressure_abs - par[_ATMOSPHERE])
         ambient = act[count - AMBIENT] / inside
         rates[count - AMBIENT] = GAS_CONSTANT * par[_TEMPERATURE] * flow
         rates[count - AIR] += relaxing_rate(

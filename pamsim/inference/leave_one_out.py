@@ -145,6 +145,58 @@ def refits_without(
     )
 
 
+@dataclass(frozen=True, kw_only=True)
+class FittedForm:
+    """One of several forms of a model, fitted to the same rows.
+
+    Attributes:
+        residual: of the fit to all rows, (n,).
+        jacobian: of the residual there, (n, p); p may be 0.
+        left_out: error at each row by the fit without it, (n,).
+    """
+
+    residual: FloatArray
+    jacobian: FloatArray
+    left_out: FloatArray
+
+
+def nested_leave_one_out(forms: Sequence[FittedForm]) -> tuple[FloatArray, list[int]]:
+    """Errors at rows whose form was chosen without them, too.
+
+    For each row, the form is taken whose leave-one-out error at the other rows, itself without this
+    row, is least. These inner errors are those of refits linear about the fit to all rows.
+
+    Args:
+        forms: all that were tried.
+
+    Returns:
+        Error at each row, (n,), and the number of the form chosen for it.
+    """
+    count = forms[0].residual.size
+    inner = np.array([_without_pairs(form) for form in forms])
+    chosen = [int(np.argmin(np.sum(inner[:, i] ** 2, axis=1))) for i in range(count)]
+    return np.array([forms[form].left_out[i] for i, form in enumerate(chosen)]), chosen
+
+
+def _without_pairs(form: FittedForm) -> FloatArray:
+    """Error at row j of the fit without rows i and j, (n, n); zero for i = j.
+
+    It is infinite where the other rows do not determine the fit: such a form is not chosen.
+    """
+    hat = form.jacobian @ np.linalg.pinv(form.jacobian)
+    free = 1.0 - np.diag(hat)
+    determinant = np.outer(free, free) - hat**2
+    errors = np.full_like(hat, np.inf)
+    np.divide(
+        np.outer(free, form.residual) + hat * form.residual[:, np.newaxis],
+        determinant,
+        out=errors,
+        where=determinant > 1e-12,
+    )
+    np.fill_diagonal(errors, 0.0)
+    return errors
+
+
 def jackknife_reach95(values: FloatArray) -> FloatArray:
     """Half widths of the parameters' jackknife intervals (Tukey 1958), (p,) [parameter units].
 

@@ -338,13 +338,22 @@ def chosen_volume(
 
 
 def chosen_work(
-    law: float, par: Row, f: int, braid: int, pressure: float, contraction: float
+    law: float, par: Row, f: int, braid: int, pressure: float, contraction: float, gained: float
 ) -> float:
     """Work at one pressure from nominal length on under the law with a code [N].
 
     Per nominal length and without the scale: the integral of the force by contraction. Where the
     force is linear in pressure it is the pressure times the volume gained, and the work of the part
-    without pressure. NaN for a code that no law has. The arguments are those of `chosen_force`.
+    without pressure.
+
+    Args:
+        law: as for `chosen_force`, like the next five.
+        par: see there.
+        f: see there.
+        braid: see there.
+        pressure: see there.
+        contraction: see there.
+        gained: `chosen_volume` there, so that it need not be computed again.
     """
     p, kappa = pressure, contraction
     diameter, angle = par[braid + 1], par[braid + 2]
@@ -352,7 +361,7 @@ def chosen_work(
         return corrected_mckibben_work(
             p, kappa, par[f], par[f + 1], par[f + 2], par[f + 3], par[f + 4], diameter, angle
         )
-    work = p * chosen_volume(law, par, f, braid, p, kappa)
+    work = p * gained
     if law == _SIX:
         return work + six_parameter_elastic_work(kappa, par[f + 1], par[f + 2], par[f + 5])
     if law == _SINGLE:

@@ -68,17 +68,23 @@ def tube_force(
 
 
 def tube_energy(
-    contraction: float, stiffness: float, softening: float, slack_contraction: float
+    contraction: float, force: float, stiffness: float, softening: float, slack_contraction: float
 ) -> float:
-    """Energy that the tube stores, per nominal length [N]; the arguments are those of `tube_force`.
+    """Energy that the tube stores, per nominal length [N].
 
     Zero at the slack point, positive elsewhere; its derivative by contraction is minus the force.
+
+    Args:
+        contraction: as for `tube_force`.
+        force: `tube_force` there, so that its exponential need not be taken again [N].
+        stiffness: k [N].
+        softening: h [-].
+        slack_contraction: kappa at which the force is zero [-].
     """
     stretch = slack_contraction - contraction
     if stretch <= 0.0:
-        exponent = softening * stretch
-        return stiffness / (softening * softening) * (math.expm1(exponent) - exponent)
-    return 0.5 * stiffness * stretch * stretch
+        return (force - stiffness * stretch) / softening
+    return 0.5 * force * stretch
 
 
 def locking_force(

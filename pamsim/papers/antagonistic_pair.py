@@ -12,12 +12,18 @@ from pamsim.actuator.muscle import Mounting, Muscle
 from pamsim.muscles.braid import max_contraction
 from pamsim.muscles.mckibben import IdealMcKibben
 from pamsim.muscles.passive import PassiveSpring
+from pamsim.muscles.published import PUBLISHED
 from pamsim.muscles.tension import Threshold
 from pamsim.papers.numerics import root
 from pamsim.store.rig_file import RigFile, read_rig
 
 MILLIMETRE = 1e-3
 """[m]."""
+
+_HAIR = 1e-6
+"""Pull that moves nothing [N]."""
+
+_STRIDE = 4.0 * MILLIMETRE
 
 Row = list[float]
 
@@ -44,9 +50,27 @@ def ideal_muscle() -> Muscle:
     return dataclasses.replace(
         muscle,
         mounting=Mounting(length_at_zero=muscle.braid.nominal_length * (1.0 - half)),
+        braid=dataclasses.replace(muscle.braid, extensibility=0.0),
         force=IdealMcKibben(),
         passive=PassiveSpring(),
         threshold=Threshold(),
+        hysteresis=None,
+    )
+
+
+def published_muscle(length: float) -> Muscle:
+    """The rig's braid with the published force map of a DMSP-20-200 as printed and nothing else.
+
+    Args:
+        length: at which it is mounted, that at the reference point [m].
+    """
+    muscle = rig_muscle()
+    return dataclasses.replace(
+        muscle,
+        mounting=Mounting(length_at_zero=length),
+        braid=dataclasses.replace(muscle.braid, extensibility=0.0),
+        force=PUBLISHED["DMSP-20-200"],
+        passive=PassiveSpring(),
         hysteresis=None,
     )
 
@@ -64,6 +88,26 @@ def sprocket_radius() -> float:
 def stroke(muscle: Muscle) -> float:
     """Largest shortening of the ideal law [m]."""
     return muscle.braid.nominal_length * max_contraction(muscle.braid.fibre_angle)
+
+
+def rest_travel(muscle: Muscle, pressures: tuple[float, float]) -> float:
+    """How far muscle 1 has shortened and muscle 2 lengthened where they balance without load [m].
+
+    Two slack muscles hold nothing: the travel is that at which the driving one goes slack.
+
+    Args:
+        muscle: either of them.
+        pressures: gauge, of muscles 1 and 2 [Pa].
+    """
+    pair, way = (row(muscle), row(muscle)), 1.0 if pressures[0] > pressures[1] else -1.0
+
+    def drive(travel: float) -> float:
+        return way * antagonist_torque(pair, 1.0, way * travel, pressures) - _HAIR
+
+    far = 0.0
+    while drive(far) > 0.0:  # the first balance: a law may have others where it no longer holds
+        far += _STRIDE
+    return way * root(drive, max(far - _STRIDE, 0.0), far, 1e-9) if far else 0.0
 
 
 def rest_angle(muscle: Muscle, pressures: tuple[float, float]) -> float:

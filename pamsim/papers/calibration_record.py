@@ -1,19 +1,26 @@
 """How a rig's static model was chosen: the models compared and their scores, from its folder.
 
 ``calibration.json`` beside ``params.toml`` is written by the script that calibrated the rig. Its
-leave-one-out error took many refits and is quoted, not recomputed; that it belongs to the present
-parameters is checked by simulating the rows again.
+errors at held-out rows took many refits and are quoted, not recomputed; that it belongs to the
+present parameters is checked by simulating the rows again.
 """
 
 from __future__ import annotations
 
+import math
+from collections import Counter
 from collections.abc import Mapping
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Any
+
+import numpy as np
 
 from pamsim.core.errors import InputError
 from pamsim.core.parameters import Sourced
 from pamsim.engine.rig import Rig
+from pamsim.inference.leave_one_out import FittedForm, nested_leave_one_out
+from pamsim.papers.static_models import SMALL_STEPS
 from pamsim.store.json_file import read_json
 from pamsim.store.rig_file import RigFile
 
@@ -26,13 +33,27 @@ SAME_RMS_DEG = 0.02
 
 
 @dataclass(frozen=True, kw_only=True)
+class NestedLeaveOneOut:
+    """Error at rows for which neither the form nor its parameters were chosen.
+
+    Attributes:
+        rms_deg: over the rows [deg].
+        selected: name of a form -> number of rows without which it was the best one, most first.
+    """
+
+    rms_deg: float
+    selected: Mapping[str, int]
+
+
+@dataclass(frozen=True, kw_only=True)
 class CalibrationRecord:
     """The record of a rig.
 
     Attributes:
         static_models: from the published law to the one used, and those that were not accepted,
             each with ``name``, ``accepted``, ``rms_deg``, ``leave_one_out_rms_deg``,
-            ``parameters``.
+            ``left_out_block_rms_deg``, ``parameters``, and row by row ``residual_deg``,
+            ``leave_one_out_residual_deg``, ``jacobian_deg``.
         command: that wrote it.
     """
 
@@ -43,6 +64,30 @@ class CalibrationRecord:
     def used(self) -> Mapping[str, Any]:
         """The model that the rig uses: the last one accepted."""
         return [model for model in self.static_models if model["accepted"]][-1]
+
+    @property
+    def small_steps_rms_deg(self) -> float:
+        """Error of the model used at the small steps, fitted without them [deg]."""
+        return float(self.used["left_out_block_rms_deg"][SMALL_STEPS])
+
+    @cached_property
+    def nested(self) -> NestedLeaveOneOut:
+        """Leave-one-out error with the form chosen among all of the record without the row, too."""
+        errors, chosen = nested_leave_one_out(
+            [
+                FittedForm(
+                    residual=np.array(model["residual_deg"], dtype=float),
+                    jacobian=np.array(model["jacobian_deg"], dtype=float),
+                    left_out=np.array(model["leave_one_out_residual_deg"], dtype=float),
+                )
+                for model in self.static_models
+            ]
+        )
+        names = (self.static_models[form]["name"] for form in chosen)
+        return NestedLeaveOneOut(
+            rms_deg=float(np.sqrt(np.mean(errors**2))),
+            selected=dict(Counter(names).most_common()),
+        )
 
     def belongs(self, rms_deg: float) -> bool:
         """Whether an RMS [deg] simulated now is the recorded one, up to rounded parameters."""
@@ -63,10 +108,30 @@ def calibration_record(rig: Rig) -> CalibrationRecord | None:
         record = CalibrationRecord(
             static_models=tuple(content["static_models"]), command=str(content["command"])
         )
-        _ = [float(record.used[key]) for key in ("rms_deg", "leave_one_out_rms_deg")]
-    except (KeyError, IndexError, TypeError, ValueError) as error:
+        rows = len(record.used["residual_deg"])
+        for model in record.static_models:
+            _check(model, rows)
+        figures = (float(record.used["rms_deg"]), record.small_steps_rms_deg, record.nested.rms_deg)
+        if not all(map(math.isfinite, figures)):
+            raise ValueError(f"errors of the model used: {figures}")
+    except (KeyError, IndexError, TypeError, ValueError, ArithmeticError) as error:
         raise InputError(f"{path}: not a calibration record: {error!r}") from None
     return record
+
+
+def _check(model: Mapping[str, Any], rows: int) -> None:
+    """Refuse a model whose errors are not those of its rows; `ValueError`."""
+    for errors, stated in (
+        ("residual_deg", "rms_deg"),
+        ("leave_one_out_residual_deg", "leave_one_out_rms_deg"),
+    ):
+        found = np.array(model[errors], dtype=float)
+        rms = float(np.sqrt(np.mean(found**2)))
+        if found.shape != (rows,) or not math.isclose(rms, float(model[stated]), rel_tol=1e-6):
+            raise ValueError(f"{model['name']}: {errors} of {rows} rows do not give {stated}")
+    free = len(model["parameters"])
+    if np.shape(model["jacobian_deg"]) != (rows, free):
+        raise ValueError(f"{model['name']}: jacobian_deg is not {rows} rows of {free} numbers")
 
 
 def identified_parameters(file: RigFile) -> list[dict[str, Any]]:

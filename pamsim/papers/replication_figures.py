@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 
 from pamsim.core.units import DEG_PER_RAD, PA_PER_KPA
 from pamsim.papers.alraouf2025.loop import branch_data, fit_arctangent, fit_bouc_wen
+from pamsim.papers.matiskova2021.stiffness import stiffness_over_pressure
 from pamsim.papers.nguyen2024.fractional_reference import complex_stiffness
 from pamsim.papers.nguyen2024.numbers import element
 from pamsim.papers.paper_models import static_characteristic
@@ -46,6 +47,7 @@ def _matiskova2021() -> Curves:
     steps = distinct_steps()
     return {
         **static_characteristic(),
+        "stiffness": stiffness_over_pressure(),
         "rows": [
             {
                 "size": step.size,

@@ -31,6 +31,7 @@ from pamsim.papers.paper_models import model_responses, static_characteristic
 from pamsim.papers.printed_rows import IDENTIFIED_ROW, Row, rms_error
 from pamsim.papers.printed_steps import Start, find_start, printed_experiment, start_pressures
 from pamsim.papers.reproduce_checks import Check, checks
+from pamsim.papers.torque_law import best_torque_laws, torque_laws
 from pamsim.signals.sensors import measured
 from pamsim.signals.step_metrics import step_metrics
 from pamsim.store.json_file import write_json
@@ -78,12 +79,29 @@ class Reproduction:
         """Row number -> recording, of the distinct rows."""
         return {row.step.row: row.recording for row in self.distinct}
 
+    @property
+    def rms_deg(self) -> float:
+        """RMS error of the distinct end positions, which the calibration has seen [deg]."""
+        return rms_error(self.distinct) * DEG_PER_RAD
+
+    @property
+    def held_out(self) -> CalibrationRecord | None:
+        """The record, if its held-out errors are those of the arm that was simulated."""
+        if self.record is None or self.start.name != CALIBRATED_START:
+            return None
+        return self.record if self.record.belongs(self.rms_deg) else None
+
     def summary(self) -> str:
         """How close the end positions come and whether the checks hold, in a sentence."""
         passed = sum(check.ok for check in self.checks)
+        errors = f"{self.rms_deg:.2f} deg RMS"
+        if self.held_out:
+            errors = (
+                f"{self.held_out.nested.rms_deg:.2f} deg RMS held out (nested leave-one-out),"
+                f" {errors} in sample"
+            )
         return (
-            f"{len(self.distinct)} distinct end positions with"
-            f" {rms_error(self.distinct) * DEG_PER_RAD:.2f} deg RMS;"
+            f"{len(self.distinct)} distinct end positions with {errors};"
             f" {passed} of {len(self.checks)} checks pass"
         )
 
@@ -104,7 +122,7 @@ class Reproduction:
                 "sample_hz": large.meta["sample_hz"],
                 "sensors": self.sensors,
                 "rows": self.rows,
-                "rms_deg": rms_error(self.distinct) * DEG_PER_RAD,
+                "rms_deg": self.rms_deg,
                 "worst": {"row": worst.step.row, "error_deg": worst.error * DEG_PER_RAD}
                 if worst
                 else None,
@@ -142,8 +160,13 @@ class Reproduction:
         if self.record is None:
             return None
         return {
-            "rms_deg": rms_error(self.distinct) * DEG_PER_RAD,
+            "applies": self.held_out is not None,
+            "rms_deg": self.rms_deg,
             "leave_one_out_rms_deg": self.record.used["leave_one_out_rms_deg"],
+            "nested_leave_one_out": self.record.nested,
+            "small_steps_rms_deg": self.record.small_steps_rms_deg,
+            "torque_laws": torque_laws(),
+            "best_torque_laws": best_torque_laws(),
             "recorded_rms_deg": self.record.used["rms_deg"],
             "model": self.record.used["name"],
             "parameters": identified_parameters(self.rig.file),

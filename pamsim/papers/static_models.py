@@ -1,12 +1,13 @@
 """Static models compared: which physical terms the printed end positions of the arm support.
 
 Each model frees some terms, is fitted to the 21 distinct printed end positions in the engine, and
-is then fitted again without each row in turn, to predict the row held out. A term is accepted only
-if it lowers the second error.
+is then fitted again without each row in turn, and without each block of rows (a size of step, a
+load), to predict what was held out.
 """
 
 from __future__ import annotations
 
+import dataclasses
 import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
@@ -30,6 +31,9 @@ from pamsim.papers.printed_steps import STARTS, printed_experiment
 from pamsim.store.printed import PrintedStep, distinct_steps
 
 FloatArray = NDArray[np.float64]
+
+SMALL_STEPS = "small steps"
+"""Block of rows that every model is fitted without, the other blocks only by accepted models."""
 
 _SAMPLE_RATE = 20.0
 """Of the simulated steps [Hz]: only their ends are looked at."""
@@ -85,17 +89,19 @@ class StaticModelFit:
         fit: of its free terms; None for a model without a free term.
         left_out: errors at unseen rows; None for a model without a free term, where they are the
             residual itself.
+        blocks: name of a block of rows -> root mean square error there of the fit without it [rad].
     """
 
     model: StaticModel
     residual: FloatArray
     fit: SimulatorFit | None
     left_out: LeftOut | None
+    blocks: Mapping[str, float]
 
     @property
     def rms(self) -> float:
         """Root mean square error in sample [rad]."""
-        return math.sqrt(float(np.mean(self.residual**2)))
+        return _rms(self.residual)
 
     @property
     def leave_one_out_rms(self) -> float:
@@ -106,6 +112,8 @@ class StaticModelFit:
         """JSON-safe form, units in the key names; parameters in SI."""
         fitted = self.fit.parameters if self.fit else ()
         held_out = self.residual if self.left_out is None else self.left_out.residual
+        # By place in a parameter's range: parameters of all units are of one size.
+        jacobian = self.fit.linearisation.jacobian if self.fit else np.empty((held_out.size, 0))
         return {
             "name": self.model.name,
             "accepted": self.model.accepted,
@@ -122,6 +130,10 @@ class StaticModelFit:
                 }
                 for term, parameter in zip(self.model.terms, fitted, strict=True)
             ],
+            "left_out_block_rms_deg": {
+                name: error * DEG_PER_RAD for name, error in self.blocks.items()
+            },
+            "jacobian_deg": (jacobian * DEG_PER_RAD).tolist(),
             "residual_deg": (self.residual * DEG_PER_RAD).tolist(),
             "leave_one_out_residual_deg": (held_out * DEG_PER_RAD).tolist(),
         }
@@ -165,14 +177,19 @@ def fit_static_models(
 
 
 def _fitted(simulate: _RowSimulator, model: StaticModel) -> StaticModelFit:
+    blocks = row_blocks(simulate.rows)
     if not model.terms:
-        (blocks,) = simulate(np.empty((1, 0)))
-        if blocks is None:
+        (answer,) = simulate(np.empty((1, 0)))
+        if answer is None:
             raise InputError(
                 f"static model {model.name!r}: a row's simulation breaks down with the terms"
                 " at neutral; check the rig's parameters"
             )
-        return StaticModelFit(model=model, residual=blocks[0].residual, fit=None, left_out=None)
+        residual = answer[0].residual
+        errors = {name: _rms(residual[list(rows)]) for name, rows in blocks.items()}
+        return StaticModelFit(
+            model=model, residual=residual, fit=None, left_out=None, blocks=errors
+        )
     free = [
         FreeParameter(
             name=term.parameter,
@@ -184,12 +201,47 @@ def _fitted(simulate: _RowSimulator, model: StaticModel) -> StaticModelFit:
         for term in model.terms
     ]
     fit = fit_simulator(simulate, free)
+    at_optimum = [
+        dataclasses.replace(parameter, start=value)
+        for parameter, value in zip(free, fit.values, strict=True)
+    ]
     return StaticModelFit(
         model=model,
         residual=fit.linearisation.residual,
         fit=fit,
         left_out=leave_one_out(simulate, free, fit),
+        blocks={
+            name: _without_block(simulate, at_optimum, rows)
+            for name, rows in blocks.items()
+            if (model.accepted or name == SMALL_STEPS)
+            and len(simulate.rows) - len(rows) > len(free) + 1
+        },
     )
+
+
+def row_blocks(rows: Sequence[PrintedStep]) -> Mapping[str, tuple[int, ...]]:
+    """Numbers of the rows of each size of step and of each load."""
+    blocks: dict[str, list[int]] = {}
+    for number, row in enumerate(rows):
+        for name in (f"{row.size} steps", f"load {row.load:g} kg"):
+            blocks.setdefault(name, []).append(number)
+    return {name: tuple(numbers) for name, numbers in blocks.items()}
+
+
+def _without_block(
+    simulate: _RowSimulator, free: Sequence[FreeParameter], block: Sequence[int]
+) -> float:
+    """Root mean square error at rows that a fit did not see [rad]; NaN where it breaks down."""
+    rest = tuple(row for number, row in enumerate(simulate.rows) if number not in block)
+    seen = dataclasses.replace(simulate, rows=rest)
+    unseen = dataclasses.replace(simulate, rows=tuple(simulate.rows[k] for k in block))
+    fit = fit_simulator(seen, free, central=False)
+    (answer,) = unseen(np.array([fit.values]))
+    return math.nan if answer is None else _rms(answer[0].residual)
+
+
+def _rms(residual: FloatArray) -> float:
+    return math.sqrt(float(np.mean(residual**2)))
 
 
 @dataclass(frozen=True)

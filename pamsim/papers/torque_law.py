@@ -8,17 +8,22 @@ stiffens the joint, o whether the two directions differ. Angles are fitted, not 
 from __future__ import annotations
 
 import functools
-from dataclasses import dataclass
+import math
+from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.special import stdtrit
 
+from pamsim.core.encoding import NOT_IN_JSON, json_key
 from pamsim.core.units import DEG_PER_RAD, PA_PER_BAR
 from pamsim.papers.numerics import curve_fit, root
 from pamsim.store.printed import PrintedStep, distinct_steps
 
 FloatArray = NDArray[np.float64]
+
+EXTRA_TERMS = ((), ("c",), ("o",))
+"""Terms beside k1, k5 and t of each law that is compared with a model of the muscles."""
 
 _NAMES = ("k1", "k5", "t", "c", "o")
 _START = {"k1": 3.0, "k5": 25.0, "t": 0.0, "c": 0.0, "o": 0.0}
@@ -33,14 +38,17 @@ class TorqueLaw:
         half_interval: name -> half the linearised 95 % interval.
         rms_deg: of the fitted angles [deg].
         left_out_rms_deg: of each angle predicted from all rest [deg].
+        small_steps_rms_deg: of the small steps by the law of the other rows [deg]; NaN if these do
+            not determine a law in which the angle rises with the pressure difference.
         residual_deg: row number -> fitted minus measured angle [deg].
     """
 
     coefficients: dict[str, float]
-    half_interval: dict[str, float]
+    half_interval: dict[str, float] = field(metadata=NOT_IN_JSON)
     rms_deg: float
-    left_out_rms_deg: float
-    residual_deg: dict[int, float]
+    left_out_rms_deg: float = field(metadata=json_key("leave_one_out_rms_deg"))
+    small_steps_rms_deg: float
+    residual_deg: dict[int, float] = field(metadata=NOT_IN_JSON)
 
 
 @functools.cache
@@ -54,6 +62,34 @@ def printed_rows_law(*extra: str) -> TorqueLaw:
         extra: as for `fit_torque_law`.
     """
     return fit_torque_law(distinct_steps(), extra)
+
+
+def torque_laws() -> tuple[TorqueLaw, ...]:
+    """Every law of `EXTRA_TERMS`, of the 21 distinct printed rows."""
+    return tuple(printed_rows_law(*extra) for extra in EXTRA_TERMS)
+
+
+@dataclass(frozen=True, kw_only=True)
+class BestTorqueLaws:
+    """What a model of the muscles must reach: the least held-out errors of `torque_laws`.
+
+    Attributes:
+        left_out_rms_deg: of each angle predicted from all rest [deg].
+        small_steps_rms_deg: of the small steps predicted from the others [deg].
+    """
+
+    left_out_rms_deg: float = field(metadata=json_key("leave_one_out_rms_deg"))
+    small_steps_rms_deg: float
+
+
+def best_torque_laws() -> BestTorqueLaws:
+    """The least errors; each may be that of another law."""
+    laws = torque_laws()
+    small = (law.small_steps_rms_deg for law in laws)
+    return BestTorqueLaws(
+        left_out_rms_deg=min(law.left_out_rms_deg for law in laws),
+        small_steps_rms_deg=min(error for error in small if math.isfinite(error)),
+    )
 
 
 def fit_torque_law(steps: tuple[PrintedStep, ...], extra: tuple[str, ...] = ()) -> TorqueLaw:
@@ -71,12 +107,14 @@ def fit_torque_law(steps: tuple[PrintedStep, ...], extra: tuple[str, ...] = ()) 
     values, covariance = _fit(steps, names, start)
     residual = _misfit(steps, names, values)
     half = float(stdtrit(len(steps) - len(names), 0.975)) * np.sqrt(np.diag(covariance))
-    left_out = [_left_out(steps, index, names, values) for index in range(len(steps))]
+    left_out = [_left_out(steps, (step,), names, values)[0] for step in steps]
+    small = tuple(step for step in steps if step.size == "small")
     return TorqueLaw(
         coefficients=dict(zip(names, map(float, values), strict=True)),
         half_interval=dict(zip(names, map(float, half), strict=True)),
-        rms_deg=float(np.sqrt(np.mean(residual**2))),
-        left_out_rms_deg=float(np.sqrt(np.mean(np.square(left_out)))),
+        rms_deg=_rms(residual),
+        left_out_rms_deg=_rms(left_out),
+        small_steps_rms_deg=_rms(_left_out(steps, small, names, values)),
         residual_deg={step.row: float(r) for step, r in zip(steps, residual, strict=True)},
     )
 
@@ -96,22 +134,42 @@ def _fit(
 
 
 def _left_out(
-    steps: tuple[PrintedStep, ...], index: int, names: tuple[str, ...], start: FloatArray
-) -> float:
-    rest = steps[:index] + steps[index + 1 :]
-    return float(_misfit(steps[index : index + 1], names, _fit(rest, names, start)[0])[0])
+    steps: tuple[PrintedStep, ...],
+    unseen: tuple[PrintedStep, ...],
+    names: tuple[str, ...],
+    start: FloatArray,
+) -> FloatArray:
+    """Errors at rows by the law of the others [deg]; NaN where that law does not rise."""
+    values, _ = _fit(tuple(step for step in steps if step not in unseen), names, start)
+    law = _law(names, values)
+    if any(_linear(step, law) <= 0.0 for step in steps):
+        return np.full(len(unseen), math.nan)
+    return _misfit(unseen, names, values)
+
+
+def _rms(errors: FloatArray | list[float]) -> float:
+    return float(np.sqrt(np.mean(np.square(errors))))
 
 
 def _misfit(
     steps: tuple[PrintedStep, ...], names: tuple[str, ...], values: FloatArray
 ) -> FloatArray:
-    law = dict.fromkeys(_NAMES, 0.0) | dict(zip(names, map(float, values), strict=True))
+    law = _law(names, values)
     return np.array([(_angle(step, law) - step.angle) * DEG_PER_RAD for step in steps])
+
+
+def _law(names: tuple[str, ...], values: FloatArray) -> dict[str, float]:
+    return dict.fromkeys(_NAMES, 0.0) | dict(zip(names, map(float, values), strict=True))
+
+
+def _linear(step: PrintedStep, law: dict[str, float]) -> float:
+    """Slope of the pressure difference at zero angle [100 kPa/rad]."""
+    return law["k1"] + law["c"] * sum(step.pressure) / PA_PER_BAR
 
 
 def _angle(step: PrintedStep, law: dict[str, float]) -> float:
     first, second = (pressure / PA_PER_BAR for pressure in step.pressure)
-    linear = law["k1"] + law["c"] * (first + second)
     push = first - second + law["t"] * step.load - law["o"]
-    # Odd and, for all values the fit passes, rising: one root.
+    linear = _linear(step, law)
+    # One root wherever the law rises; others only while a fit searches.
     return root(lambda b: linear * b + law["k5"] * b**5 - push, -3.0, 3.0, 1e-11)

@@ -100,23 +100,21 @@ def air_state(pressure_abs: float, volume: float, polytropic_index: float) -> fl
 
 
 def air_state_rate(
-    air: float, pressure_abs: float, volume: float, temperature: float, mass_flow: float
+    pressure_abs: float, polytropic_index: float, temperature: float, mass_flow: float
 ) -> float:
     """Rate dy/dt = P^(1/n - 1) R T mdot of the air state.
 
-    P^(1/n) is y / V, so the power need not be taken again.
-
     Args:
-        air: y = P^(1/n) V.
         pressure_abs: P [Pa, absolute].
-        volume: V [m^3].
+        polytropic_index: n [-].
         temperature: T [K].
         mass_flow: mdot into the chamber [kg/s].
 
     Returns:
         dy/dt.
     """
-    return air / (volume * pressure_abs) * GAS_CONSTANT * temperature * mass_flow
+    per_air = pressure_abs ** (1.0 / polytropic_index - 1.0)
+    return per_air * GAS_CONSTANT * temperature * mass_flow
 
 
 def relaxing_rate(

@@ -15,7 +15,12 @@ from pamsim.report.page import write_page
 from pamsim.report.replication_forces import force_laws, inverse_law
 from pamsim.report.replication_loops import loops_by_order, loops_by_test
 from pamsim.report.replication_preisach import exact_shape, force_loops, plane_and_loop
-from pamsim.report.replication_statics import arctangent_loop, bouc_wen_loop, static_law
+from pamsim.report.replication_statics import (
+    arctangent_loop,
+    bouc_wen_loop,
+    joint_stiffness,
+    static_law,
+)
 
 VERDICTS: Mapping[str, tuple[str, str, str]] = {
     "independent": ("independent", "✓", "independent"),
@@ -29,7 +34,10 @@ VERDICTS: Mapping[str, tuple[str, str, str]] = {
 """Verdict -> name in the page's code, mark, short word."""
 
 FIGURES: Mapping[str, Mapping[str, Callable[[Mapping[str, Any]], Figure]]] = {
-    "matiskova2021": {"matiskova2021_static": static_law},
+    "matiskova2021": {
+        "matiskova2021_static": static_law,
+        "matiskova2021_stiffness": joint_stiffness,
+    },
     "alraouf2025": {
         "alraouf2025_arctangent": arctangent_loop,
         "alraouf2025_bouc_wen": bouc_wen_loop,

@@ -1,4 +1,4 @@
-"""Figures of Matiskova 2021 and Alraouf 2025: an end position over pressure."""
+"""Figures of Matiskova 2021 and Alraouf 2025: an end position or stiffness over pressure."""
 
 from __future__ import annotations
 
@@ -55,6 +55,36 @@ def static_law(curves: Mapping[str, Any]) -> Figure:
             label=f"tables, {size} steps",
         )
     ax.legend(loc="lower right")  # the characteristic rises: the lower right is free
+    return figure
+
+
+@styled
+def joint_stiffness(curves: Mapping[str, Any]) -> Figure:
+    """Stiffness of the joint at the reference point, of the rig and of the ideal pair.
+
+    Args:
+        curves: under ``stiffness``: ``sum_kpa`` (n,) [kPa]; ``held``, ``shut``, ``ideal_held``,
+            ``ideal_shut`` (n,) [N m/rad].
+
+    Returns:
+        Two panels, stiffness [N m/rad] against p1 + p2 [kPa].
+    """
+    figure, panels = new_figure(3.2, columns=2)
+    own = curves["stiffness"]
+    titles = (("", "muscles of the rig"), ("ideal_", "ideal pair, equation (5)"))
+    for ax, (kind, title) in zip(panels, titles, strict=True):
+        finish_axes(ax, x="sum of pressures $p_1 + p_2$ [kPa]", title=title, zero=False)
+        ax.plot(own["sum_kpa"], own[f"{kind}shut"], color=BLUE, label="chambers shut")
+        ax.plot(
+            own["sum_kpa"],
+            own[f"{kind}held"],
+            color=VERMILION,
+            linestyle=_DASHED,
+            label="pressures held",
+        )
+        ax.set_ylim(0.0, 1.15 * max(own[f"{kind}shut"]))
+    panels[0].set_ylabel("stiffness at E [N m/rad]")
+    panels[1].legend(loc="upper left")
     return figure
 
 

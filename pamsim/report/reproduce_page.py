@@ -3,7 +3,10 @@
 from __future__ import annotations
 
 import csv
+import functools
 import itertools
+import math
+import operator
 from collections import Counter
 from collections.abc import Mapping
 from pathlib import Path
@@ -16,7 +19,7 @@ from pamsim.core.recording import Recording
 from pamsim.report import reproduce_figures, reproduce_steps
 from pamsim.report.numbers import fixed, significant, words
 from pamsim.report.page import write_page
-from pamsim.report.static_models_figure import TORQUE_LAW_DEG, static_models_figure
+from pamsim.report.static_models_figure import static_models_figure
 
 SCHEMA = "pamsim-reproduce/1"
 
@@ -55,11 +58,11 @@ def write_reproduction(
         groups=_groups,
         notes=_notes,
         better_models=better_models,
+        not_lowered=not_lowered,
         source_tag=source_tag,
         tags=lambda: Counter(source_tag(entry["source"]) for entry in result["parameters"] or ()),
         tint_steps=_TINT_STEPS_DEG,
         shown_settling_times=reproduce_steps.SHOWN_SETTLING_TIMES,
-        torque_law=TORQUE_LAW_DEG,
     )
     table = out / "rows.csv"
     with complete_file(table) as part, part.open("w", newline="", encoding="utf-8") as file:
@@ -77,7 +80,9 @@ def _figures(
     recordings: Mapping[int, Recording],
 ) -> dict[str, Figure]:
     models = result["static_models"]
-    compared = {"static_models": static_models_figure(models)} if models else {}
+    compared = (
+        {"static_models": static_models_figure(models, result["calibration"])} if models else {}
+    )
     return {
         **compared,
         "figure_6_static": reproduce_figures.static_characteristic(distinct, result["figure6"]),
@@ -98,9 +103,15 @@ def verdict_sentence(result: Mapping[str, Any]) -> str:
     distinct = [row for row in result["rows"] if row["repeats"] is None]
     done = sum(row["outcome"] == "completed" for row in distinct)
     count = str(done) if done == len(distinct) else f"{done} of {len(distinct)}"
-    text = (
-        f"{count} distinct operating points reproduced with {fixed(result['rms_deg'], 1)} deg RMS"
-    )
+    in_sample = f"{fixed(result['rms_deg'], 2)} deg RMS"
+    text = f"{count} distinct operating points reproduced with {in_sample}"
+    calibration = result["calibration"]
+    if calibration and calibration["applies"]:
+        nested = fixed(calibration["nested_leave_one_out"]["rms_deg"], 2)
+        text = (
+            f"{count} distinct operating points predicted with {nested} deg RMS, each by a model"
+            f" chosen and fitted without it (nested leave-one-out); {in_sample} in sample"
+        )
     if worst := result["worst"]:
         text += f" (worst: row {worst['row']}, {fixed(worst['error_deg'], 1)} deg)"
     parts = [text]
@@ -131,6 +142,23 @@ def better_models(result: Mapping[str, Any]) -> list[Mapping[str, Any]]:
         model
         for model in models
         if not model["accepted"] and used and model["leave_one_out_rms_deg"] < used[0]
+    ]
+
+
+def not_lowered(result: Mapping[str, Any], *keys: str) -> list[str]:
+    """Names of accepted models whose error is not below that of the one accepted before them.
+
+    Args:
+        result: of schema ``pamsim-reproduce/1``.
+        keys: of the error in a model, such as ``left_out_block_rms_deg`` and ``small steps``.
+    """
+    accepted = [model for model in result["static_models"] or () if model["accepted"]]
+    errors = [functools.reduce(operator.getitem, keys, model) for model in accepted]
+    known = [math.inf if error is None else error for error in errors]
+    return [
+        model["name"]
+        for model, (before, after) in zip(accepted[1:], itertools.pairwise(known), strict=True)
+        if not after < before
     ]
 
 

@@ -1,4 +1,4 @@
-"""Static models compared: which physical term lowers the error at rows held out in turn."""
+"""Static models compared: which physical term lowers the error at held-out rows."""
 
 from __future__ import annotations
 
@@ -9,21 +9,34 @@ from typing import Any
 from matplotlib.figure import Figure
 from matplotlib.ticker import FixedLocator, NullFormatter, NullLocator, ScalarFormatter
 
-from pamsim.report.style import BLUE, INK, MUTED, VERMILION, finish_axes, new_figure, styled
+from pamsim.report.style import (
+    BLUE,
+    GREEN,
+    INK,
+    MUTED,
+    VERMILION,
+    finish_axes,
+    new_figure,
+    styled,
+)
 
-TORQUE_LAW_DEG = 1.22
-"""Error at rows held out in turn of a torque law of three terms without a muscle model [deg]."""
-
-_TICKS = (0.7, 1.0, 1.5, 2.0, 3.0, 5.0, 8.0)
+_TICKS = (0.7, 1.0, 1.5, 2.0, 3.0, 5.0, 8.0, 15.0)
 _LABEL = 38  # characters of a model's name that leave the marks two thirds of the width
 
 
+_DASHED, _DOTTED = (0, (4, 3)), (0, (1, 2))
+
+
 @styled
-def static_models_figure(models: Sequence[Mapping[str, Any]]) -> Figure:
-    """Errors of every model in sample and at rows held out in turn.
+def static_models_figure(
+    models: Sequence[Mapping[str, Any]], calibration: Mapping[str, Any]
+) -> Figure:
+    """Errors of every model in sample, at rows held out in turn and at the small steps held out.
 
     Args:
-        models: each with ``name``, ``accepted``, ``rms_deg``, ``leave_one_out_rms_deg``.
+        models: each with ``name``, ``accepted``, ``rms_deg``, ``leave_one_out_rms_deg``,
+            ``left_out_block_rms_deg``.
+        calibration: with ``best_torque_laws`` and ``nested_leave_one_out``.
 
     Returns:
         One panel: a line per model against RMS error [deg], logarithmic.
@@ -31,25 +44,36 @@ def static_models_figure(models: Sequence[Mapping[str, Any]]) -> Figure:
     ordered = sorted(models, key=lambda model: not model["accepted"])
     names = ["\n".join(textwrap.wrap(model["name"], _LABEL)) for model in ordered]
     lines = sum(name.count("\n") + 1 for name in names)
-    figure, (ax,) = new_figure(0.13 * (len(models) + lines) + 1.2)
+    figure, (ax,) = new_figure(0.13 * (len(models) + lines) + 1.7)
     finish_axes(ax, x="RMS error of the end angle [deg]", zero=False)
     ax.grid(True, axis="x")
-    ax.axvline(TORQUE_LAW_DEG, color=MUTED, linewidth=1.0, linestyle=(0, (4, 3)), zorder=1)
     for place, model in enumerate(ordered):
-        inside, outside = model["rms_deg"], model["leave_one_out_rms_deg"]
         look = 1.0 if model["accepted"] else 0.45
-        ax.plot([inside, outside], [place, place], color=MUTED, linewidth=1.0, zorder=2)
-        for error, marker, colour in ((inside, "o", BLUE), (outside, "D", VERMILION)):
+        errors = [
+            (model["rms_deg"], "o", BLUE),
+            (model["leave_one_out_rms_deg"], "D", VERMILION),
+            (model["left_out_block_rms_deg"].get("small steps"), "^", GREEN),
+        ]
+        shown = [mark for mark in errors if mark[0] is not None]
+        ends = [error for error, _, _ in shown]
+        ax.plot([min(ends), max(ends)], [place] * 2, color=MUTED, linewidth=1.0, zorder=2)
+        for error, marker, colour in shown:
             ax.plot(error, place, marker, color=colour, alpha=look, markersize=5, zorder=3)
     for marker, colour, label in (
         ("o", BLUE, "in sample"),
         ("D", VERMILION, "rows held out in turn"),
+        ("^", GREEN, "small steps held out"),
     ):
         ax.plot([], [], marker, color=colour, label=label)
-    ax.plot(
-        [], [], color=MUTED, linestyle=(0, (4, 3)),
-        label=f"torque law of three terms, held out: {TORQUE_LAW_DEG:g} deg",
-    )  # fmt: skip
+    nested = calibration["nested_leave_one_out"]["rms_deg"]
+    best = calibration["best_torque_laws"]
+    for error, colour, style, label in (
+        (nested, VERMILION, "solid", "nested: form chosen without the row"),
+        (best["leave_one_out_rms_deg"], VERMILION, _DASHED, "best torque law, rows"),
+        (best["small_steps_rms_deg"], GREEN, _DOTTED, "best torque law, small steps"),
+    ):
+        text = f"{label}: {error:.2f} deg"
+        ax.axvline(error, color=colour, linewidth=1.0, linestyle=style, zorder=1, label=text)
     ax.set_xscale("log")
     ax.xaxis.set_major_locator(FixedLocator(_TICKS))
     ax.xaxis.set_major_formatter(ScalarFormatter())
@@ -60,5 +84,5 @@ def static_models_figure(models: Sequence[Mapping[str, Any]]) -> Figure:
         label.set_color(INK if model["accepted"] else MUTED)
     ax.set_ylim(len(ordered) - 0.4, -0.6)
     ax.grid(False, axis="y")
-    figure.legend(loc="outside upper right", ncols=3)
+    figure.legend(loc="outside upper right", ncols=2)
     return figure

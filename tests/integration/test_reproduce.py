@@ -51,11 +51,43 @@ def test_printed_tables_are_whole_and_consistent():
 
 
 def test_a_reproduction_sums_itself_up_and_saves_itself(found, result, tmp_path):
-    assert found.summary().startswith("21 distinct end positions with 0.79 deg RMS; 9 of 9")
+    nested = result["calibration"]["nested_leave_one_out"]["rms_deg"]
+    assert found.summary() == (
+        f"21 distinct end positions with {nested:.2f} deg RMS held out (nested leave-one-out),"
+        f" {result['rms_deg']:.2f} deg RMS in sample; 10 of 10 checks pass"
+    )
     found.save(tmp_path)
     saved = json.loads((tmp_path / "reproduction.json").read_text(encoding="utf-8"))
     assert saved == result
     assert len(list(tmp_path.glob("row_*/recording.toml"))) == 21
+
+
+def test_held_out_errors_belong_to_the_start_and_the_parameters_they_were_found_with(found):
+    assert found.held_out is found.record
+    assert found.to_dict()["calibration"]["applies"]
+    used = {**found.record.used, "rms_deg": found.rms_deg + 0.5}
+    for other in (
+        replace(found, start=STARTS["fill"]),
+        replace(found, record=None),
+        replace(found, record=replace(found.record, static_models=(used,))),
+    ):
+        assert other.held_out is None
+        assert "held out" not in other.summary()
+        calibration = other.to_dict()["calibration"]
+        assert calibration is None or not calibration["applies"]
+
+
+def test_result_carries_the_held_out_errors_beside_those_of_the_torque_laws(result):
+    calibration = result["calibration"]
+    nested, best = calibration["nested_leave_one_out"], calibration["best_torque_laws"]
+    assert sum(nested["selected"].values()) == 21
+    assert set(nested["selected"]) <= {model["name"] for model in result["static_models"]}
+    assert nested["rms_deg"] > result["rms_deg"]
+    assert calibration["leave_one_out_rms_deg"] > result["rms_deg"]
+    assert calibration["small_steps_rms_deg"] > 0.0
+    laws = calibration["torque_laws"]
+    for key in ("leave_one_out_rms_deg", "small_steps_rms_deg"):
+        assert best[key] == min(law[key] for law in laws if law[key] is not None)
 
 
 def test_result_carries_what_the_contract_names(result):

@@ -5,6 +5,8 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 
+import numpy as np
+
 from pamsim.actuator.antagonist import (
     Stiffness,
     antagonist_torque,
@@ -33,6 +35,8 @@ from pamsim.papers.torque_law import printed_rows_law
 from pamsim.store.printed import Printed, PrintedStep, distinct_steps
 
 _FULL = 487.0 * PA_PER_KPA  # Table 1, row 1
+_LOW, _HIGH = 100.0 * PA_PER_KPA, 490.0 * PA_PER_KPA  # that the rows span
+_POINTS = 40
 
 
 def ideal_stiffness(par: Row, tendon_length: float, pressure: float) -> Stiffness:
@@ -60,6 +64,40 @@ def _parts(pressure: float) -> Stiffness:
     muscle = row(ideal_muscle())
     each = ideal_stiffness(muscle, 0.0, pressure)
     return joint_stiffness([each, each], [sprocket_radius()] * 2)
+
+
+def rig_stiffness(pressure: float) -> Stiffness:
+    """Stiffness of the rig's joint at the reference point, both muscles at one pressure.
+
+    Its geometric part is what is left where valves hold the pressures, the total that of shut
+    chambers.
+
+    Args:
+        pressure: gauge [Pa].
+
+    Returns:
+        [N m/rad].
+    """
+    each = muscle_stiffness(row(rig_muscle()), 0.0, pressure)
+    return joint_stiffness([each, each], [sprocket_radius()] * 2)
+
+
+def stiffness_over_pressure() -> dict[str, list[float]]:
+    """Joint stiffness at the reference point over the sum of two equal pressures.
+
+    Returns:
+        JSON-safe curves: sum [kPa]; stiffness of the rig at held pressures and with its chambers
+        shut, and of the ideal pair by (5), its last sign mended [N m/rad].
+    """
+    pressures = [float(p) for p in np.linspace(_LOW, _HIGH, _POINTS)]
+    rig, ideal = [rig_stiffness(p) for p in pressures], [_parts(p) for p in pressures]
+    return {
+        "sum_kpa": [2.0 * p / PA_PER_KPA for p in pressures],
+        "held": [each.geometric for each in rig],
+        "shut": [each.total for each in rig],
+        "ideal_held": [each.geometric for each in ideal],
+        "ideal_shut": [each.total for each in ideal],
+    }
 
 
 def _shut_stiffness(pressure: float) -> float:
@@ -114,6 +152,7 @@ def _sum_in_theory() -> Recomputed:
 def _sum_in_tables() -> Recomputed:
     plain, law = printed_rows_law(), printed_rows_law("c")
     c, half = law.coefficients["c"], law.half_interval["c"]
+    low, high = rig_stiffness(_LOW), rig_stiffness(_HIGH)
     return Recomputed(
         c,
         low=0.0,
@@ -124,6 +163,12 @@ def _sum_in_tables() -> Recomputed:
         held_out_rms=law.left_out_rms_deg,
         plain_rms=plain.rms_deg,
         plain_held_out_rms=plain.left_out_rms_deg,
+        lowest=_LOW / PA_PER_KPA,
+        highest=_HIGH / PA_PER_KPA,
+        held_low=low.geometric,
+        held_high=high.geometric,
+        shut_low=low.total,
+        shut_high=high.total,
     )
 
 

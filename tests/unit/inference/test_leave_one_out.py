@@ -7,7 +7,7 @@ import pytest
 
 from pamsim.inference.fit_simulator import fit_simulator
 from pamsim.inference.free_parameter import Prior
-from pamsim.inference.leave_one_out import leave_one_out
+from pamsim.inference.leave_one_out import FittedForm, leave_one_out, nested_leave_one_out
 from tests.unit.core.refusals import refused
 from tests.unit.inference.closed_form_rigs import Rig, free, line_rig
 
@@ -148,3 +148,82 @@ def test_a_refit_that_cannot_be_simulated_is_refused_with_its_row():
     rig.diverges = lambda values: next(calls) == 2
     with refused("without row 3 "):
         leave_one_out(rig, BENT, fit)
+
+
+def linear_form(rows, measured):
+    """A linear model of measurements with its exact errors; no column means no parameter."""
+    hat = rows @ np.linalg.pinv(rows)
+    residual = hat @ measured - measured
+    return FittedForm(residual=residual, jacobian=rows, left_out=residual / (1 - np.diag(hat)))
+
+
+def predicted(rows, measured, unseen, at):
+    """Error at a row by a fit that did not see some rows, from scratch."""
+    keep = np.setdiff1d(np.arange(measured.size), unseen)
+    best = np.linalg.lstsq(rows[keep], measured[keep], rcond=None)[0]
+    return float(rows[at] @ best - measured[at])
+
+
+def some_forms(seed, count=12):
+    """Linear models of one, two and no columns, of which none is clearly the best."""
+    rng = np.random.default_rng(seed)
+    columns = rng.standard_normal((count, 4))
+    measured = columns[:, 0] + 0.8 * columns[:, 1] + rng.standard_normal(count)
+    return [columns[:, picked] for picked in ([0], [1], [0, 1], [2, 3], [])], measured
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_nested_errors_are_those_of_choosing_and_refitting_from_scratch(seed):
+    designs, measured = some_forms(seed)
+    errors, chosen = nested_leave_one_out([linear_form(rows, measured) for rows in designs])
+    count = measured.size
+    for i in range(count):
+        others = [j for j in range(count) if j != i]
+        inner = [sum(predicted(rows, measured, [i, j], j) ** 2 for j in others) for rows in designs]
+        best = int(np.argmin(inner))
+        assert chosen[i] == best
+        assert errors[i] == pytest.approx(predicted(designs[best], measured, [i], i), abs=1e-9)
+    assert len(set(chosen)) > 1 or seed  # in one of them at least, the choice is not the same
+
+
+def test_a_row_has_no_say_in_the_form_chosen_for_it():
+    designs, measured = some_forms(0)
+    spoilt = measured.copy()
+    spoilt[3] += 50.0
+    kept, moved = (
+        nested_leave_one_out([linear_form(rows, m) for rows in designs]) for m in (measured, spoilt)
+    )
+    assert moved[1][3] == kept[1][3]
+    assert moved[0][3] == pytest.approx(kept[0][3] - 50.0)
+    assert moved[1] != kept[1]  # all others see it
+
+
+def test_a_single_form_costs_nothing():
+    designs, measured = some_forms(1)
+    form = linear_form(designs[2], measured)
+    errors, chosen = nested_leave_one_out([form])
+    assert errors == pytest.approx(form.left_out)
+    assert chosen == [0] * measured.size
+
+
+def test_choosing_among_worthless_forms_lowers_the_plain_error_but_not_the_nested_one():
+    """No form predicts noise, so no error at new rows is below its deviation; the least of many
+    leave-one-out errors is."""
+    plain, nested = [], []
+    for seed in range(20):
+        rng = np.random.default_rng(seed)
+        measured = rng.standard_normal(15)
+        forms = [linear_form(rng.standard_normal((15, 1)), measured) for _ in range(20)]
+        plain.append(min(np.mean(form.left_out**2) for form in forms) / np.mean(measured**2))
+        nested.append(np.mean(nested_leave_one_out(forms)[0] ** 2) / np.mean(measured**2))
+    assert np.mean(plain) < 0.9
+    assert np.mean(nested) > 1.0
+
+
+def test_a_form_that_the_other_rows_do_not_determine_is_not_chosen():
+    """Row 0 alone has a say in the second parameter, so the fit without it has none."""
+    designs, measured = some_forms(2)
+    only = np.column_stack([designs[0][:, 0], np.eye(measured.size)[0]])
+    form = linear_form(designs[0], measured)
+    worse = FittedForm(residual=0.1 * form.residual, jacobian=only, left_out=form.left_out)
+    assert nested_leave_one_out([worse, form])[1] == [1] * measured.size

@@ -4,8 +4,10 @@ from __future__ import annotations
 
 import copy
 import json
+import tomllib
 from types import SimpleNamespace
 
+import numpy as np
 import pytest
 
 from pamsim.engine.rig import load_rig
@@ -18,16 +20,29 @@ from pamsim.papers.calibration_record import (
     identified_parameters,
     stated_parameters,
 )
+from pamsim.store.printed import Printed
 from tests.unit.core.refusals import cases, refused
 
+MEASURED = np.random.default_rng(3).standard_normal(12)
+COLUMNS = np.random.default_rng(4).standard_normal((12, 3))
 
-def model(name, accepted, rms, unseen):
+
+def model(name, accepted, *columns):
+    """Entry of a linear model of noise [deg], with its exact held-out errors."""
+    rows = COLUMNS[:, columns]
+    hat = rows @ np.linalg.pinv(rows)
+    residual = hat @ MEASURED - MEASURED
+    left_out = residual / (1.0 - np.diag(hat))
     return {
         "name": name,
         "accepted": accepted,
-        "rms_deg": rms,
-        "leave_one_out_rms_deg": unseen,
-        "parameters": [],
+        "rms_deg": float(np.sqrt(np.mean(residual**2))),
+        "leave_one_out_rms_deg": float(np.sqrt(np.mean(left_out**2))),
+        "left_out_block_rms_deg": {"small steps": 1.3, "large steps": None},
+        "parameters": [{}] * len(columns),
+        "residual_deg": residual.tolist(),
+        "leave_one_out_residual_deg": left_out.tolist(),
+        "jacobian_deg": rows.tolist(),
     }
 
 
@@ -35,9 +50,9 @@ WHOLE = {
     "schema": SCHEMA,
     "command": "python calibrate.py",
     "static_models": [
-        model("first", True, 8.0, 8.0),
-        model("used", True, 0.8, 1.0),
-        model("tried", False, 0.7, 1.1),
+        model("first", True),
+        model("used", True, 0),
+        model("tried", False, 0, 1),
     ],
 }
 
@@ -68,10 +83,51 @@ def test_the_model_used_is_the_last_one_accepted(rig):
 def test_it_belongs_to_what_simulates_as_it_did(rig):
     write(rig, WHOLE)
     record = calibration_record(rig)
+    rms = record.used["rms_deg"]
     for sign in (-1.0, 1.0):
-        assert record.belongs(0.8 + 0.99 * sign * SAME_RMS_DEG)
-        assert not record.belongs(0.8 + 1.01 * sign * SAME_RMS_DEG)
+        assert record.belongs(rms + 0.99 * sign * SAME_RMS_DEG)
+        assert not record.belongs(rms + 1.01 * sign * SAME_RMS_DEG)
     assert not record.belongs(float("nan"))
+
+
+def test_nested_error_is_that_of_the_form_chosen_row_by_row_among_all(rig):
+    write(rig, WHOLE)
+    record = calibration_record(rig)
+    names = [entry["name"] for entry in WHOLE["static_models"]]
+    left_out = {e["name"]: e["leave_one_out_residual_deg"] for e in WHOLE["static_models"]}
+    chosen = [best_without(row) for row in range(MEASURED.size)]
+    errors = [left_out[name][row] for row, name in enumerate(chosen)]
+    assert record.nested.rms_deg == pytest.approx(np.sqrt(np.mean(np.square(errors))))
+    assert dict(record.nested.selected) == {n: chosen.count(n) for n in names if n in chosen}
+    assert len(record.nested.selected) > 1
+    counts = list(record.nested.selected.values())
+    assert counts == sorted(counts, reverse=True)
+
+
+def best_without(row):
+    """Name of the model that predicts the other rows best, from scratch."""
+    keep = np.arange(MEASURED.size) != row
+
+    def error(entry):
+        rows, measured = np.array(entry["jacobian_deg"])[keep], MEASURED[keep]
+        hat = rows @ np.linalg.pinv(rows)
+        return np.sum(((hat @ measured - measured) / (1.0 - np.diag(hat))) ** 2)
+
+    return min(WHOLE["static_models"], key=error)["name"]
+
+
+def test_a_record_of_one_model_has_no_choice(rig):
+    write(rig, {**WHOLE, "static_models": WHOLE["static_models"][1:2]})
+    record = calibration_record(rig)
+    assert record.nested.rms_deg == pytest.approx(record.used["leave_one_out_rms_deg"])
+    assert record.nested.selected == {"used": MEASURED.size}
+
+
+def test_small_steps_are_those_of_the_model_used(rig):
+    content = copy.deepcopy(WHOLE)
+    content["static_models"][1]["left_out_block_rms_deg"]["small steps"] = 0.7
+    write(rig, content)
+    assert calibration_record(rig).small_steps_rms_deg == 0.7
 
 
 def without(key):
@@ -103,13 +159,26 @@ def used_without(key):
             "models empty": {**WHOLE, "static_models": []},
             "models as names": {**WHOLE, "static_models": ["first", "used"]},
             "models a mapping": {**WHOLE, "static_models": {"first": 1}},
-            "nothing accepted": {**WHOLE, "static_models": [model("tried", False, 1.0, 1.0)]},
+            "nothing accepted": {**WHOLE, "static_models": [model("tried", False)]},
             "error null": used(rms_deg=None),
             "error a word": used(leave_one_out_rms_deg="small"),
             "error a list": used(leave_one_out_rms_deg=[1.0]),
             "without error": used_without("rms_deg"),
             "without unseen error": used_without("leave_one_out_rms_deg"),
             "without accepted": used_without("accepted"),
+            "without blocks": used_without("left_out_block_rms_deg"),
+            "without small steps": used(left_out_block_rms_deg={"large steps": 1.0}),
+            "small steps not predicted": used(left_out_block_rms_deg={"small steps": None}),
+            "without residual": used_without("residual_deg"),
+            "without held-out rows": used_without("leave_one_out_residual_deg"),
+            "without jacobian": used_without("jacobian_deg"),
+            "errors of other rows": used(leave_one_out_residual_deg=[1.0] * 12),
+            "errors of another fit": used(rms_deg=0.5),
+            "one held-out row": used(leave_one_out_residual_deg=[1.0], leave_one_out_rms_deg=1.0),
+            "a row null": used(residual_deg=[None] * 12),
+            "jacobian of fewer rows": used(jacobian_deg=[[1.0]] * 11),
+            "jacobian of more parameters": used(jacobian_deg=[[1.0, 2.0]] * 12),
+            "jacobian in words": used(jacobian_deg=[["steep"]] * 12),
         }
     ),
 )
@@ -136,13 +205,34 @@ def test_every_step_of_the_shipped_record_predicts_unseen_rows_better(shipped):
     assert record.used["name"].endswith("the model used")
 
 
+def printed_as(text, name):
+    """Value and interval of a parameter as params.toml writes them, with their digits."""
+    group, _, own = name.partition(".")
+    entry = text["native"].get(name) or text["muscle"][group][own]
+    return entry["value"], *entry["interval95"]
+
+
 def test_shipped_numbers_are_those_of_the_record_up_to_rounding(shipped):
-    record = calibration_record(shipped)
-    for found in record.used["parameters"]:
-        now = rig_parameter(shipped, found["name"])
-        assert now.value == pytest.approx(found["value"], rel=1e-3)
-        assert now.stated.source == "identified"
-    assert record.used["parameters"]
+    """Value and both ends of the interval of every identified parameter, to its last digit."""
+    folder = shipped.file.folder
+    text = tomllib.loads((folder / "params.toml").read_text("utf-8"), parse_float=Printed.read)
+    dynamic = json.loads((folder / FILE).read_text("utf-8"))["dynamic"]
+    found = {
+        entry["name"]: (entry["value"], *entry["interval95"])
+        for entry in (*calibration_record(shipped).used["parameters"], *dynamic["parameters"])
+    }
+    # The damping used is not that of the printed step alone, and the conductance goes with it.
+    exhaust, damping = "valve.conductance_exhaust", "joint.shaft.damping"
+    found[exhaust] = (dynamic["conductance_m3_s_Pa"], *found[exhaust][1:])
+    found[damping] = (dynamic["damping_N_m_s_rad"], *found[damping][1:])
+    found["valve.conductance_fill"] = found[exhaust]
+    assert set(found) == {entry["name"] for entry in identified_parameters(shipped.file)}
+    for name, numbers in found.items():
+        now = rig_parameter(shipped, name)
+        unit = now.value / now.stated.value
+        for recorded, stated in zip(numbers, printed_as(text, name), strict=True):
+            away = abs(recorded / unit - stated.value)
+            assert away <= stated.half_unit * (1.0 + 1e-6), (name, recorded / unit, stated)
 
 
 def test_stated_and_identified_parameters_come_with_their_sources(shipped):

@@ -7,13 +7,15 @@ import json
 
 import pytest
 
-from pamsim.actuator.antagonist import muscle_stiffness
+from pamsim.actuator.antagonist import antagonist_torque, muscle_stiffness
+from pamsim.actuator.kernel import gauge_pressure
+from pamsim.actuator.rest_state import charged_air_state
 from pamsim.core.encoding import to_dict
 from pamsim.core.errors import InputError
-from pamsim.papers.antagonistic_pair import ideal_muscle, row
+from pamsim.papers.antagonistic_pair import ideal_muscle, rig_muscle, row, sprocket_radius
 from pamsim.papers.claim import Claim, Verdict, evaluate
 from pamsim.papers.matiskova2021 import equations, simulation, stiffness
-from pamsim.papers.matiskova2021.stiffness import ideal_stiffness
+from pamsim.papers.matiskova2021.stiffness import ideal_stiffness, stiffness_over_pressure
 from tests.unit.papers.judged import (
     assert_documented,
     assert_every_claim_can_fail,
@@ -58,7 +60,7 @@ def test_verdicts_are_those_of_the_evidence():
         Verdict.NOT_SIGNIFICANT: [26, 28],
         Verdict.INCONSISTENT: [4, 6, 7, 11, 12, 13, 14, 16, 20, 22],
         Verdict.TEXT_DAMAGED: [17, 18],
-        Verdict.NOT_REPRODUCIBLE: [5, 9, 10, 24, 25, 27, 31, 32, 33, 38, 39],
+        Verdict.NOT_REPRODUCIBLE: [5, 9, 10, 24, 25, 27, 31, 32, 33, 38, 39, 44],
     }
     for verdict, expected in numbers.items():
         assert with_verdict(PAPER, verdict) == {f"{PAPER}-{n:02d}" for n in expected}
@@ -147,3 +149,23 @@ def test_geometric_part_goes_with_gauge_pressure_and_compressibility_with_absolu
     assert two.geometric == pytest.approx(2.0 * one.geometric, rel=1e-12)
     ratio = (4e5 + muscle.chamber.atmosphere) / (2e5 + muscle.chamber.atmosphere)
     assert two.compressibility == pytest.approx(ratio * one.compressibility, rel=1e-12)
+
+
+def test_stiffness_curves_are_the_change_of_torque_of_the_turned_pair():
+    """Turn the joint of the rig and of the ideal pair, pressures held and chambers shut."""
+    curves, h = stiffness_over_pressure(), 1e-4
+    radius = sprocket_radius()
+    for kind, muscle in (("", rig_muscle()), ("ideal_", ideal_muscle())):
+        par = row(dataclasses.replace(muscle, hysteresis=None))
+        for place in (0, 20, -1):
+            pressure = 500.0 * curves["sum_kpa"][place]
+            air = [charged_air_state(par, [], 0.0, pressure)]
+
+            def torque(angle, shut, par=par, air=air, pressure=pressure):
+                ways = -radius * angle, radius * angle
+                now = [gauge_pressure(par, air, way) if shut else pressure for way in ways]
+                return antagonist_torque((par, par), radius, angle, now)
+
+            for name, shut in (("held", False), ("shut", True)):
+                change = (torque(-h, shut) - torque(h, shut)) / (2.0 * h)
+                assert curves[kind + name][place] == pytest.approx(change, rel=1e-4)

@@ -14,12 +14,12 @@ from pamsim.linear.first_second_order import second_order_step
 from pamsim.papers.calibration_record import SAME_RMS_DEG, CalibrationRecord
 from pamsim.papers.printed_rows import Row, rms_error
 from pamsim.papers.reproduce_checks import (
-    LEAVE_ONE_OUT_LIMIT_DEG,
     MODEL_LIMIT,
     RESPONSE_LIMIT,
     RMS_LIMIT_DEG,
     checks,
 )
+from pamsim.papers.torque_law import best_torque_laws, torque_laws
 from pamsim.signals.step_metrics import step_metrics
 from pamsim.store.printed import mas20_models, mas20_steps
 
@@ -75,9 +75,22 @@ def models(t=1.0, t1=1.0, t2=1.0):
     return SimpleNamespace(g1=order(t * g1["T_s"]), g2=order(t1 * g2["T1_s"], t2 * g2["T2_s"]))
 
 
-def record(rows, unseen=1.0, moved=0.0):
+BEST = best_torque_laws()
+
+
+def record(rows, unseen=0.9, small=0.9, moved=0.0):
+    """Of one form without a parameter: its nested error is `unseen`, whatever it states."""
     rms = rms_error(tuple(r for r in rows if r.step.repeats is None)) * DEG_PER_RAD
-    used = {"accepted": True, "rms_deg": rms + moved, "leave_one_out_rms_deg": unseen}
+    used = {
+        "name": "used",
+        "accepted": True,
+        "rms_deg": rms + moved,
+        "leave_one_out_rms_deg": 0.1,
+        "left_out_block_rms_deg": {"small steps": small},
+        "residual_deg": [unseen] * 21,
+        "leave_one_out_residual_deg": [unseen] * 21,
+        "jacobian_deg": [[]] * 21,
+    }
     return CalibrationRecord(static_models=(used,), command="python calibrate.py")
 
 
@@ -94,7 +107,7 @@ def test_a_good_reproduction_passes_every_check(rows):
     assert [c.name for c in found if not c.ok] == []
     assert {c.name for c in found} == {
         "completed", "rms", "signs", "monotonic", "oscillation", "time_constants", "response",
-        "leave_one_out", "energy",
+        "leave_one_out", "small_steps", "energy",
     }  # fmt: skip
     assert all(c.sentence and "\n" not in c.sentence for c in found)
 
@@ -104,7 +117,8 @@ def test_what_cannot_be_judged_is_left_out(rows):
         "time_constants",
         "response",
     } == set()
-    assert "leave_one_out" not in {c.name for c in checks(rows, models(), None, 1.0)}
+    unjudged = {c.name for c in checks(rows, models(), None, 1.0)}
+    assert not unjudged & {"leave_one_out", "small_steps"}
 
 
 @pytest.mark.parametrize("which", ["t", "t1", "t2"])
@@ -128,11 +142,29 @@ def test_response_does_not_depend_on_size_or_start(rows):
     assert "response" not in failing(shifted, models())
 
 
-def test_rows_left_out(rows):
-    assert failing(rows, known=record(rows, unseen=LEAVE_ONE_OUT_LIMIT_DEG - 0.01)) == set()
-    assert failing(rows, known=record(rows, unseen=LEAVE_ONE_OUT_LIMIT_DEG + 0.01)) == {
-        "leave_one_out"
-    }
+def test_rows_left_out_are_judged_by_the_nested_error(rows):
+    limit = BEST.left_out_rms_deg
+    assert failing(rows, known=record(rows, unseen=0.999 * limit)) == set()
+    assert failing(rows, known=record(rows, unseen=1.001 * limit)) == {"leave_one_out"}
+    (check,) = (c for c in checks(rows, None, record(rows, 0.85), 1.0) if c.name == "leave_one_out")
+    for words in ("0.85 deg RMS", "0.10 deg for the form used", f"limit {limit:.2f} deg"):
+        assert words in check.sentence
+
+
+def test_small_steps_left_out(rows):
+    limit = BEST.small_steps_rms_deg
+    assert failing(rows, known=record(rows, small=0.999 * limit)) == set()
+    assert failing(rows, known=record(rows, small=1.001 * limit)) == {"small_steps"}
+
+
+def test_limits_are_the_least_errors_of_the_torque_laws():
+    laws = torque_laws()
+    assert len(laws) == 3
+    for law in laws:
+        assert BEST.left_out_rms_deg <= law.left_out_rms_deg
+        assert not law.small_steps_rms_deg < BEST.small_steps_rms_deg
+    assert BEST.left_out_rms_deg in [law.left_out_rms_deg for law in laws]
+    assert BEST.small_steps_rms_deg in [law.small_steps_rms_deg for law in laws]
 
 
 @pytest.mark.parametrize("side", [-1.0, 1.0])

@@ -17,7 +17,7 @@ from pamsim.engine.rig_parameter import rig_parameter
 from pamsim.engine.simulate import simulate
 from pamsim.papers import static_models
 from pamsim.papers.printed_steps import STARTS, printed_experiment
-from pamsim.papers.static_models import StaticModel, Term, fit_static_models
+from pamsim.papers.static_models import StaticModel, Term, fit_static_models, row_blocks
 from pamsim.store.printed import distinct_steps
 from tests.unit.core.refusals import refused
 
@@ -43,7 +43,7 @@ PLANTED = {"passive.locking": 26.0, "body.rig.tilt": -0.04}
 
 @pytest.fixture(scope="module")
 def rig():
-    return load_rig("mas20_arm")
+    return load_rig("mas20_arm").with_parameters({"passive.softening": 10.0})
 
 
 def angle(values, step):
@@ -63,10 +63,14 @@ class Stand:
         self.breaks = lambda values, row: False
 
     def __call__(self, pairs, *, timestep=None, threads=None):
-        return [self.run(rig, experiment) for rig, experiment in pairs]
+        rigs = {id(rig): rig for rig, _ in pairs}
+        values = {
+            key: {name: rig_parameter(rig, name).value for name in NAMES}
+            for key, rig in rigs.items()
+        }
+        return [self.run(values[id(rig)], experiment) for rig, experiment in pairs]
 
-    def run(self, rig, experiment):
-        values = {name: rig_parameter(rig, name).value for name in NAMES}
+    def run(self, values, experiment):
         number = int(experiment.name.removeprefix("row "))
         self.seen.append(values)
         step = next(step for step in STEPS if step.row == number)
@@ -118,6 +122,52 @@ def test_a_nested_model_never_fits_worse_in_sample(rig, stand):
         assert result.leave_one_out_rms > result.rms
     assert found[3].leave_one_out_rms > found[2].leave_one_out_rms
     assert found[0].leave_one_out_rms == found[0].rms
+
+
+def test_blocks_are_the_sizes_of_step_and_the_loads():
+    blocks = row_blocks(STEPS)
+    sizes = [blocks[f"{size} steps"] for size in ("large", "medium", "small")]
+    loads = [blocks[name] for name in blocks if name.startswith("load")]
+    assert set(blocks) >= {"load 0 kg", "load 1.2 kg", "load 2.14 kg"}
+    for kinds in (sizes, loads):  # each row is in one of each kind
+        assert sorted(row for rows in kinds for row in rows) == list(range(len(STEPS)))
+    assert all(STEPS[row].size == "small" for row in blocks["small steps"])
+    assert all(STEPS[row].load == 2.14 for row in blocks["load 2.14 kg"])
+
+
+def test_a_block_is_predicted_by_a_fit_that_has_not_seen_it(rig, stand):
+    """Spoilt small steps cost the fit without them just that, and no other block is blind to it."""
+    small = row_blocks(STEPS)["small steps"]
+    off = 5.0 / DEG_PER_RAD
+    spoilt = tuple(
+        replace(step, angle=step.angle + off) if row in small else step
+        for row, step in enumerate(planted())
+    )
+    kept, moved = (
+        fit_static_models(rig, [model(LOCKING, TILT)], TERMS, steps=steps)[0].blocks
+        for steps in (planted(), spoilt)
+    )
+    assert max(kept.values()) * DEG_PER_RAD < 1e-5
+    assert moved["small steps"] == pytest.approx(off, rel=1e-5)
+    for name in set(moved) - {"small steps"}:
+        assert moved[name] * DEG_PER_RAD > 0.1, name
+
+
+def test_a_block_without_which_a_model_is_undetermined_is_left_out(rig, stand):
+    few = planted(noise=0.01)[4:10]  # of two large steps and four medium ones
+    (found,) = fit_static_models(rig, [model(LOCKING, TILT)], TERMS, steps=few)
+    assert "large steps" in found.blocks
+    assert "medium steps" not in found.blocks
+
+
+def test_a_model_without_a_free_term_has_not_seen_any_block(rig, stand):
+    (found,) = fit_static_models(rig, [model()], TERMS, steps=planted(noise=0.01))
+    rows = list(row_blocks(STEPS)["medium steps"])
+    wanted = np.sqrt(np.mean(found.residual[rows] ** 2))
+    assert found.blocks["medium steps"] == pytest.approx(wanted)
+    assert found.to_dict()["left_out_block_rms_deg"]["medium steps"] == pytest.approx(
+        wanted * DEG_PER_RAD
+    )
 
 
 def test_terms_not_freed_are_neutral_whatever_the_rig_says(rig, stand):

@@ -38,9 +38,8 @@ def test_state_obeys_the_pressure_equation(index):
         return [index * (heat - p[0] * volume_rate(time)) / volume(time)]
 
     def state_rate(time, y):
-        v = volume(time)
-        p = absolute_pressure(y[0], v, index, FLOOR)
-        return [air_state_rate(y[0], p, v, TEMPERATURE, mass_rate(time))]
+        p = absolute_pressure(y[0], volume(time), index, FLOOR)
+        return [air_state_rate(p, index, TEMPERATURE, mass_rate(time))]
 
     times = np.linspace(0.0, 2.0, 41)
     tight = {"t_eval": times, "method": "DOP853", "rtol": 1e-11}
@@ -60,10 +59,9 @@ def test_fill_vent_cycle_neither_makes_nor_loses_air():
     step, air = 1e-3, air_state(ATMOSPHERE, volume(0.0), 1.0)
     before, flowed, moved = air, 0.0, 0.0
     for k, opening in enumerate(np.repeat([1.0, 0.0, -1.0, 0.3, -0.6], 120).tolist()):
-        v = volume(k * step)
-        pressure = absolute_pressure(air, v, 1.0, FLOOR)
+        pressure = absolute_pressure(air, volume(k * step), 1.0, FLOOR)
         flow = valve_flow(opening, pressure, 7e5, ATMOSPHERE, 6e-9, 6e-9, 0.3, 0.999, TEMPERATURE)
-        air += step * air_state_rate(air, pressure, v, TEMPERATURE, flow)
+        air += step * air_state_rate(pressure, 1.0, TEMPERATURE, flow)
         flowed += step * flow * GAS_CONSTANT * TEMPERATURE
         moved += step * abs(flow) * GAS_CONSTANT * TEMPERATURE
     assert moved > 2.0 * before  # the cycle did fill and vent

@@ -244,7 +244,21 @@ def result() -> dict[str, Any]:
         },
         "fit_percent": 99.21,
         "identification": {"row": 1},
-        "calibration": {"command": "python calibrate.py"},
+        "calibration": {
+            "command": "python calibrate.py",
+            "applies": True,
+            "nested_leave_one_out": {"rms_deg": 1.234, "selected": {"one form": 20, "other": 1}},
+            "small_steps_rms_deg": 1.357,
+            "best_torque_laws": {"leave_one_out_rms_deg": 1.111, "small_steps_rms_deg": 2.222},
+            "torque_laws": [
+                {
+                    "coefficients": {"k1": 3.0, "c": 0.1},
+                    "rms_deg": 0.876,
+                    "leave_one_out_rms_deg": 1.111,
+                    "small_steps_rms_deg": None,
+                }
+            ],
+        },
         "static_models": None,
         "paper": {
             "source": "Matiskova et al., Appl. Sci. 2021, 11, 7288",

@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 
 from pamsim.core.errors import InputError
-from pamsim.report.reproduce_page import write_reproduction
+from pamsim.report.reproduce_page import verdict_sentence, write_reproduction
 
 FILES = {
     "index.html",
@@ -90,10 +90,18 @@ def test_page_has_every_row_and_marks_repeats_and_slips(result, recordings, tmp_
 @pytest.mark.usefixtures("quick")
 def test_verdict_is_made_of_the_result_s_numbers(result, recordings, tmp_path):
     page = write(result, recordings, tmp_path)
-    assert f"21 distinct operating points reproduced with {result['rms_deg']:.1f} deg" in page.text
+    seen = f"{result['rms_deg']:.2f} deg RMS"
+    assert "21 distinct operating points predicted with 1.23 deg RMS, each by a model" in page.text
+    assert f"(nested leave-one-out); {seen} in sample (worst: row" in page.text
     assert "G₁: T = 0.672 s (output error) against 0.646 s printed" in page.text
     assert "T₁ = 0.0893 s, T₂ = 0.584 s (output error) against 0.0903 s and 0.579 s" in page.text
     assert "Checks: 1 of 3 fail" in page.text
+
+
+def test_held_out_errors_of_another_arm_are_no_headline(result):
+    seen = f"21 distinct operating points reproduced with {result['rms_deg']:.2f} deg RMS (worst"
+    for calibration in ({**result["calibration"], "applies": False}, None):
+        assert verdict_sentence({**result, "calibration": calibration}).startswith(seen)
 
 
 @pytest.mark.usefixtures("quick")

@@ -214,6 +214,37 @@ def first_order_lag_from_geometric_sums():
     return result, 1e-9
 
 
+def published_map_half_contracted():
+    """RMS miss of the rows by published muscles at half of their stroke, sprocket radius free.
+
+    The printed constants of a DMSP-20-200, contraction in percent and pressure in bar; balances by
+    bisection of the pull until it is gone, angles as a line through the origin over the travel.
+    """
+    angle = math.radians(28.6)  # Nguyen 2024, section 2
+    stroke = 100.0 * (1.0 - 1.0 / (math.sqrt(3.0) * math.cos(angle)))  # %
+
+    def pull(bar, percent):
+        fall = math.exp(-0.32930845 * percent)
+        active = -4.00180705 * fall - 9.33564098 * percent + 294.0538256
+        return max(active * bar + 292.4620246 * fall - 280.498151, 0.0)
+
+    def travel(strong, weak):
+        near, far = 0.0, 30.0  # % of the length
+        for _ in range(60):
+            middle = 0.5 * (near + far)
+            drives = pull(strong, 0.5 * stroke + middle) > pull(weak, 0.5 * stroke - middle) + 1e-6
+            near, far = (middle, far) if drives else (near, middle)
+        return near
+
+    ways = np.array(
+        [math.copysign(travel(max(p), min(p)), p[0] - p[1]) for p in zip(_P1, _P2, strict=True)]
+    )
+    slope, *_ = np.linalg.lstsq(ways[:, None], _ANGLE, rcond=None)
+    miss = float(np.sqrt(np.mean((_ANGLE - slope * ways) ** 2)))
+    # The package ends its search within 1e-9 m, of a travel of 10 mm and an angle of 30 deg.
+    return miss, 30.0 * 1e-9 / 10e-3
+
+
 ROUTES = {
     "matiskova2021-10": exponential_with_free_scale,
     "matiskova2021-23": stiffness_from_energy,
@@ -221,4 +252,5 @@ ROUTES = {
     "matiskova2021-30": area_above_the_step,
     "matiskova2021-31": first_order_lag_by_its_derivative,
     "matiskova2021-33": first_order_lag_from_geometric_sums,
+    "matiskova2021-44": published_map_half_contracted,
 }
