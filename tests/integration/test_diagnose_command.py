@@ -48,7 +48,7 @@ def recording(rig_folder, tmp_path, monkeypatch, capsys):
     data = tmp_path / "bench"
     code, _, err = run(
         monkeypatch, capsys, "hide", "air_leak", "--out", data, "--rig", rig_folder,
-        "--protocols", "bursts", "--repeats", "3", "--seed", "4",
+        "--protocols", "bursts", "--repeats", "7", "--seed", "4",
     )  # fmt: skip
     assert code == 0, err
     return data
