@@ -13,6 +13,7 @@ if TYPE_CHECKING:
     from pamsim.diagnosis.result import Diagnosis, Estimate, FoundEffect
 
 _DIGITS = 3
+_ENOUGH = "three repeats of three inputs would do"
 _LISTED = 3  # alternatives that the sentence names
 
 
@@ -77,7 +78,7 @@ def _named(result: Diagnosis) -> str:
     if result.verdict is Verdict.NAMED_WITH_REMAINDER and _only_untested(result):
         left = (
             "; whether exactly this is missing or something that resembles it is not testable with"
-            " these repeats"
+            f" these repeats ({_ENOUGH})"
         )
     elif result.verdict is Verdict.NAMED_WITH_REMAINDER:
         families = dict.fromkeys(e.family.replace("_", " ") for e in result.effects)
@@ -107,7 +108,10 @@ def _below_a_gap(result: Diagnosis) -> str:
     if lack is None or (lack["testable"] and not lack["significant"]):
         return ""
     if not lack["testable"]:
-        return "; whether all repeats share a remainder is not testable with these repeats"
+        return (
+            "; whether all repeats share a remainder is not testable with these repeats"
+            f" ({_ENOUGH})"
+        )
     return (
         f"; all repeats share {lack['size']:.2g} of the noise variance that it does not predict"
         f" (p = {lack['p_value']:.1g}), less than counts as a gap"
