@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import json
 import math
+import re
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -60,6 +62,24 @@ def test_a_reproduction_sums_itself_up_and_saves_itself(found, result, tmp_path)
     saved = json.loads((tmp_path / "reproduction.json").read_text(encoding="utf-8"))
     assert saved == result
     assert len(list(tmp_path.glob("row_*/recording.toml"))) == 21
+
+
+def test_the_readme_states_what_is_found(result):
+    readme = (Path(__file__).parents[2] / "README.md").read_text(encoding="utf-8")
+    text = " ".join(readme.partition("## Accuracy")[2].split())
+    held = result["calibration"]
+    response = next(c for c in result["checks"] if c["name"] == "response")["sentence"]
+    percent = re.search(r"within ([\d.]+) %", response)
+    assert percent
+    for said in (
+        f"{result['rms_deg']:.2f} deg RMS over the 21 distinct end positions;"
+        f" {held['nested_leave_one_out']['rms_deg']:.2f} deg for a row held out",
+        f"{held['small_steps_rms_deg']:.2f} deg for the small steps held out together;",
+        f"T = {result['g1']['T_s']:.3f} s by output error",
+        f"T1 and T2 = {result['g2']['T1_s']:.3f} and {result['g2']['T2_s']:.3f} s",
+        f"the large step within {percent[1]} % of the printed model's everywhere",
+    ):
+        assert said in text, said
 
 
 def test_held_out_errors_belong_to_the_start_and_the_parameters_they_were_found_with(found):

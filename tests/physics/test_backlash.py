@@ -13,7 +13,7 @@ from pamsim.actuator.layout import slot
 from pamsim.core.errors import InputError
 
 PLAY = 3e-4
-RADIUS = 12.44e-3
+RADIUS = 12.1276e-3
 NO_LOOP = {"hysteresis.force_per_pressure": 0.0}
 
 

@@ -192,8 +192,8 @@ def test_randomized_arms_spread_as_the_file_says(made):
     from pamsim.envs.randomisation import random_parameters
 
     (damping,) = [s for s in random_parameters(pamsim.load_rig("mas20_arm")) if "damping" in s.name]
-    assert damping.value == pytest.approx(0.2484)
-    assert damping.sd == pytest.approx((0.380 - 0.163) / 3.92, rel=1e-3)
+    assert damping.value == pytest.approx(0.3247)
+    assert damping.sd == pytest.approx((0.409 - 0.213) / 3.92, rel=1e-3)
     env = made(randomize=True, duration=0.02)
     rng = np.random.default_rng(0)
     episodes = [env.arms._episodes.draw(rng) for _ in range(300)]
