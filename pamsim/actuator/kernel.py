@@ -115,7 +115,7 @@ _TUBE_RESISTANCE = slot("valve.tube_resistance")
 _TUBE_VOLUME = slot("valve.tube_volume")
 
 _TYPICAL_PRESSURE = 3e5  # gauge [Pa]: where the search for a volume that depends on it starts
-_CLOSE = 1e-6  # relative step of the pressure search by secants; what is left is below 1e-9
+_CLOSE = 1e-9  # relative step of the pressure search by secants; what is left is rounding
 _GAUSS = (
     (0.1488743389816312, 0.2955242247147529),
     (0.4333953941292472, 0.2692667193099963),
@@ -204,30 +204,30 @@ def _gain_and_work(par: Row, pressure: float, contraction: float) -> tuple[float
 
     F is the active force and the tube's, the second integral up to a constant.
     """
-    gain = _active_gain(par, pressure, contraction)
+    scale, gain = par[_FORCE_SCALE], _whole_gain(par, pressure, contraction)
+    work = _whole_work(par, pressure, contraction, gain)
+    if par[_END_LOSS] > 0.0:
+        gain = _left_by_ends(par, pressure, contraction, False)
+        work = _left_by_ends(par, pressure, contraction, True)
     tube = tube_force(
         contraction, par[_PASSIVE_STIFFNESS], par[_PASSIVE_SOFTENING], par[_PASSIVE_SLACK]
     )
     stored = tube_energy(
         contraction, tube, par[_PASSIVE_STIFFNESS], par[_PASSIVE_SOFTENING], par[_PASSIVE_SLACK]
     )
-    if par[_END_LOSS] > 0.0:
-        work = _left_by_ends(par, pressure, contraction, True)
-    else:
-        work = _active_work(par, pressure, contraction, gain)
     pull = _active_pull(par, pressure, contraction) + tube
-    return gain, (1.0 - contraction) * pull + work - stored
+    return scale * gain, (1.0 - contraction) * pull + scale * work - stored
 
 
 def _active_gain(par: Row, pressure: float, contraction: float) -> float:
     """Integral of the active force's slope by pressure from nominal length [m^2]."""
     if par[_END_LOSS] > 0.0:
-        return _left_by_ends(par, pressure, contraction, False)
-    return _whole_gain(par, pressure, contraction)
+        return par[_FORCE_SCALE] * _left_by_ends(par, pressure, contraction, False)
+    return par[_FORCE_SCALE] * _whole_gain(par, pressure, contraction)
 
 
 def _left_by_ends(par: Row, pressure: float, contraction: float, work: bool) -> float:
-    """Integral from nominal length of what the ends leave of the active force or of its slope.
+    """Integral from nominal length of what the ends leave of force or slope, without the scale.
 
     Where they leave a share s it is, by parts, s times that without ends, less the integral of s'
     times it, for which ten points by Gauss suffice. Exact where the force pulls.
@@ -243,34 +243,26 @@ def _left_by_ends(par: Row, pressure: float, contraction: float, work: bool) -> 
     middle, half = 0.5 * (low + high), 0.5 * (high - low)
     lost, whole = 0.0, _whole_gain(par, pressure, contraction)
     if work:
-        whole = _active_work(par, pressure, contraction, whole)
+        whole = _whole_work(par, pressure, contraction, whole)
     for node, weight in _GAUSS:
         for at in (middle - half * node, middle + half * node):
             inner = _whole_gain(par, pressure, at)
             if work:
-                inner = _active_work(par, pressure, at, inner)
+                inner = _whole_work(par, pressure, at, inner)
             lost += weight * half * force_left_slope(at, loss, onset) * inner
     return force_left(contraction, loss, onset) * whole - lost
 
 
 def _whole_gain(par: Row, pressure: float, contraction: float) -> float:
-    return par[_FORCE_SCALE] * chosen_volume(
-        par[_FORCE_LAW], par, _FORCE_COEFFICIENTS, _NOMINAL_LENGTH, pressure, contraction
-    )
+    """Integral of the slope without ends and scale from nominal length [m^2]."""
+    law, first, braid = par[_FORCE_LAW], _FORCE_COEFFICIENTS, _NOMINAL_LENGTH
+    return chosen_volume(law, par, first, braid, pressure, contraction)
 
 
-def _active_work(par: Row, pressure: float, contraction: float, gain: float) -> float:
-    """Integral of the active force without ends from nominal length [N]; its gain is known."""
-    scale = par[_FORCE_SCALE]
-    return scale * chosen_work(
-        par[_FORCE_LAW],
-        par,
-        _FORCE_COEFFICIENTS,
-        _NOMINAL_LENGTH,
-        pressure,
-        contraction,
-        gain / scale,
-    )
+def _whole_work(par: Row, pressure: float, contraction: float, gain: float) -> float:
+    """Integral of the force without ends and scale from nominal length [N]; its gain is known."""
+    law, first, braid = par[_FORCE_LAW], _FORCE_COEFFICIENTS, _NOMINAL_LENGTH
+    return chosen_work(law, par, first, braid, pressure, contraction, gain)
 
 
 def hysteresis_volume(par: Row, act: Row, contraction: float) -> float:
@@ -521,7 +513,7 @@ def _open(par: Row, opening: float) -> float:
 def reached_opening(
     par: Row, act: Row, command: float, pressure: float, time: float, timestep: float
 ) -> float:
-    """Opening that the valves reach in a time step, dead zone included, see `wanted_opening`."""
+    """Opening [-] reached in a time step, dead zone included; see `wanted_opening`."""
     wanted = wanted_opening(par, command, pressure, time)
     if par[_TRAVEL_TIME] == 0.0:
         return wanted

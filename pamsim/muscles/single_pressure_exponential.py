@@ -52,8 +52,8 @@ def single_pressure_volume(
     """Volume that belongs to `single_pressure_force`, whose arguments it takes.
 
     Returns:
-        0: air that does not change the force does no work, so its volume stays that at nominal
-        length. NaN for a lost contraction, which must not go unnoticed.
+        0 [m^2]: air that does not change the force does no work, so its volume stays that at
+        nominal length. NaN for a lost contraction, which must not go unnoticed.
     """
     return 0.0 * contraction
 

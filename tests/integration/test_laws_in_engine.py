@@ -30,8 +30,9 @@ FORCES = {
     "pleated_shape": {"slenderness": 6},
     "mooney_rivlin": {"c1": -150, "c2": 360, "slack_contraction": 0.002, "active_share": 0.95},
 }
-SPRING = {"passive.stiffness": 9000.0, "passive.softening": 33.0}
-"""Weak enough when contracted to leave every law a pull: most hold the rubber's part themselves."""
+SPRING = {"passive.stiffness": 9000.0, "passive.softening": 33.0, "braid.extensibility": 0.0}
+"""Weak enough when contracted to leave every law a pull: most hold the rubber's part themselves.
+Pressure does not lengthen the braid: a pleated one cannot."""
 SHORT = 0.225  # m: 10 % contraction at E, inside the range of every law
 OPERATOR_FIELDS = {
     "bouc_wen": {"yield_contraction": 0.005},

@@ -26,7 +26,9 @@ WIDE = {"valve.conductance_fill": 2e-9, "valve.conductance_exhaust": 2e-9}
 
 
 def rig_with(**parameters):
-    return pamsim.load_rig("mas20_arm").with_parameters(parameters)
+    # The books below know no elastic energy: pressure must not lengthen the muscle.
+    stiff = {"braid.extensibility": 0.0} | parameters
+    return pamsim.load_rig("mas20_arm").with_parameters(stiff)
 
 
 def random_run(rig, seconds, timestep=1e-3):

@@ -48,7 +48,7 @@ def test_the_sensor_at_the_valves_leads_the_muscle_and_meets_it_once_they_are_sh
 @pytest.mark.parametrize("changes", [{}, {"chamber.heat_rate": 3.0}], ids=["tube", "tube, heat"])
 def test_what_passes_the_valves_is_in_the_tube_or_in_the_muscle(changes):
     isothermal = {"chamber.polytropic_index": 1.0, **TUBE, **changes}
-    rig = pamsim.load_rig("mas20_arm").with_parameters(isothermal)
+    rig = pamsim.load_rig("mas20_arm").with_parameters({"braid.extensibility": 0.0} | isothermal)
     model = rig.model_for(command="valve")
     data = mujoco.MjData(model)
     pamsim.reset(model, data, 1e5)

@@ -121,6 +121,6 @@ def test_a_slow_cycle_costs_less_in_proportion_and_nothing_in_the_end():
 @pytest.mark.parametrize("loop", LOOPS)
 @pytest.mark.parametrize("period", [0.2, 5.0])
 def test_with_an_operator_a_cycle_costs_work_as_well(loop, period):
-    """The operator's loop comes on top of what the chain takes."""
+    """The operator's loop comes on top of what the chain takes: ten times the error of the sum."""
     work, lost, _ = cycle(on_chain(SOFT, loop), period, 2000)
-    assert work > 1.01 * lost > 0.0
+    assert work > 1.005 * lost > 0.0

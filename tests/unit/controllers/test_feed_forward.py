@@ -61,9 +61,9 @@ def test_the_lead_is_the_lag_of_the_pressure_along_the_motion(forward):
 
 
 def test_a_stiffness_asked_for_replaces_the_common_pressure(forward):
-    observation = observe(wanted=(0.2, 0.0, 0.0), stiffness=18.0)
+    observation = observe(wanted=(0.2, 0.0, 0.0), stiffness=14.0)
     command, _ = forward.act(observation, forward.start(observation))
-    assert shut_stiffness(forward.arm, 0.2, command) == pytest.approx(18.0, rel=1e-6)
+    assert shut_stiffness(forward.arm, 0.2, command) == pytest.approx(14.0, rel=1e-6)
 
 
 def test_feedback_adds_its_difference_and_leaves_the_mean(forward):
