@@ -16,8 +16,8 @@ def published_rig() -> Rig:
     """The shipped arm with the published constants and without what was identified from its rows.
 
     The force law is the published one whole, its pressure-free part in place of the passive spring;
-    no braid locks, and the load does not turn the arm. The sprocket's radius, which the paper
-    does not print, stays at the assumed one.
+    no braid locks, pressure does not lengthen the muscle, and the load does not turn the arm. The
+    sprocket's radius, which the paper does not print, stays at the assumed one.
     """
     law = PUBLISHED[LAW]
     return load_rig("mas20_arm").with_parameters(
@@ -31,6 +31,7 @@ def published_rig() -> Rig:
             "passive.stiffness": 0.0,
             "passive.softening": -law.c,
             "passive.locking": 0.0,
+            "braid.extensibility": 0.0,
             "body.rig.tilt": 0.0,
         }
     )
