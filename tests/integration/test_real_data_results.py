@@ -51,7 +51,7 @@ def test_the_rows_at_high_common_pressure_are_found_and_repaired(mas20):
 def test_one_effect_is_certain_with_an_interval_and_the_error_shrinks(mas20):
     assert mas20["verdict"] == "ambiguous"
     assert mas20["certain"] == ["braid_locking"]
-    assert all(a["name"].startswith("braid_locking+") for a in mas20["alternatives"])
+    assert all("braid_locking" in a["name"].split("+") for a in mas20["alternatives"])
     low, high = mas20["alternatives"][0]["parameters"]["passive.locking"]["interval95"]
     assert 0.0 < low < high
     gap = mas20["gap"]["angle_at_rest"]
@@ -92,7 +92,8 @@ def test_the_page_s_numbers_are_the_recorded_ones(record, mas20):
         row = rows[name]
         assert f"{name} {row['before_deg']:+.1f} to {row['after_deg']:+.1f} deg" in PAGE
     for alternative in mas20["alternatives"]:
-        assert f"`{alternative['name'].removeprefix('braid_locking+')}`" in PAGE
+        (other,) = set(alternative["name"].split("+")) - {"braid_locking"}
+        assert f"`{other}`" in PAGE
     assert f"within {mas20['simulated_in_time']['largest_difference_deg']:.3f} deg" in PAGE
     loops = record["alraouf2025"]
     for name in ("alraouf2025", "alraouf2025_equations"):

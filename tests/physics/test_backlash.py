@@ -14,7 +14,8 @@ from pamsim.core.errors import InputError
 
 PLAY = 3e-4
 RADIUS = 12.1276e-3
-NO_LOOP = {"hysteresis.force_per_pressure": 0.0}
+NO_LOOP = {"hysteresis.force_per_pressure": 0.0, "braid.extensibility": 0.0}
+"""Muscles whose force depends on length and pressure alone, linear in pressure."""
 
 
 def rig_with(play, **changes):
@@ -48,15 +49,21 @@ def driven(rig, seconds=4.0):
     return pamsim.simulate(rig, experiment).completed()
 
 
-@pytest.mark.parametrize("play", [PLAY, 1e-3])
-def test_after_a_reversal_it_stands_still_for_the_play(play):
-    """Running either way it lags by half the play: all of it is lost where the torque turns."""
-    tight, loose = driven(rig_with(0.0, **NO_LOOP)), driven(rig_with(play, **NO_LOOP))
-    lag = tight.angle - loose.angle
+def test_after_a_reversal_it_stands_still_for_the_play():
+    """Running either way it lags by half the play: all of it is lost where the torque turns.
+
+    Two plays are compared: what the chain lags besides, while it slides into its tooth, is the same.
+    """
+    tight = driven(rig_with(0.0, **NO_LOOP))
     late = tight.time > 2.0
-    ways = [np.median(lag[late & (sign * tight.velocity > 0.25)]) for sign in (1.0, -1.0)]
-    assert ways[0] == pytest.approx(0.5 * play / RADIUS, rel=0.08)
-    assert ways[1] == pytest.approx(-0.5 * play / RADIUS, rel=0.08)
+
+    def lags(play):
+        lag = tight.angle - driven(rig_with(play, **NO_LOOP)).angle
+        return [np.median(lag[late & (sign * tight.velocity > 0.25)]) for sign in (1.0, -1.0)]
+
+    more = np.subtract(lags(1e-3), lags(PLAY))
+    half = 0.5 * (1e-3 - PLAY) / RADIUS
+    assert more == pytest.approx([half, -half], rel=0.02)
 
 
 def test_between_shut_muscles_a_swinging_arm_only_loses():

@@ -69,8 +69,8 @@ def run(
 ) -> Recording:
     """Run an experiment, from rest at its start pressures.
 
-    The plant first holds the start pressures by its regulator, its relaxing branches free, as a rig
-    that has long been at rest.
+    The plant first holds the start pressures by its regulator, its relaxing branches free and
+    without a dead zone, as a rig that has long been at rest at these pressures.
 
     Args:
         numbers: of the plant, for the experiment's load.
@@ -95,7 +95,7 @@ def run(
     numbers.muscles["slew_scale"] = _BAR if by_pressure else 1.0
     step = min(step, _bristle_step(numbers))
     held = numbers.copy()
-    for name in _CREEPS:
+    for name in (*_CREEPS, "dead_zone_fill", "dead_zone_exhaust"):
         held.muscles[name] = 0.0
     settling = np.array([-experiment.settle, 0.0])
     none = np.zeros((0, 3))
