@@ -52,7 +52,7 @@ def driven(rig, seconds=4.0):
 def test_after_a_reversal_it_stands_still_for_the_play():
     """Running either way it lags by half the play: all of it is lost where the torque turns.
 
-    Two plays are compared: what the chain lags besides, while it slides into its tooth, is the same.
+    Two plays are compared: what the chain lags besides, sliding into its tooth, is the same.
     """
     tight = driven(rig_with(0.0, **NO_LOOP))
     late = tight.time > 2.0
