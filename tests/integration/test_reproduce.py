@@ -71,7 +71,7 @@ def test_the_readme_states_what_is_found(result):
     response = next(c for c in result["checks"] if c["name"] == "response")["sentence"]
     percent = re.search(r"within ([\d.]+) %", response)
     assert percent
-    for said in (
+    for sentence in (
         f"{result['rms_deg']:.2f} deg RMS over the 21 distinct end positions;"
         f" {held['nested_leave_one_out']['rms_deg']:.2f} deg for a row held out",
         f"{held['small_steps_rms_deg']:.2f} deg for the small steps held out together;",
@@ -79,7 +79,7 @@ def test_the_readme_states_what_is_found(result):
         f"T1 and T2 = {result['g2']['T1_s']:.3f} and {result['g2']['T2_s']:.3f} s",
         f"the large step within {percent[1]} % of the printed model's everywhere",
     ):
-        assert said in text, said
+        assert sentence in text, sentence
 
 
 def test_held_out_errors_belong_to_the_start_and_the_parameters_they_were_found_with(found):
