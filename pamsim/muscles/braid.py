@@ -34,7 +34,8 @@ class Braid(ParameterGroup):
         unit="1/Pa",
         low=0.0,
         high=1e-6,
-        doc="growth of the nominal length per gauge pressure, as the fibres stretch",
+        doc="growth of the free length per gauge pressure, as the fibres stretch; where the braid"
+        " locks does not move",
         default=0.0,
     )
     friction: float = parameter(

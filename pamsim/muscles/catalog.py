@@ -344,16 +344,10 @@ def chosen_work(
 
     Per nominal length and without the scale: the integral of the force by contraction. Where the
     force is linear in pressure it is the pressure times the volume gained, and the work of the part
-    without pressure.
+    without pressure. NaN for a code that no law has.
 
-    Args:
-        law: as for `chosen_force`, like the next five.
-        par: see there.
-        f: see there.
-        braid: see there.
-        pressure: see there.
-        contraction: see there.
-        gained: `chosen_volume` there, so that it need not be computed again.
+    The arguments are those of `chosen_force`, and ``gained``, the `chosen_volume` of the same place
+    [m^2], so that it need not be computed again.
     """
     p, kappa = pressure, contraction
     diameter, angle = par[braid + 1], par[braid + 2]
