@@ -14,8 +14,9 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
-from pamsim.actuator.kernel import Row, static_force, static_volume
+from pamsim.actuator.kernel import Row
 from pamsim.actuator.layout import slot
+from pamsim.actuator.static_muscle import static_force, static_volume
 from pamsim.muscles.tension import taut
 
 _NOMINAL_LENGTH = slot("braid.nominal_length")

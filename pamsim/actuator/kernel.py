@@ -27,18 +27,18 @@ from pamsim.actuator.layout import (
     Row,
     slot,
 )
+from pamsim.actuator.static_muscle import (
+    contraction,
+    static_force,
+    static_volume,
+    volume_at_nominal_length,
+    volume_since_nominal,
+)
 from pamsim.hysteresis.catalog import chosen_energy, chosen_output, chosen_rates
 from pamsim.hysteresis.group import COMMON_FIELDS
-from pamsim.muscles.braid import braid_friction, pressurised_contraction
-from pamsim.muscles.catalog import (
-    chosen_force,
-    chosen_volume,
-    chosen_work,
-    volume_depends_on_pressure,
-)
+from pamsim.muscles.braid import braid_friction
+from pamsim.muscles.catalog import volume_depends_on_pressure
 from pamsim.muscles.creep import creep_force, creep_rate
-from pamsim.muscles.end_shape import force_left, force_left_slope
-from pamsim.muscles.passive import locking_force, tube_energy, tube_force
 from pamsim.muscles.tension import effective_pressure, taut
 from pamsim.pneumatics.air import GAS_CONSTANT
 from pamsim.pneumatics.chamber import absolute_pressure, air_state_rate, relaxing_rate
@@ -58,7 +58,7 @@ from pamsim.pneumatics.valves import (
 _COMMAND = slot("command")
 _FORCE_LAW = slot("force.law")
 _FORCE_SCALE = slot("force.0")
-_FORCE_COEFFICIENTS = _FORCE_SCALE + 1
+
 _HYSTERESIS_LAW = slot("hysteresis.law")
 _HYSTERESIS = slot("hysteresis.0")
 _HYSTERESIS_OWN = _HYSTERESIS + COMMON_FIELDS
@@ -76,24 +76,19 @@ _BREAKAWAY = slot("friction.breakaway_force")
 _TENSION_SHARE = slot("friction.tension_share")
 _PRESLIDING = slot("friction.presliding")
 _BRISTLE_TIME = slot("friction.bristle_time")
-_LENGTH_AT_ZERO = slot("mounting.length_at_zero")
+
 _NOMINAL_LENGTH = slot("braid.nominal_length")
-_DIAMETER = slot("braid.diameter")
-_FIBRE_ANGLE = slot("braid.fibre_angle")
+
+
 _EXTENSIBILITY = slot("braid.extensibility")
 _BRAID_FRICTION = slot("braid.friction")
-_PASSIVE_STIFFNESS = slot("passive.stiffness")
-_PASSIVE_SOFTENING = slot("passive.softening")
-_PASSIVE_SLACK = slot("passive.slack_contraction")
-_PASSIVE_LOCKING = slot("passive.locking")
-_THRESHOLD = slot("threshold.pressure")
-_END_LOSS = slot("end_shape.loss")
-_END_ONSET = slot("end_shape.onset")
+
+
 _CREEP_STIFFNESS = slot("creep.stiffness")
 _CREEP_TIME = slot("creep.relaxation_time")
 _POLYTROPIC = slot("chamber.polytropic_index")
 _TEMPERATURE = slot("chamber.temperature")
-_DEAD_VOLUME = slot("chamber.dead_volume")
+
 _ATMOSPHERE = slot("chamber.atmosphere")
 _FLOOR = slot("chamber.floor")
 _LEAK = slot("chamber.leak_conductance")
@@ -116,13 +111,6 @@ _TUBE_VOLUME = slot("valve.tube_volume")
 
 _TYPICAL_PRESSURE = 3e5  # gauge [Pa]: where the search for a volume that depends on it starts
 _CLOSE = 1e-9  # relative step of the pressure search by secants; what is left is rounding
-_GAUSS = (
-    (0.1488743389816312, 0.2955242247147529),
-    (0.4333953941292472, 0.2692667193099963),
-    (0.6794095682990244, 0.2190863625159820),
-    (0.8650633666889845, 0.1494513491505806),
-    (0.9739065285171717, 0.0666713443086881),
-)  # nodes and weights of the rule with ten points on (-1, 1)
 
 
 def chain_length(par: Row, tendon_length: float) -> float:
@@ -147,122 +135,6 @@ def length_at_muscle(par: Row, act: Row, tendon_length: float) -> float:
     if par[_COMPLIANCE] == 0.0:
         return length
     return length - act[len(act) - EXTENSION]
-
-
-def muscle_length(par: Row, tendon_length: float) -> float:
-    """Length of the muscle l [m] from the tendon length at the muscle [m]."""
-    return par[_LENGTH_AT_ZERO] + tendon_length
-
-
-def contraction(par: Row, tendon_length: float) -> float:
-    """Contraction kappa = 1 - l/l0 [-] from the length of the tendon [m]."""
-    return 1.0 - muscle_length(par, tendon_length) / par[_NOMINAL_LENGTH]
-
-
-def static_volume(par: Row, tendon_length: float, pressure: float) -> float:
-    """Volume of the air [m^3]: tubing, and the muscle's under its force law, without hysteresis.
-
-    The muscle without losses has one energy G(l, p) with F = dG/dl and V = -dG/dp, so the volume
-    changes with length as the force does with pressure, dV/dl = -dF/dp, from the braid's volume at
-    nominal length on. The air then does the work that the muscle gives.
-
-    Args:
-        par: parameter row.
-        tendon_length: at the muscle [m].
-        pressure: gauge pressure [Pa]; without influence if the force is linear in it.
-    """
-    kappa = contraction(par, tendon_length)
-    return _volume_at_nominal_length(par) + _volume_gained(par, kappa, pressure)
-
-
-def _volume_at_nominal_length(par: Row) -> float:
-    """Tubing, and the cylinder that the braid is at nominal length [m^3]."""
-    diameter = par[_DIAMETER]
-    return par[_DEAD_VOLUME] + 0.25 * math.pi * diameter * diameter * par[_NOMINAL_LENGTH]
-
-
-def _volume_gained(par: Row, kappa: float, pressure: float) -> float:
-    """Volume gained since nominal length [m^3].
-
-    Active force and tube know the contraction q against the length s l0 that the pressurised muscle
-    has when free, s = 1 + e p. The integral of d F(p, q(p, kappa)) / dp by kappa is s times that of
-    dF/dp by q, and, with dq/dp = e (1 - q) / s, e times that of (1 - q) dF/dq by q, by parts.
-    """
-    nominal, extensibility = par[_NOMINAL_LENGTH], par[_EXTENSIBILITY]
-    effective = effective_pressure(pressure, par[_THRESHOLD])
-    if extensibility == 0.0:
-        return nominal * _active_gain(par, effective, kappa)
-    grown = 1.0 + extensibility * pressure
-    free, strained = 1.0 - 1.0 / grown, 1.0 - (1.0 - kappa) / grown
-    gained, work = _gain_and_work(par, effective, strained)
-    gained_free, work_free = _gain_and_work(par, effective, free)
-    return nominal * (grown * (gained - gained_free) + extensibility * (work - work_free))
-
-
-def _gain_and_work(par: Row, pressure: float, contraction: float) -> tuple[float, float]:
-    """Integral of dF/dp from nominal length [m^2], and (1 - q) F plus the integral of F [N].
-
-    F is the active force and the tube's, the second integral up to a constant.
-    """
-    scale, gain = par[_FORCE_SCALE], _whole_gain(par, pressure, contraction)
-    work = _whole_work(par, pressure, contraction, gain)
-    if par[_END_LOSS] > 0.0:
-        gain = _left_by_ends(par, pressure, contraction, False)
-        work = _left_by_ends(par, pressure, contraction, True)
-    tube = tube_force(
-        contraction, par[_PASSIVE_STIFFNESS], par[_PASSIVE_SOFTENING], par[_PASSIVE_SLACK]
-    )
-    stored = tube_energy(
-        contraction, tube, par[_PASSIVE_STIFFNESS], par[_PASSIVE_SOFTENING], par[_PASSIVE_SLACK]
-    )
-    pull = _active_pull(par, pressure, contraction) + tube
-    return scale * gain, (1.0 - contraction) * pull + scale * work - stored
-
-
-def _active_gain(par: Row, pressure: float, contraction: float) -> float:
-    """Integral of the active force's slope by pressure from nominal length [m^2]."""
-    if par[_END_LOSS] > 0.0:
-        return par[_FORCE_SCALE] * _left_by_ends(par, pressure, contraction, False)
-    return par[_FORCE_SCALE] * _whole_gain(par, pressure, contraction)
-
-
-def _left_by_ends(par: Row, pressure: float, contraction: float, work: bool) -> float:
-    """Integral from nominal length of what the ends leave of force or slope, without the scale.
-
-    Where they leave a share s it is, by parts, s times that without ends, less the integral of s'
-    times it, for which ten points by Gauss suffice. Exact where the force pulls.
-
-    Args:
-        par: parameter row.
-        pressure: that reaches the braid [Pa].
-        contraction: [-].
-        work: of the force [N], not of its slope by pressure [m^2].
-    """
-    loss, onset = par[_END_LOSS], par[_END_ONSET]
-    low, high = max(onset, 0.0), max(contraction, onset)
-    middle, half = 0.5 * (low + high), 0.5 * (high - low)
-    lost, whole = 0.0, _whole_gain(par, pressure, contraction)
-    if work:
-        whole = _whole_work(par, pressure, contraction, whole)
-    for node, weight in _GAUSS:
-        for at in (middle - half * node, middle + half * node):
-            inner = _whole_gain(par, pressure, at)
-            if work:
-                inner = _whole_work(par, pressure, at, inner)
-            lost += weight * half * force_left_slope(at, loss, onset) * inner
-    return force_left(contraction, loss, onset) * whole - lost
-
-
-def _whole_gain(par: Row, pressure: float, contraction: float) -> float:
-    """Integral of the slope without ends and scale from nominal length [m^2]."""
-    law, first, braid = par[_FORCE_LAW], _FORCE_COEFFICIENTS, _NOMINAL_LENGTH
-    return chosen_volume(law, par, first, braid, pressure, contraction)
-
-
-def _whole_work(par: Row, pressure: float, contraction: float, gain: float) -> float:
-    """Integral of the force without ends and scale from nominal length [N]; its gain is known."""
-    law, first, braid = par[_FORCE_LAW], _FORCE_COEFFICIENTS, _NOMINAL_LENGTH
-    return chosen_work(law, par, first, braid, pressure, contraction, gain)
 
 
 def hysteresis_volume(par: Row, act: Row, contraction: float) -> float:
@@ -305,9 +177,9 @@ def chamber_pressure(par: Row, act: Row, tendon_length: float) -> float:
     """
     length = length_at_muscle(par, act, tendon_length)
     kappa = contraction(par, length)
-    fixed = _volume_at_nominal_length(par) + hysteresis_volume(par, act, kappa)
+    fixed = volume_at_nominal_length(par) + hysteresis_volume(par, act, kappa)
     air = act[len(act) - AIR]
-    inside = fixed + _volume_gained(par, kappa, _TYPICAL_PRESSURE)
+    inside = fixed + volume_since_nominal(par, kappa, _TYPICAL_PRESSURE)
     if not (air > 0.0 and inside > 0.0):
         return math.nan
     pressure = absolute_pressure(air, inside, par[_POLYTROPIC], par[_FLOOR])
@@ -333,7 +205,7 @@ def _consistent_pressure(par: Row, air: float, fixed: float, kappa: float, reply
     before = _TYPICAL_PRESSURE + par[_ATMOSPHERE]
     miss_before, pressure = reply - before, reply
     for _ in range(100):
-        inside = fixed + _volume_gained(par, kappa, pressure - par[_ATMOSPHERE])
+        inside = fixed + volume_since_nominal(par, kappa, pressure - par[_ATMOSPHERE])
         if not inside > 0.0:
             return math.nan
         wanted = absolute_pressure(air, inside, par[_POLYTROPIC], par[_FLOOR])
@@ -358,19 +230,6 @@ def gauge_pressure(par: Row, act: Row, tendon_length: float) -> float:
     return chamber_pressure(par, act, tendon_length) - par[_ATMOSPHERE]
 
 
-def active_force(par: Row, pressure: float, contraction: float) -> float:
-    """Signed force of the muscle's active law, its scale included [N].
-
-    Args:
-        par: parameter row.
-        pressure: gauge pressure that reaches the braid [Pa].
-        contraction: kappa [-].
-    """
-    return par[_FORCE_SCALE] * chosen_force(
-        par[_FORCE_LAW], par, _FORCE_COEFFICIENTS, _NOMINAL_LENGTH, pressure, contraction
-    )
-
-
 def hysteresis_force(
     par: Row, act: Row, contraction: float, pressure: float, static_force: float
 ) -> float:
@@ -387,30 +246,6 @@ def hysteresis_force(
         return 0.0
     width = par[_HYSTERESIS] + par[_HYSTERESIS + 1] * pressure + par[_HYSTERESIS + 2] * static_force
     return width * chosen_output(par[_HYSTERESIS_LAW], par, _HYSTERESIS_OWN, act, contraction)
-
-
-def static_force(par: Row, tendon_length: float, pressure: float) -> float:
-    """Signed muscle force without hysteresis [N] at a gauge pressure [Pa]."""
-    kappa = pressurised_contraction(
-        muscle_length(par, tendon_length), par[_NOMINAL_LENGTH], par[_EXTENSIBILITY], pressure
-    )
-    locked = locking_force(
-        contraction(par, tendon_length),
-        par[_PASSIVE_STIFFNESS],
-        par[_PASSIVE_SLACK],
-        par[_PASSIVE_LOCKING],
-    )
-    tube = tube_force(kappa, par[_PASSIVE_STIFFNESS], par[_PASSIVE_SOFTENING], par[_PASSIVE_SLACK])
-    effective = effective_pressure(pressure, par[_THRESHOLD])
-    return _active_pull(par, effective, kappa) + tube + locked
-
-
-def _active_pull(par: Row, pressure: float, contraction: float) -> float:
-    """Signed active force [N] that the ends leave, from the pressure that reaches the braid."""
-    active = active_force(par, pressure, contraction)
-    if par[_END_LOSS] > 0.0 and active > 0.0:
-        active *= force_left(contraction, par[_END_LOSS], par[_END_ONSET])
-    return active
 
 
 def tension(par: Row, act: Row, tendon_length: float, tendon_velocity: float = 0.0) -> float:

@@ -2,13 +2,9 @@
 
 from __future__ import annotations
 
-from pamsim.actuator.kernel import (
-    chain_length,
-    chamber_volume,
-    contraction,
-    length_at_muscle,
-)
+from pamsim.actuator.kernel import chain_length, chamber_volume, length_at_muscle
 from pamsim.actuator.layout import AIR, AMBIENT, CREEP, LINE, TUBE, MutableRow, Row, slot
+from pamsim.actuator.static_muscle import contraction
 from pamsim.pneumatics.chamber import air_state
 
 _COMMAND = slot("command")

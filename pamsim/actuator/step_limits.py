@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 from pamsim.actuator.antagonist import muscle_stiffness
-from pamsim.actuator.kernel import static_force
 from pamsim.actuator.layout import pack
 from pamsim.actuator.muscle import Muscle
+from pamsim.actuator.static_muscle import static_force
 
 
 def chain_step_limit(muscle: Muscle, tendon_length: float, pressure: float) -> float:

@@ -15,8 +15,9 @@ import numpy as np
 import scipy.optimize
 from numpy.typing import NDArray
 
-from pamsim.actuator.kernel import chain_length, chain_ratio, static_force
+from pamsim.actuator.kernel import chain_length, chain_ratio
 from pamsim.actuator.layout import slot
+from pamsim.actuator.static_muscle import static_force
 from pamsim.core.errors import InputError
 from pamsim.engine.callback import muscle_ids
 from pamsim.engine.rig import Rig

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pamsim.actuator.antagonist import joint_stiffness, muscle_stiffness
-from pamsim.actuator.kernel import static_force
+from pamsim.actuator.static_muscle import static_force
 from pamsim.engine.callback import muscle_ids
 from pamsim.engine.equilibrium import rest_angles
 from pamsim.engine.rig import Rig

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import mujoco
 
-from pamsim.actuator.kernel import muscle_length
+from pamsim.actuator.static_muscle import muscle_length
 from pamsim.core.errors import EngineError
 from pamsim.engine.callback import muscle_ids
 from pamsim.scene.muscle_shape import Vector

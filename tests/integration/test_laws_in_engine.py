@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import pamsim
-from pamsim.actuator import kernel
+from pamsim.actuator import kernel, static_muscle
 from pamsim.actuator.layout import pack
 from pamsim.actuator.muscle import FORCE_GROUPS, HYSTERESIS_GROUPS
 from pamsim.hysteresis.catalog import OPERATORS
@@ -104,7 +104,7 @@ def test_every_force_law_drives_the_arm(tmp_path, law):
     coefficients = [getattr(muscle.force, name) for name in vars(muscle.force)]
     for pressure in (1e5, 3.3e5):
         for kappa in (0.08, 0.13):
-            ours = kernel.active_force(row, pressure, kappa)
+            ours = static_muscle.active_force(row, pressure, kappa)
             theirs = FORCE_LAWS[law].force(pressure, kappa, coefficients, muscle.braid)
             assert ours == pytest.approx(theirs, rel=1e-12)
 
@@ -151,9 +151,9 @@ def test_every_code_has_its_branch():
             0.0,
             0.0,
         ]
-        assert np.isfinite(kernel.active_force(row, 1e5, 0.1)), FORCE_GROUPS[code]
+        assert np.isfinite(static_muscle.active_force(row, 1e5, 0.1)), FORCE_GROUPS[code]
     row[kernel._FORCE_LAW] = len(FORCE_GROUPS)
-    assert np.isnan(kernel.active_force(row, 1e5, 0.1))
+    assert np.isnan(static_muscle.active_force(row, 1e5, 0.1))
     row[kernel._HYSTERESIS_LAW] = len(HYSTERESIS_GROUPS)
     row[kernel._HYSTERESIS] = 1.0
     assert np.isnan(kernel.hysteresis_force(row, [0.0] * 9, 0.1, 1e5, 1.0))

@@ -16,7 +16,7 @@ import numpy as np
 import pytest
 
 import pamsim
-from pamsim.actuator import kernel
+from pamsim.actuator import kernel, static_muscle
 from pamsim.actuator.chain import Chain
 from pamsim.actuator.layout import pack, state_size
 from pamsim.actuator.muscle import Muscle
@@ -90,8 +90,8 @@ def lossless(law: str, number: int) -> tuple[np.ndarray, np.ndarray]:
     row = pack(this).tolist()
     tendons = path.length - this.mounting.length_at_zero
     points = list(zip(tendons.tolist(), path.pressure.tolist(), strict=True))
-    force = [kernel.static_force(row, *point) for point in points]
-    return np.array(force), np.array([kernel.static_volume(row, *point) for point in points])
+    force = [static_muscle.static_force(row, *point) for point in points]
+    return np.array(force), np.array([static_muscle.static_volume(row, *point) for point in points])
 
 
 def muscle(law: str) -> Muscle:
@@ -195,7 +195,9 @@ def test_the_kernel_takes_volume_for_what_the_operator_holds(loop):
     act = memory + [0.0] * (state_size(this) - group.state_count)
     tendon, kappa = 0.225 - 0.05, 1.0 - 0.225 / BRAID.nominal_length
     held = OPERATORS[loop].energy(group.own(), 0, act, kappa)
-    extra = kernel.chamber_volume(row, act, tendon, 3e5) - kernel.static_volume(row, tendon, 3e5)
+    extra = kernel.chamber_volume(row, act, tendon, 3e5) - static_muscle.static_volume(
+        row, tendon, 3e5
+    )
     assert held != 0.0
     assert extra == pytest.approx(-PER_PRESSURE * BRAID.nominal_length * held, rel=1e-9)
 
@@ -235,8 +237,11 @@ def chamber(row: list[float], data: mujoco.MjData, muscle: int) -> tuple[float, 
     size = len(data.act) // 2
     act = data.act[size * muscle : size * (muscle + 1)].tolist()
     tendon = float(data.actuator_length[muscle])
-    pressure, kappa = kernel.gauge_pressure(row, act, tendon), kernel.contraction(row, tendon)
-    static = kernel.static_force(row, tendon, pressure)
+    pressure, kappa = (
+        kernel.gauge_pressure(row, act, tendon),
+        static_muscle.contraction(row, tendon),
+    )
+    static = static_muscle.static_force(row, tendon, pressure)
     return (
         pressure,
         kernel.chamber_volume(row, act, tendon, pressure),

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from pamsim.actuator.kernel import static_force
+from pamsim.actuator.static_muscle import static_force
 from pamsim.core.units import DEG_PER_RAD, PA_PER_KPA
 from pamsim.papers.antagonistic_pair import (
     MILLIMETRE,

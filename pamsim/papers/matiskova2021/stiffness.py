@@ -14,10 +14,11 @@ from pamsim.actuator.antagonist import (
     muscle_stiffness,
     pressure_slope,
 )
-from pamsim.actuator.kernel import Row, gauge_pressure, muscle_length
+from pamsim.actuator.kernel import Row, gauge_pressure
 from pamsim.actuator.layout import slot
 from pamsim.actuator.muscle import Muscle
 from pamsim.actuator.rest_state import charged_air_state
+from pamsim.actuator.static_muscle import muscle_length
 from pamsim.core.units import DEG_PER_RAD, PA_PER_KPA
 from pamsim.muscles.braid import volume_slope
 from pamsim.muscles.mckibben import ideal_force

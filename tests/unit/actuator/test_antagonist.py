@@ -15,10 +15,11 @@ from pamsim.actuator.antagonist import (
     muscle_stiffness,
     pressure_slope,
 )
-from pamsim.actuator.kernel import gauge_pressure, static_force, tension
+from pamsim.actuator.kernel import gauge_pressure, tension
 from pamsim.actuator.layout import pack
 from pamsim.actuator.muscle import Mounting, Muscle
 from pamsim.actuator.rest_state import charged_air_state
+from pamsim.actuator.static_muscle import static_force
 from pamsim.muscles.braid import Braid
 from pamsim.muscles.exponential import SixParameter
 from pamsim.muscles.mckibben import IdealMcKibben

@@ -8,7 +8,7 @@ import math
 import numpy as np
 import pytest
 
-from pamsim.actuator import kernel
+from pamsim.actuator import kernel, static_muscle
 from pamsim.actuator.chain import Chain
 from pamsim.actuator.friction import Friction, dry_friction
 from pamsim.actuator.layout import pack
@@ -248,18 +248,22 @@ def test_the_volume_is_what_the_force_does_work_with(law):
     row = pack(make(law, braid=braid)).tolist()
     seen = 0
     for tendon, pressure, _ in CASES:
-        force = kernel.static_force(row, tendon, pressure)
+        force = static_muscle.static_force(row, tendon, pressure)
         # The ends take their share of a pull only, the corrected law is vouched for from 2 bar on,
         # and where the pull of a pleated muscle begins no difference is fine enough.
-        if not force > 0.0 or pressure < 2.3e5 or 0.0 < kernel.contraction(row, tendon) < 0.01:
+        if (
+            not force > 0.0
+            or pressure < 2.3e5
+            or 0.0 < static_muscle.contraction(row, tendon) < 0.01
+        ):
             continue
         h = 2e-5
-        near = kernel.static_volume(row, tendon + h, pressure)
-        near -= kernel.static_volume(row, tendon - h, pressure)
-        far = kernel.static_volume(row, tendon + 2 * h, pressure)
-        far -= kernel.static_volume(row, tendon - 2 * h, pressure)
-        by_pressure = kernel.static_force(row, tendon, pressure + 10.0)
-        by_pressure -= kernel.static_force(row, tendon, pressure - 10.0)
+        near = static_muscle.static_volume(row, tendon + h, pressure)
+        near -= static_muscle.static_volume(row, tendon - h, pressure)
+        far = static_muscle.static_volume(row, tendon + 2 * h, pressure)
+        far -= static_muscle.static_volume(row, tendon - 2 * h, pressure)
+        by_pressure = static_muscle.static_force(row, tendon, pressure + 10.0)
+        by_pressure -= static_muscle.static_force(row, tendon, pressure - 10.0)
         slope = (8.0 * near - far) / (12.0 * h)
         assert slope == pytest.approx(-by_pressure / 20.0, rel=2e-5, abs=1e-9), (tendon, pressure)
         seen += 1
@@ -274,7 +278,7 @@ def test_at_nominal_length_the_volume_is_the_braid_s(law):
     row, braid = pack(muscle).tolist(), muscle.braid
     cylinder = math.pi * braid.diameter**2 / 4.0 * braid.nominal_length
     tendon = braid.nominal_length - muscle.mounting.length_at_zero
-    inside = kernel.static_volume(row, tendon, 3e5)
+    inside = static_muscle.static_volume(row, tendon, 3e5)
     assert inside == pytest.approx(cylinder + muscle.chamber.dead_volume, rel=1e-12)
 
 
@@ -287,10 +291,10 @@ def test_the_air_fills_the_volume_at_its_own_pressure(law):
         act = charged(muscle, tendon, pressure)
         found = kernel.gauge_pressure(row, act, tendon)
         if math.isnan(found):
-            assert kernel.contraction(row, kernel.length_at_muscle(row, act, tendon)) < 0.02
+            assert static_muscle.contraction(row, kernel.length_at_muscle(row, act, tendon)) < 0.02
             continue
         assert found == pytest.approx(pressure, abs=1e-5)
-        inside = kernel.static_volume(row, kernel.length_at_muscle(row, act, tendon), found)
+        inside = static_muscle.static_volume(row, kernel.length_at_muscle(row, act, tendon), found)
         filled = (found + chamber.atmosphere) ** (1.0 / chamber.polytropic_index) * inside
         assert filled == pytest.approx(act[-1], rel=1e-11)
 
@@ -306,8 +310,8 @@ def test_length_and_contraction_are_those_of_the_muscle_on_its_tendon():
     row = pack(muscle).tolist()
     for tendon, _, _ in CASES:
         length, kappa = geometry(muscle, tendon)
-        assert kernel.muscle_length(row, tendon) == length
-        assert kernel.contraction(row, tendon) == kappa
+        assert static_muscle.muscle_length(row, tendon) == length
+        assert static_muscle.contraction(row, tendon) == kappa
         act = charged(muscle, tendon, 1e5)
         assert kernel.length_at_muscle(row, act, tendon) == (tendon + SHIFT) - EXTENSION
 
@@ -321,9 +325,9 @@ def test_an_extended_braid_pulls_like_one_made_longer(law):
         grown = muscle.braid.nominal_length * (1.0 + muscle.braid.extensibility * pressure)
         longer = dataclasses.replace(muscle.braid, nominal_length=grown, extensibility=0.0)
         made = pack(dataclasses.replace(muscle, braid=longer))
-        force = kernel.static_force(pack(muscle), tendon, pressure)
+        force = static_muscle.static_force(pack(muscle), tendon, pressure)
         assert force == pytest.approx(
-            kernel.static_force(made, tendon, pressure), rel=1e-12, abs=1e-9, nan_ok=True
+            static_muscle.static_force(made, tendon, pressure), rel=1e-12, abs=1e-9, nan_ok=True
         )
 
 
@@ -426,10 +430,13 @@ def test_braid_spring_and_chain_that_do_not_give_leave_the_plain_sum_of_forces(k
     row = pack(muscle).tolist()
     for tendon, pressure, z in CASES:
         act = charged(muscle, tendon, abs(pressure), z)
-        kappa, gauge = kernel.contraction(row, tendon), kernel.gauge_pressure(row, act, tendon)
+        kappa, gauge = (
+            static_muscle.contraction(row, tendon),
+            kernel.gauge_pressure(row, act, tendon),
+        )
         stretch = 0.02 - kappa
         spring = 900.0 * stretch if stretch > 0.0 else 100.0 * math.expm1(9.0 * stretch)
-        active = kernel.active_force(row, max(gauge - muscle.threshold.pressure, 0.0), kappa)
+        active = static_muscle.active_force(row, max(gauge - muscle.threshold.pressure, 0.0), kappa)
         force = active + spring
         force = max(force - kernel.hysteresis_force(row, act, kappa, max(gauge, 0.0), force), 0.0)
         assert bits([kernel.tension(row, act, tendon)]) == bits([force])
@@ -493,7 +500,7 @@ def test_loop_without_a_part_per_pressure_has_one_width_at_every_pressure():
     for tendon, pressure, z in CASES:
         bare = make(passive=STRETCHED, **LASTING)
         air = charged(bare, tendon, pressure)
-        plain = kernel.static_force(
+        plain = static_muscle.static_force(
             pack(bare), tendon, kernel.gauge_pressure(pack(bare), air, tendon)
         )
         looped = pack(dataclasses.replace(bare, hysteresis=loop)).tolist()
@@ -536,13 +543,13 @@ def test_static_force_and_volume_have_one_potential(force, loss, extensibility):
         _, kappa = geometry(muscle, tendon)
         strained = 1.0 - (1.0 - kappa) / (1.0 + extensibility * pressure)
         above = pressure - muscle.threshold.pressure
-        if above < 2.1e5 or not kernel.active_force(row, above, max(strained, kappa)) > 0.0:
+        if above < 2.1e5 or not static_muscle.active_force(row, above, max(strained, kappa)) > 0.0:
             continue
         h, step = 1e-6, 10.0
-        by_length = kernel.static_volume(row, tendon + h, pressure)
-        by_length -= kernel.static_volume(row, tendon - h, pressure)
-        by_pressure = kernel.static_force(row, tendon, pressure + step)
-        by_pressure -= kernel.static_force(row, tendon, pressure - step)
+        by_length = static_muscle.static_volume(row, tendon + h, pressure)
+        by_length -= static_muscle.static_volume(row, tendon - h, pressure)
+        by_pressure = static_muscle.static_force(row, tendon, pressure + step)
+        by_pressure -= static_muscle.static_force(row, tendon, pressure - step)
         by_pressure /= 2.0 * step
         assert by_length / (2.0 * h) == pytest.approx(-by_pressure, rel=1e-5, abs=1e-8)
         checked += 1

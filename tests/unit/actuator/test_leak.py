@@ -8,7 +8,7 @@ import math
 import pytest
 from scipy.integrate import solve_ivp
 
-from pamsim.actuator import kernel
+from pamsim.actuator import kernel, static_muscle
 from pamsim.actuator.layout import pack
 from pamsim.pneumatics.air import GAS_CONSTANT, REFERENCE_DENSITY, REFERENCE_TEMPERATURE
 from tests.unit.actuator.muscles import LASTING, PLAIN_VALVE, charged, make
@@ -47,7 +47,7 @@ def test_choked_leak_empties_a_still_muscle_exponentially(index):
     row, chamber = pack(muscle), muscle.chamber
     cold = math.sqrt(REFERENCE_TEMPERATURE / chamber.temperature)
     speed = index * GAS_CONSTANT * chamber.temperature * LEAK * REFERENCE_DENSITY * cold
-    speed /= kernel.static_volume(row, TENDON, 0.0)
+    speed /= static_muscle.static_volume(row, TENDON, 0.0)
     duration = 0.3 / speed
     start = 6e5 + chamber.atmosphere
     end = emptied(muscle, 6e5, duration)

@@ -10,6 +10,7 @@ import pytest
 from pamsim.actuator import kernel, rest_state
 from pamsim.actuator.chain import Chain
 from pamsim.actuator.layout import pack, state_size
+from pamsim.actuator.static_muscle import contraction
 from pamsim.actuator.step_limits import chain_step_limit
 from pamsim.pneumatics.valves import line_rate
 from tests.unit.actuator.muscles import LASTING, LOOPS, PLAIN_VALVE, charged, make
@@ -63,7 +64,7 @@ def test_quieten_relaxes_creep_where_the_muscle_is_and_leaves_play_and_air():
     row, act = pack(muscle).tolist(), charged(muscle, 0.2, 3e5)
     before = list(act)
     rest_state.quieten(row, act, 0.2, 3e5)
-    assert act[-4] == kernel.contraction(row, kernel.length_at_muscle(row, act, 0.2))
+    assert act[-4] == contraction(row, kernel.length_at_muscle(row, act, 0.2))
     assert act[-5] == 0.0
     assert act[-3:] == before[-3:]
 

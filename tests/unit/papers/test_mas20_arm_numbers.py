@@ -17,7 +17,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from pamsim.actuator.kernel import static_force
+from pamsim.actuator.static_muscle import static_force
 from pamsim.effects.catalog import effect
 from pamsim.engine.equilibrium import rest_angles
 from pamsim.engine.rig import load_rig
