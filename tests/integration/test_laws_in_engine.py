@@ -142,7 +142,7 @@ def test_every_code_has_its_branch():
         row[kernel._FORCE_LAW] = code
         row[kernel._FORCE_SCALE] = 1.0
         row[kernel._NOMINAL_LENGTH : kernel._NOMINAL_LENGTH + 3] = [0.25, 0.02, 0.5]
-        row[kernel._FORCE_COEFFICIENTS : kernel._FORCE_COEFFICIENTS + 7] = [
+        row[static_muscle._FORCE_COEFFICIENTS : static_muscle._FORCE_COEFFICIENTS + 7] = [
             6.0,
             0.1,
             0.0,
