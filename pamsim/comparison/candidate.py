@@ -56,17 +56,24 @@ class Candidate:
             first.
         neutral: values at which it is absent [SI]; none for numbers without influence then.
         probes: values at which its signature is computed.
+        usual: whether this is the form that is taken unless another is better by far.
     """
 
     effect: Effect
     parameters: tuple[FreeParameter, ...]
     neutral: dict[str, float]
     probes: tuple[Probe, ...]
+    usual: bool = True
 
     @property
     def name(self) -> str:
-        """Name of the effect."""
+        """Name of the effect, the same for all of its forms."""
         return self.effect.name
+
+    @property
+    def label(self) -> str:
+        """Name and form, such as ``coulomb_friction:dahl``."""
+        return f"{self.name}:{self.effect.form}" if self.effect.form else self.name
 
     @property
     def family(self) -> str:

@@ -7,7 +7,7 @@ from dataclasses import replace
 
 from pamsim.comparison.candidate import Candidate, Probe, inside
 from pamsim.core.errors import InputError
-from pamsim.effects.catalog import TRIAL_EFFECTS, effect
+from pamsim.effects.catalog import FORMS, TRIAL_EFFECTS, effect
 from pamsim.effects.effect import JOINT, SECOND_MUSCLE, TILTED, Effect, EffectParameter
 from pamsim.engine.native import is_native
 from pamsim.engine.rig import Rig
@@ -117,28 +117,27 @@ def candidates(rig: Rig, names: Sequence[str] = ()) -> tuple[tuple[Candidate, ..
 
     Args:
         rig: its model.
-        names: of effects, as `rig_effect` takes them; those that are usual if left out.
+        names: of effects, as `rig_effect` takes them, without a form for all forms; those that are
+            usual if left out.
 
     Returns:
-        The effects, and why others cannot be tried.
-
-    Raises:
-        InputError: for two forms of one effect, which share a name in the results.
+        The effects in all of their forms that the rig can have, the usual form of each first, and
+        why others cannot be tried.
     """
-    tried: list[Candidate] = []
+    tried: dict[str, Candidate] = {}
     skipped: dict[str, str] = {}
     for name in names or TRIAL_EFFECTS:
-        try:
-            tried.append(candidate(rig, rig_effect(rig, name)))
-        except InputError as error:
-            skipped[name] = str(error)
-    named = [one.name for one in tried]
-    for name in named:
-        if named.count(name) > 1:
-            raise InputError(
-                f"{name} is to be tried in {named.count(name)} forms; name one of them"
-            )
-    return tuple(tried), skipped
+        labels = [f"{name}:{e.form}" for e in FORMS[name]] if len(FORMS.get(name, ())) > 1 else []
+        for label in labels or [name]:
+            try:
+                one = candidate(rig, rig_effect(rig, label))
+            except InputError as error:
+                skipped.setdefault(name, str(error))
+                continue
+            usual = all(other.name != one.name for other in tried.values())
+            tried.setdefault(one.label, replace(one, usual=usual))
+    found = {one.name for one in tried.values()}
+    return tuple(tried.values()), {n: why for n, why in skipped.items() if n not in found}
 
 
 def _free(parameter: EffectParameter, own: RigParameter) -> FreeParameter:

@@ -37,6 +37,9 @@ from pamsim.diagnosis.where_entries import cell_places, map_entry
 from pamsim.engine.rig import Rig
 from pamsim.engine.rig_parameter import rig_parameter
 
+_OPEN = (Verdict.AMBIGUOUS, Verdict.UNEXPLAINED, Verdict.NOT_IDENTIFIABLE)
+"""Verdicts that leave it open what is missing, so that a further experiment should tell."""
+
 
 def result_of(
     rig: Rig,
@@ -77,6 +80,7 @@ def result_of(
     off = _residuals(data, method, before), _residuals(data, method, after)
     gap = gaps(*off, method.floor, protocol_of, held_out)
     models = [] if best is None else [best, *conclusion.tied]
+    nearest = conclusion.nearest
     origin = ", ".join(Path(source).name or source for source in data.sources)
     return Diagnosis(
         kind="recordings",
@@ -93,14 +97,15 @@ def result_of(
         ),
         where=cell_places(method.cells, method.maps),
         maps=tuple(map_entry(m, "noise SD", 1.0) for m in method.maps),
+        maps_after=tuple(map_entry(m, "noise SD", 1.0) for m in method.maps_after),
         gap={g.channel: _gap_entry(g) for g in gap},
         absent={limit.effect: absent_entry(rig, limit) for limit in method.absent},
         warnings=warnings,
-        next_experiment=_next_step(method.next_experiment, verdict, best),
+        next_experiment=_next_step(method.next_experiment, verdict, nearest),
         explained=conclusion.explained.value,
         explained_interval95=conclusion.explained.interval95,
         inconclusive=_inconclusive(method) if verdict is Verdict.NOT_IDENTIFIABLE else None,
-        effects_tried=len(method.screened),
+        effects_tried=len({s.candidate.name for s in method.screened}),
         tried=_tried(method),
         nuisance=_nuisance(rig, method),
         held_out=held_out,
@@ -173,6 +178,7 @@ def _effects(
             FoundEffect(
                 members={candidate.name: candidate.effect.missing},
                 family=candidate.family,
+                form=candidate.effect.form or None,
                 parameters=estimates(rig, best, [p.name for p in candidate.parameters]),
                 explained=share,
                 p_value=None if step is None else _corrected(method, step),
@@ -218,18 +224,20 @@ def _share(method: TrialDiagnosis, model: TrialModel) -> float | None:
 
 
 def _resemblance(method: TrialDiagnosis) -> Resemblance | None:
-    """The best model, or else the effect whose signature is most similar to the misfit."""
+    """The model that explains most, or else the effect whose signature is nearest to the misfit."""
     if method.conclusion.verdict is Verdict.NO_GAP:
         return None
-    similarity = {s.candidate.name: s.similarity for s in method.screened}
-    best = method.conclusion.best
-    if best is not None:
+    similarity = {s.candidate.label: s.similarity for s in method.screened}
+    nearest = method.conclusion.nearest
+    if nearest is not None:
         return Resemblance(
-            name="+".join(best.names),
-            family=best.family,
+            name="+".join(nearest.names),
+            family=nearest.family,
             explained=method.conclusion.explained.value,
-            p_value=_corrected(method, best.improvement),
-            similarity=similarity.get(best.names[0]) if len(best.names) == 1 else None,
+            explained_interval95=method.conclusion.explained.interval95,
+            p_value=_corrected(method, nearest.improvement),
+            similarity=similarity.get(nearest.labels[0]) if len(nearest.names) == 1 else None,
+            leaves=cell_places(method.cells_after, method.maps_after)[0],
         )
     seen = [s for s in method.screened if s.similarity > 0.0]
     if not seen:
@@ -259,7 +267,7 @@ def _gap_entry(gap: ChannelGap) -> GapEntry:
 
 
 def _next_step(
-    chosen: NextExperiment | None, verdict: Verdict, best: TrialModel | None
+    chosen: NextExperiment | None, verdict: Verdict, nearest: TrialModel | None
 ) -> NextStep | None:
     if chosen is not None:
         return NextStep(
@@ -271,8 +279,8 @@ def _next_step(
             after=chosen.after,
             menu=chosen.menu,
         )
-    if verdict is Verdict.AMBIGUOUS and best is not None:
-        return NextStep(protocol=None, advice=best.candidates[0].effect.separating)
+    if verdict in _OPEN and nearest is not None:
+        return NextStep(protocol=None, advice=nearest.candidates[0].effect.separating)
     return None
 
 

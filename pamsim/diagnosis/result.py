@@ -88,25 +88,6 @@ class FoundEffect:
 
 
 @dataclass(frozen=True, kw_only=True)
-class Resemblance:
-    """The effect that resembles most what is missing.
-
-    Attributes:
-        name: of the effect; of several, joined by ``+``.
-        family: of the effect.
-        explained: share of the gap that it explains; to first order where it was not fitted.
-        p_value: as in `FoundEffect`; None where it was not fitted.
-        similarity: cosine of its signature and the misfit; None where the data have no signatures.
-    """
-
-    name: str
-    family: str
-    explained: float | None
-    p_value: float | None
-    similarity: float | None = None
-
-
-@dataclass(frozen=True, kw_only=True)
 class Region:
     """A range of one quantity, and the rows that lie in it."""
 
@@ -135,6 +116,29 @@ class Place:
     excess: float | None
     p_value: float
     region: Region | None = None
+
+
+@dataclass(frozen=True, kw_only=True)
+class Resemblance:
+    """The effect that resembles most what is missing.
+
+    Attributes:
+        name: of the effect; of several, joined by ``+``.
+        family: of the effect.
+        explained: share of the gap that it explains; to first order where it was not fitted.
+        explained_interval95: its 95 % interval; None where it is not known.
+        leaves: where what it leaves is largest; None where it was not mapped.
+        p_value: as in `FoundEffect`; None where it was not fitted.
+        similarity: cosine of its signature and the misfit; None where the data have no signatures.
+    """
+
+    name: str
+    family: str
+    explained: float | None
+    p_value: float | None
+    explained_interval95: tuple[float, float] | None = None
+    leaves: Place | None = None
+    similarity: float | None = None
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -380,7 +384,7 @@ class Diagnosis:
         alternatives: models that predict as well as the best, which comes first if none is claimed.
         where: where the base model misses, the largest first.
         maps: residual of the base model over quantities, the most significant first.
-        maps_after: the same of the best model, where it was mapped.
+        maps_after: the same of the best model or the one that resembles most, where it was mapped.
         gap: channel -> residual on held-out data.
         absent: effect that is not claimed -> how large it could be.
         warnings: what a reader should know, one sentence each.

@@ -10,7 +10,7 @@ from pamsim.diagnosis.method.verdict import Verdict
 from pamsim.diagnosis.method.verdict_thresholds import LARGE_REMAINDER_LOSS
 
 if TYPE_CHECKING:
-    from pamsim.diagnosis.result import Diagnosis, Estimate, FoundEffect
+    from pamsim.diagnosis.result import Diagnosis, Estimate, FoundEffect, Place
 
 _DIGITS = 3
 _ENOUGH = "three repeats of three inputs would do"
@@ -95,7 +95,11 @@ def _named(result: Diagnosis) -> str:
 
 def _share(result: Diagnosis) -> str:
     """Share of the gap as text, such as ``75 [52, 93] %``."""
-    ends, text = result.explained_interval95, f"{100.0 * result.explained:.0f}"
+    return _percent(result.explained, result.explained_interval95)
+
+
+def _percent(share: float, ends: tuple[float, float] | None) -> str:
+    text = f"{100.0 * share:.0f}"
     if ends is not None:
         # Rounded outwards at the bottom: what is not shown is not claimed.
         text += f" [{math.floor(100.0 * ends[0])}, {100.0 * ends[1]:.0f}]"
@@ -201,12 +205,24 @@ def _resemblance(result: Diagnosis) -> str:
     name = near.name.replace("+", " + ")
     if near.p_value is None and near.similarity is not None:
         return f"; {name} resembles it most (similarity {near.similarity:.2f})"
-    share = "" if near.explained is None else f", with {100.0 * near.explained:.0f} % of the gap"
-    return f"; {name} resembles it most{share}"
+    text = f"; {name} resembles it most"
+    if near.explained is not None:
+        text += f", with {_percent(near.explained, near.explained_interval95)} of the gap"
+    if near.leaves is not None:
+        text += f", and leaves most in {_in(near.leaves)}"
+    return text
 
 
 def _place(result: Diagnosis) -> str:
-    if not result.where:
-        return ""
-    worst = result.where[0]
-    return f"; it is largest in {worst.channel.replace('_', ' ')} of {worst.protocol}"
+    return f"; the gap is largest in {_in(result.where[0])}" if result.where else ""
+
+
+def _in(place: Place) -> str:
+    """A channel and protocol, such as ``angle of levels at 20 to 35 deg/s of speed``."""
+    text = f"{place.channel.replace('_', ' ')} of {place.protocol}"
+    over = place.region
+    if over is None:
+        return text
+    unit = "" if over.unit == "1" else f" {over.unit}"
+    quantity = over.quantity.replace("_", " ")
+    return f"{text} ({quantity} {over.low:.3g} to {over.high:.3g}{unit})"

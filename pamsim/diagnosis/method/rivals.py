@@ -20,7 +20,7 @@ from pamsim.diagnosis.method.verdict_thresholds import (
 )
 
 Similarity = Callable[[str, str], float]
-"""Names of two effects to the similarity of their signatures."""
+"""Labels of two effects to the similarity of their signatures."""
 
 
 def tied_with(
@@ -36,11 +36,12 @@ def tied_with(
     """
     tied: list[TrialModel] = []
     for other in others:
-        if other.names == best.names:
+        if set(other.names) == set(best.names):
             continue
         behind = compare_trials(other.loss, best.loss, layout.protocol_of)
         near = behind.gain < max(TIE_ERRORS * behind.error, TIE_LOSS)
-        different = set(other.names) ^ set(best.names)
+        label = {c.name: c.label for c in (*best.candidates, *other.candidates)}
+        different = [label[name] for name in set(other.names) ^ set(best.names)]
         same = len(different) == 2 and similarity(*sorted(different)) > SAME_SIGNATURE
         close = behind.gain < SAME_SIGNATURE_LOSS * best.improvement.gain
         explains = other.improvement.gain > TIE_SHARE * best.improvement.gain

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from pamsim.comparison.candidate import Candidate, Probe
 from pamsim.diagnosis.method.refit import Fitter, Refit
 from pamsim.diagnosis.method.signature import Signature, TangentSpace, signature
+from pamsim.diagnosis.method.verdict_thresholds import FORM_GAIN
 
 FloatArray = NDArray[np.float64]
 
@@ -25,6 +26,10 @@ _NEAREST = 0.05
 
 _AS_GOOD = 0.8
 """Share of the best probe's gain from which a probe of another shape is a start as well."""
+
+
+_FAR_MORE = 1.25
+"""Factor on the gain that the usual form promises, from which another form is tried first."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -108,11 +113,11 @@ def screen(fitter: Fitter, base: Refit, candidates: Sequence[Candidate]) -> tupl
     space, misfit = fitter.unexplained(base)
     here = fitter.weighted(base.residual)
     changes = fitter.changes([{**base.values, **probe.values} for _, probe in jobs], here)
-    traces: dict[str, list[Trace]] = {c.name: [] for c in candidates}
+    traces: dict[str, list[Trace]] = {c.label: [] for c in candidates}
     for (candidate, probe), change in zip(jobs, changes, strict=True):
         if change is not None:
             own = signature(space, change, probe.size)
-            traces[candidate.name].append(Trace(probe=probe, change=change, signature=own))
+            traces[candidate.label].append(Trace(probe=probe, change=change, signature=own))
     return _ranked(candidates, traces, misfit)
 
 
@@ -125,12 +130,12 @@ def _ranked(
 
     Args:
         candidates: effects.
-        traces: of each.
+        traces: of each, by its label.
         misfit: (f,) measured minus simulated, projected, in units of noise.
     """
     screened: list[Screened] = []
     for candidate in candidates:
-        own = tuple(traces[candidate.name])
+        own = tuple(traces[candidate.label])
         cosines = [t.signature.similarity(misfit) for t in own]
         if candidate.two_sided:
             cosines = [abs(c) for c in cosines]
@@ -156,10 +161,60 @@ def screen_again(
         misfit: (f,) projected by it.
     """
     traces = {
-        s.candidate.name: [replace(t, signature=t.signature.within(space)) for t in s.traces]
+        s.candidate.label: [replace(t, signature=t.signature.within(space)) for t in s.traces]
         for s in screened
     }
     return _ranked([s.candidate for s in screened], traces, misfit)
+
+
+def leading(screened: Sequence[Screened]) -> tuple[Screened, ...]:
+    """The form of each effect that is tried first: the usual one unless another promises far more.
+
+    Args:
+        screened: effects in all of their forms, the most promising first.
+
+    Returns:
+        One form of each effect, the most promising first.
+    """
+    forms: dict[str, list[Screened]] = {}
+    for one in screened:
+        forms.setdefault(one.candidate.name, []).append(one)
+    chosen: list[Screened] = []
+    for own in forms.values():
+        usual = next((s for s in own if s.candidate.usual), own[0])
+        chosen.append(own[0] if own[0].gain > _FAR_MORE * usual.gain else usual)
+    return tuple(sorted(chosen, key=lambda s: -s.gain))
+
+
+def forms_beside(
+    screened: Sequence[Screened],
+    labels: Collection[str],
+    name: str,
+    space: TangentSpace,
+    misfit: FloatArray,
+) -> tuple[Screened, ...]:
+    """Forms of one effect that promise to explain more than the form in a model does.
+
+    The model has taken most of the misfit already. What another form would add to it or take from
+    it may have either sign.
+
+    Args:
+        screened: effects in all of their forms.
+        labels: of the effects in the model.
+        name: of the effect.
+        space: tangent space of the model.
+        misfit: (f,) projected by it.
+
+    Returns:
+        The most promising first.
+    """
+    promised: list[tuple[float, Screened]] = []
+    for one in screened:
+        if one.candidate.name == name and one.candidate.label not in labels:
+            gains = [t.signature.within(space).gain(misfit) for t in one.traces]
+            promised.append((max(gains, default=0.0), one))
+    promised.sort(key=lambda pair: -pair[0])
+    return tuple(one for gain, one in promised if gain > FORM_GAIN)
 
 
 def signature_similarity(a: Screened, b: Screened) -> float:

@@ -5,6 +5,8 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 
+import numpy as np
+
 from pamsim.comparison.candidate import Candidate
 from pamsim.comparison.noise_floor import NoiseFloor, noise_floor
 from pamsim.comparison.trial_residuals import TrialLayout, TrialSimulator
@@ -46,9 +48,11 @@ class Conclusion:
 
     Attributes:
         verdict: see `Verdict`.
-        best: model with the claimed effects; None if nothing is claimed or resembled.
+        best: model with the claimed effects; None if none may be claimed.
+        nearest: the best model, or else the one that explains most of what is missing; None if no
+            model predicts better than the base.
         tied: other models that predict as well.
-        explained: share of the base model's excess over the noise that the best model removes.
+        explained: share of the base model's excess over the noise that the nearest model removes.
         remainder: excess that it leaves; of the base model where there is none.
         lack: what repeats share that the best model, or without one the base model, does not
             predict.
@@ -56,6 +60,7 @@ class Conclusion:
 
     verdict: Verdict
     best: TrialModel | None
+    nearest: TrialModel | None
     tied: tuple[TrialModel, ...]
     explained: Share
     remainder: float
@@ -74,8 +79,9 @@ class TrialDiagnosis:
         perfect_loss: held-out trial -> loss of a perfect model.
         cells: excess per channel and protocol of the base model's fit, the largest first.
         maps: residual over quantities, the most significant first.
+        cells_after, maps_after: the same of what the nearest model leaves; empty without one.
         nuisance_by_protocol: nuisance parameters per protocol, the least homogeneous first.
-        screened: what the data can show of every effect.
+        screened: what the data can show of every effect, in all of its forms.
         models: every model with effects that was fitted.
         tried: single effects that the held-out trials have judged.
         absent: how large the effects that are not claimed could be.
@@ -90,6 +96,8 @@ class TrialDiagnosis:
     perfect_loss: Mapping[str, float]
     cells: tuple[Cell, ...]
     maps: tuple[ResidualMap, ...]
+    cells_after: tuple[Cell, ...]
+    maps_after: tuple[ResidualMap, ...]
     nuisance_by_protocol: tuple[NuisanceByProtocol, ...]
     screened: tuple[Screened, ...]
     models: tuple[TrialModel, ...]
@@ -149,7 +157,10 @@ def diagnose_trials(
     maps = trial_maps(layout, base.residual, floor, regressors, seed=seed)
     report("screening")
     screened = screen(fitter, base, candidates)
-    search = TrialSearch(fitter, base, base_loss, screened, report)
+    perfect = perfect_losses(layout, floor)
+    search = TrialSearch(
+        fitter, base, base_loss, float(np.mean(list(perfect.values()))), screened, report
+    )
     models = search.singles()
     # The shortlist was made without the held-out trials: they judge what stands on it alone.
     tried = max(len(models), 1)
@@ -157,7 +168,7 @@ def diagnose_trials(
     for growth in (PAIRS, TRIPLES):
         accepted = search.grown(accepted, growth)
         models += accepted
-    by_name = {s.candidate.name: s for s in screened}
+    by_label = {s.candidate.label: s for s in screened}
     mapped = bool(maps) and maps[0].p_value < GAP_MAP_P_VALUE
     gap_mapped = mapped and where[0].p_value < GAP_P_VALUE and where[0].excess > GAP_LOSS
 
@@ -167,9 +178,10 @@ def diagnose_trials(
             floor,
             base,
             base_loss,
+            perfect,
             models,
             tried,
-            lambda a, b: signature_similarity(by_name[a], by_name[b]),
+            lambda a, b: signature_similarity(by_label[a], by_label[b]),
             lambda fit: lack_of_fit(fitter, fit, screened, seed=seed),
             gap_mapped=gap_mapped,
         )
@@ -180,7 +192,7 @@ def diagnose_trials(
             report(" + ".join(close.names) + " in fine steps")
             models[models.index(close)] = polished(fitter, base_loss, close)
         conclusion = concluded()
-    best = conclusion.best
+    best, nearest = conclusion.best, conclusion.nearest
     claimed = () if best is None else best.names
     report("limits of absent effects")
     return TrialDiagnosis(
@@ -188,16 +200,20 @@ def diagnose_trials(
         floor=floor,
         base=base,
         base_loss=base_loss,
-        perfect_loss=perfect_losses(layout, floor),
+        perfect_loss=perfect,
         cells=where,
         maps=maps,
+        cells_after=() if nearest is None else cells(layout, nearest.fit.residual, floor, every),
+        maps_after=()
+        if nearest is None
+        else trial_maps(layout, nearest.fit.residual, floor, regressors, seed=seed),
         nuisance_by_protocol=nuisance_by_protocol(fitter, base),
         screened=screened,
         models=tuple(models),
         tried=tried,
         absent=absent_limits(
             fitter,
-            [s for s in screened if s.candidate.name not in claimed],
+            [s for s in screened if s.candidate.usual and s.candidate.name not in claimed],
             base if best is None else best.fit,
             nuisance,
         ),
@@ -213,6 +229,7 @@ def conclude(
     floor: NoiseFloor,
     base: Refit,
     base_loss: Mapping[str, float],
+    perfect: Mapping[str, float],
     models: Sequence[TrialModel],
     tried: int,
     similarity: Similarity,
@@ -227,13 +244,13 @@ def conclude(
         floor: of the noise.
         base: fit of the base model.
         base_loss: held-out trial -> its loss.
+        perfect: held-out trial -> loss of a perfect model.
         models: with effects, fitted; sets of effects only if each effect is needed.
         tried: single effects that were judged by the held-out trials.
         similarity: of the signatures of two effects.
         lack_of_fit: what a fitted model leaves that repeats share.
         gap_mapped: whether residual maps show a gap, whatever these models achieve.
     """
-    perfect = perfect_losses(layout, floor)
     conclusive = floor.repeats >= FEWEST_REPEATS
     accepted = [m for m in models if m.accepted(tried)]
     if not accepted:
@@ -248,11 +265,17 @@ def conclude(
             suspected=excess.gain > UNPROVEN_LOSS,
             conclusive=conclusive,
         )
+        verdict = decide(evidence)
+        better = [m for m in models if m.improvement.gain > 0.0 and verdict is not Verdict.NO_GAP]
+        nearest = min(better, key=lambda m: m.mean_loss, default=None)
         return Conclusion(
-            verdict=decide(evidence),
+            verdict=verdict,
             best=None,
+            nearest=nearest,
             tied=(),
-            explained=Share(value=0.0, interval95=None),
+            explained=Share(value=0.0, interval95=None)
+            if nearest is None
+            else share_of_trials(base_loss, nearest.loss, perfect, layout.protocol_of),
             remainder=excess.gain,
             lack=lack,
         )
@@ -277,6 +300,7 @@ def conclude(
     return Conclusion(
         verdict=decide(evidence),
         best=best,
+        nearest=best,
         tied=tied,
         explained=explained,
         remainder=left.gain,

@@ -46,6 +46,11 @@ class TrialModel:
         return tuple(c.name for c in self.candidates)
 
     @property
+    def labels(self) -> tuple[str, ...]:
+        """Names and forms of the effects."""
+        return tuple(c.label for c in self.candidates)
+
+    @property
     def family(self) -> str:
         """Families of the effects, joined by ``+``."""
         return "+".join(dict.fromkeys(c.family for c in self.candidates))

@@ -1,4 +1,9 @@
-"""Search for sets of effects in recordings: grow one effect at a time, then remove what is idle."""
+"""Search for sets of effects in recordings: grow one effect at a time, then remove what is idle.
+
+An effect may have several forms: formulas of the same physics. The form is chosen on the fitted
+trials and is a detail of the effect; whether the effect is claimed is judged on the held-out ones.
+Forms come before partners: a second effect must do better than another form of the first.
+"""
 
 from __future__ import annotations
 
@@ -8,9 +13,20 @@ from dataclasses import dataclass
 from pamsim.comparison.candidate import Candidate
 from pamsim.diagnosis.method.evidence import compare_trials
 from pamsim.diagnosis.method.refit import Fitter, Refit
-from pamsim.diagnosis.method.screen import Screened, screen_again, shortlist
+from pamsim.diagnosis.method.screen import (
+    Screened,
+    forms_beside,
+    leading,
+    screen_again,
+    shortlist,
+)
 from pamsim.diagnosis.method.trial_model import TrialModel, fit_effects
-from pamsim.diagnosis.method.verdict_thresholds import LEAST_GAIN
+from pamsim.diagnosis.method.verdict_thresholds import (
+    FORM_GAIN,
+    LEAST_GAIN,
+    PARTNER_SHARE,
+    TIE_SHARE,
+)
 
 Progress = Callable[[str], None]
 """Called with what is being tried."""
@@ -27,6 +43,9 @@ _OPEN = 0.1
 
 _LEEWAY = 1.5
 """Factor on a promised gain, which is only of first order."""
+
+_FORMS = 3
+"""Most further forms of one effect that are refitted."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -57,7 +76,8 @@ class TrialSearch:
         fitter: of the trials.
         base: fit of the base model.
         base_loss: its loss on the held-out trials.
-        screened: effects with their signatures.
+        perfect: mean loss of a perfect model on them.
+        screened: effects in all of their forms, with their signatures.
         progress: called with what is being tried.
     """
 
@@ -66,18 +86,21 @@ class TrialSearch:
         fitter: Fitter,
         base: Refit,
         base_loss: Mapping[str, float],
+        perfect: float,
         screened: Sequence[Screened],
         progress: Progress,
     ) -> None:
         self._fitter = fitter
         self._base = base
         self._base_loss = base_loss
+        self._perfect = perfect
         self._screened = screened
+        self._leading = leading(screened)
         self._progress = progress
         self._known: dict[frozenset[str], TrialModel | None] = {}
 
     def singles(self) -> list[TrialModel]:
-        """Refits of single effects, the most promising first.
+        """Refits of single effects in their best forms, the most promising first.
 
         A promise is of first order, so the second is tried whatever the first achieves; further
         down the list only what may still be a rival, or while the gap is open.
@@ -85,9 +108,9 @@ class TrialSearch:
         _, misfit = self._fitter.unexplained(self._base)
         models: list[TrialModel] = []
         best, closed = 0.0, False
-        chosen = shortlist(self._screened, SHORTLIST, 0.5 * LEAST_GAIN, _PROMISED)
+        chosen = shortlist(self._leading, SHORTLIST, 0.5 * LEAST_GAIN, _PROMISED)
         for place, effect in enumerate(chosen):
-            rival = effect.gain >= _PROMISED_RIVAL * max(best, self._screened[0].gain)
+            rival = effect.gain >= _PROMISED_RIVAL * max(best, self._leading[0].gain)
             if closed and place > 1 and not rival:
                 continue
             model = self._fitted([effect.candidate], effect.starts(misfit))
@@ -97,10 +120,39 @@ class TrialSearch:
             gain = self._base.cost - model.fit.cost
             if gain > best:
                 best, closed = gain, self._promised_beside(model) < _OPEN * gain
-        return models
+        rivals = [m for m in models if self._base.cost - m.fit.cost >= TIE_SHARE * best]
+        return [self.in_best_form(m) if m in rivals else m for m in models]
+
+    def in_best_form(self, model: TrialModel) -> TrialModel:
+        """A model with each of its effects in the form that fits best.
+
+        Forms are refitted as long as their signatures promise to explain more than the model does.
+
+        Args:
+            model: whose effects stay.
+        """
+        _, misfit = self._fitter.unexplained(self._base)
+        for name in model.names:
+            space, left = self._fitter.unexplained(model.fit)
+            for form in forms_beside(self._screened, model.labels, name, space, left)[:_FORMS]:
+                candidates = [form.candidate if c.name == name else c for c in model.candidates]
+                others = {
+                    p.name: model.fit.values[p.name]
+                    for c in candidates
+                    if c.name != name
+                    for p in c.parameters
+                }
+                starts = [{**others, **start} for start in form.starts(misfit)]
+                other = self._known.get(_key(candidates)) or self._fitted(candidates, starts)
+                if other is not None and other.fit.cost < model.fit.cost - FORM_GAIN:
+                    model = other
+        return model
 
     def grown(self, accepted: Sequence[TrialModel], growth: Growth) -> list[TrialModel]:
         """Models with one more effect that predict better than their parent and the best so far.
+
+        What the parent leaves may be the error of its formula, which a further effect only takes
+        the edge off: to be claimed, it must remove most of it.
 
         Args:
             accepted: models whose effects may be claimed, the best first.
@@ -118,19 +170,19 @@ class TrialSearch:
         ]
         larger: dict[frozenset[str], TrialModel] = {}
         for parent, effect, starts in jobs:
-            names = frozenset({*parent.names, effect.candidate.name})
-            model = self._known.get(names) or self._fitted(
-                [*parent.candidates, effect.candidate], starts
-            )
+            candidates = [*parent.candidates, effect.candidate]
+            model = self._known.get(_key(candidates)) or self._fitted(candidates, starts)
             if model is None or not model.size_known():
                 continue
             over = [compare_trials(m.loss, model.loss, protocol_of) for m in (accepted[0], parent)]
-            if all(
+            left = accepted[0].mean_loss - self._perfect
+            if over[0].gain > PARTNER_SHARE * left and all(
                 c.p_value * len(jobs) < growth.significance and c.gain > growth.least_gain
                 for c in over
             ):
-                larger[names] = model
+                larger[frozenset(model.names)] = model
         ranked = sorted(larger.values(), key=lambda m: m.mean_loss)
+        ranked = [self.in_best_form(m) if m in ranked[: growth.beam] else m for m in ranked]
         return [m for m in ranked if len(self.reduced(m, growth).names) == len(m.names)]
 
     def reduced(self, model: TrialModel, growth: Growth) -> TrialModel:
@@ -146,11 +198,10 @@ class TrialSearch:
             if len(model.candidates) == 1:
                 break
             kept = [c for c in model.candidates if c.name != name]
-            key = frozenset(c.name for c in kept)
-            if key not in self._known:
+            if _key(kept) not in self._known:
                 start = {p.name: model.fit.values[p.name] for c in kept for p in c.parameters}
                 self._fitted(kept, [start])
-            smaller = self._known[key]
+            smaller = self._best({c.name for c in kept})
             if smaller is None or name not in screened:
                 continue
             step = compare_trials(smaller.loss, model.loss, protocol_of)
@@ -159,10 +210,15 @@ class TrialSearch:
             model = smaller
         return model
 
+    def _best(self, names: set[str]) -> TrialModel | None:
+        """The known model with these effects, in whichever forms fit best."""
+        known = [m for m in self._known.values() if m is not None and set(m.names) == names]
+        return min(known, key=lambda m: m.fit.cost, default=None)
+
     def _promised_beside(self, model: TrialModel) -> float:
         """Largest fall of the mean loss that an effect promises beside those of a model."""
         space, misfit = self._fitter.unexplained(model.fit)
-        others = [s for s in self._screened if s.candidate.name not in model.names]
+        others = [s for s in self._leading if s.candidate.name not in model.names]
         return max((s.gain for s in screen_again(others, space, misfit)), default=0.0)
 
     def _jobs(
@@ -174,11 +230,16 @@ class TrialSearch:
         """
         space, misfit = self._fitter.unexplained(parent.fit)
         freed = {p.name for p in parent.fit.parameters}
+        others = [
+            s
+            for s in self._screened
+            if s.candidate.name not in parent.names
+            and not freed & {p.name for p in s.candidate.parameters}
+        ]
         promising = [
             s
-            for s in screen_again(self._screened, space, misfit)
-            if not freed & {p.name for p in s.candidate.parameters}
-            and s.gain >= growth.least_gain
+            for s in leading(screen_again(others, space, misfit))
+            if s.gain >= growth.least_gain
             and parent.fit.cost - _LEEWAY * s.gain < least - growth.least_gain
         ]
         return [
@@ -190,9 +251,13 @@ class TrialSearch:
         self, candidates: Sequence[Candidate], starts: Sequence[Mapping[str, float]]
     ) -> TrialModel | None:
         """The model with these effects; it is known from then on."""
-        names = frozenset(c.name for c in candidates)
-        self._progress(" + ".join(sorted(names)))
-        self._known[names] = fit_effects(
+        self._progress(" + ".join(sorted(c.label for c in candidates)))
+        self._known[_key(candidates)] = fit_effects(
             self._fitter, self._base, self._base_loss, candidates, starts
         )
-        return self._known[names]
+        return self._known[_key(candidates)]
+
+
+def _key(candidates: Sequence[Candidate]) -> frozenset[str]:
+    """Effects and their forms, in any order."""
+    return frozenset(c.label for c in candidates)

@@ -13,6 +13,14 @@ LEAST_GAIN = 0.01
 """Fall of the held-out loss below which an effect is not claimed: a candidate that happens to lie
 nearer the true cause does predict a little better."""
 
+FORM_GAIN = 0.005
+"""Fall of the fitted trials' mean loss from which another form of an effect is preferred to the
+one that is tried first."""
+
+PARTNER_SHARE = 0.5
+"""Share of what the best smaller model leaves that a further effect must remove: one that removes
+less stands in for an error of the first one's formula."""
+
 ADEQUATE = 0.95
 """Share of what the base model misses that a named effect must explain, where a significant
 remainder is left."""

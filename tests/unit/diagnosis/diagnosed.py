@@ -69,6 +69,7 @@ def model(rig, names, loss, base_loss, *, size=0.7, protocol_of):
     return SimpleNamespace(
         candidates=found,
         names=tuple(names),
+        labels=tuple(c.label for c in found),
         family="+".join(dict.fromkeys(c.family for c in found)),
         fit=SimpleNamespace(values=values, at_bound=()),
         intervals={n: (v - 0.1 * abs(v), v + 0.1 * abs(v)) for n, v in values.items()},
@@ -140,12 +141,14 @@ def report(
     conclusion = SimpleNamespace(
         verdict=verdict,
         best=chosen,
+        nearest=chosen,
         tied=others,
         explained=Share(value=explained, interval95=(explained - 0.055, explained + 0.01)),
         remainder=0.01,
         lack=LackOfFit(size=lack[0], p_value=lack[1], attainable=lack[2]),
     )
     channels = [(c, p) for c in NOISE for p in PROTOCOLS]
+    left = Cell(channel="angle", protocol="swing_check", excess=0.2, p_value=0.01)
     method = SimpleNamespace(
         conclusion=conclusion,
         floor=NoiseFloor(
@@ -186,6 +189,8 @@ def report(
                 worst=1,
             ),
         ),
+        cells_after=() if chosen is None else (left,),
+        maps_after=(),
         screened=(screened(rig, "air_leak", 0.9), screened(rig, "angle_bias", 0.4)),
         models=tuple(m for m in (chosen, *others, *parents) if m is not None),
         tried=2,

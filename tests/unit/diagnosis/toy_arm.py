@@ -100,9 +100,10 @@ def regressors(trials):
 NUISANCE = (FreeParameter(name="gain", unit="1", start=1.0, low=0.3, high=3.0),)
 
 
-def candidate(name, low, high, typical, family=None):
+def candidate(name, low, high, typical, family=None, *, form_of=""):
+    """An effect of the toy; of several forms that share a name, each has a parameter of its own."""
     effect = Effect(
-        name=name, family=family or name, missing=name,
+        name=form_of or name, form=name if form_of else "", family=family or name, missing=name,
         parameters=(EffectParameter(name=name, typical=typical, low=low, high=high),),
         look_alikes=(), separating="",
     )  # fmt: skip
@@ -112,6 +113,7 @@ def candidate(name, low, high, typical, family=None):
         parameters=(FreeParameter(name=name, unit="1", start=typical, low=low, high=high),),
         neutral={name: 0.0},
         probes=tuple(probes),
+        usual=form_of in ("", name),
     )
 
 

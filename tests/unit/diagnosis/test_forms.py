@@ -1,0 +1,77 @@
+"""The name is the physics: its form is chosen on fitted trials, the name is judged on others."""
+
+from __future__ import annotations
+
+import pytest
+
+from pamsim.diagnosis.method import trial_search
+from pamsim.diagnosis.method.trial_diagnosis import diagnose_trials
+from pamsim.diagnosis.method.verdict import Verdict
+from tests.unit.diagnosis.toy_arm import (
+    BIAS,
+    LEAK,
+    NUISANCE,
+    candidate,
+    recorded,
+    regressors,
+    simulator,
+)
+
+SHARP = candidate("dry", 0.0, 1.0, 0.03, "friction", form_of="dry")
+WIDE = candidate("wide", 0.0, 1.0, 0.03, "friction", form_of="dry")
+TWIN = candidate("twin", -1.0, 0.0, -0.03, "friction", form_of="dry")
+
+
+def found(hidden, library, **options):
+    trials = recorded(hidden, **options)
+    return diagnose_trials(simulator(trials), NUISANCE, library, regressors(trials))
+
+
+@pytest.mark.parametrize("hidden", ["dry", "wide"])
+def test_one_name_in_the_form_that_fits(hidden):
+    for seed in range(3):
+        one = found({hidden: 0.15}, (SHARP, WIDE, BIAS, LEAK), seed=seed).conclusion
+        assert one.verdict is Verdict.NAMED, (seed, one)
+        assert one.best.names == ("dry",)
+        assert one.best.labels == (f"dry:{hidden}",)
+        assert one.best.fit.values[hidden] == pytest.approx(0.15, rel=0.1)
+
+
+def test_without_the_form_the_same_data_leave_a_remainder():
+    one = found({"wide": 0.15}, (SHARP, BIAS, LEAK)).conclusion
+    assert one.verdict is not Verdict.NAMED
+    assert one.nearest.names == ("dry",)
+    assert one.lack.significant
+
+
+def test_forms_of_one_effect_are_never_rivals_nor_partners():
+    """Two forms with the same trace are one name, not an ambiguity."""
+    for hidden in ({"dry": 0.06}, {"dry": 0.06, "leak": 0.05}):
+        one = found(hidden, (SHARP, TWIN, BIAS, LEAK)).conclusion
+        assert one.verdict is Verdict.NAMED
+        assert set(one.best.names) == set(hidden)
+        assert one.tied == ()
+
+
+def test_a_partner_must_beat_the_other_forms_of_the_main_effect(monkeypatch):
+    """`stick` is a small effect that takes the edge off a wrong form."""
+    stick = candidate("ripple", -1.0, 1.0, 0.03)
+    library = (SHARP, WIDE, stick, BIAS)
+    with_forms = found({"wide": 0.2}, library).conclusion
+    assert with_forms.best.names == ("dry",)
+    monkeypatch.setattr(trial_search, "forms_beside", lambda *_: ())
+    monkeypatch.setattr(trial_search, "PARTNER_SHARE", 0.0)
+    without = found({"wide": 0.2}, (SHARP, stick, BIAS)).conclusion
+    assert without.verdict is not Verdict.NAMED
+
+
+def test_unexplained_names_the_model_that_explains_most_and_where_it_fails():
+    for hidden in ({"ripple": 0.05}, {"wide": 0.1}):
+        one = found(hidden, (BIAS, LEAK))
+        assert one.conclusion.verdict is Verdict.UNEXPLAINED
+        better = [m for m in one.models if m.improvement.gain > 0.0]
+        nearest = min(better, key=lambda m: m.mean_loss, default=None)
+        assert one.conclusion.nearest is nearest
+        assert (one.conclusion.explained.value > 0.0) == (nearest is not None)
+        assert bool(one.cells_after) == bool(one.maps_after) == (nearest is not None)
+    assert found({}, (BIAS, LEAK)).conclusion.nearest is None
