@@ -42,6 +42,7 @@ from pamsim.muscles.creep import creep_force, creep_rate
 from pamsim.muscles.tension import effective_pressure, taut
 from pamsim.pneumatics.air import GAS_CONSTANT
 from pamsim.pneumatics.chamber import absolute_pressure, air_state_rate, relaxing_rate
+from pamsim.pneumatics.laminar_gap import laminar_flow
 from pamsim.pneumatics.orifice import mass_flow
 from pamsim.pneumatics.supply import Valves, supply_sag
 from pamsim.pneumatics.tube import line_outflow, near_end_pressure
@@ -92,6 +93,7 @@ _TEMPERATURE = slot("chamber.temperature")
 _ATMOSPHERE = slot("chamber.atmosphere")
 _FLOOR = slot("chamber.floor")
 _LEAK = slot("chamber.leak_conductance")
+_LAMINAR_LEAK = slot("chamber.laminar_leak_conductance")
 _HEAT_RATE = slot("chamber.heat_rate")
 _FILL = slot("valve.conductance_fill")
 _EXHAUST = slot("valve.conductance_exhaust")
@@ -105,6 +107,7 @@ _PULSE_PERIOD = slot("valve.pulse_period")
 _BAND = slot("valve.regulator_band")
 _DEAD_BAND = slot("valve.regulator_dead_band")
 _DEAD_ZONE = slot("valve.dead_zone")
+_DEAD_ZONE_ASYMMETRY = slot("valve.dead_zone_asymmetry")
 _TRAVEL_TIME = slot("valve.travel_time")
 _TUBE_RESISTANCE = slot("valve.tube_resistance")
 _TUBE_VOLUME = slot("valve.tube_volume")
@@ -342,7 +345,7 @@ def _open(par: Row, opening: float) -> float:
     """What the dead zone leaves of an opening."""
     if par[_DEAD_ZONE] == 0.0:
         return opening
-    return past_dead_zone(opening, par[_DEAD_ZONE])
+    return past_dead_zone(opening, par[_DEAD_ZONE], par[_DEAD_ZONE_ASYMMETRY])
 
 
 def reached_opening(
@@ -469,17 +472,20 @@ def flow_through_valves(par: Row, pressure_abs: float, opening: float, sag: floa
 
 
 def leak_flow(par: Row, pressure_abs: float) -> float:
-    """Mass flow out of the chamber through its leak [kg/s]."""
-    if par[_LEAK] == 0.0:
-        return 0.0
-    return mass_flow(
-        pressure_abs,
-        par[_ATMOSPHERE],
-        par[_LEAK],
-        par[_CRITICAL],
-        par[_LAMINAR],
-        par[_TEMPERATURE],
-    )
+    """Mass flow out of the chamber through its leaks, orifice and narrow gap [kg/s]."""
+    lost = 0.0
+    if par[_LEAK] > 0.0:
+        lost += mass_flow(
+            pressure_abs,
+            par[_ATMOSPHERE],
+            par[_LEAK],
+            par[_CRITICAL],
+            par[_LAMINAR],
+            par[_TEMPERATURE],
+        )
+    if par[_LAMINAR_LEAK] > 0.0:
+        lost += laminar_flow(pressure_abs, par[_ATMOSPHERE], par[_LAMINAR_LEAK], par[_TEMPERATURE])
+    return lost
 
 
 def state_rates(

@@ -6,6 +6,7 @@ from pamsim.actuator.muscle import Muscle
 from pamsim.muscles.braid import volume
 from pamsim.pneumatics.air import GAS_CONSTANT
 from pamsim.pneumatics.orifice import mass_flow
+from pamsim.pneumatics.valves import own_dead_zone
 
 
 def regulator_time_constant(muscle: Muscle) -> float:
@@ -33,7 +34,8 @@ def regulator_time_constant(muscle: Muscle) -> float:
         chamber.temperature,
     )
     rate = chamber.polytropic_index * GAS_CONSTANT * chamber.temperature * flow
-    band = valve.regulator_band * (1.0 - valve.dead_zone)
+    widest = own_dead_zone(valve.dead_zone, 1.0 + abs(valve.dead_zone_asymmetry))
+    band = valve.regulator_band * (1.0 - widest)
     room = inside + chamber.dead_volume
     if valve.tube_resistance > 0.0:
         # The regulator then sees the pressure in the tube, whose air stays at its temperature.

@@ -7,6 +7,7 @@ from pamsim.effects.effect import Effect, EffectParameter
 EFFECTS = (
     Effect(
         name="air_leak",
+        form="orifice",
         family="pressure_deficit",
         missing="a leak of air from the muscles",
         parameters=(
@@ -14,6 +15,21 @@ EFFECTS = (
         ),
         look_alikes=("pressure_scale", "pressure_bias", "supply_sag"),
         separating="shut the valves at a high pressure and watch the pressure for some seconds",
+        upstream_of_pressure=True,
+    ),
+    Effect(
+        name="air_leak",
+        form="laminar",
+        family="pressure_deficit",
+        missing="a leak of air from the muscles through a narrow gap",
+        parameters=(
+            EffectParameter(
+                name="chamber.laminar_leak_conductance", typical=1e-12, low=0.0, high=5e-11
+            ),
+        ),
+        look_alikes=("pressure_scale", "pressure_bias", "supply_sag"),
+        separating="shut the valves at a high and at a low pressure and watch the pressures for"
+        " some seconds: a narrow gap leaks the less, the lower the pressure, than an orifice",
         upstream_of_pressure=True,
     ),
     Effect(
@@ -30,11 +46,34 @@ EFFECTS = (
     ),
     Effect(
         name="valve_dead_zone",
+        form="symmetric",
         family="valve",
         missing="a dead zone of the valves",
         parameters=(EffectParameter(name="valve.dead_zone", typical=0.05, low=0.0, high=0.5),),
         look_alikes=("coulomb_friction", "valve_flow"),
         separating="increase the valve opening in small steps from shut",
+        probes=(0.1, 0.5, 2.0),
+        upstream_of_pressure=True,
+    ),
+    Effect(
+        name="valve_dead_zone",
+        form="asymmetric",
+        family="valve",
+        missing="a dead zone of the valves, another one to fill than to exhaust",
+        parameters=(
+            EffectParameter(name="valve.dead_zone", typical=0.05, low=0.0, high=0.5),
+            EffectParameter(
+                name="valve.dead_zone_asymmetry",
+                typical=0.0,
+                low=-1.0,
+                high=1.0,
+                shape=True,
+                starts=(-0.6, 0.6),
+                natural_ends=True,
+            ),
+        ),
+        look_alikes=("coulomb_friction", "valve_flow"),
+        separating="open each valve in small steps from shut",
         probes=(0.1, 0.5, 2.0),
         upstream_of_pressure=True,
     ),

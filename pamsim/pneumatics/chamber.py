@@ -63,6 +63,13 @@ class Chamber(ParameterGroup):
         doc="sonic conductance C of a leak to the atmosphere",
         default=0.0,
     )
+    laminar_leak_conductance: float = parameter(
+        unit="m^3/(s*Pa)",
+        low=0.0,
+        high=1e-8,
+        doc="g of a narrow leak to the atmosphere: volume flow at its mean pressure per difference",
+        default=0.0,
+    )
 
 
 def absolute_pressure(

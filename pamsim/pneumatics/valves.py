@@ -14,6 +14,8 @@ from typing import ClassVar
 from pamsim.core.parameters import ParameterGroup, parameter
 from pamsim.pneumatics.orifice import mass_flow
 
+_WIDEST_DEAD_ZONE = 0.9
+
 
 @dataclass(frozen=True, kw_only=True)
 class ValvePair(ParameterGroup):
@@ -47,7 +49,18 @@ class ValvePair(ParameterGroup):
         unit="Pa", low=0.0, high=1e5, doc="error the regulator leaves alone", default=0.0
     )
     dead_zone: float = parameter(
-        unit="1", low=0.0, high=0.9, doc="opening up to which a valve stays shut", default=0.0
+        unit="1",
+        low=0.0,
+        high=_WIDEST_DEAD_ZONE,
+        doc="opening up to which a valve stays shut, mean of both",
+        default=0.0,
+    )
+    dead_zone_asymmetry: float = parameter(
+        unit="1",
+        low=-1.0,
+        high=1.0,
+        doc="a: fill valve shut up to 1 + a times the dead zone, exhaust valve up to 1 - a times",
+        default=0.0,
     )
     supply_resistance: float = parameter(
         unit="Pa*s/kg",
@@ -184,7 +197,17 @@ def slewed_opening(opening: float, before: float, travel_time: float, timestep: 
     return opening
 
 
-def past_dead_zone(opening: float, dead_zone: float) -> float:
+def own_dead_zone(dead_zone: float, share: float) -> float:
+    """Opening up to which one of the two valves stays shut, in [0, 0.9].
+
+    Args:
+        dead_zone: mean of both, in [0, 0.9].
+        share: of it that this valve has: 1 + a of the fill valve, 1 - a of the exhaust valve.
+    """
+    return min(dead_zone * share, _WIDEST_DEAD_ZONE)
+
+
+def past_dead_zone(opening: float, dead_zone: float, asymmetry: float) -> float:
     """What is left of a signed opening behind the overlap that shuts a valve around zero.
 
     The rest is stretched to the full range: the flow sets in without a jump, on which a regulator
@@ -193,15 +216,18 @@ def past_dead_zone(opening: float, dead_zone: float) -> float:
 
     Args:
         opening: in [-1, 1].
-        dead_zone: opening up to which both valves stay shut, in [0, 1); 0 for none, exactly.
+        dead_zone: opening up to which the valves stay shut, mean of both; 0 for none, exactly.
+        asymmetry: a, see `own_dead_zone`; 0 for the same zone on both sides, exactly.
 
     Returns:
         Opening in [-1, 1].
     """
-    if opening > dead_zone:
-        return (opening - dead_zone) / (1.0 - dead_zone)
-    if opening < -dead_zone:
-        return (opening + dead_zone) / (1.0 - dead_zone)
+    fill = own_dead_zone(dead_zone, 1.0 + asymmetry)
+    if opening > fill:
+        return (opening - fill) / (1.0 - fill)
+    exhaust = own_dead_zone(dead_zone, 1.0 - asymmetry)
+    if opening < -exhaust:
+        return (opening + exhaust) / (1.0 - exhaust)
     return 0.0 * opening  # not a plain 0: a NaN opening must not shut the valve silently
 
 

@@ -17,9 +17,11 @@ SIGNALS = ("angle", "velocity", "pressure", "tension")
 LOAD = 1.2
 EFFECTS = {
     "air_leak": {"chamber.leak_conductance": 5e-12},
+    "laminar_leak": {"chamber.laminar_leak_conductance": 3e-12},
     "supply_sag": {"valve.supply_resistance": 3e8},
     "supply_volume": {"valve.supply_resistance": 3e8, "valve.supply_volume": 1e-4},
     "valve_dead_zone": {"valve.dead_zone": 0.2},
+    "asymmetric_dead_zone": {"valve.dead_zone": 0.2, "valve.dead_zone_asymmetry": 0.6},
     "viscoelastic_creep": {"creep.stiffness": 3e3, "creep.relaxation_time": 0.5},
     "end_shape": {"end_shape.loss": 0.4, "end_shape.onset": -0.02},
     "line_lag": {"valve.line_lag": 0.04},
@@ -44,6 +46,7 @@ SHAPES = {
     "valve.supply_volume": 1e-4,
     "valve.supply_line": 1.0,
     "valve.tube_volume": 5e-5,
+    "valve.dead_zone_asymmetry": 0.5,
     "chain.ripple_pitch": 0.02,
     "chain.ripple_phase": 1.0,
 }

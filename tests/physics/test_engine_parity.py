@@ -106,21 +106,22 @@ def test_plant_and_engine_agree_on_random_inputs_with_nothing_hidden(name, frict
 
 
 NAMED = {
-    "valve.dead_zone": 0.1,
-    "valve.delay": 0.0123,
-    "chain.backlash": 6e-4,
-    "threshold.pressure": 2e4,
-    "joint.shaft.armature": 0.01,
-    "body.rig.tilt": 0.1,
-    "chamber.polytropic_index": 1.35,
-    "muscle_2:force.scale": 1.05,
+    "valve.dead_zone": {"valve.dead_zone": 0.1},
+    "valve.dead_zone_asymmetry": {"valve.dead_zone": 0.1, "valve.dead_zone_asymmetry": -0.7},
+    "valve.delay": {"valve.delay": 0.0123},
+    "chain.backlash": {"chain.backlash": 6e-4},
+    "threshold.pressure": {"threshold.pressure": 2e4},
+    "joint.shaft.armature": {"joint.shaft.armature": 0.01},
+    "body.rig.tilt": {"body.rig.tilt": 0.1},
+    "chamber.polytropic_index": {"chamber.polytropic_index": 1.35},
+    "muscle_2:force.scale": {"muscle_2:force.scale": 1.05},
 }
 
 
 @pytest.mark.parametrize("name", NAMED)
 def test_plant_and_engine_agree_on_what_a_rig_states(name):
     shipped = pamsim.load_rig("mas20_arm")
-    rig = shipped.with_parameters({name: NAMED[name]})
+    rig = shipped.with_parameters(NAMED[name])
     experiment = INPUTS["pulses" if name.startswith("valve") else "levels"].experiment(
         read_rig(rig, 0.0), 3, 2.0
     )

@@ -104,12 +104,15 @@ def _write_muscle(row: Record, muscle: object, where: str) -> None:
         row.loop_sharpness = loop.sharpness
     for field, (group, name) in _COPIED.items():
         setattr(row, field, getattr(groups[group], name))
+    zone, uneven = groups["valve"].dead_zone, groups["valve"].dead_zone_asymmetry
+    row.dead_zone_fill = min(zone * (1.0 + uneven), 0.9)
+    row.dead_zone_exhaust = min(zone * (1.0 - uneven), 0.9)
     _refuse_unknown(groups, where)
 
 
 def _refuse_unknown(groups: Mapping[str, Any], where: str) -> None:
     """Refuse a parameter that acts in the engine and that the plant does not have."""
-    known = set(_COPIED.values()) | _WITHOUT_INFLUENCE
+    known = set(_COPIED.values()) | _DEAD_ZONES | _WITHOUT_INFLUENCE
     known |= {(group, field) for group, fields in _SHARED.values() for field in fields.values()}
     for group, values in groups.items():
         if not isinstance(values, ParameterGroup) or group in ("force", "hysteresis"):
@@ -129,6 +132,9 @@ _SHARED = {
 """What all muscles share -> group, and field of the joint's record -> parameter of the group."""
 
 _WITHOUT_INFLUENCE = {("chamber", "floor"), ("valve", "pulse_period"), ("valve", "supply_line")}
+
+_DEAD_ZONES = {("valve", "dead_zone"), ("valve", "dead_zone_asymmetry")}
+"""What the plant states as a number for each valve."""
 
 _FORCES = ("six_parameter", "ideal_mckibben")
 
@@ -159,8 +165,6 @@ _COPIED = {
     "supply": ("valve", "supply_pressure"),
     "band": ("valve", "regulator_band"),
     "dead_band": ("valve", "regulator_dead_band"),
-    "dead_zone_fill": ("valve", "dead_zone"),
-    "dead_zone_exhaust": ("valve", "dead_zone"),
     "lag": ("valve", "line_lag"),
     "delay": ("valve", "delay"),
     "compliance": ("chain", "compliance"),

@@ -89,6 +89,7 @@ def make(law: str = "ideal_mckibben", loop: str = "none", **changes: Any) -> Mus
             atmosphere=9.8e4,
             floor=2e3,
             leak_conductance=2e-11,
+            laminar_leak_conductance=7e-12,
         ),
         "valve": ValvePair(
             conductance_fill=6e-9,
@@ -100,6 +101,7 @@ def make(law: str = "ideal_mckibben", loop: str = "none", **changes: Any) -> Mus
             regulator_band=2e4,
             regulator_dead_band=1e3,
             dead_zone=0.04,
+            dead_zone_asymmetry=0.3,
             supply_resistance=3e7,
             supply_volume=2e-4,
             supply_line=2.0,
@@ -123,7 +125,7 @@ def make(law: str = "ideal_mckibben", loop: str = "none", **changes: Any) -> Mus
     return Muscle(**(groups | changes))
 
 
-TIGHT = dataclasses.replace(make().chamber, leak_conductance=0.0)
+TIGHT = dataclasses.replace(make().chamber, leak_conductance=0.0, laminar_leak_conductance=0.0)
 """A chamber from which nothing leaks."""
 PLAIN_VALVE = dataclasses.replace(
     make().valve, dead_zone=0.0, supply_resistance=0.0, line_lag=0.0, delay=0.0

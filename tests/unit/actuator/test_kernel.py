@@ -25,6 +25,7 @@ from pamsim.muscles.mckibben import IdealMcKibben
 from pamsim.muscles.passive import PassiveSpring, locking_force, tube_force
 from pamsim.muscles.tension import Threshold
 from pamsim.pneumatics.chamber import Chamber, air_state_rate
+from pamsim.pneumatics.laminar_gap import laminar_flow
 from pamsim.pneumatics.orifice import mass_flow
 from pamsim.pneumatics.valves import (
     ValvePair,
@@ -159,7 +160,9 @@ def test_rates_are_the_laws_put_together(loop, command):
         }[command]
         orifice = valve.critical_ratio, valve.laminar_ratio, chamber.temperature
         leak = mass_flow(p_abs, chamber.atmosphere, chamber.leak_conductance, *orifice)
-        opening = past_dead_zone(opening, valve.dead_zone)
+        gap = chamber.laminar_leak_conductance, chamber.temperature
+        leak += laminar_flow(p_abs, chamber.atmosphere, *gap)
+        opening = past_dead_zone(opening, valve.dead_zone, valve.dead_zone_asymmetry)
         supply = valve.supply_pressure + chamber.atmosphere
         if opening > 0.0:
             fill = opening * valve.conductance_fill
@@ -371,8 +374,9 @@ def traces(muscle: Muscle) -> list[list[str]]:
 
 
 RIGID_BRAID = Braid(nominal_length=0.25, diameter=0.02, fibre_angle=0.5)
+NO_LEAK = {"leak_conductance": 0.0, "laminar_leak_conductance": 0.0}
 GIVEN_CHAMBER = {
-    name: getattr(make().chamber, name) for name, _ in specs(Chamber) if name != "leak_conductance"
+    name: getattr(make().chamber, name) for name, _ in specs(Chamber) if name not in NO_LEAK
 }
 NO_VALVE_EFFECT = {"dead_zone": 0.0, "supply_resistance": 0.0, "line_lag": 0.0}
 GIVEN_VALVE = {
@@ -392,7 +396,7 @@ OFF = {
         Friction(stribeck_velocity=1e-3, presliding=1e-6, bristle_time=0.01),
     ),
     "braid": (RIGID_BRAID, dataclasses.replace(RIGID_BRAID, extensibility=0.0)),
-    "chamber": (Chamber(**GIVEN_CHAMBER), Chamber(**GIVEN_CHAMBER, leak_conductance=0.0)),
+    "chamber": (Chamber(**GIVEN_CHAMBER), Chamber(**GIVEN_CHAMBER, **NO_LEAK)),
     "valve": (ValvePair(**GIVEN_VALVE), ValvePair(**GIVEN_VALVE, **NO_VALVE_EFFECT)),
 }
 """Effect -> the group that a rig gets which does not state it, and one of no size."""

@@ -1,4 +1,4 @@
-"""A leaking muscle loses its air as an orifice to the atmosphere lets it, and none when empty."""
+"""A leaking muscle loses its air as orifice or narrow gap let it, and none when empty."""
 
 from __future__ import annotations
 
@@ -11,16 +11,23 @@ from scipy.integrate import solve_ivp
 from pamsim.actuator import kernel, static_muscle
 from pamsim.actuator.layout import pack
 from pamsim.pneumatics.air import GAS_CONSTANT, REFERENCE_DENSITY, REFERENCE_TEMPERATURE
+from pamsim.pneumatics.laminar_gap import laminar_flow
 from tests.unit.actuator.muscles import LASTING, PLAIN_VALVE, charged, make
 
 TENDON = 0.19
 LEAK = 5e-11
 
 
-def leaking(conductance: float = LEAK, index: float = 1.0):
+GAP = 2e-10
+
+
+def leaking(conductance: float = LEAK, index: float = 1.0, gap: float = 0.0):
     base = make(**LASTING, valve=PLAIN_VALVE)
     chamber = dataclasses.replace(
-        base.chamber, polytropic_index=index, leak_conductance=conductance
+        base.chamber,
+        polytropic_index=index,
+        leak_conductance=conductance,
+        laminar_leak_conductance=gap,
     )
     return dataclasses.replace(base, chamber=chamber)
 
@@ -55,15 +62,41 @@ def test_choked_leak_empties_a_still_muscle_exponentially(index):
     assert end == pytest.approx(start * math.exp(-0.3), rel=1e-7)
 
 
-def test_it_ends_at_the_atmosphere():
-    muscle = leaking()
+@pytest.mark.parametrize("index", [1.0, 1.4])
+def test_a_narrow_gap_empties_a_still_muscle_as_riccati_has_it(index):
+    """dP/dt = -n g (P^2 - P_a^2) / (2 V): (P - P_a) / (P + P_a) falls at the rate n g P_a / V."""
+    muscle = leaking(0.0, index, GAP)
+    row, outside = pack(muscle).tolist(), muscle.chamber.atmosphere
+    speed = index * GAP * outside / static_muscle.static_volume(row, TENDON, 0.0)
+    start = 5e5 + outside
+    share = (start - outside) / (start + outside) * math.exp(-0.8)
+    end = emptied(muscle, 5e5, 0.8 / speed)
+    assert end == pytest.approx(outside * (1.0 + share) / (1.0 - share), rel=1e-7)
+
+
+def test_poiseuille_in_thin_slices_gives_the_flow_through_a_narrow_gap():
+    """In each slice the volume flow g N (p_k - p_k+1) at its own density; one mass passes all."""
+    slices, cold, inside, outside = 2000, 290.0, 5e5, 1e5
+    given = laminar_flow(inside, outside, GAP, cold)
+    pressure = inside
+    for _ in range(slices):  # the slice's fall of pressure that passes the given mass
+        per_mass = GAS_CONSTANT * cold / (slices * GAP)
+        middle = pressure - 0.5 * given * per_mass / pressure
+        pressure -= given * per_mass / middle
+    assert pressure == pytest.approx(outside, rel=1e-4)
+    assert laminar_flow(outside, inside, GAP, cold) == -given
+
+
+@pytest.mark.parametrize("muscle", [leaking(), leaking(0.0, 1.0, GAP)], ids=["orifice", "gap"])
+def test_it_ends_at_the_atmosphere(muscle):
     assert emptied(muscle, 3e5, 100.0) == pytest.approx(muscle.chamber.atmosphere, rel=1e-6)
     assert emptied(muscle, 0.0, 1.0) == pytest.approx(muscle.chamber.atmosphere, rel=1e-12)
 
 
-def test_what_the_valve_brings_comes_on_top():
+@pytest.mark.parametrize("muscle", [leaking(), leaking(0.0, 1.0, GAP)], ids=["orifice", "gap"])
+def test_what_the_valve_brings_comes_on_top(muscle):
     """Net flow is the valve's less the leak's, which the command does not touch."""
-    tight, leaky = pack(leaking(0.0)).tolist(), pack(leaking()).tolist()
+    tight, leaky = pack(leaking(0.0)).tolist(), pack(muscle).tolist()
     for pressure in (1.5e5, 4e5, 6.5e5):
         lost = kernel.air_flow(leaky, pressure, 0.0, 0.0)
         assert lost < 0.0

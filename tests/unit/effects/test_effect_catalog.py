@@ -61,7 +61,13 @@ ON_REQUEST = [
     "tube_resistance",
     "sprocket_ripple",
 ]
-OTHER_FORMS = ["coulomb_friction:dahl", "stribeck_friction:lugre", "thermal_relaxation:temperature"]
+OTHER_FORMS = [
+    "coulomb_friction:dahl",
+    "stribeck_friction:lugre",
+    "thermal_relaxation:temperature",
+    "air_leak:laminar",
+    "valve_dead_zone:asymmetric",
+]
 EVERY = [*CONTRACT, *AT_REST, *ON_REQUEST, *OTHER_FORMS]
 NOISE = {"angle": np.radians(0.05), "pressure": 400.0, "tension": 1.5}
 

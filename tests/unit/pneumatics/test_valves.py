@@ -10,6 +10,7 @@ import pytest
 from pamsim.pneumatics.orifice import mass_flow
 from pamsim.pneumatics.valves import (
     clamped_opening,
+    own_dead_zone,
     past_dead_zone,
     pulsed_opening,
     regulated_opening,
@@ -40,7 +41,7 @@ WITH_NAN = {
     "pulse": lambda: pulsed_opening(math.nan, 0.001, PERIOD),
     "set point": lambda: regulated_opening(math.nan, 1e5, 1e4, 0.0),
     "pressure": lambda: regulated_opening(1e5, math.nan, 1e4, 5e3),
-    "dead zone": lambda: past_dead_zone(math.nan, 0.1),
+    "dead zone": lambda: past_dead_zone(math.nan, 0.1, 0.0),
     "opening": lambda: flow(math.nan, 3e5),
     "chamber, filling": lambda: flow(0.5, math.nan),
     "chamber, venting": lambda: flow(-0.5, math.nan),
@@ -92,19 +93,37 @@ def test_a_dead_zone_shuts_the_middle_and_keeps_the_ends(zone):
     """Odd, shut up to the zone, without a jump, straight, fully open at the end."""
     half = np.linspace(0.0, 1.0, 2001)
     openings = np.concatenate([-half[:0:-1], half])
-    left = np.array([past_dead_zone(u, zone) for u in openings.tolist()])
+    left = np.array([past_dead_zone(u, zone, 0.0) for u in openings.tolist()])
     assert np.array_equal(left, -left[::-1])
     assert np.all(left[np.abs(openings) <= zone] == 0.0)
     assert np.all(left[openings > zone] > 0.0)
     assert (left[0], left[-1]) == (-1.0, 1.0)
     slopes = np.diff(left) / np.diff(openings)
     assert np.all((slopes >= 0.0) & (slopes <= 1.0 / (1.0 - zone) + 1e-9))
-    assert past_dead_zone(0.5 * (1.0 + zone), zone) == pytest.approx(0.5, rel=1e-12)
+    assert past_dead_zone(0.5 * (1.0 + zone), zone, 0.0) == pytest.approx(0.5, rel=1e-12)
 
 
 def test_no_dead_zone_is_none_to_the_bit():
     for opening in np.random.default_rng(1).uniform(-1.0, 1.0, 200).tolist():
-        assert past_dead_zone(opening, 0.0) == opening
+        for asymmetry in (-1.0, 0.0, 0.4):
+            assert past_dead_zone(opening, 0.0, asymmetry) == opening
+
+
+@pytest.mark.parametrize("asymmetry", [-1.0, -0.4, 0.3, 1.0])
+def test_each_valve_has_the_dead_zone_of_its_side(asymmetry):
+    """Either side is that of a symmetric zone of its own width; 1 leaves the other side none."""
+    zone, openings = 0.3, np.linspace(0.0, 1.0, 501).tolist()
+    for opening in openings:
+        filled = past_dead_zone(opening, zone, asymmetry)
+        assert filled == past_dead_zone(opening, zone * (1.0 + asymmetry), 0.0)
+        vented = past_dead_zone(-opening, zone, asymmetry)
+        assert vented == past_dead_zone(-opening, zone * (1.0 - asymmetry), 0.0)
+    mean = 0.5 * (own_dead_zone(zone, 1.0 + asymmetry) + own_dead_zone(zone, 1.0 - asymmetry))
+    assert mean == pytest.approx(zone, rel=1e-15)
+
+
+def test_the_wider_zone_never_shuts_a_valve_for_good():
+    assert past_dead_zone(1.0, 0.8, 0.9) == past_dead_zone(-1.0, 0.8, -0.9) * -1.0 == 1.0
 
 
 @pytest.mark.parametrize("chamber", [2e4, EXHAUST, 3e5, SUPPLY, 9e5])
