@@ -51,3 +51,35 @@ def difference_jacobian(
         run = ends[0][0] - ends[-1][0]
         columns.append((ends[0][1] - ends[-1][1]) / run if run else np.zeros_like(middle))
     return np.stack(columns, axis=1) if columns else np.empty((middle.size, 0))
+
+
+def secant_updated(
+    compute: Callable[[FloatArray, FloatArray], FloatArray],
+) -> Callable[[FloatArray, FloatArray], FloatArray]:
+    """A Jacobian that is computed once; each further place updates it by what the step changed.
+
+    The update of least change that agrees with the step (Broyden, Mathematics of Computation 19,
+    1965): it needs no simulation of its own.
+
+    Args:
+        compute: place (p,) and residual there (n,) to the Jacobian (n, p).
+
+    Returns:
+        The same, for the places of one descent in their order.
+    """
+    last: tuple[FloatArray, FloatArray, FloatArray] | None = None
+
+    def at(place: FloatArray, here: FloatArray) -> FloatArray:
+        nonlocal last
+        if last is None:
+            jacobian = compute(place, here)
+        else:
+            before, there, known = last
+            step = place - before
+            square = float(step @ step)
+            surprise = here - there - known @ step
+            jacobian = known + np.outer(surprise, step) / square if square > 0.0 else known
+        last = place.copy(), here.copy(), jacobian
+        return jacobian
+
+    return at

@@ -11,19 +11,20 @@ from dataclasses import replace
 import numpy as np
 
 from pamsim.diagnosis.method.refit import EDGE, Fitter, Refit, at_ends
+from pamsim.inference.difference_jacobian import secant_updated
 from pamsim.inference.free_parameter import SearchScale
 
-_ROUNDS = 8
+_ROUNDS = 4
 
-_STEPS = 4
-"""Steps with the same Jacobian."""
+_STEPS = 10
+"""Steps from one Jacobian on."""
 
 _SETTLED = 3e-5
 """Fall of the cost, as a share of it, that is not worth another round."""
 
 
 def polish(fitter: Fitter, fit: Refit) -> Refit:
-    """Descend in fine steps, with a new Jacobian every few, until nothing moves.
+    """Descend in fine steps, each round from a new Jacobian on, until nothing moves.
 
     Args:
         fitter: of the trials.
@@ -50,7 +51,8 @@ def _further(fitter: Fitter, fit: Refit) -> tuple[Refit, float] | None:
         return None
     jacobian = fitter.jacobian(fit.parameters, fit.values, coarse * fitter.weights)
     begin = np.clip(scale.place(fit.values), EDGE, 1.0 - EDGE)
-    end = fitter.steps(fit.parameters, begin, lambda _place, _at: jacobian, _STEPS, fine=True)
+    updated = secant_updated(lambda _place, _at: jacobian)
+    end = fitter.steps(fit.parameters, begin, updated, _STEPS, fine=True)
     if end is None:
         return None
     values = scale.values(end.x)

@@ -20,7 +20,7 @@ from pamsim.inference.bounded_least_squares import (
     Jacobian,
     bounded_least_squares,
 )
-from pamsim.inference.difference_jacobian import Residuals, difference_jacobian
+from pamsim.inference.difference_jacobian import Residuals, difference_jacobian, secant_updated
 from pamsim.inference.free_parameter import FreeParameter, SearchScale
 
 FloatArray = NDArray[np.float64]
@@ -60,7 +60,8 @@ class Fitter:
     """Fits by Gauss-Newton steps within ranges, with a Jacobian kept where it hardly changes.
 
     The Jacobian of the nuisance parameters is computed once, at the fit of the base model, and
-    serves every effect that changes little: such a fit costs its own columns and the steps.
+    serves every effect that changes little: such a fit costs its own columns and the steps. While
+    a fit goes on, each step's own change of the residual updates the Jacobian.
 
     Args:
         simulator: of all trials.
@@ -177,10 +178,9 @@ class Fitter:
         begin = np.clip(scale.place(start), EDGE, 1.0 - EDGE)
 
         def jacobian(kept: Mapping[str, FloatArray]) -> Jacobian:
-            def at(place: FloatArray, here: FloatArray) -> FloatArray:
-                return self._columns(parameters, scale.values(place), here, kept)
-
-            return at
+            return secant_updated(
+                lambda place, here: self._columns(parameters, scale.values(place), here, kept)
+            )
 
         fit = self.steps(parameters, begin, jacobian(self._jacobian), most)
         if fit is not None and self._jacobian and fit.start_cost - fit.cost > _FAR:

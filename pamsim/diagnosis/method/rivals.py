@@ -36,7 +36,7 @@ def tied_with(
     """
     tied: list[TrialModel] = []
     for other in others:
-        if set(other.names) == set(best.names):
+        if set(other.names) == set(best.names) or not other.all_present():
             continue
         behind = compare_trials(other.loss, best.loss, layout.protocol_of)
         near = behind.gain < max(TIE_ERRORS * behind.error, TIE_LOSS)

@@ -34,6 +34,7 @@ from pamsim.diagnosis.method.verdict_thresholds import (
     GAP_MAP_P_VALUE,
     GAP_P_VALUE,
     LARGE_REMAINDER_LOSS,
+    PARTNER_SHARE,
     REMAINDER_ERRORS,
     REMAINDER_LOSS,
     UNPROVEN_LOSS,
@@ -158,16 +159,15 @@ def diagnose_trials(
     report("screening")
     screened = screen(fitter, base, candidates)
     perfect = perfect_losses(layout, floor)
-    search = TrialSearch(
-        fitter, base, base_loss, float(np.mean(list(perfect.values()))), screened, report
-    )
+    search = TrialSearch(fitter, base, base_loss, screened, report)
     models = search.singles()
     # The shortlist was made without the held-out trials: they judge what stands on it alone.
     tried = max(len(models), 1)
     accepted = sorted((m for m in models if m.accepted(tried)), key=lambda m: m.mean_loss)
+    first = accepted[:1]
     for growth in (PAIRS, TRIPLES):
         accepted = search.grown(accepted, growth)
-        models += accepted
+        models += [m for m in accepted if beyond_form(first[0], m, perfect)]
     by_label = {s.candidate.label: s for s in screened}
     mapped = bool(maps) and maps[0].p_value < GAP_MAP_P_VALUE
     gap_mapped = mapped and where[0].p_value < GAP_P_VALUE and where[0].excess > GAP_LOSS
@@ -222,6 +222,21 @@ def diagnose_trials(
         else next_experiment(best, conclusion.tied, fitter, menu),
         evaluations=simulator.evaluations,
     )
+
+
+def beyond_form(single: TrialModel, larger: TrialModel, perfect: Mapping[str, float]) -> bool:
+    """Whether the further effects of a model do more than mend the formula of the first.
+
+    What the best single effect leaves may be the error of its formula, which some other effect
+    always takes the edge off: further effects must remove most of it.
+
+    Args:
+        single: the best model with one effect.
+        larger: with several.
+        perfect: held-out trial -> loss of a perfect model.
+    """
+    left = single.mean_loss - float(np.mean(list(perfect.values())))
+    return single.mean_loss - larger.mean_loss > PARTNER_SHARE * left
 
 
 def conclude(

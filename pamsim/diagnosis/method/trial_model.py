@@ -60,13 +60,25 @@ class TrialModel:
         """Mean loss over the held-out trials."""
         return float(np.mean(list(self.loss.values())))
 
-    def size_known(self) -> bool:
-        """Whether every effect's interval excludes neutral and its size is off arbitrary ends."""
+    def all_present(self) -> bool:
+        """Whether every effect's interval excludes neutral.
+
+        Where one does not, the others of its parameters may carry the model, as the sliding
+        friction of a Stribeck curve does.
+        """
         for candidate in self.candidates:
             size = candidate.parameters[0].name
             low, high = self.intervals[size]
             if low <= candidate.neutral[size] <= high:
                 return False
+        return True
+
+    def size_known(self) -> bool:
+        """Whether every effect's interval excludes neutral and its size is off arbitrary ends."""
+        if not self.all_present():
+            return False
+        for candidate in self.candidates:
+            size = candidate.parameters[0].name
             if size in self.fit.at_bound and not candidate.effect.parameters[0].natural_ends:
                 return False
         return True

@@ -24,7 +24,6 @@ from pamsim.diagnosis.method.trial_model import TrialModel, fit_effects
 from pamsim.diagnosis.method.verdict_thresholds import (
     FORM_GAIN,
     LEAST_GAIN,
-    PARTNER_SHARE,
     TIE_SHARE,
 )
 
@@ -76,7 +75,6 @@ class TrialSearch:
         fitter: of the trials.
         base: fit of the base model.
         base_loss: its loss on the held-out trials.
-        perfect: mean loss of a perfect model on them.
         screened: effects in all of their forms, with their signatures.
         progress: called with what is being tried.
     """
@@ -86,14 +84,12 @@ class TrialSearch:
         fitter: Fitter,
         base: Refit,
         base_loss: Mapping[str, float],
-        perfect: float,
         screened: Sequence[Screened],
         progress: Progress,
     ) -> None:
         self._fitter = fitter
         self._base = base
         self._base_loss = base_loss
-        self._perfect = perfect
         self._screened = screened
         self._leading = leading(screened)
         self._progress = progress
@@ -151,9 +147,6 @@ class TrialSearch:
     def grown(self, accepted: Sequence[TrialModel], growth: Growth) -> list[TrialModel]:
         """Models with one more effect that predict better than their parent and the best so far.
 
-        What the parent leaves may be the error of its formula, which a further effect only takes
-        the edge off: to be claimed, it must remove most of it.
-
         Args:
             accepted: models whose effects may be claimed, the best first.
             growth: how.
@@ -175,8 +168,7 @@ class TrialSearch:
             if model is None or not model.size_known():
                 continue
             over = [compare_trials(m.loss, model.loss, protocol_of) for m in (accepted[0], parent)]
-            left = accepted[0].mean_loss - self._perfect
-            if over[0].gain > PARTNER_SHARE * left and all(
+            if all(
                 c.p_value * len(jobs) < growth.significance and c.gain > growth.least_gain
                 for c in over
             ):

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from pamsim.diagnosis.method import trial_search
+from pamsim.diagnosis.method import trial_diagnosis, trial_search
 from pamsim.diagnosis.method.trial_diagnosis import diagnose_trials
 from pamsim.diagnosis.method.verdict import Verdict
 from tests.unit.diagnosis.toy_arm import (
@@ -60,7 +60,7 @@ def test_a_partner_must_beat_the_other_forms_of_the_main_effect(monkeypatch):
     with_forms = found({"wide": 0.2}, library).conclusion
     assert with_forms.best.names == ("dry",)
     monkeypatch.setattr(trial_search, "forms_beside", lambda *_: ())
-    monkeypatch.setattr(trial_search, "PARTNER_SHARE", 0.0)
+    monkeypatch.setattr(trial_diagnosis, "PARTNER_SHARE", 0.0)
     without = found({"wide": 0.2}, (SHARP, stick, BIAS)).conclusion
     assert without.verdict is not Verdict.NAMED
 
