@@ -16,6 +16,7 @@ from pamsim.actuator.layout import (
     AIR,
     AMBIENT,
     CREEP,
+    CREEP_2,
     EXTENSION,
     LINE,
     OPENING,
@@ -87,6 +88,8 @@ _BRAID_FRICTION = slot("braid.friction")
 
 _CREEP_STIFFNESS = slot("creep.stiffness")
 _CREEP_TIME = slot("creep.relaxation_time")
+_CREEP_STIFFNESS_2 = slot("creep.stiffness_2")
+_CREEP_TIME_2 = slot("creep.relaxation_time_2")
 _POLYTROPIC = slot("chamber.polytropic_index")
 _TEMPERATURE = slot("chamber.temperature")
 
@@ -264,6 +267,8 @@ def tension(par: Row, act: Row, tendon_length: float, tendon_velocity: float = 0
     pull = force - hysteresis_force(par, act, kappa, above, force)
     if par[_CREEP_STIFFNESS] > 0.0:
         pull -= creep_force(kappa, act[len(act) - CREEP], par[_CREEP_STIFFNESS])
+    if par[_CREEP_STIFFNESS_2] > 0.0:
+        pull -= creep_force(kappa, act[len(act) - CREEP_2], par[_CREEP_STIFFNESS_2])
     if par[_BRAID_FRICTION] > 0.0:
         speed = chain_ratio(par, tendon_length) * tendon_velocity
         rate = -speed / par[_NOMINAL_LENGTH]
@@ -562,6 +567,10 @@ def state_rates(
     rates[count - CREEP] = 0.0
     if par[_CREEP_STIFFNESS] > 0.0:
         rates[count - CREEP] = creep_rate(kappa, act[count - CREEP], par[_CREEP_TIME], timestep)
+    rates[count - CREEP_2] = 0.0
+    if par[_CREEP_STIFFNESS_2] > 0.0:
+        relaxed, time_2 = act[count - CREEP_2], par[_CREEP_TIME_2]
+        rates[count - CREEP_2] = creep_rate(kappa, relaxed, time_2, timestep)
     rates[count - LINE] = 0.0
     at_valve = command_at_valve(par, act, command)
     if par[_LINE_LAG] > 0.0:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from pamsim.actuator.kernel import chain_length, chamber_volume, length_at_muscle
-from pamsim.actuator.layout import AIR, AMBIENT, CREEP, LINE, TUBE, MutableRow, Row, slot
+from pamsim.actuator.layout import AIR, AMBIENT, CREEP, CREEP_2, LINE, TUBE, MutableRow, Row, slot
 from pamsim.actuator.static_muscle import contraction
 from pamsim.pneumatics.chamber import air_state
 
@@ -51,9 +51,11 @@ def quieten(par: Row, act: MutableRow, tendon_length: float, pressure: float) ->
 
     Args:
         par: (SIZE,) parameter row.
-        act: (n,) states, of which these two are written.
+        act: (n,) states, of which these are written.
         tendon_length: [m].
         pressure: gauge pressure [Pa].
     """
-    act[len(act) - CREEP] = contraction(par, length_at_muscle(par, act, tendon_length))
+    kappa = contraction(par, length_at_muscle(par, act, tendon_length))
+    act[len(act) - CREEP] = kappa
+    act[len(act) - CREEP_2] = kappa
     act[len(act) - LINE] = pressure if par[_COMMAND] == 2.0 else 0.0

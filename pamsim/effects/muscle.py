@@ -26,6 +26,7 @@ EFFECTS = (
     ),
     Effect(
         name="viscoelastic_creep",
+        form="one_branch",
         family="creep",
         missing="creep of the muscle under constant pressure",
         parameters=(
@@ -37,6 +38,35 @@ EFFECTS = (
                 high=20.0,
                 shape=True,
                 starts=(0.3, 3.0),
+            ),
+        ),
+        look_alikes=("muscle_hysteresis", "air_leak", "thermal_relaxation"),
+        separating="a long hold at constant measured pressure",
+        path_dependent=True,
+    ),
+    Effect(
+        name="viscoelastic_creep",
+        form="two_branch",
+        family="creep",
+        missing="creep of the muscle under constant pressure, fast at first and slow later",
+        parameters=(
+            EffectParameter(name="creep.stiffness", typical=1000.0, low=0.0, high=5e4),
+            EffectParameter(name="creep.stiffness_2", typical=1000.0, low=0.0, high=5e4),
+            EffectParameter(
+                name="creep.relaxation_time",
+                typical=0.2,
+                low=0.02,
+                high=2.0,
+                shape=True,
+                starts=(0.6,),
+            ),
+            EffectParameter(
+                name="creep.relaxation_time_2",
+                typical=2.0,
+                low=0.5,
+                high=50.0,
+                shape=True,
+                starts=(8.0,),
             ),
         ),
         look_alikes=("muscle_hysteresis", "air_leak", "thermal_relaxation"),

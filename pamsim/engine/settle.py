@@ -24,7 +24,13 @@ _REST = 1e-10
 """Largest relative change of a state over that time in a rig that counts as at rest."""
 
 _AWAY_MEANWHILE = [
-    slot(name) for name in ("creep.stiffness", "valve.dead_zone", "valve.regulator_dead_band")
+    slot(name)
+    for name in (
+        "creep.stiffness",
+        "creep.stiffness_2",
+        "valve.dead_zone",
+        "valve.regulator_dead_band",
+    )
 ]
 
 

@@ -1,9 +1,10 @@
-"""Creep of tube and braid: a Maxwell element beside the muscle.
+"""Creep of tube and braid: one or two Maxwell elements beside the muscle.
 
 With the elasticity that the muscle has already, spring and damper in series make it a standard
 linear solid: at a sudden change of length it is stiffer by k, held there it relaxes, and under a
 held load it goes on moving. The element's force is k (kappa - kappa_d), with the contraction
-kappa_d of its damper as memory. At rest it is free, whatever the contraction.
+kappa_d of its damper as memory. At rest it is free, whatever the contraction. A second one of
+another time makes the relaxation faster at first and slower later, as rubber's is.
 """
 
 from __future__ import annotations
@@ -17,7 +18,7 @@ from pamsim.core.parameters import ParameterGroup, parameter
 
 @dataclass(frozen=True, kw_only=True)
 class Creep(ParameterGroup):
-    """Spring and time constant of the Maxwell element; stiffness 0 is none."""
+    """Spring and time constant of each Maxwell element; stiffness 0 is none."""
 
     group: ClassVar[str] = "creep"
     stiffness: float = parameter(
@@ -29,6 +30,12 @@ class Creep(ParameterGroup):
         high=1e4,
         doc="tau, in which the force of a held contraction dies away",
         default=1.0,
+    )
+    stiffness_2: float = parameter(
+        unit="N", low=0.0, high=1e6, doc="k of the second element", default=0.0
+    )
+    relaxation_time_2: float = parameter(
+        unit="s", low=1e-3, high=1e4, doc="tau of the second element", default=10.0
     )
 
 

@@ -23,6 +23,7 @@ EFFECTS = {
     "valve_dead_zone": {"valve.dead_zone": 0.2},
     "asymmetric_dead_zone": {"valve.dead_zone": 0.2, "valve.dead_zone_asymmetry": 0.6},
     "viscoelastic_creep": {"creep.stiffness": 3e3, "creep.relaxation_time": 0.5},
+    "second_branch": {"creep.stiffness_2": 3e3, "creep.relaxation_time_2": 0.5},
     "end_shape": {"end_shape.loss": 0.4, "end_shape.onset": -0.02},
     "line_lag": {"valve.line_lag": 0.04},
     "valve_delay": {"valve.delay": 0.013},
@@ -39,6 +40,7 @@ EFFECTS = {
 }
 SHAPES = {
     "creep.relaxation_time": 0.1,
+    "creep.relaxation_time_2": 0.2,
     "end_shape.onset": -0.1,
     "friction.stribeck_velocity": 0.1,
     "friction.presliding": 1e-6,

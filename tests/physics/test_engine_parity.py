@@ -105,6 +105,25 @@ def test_plant_and_engine_agree_on_random_inputs_with_nothing_hidden(name, frict
     assert np.abs(plant.pressure - engine.pressure).max() < 100.0
 
 
+def test_creep_of_two_branches_agrees_with_the_independent_plant():
+    """The plant relaxes strains, the engine contractions; two of the plant's branches are used."""
+    shipped = pamsim.load_rig("mas20_arm")
+    numbers = read_rig(shipped, STEP.load)
+    two = {"stiffness": 2e3, "relaxation_time": 0.15, "stiffness_2": 3e3, "relaxation_time_2": 1.5}
+    for k in range(4):
+        numbers.muscles[f"creep_time_{k + 1}"] = two["relaxation_time_2"]
+    numbers.muscles.creep_0, numbers.muscles.creep_time_0 = 2e3, two["relaxation_time"]
+    numbers.muscles.creep_1 = two["stiffness_2"]
+    plant = run(numbers, STEP, rig=shipped.name, muscles=tuple(shipped.muscles))
+    rig = shipped.with_parameters({f"creep.{name}": value for name, value in two.items()})
+    engine = pamsim.simulate(rig, STEP, timestep=0.5e-3).completed()
+    error = np.degrees(np.abs(engine.angle - plant.angle))
+    without = pamsim.simulate(shipped, STEP, timestep=0.5e-3).completed()
+    print("largest error [deg]", error.max())
+    assert error.max() < 0.05
+    assert np.degrees(np.abs(without.angle - plant.angle)).max() > 20.0 * error.max()
+
+
 NAMED = {
     "valve.dead_zone": {"valve.dead_zone": 0.1},
     "valve.dead_zone_asymmetry": {"valve.dead_zone": 0.1, "valve.dead_zone_asymmetry": -0.7},

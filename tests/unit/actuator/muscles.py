@@ -109,7 +109,9 @@ def make(law: str = "ideal_mckibben", loop: str = "none", **changes: Any) -> Mus
             delay=0.02,
         ),
         "end_shape": EndShape(loss=0.3, onset=0.02),
-        "creep": Creep(stiffness=700.0, relaxation_time=0.6),
+        "creep": Creep(
+            stiffness=700.0, relaxation_time=0.6, stiffness_2=400.0, relaxation_time_2=3.0
+        ),
         "chain": Chain(compliance=2e-6, relaxation_time=8e-3, backlash=4e-4),
         "friction": Friction(
             stribeck_force=9.0,
@@ -149,8 +151,8 @@ RUBBED = 3.0
 """Dry friction along the tendon of a `charged` muscle [N]."""
 SAGGED = 0.01
 """Sag of the supply of a `charged` muscle, as a share of its pressure [-]."""
-RELAXED = 0.07
-"""Contraction at which a `charged` muscle's creep is relaxed [-]."""
+RELAXED, RELAXED_2 = 0.07, 0.05
+"""Contractions at which the elements of a `charged` muscle's creep are relaxed [-]."""
 
 
 def charged(
@@ -165,7 +167,7 @@ def charged(
     memory = [0.0] * (state_size(muscle) - AMBIENT)
     if len(memory) == 1:
         memory[0] = z
-    unused = [0.0, 0.0, 0.0]  # neither heat nor tube nor slow valves
-    states = [*memory, *unused, SAGGED, RUBBED, carried, RELAXED, SHIFT, EXTENSION, 0.0]
+    early = [0.0, RELAXED_2, 0.0, 0.0]  # neither heat nor tube nor slow valves
+    states = [*memory, *early, SAGGED, RUBBED, carried, RELAXED, SHIFT, EXTENSION, 0.0]
     length = length_at_muscle(row, states, tendon)
     return [*states[:-1], float(charged_air_state(row, states, length, pressure))]

@@ -42,6 +42,7 @@ from tests.unit.actuator.muscles import (
     LOOPS,
     PLAIN_VALVE,
     RELAXED,
+    RELAXED_2,
     RUBBED,
     SAGGED,
     SHIFT,
@@ -102,6 +103,7 @@ def composed_tension(muscle: Muscle, act: list[float], tendon: float) -> float:
         output = OPERATORS[loop.law].output(loop.own(), 0, act, kappa)
         force -= (width + loop.force_share * force) * output
     force -= muscle.creep.stiffness * (kappa - act[-4])
+    force -= muscle.creep.stiffness_2 * (kappa - act[-10])
     return force if math.isnan(force) else max(force, 0.0)
 
 
@@ -181,6 +183,8 @@ def test_rates_are_the_laws_put_together(loop, command):
         expected[-3] = (min(max(after, -half), half) - SHIFT) / TIMESTEP
         whole = 1.0 - math.exp(-TIMESTEP / muscle.creep.relaxation_time)
         expected[-4] = (kappa - RELAXED) * whole / TIMESTEP
+        whole = 1.0 - math.exp(-TIMESTEP / muscle.creep.relaxation_time_2)
+        expected[-10] = (kappa - RELAXED_2) * whole / TIMESTEP
         meant = sent if command == "pressure" else min(max(sent, -1.0), 1.0)
         whole = 1.0 - math.exp(-TIMESTEP / valve.line_lag)
         expected[-5] = (meant - target) * whole / TIMESTEP
@@ -346,7 +350,7 @@ def test_muscle_pulls_less_while_it_shortens_and_a_cycle_costs_work():
         tensions.append(kernel.tension(row, act, tendon))
         kernel.state_rates(row, act, out, tendon, velocity, 0.0, 0.0, 1e-3)
         act[0] += out[0] * 2.0 * math.pi / steps
-        assert out[1:] == [0.0] * 10
+        assert out[1:] == [0.0] * 11
     lengthening, shortening = tensions[steps], tensions[steps + steps // 2]
     assert lengthening > shortening > 0.0
     last = slice(steps, None)
@@ -390,7 +394,7 @@ OFF = {
     "threshold": (Threshold(), Threshold(pressure=0.0)),
     "chain": (Chain(), Chain(relaxation_time=3.0)),
     "end_shape": (EndShape(), EndShape(onset=-0.05)),
-    "creep": (Creep(), Creep(relaxation_time=0.1)),
+    "creep": (Creep(), Creep(relaxation_time=0.1, relaxation_time_2=0.2)),
     "friction": (
         Friction(),
         Friction(stribeck_velocity=1e-3, presliding=1e-6, bristle_time=0.01),

@@ -130,7 +130,7 @@ def test_unknown_names_suggest_the_nearest():
 
 
 @pytest.mark.parametrize("loop", LOOPS)
-def test_states_are_the_operator_s_and_seven_that_all_muscles_have(loop):
+def test_states_are_the_operator_s_and_those_that_all_muscles_have(loop):
     assert state_size(make()) == AMBIENT
     assert state_size(make(loop=loop)) == LOOPS[loop].state_count + AMBIENT
 

@@ -67,6 +67,7 @@ OTHER_FORMS = [
     "thermal_relaxation:temperature",
     "air_leak:laminar",
     "valve_dead_zone:asymmetric",
+    "viscoelastic_creep:two_branch",
 ]
 EVERY = [*CONTRACT, *AT_REST, *ON_REQUEST, *OTHER_FORMS]
 NOISE = {"angle": np.radians(0.05), "pressure": 400.0, "tension": 1.5}

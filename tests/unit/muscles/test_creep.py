@@ -2,14 +2,20 @@
 
 from __future__ import annotations
 
+import dataclasses
 import math
 
 import numpy as np
 import pytest
 
-from pamsim.muscles.creep import creep_force, creep_rate
+from pamsim.actuator import kernel
+from pamsim.actuator.layout import CREEP, CREEP_2, pack
+from pamsim.actuator.static_muscle import contraction
+from pamsim.muscles.creep import Creep, creep_force, creep_rate
+from tests.unit.actuator.muscles import LASTING, PLAIN_VALVE, RELAXED, RELAXED_2, charged, make
 
 STIFFNESS, TAU = 2500.0, 0.7
+TWO = Creep(stiffness=700.0, relaxation_time=0.3, stiffness_2=900.0, relaxation_time_2=2.0)
 
 
 def follow(contractions: np.ndarray, timestep: float, relaxed: float = 0.0) -> np.ndarray:
@@ -27,6 +33,27 @@ def test_a_held_contraction_relaxes_exactly_at_any_time_step(timestep):
     assert forces == pytest.approx(
         STIFFNESS * 0.08 * np.exp(-timestep * np.arange(40) / TAU), rel=1e-9, abs=1e-12
     )
+
+
+def test_two_elements_let_go_each_in_its_own_time():
+    """The kernel holds k exp(-t / tau) of both, to the bit nothing of one without stiffness."""
+    muscle = make(**LASTING | {"creep": TWO}, valve=PLAIN_VALVE)
+    row, timestep = pack(muscle).tolist(), 0.05
+    act = charged(muscle, 0.2, 3e5)
+    plain = pack(dataclasses.replace(muscle, creep=Creep())).tolist()
+    kappa = contraction(row, 0.2)
+    for k in range(60):
+        held = kernel.tension(plain, act, 0.2) - kernel.tension(row, act, 0.2)
+        first = TWO.stiffness * (kappa - RELAXED) * math.exp(-k * timestep / TWO.relaxation_time)
+        time, start = TWO.relaxation_time_2, kappa - RELAXED_2
+        second = TWO.stiffness_2 * start * math.exp(-k * timestep / time)
+        assert held == pytest.approx(first + second, rel=1e-9)
+        out = [0.0] * len(act)
+        kernel.state_rates(row, act, out, 0.2, 0.0, 0.0, 0.0, timestep)
+        act = [
+            state + timestep * rate if -i in (CREEP, CREEP_2) else state
+            for i, (state, rate) in enumerate(zip(act, out, strict=True), start=-len(act))
+        ]
 
 
 @pytest.mark.parametrize("kappa", [-0.05, 0.0, 0.2])
