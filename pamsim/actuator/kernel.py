@@ -288,11 +288,27 @@ def tendon_force(
     force = pull
     if par[_RIPPLE] > 0.0:
         force = chain_ratio(par, tendon_length) * pull
+    return force + tendon_friction(par, act, pull, tendon_velocity, timestep)
+
+
+def tendon_friction(
+    par: Row, act: Row, pull: float, tendon_velocity: float, timestep: float
+) -> float:
+    """Friction along the tendon against its lengthening [N], at the end of a time step.
+
+    Args:
+        par: parameter row.
+        act: states before the step.
+        pull: tension of the muscle [N].
+        tendon_velocity: [m/s].
+        timestep: [s].
+    """
+    force = 0.0
     if par[_STRIBECK_FORCE] > 0.0:
         force += stribeck_friction(tendon_velocity, par[_STRIBECK_FORCE], par[_STRIBECK_VELOCITY])
     if _rubs(par):
         before = act[len(act) - RUBBING]
-        after = _rubbing_after(par, before, pull, tendon_velocity, timestep)
+        after = dry_friction_after(par, before, pull, tendon_velocity, timestep)
         force += after + par[_BRISTLE_TIME] * (after - before) / timestep
     return force
 
@@ -301,10 +317,10 @@ def _rubs(par: Row) -> bool:
     return par[_COULOMB] + par[_BREAKAWAY] + par[_TENSION_SHARE] > 0.0
 
 
-def _rubbing_after(
+def dry_friction_after(
     par: Row, before: float, pull: float, tendon_velocity: float, timestep: float
 ) -> float:
-    """Dry friction along the tendon after a time step [N]."""
+    """Dry friction along the tendon after a time step [N]; 0 where there is none."""
     return dry_friction(
         before,
         tendon_velocity,
@@ -551,7 +567,7 @@ def state_rates(
     if _rubs(par):
         before = act[count - RUBBING]
         pull = tension(par, act, tendon_length, tendon_velocity)
-        after = _rubbing_after(par, before, pull, tendon_velocity, timestep)
+        after = dry_friction_after(par, before, pull, tendon_velocity, timestep)
         rates[count - RUBBING] = (after - before) / timestep
     kappa = contraction(par, length)
     chosen_rates(

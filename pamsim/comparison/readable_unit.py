@@ -1,4 +1,4 @@
-"""The unit in which a rig's parameter is written: its file's own, or one that people use."""
+"""The unit in which a number is written: that of the rig's file, or one that people use."""
 
 from __future__ import annotations
 
@@ -15,7 +15,13 @@ _READABLE = {
     "m^3/(s*Pa)": "mm^3/(s*kPa)",
     "N/Pa": "N/bar",
     "Pa*s/kg": "kPa*s/g",
+    "kg/s": "mg/s",
 }
+
+
+def common_unit(si_unit: str) -> str:
+    """Unit that people use for a physical quantity in an SI unit; a share is in per cent."""
+    return "percent" if si_unit == "1" else _READABLE.get(si_unit, si_unit)
 
 
 def readable_unit(parameter: RigParameter) -> str:

@@ -20,6 +20,7 @@ from pamsim.diagnosis.method.trial_model import TrialModel
 from pamsim.diagnosis.method.verdict import Verdict
 from pamsim.diagnosis.method.verdict_thresholds import FEWEST_REPEATS
 from pamsim.diagnosis.method.where import Cell
+from pamsim.diagnosis.physical_size import physical_sizes
 from pamsim.diagnosis.recordings_details import recordings_details
 from pamsim.diagnosis.repaired_rig import repair
 from pamsim.diagnosis.result import (
@@ -180,6 +181,7 @@ def _effects(
                 family=candidate.family,
                 form=candidate.effect.form or None,
                 parameters=estimates(rig, best, [p.name for p in candidate.parameters]),
+                physical=physical_sizes(rig, best, [candidate]),
                 explained=share,
                 p_value=None if step is None else _corrected(method, step),
             )
@@ -202,6 +204,7 @@ def _alternative(
         members={c.name: c.effect.missing for c in model.candidates},
         family=model.family,
         parameters=estimates(rig, model, [p.name for c in model.candidates for p in c.parameters]),
+        physical=physical_sizes(rig, model, model.candidates),
         explained=_share(method, model),
         p_value=_corrected(method, model.improvement),
         loss_difference=behind.gain,

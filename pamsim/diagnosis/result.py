@@ -15,6 +15,7 @@ from pamsim.core.encoding import INLINE, NOT_IN_JSON, fields_to_dict, json_prope
 from pamsim.core.versions import versions
 from pamsim.diagnosis.method.verdict import Verdict
 from pamsim.diagnosis.method.verdict_thresholds import FAR_NUISANCE
+from pamsim.diagnosis.physical_size import PhysicalSize
 from pamsim.diagnosis.repaired_rig import RIG_FOLDER, Repair, write_repaired_rig
 from pamsim.diagnosis.sentence import verdict_sentence
 from pamsim.store.json_file import write_json
@@ -59,6 +60,8 @@ class FoundEffect:
         family: effects of one family have similar signatures in most data.
         form: the formula, where the effect was tried in several; else None.
         parameters: name -> estimate.
+        physical: its size in terms that do not depend on the form, as quantity -> size; empty for a
+            loop, which is fitted without a rig.
         explained: share of the gap that it explains; of several claimed effects, what each explains
             beyond the others.
         p_value: that an effect improves held-out predictions as much by chance, corrected for all
@@ -71,6 +74,7 @@ class FoundEffect:
     family: str
     form: str | None = None
     parameters: Mapping[str, Estimate]
+    physical: Mapping[str, PhysicalSize] = field(default_factory=dict[str, PhysicalSize])
     explained: float | None = None
     p_value: float | None = None
     loss_difference: float | None = None

@@ -19,6 +19,7 @@ from pamsim.diagnosis.method.row_search import Attempt
 from pamsim.diagnosis.method.verdict import Verdict
 from pamsim.diagnosis.method.verdict_thresholds import FEWEST_ROWS
 from pamsim.diagnosis.method.where import ResidualMap
+from pamsim.diagnosis.physical_size import physical_sizes
 from pamsim.diagnosis.result import (
     Details,
     Diagnosis,
@@ -174,6 +175,7 @@ def _effects(rig: Rig, method: RowDiagnosis, best: RowModel) -> tuple[FoundEffec
                 members={row_effect.name: effect(row_effect.name).missing},
                 family=row_effect.family,
                 parameters=estimates(rig, best, [p.name for p in row_effect.parameters]),
+                physical=physical_sizes(rig, best, [row_effect]),
                 explained=explained,
                 p_value=None if step is None else step.p_value,
             )
@@ -208,6 +210,7 @@ def _alternative(rig: Rig, method: RowDiagnosis, model: RowModel, seed: int) -> 
         members={e.name: effect(e.name).missing for e in model.effects},
         family=model.family,
         parameters=estimates(rig, model, [p.name for e in model.effects for p in e.parameters]),
+        physical=physical_sizes(rig, model, model.effects),
         explained=1.0 - model.left_out.rms**2 / variance,
         p_value=model.p_value,
         loss_difference=behind.gain / variance,

@@ -2,7 +2,7 @@
 
 A template is given the result itself and writes its numbers with filters, so that no code between
 result and page repeats the result's fields. The filters are the functions of
-`pamsim.report.numbers`::
+`pamsim.report.numbers` and `pamsim.report.physical_words`::
 
     {{ row.after | significant(3) }}             0.0123
     {{ result.seconds | fixed(1) }}              12.3
@@ -14,6 +14,7 @@ result and page repeats the result's fields. The filters are the functions of
     {{ effect.p_value | p_value }}               < 0.0001
     {{ effect.name | words }}                    coulomb friction
     {{ result.reason | sentence }}               No parameter at a limit.
+    {{ effect.physical | physical_words }}       breakaway torque 0.120 [0.110, 0.130] N·m
 
 What is missing (None) is written as a dash, a missing interval as nothing:
 ``{{ p.interval95 | interval(4) or "no interval" }}``.
@@ -33,6 +34,7 @@ from matplotlib.figure import Figure
 from pamsim.core.errors import InputError
 from pamsim.core.files import complete_file
 from pamsim.report.numbers import FILTERS
+from pamsim.report.physical_words import physical_words
 from pamsim.report.style import save_png
 
 
@@ -54,7 +56,9 @@ def _environment() -> jinja2.Environment:
         trim_blocks=True,
         lstrip_blocks=True,
     )
-    environment.filters.update({function.__name__: function for function in FILTERS})
+    environment.filters.update(
+        {function.__name__: function for function in (*FILTERS, physical_words)}
+    )
     return environment
 
 

@@ -71,7 +71,12 @@ def model(rig, names, loss, base_loss, *, size=0.7, protocol_of):
         names=tuple(names),
         labels=tuple(c.label for c in found),
         family="+".join(dict.fromkeys(c.family for c in found)),
-        fit=SimpleNamespace(values=values, at_bound=()),
+        fit=SimpleNamespace(
+            values=values,
+            at_bound=(),
+            parameters=tuple(p for c in found for p in c.parameters),
+            jacobian=np.eye(len(sizes)),
+        ),
         intervals={n: (v - 0.1 * abs(v), v + 0.1 * abs(v)) for n, v in values.items()},
         loss=losses,
         mean_loss=float(np.mean(list(losses.values()))),

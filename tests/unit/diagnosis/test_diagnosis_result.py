@@ -55,6 +55,19 @@ def test_an_effect_has_its_numbers_in_the_rig_s_unit_and_in_si(rig):
     assert effect["p_value"] < 0.05
 
 
+def test_an_effect_has_its_size_in_physical_terms_in_si(rig):
+    (effect,) = result(rig, Verdict.NAMED)["effects"]
+    flow = effect["physical"]["mass_flow"]
+    assert set(flow) == {"value", "unit", "interval95"}
+    # Sonic: C times the standard density of ISO 6358 times the absolute pressure.
+    assert flow["value"] == pytest.approx(1.4e-12 * 1.185 * 3.513e5, rel=1e-3)
+    assert flow["unit"] == "kg/s"
+    assert flow["interval95"] == pytest.approx([0.9 * flow["value"], 1.1 * flow["value"]])
+    assert effect["physical"]["at_pressure"] == {"value": 2.5e5, "unit": "Pa", "interval95": None}
+    two = result(rig, Verdict.AMBIGUOUS)["alternatives"]
+    assert all(model["physical"] for model in two)
+
+
 def test_each_of_two_effects_says_what_it_explains_beyond_the_other(rig):
     effects = result(rig, Verdict.NAMED_WITH_REMAINDER)["effects"]
     assert [e["name"] for e in effects] == ["air_leak", "angle_bias"]

@@ -17,6 +17,7 @@ from pamsim.report.diagnose_loops import loop_areas, residual_lines
 from pamsim.report.diagnose_page import write_diagnosis
 from pamsim.report.diagnose_signals import trial_channels, worst_trials
 from pamsim.report.diagnose_where import binned_maps, significant_maps, where_map
+from pamsim.report.physical_words import physical_words
 from pamsim.report.style import BLUE, VERMILION
 from tests.unit.diagnosis.diagnosed import VERDICTS, following, report
 
@@ -71,6 +72,34 @@ def test_what_the_reader_needs_is_on_the_page(rig, tmp_path):
         "Most similar to what is missing: air leak (family: pressure deficit; explains 98 %",
     ):  # fmt: skip
         assert words in page, words
+
+
+@pytest.mark.usefixtures("quick")
+def test_the_size_in_physical_terms_comes_before_the_formula_s_parameters(rig, tmp_path):
+    page = page_of(report(rig, Verdict.NAMED, ["air_leak"]), tmp_path)
+    size = "mass flow 0.583 [0.525, 0.641] mg/s (test: pressure 2.5 bar)"
+    assert page.index(size) < page.index("chamber.leak_conductance</td>")
+    assert page.count("pressure deficit</span></th>") == 1
+
+
+def test_a_size_is_written_in_common_units_without_what_the_effect_cannot_change():
+    physical = {
+        "loop_half_width": {"value": 15.0, "unit": "N", "interval95": [13.2, 16.8]},
+        "lost_travel": {"value": 3e-4, "unit": "m", "interval95": None},
+        "force_per_pressure_ratio": {"value": 1.0, "unit": "1", "interval95": [1.0, 1.0]},
+        "at_pressure": {"value": 2.5e5, "unit": "Pa", "interval95": None},
+        "contraction_amplitude": {"value": 0.015, "unit": "1", "interval95": None},
+    }
+    assert physical_words(physical) == (
+        "loop half width 15.0 [13.2, 16.8] N; lost travel 0.300 mm"
+        " (test: pressure 2.5 bar, contraction amplitude 1.5 %)"
+    )
+    two = {f"chain_backlash.{name}": entry for name, entry in physical.items()}
+    assert physical_words(two) == (
+        "chain backlash: loop half width 15.0 [13.2, 16.8] N; chain backlash: lost travel 0.300 mm"
+        " (test: pressure 2.5 bar, contraction amplitude 1.5 %)"
+    )
+    assert physical_words({}) == ""
 
 
 @pytest.mark.usefixtures("quick")

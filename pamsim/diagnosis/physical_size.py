@@ -1,0 +1,182 @@
+"""Size of a fitted effect in physical terms that do not depend on its form, with 95 % intervals.
+
+A size is a function of the effect's parameters, found by `pamsim.diagnosis.virtual_tests` on the
+fitted rig with and without the effect. Its interval is that of the parameters carried through, by
+the delta method to the point of their 95 % ellipsoid at which the size is largest and smallest to
+first order. There the test is made again, so that the interval need not be symmetric; that of a
+single parameter is the test at both ends of its interval. The widths of the ellipsoid are the
+intervals of the fit, its correlations those of the fit's Jacobian. What nuisance parameters do to a
+size, a change of a change, is left out.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pamsim.diagnosis.virtual_tests import CONDITIONS, TESTS, Quantities, bench
+from pamsim.engine.rig import Rig
+from pamsim.inference.free_parameter import FreeParameter
+
+FloatArray = NDArray[np.float64]
+
+
+@dataclass(frozen=True, kw_only=True)
+class PhysicalSize:
+    """One quantity of an effect's size, or a condition under which it was found.
+
+    Attributes:
+        value: [unit].
+        unit: SI unit.
+        interval95: ends of the 95 % interval [unit]; None for a condition and where it is not
+            known.
+    """
+
+    value: float
+    unit: str
+    interval95: tuple[float, float] | None = None
+
+
+class FreedEffect(Protocol):
+    """An effect with the parameters that were fitted."""
+
+    @property
+    def name(self) -> str:
+        """Of the catalogue."""
+        ...
+
+    @property
+    def parameters(self) -> tuple[FreeParameter, ...]:
+        """Under the rig's names."""
+        ...
+
+
+class Fitted(Protocol):
+    """The end of a fit."""
+
+    @property
+    def parameters(self) -> tuple[FreeParameter, ...]:
+        """All that were fitted, p of them."""
+        ...
+
+    @property
+    def values(self) -> dict[str, float]:
+        """Name -> value [SI]."""
+        ...
+
+    @property
+    def jacobian(self) -> FloatArray:
+        """Change of the residual per parameter, (n, p)."""
+        ...
+
+
+class FittedModel(Protocol):
+    """A model of recordings or of a table at rest."""
+
+    @property
+    def fit(self) -> Fitted:
+        """Its fit."""
+        ...
+
+    @property
+    def intervals(self) -> Mapping[str, tuple[float, float]]:
+        """Name of a parameter -> 95 % interval [SI]."""
+        ...
+
+
+def physical_sizes(
+    rig: Rig, model: FittedModel, effects: Sequence[FreedEffect]
+) -> dict[str, PhysicalSize]:
+    """Sizes of fitted effects in physical terms.
+
+    Args:
+        rig: without effects.
+        model: that was fitted.
+        effects: of the model.
+
+    Returns:
+        Quantity -> size; of several effects, under their names, such as
+        ``air_leak.mass_flow``.
+    """
+    found: dict[str, PhysicalSize] = {}
+    for effect in effects:
+        prefix = f"{effect.name}." if len(effects) > 1 else ""
+        found |= {f"{prefix}{name}": size for name, size in _sizes(rig, model, effect).items()}
+    return found
+
+
+def _sizes(rig: Rig, model: FittedModel, effect: FreedEffect) -> dict[str, PhysicalSize]:
+    names = [parameter.name for parameter in effect.parameters]
+    rest = {name: value for name, value in model.fit.values.items() if name not in names}
+    without, muscle = bench(rig.with_parameters(rest)), tested_muscle(rig, names[0])
+
+    best = np.array([model.fit.values[name] for name in names])
+    known = [model.intervals.get(name, (-math.inf, math.inf)) for name in names]
+    low, high = np.array(known).T
+
+    def test(values: FloatArray) -> Quantities:
+        inside = np.minimum(np.maximum(values, np.minimum(low, best)), np.maximum(high, best))
+        chosen = dict(zip(names, inside.tolist(), strict=True))
+        there = bench(rig.with_parameters({**model.fit.values, **chosen}))
+        return TESTS[effect.name](there, without, muscle)
+
+    found = test(best)
+    ends: dict[str, tuple[float, float]] = {}
+    if np.all(np.isfinite(low) & np.isfinite(high)):
+        below, above = np.maximum(best - low, 0.0), np.maximum(high - best, 0.0)
+        sides = [
+            (test(best - down), test(best + up))
+            for down, up in zip(np.diag(below), np.diag(above), strict=True)
+        ]
+        together = correlation(model.fit, names)
+        for name in found:
+            if name in CONDITIONS or any(name not in t for pair in sides for t in pair):
+                continue
+            slope = np.array([0.5 * (up[name][0] - down[name][0]) for down, up in sides])
+            size = math.sqrt(max(float(slope @ together @ slope), 0.0))
+            toward = together @ slope / size if size > 0.0 else np.zeros(len(names))
+            tried = [found[name][0]]
+            for way in (toward, -toward):
+                at = best + np.where(way > 0.0, above, below) * way
+                tried.append(test(at).get(name, (math.nan, ""))[0])
+            if np.all(np.isfinite(tried)):
+                ends[name] = (min(tried), max(tried))
+    return {
+        name: PhysicalSize(value=value, unit=unit, interval95=ends.get(name))
+        for name, (value, unit) in found.items()
+    }
+
+
+def tested_muscle(rig: Rig, parameter: str) -> int:
+    """Index of the muscle to test: the only one that an effect acts on, or a typical one.
+
+    Args:
+        rig: that has the effect.
+        parameter: that measures its size.
+    """
+    only = parameter.rpartition(":")[0]
+    return list(rig.muscles).index(only) if only else 0
+
+
+def correlation(fit: Fitted, names: Sequence[str]) -> FloatArray:
+    """Correlations of the estimates of some parameters, shape (k, k).
+
+    Args:
+        fit: to the data; what these do not show counts as not correlated.
+        names: k of its parameters.
+    """
+    norms = np.linalg.norm(fit.jacobian, axis=0)
+    shown = norms > 1e-9 * max(float(norms.max(initial=0.0)), np.finfo(float).tiny)
+    scaled = fit.jacobian[:, shown] / norms[shown]
+    matrix = np.eye(len(norms))
+    matrix[np.ix_(shown, shown)] = np.linalg.pinv(scaled.T @ scaled)
+    order = [parameter.name for parameter in fit.parameters]
+    chosen = [order.index(name) for name in names]
+    part = matrix[np.ix_(chosen, chosen)]
+    errors = np.sqrt(np.diag(part))
+    return part / np.outer(errors, errors)

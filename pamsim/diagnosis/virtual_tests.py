@@ -1,0 +1,471 @@
+"""Tests of a rig's parts that give the size of an effect in terms that no formula defines.
+
+Each compares a rig with an effect and the same rig without it, as a bench test of the part would: a
+joint turned by hand, a muscle stretched at a held pressure, a valve opened slowly. The parts are
+those that a simulation is made of, so that a size means the same whichever form the effect has.
+`pamsim.twins.hidden.virtual_tests` tests an independent plant under the same names and conditions.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from typing import TypeAlias
+
+import mujoco
+import numpy as np
+from numpy.typing import NDArray
+
+from pamsim.actuator.kernel import (
+    chain_length,
+    chain_ratio,
+    dry_friction_after,
+    flow_through_valves,
+    hysteresis_force,
+    leak_flow,
+    line_sag,
+    state_rates,
+    tendon_friction,
+    tension,
+    valve_opening,
+)
+from pamsim.actuator.layout import AIR, RUBBING, slot, state_size
+from pamsim.actuator.rest_state import charged_air_state, rest
+from pamsim.actuator.static_muscle import active_force, static_force
+from pamsim.engine.rig import Rig
+from pamsim.hysteresis.catalog import chosen_rates
+from pamsim.hysteresis.group import COMMON_FIELDS
+from pamsim.muscles.tension import effective_pressure
+from pamsim.pneumatics.orifice import mass_flow
+from pamsim.signals.sensors import MeasurementChain
+
+FloatArray = NDArray[np.float64]
+
+Quantities: TypeAlias = dict[str, tuple[float, str]]
+"""Name -> value [unit] and SI unit."""
+
+PRESSURE = 2.5e5
+"""Gauge pressure of the tests [Pa]."""
+
+_STRAIN = 0.015  # amplitude of a muscle's cycle about its nominal length [-]
+_TURN, _SLOW, _FAST = 0.1, 0.01, 0.5  # amplitude [rad] and speeds [rad/s] of the joint's cycles
+_CONTRACTION_RATE = 0.1  # [1/s]
+_FLOW = 2e-4  # [kg/s]
+
+_JOINT_STEPS, _MUSCLE_STEPS = 400, 300  # of a quarter of a cycle
+_SUDDEN = 1e-3  # contraction [-]
+_CREEP_TIMES = np.concatenate([[0.0], np.geomspace(1e-3, 1e3, 300)])  # [s]
+_LONG = 1e9  # a time step after which a supply is steady [s]
+
+CONDITIONS = {
+    "at_pressure": (PRESSURE, "Pa"),
+    "at_speed": (_FAST, "rad/s"),
+    "at_contraction_rate": (_CONTRACTION_RATE, "1/s"),
+    "angle_amplitude": (_TURN, "rad"),
+    "contraction_amplitude": (_STRAIN, "1"),
+}
+"""Quantities that are conditions of a test: name -> value [unit] and SI unit."""
+
+_LENGTH_AT_ZERO = slot("mounting.length_at_zero")
+_NOMINAL_LENGTH = slot("braid.nominal_length")
+_ATMOSPHERE = slot("chamber.atmosphere")
+_TEMPERATURE = slot("chamber.temperature")
+_SUPPLY = slot("valve.supply_pressure")
+_HYSTERESIS = slot("hysteresis.0")
+_PITCH = slot("chain.ripple_pitch")
+
+
+@dataclass(frozen=True, kw_only=True)
+class Bench:
+    """A rig taken apart.
+
+    Attributes:
+        muscles: parameter row of each, as Python reads it fastest.
+        states: number of states of each muscle.
+        lengths: of each tendon at angle 0 [m].
+        arms: change of each tendon's length with the angle, there [m].
+        dry: dry friction of the joint and, over their arms, of the tendons [N m].
+        damping: viscous friction of both [N m s/rad].
+        inertia: about the joint, without load [kg m^2].
+        weight: torque of gravity at angle 0, without load [N m].
+        sensor: the measurement chain.
+    """
+
+    muscles: tuple[list[float], ...]
+    states: tuple[int, ...]
+    lengths: tuple[float, ...]
+    arms: tuple[float, ...]
+    dry: float
+    damping: float
+    inertia: float
+    weight: float
+    sensor: MeasurementChain
+
+
+VirtualTest: TypeAlias = Callable[[Bench, Bench, int], Quantities]
+"""Rig with an effect, the same without, and index of the muscle, to the size of the effect."""
+
+
+def bench(rig: Rig) -> Bench:
+    """Take a rig apart."""
+    model = rig.model_for()
+    model.actuator_user[:, slot("command")] = 0.0  # the control is a signed opening
+    data = mujoco.MjData(model)
+    tendons = [model.tendon(name).id for name in rig.file.tendons.values()]
+    places: list[FloatArray] = []
+    for angle in (-1e-6, 1e-6, 0.0):
+        data.qpos[rig.angle_address] = angle
+        mujoco.mj_fwdPosition(model, data)
+        places.append(data.ten_length[tendons].copy())
+    arms = (places[1] - places[0]) / 2e-6
+    mujoco.mj_fwdVelocity(model, data)
+    joint = rig.velocity_address
+    turned, inertia = np.zeros(model.nv), np.zeros(model.nv)
+    turned[joint] = 1.0
+    mujoco.mj_mulM(model, data, inertia, turned)
+    return Bench(
+        muscles=tuple(model.actuator_user[i].tolist() for i in range(len(rig.muscles))),
+        states=tuple(state_size(muscle) for muscle in rig.muscles.values()),
+        lengths=tuple(places[2].tolist()),
+        arms=tuple(arms.tolist()),
+        dry=float(
+            model.dof_frictionloss[joint] + np.abs(arms) @ model.tendon_frictionloss[tendons]
+        ),
+        damping=float(model.dof_damping[joint] + arms**2 @ np.ravel(model.tendon_damping[tendons])),
+        inertia=float(inertia[joint]),
+        weight=-float(data.qfrc_bias[joint]),
+        sensor=rig.sensor or MeasurementChain(),
+    )
+
+
+def cycle(amplitude: float, steps: int) -> FloatArray:
+    """A path from 0 to the amplitude and through one closed cycle; 5 ``steps`` and a point."""
+    corners = amplitude * np.array([0.0, 1.0, 0.0, -1.0, 0.0, 1.0])
+    return np.interp(np.arange(5 * steps + 1) / steps, np.arange(6), corners)
+
+
+def _chosen(quantities: Quantities, *conditions: str) -> Quantities:
+    return {**quantities, **{name: CONDITIONS[name] for name in conditions}}
+
+
+def _friction(rig: Bench, speed: float) -> FloatArray:
+    """Torque that dry friction and Stribeck friction take along a cycle at one speed [N m]."""
+    moved = np.diff(cycle(_TURN, _JOINT_STEPS))
+    taken = rig.dry * np.sign(moved)
+    timestep = float(np.abs(moved[0])) / speed
+    for par, length, arm in zip(rig.muscles, rig.lengths, rig.arms, strict=True):
+        pull = max(static_force(par, length, PRESSURE), 0.0)
+        act = [0.0] * RUBBING
+        for k, sense in enumerate(np.sign(moved).tolist()):
+            velocity = arm * speed * sense
+            taken[k] += arm * tendon_friction(par, act, pull, velocity, timestep)
+            act[0] = dry_friction_after(par, act[0], pull, velocity, timestep)
+    return taken
+
+
+def _joint_friction(there: Bench, without: Bench, _: int) -> Quantities:
+    """Breakaway torque, torque in sliding and energy of a slow cycle, at angle 0."""
+    slow, fast = (_friction(there, v) - _friction(without, v) for v in (_SLOW, _FAST))
+    moved = np.diff(cycle(_TURN, _JOINT_STEPS))
+    return _chosen(
+        {
+            # Of the larger sign, for a rig that has too much friction.
+            "breakaway_torque": (float(slow[np.argmax(np.abs(slow[:_JOINT_STEPS]))]), "N*m"),
+            "sliding_torque": (float(fast[_JOINT_STEPS - 1]), "N*m"),
+            "energy_per_cycle": (float(slow[_JOINT_STEPS:] @ moved[_JOINT_STEPS:]), "J"),
+        },
+        "at_speed",
+        "angle_amplitude",
+    )
+
+
+def _drag(there: Bench, without: Bench, _: int) -> Quantities:
+    """Torque of viscous friction."""
+    torque = (there.damping - without.damping) * _FAST
+    return _chosen({"torque_at_speed": (torque, "N*m")}, "at_speed")
+
+
+def _weight(there: Bench, without: Bench, _: int) -> Quantities:
+    return {"torque_at_zero": (there.weight - without.weight, "N*m")}
+
+
+def _inertia(there: Bench, without: Bench, _: int) -> Quantities:
+    return {"inertia": (there.inertia - without.inertia, "kg*m^2")}
+
+
+def _tendon(par: list[float], kappa: float) -> float:
+    """Length of the tendon at which a muscle without chain has a contraction [m]."""
+    return (1.0 - kappa) * par[_NOMINAL_LENGTH] - par[_LENGTH_AT_ZERO]
+
+
+def _loop(rig: Bench, muscle: int, path: FloatArray) -> FloatArray:
+    """Force that hysteresis takes along a path of contractions at a held pressure [N]."""
+    par = rig.muscles[muscle]
+    act, rates = [0.0] * rig.states[muscle], [0.0] * rig.states[muscle]
+    own, law = _HYSTERESIS + COMMON_FIELDS, par[slot("hysteresis.law")]
+    forces: list[float] = []
+    timestep = float(path[1] - path[0]) / _CONTRACTION_RATE
+    before = 0.0
+    for kappa in path.tolist():
+        rate = (kappa - before) / timestep
+        chosen_rates(law, par, own, act, rates, before, rate, timestep)
+        for k, change in enumerate(rates):
+            act[k] += timestep * change
+        force = static_force(par, _tendon(par, kappa), PRESSURE)
+        forces.append(hysteresis_force(par, act, kappa, PRESSURE, force))
+        before = kappa
+    return np.array(forces)
+
+
+def _muscle_loop(there: Bench, without: Bench, muscle: int) -> Quantities:
+    """Half-width and energy of a muscle's loop at a held pressure."""
+    path = cycle(_STRAIN, _MUSCLE_STEPS)
+    taken = _loop(there, muscle, path) - _loop(without, muscle, path)
+    quarter = _MUSCLE_STEPS
+    energy = float(np.trapezoid(taken[quarter:], path[quarter:]))
+    apart = taken[3 * quarter :] - taken[quarter : 3 * quarter + 1][::-1]
+    return _chosen(
+        {
+            # Of the larger sign, for a rig that has too much hysteresis.
+            "loop_half_width": (0.5 * float(apart[np.argmax(np.abs(apart))]), "N"),
+            "energy_per_cycle": (energy * there.muscles[muscle][_NOMINAL_LENGTH], "J"),
+        },
+        "at_pressure",
+        "contraction_amplitude",
+    )
+
+
+def _alone(rig: Bench, muscle: int) -> list[float]:
+    """Parameter row of a muscle held by its ends, with air at the ambient temperature."""
+    par = list(rig.muscles[muscle])
+    for name in ("chain.compliance", "chain.backlash", "chain.ripple", "chamber.heat_rate"):
+        par[slot(name)] = 0.0
+    return par
+
+
+def _relaxing(rig: Bench, muscle: int) -> FloatArray:
+    """Tension after a sudden contraction that is held, at a held pressure, over `_CREEP_TIMES`."""
+    par, count = _alone(rig, muscle), rig.states[muscle]
+    act, rates = [0.0] * count, [0.0] * count
+    rest(par, act, _tendon(par, 0.0), PRESSURE)
+    length = _tendon(par, _SUDDEN)
+    tensions: list[float] = []
+    for timestep in np.diff(_CREEP_TIMES, prepend=0.0).tolist():
+        if timestep > 0.0:
+            state_rates(par, act, rates, length, 0.0, 0.0, 0.0, timestep)
+            for k, change in enumerate(rates):
+                act[k] += timestep * change
+        act[count - AIR] = charged_air_state(par, act, length, PRESSURE)
+        tensions.append(tension(par, act, length))
+    return np.array(tensions)
+
+
+def _creep(there: Bench, without: Bench, muscle: int) -> Quantities:
+    """Force per sudden contraction, the share that relaxes within 4 s, and the time to half."""
+    left = (_relaxing(without, muscle) - _relaxing(there, muscle)) / _SUDDEN
+    whole = float(left[0])
+    found: Quantities = {"force_per_sudden_contraction": (whole, "N")}
+    if whole == 0.0:
+        return found
+    share = left / whole
+    found["relaxed_within_4_s"] = (1.0 - float(np.interp(4.0, _CREEP_TIMES, share)), "1")
+    if share[-1] < 0.5:
+        after = int(np.argmax(share < 0.5))
+        near = slice(after, after - 2, -1)  # np.interp wants the shares rising
+        half = float(np.interp(0.5, share[near], _CREEP_TIMES[near]))
+        found["half_relaxed_after"] = (half, "s")
+    return found
+
+
+def _pull_change(there: Bench, without: Bench, muscle: int) -> Quantities:
+    """Change of a muscle's static pull at nominal length, and 2 % contracted and stretched."""
+    one, other = there.muscles[muscle], without.muscles[muscle]
+    found: Quantities = {}
+    for name, kappa in (("contracted", 0.02), ("nominal", 0.0), ("stretched", -0.02)):
+        at = _tendon(other, kappa)
+        change = static_force(one, at, PRESSURE) - static_force(other, at, PRESSURE)
+        found[f"force_change_{name}"] = (change, "N")
+    gain, base = (active_force(p, PRESSURE, 0.0) - active_force(p, 0.0, 0.0) for p in (one, other))
+    return _chosen({**found, "force_per_pressure_ratio": (gain / base, "1")}, "at_pressure")
+
+
+def _rest_length(there: Bench, without: Bench, muscle: int) -> Quantities:
+    longer = there.muscles[muscle][_LENGTH_AT_ZERO] - without.muscles[muscle][_LENGTH_AT_ZERO]
+    return {"length_change": (longer, "m"), **_pull_change(there, without, muscle)}
+
+
+def _braid_friction(there: Bench, without: Bench, muscle: int) -> Quantities:
+    """Pull that a muscle loses while it contracts at a held pressure."""
+    pulls: list[float] = []
+    for rig in (without, there):
+        par, act = _alone(rig, muscle), [0.0] * rig.states[muscle]
+        rest(par, act, _tendon(par, 0.0), PRESSURE)
+        velocity = -_CONTRACTION_RATE * par[_NOMINAL_LENGTH]
+        pulls.append(tension(par, act, _tendon(par, 0.0), velocity))
+    return _chosen({"force_lost": (pulls[0] - pulls[1], "N")}, "at_pressure", "at_contraction_rate")
+
+
+def _lost_pressure(there: Bench, without: Bench, muscle: int) -> Quantities:
+    left, whole = (
+        effective_pressure(PRESSURE, rig.muscles[muscle][slot("threshold.pressure")])
+        for rig in (there, without)
+    )
+    return _chosen({"pressure_lost": (whole - left, "Pa")}, "at_pressure")
+
+
+def _leak(there: Bench, without: Bench, muscle: int) -> Quantities:
+    pars = there.muscles[muscle], without.muscles[muscle]
+    one, other = (leak_flow(par, PRESSURE + par[_ATMOSPHERE]) for par in pars)
+    return _chosen({"mass_flow": (one - other, "kg/s")}, "at_pressure")
+
+
+def _sag(rig: Bench, muscle: int) -> float:
+    """Steady fall of the supply's pressure per flow, at a flow into an empty muscle [Pa s/kg]."""
+    par = rig.muscles[muscle]
+    if par[slot("valve.supply_resistance")] == 0.0:
+        return 0.0
+    act = [0.0] * rig.states[muscle]
+    full, empty = par[_SUPPLY] + par[_ATMOSPHERE], par[_ATMOSPHERE]
+    air = (par[slot("valve.critical_ratio")], par[slot("valve.laminar_ratio")], par[_TEMPERATURE])
+    conductance, sag, flow = 1e-10, 0.0, 1.0
+    for _ in range(20):  # opens the valve until it passes that flow, or all it can
+        sag = line_sag(par, act, [(full, empty, conductance, *air)], _LONG)
+        flow = mass_flow(full - sag, empty, conductance, *air)
+        conductance = min(conductance * _FLOW / flow, 1e-6)
+    return sag / flow
+
+
+def _supply(there: Bench, without: Bench, muscle: int) -> Quantities:
+    drop = _sag(there, muscle) - _sag(without, muscle)
+    return {"pressure_drop_per_flow_at_0.2_g/s": (drop, "Pa*s/kg")}
+
+
+def _shut_up_to(par: list[float], sense: float) -> float:
+    """Opening up to which a valve stays shut [-]."""
+    shut, opens = 0.0, 1.0
+    while opens - shut > 1e-12:
+        middle = 0.5 * (shut + opens)
+        if valve_opening(par, sense * middle, PRESSURE, 0.0) == 0.0:
+            shut = middle
+        else:
+            opens = middle
+    return shut if shut > 1e-11 else 0.0
+
+
+def _dead_zones(there: Bench, without: Bench, muscle: int) -> Quantities:
+    one, other = there.muscles[muscle], without.muscles[muscle]
+    return {
+        f"opening_lost_{name}": (_shut_up_to(one, sense) - _shut_up_to(other, sense), "1")
+        for name, sense in (("filling", 1.0), ("venting", -1.0))
+    }
+
+
+def _choked_flow(there: Bench, without: Bench, muscle: int) -> Quantities:
+    """Relative change of the flow through open valves, from the supply and to the atmosphere."""
+    changes: list[float] = []
+    for sense in (1.0, -1.0):
+        flows: list[float] = []
+        for rig in (there, without):
+            par = rig.muscles[muscle]
+            inside = par[_ATMOSPHERE] + (0.0 if sense > 0.0 else par[_SUPPLY])
+            flows.append(flow_through_valves(par, inside, sense, 0.0))
+        changes.append(flows[0] / flows[1] - 1.0)
+    return {
+        "relative_change_of_choked_flow": (0.5 * (changes[0] + changes[1]), "1"),
+        "relative_change_filling": (changes[0], "1"),
+        "relative_change_venting": (changes[1], "1"),
+    }
+
+
+def _heat(there: Bench, without: Bench, muscle: int) -> Quantities:
+    """Rise of pressure per sudden compression, both relative, and the time in which it dies."""
+    index, rate = slot("chamber.polytropic_index"), slot("chamber.heat_rate")
+    one, other = there.muscles[muscle], without.muscles[muscle]
+    found: Quantities = {"pressure_rise_per_compression": (one[index] - other[index], "1")}
+    if one[rate] > 0.0:
+        found["temperature_time_constant"] = (1.0 / one[rate], "s")
+    return found
+
+
+def _ripple(there: Bench, without: Bench, _: int) -> Quantities:
+    """Half the peak-to-peak torque and travel over a tooth, all muscles at one pressure."""
+    teeth = there.muscles[0]
+    reach = 0.5 * teeth[_PITCH] / abs(there.arms[0])
+    torque, travel = np.zeros(181), np.zeros(181)
+    for k, angle in enumerate(np.linspace(-reach, reach, 181).tolist()):
+        for rig, sign in ((there, 1.0), (without, -1.0)):
+            for par, length, arm in zip(rig.muscles, rig.lengths, rig.arms, strict=True):
+                at = length + arm * angle
+                pull = max(static_force(par, chain_length(par, at), PRESSURE), 0.0)
+                torque[k] -= sign * arm * chain_ratio(par, at) * pull
+        at = there.lengths[0] + there.arms[0] * angle
+        travel[k] = chain_length(teeth, at) - chain_length(without.muscles[0], at)
+    return _chosen(
+        {
+            "torque_amplitude": (0.5 * float(np.ptp(torque)), "N*m"),
+            "travel_amplitude": (0.5 * float(np.ptp(travel)), "m"),
+        },
+        "at_pressure",
+    )
+
+
+def _stated(parameter: str, name: str, unit: str) -> VirtualTest:
+    """The test of an effect whose parameter is a physical quantity already."""
+    index = slot(parameter)
+
+    def test(there: Bench, without: Bench, muscle: int) -> Quantities:
+        return {name: (there.muscles[muscle][index] - without.muscles[muscle][index], unit)}
+
+    return test
+
+
+def _sensed(field: str, name: str, unit: str) -> VirtualTest:
+    """The test of a sensor's error: a difference, or of scales a ratio less 1."""
+
+    def test(there: Bench, without: Bench, _: int) -> Quantities:
+        one, other = (float(getattr(rig.sensor, field)) for rig in (there, without))
+        return {name: (one / other - 1.0 if field.endswith("scale") else one - other, unit)}
+
+    return test
+
+
+TESTS: Mapping[str, VirtualTest] = {
+    "coulomb_friction": _joint_friction,
+    "stribeck_friction": _joint_friction,
+    "load_dependent_friction": _joint_friction,
+    "viscous_friction": _drag,
+    "load_torque": _weight,
+    "added_inertia": _inertia,
+    "muscle_hysteresis": _muscle_loop,
+    "viscoelastic_creep": _creep,
+    "braid_friction": _braid_friction,
+    "threshold_pressure": _lost_pressure,
+    "passive_stiffness": _pull_change,
+    "end_shape": _pull_change,
+    "muscle_mismatch": _pull_change,
+    "braid_locking": _pull_change,
+    "braid_extensibility": _pull_change,
+    "stretch_weakening": _pull_change,
+    "force_slope": _pull_change,
+    "rest_length": _rest_length,
+    "air_leak": _leak,
+    "supply_sag": _supply,
+    "valve_dead_zone": _dead_zones,
+    "valve_flow": _choked_flow,
+    "valve_asymmetry": _choked_flow,
+    "tube_resistance": _stated("valve.tube_resistance", "pressure_drop_per_flow", "Pa*s/kg"),
+    "thermal_relaxation": _heat,
+    "valve_delay": _stated("valve.delay", "mean_dead_time", "s"),
+    "line_lag": _stated("valve.line_lag", "sum_of_time_constants", "s"),
+    "valve_slew": _stated("valve.travel_time", "time_for_full_scale", "s"),
+    "chain_backlash": _stated("chain.backlash", "lost_travel", "m"),
+    "chain_compliance": _stated("chain.compliance", "compliance_at_700_N", "m/N"),
+    "sprocket_ripple": _ripple,
+    "angle_bias": _sensed("angle_bias", "mean_offset", "rad"),
+    "angle_scale": _sensed("angle_scale", "relative_error", "1"),
+    "angle_lag": _sensed("angle_lag", "sum_of_time_constants", "s"),
+    "pressure_bias": _sensed("pressure_bias", "offset_at_3_bar", "Pa"),
+    "pressure_scale": _sensed("pressure_scale", "relative_error_at_3_bar", "1"),
+    "pressure_lag": _sensed("pressure_lag", "sum_of_time_constants", "s"),
+}
+"""Name of an effect -> its test."""
