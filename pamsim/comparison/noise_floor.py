@@ -1,19 +1,22 @@
-"""Noise floor: how far a perfect model would still be off, from repeats where there are any."""
+"""Noise floor: how far a perfect model would still be off, from repeats or within trials."""
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
+from pamsim.comparison.noise_within_trial import FloorRoute, noise_within_trial, slow_noise
 from pamsim.comparison.trial_residuals import TrialLayout
-from pamsim.inference.noise_model import Scatter, pooled_deviation, repeat_scatter
-from pamsim.signals.roughness import rough_noise
+from pamsim.inference.noise_model import pooled_deviation, repeat_scatter
+from pamsim.inference.residual_block import BlockPlace
 
 FloatArray = NDArray[np.float64]
 
+REPEATS = FloorRoute.REPEATS
 FEWEST_REPEATS = 3
 """With fewer repeats of a protocol its floor is an assumption."""
 
@@ -26,22 +29,33 @@ class NoiseFloor:
         sd: channel -> standard deviation over all protocols [SI].
         variance: (channel, protocol) -> variance [SI^2].
         repeats: smallest number of repeats of a protocol.
-        assumed: True if there are too few repeats: noise then counts as white, and what drifts from
-            trial to trial counts as model error.
+        assumed: True if there are too few repeats: what drifts slowly, or from trial to trial, then
+            counts as model error.
+        routes: (channel, protocol) -> how it is known; empty if all from repeats.
     """
 
     sd: Mapping[str, float]
     variance: Mapping[tuple[str, str], float]
     repeats: int
     assumed: bool
+    routes: Mapping[tuple[str, str], FloorRoute] = field(default_factory=dict)
+
+    @property
+    def route(self) -> FloorRoute:
+        """How it is known of most channels and protocols."""
+        return Counter(self.routes.values()).most_common(1)[0][0] if self.routes else REPEATS
 
     def variance_in(self, channel: str, protocol: str) -> float:
         """Variance of a channel in a protocol [SI^2]; over all of them if it is not known there."""
         return self.variance.get((channel, protocol), self.sd[channel] ** 2)
 
 
-def noise_floor(layout: TrialLayout, residual: FloatArray) -> NoiseFloor:
-    """Noise from what repeats of a protocol differ by.
+def noise_floor(
+    layout: TrialLayout,
+    residual: FloatArray,
+    commands: Mapping[str, FloatArray] | None = None,
+) -> NoiseFloor:
+    """Noise from what repeats of a protocol differ by, or else within trials.
 
     Whatever the model is, repeats have the same simulation, so their residuals differ by sensor
     noise and by what varies from trial to trial.
@@ -49,15 +63,22 @@ def noise_floor(layout: TrialLayout, residual: FloatArray) -> NoiseFloor:
     Args:
         layout: of the residual.
         residual: (n,) of any parameters [SI].
+        commands: trial -> (n, m), by whose periods and holds single trials are judged.
     """
-    trials: dict[tuple[str, str], list[FloatArray]] = {}
-    for place in layout.places:
+    trials: dict[tuple[str, str], list[BlockPlace]] = {}
+    places = layout.uncut(layout.places)
+    for place in places:
         key = (place.block.channel, place.block.protocol)
-        trials.setdefault(key, []).append(residual[place.rows])
-    scatter = repeat_scatter(layout.places, residual)
+        trials.setdefault(key, []).append(place)
+    scatter = repeat_scatter(places, residual)
+    routes = dict.fromkeys(scatter, REPEATS)
     for key, (first, *_) in trials.items():
         if key not in scatter:
-            scatter[key] = Scatter(rough_noise(first) ** 2 * first.size, first.size)
+            routes[key], scatter[key] = noise_within_trial(
+                residual[first.rows],
+                first.block.sample_interval or 1.0,
+                (commands or {}).get(first.block.trial),
+            )
     repeats = min(map(len, trials.values()))
     return NoiseFloor(
         sd={
@@ -70,7 +91,28 @@ def noise_floor(layout: TrialLayout, residual: FloatArray) -> NoiseFloor:
         variance={key: scatter[key].variance for key in trials},
         repeats=repeats,
         assumed=repeats < FEWEST_REPEATS,
+        routes=routes,
     )
+
+
+def floor_beside(floor: NoiseFloor, layout: TrialLayout, residual: FloatArray) -> NoiseFloor:
+    """The floor by which a model that leaves no gap is judged.
+
+    Where noise is known within trials alone, slow drift in such a model's residual is noise too.
+
+    Args:
+        floor: by which the model was fitted.
+        layout: of the residual.
+        residual: (n,) of the model [SI].
+    """
+    variance = dict(floor.variance)
+    for place in layout.uncut(layout.places):
+        block = place.block
+        key = (block.channel, block.protocol)
+        if floor.routes.get(key) is FloorRoute.WITHIN_TRIALS:
+            slow = slow_noise(residual[place.rows], block.sample_interval or 1.0)
+            variance[key] = max(variance[key], slow)
+    return replace(floor, variance=variance)
 
 
 def _smallest(layout: TrialLayout, channel: str) -> float:

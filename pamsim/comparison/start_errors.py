@@ -145,7 +145,7 @@ def _noise(trial: Trial) -> FloatArray:
             # Neighbouring values of a converter are a step apart, those of a finer record are not.
             step = float(np.min(np.diff(np.unique(measured)), initial=np.inf))
             rounding = step / _UNIFORM if np.isfinite(step) else 0.0
-            noise[muscle] = max(rough_noise(measured, 1), rounding)
+            noise[muscle] = max(rough_noise(measured), rounding)
     return noise
 
 
@@ -161,7 +161,7 @@ def _noise_of_repeats(first: Trial, second: Trial) -> FloatArray:
 
 def _drifting(miss: FloatArray) -> float:
     """Noise of a signal without its smooth part, drift included [as the signal]."""
-    return rough_noise(miss, max(len(miss) // _LAGS, 1))
+    return rough_noise(miss, lag=max(len(miss) // _LAGS, 1))
 
 
 def _same_settings(first: Trial, second: Trial) -> bool:

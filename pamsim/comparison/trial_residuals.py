@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field, replace
 from typing import Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
+from pamsim.comparison.trial_parts import TrialParts
 from pamsim.core.errors import InputError
 from pamsim.inference.residual_block import BlockPlace, Blocks, layout, stacked
 
@@ -40,13 +41,17 @@ class SimulateValues(Protocol):
 class TrialLayout:
     """What the rows of a stacked residual belong to.
 
+    A part of a trial that was cut counts as a trial, see `TrialParts`.
+
     Attributes:
         places: every channel of every trial.
         held_out: names of the trials that no fit uses.
+        origin: part -> the trial that it was cut from.
     """
 
     places: tuple[BlockPlace, ...]
     held_out: frozenset[str]
+    origin: Mapping[str, str] = field(default_factory=dict)
 
     @property
     def channels(self) -> tuple[str, ...]:
@@ -74,6 +79,20 @@ class TrialLayout:
                 places.append(BlockPlace(place.block, slice(end, end + count)))
                 end += count
         return tuple(places)
+
+    def uncut(self, places: Iterable[BlockPlace]) -> tuple[BlockPlace, ...]:
+        """Places with the parts of each trial together again, as far as they are among these."""
+        whole: list[BlockPlace] = []
+        for place in places:
+            name = self.origin.get(place.block.trial, place.block.trial)
+            last = whole[-1] if whole else None
+            if last and (last.block.trial, last.block.channel) == (name, place.block.channel):
+                joined = np.concatenate([last.block.residual, place.block.residual])
+                block = replace(last.block, residual=joined)
+                whole[-1] = BlockPlace(block, slice(last.rows.start, place.rows.stop))
+            else:
+                whole.append(BlockPlace(replace(place.block, trial=name), place.rows))
+        return tuple(whole)
 
     def rows(self, trials: Iterable[str]) -> NDArray[np.bool_]:
         """Mask of the rows of some trials, shape (n,)."""
@@ -107,11 +126,18 @@ class TrialSimulator:
     Args:
         simulate: see `SimulateValues`.
         held_out: names of the trials that no fit uses.
+        parts: into which trials are cut; their own held-out parts then count.
     """
 
-    def __init__(self, simulate: SimulateValues, held_out: frozenset[str] = frozenset()) -> None:
+    def __init__(
+        self,
+        simulate: SimulateValues,
+        held_out: frozenset[str] = frozenset(),
+        parts: TrialParts | None = None,
+    ) -> None:
         self.simulate = simulate
-        self.held_out = held_out
+        self.held_out = held_out if parts is None else parts.held_out
+        self._parts = parts
         self.evaluations = 0
         self._layout: TrialLayout | None = None
         self._is_fitted = np.zeros(0, dtype=bool)
@@ -176,8 +202,14 @@ class TrialSimulator:
         self.evaluations += len(sets)
         residuals: list[FloatArray | None] = []
         for blocks in self.simulate(sets, held_out=held_out, fine=fine):
+            if blocks is not None and self._parts is not None:
+                blocks = self._parts.blocks(blocks, held_out=held_out)
             if blocks is not None and self._layout is None and held_out:
-                self._layout = TrialLayout(places=layout(blocks), held_out=self.held_out)
+                self._layout = TrialLayout(
+                    places=layout(blocks),
+                    held_out=self.held_out,
+                    origin={} if self._parts is None else self._parts.origin,
+                )
                 self._is_fitted = self._layout.rows(self._layout.trials(held_out=False))
                 self._correction = np.zeros(self._is_fitted.size)
             if blocks is None:

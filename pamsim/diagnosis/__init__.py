@@ -15,8 +15,9 @@ held-out data         held_out_split.py   row_leave_one_out.py     loop_fit.py
 They share the rule of the verdict, and the result with its sentence and its JSON:
 
 ==================================================  ==============================
-which trials no fit sees                            held_out_split.py
-noise floor, from repeats                           ../comparison/noise_floor.py
+which trials or parts of them no fit sees           held_out_split.py
+trials cut into parts, for want of repeats          ../comparison/trial_parts.py
+noise floor, from repeats or within trials          ../comparison/noise_floor.py
 excess per channel and protocol, residual maps      method/where.py
 the same with the arm driven by measured pressures  measured_pressures.py
 p-value of a better held-out prediction             method/evidence.py

@@ -70,7 +70,7 @@ def diagnose(
             `pamsim.diagnosis.recordings.NUISANCE` or `pamsim.diagnosis.table_at_rest.NUISANCE`.
         channels: kinds of channel to compare: ``angle``, ``pressure``, ``force``; all if left out.
         hold_out: trials or protocols to judge by; see
-            `pamsim.diagnosis.held_out_split.held_out_trials`.
+            `pamsim.diagnosis.held_out_split.held_out_split`.
         seed: random seed.
         threads: simulations at a time; None for one per processor.
         out: folder in which the finished fits of recordings are kept; None keeps none.

@@ -12,12 +12,14 @@ import numpy as np
 from pamsim.comparison.effects_on_rig import candidates
 from pamsim.comparison.free_parameters import freed_parameters
 from pamsim.comparison.measurements import CalibrationData
+from pamsim.comparison.noise_floor import NoiseFloor
+from pamsim.comparison.noise_within_trial import LAG, FloorRoute
 from pamsim.comparison.trial_prediction import CHANNELS
 from pamsim.comparison.trial_regressors import regressors
 from pamsim.comparison.trial_residuals import TrialSimulator
 from pamsim.core.progress import Progress
 from pamsim.diagnosis.diagnosed_rig import DiagnosedRig
-from pamsim.diagnosis.held_out_split import held_out_trials
+from pamsim.diagnosis.held_out_split import held_out_split
 from pamsim.diagnosis.measured_pressures import cells_with_measured_pressures
 from pamsim.diagnosis.method.trial_diagnosis import diagnose_trials
 from pamsim.diagnosis.recordings_result import result_of
@@ -52,7 +54,7 @@ def diagnose_recordings(
         effects: names of those that may be missing; all if left out.
         nuisance: rig parameters that are refitted with every effect.
         channels: kinds of channel to compare.
-        hold_out: trials or protocols to judge by; see `held_out_trials`.
+        hold_out: trials or protocols to judge by; see `held_out_split`.
         seed: random seed of the sign flips.
         threads: simulations at a time; None for one per processor.
         out: folder in which finished fits are kept; None keeps none.
@@ -63,7 +65,8 @@ def diagnose_recordings(
         InputError: for what cannot be used, or if the simulation breaks down.
     """
     began = time.perf_counter()
-    held_out, warnings = held_out_trials(data, hold_out)
+    split = held_out_split(data, hold_out)
+    held_out, parts = split.names, split.parts
     freed = [f.free for f in freed_parameters(rig, nuisance)]
     tried, skipped = candidates(rig, effects)
     refitted = {p.name for p in freed}
@@ -73,8 +76,9 @@ def diagnose_recordings(
             skipped[candidate.name] = (
                 f"{', '.join(shared)} is a nuisance parameter, refitted with every effect"
             )
-    engine = DiagnosedRig(rig, data, held_out, channels=channels, threads=threads)
-    simulator = TrialSimulator(engine.residuals, frozenset(held_out))
+    engine = DiagnosedRig(rig, data, split.trials, channels=channels, threads=threads)
+    simulator = TrialSimulator(engine.residuals, frozenset(held_out), parts)
+    quantities = {trial.name: regressors(trial) for trial in data.trials}
     fits = None
     if out is not None:
         settings = [_fingerprint(data), rig.name, held_out, [p.name for p in freed], list(channels)]
@@ -83,7 +87,8 @@ def diagnose_recordings(
         simulator,
         freed,
         [c for c in tried if c.name not in skipped],
-        {trial.name: regressors(trial) for trial in data.trials},
+        quantities if parts is None else parts.signals(quantities),
+        commands={trial.name: trial.command for trial in data.trials},
         menu=engine.menu,
         seed=seed,
         remembered=fits,
@@ -99,15 +104,32 @@ def diagnose_recordings(
         rig,
         data,
         method,
-        held_out=held_out,
+        split=split,
         given=given,
         before=before,
         after=after,
         skipped=skipped,
-        warnings=(*data.notes, *warnings),
+        warnings=(*data.notes, *split.warnings, *_about_the_floor(method.floor)),
         seed=seed,
         rollouts=engine.rollouts,
         seconds=time.perf_counter() - began,
+    )
+
+
+def _about_the_floor(floor: NoiseFloor) -> tuple[str, ...]:
+    """How noise was estimated without repeats."""
+    how = {
+        FloorRoute.PERIODS: "what the periods of the command differ by",
+        FloorRoute.HOLDS: f"what changes within {LAG:g} s while the command is held",
+        FloorRoute.WITHIN_TRIALS: "what changes from sample to sample",
+    }
+    routes = [r for r in how if r in floor.routes.values()]
+    if not routes:
+        return ()
+    every = "each input" if FloorRoute.REPEATS not in floor.routes.values() else "some input"
+    return (
+        f"{every} was recorded once: its noise is estimated from"
+        f" {' or '.join(how[r] for r in routes)}; what only repeats show is unknown",
     )
 
 

@@ -74,6 +74,7 @@ def _noise_floor(method: TrialDiagnosis) -> dict[str, Any]:
         "channels": channels,
         "repeats": method.floor.repeats,
         "assumed": method.floor.assumed,
+        "route": method.floor.route.value,
     }
 
 

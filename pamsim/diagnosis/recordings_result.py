@@ -10,6 +10,7 @@ from pamsim.comparison.compared_signal import Comparison, shown_unit
 from pamsim.comparison.measurements import CalibrationData
 from pamsim.comparison.readable_unit import readable, readable_interval, readable_unit
 from pamsim.diagnosis.experiment_menu import MENU
+from pamsim.diagnosis.held_out_split import HeldOutSplit
 from pamsim.diagnosis.method.evidence import Improvement, compare_trials
 from pamsim.diagnosis.method.gap import ChannelGap, Level, Residuals, gaps
 from pamsim.diagnosis.method.next_experiment import NextExperiment
@@ -18,7 +19,6 @@ from pamsim.diagnosis.method.rivals import shared_names
 from pamsim.diagnosis.method.trial_diagnosis import TrialDiagnosis
 from pamsim.diagnosis.method.trial_model import TrialModel
 from pamsim.diagnosis.method.verdict import Verdict
-from pamsim.diagnosis.method.verdict_thresholds import FEWEST_REPEATS
 from pamsim.diagnosis.method.where import Cell
 from pamsim.diagnosis.physical_size import physical_sizes
 from pamsim.diagnosis.recordings_details import recordings_details
@@ -41,13 +41,16 @@ from pamsim.engine.rig_parameter import rig_parameter
 _OPEN = (Verdict.AMBIGUOUS, Verdict.UNEXPLAINED, Verdict.NOT_IDENTIFIABLE)
 """Verdicts that leave it open what is missing, so that a further experiment should tell."""
 
+HELD_OUT = "trials that no fit has seen"
+HELD_OUT_PARTS = "parts of trials that no fit has seen"
+
 
 def result_of(
     rig: Rig,
     data: CalibrationData,
     method: TrialDiagnosis,
     *,
-    held_out: tuple[str, ...],
+    split: HeldOutSplit,
     given: Sequence[Cell],
     before: Signals,
     after: Signals,
@@ -63,7 +66,7 @@ def result_of(
         rig: without effects.
         data: the recordings.
         method: result of the method.
-        held_out: names of the trials judged by.
+        split: what was held out.
         given: excess of angle and forces with the arm driven by the measured pressures.
         before: trial -> channel -> (n,) simulated by the refitted base model [SI].
         after: the same by the best model; empty without one.
@@ -79,7 +82,11 @@ def result_of(
     after = after if verdict.repairs else {}
     protocol_of = {trial.name: trial.protocol for trial in data.trials}
     off = _residuals(data, method, before), _residuals(data, method, after)
-    gap = gaps(*off, method.floor, protocol_of, held_out)
+    judged = off
+    if split.parts is not None:
+        protocol_of = {name: protocol_of[trial] for name, trial in split.parts.origin.items()}
+        judged = split.parts.signals(off[0]), split.parts.signals(off[1])
+    gap = gaps(*judged, method.floor, protocol_of, split.names, repeated=split.parts is None)
     models = [] if best is None else [best, *conclusion.tied]
     nearest = conclusion.nearest
     origin = ", ".join(Path(source).name or source for source in data.sources)
@@ -109,8 +116,8 @@ def result_of(
         effects_tried=len({s.candidate.name for s in method.screened}),
         tried=_tried(method),
         nuisance=_nuisance(rig, method),
-        held_out=held_out,
-        held_out_method="trials that no fit has seen",
+        held_out=split.names,
+        held_out_method=HELD_OUT if split.parts is None else HELD_OUT_PARTS,
         skipped=dict(skipped),
         details=recordings_details(rig, data.trials, method, given, before, after, off),
         seed=seed,
@@ -118,7 +125,7 @@ def result_of(
         parameter_sets=method.evaluations,
         seconds=seconds,
         method=method,
-        comparisons=_comparisons(data, method, held_out, before, after),
+        comparisons=_comparisons(data, method, split, before, after),
         repair=None if claimed is None else repair(rig, claimed, origin),
     )
 
@@ -139,17 +146,20 @@ def _residuals(data: CalibrationData, method: TrialDiagnosis, predicted: Signals
 def _comparisons(
     data: CalibrationData,
     method: TrialDiagnosis,
-    held_out: Sequence[str],
+    split: HeldOutSplit,
     before: Signals,
     after: Signals,
 ) -> tuple[Comparison, ...]:
     """Every compared channel of every trial beside what the models make of it."""
+    judged = set(split.names)
+    if split.parts is not None:
+        judged = {split.parts.origin[name] for name in judged}
     return tuple(
         Comparison(
             trial=trial.name,
             protocol=trial.protocol,
             channel=channel,
-            held_out=trial.name in held_out,
+            held_out=trial.name in judged,
             time=trial.time,
             measured=measured,
             before=before[trial.name][channel],
@@ -289,11 +299,6 @@ def _next_step(
 
 def _inconclusive(method: TrialDiagnosis) -> str:
     """Why recordings carry no verdict."""
-    if method.floor.repeats < FEWEST_REPEATS:
-        return (
-            "a protocol has no repeats, so that noise and a gap cannot be separated; record every"
-            " input three times or more"
-        )
     return (
         "on held-out trials the simulation exceeds the noise variance by a factor of"
         f" {1.0 + method.conclusion.remainder:.2g}, and too few trials repeat each other to prove"

@@ -343,7 +343,8 @@ class Details:
         lack_of_fit: size [noise variance] and p-value of what repeats share that the best model,
             or without one the base model, does not predict, the smallest p-value that they can
             reach, and the level that counts.
-        noise_floor: per channel its standard deviation, and from how many repeats.
+        noise_floor: per channel its standard deviation, from how many repeats, and by which route
+            (`pamsim.comparison.noise_within_trial.FloorRoute`).
         where_with_measured_pressures: as ``where``, with the arm driven by the measured pressures.
         nuisance_by_protocol: nuisance parameters fitted to each protocol by itself.
         loop_areas: areas of hysteresis loops in the recordings.

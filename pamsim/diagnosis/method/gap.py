@@ -52,6 +52,8 @@ def gaps(
     floor: NoiseFloor,
     protocol_of: Mapping[str, str],
     held_out: Collection[str],
+    *,
+    repeated: bool = True,
 ) -> tuple[ChannelGap, ...]:
     """Root mean square residual per channel, before and after a repair.
 
@@ -63,6 +65,7 @@ def gaps(
         floor: of the noise.
         protocol_of: trial -> protocol.
         held_out: names of the trials that count.
+        repeated: whether trials of a protocol are repeats; if not, the floor has no interval.
     """
     judged = {protocol_of[trial] for trial in held_out}
     channels: list[ChannelGap] = []
@@ -76,7 +79,9 @@ def gaps(
         channels.append(
             ChannelGap(
                 channel=channel,
-                floor=_level(float(noise), [_scatter(r) for r in repeats.values()], _about_mean),
+                floor=_level(float(noise), [_scatter(r) for r in repeats.values()], _about_mean)
+                if repeated
+                else Level(value=float(noise) ** 0.5, interval95=None),
                 before=_own_level(base),
                 after=_own_level(repaired) if repaired else None,
             )

@@ -129,8 +129,9 @@ def _trials(fitter: Fitter, fit: Refit, screened: Sequence[Screened]) -> list[_T
     residual = fitter.weighted(fit.residual)
     columns = [trace.signature.projected for effect in screened for trace in effect.traces]
     directions = np.stack(columns, axis=1) if columns else np.zeros((residual.size, 0))
-    places = _repeated(fitter.simulator.layout)
-    scale = np.sqrt(len(fitter.simulator.layout.trials(held_out=False)))
+    layout = fitter.simulator.layout
+    places = _repeated(layout)
+    scale = np.sqrt(len({p.block.trial for p in layout.uncut(layout.fitted_places)}))
     trials: list[_Trial] = []
     for protocol, rows_of in places.items():
         for rows in rows_of:
@@ -143,7 +144,7 @@ def _trials(fitter: Fitter, fit: Refit, screened: Sequence[Screened]) -> list[_T
 def _repeated(layout: TrialLayout) -> dict[str, list[NDArray[np.intp]]]:
     """Protocol -> rows of each of its fitted trials, cut to what all of them have."""
     rows: dict[str, dict[str, dict[str, slice]]] = {}
-    for place in layout.fitted_places:
+    for place in layout.uncut(layout.fitted_places):
         block = place.block
         rows.setdefault(block.protocol, {}).setdefault(block.trial, {})[block.channel] = place.rows
     repeated: dict[str, list[NDArray[np.intp]]] = {}

@@ -48,7 +48,8 @@ def nuisance_by_protocol(fitter: Fitter, base: Refit) -> tuple[NuisanceByProtoco
     scale = SearchScale(base.parameters)
     at = scale.place(base.values)
     rows: dict[str, dict[str, list[slice]]] = {}
-    for place in fitter.simulator.layout.fitted_places:
+    layout = fitter.simulator.layout
+    for place in layout.uncut(layout.fitted_places):
         trials = rows.setdefault(place.block.protocol, {})
         trials.setdefault(place.block.trial, []).append(place.rows)
     fitted: list[NuisanceByProtocol] = []

@@ -15,12 +15,11 @@ from numpy.typing import NDArray
 
 from pamsim.core.trial import Trial
 from pamsim.diagnosis.method.gap import Residuals
+from pamsim.signals.periodicity import samples_per_period
 
 FloatArray = NDArray[np.float64]
 
-_SAME = 1e-6  # of the command's range, to which it is written
 _EXCITED = 1e-6  # of the strongest line: weaker is rounding
-_PROBES = 32  # samples by which lags are sorted out before all samples are compared
 _JITTER = 0.02  # of a sample, by which a clock may be off and still be uniform
 
 
@@ -50,27 +49,6 @@ class SpectrumSplit:
     even: float
     odd: float
     noise: float | None
-
-
-def samples_per_period(command: FloatArray) -> int | None:
-    """Period of a command that goes on for two periods at least, in samples; None without one.
-
-    Args:
-        command: (n, m), held from each sample on: the last one is never acted on and may be any.
-    """
-    command = command[:-1]
-    count = command.shape[0]
-    limit = _SAME * float(np.ptp(command, axis=0).max()) if count else 0.0
-    if limit == 0.0:
-        return None
-    most = (count + 1) // 2  # the last period may be one sample short
-    lags = np.arange(2, most + 1)
-    for at in np.linspace(0, count - most - 1, _PROBES).astype(int):
-        lags = lags[np.all(np.abs(command[at + lags] - command[at]) <= limit, axis=1)]
-    for lag in lags.tolist():
-        if np.all(np.abs(command[lag:] - command[:-lag]) <= limit):
-            return lag
-    return None
 
 
 def spectrum_splits(trials: Sequence[Trial], residuals: Residuals) -> tuple[SpectrumSplit, ...]:

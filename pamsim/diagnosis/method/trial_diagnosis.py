@@ -6,9 +6,10 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
+from numpy.typing import NDArray
 
 from pamsim.comparison.candidate import Candidate
-from pamsim.comparison.noise_floor import NoiseFloor, noise_floor
+from pamsim.comparison.noise_floor import NoiseFloor, floor_beside, noise_floor
 from pamsim.comparison.trial_residuals import TrialLayout, TrialSimulator
 from pamsim.core.errors import InputError
 from pamsim.diagnosis.method.absent_limits import AbsentLimit, absent_limits
@@ -29,7 +30,6 @@ from pamsim.diagnosis.method.trial_model import TrialModel, polished
 from pamsim.diagnosis.method.trial_search import PAIRS, TRIPLES, Progress, TrialSearch
 from pamsim.diagnosis.method.verdict import Evidence, Verdict, decide
 from pamsim.diagnosis.method.verdict_thresholds import (
-    FEWEST_REPEATS,
     GAP_LOSS,
     GAP_MAP_P_VALUE,
     GAP_P_VALUE,
@@ -38,9 +38,12 @@ from pamsim.diagnosis.method.verdict_thresholds import (
     REMAINDER_ERRORS,
     REMAINDER_LOSS,
     UNPROVEN_LOSS,
+    UNREPEATED_GAP,
 )
 from pamsim.diagnosis.method.where import Cell, Regressors, ResidualMap, cells, trial_maps
 from pamsim.inference.free_parameter import FreeParameter
+
+FloatArray = NDArray[np.float64]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -114,6 +117,7 @@ def diagnose_trials(
     candidates: Sequence[Candidate],
     regressors: Regressors,
     *,
+    commands: Mapping[str, FloatArray] | None = None,
     menu: SimulateMenu | None = None,
     seed: int = 0,
     remembered: Remembered | None = None,
@@ -126,6 +130,7 @@ def diagnose_trials(
         nuisance: parameters that are refitted with every effect, which must do better.
         candidates: effects that may be missing.
         regressors: quantities over which residuals are mapped, per trial.
+        commands: trial -> (n, m), for the noise floor of inputs recorded once.
         menu: simulator of further experiments, from which the next one is chosen.
         seed: random seed of the sign flips.
         remembered: fits of an interrupted run; new ones are added.
@@ -146,7 +151,7 @@ def diagnose_trials(
     layout = simulator.layout
     if not layout.trials(held_out=True) or not layout.trials(held_out=False):
         raise InputError("nothing to judge by: some trials must be held out, and some not")
-    floor = noise_floor(layout, first)
+    floor = noise_floor(layout, first, commands)
     fitter = Fitter(simulator, floor, remembered)
     base = fitter.fit(nuisance, [start])
     anchored = simulator.anchor(base.values)
@@ -161,15 +166,20 @@ def diagnose_trials(
     perfect = perfect_losses(layout, floor)
     search = TrialSearch(fitter, base, base_loss, screened, report)
     models = search.singles()
-    # The shortlist was made without the held-out trials: they judge what stands on it alone.
-    tried = max(len(models), 1)
+    # The shortlist was made without the held-out trials: they judge what stands on it alone. Parts
+    # of one trial share what made the list.
+    tried = max(len({s.candidate.name for s in screened} if layout.origin else models), 1)
     accepted = sorted((m for m in models if m.accepted(tried)), key=lambda m: m.mean_loss)
     first = accepted[:1]
     for growth in (PAIRS, TRIPLES):
+        if layout.origin and accepted:
+            growth = replace(growth, least_gain=accepted[0].least_gain)
         accepted = search.grown(accepted, growth)
         models += [m for m in accepted if beyond_form(first[0], m, perfect)]
     by_label = {s.candidate.label: s for s in screened}
     mapped = bool(maps) and maps[0].p_value < GAP_MAP_P_VALUE
+    # Parts of one trial share what varies from trial to trial: a map of it is no gap.
+    mapped = mapped and not layout.origin
     gap_mapped = mapped and where[0].p_value < GAP_P_VALUE and where[0].excess > GAP_LOSS
 
     def concluded() -> Conclusion:
@@ -178,7 +188,6 @@ def diagnose_trials(
             floor,
             base,
             base_loss,
-            perfect,
             models,
             tried,
             lambda a, b: signature_similarity(by_label[a], by_label[b]),
@@ -194,13 +203,14 @@ def diagnose_trials(
         conclusion = concluded()
     best, nearest = conclusion.best, conclusion.nearest
     claimed = () if best is None else best.names
+    floor = floor_beside(floor, layout, (base if nearest is None else nearest.fit).residual)
     report("limits of absent effects")
     return TrialDiagnosis(
         conclusion=conclusion,
         floor=floor,
         base=base,
         base_loss=base_loss,
-        perfect_loss=perfect,
+        perfect_loss=perfect_losses(layout, floor),
         cells=where,
         maps=maps,
         cells_after=() if nearest is None else cells(layout, nearest.fit.residual, floor, every),
@@ -244,7 +254,6 @@ def conclude(
     floor: NoiseFloor,
     base: Refit,
     base_loss: Mapping[str, float],
-    perfect: Mapping[str, float],
     models: Sequence[TrialModel],
     tried: int,
     similarity: Similarity,
@@ -259,26 +268,29 @@ def conclude(
         floor: of the noise.
         base: fit of the base model.
         base_loss: held-out trial -> its loss.
-        perfect: held-out trial -> loss of a perfect model.
         models: with effects, fitted; sets of effects only if each effect is needed.
         tried: single effects that were judged by the held-out trials.
         similarity: of the signatures of two effects.
         lack_of_fit: what a fitted model leaves that repeats share.
         gap_mapped: whether residual maps show a gap, whatever these models achieve.
     """
-    conclusive = floor.repeats >= FEWEST_REPEATS
     accepted = [m for m in models if m.accepted(tried)]
     if not accepted:
+        closest = min(models, key=lambda m: m.mean_loss).fit if models else base
+        perfect = perfect_losses(layout, floor_beside(floor, layout, closest.residual))
         excess = compare_trials(base_loss, perfect, layout.protocol_of)
-        proven = excess.p_value < GAP_P_VALUE and excess.gain > GAP_LOSS
+        noise, least = 1.0, GAP_LOSS
+        if layout.origin:
+            noise, least = float(np.mean(list(perfect.values()))), UNREPEATED_GAP
+        over = excess.gain / noise
+        proven = excess.p_value < GAP_P_VALUE and over > least
         # Losses know a gap no better than the noise floor is known; what repeats share needs none.
         lack = lack_of_fit(base)
         shared = lack.significant and lack.size > GAP_LOSS
         evidence = Evidence(
             claimed=False,
             gap=gap_mapped or proven or shared,
-            suspected=excess.gain > UNPROVEN_LOSS,
-            conclusive=conclusive,
+            suspected=over > UNPROVEN_LOSS,
         )
         verdict = decide(evidence)
         better = [m for m in models if m.improvement.gain > 0.0 and verdict is not Verdict.NO_GAP]
@@ -291,7 +303,7 @@ def conclude(
             explained=Share(value=0.0, interval95=None)
             if nearest is None
             else share_of_trials(base_loss, nearest.loss, perfect, layout.protocol_of),
-            remainder=excess.gain,
+            remainder=over,
             lack=lack,
         )
     most = max(len(m.candidates) for m in accepted)
@@ -299,13 +311,14 @@ def conclude(
     others = [m for m in models if len(m.candidates) == most]
     tied = tied_with(best, others, layout, similarity)
     best, tied, lack = reject_rivals(best, tied, lack_of_fit)
+    perfect = perfect_losses(layout, floor_beside(floor, layout, best.fit.residual))
     left = compare_trials(best.loss, perfect, layout.protocol_of)
-    remainder = left.gain > max(REMAINDER_ERRORS * left.error, REMAINDER_LOSS)
+    least = best.least_gain if layout.origin else REMAINDER_LOSS
+    remainder = left.gain > max(REMAINDER_ERRORS * left.error, least)
     explained = share_of_trials(base_loss, best.loss, perfect, layout.protocol_of)
     evidence = Evidence(
         claimed=True,
         gap=True,
-        conclusive=conclusive,
         explained=explained.value,
         remainder=remainder,
         large_remainder=lack.significant or (remainder and left.gain > LARGE_REMAINDER_LOSS),

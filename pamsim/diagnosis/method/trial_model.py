@@ -8,11 +8,17 @@ from dataclasses import dataclass
 import numpy as np
 
 from pamsim.comparison.candidate import Candidate
+from pamsim.comparison.noise_floor import floor_beside
 from pamsim.core.errors import InputError
-from pamsim.diagnosis.method.evidence import Improvement, compare_trials, losses
+from pamsim.diagnosis.method.evidence import (
+    Improvement,
+    compare_trials,
+    losses,
+    perfect_losses,
+)
 from pamsim.diagnosis.method.polish import polish
 from pamsim.diagnosis.method.refit import Fitter, Refit
-from pamsim.diagnosis.method.verdict_thresholds import LEAST_GAIN, SIGNIFICANCE
+from pamsim.diagnosis.method.verdict_thresholds import LEAST_GAIN, SIGNIFICANCE, UNREPEATED_GAIN
 from pamsim.inference.free_parameter import SearchScale
 from pamsim.inference.intervals import parameter_covariance
 from pamsim.inference.simulator_fit import Linearisation
@@ -32,6 +38,7 @@ class TrialModel:
         loss: held-out trial -> loss, 1 for a perfect model.
         improvement: over the base model on the held-out trials.
         intervals: name of each parameter -> 95 % interval [SI].
+        least_gain: fall of the loss from which the effects may be claimed.
     """
 
     candidates: tuple[Candidate, ...]
@@ -39,6 +46,7 @@ class TrialModel:
     loss: Mapping[str, float]
     improvement: Improvement
     intervals: Mapping[str, tuple[float, float]]
+    least_gain: float = LEAST_GAIN
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -90,7 +98,7 @@ class TrialModel:
             tried: number of models that were compared, for the Bonferroni correction.
         """
         better = self.improvement.p_value * tried < SIGNIFICANCE
-        return better and self.improvement.gain > LEAST_GAIN and self.size_known()
+        return better and self.improvement.gain > self.least_gain and self.size_known()
 
 
 def fit_effects(
@@ -137,7 +145,17 @@ def _judged(
         loss=loss,
         improvement=compare_trials(base_loss, loss, layout.protocol_of),
         intervals=_intervals95(fitter, fit),
+        least_gain=_least_gain(fitter, fit),
     )
+
+
+def _least_gain(fitter: Fitter, fit: Refit) -> float:
+    """Fall of the loss from which the effects of a fit may be claimed."""
+    layout = fitter.simulator.layout
+    if not layout.origin:
+        return LEAST_GAIN
+    noise = perfect_losses(layout, floor_beside(fitter.floor, layout, fit.residual))
+    return UNREPEATED_GAIN * float(np.mean(list(noise.values())))
 
 
 def _intervals95(fitter: Fitter, fit: Refit) -> dict[str, tuple[float, float]]:

@@ -73,8 +73,11 @@ FAR_NUISANCE = 0.25
 """Share of the rig's own value by which a nuisance parameter, known to a few per cent, may be
 refitted without the verdict saying so: beyond, it may stand in for what is missing."""
 
-FEWEST_REPEATS = 2
-"""Repeats of a protocol below which noise and a gap cannot be distinguished."""
+UNREPEATED_GAP, UNREPEATED_GAIN = 10.0, 1.0
+"""The same as `GAP_LOSS` and `LEAST_GAIN` where parts of trials are judged for want of repeats, in
+units of the noise that is left beside the model. All parts of one trial agree on what varies from
+trial to trial: 0.3 % in a rig's parameters leave 1 of the noise variance on average, and 5 in the
+forces of fast inputs."""
 
 FEWEST_ROWS = 10
 """Rows of a table below which no arrangement of signs is improbable enough to name one of twenty

@@ -9,6 +9,7 @@ import numpy as np
 from pamsim.comparison.effects_on_rig import at_size, candidate
 from pamsim.comparison.noise_floor import NoiseFloor
 from pamsim.core.trial import Trial
+from pamsim.diagnosis.held_out_split import HeldOutSplit
 from pamsim.diagnosis.method.absent_limits import AbsentLimit
 from pamsim.diagnosis.method.evidence import Share, compare_trials
 from pamsim.diagnosis.method.lack_of_fit import LackOfFit
@@ -218,7 +219,7 @@ def report(
         rig,
         SimpleNamespace(sources=("some/bench",), trials=measured),
         method,
-        held_out=held_out,
+        split=HeldOutSplit(trials=held_out, parts=None, warnings=()),
         given=(Cell(channel="angle", protocol="swing", excess=0.1, p_value=0.3),),
         before={t.name: {c: y + off.get(c, 0.0) for c, y in clean.items()} for t in measured},
         after={t.name: clean for t in measured} if chosen else {},

@@ -193,7 +193,7 @@ def test_alternatives_are_told_by_how_far_they_are_behind(rig):
         ),
         (
             Verdict.NOT_IDENTIFIABLE,
-            ["no repeats", "three times or more", "air_leak resembles it most"],
+            ["too few trials repeat", "three times or more", "air_leak resembles it most"],
         ),
     ],
 )  # fmt: skip

@@ -6,8 +6,9 @@ import numpy as np
 import pytest
 
 from pamsim.core.trial import Trial
-from pamsim.diagnosis.method.spectrum_split import samples_per_period, spectrum_splits
+from pamsim.diagnosis.method.spectrum_split import spectrum_splits
 from pamsim.signals.excitation import held_levels, multisine, triangle
+from pamsim.signals.periodicity import samples_per_period
 
 RATE, PERIOD, COUNT = 100.0, 4.0, 800
 TIME = np.arange(COUNT) / RATE
