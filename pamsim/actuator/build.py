@@ -8,6 +8,7 @@ from typing import Any
 from pamsim.actuator.muscle import FORCE_GROUPS, HYSTERESIS_GROUPS, PLAIN_GROUPS, Muscle
 from pamsim.core.errors import InputError, nearest
 from pamsim.core.parameters import ParameterGroup, Sourced, specs
+from pamsim.hysteresis.bouc_wen import BoucWen
 
 Sections = Mapping[str, Mapping[str, Sourced | str]]
 
@@ -16,12 +17,15 @@ _LAWS: dict[str, dict[str, type[ParameterGroup]]] = {
     "hysteresis": {law.law: law for law in HYSTERESIS_GROUPS if law},
 }
 
+_YIELD_CONTRACTION = 5e-3  # within a few millimetres, as loops of fluidic muscles turn over
+
 
 def build_muscle(sections: Sections, *, where: str, command: str = "pressure") -> Muscle:
     """Make a muscle from its sections.
 
     Args:
-        sections: group -> field -> number. ``force`` and ``hysteresis`` also carry ``law``.
+        sections: group -> field -> number. ``force`` and ``hysteresis`` also carry ``law``; a
+            muscle that states no hysteresis gets Bouc-Wen's without width.
         where: what to call the place in errors.
         command: what the muscle's control means, one of `COMMANDS`.
 
@@ -49,6 +53,8 @@ def build_muscle(sections: Sections, *, where: str, command: str = "pressure") -
     for name in ("mounting", "braid", "force", "chamber", "valve"):
         if name not in groups:
             raise InputError(f"{where}: a muscle needs the group {name!r}")
+    # Without width it changes no bit; with it, diagnoses can try hysteresis on any rig.
+    groups.setdefault("hysteresis", BoucWen(yield_contraction=_YIELD_CONTRACTION))
     return Muscle(command=command, **groups)
 
 

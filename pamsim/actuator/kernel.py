@@ -239,7 +239,7 @@ def gauge_pressure(par: Row, act: Row, tendon_length: float) -> float:
 def hysteresis_force(
     par: Row, act: Row, contraction: float, pressure: float, static_force: float
 ) -> float:
-    """Force that hysteresis takes from the static force [N]; 0 without an operator.
+    """Force that hysteresis takes from the static force [N]; 0 without width.
 
     Args:
         par: parameter row.
@@ -248,10 +248,15 @@ def hysteresis_force(
         pressure: gauge pressure, not below 0 [Pa].
         static_force: signed force without hysteresis [N].
     """
-    if par[_HYSTERESIS_LAW] == 0.0:
+    if not _has_width(par):
         return 0.0
     width = par[_HYSTERESIS] + par[_HYSTERESIS + 1] * pressure + par[_HYSTERESIS + 2] * static_force
     return width * chosen_output(par[_HYSTERESIS_LAW], par, _HYSTERESIS_OWN, act, contraction)
+
+
+def _has_width(par: Row) -> bool:
+    """Whether the hysteresis takes any force; without, its memory is not kept up."""
+    return par[_HYSTERESIS] + par[_HYSTERESIS + 1] + par[_HYSTERESIS + 2] > 0.0
 
 
 def tension(par: Row, act: Row, tendon_length: float, tendon_velocity: float = 0.0) -> float:
@@ -570,16 +575,20 @@ def state_rates(
         after = dry_friction_after(par, before, pull, tendon_velocity, timestep)
         rates[count - RUBBING] = (after - before) / timestep
     kappa = contraction(par, length)
-    chosen_rates(
-        par[_HYSTERESIS_LAW],
-        par,
-        _HYSTERESIS_OWN,
-        act,
-        rates,
-        kappa,
-        -velocity / par[_NOMINAL_LENGTH],
-        timestep,
-    )
+    if _has_width(par):
+        chosen_rates(
+            par[_HYSTERESIS_LAW],
+            par,
+            _HYSTERESIS_OWN,
+            act,
+            rates,
+            kappa,
+            -velocity / par[_NOMINAL_LENGTH],
+            timestep,
+        )
+    else:
+        for i in range(count - AMBIENT):
+            rates[i] = 0.0
     rates[count - CREEP] = 0.0
     if par[_CREEP_STIFFNESS] > 0.0:
         rates[count - CREEP] = creep_rate(kappa, act[count - CREEP], par[_CREEP_TIME], timestep)

@@ -29,7 +29,8 @@ class EffectParameter:
         typical: how far it lies from neutral in a typical case [SI], of either sign.
         low: smallest value a search may try [SI].
         high: largest [SI].
-        neutral: value at which the effect is absent [SI]; None where that is the rig's own value.
+        neutral: value at which the effect is absent [SI]; None where that is the rig's own value,
+            of a shape too if the rig itself has some of the effect.
         relative: True if ``typical``, ``low`` and ``high`` are factors of the rig's own value.
         shape: True for a number without influence while the effect is absent, such as a time
             constant; ``typical`` is then the value itself.
@@ -62,7 +63,7 @@ class EffectParameter:
             own: the rig's own value [SI].
         """
         if self.shape:
-            return self.typical
+            return own if self.neutral is None and size == 0.0 else self.typical
         if self.relative:
             return own * (1.0 + size * (self.typical - 1.0))
         return (own if self.neutral is None else self.neutral) + size * self.typical
@@ -82,7 +83,7 @@ class EffectParameter:
         """Range a search may use [SI]; for what is neutral at the rig's own value, around it."""
         if self.relative:
             return own * self.low, own * self.high
-        base = own if self.neutral is None else 0.0
+        base = own if self.neutral is None and not self.shape else 0.0
         return base + self.low, base + self.high
 
 

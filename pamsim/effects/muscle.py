@@ -4,9 +4,20 @@ from __future__ import annotations
 
 from pamsim.effects.effect import SECOND_MUSCLE, Effect, EffectParameter
 
+_YIELD = EffectParameter(
+    name="hysteresis.yield_contraction",
+    typical=2.5e-3,
+    low=6e-4,
+    high=3e-2,
+    neutral=None,
+    shape=True,
+    starts=(1.2e-3, 8e-3),
+)
+
 EFFECTS = (
     Effect(
         name="muscle_hysteresis",
+        form="bouc_wen",
         family="muscle_hysteresis",
         missing="rate-independent hysteresis of the muscle, growing with pressure",
         parameters=(
@@ -21,6 +32,45 @@ EFFECTS = (
         look_alikes=("coulomb_friction", "viscoelastic_creep", "chain_backlash"),
         separating="equal loops at two common pressures: hysteresis grows with pressure, dry"
         " friction does not",
+        probes=(0.1, 0.5, 2.0),
+        path_dependent=True,
+    ),
+    Effect(
+        name="muscle_hysteresis",
+        form="free_shape",
+        family="muscle_hysteresis",
+        missing="rate-independent hysteresis of the muscle, growing with pressure, that turns over"
+        " within a contraction of its own",
+        parameters=(
+            EffectParameter(
+                name="hysteresis.force_per_pressure",
+                typical=1.5e-4,
+                low=0.0,
+                high=2e-3,
+                neutral=None,
+            ),
+            _YIELD,
+        ),
+        look_alikes=("coulomb_friction", "viscoelastic_creep", "chain_backlash"),
+        separating="loops of different size: in small ones the muscle is stiffer, and the size at"
+        " which it yields is the hysteresis's own",
+        probes=(0.1, 0.5, 2.0),
+        path_dependent=True,
+    ),
+    Effect(
+        name="muscle_hysteresis",
+        form="constant",
+        family="muscle_hysteresis",
+        missing="rate-independent hysteresis of the muscle, the same at every pressure",
+        parameters=(
+            EffectParameter(
+                name="hysteresis.force", typical=45.0, low=0.0, high=500.0, neutral=None
+            ),
+            _YIELD,
+        ),
+        look_alikes=("coulomb_friction", "viscoelastic_creep", "chain_backlash"),
+        separating="the muscle alone on a force sensor, without the joint: dry friction of the"
+        " joint goes, that of the muscle stays",
         probes=(0.1, 0.5, 2.0),
         path_dependent=True,
     ),

@@ -49,7 +49,10 @@ def changed(group: str, **entries: Any) -> dict[str, dict[str, Any]]:
 @pytest.mark.parametrize("kind", KINDS, ids="-".join)
 def test_muscle_is_built_as_it_was_stated(kind, command):
     muscle = make(*kind, command=command)
-    assert build_muscle(sections(muscle), where=WHERE, command=command) == muscle
+    built = build_muscle(sections(muscle), where=WHERE, command=command)
+    assert dataclasses.replace(built, hysteresis=muscle.hysteresis) == muscle
+    if muscle.hysteresis is not None:
+        assert built.hysteresis == muscle.hysteresis
 
 
 def test_units_are_converted():
@@ -75,7 +78,9 @@ def test_groups_that_may_be_left_out_take_their_neutral_values():
     assert built.threshold.pressure == 0.0
     assert (built.chain.compliance, built.chain.backlash) == (0.0, 0.0)
     assert (built.end_shape.loss, built.creep.stiffness, built.friction.stribeck_force) == (0, 0, 0)
-    assert built.hysteresis is None
+    loop = built.hysteresis
+    assert loop is not None
+    assert (loop.force, loop.force_per_pressure, loop.force_share) == (0, 0, 0)
 
 
 @pytest.mark.parametrize("group", ["mounting", "braid", "force", "chamber", "valve"])

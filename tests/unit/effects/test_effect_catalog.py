@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import itertools
+import shutil
 
 import numpy as np
 import pytest
@@ -68,6 +69,8 @@ OTHER_FORMS = [
     "air_leak:laminar",
     "valve_dead_zone:asymmetric",
     "viscoelastic_creep:two_branch",
+    "muscle_hysteresis:free_shape",
+    "muscle_hysteresis:constant",
 ]
 EVERY = [*CONTRACT, *AT_REST, *ON_REQUEST, *OTHER_FORMS]
 NOISE = {"angle": np.radians(0.05), "pressure": 400.0, "tension": 1.5}
@@ -208,3 +211,54 @@ def test_names_stand_for_the_rig_s_own_parts(rig):
     assert rig_name(rig, "{second_muscle}:force.scale") == "muscle_2:force.scale"
     with pytest.raises(InputError, match="did you mean 'air_leak'"):
         effect("air_lek")
+
+
+@pytest.fixture
+def without_hysteresis(rig, tmp_path):
+    """A rig folder whose file states no hysteresis."""
+    folder = tmp_path / "bare"
+    shutil.copytree(rig.file.folder, folder)
+    stated = (folder / "params.toml").read_text()
+    before, rest = stated.split("[muscle.hysteresis]")
+    (folder / "params.toml").write_text(before + rest[rest.index("\n[") :])
+    return pamsim.load_rig(folder)
+
+
+def test_a_rig_that_states_no_hysteresis_has_none_and_is_searched_for_it(
+    rig, trials, without_hysteresis
+):
+    found, skipped = candidates(without_hysteresis, ["muscle_hysteresis"])
+    assert not skipped
+    assert [one.effect.form for one in found] == ["bouc_wen", "free_shape", "constant"]
+    none = rig.with_parameters({"hysteresis.force_per_pressure": 0.0})
+    for one, other in zip(runs(without_hysteresis, trials), runs(none, trials), strict=True):
+        assert np.array_equal(one.angle, other.angle)
+    size = {"hysteresis.force": 30.0, "hysteresis.yield_contraction": 2e-3}
+    given = without_hysteresis.with_parameters(size)
+    moved = [
+        np.abs(one.angle - other.angle).max()
+        for one, other in zip(runs(given, trials), runs(none, trials), strict=True)
+    ]
+    assert max(moved) > np.radians(0.1)
+
+
+def test_forms_that_name_what_another_operator_lacks_are_left_out_with_the_reason(rig, tmp_path):
+    folder = tmp_path / "grid"
+    shutil.copytree(rig.file.folder, folder)
+    path = folder / "params.toml"
+    kept = [
+        line for line in path.read_text().splitlines() if not line.startswith("yield_contraction")
+    ]
+    law = 'law = "bouc_wen"'
+    other_law = """law = "maxwell_slip"
+elements = { value = 4, unit = "1", source = "assumed" }
+full_slip = { value = 0.04, unit = "1", source = "assumed" }
+decay = { value = 0.7, unit = "1", source = "assumed" }"""
+    assert law in kept
+    path.write_text("\n".join(kept).replace(law, other_law))
+    other = pamsim.load_rig(folder)
+    found, skipped = candidates(other, ["muscle_hysteresis"])
+    assert ([one.effect.form for one in found], skipped) == (["bouc_wen"], {})
+    _, skipped = candidates(other, ["muscle_hysteresis:free_shape"])
+    (reason,) = skipped.values()
+    assert "hysteresis.yield_contraction" in reason

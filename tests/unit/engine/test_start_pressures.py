@@ -10,7 +10,14 @@ import pamsim
 START = (320e3, 90e3)
 
 
-@pytest.mark.parametrize("values", [{"valve.dead_zone": 0.3}, {"valve.regulator_dead_band": 4e3}])
+@pytest.mark.parametrize(
+    "values",
+    [
+        {"valve.dead_zone": 0.3},
+        {"valve.regulator_dead_band": 4e3},
+        {"creep.stiffness_2": 5e3, "creep.relaxation_time_2": 200.0},
+    ],
+)
 @pytest.mark.parametrize("command", ["pressure", "valve"])
 def test_a_trial_starts_at_the_pressures_it_was_measured_to_start_at(values, command):
     """Valves that stay shut near the set point would leave the air that was filled in straight."""
