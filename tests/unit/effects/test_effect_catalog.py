@@ -242,7 +242,7 @@ def test_a_rig_that_states_no_hysteresis_has_none_and_is_searched_for_it(
     assert max(moved) > np.radians(0.1)
 
 
-def test_forms_that_name_what_another_operator_lacks_are_left_out_with_the_reason(rig, tmp_path):
+def test_forms_that_name_what_an_operator_has_not_are_skipped_with_the_reason(rig, tmp_path):
     folder = tmp_path / "grid"
     shutil.copytree(rig.file.folder, folder)
     path = folder / "params.toml"

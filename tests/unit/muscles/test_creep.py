@@ -37,7 +37,7 @@ def test_a_held_contraction_relaxes_exactly_at_any_time_step(timestep):
 
 def test_two_elements_let_go_each_in_its_own_time():
     """The kernel holds k exp(-t / tau) of both, to the bit nothing of one without stiffness."""
-    muscle = make(**LASTING | {"creep": TWO}, valve=PLAIN_VALVE)
+    muscle = dataclasses.replace(make(**LASTING, valve=PLAIN_VALVE), creep=TWO)
     row, timestep = pack(muscle).tolist(), 0.05
     act = charged(muscle, 0.2, 3e5)
     plain = pack(dataclasses.replace(muscle, creep=Creep())).tolist()
