@@ -207,6 +207,44 @@ def test_creep_has_the_plant_s_size(rig):
 
 
 @pytest.mark.parametrize(
+    ("hidden", "name", "values"),
+    [
+        (
+            "two_branch_creep",
+            "viscoelastic_creep",
+            {
+                "creep.stiffness": 1100.0,
+                "creep.relaxation_time": 0.25,
+                "creep.stiffness_2": 900.0,
+                "creep.relaxation_time_2": 2.5,
+            },
+        ),
+        (
+            "asymmetric_dead_zone",
+            "valve_dead_zone",
+            {"valve.dead_zone": 0.05, "valve.dead_zone_asymmetry": 0.4},
+        ),
+    ],
+)
+def test_an_effect_hidden_in_the_library_s_own_form_has_the_size_that_it_states(
+    rig, hidden, name, values
+):
+    effect = PLANT_EFFECTS[hidden]
+    there, without = in_plant(rig, lambda n: effect.change(n, effect.typical))
+    measured = effect.measure(there, without, effect.typical)
+    same(sized(rig, name, values), measured, rel=4e-3)
+
+
+def test_leaks_that_lose_as_much_at_the_test_s_pressure_have_one_size(rig):
+    orifice_ = sized(rig, "air_leak", {"chamber.leak_conductance": 2e-12})["mass_flow"]
+    narrow = sized(rig, "air_leak", {"chamber.laminar_leak_conductance": 1e-12})["mass_flow"]
+    equal = {"chamber.laminar_leak_conductance": 1e-12 * orifice_ / narrow}
+    effect = PLANT_EFFECTS["laminar_leak"]
+    measured = effect.measure(*in_plant(rig, lambda n: effect.change(n, 2e-12)), 2e-12)
+    same(sized(rig, "air_leak", equal), measured, rel=1e-6)
+
+
+@pytest.mark.parametrize(
     "name",
     [
         "passive_stiffness", "end_shape", "muscle_mismatch", "braid_locking",
