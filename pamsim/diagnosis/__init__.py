@@ -25,6 +25,8 @@ p-value of lack of fit, from repeats                method/lack_of_fit.py
 models that predict as well                         method/rivals.py
 the verdict from all of that                        method/verdict.py
 thresholds of the verdict                           method/verdict_thresholds.py
+size of an effect, whichever form it has            physical_size.py
+the tests that such a size is found by              virtual_tests.py
 how large an absent effect could be                 method/absent_limits.py
 next experiment, and the menu                       method/next_experiment.py
 held-out error before and after the repair          method/gap.py

@@ -164,7 +164,11 @@ def _friction(rig: Bench, speed: float) -> FloatArray:
 
 
 def _joint_friction(there: Bench, without: Bench, _: int) -> Quantities:
-    """Breakaway torque, torque in sliding and energy of a slow cycle, at angle 0."""
+    """Breakaway torque, torque in sliding and energy of a slow cycle, at angle 0.
+
+    Breakaway and energy are those at 0.01 rad/s: friction that does not stick, and needs more speed
+    than that for its peak, has little of either.
+    """
     slow, fast = (_friction(there, v) - _friction(without, v) for v in (_SLOW, _FAST))
     moved = np.diff(cycle(_TURN, _JOINT_STEPS))
     return _chosen(

@@ -79,6 +79,8 @@ def test_heat_without_exchange_is_the_plain_form_and_creep_relaxes_exponentially
     index = {"chamber.polytropic_index": 1.3}
     plain = sized(rig, "thermal_relaxation", index)
     assert sized(rig, "thermal_relaxation", {**index, "chamber.heat_rate": 0.0}) == plain
+    exchanged = sized(rig, "thermal_relaxation", {**index, "chamber.heat_rate": 4.0})
+    assert exchanged == {**plain, "temperature_time_constant": pytest.approx(0.25)}
     creep = {"creep.stiffness": 2000.0, "creep.relaxation_time": 0.7}
     found = sized(rig, "viscoelastic_creep", creep)
     assert found["half_relaxed_after"] == pytest.approx(0.7 * np.log(2.0), rel=1e-3)
@@ -90,6 +92,13 @@ def test_a_size_is_what_was_missing_not_what_the_rig_has(rig):
     assert sized(has, "coulomb_friction", {DRY: 0.9})["sliding_torque"] == pytest.approx(0.2)
     less = sized(has, "coulomb_friction", {DRY: 0.6})
     assert less["breakaway_torque"] == pytest.approx(-0.1)
+    rubs = rig.with_parameters(DAHL)
+    half = sized(rubs, "coulomb_friction", {"friction.coulomb_force": 6.0})
+    assert half["breakaway_torque"] == pytest.approx(-2.0 * 6.0 * arm(rig))
+    bare = rig.with_parameters({"hysteresis.force_per_pressure": 0.0})
+    lost = TESTS["muscle_hysteresis"](bench(bare), bench(rig), 0)
+    gained = TESTS["muscle_hysteresis"](bench(rig), bench(bare), 0)
+    assert 0.0 < gained["loop_half_width"][0] == pytest.approx(-lost["loop_half_width"][0])
     more = sized(has, "viscoelastic_creep", {"creep.stiffness": 800.0})
     assert more["force_per_sudden_contraction"] == pytest.approx(300.0)
 
