@@ -30,10 +30,11 @@ from pamsim.actuator.layout import (
 )
 from pamsim.actuator.static_muscle import (
     contraction,
+    rigid_volume,
     static_force,
     static_volume,
+    volume_and_slope,
     volume_at_nominal_length,
-    volume_since_nominal,
 )
 from pamsim.hysteresis.catalog import chosen_energy, chosen_output, chosen_rates
 from pamsim.hysteresis.group import COMMON_FIELDS
@@ -115,8 +116,9 @@ _TRAVEL_TIME = slot("valve.travel_time")
 _TUBE_RESISTANCE = slot("valve.tube_resistance")
 _TUBE_VOLUME = slot("valve.tube_volume")
 
-_TYPICAL_PRESSURE = 3e5  # gauge [Pa]: where the search for a volume that depends on it starts
-_CLOSE = 1e-9  # relative step of the pressure search by secants; what is left is rounding
+_TYPICAL_PRESSURE = 3e5  # gauge [Pa]: where a volume that depends on it is taken to begin with
+_CLOSE = 1e-7  # relative step that may be the last of the pressure search
+_LEFT = 1e-11  # and relative error that it may leave, if the next step shrinks as it did
 
 
 def chain_length(par: Row, tendon_length: float) -> float:
@@ -185,49 +187,50 @@ def chamber_pressure(par: Row, act: Row, tendon_length: float) -> float:
     kappa = contraction(par, length)
     fixed = volume_at_nominal_length(par) + hysteresis_volume(par, act, kappa)
     air = act[len(act) - AIR]
-    inside = fixed + volume_since_nominal(par, kappa, _TYPICAL_PRESSURE)
-    if not (air > 0.0 and inside > 0.0):
+    inside = fixed + rigid_volume(par, kappa, _TYPICAL_PRESSURE)
+    varies = par[_EXTENSIBILITY] > 0.0 or volume_depends_on_pressure(par[_FORCE_LAW])
+    if not air > 0.0 or not (inside > 0.0 or varies):
         return math.nan
-    pressure = absolute_pressure(air, inside, par[_POLYTROPIC], par[_FLOOR])
-    if par[_EXTENSIBILITY] > 0.0 or volume_depends_on_pressure(par[_FORCE_LAW]):
+    pressure = _TYPICAL_PRESSURE + par[_ATMOSPHERE]
+    if inside > 0.0:
+        pressure = absolute_pressure(air, inside, par[_POLYTROPIC], par[_FLOOR])
+    if varies:
         return _consistent_pressure(par, air, fixed, kappa, pressure)
     return pressure
 
 
-def _consistent_pressure(par: Row, air: float, fixed: float, kappa: float, reply: float) -> float:
+def _consistent_pressure(par: Row, air: float, fixed: float, kappa: float, first: float) -> float:
     """Absolute pressure at which air and a volume that depends on it agree [Pa].
 
-    By secants, kept between pressures that are too low and too high: a volume that grows or hardly
-    shrinks with pressure leaves one solution.
+    By Newton's method, kept between pressures that are too low and too high: a volume that grows or
+    hardly shrinks with pressure leaves one solution.
 
     Args:
         par: parameter row.
         air: air state y.
         fixed: volume that does not depend on the pressure [m^3].
         kappa: contraction [-].
-        reply: pressure in the volume that belongs to the typical pressure [Pa].
+        first: pressure that the search begins with [Pa].
     """
-    low, high = par[_FLOOR], math.inf
-    before = _TYPICAL_PRESSURE + par[_ATMOSPHERE]
-    miss_before, pressure = reply - before, reply
+    low, high, index = par[_FLOOR], math.inf, par[_POLYTROPIC]
+    pressure, before = first, math.inf
     for _ in range(100):
-        inside = fixed + volume_since_nominal(par, kappa, pressure - par[_ATMOSPHERE])
+        gained, slope = volume_and_slope(par, kappa, pressure - par[_ATMOSPHERE])
+        inside = fixed + gained
         if not inside > 0.0:
             return math.nan
-        wanted = absolute_pressure(air, inside, par[_POLYTROPIC], par[_FLOOR])
-        miss = wanted - pressure
-        if miss > 0.0:
+        wanted = absolute_pressure(air, inside, index, par[_FLOOR])
+        if wanted > pressure:
             low = pressure
         else:
             high = pressure
-        following = wanted
-        if miss != miss_before:
-            secant = pressure - miss * (pressure - before) / (miss - miss_before)
-            if low < secant < high:
-                following = secant
-        if abs(following - pressure) <= _CLOSE * pressure:
+        following = pressure + (wanted - pressure) / (1.0 + index * wanted * slope / inside)
+        if not low < following < high:
+            following = wanted
+        step = abs(following - pressure)
+        if step <= _CLOSE * pressure and step * step <= _LEFT * pressure * before:
             return following
-        before, miss_before, pressure = pressure, miss, following
+        pressure, before = following, step
     return pressure
 
 

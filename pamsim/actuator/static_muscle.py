@@ -10,7 +10,13 @@ import math
 
 from pamsim.actuator.layout import Row, slot
 from pamsim.muscles.braid import pressurised_contraction
-from pamsim.muscles.catalog import chosen_force, chosen_volume, chosen_work
+from pamsim.muscles.catalog import (
+    chosen_derivatives,
+    chosen_force,
+    chosen_volume,
+    chosen_work,
+    volume_depends_on_pressure,
+)
 from pamsim.muscles.end_shape import force_left, force_left_slope
 from pamsim.muscles.passive import locking_force, tube_energy, tube_force
 from pamsim.muscles.tension import effective_pressure
@@ -30,6 +36,7 @@ _THRESHOLD = slot("threshold.pressure")
 _END_LOSS = slot("end_shape.loss")
 _END_ONSET = slot("end_shape.onset")
 _DEAD_VOLUME = slot("chamber.dead_volume")
+_HIGHER = 10.0  # step of a difference quotient by pressure [Pa]
 _GAUSS = (
     (0.1488743389816312, 0.2955242247147529),
     (0.4333953941292472, 0.2692667193099963),
@@ -109,7 +116,19 @@ def volume_at_nominal_length(par: Row) -> float:
 
 
 def volume_since_nominal(par: Row, kappa: float, pressure: float) -> float:
-    """Volume gained since nominal length [m^3].
+    """Volume gained since nominal length [m^3], the first of `volume_and_slope`."""
+    return volume_and_slope(par, kappa, pressure)[0]
+
+
+def rigid_volume(par: Row, kappa: float, pressure: float) -> float:
+    """Volume gained since nominal length if the braid were inextensible [m^3]."""
+    return par[_NOMINAL_LENGTH] * _active_gain(
+        par, effective_pressure(pressure, par[_THRESHOLD]), kappa
+    )
+
+
+def volume_and_slope(par: Row, kappa: float, pressure: float) -> tuple[float, float]:
+    """Volume gained since nominal length [m^3] and its derivative by pressure [m^3/Pa].
 
     Active force and tube know the contraction q against the length s l0 that the pressurised muscle
     has when free, s = 1 + e p. The integral of d F(p, q(p, kappa)) / dp by kappa is s times that of
@@ -117,33 +136,55 @@ def volume_since_nominal(par: Row, kappa: float, pressure: float) -> float:
     """
     nominal, extensibility = par[_NOMINAL_LENGTH], par[_EXTENSIBILITY]
     effective = effective_pressure(pressure, par[_THRESHOLD])
-    if extensibility == 0.0:
-        return nominal * _active_gain(par, effective, kappa)
     grown = 1.0 + extensibility * pressure
     free, strained = 1.0 - 1.0 / grown, 1.0 - (1.0 - kappa) / grown
-    gained, work = _gain_and_work(par, effective, strained)
-    gained_free, work_free = _gain_and_work(par, effective, free)
-    return nominal * (grown * (gained - gained_free) + extensibility * (work - work_free))
+    above = 1.0 if pressure > par[_THRESHOLD] else 0.0
+    slope = 0.0
+    if above > 0.0 and volume_depends_on_pressure(par[_FORCE_LAW]):
+        for sign, at in ((1.0, strained), (-1.0, free)):
+            higher = _active_gain(par, effective + _HIGHER, at)
+            slope += sign * grown * (higher - _active_gain(par, effective, at)) / _HIGHER
+    if extensibility == 0.0:
+        return rigid_volume(par, kappa, pressure), nominal * slope
+    gain, work, swell, rise = _gain_and_work(par, effective, strained)
+    gain_free, work_free, swell_free, rise_free = _gain_and_work(par, effective, free)
+    volume = grown * (gain - gain_free) + extensibility * (work - work_free)
+    slope += extensibility * (1.0 + above) * (swell - swell_free)
+    slope += extensibility * extensibility / grown * (rise - rise_free)
+    return nominal * volume, nominal * slope
 
 
-def _gain_and_work(par: Row, pressure: float, contraction: float) -> tuple[float, float]:
-    """Integral of dF/dp from nominal length [m^2], and (1 - q) F plus the integral of F [N].
+def _gain_and_work(
+    par: Row, pressure: float, contraction: float
+) -> tuple[float, float, float, float]:
+    """What volume and slope are made of, from the active force and the tube's, F, at one place.
 
-    F is the active force and the tube's, the second integral up to a constant.
+    Returns:
+        Integral of dF/dp from nominal length [m^2]; (1 - q) F plus the integral of F, up to a
+        constant [N]; their slopes, the first plus (1 - q) dF/dp [m^2], and (1 - q)^2 dF/dq [N].
     """
-    scale, gain = par[_FORCE_SCALE], _whole_gain(par, pressure, contraction)
-    work = _whole_work(par, pressure, contraction, gain)
-    if par[_END_LOSS] > 0.0:
+    scale, loss, onset = par[_FORCE_SCALE], par[_END_LOSS], par[_END_ONSET]
+    active, rise, per_pressure, gain, work = chosen_derivatives(
+        par[_FORCE_LAW], par, _FORCE_COEFFICIENTS, _NOMINAL_LENGTH, pressure, contraction
+    )
+    if loss > 0.0:
         gain = _left_by_ends(par, pressure, contraction, False)
         work = _left_by_ends(par, pressure, contraction, True)
-    tube = tube_force(
-        contraction, par[_PASSIVE_STIFFNESS], par[_PASSIVE_SOFTENING], par[_PASSIVE_SLACK]
+        if active > 0.0:  # where the muscle pushes the slopes leave the ends out
+            left = force_left(contraction, loss, onset)
+            rise = left * rise + force_left_slope(contraction, loss, onset) * active
+            active, per_pressure = left * active, left * per_pressure
+    stiffness, softening = par[_PASSIVE_STIFFNESS], par[_PASSIVE_SOFTENING]
+    tube = tube_force(contraction, stiffness, softening, par[_PASSIVE_SLACK])
+    stored = tube_energy(contraction, tube, stiffness, softening, par[_PASSIVE_SLACK])
+    rise = scale * rise - stiffness - softening * min(tube, 0.0)
+    length = 1.0 - contraction
+    return (
+        scale * gain,
+        length * (scale * active + tube) + scale * work - stored,
+        scale * (gain + length * per_pressure),
+        length * length * rise,
     )
-    stored = tube_energy(
-        contraction, tube, par[_PASSIVE_STIFFNESS], par[_PASSIVE_SOFTENING], par[_PASSIVE_SLACK]
-    )
-    pull = _active_pull(par, pressure, contraction) + tube
-    return scale * gain, (1.0 - contraction) * pull + scale * work - stored
 
 
 def _active_gain(par: Row, pressure: float, contraction: float) -> float:

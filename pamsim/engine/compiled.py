@@ -238,7 +238,7 @@ def compiled_callbacks() -> Callbacks:
         state_rates, tendon_force, fill_valve_of, line_sag, sensed_pressure
     )
     for function in functions:
-        register_jitable(function)
+        register_jitable(_nrt=False)(function)
     word = {name: offset // _POINTER_SIZE for name, offset in callback_offsets().items()}
     natives = _compile(fingerprint(functions), word)
     return Callbacks(*(native.ctypes for native in natives))

@@ -31,6 +31,7 @@ from pamsim.muscles.elastic_energy import (
 )
 from pamsim.muscles.exponential import (
     SixParameter,
+    six_parameter_derivatives,
     six_parameter_elastic_work,
     six_parameter_force,
     six_parameter_volume,
@@ -248,6 +249,8 @@ _PLEATED = _CODES[Pleated]
 _SHAPE = _CODES[PleatedShape]
 _MOONEY_RIVLIN = _CODES[MooneyRivlin]
 
+_APART, _ABOVE = 1e-6, 10.0  # steps of difference quotients: contraction [-], pressure [Pa]
+
 
 def chosen_force(
     law: float, par: Row, f: int, braid: int, pressure: float, contraction: float
@@ -370,6 +373,32 @@ def chosen_work(
             kappa, par[f], par[f + 1], par[f + 2], par[f + 3], angle
         )
     return work
+
+
+def chosen_derivatives(
+    law: float, par: Row, f: int, braid: int, pressure: float, contraction: float
+) -> tuple[float, float, float, float, float]:
+    """Force, its slopes, and its integrals, together, for a search by Newton's method.
+
+    The arguments are those of `chosen_force`. Where a law has no quicker way the slopes are
+    difference quotients, which is enough for a search.
+
+    Returns:
+        `chosen_force` [N], its slopes by contraction [N] and by pressure [m^2], `chosen_volume`
+        [m^2] and `chosen_work` [N].
+    """
+    p, kappa = pressure, contraction
+    if law == _SIX:
+        return six_parameter_derivatives(
+            p, kappa, par[f], par[f + 1], par[f + 2], par[f + 3], par[f + 4], par[f + 5]
+        )
+    force = chosen_force(law, par, f, braid, p, kappa)
+    further = chosen_force(law, par, f, braid, p, kappa + _APART)
+    rising = (further - force) / _APART
+    higher = chosen_force(law, par, f, braid, p + _ABOVE, kappa)
+    per_pressure = (higher - force) / _ABOVE
+    gained = chosen_volume(law, par, f, braid, p, kappa)
+    return force, rising, per_pressure, gained, chosen_work(law, par, f, braid, p, kappa, gained)
 
 
 def volume_depends_on_pressure(law: float) -> bool:

@@ -75,6 +75,26 @@ def six_parameter_volume(
     return a * _exponential_integral(contraction, c) + contraction * (0.5 * d * contraction + e)
 
 
+def six_parameter_derivatives(
+    pressure: float,
+    contraction: float,
+    a: float,
+    b: float,
+    c: float,
+    d: float,
+    e: float,
+    f: float,
+) -> tuple[float, float, float, float, float]:
+    """All that `chosen_derivatives` returns, in one exponential; arguments as the force's."""
+    grown = math.expm1(c * contraction)
+    swept = contraction if c == 0.0 else grown / c
+    per_pressure = a * grown + a + d * contraction + e
+    rising = c * (a * pressure + b) * (1.0 + grown) + d * pressure
+    gained = a * swept + contraction * (0.5 * d * contraction + e)
+    work = pressure * gained + b * swept + f * contraction
+    return pressure * per_pressure + b * grown + b + f, rising, per_pressure, gained, work
+
+
 def six_parameter_elastic_work(contraction: float, b: float, c: float, f: float) -> float:
     """Work of the part without pressure, b exp(c kappa) + f, from nominal length on.
 

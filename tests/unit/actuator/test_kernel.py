@@ -474,6 +474,28 @@ def test_operator_of_no_width_leaves_no_trace(loop):
         assert traces(dataclasses.replace(base, hysteresis=one)) != without
 
 
+# Below nominal length, or below 2 bar, these state no force that belongs to their volume.
+SHORT_OF_SLACK = ("pleated", "pleated_shape", "corrected_mckibben")
+
+
+@pytest.mark.parametrize("extensibility", [0.0, 8e-8])
+@pytest.mark.parametrize("name", FORCES)
+def test_the_slope_of_the_volume_is_its_difference_quotient(name, extensibility):
+    """Ends and tube included, on both sides of the threshold."""
+    muscle = make(name)
+    braid = dataclasses.replace(muscle.braid, extensibility=extensibility)
+    row = pack(dataclasses.replace(muscle, braid=braid)).tolist()
+    whole = pack(dataclasses.replace(muscle, braid=braid, end_shape=EndShape())).tolist()
+    near, slack = 200.0, 0.0 if name in SHORT_OF_SLACK else -5e3
+    cases = [(row, 0.07, 4.5e5), *((whole, 0.18, p) for p in (slack, 2.5e5, 4.5e5) if p)]
+    for par, kappa, pressure in cases:
+        above, below = (
+            static_muscle.volume_and_slope(par, kappa, pressure + step)[0] for step in (near, -near)
+        )
+        slope = static_muscle.volume_and_slope(par, kappa, pressure)[1]
+        assert slope == pytest.approx((above - below) / (2.0 * near), rel=1e-3, abs=1e-16)
+
+
 @pytest.mark.parametrize("name", FORCES)
 def test_all_effects_neutral_leave_the_bare_force_law(name):
     """Scale 1 and all else off: the tension is the law's own number, to the bit."""
