@@ -238,7 +238,7 @@ def compiled_callbacks() -> Callbacks:
         state_rates, tendon_force, fill_valve_of, line_sag, sensed_pressure
     )
     for function in functions:
-        # No law makes an array: counting references to them would cost a third of the kernel.
+        # No law makes an array, and counting references to the rows costs more than most laws.
         register_jitable(_nrt=False)(function)
     word = {name: offset // _POINTER_SIZE for name, offset in callback_offsets().items()}
     natives = _compile(fingerprint(functions), word)
