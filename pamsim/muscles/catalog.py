@@ -378,13 +378,13 @@ def chosen_work(
 def chosen_derivatives(
     law: float, par: Row, f: int, braid: int, pressure: float, contraction: float
 ) -> tuple[float, float, float, float, float]:
-    """Force, its slopes, and its integrals, together, for a search by Newton's method.
+    """Force, its derivatives, and its integrals, together, for a search by Newton's method.
 
-    The arguments are those of `chosen_force`. Where a law has no quicker way the slopes are
+    The arguments are those of `chosen_force`. Where a law has no quicker way the derivatives are
     difference quotients, which is enough for a search.
 
     Returns:
-        `chosen_force` [N], its slopes by contraction [N] and by pressure [m^2], `chosen_volume`
+        `chosen_force` [N], its derivatives by contraction [N] and by pressure [m^2], `chosen_volume`
         [m^2] and `chosen_work` [N].
     """
     p, kappa = pressure, contraction
