@@ -161,7 +161,7 @@ def _gain_and_work(
 
     Returns:
         Integral of dF/dp from nominal length [m^2]; (1 - q) F plus the integral of F, up to a
-        constant [N]; their derivatives, the first plus (1 - q) dF/dp [m^2], and (1 - q)^2 dF/dq [N].
+        constant [N]; their derivatives, the first plus (1 - q) dF/dp [m^2] and (1 - q)^2 dF/dq [N].
     """
     scale, loss, onset = par[_FORCE_SCALE], par[_END_LOSS], par[_END_ONSET]
     active, rise, per_pressure, gain, work = chosen_derivatives(

@@ -384,8 +384,8 @@ def chosen_derivatives(
     difference quotients, which is enough for a search.
 
     Returns:
-        `chosen_force` [N], its derivatives by contraction [N] and by pressure [m^2], `chosen_volume`
-        [m^2] and `chosen_work` [N].
+        `chosen_force` [N], its derivatives by contraction [N] and by pressure [m^2], and
+        `chosen_volume` [m^2] and `chosen_work` [N].
     """
     p, kappa = pressure, contraction
     if law == _SIX:
