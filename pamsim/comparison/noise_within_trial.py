@@ -18,8 +18,8 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
+from pamsim.comparison.periodicity import samples_per_period
 from pamsim.inference.noise_model import Scatter
-from pamsim.signals.periodicity import samples_per_period
 from pamsim.signals.roughness import rough_noise
 
 FloatArray = NDArray[np.float64]

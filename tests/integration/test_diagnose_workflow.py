@@ -61,3 +61,25 @@ def test_trials_to_judge_by_must_exist(rig, tmp_path):
         diagnose([folder, "mas20"])
     with pytest.raises(InputError, match="`channels` does not apply to a table of angles at rest"):
         diagnose("mas20", channels=["angle"])
+
+
+@pytest.mark.parametrize("effects", [{}, {"coulomb_friction": 1.0}], ids=["nothing", "friction"])
+def test_one_log_without_repeats_is_judged_by_its_parts(rig, effects, tmp_path):
+    data = hide(rig, effects, protocols=("bursts",), repeats=1, seed=6)
+    log, _ = data.trials.items()
+    write_recording(tmp_path / "data", "mas20_arm", dict([log]), {log[0]: data.protocols[log[0]]})
+    found = diagnose([tmp_path / "data"], rig=rig, effects=TRIED, nuisance=("force.scale",))
+    assert [e.name for e in found.effects] == list(effects)
+    assert found.verdict is (Verdict.NAMED_WITH_REMAINDER if effects else Verdict.NO_GAP)
+    assert found.held_out_method.startswith("parts of trials")
+    assert len(found.held_out) == 2
+    assert all(name.startswith(f"{log[0]}_part_") for name in found.held_out)
+    assert found.details.noise_floor["route"] == "within trials"
+    assert any("recorded once" in warning for warning in found.warnings)
+    assert all(gap.floor.interval95 is None for gap in found.gap.values())
+    assert all(comparison.held_out for comparison in found.comparisons)
+    if effects:
+        assert "resembles it is not testable with these repeats" in found.summary()
+        assert found.over_floor(repaired=True) < 1.2 < found.over_floor(repaired=False)
+        found.save(tmp_path / "out")
+        assert (tmp_path / "out" / "rig").is_dir()

@@ -13,9 +13,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from pamsim.comparison.periodicity import samples_per_period
 from pamsim.core.trial import Trial
 from pamsim.diagnosis.method.gap import Residuals
-from pamsim.signals.periodicity import samples_per_period
 
 FloatArray = NDArray[np.float64]
 

@@ -5,10 +5,10 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from pamsim.comparison.periodicity import samples_per_period
 from pamsim.core.trial import Trial
 from pamsim.diagnosis.method.spectrum_split import spectrum_splits
 from pamsim.signals.excitation import held_levels, multisine, triangle
-from pamsim.signals.periodicity import samples_per_period
 
 RATE, PERIOD, COUNT = 100.0, 4.0, 800
 TIME = np.arange(COUNT) / RATE

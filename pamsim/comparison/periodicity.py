@@ -24,7 +24,7 @@ def samples_per_period(command: FloatArray) -> int | None:
         return None
     most = (count + 1) // 2  # the last period may be one sample short
     lags = np.arange(2, most + 1)
-    for at in np.linspace(0, count - most - 1, _PROBES).astype(int):
+    for at in range(0, count - most, max((count - most) // _PROBES, 1)):
         lags = lags[np.all(np.abs(command[at + lags] - command[at]) <= limit, axis=1)]
     for lag in lags.tolist():
         if np.all(np.abs(command[lag:] - command[:-lag]) <= limit):
