@@ -57,6 +57,7 @@ class Candidate:
         neutral: values at which it is absent [SI]; none for numbers without influence then.
         probes: values at which its signature is computed.
         usual: whether this is the form that is taken unless another is better by far.
+        asked_for: whether the effect was named, so that it is tried in any case.
     """
 
     effect: Effect
@@ -64,6 +65,7 @@ class Candidate:
     neutral: dict[str, float]
     probes: tuple[Probe, ...]
     usual: bool = True
+    asked_for: bool = False
 
     @property
     def name(self) -> str:
@@ -74,6 +76,11 @@ class Candidate:
     def label(self) -> str:
         """Name and form, such as ``coulomb_friction:dahl``."""
         return f"{self.name}:{self.effect.form}" if self.effect.form else self.name
+
+    @property
+    def rare(self) -> bool:
+        """Whether it is tried only where other effects leave a remainder."""
+        return self.effect.rare and not self.asked_for
 
     @property
     def family(self) -> str:

@@ -117,8 +117,8 @@ def candidates(rig: Rig, names: Sequence[str] = ()) -> tuple[tuple[Candidate, ..
 
     Args:
         rig: its model.
-        names: of effects, as `rig_effect` takes them, without a form for all forms; those that are
-            usual if left out.
+        names: of effects, as `rig_effect` takes them, without a form for all forms; if left out,
+            all that recordings are searched for.
 
     Returns:
         The effects in all of their forms that the rig can have, the usual form of each first, and
@@ -135,7 +135,7 @@ def candidates(rig: Rig, names: Sequence[str] = ()) -> tuple[tuple[Candidate, ..
                 skipped.setdefault(name, str(error))
                 continue
             usual = all(other.name != one.name for other in tried.values())
-            tried.setdefault(one.label, replace(one, usual=usual))
+            tried.setdefault(one.label, replace(one, usual=usual, asked_for=bool(names)))
     found = {one.name for one in tried.values()}
     return tuple(tried.values()), {n: why for n, why in skipped.items() if n not in found}
 

@@ -30,13 +30,11 @@ EFFECTS: dict[str, Effect] = {name: forms[0] for name, forms in FORMS.items()}
 """Name -> effect in its usual form. Searches try them in this order."""
 
 TRIAL_EFFECTS: tuple[str, ...] = tuple(
-    effect.name for effect in EFFECTS.values() if effect.in_trials and not effect.on_request
+    effect.name for effect in EFFECTS.values() if effect.in_trials
 )
 """Names of the effects that recordings over time are searched for unless others are named."""
 
-ROW_EFFECTS: tuple[str, ...] = tuple(
-    effect.name for effect in EFFECTS.values() if not effect.on_request
-)
+ROW_EFFECTS: tuple[str, ...] = tuple(effect.name for effect in EFFECTS.values() if not effect.rare)
 """Names of the effects that tables at rest are searched for unless others are named."""
 
 

@@ -33,6 +33,6 @@ EFFECTS = (
         " a lag takes the same time",
         probes=(0.1, 0.5, 2.0),
         upstream_of_pressure=True,
-        on_request=True,
+        rare=True,
     ),
 )

@@ -103,7 +103,8 @@ class Effect:
         form: which formula this is, where the same physics has several; such forms share the name,
             and `pamsim.effects.catalog.FORMS` lists them. On a rig also the only muscle it acts on.
         in_trials: whether recordings over time are searched for it.
-        on_request: whether it is tried only where it is asked for by name.
+        rare: whether recordings are searched for it only where the other effects leave a
+            remainder, or where it is asked for by name.
         path_dependent: whether its force depends on the path, not on the present state alone.
         upstream_of_pressure: whether it acts through the pressures alone.
     """
@@ -117,7 +118,7 @@ class Effect:
     probes: tuple[float, ...] = (0.3,)
     form: str = ""
     in_trials: bool = True
-    on_request: bool = False
+    rare: bool = False
     path_dependent: bool = False
     upstream_of_pressure: bool = False
 

@@ -103,7 +103,7 @@ EFFECTS = (
         " them, and the arm held still by hand shows none in the forces",
         probes=(0.1, 0.5, 2.0),
         path_dependent=True,
-        on_request=True,
+        rare=True,
     ),
     Effect(
         name="viscous_friction",

@@ -132,7 +132,7 @@ EFFECTS = (
         separating="let the arm swing freely at two common pressures: friction in the braid damps"
         " the more, the higher the pressure",
         path_dependent=True,
-        on_request=True,
+        rare=True,
     ),
     Effect(
         name="threshold_pressure",

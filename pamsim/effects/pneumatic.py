@@ -120,7 +120,7 @@ EFFECTS = (
         look_alikes=("valve_flow", "air_leak", "supply_sag"),
         separating="fill from empty and vent from full with a valve wide open, and compare the two",
         upstream_of_pressure=True,
-        on_request=True,
+        rare=True,
     ),
     Effect(
         name="tube_resistance",
@@ -141,7 +141,7 @@ EFFECTS = (
         separating="a second pressure sensor at the muscle while it is filled from empty",
         probes=(0.1, 0.5, 2.0),
         upstream_of_pressure=True,
-        on_request=True,
+        rare=True,
     ),
     Effect(
         name="thermal_relaxation",

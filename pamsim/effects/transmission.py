@@ -52,6 +52,6 @@ EFFECTS = (
         ),
         look_alikes=("angle_scale", "chain_backlash"),
         separating="turn the arm slowly through several teeth at one pressure and read the angle",
-        on_request=True,
+        rare=True,
     ),
 )

@@ -34,6 +34,7 @@ from pamsim.diagnosis.method.verdict_thresholds import (
     GAP_MAP_P_VALUE,
     GAP_P_VALUE,
     LARGE_REMAINDER_LOSS,
+    LEFT_FOR_RARE,
     PARTNER_SHARE,
     REMAINDER_ERRORS,
     REMAINDER_LOSS,
@@ -166,6 +167,10 @@ def diagnose_trials(
     perfect = perfect_losses(layout, floor)
     search = TrialSearch(fitter, base, base_loss, screened, report)
     models = search.singles()
+    least = min((m.fit for m in models), key=lambda fit: fit.cost, default=base)
+    left = lack_of_fit(fitter, least, screened, seed=seed)
+    if left.p_value < LEFT_FOR_RARE or not left.testable:
+        models += search.singles(rare=True)
     # The shortlist was made without the held-out trials: they judge what stands on it alone. Parts
     # of one trial share what made the list.
     tried = max(len({s.candidate.name for s in screened} if layout.origin else models), 1)

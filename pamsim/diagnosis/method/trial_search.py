@@ -91,22 +91,28 @@ class TrialSearch:
         self._base = base
         self._base_loss = base_loss
         self._screened = screened
-        self._leading = leading(screened)
+        self._eligible = screened
         self._progress = progress
         self._known: dict[frozenset[str], TrialModel | None] = {}
 
-    def singles(self) -> list[TrialModel]:
+    def singles(self, *, rare: bool = False) -> list[TrialModel]:
         """Refits of single effects in their best forms, the most promising first.
 
         A promise is of first order, so the second is tried whatever the first achieves; further
         down the list only what may still be a rival, or while the gap is open.
+
+        Args:
+            rare: whether to try the rare effects instead of the others; from then on they may be
+                partners too.
         """
         _, misfit = self._fitter.unexplained(self._base)
         models: list[TrialModel] = []
         best, closed = 0.0, False
-        chosen = shortlist(self._leading, SHORTLIST, 0.5 * LEAST_GAIN, _PROMISED)
+        self._eligible = [s for s in self._screened if rare or not s.candidate.rare]
+        own = [s for s in leading(self._eligible) if s.candidate.rare == rare]
+        chosen = shortlist(own, SHORTLIST, 0.5 * LEAST_GAIN, _PROMISED)
         for place, effect in enumerate(chosen):
-            rival = effect.gain >= _PROMISED_RIVAL * max(best, self._leading[0].gain)
+            rival = effect.gain >= _PROMISED_RIVAL * max(best, own[0].gain)
             if closed and place > 1 and not rival:
                 continue
             model = self._fitted([effect.candidate], effect.starts(misfit))
@@ -210,7 +216,7 @@ class TrialSearch:
     def _promised_beside(self, model: TrialModel) -> float:
         """Largest fall of the mean loss that an effect promises beside those of a model."""
         space, misfit = self._fitter.unexplained(model.fit)
-        others = [s for s in self._leading if s.candidate.name not in model.names]
+        others = [s for s in leading(self._eligible) if s.candidate.name not in model.names]
         return max((s.gain for s in screen_again(others, space, misfit)), default=0.0)
 
     def _jobs(
@@ -224,7 +230,7 @@ class TrialSearch:
         freed = {p.name for p in parent.fit.parameters}
         others = [
             s
-            for s in self._screened
+            for s in self._eligible
             if s.candidate.name not in parent.names
             and not freed & {p.name for p in s.candidate.parameters}
         ]

@@ -46,6 +46,9 @@ LACK_OF_FIT, LACK_OF_FIT_LOSS = 0.001, 0.005
 """p-value and size of a remainder that all repeats share, from which it counts. Numerical errors of
 a good simulation reach this size."""
 
+LEFT_FOR_RARE = 0.05
+"""p-value of lack of fit of the best single effect below which the rare effects are tried too."""
+
 LACK_OF_FIT_PATTERNS, LACK_OF_FIT_WEAKEST = 1.6, 0.02
 """Few repeats have few sign patterns. The p-value from which a remainder counts is at least this
 many times the smallest that they can reach, so that the most extreme pattern alone always counts,

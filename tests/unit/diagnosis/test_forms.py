@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import dataclasses
+
 import pytest
 
 from pamsim.diagnosis.method import trial_diagnosis, trial_search
@@ -75,3 +77,15 @@ def test_unexplained_names_the_model_that_explains_most_and_where_it_fails():
         assert (one.conclusion.explained.value > 0.0) == (nearest is not None)
         assert bool(one.cells_after) == bool(one.maps_after) == (nearest is not None)
     assert found({}, (BIAS, LEAK)).conclusion.nearest is None
+
+
+def test_rare_effects_are_tried_only_where_the_others_leave_a_remainder():
+    rare = dataclasses.replace(WIDE, effect=dataclasses.replace(WIDE.effect, name="odd", rare=True))
+    assert found({"dry": 0.06}, (SHARP, rare, BIAS)).conclusion.best.names == ("dry",)
+    one = found({"dry": 0.06}, (SHARP, rare, BIAS))
+    assert {name for m in one.models for name in m.names} <= {"dry", "bias"}
+    for library in ((SHARP, rare, BIAS), (BIAS, LEAK, rare)):
+        assert found({"wide": 0.2}, library).conclusion.best.names == ("odd",)
+    asked = dataclasses.replace(rare, asked_for=True)
+    one = found({"dry": 0.06}, (SHARP, asked, BIAS))
+    assert ("odd",) in {m.names for m in one.models}

@@ -54,7 +54,7 @@ AT_REST = [
     "force_slope",
     "rest_length",
 ]
-ON_REQUEST = [
+RARE = [
     "load_dependent_friction",
     "braid_friction",
     "valve_asymmetry",
@@ -72,7 +72,7 @@ OTHER_FORMS = [
     "muscle_hysteresis:free_shape",
     "muscle_hysteresis:constant",
 ]
-EVERY = [*CONTRACT, *AT_REST, *ON_REQUEST, *OTHER_FORMS]
+EVERY = [*CONTRACT, *AT_REST, *RARE, *OTHER_FORMS]
 NOISE = {"angle": np.radians(0.05), "pressure": 400.0, "tension": 1.5}
 
 
@@ -103,7 +103,7 @@ def plain(rig, trials):
 
 def test_the_contract_s_names_are_all_there():
     assert sorted(TRIAL_EFFECTS) == sorted(CONTRACT)
-    assert sorted(EFFECTS.keys() - set(TRIAL_EFFECTS)) == sorted([*AT_REST, *ON_REQUEST])
+    assert sorted(EFFECTS.keys() - set(TRIAL_EFFECTS)) == sorted([*AT_REST, *RARE])
     assert sorted(ROW_EFFECTS) == sorted([*CONTRACT, *AT_REST])
 
 
@@ -191,7 +191,7 @@ def test_an_effect_may_act_on_any_one_muscle(rig):
         rig_effect(rig, "air_leak:muscle_9")
 
 
-@pytest.mark.parametrize("name", [*ON_REQUEST, *OTHER_FORMS])
+@pytest.mark.parametrize("name", [*RARE, *OTHER_FORMS])
 def test_no_corner_of_its_range_is_refused_at_twice_the_rig_s_step(name, rig):
     """A search that takes coarse steps may go anywhere."""
     one = candidate(rig, effect(name))

@@ -83,7 +83,7 @@ def test_each_shows_starts_afresh_and_is_not_the_library_s_formula(rig, plain, n
 
 def test_every_effect_of_the_library_has_another_formula_and_names_are_distinct():
     answered = {name for effect in PLANT_EFFECTS.values() for name in effect.stands_for}
-    assert {name for name in answered if not EFFECTS[name].on_request} == set(TRIAL_EFFECTS) - {
+    assert {name for name in answered if not EFFECTS[name].rare} == set(TRIAL_EFFECTS) - {
         "added_inertia"
     }
     assert not set(PLANT_EFFECTS) & set(TRIAL_EFFECTS)
