@@ -192,7 +192,7 @@ def forms_beside(
     name: str,
     space: TangentSpace,
     misfit: FloatArray,
-) -> tuple[Screened, ...]:
+) -> tuple[tuple[float, Screened], ...]:
     """Forms of one effect that promise to explain more than the form in a model does.
 
     The model has taken most of the misfit already. What another form would add to it or take from
@@ -206,7 +206,7 @@ def forms_beside(
         misfit: (f,) projected by it.
 
     Returns:
-        The most promising first.
+        What each promises and the form, the most promising first.
     """
     promised: list[tuple[float, Screened]] = []
     for one in screened:
@@ -214,7 +214,7 @@ def forms_beside(
             gains = [t.signature.within(space).gain(misfit) for t in one.traces]
             promised.append((max(gains, default=0.0), one))
     promised.sort(key=lambda pair: -pair[0])
-    return tuple(one for gain, one in promised if gain > FORM_GAIN)
+    return tuple((gain, one) for gain, one in promised if gain > FORM_GAIN)
 
 
 def signature_similarity(a: Screened, b: Screened) -> float:

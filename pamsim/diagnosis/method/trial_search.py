@@ -8,7 +8,9 @@ Forms come before partners: a second effect must do better than another form of 
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+
+import numpy as np
 
 from pamsim.comparison.candidate import Candidate
 from pamsim.diagnosis.method.evidence import compare_trials
@@ -22,6 +24,7 @@ from pamsim.diagnosis.method.screen import (
 )
 from pamsim.diagnosis.method.trial_model import TrialModel, fit_effects
 from pamsim.diagnosis.method.verdict_thresholds import (
+    ADEQUATE,
     FORM_GAIN,
     LEAST_GAIN,
     TIE_SHARE,
@@ -90,6 +93,7 @@ class TrialSearch:
         self._fitter = fitter
         self._base = base
         self._base_loss = base_loss
+        self._form_error = (1.0 - ADEQUATE) * (float(np.mean(list(base_loss.values()))) - 1.0)
         self._screened = screened
         self._eligible = screened
         self._progress = progress
@@ -122,21 +126,29 @@ class TrialSearch:
             gain = self._base.cost - model.fit.cost
             if gain > best:
                 best, closed = gain, self._promised_beside(model) < _OPEN * gain
-        rivals = [m for m in models if self._base.cost - m.fit.cost >= TIE_SHARE * best]
-        return [self.in_best_form(m) if m in rivals else m for m in models]
+        ranked = sorted(models, key=lambda m: m.fit.cost)
+        settled = [self.in_best_form(m) for m in ranked[:1]]
+        for model in ranked[1:]:
+            rival = self._base.cost - model.fit.cost >= TIE_SHARE * best
+            settled.append(self.in_best_form(model, settled[0].fit.cost) if rival else model)
+        return settled
 
-    def in_best_form(self, model: TrialModel) -> TrialModel:
+    def in_best_form(self, model: TrialModel, least: float = np.inf) -> TrialModel:
         """A model with each of its effects in the form that fits best.
 
-        Forms are refitted as long as their signatures promise to explain more than the model does.
+        Forms are refitted if their signatures promise to explain more than the model does.
 
         Args:
             model: whose effects stay.
+            least: cost of the best model; forms that could not get there are left out.
         """
         _, misfit = self._fitter.unexplained(self._base)
         for name in model.names:
             space, left = self._fitter.unexplained(model.fit)
-            for form in forms_beside(self._screened, model.labels, name, space, left)[:_FORMS]:
+            forms = forms_beside(self._screened, model.labels, name, space, left)
+            for gain, form in forms[:_FORMS]:
+                if model.fit.cost - _LEEWAY * gain > least:
+                    continue
                 candidates = [form.candidate if c.name == name else c for c in model.candidates]
                 others = {
                     p.name: model.fit.values[p.name]
@@ -153,6 +165,8 @@ class TrialSearch:
     def grown(self, accepted: Sequence[TrialModel], growth: Growth) -> list[TrialModel]:
         """Models with one more effect that predict better than their parent and the best so far.
 
+        What is gained must be more than an error of the first effect's formula may leave.
+
         Args:
             accepted: models whose effects may be claimed, the best first.
             growth: how.
@@ -162,6 +176,7 @@ class TrialSearch:
         """
         if not accepted:
             return []
+        growth = replace(growth, least_gain=max(growth.least_gain, self._form_error))
         protocol_of = self._fitter.simulator.layout.protocol_of
         least = min(m.fit.cost for m in accepted)
         jobs = [

@@ -102,8 +102,9 @@ def plain(rig, trials):
 
 
 def test_the_contract_s_names_are_all_there():
-    assert sorted(TRIAL_EFFECTS) == sorted(CONTRACT)
-    assert sorted(EFFECTS.keys() - set(TRIAL_EFFECTS)) == sorted([*AT_REST, *RARE])
+    assert sorted(TRIAL_EFFECTS) == sorted([*CONTRACT, *RARE])
+    assert sorted(name for name, effect in EFFECTS.items() if effect.rare) == sorted(RARE)
+    assert sorted(EFFECTS.keys() - set(TRIAL_EFFECTS)) == sorted(AT_REST)
     assert sorted(ROW_EFFECTS) == sorted([*CONTRACT, *AT_REST])
 
 
