@@ -64,7 +64,7 @@ RARE = [
 ]
 OTHER_FORMS = [
     "coulomb_friction:dahl",
-    "stribeck_friction:lugre",
+    "coulomb_friction:lugre",
     "thermal_relaxation:temperature",
     "air_leak:laminar",
     "valve_dead_zone:asymmetric",
