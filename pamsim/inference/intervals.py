@@ -27,6 +27,7 @@ import scipy.special
 from numpy.typing import NDArray
 
 from pamsim.inference.coloured_noise import ArNoise
+from pamsim.inference.effective_degrees import effective_degrees
 from pamsim.inference.residual_block import BlockPlace
 from pamsim.inference.residual_colour import (
     FittedRows,
@@ -177,11 +178,9 @@ def _coloured_parts(
 def _together(parts: Sequence[_Part]) -> tuple[FloatArray, FloatArray]:
     """Sum of the parts, and Student quantiles with Satterthwaite's degrees of freedom."""
     matrix = np.sum([part for part, _ in parts], axis=0)
-    variance = np.diag(matrix)
-    spread = np.sum([np.diag(part) ** 2 / freedom for part, freedom in parts], axis=0)
-    some = spread > 0.0
-    freedom = np.where(some, variance**2 / np.where(some, spread, 1.0), _MANY)
-    return matrix, _student_quantile(np.minimum(freedom, _MANY), 0.975)
+    variances = np.stack([np.diag(part) for part, _ in parts])
+    degrees = np.array([freedom for _, freedom in parts], dtype=np.float64)
+    return matrix, _student_quantile(effective_degrees(variances, degrees), 0.975)
 
 
 def _method(

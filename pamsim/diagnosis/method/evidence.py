@@ -16,6 +16,7 @@ from scipy.stats import t as student
 
 from pamsim.comparison.noise_floor import NoiseFloor
 from pamsim.comparison.trial_residuals import TrialLayout
+from pamsim.inference.effective_degrees import effective_degrees
 from pamsim.inference.permutation import sign_flip_p_value
 
 FloatArray = NDArray[np.float64]
@@ -31,13 +32,13 @@ class Improvement:
         gain: mean difference of the losses: over the noise variance for trials, squared errors
             [SI squared] for rows.
         error: its standard error; infinite where there are no repeats.
-        degrees: of freedom of that error.
+        degrees: of freedom of that error; 0 where there are no repeats.
         p_value: one-sided, of no gain; 1 where there are no repeats.
     """
 
     gain: float
     error: float
-    degrees: int
+    degrees: float
     p_value: float
 
     @property
@@ -99,6 +100,9 @@ def compare_trials(
 ) -> Improvement:
     """Paired t test of two models over the same trials, with protocols as strata.
 
+    Protocols that show an effect scatter more than those that do not: the error has the degrees of
+    freedom of the strata that it comes from, not of all.
+
     Args:
         before: trial -> loss.
         after: trial -> loss.
@@ -109,13 +113,12 @@ def compare_trials(
         strata.setdefault(protocol_of[trial], []).append(loss - after[trial])
     count = len(strata)
     gain = float(np.mean([np.mean(values) for values in strata.values()]))
-    degrees = sum(len(values) - 1 for values in strata.values())
-    variance = sum(
-        float(np.var(values, ddof=1)) / len(values) for values in strata.values() if len(values) > 1
-    )
-    error = float(np.sqrt(variance)) / count
-    if degrees < 1:
-        return Improvement(gain=gain, error=np.inf, degrees=0, p_value=1.0)
+    repeated = [np.array(values) for values in strata.values() if len(values) > 1]
+    if not repeated:
+        return Improvement(gain=gain, error=np.inf, degrees=0.0, p_value=1.0)
+    variances = np.array([np.var(values, ddof=1) / values.size for values in repeated])
+    error = float(np.sqrt(np.sum(variances))) / count
+    degrees = float(effective_degrees(variances, np.array([v.size - 1.0 for v in repeated])))
     if error == 0.0:
         return Improvement(gain=gain, error=0.0, degrees=degrees, p_value=float(gain <= 0.0))
     p_value = float(student.sf(gain / error, degrees))
@@ -171,7 +174,7 @@ def _share(
     scatter = {unit: (value - ratio * missed[unit]) / whole for unit, value in removed.items()}
     spread = compare_trials(scatter, none, stratum_of)
     value = min(ratio, 1.0)
-    if spread.degrees < 1:
+    if not np.isfinite(spread.error):
         return Share(value=value, interval95=None)
     reach = float(student.ppf(0.975, spread.degrees)) * spread.error
     low, high = np.clip([ratio - reach, ratio + reach], 0.0, 1.0).tolist()
@@ -202,5 +205,5 @@ def compare_rows(before: FloatArray, after: FloatArray, *, seed: int = 0) -> Imp
         scale=float(np.mean(np.abs(difference))),
     )
     return Improvement(
-        gain=float(np.mean(difference)), error=float(error), degrees=count - 1, p_value=p_value
+        gain=float(np.mean(difference)), error=float(error), degrees=count - 1.0, p_value=p_value
     )

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from scipy.stats import t as student
 
 from pamsim.comparison.noise_floor import NoiseFloor
+from pamsim.inference.effective_degrees import effective_degrees
 
 FloatArray = NDArray[np.float64]
 Residuals = Mapping[str, Mapping[str, FloatArray]]
@@ -133,14 +134,14 @@ def _about_mean(count: int) -> float:
 
 def _level(square: float, strata: Sequence[FloatArray], widening: Callable[[int], float]) -> Level:
     """A root mean square with a t interval on the mean square."""
-    degrees = sum(s.size - 1 for s in strata)
     factors = [widening(s.size) for s in strata]
     if not np.all(np.isfinite(factors)):
         return Level(value=square**0.5, interval95=None)
-    variance = sum(
-        k * float(np.var(s, ddof=1)) / s.size for k, s in zip(factors, strata, strict=True)
+    variances = np.array(
+        [k * np.var(s, ddof=1) / s.size for k, s in zip(factors, strata, strict=True)]
     )
-    reach = float(student.ppf(0.975, degrees)) * variance**0.5 / len(strata)
+    degrees = effective_degrees(variances, np.array([s.size - 1.0 for s in strata]))
+    reach = float(student.ppf(0.975, degrees)) * float(np.sum(variances)) ** 0.5 / len(strata)
     return Level(
         value=square**0.5,
         interval95=(max(square - reach, 0.0) ** 0.5, (square + reach) ** 0.5),
