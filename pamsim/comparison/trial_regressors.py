@@ -1,6 +1,12 @@
-"""Measured and commanded quantities over which residuals are mapped."""
+"""Simulated and commanded quantities over which residuals are mapped.
+
+Over measured ones, noise alone makes a map: a sample whose noise is high is counted among the high
+values.
+"""
 
 from __future__ import annotations
+
+from collections.abc import Mapping
 
 import numpy as np
 from numpy.typing import NDArray
@@ -9,23 +15,24 @@ from pamsim.core.trial import Trial
 
 FloatArray = NDArray[np.float64]
 
-_SMOOTH = 5  # samples on either side, for a speed well above the noise
+_SMOOTH = 5  # samples on either side, for a speed without jitter
 _STILL = 0.05  # of a trial's largest speed: slower counts as standing still
 
 
-def regressors(trial: Trial) -> dict[str, FloatArray]:
+def regressors(trial: Trial, simulated: Mapping[str, FloatArray]) -> dict[str, FloatArray]:
     """Quantities at the samples of a trial.
 
     Args:
         trial: as measured.
+        simulated: channel -> (n,) at its samples [SI].
 
     Returns:
-        Name -> (n,): ``elapsed`` [s]; where pressures are known, ``common_pressure`` and
+        Name -> (n,): ``elapsed`` [s]; where pressures are simulated, ``common_pressure`` and
         ``pressure_difference`` [Pa]; where the angle is, ``angle`` [rad], ``speed`` [rad/s],
         ``direction`` and ``since_reversal`` [s]; ``in_hold`` [s], since the command last changed.
     """
     quantities: dict[str, FloatArray] = {"elapsed": trial.time}
-    pressures = [trial.measured.get(f"pressure_{i + 1}") for i in range(trial.muscles)]
+    pressures = [simulated.get(f"pressure_{i + 1}") for i in range(trial.muscles)]
     if all(p is not None for p in pressures):
         stack = np.stack([p for p in pressures if p is not None], axis=1)
         quantities["common_pressure"] = stack.mean(axis=1)
@@ -34,7 +41,7 @@ def regressors(trial: Trial) -> dict[str, FloatArray]:
     changed = np.concatenate([[True], np.any(np.diff(trial.command, axis=0) != 0.0, axis=1)])
     if changed.mean() < 0.5:  # a command that changes at every sample has no holds
         quantities["in_hold"] = _since(trial.time, changed)
-    angle = trial.measured.get("angle")
+    angle = simulated.get("angle")
     if angle is not None and angle.size > 4 * _SMOOTH:
         quantities["angle"] = angle
         window = np.hanning(2 * _SMOOTH + 3)[1:-1]

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import hashlib
 import time
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 import numpy as np
@@ -22,6 +22,7 @@ from pamsim.diagnosis.diagnosed_rig import DiagnosedRig
 from pamsim.diagnosis.held_out_split import held_out_split
 from pamsim.diagnosis.measured_pressures import cells_with_measured_pressures
 from pamsim.diagnosis.method.trial_diagnosis import diagnose_trials
+from pamsim.diagnosis.method.where import Regressors
 from pamsim.diagnosis.recordings_result import result_of
 from pamsim.diagnosis.remembered_fits import RememberedFits
 from pamsim.diagnosis.result import Diagnosis
@@ -78,16 +79,22 @@ def diagnose_recordings(
             )
     engine = DiagnosedRig(rig, data, split.trials, channels=channels, threads=threads)
     simulator = TrialSimulator(engine.residuals, frozenset(held_out), parts)
-    quantities = {trial.name: regressors(trial) for trial in data.trials}
     fits = None
     if out is not None:
         settings = [_fingerprint(data), rig.name, held_out, [p.name for p in freed], list(channels)]
         fits = RememberedFits(out, settings, resume=resume)
+
+    def quantities(values: Mapping[str, float]) -> Regressors:
+        simulated = engine.signals(values)
+        known = [trial for trial in data.trials if trial.name in simulated]
+        whole = {trial.name: regressors(trial, simulated[trial.name]) for trial in known}
+        return whole if parts is None else parts.signals(whole)
+
     method = diagnose_trials(
         simulator,
         freed,
         [c for c in tried if c.name not in skipped],
-        quantities if parts is None else parts.signals(quantities),
+        quantities,
         commands={trial.name: trial.command for trial in data.trials},
         menu=engine.menu,
         seed=seed,

@@ -20,8 +20,8 @@ from pamsim.diagnosis.method.row_fit import RowSimulator
 from pamsim.diagnosis.method.row_model import RowEffect, RowModel, RowModels
 from pamsim.diagnosis.method.row_search import Attempt, RowSearch
 from pamsim.diagnosis.method.verdict import Evidence, Verdict, decide
-from pamsim.diagnosis.method.verdict_thresholds import FEWEST_ROWS, SIGNIFICANCE
-from pamsim.diagnosis.method.where import ResidualMap, row_maps
+from pamsim.diagnosis.method.verdict_thresholds import FEWEST_ROWS
+from pamsim.diagnosis.method.where import ResidualMap, row_maps, systematic
 from pamsim.inference.free_parameter import FreeParameter
 
 FloatArray = NDArray[np.float64]
@@ -112,11 +112,11 @@ def diagnose_rows(
     explained = Share(value=0.0, interval95=None)
     if best.effects:
         explained = share_of_rows(base.left_out.residual, best.left_out.residual)
-    remainder = _systematic(after)
+    remainder = systematic(after)
     verdict = decide(
         Evidence(
             claimed=bool(best.effects),
-            gap=_systematic(before),
+            gap=systematic(before),
             conclusive=len(names) >= FEWEST_ROWS,
             explained=explained.value,
             remainder=remainder,
@@ -137,11 +137,3 @@ def diagnose_rows(
         absent=search.absent(best),
         evaluations=simulator.evaluations,
     )
-
-
-def _systematic(maps: Sequence[ResidualMap]) -> bool:
-    """Whether a misfit depends on one of its quantities, by the Bonferroni-corrected p-value.
-
-    Without repeats this is the only test of a remainder that the data allow.
-    """
-    return any(m.p_value * len(maps) < SIGNIFICANCE for m in maps)

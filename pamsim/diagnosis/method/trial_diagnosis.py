@@ -31,7 +31,6 @@ from pamsim.diagnosis.method.trial_search import PAIRS, TRIPLES, Progress, Trial
 from pamsim.diagnosis.method.verdict import Evidence, Verdict, decide
 from pamsim.diagnosis.method.verdict_thresholds import (
     GAP_LOSS,
-    GAP_MAP_P_VALUE,
     GAP_P_VALUE,
     LARGE_REMAINDER_LOSS,
     LEFT_FOR_RARE,
@@ -41,7 +40,14 @@ from pamsim.diagnosis.method.verdict_thresholds import (
     UNPROVEN_LOSS,
     UNREPEATED_GAP,
 )
-from pamsim.diagnosis.method.where import Cell, Regressors, ResidualMap, cells, trial_maps
+from pamsim.diagnosis.method.where import (
+    Cell,
+    Regressors,
+    ResidualMap,
+    cells,
+    systematic,
+    trial_maps,
+)
 from pamsim.inference.free_parameter import FreeParameter
 
 FloatArray = NDArray[np.float64]
@@ -116,7 +122,7 @@ def diagnose_trials(
     simulator: TrialSimulator,
     nuisance: Sequence[FreeParameter],
     candidates: Sequence[Candidate],
-    regressors: Regressors,
+    regressors: Callable[[Mapping[str, float]], Regressors],
     *,
     commands: Mapping[str, FloatArray] | None = None,
     menu: SimulateMenu | None = None,
@@ -130,7 +136,8 @@ def diagnose_trials(
         simulator: of all trials.
         nuisance: parameters that are refitted with every effect, which must do better.
         candidates: effects that may be missing.
-        regressors: quantities over which residuals are mapped, per trial.
+        regressors: values of a fit to the quantities over which its residuals are mapped; they
+            must not hold the noise of the measurement.
         commands: trial -> (n, m), for the noise floor of inputs recorded once.
         menu: simulator of further experiments, from which the next one is chosen.
         seed: random seed of the sign flips.
@@ -161,7 +168,7 @@ def diagnose_trials(
     base_loss = losses(layout, base.residual, floor, held_out=True)
     every = [*layout.trials(held_out=False), *layout.trials(held_out=True)]
     where = cells(layout, base.residual, floor, every)
-    maps = trial_maps(layout, base.residual, floor, regressors, seed=seed)
+    maps = trial_maps(layout, base.residual, floor, regressors(base.values), seed=seed)
     report("screening")
     screened = screen(fitter, base, candidates)
     perfect = perfect_losses(layout, floor)
@@ -182,10 +189,9 @@ def diagnose_trials(
         accepted = search.grown(accepted, growth)
         models += [m for m in accepted if beyond_form(first[0], m, perfect)]
     by_label = {s.candidate.label: s for s in screened}
-    mapped = bool(maps) and maps[0].p_value < GAP_MAP_P_VALUE
+    certain = where[0].p_value < GAP_P_VALUE and where[0].excess > GAP_LOSS
     # Parts of one trial share what varies from trial to trial: a map of it is no gap.
-    mapped = mapped and not layout.origin
-    gap_mapped = mapped and where[0].p_value < GAP_P_VALUE and where[0].excess > GAP_LOSS
+    gap_mapped = certain and systematic(maps) and not layout.origin
 
     def concluded() -> Conclusion:
         return conclude(
@@ -221,7 +227,9 @@ def diagnose_trials(
         cells_after=() if nearest is None else cells(layout, nearest.fit.residual, floor, every),
         maps_after=()
         if nearest is None
-        else trial_maps(layout, nearest.fit.residual, floor, regressors, seed=seed),
+        else trial_maps(
+            layout, nearest.fit.residual, floor, regressors(nearest.fit.values), seed=seed
+        ),
         nuisance_by_protocol=nuisance_by_protocol(fitter, base),
         screened=screened,
         models=tuple(models),

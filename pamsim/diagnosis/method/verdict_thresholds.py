@@ -60,10 +60,7 @@ verdict mentions it even if repeats do not share it."""
 
 GAP_P_VALUE, GAP_LOSS = 1e-3, 0.1
 """p-value and loss of the base model's excess over the noise from which a gap is certain although
-no effect is claimed."""
-
-GAP_MAP_P_VALUE = 0.005
-"""p-value of a residual map that shows a gap together with a significant cell."""
+no effect is claimed; of one cell only if a residual map is significant, too."""
 
 UNPROVEN_LOSS = 0.5
 """Excess over the noise from which a gap that is not significant makes a recording inconclusive."""

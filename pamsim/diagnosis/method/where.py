@@ -11,6 +11,7 @@ from scipy.stats import t as student
 
 from pamsim.comparison.noise_floor import NoiseFloor
 from pamsim.comparison.trial_residuals import TrialLayout
+from pamsim.diagnosis.method.verdict_thresholds import SIGNIFICANCE
 from pamsim.inference.permutation import exchange_p_value, sign_flip_p_value
 
 FloatArray = NDArray[np.float64]
@@ -119,7 +120,8 @@ def trial_maps(
         layout: of the residual.
         residual: (n,) simulated minus measured [SI].
         floor: of the noise.
-        regressors: quantities at the samples of the trials that count.
+        regressors: quantities at the samples of the trials that count, free of the noise of the
+            residual: over the measured signal itself, noise would depend on it.
         seed: random seed of the sign flips.
     """
     rng = np.random.default_rng(seed)
@@ -163,6 +165,14 @@ def row_maps(
         if bins.max(initial=0) > 0:
             maps.append(_row_map(channel, quantity, values, misfit, bins, names, seed))
     return tuple(sorted(maps, key=lambda m: (m.p_value, -float(np.max(np.abs(m.mean))))))
+
+
+def systematic(maps: Sequence[ResidualMap]) -> bool:
+    """Whether a residual depends on one of its quantities, by the Bonferroni-corrected p-value.
+
+    Without repeats this is the only test of a remainder that a table of rows allows.
+    """
+    return any(m.p_value * len(maps) < SIGNIFICANCE for m in maps)
 
 
 def _edges(values: FloatArray) -> FloatArray:

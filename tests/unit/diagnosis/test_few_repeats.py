@@ -40,8 +40,10 @@ def found(hidden, *, repeats=1, **options):
     trials = [t for t in recorded(hidden, repeats=repeats, **options) if not t[2]]
     split = held_out_split(data([t[:2] for t in trials]), ())
     arm = TrialSimulator(simulator(trials).simulate, parts=split.parts)
-    quantities = split.parts.signals(regressors(trials))
-    return diagnose_trials(arm, NUISANCE, (DRY, BIAS, LEAK), quantities)
+    whole = regressors(trials)
+    return diagnose_trials(
+        arm, NUISANCE, (DRY, BIAS, LEAK), lambda values: split.parts.signals(whole(values))
+    )
 
 
 @pytest.mark.parametrize("repeats", [1, 2])

@@ -91,10 +91,20 @@ def simulator(trials, base=OWN):
 
 
 def regressors(trials):
-    return {
-        name: {"elapsed": TIME, "pressure": measured["pressure_1"]}
-        for name, _, _, measured in trials
-    }
+    """Quantities over which residuals are mapped, as the arm with some values has them."""
+
+    def quantities(values):
+        return {
+            name: {
+                "elapsed": TIME,
+                "pressure": signals({**OWN, **values}, drive(protocol.split("_")[0], check))[
+                    "pressure_1"
+                ],
+            }
+            for name, protocol, check, _ in trials
+        }
+
+    return quantities
 
 
 NUISANCE = (FreeParameter(name="gain", unit="1", start=1.0, low=0.3, high=3.0),)
