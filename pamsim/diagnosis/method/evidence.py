@@ -118,7 +118,7 @@ def compare_trials(
         return Improvement(gain=gain, error=np.inf, degrees=0.0, p_value=1.0)
     # A protocol with a single trial is taken to scatter as the others do in the mean.
     alone = (count - len(repeated)) / len(repeated)
-    variances = np.array([np.var(v, ddof=1) * (1.0 / v.size + alone) for v in repeated])
+    variances = np.array([float(np.var(v, ddof=1)) * (1.0 / v.size + alone) for v in repeated])
     error = float(np.sqrt(np.sum(variances))) / count
     degrees = float(effective_degrees(variances, np.array([v.size - 1.0 for v in repeated])))
     if error == 0.0:

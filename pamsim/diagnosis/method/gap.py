@@ -138,7 +138,7 @@ def _level(square: float, strata: Sequence[FloatArray], widening: Callable[[int]
     if not np.all(np.isfinite(factors)):
         return Level(value=square**0.5, interval95=None)
     variances = np.array(
-        [k * np.var(s, ddof=1) / s.size for k, s in zip(factors, strata, strict=True)]
+        [k * float(np.var(s, ddof=1)) / s.size for k, s in zip(factors, strata, strict=True)]
     )
     degrees = effective_degrees(variances, np.array([s.size - 1.0 for s in strata]))
     reach = float(student.ppf(0.975, degrees)) * float(np.sum(variances)) ** 0.5 / len(strata)
