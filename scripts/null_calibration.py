@@ -5,7 +5,7 @@
 Every test that decides a verdict gets 500 data sets of its own null hypothesis. Its p-values should
 then be uniform: one in twenty below 0.05. Shares come with exact 95 % intervals (Clopper and
 Pearson, Biometrika 26, 1934), the whole distribution with the Kolmogorov-Smirnov test. A test is
-too eager if p-values below one of the levels are more frequent than they say, conservative if they
+too eager if p-values below one of the levels are more frequent than the level, conservative if they
 are rarer, below 0.05 or anywhere; either is only said if it stays significant (5 %) after
 Bonferroni's correction for all cases here. It takes three minutes.
 
@@ -446,7 +446,7 @@ def measured(p_values: FloatArray) -> dict[str, Any]:
 
 
 def judged(row: Mapping[str, Any], comparisons: int) -> str:
-    """Whether p-values are as small as they say, corrected for all comparisons."""
+    """Whether small p-values are as frequent as they should be, corrected for all comparisons."""
     if row["p_too_eager"] * comparisons < SIGNIFICANCE:
         return "too eager"
     return "conservative" if row["p_conservative"] * comparisons < SIGNIFICANCE else "calibrated"

@@ -1,4 +1,4 @@
-"""Where there is nothing to find, small p-values are as rare as they say, or rarer."""
+"""Where there is nothing to find, small p-values are no more frequent than their values."""
 
 from __future__ import annotations
 
