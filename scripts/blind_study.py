@@ -1,19 +1,21 @@
 """How often `pamsim diagnose` is right about effects that an independent plant hides.
 
-    python scripts/blind_study.py --repeats 2|3|4 [--first N] [--tier TIER] [--workers 2]
+    python scripts/blind_study.py --repeats 3|2|4|1 [--first N] [--tier TIER] [--workers 2]
         [--stopped] [--json FILE]
 
 Every case of blind_study_cases.json is a recording on disk (five inputs that no diagnosis
-contains, in two settings, 5 s at 100 Hz) of the MAS-20 arm as the independent plant simulates it:
-its own equations, integrator and steps. It is diagnosed through files, as `pamsim diagnose` does.
-Sizes, seeds and order of the cases were fixed before any was run; the thresholds are those of the
-package. Finished rows are kept in out/blind_study.jsonl: a stopped study goes on where it was, as
-long as the code is the same.
+contains, in two settings, 5 s at 100 Hz) of a rig as the independent plant simulates it: its own
+equations, integrator and steps. It is diagnosed through files, as `pamsim diagnose` does. With
+``--repeats 1`` a case is a single log of 20 s: one input, once. Sizes, seeds and order of the cases
+were fixed before any was run (blind_study_cases.py); the thresholds are those of the package; what
+is counted is defined in blind_study_scores.py. Finished rows are kept in out/blind_study.jsonl: a
+stopped study goes on where it was, as long as the code is the same.
 """
 
 from __future__ import annotations
 
 import argparse
+import dataclasses
 import hashlib
 import json
 import platform
@@ -24,22 +26,34 @@ from pathlib import Path
 from typing import Any
 
 import mujoco
-from blind_study_scores import scores
+from blind_study_cases import DURATION, INPUTS
+from blind_study_cases import FILE as CASES
+from blind_study_scores import must_show, printed, scores
 from kept_rows import Task, fingerprint, kept_rows
 
 import pamsim
 from pamsim.comparison.effects_on_rig import rig_effect, rig_name
+from pamsim.core.errors import InputError
 from pamsim.effects.catalog import TRIAL_EFFECTS
 from pamsim.engine.rig import Rig
 from pamsim.engine.rig_parameter import rig_parameter
 from pamsim.twins.hide import hide
+from pamsim.twins.synthetic_recording import SyntheticRecording
 
-CASES = Path(__file__).parent / "blind_study_cases.json"
 KEPT = Path("out/blind_study.jsonl")
-RIG = "mas20_arm"
-INPUTS = ("levels", "ramps", "tones", "pulses", "loaded_levels")
-DURATION = 5.0
-REPEATS = (2, 3, 4)
+REPEATS = (1, 2, 3, 4)
+LOG, LOG_DURATION = "levels", 20.0
+"""Input of a single log, and its length [s]."""
+
+STEP = 7e-4
+"""Of the plant's integrator [s]; with a quarter of it no sample moves by more than 0.002 of the
+sensors' noise."""
+
+REFUSED = {
+    "verdict": "refused", "effects": [], "certain": [], "alternatives": [], "resembles": None,
+    "explained": None, "gap_over_floor": {"before": None, "after": None}, "absent": {},
+}  # fmt: skip
+"""Result for data that the diagnosis takes for an error: nothing is claimed."""
 
 Case = Mapping[str, Any]
 
@@ -51,53 +65,75 @@ def cases() -> list[Case]:
 
 def settings(case: Case, repeats: int) -> dict[str, Any]:
     """How the recordings of a case are made."""
+    inputs, duration = (INPUTS, DURATION) if repeats > 1 else ((LOG,), LOG_DURATION)
     return {
-        "protocols": INPUTS,
-        "duration": DURATION,
+        "protocols": inputs,
+        "duration": duration,
         "repeats": repeats,
         "coloured": case["noise"] == "drifting",
         "quantised": case["noise"] == "quantised",
         "variation": case["variation"],
         "forces": case["forces"],
         "formulation": "plant",
+        "step": STEP,
         "seed": case["seed"],
     }
+
+
+def recorded(rig: Rig, case: Case, repeats: int) -> SyntheticRecording:
+    """The recordings of a case; of one log, its first setting alone."""
+    hidden = hide(rig, case["effects"], **settings(case, repeats))
+    if repeats > 1:
+        return hidden
+    stem = next(iter(hidden.trials))
+    return dataclasses.replace(
+        hidden,
+        trials={stem: hidden.trials[stem]},
+        protocols={stem: hidden.protocols[stem]},
+    )
 
 
 def run_one(task: Task) -> tuple[str, str, int, dict[str, Any]]:
     """Hide, diagnose, and write down what a score needs."""
     kind, name, seed = task
     (case,) = [c for c in cases() if c["name"] == name]
-    rig = pamsim.load_rig(RIG)
+    rig = pamsim.load_rig(case["rig"])
     with tempfile.TemporaryDirectory() as folder:
-        hidden = hide(rig, case["effects"], **settings(case, int(kind.removeprefix("repeats "))))
+        hidden = recorded(rig, case, int(kind.removeprefix("repeats ")))
         truth = json.loads(hidden.save(Path(folder) / "data").read_text(encoding="utf-8"))
         tried = [effect for effect in TRIAL_EFFECTS if effect not in case["removed"]]
         began = time.perf_counter()
-        found = pamsim.diagnose(str(Path(folder) / "data"), effects=tried, threads=1, seed=seed)
+        data = str(Path(folder) / "data")
+        try:
+            found = pamsim.diagnose(data, effects=tried, threads=1, seed=seed).to_dict()
+        except InputError as error:
+            found = {**REFUSED, "refused": str(error)}
         seconds = time.perf_counter() - began
-    row = found_row(found.to_dict(), truth, distances(rig, truth))
+    row = found_row(found, truth, distances(rig, truth))
     return kind, name, seed, {**row, "seconds": round(seconds, 1)}
 
 
-def distances(rig: Rig, truth: Mapping[str, Any]) -> dict[str, tuple[float, float]]:
-    """Rig parameter -> value that means what was hidden, and its neutral value [SI]."""
-    found: dict[str, tuple[float, float]] = {}
-    names = {name for effect in truth["effects"] for name in effect["stands_for"]}
-    for name in sorted(names):
-        for parameter in rig_effect(rig, name).parameters:
-            full = rig_name(rig, parameter.name)
-            if full in truth["parameters"] and not parameter.shape:
-                own = rig_parameter(rig, full).value
-                at_rest = own if parameter.neutral is None else parameter.neutral
-                found[full] = (truth["parameters"][full]["value"], at_rest)
+def distances(rig: Rig, truth: Mapping[str, Any]) -> dict[str, dict[str, Any]]:
+    """Rig parameter -> value that means what was hidden and its neutral value [SI], and by what."""
+    found: dict[str, dict[str, Any]] = {}
+    for effect in truth["effects"]:
+        for name in effect["stands_for"]:
+            for parameter in rig_effect(rig, name).parameters:
+                full = rig_name(rig, parameter.name)
+                if full in truth["parameters"] and not parameter.shape:
+                    own = rig_parameter(rig, full).value
+                    found[full] = {
+                        "truth": truth["parameters"][full]["value"],
+                        "neutral": own if parameter.neutral is None else parameter.neutral,
+                        "hidden": effect["name"],
+                    }
     return found
 
 
 def found_row(
     result: Mapping[str, Any],
     truth: Mapping[str, Any],
-    known: Mapping[str, tuple[float, float]],
+    known: Mapping[str, Mapping[str, Any]],
 ) -> dict[str, Any]:
     """A diagnosis, as its JSON states it, beside the ground truth."""
     claimed = [name for effect in result["effects"] for name in effect["name"].split("+")]
@@ -109,10 +145,14 @@ def found_row(
     }
     return {
         "hidden": [
-            {key: effect[key] for key in ("name", "stands_for", "resembles", "physical")}
+            {
+                key: effect[key]
+                for key in ("name", "formulation", "stands_for", "resembles", "physical")
+            }
             for effect in truth["effects"]
         ],
         "verdict": result["verdict"],
+        "refused": result.get("refused"),
         "claimed": sorted(set(claimed)),
         "certain": list(result["certain"]),
         "suggested": sorted({*claimed, *others}),
@@ -120,17 +160,23 @@ def found_row(
         "explained": result["explained"],
         "gap": result["gap_over_floor"],
         "sizes": {
-            name: {**parameters[name], "truth": value, "neutral": neutral}
-            for name, (value, neutral) in known.items()
+            name: {**parameters[name], **hidden}
+            for name, hidden in known.items()
             if name in parameters
         },
+        "physical": [
+            {"names": effect["name"].split("+"), "quantities": effect.get("physical", {})}
+            for effect in result["effects"]
+        ],
         "limits": {
             effect: {
-                "limit": entry["ruled_out_above_si"],
-                "truth": abs(known[entry["parameter"]][0] - known[entry["parameter"]][1]),
+                "limit": entry.get("ruled_out_above_si"),
+                "truth": abs(
+                    known[entry["parameter"]]["truth"] - known[entry["parameter"]]["neutral"]
+                ),
             }
             for effect, entry in result["absent"].items()
-            if entry["parameter"] in known and entry.get("ruled_out_above_si") is not None
+            if entry["parameter"] in known
         },
     }
 
@@ -149,18 +195,19 @@ def study(
     kind = f"repeats {repeats}"
     pairs = [(c, rows[kind, c["name"], c["seed"]]) for c in chosen if _key(kind, c) in rows]
     return {
-        "schema": "pamsim-blind-study/2",
+        "schema": "pamsim-blind-study/3",
         "command": f"python scripts/blind_study.py --repeats {repeats}",
         "cases": hashlib.sha256(CASES.read_bytes()).hexdigest()[:16],
         "fingerprint": mark,
         "planned": len(cases()),
         "data": {
-            "inputs": INPUTS,
-            "settings_of_each": 2,
+            "inputs": INPUTS if repeats > 1 else (LOG,),
+            "settings_of_each": 2 if repeats > 1 else 1,
             "repeats": repeats,
-            "seconds_of_a_trial": DURATION,
+            "seconds_of_a_trial": DURATION if repeats > 1 else LOG_DURATION,
         },
         "versions": {"mujoco": mujoco.__version__, "python": platform.python_version()},
+        "must_show": must_show(pairs, repeats),
         "scores": scores(pairs),
         "rows": [{**case, **row} for case, row in pairs],
     }
@@ -201,6 +248,7 @@ def main() -> None:
     rows = kept_rows(run_one, tasks, KEPT, mark, options.workers)
     result = study(options.repeats, chosen, rows, mark)
     print(json.dumps(result["scores"], indent=1))
+    print(printed(result["must_show"]))
     if options.json is not None:
         options.json.write_text(written(result), encoding="utf-8")
 

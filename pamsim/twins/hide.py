@@ -87,7 +87,7 @@ def hide(
             runs = [distorted(one, changed.sensor) for one in runs]
     else:
         runs = [
-            _in_plant(there, experiment, by_plant, [settings.seed, number])
+            _in_plant(there, experiment, by_plant, [settings.seed, number], settings.step)
             for number, (there, experiment) in enumerate(jobs)
         ]
     trials = {
@@ -174,7 +174,9 @@ def _experiments(rig: Rig, settings: HideSettings) -> Iterator[tuple[str, Experi
                 raise InputError(f"no protocol {name!r}; {nearest(name, [*INPUTS, *PROTOCOLS])}")
 
 
-def _in_plant(rig: Rig, experiment: Experiment, effects: _Sized, seed: Sequence[int]) -> Recording:
+def _in_plant(
+    rig: Rig, experiment: Experiment, effects: _Sized, seed: Sequence[int], step: float
+) -> Recording:
     """One run of the independent plant, as its sensors report it, noise aside."""
     numbers: Numbers = read_rig(rig, experiment.load)
     timing = Timing()
@@ -183,7 +185,8 @@ def _in_plant(rig: Rig, experiment: Experiment, effects: _Sized, seed: Sequence[
             one.change(numbers, size * one.typical)
         if one.timing is not None:
             timing = one.timing(size * one.typical, tuple(seed))
-    found = run(numbers, experiment, rig=rig.name, muscles=tuple(rig.muscles), timing=timing)
+    muscles = tuple(rig.muscles)
+    found = run(numbers, experiment, rig=rig.name, muscles=muscles, timing=timing, step=step)
     if rig.sensor is not None:
         found = reported(found, rig.sensor)
     for one, size in effects:

@@ -14,6 +14,7 @@ from pamsim.engine.rig import Rig
 from pamsim.engine.rig_parameter import rig_parameter
 from pamsim.store.json_file import write_json
 from pamsim.twins.hidden.hidden_effect import Quantities, Quantity
+from pamsim.twins.plant.run import STEP
 
 SCHEMA = "pamsim-ground-truth/2"
 
@@ -37,10 +38,11 @@ class HideSettings:
         forces: whether muscle forces are measured.
         quantised: whether angle and pressures come in steps of the rig's encoder and converter.
         formulation: one of `FORMULATIONS`.
+        step: longest step of the independent plant's integrator [s].
         seed: random seed.
 
     Raises:
-        InputError: for an unknown formulation, or no repeats.
+        InputError: for an unknown formulation, no repeats, or a step that is not above 0.
     """
 
     protocols: tuple[str, ...] = ()
@@ -52,11 +54,14 @@ class HideSettings:
     forces: bool = True
     quantised: bool = False
     formulation: str = "library"
+    step: float = STEP
     seed: int = 0
 
     def __post_init__(self) -> None:
         if self.repeats < 1:
             raise InputError(f"{self.repeats} repeats: at least one trial is needed")
+        if not self.step > 0.0:
+            raise InputError(f"step: {self.step:g} s; it must be above 0")
         if self.formulation not in FORMULATIONS:
             raise InputError(
                 f"no formulation {self.formulation!r}; {nearest(self.formulation, FORMULATIONS)}"

@@ -10,8 +10,10 @@ import pytest
 import pamsim
 from pamsim.cli.main import main
 from pamsim.comparison.protocols import PROTOCOLS
+from pamsim.core.errors import InputError
 from pamsim.store.recording_reader import read_recordings
 from pamsim.twins.hide import hide
+from pamsim.twins.noise import ANGLE_NOISE
 
 QUICK = ("--protocols", "bursts", "--repeats", "2")
 
@@ -139,6 +141,21 @@ def test_trials_differ_a_little_from_one_to_the_next(rig):
     assert np.array_equal(same["bursts_1"].angle, same["bursts_2"].angle)
     spread = np.ptp(varied["bursts_1"].pressure - varied["bursts_2"].pressure)
     assert 100.0 < spread < 2e4
+
+
+def test_a_longer_step_of_the_plant_moves_no_sample_by_a_hundredth_of_the_noise(rig):
+    def made(step):
+        return hide(
+            rig, {"sticking_friction": 0.5}, protocols=("levels",), repeats=1, duration=0.4,
+            variation=0.0, noise=0.0, formulation="plant", step=step,
+        ).trials  # fmt: skip
+
+    fine, coarse = made(3.5e-4), made(1.4e-3)
+    for name in fine:
+        off = np.abs(coarse[name].angle - fine[name].angle) / ANGLE_NOISE
+        assert 0.0 < off.max() < 0.01
+    with pytest.raises(InputError, match="must be above 0"):
+        made(0.0)
 
 
 def test_a_sensor_s_error_is_in_what_is_measured_alone(rig):
