@@ -15,8 +15,9 @@ takes away, over the variances of the sensors' noise, averaged over angle, press
 are measured, forces. Each effect of a pair has its own. The study's scores use E of the refitted
 model on held-out data, which the diagnosis states.
 
-Sizes end at those of `GRID`: the E that a size leaves is written beside it (``excess``), also where
-it is not the one that was drawn.
+Some effects leave more than the E drawn at any size, such as a nozzle, whose law differs from that
+of ISO 6358 at the same flow: their size is then the middle one of `GRID`. Others leave less up to
+its largest, which is then their size. The E that a size leaves is written beside it (``excess``).
 """
 
 from __future__ import annotations
@@ -283,11 +284,11 @@ def size_that_leaves(effect: str, wanted: float, forces: bool, rig: str) -> floa
     first = excess(effect, GRID[_MIDDLE], forces, rig) < wanted
     for k in (*up, *down) if first else (*down, *up):
         low, high = (math.log(excess(effect, GRID[i], forces, rig)) for i in (k, k + 1))
-        share = (math.log(wanted) - low) / (high - low)
+        share = (math.log(wanted) - low) / (high - low) if high != low else -1.0
         if 0.0 <= share <= 1.0:
             return GRID[k] * _RATIO**share
-    ends = (GRID[0], GRID[-1])
-    return min(ends, key=lambda s: abs(math.log(excess(effect, s, forces, rig) / wanted)))
+    least = min(excess(effect, size, forces, rig) for size in (GRID[0], GRID[-1]))
+    return GRID[_MIDDLE] if least > wanted else GRID[-1]
 
 
 def answered(asked: tuple[str, Sequence[tuple[bool, Case]]]) -> list[tuple[float, float]]:
