@@ -3,8 +3,8 @@
     python scripts/blind_study_cases.py [--workers 2]
 
 writes blind_study_cases.json. Its first 168 cases were committed before this file and stay as they
-are; those that `planned` draws from its seed follow, each tier spread evenly over them, so that any
-beginning of either part is a fair sample.
+are, but for tiers that change with the library (`placed`); those that `planned` draws from its seed
+follow, each tier spread evenly over them, so that any beginning of either part is a fair sample.
 
 How sizes are drawn: first the excess E that an effect shall leave, log-uniformly within the range
 of its tier (`RANGES`); then the size that leaves about that much, from runs of the independent
@@ -38,7 +38,7 @@ from tqdm import tqdm
 import pamsim
 from pamsim.core.errors import SimulationError
 from pamsim.diagnosis.recordings import NUISANCE
-from pamsim.effects.catalog import EFFECTS
+from pamsim.effects.catalog import EFFECTS, TRIAL_EFFECTS
 from pamsim.engine.rig_parameter import rig_parameter
 from pamsim.twins.hidden.catalog import PLANT_EFFECTS
 from pamsim.twins.hide import hide
@@ -84,7 +84,7 @@ LIBRARY = (
     "pressure_scale",
     "pressure_lag",
 )
-"""Effects of the library that are hidden or removed: those tried when the cases were drawn."""
+"""Effects of the library that draws are made from: those tried when the cases were drawn."""
 
 RANGES = {
     "other_formula": (1.0, 20.0),
@@ -122,9 +122,28 @@ Signals = Mapping[str, FloatArray]
 
 
 def right_names(effect: str) -> set[str]:
-    """Names of the library for a hidden effect that a diagnosis tries."""
-    names = PLANT_EFFECTS[effect].stands_for if effect in PLANT_EFFECTS else (effect,)
-    return set(names) & set(LIBRARY)
+    """Names for a hidden effect among those that draws are made from."""
+    return all_names(effect) & set(LIBRARY)
+
+
+def all_names(effect: str) -> set[str]:
+    """Names of the library for a hidden effect."""
+    return set(PLANT_EFFECTS[effect].stands_for if effect in PLANT_EFFECTS else (effect,))
+
+
+def placed(case: Mapping[str, Any]) -> Case:
+    """A case in its tier under the library as it is now.
+
+    An effect from outside the library, or that only resembles one of it, is one of another formula
+    once a diagnosis tries a right name; where the true effect is removed, all right names are.
+    """
+    tier, removed = case["tier"], set(case["removed"])
+    right = [all_names(effect) & set(TRIAL_EFFECTS) for effect in case["effects"]]
+    if tier in ("outside", "resembles") and all(right):
+        tier = "other_formula"
+    if tier == "removed":
+        removed = removed.union(*right)
+    return {**case, "tier": tier, "removed": sorted(removed, key=TRIAL_EFFECTS.index)}
 
 
 def families(effect: str) -> set[str]:
@@ -164,7 +183,7 @@ def planned(before: Sequence[Mapping[str, Any]]) -> list[Case]:
                 "name": name,
                 "tier": tier,
                 "effects": {effect: _drawn(rng, tier) for effect in effects},
-                "removed": sorted(right_names(effects[0])) if tier == "removed" else [],
+                "removed": [],
                 "noise": ("white", "drifting", "quantised")[number % 3],
                 "variation": 0.003 if rng.uniform() < 0.75 else 0.0,
                 "forces": bool(rng.uniform() < 2.0 / 3.0),
@@ -320,7 +339,7 @@ def main() -> None:
         for (effect, those), found in zip(asked.items(), results, strict=True):
             for (_, case), (size, left) in zip(those, found, strict=True):
                 case["effects"][effect], case["excess"][effect] = size, left
-    lines = ",\n".join("  " + json.dumps(case) for case in cases)
+    lines = ",\n".join("  " + json.dumps(placed(case)) for case in cases)
     head = json.dumps(ABOUT.replace("\n", " "))
     FILE.write_text(f'{{\n "about": {head},\n "cases": [\n{lines}\n ]\n}}\n', encoding="utf-8")
 
