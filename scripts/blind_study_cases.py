@@ -108,7 +108,7 @@ SIZED = 5
 ABOUT = """Cases of scripts/blind_study.py, all fixed before any of them was run. The first 168 were
 committed first: sizes in the library and of other formulas drawn log-uniformly between 0.4 and 20
 times the noise variance that the effect leaves (1.5 to 10 for pairs and removed effects), in a
-random order. scripts/blind_study_cases.py drew the others and says how. Sizes are in typical sizes
+random order. scripts/blind_study_cases.py drew the others and gives the rule. Sizes are in typical sizes
 of the effect; excess is the E that each effect leaves by itself, in units of the noise variance."""
 
 _STEP = 2e-3
@@ -162,10 +162,10 @@ def planned(before: Sequence[Mapping[str, Any]]) -> list[Case]:
     plant = [name for name in PLANT_EFFECTS if name in hidden]  # what comes later changes no draw
     other = [name for name in plant if right_names(name)]
     sized = [n for n in other if families(n) & {"joint_friction", "muscle_hysteresis"}]
-    foreign = [name for name in plant if not right_names(name)]
+    without_name = [name for name in plant if not right_names(name)]
     found = [("nothing", ())] * NOTHING
     found += [("other_formula", (n,)) for n in other for _ in range(SIZED if n in sized else 1)]
-    for name in foreign:
+    for name in without_name:
         similar = bool(PLANT_EFFECTS[name].resembles)
         found += [("resembles", (name,))] if similar else [("outside", (name,))] * 3
     found += [("removed", (name,)) for name in _to_remove(rng, other, before)]

@@ -269,10 +269,10 @@ def must_show(cases: Sequence[Case], repeats: int) -> list[dict[str, Any]]:
         Bar(quantity="spurious extra effect", high=0.03, aim=0.01).judged(
             plain_share([one for c, r in cases for one in _extra(c, r)])
         ),
-        Bar(quantity="intervals that hold the truth", low=0.92, high=0.98).judged(
+        Bar(quantity="intervals that contain the hidden value", low=0.92, high=0.98).judged(
             plain_share([one for c, r in cases for one in _intervals(c, r)])
         ),
-        Bar(quantity="limits of absent effects that hold the truth", low=0.98).judged(
+        Bar(quantity="limits of absent effects that are above the hidden value", low=0.98).judged(
             plain_share([_holds(entry) for _, r in cases for entry in r["limits"].values()])
         ),
         Bar(quantity="median seconds per diagnosis", high=30.0, aim=15.0, unit="s").judged(
@@ -340,7 +340,7 @@ def scores(cases: Sequence[Case]) -> dict[str, Any]:
         ),
         "parameters within 15 %": plain_share([error <= SIZE_ERROR for error in sizes]),
         "error of the parameters": _median(sizes),
-        "intervals that hold the truth, library's formula": plain_share(
+        "intervals that contain the hidden value, library's formula": plain_share(
             [one for c, r in of("library") for one in _intervals(c, r)]
         ),
         "limits of absent effects that are stated": plain_share(

@@ -51,8 +51,8 @@ def test_cases_name_what_can_be_hidden_and_belong_to_their_tier():
 
 def test_the_first_cases_are_those_committed_first():
     names = ("name", "effects", "noise", "variation", "forces", "seed")
-    told = json.dumps([{name: case[name] for name in names} for case in FIRST])
-    assert hashlib.sha256(told.encode()).hexdigest()[:16] == "a2231b3d64ded30a"
+    written = json.dumps([{name: case[name] for name in names} for case in FIRST])
+    assert hashlib.sha256(written.encode()).hexdigest()[:16] == "a2231b3d64ded30a"
 
 
 def test_fresh_cases_are_those_that_the_generator_draws():
@@ -91,8 +91,8 @@ def test_there_are_enough_cases_of_each_kind():
     kinds = {"joint_friction", "muscle_hysteresis"}
     assert len(strong) >= 80
     assert sum(bool(generator.families(name) & kinds) for name in strong) >= 40
-    foreign = [c for c in CASES if c["tier"] == "pair" and set(c["effects"]) & set(PLANT_EFFECTS)]
-    assert len(foreign) >= 24
+    others = [c for c in CASES if c["tier"] == "pair" and set(c["effects"]) & set(PLANT_EFFECTS)]
+    assert len(others) >= 24
 
 
 @pytest.mark.parametrize("cases", [FIRST, FRESH], ids=["first", "fresh"])
