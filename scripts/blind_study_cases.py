@@ -105,11 +105,12 @@ NOTHING, PAIRS, REMOVED = 44, 14, 22
 SIZED = 5
 """Fresh cases of each friction and hysteresis of another formula; one of each other formula."""
 
-ABOUT = """Cases of scripts/blind_study.py, all fixed before any of them was run. The first 168 were
-committed first: sizes in the library and of other formulas drawn log-uniformly between 0.4 and 20
-times the noise variance that the effect leaves (1.5 to 10 for pairs and removed effects), in a
-random order. scripts/blind_study_cases.py drew the others and gives the rule. Sizes are in typical sizes
-of the effect; excess is the E that each effect leaves by itself, in units of the noise variance."""
+ABOUT = """Cases of scripts/blind_study.py, all fixed before any of them was run. The first 168
+were committed first: sizes in the library and of other formulas drawn log-uniformly between 0.4
+and 20 times the noise variance that the effect leaves (1.5 to 10 for pairs and removed effects),
+in a random order. scripts/blind_study_cases.py drew the others by its rule. Sizes are in typical
+sizes of the effect; excess is the E that each effect leaves by itself, in units of the noise
+variance."""
 
 _STEP = 2e-3
 """Of the integrator [s]; at 1.7e-4 s E is the same within 0.1 %."""
