@@ -19,6 +19,7 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import NDArray
 
+from pamsim.diagnosis.pulley_radius import with_fitted
 from pamsim.diagnosis.virtual_tests import CONDITIONS, TESTS, Quantities, bench
 from pamsim.engine.rig import Rig
 from pamsim.inference.free_parameter import FreeParameter
@@ -113,7 +114,7 @@ def physical_sizes(
 def _sizes(rig: Rig, model: FittedModel, effect: FreedEffect) -> dict[str, PhysicalSize]:
     names = [parameter.name for parameter in effect.parameters]
     rest = {name: value for name, value in model.fit.values.items() if name not in names}
-    without, muscle = bench(rig.with_parameters(rest)), tested_muscle(rig, names[0])
+    without, muscle = bench(with_fitted(rig, rest)), tested_muscle(rig, names[0])
 
     best = np.array([model.fit.values[name] for name in names])
     known = [model.intervals.get(name, (-math.inf, math.inf)) for name in names]
@@ -122,7 +123,7 @@ def _sizes(rig: Rig, model: FittedModel, effect: FreedEffect) -> dict[str, Physi
     def test(values: FloatArray) -> Quantities:
         inside = np.minimum(np.maximum(values, np.minimum(low, best)), np.maximum(high, best))
         chosen = dict(zip(names, inside.tolist(), strict=True))
-        there = bench(rig.with_parameters({**model.fit.values, **chosen}))
+        there = bench(with_fitted(rig, {**model.fit.values, **chosen}))
         return TESTS[effect.name](there, without, muscle)
 
     found = test(best)

@@ -16,8 +16,9 @@ from pamsim.core.progress import Progress
 from pamsim.diagnosis.effects_at_rest import effects_at_rest
 from pamsim.diagnosis.method.row_diagnosis import diagnose_rows
 from pamsim.diagnosis.method.row_fit import RowSimulator
+from pamsim.diagnosis.pulley_radius import PULLEY, pulleys, with_fitted
 from pamsim.diagnosis.result import Diagnosis
-from pamsim.diagnosis.table_at_rest_result import PULLEY, result_of
+from pamsim.diagnosis.table_at_rest_result import result_of
 from pamsim.engine.rig import Rig
 from pamsim.engine.rig_parameter import rig_parameter
 from pamsim.inference.free_parameter import FreeParameter
@@ -65,8 +66,8 @@ def diagnose_table(
             f"{table.name!r} is of {table.pressure.shape[1]} muscles, rig {rig.name!r} has"
             f" {len(rig.muscles)}"
         )
-    pulleys = _pulleys(rig)
-    freed = [_nuisance(rig, name, pulleys) for name in nuisance if name != PULLEY or pulleys]
+    radii = pulleys(rig)
+    freed = [_nuisance(rig, name, radii) for name in nuisance if name != PULLEY or radii]
     predictor = RestPredictor(lambda values: rig_with(rig, values), table, threads=threads)
     simulator = RowSimulator(predict=predictor.predict, anchor=predictor.anchor)
     tried, skipped = effects_at_rest(rig, effects, {p.name for p in freed})
@@ -112,18 +113,10 @@ def rig_with(rig: Rig, values: Values) -> Rig | None:
     Returns:
         The rig; None where a value lies at an open end of its range.
     """
-    named = {name: value for name, value in values.items() if name != PULLEY}
-    if PULLEY in values:
-        named |= dict.fromkeys(_pulleys(rig), values[PULLEY])
     try:
-        return rig.with_parameters(named)
+        return with_fitted(rig, values)
     except ParameterError:
         return None
-
-
-def _pulleys(rig: Rig) -> list[str]:
-    """Names of the parameters that hold the radii of the tendons' pulleys."""
-    return [n for n in rig.file.native if n.startswith("tendon.") and n.endswith(".coef")]
 
 
 def _quantities(table: StaticTable) -> dict[str, FloatArray]:
@@ -135,9 +128,9 @@ def _quantities(table: StaticTable) -> dict[str, FloatArray]:
     return quantities
 
 
-def _nuisance(rig: Rig, name: str, pulleys: Sequence[str]) -> FreeParameter:
+def _nuisance(rig: Rig, name: str, radii: Sequence[str]) -> FreeParameter:
     if name == PULLEY:
-        own = rig_parameter(rig, pulleys[0]).value
+        own = rig_parameter(rig, radii[0]).value
         low, high = (factor * own for factor in _PULLEY_RANGE)
         return FreeParameter(name=PULLEY, unit="m", start=own, low=low, high=high)
     parameter = rig_parameter(rig, name)

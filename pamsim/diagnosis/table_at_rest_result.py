@@ -20,6 +20,7 @@ from pamsim.diagnosis.method.verdict import Verdict
 from pamsim.diagnosis.method.verdict_thresholds import FEWEST_ROWS
 from pamsim.diagnosis.method.where import ResidualMap
 from pamsim.diagnosis.physical_size import physical_sizes
+from pamsim.diagnosis.pulley_radius import PULLEY
 from pamsim.diagnosis.result import (
     Details,
     Diagnosis,
@@ -41,9 +42,6 @@ from pamsim.inference.permutation import rms_interval95
 from pamsim.store.static_table import StaticTable
 
 FloatArray = NDArray[np.float64]
-
-PULLEY = "pulley radius"
-"""Nuisance parameter: one radius for the pulleys (sprockets) of all tendons."""
 
 MM_PER_M = 1e3
 

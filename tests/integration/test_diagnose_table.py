@@ -12,7 +12,8 @@ import pamsim
 from pamsim.comparison.rest_prediction import RestPredictor
 from pamsim.core.errors import InputError
 from pamsim.diagnosis.published_rig import published_rig
-from pamsim.diagnosis.table_at_rest import PULLEY, diagnose_table, rig_with
+from pamsim.diagnosis.pulley_radius import PULLEY
+from pamsim.diagnosis.table_at_rest import diagnose_table, rig_with
 from pamsim.diagnosis.table_at_rest_result import repaired_rows
 from pamsim.report.diagnose_page import write_diagnosis
 from pamsim.store.static_table import read_static_table

@@ -1,0 +1,31 @@
+"""One radius for the pulleys (sprockets) of all tendons: a nuisance parameter of tables at rest."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+from pamsim.engine.rig import Rig
+
+PULLEY = "pulley radius"
+"""Its name among fitted parameters."""
+
+
+def pulleys(rig: Rig) -> list[str]:
+    """Names of the parameters that hold the radii of the tendons' pulleys."""
+    return [n for n in rig.file.native if n.startswith("tendon.") and n.endswith(".coef")]
+
+
+def with_fitted(rig: Rig, values: Mapping[str, float]) -> Rig:
+    """The rig with fitted parameters.
+
+    Args:
+        rig: without them.
+        values: name -> value [SI], ``pulley radius`` perhaps among them.
+
+    Raises:
+        ParameterError: for a value outside its range.
+    """
+    named = {name: value for name, value in values.items() if name != PULLEY}
+    if PULLEY in values:
+        named |= dict.fromkeys(pulleys(rig), values[PULLEY])
+    return rig.with_parameters(named)
