@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Sequence
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -172,11 +173,7 @@ def diagnose_length_loop(
         held_out_method="each reading is predicted from the other at its pressure and all others",
         skipped=skipped,
         details=Details(
-            branches={
-                "pressure_kpa": method.level / PA_PER_KPA,
-                "rising_minus_falling_mm": method.difference * _MM_PER_M,
-                "mean_mm": np.mean(method.difference) * _MM_PER_M,
-            },
+            branches=_branches(method),
             forms_as_good=tuple(m.effect.form for m in method.forms if m.effect is not None),
             in_sample={
                 "before": RmsLevel.scaled(method.base.rms, _MM_PER_M),
@@ -228,11 +225,37 @@ def _family(name: str) -> str:
     return EFFECTS[name].family if name in EFFECTS else name
 
 
+def _branches(method: LoopDiagnosis) -> dict[str, Any]:
+    """Lengths on both branches at every pressure: measured, reversible, and of the nearest model.
+
+    The nearest model is drawn, whether or not it may be claimed.
+    """
+    nearest = None
+    if method.nearest is not None and method.nearest.effect is not None:
+        assert method.fitted is not None
+        nearest = {
+            "effect": method.nearest.effect.name,
+            "form": method.nearest.effect.form,
+            "rising_mm": method.fitted[0] * _MM_PER_M,
+            "falling_mm": method.fitted[1] * _MM_PER_M,
+        }
+    return {
+        "pressure_kpa": method.level / PA_PER_KPA,
+        "rising_mm": method.measured[0] * _MM_PER_M,
+        "falling_mm": method.measured[1] * _MM_PER_M,
+        "reversible_mm": method.reversible * _MM_PER_M,
+        "nearest": nearest,
+        "rising_minus_falling_mm": method.difference * _MM_PER_M,
+        "error_mm": None if method.error is None else method.error * _MM_PER_M,
+        "mean_mm": np.mean(method.difference) * _MM_PER_M,
+    }
+
+
 def _resemblance(method: LoopDiagnosis) -> Resemblance | None:
     """The model that predicts unseen readings best."""
-    if method.verdict is Verdict.NO_GAP or not method.attempts:
+    near = method.nearest
+    if method.verdict is Verdict.NO_GAP or near is None:
         return None
-    near = method.best or method.attempts[0]
     assert near.effect is not None
     share = 1.0 - (near.unseen_rms / method.base.unseen_rms) ** 2
     return Resemblance(

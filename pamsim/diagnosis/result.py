@@ -354,7 +354,8 @@ class Details:
         in_sample: root mean square residual at the fitted data, before and after.
         rows: of a table, with the errors of each.
         balances: rows that were solved for their balance of torques.
-        branches: of a loop, rising minus falling output.
+        branches: of a loop, rising and falling output at every level: measured, of the reversible
+            curve, and of the model that predicts unseen readings best, claimed or not.
         forms_as_good: other forms of the best effect that predict as well.
     """
 

@@ -81,7 +81,7 @@ def _figures(
     if result["rows"]:
         yield "rows", diagnose_rows.row_errors(result)
     if result["branches"]:
-        yield "branches", diagnose_rows.branch_difference(result)
+        yield "branches", diagnose_rows.loop_branches(result)
     if noise and result["where"]:
         given = result["where_with_measured_pressures"]
         yield "where", diagnose_where.where_map(result["where"], given)

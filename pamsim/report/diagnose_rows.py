@@ -15,6 +15,7 @@ from pamsim.report.style import (
     GREEN,
     INK,
     MUTED,
+    RULE,
     VERMILION,
     finish_axes,
     new_figure,
@@ -23,6 +24,8 @@ from pamsim.report.style import (
 )
 
 _BEST_TRIED = 6
+_BAR = 22.0  # width [kPa]
+_DASHED = (0, (4, 3))
 
 
 @styled
@@ -46,23 +49,46 @@ def row_errors(result: Mapping[str, Any]) -> Figure:
 
 
 @styled
-def branch_difference(result: Mapping[str, Any]) -> Figure:
-    """One panel: rising minus falling output at every level.
+def loop_branches(result: Mapping[str, Any]) -> Figure:
+    """Two panels: the loop, and the difference of its branches.
+
+    Both show the readings, the reversible curve, and the model that predicts unseen readings best,
+    whether or not it may be claimed.
 
     Args:
         result: of a loop.
     """
-    figure, (ax,) = new_figure(2.6)
+    figure, (loop, apart) = new_figure(5.6, rows=2, sharex=True, height_ratios=(1.25, 1.0))
     (place,) = result["where"]
-    branches = result["branches"]
-    ax.bar(
-        branches["pressure_kpa"], branches["rising_minus_falling_mm"], width=22.0, color=BLUE,
-        zorder=2,
+    branches, nearest = result["branches"], result["branches"]["nearest"]
+    pressure = branches["pressure_kpa"]
+    loop.plot(pressure, branches["reversible_mm"], color=MUTED, linestyle=_DASHED,
+              label="reversible curve")  # fmt: skip
+    apart.bar(
+        pressure, branches["rising_minus_falling_mm"], width=_BAR, color=RULE, zorder=2,
+        yerr=branches["error_mm"], error_kw={"ecolor": INK, "elinewidth": 0.9, "capsize": 2.5},
+        label="readings" + ("" if branches["error_mm"] is None else " ± standard error"),
     )  # fmt: skip
+    apart.plot([], [], color=MUTED, linestyle=_DASHED, label="reversible curve")
+    for word, colour, marker in (("rising", BLUE, "^"), ("falling", VERMILION, "v")):
+        loop.plot(pressure, branches[f"{word}_mm"], marker, color=colour, markersize=5,
+                  label=f"readings, {word}")  # fmt: skip
+        if nearest is not None:
+            loop.plot(pressure, nearest[f"{word}_mm"], color=colour, linewidth=1.1)
+    if nearest is not None:
+        name = f"{words(nearest['effect'])} ({words(nearest['form'])})"
+        name += "" if result["alternatives"] or result["effects"] else ", not claimed"
+        loop.plot([], [], color=INK, linewidth=1.1, label=name)
+        modelled = np.subtract(nearest["rising_mm"], nearest["falling_mm"])
+        apart.plot(pressure, modelled, "D-", color=GREEN, markersize=4, linewidth=1.1, label=name)
+    finish_axes(loop, y="length [mm]", zero=False)
+    loop.legend(loc="upper right")
     finish_axes(
-        ax, x="gauge pressure [kPa]", y="rising − falling [mm]",
+        apart, x="gauge pressure [kPa]", y="rising − falling [mm]",
         title=f"difference of the branches, p = {significant(place['p_value'], 2)}",
     )  # fmt: skip
+    apart.axhline(0.0, color=MUTED, linestyle=_DASHED, zorder=3)
+    apart.legend(loc="upper right")
     return figure
 
 

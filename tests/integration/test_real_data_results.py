@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 ROOT = Path(__file__).resolve().parents[2]
-PAGE = " ".join((ROOT / "docs" / "diagnose_real_data.md").read_text(encoding="utf-8").split())
+PAGE = " ".join((ROOT / "docs" / "real_data.md").read_text(encoding="utf-8").split())
 
 
 @pytest.fixture(scope="module")

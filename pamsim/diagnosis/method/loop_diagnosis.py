@@ -31,11 +31,17 @@ class LoopDiagnosis:
         base: the reversible curve.
         best: model of the effect that predicts unseen readings significantly better; None without
             one.
+        nearest: the best model, or else the one that predicts unseen readings best; None where no
+            effect was tried.
         tied: models of other effects that predict unseen readings as well.
         forms: models of other forms of the best effect that do.
         attempts: all models with an effect, the best at unseen readings first.
         level: (m,) inputs at which both branches were read.
-        difference: (m,) rising minus falling there [unit of the output].
+        measured: (2, m) rising and falling output there [unit of the output].
+        reversible: (m,) the curve there [unit of the output].
+        fitted: (2, m) rising and falling output there of `nearest` [unit of the output];
+            None without one.
+        error: (m,) standard error of `difference` [unit of the output]; None if it is not known.
         p_value: that the residual does not depend on the direction.
         floor: root mean square standard error of the readings [unit of the output], or None.
         explained: share of the mean square at unseen readings that the best model removes.
@@ -44,14 +50,24 @@ class LoopDiagnosis:
     verdict: Verdict
     base: LoopModel
     best: LoopModel | None
+    nearest: LoopModel | None
     tied: tuple[LoopModel, ...]
     forms: tuple[LoopModel, ...]
     attempts: tuple[LoopModel, ...]
     level: FloatArray
-    difference: FloatArray
+    measured: FloatArray
+    reversible: FloatArray
+    fitted: FloatArray | None
+    error: FloatArray | None
     p_value: float
     floor: float | None
     explained: Share
+
+    @property
+    def difference(self) -> FloatArray:
+        """(m,) rising minus falling output [unit of the output]."""
+        rising, falling = self.measured
+        return rising - falling
 
 
 def diagnose_loop(
@@ -91,15 +107,20 @@ def diagnose_loop(
             tied=bool(tied),
         )
     )
+    nearest = best or next(iter(models), None)
     return LoopDiagnosis(
         verdict=verdict,
         base=base,
         best=best,
+        nearest=nearest,
         tied=tied,
         forms=tuple(m for m in as_good if _name(m) == _name(best)),
         attempts=tuple(models),
         level=fitter.levels[fitter.both],
-        difference=fitter.difference,
+        measured=fitter.branches(loop.output),
+        reversible=fitter.branches(loop.output + base.residual)[0],
+        fitted=None if nearest is None else fitter.branches(loop.output + nearest.residual),
+        error=fitter.difference_error(),
         p_value=p_value,
         floor=None if loop.error is None else float(np.sqrt(np.mean(loop.error**2))),
         explained=explained,

@@ -106,8 +106,7 @@ class LoopFitter:
         self.seed = seed
         self.levels, self.level = np.unique(np.round(loop.input, 9), return_inverse=True)
         self.count = np.bincount(self.level)
-        up = self._summed(loop.rising.astype(float)) > 0.0
-        down = self._summed((~loop.rising).astype(float)) > 0.0
+        up, down = (self._summed(side) > 0.0 for side in self._sides())
         self.both = up & down
         if int(self.both.sum()) < FEWEST_LEVELS:
             raise InputError(
@@ -119,7 +118,6 @@ class LoopFitter:
         self.signals = {e.form: [(s, e.signal(path, s)) for s in e.shapes] for e in effects}
         self.effects = {e.form: e for e in effects}
         self.measured = self._about_mean(loop.output)
-        self.difference = self._apart(loop.output)
 
     def base(self) -> LoopModel:
         """The reversible curve alone."""
@@ -142,6 +140,22 @@ class LoopFitter:
             for form in self.signals
             if np.isfinite(p_values[form])
         ]
+
+    def branches(self, values: FloatArray) -> FloatArray:
+        """Means over rising and over falling readings at each level that has both, (2, m)."""
+        return np.array(
+            [
+                self._summed(values * side)[self.both] / self._summed(side)[self.both]
+                for side in self._sides()
+            ]
+        )
+
+    def difference_error(self) -> FloatArray | None:
+        """Standard error of rising less falling at each level that has both, (m,), if known."""
+        if self.loop.error is None:
+            return None
+        counts = np.array([self._summed(side)[self.both] for side in self._sides()])
+        return np.sqrt(np.sum(self.branches(self.loop.error**2) / counts, axis=0))
 
     def loss(self, model: LoopModel) -> float:
         """Mean square at unseen readings, in units of their errors where these are known."""
@@ -181,7 +195,7 @@ class LoopFitter:
     def direction(self) -> float:
         """Two-sided p-value of the mean difference between the branches, by exchanges."""
         spread = np.sqrt(self._summed(1.0 / self.weight**2) / self.count)[self.both]
-        value = np.sort(self.difference / spread)
+        value = np.sort(self._apart(self.loop.output) / spread)
         rng = np.random.default_rng(self.seed)
         signs = np.concatenate(list(sign_flips(_EXCHANGES, value.size, rng)))
         return upper_p_value(np.abs(signs @ value), abs(float(value.sum())))
@@ -223,12 +237,14 @@ class LoopFitter:
         """Root mean square of weighted errors at each level: readings there are not independent."""
         return np.sqrt(self._summed((error * self.weight) ** 2) / self.count)
 
+    def _sides(self) -> tuple[FloatArray, FloatArray]:
+        """1 for each rising reading, and 1 for each falling one, (n,)."""
+        return self.loop.rising.astype(float), (~self.loop.rising).astype(float)
+
     def _apart(self, values: FloatArray) -> FloatArray:
         """Mean of rising less mean of falling values at each level that has both, (m,)."""
-        up, down = self.loop.rising.astype(float), (~self.loop.rising).astype(float)
-        with np.errstate(invalid="ignore"):
-            means = [self._summed(values * side) / self._summed(side) for side in (up, down)]
-        return (means[0] - means[1])[self.both]
+        rising, falling = self.branches(values)
+        return rising - falling
 
     def _opening(self, signal: FloatArray, size: float) -> float:
         """Largest rising less falling value of a signal at one level, times its size."""

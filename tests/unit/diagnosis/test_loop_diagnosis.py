@@ -16,7 +16,7 @@ from pamsim.diagnosis.method.loop_effects import (
     rate_signal,
     stop_signal,
 )
-from pamsim.diagnosis.method.loop_fit import Loop
+from pamsim.diagnosis.method.loop_fit import Loop, LoopFitter
 from pamsim.diagnosis.method.verdict import Verdict
 
 LEVELS = np.linspace(0.0, 5e5, 21)
@@ -101,6 +101,30 @@ def test_a_reversible_curve_alone_errs_by_the_difference_of_the_branches():
     found = diagnose_loop(loop(stop_signal(SCALED, 0.1)))
     assert found.base.unseen_rms == pytest.approx(np.sqrt(np.mean(found.difference**2)))
     assert found.base.rms == pytest.approx(found.base.unseen_rms / 2.0)
+
+
+def test_branches_are_those_of_the_readings_of_the_curve_and_of_the_nearest_model():
+    made = loop(stop_signal(SCALED, 0.1))
+    found = diagnose_loop(made)
+    assert found.measured[0] == pytest.approx(made.output[:21])
+    assert found.reversible == pytest.approx(found.measured.mean(axis=0))
+    assert found.nearest is found.best
+    assert np.sqrt(np.mean((found.fitted - found.measured) ** 2)) == pytest.approx(found.best.rms)
+    assert max(found.fitted[0] - found.fitted[1], key=abs) == pytest.approx(found.best.opening)
+    assert found.error is None
+
+
+def test_the_error_of_a_difference_is_that_of_both_branches_and_falls_with_repeats():
+    made, error = loop(), np.full(PATH.size, 3e-4)
+    once = Loop(input=PATH, output=made.output, rising=RISING, error=error)
+    assert diagnose_loop(once).error == pytest.approx(np.sqrt(2.0) * 3e-4)
+    four = Loop(
+        input=np.tile(PATH, 4),
+        output=np.tile(made.output, 4),
+        rising=np.tile(RISING, 4),
+        error=np.tile(error, 4),
+    )
+    assert LoopFitter(four, (), 0).difference_error() == pytest.approx(np.sqrt(0.5) * 3e-4)
 
 
 def test_hysteresis_signals_close_at_both_ends_and_rise_before_they_fall():

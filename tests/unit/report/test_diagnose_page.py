@@ -215,7 +215,7 @@ def test_a_loop_gets_the_same_page_with_the_parts_that_it_has(name, tmp_path):
     one = diagnose(name)
     page = page_of(one, tmp_path)
     assert one.summary() in page
-    assert "Difference of the branches." in page
+    assert "The loop and the difference of its branches." in page
     assert "Nuisance parameters" not in page
     assert "None" not in page
     assert "held out one at a time" in page

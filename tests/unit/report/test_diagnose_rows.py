@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from pamsim.report.diagnose_rows import branch_difference, row_errors
+from pamsim.report.diagnose_rows import loop_branches, row_errors
 
 ROWS = [
     {"row": "row 1", "p1_kpa": 300.0, "p2_kpa": 0.0, "before_deg": 4.0, "after_deg": 0.5},
@@ -42,11 +42,48 @@ def test_without_a_name_the_second_panel_says_so():
     assert len(errors.patches) == 3
 
 
-def test_a_loop_is_drawn_by_the_difference_of_its_branches():
-    loop = {
-        "where": [{"p_value": 0.06}],
-        "branches": {"pressure_kpa": [0.0, 50.0], "rising_minus_falling_mm": [0.1, -3.5]},
+def loop(nearest=True, claimed=False, error=None):
+    model = {
+        "effect": "muscle_hysteresis",
+        "form": "stop",
+        "rising_mm": [300.0, 280.0],
+        "falling_mm": [299.5, 282.0],
     }
-    (ax,) = branch_difference(loop).axes
-    assert np.allclose([bar.get_height() for bar in ax.patches], [0.1, -3.5])
-    assert "p = 0.060" in ax.get_title(loc="left")
+    return {
+        "where": [{"p_value": 0.06}],
+        "effects": [],
+        "alternatives": [{"name": "muscle_hysteresis"}] if claimed else [],
+        "branches": {
+            "pressure_kpa": [0.0, 50.0],
+            "rising_mm": [300.1, 279.0],
+            "falling_mm": [300.0, 282.5],
+            "reversible_mm": [300.05, 280.75],
+            "nearest": model if nearest else None,
+            "rising_minus_falling_mm": [0.1, -3.5],
+            "error_mm": error,
+        },
+    }
+
+
+def labels(ax):
+    return [text.get_text() for text in ax.get_legend().get_texts()]
+
+
+def test_a_loop_is_drawn_with_its_base_and_the_nearest_model():
+    above, below = loop_branches(loop(claimed=True)).axes
+    assert np.allclose([bar.get_height() for bar in below.patches], [0.1, -3.5])
+    assert "p = 0.060" in below.get_title(loc="left")
+    drawn = [line.get_ydata() for line in above.lines]
+    for wanted in ([300.05, 280.75], [300.1, 279.0], [300.0, 282.5], [300.0, 280.0]):
+        assert any(np.array_equal(wanted, line) for line in drawn)
+    assert any(np.array_equal([0.5, -2.0], line.get_ydata()) for line in below.lines)
+    assert "muscle hysteresis (stop)" in labels(above)
+
+
+def test_a_model_that_is_not_claimed_says_so_and_none_is_drawn_where_none_was_tried():
+    above, below = loop_branches(loop(error=[1.0, 2.0])).axes
+    assert "muscle hysteresis (stop), not claimed" in labels(above)
+    assert "readings ± standard error" in labels(below)
+    above, below = loop_branches(loop(nearest=False)).axes
+    assert labels(above) == ["reversible curve", "readings, rising", "readings, falling"]
+    assert labels(below) == ["reversible curve", "readings"]
