@@ -135,7 +135,12 @@ def candidates(rig: Rig, names: Sequence[str] = ()) -> tuple[tuple[Candidate, ..
                 skipped.setdefault(name, str(error))
                 continue
             usual = all(other.name != one.name for other in tried.values())
-            tried.setdefault(one.label, replace(one, usual=usual, asked_for=bool(names)))
+            # Of a further form the shape counts, which shows at one size.
+            probes = [p for p in one.probes if usual or p.size == one.effect.probes[0]]
+            tried.setdefault(
+                one.label,
+                replace(one, usual=usual, asked_for=bool(names), probes=tuple(probes)),
+            )
     found = {one.name for one in tried.values()}
     return tuple(tried.values()), {n: why for n, why in skipped.items() if n not in found}
 

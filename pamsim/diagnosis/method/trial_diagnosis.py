@@ -170,14 +170,17 @@ def diagnose_trials(
     where = cells(layout, base.residual, floor, every)
     maps = trial_maps(layout, base.residual, floor, regressors(base.values), seed=seed)
     report("screening")
-    screened = screen(fitter, base, candidates)
+    screened = screen(fitter, base, [c for c in candidates if not c.rare])
     perfect = perfect_losses(layout, floor)
     search = TrialSearch(fitter, base, base_loss, screened, report)
     models = search.singles()
     least = min((m.fit for m in models), key=lambda fit: fit.cost, default=base)
     left = lack_of_fit(fitter, least, screened, seed=seed)
     if left.p_value < LEFT_FOR_RARE or not left.testable:
-        models += search.singles(rare=True)
+        report("screening of rare effects")
+        rare = screen(fitter, base, [c for c in candidates if c.rare])
+        screened = (*screened, *rare)
+        models += search.rare_singles(rare)
     # The shortlist was made without the held-out trials: they judge what stands on it alone. Parts
     # of one trial share what made the list.
     tried = max(len({s.candidate.name for s in screened} if layout.origin else models), 1)

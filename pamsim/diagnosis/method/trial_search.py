@@ -78,7 +78,7 @@ class TrialSearch:
         fitter: of the trials.
         base: fit of the base model.
         base_loss: its loss on the held-out trials.
-        screened: effects in all of their forms, with their signatures.
+        screened: effects in all of their forms, with their signatures; without the rare ones.
         progress: called with what is being tried.
     """
 
@@ -95,25 +95,29 @@ class TrialSearch:
         self._base_loss = base_loss
         self._form_error = (1.0 - ADEQUATE) * (float(np.mean(list(base_loss.values()))) - 1.0)
         self._screened = screened
-        self._eligible = screened
         self._progress = progress
         self._known: dict[frozenset[str], TrialModel | None] = {}
 
-    def singles(self, *, rare: bool = False) -> list[TrialModel]:
+    def rare_singles(self, rare: Sequence[Screened]) -> list[TrialModel]:
+        """The same of those rare effects that may be rivals; all may be partners from then on."""
+        most = max((s.gain for s in self._screened), default=0.0)
+        self._screened = (*self._screened, *rare)
+        rivals = [s for s in rare if s.gain >= _PROMISED_RIVAL * most]
+        return self.singles(rivals) if rivals else []
+
+    def singles(self, screened: Sequence[Screened] = ()) -> list[TrialModel]:
         """Refits of single effects in their best forms, the most promising first.
 
         A promise is of first order, so the second is tried whatever the first achieves; further
         down the list only what may still be a rival, or while the gap is open.
 
         Args:
-            rare: whether to try the rare effects instead of the others; from then on they may be
-                partners too.
+            screened: effects to try; all that are known if left out.
         """
         _, misfit = self._fitter.unexplained(self._base)
         models: list[TrialModel] = []
         best, closed = 0.0, False
-        self._eligible = [s for s in self._screened if rare or not s.candidate.rare]
-        own = [s for s in leading(self._eligible) if s.candidate.rare == rare]
+        own = leading(screened or self._screened)
         chosen = shortlist(own, SHORTLIST, 0.5 * LEAST_GAIN, _PROMISED)
         for place, effect in enumerate(chosen):
             rival = effect.gain >= _PROMISED_RIVAL * max(best, own[0].gain)
@@ -231,7 +235,7 @@ class TrialSearch:
     def _promised_beside(self, model: TrialModel) -> float:
         """Largest fall of the mean loss that an effect promises beside those of a model."""
         space, misfit = self._fitter.unexplained(model.fit)
-        others = [s for s in leading(self._eligible) if s.candidate.name not in model.names]
+        others = [s for s in leading(self._screened) if s.candidate.name not in model.names]
         return max((s.gain for s in screen_again(others, space, misfit)), default=0.0)
 
     def _jobs(
@@ -245,7 +249,7 @@ class TrialSearch:
         freed = {p.name for p in parent.fit.parameters}
         others = [
             s
-            for s in self._eligible
+            for s in self._screened
             if s.candidate.name not in parent.names
             and not freed & {p.name for p in s.candidate.parameters}
         ]
