@@ -22,6 +22,7 @@ from numpy.typing import NDArray
 from pamsim.diagnosis.pulley_radius import with_fitted
 from pamsim.diagnosis.virtual_tests import CONDITIONS, TESTS, Quantities, bench
 from pamsim.engine.rig import Rig
+from pamsim.engine.rig_parameter import rig_parameter
 from pamsim.inference.free_parameter import FreeParameter
 
 FloatArray = NDArray[np.float64]
@@ -117,8 +118,7 @@ def _sizes(rig: Rig, model: FittedModel, effect: FreedEffect) -> dict[str, Physi
     without, muscle = bench(with_fitted(rig, rest)), tested_muscle(rig, names[0])
 
     best = np.array([model.fit.values[name] for name in names])
-    known = [model.intervals.get(name, (-math.inf, math.inf)) for name in names]
-    low, high = np.array(known).T
+    low, high = np.array([_allowed_interval(rig, model, name) for name in names]).T
 
     def test(values: FloatArray) -> Quantities:
         inside = np.minimum(np.maximum(values, np.minimum(low, best)), np.maximum(high, best))
@@ -151,6 +151,19 @@ def _sizes(rig: Rig, model: FittedModel, effect: FreedEffect) -> dict[str, Physi
         name: PhysicalSize(value=value, unit=unit, interval95=ends.get(name))
         for name, (value, unit) in found.items()
     }
+
+
+def _allowed_interval(rig: Rig, model: FittedModel, name: str) -> tuple[float, float]:
+    """The part of a parameter's 95 % interval that its range allows; infinite if not known.
+
+    An interval by leaving out rows is symmetric and may reach beyond the range. Where it reaches
+    an end that is itself not allowed, the test cannot be made there.
+    """
+    low, high = model.intervals.get(name, (-math.inf, math.inf))
+    spec = rig_parameter(rig, name).spec
+    if not (math.isfinite(low) and math.isfinite(high)) or (spec.low_open and low <= spec.low):
+        return -math.inf, math.inf
+    return max(low, spec.low), min(high, spec.high)
 
 
 def tested_muscle(rig: Rig, parameter: str) -> int:

@@ -12,6 +12,7 @@ import pamsim
 from pamsim.actuator.layout import pack, state_size
 from pamsim.comparison.effects_on_rig import at_size, candidate, rig_name
 from pamsim.diagnosis.physical_size import correlation, physical_sizes
+from pamsim.diagnosis.pulley_radius import PULLEY, pulleys
 from pamsim.diagnosis.virtual_tests import CONDITIONS, TESTS, bench
 from pamsim.effects.catalog import EFFECTS, FORMS
 from pamsim.engine.rig_parameter import rig_parameter
@@ -386,6 +387,34 @@ def test_conditions_and_unknown_sizes_have_no_interval_and_ranges_hold(rig):
     assert found["breakaway_torque"].interval95 == pytest.approx((0.0, 0.4))
     model.intervals.clear()
     assert physical_sizes(rig, model, effects)["breakaway_torque"].interval95 is None
+
+
+def test_an_interval_beyond_the_parameter_s_range_ends_there(rig):
+    """That of a table is found by leaving out rows, and may be wider than the range."""
+    model, effects = fitted(rig, "air_leak", [[1.0]], [(5e-12, 0.2e-12)])
+    low, high = physical_sizes(rig, model, effects)["mass_flow"].interval95
+    assert (low, high) == pytest.approx(
+        (0.0, sized(rig, "air_leak", {"chamber.leak_conductance": 2.2e-12})["mass_flow"])
+    )
+
+
+def test_an_interval_to_an_end_that_is_not_allowed_gives_no_interval(rig):
+    model, effects = fitted(rig, "muscle_mismatch", [[1.0]], [(2.0, 0.1)])
+    assert rig_parameter(rig, effects[0].parameters[0].name).spec.low_open
+    sizes = physical_sizes(rig, model, effects)
+    assert all(size.interval95 is None for size in sizes.values())
+
+
+def test_the_pulley_radius_of_a_table_is_part_of_the_rig_that_is_tested(rig):
+    own = rig_parameter(rig, pulleys(rig)[0]).value
+    model, effects = fitted(rig, "stribeck_friction", np.eye(2), [(0.1, 0.1)] * 2)
+    model.intervals.clear()
+    plain = physical_sizes(rig, model, effects)["breakaway_torque"].value
+    for factor in (1.0, 2.0):
+        model.fit.values[PULLEY] = factor * own
+        found = physical_sizes(rig, model, effects)["breakaway_torque"].value
+        # Below the speed of its peak the force grows with speed, and so with the radius too.
+        assert found == pytest.approx(factor**2 * plain, rel=0.01)
 
 
 def test_sizes_of_several_effects_stand_under_their_names(rig):
