@@ -4,11 +4,14 @@ The base of the first is the published force map in a plain balance; it is diagn
 sprocket's radius, which is not printed, refitted with every effect, and without. Synthetic tables
 show how reliable such a verdict is: an effect hidden in simulated rows, nothing hidden, and a
 hidden effect that is removed from the library. The base of the second is the best reversible curve.
+Beside both stands what the authors' own models leave. The pictures of docs/real_data.md are drawn
+from the record, and those of the authors' models from the papers.
 
-    python scripts/real_data_diagnoses.py [--only table|synthetic|loop] [--seeds 1] [--workers 2]
+    python scripts/real_data_diagnoses.py [--only PART] [--seeds 1] [--workers 2]
 
-Finished synthetic tables are kept in out/ and not run again. A diagnosis of a table takes one to
-two minutes of one processor; the loops take seconds, their synthetic runs a minute.
+PART is table, loop, authors, synthetic or pictures. Finished synthetic tables are kept in out/ and
+not run again. A diagnosis of a table takes one to two minutes of one processor; the loops take
+seconds, their synthetic runs a minute.
 """
 
 from __future__ import annotations
@@ -24,6 +27,7 @@ from typing import Any
 
 import numpy as np
 from kept_rows import Task, fingerprint, kept_rows
+from PIL import Image
 
 from pamsim.comparison.rest_prediction import RestPredictor
 from pamsim.core.units import DEG_PER_RAD
@@ -36,10 +40,19 @@ from pamsim.diagnosis.published_rig import published_rig
 from pamsim.diagnosis.result import Diagnosis
 from pamsim.diagnosis.table_at_rest import NUISANCE, diagnose_table, rig_with
 from pamsim.effects.catalog import EFFECTS
+from pamsim.papers.alraouf2025.loop import loop_scores
+from pamsim.papers.claim import evaluate, recomputed
+from pamsim.papers.replication_figures import replication_figures
+from pamsim.papers.torque_law import printed_rows_law
+from pamsim.report.diagnose_page import first_figure
+from pamsim.report.diagnose_where import binned_maps, significant_maps
+from pamsim.report.replication_statics import arctangent_loop, static_law
+from pamsim.report.style import write_png
 from pamsim.store.json_file import write_json
 from pamsim.store.static_table import read_static_table
 
 RESULTS = Path(__file__).parent / "results" / "real_data_diagnoses.json"
+PICTURES = Path(__file__).parents[1] / "docs" / "images"
 KEPT = Path("out") / "real_data_synthetic.jsonl"
 SCHEMA = "pamsim-real-data/2"
 
@@ -59,6 +72,10 @@ SYNTHETIC: dict[str, tuple[dict[str, float], str]] = {
 
 RUNS = (3, 6, 12, 24, 48)
 DRAWS = 60
+
+PARTS = ("table", "loop", "authors", "synthetic", "pictures")
+MM_PER_CM = 10.0
+COLOURS = 64
 
 
 def printed_table() -> dict[str, Any]:
@@ -163,17 +180,59 @@ def shown_by(runs: int) -> dict[str, Any]:
     }
 
 
+def authors_models() -> dict[str, Any]:
+    """What the authors' own models leave of the printed rows and of the printed loop, RMS."""
+    printed_law, any_unit = (evaluate(f"matiskova2021-{number}") for number in (11, 12))
+    _, refitted = recomputed("matiskova2021-09")
+    branches = {}
+    for branch, number in (("up", 18), ("down", 22)):
+        _, own = recomputed(f"alraouf2025-{number}")
+        branches[branch] = {
+            "arctangent_as_printed": loop_scores(branch, "arctangent")["RMSE"].value * MM_PER_CM,
+            "bouc_wen_as_printed": loop_scores(branch, "bouc_wen")["RMSE"].value * MM_PER_CM,
+            "arctangent_on_table_2": own.value.value * MM_PER_CM,
+            "arctangent_refitted": own.evidence["fitted"] * MM_PER_CM,
+        }
+    return {
+        "rows_deg": {
+            "equation_23": printed_law.recomputed,
+            "equation_23_any_unit": any_unit.recomputed,
+            "equation_17_refitted": refitted.evidence["rms"],
+            "torque_law_held_out": printed_rows_law().left_out_rms_deg,
+        },
+        "loop_mm": branches,
+    }
+
+
+def draw(record: dict[str, Any]) -> None:
+    """Write the pictures of docs/real_data.md."""
+    rows, loops = record["mas20"]["sprocket radius refitted"], record["alraouf2025"]
+    curves = replication_figures(("matiskova2021", "alraouf2025"))
+    for name, figure in (
+        ("mas20_rows", first_figure(rows)),
+        ("mas20_where", binned_maps(significant_maps(rows["maps"]))),
+        ("matiskova2021_law", static_law(curves["matiskova2021"])),
+        ("alraouf2025_means", first_figure(loops["alraouf2025"])),
+        ("alraouf2025_equations", first_figure(loops["alraouf2025_equations"])),
+        ("alraouf2025_law", arctangent_loop(curves["alraouf2025"])),
+    ):
+        path = write_png(figure, PICTURES / f"{name}.png")
+        with Image.open(path) as picture:  # a third of the size, and no difference to be seen
+            few = picture.convert("RGB").quantize(COLOURS, dither=Image.Dither.NONE)
+        few.save(path, optimize=True)
+        print(f"{path.name}: {path.stat().st_size / 1e3:.0f} kB")
+
+
 def main() -> None:
     """Run what is asked for and write the record."""
     parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
-    parser.add_argument("--only", choices=("table", "synthetic", "loop"))
+    parser.add_argument("--only", choices=PARTS)
     parser.add_argument("--seeds", type=int, default=1, help="of every synthetic table")
     parser.add_argument("--workers", type=int, default=2)
     asked = parser.parse_args()
     record: dict[str, Any] = {}
     if RESULTS.is_file():
         record = json.loads(RESULTS.read_text(encoding="utf-8"))
-    record.pop("twins", None)
     record |= {
         "schema": SCHEMA,
         "command": "python scripts/real_data_diagnoses.py",
@@ -188,10 +247,14 @@ def main() -> None:
     if asked.only in (None, "loop"):
         record["alraouf2025"] = loop()
         write_json(RESULTS, record)
+    if asked.only in (None, "authors"):
+        record["authors"] = authors_models()
+        write_json(RESULTS, record)
     if asked.only in (None, "synthetic"):
         rows = synthetic_tables(asked.seeds, asked.workers)
         record["synthetic"] = {"noise_deg": NOISE_DEG, "rows": rows}
         write_json(RESULTS, record)
+    draw(record)
 
 
 if __name__ == "__main__":

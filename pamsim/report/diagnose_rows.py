@@ -24,6 +24,7 @@ from pamsim.report.style import (
 )
 
 _BEST_TRIED = 6
+_FAR = 1.5  # of the root mean square: rows beyond it are named
 _BAR = 22.0  # width [kPa]
 _DASHED = (0, (4, 3))
 
@@ -62,14 +63,15 @@ def loop_branches(result: Mapping[str, Any]) -> Figure:
     (place,) = result["where"]
     branches, nearest = result["branches"], result["branches"]["nearest"]
     pressure = branches["pressure_kpa"]
-    loop.plot(pressure, branches["reversible_mm"], color=MUTED, linestyle=_DASHED,
-              label="reversible curve")  # fmt: skip
-    apart.bar(
+    base = {"color": MUTED, "linestyle": _DASHED, "label": "reversible curve"}
+    loop.plot(pressure, branches["reversible_mm"], **base)
+    error = branches["error_mm"]
+    measured = apart.bar(
         pressure, branches["rising_minus_falling_mm"], width=_BAR, color=RULE, zorder=2,
-        yerr=branches["error_mm"], error_kw={"ecolor": INK, "elinewidth": 0.9, "capsize": 2.5},
-        label="readings" + ("" if branches["error_mm"] is None else " ± standard error"),
+        yerr=error, error_kw={"ecolor": INK, "elinewidth": 0.9, "capsize": 2.5},
+        label="readings" if error is None else "readings ± standard error",
     )  # fmt: skip
-    apart.plot([], [], color=MUTED, linestyle=_DASHED, label="reversible curve")
+    shown: list[Any] = [measured, apart.axhline(0.0, zorder=3, **base)]
     for word, colour, marker in (("rising", BLUE, "^"), ("falling", VERMILION, "v")):
         loop.plot(pressure, branches[f"{word}_mm"], marker, color=colour, markersize=5,
                   label=f"readings, {word}")  # fmt: skip
@@ -80,15 +82,16 @@ def loop_branches(result: Mapping[str, Any]) -> Figure:
         name += "" if result["alternatives"] or result["effects"] else ", not claimed"
         loop.plot([], [], color=INK, linewidth=1.1, label=name)
         modelled = np.subtract(nearest["rising_mm"], nearest["falling_mm"])
-        apart.plot(pressure, modelled, "D-", color=GREEN, markersize=4, linewidth=1.1, label=name)
+        shown += apart.plot(
+            pressure, modelled, "D-", color=GREEN, markersize=4, linewidth=1.1, label=name
+        )
     finish_axes(loop, y="length [mm]", zero=False)
     loop.legend(loc="upper right")
     finish_axes(
         apart, x="gauge pressure [kPa]", y="rising − falling [mm]",
-        title=f"difference of the branches, p = {significant(place['p_value'], 2)}",
+        title=f"difference of the branches, p = {significant(place['p_value'], 2)}", zero=False,
     )  # fmt: skip
-    apart.axhline(0.0, color=MUTED, linestyle=_DASHED, zorder=3)
-    apart.legend(loc="upper right")
+    apart.legend(handles=shown, loc="upper right")
     return figure
 
 
@@ -101,14 +104,13 @@ def _rows(ax: Axes, result: Mapping[str, Any], key: str, colour: str, title: str
     common = np.array([min(row[name] for name in names) for row in rows])
     off = np.array([row[key] for row in rows])
     ax.plot(common, off, "o", color=colour, markersize=4.5, zorder=3)
-    worst = np.argsort(-np.abs(off), kind="stable")[:4]
-    for i in worst:
+    rms = float(np.sqrt(np.mean(off**2)))
+    for i in np.flatnonzero(np.abs(off) > _FAR * rms):
         if common[i] > 0.0:  # rows without common pressure lie on one another
             ax.annotate(
                 rows[i]["row"], (common[i], off[i]), xytext=(5, -3), textcoords="offset points",
                 fontsize=8, color=MUTED,
             )  # fmt: skip
-    rms = float(np.sqrt(np.mean(off**2)))
     finish_axes(
         ax, x="lower pressure of the row [kPa]", y="simulated − measured [deg]",
         title=f"{title}: {fixed(rms, 2)} deg RMS at held-out rows",

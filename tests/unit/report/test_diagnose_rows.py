@@ -36,6 +36,13 @@ def test_rows_lie_over_the_pressure_they_share_and_bars_are_the_errors():
     assert "6.32 deg" in before.get_title(loc="left")
 
 
+def test_rows_that_stand_out_are_named_unless_they_share_no_pressure():
+    near = [{**ROWS[1], "row": f"row {n}", "before_deg": 0.5} for n in range(3, 7)]
+    before, after, _ = row_errors({**result(), "rows": [*ROWS, *near]}).axes
+    assert [text.get_text() for text in before.texts] == ["row 2"]
+    assert not after.texts
+
+
 def test_without_a_name_the_second_panel_says_so():
     _, after, errors = row_errors(result(named=False)).axes
     assert "no effect improves the prediction" in after.texts[0].get_text()
@@ -86,4 +93,4 @@ def test_a_model_that_is_not_claimed_says_so_and_none_is_drawn_where_none_was_tr
     assert "readings ± standard error" in labels(below)
     above, below = loop_branches(loop(nearest=False)).axes
     assert labels(above) == ["reversible curve", "readings, rising", "readings, falling"]
-    assert labels(below) == ["reversible curve", "readings"]
+    assert labels(below) == ["readings", "reversible curve"]
