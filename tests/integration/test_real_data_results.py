@@ -3,12 +3,16 @@
 from __future__ import annotations
 
 import json
+import re
 from pathlib import Path
 
 import pytest
 
 ROOT = Path(__file__).resolve().parents[2]
-PAGE = " ".join((ROOT / "docs" / "real_data.md").read_text(encoding="utf-8").split())
+TEXT = (ROOT / "docs" / "real_data.md").read_text(encoding="utf-8")
+PAGE = " ".join(TEXT.split())
+EXPECTED = (ROOT / "docs" / "real_data_expectations.md").read_text(encoding="utf-8")
+LOOPS = ("alraouf2025", "alraouf2025_equations")
 
 
 @pytest.fixture(scope="module")
@@ -96,7 +100,7 @@ def test_the_page_s_numbers_are_the_recorded_ones(record, mas20):
         assert f"`{other}`" in PAGE
     assert f"within {mas20['simulated_in_time']['largest_difference_deg']:.3f} deg" in PAGE
     loops = record["alraouf2025"]
-    for name in ("alraouf2025", "alraouf2025_equations"):
+    for name in LOOPS:
         result = loops[name]
         best = result["tried"][0]
         before = result["gap"]["length"]["before"]["value"]
@@ -107,6 +111,114 @@ def test_the_page_s_numbers_are_the_recorded_ones(record, mas20):
         )
     for row in loops["runs"]:
         assert f"{row['runs']} runs {100.0 * row['claimed']:.0f} %" in PAGE
+
+
+def test_the_outcomes_are_the_recorded_ones_and_judged_by_what_was_expected(record, mas20):
+    means, equations = (record["alraouf2025"][name] for name in LOOPS)
+    either = [a["name"] for a in equations["alternatives"]]
+    names = ", ".join(f"`{name}`" for name in mas20["certain"])
+    for data, row, found, held in (
+        (
+            "MAS-20 rows",
+            "| rows, published map | `ambiguous`, `braid_locking` certain,",
+            f"`{mas20['verdict']}`, certain: {names}",
+            mas20["verdict"] == "ambiguous" and mas20["certain"] == ["braid_locking"],
+        ),
+        (
+            "Alraouf 2025, Table 2",
+            "| Alraouf 2025, Table 2 | `no_gap`:",
+            f"`{means['verdict']}`",
+            not means["effects"] and not means["alternatives"],
+        ),
+        (
+            "Alraouf 2025, (3) and (4)",
+            "| Alraouf 2025, equations (3) and (4) | `ambiguous` between hysteresis and creep |",
+            f"`{equations['verdict']}`: {', '.join(f'`{name}`' for name in either)}",
+            set(either) == {"muscle_hysteresis", "viscoelastic_creep"},
+        ),
+    ):
+        assert row in EXPECTED
+        (line,) = [line for line in TEXT.splitlines() if line.startswith(f"| {data} |")]
+        assert line.endswith(f"| {found} | {'held' if held else 'refuted'} |")
+
+
+def test_the_authors_own_models_stand_beside_what_pamsim_leaves(record, mas20):
+    rows, loop = record["authors"]["rows_deg"], record["authors"]["loop_mm"]
+    gap = mas20["gap"]["angle_at_rest"]
+    for what, value in (
+        ("(23) as printed, pressure in bar", rows["equation_23"]),
+        ("(23) with the unit of pressure that fits best", rows["equation_23_any_unit"]),
+        (
+            "its form (17), three coefficients refitted to these rows",
+            rows["equation_17_refitted"],
+        ),
+        (
+            "a torque law of three coefficients without a muscle, held-out rows",
+            rows["torque_law_held_out"],
+        ),
+        (
+            "pamsim, base with the sprocket radius refitted, held-out rows",
+            gap["before"]["value"],
+        ),
+        ("pamsim, best two effects, held-out rows", gap["after"]["value"]),
+    ):
+        assert f"| {what} | {value:.2f} deg |" in PAGE
+    assert gap["after"]["value"] < rows["torque_law_held_out"]
+
+    def both(model):
+        return ", ".join(f"{loop[branch][model]:.2f}" for branch in ("up", "down")) + " mm"
+
+    means = record["alraouf2025"]["alraouf2025"]
+    curve = means["in_sample"]["before"]["value"]
+    for what, scored, left in (
+        (
+            "arctangent branches (3), (4), eight coefficients",
+            both("arctangent_as_printed"),
+            both("arctangent_on_table_2"),
+        ),
+        ("the same, refitted to Table 2", "", both("arctangent_refitted")),
+        ("Bouc-Wen, form and coefficients not printed", both("bouc_wen_as_printed"), ""),
+        ("pamsim, reversible curve, eleven values, no loop", "", f"{curve:.2f} mm"),
+        (
+            "pamsim, reversible curve, unseen readings",
+            "",
+            f"{means['gap']['length']['before']['value']:.2f} mm",
+        ),
+    ):
+        assert " ".join(f"| {what} | {scored} | {left} |".split()) in PAGE
+    assert curve < min(loop[branch]["arctangent_refitted"] for branch in loop)
+
+
+def test_what_is_declined_is_what_the_results_leave_open(record, mas20):
+    untold = [name for name, limit in mas20["absent"].items() if limit.get("cannot_tell")]
+    assert "How far " + _listed(untold) + " are excluded" in PAGE
+    assert all("outside the parameter's range" in mas20["absent"][n]["because"] for n in untold)
+    assert mas20["repaired_rig"] is None
+    assert len(mas20["alternatives"]) == 7
+    assert "seven sets of two predict" in PAGE
+    others = [name for name in mas20["skipped"] if name != "passive_stiffness"]
+    assert f"{len(others)} effects in all" in PAGE
+    assert "empty" in mas20["skipped"]["passive_stiffness"]
+    assert "isometric force of a stretched muscle" in mas20["next_experiment"]["advice"]
+    means, equations = (record["alraouf2025"][name] for name in LOOPS)
+    nearest = means["tried"][0]
+    assert f"`{nearest['effects'][0]}` ({nearest['form']}), has p = {nearest['p_value']}" in PAGE
+    for loop in (means, equations):
+        assert list(loop["skipped"]) == ["viscous_friction"]
+    assert "tenth of the rate" in equations["next_experiment"]["advice"]
+
+
+def _listed(names):
+    quoted = [f"`{name}`" for name in names]
+    return ", ".join(quoted[:-1]) + " and " + quoted[-1]
+
+
+def test_every_picture_is_small_and_has_a_caption():
+    """That they exist is tested with all other links."""
+    shown = re.findall(r"!\[[^]]+\]\((images/[\w.]+)\)\n\n\*[^*]+\*\n", TEXT)
+    assert len(shown) == TEXT.count("](images/") == 6
+    for name in shown:
+        assert (ROOT / "docs" / name).stat().st_size < 150e3
 
 
 def test_hidden_effects_are_named_or_among_the_alternatives(record):
