@@ -196,6 +196,11 @@ def test_what_is_declined_is_what_the_results_leave_open(record, mas20):
     assert mas20["repaired_rig"] is None
     assert len(mas20["alternatives"]) == 7
     assert "seven sets of two predict" in PAGE
+    added = [a["physical"]["braid_locking.force_change_stretched"] for a in mas20["alternatives"]]
+    best, least, most = added[0], *(f(a["value"] for a in added) for f in (min, max))
+    low, high = best["interval95"]
+    assert f"adds {best['value']:.0f} N [{low:.1f}, {round(high, -2):.0f} N]" in PAGE
+    assert f"and {least:.0f} to {most:.0f} N in the seven sets" in PAGE
     others = [name for name in mas20["skipped"] if name != "passive_stiffness"]
     assert f"{len(others)} effects in all" in PAGE
     assert "empty" in mas20["skipped"]["passive_stiffness"]
