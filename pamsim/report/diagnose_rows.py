@@ -91,6 +91,8 @@ def loop_branches(result: Mapping[str, Any]) -> Figure:
         apart, x="gauge pressure [kPa]", y="rising − falling [mm]",
         title=f"difference of the branches, p = {significant(place['p_value'], 2)}", zero=False,
     )  # fmt: skip
+    apart.use_sticky_edges = False  # or the line at zero would lie on the frame
+    apart.margins(y=0.06)
     apart.legend(handles=shown, loc="upper right")
     return figure
 

@@ -6,6 +6,7 @@ import json
 import re
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -82,6 +83,11 @@ def test_the_page_s_numbers_are_the_recorded_ones(record, mas20):
     assert f"short by {mean_there(mas20, 'common_pressure'):.1f} deg" in PAGE
     numbers = ", ".join(name.removeprefix("row ") for name in place["rows"])
     assert f"{numbers} (p = {place['p_value']:.4f}" in PAGE
+    far = region(mas20, "pressure_difference")
+    assert far["rows"] == [f"row {n}" for n in range(1, 7)]
+    too_far = -mean_there(mas20, "pressure_difference")
+    assert f"differences from {far['low']:.0f} kPa on, rows 1 to 6, it goes {too_far:.1f}" in PAGE
+    assert f"deg too far (p = {far['p_value']:.4f})" in PAGE
     best = mas20["alternatives"][0]["parameters"]
     low, high = best["passive.locking"]["interval95"]
     assert f"1/{best['passive.locking']['value']:.1f} of the length" in PAGE
@@ -109,6 +115,14 @@ def test_the_page_s_numbers_are_the_recorded_ones(record, mas20):
             f" {best['held_out']:.2f} mm | {best['p_value']:.4f} |"
             f" `{result['verdict']}` |" in PAGE
         )
+    branches = loops["alraouf2025_equations"]["branches"]
+    modelled = np.subtract(*(branches["nearest"][f"{way}_mm"] for way in ("rising", "falling")))
+    widest, model_widest = (
+        branches["pressure_kpa"][int(np.argmax(apart))]
+        for apart in (branches["rising_minus_falling_mm"], modelled)
+    )
+    assert f"differ most at {widest:.0f} kPa" in PAGE
+    assert f"the model's at {model_widest:.0f} kPa" in PAGE
     for row in loops["runs"]:
         assert f"{row['runs']} runs {100.0 * row['claimed']:.0f} %" in PAGE
 
