@@ -210,6 +210,11 @@ def test_what_is_declined_is_what_the_results_leave_open(record, mas20):
     assert mas20["repaired_rig"] is None
     assert len(mas20["alternatives"]) == 7
     assert "seven sets of two predict" in PAGE
+    behind = max(a["standard_errors_behind"] for a in mas20["alternatives"])
+    assert round(behind) == 2
+    assert "differ by two standard errors" in PAGE
+    floor = mas20["gap"]["angle_at_rest"]["floor"]["value"]
+    assert f"a lower bound, {floor:.3f} deg" in PAGE
     added = [a["physical"]["braid_locking.force_change_stretched"] for a in mas20["alternatives"]]
     best, least, most = added[0], *(f(a["value"] for a in added) for f in (min, max))
     low, high = best["interval95"]
