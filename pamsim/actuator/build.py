@@ -17,8 +17,6 @@ _LAWS: dict[str, dict[str, type[ParameterGroup]]] = {
     "hysteresis": {law.law: law for law in HYSTERESIS_GROUPS if law},
 }
 
-_YIELD_CONTRACTION = 5e-3  # within a few millimetres, as loops of fluidic muscles turn over
-
 
 def build_muscle(sections: Sections, *, where: str, command: str = "pressure") -> Muscle:
     """Make a muscle from its sections.
@@ -54,7 +52,7 @@ def build_muscle(sections: Sections, *, where: str, command: str = "pressure") -
         if name not in groups:
             raise InputError(f"{where}: a muscle needs the group {name!r}")
     # Without width it changes no bit; with it, diagnoses can try hysteresis on any rig.
-    groups.setdefault("hysteresis", BoucWen(yield_contraction=_YIELD_CONTRACTION))
+    groups.setdefault("hysteresis", BoucWen(**BoucWen.usual))
     return Muscle(command=command, **groups)
 
 

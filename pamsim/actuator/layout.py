@@ -45,7 +45,7 @@ LINE, CREEP, SHIFT, EXTENSION, AIR = 5, 4, 3, 2, 1
 """Where the states that every muscle has lie in its ``act``, counted from its end."""
 
 _FORCE_SLOTS = max(len(list(specs(law))) for law in FORCE_GROUPS)
-_HYSTERESIS_SLOTS = max(len(list(specs(law))) for law in HYSTERESIS_GROUPS if law)
+HYSTERESIS_SLOTS = max(len(list(specs(law))) for law in HYSTERESIS_GROUPS if law)
 
 
 def _names() -> Iterator[str]:
@@ -53,7 +53,7 @@ def _names() -> Iterator[str]:
     for group in PLAIN_GROUPS:
         yield from (f"{group.group}.{name}" for name, _ in specs(group))
     yield from (f"force.{i}" for i in range(_FORCE_SLOTS))
-    yield from (f"hysteresis.{i}" for i in range(_HYSTERESIS_SLOTS))
+    yield from (f"hysteresis.{i}" for i in range(HYSTERESIS_SLOTS))
 
 
 NAMES: tuple[str, ...] = tuple(_names())

@@ -59,6 +59,34 @@ EFFECTS = (
     ),
     Effect(
         name="muscle_hysteresis",
+        form="maxwell_slip",
+        family="muscle_hysteresis",
+        missing="rate-independent hysteresis of the muscle, growing with pressure, whose inner loops"
+        " close",
+        parameters=(
+            EffectParameter(
+                name="hysteresis.force_per_pressure",
+                typical=1.5e-4,
+                low=0.0,
+                high=2e-3,
+                neutral=None,
+            ),
+            EffectParameter(
+                name="hysteresis.maxwell_slip.full_slip",
+                typical=0.01,
+                low=1e-3,
+                high=0.06,
+                shape=True,
+                starts=(0.004, 0.025),
+            ),
+        ),
+        look_alikes=("coulomb_friction", "viscoelastic_creep", "chain_backlash"),
+        separating="a small loop within a large one: with return-point memory it closes",
+        probes=(0.1, 0.5, 2.0),
+        path_dependent=True,
+    ),
+    Effect(
+        name="muscle_hysteresis",
         form="constant",
         family="muscle_hysteresis",
         missing="rate-independent hysteresis of the muscle, the same at every pressure",

@@ -44,6 +44,20 @@ _FIELDS: dict[str, FieldSpec] = {
     ),
 }
 
+_ARRAYS = (
+    "dof_damping",
+    "dof_frictionloss",
+    "dof_armature",
+    "jnt_stiffness",
+    "body_mass",
+    "body_inertia",
+    "body_quat",
+    "tendon_damping",
+    "tendon_frictionloss",
+    "wrap_prm",
+)
+"""Fields of a compiled model that native parameters set."""
+
 
 def native_si(name: str, entry: Sourced) -> float:
     """Value of a native parameter in SI.
@@ -115,6 +129,19 @@ def set_native(model: mujoco.MjModel, name: str, value: float) -> None:
         model.body_mass[view.id] = value
     else:
         getattr(view, field)[:] = value
+
+
+def copy_natives(source: mujoco.MjModel, target: mujoco.MjModel) -> None:
+    """Give a model the native parameters and the time step of another of the same MJCF.
+
+    Args:
+        source: read.
+        target: changed in place.
+    """
+    for name in _ARRAYS:
+        getattr(target, name)[:] = getattr(source, name)
+    target.opt.timestep = source.opt.timestep
+    mujoco.mj_setConst(target, mujoco.MjData(target))
 
 
 def _view(model: mujoco.MjModel, name: str, element: str, target: str) -> Any:

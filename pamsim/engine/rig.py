@@ -12,15 +12,17 @@ from typing import Any
 import mujoco
 
 from pamsim.actuator.build import build_muscle
-from pamsim.actuator.layout import parameter_slot, slot, unpack
+from pamsim.actuator.layout import HYSTERESIS_SLOTS, SIZE, parameter_slot, slot, unpack
 from pamsim.actuator.muscle import COMMANDS, Muscle
 from pamsim.core.errors import InputError, nearest
-from pamsim.core.parameters import FieldSpec, check_value, specs
+from pamsim.core.parameters import FieldSpec, Sourced, check_value, specs
 from pamsim.engine.attach import attach, compile_model
 from pamsim.engine.callback import set_integrator
 from pamsim.engine.dry_friction import make_friction_stick
-from pamsim.engine.native import is_native, native_si, set_native
+from pamsim.engine.native import copy_natives, is_native, native_si, set_native
 from pamsim.engine.visual_geoms import remove_visual_geoms
+from pamsim.hysteresis.catalog import OPERATORS
+from pamsim.hysteresis.group import COMMON_FIELDS, Hysteresis
 from pamsim.signals.sensors import MeasurementChain
 from pamsim.store.rig_file import RigFile, read_rig
 
@@ -118,11 +120,19 @@ class Rig:
             values: name -> value in SI. ``group.field`` sets all muscles, ``muscle:group.field``
                 one of them, a native name such as ``joint.shaft.damping`` an MJCF field, and
                 ``sensor.field`` what `pamsim.signals.sensors` makes of a recording.
+                ``hysteresis.maxwell_slip.full_slip`` gives the muscles this hysteresis operator,
+                as wide as their own.
 
         Raises:
-            InputError: for an unknown name.
+            InputError: for an unknown name, or several operators.
             ParameterError: for a value out of range.
         """
+        operators = {law for law, _ in map(operator_field, values) if law}
+        if operators:
+            if len(operators) > 1:
+                raise InputError(f"a muscle has one operator, not {', '.join(sorted(operators))}")
+            plain = {operator_field(name)[1]: value for name, value in values.items()}
+            return self.with_operator(operators.pop()).with_parameters(plain)
         if all(name.startswith(_SENSOR) for name in values):
             model = self.model  # nothing in it depends on who looks at it
         else:
@@ -151,6 +161,56 @@ class Rig:
             sensor = dataclasses.replace(sensor or MeasurementChain(), **sensing)
         return Rig(file=self.file, model=model, muscles=muscles, sensor=sensor)
 
+    def with_operator(self, law: str) -> Rig:
+        """The rig with another hysteresis operator in every muscle, as wide as each one's own.
+
+        The operator's other numbers are its usual ones, and all else stays.
+
+        Args:
+            law: of `pamsim.hysteresis.catalog.OPERATORS`; of those that have usual numbers.
+
+        Raises:
+            InputError: for another one.
+        """
+        known = {name: o.group for name, o in OPERATORS.items() if o.group.usual}
+        if law not in known:
+            raise InputError(f"no usual numbers of the operator {law!r}; {nearest(law, known)}")
+        if all(isinstance(m.hysteresis, known[law]) for m in self.muscles.values()):
+            return self
+        units = {name: spec.unit for name, spec in specs(known[law])}
+        fields = {
+            name: Sourced(value=value, unit=units[name], source="assumed", where=law)
+            for name, value in known[law].usual.items()
+        }
+        own = self.file.muscle.get("hysteresis", {})
+        fields |= {n: e for n, e in own.items() if n in units and isinstance(e, Sourced)}
+        overrides = {
+            muscle: {group: entries for group, entries in own.items() if group != "hysteresis"}
+            for muscle, own in self.file.overrides.items()
+        }
+        sections = {**self.file.muscle, "hysteresis": {"law": law, **fields}}
+        fresh = _compiled(dataclasses.replace(self.file, muscle=sections, overrides=overrides))
+        operator = slot("hysteresis.0")
+        kept = [
+            i
+            for i in range(SIZE)
+            if not operator + COMMON_FIELDS <= i < operator + HYSTERESIS_SLOTS
+        ]
+        kept.remove(slot("hysteresis.law"))
+        fresh.model.actuator_user[:, kept] = self.model.actuator_user[:, kept]
+        copy_natives(self.model, fresh.model)
+        muscles = {n: unpack(fresh.model.actuator_user[i]) for i, n in enumerate(self.muscles)}
+        return dataclasses.replace(fresh, muscles=muscles, sensor=self.sensor)
+
+
+def operator_field(name: str) -> tuple[str, str]:
+    """Operator that a parameter's name states, or none, and the name without it."""
+    only, colon, parameter = name.rpartition(":")
+    parts = parameter.split(".")
+    if len(parts) != 3 or parts[0] != Hysteresis.group:
+        return "", name
+    return parts[1], f"{only}{colon}{parts[0]}.{parts[2]}"
+
 
 def load_rig(rig: str | os.PathLike[str], *, scene: bool = False) -> Rig:
     """Load a rig.
@@ -164,7 +224,11 @@ def load_rig(rig: str | os.PathLike[str], *, scene: bool = False) -> Rig:
         InputError: for a bad file, naming file and key.
         ParameterError: for a value out of range.
     """
-    file = read_rig(rig)
+    return _compiled(read_rig(rig), scene=scene)
+
+
+def _compiled(file: RigFile, *, scene: bool = False) -> Rig:
+    """A rig by what its folder states; see `load_rig`."""
     muscles = {
         name: build_muscle(_merged(file, name), where=f"{file.folder / 'params.toml'}: {name}")
         for name in file.tendons

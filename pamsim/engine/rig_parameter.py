@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from pamsim.actuator.layout import parameter_slot
 from pamsim.core.errors import InputError, nearest
 from pamsim.core.parameters import FieldSpec, ParameterGroup, Sourced, specs
 from pamsim.core.units import to_si
 from pamsim.engine.native import is_native, native_field, native_value
-from pamsim.engine.rig import Rig
+from pamsim.engine.rig import Rig, operator_field
 from pamsim.signals.sensors import MeasurementChain
 
 
@@ -18,7 +18,8 @@ class RigParameter:
     """A parameter as `Rig.with_parameters` names it.
 
     Attributes:
-        name: ``group.field``, ``muscle:group.field``, ``sensor.field`` or a native name.
+        name: ``group.field``, ``muscle:group.field``, ``hysteresis.operator.field``,
+            ``sensor.field`` or a native name.
         value: of the first muscle it belongs to, or of the MJCF field [SI].
         spec: its unit and range.
         stated: its entry in ``params.toml``, or None where the value is a default or the MJCF's.
@@ -54,6 +55,9 @@ def rig_parameter(rig: Rig, name: str) -> RigParameter:
             spec=native_field(name),
             stated=rig.file.native.get(name),
         )
+    law, plain = operator_field(name)
+    if law:
+        return replace(rig_parameter(rig.with_operator(law), plain), name=name)
     group, _, field = name.partition(".")
     if group == MeasurementChain.group:
         fields = dict(specs(MeasurementChain))

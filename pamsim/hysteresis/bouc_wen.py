@@ -8,7 +8,9 @@ while it lengthens, so z, with x = kappa, is the output of the operator as it st
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from dataclasses import dataclass
+from types import MappingProxyType
 from typing import ClassVar
 
 from pamsim.core.parameters import ParameterGroup, parameter
@@ -21,6 +23,8 @@ class BoucWen(Hysteresis, ParameterGroup):
 
     law: ClassVar[str] = "bouc_wen"
     states: ClassVar[int] = 1
+    # Loops of fluidic muscles turn over within a few millimetres.
+    usual: ClassVar[Mapping[str, float]] = MappingProxyType({"yield_contraction": 5e-3})
     yield_contraction: float = parameter(
         unit="1", low=0.0, high=0.5, low_open=True, doc="travel D that turns the loop over"
     )

@@ -26,8 +26,9 @@ and zeros are a valid start:
 
 from __future__ import annotations
 
-from collections.abc import MutableSequence, Sequence
+from collections.abc import Mapping, MutableSequence, Sequence
 from dataclasses import dataclass
+from types import MappingProxyType
 from typing import ClassVar, TypeAlias
 
 import numpy as np
@@ -50,6 +51,9 @@ class Hysteresis(ParameterGroup):
     group: ClassVar[str] = "hysteresis"
     count_field: ClassVar[str] = ""
     """Field that counts elements with a state each; empty if the number of states is fixed."""
+    usual: ClassVar[Mapping[str, float]] = MappingProxyType({})
+    """The operator's own fields [SI] where a muscle gets it without stating them; of operators
+    that a search may put into any muscle."""
     force: float = parameter(
         unit="N", low=0.0, high=1e3, doc="force per output, without pressure", default=0.0
     )

@@ -8,7 +8,9 @@ et al. 2011). It is rate-independent, has return-point memory, obeys Masing's ru
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
+from types import MappingProxyType
 from typing import ClassVar
 
 from pamsim.core.parameters import parameter
@@ -22,6 +24,7 @@ class MaxwellSlip(Hysteresis):
 
     law: ClassVar[str] = "maxwell_slip"
     count_field: ClassVar[str] = "elements"
+    usual: ClassVar[Mapping[str, float]] = MappingProxyType({"elements": 8.0, "full_slip": 0.01})
     elements: float = parameter(unit="1", low=1.0, high=64.0, doc="number n of elements")
     full_slip: float = parameter(
         unit="1", low=0.0, high=0.5, low_open=True, doc="contraction at which every block slips"

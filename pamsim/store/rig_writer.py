@@ -15,8 +15,10 @@ from tomlkit.items import Comment, InlineTable, Item, Table
 
 from pamsim.core.errors import InputError, nearest
 from pamsim.core.files import complete_file
-from pamsim.core.parameters import Sourced
+from pamsim.core.parameters import Sourced, specs
 from pamsim.core.units import to_si
+from pamsim.hysteresis.catalog import OPERATORS
+from pamsim.hysteresis.group import Hysteresis
 from pamsim.store.rig_file import RigFile
 
 _SENSOR = "sensor"
@@ -37,7 +39,8 @@ def write_rig(
         values: name -> number, in any unit that measures the parameter; it is converted to the unit
             in the file, and keeps its own if the parameter is new there. Names are those of
             `pamsim.engine.rig.Rig.with_parameters`: ``group.field`` (it replaces what single
-            muscles had of their own), ``muscle:group.field``, ``sensor.field``, or a native name.
+            muscles had of their own), ``muscle:group.field``, ``hysteresis.operator.field``,
+            ``sensor.field``, or a native name.
             The old value's 95 % interval and note are removed; bounds stay unless new ones are
             given.
         heading: comment for the top of the file.
@@ -80,7 +83,11 @@ def _put(document: Any, source: RigFile, name: str, number: Sourced) -> None:
         _revise(_table(_own_tables(document)[muscle], group), field, number)
         return
     group, _, field = parameter.partition(".")
-    if name in source.native or "." in field:
+    law, _, own = field.partition(".")
+    if group == Hysteresis.group and own:
+        section = _operator(_table(document, "muscle"), document["muscles"], law)
+        _revise(section, own, number)
+    elif name in source.native or "." in field:
         _revise(_table(document, "native"), name, number)
     elif group == _SENSOR:
         _revise(_table(document, _SENSOR), field, number)
@@ -88,6 +95,23 @@ def _put(document: Any, source: RigFile, name: str, number: Sourced) -> None:
         _revise(_table(_table(document, "muscle"), group), field, number)
         for own in document["muscles"].values():
             own.get(group, {}).pop(field, None)
+
+
+def _operator(muscle: Any, own: Any, law: str) -> Any:
+    """The table of a hysteresis operator; that of another keeps only what all operators share."""
+    section = _table(muscle, Hysteresis.group)
+    if section.get("law") == law:
+        return section
+    shared = [name for name, _ in specs(Hysteresis)]
+    for key in [key for key in section if key not in shared]:
+        section.remove(key)
+    for entries in own.values():
+        entries.pop(Hysteresis.group, None)
+    section["law"] = law
+    units = {name: spec.unit for name, spec in specs(OPERATORS[law].group)}
+    for name, value in OPERATORS[law].group.usual.items():
+        _revise(section, name, Sourced(value=value, unit=units[name], source="assumed", where=law))
+    return section
 
 
 def _own_tables(document: Any) -> Any:
