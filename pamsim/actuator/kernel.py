@@ -64,6 +64,7 @@ _FORCE_SCALE = slot("force.0")
 
 _HYSTERESIS_LAW = slot("hysteresis.law")
 _HYSTERESIS = slot("hysteresis.0")
+_CHORD = _HYSTERESIS + 3
 _HYSTERESIS_OWN = _HYSTERESIS + COMMON_FIELDS
 _COMPLIANCE = slot("chain.compliance")
 _RELAXATION = slot("chain.relaxation_time")
@@ -160,6 +161,7 @@ def hysteresis_volume(par: Row, act: Row, contraction: float) -> float:
     if par[_HYSTERESIS_LAW] == 0.0 or per_pressure == 0.0:
         return 0.0
     held = chosen_energy(par[_HYSTERESIS_LAW], par, _HYSTERESIS_OWN, act, contraction)
+    held -= 0.5 * par[_CHORD] * contraction * contraction
     return -per_pressure * par[_NOMINAL_LENGTH] * held
 
 
@@ -254,7 +256,8 @@ def hysteresis_force(
     if not _has_width(par):
         return 0.0
     width = par[_HYSTERESIS] + par[_HYSTERESIS + 1] * pressure + par[_HYSTERESIS + 2] * static_force
-    return width * chosen_output(par[_HYSTERESIS_LAW], par, _HYSTERESIS_OWN, act, contraction)
+    output = chosen_output(par[_HYSTERESIS_LAW], par, _HYSTERESIS_OWN, act, contraction)
+    return width * (output - par[_CHORD] * contraction)
 
 
 def _has_width(par: Row) -> bool:

@@ -14,6 +14,11 @@ _YIELD = EffectParameter(
     starts=(1.2e-3, 8e-3),
 )
 
+_CHORD = EffectParameter(
+    name="hysteresis.chord", typical=20.0, low=0.0, high=200.0, shape=True, starts=(1.0,)
+)
+"""Most force laws were fitted to the mean of the branches, some to one of them."""
+
 EFFECTS = (
     Effect(
         name="muscle_hysteresis",
@@ -50,6 +55,7 @@ EFFECTS = (
                 neutral=None,
             ),
             _YIELD,
+            _CHORD,
         ),
         look_alikes=("coulomb_friction", "viscoelastic_creep", "chain_backlash"),
         separating="loops of different size: in small ones the muscle is stiffer, and the size at"
@@ -61,8 +67,8 @@ EFFECTS = (
         name="muscle_hysteresis",
         form="maxwell_slip",
         family="muscle_hysteresis",
-        missing="rate-independent hysteresis of the muscle, growing with pressure, whose inner loops"
-        " close",
+        missing="rate-independent hysteresis of the muscle, growing with pressure, with"
+        " return-point memory",
         parameters=(
             EffectParameter(
                 name="hysteresis.force_per_pressure",
@@ -79,6 +85,10 @@ EFFECTS = (
                 shape=True,
                 starts=(0.004, 0.025),
             ),
+            EffectParameter(
+                name="hysteresis.maxwell_slip.decay", typical=1.0, low=0.6, high=1.6, shape=True
+            ),
+            _CHORD,
         ),
         look_alikes=("coulomb_friction", "viscoelastic_creep", "chain_backlash"),
         separating="a small loop within a large one: with return-point memory it closes",

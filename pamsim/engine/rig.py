@@ -190,13 +190,9 @@ class Rig:
         }
         sections = {**self.file.muscle, "hysteresis": {"law": law, **fields}}
         fresh = _compiled(dataclasses.replace(self.file, muscle=sections, overrides=overrides))
-        operator = slot("hysteresis.0")
-        kept = [
-            i
-            for i in range(SIZE)
-            if not operator + COMMON_FIELDS <= i < operator + HYSTERESIS_SLOTS
-        ]
-        kept.remove(slot("hysteresis.law"))
+        first = slot("hysteresis.0")
+        replaced = {slot("hysteresis.law"), *range(first + COMMON_FIELDS, first + HYSTERESIS_SLOTS)}
+        kept = [index for index in range(SIZE) if index not in replaced]
         fresh.model.actuator_user[:, kept] = self.model.actuator_user[:, kept]
         copy_natives(self.model, fresh.model)
         muscles = {n: unpack(fresh.model.actuator_user[i]) for i, n in enumerate(self.muscles)}

@@ -13,6 +13,10 @@ G(l, p), and the volume has the part -dG/dp = -force_per_pressure l0 psi. No cyc
 pressure then yields energy. A force_share has no such part: a cycle can yield up to force_share
 times its swings of pressure and volume and the largest |w|.
 
+An operator stiffens the muscle: its loop climbs along a chord. A force law that was fitted to the
+mean of the branches holds that stiffness already, so the output is w - chord kappa, and psi loses
+chord kappa^2 / 2: a spring, which takes and gives no energy over a cycle.
+
 Three functions per operator run inside the engine. ``par[first:]`` holds the operator's own fields,
 those after the three common ones, in declared order; ``act[0:state_count]`` is the whole memory,
 and zeros are a valid start:
@@ -40,13 +44,13 @@ from pamsim.core.parameters import ParameterGroup, parameter, specs
 Row: TypeAlias = Sequence[float] | NDArray[np.float64]
 MutableRow: TypeAlias = MutableSequence[float] | NDArray[np.float64]
 
-COMMON_FIELDS = 3
-"""Fields in front of an operator's own: force, force_per_pressure, force_share."""
+COMMON_FIELDS = 4
+"""Fields in front of an operator's own: force, force_per_pressure, force_share, chord."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class Hysteresis(ParameterGroup):
-    """The three factors of an operator's output; all zero turns it off."""
+    """The three factors of an operator's output, all zero turns it off; and where its loop lies."""
 
     group: ClassVar[str] = "hysteresis"
     count_field: ClassVar[str] = ""
@@ -62,6 +66,13 @@ class Hysteresis(ParameterGroup):
     )
     force_share: float = parameter(
         unit="1", low=0.0, high=1.0, doc="share of the static force per output", default=0.0
+    )
+    chord: float = parameter(
+        unit="1",
+        low=0.0,
+        high=1e3,
+        doc="output per contraction taken off, so that the loop lies about the static curve",
+        default=0.0,
     )
 
     def __post_init__(self) -> None:
