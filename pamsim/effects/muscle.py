@@ -15,7 +15,13 @@ _YIELD = EffectParameter(
 )
 
 _CHORD = EffectParameter(
-    name="hysteresis.chord", typical=20.0, low=0.0, high=200.0, shape=True, starts=(1.0,)
+    name="hysteresis.chord",
+    typical=20.0,
+    low=0.0,
+    high=200.0,
+    neutral=None,
+    shape=True,
+    starts=(1.0,),
 )
 """Most force laws were fitted to the mean of the branches, some to one of them."""
 

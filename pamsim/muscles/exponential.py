@@ -85,7 +85,10 @@ def six_parameter_derivatives(
     e: float,
     f: float,
 ) -> tuple[float, float, float, float, float]:
-    """All that `chosen_derivatives` returns, in one exponential; arguments as the force's."""
+    """Force [N], its derivatives, volume [m^2] and work, as `chosen_derivatives` returns them.
+
+    In one exponential; arguments as the force's.
+    """
     grown = math.expm1(c * contraction)
     swept = contraction if c == 0.0 else grown / c
     per_pressure = a * grown + a + d * contraction + e

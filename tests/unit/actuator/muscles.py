@@ -53,7 +53,7 @@ COARSE = {"levels": 9.0}
 """Of the grids, one that plain Python gets through soon."""
 LOOPS: dict[str, Hysteresis] = {
     group.law: dataclasses.replace(
-        group, **WIDTHS, **(COARSE if isinstance(group, Preisach) else {})
+        group, chord=8.0, **WIDTHS, **(COARSE if isinstance(group, Preisach) else {})
     )
     for group in GROUPS
 }

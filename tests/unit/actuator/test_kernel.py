@@ -101,7 +101,7 @@ def composed_tension(muscle: Muscle, act: list[float], tendon: float) -> float:
     if loop is not None:
         width = loop.force + loop.force_per_pressure * max(pressure, 0.0)
         output = OPERATORS[loop.law].output(loop.own(), 0, act, kappa)
-        force -= (width + loop.force_share * force) * output
+        force -= (width + loop.force_share * force) * (output - loop.chord * kappa)
     force -= muscle.creep.stiffness * (kappa - act[-4])
     force -= muscle.creep.stiffness_2 * (kappa - act[-10])
     return force if math.isnan(force) else max(force, 0.0)

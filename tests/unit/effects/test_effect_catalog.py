@@ -230,7 +230,12 @@ def test_a_rig_that_states_no_hysteresis_has_none_and_is_searched_for_it(
 ):
     found, skipped = candidates(without_hysteresis, ["muscle_hysteresis"])
     assert not skipped
-    assert [one.effect.form for one in found] == ["bouc_wen", "free_shape", "constant"]
+    assert [one.effect.form for one in found] == [
+        "bouc_wen",
+        "free_shape",
+        "maxwell_slip",
+        "constant",
+    ]
     none = rig.with_parameters({"hysteresis.force_per_pressure": 0.0})
     for one, other in zip(runs(without_hysteresis, trials), runs(none, trials), strict=True):
         assert np.array_equal(one.angle, other.angle)
@@ -259,7 +264,10 @@ decay = { value = 0.7, unit = "1", source = "assumed" }"""
     path.write_text("\n".join(kept).replace(law, other_law))
     other = pamsim.load_rig(folder)
     found, skipped = candidates(other, ["muscle_hysteresis"])
-    assert ([one.effect.form for one in found], skipped) == (["bouc_wen"], {})
+    assert ([one.effect.form for one in found], skipped) == (
+        ["bouc_wen", "maxwell_slip"],
+        {},
+    )
     _, skipped = candidates(other, ["muscle_hysteresis:free_shape"])
     (reason,) = skipped.values()
     assert "hysteresis.yield_contraction" in reason

@@ -48,6 +48,40 @@ def test_changed_parameters_leave_the_original_alone(rig):
     np.testing.assert_allclose(data.actuator_length[0], -0.002, rtol=1e-12)
 
 
+def test_a_parameter_of_another_operator_brings_the_operator(rig):
+    """All else stays as it is, changes to the loaded rig included."""
+    own = rig.with_parameters(
+        {
+            "passive.stiffness": 9e3,
+            "joint.shaft.damping": 0.5,
+            "hysteresis.force_per_pressure": 7e-5,
+        }
+    )
+    slipping = own.with_parameters({"hysteresis.maxwell_slip.full_slip": 0.02})
+    for name, muscle in slipping.muscles.items():
+        loop = muscle.hysteresis
+        assert (loop.law, loop.full_slip, loop.force_per_pressure) == ("maxwell_slip", 0.02, 7e-5)
+        assert (
+            dataclasses.replace(muscle, hysteresis=own.muscles[name].hysteresis)
+            == (own.muscles[name])
+        )
+    assert slipping.model.joint("shaft").damping[0] == 0.5
+    assert slipping.model.body_quat == pytest.approx(own.model.body_quat)
+    assert slipping.file.muscle["hysteresis"]["law"] == "maxwell_slip"
+    more = int(slipping.muscles["muscle_1"].hysteresis.elements) - 1
+    assert slipping.model.na == rig.model.na + 2 * more
+    back = slipping.with_operator("bouc_wen")
+    assert back.muscles["muscle_1"].hysteresis.yield_contraction == 5e-3
+    found = rig_parameter(rig, "hysteresis.maxwell_slip.full_slip")
+    assert (found.name, found.value) == ("hysteresis.maxwell_slip.full_slip", 0.01)
+    for names in (
+        ["hysteresis.preisach.levels"],
+        ["hysteresis.maxwell_slip.full_slip", "hysteresis.bouc_wen.sigma"],
+    ):
+        with pytest.raises(InputError, match="operator"):
+            rig.with_parameters(dict.fromkeys(names, 1.0))
+
+
 def test_sensors_are_parameters_like_any_other(rig):
     changed = rig.with_parameters({"sensor.angle_bias": 0.02, "sensor.pressure_lag": 0.01})
     assert (changed.sensor.angle_bias, changed.sensor.pressure_lag) == (0.02, 0.01)

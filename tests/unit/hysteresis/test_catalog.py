@@ -15,7 +15,7 @@ from pamsim.core.errors import ParameterError
 from pamsim.core.parameters import specs
 from pamsim.hysteresis.bouc_wen import BoucWen, bouc_wen_rate, bouc_wen_rates
 from pamsim.hysteresis.catalog import OPERATORS
-from pamsim.hysteresis.group import Hysteresis
+from pamsim.hysteresis.group import COMMON_FIELDS, Hysteresis
 from tests.unit.hysteresis.operator_runs import GROUPS, TIMESTEP, label, path, run
 
 ONE_OF_EACH = list({group.law: group for group in GROUPS}.values())
@@ -49,8 +49,8 @@ def test_entry_is_consistent(name):
     operator = OPERATORS[name]
     assert operator.name == operator.group.law == name
     assert operator.group.group == "hysteresis"
-    first = [field for field, _ in specs(operator.group)][:3]
-    assert first == ["force", "force_per_pressure", "force_share"]
+    first = [field for field, _ in specs(operator.group)][:COMMON_FIELDS]
+    assert first == ["force", "force_per_pressure", "force_share", "chord"]
     assert operator.output.__name__ == f"{name}_output"
     assert operator.rates.__name__ == f"{name}_rates"
     assert min(map(len, (operator.title, operator.equation, operator.source))) > 5
@@ -59,8 +59,8 @@ def test_entry_is_consistent(name):
 @pytest.mark.parametrize("group", GROUPS, ids=label)
 def test_own_fields_follow_the_common_ones(group):
     values = dataclasses.astuple(group)
-    assert values[:3] == (0.0, 0.0, 0.0)
-    assert group.own() == values[3:]
+    assert values[:COMMON_FIELDS] == (0.0,) * COMMON_FIELDS
+    assert group.own() == values[COMMON_FIELDS:]
 
 
 @pytest.mark.parametrize("group", GROUPS, ids=label)

@@ -42,6 +42,22 @@ def test_a_rig_written_without_changes_is_the_same_rig(source, tmp_path):
     assert same_rig(pamsim.load_rig(tmp_path / "copy"), pamsim.load_rig("mas20_arm"))
 
 
+def test_another_hysteresis_operator_is_written_with_its_usual_numbers(source, tmp_path):
+    numbers = {
+        "hysteresis.force_per_pressure": number(7e-5, "N/Pa"),
+        "hysteresis.maxwell_slip.full_slip": number(0.02, "1"),
+        "hysteresis.maxwell_slip.decay": number(1.1, "1"),
+    }
+    write_rig(source, tmp_path / "slip", numbers)
+    values = {name: entry.value for name, entry in numbers.items()}
+    expected = pamsim.load_rig("mas20_arm").with_parameters(values)
+    found = pamsim.load_rig(tmp_path / "slip")
+    assert found.muscles["muscle_2"].hysteresis.law == "maxwell_slip"
+    np.testing.assert_allclose(found.model.actuator_user, expected.model.actuator_user, rtol=1e-9)
+    again = write_rig(read_rig(tmp_path / "slip"), tmp_path / "again", numbers)
+    assert again.read_text("utf-8") == (tmp_path / "slip" / "params.toml").read_text("utf-8")
+
+
 def test_values_arrive_to_the_printed_digits_in_the_unit_of_the_file(source, tmp_path):
     wanted = {
         "valve.conductance_fill": 6.123456789e-9,
