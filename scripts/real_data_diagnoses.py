@@ -39,7 +39,7 @@ from pamsim.diagnosis.method.loop_fit import Loop
 from pamsim.diagnosis.published_rig import published_rig
 from pamsim.diagnosis.result import Diagnosis
 from pamsim.diagnosis.table_at_rest import NUISANCE, diagnose_table, rig_with
-from pamsim.effects.catalog import EFFECTS
+from pamsim.effects.catalog import ROW_EFFECTS
 from pamsim.papers.alraouf2025.loop import loop_scores
 from pamsim.papers.claim import evaluate, recomputed
 from pamsim.papers.replication_figures import replication_figures
@@ -121,7 +121,7 @@ def synthetic_table(task: Task) -> tuple[str, str, int, dict[str, Any]]:
     result = diagnose_table(
         dataclasses.replace(table, name="synthetic", angle=angle),
         rig,
-        effects=[e for e in EFFECTS if e != removed],
+        effects=[e for e in ROW_EFFECTS if e != removed],
         seed=seed,
         threads=1,
     ).to_dict()
