@@ -2,33 +2,16 @@
 
 from __future__ import annotations
 
+from pamsim.core.common_unit import COMMON
 from pamsim.core.units import to_si
 from pamsim.engine.rig_parameter import RigParameter
-
-_READABLE = {
-    "rad": "deg",
-    "Pa": "kPa",
-    "m": "mm",
-    "m/s": "mm/s",
-    "m/N": "mm/kN",
-    "m^3": "cm^3",
-    "m^3/(s*Pa)": "mm^3/(s*kPa)",
-    "N/Pa": "N/bar",
-    "Pa*s/kg": "kPa*s/g",
-    "kg/s": "mg/s",
-}
-
-
-def common_unit(si_unit: str) -> str:
-    """Unit that people use for a physical quantity in an SI unit; a share is in per cent."""
-    return "percent" if si_unit == "1" else _READABLE.get(si_unit, si_unit)
 
 
 def readable_unit(parameter: RigParameter) -> str:
     """Unit that the rig's file has a parameter in; a common one if the file does not state it."""
     if parameter.stated is not None:
         return parameter.stated.unit
-    return _READABLE.get(parameter.spec.unit, parameter.spec.unit)
+    return COMMON.get(parameter.spec.unit, parameter.spec.unit)
 
 
 def readable(parameter: RigParameter, value: float) -> float:

@@ -20,7 +20,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pamsim.diagnosis.pulley_radius import with_fitted
-from pamsim.diagnosis.virtual_tests import CONDITIONS, TESTS, Quantities, bench
+from pamsim.diagnosis.virtual_test_conditions import CONDITIONS
+from pamsim.diagnosis.virtual_tests import TESTS, Quantities, bench
 from pamsim.engine.rig import Rig
 from pamsim.engine.rig_parameter import rig_parameter
 from pamsim.inference.free_parameter import FreeParameter

@@ -32,6 +32,15 @@ from pamsim.actuator.kernel import (
 from pamsim.actuator.layout import AIR, RUBBING, slot, state_size
 from pamsim.actuator.rest_state import charged_air_state, rest
 from pamsim.actuator.static_muscle import active_force, static_force
+from pamsim.diagnosis.virtual_test_conditions import (
+    CONDITIONS,
+    CONTRACTION_RATE,
+    FAST,
+    PRESSURE,
+    SLOW,
+    STRAIN,
+    TURN,
+)
 from pamsim.engine.rig import Rig
 from pamsim.hysteresis.catalog import chosen_rates
 from pamsim.hysteresis.group import COMMON_FIELDS
@@ -44,27 +53,12 @@ FloatArray = NDArray[np.float64]
 Quantities: TypeAlias = dict[str, tuple[float, str]]
 """Name -> value [unit] and SI unit."""
 
-PRESSURE = 2.5e5
-"""Gauge pressure of the tests [Pa]."""
-
-_STRAIN = 0.015  # amplitude of a muscle's cycle about its nominal length [-]
-_TURN, _SLOW, _FAST = 0.1, 0.01, 0.5  # amplitude [rad] and speeds [rad/s] of the joint's cycles
-_CONTRACTION_RATE = 0.1  # [1/s]
 _FLOW = 2e-4  # [kg/s]
 
 _JOINT_STEPS, _MUSCLE_STEPS = 400, 300  # of a quarter of a cycle
 _SUDDEN = 1e-3  # contraction [-]
 _CREEP_TIMES = np.concatenate([[0.0], np.geomspace(1e-3, 1e3, 300)])  # [s]
 _LONG = 1e9  # a time step after which a supply is steady [s]
-
-CONDITIONS = {
-    "at_pressure": (PRESSURE, "Pa"),
-    "at_speed": (_FAST, "rad/s"),
-    "at_contraction_rate": (_CONTRACTION_RATE, "1/s"),
-    "angle_amplitude": (_TURN, "rad"),
-    "contraction_amplitude": (_STRAIN, "1"),
-}
-"""Quantities that are conditions of a test: name -> value [unit] and SI unit."""
 
 _LENGTH_AT_ZERO = slot("mounting.length_at_zero")
 _NOMINAL_LENGTH = slot("braid.nominal_length")
@@ -150,7 +144,7 @@ def _chosen(quantities: Quantities, *conditions: str) -> Quantities:
 
 def _friction(rig: Bench, speed: float) -> FloatArray:
     """Torque that dry friction and Stribeck friction take along a cycle at one speed [N m]."""
-    moved = np.diff(cycle(_TURN, _JOINT_STEPS))
+    moved = np.diff(cycle(TURN, _JOINT_STEPS))
     taken = rig.dry * np.sign(moved)
     timestep = float(np.abs(moved[0])) / speed
     for par, length, arm in zip(rig.muscles, rig.lengths, rig.arms, strict=True):
@@ -169,8 +163,8 @@ def _joint_friction(there: Bench, without: Bench, _: int) -> Quantities:
     Breakaway and energy are those at 0.01 rad/s: friction that does not stick, and needs more speed
     than that for its peak, has little of either.
     """
-    slow, fast = (_friction(there, v) - _friction(without, v) for v in (_SLOW, _FAST))
-    moved = np.diff(cycle(_TURN, _JOINT_STEPS))
+    slow, fast = (_friction(there, v) - _friction(without, v) for v in (SLOW, FAST))
+    moved = np.diff(cycle(TURN, _JOINT_STEPS))
     return _chosen(
         {
             # Of the larger sign, for a rig that has too much friction.
@@ -185,7 +179,7 @@ def _joint_friction(there: Bench, without: Bench, _: int) -> Quantities:
 
 def _drag(there: Bench, without: Bench, _: int) -> Quantities:
     """Torque of viscous friction."""
-    torque = (there.damping - without.damping) * _FAST
+    torque = (there.damping - without.damping) * FAST
     return _chosen({"torque_at_speed": (torque, "N*m")}, "at_speed")
 
 
@@ -208,7 +202,7 @@ def _loop(rig: Bench, muscle: int, path: FloatArray) -> FloatArray:
     act, rates = [0.0] * rig.states[muscle], [0.0] * rig.states[muscle]
     own, law = _HYSTERESIS + COMMON_FIELDS, par[slot("hysteresis.law")]
     forces: list[float] = []
-    timestep = float(path[1] - path[0]) / _CONTRACTION_RATE
+    timestep = float(path[1] - path[0]) / CONTRACTION_RATE
     before = 0.0
     for kappa in path.tolist():
         rate = (kappa - before) / timestep
@@ -223,7 +217,7 @@ def _loop(rig: Bench, muscle: int, path: FloatArray) -> FloatArray:
 
 def _muscle_loop(there: Bench, without: Bench, muscle: int) -> Quantities:
     """Half-width and energy of a muscle's loop at a held pressure."""
-    path = cycle(_STRAIN, _MUSCLE_STEPS)
+    path = cycle(STRAIN, _MUSCLE_STEPS)
     taken = _loop(there, muscle, path) - _loop(without, muscle, path)
     quarter = _MUSCLE_STEPS
     energy = float(np.trapezoid(taken[quarter:], path[quarter:]))
@@ -304,7 +298,7 @@ def _braid_friction(there: Bench, without: Bench, muscle: int) -> Quantities:
     for rig in (without, there):
         par, act = _alone(rig, muscle), [0.0] * rig.states[muscle]
         rest(par, act, _tendon(par, 0.0), PRESSURE)
-        velocity = -_CONTRACTION_RATE * par[_NOMINAL_LENGTH]
+        velocity = -CONTRACTION_RATE * par[_NOMINAL_LENGTH]
         pulls.append(tension(par, act, _tendon(par, 0.0), velocity))
     return _chosen({"force_lost": (pulls[0] - pulls[1], "N")}, "at_pressure", "at_contraction_rate")
 

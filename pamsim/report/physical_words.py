@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from pamsim.comparison.readable_unit import common_unit
+from pamsim.core.common_unit import common_unit
 from pamsim.core.units import to_si
-from pamsim.diagnosis.virtual_tests import CONDITIONS
+from pamsim.diagnosis.virtual_test_conditions import CONDITIONS
 from pamsim.report.numbers import quantity, significant, unit, words
 
 _CONDITION_UNITS = {"Pa": "bar", "rad": "rad"}  # as in the documentation of the tests

@@ -13,7 +13,8 @@ from pamsim.actuator.layout import pack, state_size
 from pamsim.comparison.effects_on_rig import at_size, candidate, rig_name
 from pamsim.diagnosis.physical_size import correlation, physical_sizes
 from pamsim.diagnosis.pulley_radius import PULLEY, pulleys
-from pamsim.diagnosis.virtual_tests import CONDITIONS, TESTS, bench
+from pamsim.diagnosis.virtual_test_conditions import CONDITIONS
+from pamsim.diagnosis.virtual_tests import TESTS, bench
 from pamsim.effects.catalog import EFFECTS, FORMS
 from pamsim.engine.rig_parameter import rig_parameter
 from pamsim.hysteresis.maxwell_slip import MaxwellSlip
