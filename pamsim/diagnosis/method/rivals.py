@@ -24,22 +24,30 @@ Similarity = Callable[[str, str], float]
 
 
 def tied_with(
-    best: TrialModel, others: Sequence[TrialModel], layout: TrialLayout, similarity: Similarity
+    best: TrialModel,
+    others: Sequence[TrialModel],
+    layout: TrialLayout,
+    similarity: Similarity,
+    *,
+    wrong_by: float = 0.0,
 ) -> tuple[TrialModel, ...]:
     """Models that predict as well as the best, or whose effect has the same signature.
+
+    A best model whose formula is wrong cannot reject another that is wrong by as much again.
 
     Args:
         best: the model of least held-out loss.
         others: models with as many effects.
         layout: of the trials.
         similarity: of the signatures of two effects.
+        wrong_by: loss that the best model leaves for certain; 0 if it fits.
     """
     tied: list[TrialModel] = []
     for other in others:
         if set(other.names) == set(best.names) or not other.all_present():
             continue
         behind = compare_trials(other.loss, best.loss, layout.protocol_of)
-        near = behind.gain < max(TIE_ERRORS * behind.error, TIE_LOSS)
+        near = behind.gain < max(TIE_ERRORS * behind.error, TIE_LOSS, wrong_by)
         label = {c.name: c.label for c in (*best.candidates, *other.candidates)}
         different = [label[name] for name in set(other.names) ^ set(best.names)]
         same = len(different) == 2 and similarity(*sorted(different)) > SAME_SIGNATURE

@@ -325,7 +325,9 @@ def conclude(
     most = max(len(m.candidates) for m in accepted)
     best = min((m for m in accepted if len(m.candidates) == most), key=lambda m: m.mean_loss)
     others = [m for m in models if len(m.candidates) == most]
-    tied = tied_with(best, others, layout, similarity)
+    own = lack_of_fit(best.fit)
+    wrong_by = own.size if own.significant else 0.0
+    tied = tied_with(best, others, layout, similarity, wrong_by=wrong_by)
     best, tied, lack = reject_rivals(best, tied, lack_of_fit)
     perfect = perfect_losses(layout, floor_beside(floor, layout, best.fit.residual))
     left = compare_trials(best.loss, perfect, layout.protocol_of)

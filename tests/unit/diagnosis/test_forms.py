@@ -89,3 +89,14 @@ def test_rare_effects_are_tried_only_where_the_others_leave_a_remainder():
     asked = dataclasses.replace(rare, asked_for=True)
     one = found({"dry": 0.06}, (SHARP, asked, BIAS))
     assert ("odd",) in {m.names for m in one.models}
+
+
+def test_a_model_that_is_wrong_itself_does_not_reject_one_that_is_wrong_by_as_much_again():
+    """`wide` lies between `dry` and `broad`: both leave a remainder, one a little more."""
+    library = (candidate("dry", 0.0, 1.0, 0.03), candidate("broad", 0.0, 1.0, 0.03), BIAS)
+    one = found({"wide": 0.3}, library).conclusion
+    assert one.lack.significant
+    sets = {one.nearest.names, *(m.names for m in one.tied)}
+    assert sets == {("dry",), ("broad",)}
+    right = found({"wide": 0.3}, (*library, candidate("wide", 0.0, 1.0, 0.03))).conclusion
+    assert (right.best.names, right.tied) == (("wide",), ())
