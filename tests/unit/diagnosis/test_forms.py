@@ -7,8 +7,12 @@ import dataclasses
 import pytest
 
 from pamsim.diagnosis.method import trial_diagnosis, trial_search
+from pamsim.diagnosis.method.evidence import losses
+from pamsim.diagnosis.method.rivals import tied_with
 from pamsim.diagnosis.method.trial_diagnosis import diagnose_trials
+from pamsim.diagnosis.method.trial_model import fit_effects
 from pamsim.diagnosis.method.verdict import Verdict
+from tests.unit.diagnosis.test_limits_and_next_experiment import fitted
 from tests.unit.diagnosis.toy_arm import (
     BIAS,
     LEAK,
@@ -92,11 +96,18 @@ def test_rare_effects_are_tried_only_where_the_others_leave_a_remainder():
 
 
 def test_a_model_that_is_wrong_itself_does_not_reject_one_that_is_wrong_by_as_much_again():
-    """`wide` lies between `dry` and `broad`: both leave a remainder, one a little more."""
-    library = (candidate("dry", 0.0, 1.0, 0.03), candidate("broad", 0.0, 1.0, 0.03), BIAS)
-    one = found({"wide": 0.3}, library).conclusion
-    assert one.lack.significant
-    sets = {one.nearest.names, *(m.names for m in one.tied)}
-    assert sets == {("dry",), ("broad",)}
-    right = found({"wide": 0.3}, (*library, candidate("wide", 0.0, 1.0, 0.03))).conclusion
-    assert (right.best.names, right.tied) == (("wide",), ())
+    fitter, base, _ = fitted({"wide": 0.3}, (SHARP, BIAS))
+    layout = fitter.simulator.layout
+    base_loss = losses(layout, base.residual, fitter.floor, held_out=True)
+    best = fit_effects(fitter, base, base_loss, [SHARP], [{"dry": 0.2}])
+    worse = {trial: loss + 0.3 for trial, loss in best.loss.items()}
+    other = dataclasses.replace(
+        best, candidates=(BIAS,), loss=worse, intervals={"bias": (1.0, 2.0)}
+    )
+
+    def tied(wrong_by):
+        return tied_with(best, [other], layout, lambda *_: 0.0, wrong_by=wrong_by)
+
+    assert tied(0.0) == ()
+    assert tied(0.2) == ()
+    assert tied(0.4) == (other,)

@@ -16,7 +16,7 @@ TIME = np.arange(COUNT) / RATE
 NOISE = {"angle": 0.02, "pressure_1": 0.05}
 PROTOCOLS = ("slow", "fast", "high")
 OWN = {"gain": 1.0, "lag": 0.4, "dry": 0.0, "bias": 0.0, "twin": 0.0, "leak": 0.0, "ripple": 0.0}
-OWN |= {"wide": 0.0, "broad": 0.0}  # friction that needs more speed to be whole, and still more
+OWN["wide"] = 0.0  # friction that needs more speed to be whole
 
 
 def drive(protocol, check):
@@ -35,7 +35,6 @@ def signals(values, u):
     angle = angle - values["dry"] * np.tanh(speed / 0.2) + values["bias"]
     angle = angle + values["twin"] * np.tanh(speed / 0.21)
     angle = angle - values["wide"] * np.tanh(speed / 0.35)
-    angle = angle - values["broad"] * np.tanh(speed / 0.6)
     angle = angle + values["ripple"] * np.sin(25.0 * angle)
     return {"angle": angle, "pressure_1": pressure}
 
