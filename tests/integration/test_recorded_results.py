@@ -6,6 +6,8 @@ import json
 import re
 from pathlib import Path
 
+import pytest
+
 from pamsim.effects.catalog import EFFECTS
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -96,6 +98,38 @@ def test_the_blind_study_s_table_is_that_of_the_study():
     assert checked >= 18
     assert f"{study['scores']['data sets']} of {study['planned']} planned" in text
     assert len(study["rows"]) == study["scores"]["data sets"]
+
+
+def test_the_table_of_the_independent_plant_is_that_of_its_record():
+    study = recorded("results/blind_study_plant.json")
+    _, table = table_after("diagnose.md", "quantity, independent plant")
+    assert len(table) == len(study["must_show"])
+    for row in study["must_show"]:
+        found, count, interval, _ = table[row["quantity"]]
+        if not row["count"]:
+            assert (found, count) == ("-", "0")
+        elif "share" in row:
+            low, high = row["interval95"]
+            assert found == f"{100 * row['share']:.1f} %", row["quantity"]
+            assert count == f"{row['hits']} of {row['count']}", row["quantity"]
+            assert interval == f"{100 * low:.1f} to {100 * high:.1f} %", row["quantity"]
+        else:
+            assert found == f"{row['median']:.4g} {row['unit']}"
+    text = (ROOT / "docs" / "diagnose.md").read_text(encoding="utf-8")
+    count = len(study["rows"])
+    assert f"Stopped after {count} of the {study['planned']} cases" in text
+    names = [case["name"] for case in recorded("blind_study_cases.json")["cases"]]
+    assert [row["name"] for row in study["rows"]] == names[:count], "not the first in their order"
+
+
+def test_hysteresis_of_another_formula_is_named_with_its_width():
+    """Prandtl-Ishlinskii: by the rig's Bouc-Wen of fixed shape it was unexplained."""
+    rows = {row["name"]: row for row in recorded("results/blind_study_plant.json")["rows"]}
+    row = rows["other_formula_play_hysteresis_1"]
+    assert row["claimed"] == ["muscle_hysteresis"]
+    (found,) = (entry["quantities"]["loop_half_width"]["value"] for entry in row["physical"])
+    hidden = row["hidden"][0]["physical"]["loop_half_width"]["value"]
+    assert found == pytest.approx(hidden, rel=0.15)
 
 
 def test_the_blind_study_meets_what_is_promised():
