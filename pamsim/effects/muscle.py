@@ -4,6 +4,10 @@ from __future__ import annotations
 
 from pamsim.effects.effect import SECOND_MUSCLE, Effect, EffectParameter
 
+_WIDTH = EffectParameter(
+    name="hysteresis.force_per_pressure", typical=1.5e-4, low=0.0, high=2e-3, neutral=None
+)
+
 _YIELD = EffectParameter(
     name="hysteresis.yield_contraction",
     typical=2.5e-3,
@@ -31,15 +35,7 @@ EFFECTS = (
         form="bouc_wen",
         family="muscle_hysteresis",
         missing="rate-independent hysteresis of the muscle, growing with pressure",
-        parameters=(
-            EffectParameter(
-                name="hysteresis.force_per_pressure",
-                typical=1.5e-4,
-                low=0.0,
-                high=2e-3,
-                neutral=None,
-            ),
-        ),
+        parameters=(_WIDTH,),
         look_alikes=("coulomb_friction", "viscoelastic_creep", "chain_backlash"),
         separating="equal loops at two common pressures: hysteresis grows with pressure, dry"
         " friction does not",
@@ -53,13 +49,7 @@ EFFECTS = (
         missing="rate-independent hysteresis of the muscle, growing with pressure, that turns over"
         " within a contraction of its own",
         parameters=(
-            EffectParameter(
-                name="hysteresis.force_per_pressure",
-                typical=1.5e-4,
-                low=0.0,
-                high=2e-3,
-                neutral=None,
-            ),
+            _WIDTH,
             _YIELD,
             _CHORD,
         ),
@@ -76,13 +66,7 @@ EFFECTS = (
         missing="rate-independent hysteresis of the muscle, growing with pressure, with"
         " return-point memory",
         parameters=(
-            EffectParameter(
-                name="hysteresis.force_per_pressure",
-                typical=1.5e-4,
-                low=0.0,
-                high=2e-3,
-                neutral=None,
-            ),
+            _WIDTH,
             EffectParameter(
                 name="hysteresis.maxwell_slip.full_slip",
                 typical=0.01,
