@@ -23,12 +23,12 @@ from pamsim.signals.sensors import distorted
 
 FloatArray = NDArray[np.float64]
 
-_COARSE = 2
-"""Coarse steps in fine ones: the MAS-20 arm's signals then move by up to a tenth of sensor noise,
-and by a hundredth once corrected."""
+_COARSE = 4
+"""Fine steps in a coarse one: the MAS-20 arm's signals then move by a sixth of the sensors' noise,
+and by a few hundredths once corrected."""
 
-_SETTLE = 4
-"""Coarse steps in those in which rigs come to rest."""
+_SETTLE = 2
+"""Coarse steps in one of those in which rigs come to rest."""
 
 _SENSOR = "sensor."
 

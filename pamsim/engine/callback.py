@@ -21,8 +21,9 @@ BACKENDS = ("compiled", "python")
 
 _GUARD = 1000
 
-Callbacks: TypeAlias = tuple[Any, Any, Any]
-"""``mjcb_act_dyn``, ``mjcb_act_gain``, ``mjcb_act_bias``: pointers, functions or None."""
+Callbacks: TypeAlias = tuple[Any, Any, Any, Any]
+"""``mjcb_act_dyn``, ``mjcb_act_gain``, ``mjcb_act_bias``, ``mjcb_time``: pointers, functions or
+None."""
 
 
 def guard(model: mujoco.MjModel) -> None:
@@ -58,6 +59,8 @@ def live(*models: mujoco.MjModel, backend: str = "compiled") -> Iterator[None]:
     """Install the muscle callbacks for the duration of a ``with`` block.
 
     Actuators that are not pamsim muscles keep the engine's default behaviour. Scopes may be nested.
+    The engine's own timers (``data.timer``) stand still meanwhile, unless somebody has set
+    ``mjcb_time``: they would take a seventh of each step.
 
     Args:
         models: the models to be stepped inside the block; each loses its guard meanwhile.
@@ -72,10 +75,15 @@ def live(*models: mujoco.MjModel, backend: str = "compiled") -> Iterator[None]:
     for model in models:
         check_steppable(model)
     callbacks = native_callbacks() if backend == "compiled" else _interpreted(backend)
-    before = (mujoco.get_mjcb_act_dyn(), mujoco.get_mjcb_act_gain(), mujoco.get_mjcb_act_bias())
+    before = (
+        mujoco.get_mjcb_act_dyn(),
+        mujoco.get_mjcb_act_gain(),
+        mujoco.get_mjcb_act_bias(),
+        mujoco.get_mjcb_time(),
+    )
     integrators = [model.opt.integrator for model in models]
     try:
-        install(callbacks)
+        install((*callbacks[:3], before[3] or callbacks[3]))
         for model in models:
             lift_guard(model)
         yield
@@ -132,7 +140,7 @@ def native_callbacks() -> Callbacks:
 
     natives = compiled.compiled_callbacks()
     structs.verified_layout()
-    return natives.dyn, natives.gain, natives.bias
+    return natives.dyn, natives.gain, natives.bias, natives.clock
 
 
 def install(callbacks: Callbacks) -> None:
@@ -140,6 +148,7 @@ def install(callbacks: Callbacks) -> None:
     mujoco.set_mjcb_act_dyn(callbacks[0])
     mujoco.set_mjcb_act_gain(callbacks[1])
     mujoco.set_mjcb_act_bias(callbacks[2])
+    mujoco.set_mjcb_time(callbacks[3])
 
 
 def _interpreted(backend: str) -> Callbacks:
@@ -147,4 +156,4 @@ def _interpreted(backend: str) -> Callbacks:
         raise InputError(f"no backend {backend!r}; {nearest(backend, BACKENDS)}")
     from pamsim.engine import interpreted
 
-    return interpreted.dyn, interpreted.gain, interpreted.bias
+    return interpreted.dyn, interpreted.gain, interpreted.bias, mujoco.get_mjcb_time()

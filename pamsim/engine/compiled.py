@@ -40,11 +40,15 @@ _RESISTANCE, _SUPPLY_LINE = slot("valve.supply_resistance"), slot("valve.supply_
 
 @dataclass(frozen=True)
 class Callbacks:
-    """What is installed as ``mjcb_act_dyn``, ``mjcb_act_gain`` and ``mjcb_act_bias``."""
+    """What is installed as ``mjcb_act_dyn``, ``_gain`` and ``_bias``, and as ``mjcb_time``.
+
+    The engine asks for the time a dozen times in each step, for its timers; the clock answers 0.
+    """
 
     dyn: Any
     gain: Any
     bias: Any
+    clock: Any
 
 
 def reached_functions(*roots: Callable[..., Any]) -> list[FunctionType]:
@@ -119,8 +123,8 @@ def _muscle_row(address: Any, width: Any, index: Any) -> Any:
     return row
 
 
-def _compile(key: str, word: Mapping[str, int]) -> tuple[Any, Any, Any]:
-    """Compile the three callbacks.
+def _compile(key: str, word: Mapping[str, int]) -> tuple[Any, Any, Any, Any]:
+    """Compile the callbacks.
 
     The inner functions close over nothing but numbers and a string: numba makes its cache key from
     them, and functions among them would give a new key in every process.
@@ -223,7 +227,11 @@ def _compile(key: str, word: Mapping[str, int]) -> tuple[Any, Any, Any]:
             option[timestep],
         )
 
-    return dyn, gain, bias
+    @numba.cfunc(types.float64(), cache=True)
+    def clock():
+        return 0.0
+
+    return dyn, gain, bias, clock
 
 
 @functools.cache
@@ -231,8 +239,8 @@ def compiled_callbacks() -> Callbacks:
     """Compile the kernel, or load it from numba's cache.
 
     Returns:
-        ctypes function pointers for the three callbacks of a muscle actuator. They must stay
-        referenced while installed, which this function's cache does.
+        ctypes function pointers for the callbacks of a muscle actuator, and the clock. They must
+        stay referenced while installed, which this function's cache does.
     """
     functions = reached_functions(
         state_rates, tendon_force, fill_valve_of, line_sag, sensed_pressure

@@ -70,4 +70,4 @@ class HeldCallbacks:
         self._holders.discard(self)
         callbacks, self._models, self._callbacks = self._callbacks, [], None
         if callbacks and not self._holders and mujoco.get_mjcb_act_dyn() is callbacks[0]:
-            install((None, None, None))
+            install((None, None, None, None))

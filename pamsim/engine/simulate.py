@@ -14,9 +14,19 @@ from pamsim.core.recording import Outcome, Recording
 from pamsim.engine.backlash_check import check_backlash
 from pamsim.engine.callback import live
 from pamsim.engine.chamber_trace import gauge_pressures, tensions
-from pamsim.engine.delayed_command import Stretch, arriving_commands
+from pamsim.engine.delayed_command import arriving_commands
 from pamsim.engine.rig import Rig
-from pamsim.engine.settle import EachStep, advance, settle
+from pamsim.engine.sampling import (
+    Plan,
+    held_commands,
+    may_collide,
+    note_state,
+    note_tendons,
+    plan_of,
+    take_compiled,
+    take_interpreted,
+)
+from pamsim.engine.settle import EachStep, settle
 from pamsim.engine.state import restore_state, save_state
 from pamsim.engine.supply_check import check_supply
 from pamsim.engine.timestep_check import check_timestep
@@ -174,59 +184,45 @@ def record(
     relative = np.arange(run.samples) / experiment.sample_rate
     expected = data.time + relative
     timestep = float(model.opt.timestep)
-    slack = 0.5 * timestep
     commands = experiment.command_at(relative)
-    plan = _arriving(run, commands)
+    plan = _plan(run, commands)
     final_state = save_state(model, data)
     trace = empty_trace(model, run.samples)
-    # Views of the engine's arrays: fetching one costs as much as reading it.
-    ctrl, position, velocity, act = data.ctrl, data.qpos, data.qvel, data.act
-    length, speed = data.actuator_length, data.actuator_velocity
-    force, warnings = data.actuator_force, data.warning.number
     # Friction and the sprocket's teeth make the force on a tendon another than its muscle's.
     braked = any(m.friction.acts or m.chain.ripple for m in run.rig.muscles.values())
     pulls = np.empty_like(trace.force)
-    last, checked, broken = run.samples - 1, 0, None
-    for k in range(run.samples):
-        trace.time[k] = data.time
-        trace.position[k] = position
-        trace.velocity[k] = velocity
-        trace.act[k] = act
-        trace.warnings[k] = warnings
-        if (k + 1) % _CHECK_EVERY == 0 or k == last:
-            broken = first_breakdown(trace, expected, slack, checked, k + 1)
-            checked = k + 1
-            if broken is not None:
-                break
-        later: list[Stretch] = []
-        if plan is None:
-            row, count = commands[k], run.steps
+
+    def pull(sample: int) -> None:
+        now = slice(sample, sample + 1)
+        pulls[sample] = tensions(
+            model, trace.act[now], trace.length[now], trace.speed[now], backend=backend
+        )
+
+    # A hook may change the muscles from step to step, so their tension is computed at once.
+    hooked = each_step is not None
+    each_pull = pull if braked and hooked else None
+    native = backend == "compiled" and not hooked and not may_collide(model)
+    last, broken = run.samples - 1, None
+    for begin in range(0, run.samples, _CHECK_EVERY):
+        end = min(begin + _CHECK_EVERY, run.samples)
+        if native:
+            take_compiled(model, data, plan, trace, begin, min(end, last))
         else:
-            (row, model.opt.timestep, count), *later = plan[k]
-        ctrl[:] = row
-        if k < last:
-            advance(model, data, row, 1, each_step)
-        else:
+            stop = min(end, last)
+            take_interpreted(model, data, plan, trace, begin, stop, each_step, each_pull)
+        if end == run.samples:
+            note_state(data, trace, last)
+            data.ctrl[:] = plan.command[plan.first[last]]
             final_state = save_state(model, data)
             if each_step is not None:
                 each_step(model, data)
             mujoco.mj_forward(model, data)
-        # Tendon lengths and forces are of the instant the step started from.
-        trace.length[k] = length
-        trace.speed[k] = speed
-        trace.force[k] = force
-        if braked and each_step is not None:
-            # It may change the muscles from step to step, so their tension is computed now.
-            now = slice(k, k + 1)
-            pulls[k] = tensions(
-                model, trace.act[now], trace.length[now], trace.speed[now], backend=backend
-            )
-        if k < last:
-            if count > 1:
-                advance(model, data, row, count - 1, each_step)
-            for row, model.opt.timestep, count in later:
-                ctrl[:] = row
-                advance(model, data, row, count, each_step)
+            note_tendons(data, trace, last)
+            if each_pull is not None:
+                each_pull(last)
+        broken = first_breakdown(trace, expected, 0.5 * timestep, begin, end)
+        if broken is not None:
+            break
     model.opt.timestep = timestep
     outcome, message, recorded = Outcome.COMPLETED, "ran to the end", run.samples
     if broken is not None:
@@ -263,10 +259,11 @@ def record(
     )
 
 
-def _arriving(run: Run, commands: NDArray[np.float64]) -> list[list[Stretch]] | None:
-    """Commands that reach the valves in each sample; None if that is what was commanded there."""
+def _plan(run: Run, commands: NDArray[np.float64]) -> Plan:
+    """When which commands reach the valves."""
     delays, start = _delays(run.rig), run.experiment.start_pressure
+    timestep = float(run.model.opt.timestep)
     if not any(delays):
-        return None
+        return held_commands(commands, timestep, run.steps)
     before = start.tolist() if run.experiment.command == "pressure" else [0.0] * len(start)
-    return arriving_commands(commands, before, delays, float(run.model.opt.timestep), run.steps)
+    return plan_of(arriving_commands(commands, before, delays, timestep, run.steps))

@@ -30,7 +30,7 @@ def recorded(rig, effects, folder, settings=SETTINGS):
 
 
 def test_coarse_steps_are_right_once_corrected(rig, tmp_path):
-    """Within a tenth of the noise as they are, within a hundredth where the damping is another."""
+    """Within three hundredths of the noise where damping and force are others."""
     data = recorded(rig, [], tmp_path)
     simulator = TrialSimulator(DiagnosedRig(rig, data, ["triangle_check_1"]).residuals)
     first = simulator.anchor({})

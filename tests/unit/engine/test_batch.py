@@ -114,6 +114,8 @@ def test_a_run_that_breaks_down_leaves_the_others_whole(rig):
     batch = simulate_batch(jobs, threads=2)
     for job, found in zip(jobs, batch, strict=True):
         assert_same(found, pamsim.simulate(*job))
+        # With a hook, every sample is taken by the loop in Python.
+        assert_same(found, pamsim.simulate(*job, each_step=lambda model, data: None))
     assert [found.outcome is Outcome.COMPLETED for found in batch] == [True, False, True]
     assert 1 < len(batch[1].time) < 300  # in the middle of the run
 

@@ -1,0 +1,250 @@
+"""Take the samples of a run: between two of them the engine makes the time steps of one sample.
+
+Two loops take the same samples, bit for bit. The compiled one leaves Python, and its lock, for many
+samples at a time, so runs on several threads do not wait for each other. It calls ``mj_step``
+itself, where an error of the engine ends the process. In a model without collisions there is none
+to come after the first step: a stack too small shows there. Where geoms may collide, and with a
+hook or the interpreted kernel, the loop in Python takes the samples.
+"""
+
+from __future__ import annotations
+
+import ctypes
+import functools
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, TypeAlias
+
+import mujoco
+import numpy as np
+from numpy.typing import NDArray
+
+from pamsim.core.errors import EngineError
+from pamsim.engine.delayed_command import Stretch
+from pamsim.engine.settle import EachStep, advance
+from pamsim.engine.trace import Trace
+
+FloatArray: TypeAlias = NDArray[np.float64]
+Pull: TypeAlias = Callable[[int], None]
+"""Called with the number of each sample, once its tendons are measured."""
+
+_SYMBOL = "pamsim_mj_step"
+
+
+@dataclass(frozen=True, kw_only=True)
+class Plan:
+    """What a run commands, in stretches of equal time steps under one command.
+
+    Attributes:
+        first: (n + 1,) the stretch that each sample begins with; the last one ends them.
+        command: (s, m) of each stretch.
+        timestep: (s,) [s].
+        count: (s,) steps.
+    """
+
+    first: NDArray[np.int64]
+    command: FloatArray
+    timestep: FloatArray
+    count: NDArray[np.int64]
+
+
+def plan_of(samples: Sequence[Sequence[Stretch]]) -> Plan:
+    """The plan of a run whose samples have several stretches each."""
+    stretches = [stretch for sample in samples for stretch in sample]
+    return Plan(
+        first=np.cumsum([0, *map(len, samples)]),
+        command=np.array([command for command, _, _ in stretches]),
+        timestep=np.array([timestep for _, timestep, _ in stretches]),
+        count=np.array([count for _, _, count in stretches], dtype=np.int64),
+    )
+
+
+def held_commands(commands: FloatArray, timestep: float, steps: int) -> Plan:
+    """The plan of a run with one command per sample.
+
+    Args:
+        commands: (n, m).
+        timestep: [s].
+        steps: time steps per sample.
+    """
+    count = len(commands)
+    return Plan(
+        first=np.arange(count + 1),
+        command=np.ascontiguousarray(commands),
+        timestep=np.full(count, timestep),
+        count=np.full(count, steps, dtype=np.int64),
+    )
+
+
+def may_collide(model: mujoco.MjModel) -> bool:
+    """Whether geoms of a model can touch."""
+    if model.opt.disableflags & mujoco.mjtDisableBit.mjDSBL_CONTACT:
+        return False
+    with_others = (model.geom_contype != 0) | (model.geom_conaffinity != 0)
+    return bool(model.npair or np.count_nonzero(with_others) > 1)
+
+
+def take_compiled(
+    model: mujoco.MjModel, data: mujoco.MjData, plan: Plan, trace: Trace, first: int, last: int
+) -> None:
+    """Take samples of a live model without collisions, compiled callbacks installed.
+
+    Args:
+        model: live.
+        data: of it; stepped in place.
+        plan: of the run.
+        trace: written.
+        first: sample to begin at.
+        last: sample to stop before.
+    """
+    if first == 0 and last > 0:
+        # A model that cannot be stepped raises an error here, in the engine's own binding.
+        take_interpreted(model, data, plan, trace, 0, 1, None, None)
+        first = 1
+    _loop()(
+        int(model._address),
+        int(data._address),
+        plan.first,
+        plan.command,
+        plan.timestep,
+        plan.count,
+        (data.qpos, data.qvel, data.act, data.ctrl),
+        (data.actuator_length, data.actuator_velocity, data.actuator_force),
+        data.warning.number,
+        (trace.position, trace.velocity, trace.act),
+        (trace.length, trace.speed, trace.force),
+        (trace.time, trace.warnings),
+        first,
+        last,
+    )
+
+
+def take_interpreted(
+    model: mujoco.MjModel,
+    data: mujoco.MjData,
+    plan: Plan,
+    trace: Trace,
+    first: int,
+    last: int,
+    each_step: EachStep | None,
+    pull: Pull | None,
+) -> None:
+    """Take samples of a live model from Python.
+
+    Args:
+        model: live.
+        data: of it; stepped in place.
+        plan: of the run.
+        trace: written.
+        first: sample to begin at.
+        last: sample to stop before.
+        each_step: see `pamsim.simulate`.
+        pull: see `Pull`; None for nothing to call.
+    """
+    ctrl = data.ctrl
+    for k in range(first, last):
+        note_state(data, trace, k)
+        for stretch in range(plan.first[k], plan.first[k + 1]):
+            row, count = plan.command[stretch], int(plan.count[stretch])
+            model.opt.timestep = plan.timestep[stretch]
+            ctrl[:] = row
+            if stretch == plan.first[k]:
+                advance(model, data, row, 1, each_step)
+                note_tendons(data, trace, k)
+                if pull is not None:
+                    pull(k)
+                count -= 1
+            if count:
+                advance(model, data, row, count, each_step)
+
+
+def note_state(data: mujoco.MjData, trace: Trace, sample: int) -> None:
+    """Write the state that a sample starts from."""
+    trace.time[sample] = data.time
+    trace.position[sample] = data.qpos
+    trace.velocity[sample] = data.qvel
+    trace.act[sample] = data.act
+    trace.warnings[sample] = data.warning.number
+
+
+def note_tendons(data: mujoco.MjData, trace: Trace, sample: int) -> None:
+    """Write tendon lengths and forces, which are of the instant that the last step began at."""
+    trace.length[sample] = data.actuator_length
+    trace.speed[sample] = data.actuator_velocity
+    trace.force[sample] = data.actuator_force
+
+
+@functools.cache
+def _engine_step() -> int:
+    """Address of ``mj_step`` in the engine's library.
+
+    Raises:
+        EngineError: if the library is not beside the Python package.
+    """
+    folder = Path(mujoco.__file__).parent
+    found = [p for p in folder.iterdir() if p.name.startswith(("libmujoco.", "mujoco.dll"))]
+    if not found:
+        raise EngineError(f"the library of MuJoCo is not in {folder}; use backend='python'")
+    step = ctypes.CDLL(str(found[0])).mj_step
+    address = ctypes.cast(step, ctypes.c_void_p).value
+    assert address is not None
+    return address
+
+
+@functools.cache
+def _loop() -> Any:
+    # Only the compiled backend imports numba.
+    import llvmlite.binding
+    import numba
+    from numba import types
+
+    from pamsim.engine import compiled, structs
+
+    llvmlite.binding.add_symbol(_SYMBOL, _engine_step())
+    step: Any = types.ExternalFunction(_SYMBOL, types.void(types.voidptr, types.voidptr))
+    pointer: Any = compiled._as_pointer
+    at = structs.callback_offsets()
+    clock, option = at["time"] // 8, at["timestep"] // 8
+
+    @numba.njit(cache=True, nogil=True, error_model="numpy")
+    def loop(
+        model_address,
+        data_address,
+        begins,
+        commands,
+        timesteps,
+        counts,
+        state,
+        tendon,
+        warned,
+        states,
+        tendons,
+        others,
+        first,
+        last,
+    ):
+        model, data = pointer(model_address), pointer(data_address)
+        timestep = numba.carray(model, (option + 1,), np.float64)
+        now = numba.carray(data, (clock + 1,), np.float64)
+        position, velocity, act, ctrl = state
+        length, speed, force = tendon
+        times, warnings = others
+        for k in range(first, last):
+            times[k] = now[clock]
+            states[0][k] = position
+            states[1][k] = velocity
+            states[2][k] = act
+            warnings[k] = warned
+            begin = begins[k]
+            for stretch in range(begin, begins[k + 1]):
+                timestep[option] = timesteps[stretch]
+                ctrl[:] = commands[stretch]
+                for i in range(counts[stretch]):
+                    step(model, data)
+                    if stretch == begin and i == 0:
+                        tendons[0][k] = length
+                        tendons[1][k] = speed
+                        tendons[2][k] = force
+
+    return loop
