@@ -27,6 +27,7 @@ from pamsim.comparison.measurements import (
     split_held_out,
 )
 from pamsim.comparison.trial_prediction import AT_REST, CHANNELS, Prediction, check_channels
+from pamsim.core.blas_threads import one_blas_thread
 from pamsim.core.errors import InputError, nearest
 from pamsim.core.progress import Progress
 from pamsim.engine.rig import Rig, load_rig
@@ -46,6 +47,7 @@ _STILL = 0.1  # standard errors
 _COUNTS = ("evaluations", "calls", "iterations", "diverged")
 
 
+@one_blas_thread()
 def calibrate(
     sources: Sequence[str | os.PathLike[str]],
     *,

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -85,9 +84,6 @@ def command(
     DATA is a recording (a folder with recording.toml) or a CSV with time_s and any other columns.
     Without DATA a step is simulated, see --simulate. Exits with 1 if no model can be trusted.
     """
-    # The fits compute exponentials of thousands of tiny matrices, where BLAS threads wait for each
-    # other: ten times slower on a busy machine. The variable is read when numpy is first imported.
-    os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
     from pamsim.identification.identify import identify
 
     if out is not None:

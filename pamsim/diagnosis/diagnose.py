@@ -9,6 +9,7 @@ from pathlib import Path
 
 from pamsim.comparison.measurements import read_calibration_data
 from pamsim.comparison.trial_prediction import CHANNELS
+from pamsim.core.blas_threads import one_blas_thread
 from pamsim.core.errors import InputError
 from pamsim.core.progress import Progress
 from pamsim.diagnosis import length_pressure_loop, recordings, table_at_rest
@@ -43,6 +44,7 @@ APPLIES: dict[str, Collection[Kind]] = {
 """Argument of `diagnose` -> kinds of data that it applies to; those not here apply to all."""
 
 
+@one_blas_thread()
 def diagnose(
     data: Source | Sequence[Source],
     *,

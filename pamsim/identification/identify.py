@@ -6,6 +6,7 @@ import os
 import time
 from collections.abc import Sequence
 
+from pamsim.core.blas_threads import one_blas_thread
 from pamsim.core.errors import InputError
 from pamsim.core.progress import Progress
 from pamsim.core.trial import TrialSet
@@ -25,6 +26,7 @@ from pamsim.identification.signals import (
 )
 
 
+@one_blas_thread()
 def identify(
     data: str | os.PathLike[str] | TrialSet,
     *,

@@ -1,0 +1,25 @@
+"""BLAS beside simulations: one thread inside, as many as before afterwards."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+import threadpoolctl
+
+from pamsim.core.blas_threads import one_blas_thread
+
+
+def threads():
+    return [p["num_threads"] for p in threadpoolctl.threadpool_info() if p["user_api"] == "blas"]
+
+
+def test_blas_has_one_thread_inside_and_what_it_had_afterwards():
+    np.ones((2, 2)) @ np.ones((2, 2))
+    with threadpoolctl.threadpool_limits(2, "blas"):
+        if set(threads()) != {2}:
+            pytest.skip("this BLAS cannot have two threads")
+        seen = one_blas_thread()(threads)()
+        assert set(seen) == {1}
+        with pytest.raises(ZeroDivisionError), one_blas_thread():
+            raise ZeroDivisionError
+        assert set(threads()) == {2}
