@@ -182,6 +182,7 @@ EFFECTS = (
         look_alikes=("valve_flow", "air_leak", "viscoelastic_creep"),
         separating="shut the valves after a fast fill: the pressure falls and then stays, where a"
         " leak goes on",
-        probes=(0.3, 2.0),
+        # At 0.25 s first, that of air in a muscle, which is what tells this form from the other.
+        probes=(4.0, 0.4),
     ),
 )

@@ -11,12 +11,13 @@ protocol differ.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
+from pamsim.comparison.noise_floor import NoiseFloor
 from pamsim.comparison.trial_residuals import TrialLayout
 from pamsim.diagnosis.method.refit import Fitter, Refit
 from pamsim.diagnosis.method.screen import Screened
@@ -28,6 +29,7 @@ from pamsim.diagnosis.method.verdict_thresholds import (
     LACK_OF_FIT_WEAKEST,
 )
 from pamsim.inference.permutation import sign_arrangements, sign_flips, upper_p_value
+from pamsim.inference.residual_block import BlockPlace
 
 FloatArray = NDArray[np.float64]
 
@@ -124,14 +126,41 @@ def lack_of_fit(
     return _shared(trials, np.random.default_rng(seed))
 
 
+def shared_when_held_out(
+    layout: TrialLayout, residual: FloatArray, floor: NoiseFloor, *, seed: int = 0
+) -> LackOfFit:
+    """What repeats share of trials that no fit has seen, including what varies between trials.
+
+    Its size is the excess over the noise of the same repeats. Trials of a protocol that by chance
+    vary the same way share that too; the p-value allows for it.
+
+    Args:
+        layout: of the residual.
+        residual: (n,) of a fitted model [SI].
+        floor: of the noise.
+        seed: random seed of the sign flips.
+    """
+    held_out = [p for p in layout.places if p.block.trial in layout.held_out]
+    weighted = residual * layout.weights(floor.sd) / np.sqrt(len(layout.channels))
+    trials = [
+        _Trial(protocol, weighted[rows], np.zeros((rows.size, 0)))
+        for protocol, rows_of in _repeated(held_out).items()
+        for rows in rows_of
+    ]
+    if not trials:
+        return LackOfFit(size=0.0, p_value=1.0, attainable=1.0)
+    return _shared(trials, np.random.default_rng(seed))
+
+
 def _trials(fitter: Fitter, fit: Refit, screened: Sequence[Screened]) -> list[_Trial]:
     """Fitted trials that have repeats, without what the model's own parameters can do."""
     residual = fitter.weighted(fit.residual)
     columns = [trace.signature.projected for effect in screened for trace in effect.traces]
     directions = np.stack(columns, axis=1) if columns else np.zeros((residual.size, 0))
     layout = fitter.simulator.layout
-    places = _repeated(layout)
-    scale = np.sqrt(len({p.block.trial for p in layout.uncut(layout.fitted_places)}))
+    fitted = layout.uncut(layout.fitted_places)
+    places = _repeated(fitted)
+    scale = np.sqrt(len({p.block.trial for p in fitted}))
     trials: list[_Trial] = []
     for protocol, rows_of in places.items():
         for rows in rows_of:
@@ -141,10 +170,10 @@ def _trials(fitter: Fitter, fit: Refit, screened: Sequence[Screened]) -> list[_T
     return trials
 
 
-def _repeated(layout: TrialLayout) -> dict[str, list[NDArray[np.intp]]]:
-    """Protocol -> rows of each of its fitted trials, cut to what all of them have."""
+def _repeated(places: Iterable[BlockPlace]) -> dict[str, list[NDArray[np.intp]]]:
+    """Protocol -> rows of each of its trials, cut to what all of them have."""
     rows: dict[str, dict[str, dict[str, slice]]] = {}
-    for place in layout.uncut(layout.fitted_places):
+    for place in places:
         block = place.block
         rows.setdefault(block.protocol, {}).setdefault(block.trial, {})[block.channel] = place.rows
     repeated: dict[str, list[NDArray[np.intp]]] = {}

@@ -18,7 +18,12 @@ from pamsim.diagnosis.method.evidence import (
 )
 from pamsim.diagnosis.method.polish import polish
 from pamsim.diagnosis.method.refit import Fitter, Refit
-from pamsim.diagnosis.method.verdict_thresholds import LEAST_GAIN, SIGNIFICANCE, UNREPEATED_GAIN
+from pamsim.diagnosis.method.verdict_thresholds import (
+    FAR_NUISANCE,
+    LEAST_GAIN,
+    SIGNIFICANCE,
+    UNREPEATED_GAIN,
+)
 from pamsim.inference.free_parameter import SearchScale
 from pamsim.inference.intervals import parameter_covariance
 from pamsim.inference.simulator_fit import Linearisation
@@ -91,6 +96,17 @@ class TrialModel:
                 return False
         return True
 
+    def strained(self) -> bool:
+        """Whether a size or nuisance parameter is at an end of its range, or the latter far off.
+
+        Shapes of an effect may end anywhere: they say how it acts, not how much.
+        """
+        sizes = {c.parameters[0].name for c in self.candidates}
+        freed = {p.name for c in self.candidates for p in c.parameters}
+        nuisance = [p for p in self.fit.parameters if p.name not in freed]
+        ended = set(self.fit.at_bound) & (sizes | {p.name for p in nuisance})
+        return bool(ended) or any(far_from(self.fit.values[p.name], p.start) for p in nuisance)
+
     def accepted(self, tried: int) -> bool:
         """Whether its effects may be claimed.
 
@@ -99,6 +115,11 @@ class TrialModel:
         """
         better = self.improvement.p_value * tried < SIGNIFICANCE
         return better and self.improvement.gain > self.least_gain and self.size_known()
+
+
+def far_from(value: float, stated: float) -> bool:
+    """Whether a nuisance parameter was refitted far from what the rig states, both in SI units."""
+    return abs(value - stated) > FAR_NUISANCE * abs(stated)
 
 
 def fit_effects(

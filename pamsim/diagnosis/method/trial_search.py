@@ -186,18 +186,20 @@ class TrialSearch:
         jobs = [
             job for parent in accepted[: growth.beam] for job in self._jobs(parent, growth, least)
         ]
-        larger: dict[frozenset[str], TrialModel] = {}
+        judged: list[tuple[TrialModel, bool]] = []
         for parent, effect, starts in jobs:
             candidates = [*parent.candidates, effect.candidate]
             model = self._known.get(_key(candidates)) or self._fitted(candidates, starts)
             if model is None or not model.size_known():
                 continue
             over = [compare_trials(m.loss, model.loss, protocol_of) for m in (accepted[0], parent)]
-            if all(
-                c.p_value * len(jobs) < growth.significance and c.gain > growth.least_gain
-                for c in over
-            ):
-                larger[frozenset(model.names)] = model
+            if all(c.gain > growth.least_gain for c in over):
+                certain = all(c.p_value * len(jobs) < growth.significance for c in over)
+                judged.append((model, certain))
+        # One that is certain shows that another effect is needed. Which one it is, the losses say:
+        # what predicts better may be less certain, as its gain differs more between inputs.
+        needed = min((m.mean_loss for m, certain in judged if certain), default=-np.inf)
+        larger = {frozenset(m.names): m for m, certain in judged if certain or m.mean_loss < needed}
         ranked = sorted(larger.values(), key=lambda m: m.mean_loss)
         ranked = [self.in_best_form(m) if m in ranked[: growth.beam] else m for m in ranked]
         return [m for m in ranked if len(self.reduced(m, growth).names) == len(m.names)]

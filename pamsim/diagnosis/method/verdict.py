@@ -50,6 +50,8 @@ class Evidence:
         large_remainder: whether the remainder is so large, or so certain, that a name needs it
             said.
         untested: whether too few repeats share inputs to show a remainder of any size.
+        strained: whether the best model needs a parameter at the end of its range, or a nuisance
+            parameter far from what the rig states.
         tied: whether another effect predicts held-out data as well as the best.
     """
 
@@ -61,16 +63,23 @@ class Evidence:
     remainder: bool = False
     large_remainder: bool = False
     untested: bool = False
+    strained: bool = False
     tied: bool = False
 
 
 def decide(evidence: Evidence) -> Verdict:
-    """Reach the verdict: the one rule for every kind of data."""
+    """Reach the verdict: the one rule for every kind of data.
+
+    A model that goes to its limits and still leaves something stands for what is missing, whatever
+    share of the gap it takes: a large gap is nearly closed by much that is not its cause.
+    """
     if not evidence.claimed and not evidence.gap:
         return Verdict.NOT_IDENTIFIABLE if evidence.suspected else Verdict.NO_GAP
     if not evidence.conclusive:
         return Verdict.NOT_IDENTIFIABLE
-    if not evidence.claimed or (evidence.remainder and evidence.explained < ADEQUATE):
+    short = evidence.remainder and evidence.explained < ADEQUATE
+    stands_in = evidence.strained and (evidence.remainder or evidence.large_remainder)
+    if not evidence.claimed or short or stands_in:
         return Verdict.UNEXPLAINED
     if evidence.tied:
         return Verdict.AMBIGUOUS

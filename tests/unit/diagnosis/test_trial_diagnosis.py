@@ -8,7 +8,10 @@ import numpy as np
 import pytest
 
 from pamsim.core.errors import InputError
-from pamsim.diagnosis.method.trial_diagnosis import diagnose_trials
+from pamsim.diagnosis.method import trial_search
+from pamsim.diagnosis.method.evidence import compare_trials, losses
+from pamsim.diagnosis.method.lack_of_fit import LackOfFit, shared_when_held_out
+from pamsim.diagnosis.method.trial_diagnosis import conclude, diagnose_trials
 from pamsim.diagnosis.method.verdict import Verdict
 from tests.unit.diagnosis.toy_arm import (
     BIAS,
@@ -27,6 +30,13 @@ LIBRARY = (DRY, BIAS, LEAK)
 def found(hidden, library=LIBRARY, **options):
     trials = recorded(hidden, **options)
     return diagnose_trials(simulator(trials), NUISANCE, library, regressors(trials))
+
+
+def laid_out(trials):
+    """Layout of the residuals of trials."""
+    arm = simulator(trials)
+    arm.anchor({"gain": 1.0})
+    return arm.layout
 
 
 @pytest.mark.parametrize("drift", [False, True])
@@ -122,6 +132,93 @@ def test_a_size_at_the_end_of_its_range_is_a_name_only_where_the_end_is_nature_s
         other = found({"dry": 0.065}, library=(natural, LEAK), seed=seed)
         assert other.conclusion.best.names == ("dry",)
         assert other.conclusion.best.fit.at_bound == ("dry",)
+
+
+def test_an_effect_that_would_have_to_be_larger_than_it_can_be_is_no_name():
+    """It explains 99 % of the gap, at an end that is nature's, and leaves a remainder."""
+    (parameter,) = DRY.parameters
+    size = dataclasses.replace(DRY.effect.parameters[0], natural_ends=True)
+    most = dataclasses.replace(
+        DRY,
+        effect=dataclasses.replace(DRY.effect, parameters=(size,)),
+        parameters=(dataclasses.replace(parameter, high=0.46),),
+    )
+    one = found({"dry": 0.5}, library=(most, LEAK)).conclusion
+    assert one.nearest.names == ("dry",)
+    assert one.explained.value > 0.95
+    assert one.verdict is Verdict.UNEXPLAINED
+
+
+def test_a_nuisance_parameter_far_off_strains_a_model():
+    best = found({"dry": 0.06}).conclusion.best
+    assert not best.strained()
+    for gain, strained in ((1.24, False), (1.26, True), (0.74, True)):
+        fit = dataclasses.replace(best.fit, values={**best.fit.values, "gain": gain})
+        assert dataclasses.replace(best, fit=fit).strained() == strained
+    ended = dataclasses.replace(best.fit, at_bound=("gain",))
+    assert dataclasses.replace(best, fit=ended).strained()
+
+
+def test_of_two_partners_the_one_that_predicts_better_is_claimed(monkeypatch):
+    """One is certain and predicts less well: that another effect is needed, it shows all the same.
+
+    `seep` is a leak that cannot be large enough.
+    """
+    (parameter,) = LEAK.parameters
+    size = dataclasses.replace(LEAK.effect.parameters[0], natural_ends=True)
+    seep = dataclasses.replace(
+        LEAK,
+        effect=dataclasses.replace(LEAK.effect, name="seep", family="seep", parameters=(size,)),
+        parameters=(dataclasses.replace(parameter, high=0.035),),
+    )
+    plain = trial_search.compare_trials
+
+    def less_certain(before, after, protocol_of):
+        one = plain(before, after, protocol_of)
+        closed = np.mean(list(after.values())) < 1.05
+        return dataclasses.replace(one, p_value=max(one.p_value, 0.006)) if closed else one
+
+    monkeypatch.setattr(trial_search, "compare_trials", less_certain)
+    one = found({"dry": 0.06, "leak": 0.05}, library=(DRY, BIAS, LEAK, seep))
+    assert {frozenset(m.names) for m in one.models} >= {frozenset(("dry", "leak"))}
+    assert set(one.conclusion.best.names) == {"dry", "leak"}
+
+
+@pytest.mark.parametrize(("protocols", "left"), [(1, False), (3, True)])
+def test_repeats_that_vary_the_same_way_by_chance_leave_no_remainder(protocols, left):
+    """The fitted trials show nothing; one of three held-out inputs may be chance, all are not."""
+    trials = recorded({"dry": 0.06}, repeats=3)
+    one = diagnose_trials(simulator(trials), NUISANCE, (DRY, LEAK), regressors(trials))
+    best, layout = one.conclusion.best, laid_out(trials)
+    residual = best.fit.residual.copy()
+    for place in layout.places:
+        if place.block.protocol in ("slow_check", "fast_check", "high_check")[:protocols]:
+            residual[place.rows] += 0.8 * one.floor.sd[place.block.channel]
+    loss = losses(layout, residual, one.floor, held_out=True)
+    fit = dataclasses.replace(best.fit, residual=residual)
+    moved = dataclasses.replace(
+        best, fit=fit, loss=loss, improvement=dataclasses.replace(best.improvement, gain=5.0)
+    )
+    for fitted in (-0.02, 0.02):  # what repeats share where the model was fitted
+        lack = LackOfFit(size=fitted, p_value=0.3, attainable=0.002)
+        found_now = conclude(
+            layout, one.floor, one.base, one.base_loss, [moved], 1, lambda *_: 0.0,
+            lambda _, lack=lack: lack, gap_mapped=False,
+        )  # fmt: skip
+        assert found_now.remainder > 0.15
+        plain = found_now.verdict is Verdict.NAMED
+        assert plain == (fitted < 0.0 and not left), found_now
+
+
+def test_what_held_out_repeats_share_is_their_excess_over_the_noise():
+    for seed in range(3):
+        trials = recorded({"dry": 0.06}, seed=seed, repeats=3)
+        one = diagnose_trials(simulator(trials), NUISANCE, (LEAK,), regressors(trials))
+        layout = laid_out(trials)
+        shared = shared_when_held_out(layout, one.base.residual, one.floor)
+        excess = compare_trials(one.base_loss, one.perfect_loss, layout.protocol_of)
+        assert shared.size == pytest.approx(excess.gain, rel=1e-9)
+        assert shared.significant
 
 
 def test_the_channel_and_the_protocol_that_miss_most_come_first():

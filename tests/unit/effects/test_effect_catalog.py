@@ -271,3 +271,12 @@ decay = { value = 0.7, unit = "1", source = "assumed" }"""
     _, skipped = candidates(other, ["muscle_hysteresis:free_shape"])
     (reason,) = skipped.values()
     assert "hysteresis.yield_contraction" in reason
+
+
+def test_a_further_form_is_probed_where_it_differs_from_the_usual_one(rig):
+    """Heat exchanged within a trial's holds and strokes, by air that is adiabatic without it."""
+    tried, _ = candidates(rig, ("thermal_relaxation",))
+    (form,) = [one for one in tried if one.effect.form == "temperature"]
+    (probe,) = form.probes
+    assert 0.1 < 1.0 / probe.values["chamber.heat_rate"] < 0.5
+    assert probe.values["chamber.polytropic_index"] > 1.39
