@@ -182,7 +182,7 @@ EFFECTS = (
         look_alikes=("valve_flow", "air_leak", "viscoelastic_creep"),
         separating="shut the valves after a fast fill: the pressure falls and then stays, where a"
         " leak goes on",
-        # At 0.25 s first, that of air in a muscle, which is what tells this form from the other.
+        # First at a time of 0.25 s, usual for air in a muscle: a slow exchange resembles other forms.
         probes=(4.0, 0.4),
     ),
 )

@@ -99,7 +99,7 @@ class TrialModel:
     def strained(self) -> bool:
         """Whether a size or nuisance parameter is at an end of its range, or the latter far off.
 
-        Shapes of an effect may end anywhere: they say how it acts, not how much.
+        Shapes of an effect may end anywhere: they are not its size.
         """
         sizes = {c.parameters[0].name for c in self.candidates}
         freed = {p.name for c in self.candidates for p in c.parameters}

@@ -135,7 +135,7 @@ def test_a_size_at_the_end_of_its_range_is_a_name_only_where_the_end_is_nature_s
 
 
 def test_an_effect_that_would_have_to_be_larger_than_it_can_be_is_no_name():
-    """It explains 99 % of the gap, at an end that is nature's, and leaves a remainder."""
+    """It explains most of the gap, at a physical limit, and leaves a remainder."""
     (parameter,) = DRY.parameters
     size = dataclasses.replace(DRY.effect.parameters[0], natural_ends=True)
     most = dataclasses.replace(
