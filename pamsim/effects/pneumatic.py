@@ -182,7 +182,7 @@ EFFECTS = (
         look_alikes=("valve_flow", "air_leak", "viscoelastic_creep"),
         separating="shut the valves after a fast fill: the pressure falls and then stays, where a"
         " leak goes on",
-        # First at a time of 0.25 s, usual for air in a muscle: a slow exchange resembles other forms.
+        # First at a time of 0.25 s, usual for air in a muscle.
         probes=(4.0, 0.4),
     ),
 )

@@ -196,7 +196,7 @@ class TrialSearch:
             if all(c.gain > growth.least_gain for c in over):
                 certain = all(c.p_value * len(jobs) < growth.significance for c in over)
                 judged.append((model, certain))
-        # One that is certain shows that another effect is needed. Which one is decided by the losses:
+        # One that is certain shows that another effect is needed. Which one is decided by losses:
         # what predicts better may be less certain, as its gain differs more between inputs.
         needed = min((m.mean_loss for m, certain in judged if certain), default=-np.inf)
         larger = {frozenset(m.names): m for m, certain in judged if certain or m.mean_loss < needed}
