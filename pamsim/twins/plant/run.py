@@ -39,6 +39,12 @@ _BAR = 1e5
 _FASTEST = 4.0
 """Speed of the joint for which bristles are followed [rad/s]."""
 
+_REST_BLOCK = 0.2
+"""Time between two checks whether the plant has come to rest [s]."""
+
+_REST = 1e-11
+"""Largest relative change of a state over that time in a plant that counts as at rest."""
+
 _CREEPS = tuple(f"creep_{k}" for k in range(5))
 
 
@@ -97,12 +103,16 @@ def run(
     held = numbers.copy()
     for name in (*_CREEPS, "dead_zone_fill", "dead_zone_exhaust"):
         held.muscles[name] = 0.0
-    settling = np.array([-experiment.settle, 0.0])
-    none = np.zeros((0, 3))
-    rows = np.zeros((2, 2 + 2 * count))
-    integrate(
-        held.joint, held.muscles, plays, states, settling, none, True, start.copy(), step, rows
-    )
+    none, rows, left = np.zeros((0, 3)), np.zeros((2, 2 + 2 * count)), experiment.settle
+    while left > 0.0:
+        before = states.copy()
+        settling = np.array([-left, min(_REST_BLOCK - left, 0.0)])
+        integrate(
+            held.joint, held.muscles, plays, states, settling, none, True, start.copy(), step, rows
+        )
+        left -= _REST_BLOCK
+        if np.all(np.abs(states - before) <= _REST * (np.abs(states) + 1e-3)):
+            break
     before = start.copy() if by_pressure else np.zeros(count)
     for i in range(count):
         first = JOINT_STATES + i * MUSCLE_STATES
