@@ -96,8 +96,7 @@ def recorded(
             angle = noise(rng, run.angle.shape, COLOURS[colour])
             pressure = noise(rng, run.pressure.shape, COLOURS[colour])
             trials[f"{name}_{repeat}"] = dataclasses.replace(
-                run,
-                angle=run.angle + ANGLE_NOISE * angle,
+                run.with_angle(run.angle + ANGLE_NOISE * angle),
                 pressure=run.pressure + PRESSURE_NOISE * pressure,
             )
     write_recording(path, "mas20_arm", trials)

@@ -96,8 +96,9 @@ def calibrate(
     """
     began = time.perf_counter()
     data = read_calibration_data(sources)
-    fitted, held_out = split_held_out(data, hold_out)
     loaded = rig if isinstance(rig, Rig) else load_rig(rig or data.rig or DEFAULT_RIG)
+    data = data.of_rig(loaded)
+    fitted, held_out = split_held_out(data, hold_out)
     wanted = tuple(free) or default_names(loaded, moving=bool(fitted.trials))
     freed = freed_parameters(loaded, wanted, bounds=bounds, prior=prior)
     for name in profiles:

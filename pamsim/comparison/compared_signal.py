@@ -8,17 +8,17 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from pamsim.core.units import DEG_PER_RAD, PA_PER_KPA
+from pamsim.core.signal_names import KINDS, kind_of
+from pamsim.core.units import PA_PER_KPA
 from pamsim.store.static_table import StaticTable
 
 FloatArray = NDArray[np.float64]
 
-_SHOWN_UNIT = {"angle": ("deg", DEG_PER_RAD), "pressure": ("kPa", 1.0 / PA_PER_KPA)}
-
 
 def shown_unit(channel: str) -> tuple[str, float]:
     """Unit in which a channel is shown, and the factor on its SI values."""
-    return _SHOWN_UNIT.get(channel.split("_")[0], ("N", 1.0))
+    kind = KINDS[kind_of(channel)]
+    return kind.shown, kind.scale
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -28,7 +28,7 @@ class Comparison:
     Attributes:
         trial: name of the trial or table.
         protocol: of the trial.
-        channel: such as ``pressure_1``.
+        channel: such as ``pressure_1`` or ``knee.angle``.
         held_out: whether it was held out of the fit.
         time: (n,) [s]; of a static table, the numbers of its rows.
         measured: (n,) [SI].

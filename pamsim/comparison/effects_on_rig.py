@@ -22,7 +22,7 @@ def rig_name(rig: Rig, name: str) -> str:
     Raises:
         InputError: if the rig has no such part.
     """
-    name = name.replace(JOINT, rig.file.angle_joint)
+    name = name.replace(JOINT, rig.only_joint)
     if TILTED in name:
         tilted = [n.split(".")[1] for n in rig.file.native if n.endswith(".tilt")]
         if not tilted:

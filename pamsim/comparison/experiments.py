@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from pamsim.core.errors import InputError
 from pamsim.core.experiment import Experiment, pressure_step
 from pamsim.core.recording import Recording
+from pamsim.core.signal_names import kind_of
 from pamsim.core.trial import Trial
 from pamsim.signals.sensors import MeasurementChain, encoder_offset
 from pamsim.store.static_table import StaticTable
@@ -63,19 +64,26 @@ def start_pressures(trial: Trial) -> NDArray[np.float64]:
         InputError: if one was neither measured nor commanded.
     """
     start = np.empty(trial.muscles)
-    for muscle in range(trial.muscles):
-        measured = trial.measured.get(f"pressure_{muscle + 1}")
+    for muscle, channel in enumerate(trial.pressure_channels):
+        measured = trial.measured.get(channel)
         if measured is not None:
             start[muscle] = measured[0]
         elif trial.command_kind == "pressure":
             start[muscle] = trial.command[0, muscle]
         else:
             raise InputError(
-                f"trial {trial.name!r} does not give the start pressure of muscle {muscle + 1}:"
-                f" record p{muscle + 1}_kpa, or command pressures"
+                f"trial {trial.name!r} does not give the start pressure of {_owner(trial, muscle)},"
+                " or command pressures"
             )
     # A vented sensor may read slightly below the atmosphere, where the muscle is.
     return np.maximum(start, 0.0)
+
+
+def _owner(trial: Trial, muscle: int) -> str:
+    if trial.muscle_names:
+        name = trial.muscle_names[muscle]
+        return f"{name}: record {name}_kpa"
+    return f"muscle {muscle + 1}: record p{muscle + 1}_kpa"
 
 
 def grid_rate(time: NDArray[np.float64]) -> float:
@@ -111,19 +119,18 @@ def at_times(
             on average, and so do the angles returned, if the trial's come in such increments.
 
     Returns:
-        ``pressure_1`` ... [Pa, gauge], ``angle`` [rad], ``force_1`` ... [N], each (n,).
+        Channel -> (n,), as `Recording.signals` names them [SI].
 
     Raises:
         SimulationError: if the run ended early.
     """
     done = recording.completed()
-    angle = done.angle
-    if sensor is not None and "angle" in trial.measured:
-        angle = angle + encoder_offset(trial.measured["angle"], sensor.encoder_increments)
-    signals = {"angle": angle}
-    for muscle in range(trial.muscles):
-        signals[f"pressure_{muscle + 1}"] = done.pressure[:, muscle]
-        signals[f"force_{muscle + 1}"] = done.tension[:, muscle]
+    signals = done.signals()
+    if sensor is not None:
+        for channel in trial.measured.keys() & done.names.joint_channels:
+            if kind_of(channel) == "angle":
+                offset = encoder_offset(trial.measured[channel], sensor.encoder_increments)
+                signals[channel] = signals[channel] + offset
     return {name: np.interp(trial.time, done.time, values) for name, values in signals.items()}
 
 

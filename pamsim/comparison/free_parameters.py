@@ -91,8 +91,8 @@ def default_names(rig: Rig, *, moving: bool) -> tuple[str, ...]:
         **{f"{group}.{k}": v for group, part in rig.file.muscle.items() for k, v in part.items()},
         **rig.file.native,
     }
-    joint = f"joint.{rig.file.angle_joint}.damping"
-    usual = (*_MOVING, joint) if moving else _AT_REST
+    joints = [f"joint.{joint}.damping" for joint in rig.joints]
+    usual = (*_MOVING, *joints) if moving else _AT_REST
     open_before = [
         name
         for name, entry in stated.items()

@@ -8,7 +8,9 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 from pamsim.core.errors import InputError, nearest
+from pamsim.core.rig_trial import of_rig
 from pamsim.core.trial import Trial
+from pamsim.engine.rig import Rig
 from pamsim.store.recording_reader import read_recordings
 from pamsim.store.static_table import StaticTable, read_static_table
 
@@ -35,6 +37,17 @@ class CalibrationData:
     def names(self) -> tuple[str, ...]:
         """Names of all trials and tables."""
         return tuple(part.name for part in (*self.trials, *self.tables))
+
+    def of_rig(self, rig: Rig) -> CalibrationData:
+        """The same with the trials' channels and commands as a rig names and orders them.
+
+        Raises:
+            InputError: as `pamsim.core.rig_trial.of_rig`.
+        """
+        found = [of_rig(trial, rig.names, rig.name) for trial in self.trials]
+        notes = [note for _, own in found for note in own]
+        trials = tuple(trial for trial, _ in found)
+        return replace(self, trials=trials, notes=(*self.notes, *notes))
 
 
 def read_calibration_data(sources: Sequence[str | os.PathLike[str]]) -> CalibrationData:

@@ -122,15 +122,11 @@ def start_error(
             residual shows drifting sensor noise; without it, noise is assumed white.
     """
     noise = _noise(trial)
-    for muscle, channel in enumerate(_channels(trial)):
+    for muscle, channel in enumerate(trial.pressure_channels):
         if simulated is not None and channel in trial.measured:
             drifting = _drifting(trial.measured[channel] - simulated[channel])
             noise[muscle] = max(noise[muscle], drifting)
     return StartError(start_pressures(trial) - simulated_start, _REACH * noise)
-
-
-def _channels(trial: Trial) -> list[str]:
-    return [f"pressure_{muscle + 1}" for muscle in range(trial.muscles)]
 
 
 def _noise(trial: Trial) -> FloatArray:
@@ -139,7 +135,7 @@ def _noise(trial: Trial) -> FloatArray:
     At least that of rounding to the converter's step.
     """
     noise = np.zeros(trial.muscles)
-    for muscle, channel in enumerate(_channels(trial)):
+    for muscle, channel in enumerate(trial.pressure_channels):
         measured = trial.measured.get(channel)
         if measured is not None:
             # Neighbouring values of a converter are a step apart, those of a finer record are not.
@@ -152,7 +148,7 @@ def _noise(trial: Trial) -> FloatArray:
 def _noise_of_repeats(first: Trial, second: Trial) -> FloatArray:
     """Noise of each muscle's pressure sensor, (m,) [Pa], drift as two repeats show it included."""
     noise = np.maximum(_noise(first), _noise(second))
-    for muscle, channel in enumerate(_channels(first)):
+    for muscle, channel in enumerate(first.pressure_channels):
         if channel in first.measured and channel in second.measured:
             apart = (first.measured[channel] - second.measured[channel]) / np.sqrt(2.0)
             noise[muscle] = max(noise[muscle], _drifting(apart))

@@ -15,13 +15,15 @@ from pamsim.comparison.start_errors import STEP, StartError, start_error, start_
 from pamsim.core.errors import InputError, nearest
 from pamsim.core.experiment import Experiment
 from pamsim.core.recording import Outcome, Recording
+from pamsim.core.signal_names import KINDS, kind_of
 from pamsim.core.trial import Trial
 from pamsim.engine.rig import Rig
 from pamsim.inference.residual_block import Blocks, ResidualBlock
 
 FloatArray = NDArray[np.float64]
 
-CHANNELS = ("angle", "pressure", "force")
+CHANNELS = tuple(KINDS)
+"""Kinds of channel: ``angle``, ``position``, ``pressure``, ``force``."""
 
 AT_REST = "angle_at_rest"
 """Channel of static tables: its misfit is of another kind than the noise of a recorded angle."""
@@ -48,7 +50,7 @@ class TrialPredictor:
     Args:
         rig: any of them; its number of muscles counts.
         data: what is compared.
-        channels: kinds of channel to compare: ``angle``, ``pressure``, ``force``.
+        channels: kinds of channel to compare, of `CHANNELS`.
         threads: simulations at a time; None for one per processor.
         simulated: called with the number of simulations before each batch.
 
@@ -115,7 +117,7 @@ class TrialPredictor:
 
     def compared(self, trial: Trial) -> tuple[str, ...]:
         """Channels of a trial that are compared."""
-        return tuple(name for name in trial.measured if name.split("_")[0] in self._channels)
+        return tuple(name for name in trial.measured if kind_of(name) in self._channels)
 
     def predictions(
         self,

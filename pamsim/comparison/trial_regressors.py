@@ -11,6 +11,7 @@ from collections.abc import Mapping
 import numpy as np
 from numpy.typing import NDArray
 
+from pamsim.core.signal_names import JOINT_KINDS, kind_of, owner_of
 from pamsim.core.trial import Trial
 
 FloatArray = NDArray[np.float64]
@@ -27,12 +28,14 @@ def regressors(trial: Trial, simulated: Mapping[str, FloatArray]) -> dict[str, F
         simulated: channel -> (n,) at its samples [SI].
 
     Returns:
-        Name -> (n,): ``elapsed`` [s]; where pressures are simulated, ``common_pressure`` and
-        ``pressure_difference`` [Pa]; where the angle is, ``angle`` [rad], ``speed`` [rad/s],
-        ``direction`` and ``since_reversal`` [s]; ``in_hold`` [s], since the command last changed.
+        Name -> (n,): ``elapsed`` [s]; where pressures are simulated, ``common_pressure`` and, of
+        two muscles, ``pressure_difference`` [Pa]; ``in_hold`` [s], since the command last changed;
+        of each joint ``angle`` [rad] and ``speed`` [rad/s], or ``position`` [m] and
+        ``sliding_speed`` [m/s], ``direction`` and ``since_reversal`` [s], such as ``knee.speed``;
+        without the joint's name on a rig with one that turns.
     """
     quantities: dict[str, FloatArray] = {"elapsed": trial.time}
-    pressures = [simulated.get(f"pressure_{i + 1}") for i in range(trial.muscles)]
+    pressures = [simulated.get(channel) for channel in trial.pressure_channels]
     if all(p is not None for p in pressures):
         stack = np.stack([p for p in pressures if p is not None], axis=1)
         quantities["common_pressure"] = stack.mean(axis=1)
@@ -41,23 +44,30 @@ def regressors(trial: Trial, simulated: Mapping[str, FloatArray]) -> dict[str, F
     changed = np.concatenate([[True], np.any(np.diff(trial.command, axis=0) != 0.0, axis=1)])
     if changed.mean() < 0.5:  # a command that changes at every sample has no holds
         quantities["in_hold"] = _since(trial.time, changed)
-    angle = simulated.get("angle")
-    if angle is not None and angle.size > 4 * _SMOOTH:
-        quantities["angle"] = angle
-        window = np.hanning(2 * _SMOOTH + 3)[1:-1]
-        padded = np.pad(angle, _SMOOTH, mode="edge")
-        smooth = np.convolve(padded, window / window.sum(), mode="valid")
-        speed = np.asarray(np.gradient(smooth, trial.time), dtype=np.float64)
-        quantities["speed"] = speed
-        moving = np.abs(speed) > _STILL * np.abs(speed).max()
-        direction = np.where(moving, np.sign(speed), 0.0)
-        quantities["direction"] = direction
-        going = direction[moving]
-        if going.size:
-            last = np.maximum.accumulate(np.where(moving, np.arange(angle.size), 0))
-            held = direction[last]
-            turned = np.concatenate([[True], (np.diff(held) != 0.0)])
-            quantities["since_reversal"] = _since(trial.time, turned)
+    for channel, position in simulated.items():
+        if kind_of(channel) in JOINT_KINDS and position.size > 4 * _SMOOTH:
+            quantities |= _of_joint(channel, trial.time, position)
+    return quantities
+
+
+def _of_joint(channel: str, time: FloatArray, position: FloatArray) -> dict[str, FloatArray]:
+    """Quantities of a joint from its positions, named after it where it has a name."""
+    joint = owner_of(channel)
+    named = f"{joint}." if joint else ""
+    window = np.hanning(2 * _SMOOTH + 3)[1:-1]
+    padded = np.pad(position, _SMOOTH, mode="edge")
+    smooth = np.convolve(padded, window / window.sum(), mode="valid")
+    speed = np.asarray(np.gradient(smooth, time), dtype=np.float64)
+    moving = np.abs(speed) > _STILL * np.abs(speed).max()
+    direction = np.where(moving, np.sign(speed), 0.0)
+    pace = "speed" if kind_of(channel) == "angle" else "sliding_speed"
+    quantities = {channel: position, f"{named}{pace}": speed, f"{named}direction": direction}
+    going = direction[moving]
+    if going.size:
+        last = np.maximum.accumulate(np.where(moving, np.arange(position.size), 0))
+        held = direction[last]
+        turned = np.concatenate([[True], (np.diff(held) != 0.0)])
+        quantities[f"{named}since_reversal"] = _since(time, turned)
     return quantities
 
 

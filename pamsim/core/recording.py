@@ -8,7 +8,7 @@ import json
 import os
 import re
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
@@ -16,9 +16,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pamsim.core.encoding import to_dict
-from pamsim.core.errors import SimulationError
+from pamsim.core.errors import InputError, SimulationError, nearest
 from pamsim.core.files import complete_file
-from pamsim.core.units import DEG_PER_RAD, PA_PER_KPA
+from pamsim.core.signal_names import COMMAND_QUANTITY, KINDS, SignalNames
+from pamsim.core.units import PA_PER_KPA
 
 SCHEMA = "pamsim-recording/1"
 """Of ``recording.toml``."""
@@ -39,8 +40,9 @@ class Recording:
 
     Attributes:
         time: (n,) [s], uniform, from 0.
-        angle: (n,) output angle beta [rad].
-        velocity: (n,) its rate [rad/s].
+        joints: recorded joint -> ``angle`` or ``position``, in column order.
+        positions: (n, j) of the joints [rad or m].
+        velocities: (n, j) their rates [rad/s or m/s].
         pressure: (n, m) gauge pressures [Pa], one column per muscle.
         tension: (n, m) muscle tensions [N].
         command: (n, m) command held from each sample on.
@@ -55,8 +57,9 @@ class Recording:
     """
 
     time: NDArray[np.float64]
-    angle: NDArray[np.float64]
-    velocity: NDArray[np.float64]
+    joints: Mapping[str, str]
+    positions: NDArray[np.float64]
+    velocities: NDArray[np.float64]
     pressure: NDArray[np.float64]
     tension: NDArray[np.float64]
     command: NDArray[np.float64]
@@ -67,6 +70,72 @@ class Recording:
     message: str
     final_state: NDArray[np.float64]
     meta: Mapping[str, str | float] = field(default_factory=dict[str, str | float])
+
+    @property
+    def names(self) -> SignalNames:
+        """Names of the signals."""
+        return SignalNames(joints=self.joints, muscles=self.muscles)
+
+    @property
+    def angle(self) -> NDArray[np.float64]:
+        """Position (n,) of the only joint [rad, of one that slides m].
+
+        Raises:
+            InputError: if the rig has several joints.
+        """
+        return self.positions[:, self._only("angle")]
+
+    @property
+    def velocity(self) -> NDArray[np.float64]:
+        """Rate (n,) of the only joint [rad/s, of one that slides m/s].
+
+        Raises:
+            InputError: if the rig has several joints.
+        """
+        return self.velocities[:, self._only("velocity")]
+
+    def _only(self, what: str) -> int:
+        if len(self.joints) != 1:
+            raise InputError(
+                f"`{what}` is of a rig with one joint, this one has {', '.join(self.joints)}: take"
+                f" a joint's signal, such as signal({self.names.joint_channels[0]!r})"
+            )
+        return 0
+
+    def with_angle(self, angle: NDArray[np.float64]) -> Recording:
+        """The recording with another position (n,) of its only joint [rad or m].
+
+        Raises:
+            InputError: if the rig has several joints.
+        """
+        self._only("angle")
+        return replace(self, positions=angle[:, np.newaxis])
+
+    def signals(self) -> dict[str, NDArray[np.float64]]:
+        """Channel -> (n,) [SI]: positions of the joints, then each muscle's pressure and force.
+
+        A rig with one joint that turns has ``angle``, ``pressure_1``, ``force_1`` ...; any other
+        ``knee.angle``, ``flexor.pressure``, ``flexor.force`` ...
+        """
+        names = self.names
+        found = dict(zip(names.joint_channels, self.positions.T, strict=True))
+        for i, (pressure, force) in enumerate(
+            zip(names.of_muscles("pressure"), names.of_muscles("force"), strict=True)
+        ):
+            found[pressure] = self.pressure[:, i]
+            found[force] = self.tension[:, i]
+        return found
+
+    def signal(self, channel: str) -> NDArray[np.float64]:
+        """One of `signals`, shape (n,) [SI].
+
+        Raises:
+            InputError: if there is none of that name, with the nearest.
+        """
+        signals = self.signals()
+        if channel not in signals:
+            raise InputError(f"no signal {channel!r}; {nearest(channel, signals)}")
+        return signals[channel]
 
     def completed(self) -> Recording:
         """Return the recording itself if the run completed.
@@ -82,20 +151,19 @@ class Recording:
         """The signals in the units of the CSV format.
 
         Returns:
-            Name -> (n,): ``time_s``, commands, then pressures [kPa], angle [deg], forces [N].
+            Name -> (n,): ``time_s``, commands, pressures [kPa], joints [deg or mm], forces [N].
         """
-        result = {"time_s": self.time}
-        for i, value in enumerate(self.command.T, start=1):
-            if self.command_kind == "pressure":
-                result[f"p{i}_set_kpa"] = value / PA_PER_KPA
-            else:
-                result[f"u{i}"] = value
-        for i, value in enumerate(self.pressure.T, start=1):
-            result[f"p{i}_kpa"] = value / PA_PER_KPA
-        result["angle_deg"] = self.angle * DEG_PER_RAD
-        for i, value in enumerate(self.tension.T, start=1):
-            result[f"force{i}_n"] = value
-        return result
+        names = self.names
+        command = names.muscle_columns(COMMAND_QUANTITY[self.command_kind])
+        per_unit = PA_PER_KPA if self.command_kind == "pressure" else 1.0
+        joints = zip(names.joint_columns(), self.joints.values(), self.positions.T, strict=True)
+        return {
+            "time_s": self.time,
+            **_by_column(command, self.command / per_unit),
+            **_by_column(names.muscle_columns("pressure"), self.pressure / PA_PER_KPA),
+            **{column: values * KINDS[kind].scale for column, kind, values in joints},
+            **_by_column(names.muscle_columns("force"), self.tension),
+        }
 
     def summary(self) -> str:
         """One sentence: rig, length, how angle and pressures changed, and the outcome."""
@@ -107,12 +175,20 @@ class Recording:
             f"{name} {before:.1f} -> {after:.1f} kPa"
             for name, before, after in zip(self.muscles, first, last, strict=True)
         )
-        start, end = self.angle[[0, -1]] * DEG_PER_RAD
         return (
             f"{rig}: {self.time[-1]:g} s, load {self.load:g} kg,"
-            f" angle {start:.2f} -> {end:.2f} deg, {changes};"
+            f" {', '.join(self._moves())}, {changes};"
             f" {self.message or self.outcome.value}"
         )
+
+    def _moves(self) -> list[str]:
+        """How each joint moved, in words."""
+        moves: list[str] = []
+        names = ("angle",) if self.names.short else tuple(self.joints)
+        for name, kind, column in zip(names, self.joints.values(), self.positions.T, strict=True):
+            start, end = column[[0, -1]] * KINDS[kind].scale
+            moves.append(f"{name} {start:.2f} -> {end:.2f} {KINDS[kind].shown}")
+        return moves
 
     def to_dict(self) -> dict[str, Any]:
         """Signals with their unit in the key, as in the CSV format, and what else is known.
@@ -195,6 +271,12 @@ def write_recording(
     return written
 
 
+def _by_column(
+    columns: tuple[str, ...], values: NDArray[np.float64]
+) -> dict[str, NDArray[np.float64]]:
+    return dict(zip(columns, values.T, strict=True))
+
+
 def _quoted(text: str) -> str:
     # A JSON string is a TOML basic string.
     return json.dumps(text, ensure_ascii=False)
@@ -213,7 +295,8 @@ def _reference(folder: Path, rig: str) -> str:
 def _write_csv(path: Path, recording: Recording, forces: bool) -> None:
     named = recording.columns()
     if not forces:
-        named = {name: values for name, values in named.items() if not name.startswith("force")}
+        left_out = recording.names.muscle_columns("force")
+        named = {name: values for name, values in named.items() if name not in left_out}
     with complete_file(path) as part, part.open("w", newline="", encoding="utf-8") as file:
         writer = csv.writer(file)
         writer.writerow(named)

@@ -8,8 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-CHANNEL_UNITS = {"pressure": "Pa", "angle": "rad", "force": "N"}
-"""Kinds of measured channel; pressures and forces carry a muscle's number, such as ``force_2``."""
+from pamsim.core.signal_names import muscle_channels
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -23,8 +22,10 @@ class Trial:
         load: mass on the arm [kg].
         time: (n,) [s], increasing from 0, not necessarily uniform.
         command: (n, m) command held from each sample on: opening [-] or gauge set point [Pa].
-        measured: channel -> (n,): ``pressure_1`` ... [Pa, gauge], ``angle`` [rad],
-            ``force_1`` ... [N]; a channel that was not measured is absent.
+        measured: channel -> (n,) [SI]; a channel that was not measured is absent. Of a rig with
+            one joint ``angle``, ``pressure_1`` (gauge) ..., ``force_1`` ...; of any other
+            ``knee.angle``, ``flexor.pressure``, ``flexor.force`` ...
+        muscle_names: in the order of the commands; none where muscles have numbers.
     """
 
     name: str
@@ -34,6 +35,7 @@ class Trial:
     time: NDArray[np.float64]
     command: NDArray[np.float64]
     measured: Mapping[str, NDArray[np.float64]]
+    muscle_names: tuple[str, ...] = ()
 
     @property
     def sample_interval(self) -> float:
@@ -44,6 +46,11 @@ class Trial:
     def muscles(self) -> int:
         """Number of muscles commanded."""
         return self.command.shape[1]
+
+    @property
+    def pressure_channels(self) -> tuple[str, ...]:
+        """Channel of each muscle's pressure, measured or not."""
+        return muscle_channels("pressure", self.muscle_names, self.muscles)
 
 
 @dataclass(frozen=True, kw_only=True)

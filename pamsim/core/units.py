@@ -12,6 +12,7 @@ from pamsim.core.errors import InputError
 PA_PER_KPA = 1e3
 PA_PER_BAR = 1e5
 DEG_PER_RAD = 180.0 / math.pi
+MM_PER_M = 1e3
 
 
 @functools.cache

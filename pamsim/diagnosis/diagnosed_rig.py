@@ -152,8 +152,5 @@ def _signals(rig: Rig, runs: Mapping[str, Recording]) -> Signals | None:
     signals: dict[str, dict[str, FloatArray]] = {}
     for name, run in runs.items():
         seen = run if rig.sensor is None else distorted(run, rig.sensor)
-        signals[name] = {"angle": seen.angle}
-        for muscle in range(len(rig.muscles)):
-            signals[name][f"pressure_{muscle + 1}"] = seen.pressure[:, muscle]
-            signals[name][f"force_{muscle + 1}"] = seen.tension[:, muscle]
+        signals[name] = seen.signals()
     return signals

@@ -20,6 +20,7 @@ from pamsim.comparison.trial_residuals import TrialLayout
 from pamsim.core.errors import InputError
 from pamsim.core.experiment import Experiment
 from pamsim.core.recording import Outcome
+from pamsim.core.signal_names import kind_of
 from pamsim.core.trial import Trial
 from pamsim.diagnosis.method.where import Cell, cells
 from pamsim.effects.catalog import EFFECTS
@@ -55,7 +56,7 @@ def cells_with_measured_pressures(
         The cells, the largest excess first; none where pressures were not measured, the floor holds
         neither angle nor forces, or the arm cannot be driven so.
     """
-    compared = {channel for channel in floor.sd if not channel.startswith("pressure")}
+    compared = {channel for channel in floor.sd if kind_of(channel) != "pressure"}
     direct = with_direct_air(rig)
     groups = _repeats(data.trials, compared)
     if not groups:
@@ -94,7 +95,7 @@ def _repeats(trials: Sequence[Trial], compared: Collection[str]) -> list[list[Tr
     """Repeats together, of trials with every pressure and a compared channel."""
     groups: dict[tuple[str, bytes, float, bytes], list[Trial]] = {}
     for trial in trials:
-        pressures = {f"pressure_{m + 1}" for m in range(trial.muscles)}
+        pressures = set(trial.pressure_channels)
         if pressures <= trial.measured.keys() and not trial.measured.keys().isdisjoint(compared):
             key = (trial.protocol, trial.command.tobytes(), trial.load, trial.time.tobytes())
             groups.setdefault(key, []).append(trial)
@@ -111,7 +112,7 @@ def driven(repeats: Sequence[Trial], lag: float) -> Experiment:
     first = repeats[0]
     mean = np.mean(
         [
-            np.stack([t.measured[f"pressure_{m + 1}"] for m in range(t.muscles)], axis=1)
+            np.stack([t.measured[channel] for channel in t.pressure_channels], axis=1)
             for t in repeats
         ],
         axis=0,

@@ -66,6 +66,7 @@ def diagnose_recordings(
         InputError: for what cannot be used, or if the simulation breaks down.
     """
     began = time.perf_counter()
+    data = data.of_rig(rig)
     split = held_out_split(data, hold_out)
     held_out, parts = split.names, split.parts
     freed = [f.free for f in freed_parameters(rig, nuisance)]

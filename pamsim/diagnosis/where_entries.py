@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from pamsim.core.units import DEG_PER_RAD, PA_PER_KPA
+from pamsim.core.units import DEG_PER_RAD, MM_PER_M, PA_PER_KPA
 from pamsim.diagnosis.method.where import Cell, ResidualMap
 from pamsim.diagnosis.result import MapEntry, Place, Region
 
@@ -16,10 +16,13 @@ _QUANTITIES = {
     "pressure_difference": ("kPa", 1.0 / PA_PER_KPA),
     "angle": ("deg", DEG_PER_RAD),
     "speed": ("deg/s", DEG_PER_RAD),
+    "position": ("mm", MM_PER_M),
+    "sliding_speed": ("mm/s", MM_PER_M),
     "load": ("kg", 1.0),
     "direction": ("1", 1.0),
 }
-"""Unit in which a map's quantity is written, and the factor on SI; seconds if left out."""
+"""Unit in which a map's quantity is written, and the factor on SI; seconds if left out. Quantities
+of a named joint, such as ``knee.speed``, end in these."""
 
 
 def map_entry(residual_map: ResidualMap, mean_unit: str, scale: float) -> MapEntry:
@@ -78,4 +81,4 @@ def cell_places(cells: Sequence[Cell], maps: Sequence[ResidualMap]) -> tuple[Pla
 
 
 def _unit(residual_map: ResidualMap) -> tuple[str, float]:
-    return _QUANTITIES.get(residual_map.quantity, ("s", 1.0))
+    return _QUANTITIES.get(residual_map.quantity.rpartition(".")[2], ("s", 1.0))

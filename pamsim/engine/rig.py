@@ -16,9 +16,11 @@ from pamsim.actuator.layout import HYSTERESIS_SLOTS, SIZE, parameter_slot, slot,
 from pamsim.actuator.muscle import COMMANDS, Muscle
 from pamsim.core.errors import InputError, nearest
 from pamsim.core.parameters import FieldSpec, Sourced, check_value, specs
+from pamsim.core.signal_names import SignalNames
 from pamsim.engine.attach import attach, compile_model
 from pamsim.engine.callback import set_integrator
 from pamsim.engine.dry_friction import make_friction_stick
+from pamsim.engine.joints import recorded_joints
 from pamsim.engine.native import copy_natives, is_native, native_si, set_native
 from pamsim.engine.visual_geoms import remove_visual_geoms
 from pamsim.hysteresis.catalog import OPERATORS
@@ -40,12 +42,14 @@ class Rig:
     Attributes:
         file: what its folder states, sources included.
         model: compiled and guarded; step it inside `pamsim.live`.
+        joints: recorded joint -> ``angle`` if it turns, ``position`` if it slides.
         muscles: name -> muscle, in actuator order.
         sensor: measurement chain, or None.
     """
 
     file: RigFile
     model: mujoco.MjModel
+    joints: Mapping[str, str]
     muscles: Mapping[str, Muscle]
     sensor: MeasurementChain | None
 
@@ -55,14 +59,50 @@ class Rig:
         return self.file.name
 
     @property
+    def names(self) -> SignalNames:
+        """Names of what the rig records."""
+        return SignalNames(joints=self.joints, muscles=tuple(self.muscles))
+
+    @property
+    def position_addresses(self) -> list[int]:
+        """Index of each recorded joint in ``data.qpos``."""
+        return [int(self.model.joint(name).qposadr[0]) for name in self.joints]
+
+    @property
+    def velocity_addresses(self) -> list[int]:
+        """Index of each recorded joint's rate in ``data.qvel``."""
+        return [int(self.model.joint(name).dofadr[0]) for name in self.joints]
+
+    @property
+    def only_joint(self) -> str:
+        """Name of the joint of a rig that has one.
+
+        Raises:
+            InputError: if there are several.
+        """
+        if len(self.joints) != 1:
+            raise InputError(
+                f"this needs a rig with one joint; rig {self.name!r} has {', '.join(self.joints)}"
+            )
+        return next(iter(self.joints))
+
+    @property
     def angle_address(self) -> int:
-        """Index of the output angle in ``data.qpos``."""
-        return int(self.model.joint(self.file.angle_joint).qposadr[0])
+        """Index of the only joint's angle in ``data.qpos``.
+
+        Raises:
+            InputError: if there are several.
+        """
+        return int(self.model.joint(self.only_joint).qposadr[0])
 
     @property
     def velocity_address(self) -> int:
-        """Index of the output angle's rate in ``data.qvel``."""
-        return int(self.model.joint(self.file.angle_joint).dofadr[0])
+        """Index of the only joint's rate in ``data.qvel``.
+
+        Raises:
+            InputError: if there are several.
+        """
+        return int(self.model.joint(self.only_joint).dofadr[0])
 
     @property
     def supply_pressure(self) -> float:
@@ -159,7 +199,7 @@ class Rig:
         sensor = self.sensor
         if sensing:
             sensor = dataclasses.replace(sensor or MeasurementChain(), **sensing)
-        return Rig(file=self.file, model=model, muscles=muscles, sensor=sensor)
+        return dataclasses.replace(self, model=model, muscles=muscles, sensor=sensor)
 
     def with_operator(self, law: str) -> Rig:
         """The rig with another hysteresis operator in every muscle, as wide as each one's own.
@@ -248,10 +288,12 @@ def _compiled(file: RigFile, *, scene: bool = False) -> Rig:
     for name, entry in file.native.items():
         set_native(model, name, native_si(name, entry))
     mujoco.mj_setConst(model, mujoco.MjData(model))
-    _require(model, mujoco.mjtObj.mjOBJ_JOINT, "rig.angle_joint", file.angle_joint, file)
+    for joint in file.joints:
+        _require(model, mujoco.mjtObj.mjOBJ_JOINT, "rig.joints", joint, file)
     if file.load_body:
         _require(model, mujoco.mjtObj.mjOBJ_BODY, "rig.load_body", file.load_body, file)
-    return Rig(file=file, model=model, muscles=muscles, sensor=_sensor(file))
+    joints = recorded_joints(model, file.joints, file.tendons.values(), file.folder / "params.toml")
+    return Rig(file=file, model=model, joints=joints, muscles=muscles, sensor=_sensor(file))
 
 
 def set_command(model: mujoco.MjModel, command: str) -> None:

@@ -238,8 +238,9 @@ def record(
         tension = pulls[keep]
     return Recording(
         time=relative[keep],
-        angle=trace.position[keep, run.rig.angle_address].copy(),
-        velocity=trace.velocity[keep, run.rig.velocity_address].copy(),
+        joints=run.rig.joints,
+        positions=trace.position[keep, run.rig.position_addresses],
+        velocities=trace.velocity[keep, run.rig.velocity_addresses],
         pressure=gauge_pressures(model, trace.act[keep], trace.length[keep], backend=backend),
         tension=tension,
         command=commands[keep],

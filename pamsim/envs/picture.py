@@ -48,7 +48,7 @@ class ArmPicture:
             self._model = load_rig(self._arms.rig.file.folder, scene=True).model
             self._data = mujoco.MjData(self._model)
         model, data = self._model, self._data
-        pose(model, data, self._arms.rig.angle_address, float(self._arms.true[0, 0]))
+        pose(model, data, [self._arms.rig.angle_address], [float(self._arms.true[0, 0])])
         pressures, lengths = self._arms.true[0, 1:].tolist(), muscle_lengths(model, data)
         if self._shown is None:
             self._shown = self._open()

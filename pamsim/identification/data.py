@@ -125,7 +125,6 @@ def simulated_step(
 
 
 def _trial_of(run: Recording, name: str) -> Trial:
-    muscles = range(run.pressure.shape[1])
     return Trial(
         name=name,
         protocol=name,
@@ -133,11 +132,8 @@ def _trial_of(run: Recording, name: str) -> Trial:
         load=run.load,
         time=run.time,
         command=run.command,
-        measured={
-            "angle": run.angle,
-            **{f"pressure_{i + 1}": run.pressure[:, i] for i in muscles},
-            **{f"force_{i + 1}": run.tension[:, i] for i in muscles},
-        },
+        measured=run.signals(),
+        muscle_names=run.names.named_muscles,
     )
 
 

@@ -11,15 +11,20 @@ from numpy.typing import NDArray
 
 from pamsim.comparison.experiments import start_pressures
 from pamsim.core.errors import InputError, nearest
+from pamsim.core.signal_names import COMMAND_QUANTITY, column_of, muscle_columns
 from pamsim.core.trial import Trial
-from pamsim.core.units import DEG_PER_RAD, PA_PER_KPA
+from pamsim.core.units import DEG_PER_RAD, MM_PER_M, PA_PER_KPA
 from pamsim.inference.record_checks import UNIFORM_TOLERANCE
 from pamsim.linear.signal_record import SignalRecord
 
 FloatArray = NDArray[np.float64]
 
 # Ending of a column's name -> unit as shown, SI unit, SI per shown unit. Others stay as they are.
-_UNITS = {"kpa": ("kPa", "Pa", PA_PER_KPA), "deg": ("deg", "rad", 1.0 / DEG_PER_RAD)}
+_UNITS = {
+    "kpa": ("kPa", "Pa", PA_PER_KPA),
+    "deg": ("deg", "rad", 1.0 / DEG_PER_RAD),
+    "mm": ("mm", "m", 1.0 / MM_PER_M),
+}
 _TERM = re.compile(r"\s*([+-]?)\s*([A-Za-z]\w*)")
 # A first command this close to the rest value is no step: as a share of the input's span, and in
 # SI, for the noise of the sensor that measures the rest value.
@@ -152,25 +157,15 @@ def default_output(tables: Sequence[SignalTable]) -> str:
 
 def table_of(trial: Trial) -> SignalTable:
     """The columns of a trial, under the names of the recording format."""
-    numbers = range(1, trial.muscles + 1)
-    shape = "p{}_set_kpa" if trial.command_kind == "pressure" else "u{}"
-    commands = {shape.format(i): trial.command[:, i - 1] for i in numbers}
-    names = {
-        **{f"p{i}_kpa": f"pressure_{i}" for i in numbers},
-        "angle_deg": "angle",
-        **{f"force{i}_n": f"force_{i}" for i in numbers},
-    }
-    measured = {
-        column: trial.measured[channel]
-        for column, channel in names.items()
-        if channel in trial.measured
-    }
+    driven = muscle_columns(COMMAND_QUANTITY[trial.command_kind], trial.muscle_names, trial.muscles)
+    commands = dict(zip(driven, trial.command.T, strict=True))
+    measured = {column_of(channel): values for channel, values in trial.measured.items()}
     # A muscle rests at its start pressure, held by a regulator or behind a shut valve.
     pressed = trial.command_kind == "pressure"
     rest = start_pressures(trial) if pressed else np.zeros(trial.muscles)
     pressures = [
-        trial.measured.get(f"pressure_{i}", trial.command[:, i - 1] if pressed else None)
-        for i in numbers
+        trial.measured.get(channel, command if pressed else None)
+        for channel, command in zip(trial.pressure_channels, trial.command.T, strict=True)
     ]
     known = [values for values in pressures if values is not None]
     return SignalTable(
@@ -180,7 +175,7 @@ def table_of(trial: Trial) -> SignalTable:
         time=trial.time,
         columns={**commands, **measured},
         held=frozenset(commands),
-        rest={shape.format(i): float(rest[i - 1]) for i in numbers},
+        rest=dict(zip(driven, rest.tolist(), strict=True)),
         level=np.mean(known, axis=0) if known else None,
     )
 

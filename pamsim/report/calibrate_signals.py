@@ -11,7 +11,8 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
 from pamsim.comparison.compared_signal import Comparison
-from pamsim.core.units import DEG_PER_RAD, PA_PER_KPA
+from pamsim.core.signal_names import kind_of, owner_of
+from pamsim.core.units import DEG_PER_RAD, MM_PER_M, PA_PER_KPA
 from pamsim.report.numbers import fixed
 from pamsim.report.style import (
     BLUE,
@@ -29,6 +30,7 @@ MOST_TRIALS = 5
 
 _KINDS = {
     "angle": ("angle β [deg]", DEG_PER_RAD),
+    "position": ("position [mm]", MM_PER_M),
     "pressure": ("gauge pressure [kPa]", 1.0 / PA_PER_KPA),
     "force": ("tension [N]", 1.0),
 }
@@ -45,7 +47,7 @@ def trial_signals(comparisons: Sequence[Comparison]) -> Figure:
     """
     chosen = shown_trials(comparisons)
     kinds = [
-        k for k in _KINDS if any(c.channel.startswith(k) and c.trial in chosen for c in comparisons)
+        k for k in _KINDS if any(kind_of(c.channel) == k and c.trial in chosen for c in comparisons)
     ]
     figure, axes = new_figure(
         0.9 + 1.75 * len(chosen), rows=len(chosen), columns=len(kinds), sharex="row"
@@ -54,7 +56,8 @@ def trial_signals(comparisons: Sequence[Comparison]) -> Figure:
     for i, trial in enumerate(chosen):
         for j, kind in enumerate(kinds):
             ax = axes[i * len(kinds) + j]
-            parts = [c for c in comparisons if c.trial == trial and c.channel.startswith(kind)]
+            parts = [c for c in comparisons if c.trial == trial and kind_of(c.channel) == kind]
+            parts.sort(key=lambda part: part.channel)
             _signals(ax, kind, parts)
             finish_axes(
                 ax,
@@ -68,15 +71,19 @@ def trial_signals(comparisons: Sequence[Comparison]) -> Figure:
 
 
 def _legend(comparisons: Sequence[Comparison]) -> list[Line2D]:
-    muscles = sorted({c.channel.rpartition("_")[2] for c in comparisons} - {"angle"})
-    several = len(muscles) > 1
+    names: list[dict[str, None]] = []
+    for kind in _KINDS:
+        channels = dict.fromkeys(c.channel for c in comparisons if kind_of(c.channel) == kind)
+        for i, channel in enumerate(sorted(channels) if len(channels) > 1 else ()):
+            names += [{}] if i == len(names) else []
+            names[i][owner_of(channel) or f"muscle {channel.rpartition('_')[2]}"] = None
     return [
         Line2D([], [], color=MUTED, marker=".", linestyle="none", markersize=3, label="measured"),
         Line2D([], [], color=INK, linestyle=_DASHED, linewidth=0.9, label="before"),
         Line2D([], [], color=INK, linewidth=1.2, label="after"),
         *(
-            Line2D([], [], color=series_look(i)[0], linewidth=4, label=f"muscle {muscle}")
-            for i, muscle in enumerate(muscles if several else ())
+            Line2D([], [], color=series_look(i)[0], linewidth=4, label=", ".join(own))
+            for i, own in enumerate(names)
         ),
     ]
 

@@ -10,20 +10,13 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 
-from pamsim.comparison.compared_signal import Comparison
-from pamsim.core.units import DEG_PER_RAD, PA_PER_KPA
+from pamsim.comparison.compared_signal import Comparison, shown_unit
 from pamsim.report.numbers import words
 from pamsim.report.style import BLUE, MUTED, RULE, VERMILION, finish_axes, new_figure, styled
 
 MOST_TRIALS = 3
 _MOST_POINTS = 1600  # of a line; more only make the file larger
 _DASHED = (0, (3, 2))
-
-_KINDS = {
-    "angle": ("deg", DEG_PER_RAD),
-    "pressure": ("kPa", 1.0 / PA_PER_KPA),
-    "force": ("N", 1.0),
-}
 
 
 def worst_trials(comparisons: Sequence[Comparison], noise: Mapping[str, float]) -> list[str]:
@@ -57,7 +50,7 @@ def trial_channels(parts: Sequence[Comparison], noise: Mapping[str, Any]) -> Fig
     repaired = any(part.after is not None for part in parts)
     for row, part in enumerate(parts):
         signal, left = axes[2 * row], axes[2 * row + 1]
-        shown, scale = _KINDS[part.channel.split("_")[0]]
+        shown, scale = shown_unit(part.channel)
         every = slice(None, None, max(1, part.time.size // _MOST_POINTS))
         time = part.time[every]
         signal.plot(time, part.measured[every] * scale, ".", color=MUTED, markersize=1.6)

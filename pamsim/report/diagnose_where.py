@@ -10,6 +10,7 @@ from matplotlib.axes import Axes
 from matplotlib.colors import LogNorm
 from matplotlib.figure import Figure
 
+from pamsim.core.signal_names import kind_of
 from pamsim.report.numbers import significant, unit, words
 from pamsim.report.style import (
     BLUE,
@@ -110,7 +111,7 @@ def significant_maps(maps: Sequence[Mapping[str, Any]]) -> list[Mapping[str, Any
     chosen: dict[tuple[str, str], Mapping[str, Any]] = {}
     for entry in maps:
         if entry["p_value"] <= SIGNIFICANT:
-            chosen.setdefault((entry["channel"].split("_")[0], entry["quantity"]), entry)
+            chosen.setdefault((kind_of(entry["channel"]), entry["quantity"]), entry)
     return list(chosen.values())[:MOST_MAPS]
 
 

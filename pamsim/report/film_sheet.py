@@ -17,9 +17,11 @@ from matplotlib.lines import Line2D
 from matplotlib.patheffects import withStroke
 from numpy.typing import NDArray
 
+from pamsim.comparison.compared_signal import shown_unit
 from pamsim.core.errors import InputError
+from pamsim.core.signal_names import JOINT_KINDS, kind_of
 from pamsim.core.trial import Trial
-from pamsim.core.units import DEG_PER_RAD, PA_PER_KPA
+from pamsim.core.units import PA_PER_KPA
 from pamsim.report.style import INK, MUTED, finish_axes, series_look, styled
 
 Picture = NDArray[np.uint8]
@@ -152,25 +154,40 @@ def film_sheet(
 def _panel(trial: Trial, width: int, height: int) -> tuple[Picture, tuple[_Plot, ...]]:
     figure = _figure(width, height)
     left, right = figure.subplots(1, 2)
-    (angle,) = left.plot(trial.time, trial.measured["angle"] * DEG_PER_RAD, color=INK)
-    finish_axes(left, x="time [s]", y="angle β [deg]", zero=False)
+    joints = _joints(left, trial)
     curves = _pressures(right, trial)
     finish_axes(right, x="time [s]", y="gauge pressure [kPa]", zero=False)
     for ax in (left, right):
         ax.set_xlim(0.0, trial.time[-1])
         ax.margins(y=0.08)
     picture = _painted(figure)[..., :3].copy()
-    plots = tuple(_plot(ax, lines, height) for ax, lines in ((left, [angle]), (right, curves)))
+    plots = tuple(_plot(ax, lines, height) for ax, lines in ((left, joints), (right, curves)))
     return picture, plots
+
+
+def _joints(ax: Axes, trial: Trial) -> list[Line2D]:
+    """Plot the measured joints; return their lines."""
+    lines: list[Line2D] = []
+    channels = [channel for channel in trial.measured if kind_of(channel) in JOINT_KINDS]
+    for index, channel in enumerate(channels):
+        unit, scale = shown_unit(channel)
+        colour = series_look(index)[0] if len(channels) > 1 else INK
+        label = f"{channel} [{unit}]"
+        lines += ax.plot(trial.time, trial.measured[channel] * scale, color=colour, label=label)
+    named = len(channels) > 1 or bool(trial.muscle_names)
+    finish_axes(ax, x="time [s]", y="joint" if named else "angle β [deg]", zero=False)
+    if named:
+        ax.legend(loc="best")
+    return lines
 
 
 def _pressures(ax: Axes, trial: Trial) -> list[Line2D]:
     """Plot measured pressures, and set points if those were commanded; return the measured."""
     curves, missing, handles = [], [], []
-    for index in range(trial.muscles):
+    for index, channel in enumerate(trial.pressure_channels):
         colour, _ = series_look(index)
-        label = f"muscle {index + 1}"
-        values = trial.measured.get(f"pressure_{index + 1}")
+        label = trial.muscle_names[index] if trial.muscle_names else f"muscle {index + 1}"
+        values = trial.measured.get(channel)
         if trial.command_kind == "pressure":
             ax.step(
                 trial.time,

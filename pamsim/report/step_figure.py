@@ -7,7 +7,8 @@ from pathlib import Path
 from matplotlib.figure import Figure
 
 from pamsim.core.recording import Recording
-from pamsim.core.units import DEG_PER_RAD, PA_PER_KPA
+from pamsim.core.signal_names import KINDS
+from pamsim.core.units import PA_PER_KPA
 from pamsim.report.style import INK, finish_axes, new_figure, save_png, series_look, styled
 
 
@@ -24,10 +25,17 @@ def write_step_figure(recording: Recording, folder: Path) -> Path:
 
 @styled
 def step_figure(recording: Recording) -> Figure:
-    """Three panels over time: angle [deg], gauge pressures [kPa], tensions [N]."""
+    """Three panels over time: joints [deg or mm], gauge pressures [kPa], tensions [N]."""
     figure, (top, middle, bottom) = new_figure(6.3, rows=3, sharex=True)
-    top.plot(recording.time, recording.angle * DEG_PER_RAD, color=INK)
-    finish_axes(top, y="angle β [deg]", title=f"load {recording.load:g} kg", zero=False)
+    joints = zip(recording.joints.items(), recording.positions.T, strict=True)
+    for i, ((name, kind), position) in enumerate(joints):
+        colour = INK if recording.names.short else series_look(i)[0]
+        label = f"{name} [{KINDS[kind].shown}]"
+        top.plot(recording.time, position * KINDS[kind].scale, color=colour, label=label)
+    what = "angle β [deg]" if recording.names.short else "joint"
+    finish_axes(top, y=what, title=f"load {recording.load:g} kg", zero=False)
+    if not recording.names.short:
+        top.legend(loc="best")
     for i, name in enumerate(recording.muscles):
         colour, _ = series_look(i)
         label = name.replace("_", " ")

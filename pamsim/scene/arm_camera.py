@@ -18,8 +18,9 @@ from pamsim.scene.replay import Replay
 
 Picture = NDArray[np.uint8]
 
-# Steps too small to be seen, in angle [rad] and pressure [Pa]: an arm at rest is drawn once.
-_ANGLE_STEP, _PRESSURE_STEP = math.radians(0.02), 1e3
+# Steps too small to be seen, of a joint [rad or m] and a pressure [Pa]: an arm at rest is drawn
+# once.
+_POSITION_STEP, _PRESSURE_STEP = math.radians(0.02), 1e3
 _FINER = 1.5
 """Drawn so much larger and then reduced: smoother than the engine's own smoothing, in less time."""
 
@@ -61,17 +62,18 @@ def arm_camera(
     quality.numslices, quality.numstacks = min(quality.numslices, 32), 3
     data = mujoco.MjData(model)
     renderer = open_renderer(model, width=round(_FINER * width), height=round(_FINER * height))
+    addresses = replay.rig.position_addresses
     last: dict[tuple[int | None, ...], Picture] = {}
 
     def draw(time: float) -> Picture:
-        angle = round(replay.angle(time) / _ANGLE_STEP)
+        positions = [round(p / _POSITION_STEP) for p in replay.positions(time)]
         pressures = [
             None if math.isnan(pressure) else round(pressure / _PRESSURE_STEP)
             for pressure in replay.pressures(time)
         ]
-        state = (angle, *pressures)
+        state = (*positions, *pressures)
         if state not in last:
-            pose(model, data, replay.rig.angle_address, angle * _ANGLE_STEP)
+            pose(model, data, addresses, [p * _POSITION_STEP for p in positions])
             fine = render_arm(
                 model,
                 data,

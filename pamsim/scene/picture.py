@@ -70,7 +70,7 @@ def picture_rest(
     model = loaded.model_for(load=load)
     require_camera(model, camera)
     data = mujoco.MjData(model)
-    pose(model, data, loaded.angle_address, float(rest.angle[-1]))
+    pose(model, data, loaded.position_addresses, rest.positions[-1].tolist())
     image = render_arm(
         model,
         data,

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import mujoco
 
 from pamsim.actuator.static_muscle import muscle_length
@@ -10,16 +12,18 @@ from pamsim.engine.callback import muscle_ids
 from pamsim.scene.muscle_shape import Vector
 
 
-def pose(model: mujoco.MjModel, data: mujoco.MjData, address: int, angle: float) -> None:
-    """Turn one joint and update everything that a picture shows.
+def pose(
+    model: mujoco.MjModel, data: mujoco.MjData, addresses: Sequence[int], positions: Sequence[float]
+) -> None:
+    """Move joints and update everything that a picture shows.
 
     Args:
         model: any model; it needs no callback, because no force is computed.
         data: its data, changed in place.
-        address: index of the joint's angle in ``data.qpos``, such as `Rig.angle_address`.
-        angle: [rad].
+        addresses: index of each joint in ``data.qpos``, such as `Rig.position_addresses`.
+        positions: of the joints [rad or m].
     """
-    data.qpos[address] = angle
+    data.qpos[addresses] = positions
     mujoco.mj_kinematics(model, data)
     mujoco.mj_comPos(model, data)
     mujoco.mj_camlight(model, data)

@@ -10,6 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pamsim.core.errors import InputError, nearest
+from pamsim.core.rig_trial import of_rig
+from pamsim.core.signal_names import column_of
 from pamsim.core.trial import Trial
 from pamsim.engine.rig import Rig, load_rig
 from pamsim.store.recording_reader import read_recordings
@@ -21,7 +23,7 @@ class Replay:
 
     Attributes:
         rig: loaded with its scene.
-        trial: with a measured angle.
+        trial: with a measured position of every joint.
         others: names of the recording's other trials.
     """
 
@@ -39,18 +41,21 @@ class Replay:
         """What is shown, in a few words."""
         return f"{self.rig.name}, {self.trial.name}, load {self.trial.load:g} kg"
 
-    def angle(self, time: float) -> float:
-        """Angle at a time of the trial, linear between samples [rad]."""
-        return float(np.interp(time, self.trial.time, self.trial.measured["angle"]))
+    def positions(self, time: float) -> list[float]:
+        """Positions of the rig's joints at a time, linear between samples [rad or m]."""
+        return [
+            float(np.interp(time, self.trial.time, self.trial.measured[channel]))
+            for channel in self.rig.names.joint_channels
+        ]
 
     def pressures(self, time: float) -> list[float]:
         """Gauge pressures at a time [Pa], one per muscle; NaN where none was measured."""
         measured = self.trial.measured
         return [
-            float(np.interp(time, self.trial.time, measured[f"pressure_{number}"]))
-            if f"pressure_{number}" in measured
+            float(np.interp(time, self.trial.time, measured[channel]))
+            if channel in measured
             else math.nan
-            for number in range(1, self.trial.muscles + 1)
+            for channel in self.trial.pressure_channels
         ]
 
 
@@ -76,17 +81,17 @@ def read_replay(
     if trial is not None and trial not in named:
         raise InputError(f"{recording}: no trial {trial!r}; {nearest(trial, named)}")
     chosen = recorded.trials[0] if trial is None else named[trial]
-    if "angle" not in chosen.measured:
-        raise InputError(
-            f"{recording}: trial {chosen.name!r} has no column 'angle_deg', which a picture"
-            " of the arm needs"
-        )
     loaded = load_rig(recorded.rig if rig is None else rig, scene=True)
-    if len(loaded.muscles) != chosen.muscles:
-        raise InputError(
-            f"{recording}: trial {chosen.name!r} is of {chosen.muscles} muscles, rig"
-            f" {loaded.name!r} has {len(loaded.muscles)}; give its `rig`"
-        )
+    try:
+        chosen, _ = of_rig(chosen, loaded.names, loaded.name)
+    except InputError as error:
+        raise InputError(f"{recording}: {error}; give its `rig`") from None
+    for channel in loaded.names.joint_channels:
+        if channel not in chosen.measured:
+            raise InputError(
+                f"{recording}: trial {chosen.name!r} has no column {column_of(channel)!r}, which a"
+                " picture needs"
+            )
     others = tuple(name for name in named if name != chosen.name)
     return Replay(rig=loaded, trial=chosen, others=others)
 

@@ -54,7 +54,7 @@ def watch_replay(
         began = clock()
         while viewer.is_running:
             now = ((clock() - began) * speed) % replay.duration
-            pose(model, data, replay.rig.angle_address, replay.angle(now))
+            pose(model, data, replay.rig.position_addresses, replay.positions(now))
             data.time = now
             viewer.show(
                 model, data, pressures=replay.pressures(now), lengths=muscle_lengths(model, data)

@@ -120,6 +120,18 @@ def encode_angle(angle: ArrayLike, increments: float) -> NDArray[np.float64]:
     return np.floor(np.asarray(angle, dtype=float) / step) * step
 
 
+def encoded(recording: Recording, chain: MeasurementChain) -> NDArray[np.float64]:
+    """Positions (n, j) of a recording in whole increments of the encoder.
+
+    An encoder's increments are of a turn, so that a joint which slides keeps its position.
+    """
+    if chain.encoder_increments == 0.0:
+        return recording.positions
+    turns = np.array([kind == "angle" for kind in recording.joints.values()])
+    counted = encode_angle(recording.positions, chain.encoder_increments)
+    return np.where(turns, counted, recording.positions)
+
+
 def encoder_offset(reading: ArrayLike, increments: float) -> float:
     """Mean of reported less true angle of an encoder that counts whole increments [rad].
 
@@ -162,12 +174,16 @@ def distorted(recording: Recording, chain: MeasurementChain) -> Recording:
         chain: their errors.
 
     Returns:
-        A copy with other angle and pressures; the same arrays for instruments without errors.
+        A copy with other positions and pressures; the same arrays for instruments without errors.
     """
     return dataclasses.replace(
         recording,
-        angle=_with_errors(
-            recording.time, recording.angle, chain.angle_lag, chain.angle_scale, chain.angle_bias
+        positions=_with_errors(
+            recording.time,
+            recording.positions,
+            chain.angle_lag,
+            chain.angle_scale,
+            chain.angle_bias,
         ),
         pressure=_with_errors(
             recording.time,
@@ -215,8 +231,8 @@ def measured(recording: Recording, chain: MeasurementChain | None) -> Recording:
             does not round.
 
     Returns:
-        A copy with angle and pressures as reported; velocity and tension, which the rig does not
-        measure, stay as they are.
+        A copy with positions and pressures as reported; velocities and tensions, which the rig does
+        not measure, stay as they are.
 
     Raises:
         InputError: if the rig declares no measurement chain.
@@ -225,9 +241,7 @@ def measured(recording: Recording, chain: MeasurementChain | None) -> Recording:
         raise InputError("this rig declares no sensors; add a [sensor] table to its params.toml")
     reported = distorted(recording, chain)
     if chain.encoder_increments > 0.0:
-        reported = dataclasses.replace(
-            reported, angle=encode_angle(reported.angle, chain.encoder_increments)
-        )
+        reported = dataclasses.replace(reported, positions=encoded(reported, chain))
     if chain.pressure_step > 0.0:
         reported = dataclasses.replace(
             reported, pressure=convert_pressure(reported.pressure, chain.pressure_step)

@@ -21,7 +21,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pamsim.core.errors import InputError, nearest
-from pamsim.core.units import DEG_PER_RAD, PA_PER_KPA, to_si
+from pamsim.core.units import DEG_PER_RAD, MM_PER_M, PA_PER_KPA, to_si
 
 FloatArray = NDArray[np.float64]
 
@@ -38,7 +38,7 @@ _SPELLINGS = {
 }
 _SAME = {"beta_deg": "angle_deg"}
 _CLOSE = 0.8  # similarity at which another name is taken for a mistyped one
-_SI = {"kpa": PA_PER_KPA, "deg": 1.0 / DEG_PER_RAD}
+_SI = {"kpa": PA_PER_KPA, "deg": 1.0 / DEG_PER_RAD, "mm": 1.0 / MM_PER_M}
 
 # Quantity -> what a column name may begin with, the SI unit, an example.
 _QUANTITIES: Mapping[str, tuple[tuple[str, ...], str, str]] = {
@@ -103,7 +103,7 @@ class Columns:
         )
 
     def si(self, name: str) -> FloatArray:
-        """The numbers of one column, shape (n,) [SI]; ``_kpa`` and ``_deg`` are converted."""
+        """The numbers of one column, shape (n,) [SI]; ``_kpa``, ``_deg``, ``_mm`` are converted."""
         return self.values[name] * _SI.get(name.rpartition("_")[2].lower(), 1.0)
 
     def where(self, name: str, row: int) -> str:
@@ -120,7 +120,8 @@ class Columns:
             InputError: for a known quantity in another unit, and for a name so close to a known one
                 that it must be meant.
         """
-        fixed = re.compile("|".join(name.replace("{}", r"[1-9]\d*") for name in names))
+        parts = (r"[1-9]\d*".join(map(re.escape, name.split("{}"))) for name in names)
+        fixed = re.compile("|".join(parts))
         known = {
             name: same for name in self.cells if fixed.fullmatch(same := _SAME.get(name, name))
         }
@@ -255,7 +256,7 @@ def _finite(cell: str, where: str) -> float:
 def _refuse_near(name: str, names: Sequence[str], where: str) -> None:
     lower = name.lower()
     for fixed in names:
-        match = re.fullmatch(_SPELLINGS[fixed], lower)
+        match = re.fullmatch(_SPELLINGS.get(fixed, ""), lower)
         if match:
             muscle = next((group for group in match.groups() if group and group.isdigit()), "1")
             raise InputError(

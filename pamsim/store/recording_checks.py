@@ -13,9 +13,6 @@ import numpy as np
 from pamsim.core.errors import InputError
 from pamsim.store.columns import Columns
 
-COMMAND_COLUMN = {"valve": "u{}", "pulse": "u{}", "pressure": "p{}_set_kpa"}
-"""Kind of command -> its column per muscle, counted from 1."""
-
 FEWEST_ROWS = 8
 LONGEST_GAP = 5.0
 """Longest step of the clock, in median steps."""
@@ -28,29 +25,6 @@ _FEW_DEG = 1.6  # what a quarter turn reads if written in rad
 _WIDE_KPA = 200.0  # pressure difference that turns any free arm by more than that
 # Unit, how many of it make a kPa, and how far a held pressure may be from its set point.
 _MEANT = (("bar", 0.01, 2.0), ("MPa", 0.001, 2.0), ("Pa", 1e3, 2.0), ("psi", 0.145038, 1.05))
-
-
-def command_columns(columns: Columns, kind: str) -> list[str]:
-    """Names of the command columns of a trial, in muscle order.
-
-    Args:
-        columns: of the trial.
-        kind: ``valve``, ``pulse`` or ``pressure``.
-
-    Raises:
-        InputError: if there is none, or a muscle is left out.
-    """
-    # A muscle whose pressure was measured must be commanded, too.
-    muscles = max([1, *(int(digits) for digits in re.findall(r"\d+", " ".join(columns.cells)))])
-    names = [COMMAND_COLUMN[kind].format(muscle) for muscle in range(1, muscles + 1)]
-    for name in names:
-        if name not in columns.cells:
-            have = ", ".join(columns.cells)
-            raise InputError(
-                f"{columns.path}: no command column {name!r}, which command = {kind!r} needs: what"
-                f" drives the simulation must be recorded (there are: {have})"
-            )
-    return names
 
 
 def clock(columns: Columns) -> str:
@@ -98,13 +72,18 @@ def clock(columns: Columns) -> str:
     return f"steps of the clock are not uniform: {shortest:.4g} to {steps[longest]:.4g} s"
 
 
-def commands(columns: Columns, kind: str) -> None:
+def commands(columns: Columns, kind: str, names: Sequence[str]) -> None:
     """Check that commands lie in their range.
+
+    Args:
+        columns: of the trial.
+        kind: ``valve``, ``pulse`` or ``pressure``.
+        names: of the command columns.
 
     Raises:
         InputError: for a valve beyond 1, or a set point below the atmosphere.
     """
-    for name in command_columns(columns, kind):
+    for name in names:
         value = columns.values[name]
         if kind == "pressure":
             row = int(np.argmin(value))
@@ -120,18 +99,21 @@ def commands(columns: Columns, kind: str) -> None:
             raise InputError(f"{columns.where(name, row)} is outside [-1, 1]{hint}")
 
 
-def units(columns: Columns, kind: str) -> None:
+def units(columns: Columns, set_points: Sequence[str]) -> None:
     """Refuse pressures and angles that cannot be in the unit their column names.
+
+    Args:
+        columns: of the trial.
+        set_points: columns of commanded pressures; none for valves.
 
     Raises:
         InputError: naming the unit that was probably meant.
     """
     pressures = [name for name in columns.values if _is_pressure(name)]
-    if kind == "pressure":
-        for name in command_columns(columns, kind):
-            measured = name.replace("_set", "")
-            if measured in columns.values:
-                _against_set_point(columns, name, measured)
+    for name in set_points:
+        measured = f"{name.removesuffix('_set_kpa')}_kpa"
+        if measured in columns.values:
+            _against_set_point(columns, name, measured)
     for name in pressures:
         value = columns.values[name]
         high, low = int(np.argmax(value)), int(np.argmin(value))
@@ -145,12 +127,12 @@ def units(columns: Columns, kind: str) -> None:
                 f"{columns.where(name, low)} lies far below the atmosphere; pressures are gauge:"
                 " correct the sensor's zero"
             )
-    if "angle_deg" in columns.values:
-        angle = columns.values["angle_deg"]
+    for name in (name for name in columns.values if name.endswith("_deg")):
+        angle = columns.values[name]
         row = int(np.argmax(np.abs(angle)))
         if abs(angle[row]) > 360.0:
             raise InputError(
-                f"{columns.where('angle_deg', row)} is more than a turn; the column must hold deg,"
+                f"{columns.where(name, row)} is more than a turn; the column must hold deg,"
                 " not counts of an encoder"
             )
 
@@ -215,7 +197,7 @@ def _against_set_point(columns: Columns, set_point: str, measured: str) -> None:
 def _turning(columns: Columns) -> float:
     """By how much the difference between the pressures of two muscles changes [kPa]."""
     widths = [0.0]
-    for shape in ("p{}_kpa", COMMAND_COLUMN["pressure"]):
+    for shape in ("p{}_kpa", "p{}_set_kpa"):
         pair = [columns.values.get(shape.format(muscle)) for muscle in (1, 2)]
         if pair[0] is not None and pair[1] is not None:
             widths.append(float(np.ptp(pair[0] - pair[1])))
@@ -227,9 +209,9 @@ def _fills(columns: Columns) -> bool:
     return any(
         float(np.max(value)) > 0.0
         for name, value in columns.values.items()
-        if re.fullmatch(r"u\d+|p\d+_set_kpa", name)
+        if re.fullmatch(r"u\d+|.+_set_kpa|.+_valve", name)
     )
 
 
 def _is_pressure(name: str) -> bool:
-    return re.fullmatch(r"p\d+(_set)?_kpa", name) is not None
+    return name.endswith("_kpa")

@@ -1,15 +1,17 @@
 """Read recordings: a folder with ``recording.toml`` and one CSV per trial.
 
-Columns per CSV: ``time_s``; commands ``u1``, ``u2`` (valve opening or pulse duty, in [-1, 1]) or
-``p1_set_kpa``, ``p2_set_kpa``; then, as far as they were measured, ``p1_kpa``, ``p2_kpa``,
-``angle_deg``, ``force1_n``, ``force2_n``. Pressures are gauge.
+Columns per CSV: ``time_s``; a command of every muscle: ``flexor_valve`` (valve opening or pulse
+duty, in [-1, 1]) or ``flexor_set_kpa``; then, as far as they were measured, ``flexor_kpa``,
+``flexor_n``, ``knee_deg`` of a joint that turns and ``slider_mm`` of one that slides. For a rig
+with one joint also ``u1``, ``p1_set_kpa``, ``p1_kpa``, ``force1_n``, ``angle_deg``: muscles by
+number. Pressures are gauge.
 """
 
 from __future__ import annotations
 
 import os
 import tomllib
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -17,13 +19,13 @@ import numpy as np
 
 from pamsim.core.errors import InputError, nearest
 from pamsim.core.recording import SCHEMA
+from pamsim.core.signal_names import COMMAND_QUANTITY
 from pamsim.core.trial import Trial, TrialSet
 from pamsim.store import recording_checks
-from pamsim.store.columns import Columns, read_columns
-from pamsim.store.recording_checks import COMMAND_COLUMN, command_columns
+from pamsim.store.columns import read_columns
+from pamsim.store.trial_columns import TrialColumns, trial_columns
 
 INDEX = "recording.toml"
-_COLUMNS = ("time_s", "angle_deg", "u{}", "p{}_set_kpa", "p{}_kpa", "force{}_n")
 _TOP = {"schema", "rig", "trial"}
 _TRIAL = {"file", "protocol", "command", "load_kg"}
 _MOST_LOAD_KG = 100.0  # what no arm of such muscles lifts
@@ -54,24 +56,25 @@ def read_recordings(path: str | os.PathLike[str]) -> TrialSet:
     for number, file in enumerate(files):
         if file in files[:number]:
             raise InputError(f"{index}: file {file!r} is two trials; name each file once")
-    tables = [read_columns(index.parent / file).select(_COLUMNS) for file in files]
-    for columns in tables:
-        columns.require("time_s")
+    tables = [
+        trial_columns(read_columns(index.parent / file), str(entry["command"]))
+        for entry, file in zip(entries, files, strict=True)
+    ]
+    for table_columns in tables:
+        table_columns.columns.require("time_s")
     notes: list[str] = []
-    trials = tuple(
-        _trial(entry, columns, notes) for entry, columns in zip(entries, tables, strict=True)
-    )
-    recording_checks.units_of_all(tables)
-    for trial, columns in zip(trials, tables, strict=True):
-        if trial.muscles != trials[0].muscles:
+    trials = tuple(_trial(*pair, notes) for pair in zip(entries, tables, strict=True))
+    recording_checks.units_of_all([t.columns for t in tables])
+    for own in tables:
+        if _muscles(own) != _muscles(tables[0]):
             raise InputError(
-                f"{columns.path}: commands {trial.muscles} muscles, {tables[0].path.name}"
-                f" {trials[0].muscles}; a recording is of one rig"
+                f"{own.columns.path}: commands {_muscles(own)}, {tables[0].columns.path.name}"
+                f" {_muscles(tables[0])}; a recording is of one rig"
             )
     return TrialSet(
         rig=_rig(index.parent, table["rig"]),
         trials=trials,
-        notes=(*_not_measured(trials), *notes),
+        notes=(*_not_measured(trials, tables), *notes),
     )
 
 
@@ -105,8 +108,8 @@ def _check_entry(where: str, entry: Mapping[str, Any]) -> None:
     for key in ("file", "protocol", "command"):
         if not (isinstance(entry.get(key), str) and entry[key].strip()):
             raise InputError(f'{where} needs {key} = "..."')
-    if entry["command"] not in COMMAND_COLUMN:
-        hint = nearest(entry["command"], COMMAND_COLUMN)
+    if entry["command"] not in COMMAND_QUANTITY:
+        hint = nearest(entry["command"], COMMAND_QUANTITY)
         raise InputError(f"{where}: no command {entry['command']!r}; {hint}")
     load = entry.get("load_kg")
     if isinstance(load, bool) or not isinstance(load, int | float) or not load >= 0.0:
@@ -121,20 +124,14 @@ def _check_keys(where: str, table: Mapping[str, Any], known: set[str]) -> None:
             raise InputError(f"{where}: unknown key {key}; {nearest(key, known)}")
 
 
-def _trial(entry: Mapping[str, Any], columns: Columns, notes: list[str]) -> Trial:
+def _trial(entry: Mapping[str, Any], found: TrialColumns, notes: list[str]) -> Trial:
     name, kind = Path(entry["file"]).with_suffix("").as_posix(), entry["command"]
-    names = command_columns(columns, kind)
+    columns = found.columns
     jitter = recording_checks.clock(columns)
-    recording_checks.commands(columns, kind)
-    recording_checks.units(columns, kind)
-    muscles = range(1, len(names) + 1)
-    channels = {
-        **{f"p{i}_kpa": f"pressure_{i}" for i in muscles},
-        "angle_deg": "angle",
-        **{f"force{i}_n": f"force_{i}" for i in muscles},
-    }
+    recording_checks.commands(columns, kind, found.command)
+    recording_checks.units(columns, found.command if kind == "pressure" else ())
     notes += [f"{name}: {jitter}"] if jitter else []
-    used = {"time_s", *names, *channels}
+    used = {"time_s", *found.command, *found.channels}
     unused = [*columns.ignored, *(column for column in columns.cells if column not in used)]
     notes += [f"{name}: column {column!r} is not used" for column in unused]
     time = columns.values["time_s"]
@@ -144,13 +141,18 @@ def _trial(entry: Mapping[str, Any], columns: Columns, notes: list[str]) -> Tria
         command_kind=kind,
         load=float(entry["load_kg"]),
         time=time - time[0],
-        command=np.column_stack([columns.si(column) for column in names]),
+        command=np.column_stack([columns.si(column) for column in found.command]),
         measured={
             channel: columns.si(column)
-            for column, channel in channels.items()
+            for column, channel in found.channels.items()
             if column in columns.cells
         },
+        muscle_names=found.muscles,
     )
+
+
+def _muscles(table: TrialColumns) -> str:
+    return ", ".join(sorted(table.muscles)) or f"{len(table.command)} muscles"
 
 
 def _rig(folder: Path, rig: str) -> str:
@@ -159,9 +161,8 @@ def _rig(folder: Path, rig: str) -> str:
     return str(beside) if (beside / "params.toml").is_file() else rig
 
 
-def _not_measured(trials: tuple[Trial, ...]) -> list[str]:
-    muscles = range(1, trials[0].muscles + 1)
-    every = [*(f"pressure_{i}" for i in muscles), "angle", *(f"force_{i}" for i in muscles)]
+def _not_measured(trials: tuple[Trial, ...], tables: Sequence[TrialColumns]) -> list[str]:
+    every = dict.fromkeys(channel for table in tables for channel in table.channels.values())
     notes: list[str] = []
     for channel in every:
         missing = [trial.name for trial in trials if channel not in trial.measured]

@@ -18,7 +18,7 @@ Section = Mapping[str, "Sourced | str"]
 """A TOML table: numbers with their source, and words such as the name of a law."""
 
 _TOP = {"schema", "rig", "muscle", "muscles", "native", "sensor"}
-_RIG = {"name", "mjcf", "scene", "angle_joint", "load_body"}
+_RIG = {"name", "mjcf", "scene", "angle_joint", "joints", "load_body"}
 _NUMBER = {"value", "unit", "source", "interval95", "bounds", "note"}
 
 
@@ -31,7 +31,7 @@ class RigFile:
         name: of the rig.
         mjcf: path of the device's MJCF.
         scene: path of the MJCF with floor and light, or None.
-        angle_joint: joint whose position is the output angle.
+        joints: whose positions are recorded; none stands for those that the muscles move.
         load_body: body that carries the load, or None.
         tendons: muscle name -> tendon name, in actuator order.
         muscle: shared sections, group -> entries.
@@ -44,7 +44,7 @@ class RigFile:
     name: str
     mjcf: Path
     scene: Path | None
-    angle_joint: str
+    joints: tuple[str, ...]
     load_body: str | None
     tendons: Mapping[str, str]
     muscle: Mapping[str, Section]
@@ -113,7 +113,7 @@ def read_rig(rig: str | os.PathLike[str]) -> RigFile:
         name=_word(path, head, "rig", "name"),
         mjcf=mjcf,
         scene=_file(path, folder, str(head["scene"])) if "scene" in head else None,
-        angle_joint=_word(path, head, "rig", "angle_joint"),
+        joints=_joints(path, head),
         load_body=str(head["load_body"]) if "load_body" in head else None,
         tendons={
             name: _word(path, entry, f"muscles.{name}", "tendon") for name, entry in muscles.items()
@@ -137,6 +137,20 @@ def _word(path: Path, table: Mapping[str, Any], section: str, key: str) -> str:
     if not isinstance(found, str):
         raise InputError(f'{path}: [{section}] needs {key} = "..."')
     return found
+
+
+def _joints(path: Path, head: Mapping[str, Any]) -> tuple[str, ...]:
+    if "angle_joint" in head:
+        if "joints" in head:
+            raise InputError(f"{path}: [rig] has angle_joint and joints; keep one of them")
+        return (_word(path, head, "rig", "angle_joint"),)
+    names = head.get("joints", [])
+    known = isinstance(names, list) and all(isinstance(name, str) for name in names)
+    if not known or len(set(names)) < len(names) or ("joints" in head and not names):
+        raise InputError(
+            f'{path}: [rig] joints must name each recorded joint once: ["hip", "knee"]'
+        )
+    return tuple(names)
 
 
 def _file(path: Path, folder: Path, name: str) -> Path:

@@ -185,8 +185,15 @@ def _in_plant(
             one.change(numbers, size * one.typical)
         if one.timing is not None:
             timing = one.timing(size * one.typical, tuple(seed))
-    muscles = tuple(rig.muscles)
-    found = run(numbers, experiment, rig=rig.name, muscles=muscles, timing=timing, step=step)
+    found = run(
+        numbers,
+        experiment,
+        rig=rig.name,
+        joint=rig.only_joint,
+        muscles=tuple(rig.muscles),
+        timing=timing,
+        step=step,
+    )
     if rig.sensor is not None:
         found = reported(found, rig.sensor)
     for one, size in effects:

@@ -13,13 +13,15 @@ from pamsim.core.recording import Recording
 from pamsim.core.units import DEG_PER_RAD
 from pamsim.engine.rig import Rig
 from pamsim.engine.rig_parameter import rig_parameter
-from pamsim.signals.sensors import MeasurementChain, convert_pressure, encode_angle
+from pamsim.signals.sensors import MeasurementChain, convert_pressure, encoded
 
 FloatArray = NDArray[np.float64]
 
 ANGLE_NOISE, PRESSURE_NOISE, FORCE_NOISE = 0.05 / DEG_PER_RAD, 400.0, 1.5
 """Standard deviations of sensor noise [rad, Pa, N]: an encoder of 2500 increments, transducers of
 1 MPa with 12 bits, load cells of 2 kN."""
+
+_JOINT_NOISE = {"angle": ANGLE_NOISE, "position": 1e-4}  # [rad, m]
 
 DRIFT = 0.3
 """Correlation time of coloured noise [s]."""
@@ -63,12 +65,13 @@ def with_noise(
     """
     rate = float(run.meta["sample_hz"])
 
-    def noise(shape: tuple[int, ...], sd: float) -> FloatArray:
+    def noise(shape: tuple[int, ...], sd: float | FloatArray) -> FloatArray:
         return factor * sd * _unit_noise(rng, shape, coloured, rate)
 
+    sizes = np.array([_JOINT_NOISE[kind] for kind in run.joints.values()])
     return dataclasses.replace(
         run,
-        angle=run.angle + noise(run.angle.shape, ANGLE_NOISE),
+        positions=run.positions + noise(run.positions.shape, sizes),
         pressure=run.pressure + noise(run.pressure.shape, PRESSURE_NOISE),
         tension=run.tension + noise(run.tension.shape, FORCE_NOISE),
     )
@@ -76,12 +79,11 @@ def with_noise(
 
 def quantised(run: Recording, chain: MeasurementChain | None) -> Recording:
     """A recording in whole steps of a rig's encoder and converter, where it states them."""
-    angle, pressure = run.angle, run.pressure
-    if chain is not None and chain.encoder_increments > 0.0:
-        angle = encode_angle(angle, chain.encoder_increments)
+    positions = run.positions if chain is None else encoded(run, chain)
+    pressure = run.pressure
     if chain is not None and chain.pressure_step > 0.0:
         pressure = convert_pressure(pressure, chain.pressure_step)
-    return dataclasses.replace(run, angle=angle, pressure=pressure)
+    return dataclasses.replace(run, positions=positions, pressure=pressure)
 
 
 def _unit_noise(

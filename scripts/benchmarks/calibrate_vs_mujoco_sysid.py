@@ -119,7 +119,7 @@ def noisy(run: Recording, rng: np.random.Generator, colour: float) -> Recording:
     e = rng.standard_normal((run.angle.size + 200, 3)) * np.sqrt(1.0 - colour**2)
     e = np.asarray(scipy.signal.lfilter([1.0], [1.0, -colour], e, axis=0))[200:]
     e *= list(NOISE.values())
-    return replace(run, angle=run.angle + e[:, 0], pressure=run.pressure + e[:, 1:])
+    return replace(run.with_angle(run.angle + e[:, 0]), pressure=run.pressure + e[:, 1:])
 
 
 def case(folder: Path, seed: int, colour: float = 0.0, filling: bool = False) -> Case:

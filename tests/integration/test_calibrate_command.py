@@ -56,8 +56,7 @@ EXPERIMENTS = {
 def noisy(recording, rng):
     count, muscles = recording.pressure.shape
     return dataclasses.replace(
-        recording,
-        angle=recording.angle + rng.normal(0.0, ANGLE_NOISE, count),
+        recording.with_angle(recording.angle + rng.normal(0.0, ANGLE_NOISE, count)),
         pressure=recording.pressure + rng.normal(0.0, PRESSURE_NOISE, (count, muscles)),
     )
 

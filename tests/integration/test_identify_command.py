@@ -44,8 +44,9 @@ def trial(difference, seed, *, load=0.0, delay=0.0):
     noise = lfilter([1.0], [1.0, -0.5], 0.03 * draw.normal(size=difference.size))
     return Recording(
         time=np.arange(difference.size) / RATE,
-        angle=np.radians(response(difference, delay) + noise + 2.0),
-        velocity=np.zeros(difference.size),
+        joints={"shaft": "angle"},
+        positions=np.radians(response(difference, delay) + noise + 2.0)[:, np.newaxis],
+        velocities=np.zeros((difference.size, 1)),
         pressure=command + 200.0 * draw.normal(size=command.shape),
         tension=np.full(command.shape, 100.0),
         command=command,

@@ -54,14 +54,13 @@ def reported(run: Recording, chain: MeasurementChain) -> Recording:
     if chain.pressure_lag > 0.0:
         pressure = behind(run.time, pressure, chain.pressure_lag)
     return dataclasses.replace(
-        run,
-        angle=chain.angle_scale * angle + chain.angle_bias,
+        run.with_angle(chain.angle_scale * angle + chain.angle_bias),
         pressure=chain.pressure_scale * pressure + chain.pressure_bias,
     )
 
 
 def _angle_lag(run: Recording, size: float) -> Recording:
-    return dataclasses.replace(run, angle=behind(run.time, run.angle, 0.5 * size, 0.5 * size))
+    return run.with_angle(behind(run.time, run.angle, 0.5 * size, 0.5 * size))
 
 
 def _pressure_lag(run: Recording, size: float) -> Recording:
@@ -71,16 +70,16 @@ def _pressure_lag(run: Recording, size: float) -> Recording:
 
 def _bent(run: Recording, size: float) -> Recording:
     error = size * run.angle * (1.0 + _BENT * run.angle / _ANGLE_SPAN)
-    return dataclasses.replace(run, angle=run.angle + error)
+    return run.with_angle(run.angle + error)
 
 
 def _warming(run: Recording, size: float) -> Recording:
     error = size * (1.0 + _BENT * (np.exp(-run.time / _WARM_UP) - 0.5))
-    return dataclasses.replace(run, angle=run.angle + error)
+    return run.with_angle(run.angle + error)
 
 
 def _eccentric(run: Recording, size: float) -> Recording:
-    return dataclasses.replace(run, angle=run.angle + size * np.sin(run.angle + _PHASE))
+    return run.with_angle(run.angle + size * np.sin(run.angle + _PHASE))
 
 
 def _saturating(run: Recording, size: float) -> Recording:

@@ -69,6 +69,7 @@ def run(
     experiment: Experiment,
     *,
     rig: str,
+    joint: str = "joint",
     muscles: tuple[str, ...],
     timing: Timing | None = None,
     step: float = STEP,
@@ -82,6 +83,7 @@ def run(
         numbers: of the plant, for the experiment's load.
         experiment: by pressures or valves.
         rig: name for the recording.
+        joint: its name.
         muscles: their names.
         timing: what delays commands in addition to the rig's own delay.
         step: longest step of the integrator [s].
@@ -130,8 +132,9 @@ def run(
         raise SimulationError(f"the independent plant of {rig} broke down")
     return Recording(
         time=times,
-        angle=rows[:, 0].copy(),
-        velocity=rows[:, 1].copy(),
+        joints={joint: "angle"},
+        positions=rows[:, :1].copy(),
+        velocities=rows[:, 1:2].copy(),
         pressure=rows[:, 2 : 2 + count] - numbers.muscles["atmosphere"],
         tension=rows[:, 2 + count :].copy(),
         command=experiment.command_at(times),

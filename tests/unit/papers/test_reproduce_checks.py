@@ -34,7 +34,8 @@ BUMP = np.exp(-(((TIME - 1.0) / 0.1) ** 2))
 def recording(angle):
     both = np.zeros((TIME.size, 2))
     return Recording(
-        time=TIME, angle=angle, velocity=np.zeros(TIME.size), pressure=both, tension=both,
+        time=TIME, joints={"shaft": "angle"}, positions=angle[:, None],
+        velocities=np.zeros((TIME.size, 1)), pressure=both, tension=both,
         command=both, command_kind="pressure", load=0.0, muscles=("muscle_1", "muscle_2"),
         outcome=Outcome.COMPLETED, message="completed", final_state=np.zeros(1),
     )  # fmt: skip

@@ -109,8 +109,9 @@ def make_recordings(rows: list[dict[str, Any]]) -> dict[int, Recording]:
         pressure = 1e3 * (start + np.outer(_first(t, 0.3), target - start))
         recordings[row["row"]] = Recording(
             time=t,
-            angle=angle,
-            velocity=np.gradient(angle, t),
+            joints={"shaft": "angle"},
+            positions=angle[:, np.newaxis],
+            velocities=np.gradient(angle, t)[:, np.newaxis],
             pressure=pressure,
             tension=pressure * 3e-4,
             command=np.tile(np.sign(target - start), (t.size, 1)),

@@ -33,7 +33,7 @@ def test_a_pace_that_is_none_is_refused(pace):
 def test_state_lies_between_the_samples(tmp_path):
     replay = read_replay(write(tmp_path, turn=columns()))
     assert replay.duration == TIME[-1]
-    assert math.degrees(replay.angle(0.255)) == pytest.approx(0.4)
+    assert math.degrees(replay.positions(0.255)[0]) == pytest.approx(0.4)
     assert replay.pressures(0.255) == pytest.approx([304e3, 296e3])
 
 

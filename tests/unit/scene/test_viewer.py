@@ -86,7 +86,7 @@ def test_show_draws_the_state_and_touches_nothing_of_the_simulation(windows, rig
     model = rig.model_for(load=1.2)
     data = mujoco.MjData(model)
     reset(model, data, START)
-    pose(model, data, rig.angle_address, 0.3)
+    pose(model, data, rig.position_addresses, [0.3])
     before = data.qpos.copy(), data.ctrl.copy(), data.act.copy()
     integrator = model.opt.integrator
     with ArmViewer(model, control_range=(0.0, 6e5)) as viewer:

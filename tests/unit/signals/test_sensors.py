@@ -69,8 +69,9 @@ def recording() -> Recording:
     rng = np.random.default_rng(4)
     return Recording(
         time=np.arange(50) / 500.0,
-        angle=rng.uniform(-0.6, 0.6, 50),
-        velocity=rng.normal(size=50),
+        joints={"shaft": "angle"},
+        positions=rng.uniform(-0.6, 0.6, (50, 1)),
+        velocities=rng.normal(size=(50, 1)),
         pressure=rng.uniform(0.0, 6e5, (50, 2)),
         tension=rng.uniform(0.0, 1e3, (50, 2)),
         command=np.zeros((50, 2)),
@@ -90,7 +91,7 @@ def test_a_measured_recording_differs_only_in_what_the_rig_measures():
     assert np.array_equal(seen.pressure, convert_pressure(true.pressure, CHAIN.pressure_step))
     assert not np.array_equal(seen.angle, true.angle)
     for field in dataclasses.fields(Recording):
-        if field.name not in ("angle", "pressure"):
+        if field.name not in ("positions", "pressure"):
             assert getattr(seen, field.name) is getattr(true, field.name)
 
 
@@ -102,7 +103,7 @@ def test_a_rig_without_sensors_measures_nothing():
 def test_instruments_that_do_not_err_give_the_signals_themselves():
     true = recording()
     seen = distorted(true, MeasurementChain())
-    assert seen.angle is true.angle
+    assert seen.positions is true.positions
     assert seen.pressure is true.pressure
     assert np.array_equal(measured(true, MeasurementChain()).angle, true.angle)  # nothing rounds
     half = measured(true, MeasurementChain(encoder_increments=2500.0))
@@ -122,7 +123,7 @@ def test_lag_scale_and_bias_act_on_their_own_signal_in_that_order():
         seen.pressure, 0.9 * lagged(true.time, true.pressure, 0.01) - 4e3, rtol=1e-13
     )
     assert distorted(true, MeasurementChain(**angle)).pressure is true.pressure
-    assert distorted(true, MeasurementChain(**pressure)).angle is true.angle
+    assert distorted(true, MeasurementChain(**pressure)).positions is true.positions
     seen = measured(true, dataclasses.replace(CHAIN, angle_bias=0.02))
     assert np.array_equal(seen.angle, encode_angle(true.angle + 0.02, 2500.0))  # erring, then round
 

@@ -65,8 +65,9 @@ def recording(kind, muscles, seed):
     high, scale = (4e5, 1.0) if kind == "pressure" else (1.0, 1.0)
     return Recording(
         time=np.arange(n) * 0.003,
-        angle=draw.uniform(-0.5, 0.5, n),
-        velocity=np.zeros(n),
+        joints={"shaft": "angle"},
+        positions=draw.uniform(-0.5, 0.5, (n, 1)),
+        velocities=np.zeros((n, 1)),
         pressure=draw.uniform(1e5, 4e5, (n, muscles)),
         tension=draw.uniform(0.0, 900.0, (n, muscles)),
         command=draw.uniform(0.5 * high, high, (n, muscles)) * scale,

@@ -76,7 +76,7 @@ def test_every_shipped_rig_makes_muscles_and_sensors(name):
 def test_everything_in_a_file_is_read(rig_folder):
     folder = rig_folder()
     rig = read_rig(folder)
-    assert (rig.name, rig.angle_joint, rig.load_body) == ("toy", "shaft", "load")
+    assert (rig.name, rig.joints, rig.load_body) == ("toy", ("shaft",), "load")
     assert rig.mjcf == folder / "toy.xml"
     assert rig.scene == folder / "scene.xml"
     assert list(rig.tendons.items()) == [("left", "tendon_1"), ("right", "tendon_2")]
@@ -127,7 +127,13 @@ BROKEN = {
         ("muscle.braid.diameter.units", "did you mean 'unit'"),
     ),
     "no name": ('name = "toy"\n', "", ("[rig]", "name")),
-    "no joint": ('angle_joint = "shaft"\n', "", ("[rig]", "angle_joint")),
+    "two ways to name joints": (
+        'angle_joint = "shaft"',
+        'angle_joint = "shaft"\njoints = ["shaft"]',
+        ("angle_joint and joints", "keep one"),
+    ),
+    "a joint twice": ('angle_joint = "shaft"', 'joints = ["a", "a"]', ("joints", "once")),
+    "no joint": ('angle_joint = "shaft"', "joints = []", ("joints", "once")),
     "joint is a number": ('angle_joint = "shaft"', "angle_joint = 3", ("[rig]", "angle_joint")),
     "no tendon": ('{ tendon = "tendon_1" }', "{}", ("muscles.left", "tendon")),
     "tendon is a number": ('"tendon_1"', "1", ("muscles.left", "tendon")),

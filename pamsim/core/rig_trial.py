@@ -1,0 +1,93 @@
+"""Measured trials under the names of the rig that they are compared with."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import replace
+
+from pamsim.core.errors import InputError, nearest
+from pamsim.core.signal_names import JOINT_KINDS, KINDS, SignalNames, kind_of, owner_of
+from pamsim.core.trial import Trial
+
+
+def of_rig(trial: Trial, names: SignalNames, rig: str) -> tuple[Trial, tuple[str, ...]]:
+    """A trial with its channels and commands as a rig names and orders them.
+
+    Args:
+        trial: as its file names them.
+        names: of the rig's signals.
+        rig: its name, for messages.
+
+    Returns:
+        The trial, and notes on channels that the rig does not record.
+
+    Raises:
+        InputError: if the trial does not command each of the rig's muscles, gives the angle of a
+            rig with several joints without a name, or a joint in a unit that it does not move in.
+    """
+    order = _order(trial, names, rig)
+    channels = _channels(trial, names, order)
+    measured = {channels[c]: v for c, v in trial.measured.items() if c in channels}
+    left = [channel for channel in trial.measured if channel not in channels]
+    for channel in left:
+        _refuse_doubtful(trial, channel, names, rig)
+    known = ", ".join((*names.joints, *names.muscles))
+    return replace(
+        trial,
+        command=trial.command[:, order],
+        measured=measured,
+        muscle_names=names.named_muscles,
+    ), tuple(
+        f"{trial.name}: {channel} is not used: rig {rig!r} records {known}" for channel in left
+    )
+
+
+def _order(trial: Trial, names: SignalNames, rig: str) -> list[int]:
+    """Number of the trial's muscle for each of the rig's."""
+    have = ", ".join(names.muscles)
+    if trial.muscles != len(names.muscles):
+        raise InputError(
+            f"{trial.name!r} is of {trial.muscles} muscles, rig {rig!r} has {len(names.muscles)}"
+            f" ({have})"
+        )
+    for name in trial.muscle_names:
+        if name not in names.muscles:
+            raise InputError(
+                f"{trial.name!r} commands {name!r}, which is no muscle of rig {rig!r}; "
+                f"{nearest(name, names.muscles)}"
+            )
+    if not trial.muscle_names:
+        return list(range(trial.muscles))
+    return [trial.muscle_names.index(name) for name in names.muscles]
+
+
+def _channels(trial: Trial, names: SignalNames, order: list[int]) -> Mapping[str, str]:
+    """The trial's channel -> the rig's."""
+    channels = {
+        f"{name}.{kind}": channel
+        for (name, kind), channel in zip(names.joints.items(), names.joint_channels, strict=True)
+    }
+    if names.short:
+        channels["angle"] = "angle"
+    for kind in ("pressure", "force"):
+        for number, channel in zip(order, names.of_muscles(kind), strict=True):
+            own = trial.muscle_names[number] + f".{kind}" if trial.muscle_names else ""
+            channels[own or f"{kind}_{number + 1}"] = channel
+    return channels
+
+
+def _refuse_doubtful(trial: Trial, channel: str, names: SignalNames, rig: str) -> None:
+    """Refuse a joint's channel that the rig must mean otherwise."""
+    columns = " or ".join(names.joint_columns())
+    if channel == "angle":
+        raise InputError(
+            f"{trial.name!r}: which joint of rig {rig!r} is angle_deg? Name the column {columns}"
+        )
+    joint = owner_of(channel)
+    if joint in names.joints and kind_of(channel) in JOINT_KINDS:
+        kind = names.joints[joint]
+        moves = "turns" if kind == "angle" else "slides"
+        raise InputError(
+            f"{trial.name!r}: joint {joint!r} of rig {rig!r} {moves}; give its column in"
+            f" {KINDS[kind].shown} and name it {columns}"
+        )
