@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -82,6 +84,8 @@ def command(
 
     from pamsim.core.errors import InputError
     from pamsim.core.experiment import Experiment
+    from pamsim.core.signal_names import KINDS
+    from pamsim.core.units import PA_PER_KPA
     from pamsim.engine.rig import load_rig
     from pamsim.engine.simulate import simulate
     from pamsim.signals.sensors import measured
@@ -121,23 +125,30 @@ def command(
         for path in write_recording(out, rig, {"step": recording}):
             click.echo(f"wrote {path}")
     recording.completed()
-    metrics = step_metrics(recording.time, recording.angle)
-    result = _result(loaded.name, experiment, recording, metrics)
-    save_json(json_file, result)
-    settling = result["settling_s"]
-    click.echo(
-        f"angle {result['start_deg']:.2f} -> {result['final_deg']:.2f} deg,"
-        f" overshoot {result['overshoot_percent']:.1f} %, "
-        + (
-            "not settled when the recording ended"
-            if settling is None
-            else f"settles in {settling:.3f} s"
+    metrics = {
+        name: step_metrics(recording.time, position)
+        for name, position in zip(recording.joints, recording.positions.T, strict=True)
+    }
+    save_json(json_file, _result(loaded.name, experiment, recording, metrics))
+    for name, found in metrics.items():
+        kind = KINDS[recording.joints[name]]
+        settling = found.settling_time
+        click.echo(
+            f"{'angle' if recording.names.short else name} {found.start * kind.scale:.2f} ->"
+            f" {found.final * kind.scale:.2f} {kind.shown},"
+            f" overshoot {100.0 * found.overshoot:.1f} %, "
+            + (
+                "not settled when the recording ended"
+                if not math.isfinite(settling)
+                else f"settles in {settling:.3f} s"
+            )
         )
-    )
-    for i, (p, f) in enumerate(
-        zip(result["final_pressure_kpa"], result["final_tension_n"], strict=True), start=1
-    ):
-        click.echo(f"muscle {i}: {p:.1f} kPa, {f:.1f} N at the end")
+    muscles = recording.names.named_muscles or [
+        f"muscle {i + 1}" for i in range(len(recording.muscles))
+    ]
+    ends = zip(muscles, recording.pressure[-1] / PA_PER_KPA, recording.tension[-1], strict=True)
+    for muscle, p, f in ends:
+        click.echo(f"{muscle}: {p:.1f} kPa, {f:.1f} N at the end")
     if out is not None:
         from pamsim.report.step_figure import write_step_figure
 
@@ -146,11 +157,21 @@ def command(
 
 
 def _result(
-    rig: str, experiment: Any, recording: Recording, metrics: StepMetrics
+    rig: str, experiment: Any, recording: Recording, metrics: Mapping[str, StepMetrics]
 ) -> dict[str, Any]:
     from pamsim.core.encoding import to_dict
-    from pamsim.core.units import DEG_PER_RAD, PA_PER_KPA
+    from pamsim.core.signal_names import KINDS
+    from pamsim.core.units import PA_PER_KPA
 
+    joints: dict[str, dict[str, float | None]] = {}
+    for name, found in metrics.items():
+        kind = KINDS[recording.joints[name]]
+        joints[name] = {
+            f"start_{kind.suffix}": found.start * kind.scale,
+            f"final_{kind.suffix}": found.final * kind.scale,
+            "settling_s": found.settling_time,
+            "overshoot_percent": 100.0 * found.overshoot,
+        }
     return to_dict(
         {
             "schema": "pamsim-step/1",
@@ -158,10 +179,7 @@ def _result(
             "command": experiment.command,
             "start_pressure_kpa": experiment.start_pressure / PA_PER_KPA,
             "load_kg": experiment.load,
-            "start_deg": metrics.start * DEG_PER_RAD,
-            "final_deg": metrics.final * DEG_PER_RAD,
-            "settling_s": metrics.settling_time,
-            "overshoot_percent": 100.0 * metrics.overshoot,
+            **(next(iter(joints.values())) if recording.names.short else {"joints": joints}),
             "final_pressure_kpa": recording.pressure[-1] / PA_PER_KPA,
             "final_tension_n": recording.tension[-1],
             "outcome": recording.outcome,

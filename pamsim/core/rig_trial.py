@@ -30,7 +30,7 @@ def of_rig(trial: Trial, names: SignalNames, rig: str) -> tuple[Trial, tuple[str
     measured = {channels[c]: v for c, v in trial.measured.items() if c in channels}
     left = [channel for channel in trial.measured if channel not in channels]
     for channel in left:
-        _refuse_doubtful(trial, channel, names, rig)
+        _refuse_other_joint(trial, channel, names, rig)
     known = ", ".join((*names.joints, *names.muscles))
     return replace(
         trial,
@@ -76,7 +76,7 @@ def _channels(trial: Trial, names: SignalNames, order: list[int]) -> Mapping[str
     return channels
 
 
-def _refuse_doubtful(trial: Trial, channel: str, names: SignalNames, rig: str) -> None:
+def _refuse_other_joint(trial: Trial, channel: str, names: SignalNames, rig: str) -> None:
     """Refuse a joint's channel that the rig must mean otherwise."""
     columns = " or ".join(names.joint_columns())
     if channel == "angle":

@@ -1,13 +1,15 @@
 """Rig parameters stored in the engine's own fields: joint, body and tendon properties.
 
-A name is ``element.name.field``, such as ``joint.shaft.damping`` or ``body.arm.mass``. Two are not
+A name is ``element.name.field``, such as ``joint.shaft.damping`` or ``body.arm.mass``. Some are not
 plain fields: ``tendon.NAME.coef``, the radius of the pulley a fixed tendon runs on (its sign, which
-the MJCF sets, is kept), and ``body.NAME.tilt``, a turn of a static body about its x axis.
+the MJCF sets, is kept); ``tendon.NAME.coef_JOINT``, that at one of several joints; and
+``body.NAME.tilt``, a turn of a static body about its x axis.
 """
 
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from typing import Any
 
 import mujoco
@@ -71,7 +73,7 @@ def native_si(name: str, entry: Sourced) -> float:
 def is_native(name: str) -> bool:
     """Whether a name is that of a native parameter; the model need not have the element."""
     parts = name.split(".")
-    return len(parts) == 3 and f"{parts[0]}.{parts[2]}" in _FIELDS
+    return len(parts) == 3 and _kind(parts) in _FIELDS
 
 
 def native_field(name: str) -> FieldSpec:
@@ -92,8 +94,8 @@ def native_value(model: mujoco.MjModel, name: str) -> float:
     element, target, _ = _spec(name, name)
     view = _view(model, name, element, target)
     field = name.rpartition(".")[2]
-    if field == "coef":
-        return abs(float(model.wrap_prm[model.tendon_adr[view.id]]))
+    if field.startswith("coef"):
+        return abs(float(model.wrap_prm[_pulleys(model, name, view.id)[0]]))
     if field == "tilt":
         return 2.0 * math.atan2(model.body_quat[view.id][1], model.body_quat[view.id][0])
     if field == "mass":
@@ -117,9 +119,8 @@ def set_native(model: mujoco.MjModel, name: str, value: float) -> None:
     check_value(name, value, spec)
     field = name.rpartition(".")[2]
     view = _view(model, name, element, target)
-    if field == "coef":
-        first = model.tendon_adr[view.id]
-        wraps = slice(first, first + model.tendon_num[view.id])
+    if field.startswith("coef"):
+        wraps = _pulleys(model, name, view.id)
         model.wrap_prm[wraps] = np.copysign(value, model.wrap_prm[wraps])
     elif field == "tilt":
         model.body_quat[view.id] = [math.cos(value / 2), math.sin(value / 2), 0.0, 0.0]
@@ -151,9 +152,31 @@ def _view(model: mujoco.MjModel, name: str, element: str, target: str) -> Any:
         raise InputError(f"{name}: the model has no {element} {target!r}") from None
 
 
+def _pulleys(model: mujoco.MjModel, name: str, tendon: int) -> list[int]:
+    """Indices of a fixed tendon's radii in ``model.wrap_prm``: at one joint, or the same at all."""
+    first = int(model.tendon_adr[tendon])
+    wraps = list(range(first, first + int(model.tendon_num[tendon])))
+    joints = {model.joint(int(model.wrap_objid[wrap])).name: wrap for wrap in wraps}
+    joint = name.rpartition(".")[2].partition("_")[2]
+    if joint:
+        if joint not in joints:
+            raise InputError(f"{name}: the tendon does not run over it; {nearest(joint, joints)}")
+        return [joints[joint]]
+    if len(set(np.abs(model.wrap_prm[wraps]).tolist())) > 1:
+        fields = " and ".join(f"coef_{joint}" for joint in joints)
+        raise InputError(f"{name}: the pulleys of this tendon differ; write {fields}")
+    return wraps
+
+
+def _kind(parts: Sequence[str]) -> str:
+    """Element and field of a name's parts, without the joint of a radius."""
+    field = "coef" if parts[-1].startswith("coef_") else parts[-1]
+    return f"{parts[0]}.{field}"
+
+
 def _spec(name: str, where: str) -> tuple[str, str, FieldSpec]:
     parts = name.split(".")
-    kind = f"{parts[0]}.{parts[-1]}"
+    kind = _kind(parts)
     if len(parts) != 3 or kind not in _FIELDS:
         raise InputError(
             f"{where}: {name!r} is no native parameter; write element.name.field with one of"

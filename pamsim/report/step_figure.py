@@ -48,7 +48,7 @@ def step_figure(recording: Recording) -> Figure:
                 recording.command[:, i] / PA_PER_KPA,
                 color=colour,
                 linestyle=":",
-                label=f"{label}, set point",
+                label="set point" if i == 0 else None,
             )
         bottom.plot(recording.time, recording.tension[:, i], color=colour, label=label)
     finish_axes(middle, y="gauge pressure [kPa]", zero=False)

@@ -121,7 +121,7 @@ def encode_angle(angle: ArrayLike, increments: float) -> NDArray[np.float64]:
 
 
 def encoded(recording: Recording, chain: MeasurementChain) -> NDArray[np.float64]:
-    """Positions (n, j) of a recording in whole increments of the encoder.
+    """Positions (n, j) of a recording in whole increments of the encoder [rad or m].
 
     An encoder's increments are of a turn, so that a joint which slides keeps its position.
     """

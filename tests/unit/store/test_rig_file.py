@@ -48,7 +48,8 @@ def test_every_shipped_number_has_a_source_and_a_unit(name):
             for pair in (leaf.get("interval95"), leaf.get("bounds")):
                 assert pair is None or pair[0] <= leaf["value"] <= pair[1], key
         else:
-            assert isinstance(leaf, str), f"{key} = {leaf!r} is a bare number without a source"
+            words = leaf if isinstance(leaf, list) else [leaf]
+            assert all(isinstance(word, str) for word in words), f"{key} = {leaf!r} has no source"
     assert numbers > 20
 
 

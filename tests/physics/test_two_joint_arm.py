@@ -1,0 +1,165 @@
+"""The two-joint arm: virtual work at each joint, energy, and muscles that run over both joints."""
+
+from __future__ import annotations
+
+import shutil
+
+import mujoco
+import numpy as np
+import pytest
+
+import pamsim
+from pamsim.core.errors import InputError
+from pamsim.core.experiment import Experiment, pressure_step
+from pamsim.engine.callback import live
+from pamsim.engine.rig_parameter import rig_parameter
+from pamsim.engine.state import charge
+from pamsim.store.rig_file import find_rig
+
+ARMS = np.array([[-25e-3, 0.0], [25e-3, 0.0], [-16e-3, -24e-3], [16e-3, 24e-3]])
+"""Change of each muscle's length per angle of shoulder and elbow [m/rad], as the README states."""
+
+MIDDLE = [2.5e5] * 4
+
+
+@pytest.fixture(scope="module")
+def rig():
+    return pamsim.load_rig("two_joint_arm")
+
+
+def test_torque_of_each_joint_is_the_sum_of_moment_arms_times_tensions(rig):
+    model = rig.model_for()
+    data = mujoco.MjData(model)
+    draw = np.random.default_rng(3)
+    with live(model):
+        for _ in range(5):
+            data.qpos[:] = draw.uniform(-0.8, 0.8, 2)
+            charge(model, data, draw.uniform(0.5e5, 5e5, 4).tolist())
+            mujoco.mj_forward(model, data)
+            tension = -data.actuator_force
+            assert np.all(tension >= 0.0)
+            np.testing.assert_allclose(data.qfrc_actuator, -ARMS.T @ tension, atol=1e-12)
+
+
+def test_work_of_the_muscles_becomes_kinetic_energy_and_heat_in_the_bearings(rig):
+    """Kinetic energy by the formula of two bars, which shares nothing with the engine."""
+    change = Experiment(
+        command="pressure",
+        command_time=np.zeros(1),
+        command_value=np.array([[4e5, 1e5, 2e5, 3.5e5]]),
+        start_pressure=np.array(MIDDLE),
+        duration=0.3,
+        sample_rate=2000.0,
+        load=2.0,
+    )
+    run = pamsim.simulate(rig, change).completed()
+    first, second = run.velocities.T
+    bend = run.positions[:, 1]
+    # The load's own inertia grows with its mass; its centre lies on the forearm's end.
+    tip = 2.0
+    spin = 0.0019 + 0.35 * 0.125**2 + tip * (0.25**2 + 0.0008)
+    reach = 0.35 * 0.125 + tip * 0.25
+    both = first + second
+    kinetic = 0.5 * (
+        (0.0046 + 0.60 * 0.15**2 + (0.35 + tip) * 0.30**2) * first**2
+        + spin * both**2
+        + 2.0 * 0.30 * reach * np.cos(bend) * first * both
+    )
+    power = np.sum(-run.tension * (run.velocities @ ARMS.T), axis=1)
+    heat = 0.4 * first**2 + 0.15 * second**2
+    step = run.time[1]
+    done = np.concatenate([[0.0], np.cumsum(0.5 * (power[1:] + power[:-1]) * step)])
+    lost = np.concatenate([[0.0], np.cumsum(0.5 * (heat[1:] + heat[:-1]) * step)])
+    assert kinetic.max() > 0.2 * done.max()
+    np.testing.assert_allclose(kinetic + lost, done, atol=0.01 * done.max())
+
+
+def at_rest(rig, pressures):
+    still = rig.with_parameters({"hysteresis.force_per_pressure": 0.0})
+    run = pamsim.simulate(still, pressure_step(pressures, pressures, duration=0.01)).completed()
+    return run.positions[-1]
+
+
+def test_a_pair_over_both_joints_at_equal_pressures_keeps_its_length(rig):
+    """At rest the elbow's torque is 0: both pull equally, so their length is that of angle 0."""
+    shoulder, elbow = at_rest(rig, [3.5e5, 1.5e5, 2e5, 2e5])
+    assert shoulder > 0.3
+    assert elbow == pytest.approx(-16.0 / 24.0 * shoulder, abs=1e-6)
+
+
+def test_a_pair_over_both_joints_alone_turns_the_elbow_and_not_the_shoulder(rig):
+    """At rest the elbow's torque is 0, so that the pair pulls at the shoulder with none either."""
+    shoulder, elbow = at_rest(rig, [2e5, 2e5, 3.5e5, 1.5e5])
+    assert elbow > 0.3
+    assert shoulder == pytest.approx(0.0, abs=1e-6)
+
+
+def test_signals_carry_the_names_of_joints_and_muscles(rig):
+    run = pamsim.simulate(rig, pressure_step(MIDDLE, MIDDLE, duration=0.01))
+    assert list(run.joints.items()) == [("shoulder", "angle"), ("elbow", "angle")]
+    assert run.signal("elbow.angle").tolist() == run.positions[:, 1].tolist()
+    assert run.signal("biceps.pressure").tolist() == run.pressure[:, 2].tolist()
+    assert run.signal("triceps.force").tolist() == run.tension[:, 3].tolist()
+    assert {"elbow_deg", "biceps_set_kpa", "biceps_kpa", "biceps_n"} <= run.columns().keys()
+    assert "elbow 0.00 -> 0.00 deg" in run.summary()
+    with pytest.raises(InputError, match=r"did you mean 'elbow\.angle'"):
+        run.signal("elbow.angel")
+    with pytest.raises(InputError, match=r"one joint.*shoulder, elbow.*signal\('shoulder.angle'\)"):
+        _ = run.angle
+    with pytest.raises(InputError, match="needs a rig with one joint"):
+        _ = rig.angle_address
+
+
+def copied(tmp_path, old, new, xml=()):
+    folder = tmp_path / "rig"
+    shutil.copytree(find_rig("two_joint_arm"), folder)
+    for name, pairs in (("params.toml", [(old, new)]), ("two_joint_arm.xml", xml)):
+        text = (folder / name).read_text()
+        for before, after in pairs:
+            assert before in text
+            text = text.replace(before, after)
+        (folder / name).write_text(text)
+    return folder
+
+
+def test_without_names_every_joint_that_the_muscles_move_is_recorded(tmp_path, rig):
+    stated = 'joints = ["shoulder", "elbow"]\n'
+    wrist = (
+        '<body name="load" pos="0.25 0 0">',
+        '<body name="load" pos="0.25 0 0"><joint name="wrist"/>',
+    )
+    folder = copied(tmp_path, stated, "", [wrist])
+    assert pamsim.load_rig(folder).joints == rig.joints
+
+
+def test_a_joint_that_slides_has_a_position(tmp_path):
+    folder = copied(
+        tmp_path,
+        'joints = ["shoulder", "elbow"]\n',
+        'joints = ["elbow"]\n',
+        [('<joint name="elbow"/>', '<joint name="elbow" type="slide" range="-1 1"/>')],
+    )
+    sliding = pamsim.load_rig(folder)
+    assert sliding.joints == {"elbow": "position"}
+    assert sliding.names.joint_channels == ("elbow.position",)
+    assert sliding.names.joint_columns() == ("elbow_mm",)
+
+
+@pytest.mark.parametrize(
+    ("name", "words"),
+    [
+        ("tendon.biceps_cable.coef", "differ; write coef_shoulder and coef_elbow"),
+        ("tendon.biceps_cable.coef_elbw", "did you mean 'elbow'"),
+    ],
+)
+def test_a_radius_of_a_cable_over_two_joints_is_named_by_its_joint(rig, name, words):
+    with pytest.raises(InputError, match=words):
+        rig.with_parameters({name: 0.02})
+
+
+def test_a_radius_moves_one_joint_alone(rig):
+    changed = rig.with_parameters({"tendon.biceps_cable.coef_elbow": 0.03})
+    assert rig_parameter(changed, "tendon.biceps_cable.coef_elbow").value == 0.03
+    assert rig_parameter(changed, "tendon.biceps_cable.coef_shoulder").value == 0.016
+    first = changed.model.tendon_adr[changed.model.tendon("biceps_cable").id]
+    assert changed.model.wrap_prm[first : first + 2].tolist() == [-0.016, -0.03]
