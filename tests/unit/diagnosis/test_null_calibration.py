@@ -6,7 +6,6 @@ import json
 import runpy
 from collections import Counter
 from pathlib import Path
-from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -14,6 +13,7 @@ from scipy.stats import binom, ttest_1samp
 
 from pamsim.comparison.noise_floor import noise_floor
 from pamsim.comparison.trial_regressors import regressors
+from pamsim.core.trial import Trial
 from pamsim.diagnosis.method.evidence import compare_trials
 from pamsim.diagnosis.method.where import trial_maps
 
@@ -96,12 +96,15 @@ def test_a_map_over_the_measured_signal_shows_its_own_noise():
 def test_quantities_of_a_map_do_not_depend_on_what_was_measured():
     time = np.linspace(0.0, 2.0, 100)
     clean = {"angle": np.sin(3.0 * time), "pressure_1": 2.0 + time, "pressure_2": 3.0 - time}
-    command = np.sin(time)[:, np.newaxis]
+    command = np.sin(time)[:, np.newaxis] * np.array([1.0, -1.0])
 
     def quantities(noise):
         rng = np.random.default_rng(1)
         measured = {c: y + noise * rng.standard_normal(100) for c, y in clean.items()}
-        trial = SimpleNamespace(time=time, command=command, muscles=2, measured=measured)
+        trial = Trial(
+            name="t", protocol="p", command_kind="pressure", load=0.0, time=time, command=command,
+            measured=measured,
+        )  # fmt: skip
         return regressors(trial, clean)
 
     calm, noisy = quantities(0.0), quantities(0.5)
