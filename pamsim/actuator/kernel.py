@@ -117,6 +117,7 @@ _TRAVEL_TIME = slot("valve.travel_time")
 _TUBE_RESISTANCE = slot("valve.tube_resistance")
 _TUBE_VOLUME = slot("valve.tube_volume")
 
+_MEASURED = 3.0  # code of the command
 _TYPICAL_PRESSURE = 3e5  # gauge [Pa]: where a volume that depends on it is taken to begin with
 _CLOSE = 1e-7  # relative step that may be the last of the pressure search
 _LEFT = 1e-11  # and relative error that it may leave, if the next step shrinks as it did
@@ -183,8 +184,11 @@ def chamber_pressure(par: Row, act: Row, tendon_length: float) -> float:
 
     A chamber without air is one whose state was never set (a bare ``mj_resetData`` zeroes it), one
     without volume is stretched beyond its fibres: both give NaN, so that the run stops there and
-    not at a plausible wrong number.
+    not at a plausible wrong number. A measured pressure is the state itself.
     """
+    if par[_COMMAND] == _MEASURED:
+        imposed = act[len(act) - AIR]
+        return imposed if imposed > 0.0 else math.nan
     length = length_at_muscle(par, act, tendon_length)
     kappa = contraction(par, length)
     fixed = volume_at_nominal_length(par) + hysteresis_volume(par, act, kappa)
@@ -358,6 +362,8 @@ def wanted_opening(par: Row, command: float, pressure: float, time: float) -> fl
         return clamped_opening(command)
     if par[_COMMAND] == 1.0:
         return pulsed_opening(command, time, par[_PULSE_PERIOD])
+    if par[_COMMAND] == _MEASURED:
+        return 0.0
     return regulated_opening(command, pressure, par[_BAND], par[_DEAD_BAND])
 
 
@@ -399,7 +405,7 @@ def command_at_valve(par: Row, act: Row, command: float) -> float:
 
 def pressure_at_valve(par: Row, act: Row, tendon_length: float) -> float:
     """Absolute pressure at the valves [Pa]: the chamber's, or that at the near end of a tube."""
-    if par[_TUBE_RESISTANCE] > 0.0:
+    if par[_TUBE_RESISTANCE] > 0.0 and par[_COMMAND] != _MEASURED:
         return act[len(act) - TUBE]
     return chamber_pressure(par, act, tendon_length)
 
@@ -602,6 +608,14 @@ def state_rates(
     if par[_CREEP_STIFFNESS_2] > 0.0:
         relaxed, time_2 = act[count - CREEP_2], par[_CREEP_TIME_2]
         rates[count - CREEP_2] = creep_rate(kappa, relaxed, time_2, timestep)
+    if par[_COMMAND] == _MEASURED:
+        for i in (LINE, SAG, OPENING, TUBE, AMBIENT):
+            rates[count - i] = 0.0
+        imposed = command + par[_ATMOSPHERE]
+        if imposed < par[_FLOOR]:
+            imposed = par[_FLOOR]
+        rates[count - AIR] = (imposed - act[count - AIR]) / timestep
+        return
     rates[count - LINE] = 0.0
     at_valve = command_at_valve(par, act, command)
     if par[_LINE_LAG] > 0.0:

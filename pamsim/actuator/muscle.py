@@ -29,8 +29,10 @@ HYSTERESIS_GROUPS: tuple[type[Hysteresis] | None, ...] = (
 )
 """Groups of the hysteresis operators by their code; code 0 is no operator."""
 
-COMMANDS: tuple[str, ...] = ("valve", "pulse", "pressure")
-"""What the control of the actuator means: a signed opening, a signed duty, a gauge pressure."""
+COMMANDS: tuple[str, ...] = ("valve", "pulse", "pressure", "measured")
+"""What the control of the actuator means: a signed opening, a signed duty, the set point of a
+regulator, or the gauge pressure that the chamber has after the time step, whatever valves and air
+would do."""
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -4,10 +4,12 @@ from __future__ import annotations
 
 from pamsim.actuator.kernel import chain_length, chamber_volume, length_at_muscle
 from pamsim.actuator.layout import AIR, AMBIENT, CREEP, CREEP_2, LINE, TUBE, MutableRow, Row, slot
+from pamsim.actuator.muscle import COMMANDS
 from pamsim.actuator.static_muscle import contraction
 from pamsim.pneumatics.chamber import air_state
 
 _COMMAND = slot("command")
+_REGULATED, _MEASURED = float(COMMANDS.index("pressure")), float(COMMANDS.index("measured"))
 _POLYTROPIC = slot("chamber.polytropic_index")
 _ATMOSPHERE = slot("chamber.atmosphere")
 
@@ -47,7 +49,7 @@ def rest(par: Row, act: MutableRow, tendon_length: float, pressure: float) -> No
 
 
 def quieten(par: Row, act: MutableRow, tendon_length: float, pressure: float) -> None:
-    """Relax the creep and set the command's line to what keeps the valves shut.
+    """Relax the creep, and set line or pressure to what keeps the valves shut, or is measured.
 
     Args:
         par: (SIZE,) parameter row.
@@ -58,4 +60,6 @@ def quieten(par: Row, act: MutableRow, tendon_length: float, pressure: float) ->
     kappa = contraction(par, length_at_muscle(par, act, tendon_length))
     act[len(act) - CREEP] = kappa
     act[len(act) - CREEP_2] = kappa
-    act[len(act) - LINE] = pressure if par[_COMMAND] == 2.0 else 0.0
+    act[len(act) - LINE] = pressure if par[_COMMAND] == _REGULATED else 0.0
+    if par[_COMMAND] == _MEASURED:
+        act[len(act) - AIR] = pressure + par[_ATMOSPHERE]

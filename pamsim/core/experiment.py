@@ -10,8 +10,11 @@ from numpy.typing import ArrayLike, NDArray
 from pamsim.core.errors import InputError, nearest
 from pamsim.core.parameters import FieldSpec, check_value
 
-COMMAND_UNITS = {"valve": "1", "pulse": "1", "pressure": "Pa"}
-"""Kinds of command: signed valve opening, signed pulse duty, gauge pressure set point."""
+COMMAND_UNITS = {"valve": "1", "pulse": "1", "pressure": "Pa", "measured": "Pa"}
+"""Kinds of command: signed valve opening, signed pulse duty, gauge pressure set point, and the
+gauge pressure that was measured, which the muscles then have whatever valves and air would do."""
+
+_LOWEST_READING = -2e4  # of a gauge pressure [Pa]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -19,10 +22,11 @@ class Experiment:
     """Commands over time, the state they start from, and how the run is sampled.
 
     Attributes:
-        command: ``valve``, ``pulse`` or ``pressure``.
+        command: ``valve``, ``pulse``, ``pressure`` or ``measured``.
         command_time: (k,) times at which the command takes a new value [s], increasing from 0.
         command_value: (k, m) values, one column per muscle: opening or duty in [-1, 1], or gauge
-            pressure [Pa]. A value is held until the next.
+            pressure [Pa]. A value is held until the next; between measured pressures it runs
+            straight.
         start_pressure: (m,) gauge pressures the rig rests at before time 0 [Pa].
         duration: [s].
         sample_rate: of recording and of changes of command [Hz].
@@ -65,13 +69,20 @@ class Experiment:
             )
         if time[0] != 0.0 or np.any(np.diff(time) <= 0.0):
             raise InputError("command times must start at 0 and increase")
-        pressures = start if self.command != "pressure" else np.concatenate([start, value.ravel()])
+        commanded = value.ravel() if self.command == "pressure" else start
+        pressures = np.concatenate([start, commanded])
         if np.any(pressures < 0.0):
             raise InputError(
                 f"pressure {pressures.min() / 1e3:g} kPa is negative; pressures are gauge, 0 is the"
                 " atmosphere, and the rig has no vacuum"
             )
-        if self.command != "pressure" and np.any(np.abs(value) > 1.0):
+        # A sensor at a vented muscle may read a little below the atmosphere, but never a vacuum.
+        if self.command == "measured" and np.any(value < _LOWEST_READING):
+            raise InputError(
+                f"a measured pressure of {value.min() / 1e3:g} kPa is no gauge pressure of a"
+                " muscle; give gauge pressures, 0 at the atmosphere"
+            )
+        if COMMAND_UNITS[self.command] == "1" and np.any(np.abs(value) > 1.0):
             raise InputError(
                 f"valve command {value.flat[np.argmax(np.abs(value))]:g} is outside [-1, 1]"
             )
@@ -89,7 +100,7 @@ class Experiment:
         object.__setattr__(self, "start_pressure", start)
 
     def command_at(self, times: ArrayLike) -> NDArray[np.float64]:
-        """Command held at given times.
+        """Command at given times: the last value, or on the line between two measured ones.
 
         Args:
             times: (n,) [s], not before 0.
@@ -97,6 +108,9 @@ class Experiment:
         Returns:
             (n, m) command values.
         """
+        if self.command == "measured":
+            columns = [np.interp(times, self.command_time, c) for c in self.command_value.T]
+            return np.stack(columns, axis=1)
         # A breakpoint written k * 0.002 must not miss the sample k / 500 by rounding.
         late = np.asarray(times) * (1.0 + 1e-12) + 1e-12
         index = np.searchsorted(self.command_time, late, side="right") - 1

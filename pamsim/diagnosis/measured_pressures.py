@@ -12,33 +12,18 @@ from dataclasses import replace
 
 import numpy as np
 
-from pamsim.actuator.regulation import regulator_time_constant
 from pamsim.comparison.experiments import at_times, experiment_of
 from pamsim.comparison.measurements import CalibrationData
 from pamsim.comparison.noise_floor import NoiseFloor
 from pamsim.comparison.trial_residuals import TrialLayout
-from pamsim.core.errors import InputError
 from pamsim.core.experiment import Experiment
 from pamsim.core.recording import Outcome
 from pamsim.core.signal_names import kind_of
 from pamsim.core.trial import Trial
 from pamsim.diagnosis.method.where import Cell, cells
-from pamsim.effects.catalog import EFFECTS
 from pamsim.engine.batch import simulate_batch
 from pamsim.engine.rig import Rig
 from pamsim.inference.residual_block import ResidualBlock, layout, stacked
-
-_DIRECT = {"valve.regulator_dead_band": 0.0} | {
-    parameter.name: parameter.neutral
-    for effect in EFFECTS.values()
-    if effect.upstream_of_pressure
-    for parameter in effect.parameters
-    if parameter.neutral is not None and not parameter.shape
-}
-"""Rig parameters with which pressures follow their set points without delay or loss."""
-
-_RATE = 500.0  # of set points [Hz]: several within a sample of a usual recording
-_STEPS = 3.0  # time steps in which pressures follow at the quickest
 
 
 def cells_with_measured_pressures(
@@ -54,18 +39,13 @@ def cells_with_measured_pressures(
 
     Returns:
         The cells, the largest excess first; none where pressures were not measured, the floor holds
-        neither angle nor forces, or the arm cannot be driven so.
+        neither angle nor forces, or a run breaks down.
     """
     compared = {channel for channel in floor.sd if kind_of(channel) != "pressure"}
-    direct = with_direct_air(rig)
     groups = _repeats(data.trials, compared)
     if not groups:
         return ()
-    jobs = [(direct, driven(members, _lag(direct))) for members in groups]
-    try:
-        runs = simulate_batch(jobs, threads=threads)
-    except InputError:
-        return ()
+    runs = simulate_batch([(rig, _driven(members)) for members in groups], threads=threads)
     blocks: list[ResidualBlock] = []
     for members, run in zip(groups, runs, strict=True):
         if run.outcome is not Outcome.COMPLETED:
@@ -102,49 +82,15 @@ def _repeats(trials: Sequence[Trial], compared: Collection[str]) -> list[list[Tr
     return list(groups.values())
 
 
-def driven(repeats: Sequence[Trial], lag: float) -> Experiment:
-    """The experiment whose set points are what the pressure sensors read, the mean over repeats.
-
-    Args:
-        repeats: of one experiment, with every pressure measured.
-        lag: of the pressures behind their set points, made up for [s].
-    """
+def _driven(repeats: Sequence[Trial]) -> Experiment:
+    """The experiment of repeats with the pressures that were measured, the mean over them."""
     first = repeats[0]
-    mean = np.mean(
-        [
-            np.stack([t.measured[channel] for channel in t.pressure_channels], axis=1)
-            for t in repeats
-        ],
-        axis=0,
-    )
-    commanded = experiment_of(first)
-    count = round(commanded.duration * _RATE)
-    # Each value is held to the next: taken in the middle, it neither leads nor lags.
-    time = np.arange(count) / _RATE
-    ahead = np.stack(
-        [np.interp(time + lag + 0.5 / _RATE, first.time, column) for column in mean.T], axis=1
-    )
+    pressures = [np.stack([t.measured[c] for c in t.pressure_channels], axis=1) for t in repeats]
+    mean = np.mean(pressures, axis=0)
     return replace(
-        commanded,
-        command="pressure",
-        command_time=time,
-        command_value=np.maximum(ahead, 0.0),
+        experiment_of(first),
+        command="measured",
+        command_time=first.time,
+        command_value=mean,
         start_pressure=np.maximum(mean[0], 0.0),
-        sample_rate=_RATE,
     )
-
-
-def _lag(rig: Rig) -> float:
-    return 2.0 * max(map(regulator_time_constant, rig.muscles.values()))
-
-
-def with_direct_air(rig: Rig) -> Rig:
-    """The rig with valves that follow any set point at once, and nothing in the air's way."""
-    direct = rig.with_parameters(_DIRECT)
-    slowest = _STEPS * float(rig.model.opt.timestep)
-    flows: dict[str, float] = {}
-    for name, muscle in direct.muscles.items():
-        larger = max(regulator_time_constant(muscle) / slowest, 1.0)
-        for side in ("conductance_fill", "conductance_exhaust"):
-            flows[f"{name}:valve.{side}"] = larger * float(getattr(muscle.valve, side))
-    return direct.with_parameters(flows)

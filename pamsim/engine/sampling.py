@@ -77,6 +77,23 @@ def held_commands(commands: FloatArray, timestep: float, steps: int) -> Plan:
     )
 
 
+def each_step_command(commands: FloatArray, timestep: float, steps: int) -> Plan:
+    """The plan of a run with a command for each time step.
+
+    Args:
+        commands: (n steps, m).
+        timestep: [s].
+        steps: time steps per sample.
+    """
+    count = len(commands)
+    return Plan(
+        first=np.arange(0, count + 1, steps),
+        command=np.ascontiguousarray(commands),
+        timestep=np.full(count, timestep),
+        count=np.ones(count, dtype=np.int64),
+    )
+
+
 def may_collide(model: mujoco.MjModel) -> bool:
     """Whether geoms of a model can touch."""
     if model.opt.disableflags & mujoco.mjtDisableBit.mjDSBL_CONTACT:

@@ -18,6 +18,7 @@ from pamsim.engine.delayed_command import arriving_commands
 from pamsim.engine.rig import Rig
 from pamsim.engine.sampling import (
     Plan,
+    each_step_command,
     held_commands,
     may_collide,
     note_state,
@@ -264,6 +265,9 @@ def _plan(run: Run, commands: NDArray[np.float64]) -> Plan:
     """When which commands reach the valves."""
     delays, start = _delays(run.rig), run.experiment.start_pressure
     timestep = float(run.model.opt.timestep)
+    if run.experiment.command == "measured":
+        ends = timestep * np.arange(1, run.samples * run.steps + 1)
+        return each_step_command(run.experiment.command_at(ends), timestep, run.steps)
     if not any(delays):
         return held_commands(commands, timestep, run.steps)
     before = start.tolist() if run.experiment.command == "pressure" else [0.0] * len(start)

