@@ -52,6 +52,7 @@ def command(
     from pamsim.diagnosis.repaired_rig import check_folder
     from pamsim.diagnosis.result import FILE, SCHEMA
     from pamsim.effects.catalog import effect
+    from pamsim.effects.effect import AT
     from pamsim.store.json_file import read_json
 
     kind = kind_of(data)
@@ -62,7 +63,7 @@ def command(
     tried = _listed(effects)
     if kind is not Kind.LOOP:
         for name in tried:
-            effect(name.partition(":")[0])
+            effect(name.partition(AT)[0].partition(":")[0])
     with progress_bar("model") as progress:
         try:
             report = diagnose(

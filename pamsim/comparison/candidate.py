@@ -69,13 +69,13 @@ class Candidate:
 
     @property
     def name(self) -> str:
-        """Name of the effect, the same for all of its forms."""
-        return self.effect.name
+        """Name of the effect and its place, the same for all of its forms."""
+        return self.effect.claim
 
     @property
     def label(self) -> str:
-        """Name and form, such as ``coulomb_friction:dahl``."""
-        return f"{self.name}:{self.effect.form}" if self.effect.form else self.name
+        """Name, form and place, such as ``coulomb_friction:dahl``."""
+        return self.effect.label
 
     @property
     def rare(self) -> bool:

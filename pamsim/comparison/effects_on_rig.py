@@ -6,9 +6,9 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 from pamsim.comparison.candidate import Candidate, Probe, inside
-from pamsim.core.errors import InputError
+from pamsim.core.errors import InputError, nearest
 from pamsim.effects.catalog import FORMS, TRIAL_EFFECTS, effect
-from pamsim.effects.effect import JOINT, SECOND_MUSCLE, TILTED, Effect, EffectParameter
+from pamsim.effects.effect import AT, JOINT, SECOND_MUSCLE, TILTED, Effect, EffectParameter
 from pamsim.engine.native import is_native
 from pamsim.engine.rig import Rig
 from pamsim.engine.rig_parameter import RigParameter, rig_parameter
@@ -16,13 +16,19 @@ from pamsim.inference.free_parameter import FreeParameter
 from pamsim.signals.sensors import MeasurementChain
 
 
-def rig_name(rig: Rig, name: str) -> str:
+def rig_name(rig: Rig, name: str, place: str = "") -> str:
     """Name of a parameter on a rig, its placeholders (see `pamsim.effects.effect`) filled in.
+
+    Args:
+        rig: with the parameter.
+        name: that may hold a placeholder.
+        place: joint or muscle, where the rig has several that the placeholder may stand for.
 
     Raises:
         InputError: if the rig has no such part.
     """
-    name = name.replace(JOINT, rig.only_joint)
+    if JOINT in name:
+        name = name.replace(JOINT, place or rig.only_joint)
     if TILTED in name:
         tilted = [n.split(".")[1] for n in rig.file.native if n.endswith(".tilt")]
         if not tilted:
@@ -33,27 +39,57 @@ def rig_name(rig: Rig, name: str) -> str:
     if SECOND_MUSCLE in name:
         if len(rig.muscles) < 2:
             raise InputError(f"{rig.name} has a single muscle")
-        name = name.replace(SECOND_MUSCLE, list(rig.muscles)[1])
+        name = name.replace(SECOND_MUSCLE, place or list(rig.muscles)[1])
     return name
 
 
 def rig_effect(rig: Rig, name: str) -> Effect:
-    """Look an effect up, also on one muscle of a rig: ``rest_length:muscle_1``.
+    """Look an effect up, also at one joint or muscle of a rig: ``air_leak at biceps``.
 
     Raises:
-        InputError: if there is none of that name or form, or it does not act on muscles.
+        InputError: if there is none of that name or form, the rig has no such joint or muscle, or
+            the effect does not act there.
     """
-    plain, _, muscle = name.partition(":")
-    if muscle not in rig.muscles:
-        return effect(name)
-    common = effect(plain)
+    common, _, place = name.partition(AT)
+    found = effect(common)
+    if not place:
+        return found
+    if place not in (*rig.joints, *rig.muscles):
+        raise InputError(
+            f"{name}: rig {rig.name!r} has no such joint or muscle; "
+            f"{nearest(place, [*rig.joints, *rig.muscles])}"
+        )
+    return _at(rig, found, place)
+
+
+def _at(rig: Rig, found: Effect, place: str) -> Effect:
+    """An effect at one joint or muscle of a rig."""
     parameters: list[EffectParameter] = []
-    for parameter in common.parameters:
+    at_joint = place in rig.joints
+    for parameter in found.parameters:
         own = parameter.name.rpartition(":")[2]
-        if is_native(own) or own.startswith(f"{MeasurementChain.group}."):
-            raise InputError(f"{plain} does not act on a muscle: {own} is a number of the rig")
-        parameters.append(replace(parameter, name=f"{muscle}:{own}"))
-    return replace(common, form=muscle, parameters=tuple(parameters))
+        of_muscle = not (is_native(own) or own.startswith(f"{MeasurementChain.group}."))
+        if not (JOINT in own if at_joint else of_muscle):
+            what = "joint" if at_joint else "muscle"
+            raise InputError(f"{found.name} does not act on a {what}: it changes {own}")
+        name = own.replace(JOINT, place) if at_joint else f"{place}:{own}"
+        parameters.append(replace(parameter, name=name))
+    return replace(found, place=place, parameters=tuple(parameters))
+
+
+def places(rig: Rig, found: Effect) -> tuple[str, ...]:
+    """Joints or muscles of a rig at each of which an effect is a cause of its own.
+
+    Returns:
+        Their names; an empty one where the rig has a single place for the effect, or the effect
+        acts on all of them together.
+    """
+    names = " ".join(parameter.name for parameter in found.parameters)
+    if JOINT in names and len(rig.joints) > 1:
+        return tuple(rig.joints)
+    if SECOND_MUSCLE in names and len(rig.muscles) > 2:
+        return tuple(rig.muscles)
+    return ("",)
 
 
 def _on_rig(rig: Rig, parameter: EffectParameter) -> tuple[EffectParameter, RigParameter]:
@@ -127,8 +163,7 @@ def candidates(rig: Rig, names: Sequence[str] = ()) -> tuple[tuple[Candidate, ..
     tried: dict[str, Candidate] = {}
     skipped: dict[str, str] = {}
     for name in names or TRIAL_EFFECTS:
-        labels = [f"{name}:{e.form}" for e in FORMS[name]] if len(FORMS.get(name, ())) > 1 else []
-        for label in labels or [name]:
+        for label in _labels(rig, name):
             try:
                 one = candidate(rig, rig_effect(rig, label))
             except InputError as error:
@@ -141,8 +176,19 @@ def candidates(rig: Rig, names: Sequence[str] = ()) -> tuple[tuple[Candidate, ..
                 one.label,
                 replace(one, usual=usual, asked_for=bool(names), probes=tuple(probes)),
             )
-    found = {one.name for one in tried.values()}
+    found = {name for one in tried.values() for name in (one.name, one.effect.name)}
     return tuple(tried.values()), {n: why for n, why in skipped.items() if n not in found}
+
+
+def _labels(rig: Rig, name: str) -> list[str]:
+    """An effect in each of its forms and at each of its places, as `rig_effect` takes them."""
+    plain, _, place = name.partition(AT)
+    try:
+        forms = FORMS.get(plain) or (effect(plain),)
+    except InputError:
+        return [name]
+    bound = [replace(f, place=own) for f in forms for own in ([place] if place else places(rig, f))]
+    return [one.label for one in bound]
 
 
 def _free(parameter: EffectParameter, own: RigParameter) -> FreeParameter:

@@ -1,4 +1,4 @@
-"""Safe inputs of an antagonistic rig that show what its model is missing."""
+"""Safe inputs of a rig of antagonistic muscles that show what its model is missing."""
 
 from __future__ import annotations
 
@@ -35,13 +35,13 @@ _MIDDLE = 2.5e5  # common pressure about which trials move [Pa]
 
 @dataclass(frozen=True, kw_only=True)
 class Protocol:
-    """An input for two antagonistic muscles.
+    """An input for antagonistic muscles, in pairs.
 
     Attributes:
         name: as in recordings.
         shows: what it is for.
         command: ``pressure`` or ``valve``.
-        drive: times (n,) [s] and random numbers to commands (n, 2) [Pa or -].
+        drive: times (n,) [s] and random numbers to commands (n, 2) of a pair [Pa or -].
         load: mass on the arm [kg].
     """
 
@@ -51,18 +51,23 @@ class Protocol:
     drive: Drive
     load: float = 0.0
 
-    def experiment(self, seed: int = 0, duration: float | None = None) -> Experiment:
+    def experiment(
+        self, seed: int = 0, duration: float | None = None, *, muscles: int = 2
+    ) -> Experiment:
         """The experiment; the same seed gives the same one.
 
         Args:
             seed: of its random levels, periods, phases and signs.
             duration: [s]; `DURATION` if left out.
+            muscles: of the rig. The first two are a pair, the next two another one, and so on;
+                each pair has its own random numbers.
         """
         duration = DURATION if duration is None else duration
         time = np.arange(round(duration * RATE)) / RATE
         rng = np.random.default_rng([seed, zlib.crc32(self.name.encode())])
-        command = self.drive(time, rng)
-        start = command[0] if self.command == "pressure" else np.full(2, _MIDDLE)
+        pairs = [self.drive(time, rng) for _ in range(0, muscles, 2)]
+        command = np.hstack(pairs)[:, :muscles]
+        start = command[0] if self.command == "pressure" else np.full(muscles, _MIDDLE)
         return Experiment(
             command=self.command,
             command_time=time,

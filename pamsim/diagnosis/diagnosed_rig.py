@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import copy
 from collections.abc import Mapping, Sequence
 
 import numpy as np
@@ -88,7 +87,9 @@ class DiagnosedRig:
     def menu(self, sets: Sequence[Values]) -> list[Signals | None]:
         """See `pamsim.diagnosis.method.next_experiment.SimulateMenu`."""
         rigs = self._rigs(sets, self._coarse)
-        jobs = [(r, p.experiment()) for r in rigs if r is not None for p in MENU.values()]
+        muscles = len(self._rig.muscles)
+        menu = [p.experiment(muscles=muscles) for p in MENU.values()]
+        jobs = [(r, experiment) for r in rigs if r is not None for experiment in menu]
         self._counted(len(jobs))
         runs = iter(simulate_batch(jobs, timestep=self._coarse, threads=self._threads))
         return [
@@ -127,10 +128,8 @@ class DiagnosedRig:
 
 
 def _check(rig: Rig, step: float | None) -> None:
-    model = copy.copy(rig.model)
-    if step is not None:
-        model.opt.timestep = step
-    check_timestep(model, rig.muscles)
+    # Without load, where friction stops the arm soonest.
+    check_timestep(rig.model_for(timestep=step), rig.muscles)
 
 
 def _coarse_step(rig: Rig, rates: Sequence[float]) -> float | None:

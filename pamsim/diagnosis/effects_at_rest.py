@@ -61,7 +61,7 @@ def _row_effect(rig: Rig, chosen: Effect) -> RowEffect:
         if kept not in different:
             different.append(kept)
     return RowEffect(
-        name=chosen.name,
+        name=chosen.claim,
         family=chosen.family,
         parameters=free.parameters,
         neutral=free.neutral,

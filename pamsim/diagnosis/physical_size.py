@@ -22,6 +22,7 @@ from numpy.typing import NDArray
 from pamsim.diagnosis.pulley_radius import with_fitted
 from pamsim.diagnosis.virtual_test_conditions import CONDITIONS
 from pamsim.diagnosis.virtual_tests import TESTS, Quantities, bench
+from pamsim.effects.effect import AT
 from pamsim.engine.rig import Rig
 from pamsim.engine.rig_parameter import rig_parameter
 from pamsim.inference.free_parameter import FreeParameter
@@ -50,7 +51,7 @@ class FreedEffect(Protocol):
 
     @property
     def name(self) -> str:
-        """Of the catalogue."""
+        """Of the catalogue, with its place."""
         ...
 
     @property
@@ -116,7 +117,8 @@ def physical_sizes(
 def _sizes(rig: Rig, model: FittedModel, effect: FreedEffect) -> dict[str, PhysicalSize]:
     names = [parameter.name for parameter in effect.parameters]
     rest = {name: value for name, value in model.fit.values.items() if name not in names}
-    without, muscle = bench(with_fitted(rig, rest)), tested_muscle(rig, names[0])
+    joint, muscle = tested_joint(rig, names[0]), tested_muscle(rig, names[0])
+    without = bench(with_fitted(rig, rest), joint)
 
     best = np.array([model.fit.values[name] for name in names])
     low, high = np.array([_allowed_interval(rig, model, name) for name in names]).T
@@ -124,8 +126,8 @@ def _sizes(rig: Rig, model: FittedModel, effect: FreedEffect) -> dict[str, Physi
     def test(values: FloatArray) -> Quantities:
         inside = np.minimum(np.maximum(values, np.minimum(low, best)), np.maximum(high, best))
         chosen = dict(zip(names, inside.tolist(), strict=True))
-        there = bench(with_fitted(rig, {**model.fit.values, **chosen}))
-        return TESTS[effect.name](there, without, muscle)
+        there = bench(with_fitted(rig, {**model.fit.values, **chosen}), joint)
+        return TESTS[effect.name.partition(AT)[0]](there, without, muscle)
 
     found = test(best)
     ends: dict[str, tuple[float, float]] = {}
@@ -176,6 +178,17 @@ def tested_muscle(rig: Rig, parameter: str) -> int:
     """
     only = parameter.rpartition(":")[0]
     return list(rig.muscles).index(only) if only else 0
+
+
+def tested_joint(rig: Rig, parameter: str) -> str:
+    """The joint to test: the only one that an effect acts on, or the rig's first.
+
+    Args:
+        rig: that has the effect.
+        parameter: that measures its size.
+    """
+    own = parameter.split(".")[1] if parameter.startswith("joint.") else ""
+    return own if own in rig.joints else next(iter(rig.joints))
 
 
 def correlation(fit: Fitted, names: Sequence[str]) -> FloatArray:

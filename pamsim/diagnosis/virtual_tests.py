@@ -100,20 +100,29 @@ VirtualTest: TypeAlias = Callable[[Bench, Bench, int], Quantities]
 """Rig with an effect, the same without, and index of the muscle, to the size of the effect."""
 
 
-def bench(rig: Rig) -> Bench:
-    """Take a rig apart."""
+def bench(rig: Rig, name: str = "") -> Bench:
+    """Take a rig apart.
+
+    Args:
+        rig: which.
+        name: of the joint to test, the others at 0; the only one if left out.
+
+    Raises:
+        InputError: if it is left out and there are several.
+    """
+    name = name or rig.only_joint
     model = rig.model_for()
     model.actuator_user[:, slot("command")] = 0.0  # the control is a signed opening
     data = mujoco.MjData(model)
     tendons = [model.tendon(name).id for name in rig.file.tendons.values()]
     places: list[FloatArray] = []
     for angle in (-1e-6, 1e-6, 0.0):
-        data.qpos[rig.angle_address] = angle
+        data.qpos[model.joint(name).qposadr[0]] = angle
         mujoco.mj_fwdPosition(model, data)
         places.append(data.ten_length[tendons].copy())
     arms = (places[1] - places[0]) / 2e-6
     mujoco.mj_fwdVelocity(model, data)
-    joint = rig.velocity_address
+    joint = int(model.joint(name).dofadr[0])
     turned, inertia = np.zeros(model.nv), np.zeros(model.nv)
     turned[joint] = 1.0
     mujoco.mj_mulM(model, data, inertia, turned)

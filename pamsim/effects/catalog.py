@@ -12,7 +12,7 @@ from pamsim.effects import (
     pneumatic,
     transmission,
 )
-from pamsim.effects.effect import Effect
+from pamsim.effects.effect import AT, Effect
 
 _ALL: tuple[Effect, ...] = tuple(
     effect
@@ -42,12 +42,13 @@ def effect(name: str) -> Effect:
     """Look an effect up.
 
     Args:
-        name: such as ``coulomb_friction``, or with a form, ``coulomb_friction:dahl``.
+        name: such as ``coulomb_friction``, or with a form, ``coulomb_friction:dahl``; the place in
+            ``coulomb_friction at elbow`` is left to the rig.
 
     Raises:
         InputError: if there is none of that name or form, with the nearest.
     """
-    plain, colon, form = name.partition(":")
+    plain, colon, form = name.partition(AT)[0].partition(":")
     if plain not in FORMS:
         raise InputError(f"no effect {plain!r}; {nearest(plain, FORMS)}")
     if not colon:

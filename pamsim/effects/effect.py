@@ -10,13 +10,16 @@ import dataclasses
 from dataclasses import dataclass
 
 JOINT = "{joint}"
-"""Placeholder for the rig's output joint in the name of a parameter."""
+"""Placeholder for a joint of the rig in the name of a parameter."""
 
 TILTED = "{tilted}"
 """Placeholder for the body whose tilt sets how gravity turns the arm."""
 
 SECOND_MUSCLE = "{second_muscle}"
-"""Placeholder for the second of a rig's two muscles."""
+"""Placeholder for the second of a rig's two muscles, or one of several."""
+
+AT = " at "
+"""Stands between the name of an effect and the joint or muscle it is bound to."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -101,7 +104,9 @@ class Effect:
         probes: sizes, in units of the typical one, at which its signature is taken: one small one,
             or, of an effect with a threshold, several, so that it acts at one of them.
         form: which formula this is, where the same physics has several; such forms share the name,
-            and `pamsim.effects.catalog.FORMS` lists them. On a rig also the only muscle it acts on.
+            and `pamsim.effects.catalog.FORMS` lists them.
+        place: on a rig the only joint or muscle it acts on; empty where it acts on all, or where
+            the rig has one.
         in_trials: whether recordings over time are searched for it.
         rare: whether recordings are searched for it only where the other effects leave a
             remainder, or where it is asked for by name.
@@ -117,10 +122,22 @@ class Effect:
     separating: str
     probes: tuple[float, ...] = (0.3,)
     form: str = ""
+    place: str = ""
     in_trials: bool = True
     rare: bool = False
     path_dependent: bool = False
     upstream_of_pressure: bool = False
+
+    @property
+    def claim(self) -> str:
+        """What a diagnosis names: the effect, with its place such as ``air_leak at biceps``."""
+        return f"{self.name}{AT}{self.place}" if self.place else self.name
+
+    @property
+    def label(self) -> str:
+        """Name, form and place, such as ``coulomb_friction:rigid at elbow``."""
+        form = f":{self.form}" if self.form else ""
+        return f"{self.name}{form}{AT}{self.place}" if self.place else f"{self.name}{form}"
 
     @property
     def invisible_at_rest(self) -> str:

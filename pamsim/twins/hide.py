@@ -15,6 +15,7 @@ from pamsim.core.errors import InputError, nearest
 from pamsim.core.experiment import Experiment
 from pamsim.core.recording import Recording
 from pamsim.effects.catalog import EFFECTS
+from pamsim.effects.effect import AT
 from pamsim.engine.batch import simulate_batch
 from pamsim.engine.rig import Rig, load_rig
 from pamsim.engine.rig_parameter import rig_parameter
@@ -66,7 +67,7 @@ def hide(
             size=size,
             unit="typical sizes",
             formulation="library",
-            stands_for=(rig_effect(base, name).name,),
+            stands_for=(rig_effect(base, name).claim,),
         )
         for name, size in by_library.items()
     ]
@@ -112,7 +113,7 @@ def _resolved(effects: Mapping[str, float], formulation: str) -> tuple[Mapping[s
     by_library: dict[str, float] = {}
     by_plant: list[tuple[PlantEffect, float]] = []
     for name, size in effects.items():
-        if name.partition(":")[0] in EFFECTS and formulation != "independent":
+        if name.partition(AT)[0].partition(":")[0] in EFFECTS and formulation != "independent":
             by_library[name] = size
             continue
         found = other_formula(name)
@@ -161,11 +162,13 @@ def _names(settings: HideSettings) -> Sequence[str]:
 def _experiments(rig: Rig, settings: HideSettings) -> Iterator[tuple[str, Experiment]]:
     """Every input in its two settings, the second of which is held out."""
     numbers = None if settings.formulation == "library" else read_rig(rig, 0.0)
+    muscles = len(rig.muscles)
     for name in _names(settings):
         for setting, end in enumerate(("", HELD_OUT_SUFFIX)):
             seed = 2 * settings.seed + setting
             if numbers is None or name in PROTOCOLS:
-                yield f"{name}{end}", protocol(name).experiment(seed, settings.duration)
+                made = protocol(name).experiment(seed, settings.duration, muscles=muscles)
+                yield f"{name}{end}", made
             elif name in INPUTS:
                 loads = rig.file.load_body is not None
                 made = INPUTS[name].experiment(numbers, seed, settings.duration, loads=loads)

@@ -248,7 +248,7 @@ def shortlist(
         for s in screened
         if s.candidate.name in chosen
         or (
-            (s.candidate.name in wanted or s.candidate.family in families)
+            (s.candidate.effect.name in wanted or s.candidate.family in families)
             and s.gain >= max(least, 0.5 * share * best)
         )
     )

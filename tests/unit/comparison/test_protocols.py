@@ -51,3 +51,13 @@ def test_cocontraction_moves_both_muscles_together_and_turns_the_arm_both_ways()
 def test_an_unknown_name_is_refused_with_the_nearest():
     with pytest.raises(InputError, match="did you mean 'bursts'"):
         protocol("burst")
+
+
+@pytest.mark.parametrize("name", PROTOCOLS)
+@pytest.mark.parametrize("muscles", [1, 3, 4])
+def test_more_muscles_are_driven_in_pairs_each_in_its_own_way(name, muscles):
+    command = PROTOCOLS[name].experiment(3, muscles=muscles).command_value
+    pair = PROTOCOLS[name].experiment(3).command_value
+    assert command.shape == (len(pair), muscles)
+    assert np.array_equal(command[:, :2], pair[:, :muscles])
+    assert all(not np.array_equal(pair[:, 0], own) for own in command[:, 2:3].T)

@@ -170,26 +170,25 @@ def test_a_search_may_reach_neutral_and_every_probe(name, rig):
 
 def test_an_effect_may_act_on_any_one_muscle(rig):
     for muscle in rig.muscles:
-        one = candidate(rig, rig_effect(rig, f"rest_length:{muscle}"))
-        assert (one.name, one.effect.form) == ("rest_length", muscle)
+        one = candidate(rig, rig_effect(rig, f"rest_length at {muscle}"))
+        assert (one.name, one.effect.place) == (f"rest_length at {muscle}", muscle)
         (length,) = one.parameters
         assert length.name == f"{muscle}:mounting.length_at_zero"
         own, nominal = one.neutral[length.name], rig.muscles[muscle].braid.nominal_length
         assert (length.low, length.high) == pytest.approx((own - nominal / 4, own + nominal / 4))
-        assert candidate(rig, rig_effect(rig, f"muscle_mismatch:{muscle}")).parameters[0].name == (
-            f"{muscle}:force.scale"
-        )
-        leaking = rig.with_parameters(at_size(rig, rig_effect(rig, f"air_leak:{muscle}"), 1.0))
+        mismatch = candidate(rig, rig_effect(rig, f"muscle_mismatch at {muscle}"))
+        assert mismatch.parameters[0].name == f"{muscle}:force.scale"
+        leaking = rig.with_parameters(at_size(rig, rig_effect(rig, f"air_leak at {muscle}"), 1.0))
         leaks = {m: parts.chamber.leak_conductance > 0.0 for m, parts in leaking.muscles.items()}
         assert leaks == {m: m == muscle for m in rig.muscles}
-    for name in ("added_inertia:muscle_1", "angle_bias:muscle_1"):
+    for name in ("added_inertia at muscle_1", "angle_bias at muscle_1"):
         with pytest.raises(InputError, match=r"\A[^\n]*does not act on a muscle[^\n]*\Z"):
             rig_effect(rig, name)
-    both, _ = candidates(rig, ("muscle_mismatch:muscle_1", "muscle_mismatch:muscle_2"))
-    assert [one.label for one in both] == ["muscle_mismatch:muscle_1", "muscle_mismatch:muscle_2"]
-    assert [one.usual for one in both] == [True, False]
-    with pytest.raises(InputError, match="no form 'muscle_9'"):
-        rig_effect(rig, "air_leak:muscle_9")
+    wanted = ["muscle_mismatch at muscle_1", "muscle_mismatch at muscle_2"]
+    both, _ = candidates(rig, wanted)
+    assert [one.name for one in both] == [one.label for one in both] == wanted
+    with pytest.raises(InputError, match="no such joint or muscle; did you mean 'muscle_"):
+        rig_effect(rig, "air_leak at muscle_9")
 
 
 @pytest.mark.parametrize("name", [*RARE, *OTHER_FORMS])

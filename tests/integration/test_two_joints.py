@@ -1,0 +1,79 @@
+"""A rig with two joints and four muscles from its recording to calibration and diagnosis."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+import pamsim
+from pamsim.comparison.measurements import read_calibration_data
+from pamsim.core.errors import InputError
+from pamsim.diagnosis.diagnosed_rig import DiagnosedRig
+from pamsim.diagnosis.experiment_menu import MENU
+
+SHORT = {"protocols": ("triangle", "multisine"), "duration": 2.5, "variation": 0.0, "seed": 1}
+DAMPING = {"joint.shoulder.damping": 0.55, "joint.elbow.damping": 0.10}
+
+
+@pytest.fixture(scope="module")
+def rubbing(tmp_path_factory):
+    """Recordings in which the elbow has dry friction."""
+    folder = tmp_path_factory.mktemp("twin") / "elbow"
+    hidden = {"coulomb_friction at elbow": 1.0}
+    pamsim.hide("two_joint_arm", hidden, repeats=3, **SHORT).save(folder)
+    return folder
+
+
+def test_friction_hidden_at_one_joint_is_named_at_that_joint(rubbing):
+    found = pamsim.diagnose(
+        [rubbing],
+        effects=["coulomb_friction", "viscous_friction"],
+        nuisance=["force.scale"],
+        channels=["angle"],
+    )
+    (effect,) = found.effects
+    assert effect.name == "coulomb_friction at elbow"
+    low, high = effect.parameters["joint.elbow.frictionloss"].interval95
+    assert low < 0.3 < high
+    assert high - low < 0.02
+    assert set(found.gap) == {"shoulder.angle", "elbow.angle"}
+    elbow = found.gap["elbow.angle"]
+    assert elbow.before.value > 5.0 * elbow.floor.value
+    assert elbow.after.value < 1.5 * elbow.floor.value
+    assert found.where[0].channel == "elbow.angle"
+
+
+def test_damping_of_both_joints_is_recovered_and_written(tmp_path):
+    planted = pamsim.load_rig("two_joint_arm").with_parameters(DAMPING)
+    short = SHORT | {"protocols": ("multisine",), "duration": 1.2}
+    recording = pamsim.hide(planted, {}, repeats=1, **short)
+    recording.save(tmp_path / "data")
+    found = pamsim.calibrate(
+        [tmp_path / "data"], rig="two_joint_arm", free=list(DAMPING), channels=["angle"],
+        out=tmp_path / "out",
+    )  # fmt: skip
+    assert found.status == "converged"
+    for parameter in found.parameters:
+        low, high = parameter.interval95
+        assert low < DAMPING[parameter.name] < high
+        assert high - low < 0.1 * parameter.value
+    assert [row["channel"] for row in found.misfit()] == ["shoulder.angle", "elbow.angle"]
+    written = pamsim.load_rig(found.folder)
+    assert written.joints == planted.joints
+    assert written.model.joint("elbow").damping[0] == pytest.approx(0.10, rel=0.1)
+
+
+def test_every_experiment_of_the_menu_runs_on_four_muscles(rubbing):
+    rig = pamsim.load_rig("two_joint_arm")
+    data = read_calibration_data([rubbing]).of_rig(rig)
+    (signals,) = DiagnosedRig(rig, data, ()).menu([{}])
+    assert signals is not None
+    assert set(signals) == set(MENU)
+    for channels in signals.values():
+        assert set(channels) == set(data.trials[0].measured)
+        assert all(np.all(np.isfinite(values)) for values in channels.values())
+
+
+def test_a_recording_of_another_rig_is_refused_with_its_muscles(rubbing):
+    with pytest.raises(InputError, match="is of 4 muscles, rig 'mas20_arm' has 2"):
+        pamsim.calibrate([rubbing], rig="mas20_arm", free=["force.scale"])

@@ -1,0 +1,135 @@
+"""Effects on a rig with several joints and muscles: each place is a cause of its own."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+import pamsim
+from pamsim.comparison.effects_on_rig import at_size, candidates, rig_effect
+from pamsim.comparison.free_parameters import default_names
+from pamsim.comparison.trial_regressors import regressors
+from pamsim.core.errors import InputError
+from pamsim.core.trial import Trial
+from pamsim.diagnosis import physical_size
+from pamsim.diagnosis.virtual_tests import TESTS, bench
+
+
+@pytest.fixture(scope="module")
+def rig():
+    return pamsim.load_rig("two_joint_arm")
+
+
+@pytest.fixture(scope="module")
+def tried(rig):
+    found, skipped = candidates(rig)
+    assert skipped == {}
+    return {one.label: one for one in found}
+
+
+@pytest.mark.parametrize(
+    ("name", "places"),
+    [
+        ("viscous_friction", ["shoulder", "elbow"]),
+        ("added_inertia", ["shoulder", "elbow"]),
+        ("muscle_mismatch", ["shoulder_flexor", "shoulder_extensor", "biceps", "triceps"]),
+        ("viscoelastic_creep:one_branch", [""]),
+        ("angle_bias", [""]),
+    ],
+)
+def test_an_effect_is_tried_at_each_place_that_it_can_have(tried, name, places):
+    labels = [f"{name} at {place}" if place else name for place in places]
+    assert [label for label in tried if label.partition(" at ")[0] == name] == labels
+
+
+def test_forms_of_one_place_share_its_name_and_other_places_do_not(rig, tried):
+    friction = [one for one in tried.values() if one.effect.name == "coulomb_friction"]
+    assert [(one.name, one.effect.form) for one in friction] == [
+        ("coulomb_friction at shoulder", "rigid"),
+        ("coulomb_friction at elbow", "rigid"),
+        ("coulomb_friction", "dahl"),
+        ("coulomb_friction", "lugre"),
+    ]
+    assert [one.usual for one in friction] == [True, True, True, False]
+    single, _ = candidates(rig, ["coulomb_friction at elbow"])
+    assert [one.label for one in single] == ["coulomb_friction:rigid at elbow"]
+
+
+def test_hidden_at_one_joint_it_changes_that_joint_alone(rig):
+    found = at_size(rig, rig_effect(rig, "coulomb_friction at elbow"), 1.0)
+    assert found == {"joint.elbow.frictionloss": 0.3}
+    leaking = at_size(rig, rig_effect(rig, "air_leak at biceps"), 1.0)
+    assert list(leaking) == ["biceps:chamber.leak_conductance"]
+
+
+@pytest.mark.parametrize(
+    ("name", "words"),
+    [
+        ("coulomb_friction at elbw", "no such joint or muscle; did you mean 'elbow'"),
+        ("air_leak at elbow", "air_leak does not act on a joint"),
+        ("added_inertia at biceps", "added_inertia does not act on a muscle"),
+        ("angle_bias at biceps", "angle_bias does not act on a muscle"),
+    ],
+)
+def test_a_place_that_is_not_there_is_refused(rig, name, words):
+    with pytest.raises(InputError, match=words):
+        rig_effect(rig, name)
+
+
+def test_the_size_is_measured_at_the_joint_that_has_the_effect(rig):
+    there = rig.with_parameters({"joint.elbow.frictionloss": 0.3})
+    sizes = {
+        joint: TESTS["coulomb_friction"](bench(there, joint), bench(rig, joint), 0)
+        for joint in rig.joints
+    }
+    assert sizes["elbow"]["sliding_torque"][0] == pytest.approx(0.3)
+    assert sizes["shoulder"]["sliding_torque"][0] == 0.0
+    assert physical_size.tested_joint(rig, "joint.elbow.frictionloss") == "elbow"
+    assert physical_size.tested_joint(rig, "chamber.leak_conductance") == "shoulder"
+
+
+def test_inertia_and_moment_arms_are_those_of_the_tested_joint(rig):
+    shoulder, elbow = bench(rig, "shoulder"), bench(rig, "elbow")
+    assert elbow.inertia == pytest.approx(0.0019 + 0.35 * 0.125**2)
+    both = 0.0046 + 0.60 * 0.15**2 + 0.0019 + 0.35 * (0.30 + 0.125) ** 2
+    assert shoulder.inertia == pytest.approx(both)
+    assert shoulder.arms == pytest.approx([-0.025, 0.025, -0.016, 0.016])
+    assert elbow.arms == pytest.approx([0.0, 0.0, -0.024, 0.024])
+    with pytest.raises(InputError, match="needs a rig with one joint"):
+        bench(rig)
+
+
+def test_calibrate_frees_the_damping_of_every_joint(rig):
+    names = default_names(rig, moving=True)
+    assert {"joint.shoulder.damping", "joint.elbow.damping"} <= set(names)
+
+
+def test_residuals_are_mapped_over_the_quantities_of_each_joint():
+    time = np.linspace(0.0, 2.0, 200)
+    signals = {
+        "knee.angle": np.sin(4.0 * time),
+        "rail.position": 0.1 * np.cos(2.0 * time),
+        "front.pressure": 2e5 + 1e4 * time,
+        "back.pressure": 3e5 - 1e4 * time,
+        "calf.pressure": 1e5 + 0.0 * time,
+    }
+    trial = Trial(
+        name="walk",
+        protocol="walk",
+        command_kind="valve",
+        load=0.0,
+        time=time,
+        command=np.sin(np.outer(time, [1.0, 2.0, 3.0])),
+        measured={},
+        muscle_names=("front", "back", "calf"),
+    )
+    found = regressors(trial, signals)
+    assert set(found) == {
+        "elapsed", "common_pressure", "knee.angle", "knee.speed", "knee.direction",
+        "knee.since_reversal", "rail.position", "rail.sliding_speed", "rail.direction",
+        "rail.since_reversal",
+    }  # fmt: skip
+    np.testing.assert_allclose(found["common_pressure"], 2e5)
+    np.testing.assert_allclose(
+        found["knee.speed"][20:-20], 4.0 * np.cos(4.0 * time)[20:-20], atol=0.1
+    )
