@@ -39,6 +39,9 @@ from pamsim.cli.output import save_json
     "--variation", type=float, default=0.003, show_default=True, help="From trial to trial."
 )
 @click.option("--quantised", is_flag=True, help="In steps of the rig's encoder and converter.")
+@click.option(
+    "--measured-drive", is_flag=True, help="No commands: the measured pressures drive the rig."
+)
 @click.option("--no-forces", is_flag=True, help="Measure no muscle forces.")
 @click.option("--seed", type=int, default=0, show_default=True, help="Random seed.")
 @json_option
@@ -55,6 +58,7 @@ def command(
     noise: float,
     variation: float,
     quantised: bool,
+    measured_drive: bool,
     no_forces: bool,
     seed: int,
     json_file: Path | None,
@@ -80,6 +84,7 @@ def command(
         noise=noise,
         variation=variation,
         quantised=quantised,
+        measured_drive=measured_drive,
         forces=not no_forces,
         formulation=formulation,
         seed=seed,

@@ -35,15 +35,17 @@ def experiment_of(trial: Trial, *, sample_rate: float | None = None) -> Experime
             command changes at its own instant; otherwise 2000 Hz, late by one step at most.
 
     Returns:
-        The commands held, from rest at the first measured pressures or, where a pressure was not
-        measured, at the first set point.
+        The commands held, or the measured pressures imposed, from rest at the first measured
+        pressures or, where a pressure was not measured, at the first set point.
 
     Raises:
         InputError: if the start pressure of a muscle was neither measured nor commanded.
     """
     rate = grid_rate(trial.time) if sample_rate is None else sample_rate
-    changed = np.flatnonzero(np.any(np.diff(trial.command, axis=0) != 0.0, axis=1)) + 1
-    rows = np.concatenate([[0], changed])
+    rows = np.arange(trial.time.size)
+    if trial.command_kind != "measured":
+        changed = np.any(np.diff(trial.command, axis=0) != 0.0, axis=1)
+        rows = np.concatenate([[0], np.flatnonzero(changed) + 1])
     return Experiment(
         command=trial.command_kind,
         command_time=_snapped(trial.time[rows], rate),

@@ -29,11 +29,14 @@ def identity(experiment: Experiment) -> tuple[object, ...]:
 
 
 def as_read(rig: Rig, experiment: Experiment) -> Experiment:
-    """An experiment with the true start pressures, given those that the rig's sensors read."""
+    """An experiment with the true pressures, given those that the rig's sensors read."""
     if rig.sensor is None:
         return experiment
     true = np.maximum(true_pressure(experiment.start_pressure, rig.sensor), 0.0)
-    return replace(experiment, start_pressure=true)
+    if experiment.command != "measured":
+        return replace(experiment, start_pressure=true)
+    driving = true_pressure(experiment.command_value, rig.sensor)
+    return replace(experiment, start_pressure=true, command_value=driving)
 
 
 def sensed_runs(

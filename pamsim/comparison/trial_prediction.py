@@ -116,8 +116,13 @@ class TrialPredictor:
         return tuple(self._experiments)
 
     def compared(self, trial: Trial) -> tuple[str, ...]:
-        """Channels of a trial that are compared."""
-        return tuple(name for name in trial.measured if kind_of(name) in self._channels)
+        """Channels of a trial that are compared; not pressures that drive it."""
+        driving = trial.pressure_channels if trial.command_kind == "measured" else ()
+        return tuple(
+            name
+            for name in trial.measured
+            if kind_of(name) in self._channels and name not in driving
+        )
 
     def predictions(
         self,
@@ -179,6 +184,8 @@ class TrialPredictor:
             return
         for number in set(self._of_trial):
             experiment = self._experiments[number]
+            if experiment.command == "measured":
+                continue
             moved = [
                 experiment.start_pressure,
                 *(experiment.start_pressure + STEP * row for row in np.eye(len(rig.muscles))),

@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 
 from pamsim.core.encoding import to_dict
 from pamsim.core.errors import InputError, SimulationError, nearest
+from pamsim.core.experiment import COMMAND_UNITS
 from pamsim.core.files import complete_file
 from pamsim.core.signal_names import COMMAND_QUANTITY, KINDS, SignalNames
 from pamsim.core.units import PA_PER_KPA
@@ -46,7 +47,7 @@ class Recording:
         pressure: (n, m) gauge pressures [Pa], one column per muscle.
         tension: (n, m) muscle tensions [N].
         command: (n, m) command held from each sample on.
-        command_kind: ``valve``, ``pulse`` or ``pressure``.
+        command_kind: ``valve``, ``pulse``, ``pressure`` or ``measured``.
         load: mass on the arm [kg].
         muscles: names of the muscles, in column order.
         outcome: how the run ended; anything but COMPLETED means the signals stop early.
@@ -155,7 +156,7 @@ class Recording:
         """
         names = self.names
         command = names.muscle_columns(COMMAND_QUANTITY[self.command_kind])
-        per_unit = PA_PER_KPA if self.command_kind == "pressure" else 1.0
+        per_unit = PA_PER_KPA if COMMAND_UNITS[self.command_kind] == "Pa" else 1.0
         joints = zip(names.joint_columns(), self.joints.values(), self.positions.T, strict=True)
         return {
             "time_s": self.time,

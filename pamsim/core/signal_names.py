@@ -50,7 +50,12 @@ MUSCLE_COLUMNS: dict[str, tuple[str, str]] = {
 }
 """Quantity of a muscle -> its column by number, and by name."""
 
-COMMAND_QUANTITY = {"valve": "valve", "pulse": "pulse", "pressure": "pressure_set"}
+COMMAND_QUANTITY = {
+    "valve": "valve",
+    "pulse": "pulse",
+    "pressure": "pressure_set",
+    "measured": "pressure",
+}
 """Kind of command -> its quantity in `MUSCLE_COLUMNS`."""
 
 

@@ -18,10 +18,11 @@ class Trial:
     Attributes:
         name: such as the file's stem.
         protocol: trials of the same protocol and settings are repeats of each other.
-        command_kind: ``valve``, ``pulse`` or ``pressure``.
+        command_kind: ``valve``, ``pulse``, ``pressure`` or ``measured``.
         load: mass on the arm [kg].
         time: (n,) [s], increasing from 0, not necessarily uniform.
-        command: (n, m) command held from each sample on: opening [-] or gauge set point [Pa].
+        command: (n, m) command held from each sample on: opening [-] or gauge set point [Pa]; or
+            the measured gauge pressure at each sample [Pa].
         measured: channel -> (n,) [SI]; a channel that was not measured is absent. Of a rig with
             one joint ``angle``, ``pressure_1`` (gauge) ..., ``force_1`` ...; of any other
             ``knee.angle``, ``flexor.pressure``, ``flexor.force`` ...

@@ -72,11 +72,15 @@ def cells_with_measured_pressures(
 
 
 def _repeats(trials: Sequence[Trial], compared: Collection[str]) -> list[list[Trial]]:
-    """Repeats together, of trials with every pressure and a compared channel."""
+    """Repeats together, of trials with every pressure and a compared channel.
+
+    Trials that are driven by their measured pressures are left out: they are compared so anyhow.
+    """
     groups: dict[tuple[str, bytes, float, bytes], list[Trial]] = {}
     for trial in trials:
-        pressures = set(trial.pressure_channels)
-        if pressures <= trial.measured.keys() and not trial.measured.keys().isdisjoint(compared):
+        driven = trial.command_kind == "measured"
+        complete = set(trial.pressure_channels) <= trial.measured.keys()
+        if complete and not driven and not trial.measured.keys().isdisjoint(compared):
             key = (trial.protocol, trial.command.tobytes(), trial.load, trial.time.tobytes())
             groups.setdefault(key, []).append(trial)
     return list(groups.values())

@@ -117,10 +117,27 @@ def diagnose_recordings(
         before=before,
         after=after,
         skipped=skipped,
-        warnings=(*data.notes, *split.warnings, *_about_the_floor(method.floor)),
+        warnings=(
+            *data.notes,
+            *split.warnings,
+            *_about_the_drive(data),
+            *_about_the_floor(method.floor),
+        ),
         seed=seed,
         rollouts=engine.rollouts,
         seconds=time.perf_counter() - began,
+    )
+
+
+def _about_the_drive(data: CalibrationData) -> tuple[str, ...]:
+    """What trials that are driven by measured pressures cannot show."""
+    driven = sum(trial.command_kind == "measured" for trial in data.trials)
+    if not driven:
+        return ()
+    which = "all trials are" if driven == len(data.trials) else f"{driven} trials are"
+    return (
+        f"{which} driven by the measured pressures: they do not show what valves, air and supply"
+        " do differently",
     )
 
 

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from pamsim.comparison.experiments import start_pressures
 from pamsim.core.errors import InputError, nearest
+from pamsim.core.experiment import COMMAND_UNITS
 from pamsim.core.signal_names import COMMAND_QUANTITY, column_of, muscle_columns
 from pamsim.core.trial import Trial
 from pamsim.core.units import DEG_PER_RAD, MM_PER_M, PA_PER_KPA
@@ -161,7 +162,7 @@ def table_of(trial: Trial) -> SignalTable:
     commands = dict(zip(driven, trial.command.T, strict=True))
     measured = {column_of(channel): values for channel, values in trial.measured.items()}
     # A muscle rests at its start pressure, held by a regulator or behind a shut valve.
-    pressed = trial.command_kind == "pressure"
+    pressed = COMMAND_UNITS[trial.command_kind] == "Pa"
     rest = start_pressures(trial) if pressed else np.zeros(trial.muscles)
     pressures = [
         trial.measured.get(channel, command if pressed else None)

@@ -77,13 +77,13 @@ def commands(columns: Columns, kind: str, names: Sequence[str]) -> None:
 
     Args:
         columns: of the trial.
-        kind: ``valve``, ``pulse`` or ``pressure``.
+        kind: ``valve``, ``pulse``, ``pressure`` or ``measured``, whose columns `units` checks.
         names: of the command columns.
 
     Raises:
         InputError: for a valve beyond 1, or a set point below the atmosphere.
     """
-    for name in names:
+    for name in names if kind != "measured" else ():
         value = columns.values[name]
         if kind == "pressure":
             row = int(np.argmin(value))

@@ -48,16 +48,16 @@ def trial_columns(columns: Columns, kind: str) -> TrialColumns:
 
     Args:
         columns: of its file.
-        kind: of its command: ``valve``, ``pulse`` or ``pressure``.
+        kind: of its command: ``valve``, ``pulse``, ``pressure`` or ``measured``.
 
     Raises:
         InputError: if there is no command, a muscle is left out of it, or a column's name is so
             close to a known one that it must be meant.
     """
     named = MUSCLE_COLUMNS[COMMAND_QUANTITY[kind]][1]
-    found = [re.fullmatch(named.replace("{}", "(.+)"), name) for name in columns.cells]
-    muscles = tuple(match[1] for match in found if match)
-    if not muscles or any(re.fullmatch(r"u\d+|p\d+_set_kpa", name) for name in columns.cells):
+    found = [re.fullmatch(named.replace("{}", "(.+?)"), name) for name in columns.cells]
+    muscles = tuple(match[1] for match in found if match and not match[1].endswith("_set"))
+    if not muscles or any(re.fullmatch(r"u\d+|p\d+(_set)?_kpa", name) for name in columns.cells):
         return _by_number(columns.select(_NUMBERED), kind)
     command = muscle_columns(COMMAND_QUANTITY[kind], muscles, len(muscles))
     joints: dict[str, str] = {}

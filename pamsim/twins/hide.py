@@ -97,6 +97,11 @@ def hide(
     }
     if settings.quantised:
         trials = {stem: quantised(one, base.sensor) for stem, one in trials.items()}
+    if settings.measured_drive:
+        trials = {
+            stem: dataclasses.replace(one, command_kind="measured", command=one.pressure)
+            for stem, one in trials.items()
+        }
     return SyntheticRecording(
         rig=base,
         reference=_reference(rig),

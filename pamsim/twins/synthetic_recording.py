@@ -37,6 +37,7 @@ class HideSettings:
         variation: relative standard deviation of what differs from trial to trial.
         forces: whether muscle forces are measured.
         quantised: whether angle and pressures come in steps of the rig's encoder and converter.
+        measured_drive: True records no commands: the measured pressures then drive the rig.
         formulation: one of `FORMULATIONS`.
         step: longest step of the independent plant's integrator [s].
         seed: random seed.
@@ -53,6 +54,7 @@ class HideSettings:
     variation: float = 0.003
     forces: bool = True
     quantised: bool = False
+    measured_drive: bool = False
     formulation: str = "library"
     step: float = STEP
     seed: int = 0

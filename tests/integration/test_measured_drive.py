@@ -1,0 +1,51 @@
+"""Recordings without commands: the measured pressures drive the rig."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+import pamsim
+from pamsim.twins.hide import hide
+
+SETTINGS = {
+    "protocols": ("triangle", "bursts"),
+    "duration": 2.0,
+    "repeats": 3,
+    "measured_drive": True,
+    "seed": 3,
+}
+TRIED = ("coulomb_friction", "viscous_friction", "air_leak", "valve_delay")
+
+
+@pytest.fixture(scope="module")
+def rig():
+    return pamsim.load_rig("mas20_arm")
+
+
+def diagnosed(rig, effects, folder):
+    hide(rig, effects, **SETTINGS).save(folder)
+    return pamsim.diagnose(folder, effects=TRIED)
+
+
+def test_it_is_read_back_with_the_pressures_as_what_drives_it(rig, tmp_path):
+    hidden = hide(rig, {}, **SETTINGS)
+    hidden.save(tmp_path / "data")
+    header = next((tmp_path / "data").glob("triangle*_1.csv")).read_text().splitlines()[0]
+    assert "p1_kpa" in header
+    assert "set" not in header
+    for trial in pamsim.read_recordings(tmp_path / "data").trials:
+        assert trial.command_kind == "measured"
+        written = hidden.trials[trial.name].pressure
+        np.testing.assert_allclose(trial.command, written, rtol=0, atol=1.0)  # in steps of 1 Pa
+
+
+def test_friction_is_named_and_what_valves_do_is_not_claimed_to_be_seen(rig, tmp_path):
+    result = diagnosed(rig, {"viscous_friction": 1.5, "air_leak": 3.0}, tmp_path / "data")
+    assert [effect.name for effect in result.effects] == ["viscous_friction"]
+    found = result.to_dict()
+    assert {place["channel"] for place in found["where"]} == {"angle", "force_1", "force_2"}
+    assert found["where_with_measured_pressures"] == []
+    for name in ("air_leak", "valve_delay"):
+        assert "ruled_out_above" not in found["absent"][name]
+    assert any("valves, air and supply" in warning for warning in result.warnings)
