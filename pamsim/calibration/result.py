@@ -172,14 +172,16 @@ def _summary_lines(result: dict[str, Any]) -> Iterator[str]:
     yield from (f"warning: {p['sentence']}" for p in parameters if p["sentence"])
     yield from (f"determined: {text}" for text in result["fit"]["determined"])
     yield from (f"profile of {p['name']}: {p['sentence']}" for p in result["profiles"])
-    yield "root mean square misfit      before     after   held-out before     after"
-    for row in result["misfit"]:
+    rows = {f"{row['channel']} [{row['unit']}]": row for row in result["misfit"]}
+    width = max(25, *map(len, rows))
+    yield (
+        f"{'root mean square misfit':{width}s}{'before':>10s}{'after':>10s}"
+        f"{'held-out before':>18s}{'after':>10s}"
+    )
+    for label, row in rows.items():
         numbers = [row[k] for k in ("before", "after", "held_out_before", "held_out_after")]
         cells = ["none" if n is None else f"{n:.4g}" for n in numbers]
-        yield (
-            f"{row['channel'] + ' [' + row['unit'] + ']':25s}{cells[0]:>10s}{cells[1]:>10s}"
-            f"{cells[2]:>18s}{cells[3]:>10s}"
-        )
+        yield (f"{label:{width}s}{cells[0]:>10s}{cells[1]:>10s}{cells[2]:>18s}{cells[3]:>10s}")
     yield (
         f"{result['status'].replace('_', ' ')}: {result['sentence']}; {result['simulations']}"
         f" simulations in {result['seconds']:.1f} s"

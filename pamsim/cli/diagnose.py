@@ -112,14 +112,13 @@ def _print(result: dict[str, Any]) -> None:
         click.echo(f"warning: {warning}")
     for name, why in result["skipped"].items():
         click.echo(f"not tried: {name}: {why}")
-    click.echo("held-out RMS                  noise floor      before       after")
-    for channel, gap in result["gap"].items():
+    rows = {f"{channel} [{gap['unit']}]": gap for channel, gap in result["gap"].items()}
+    width = max(28, *map(len, rows))
+    click.echo(f"{'held-out RMS':{width}s}  noise floor      before       after")
+    for row, gap in rows.items():
         cells = [gap[key] for key in ("floor", "before", "after")]
         numbers = ["none" if cell is None else f"{cell['value']:.4g}" for cell in cells]
-        click.echo(
-            f"{channel + ' [' + gap['unit'] + ']':28s}{numbers[0]:>13s}{numbers[1]:>12s}"
-            f"{numbers[2]:>12s}"
-        )
+        click.echo(f"{row:{width}s}{numbers[0]:>13s}{numbers[1]:>12s}{numbers[2]:>12s}")
     _print_models("effect", result["effects"])
     _print_models("alternative", result["alternatives"][:_ROWS])
     following = result["next_experiment"]

@@ -84,6 +84,11 @@ class TrialPredictor:
                 )
         for table in data.tables:
             self._check_muscles(table.name, table.pressure.shape[1])
+            if len(rig.joints) != 1:
+                raise InputError(
+                    f"{table.name!r} gives angles at rest of one joint, rig {rig.name!r} has"
+                    f" {', '.join(rig.joints)}"
+                )
         self._of_trial = [0] * len(data.trials)
         self._start_of = [np.zeros(0)] * len(data.trials)
         for start, members in start_groups(data.trials):

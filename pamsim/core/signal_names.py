@@ -7,9 +7,11 @@ A signal is a quantity of a joint or of a muscle: ``knee.angle``, ``flexor.press
 
 from __future__ import annotations
 
+import re
 from collections.abc import Mapping
 from dataclasses import dataclass
 
+from pamsim.core.errors import InputError
 from pamsim.core.units import DEG_PER_RAD, MM_PER_M, PA_PER_KPA
 
 
@@ -117,6 +119,21 @@ class SignalNames:
 
     joints: Mapping[str, str]
     muscles: tuple[str, ...]
+
+    def __post_init__(self) -> None:
+        """Refuse names whose columns a reader would take for others.
+
+        Raises:
+            InputError: such as for a muscle ``p1``, whose pressure would be that of muscle 1.
+        """
+        if self.short:
+            return
+        for name in self.muscles:
+            if re.fullmatch(r"[pu]\d+|force\d+|.*_set|.*_valve", name):
+                raise InputError(
+                    f"muscle {name!r}: the column {name}_kpa could mean another muscle or its set"
+                    " point; give it another name"
+                )
 
     @property
     def short(self) -> bool:

@@ -219,10 +219,15 @@ def _place(result: Diagnosis) -> str:
 
 def _in(place: Place) -> str:
     """A channel and protocol, such as ``angle of levels at 20 to 35 deg/s of speed``."""
-    text = f"{place.channel.replace('_', ' ')} of {place.protocol}"
+    text = f"{_words(place.channel)} of {place.protocol}"
     over = place.region
     if over is None:
         return text
     unit = "" if over.unit == "1" else f" {over.unit}"
-    quantity = over.quantity.replace("_", " ")
+    quantity = _words(over.quantity)
     return f"{text} ({quantity} {over.low:.3g} to {over.high:.3g}{unit})"
+
+
+def _words(signal: str) -> str:
+    """A channel or quantity in words, such as ``knee angle``."""
+    return signal.replace("_", " ").replace(".", " ")

@@ -293,7 +293,12 @@ def _compiled(file: RigFile, *, scene: bool = False) -> Rig:
     if file.load_body:
         _require(model, mujoco.mjtObj.mjOBJ_BODY, "rig.load_body", file.load_body, file)
     joints = recorded_joints(model, file.joints, file.tendons.values(), file.folder / "params.toml")
-    return Rig(file=file, model=model, joints=joints, muscles=muscles, sensor=_sensor(file))
+    rig = Rig(file=file, model=model, joints=joints, muscles=muscles, sensor=_sensor(file))
+    try:
+        _ = rig.names
+    except InputError as error:
+        raise InputError(f"{file.folder / 'params.toml'}: {error}") from None
+    return rig
 
 
 def set_command(model: mujoco.MjModel, command: str) -> None:

@@ -38,6 +38,12 @@ def worst_trials(comparisons: Sequence[Comparison], noise: Mapping[str, float]) 
     return [trial for trial in ordered if first[protocol[trial]] == trial][:MOST_TRIALS]
 
 
+def _label(channel: str, unit: str) -> str:
+    """A channel and its unit, on two lines where a joint or muscle stands in it."""
+    owner, _, signal = channel.rpartition(".")
+    return f"{words(owner)}\n{signal} [{unit}]" if owner else f"{words(signal)} [{unit}]"
+
+
 @styled
 def trial_channels(parts: Sequence[Comparison], noise: Mapping[str, Any]) -> Figure:
     """One trial, a row per channel: the signals, and measured minus simulated beside them.
@@ -70,7 +76,7 @@ def trial_channels(parts: Sequence[Comparison], noise: Mapping[str, Any]) -> Fig
         finish_axes(
             signal,
             x="time [s]" if last else "",
-            y=f"{words(part.channel)} [{shown}]",
+            y=_label(part.channel, shown),
             title="signal" if row == 0 else "",
             zero=False,
         )

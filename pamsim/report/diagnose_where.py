@@ -132,7 +132,7 @@ def binned_maps(maps: Sequence[Mapping[str, Any]]) -> Figure:
         ax.stairs(np.nan_to_num(mean), entry["edges"], fill=True, color=BLUE, alpha=0.25)
         ax.stairs(mean, entry["edges"], baseline=None, color=BLUE, linewidth=1.4)
         shown = unit(entry["unit"])
-        if entry["quantity"] == "direction":
+        if entry["quantity"].endswith("direction"):
             ax.set_xticks([-1.0, 0.0, 1.0])
         finish_axes(
             ax,

@@ -137,8 +137,8 @@ def unit(name: Any) -> str:
 
 
 def words(name: Any) -> str:
-    """Turn an identifier such as ``output_error`` into words."""
-    return "" if name is None else str(name).replace("_", " ")
+    """Turn an identifier such as ``output_error`` or ``knee.angle`` into words."""
+    return "" if name is None else re.sub(r"_|(?<=\w)\.(?=[a-z])", " ", str(name))
 
 
 def sentence(text: Any) -> str:

@@ -44,7 +44,7 @@ def physical_words(physical: Mapping[str, Mapping[str, Any]]) -> str:
 def _sized(name: str, value: float, si_unit: str, ends: Sequence[float] | None) -> str:
     shown = common_unit(si_unit)
     numbers = [to_si(number, si_unit, shown, where=name) for number in (value, *(ends or ()))]
-    text = f"{words(name).replace('.', ': ')} {significant(numbers[0], 3)}"
+    text = f"{words(name.replace('.', ': '))} {significant(numbers[0], 3)}"
     if ends is not None:
         text += f" [{', '.join(significant(end, 3) for end in numbers[1:])}]"
     return f"{text} {unit(shown)}".rstrip()

@@ -77,3 +77,16 @@ def test_every_experiment_of_the_menu_runs_on_four_muscles(rubbing):
 def test_a_recording_of_another_rig_is_refused_with_its_muscles(rubbing):
     with pytest.raises(InputError, match="is of 4 muscles, rig 'mas20_arm' has 2"):
         pamsim.calibrate([rubbing], rig="mas20_arm", free=["force.scale"])
+
+
+def test_angles_at_rest_of_one_joint_are_refused(tmp_path):
+    table = tmp_path / "rest.csv"
+    columns = ["p1_kpa", "p2_kpa", "p3_kpa", "p4_kpa", "angle_deg", "load_kg"]
+    rows = [
+        columns,
+        ["300", "100", "200", "200", "10", "0"],
+        ["100", "300", "200", "200", "-9", "0"],
+    ]
+    table.write_text("\n".join(map(",".join, rows)) + "\n")
+    with pytest.raises(InputError, match=r"angles at rest of one joint.*has shoulder, elbow"):
+        pamsim.calibrate([table], rig="two_joint_arm", free=["force.scale"])

@@ -162,3 +162,10 @@ def test_units_are_checked_by_name(tmp_path):
 )
 def test_every_channel_has_its_column(channel, column, kind):
     assert (column_of(channel), kind_of(channel)) == (column, kind)
+
+
+@pytest.mark.parametrize("name", ["p1", "u2", "calf_set"])
+def test_a_muscle_whose_columns_would_be_ambiguous_is_refused(name):
+    with pytest.raises(InputError, match=f"muscle '{name}': the column {name}_kpa could mean"):
+        SignalNames(joints=LEG.joints, muscles=("front", name))
+    assert SignalNames(joints=ARM.joints, muscles=("front", name)).short
