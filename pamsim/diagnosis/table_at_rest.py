@@ -66,6 +66,7 @@ def diagnose_table(
             f"{table.name!r} is of {table.pressure.shape[1]} muscles, rig {rig.name!r} has"
             f" {len(rig.muscles)}"
         )
+    _ = rig.only_joint
     radii = pulleys(rig)
     freed = [_nuisance(rig, name, radii) for name in nuisance if name != PULLEY or radii]
     predictor = RestPredictor(lambda values: rig_with(rig, values), table, threads=threads)

@@ -22,6 +22,7 @@ from pamsim.core.errors import InputError
 from pamsim.core.signal_names import JOINT_KINDS, kind_of
 from pamsim.core.trial import Trial
 from pamsim.core.units import PA_PER_KPA
+from pamsim.report.numbers import words
 from pamsim.report.style import INK, MUTED, finish_axes, series_look, styled
 
 Picture = NDArray[np.uint8]
@@ -33,6 +34,8 @@ _PANEL_SHARE = 1 / 3
 _WIDTH_IN = 8.0  # at any number of pixels, so that letters keep their share of the width
 _ABOVE, _BELOW = 0.045, -0.075
 """From a muscle's fixed end up to its label, in heights of the arm's picture."""
+_WITHIN = 0.03
+"""From the fixed end of one of many muscles to its label, which lies on it, in widths."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -186,7 +189,7 @@ def _pressures(ax: Axes, trial: Trial) -> list[Line2D]:
     curves, missing, handles = [], [], []
     for index, channel in enumerate(trial.pressure_channels):
         colour, _ = series_look(index)
-        label = trial.muscle_names[index] if trial.muscle_names else f"muscle {index + 1}"
+        label = words(trial.muscle_names[index]) if trial.muscle_names else f"muscle {index + 1}"
         values = trial.measured.get(channel)
         if trial.command_kind == "pressure":
             ax.step(
@@ -210,7 +213,7 @@ def _pressures(ax: Axes, trial: Trial) -> list[Line2D]:
         handles=handles,
         loc="lower right",
         bbox_to_anchor=(1.0, 1.0),
-        ncols=len(handles),
+        ncols=len(handles) if trial.muscles <= 2 else -(-len(handles) // 2),
         borderaxespad=0.1,
         handlelength=1.4,
         columnspacing=1.1,
@@ -228,15 +231,17 @@ def _writing(
     halo = [withStroke(linewidth=3.0, foreground="white")]
     figure.text(0.015, 1.0 - 9.0 / height * width / 400, title, va="top", size=10.5, color=INK)
     top = min((row for _, row in labels.values()), default=0.0)
+    pair = len(labels) <= 2
     for index, (name, (column, row)) in enumerate(labels.items()):
         colour, _ = series_look(index)
         upper = row == top  # away from the other muscle
+        across, up = (0.0, _ABOVE if upper else _BELOW) if pair else (_WITHIN, 0.0)
         figure.text(
-            column / width,
-            1.0 - row / height + (_ABOVE if upper else _BELOW),
-            name.replace("_", " "),
+            column / width + across,
+            1.0 - row / height + up,
+            words(name),
             ha="left",
-            va="bottom" if upper else "top",
+            va=("bottom" if upper else "top") if pair else "center",
             color=colour,
             weight="bold",
             size=10.5,

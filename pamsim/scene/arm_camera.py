@@ -13,7 +13,7 @@ from numpy.typing import ArrayLike, NDArray
 from PIL import Image
 
 from pamsim.scene.picture import open_renderer, render_arm, require_camera
-from pamsim.scene.pose import muscle_lengths, pose, site_pose
+from pamsim.scene.pose import has_site, muscle_lengths, pose, site_pose
 from pamsim.scene.replay import Replay
 
 Picture = NDArray[np.uint8]
@@ -91,11 +91,9 @@ def arm_camera(
 
     try:
         draw(0.0)
-        muscles = list(replay.rig.muscles)
-        anchors = [
-            site_pose(model, data, f"muscle_{number}_anchor")[0]
-            for number in range(1, len(muscles) + 1)
-        ]
+        sites = {n: f"muscle_{i}_anchor" for i, n in enumerate(replay.rig.muscles, start=1)}
+        muscles = [name for name, site in sites.items() if has_site(model, site)]
+        anchors = np.reshape([site_pose(model, data, sites[name])[0] for name in muscles], (-1, 3))
         places = _pixel_places(renderer.scene, anchors, width=width, height=height).tolist()
         labels = {name: (x, y) for name, (x, y) in zip(muscles, places, strict=True)}
         yield ArmCamera(draw=draw, labels=labels)

@@ -1,9 +1,10 @@
-"""Pictures of the antagonistic arm without a screen.
+"""Pictures of a rig without a screen.
 
 Muscles, chain, gear teeth and load discs are not part of the model. They are added to the drawn
 scene at the given lengths and pressures and do not change the dynamics. Their places are read from
-named sites (``muscle_1_anchor``, ``muscle_1_guide``, ``sprocket``,
-``load_seat`` and so on; the rig's MJCF says what each means).
+named sites: ``muscle_1_anchor`` ... for the muscles in actuator order, ``sprocket`` with
+``muscle_1_guide`` and ``muscle_2_guide`` for a chain, ``load_seat`` for the discs (the MJCF of
+``mas20_arm`` says what each means). What has no site is not drawn.
 """
 
 from __future__ import annotations
@@ -23,7 +24,7 @@ from pamsim.engine.rig import load_rig
 from pamsim.engine.simulate import simulate
 from pamsim.scene.chain_shape import STEEL, chain_solids
 from pamsim.scene.muscle_shape import Rgba, Solid, muscle_solids, rod
-from pamsim.scene.pose import muscle_lengths, object_id, pose, site_pose
+from pamsim.scene.pose import has_site, muscle_lengths, object_id, pose, site_pose
 from pamsim.store.pictures import write_picture
 
 _KINDS = {
@@ -110,9 +111,9 @@ def render_arm(
     Args:
         model: a compiled rig with the sites named above, best through its ``scene.xml``.
         data: state after ``mj_forward``.
-        pressures: (2,) gauge pressures of muscles 1 and 2 [Pa]; they set the muscles' colour,
+        pressures: (m,) gauge pressures of the muscles [Pa]; they set the muscles' colour,
             NaN where not known: grey.
-        lengths: (2,) active lengths of muscles 1 and 2 [m].
+        lengths: (m,) their active lengths [m].
         width: picture width [px].
         height: picture height [px].
         camera: name of a camera in the model.
@@ -122,8 +123,9 @@ def render_arm(
         (height, width, 3) picture, red, green, blue from 0 to 255.
 
     Raises:
-        EngineError: OpenGL cannot start, or the model has no named site, tendon or camera.
-        InputError: a length cannot be drawn, or not two muscles are given.
+        EngineError: OpenGL cannot start, or the model has no such camera, or a chain's parts only
+            in part.
+        InputError: a length cannot be drawn, or pressures and lengths differ in number.
     """
     if renderer is None:
         renderer = open_renderer(model, width=width, height=height)
@@ -182,23 +184,26 @@ def decorate(
         scene: the scene to add to, already updated from ``data``, or a viewer's ``user_scn``.
         model: a compiled rig with the named sites.
         data: state after ``mj_forward``.
-        pressures: (2,) gauge pressures [Pa].
-        lengths: (2,) active lengths [m].
+        pressures: (m,) gauge pressures [Pa].
+        lengths: (m,) active lengths [m].
 
     Raises:
-        EngineError: the model has no named object, or the scene is full.
-        InputError: a length cannot be drawn, or not two muscles are given.
+        EngineError: the model has a chain's parts only in part, or the scene is full.
+        InputError: a length cannot be drawn, or pressures and lengths differ in number.
     """
-    if len(pressures) != 2 or len(lengths) != 2:
+    if len(pressures) != len(lengths):
         raise InputError(
-            f"two pressures and two lengths are needed, got {len(pressures)} and {len(lengths)}"
+            f"each muscle needs a pressure and a length, got {len(pressures)} and {len(lengths)}"
         )
     solids: list[Solid] = []
-    for number in (1, 2):
-        anchor, frame = site_pose(model, data, f"muscle_{number}_anchor")
-        solids += muscle_solids(anchor, frame[:, 2], lengths[number - 1], pressures[number - 1])
-    solids += chain_solids(model, data, lengths)
-    solids += _load_solids(scene, model, data)
+    for number, (pressure, length) in enumerate(zip(pressures, lengths, strict=True), start=1):
+        if has_site(model, f"muscle_{number}_anchor"):
+            anchor, frame = site_pose(model, data, f"muscle_{number}_anchor")
+            solids += muscle_solids(anchor, frame[:, 2], length, pressure)
+    if has_site(model, "sprocket"):
+        solids += chain_solids(model, data, lengths)
+    if has_site(model, "load_seat"):
+        solids += _load_solids(scene, model, data)
     for solid in solids:
         _add(scene, solid)
 

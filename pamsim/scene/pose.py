@@ -46,6 +46,11 @@ def muscle_lengths(model: mujoco.MjModel, data: mujoco.MjData) -> list[float]:
     ]
 
 
+def has_site(model: mujoco.MjModel, name: str) -> bool:
+    """Whether a model has a site of a name."""
+    return mujoco.mj_name2id(model, mujoco.mjtObj.mjOBJ_SITE, name) >= 0
+
+
 def site_pose(model: mujoco.MjModel, data: mujoco.MjData, name: str) -> tuple[Vector, Vector]:
     """Return position (3,) [m] and frame (3, 3) of a site in the world.
 

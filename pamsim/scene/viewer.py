@@ -93,8 +93,8 @@ class ArmViewer:
         Args:
             model: the one simulated; its joints and controls are those of the window's.
             data: its state; not changed.
-            pressures: (2,) gauge pressures of the muscles [Pa], NaN where not known.
-            lengths: (2,) their active lengths [m].
+            pressures: (m,) gauge pressures of the muscles [Pa], NaN where not known.
+            lengths: (m,) their active lengths [m].
 
         Raises:
             EngineError: if the model has no site, tendon or geom that the drawing needs.

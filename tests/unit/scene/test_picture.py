@@ -13,6 +13,7 @@ import mujoco
 import numpy as np
 import pytest
 
+import pamsim
 from pamsim.core.errors import EngineError, InputError
 from pamsim.scene.chain_shape import _strand
 from pamsim.scene.muscle_shape import (
@@ -25,6 +26,7 @@ from pamsim.scene.muscle_shape import (
     outer_radius,
 )
 from pamsim.scene.picture import decorate, open_renderer, render_arm
+from pamsim.scene.pose import muscle_lengths, pose
 
 FOLDER = Path(__file__).parents[3] / "models" / "mas20_arm"
 RADIUS = 0.0125
@@ -278,14 +280,38 @@ def test_errors_name_what_is_missing(model: mujoco.MjModel) -> None:
     full = mujoco.MjvScene(model, maxgeom=10)
     with pytest.raises(EngineError, match="full"):
         decorate(full, model, data, pressures=(0.0, 0.0), lengths=(0.25, 0.25))
-    with pytest.raises(InputError, match="two pressures"):
+    with pytest.raises(InputError, match="needs a pressure and a length, got 1 and 2"):
         decorate(full, model, data, pressures=(0.0,), lengths=(0.25, 0.25))
     model.wrap_prm[:] = 0.0
     with pytest.raises(EngineError, match="radius 0 m"):
         decorate(full, model, data, pressures=(0.0, 0.0), lengths=(0.25, 0.25))
+    half = mujoco.MjModel.from_xml_string(
+        '<mujoco><worldbody><site name="sprocket"/></worldbody></mujoco>'
+    )
+    with pytest.raises(EngineError, match="joint named 'shaft'"):
+        decorate(full, half, mujoco.MjData(half), pressures=(0, 0), lengths=(0.25, 0.25))
+
+
+def test_a_rig_without_sites_is_drawn_as_its_mjcf_states() -> None:
     bare = mujoco.MjModel.from_xml_string("<mujoco/>")
-    with pytest.raises(EngineError, match="site named 'muscle_1_anchor'"):
-        decorate(full, bare, mujoco.MjData(bare), pressures=(0, 0), lengths=(0.25, 0.25))
+    drawn = mujoco.MjvScene(bare, maxgeom=10)
+    decorate(drawn, bare, mujoco.MjData(bare), pressures=(0, 0, 0), lengths=(0.25, 0.25, 0.2))
+    assert drawn.ngeom == 0
+
+
+@pytest.mark.parametrize("pressures", [(4e5, 1e5, 3e5, 2e5)])
+def test_every_muscle_with_an_anchor_is_drawn_along_it(pressures: tuple[float, ...]) -> None:
+    rig = pamsim.load_rig("two_joint_arm", scene=True)
+    data = mujoco.MjData(rig.model)
+    pose(rig.model, data, rig.position_addresses, [0.4, -0.3])
+    lengths = muscle_lengths(rig.model, data)
+    drawn = mujoco.MjvScene(rig.model, maxgeom=5000)
+    decorate(drawn, rig.model, data, pressures=pressures, lengths=lengths)
+    places = np.array([geom.pos for geom in drawn.geoms[: drawn.ngeom]])
+    for number, length in enumerate(lengths, start=1):
+        anchor = data.site(f"muscle_{number}_anchor").xpos
+        own = places[np.abs(places[:, 1] - anchor[1]) < 0.02]
+        assert own[:, 0].max() - anchor[0] == pytest.approx(length, abs=0.06)
 
 
 def test_without_opengl_one_line_names_the_fix() -> None:
