@@ -24,6 +24,8 @@ from pamsim.inference.difference_jacobian import Residuals, difference_jacobian
 FloatArray = NDArray[np.float64]
 Jacobian = Callable[[FloatArray, FloatArray], FloatArray]
 """Place, shape (p,), and residual there, shape (n,), to the Jacobian, shape (n, p)."""
+GiveUp = Callable[[FloatArray, FloatArray], bool]
+"""Residual (n,) and Jacobian (n, p) where a step has arrived to whether the search ends there."""
 _least_squares: Any = scipy.optimize.least_squares
 
 _INSIDE = 1e-9  # of the box: the solver wants its start strictly inside
@@ -34,6 +36,14 @@ _EQUAL = 0.02  # of the tolerance: costs of starts that reached the same optimum
 
 class BreakdownError(InputError):
     """The residual could not be computed at any start."""
+
+
+class _GivenUpError(Exception):
+    """A search that ends early: place (p,), residual (n,) and Jacobian (n, p) there."""
+
+    def __init__(self, x: FloatArray, residual: FloatArray, jacobian: FloatArray) -> None:
+        super().__init__()
+        self.x, self.residual, self.jacobian = x.copy(), residual, jacobian
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -105,6 +115,7 @@ def bounded_least_squares(
     max_steps: int = 100,
     follow: int | None = None,
     try_bounds: bool = False,
+    give_up: GiveUp | None = None,
 ) -> Fit:
     """Minimise the sum of squares of a residual within a box.
 
@@ -125,6 +136,8 @@ def bounded_least_squares(
             all.
         try_bounds: True puts what a bound attracts onto it, if that is no worse: the method itself
             stays inside and approaches a bound without end.
+        give_up: ends a search that is not worth its time, where it is; only with a Jacobian that is
+            a function or a step.
 
     Returns:
         The best end. Of ends with the same cost the first counts.
@@ -150,23 +163,39 @@ def bounded_least_squares(
         residual = _Remembering(residuals, begin, there)
 
         def slope(x: FloatArray, residual: _Remembering = residual) -> FloatArray:
+            here = residual(x)
             if callable(jacobian):
-                return jacobian(x, residual(x))
-            assert isinstance(jacobian, float)
-            return difference_jacobian(residual.many, x, residual(x), jacobian)
+                columns = jacobian(x, here)
+            else:
+                assert isinstance(jacobian, float)
+                columns = difference_jacobian(residual.many, x, here, jacobian)
+            if give_up is not None and give_up(here, columns):
+                raise _GivenUpError(x, here, columns)
+            return columns
 
-        solution = _least_squares(
-            residual,
-            begin,
-            jac=jacobian if isinstance(jacobian, str) else slope,
-            bounds=(low, high),
-            method="trf",
-            x_scale=x_scale,
-            ftol=tolerance,
-            xtol=tolerance,
-            gtol=gradient_tolerance,
-            max_nfev=max_steps,
-        )
+        try:
+            solution = _least_squares(
+                residual,
+                begin,
+                jac=jacobian if isinstance(jacobian, str) else slope,
+                bounds=(low, high),
+                method="trf",
+                x_scale=x_scale,
+                ftol=tolerance,
+                xtol=tolerance,
+                gtol=gradient_tolerance,
+                max_nfev=max_steps,
+            )
+        except _GivenUpError as end:
+            solution = scipy.optimize.OptimizeResult(
+                x=end.x,
+                cost=0.5 * float(end.residual @ end.residual),
+                fun=end.residual,
+                jac=end.jacobian,
+                grad=end.jacobian.T @ end.residual,
+                status=0,
+                nfev=residual.evaluations,
+            )
         fit = Fit(
             x=solution.x,
             cost=2.0 * float(solution.cost),

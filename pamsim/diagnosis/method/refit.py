@@ -30,6 +30,7 @@ Remembered = MutableMapping[str, Mapping[str, Any]]
 _STEP = 1e-4  # of a range, for differences: wide enough to bridge the kinks of switching valves
 _TOLERANCE, _LAST_TOLERANCE = 1e-3, 1e-5  # of cost and place; while comparing, at the end
 _FAR = 1.0  # fall of the loss beyond which a kept Jacobian is no longer good
+_LEEWAY = 1.5  # factor on what a Jacobian promises: it is of first order
 
 EDGE = 1e-3
 """Share of a range from its ends that counts as an end."""
@@ -145,6 +146,7 @@ class Fitter:
         starts: Sequence[Mapping[str, float]],
         *,
         most: int = 12,
+        worth: float = np.inf,
     ) -> Refit:
         """Fit from one or more starts; the best end counts.
 
@@ -152,6 +154,7 @@ class Fitter:
             parameters: p of them.
             starts: name -> value for each [SI].
             most: steps tried.
+            worth: cost that a fit must come to. One that promises less ends where it is.
 
         Raises:
             InputError: if the simulation breaks down at every start.
@@ -160,7 +163,7 @@ class Fitter:
         known = self._remembered.get(key)
         if known is not None:
             return self._recalled(parameters, known)
-        fits = [self._search(parameters, start, most) for start in starts]
+        fits = [self._search(parameters, start, most, worth) for start in starts]
         best = min((f for f in fits if f is not None), key=lambda f: f.cost, default=None)
         if best is None:
             names = ", ".join(p.name for p in parameters)
@@ -172,7 +175,11 @@ class Fitter:
         return self._finished(parameters, best.x, best.cost, best.jacobian)
 
     def _search(
-        self, parameters: Sequence[FreeParameter], start: Mapping[str, float], most: int
+        self,
+        parameters: Sequence[FreeParameter],
+        start: Mapping[str, float],
+        most: int,
+        worth: float,
     ) -> Fit | None:
         scale = SearchScale(parameters)
         begin = np.clip(scale.place(start), EDGE, 1.0 - EDGE)
@@ -182,9 +189,9 @@ class Fitter:
                 lambda place, here: self._columns(parameters, scale.values(place), here, kept)
             )
 
-        fit = self.steps(parameters, begin, jacobian(self._jacobian), most)
+        fit = self.steps(parameters, begin, jacobian(self._jacobian), most, worth=worth)
         if fit is not None and self._jacobian and fit.start_cost - fit.cost > _FAR:
-            return self.steps(parameters, fit.x, jacobian({}), most) or fit
+            return self.steps(parameters, fit.x, jacobian({}), most, worth=worth) or fit
         return fit
 
     def steps(
@@ -195,6 +202,7 @@ class Fitter:
         most: int,
         *,
         fine: bool = False,
+        worth: float = np.inf,
     ) -> Fit | None:
         """Descend from a place.
 
@@ -204,6 +212,7 @@ class Fitter:
             jacobian: place and residual there to (f, p).
             most: steps tried.
             fine: whether in fine steps, and to the last of what they resolve.
+            worth: see `fit`.
 
         Returns:
             The end; None if the simulation breaks down at the beginning.
@@ -216,6 +225,7 @@ class Fitter:
                 tolerance=_LAST_TOLERANCE if fine else _TOLERANCE,
                 gradient_tolerance=1e-10,
                 max_steps=most,
+                give_up=lambda residual, columns: _promised(residual, columns) > worth,
             )
         except BreakdownError:
             return None
@@ -281,6 +291,13 @@ class Fitter:
             jacobian=jacobian,
             at_bound=at_ends(list(values), place),
         )
+
+
+def _promised(residual: FloatArray, jacobian: FloatArray) -> float:
+    """Cost to which a descent may come from a residual (f,) and its Jacobian (f, p)."""
+    cost = float(residual @ residual)
+    left = TangentSpace(jacobian).project_out(residual)
+    return cost - _LEEWAY * (cost - float(left @ left))
 
 
 def at_ends(names: Sequence[str], place: FloatArray) -> tuple[str, ...]:

@@ -128,6 +128,8 @@ def fit_effects(
     base_loss: Mapping[str, float],
     candidates: Sequence[Candidate],
     starts: Sequence[Mapping[str, float]],
+    *,
+    worth: float = np.inf,
 ) -> TrialModel | None:
     """Fit the base model with effects freed, from several starts, and judge it.
 
@@ -137,13 +139,15 @@ def fit_effects(
         base_loss: its loss on the held-out trials.
         candidates: effects to free.
         starts: values of their parameters to begin from [SI].
+        worth: cost that the fit must come to, see `Fitter.fit`.
 
     Returns:
         The result, or None if the simulation breaks down.
     """
     parameters = (*base.parameters, *(p for c in candidates for p in c.parameters))
     try:
-        fit = fitter.fit(parameters, [{**base.values, **start} for start in starts])
+        begins = [{**base.values, **start} for start in starts]
+        fit = fitter.fit(parameters, begins, worth=worth)
     except InputError:
         return None
     return _judged(fitter, base_loss, candidates, fit)

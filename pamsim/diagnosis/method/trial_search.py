@@ -116,14 +116,15 @@ class TrialSearch:
         """
         _, misfit = self._fitter.unexplained(self._base)
         models: list[TrialModel] = []
-        best, closed = 0.0, False
+        best, closed = max((self._base.cost - m.fit.cost for m in self._models()), default=0.0), False
         own = leading(screened or self._screened)
         chosen = shortlist(own, SHORTLIST, 0.5 * LEAST_GAIN, _PROMISED)
         for place, effect in enumerate(chosen):
             rival = effect.gain >= _PROMISED_RIVAL * max(best, own[0].gain)
             if closed and place > 1 and not rival:
                 continue
-            model = self._fitted([effect.candidate], effect.starts(misfit))
+            worth = self._base.cost - _PROMISED_RIVAL * best if best > 0.0 else np.inf
+            model = self._fitted([effect.candidate], effect.starts(misfit), worth)
             if model is None:
                 continue
             models.append(model)
@@ -161,7 +162,8 @@ class TrialSearch:
                     for p in c.parameters
                 }
                 starts = [{**others, **start} for start in form.starts(misfit)]
-                other = self._known.get(_key(candidates)) or self._fitted(candidates, starts)
+                worth = model.fit.cost - FORM_GAIN
+                other = self._known.get(_key(candidates)) or self._fitted(candidates, starts, worth)
                 if other is not None and other.fit.cost < model.fit.cost - FORM_GAIN:
                     model = other
         return model
@@ -189,7 +191,8 @@ class TrialSearch:
         judged: list[tuple[TrialModel, bool]] = []
         for parent, effect, starts in jobs:
             candidates = [*parent.candidates, effect.candidate]
-            model = self._known.get(_key(candidates)) or self._fitted(candidates, starts)
+            worth = least - growth.least_gain
+            model = self._known.get(_key(candidates)) or self._fitted(candidates, starts, worth)
             if model is None or not model.size_known():
                 continue
             over = [compare_trials(m.loss, model.loss, protocol_of) for m in (accepted[0], parent)]
@@ -229,9 +232,13 @@ class TrialSearch:
             model = smaller
         return model
 
+    def _models(self) -> list[TrialModel]:
+        """All that were fitted."""
+        return [model for model in self._known.values() if model is not None]
+
     def _best(self, names: set[str]) -> TrialModel | None:
         """The known model with these effects, in whichever forms fit best."""
-        known = [m for m in self._known.values() if m is not None and set(m.names) == names]
+        known = [model for model in self._models() if set(model.names) == names]
         return min(known, key=lambda m: m.fit.cost, default=None)
 
     def _promised_beside(self, model: TrialModel) -> float:
@@ -267,12 +274,15 @@ class TrialSearch:
         ]
 
     def _fitted(
-        self, candidates: Sequence[Candidate], starts: Sequence[Mapping[str, float]]
+        self,
+        candidates: Sequence[Candidate],
+        starts: Sequence[Mapping[str, float]],
+        worth: float = np.inf,
     ) -> TrialModel | None:
-        """The model with these effects; it is known from then on."""
+        """The model with these effects; it is known from then on. See `Fitter.fit` for worth."""
         self._progress(" + ".join(sorted(c.label for c in candidates)))
         self._known[_key(candidates)] = fit_effects(
-            self._fitter, self._base, self._base_loss, candidates, starts
+            self._fitter, self._base, self._base_loss, candidates, starts, worth=worth
         )
         return self._known[_key(candidates)]
 
