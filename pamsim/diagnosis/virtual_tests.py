@@ -79,6 +79,7 @@ class Bench:
         lengths: of each tendon at angle 0 [m].
         arms: change of each tendon's length with the angle, there [m].
         dry: dry friction of the joint and, over their arms, of the tendons [N m].
+        dry_speed: joint speed below which it is proportional to speed [rad/s]; 0 if it sticks.
         damping: viscous friction of both [N m s/rad].
         inertia: about the joint, without load [kg m^2].
         weight: torque of gravity at angle 0, without load [N m].
@@ -90,6 +91,7 @@ class Bench:
     lengths: tuple[float, ...]
     arms: tuple[float, ...]
     dry: float
+    dry_speed: float
     damping: float
     inertia: float
     weight: float
@@ -134,6 +136,7 @@ def bench(rig: Rig, name: str = "") -> Bench:
         dry=float(
             model.dof_frictionloss[joint] + np.abs(arms) @ model.tendon_frictionloss[tendons]
         ),
+        dry_speed=float(model.jnt_user[model.dof_jntid[joint], -1]),
         damping=float(model.dof_damping[joint] + arms**2 @ np.ravel(model.tendon_damping[tendons])),
         inertia=float(inertia[joint]),
         weight=-float(data.qfrc_bias[joint]),
@@ -154,7 +157,8 @@ def _chosen(quantities: Quantities, *conditions: str) -> Quantities:
 def _friction(rig: Bench, speed: float) -> FloatArray:
     """Torque that dry friction and Stribeck friction take along a cycle at one speed [N m]."""
     moved = np.diff(cycle(TURN, _JOINT_STEPS))
-    taken = rig.dry * np.sign(moved)
+    sliding = min(speed / rig.dry_speed, 1.0) if rig.dry_speed > 0.0 else 1.0
+    taken = sliding * rig.dry * np.sign(moved)
     timestep = float(np.abs(moved[0])) / speed
     for par, length, arm in zip(rig.muscles, rig.lengths, rig.arms, strict=True):
         pull = max(static_force(par, length, PRESSURE), 0.0)

@@ -70,6 +70,27 @@ EFFECTS = (
         path_dependent=True,
     ),
     Effect(
+        name="coulomb_friction",
+        form="smooth",
+        family="joint_friction",
+        missing="friction at the joint that is the same at every speed, but does not stick",
+        parameters=(
+            EffectParameter(name=f"joint.{JOINT}.frictionloss", typical=0.3, low=0.0, high=5.0),
+            EffectParameter(
+                name=f"joint.{JOINT}.friction_speed",
+                typical=0.05,
+                low=2e-3,
+                high=1.0,
+                shape=True,
+                starts=(0.3,),
+            ),
+        ),
+        look_alikes=("viscous_friction", "muscle_hysteresis"),
+        separating="the arm left alone off its rest: it creeps back, and does not stay",
+        probes=(0.1, 0.5, 2.0),
+        path_dependent=True,
+    ),
+    Effect(
         name="stribeck_friction",
         family="joint_friction",
         missing="joint friction that is higher at low speed",

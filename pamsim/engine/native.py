@@ -14,6 +14,7 @@ from typing import Any
 
 import mujoco
 import numpy as np
+from numpy.typing import NDArray
 
 from pamsim.core.errors import InputError, nearest
 from pamsim.core.parameters import FieldSpec, Sourced, check_value
@@ -24,6 +25,13 @@ _FIELDS: dict[str, FieldSpec] = {
     ),
     "joint.frictionloss": FieldSpec(
         unit="N*m", low=0.0, high=1e4, low_open=False, doc="dry friction of the joint"
+    ),
+    "joint.friction_speed": FieldSpec(
+        unit="rad/s",
+        low=0.0,
+        high=1e3,
+        low_open=False,
+        doc="speed below which dry friction is proportional to speed; 0 for friction that sticks",
     ),
     "joint.armature": FieldSpec(
         unit="kg*m^2", low=0.0, high=1e4, low_open=False, doc="inertia on the joint's axis"
@@ -49,7 +57,10 @@ _FIELDS: dict[str, FieldSpec] = {
 _ARRAYS = (
     "dof_damping",
     "dof_frictionloss",
+    "dof_solref",
+    "dof_solimp",
     "dof_armature",
+    "jnt_user",
     "jnt_stiffness",
     "body_mass",
     "body_inertia",
@@ -100,6 +111,8 @@ def native_value(model: mujoco.MjModel, name: str) -> float:
         return 2.0 * math.atan2(model.body_quat[view.id][1], model.body_quat[view.id][0])
     if field == "mass":
         return float(model.body_mass[view.id])
+    if field == "friction_speed":
+        return float(_user_numbers(model, name)[view.id, -1])
     return float(np.ravel(getattr(view, field))[0])
 
 
@@ -124,6 +137,8 @@ def set_native(model: mujoco.MjModel, name: str, value: float) -> None:
         model.wrap_prm[wraps] = np.copysign(value, model.wrap_prm[wraps])
     elif field == "tilt":
         model.body_quat[view.id] = [math.cos(value / 2), math.sin(value / 2), 0.0, 0.0]
+    elif field == "friction_speed":
+        _user_numbers(model, name)[view.id, -1] = value
     elif field == "mass":
         # The inertia belongs to the same body: it keeps its shape and scales with the mass.
         model.body_inertia[view.id] *= value / model.body_mass[view.id]
@@ -143,6 +158,13 @@ def copy_natives(source: mujoco.MjModel, target: mujoco.MjModel) -> None:
         getattr(target, name)[:] = getattr(source, name)
     target.opt.timestep = source.opt.timestep
     mujoco.mj_setConst(target, mujoco.MjData(target))
+
+
+def _user_numbers(model: mujoco.MjModel, name: str) -> NDArray[np.float64]:
+    """The joints' user numbers, of which rigs have at least one."""
+    if not model.nuser_jnt:
+        raise InputError(f"{name}: only models of rigs have it; load one with pamsim.load_rig")
+    return model.jnt_user
 
 
 def _view(model: mujoco.MjModel, name: str, element: str, target: str) -> Any:

@@ -19,7 +19,11 @@ from pamsim.core.parameters import FieldSpec, Sourced, check_value, specs
 from pamsim.core.signal_names import SignalNames
 from pamsim.engine.attach import attach, compile_model
 from pamsim.engine.callback import set_integrator
-from pamsim.engine.dry_friction import make_friction_stick
+from pamsim.engine.dry_friction import (
+    apply_friction_speed,
+    make_friction_stick,
+    reserve_friction_speed,
+)
 from pamsim.engine.joints import recorded_joints
 from pamsim.engine.native import copy_natives, is_native, native_si, set_native
 from pamsim.engine.visual_geoms import remove_visual_geoms
@@ -137,6 +141,7 @@ class Rig:
         if timestep is not None:
             model.opt.timestep = check_value("time step", timestep, _TIMESTEP)
         self._put_load(model, load)
+        apply_friction_speed(model)
         return model
 
     def _put_load(self, model: mujoco.MjModel, load: float) -> None:
@@ -193,6 +198,7 @@ class Rig:
                     model.actuator_user[index, parameter_slot(muscle, parameter)] = value
         if model is not self.model:
             mujoco.mj_setConst(model, mujoco.MjData(model))
+            apply_friction_speed(model)
         muscles = {
             name: unpack(model.actuator_user[index]) for index, name in enumerate(self.muscles)
         }
@@ -283,11 +289,13 @@ def _compiled(file: RigFile, *, scene: bool = False) -> Rig:
         remove_visual_geoms(spec)
     for name, tendon in file.tendons.items():
         attach(spec, tendon=tendon, muscle=muscles[name], name=name)
+    reserve_friction_speed(spec)
     model = compile_model(spec)
     make_friction_stick(model)
     for name, entry in file.native.items():
         set_native(model, name, native_si(name, entry))
     mujoco.mj_setConst(model, mujoco.MjData(model))
+    apply_friction_speed(model)
     for joint in file.joints:
         _require(model, mujoco.mjtObj.mjOBJ_JOINT, "rig.joints", joint, file)
     if file.load_body:

@@ -116,7 +116,8 @@ class TrialSearch:
         """
         _, misfit = self._fitter.unexplained(self._base)
         models: list[TrialModel] = []
-        best, closed = max((self._base.cost - m.fit.cost for m in self._models()), default=0.0), False
+        best = max((self._base.cost - m.fit.cost for m in self._models()), default=0.0)
+        closed = False
         own = leading(screened or self._screened)
         chosen = shortlist(own, SHORTLIST, 0.5 * LEAST_GAIN, _PROMISED)
         for place, effect in enumerate(chosen):

@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from pamsim.core.errors import InputError
 from pamsim.core.parameters import ParameterGroup
+from pamsim.engine.native import native_value
 from pamsim.engine.rig import Rig
 from pamsim.twins.plant.records import JOINT, MUSCLE, FloatArray, Record
 
@@ -58,6 +59,11 @@ def read_rig(rig: Rig, load: float) -> Numbers:
     joint.weight_cos, joint.weight_sin = weight_cos, weight_sin
     joint.damping = float(model.dof_damping[0])
     joint.dry = float(model.dof_frictionloss[0])
+    if joint.dry > 0.0 and native_value(model, f"joint.{rig.only_joint}.friction_speed") > 0.0:
+        raise InputError(
+            f"{rig.name}: the joint's friction does not stick (friction_speed); the independent"
+            " plant has tanh_friction for that"
+        )
     joint.stiffness = float(model.jnt_stiffness[0])
     joint.spring_at = float(model.qpos_spring[0])
     muscles = np.zeros(len(rig.muscles), dtype=MUSCLE).view(np.recarray)

@@ -49,10 +49,15 @@ def test_forms_of_one_place_share_its_name_and_other_places_do_not(rig, tried):
         ("coulomb_friction at elbow", "rigid"),
         ("coulomb_friction", "dahl"),
         ("coulomb_friction", "lugre"),
+        ("coulomb_friction at shoulder", "smooth"),
+        ("coulomb_friction at elbow", "smooth"),
     ]
-    assert [one.usual for one in friction] == [True, True, True, False]
+    assert [one.usual for one in friction] == [True, True, True, False, False, False]
     single, _ = candidates(rig, ["coulomb_friction at elbow"])
-    assert [one.label for one in single] == ["coulomb_friction:rigid at elbow"]
+    assert [one.label for one in single] == [
+        "coulomb_friction:rigid at elbow",
+        "coulomb_friction:smooth at elbow",
+    ]
 
 
 def test_hidden_at_one_joint_it_changes_that_joint_alone(rig):

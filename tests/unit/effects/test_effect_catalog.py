@@ -65,6 +65,7 @@ RARE = [
 OTHER_FORMS = [
     "coulomb_friction:dahl",
     "coulomb_friction:lugre",
+    "coulomb_friction:smooth",
     "thermal_relaxation:temperature",
     "air_leak:laminar",
     "valve_dead_zone:asymmetric",

@@ -12,6 +12,7 @@ import pytest
 import pamsim
 from pamsim.actuator.layout import parameter_slot
 from pamsim.engine.dry_friction import make_friction_stick
+from pamsim.engine.native import native_value
 
 LEVEL, TORQUE = 0.5, 0.45
 LOOSE = {"solref": [0.02, 1.0], "solimp": [0.9, 0.95, 1e-3, 0.5, 2.0]}
@@ -132,3 +133,41 @@ def test_contacts_keep_their_own_friction():
     make_friction_stick(model)
     assert model.opt.noslip_iterations == 0
     assert model.dof_solref[0, 0] == 0.001
+
+
+SPEED = 0.05
+
+
+@pytest.fixture(scope="module")
+def smooth(rubbing):
+    return rubbing.with_parameters({"joint.shaft.friction_speed": SPEED})
+
+
+@pytest.mark.parametrize("timestep", [2.5e-4, 2e-3])
+@pytest.mark.parametrize("share", [0.02, 0.3, 0.9])
+def test_below_its_friction_speed_a_joint_that_does_not_stick_creeps_in_proportion(
+    smooth, share, timestep
+):
+    model = smooth.model_for(timestep=timestep)
+    model.dof_damping[:] = 0.0
+    seconds = 3.0
+    crept = math.radians(held(model, seconds, torque=share * LEVEL))
+    # On the way to its speed it lags by the time constant J / c times that speed.
+    behind = SPEED / LEVEL / model.dof_invweight0[0]
+    assert crept == pytest.approx(share * SPEED * (seconds - behind), rel=2e-3)
+
+
+def test_friction_that_does_not_stick_adds_no_inertia_and_ends_at_its_full_size(smooth, rubbing):
+    own, sticking = (rig.model_for(load=0.4) for rig in (smooth, rubbing))
+    for model in (own, sticking):
+        model.dof_damping[:] = 0.0
+    moved, there = (math.radians(held(m, 0.2, torque=0.9)) for m in (own, sticking))
+    # It brakes by half of it on the way to the friction speed, which is the only difference.
+    gained = 0.5 * LEVEL * SPEED / (0.9 - 0.5 * LEVEL)
+    assert moved - there == pytest.approx(gained * 0.2, rel=0.25)
+
+
+def test_a_friction_speed_is_kept_and_taken_back(smooth):
+    assert native_value(smooth.model, "joint.shaft.friction_speed") == SPEED
+    again = smooth.with_parameters({"joint.shaft.friction_speed": 0.0})
+    assert abs(held(again.model_for(), 5.0)) < 1e-6
