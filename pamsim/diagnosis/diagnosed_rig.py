@@ -64,19 +64,33 @@ class DiagnosedRig:
         )
         rates = [e.sample_rate for e in self._predictor.experiments]
         self._coarse = _coarse_step(rig, rates)
+        self._coarse_runs, self._settle = False, _SETTLE
         self._predictor.linearise_starts(rig, timestep=self._coarse)
 
     def residuals(
         self, sets: Sequence[Values], *, held_out: bool, fine: bool
     ) -> list[Blocks | None]:
         """See `pamsim.comparison.trial_residuals.SimulateValues`."""
-        step = None if fine else self._coarse
-        predictions = self._predictor.predictions(
-            self._rigs(sets, step),
-            left_out=frozenset() if held_out else self._held_out,
-            timestep=step,
-            settle_steps=1 if fine else _SETTLE,
-        )
+        while True:
+            step = None if fine else self._coarse
+            predictions = self._predictor.predictions(
+                self._rigs(sets, step),
+                left_out=frozenset() if held_out else self._held_out,
+                timestep=step,
+                settle_steps=1 if fine else self._settle,
+            )
+            if step is None or self._coarse_runs:
+                break
+            self._coarse_runs = any(prediction is not None for prediction in predictions)
+            if self._coarse_runs:
+                break
+            # Too coarse for this rig: its first simulation broke down.
+            half = 0.5 * step
+            if half < 1.5 * self._rig.model.opt.timestep:
+                self._coarse, self._settle = None, 1
+            else:
+                self._coarse = half
+            self._predictor.linearise_starts(self._rig, timestep=self._coarse)
         return [None if p is None else self._predictor.blocks(p) for p in predictions]
 
     def signals(self, values: Values) -> Mapping[str, Mapping[str, FloatArray]]:

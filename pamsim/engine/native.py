@@ -8,6 +8,7 @@ the MJCF sets, is kept); ``tendon.NAME.coef_JOINT``, that at one of several join
 
 from __future__ import annotations
 
+import dataclasses
 import math
 from collections.abc import Sequence
 from typing import Any
@@ -54,6 +55,15 @@ _FIELDS: dict[str, FieldSpec] = {
     ),
 }
 
+_OF_SLIDE = {
+    "joint.damping": "N*s/m",
+    "joint.frictionloss": "N",
+    "joint.friction_speed": "m/s",
+    "joint.armature": "kg",
+    "joint.stiffness": "N/m",
+}
+"""Unit of a field at a joint that slides."""
+
 _ARRAYS = (
     "dof_damping",
     "dof_frictionloss",
@@ -72,13 +82,13 @@ _ARRAYS = (
 """Fields of a compiled model that native parameters set."""
 
 
-def native_si(name: str, entry: Sourced) -> float:
+def native_si(model: mujoco.MjModel, name: str, entry: Sourced) -> float:
     """Value of a native parameter in SI.
 
     Raises:
-        InputError: if the field is unknown or the unit wrong.
+        InputError: if the field or the element is unknown, or the unit wrong.
     """
-    return entry.si(_spec(name, entry.where)[2].unit)
+    return entry.si(_model_spec(model, name, entry.where).unit)
 
 
 def is_native(name: str) -> bool:
@@ -87,13 +97,13 @@ def is_native(name: str) -> bool:
     return len(parts) == 3 and _kind(parts) in _FIELDS
 
 
-def native_field(name: str) -> FieldSpec:
+def native_field(model: mujoco.MjModel, name: str) -> FieldSpec:
     """Unit and range of a native parameter.
 
     Raises:
-        InputError: if there is no such field.
+        InputError: if the field or the element is unknown.
     """
-    return _spec(name, name)[2]
+    return _model_spec(model, name, name)
 
 
 def native_value(model: mujoco.MjModel, name: str) -> float:
@@ -165,6 +175,14 @@ def _user_numbers(model: mujoco.MjModel, name: str) -> NDArray[np.float64]:
     if not model.nuser_jnt:
         raise InputError(f"{name}: only models of rigs have it; load one with pamsim.load_rig")
     return model.jnt_user
+
+
+def _model_spec(model: mujoco.MjModel, name: str, where: str) -> FieldSpec:
+    """A field's unit and range at a joint that turns or slides, a body or a tendon."""
+    element, target, spec = _spec(name, where)
+    view, kind = _view(model, name, element, target), _kind(name.split("."))
+    slides = element == "joint" and int(model.jnt_type[view.id]) == mujoco.mjtJoint.mjJNT_SLIDE
+    return dataclasses.replace(spec, unit=_OF_SLIDE[kind]) if slides else spec
 
 
 def _view(model: mujoco.MjModel, name: str, element: str, target: str) -> Any:

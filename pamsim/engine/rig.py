@@ -293,7 +293,7 @@ def _compiled(file: RigFile, *, scene: bool = False) -> Rig:
     model = compile_model(spec)
     make_friction_stick(model)
     for name, entry in file.native.items():
-        set_native(model, name, native_si(name, entry))
+        set_native(model, name, native_si(model, name, entry))
     mujoco.mj_setConst(model, mujoco.MjData(model))
     apply_friction_speed(model)
     for joint in file.joints:

@@ -52,7 +52,7 @@ def rig_parameter(rig: Rig, name: str) -> RigParameter:
         return RigParameter(
             name=name,
             value=native_value(rig.model, name),
-            spec=native_field(name),
+            spec=native_field(rig.model, name),
             stated=rig.file.native.get(name),
         )
     law, plain = operator_field(name)

@@ -130,6 +130,8 @@ def signal(text: str, tables: Sequence[SignalTable]) -> Signal:
 def default_input(tables: Sequence[SignalTable]) -> str:
     """The pressure difference that was set, else the difference of the valves.
 
+    Of a recording whose muscles have names, the difference of the two commands, or the only one.
+
     Raises:
         InputError: if there is neither for two muscles.
     """
@@ -141,19 +143,23 @@ def default_input(tables: Sequence[SignalTable]) -> str:
     for name in have:
         if re.fullmatch(r"p1_set_kpa|u1|p1_kpa", name):
             return name
+    named = [name for name in have if re.fullmatch(r".+_set_kpa|.+_valve", name)]
+    if named and len(named) <= 2:
+        return "-".join(named)
     raise InputError(f"no command in the data: give `input`, of {', '.join(have)}")
 
 
 def default_output(tables: Sequence[SignalTable]) -> str:
-    """``angle_deg``.
+    """``angle_deg``, or the only joint.
 
     Raises:
         InputError: if a table is without it.
     """
-    if all("angle_deg" in table.columns for table in tables):
-        return "angle_deg"
-    have = ", ".join(tables[0].columns)
-    raise InputError(f"no angle_deg in every trial: give `output`, of {have}")
+    have = [name for name in tables[0].columns if all(name in t.columns for t in tables)]
+    joints = [name for name in have if re.fullmatch(r".+_(deg|mm)", name)]
+    if "angle_deg" in have or len(joints) == 1:
+        return "angle_deg" if "angle_deg" in have else joints[0]
+    raise InputError(f"no angle_deg in every trial: give `output`, of {', '.join(have)}")
 
 
 def table_of(trial: Trial) -> SignalTable:
