@@ -1,10 +1,14 @@
-"""Read a CSV file whose column names carry quantity and unit, such as ``time_s`` or ``p1_kpa``.
+"""Read a table whose column names carry quantity and unit, such as ``time_s`` or ``p1_kpa``.
 
 The first line names the columns; blank lines and lines that begin with ``#`` are left out. All
 formats of measurements are read here: trials of a recording and angles at rest by fixed names
 (`Columns.select`), force maps and loops by quantity with any unit (`Columns.quantities`), a log
-for ``pamsim identify`` as it is (`Columns.values`).
+for ``pamsim identify`` as it is (`Columns.values`), a lab's own log by what its recording says of
+its columns (`pamsim.store.log_columns`).
 """
+
+# scipy carries no types.
+# pyright: reportMissingTypeStubs=false
 
 from __future__ import annotations
 
@@ -12,18 +16,25 @@ import csv
 import difflib
 import math
 import re
+import zipfile
+import zlib
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
+from typing import Any
 
 import numpy as np
+import scipy.io
 from numpy.typing import NDArray
 
 from pamsim.core.errors import InputError, nearest
 from pamsim.core.units import DEG_PER_RAD, MM_PER_M, PA_PER_KPA, to_si
 
 FloatArray = NDArray[np.float64]
+
+_loadmat: Any = scipy.io.loadmat
+_DECIMAL_COMMA = re.compile(r"[-+]?\d+,\d*([eE][-+]?\d+)?")
 
 # Fixed names, {} being the number of a muscle -> other spellings of them, which are refused.
 _SPELLINGS = {
@@ -134,7 +145,7 @@ class Columns:
             header=self.header,
             lines=self.lines,
             cells={same: self.cells[name] for name, same in known.items()},
-            ignored=tuple(ignored),
+            ignored=(*self.ignored, *ignored),
         )
 
     def require(self, name: str, why: str = "") -> None:
@@ -192,53 +203,110 @@ class Columns:
 
 
 def read_columns(path: Path) -> Columns:
-    """Read a CSV file with a header.
+    """Read a table with a header.
 
     Args:
-        path: of the file, UTF-8 with or without byte-order mark.
+        path: of a text file, its cells separated by commas, semicolons, tabs or spaces, with
+            decimal points, or with decimal commas where no comma separates cells; or of an ``.npz``
+            or ``.mat`` file with one array per column.
 
     Returns:
         Its columns as text.
 
     Raises:
-        InputError: in one line: unreadable file, no header, cells separated by semicolons, no row
-            below the header, a row of another length than the header, a column twice.
+        InputError: in one line: unreadable file, no header, no row below it, a row of another
+            length than the header, arrays of different lengths, a column twice.
     """
-    try:
-        text = path.read_text(encoding="utf-8-sig")
-    except OSError as error:
-        raise InputError(f"cannot read {path}: {error.strerror}") from None
-    except UnicodeDecodeError:
-        raise InputError(f"{path} is not a text file; give a CSV in UTF-8") from None
+    if path.suffix.lower() in (".npz", ".mat"):
+        return _of_arrays(path)
     rows = [
-        (number, [cell.strip() for cell in next(csv.reader([line]))])
-        for number, line in enumerate(text.splitlines(), start=1)
+        (number, line)
+        for number, line in enumerate(_text(path).splitlines(), start=1)
         if line.strip() and not line.lstrip().startswith("#")
     ]
     if not rows:
         raise InputError(f"{path}: no header; the first line names the columns, such as time_s")
-    (first, header), *rest = rows
-    if len(header) == 1 and ";" in header[0]:
-        raise InputError(
-            f"{path}: line {first}: cells are separated by semicolons; write commas between cells"
-            " and points in numbers"
-        )
+    (first, head), *rest = rows
     if not rest:
         raise InputError(f"{path}: no rows below the header in line {first}")
-    for number, row in rest:
+    separator = next((mark for mark in ";\t," if mark in head), None)
+    header = _cells(head, separator)
+    cells = [(number, _cells(line, separator)) for number, line in rest]
+    for number, row in cells:
         if len(row) != len(header):
             raise InputError(
                 f"{path}: line {number} has {len(row)} cells, the header {len(header)}; write"
-                " points, not commas, in numbers"
+                " points in numbers, or separate cells by semicolons"
             )
+    if separator != ",":
+        cells = [(number, [_pointed(cell) for cell in row]) for number, row in cells]
     columns = Columns(
         path=path,
         header=first,
-        lines=[number for number, _ in rest],
-        cells={name: [row[i] for _, row in rest] for i, name in enumerate(header)},
+        lines=[number for number, _ in cells],
+        cells={name: [row[i] for _, row in cells] for i, name in enumerate(header)},
     )
     columns._refuse_twice(header)
     return columns
+
+
+def _text(path: Path) -> str:
+    try:
+        return path.read_text(encoding="utf-8-sig")
+    except OSError as error:
+        raise InputError(f"cannot read {path}: {error.strerror}") from None
+    except UnicodeDecodeError:
+        raise InputError(f"{path} is not a text file in UTF-8; save it as a CSV in UTF-8") from None
+
+
+def _cells(line: str, separator: str | None) -> list[str]:
+    if separator is None:
+        return line.split()
+    return [cell.strip() for cell in next(csv.reader([line], delimiter=separator))]
+
+
+def _pointed(cell: str) -> str:
+    """A number with a decimal comma, with a point."""
+    return cell.replace(",", ".") if _DECIMAL_COMMA.fullmatch(cell) else cell
+
+
+def _of_arrays(path: Path) -> Columns:
+    """The arrays of a file by numpy or MATLAB; what is no list of numbers is left out."""
+    try:
+        if path.suffix.lower() == ".npz":
+            with path.open("rb") as stream, np.load(stream, allow_pickle=False) as file:
+                found = {name: np.asarray(file[name]) for name in file.files}
+        else:
+            found = {k: np.asarray(v) for k, v in _loadmat(path).items() if not k.startswith("__")}
+    except OSError as error:
+        raise InputError(f"cannot read {path}: {error.strerror or error}") from None
+    except NotImplementedError:
+        raise InputError(
+            f"{path} is a MATLAB file of version 7.3; save it with -v7, or as a CSV"
+        ) from None
+    except (ValueError, TypeError, EOFError, zipfile.BadZipFile, zlib.error) as error:
+        why = str(error).splitlines()[0] if str(error) else "damaged"
+        raise InputError(f"{path} cannot be read as {path.suffix}: {why}") from None
+    lists = {
+        name: array.ravel()
+        for name, array in found.items()
+        if array.dtype.kind in "iuf" and array.ndim and array.size == max(array.shape) > 1
+    }
+    if not lists:
+        raise InputError(f"{path}: no array of numbers; give one per column, all of one length")
+    longest = max(lists.values(), key=len)
+    for name, array in lists.items():
+        if len(array) != len(longest):
+            raise InputError(
+                f"{path}: {name} has {len(array)} numbers, another array {len(longest)}; a table's"
+                " columns are of one length"
+            )
+    return Columns(
+        path=path,
+        header=1,
+        lines=list(range(1, len(longest) + 1)),
+        cells={name: [repr(number) for number in a.tolist()] for name, a in lists.items()},
+    )
 
 
 def _finite(cell: str, where: str) -> float:

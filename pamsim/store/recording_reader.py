@@ -5,6 +5,9 @@ duty, in [-1, 1]) or ``flexor_set_kpa``; then, as far as they were measured, ``f
 ``flexor_n``, ``knee_deg`` of a joint that turns and ``slider_mm`` of one that slides. For a rig
 with one joint also ``u1``, ``p1_set_kpa``, ``p1_kpa``, ``force1_n``, ``angle_deg``: muscles by
 number. Pressures are gauge.
+
+A log in a lab's own columns and units is read as it is if ``recording.toml`` says what they are,
+see `pamsim.store.log_columns`.
 """
 
 from __future__ import annotations
@@ -22,11 +25,13 @@ from pamsim.core.recording import SCHEMA
 from pamsim.core.signal_names import COMMAND_QUANTITY
 from pamsim.core.trial import Trial, TrialSet
 from pamsim.store import recording_checks
-from pamsim.store.columns import read_columns
+from pamsim.store.columns import Columns, read_columns
+from pamsim.store.log_columns import in_own_format, log_columns
 from pamsim.store.trial_columns import TrialColumns, trial_columns
 
 INDEX = "recording.toml"
-_TOP = {"schema", "rig", "trial"}
+_WITH_COLUMNS = "pamsim-recording/2"
+_TOP = {"schema", "rig", "columns", "trial"}
 _TRIAL = {"file", "protocol", "command", "load_kg"}
 _MOST_LOAD_KG = 100.0  # what no arm of such muscles lifts
 
@@ -56,8 +61,14 @@ def read_recordings(path: str | os.PathLike[str]) -> TrialSet:
     for number, file in enumerate(files):
         if file in files[:number]:
             raise InputError(f"{index}: file {file!r} is two trials; name each file once")
+    log = log_columns(table["columns"], f"{index}: [columns]") if "columns" in table else None
+
+    def read(file: str) -> Columns:
+        columns = read_columns(index.parent / file)
+        return columns if log is None else in_own_format(columns, log)
+
     tables = [
-        trial_columns(read_columns(index.parent / file), str(entry["command"]))
+        trial_columns(read(file), str(entry["command"]))
         for entry, file in zip(entries, files, strict=True)
     ]
     for table_columns in tables:
@@ -90,8 +101,11 @@ def _index(path: Path) -> Mapping[str, Any]:
         raise InputError(f"cannot read {path}: {error.strerror}") from None
     except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
         raise InputError(f"{path}: not valid TOML: {error}") from None
-    if table.get("schema") != SCHEMA:
-        raise InputError(f"{path}: schema is {table.get('schema')!r}; this pamsim reads {SCHEMA!r}")
+    if table.get("schema") not in (SCHEMA, _WITH_COLUMNS):
+        raise InputError(
+            f"{path}: schema is {table.get('schema')!r}; this pamsim reads {SCHEMA!r} and, with"
+            f" [columns], {_WITH_COLUMNS!r}"
+        )
     _check_keys(f"{path}", table, _TOP)
     if not (isinstance(table.get("rig"), str) and table["rig"].strip()):
         raise InputError(f'{path}: needs rig = "...": the name or path of the rig it is of')
@@ -111,7 +125,7 @@ def _check_entry(where: str, entry: Mapping[str, Any]) -> None:
     if entry["command"] not in COMMAND_QUANTITY:
         hint = nearest(entry["command"], COMMAND_QUANTITY)
         raise InputError(f"{where}: no command {entry['command']!r}; {hint}")
-    load = entry.get("load_kg")
+    load = entry.get("load_kg", 0.0)
     if isinstance(load, bool) or not isinstance(load, int | float) or not load >= 0.0:
         raise InputError(f"{where} needs load_kg = ..., the mass on the arm, 0 for none: {load!r}")
     if load > _MOST_LOAD_KG:
@@ -139,7 +153,7 @@ def _trial(entry: Mapping[str, Any], found: TrialColumns, notes: list[str]) -> T
         name=name,
         protocol=entry["protocol"],
         command_kind=kind,
-        load=float(entry["load_kg"]),
+        load=float(entry.get("load_kg", 0.0)),
         time=time - time[0],
         command=np.column_stack([columns.si(column) for column in found.command]),
         measured={

@@ -109,7 +109,6 @@ SLIPS = {
         MAP.replace("0.1,", "0,1,"),
         "line 3 has 4 cells, the header 3; write points",
     ),
-    "semicolons": (MAP.replace(",", ";"), "line 1: cells are separated by semicolons"),
     "no rows": ("p_kpa,contraction,force_n\n", "no rows below the header in line 1"),
     "nothing": ("# only a comment\n", "no header"),
     "no pressure": ("contraction,force_n\n0.1,2\n", "no column for pressure; name one such as"),

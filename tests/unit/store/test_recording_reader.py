@@ -179,7 +179,6 @@ BAD_TABLES = {
     "word": (text_of(P).replace("\n0.004,400", "\n0.004,x"), "line 4: p1_set_kpa = 'x' is not a"),
     "empty": (text_of(P).replace("\n0.004,400", "\n0.004,"), "line 4: p1_set_kpa is empty"),
     "decimal commas": (text_of(P).replace("\n0.004,", "\n0,004,"), "line 4 has 7 cells"),
-    "semicolons": (text_of(P).replace(",", ";"), "separated by semicolons"),
     "nothing": ("", "no header"),
     "header only": ("time_s,u1,u2\n", "no rows"),
     "column twice": (text_of(P).replace("p2_kpa", "p1_kpa"), "'p1_kpa' is there twice"),
@@ -235,7 +234,7 @@ def test_a_valve_beyond_fully_open_is_refused(folder, value, expected):
 
 
 BAD_INDEXES = {
-    "schema": ('"pamsim-recording/1"', '"pamsim-recording/2"', "schema is 'pamsim-recording/2'"),
+    "schema": ('"pamsim-recording/1"', '"pamsim-recording/9"', "schema is 'pamsim-recording/9'"),
     "TOML": ("[[trial]]", "[[trial]", "not valid TOML"),
     "key": ("load_kg", "load_g", "unknown key load_g; did you mean 'load_kg'"),
     "top key": ("rig =", "rigg =", "unknown key rigg; did you mean 'rig'"),
@@ -243,7 +242,6 @@ BAD_INDEXES = {
     "no trial": (INDEX[INDEX.index("[[") :], "", "no trial; write [[trial]]"),
     "command": ('command = "pressure"', 'command = "presure"', "did you mean 'pressure'"),
     "no protocol": ('protocol = "staircase"\n', "", 'needs protocol = "..."'),
-    "no load": ("load_kg = 1.2\n", "", "needs load_kg"),
     "negative load": ("load_kg = 1.2", "load_kg = -1", "needs load_kg"),
     "load in gram": ("load_kg = 1.2", "load_kg = 1200", "write kg, not g"),
     "no file": ("staircase_1.csv", "staircase_9.csv", "cannot read"),
