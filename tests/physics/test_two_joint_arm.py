@@ -132,13 +132,19 @@ def test_without_names_every_joint_that_the_muscles_move_is_recorded(tmp_path, r
     assert pamsim.load_rig(folder).joints == rig.joints
 
 
-def test_a_joint_that_slides_has_a_position(tmp_path):
+def test_a_joint_that_slides_has_a_position_and_its_own_units(tmp_path):
     folder = copied(
         tmp_path,
         'joints = ["shoulder", "elbow"]\n',
         'joints = ["elbow"]\n',
         [('<joint name="elbow"/>', '<joint name="elbow" type="slide" range="-1 1"/>')],
     )
+    with pytest.raises(InputError, match=r"joint\.elbow\.damping: unit .* to 'N\*s/m'"):
+        pamsim.load_rig(folder)
+    stated = (folder / "params.toml").read_text()
+    turning = 'damping" = { value = 0.15, unit = "N*m*s/rad"'
+    assert turning in stated
+    (folder / "params.toml").write_text(stated.replace(turning, turning.replace("m*s/rad", "s/m")))
     sliding = pamsim.load_rig(folder)
     assert sliding.joints == {"elbow": "position"}
     assert sliding.names.joint_channels == ("elbow.position",)
