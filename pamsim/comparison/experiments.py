@@ -36,23 +36,28 @@ def experiment_of(trial: Trial, *, sample_rate: float | None = None) -> Experime
 
     Returns:
         The commands held, or the measured pressures imposed, from rest at the first measured
-        pressures or, where a pressure was not measured, at the first set point.
+        pressures or, where a pressure was not measured, at the first set point. A lead-in comes
+        first.
 
     Raises:
         InputError: if the start pressure of a muscle was neither measured nor commanded.
     """
-    rate = grid_rate(trial.time) if sample_rate is None else sample_rate
-    rows = np.arange(trial.time.size)
+    time, command = trial.time, trial.command
+    if trial.lead_in is not None:
+        time = np.concatenate([trial.lead_in.time, trial.lead_in.duration + time])
+        command = np.concatenate([trial.lead_in.command, command])
+    rate = grid_rate(time) if sample_rate is None else sample_rate
+    rows = np.arange(time.size)
     if trial.command_kind != "measured":
-        changed = np.any(np.diff(trial.command, axis=0) != 0.0, axis=1)
+        changed = np.any(np.diff(command, axis=0) != 0.0, axis=1)
         rows = np.concatenate([[0], np.flatnonzero(changed) + 1])
     return Experiment(
         command=trial.command_kind,
-        command_time=_snapped(trial.time[rows], rate),
-        command_value=trial.command[rows],
+        command_time=_snapped(time[rows], rate),
+        command_value=command[rows],
         start_pressure=start_pressures(trial),
         # Up to the first sample that is not before the trial's last.
-        duration=math.ceil(float(trial.time[-1]) * rate - _ON_GRID) / rate,
+        duration=math.ceil(float(time[-1]) * rate - _ON_GRID) / rate,
         sample_rate=rate,
         load=trial.load,
         name=trial.name,
@@ -65,13 +70,17 @@ def start_pressures(trial: Trial) -> NDArray[np.float64]:
     Raises:
         InputError: if one was neither measured nor commanded.
     """
-    start = np.empty(trial.muscles)
+    lead = trial.lead_in
+    first = trial.command[0] if lead is None else lead.command[0]
+    start = np.full(trial.muscles, np.nan) if lead is None else lead.start_pressure.copy()
     for muscle, channel in enumerate(trial.pressure_channels):
         measured = trial.measured.get(channel)
-        if measured is not None:
+        if measured is not None and lead is None:
             start[muscle] = measured[0]
-        elif trial.command_kind == "pressure":
-            start[muscle] = trial.command[0, muscle]
+        if np.isfinite(start[muscle]):
+            continue
+        if trial.command_kind == "pressure":
+            start[muscle] = first[muscle]
         else:
             raise InputError(
                 f"trial {trial.name!r} does not give the start pressure of {_owner(trial, muscle)},"
@@ -133,7 +142,8 @@ def at_times(
             if kind_of(channel) == "angle":
                 offset = encoder_offset(trial.measured[channel], sensor.encoder_increments)
                 signals[channel] = signals[channel] + offset
-    return {name: np.interp(trial.time, done.time, values) for name, values in signals.items()}
+    time = trial.time if trial.lead_in is None else trial.lead_in.duration + trial.time
+    return {name: np.interp(time, done.time, values) for name, values in signals.items()}
 
 
 def table_experiments(table: StaticTable) -> list[Experiment]:

@@ -169,4 +169,6 @@ def _same_settings(first: Trial, second: Trial) -> bool:
         and first.load == second.load
         and np.array_equal(first.time, second.time)
         and np.array_equal(first.command, second.command)
+        and first.lead_in is None
+        and second.lead_in is None
     )

@@ -9,7 +9,7 @@ time, and fits of many small matrices become several times slower.
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Generator
 from contextlib import contextmanager
 from typing import Any
 
@@ -19,7 +19,7 @@ _limits: Any = threadpoolctl.threadpool_limits
 
 
 @contextmanager
-def one_blas_thread() -> Iterator[None]:
+def one_blas_thread() -> Generator[None, None, None]:
     """Inside, or in a function that it decorates, every loaded BLAS has one thread."""
     with _limits(limits=1, user_api="blas"):
         yield

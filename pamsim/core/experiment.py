@@ -109,8 +109,11 @@ class Experiment:
             (n, m) command values.
         """
         if self.command == "measured":
-            columns = [np.interp(times, self.command_time, c) for c in self.command_value.T]
-            return np.stack(columns, axis=1)
+            at = np.asarray(times, dtype=float)
+            found = np.empty((at.size, self.command_value.shape[1]))
+            for muscle, column in enumerate(self.command_value.T):
+                found[:, muscle] = np.interp(at, self.command_time, column)
+            return found
         # A breakpoint written k * 0.002 must not miss the sample k / 500 by rounding.
         late = np.asarray(times) * (1.0 + 1e-12) + 1e-12
         index = np.searchsorted(self.command_time, late, side="right") - 1

@@ -32,8 +32,13 @@ def of_rig(trial: Trial, names: SignalNames, rig: str) -> tuple[Trial, tuple[str
     for channel in left:
         _refuse_other_joint(trial, channel, names, rig)
     known = ", ".join((*names.joints, *names.muscles))
+    lead = trial.lead_in
+    if lead is not None:
+        start = lead.start_pressure[order]
+        lead = replace(lead, command=lead.command[:, order], start_pressure=start)
     return replace(
         trial,
+        lead_in=lead,
         command=trial.command[:, order],
         measured=measured,
         muscle_names=names.named_muscles,

@@ -12,6 +12,23 @@ from pamsim.core.signal_names import muscle_channels
 
 
 @dataclass(frozen=True, kw_only=True)
+class LeadIn:
+    """What a rig did right before a trial: it is simulated, so that memory settles, not compared.
+
+    Attributes:
+        time: (k,) [s], increasing from 0.
+        duration: from its first sample to the trial's [s].
+        command: (k, m) as that of the trial.
+        start_pressure: (m,) first measured gauge pressures [Pa]; NaN where not measured.
+    """
+
+    time: NDArray[np.float64]
+    duration: float
+    command: NDArray[np.float64]
+    start_pressure: NDArray[np.float64]
+
+
+@dataclass(frozen=True, kw_only=True)
 class Trial:
     """Sampled commands and measurements of one trial, in SI.
 
@@ -27,6 +44,7 @@ class Trial:
             one joint ``angle``, ``pressure_1`` (gauge) ..., ``force_1`` ...; of any other
             ``knee.angle``, ``flexor.pressure``, ``flexor.force`` ...
         muscle_names: in the order of the commands; none where muscles have numbers.
+        lead_in: None for a trial that begins at rest.
     """
 
     name: str
@@ -37,6 +55,7 @@ class Trial:
     command: NDArray[np.float64]
     measured: Mapping[str, NDArray[np.float64]]
     muscle_names: tuple[str, ...] = ()
+    lead_in: LeadIn | None = None
 
     @property
     def sample_interval(self) -> float:

@@ -82,7 +82,7 @@ def _repeats(trials: Sequence[Trial], compared: Collection[str]) -> list[list[Tr
         complete = set(trial.pressure_channels) <= trial.measured.keys()
         if complete and not driven and not trial.measured.keys().isdisjoint(compared):
             key = (trial.protocol, trial.command.tobytes(), trial.load, trial.time.tobytes())
-            groups.setdefault(key, []).append(trial)
+            groups.setdefault(key, []).append(replace(trial, lead_in=None))
     return list(groups.values())
 
 

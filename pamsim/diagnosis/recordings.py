@@ -163,6 +163,8 @@ def _fingerprint(data: CalibrationData) -> str:
     digest = hashlib.sha256()
     for trial in data.trials:
         digest.update(trial.name.encode())
-        for values in (trial.time, trial.command, *trial.measured.values()):
+        lead = trial.lead_in
+        before = () if lead is None else (lead.time, lead.command, lead.start_pressure)
+        for values in (*before, trial.time, trial.command, *trial.measured.values()):
             digest.update(np.ascontiguousarray(values).tobytes())
     return digest.hexdigest()

@@ -24,7 +24,7 @@ from pamsim.core.errors import InputError, nearest
 from pamsim.core.recording import SCHEMA
 from pamsim.core.signal_names import COMMAND_QUANTITY
 from pamsim.core.trial import Trial, TrialSet
-from pamsim.store import recording_checks
+from pamsim.store import recording_checks, segments
 from pamsim.store.columns import Columns, read_columns
 from pamsim.store.log_columns import in_own_format, log_columns
 from pamsim.store.trial_columns import TrialColumns, trial_columns
@@ -32,7 +32,7 @@ from pamsim.store.trial_columns import TrialColumns, trial_columns
 INDEX = "recording.toml"
 _WITH_COLUMNS = "pamsim-recording/2"
 _TOP = {"schema", "rig", "columns", "trial"}
-_TRIAL = {"file", "protocol", "command", "load_kg"}
+_TRIAL = {"file", "protocol", "command", "load_kg", *segments.KEYS}
 _MOST_LOAD_KG = 100.0  # what no arm of such muscles lifts
 
 
@@ -74,7 +74,11 @@ def read_recordings(path: str | os.PathLike[str]) -> TrialSet:
     for table_columns in tables:
         table_columns.columns.require("time_s")
     notes: list[str] = []
-    trials = tuple(_trial(*pair, notes) for pair in zip(entries, tables, strict=True))
+    trials = [
+        part
+        for number, (entry, own) in enumerate(zip(entries, tables, strict=True), start=1)
+        for part in segments.trials_of(_trial(entry, own, notes), entry, f"{index}: trial {number}")
+    ]
     recording_checks.units_of_all([t.columns for t in tables])
     for own in tables:
         if _muscles(own) != _muscles(tables[0]):
@@ -84,7 +88,7 @@ def read_recordings(path: str | os.PathLike[str]) -> TrialSet:
             )
     return TrialSet(
         rig=_rig(index.parent, table["rig"]),
-        trials=trials,
+        trials=tuple(trials),
         notes=(*_not_measured(trials, tables), *notes),
     )
 
@@ -175,7 +179,7 @@ def _rig(folder: Path, rig: str) -> str:
     return str(beside) if (beside / "params.toml").is_file() else rig
 
 
-def _not_measured(trials: tuple[Trial, ...], tables: Sequence[TrialColumns]) -> list[str]:
+def _not_measured(trials: Sequence[Trial], tables: Sequence[TrialColumns]) -> list[str]:
     every = dict.fromkeys(channel for table in tables for channel in table.channels.values())
     notes: list[str] = []
     for channel in every:
