@@ -65,6 +65,8 @@ def command(
 ) -> int:
     """Record a rig in which EFFECTS are hidden: air_leak, or air_leak+coulomb_friction, or none.
 
+    "coulomb_friction at elbow" hides one at a joint of several, "air_leak at biceps" in one muscle.
+
     The independent plant can also have effects that the library does not hold, such as
     quadratic_drag. Writes a recording folder and, beside it, the ground truth.
     """
