@@ -10,10 +10,10 @@ Rigs and simulation::
 ``save_state`` and ``restore_state`` go with ``mujoco.mj_step``.
 
 Models and data: ``read_recordings``, ``identify`` (transfer functions), ``fit`` (force laws and
-hysteresis), ``calibrate`` (parameters of a rig), ``diagnose`` (the effect that a simulation is
-missing), ``hide`` (synthetic recordings with a hidden effect), ``reproduce`` and ``replicate`` (the
-source papers). Their results have ``summary()``, ``to_dict()`` and ``save(folder)``; ``plot`` draws
-them.
+hysteresis), ``check`` (what recordings are and could show), ``calibrate`` (parameters of a rig),
+``diagnose`` (the effect that a simulation is missing), ``hide`` (synthetic recordings with a hidden
+effect), ``reproduce`` and ``replicate`` (the source papers). Their results have ``summary()``,
+``to_dict()`` and ``save(folder)``; ``plot`` draws them.
 
 Gymnasium environments are registered by ``import pamsim.envs``; controllers are in
 ``pamsim.controllers``. All names below load on first use.
@@ -31,6 +31,7 @@ if TYPE_CHECKING:
     from pamsim.core.experiment import Experiment as Experiment
     from pamsim.core.experiment import pressure_step as pressure_step
     from pamsim.core.recording import Recording as Recording
+    from pamsim.diagnosis.check import check as check
     from pamsim.diagnosis.diagnose import diagnose as diagnose
     from pamsim.engine.attach import attach as attach
     from pamsim.engine.attach import compile_model as compile_model
@@ -59,6 +60,7 @@ _HOME = {
     "attach": "pamsim.engine.attach",
     "calibrate": "pamsim.calibration.calibrate",
     "compile_model": "pamsim.engine.attach",
+    "check": "pamsim.diagnosis.check",
     "diagnose": "pamsim.diagnosis.diagnose",
     "fit": "pamsim.fitting.fit",
     "hide": "pamsim.twins.hide",

@@ -24,6 +24,7 @@ _COMMANDS = {
     "identify": "Transfer functions from a recording or a simulation, with intervals and verdict.",
     "fit": "Fit a law to your force, length or pressure data, or rank all laws on them.",
     "models": "The force laws and hysteresis operators, with parameters, ranges and sources.",
+    "check": "What recordings are, what is implausible in them, and what they could show.",
     "calibrate": "Fit rig parameters to recordings and static tables; writes the new rig.",
     "diagnose": "Find where a rig and recordings disagree, name the missing effect, add it.",
     "hide": "Synthetic recording of a rig with hidden effects, the ground truth in a file apart.",

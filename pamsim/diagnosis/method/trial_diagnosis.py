@@ -150,22 +150,8 @@ def diagnose_trials(
     """
     report = progress or (lambda _: None)
     report("base model")
-    start = {p.name: p.start for p in nuisance}
-    first = simulator.anchor(start)
-    if first is None:
-        raise InputError(
-            "the base model's simulation breaks down on these trials; check the rig's parameters"
-            " and the recording's units"
-        )
-    layout = simulator.layout
-    if not layout.trials(held_out=True) or not layout.trials(held_out=False):
-        raise InputError("nothing to judge by: some trials must be held out, and some not")
-    floor = noise_floor(layout, first, commands)
-    fitter = Fitter(simulator, floor, remembered)
-    base = fitter.fit(nuisance, [start])
-    anchored = simulator.anchor(base.values)
-    base = base if anchored is None else replace(base, residual=anchored)
-    fitter.keep_jacobian(base)
+    fitter, base = fitted_base(simulator, nuisance, commands, remembered)
+    floor, layout = fitter.floor, simulator.layout
     base_loss = losses(layout, base.residual, floor, held_out=True)
     every = [*layout.trials(held_out=False), *layout.trials(held_out=True)]
     where = cells(layout, base.residual, floor, every)
@@ -249,6 +235,44 @@ def diagnose_trials(
         else next_experiment(best, conclusion.tied, fitter, menu),
         evaluations=simulator.evaluations,
     )
+
+
+def fitted_base(
+    simulator: TrialSimulator,
+    nuisance: Sequence[FreeParameter],
+    commands: Mapping[str, FloatArray] | None = None,
+    remembered: Remembered | None = None,
+) -> tuple[Fitter, Refit]:
+    """Fit the nuisance parameters of the model without effects.
+
+    Args:
+        simulator: of all trials.
+        nuisance: parameters.
+        commands: trial -> (n, m), for the noise floor of inputs recorded once.
+        remembered: fits of an interrupted run; new ones are added.
+
+    Returns:
+        The fitter, which holds the noise floor and the Jacobian there, and the fit.
+
+    Raises:
+        InputError: if the simulation breaks down, or nothing is held out.
+    """
+    start = {p.name: p.start for p in nuisance}
+    first = simulator.anchor(start)
+    if first is None:
+        raise InputError(
+            "the base model's simulation breaks down on these trials; check the rig's parameters"
+            " and the recording's units"
+        )
+    layout = simulator.layout
+    if not layout.trials(held_out=True) or not layout.trials(held_out=False):
+        raise InputError("nothing to judge by: some trials must be held out, and some not")
+    fitter = Fitter(simulator, noise_floor(layout, first, commands), remembered)
+    base = fitter.fit(nuisance, [start])
+    anchored = simulator.anchor(base.values)
+    base = base if anchored is None else replace(base, residual=anchored)
+    fitter.keep_jacobian(base)
+    return fitter, base
 
 
 def beyond_form(single: TrialModel, larger: TrialModel, perfect: Mapping[str, float]) -> bool:

@@ -1,0 +1,39 @@
+"""``pamsim check``: what recordings are and could show, before a long run."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import click
+
+from pamsim.cli.main import FINDING, OK
+from pamsim.cli.options import names_option
+from pamsim.cli.output import save_json
+
+
+@click.command(name="check")
+@click.argument("data", nargs=-1, required=True)
+@click.option("--rig", help="Shipped rig or rig folder; the recordings' own if left out.")
+@names_option("--effects", help="Effects to look for: NAME,NAME; all if left out.")
+@names_option("--hold-out", help="Trials or protocols to judge by: NAME,NAME.")
+@click.option("--threads", type=int, help="Simulations at a time; one per processor if left out.")
+@click.option("--json", "json_file", type=click.Path(path_type=Path), help="Write the result here.")
+def command(
+    data: tuple[str, ...],
+    rig: str | None,
+    effects: tuple[str, ...],
+    hold_out: tuple[str, ...],
+    threads: int | None,
+    json_file: Path | None,
+) -> int:
+    """Say what was read of DATA, what is implausible, and which effects they could show.
+
+    DATA are recording folders. It takes some seconds: run it before calibrate and diagnose. Exit 1
+    if anything is suspicious.
+    """
+    from pamsim.diagnosis.check import check
+
+    result = check(data, rig=rig, effects=effects, hold_out=hold_out, threads=threads)
+    save_json(json_file, result.to_dict())
+    click.echo(result.summary())
+    return FINDING if result.suspicions else OK
