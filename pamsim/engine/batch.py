@@ -27,7 +27,7 @@ from pamsim.engine.simulate import Run, prepare, record
 from pamsim.engine.state import restore_state, save_state, settled
 from pamsim.engine.timestep_check import check_timestep
 
-_Key: TypeAlias = tuple[int, float, tuple[float, ...], float, bool]
+_Key: TypeAlias = tuple[int, float, tuple[float, ...], float]
 
 
 @dataclass(frozen=True)
@@ -84,8 +84,7 @@ def simulate_batch(
 def _start(run: Run) -> _Key:
     """What the state at time 0 depends on; the time step is the same in a rig and batch."""
     start = run.experiment
-    imposed = start.command == "measured"
-    return id(run.rig), start.load, tuple(start.start_pressure.tolist()), start.settle, imposed
+    return id(run.rig), start.load, tuple(start.start_pressure.tolist()), start.settle
 
 
 def _settled(run: Run, steps: int) -> _Rest:

@@ -46,7 +46,7 @@ def settle(
     It ends early once nothing moves. Creep, which would delay that, is switched off meanwhile: a
     relaxed creep element carries no force at rest. So is what keeps the valves shut near the set
     point: the muscles come to rest at the start pressures themselves, however they were reached.
-    Measured pressures are imposed from the beginning.
+    Where hysteresis leaves them depends on the way there, which is the same for every command.
 
     Args:
         model: live; its command is that of the experiment afterwards.
@@ -54,8 +54,7 @@ def settle(
         experiment: its start pressures [Pa] and the time [s] that it allows.
         each_step: acts before every step, or None.
     """
-    imposed = experiment.command == "measured"
-    set_command(model, "measured" if imposed else "pressure")
+    set_command(model, "pressure")
     reset(model, data, experiment.start_pressure.tolist())
     kept = model.actuator_user[:, _AWAY_MEANWHILE].copy()
     model.actuator_user[:, _AWAY_MEANWHILE] = 0.0

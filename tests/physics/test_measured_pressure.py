@@ -63,8 +63,16 @@ def test_valves_air_and_supply_have_no_say(rig):
         }
     )
     mine, theirs = (pamsim.simulate(r, driven_by(recording)).completed() for r in (rig, other))
-    for name in ("angle", "pressure", "tension"):
-        assert np.array_equal(getattr(mine, name), getattr(theirs, name))
+    # The way to the start is regulated in every experiment, and ends a rounding apart.
+    assert np.array_equal(mine.pressure, theirs.pressure)
+    np.testing.assert_allclose(mine.angle, theirs.angle, rtol=0, atol=2e-6)
+    np.testing.assert_allclose(mine.tension, theirs.tension, rtol=0, atol=1e-2)
+
+
+def test_unequal_start_pressures_leave_the_hysteresis_where_set_points_do(rig):
+    step = pamsim.pressure_step((4e5, 1.5e5), (2e5, 3e5), duration=0.2, sample_rate=500.0)
+    recording = pamsim.simulate(rig, step).completed()
+    assert off(rig, recording, 1) < 1e-5
 
 
 def test_memory_and_friction_stay(rig):
