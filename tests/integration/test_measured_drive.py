@@ -9,7 +9,7 @@ import pamsim
 from pamsim.twins.hide import hide
 
 SETTINGS = {
-    "protocols": ("triangle", "bursts"),
+    "protocols": ("triangle", "multisine"),
     "duration": 2.0,
     "repeats": 3,
     "measured_drive": True,
@@ -38,6 +38,10 @@ def test_it_is_read_back_with_the_pressures_as_what_drives_it(rig, tmp_path):
         assert trial.command_kind == "measured"
         written = hidden.trials[trial.name].pressure
         np.testing.assert_allclose(trial.command, written, rtol=0, atol=1.0)  # in steps of 1 Pa
+
+
+def test_nothing_hidden_is_no_gap(rig, tmp_path):
+    assert diagnosed(rig, {}, tmp_path / "data").verdict.value == "no_gap"
 
 
 def test_friction_is_named_and_what_valves_do_is_not_claimed_to_be_seen(rig, tmp_path):

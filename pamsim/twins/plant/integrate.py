@@ -192,7 +192,10 @@ def sampled(
     count = len(muscles)
     work = np.zeros((9, len(states)))
     tensions = np.zeros(count)
+    # A joint that moves goes on: a trial and the pieces of a settling begin where another ended.
     direction, coming = 0.0, 0
+    if states[SPEED] != 0.0:
+        direction = math.copysign(1.0, states[SPEED])
     for sample in range(len(times)):
         now = times[sample]
         while coming < len(arrivals) and arrivals[coming, 0] <= now + 1e-12:
