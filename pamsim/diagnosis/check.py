@@ -222,14 +222,14 @@ def _about(channel: str, read: NDArray[np.float64], expected: NDArray[np.float64
         return [
             f"{channel} does not change" if not np.any(read) else f"{channel} should not change"
         ]
-    alike = float(read @ expected) / lengths
+    similarity = float(read @ expected) / lengths
     factor = float(read @ expected) / float(read @ read)
-    if alike < -_LIKE:
+    if similarity < -_LIKE:
         return [
-            f"{channel} moves against the simulation (correlation {alike:.2f}): its sign may be"
+            f"{channel} moves against the simulation (correlation {similarity:.2f}): its sign may be"
             " turned (sign = -1 in [columns]), or the muscles swapped"
         ]
-    if alike < _LIKE:
+    if similarity < _LIKE:
         return []
     return [
         f"{channel} is {factor:.3g} times smaller than simulated: its numbers may be in {unit}"
