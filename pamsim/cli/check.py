@@ -26,7 +26,7 @@ def command(
     threads: int | None,
     json_file: Path | None,
 ) -> int:
-    """Say what was read of DATA, what is implausible, and which effects they could show.
+    """Report what was read of DATA, what is implausible, and which effects they could show.
 
     DATA are recording folders. It takes some seconds: run it before calibrate and diagnose. Exit 1
     if anything is suspicious.

@@ -41,7 +41,7 @@ _SLIPS = {
 }
 """Kind of channel -> what its numbers would have to be multiplied by, and the unit they are in."""
 
-_NEAR = 0.15  # relative error of a factor that is taken for a slip of units
+_NEAR = 0.15  # relative error of a factor that is taken for a mistaken unit
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -199,7 +199,7 @@ def _channels(
 
 
 def _suspicions(trials: Sequence[Trial], simulated: Simulated) -> tuple[str, ...]:
-    """What of all trials together cannot be as it says."""
+    """What of all trials together is implausible."""
     found: list[str] = []
     channels = dict.fromkeys(c for t in trials for c in t.measured)
     for channel in channels:
