@@ -226,13 +226,13 @@ def _about(channel: str, read: NDArray[np.float64], expected: NDArray[np.float64
     factor = float(read @ expected) / float(read @ read)
     if similarity < -_LIKE:
         return [
-            f"{channel} moves against the simulation (correlation {similarity:.2f}): its sign may be"
-            " turned (sign = -1 in [columns]), or the muscles swapped"
+            f"{channel} moves against the simulation (correlation {similarity:.2f}): its sign may"
+            " be turned (sign = -1 in [columns]), or the muscles swapped"
         ]
     if similarity < _LIKE:
         return []
     return [
-        f"{channel} is {factor:.3g} times smaller than simulated: its numbers may be in {unit}"
+        f"{channel} times {factor:.3g} would be what is simulated: its numbers may be in {unit}"
         for slip, unit in _SLIPS.get(kind_of(channel), ())
         if abs(factor / slip - 1.0) < _NEAR
     ]
