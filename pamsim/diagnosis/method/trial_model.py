@@ -99,13 +99,18 @@ class TrialModel:
     def strained(self) -> bool:
         """Whether a size or nuisance parameter is at an end of its range, or the latter far off.
 
-        Shapes of an effect may end anywhere: they are not its size.
+        Shapes of an effect may end anywhere: they are not its size. Nor does a nuisance parameter
+        count whose interval holds the rig's value: it wandered off for want of evidence.
         """
         sizes = {c.parameters[0].name for c in self.candidates}
         freed = {p.name for c in self.candidates for p in c.parameters}
-        nuisance = [p for p in self.fit.parameters if p.name not in freed]
-        ended = set(self.fit.at_bound) & (sizes | {p.name for p in nuisance})
-        return bool(ended) or any(far_from(self.fit.values[p.name], p.start) for p in nuisance)
+        moved = [
+            p
+            for p in self.fit.parameters
+            if p.name not in freed and not _holds(self.intervals[p.name], p.start)
+        ]
+        ended = set(self.fit.at_bound) & (sizes | {p.name for p in moved})
+        return bool(ended) or any(far_from(self.fit.values[p.name], p.start) for p in moved)
 
     def accepted(self, tried: int) -> bool:
         """Whether its effects may be claimed.
@@ -115,6 +120,10 @@ class TrialModel:
         """
         better = self.improvement.p_value * tried < SIGNIFICANCE
         return better and self.improvement.gain > self.least_gain and self.size_known()
+
+
+def _holds(interval: tuple[float, float], value: float) -> bool:
+    return interval[0] <= value <= interval[1]
 
 
 def far_from(value: float, stated: float) -> bool:

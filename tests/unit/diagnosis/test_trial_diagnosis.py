@@ -152,11 +152,18 @@ def test_an_effect_that_would_have_to_be_larger_than_it_can_be_is_no_name():
 def test_a_nuisance_parameter_far_off_strains_a_model():
     best = found({"dry": 0.06}).conclusion.best
     assert not best.strained()
+
+    def with_gain(gain, reach, **changes):
+        fit = dataclasses.replace(best.fit, values={**best.fit.values, "gain": gain}, **changes)
+        intervals = {**best.intervals, "gain": (gain - reach, gain + reach)}
+        return dataclasses.replace(best, fit=fit, intervals=intervals)
+
     for gain, strained in ((1.24, False), (1.26, True), (0.74, True)):
-        fit = dataclasses.replace(best.fit, values={**best.fit.values, "gain": gain})
-        assert dataclasses.replace(best, fit=fit).strained() == strained
-    ended = dataclasses.replace(best.fit, at_bound=("gain",))
-    assert dataclasses.replace(best, fit=ended).strained()
+        assert with_gain(gain, 0.01).strained() == strained
+    assert with_gain(1.1, 0.01, at_bound=("gain",)).strained()
+    # Where the data hardly show it, it may be anywhere, the rig's own value included.
+    assert not with_gain(1.6, 0.7).strained()
+    assert not with_gain(1.6, 0.7, at_bound=("gain",)).strained()
 
 
 def test_of_two_partners_the_one_that_predicts_better_is_claimed(monkeypatch):
