@@ -22,11 +22,12 @@ from pamsim.signals.sensors import distorted
 
 FloatArray = NDArray[np.float64]
 
-_COARSE = 4
-"""Fine steps in a coarse one: the MAS-20 arm's signals then move by a sixth of the sensors' noise,
-and by a few hundredths once corrected."""
+_COARSE = 2
+"""Fine steps in a coarse one: the MAS-20 arm's signals then move by a sixteenth of the sensors'
+noise, and by a hundredth or two once corrected. Twice as many would leave no room for the stiff
+bristles of friction that sticks: their step would be too long."""
 
-_SETTLE = 2
+_SETTLE = 4
 """Coarse steps in one of those in which rigs come to rest."""
 
 _SENSOR = "sensor."
