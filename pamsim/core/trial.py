@@ -12,7 +12,7 @@ from pamsim.core.signal_names import muscle_channels
 
 
 @dataclass(frozen=True, kw_only=True)
-class LeadIn:
+class TrialLead:
     """What a rig did right before a trial: it is simulated, so that memory settles, not compared.
 
     Attributes:
@@ -55,7 +55,7 @@ class Trial:
     command: NDArray[np.float64]
     measured: Mapping[str, NDArray[np.float64]]
     muscle_names: tuple[str, ...] = ()
-    lead_in: LeadIn | None = None
+    lead_in: TrialLead | None = None
 
     @property
     def sample_interval(self) -> float:

@@ -16,7 +16,7 @@ from typing import Any
 import numpy as np
 
 from pamsim.core.errors import InputError
-from pamsim.core.trial import LeadIn, Trial
+from pamsim.core.trial import Trial, TrialLead
 from pamsim.core.units import parse_quantity
 from pamsim.store.recording_checks import FEWEST_ROWS
 
@@ -89,7 +89,7 @@ def _part(trial: Trial, span: tuple[float, float], lead: float, where: str) -> T
             trial.measured[channel][before][0] if channel in trial.measured else math.nan
             for channel in trial.pressure_channels
         ]
-        lead_in = LeadIn(
+        lead_in = TrialLead(
             time=trial.time[before] - trial.time[before][0],
             duration=first - float(trial.time[before][0]),
             command=trial.command[before],
