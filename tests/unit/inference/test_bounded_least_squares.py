@@ -154,3 +154,24 @@ def test_differences_go_inward_and_to_the_other_side_where_one_breaks_down(centr
     assert [len(places) for places in asked] == ([4] if central else [2, 1])
     nowhere = difference_jacobian(lambda p: [None] * len(p), place, decay(place), step)
     assert np.all(nowhere == 0.0)
+
+
+def test_a_search_that_is_not_worth_its_time_ends_where_it_has_arrived():
+    def valley(places):
+        return [np.array([10.0 * (x[1] - x[0] ** 2), 1.0 - x[0]]) for x in places]
+
+    begin = [np.array([0.1, 0.9])]
+    whole = bounded_least_squares(valley, begin, jacobian=1e-6)
+    seen = []
+
+    def give_up(residual, jacobian):
+        seen.append((residual, jacobian))
+        return len(seen) == 3
+
+    part = bounded_least_squares(valley, begin, jacobian=1e-6, give_up=give_up)
+    assert whole.converged
+    assert not part.converged
+    assert len(seen) == 3
+    np.testing.assert_array_equal(part.residual, seen[-1][0])
+    assert whole.cost < part.cost < part.start_cost
+    assert part.cost == pytest.approx(float(part.residual @ part.residual))
