@@ -28,7 +28,7 @@ def command(
 ) -> int:
     """Report what was read of DATA, what is implausible, and which effects they could show.
 
-    DATA are recording folders. It takes some seconds: run it before calibrate and diagnose. Exit 1
+    DATA are recording folders. No effect is fitted: run it before calibrate and diagnose. Exit 1
     if anything is suspicious.
     """
     from pamsim.diagnosis.check import check

@@ -15,6 +15,8 @@ held-out data         held_out_split.py   row_leave_one_out.py     loop_fit.py
 They share the rule of the verdict, and the result with its sentence and its JSON:
 
 ==================================================  ==============================
+what recordings are and could show, before all      check.py
+recordings set beside a rig                         compared_recordings.py
 which trials or parts of them no fit sees           held_out_split.py
 trials cut into parts, for want of repeats          ../comparison/trial_parts.py
 noise floor, from repeats or within trials          ../comparison/noise_floor.py

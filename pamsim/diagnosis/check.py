@@ -19,9 +19,10 @@ from pamsim.core.encoding import fields_to_dict
 from pamsim.core.errors import InputError
 from pamsim.core.signal_names import KINDS, kind_of
 from pamsim.core.trial import Trial
+from pamsim.diagnosis.compared_recordings import about_the_drive, compared
 from pamsim.diagnosis.method.screen import screen
 from pamsim.diagnosis.method.trial_diagnosis import fitted_base
-from pamsim.diagnosis.recordings import NUISANCE, about_the_drive, compared
+from pamsim.diagnosis.recordings import NUISANCE
 from pamsim.engine.rig import Rig, load_rig
 from pamsim.store.json_file import write_json
 

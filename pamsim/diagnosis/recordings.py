@@ -5,23 +5,17 @@ from __future__ import annotations
 import hashlib
 import time
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 
-from pamsim.comparison.candidate import Candidate
-from pamsim.comparison.effects_on_rig import candidates
-from pamsim.comparison.free_parameters import freed_parameters
 from pamsim.comparison.measurements import CalibrationData
 from pamsim.comparison.noise_floor import NoiseFloor
 from pamsim.comparison.noise_within_trial import LAG, FloorRoute
 from pamsim.comparison.trial_prediction import CHANNELS
 from pamsim.comparison.trial_regressors import regressors
-from pamsim.comparison.trial_residuals import TrialSimulator
 from pamsim.core.progress import Progress
-from pamsim.diagnosis.diagnosed_rig import DiagnosedRig
-from pamsim.diagnosis.held_out_split import HeldOutSplit, held_out_split
+from pamsim.diagnosis.compared_recordings import about_the_drive, compared
 from pamsim.diagnosis.measured_pressures import cells_with_measured_pressures
 from pamsim.diagnosis.method.trial_diagnosis import diagnose_trials
 from pamsim.diagnosis.method.where import Regressors
@@ -29,7 +23,6 @@ from pamsim.diagnosis.recordings_result import result_of
 from pamsim.diagnosis.remembered_fits import RememberedFits
 from pamsim.diagnosis.result import Diagnosis
 from pamsim.engine.rig import Rig
-from pamsim.inference.free_parameter import FreeParameter
 
 NUISANCE = ("force.scale", "passive.locking", "chamber.dead_volume")
 """Numbers of every rig that are known to a few per cent only: they are refitted with every effect,
@@ -70,16 +63,11 @@ def diagnose_recordings(
     """
     began = time.perf_counter()
     comparison = compared(data, rig, effects, nuisance, channels, hold_out, threads)
-    data, split, freed, skipped = (
-        comparison.data,
-        comparison.split,
-        comparison.nuisance,
-        comparison.skipped,
-    )
-    engine, simulator, parts = comparison.engine, comparison.simulator, split.parts
+    data, split, parts = comparison.data, comparison.split, comparison.split.parts
+    engine, simulator = comparison.engine, comparison.simulator
     fits = None
     if out is not None:
-        free = [p.name for p in freed]
+        free = [p.name for p in comparison.nuisance]
         settings = [_fingerprint(data), rig.name, split.names, free, list(channels)]
         fits = RememberedFits(out, settings, resume=resume)
 
@@ -91,7 +79,7 @@ def diagnose_recordings(
 
     method = diagnose_trials(
         simulator,
-        freed,
+        comparison.nuisance,
         comparison.tried,
         quantities,
         commands={trial.name: trial.command for trial in data.trials},
@@ -114,7 +102,7 @@ def diagnose_recordings(
         given=given,
         before=before,
         after=after,
-        skipped=skipped,
+        skipped=comparison.skipped,
         warnings=(
             *data.notes,
             *split.warnings,
@@ -124,74 +112,6 @@ def diagnose_recordings(
         seed=seed,
         rollouts=engine.rollouts,
         seconds=time.perf_counter() - began,
-    )
-
-
-@dataclass(frozen=True, kw_only=True)
-class Compared:
-    """Recordings beside a rig, ready to be compared.
-
-    Attributes:
-        data: the recordings, as the rig names its signals.
-        split: what is held out.
-        nuisance: parameters that are refitted with every effect.
-        tried: effects that may be missing.
-        skipped: name of an effect that cannot be tried -> why.
-        engine: the rig's simulations.
-        simulator: the same as residuals.
-    """
-
-    data: CalibrationData
-    split: HeldOutSplit
-    nuisance: Sequence[FreeParameter]
-    tried: Sequence[Candidate]
-    skipped: dict[str, str]
-    engine: DiagnosedRig
-    simulator: TrialSimulator
-
-
-def compared(
-    data: CalibrationData,
-    rig: Rig,
-    effects: Sequence[str],
-    nuisance: Sequence[str],
-    channels: Sequence[str],
-    hold_out: Sequence[str],
-    threads: int | None,
-) -> Compared:
-    """Set recordings beside a rig; see `diagnose_recordings`."""
-    data = data.of_rig(rig)
-    split = held_out_split(data, hold_out)
-    freed = [f.free for f in freed_parameters(rig, nuisance)]
-    tried, skipped = candidates(rig, effects)
-    refitted = {p.name for p in freed}
-    for candidate in tried:
-        shared = sorted(refitted & {p.name for p in candidate.parameters})
-        if shared:
-            skipped[candidate.name] = (
-                f"{', '.join(shared)} is a nuisance parameter, refitted with every effect"
-            )
-    engine = DiagnosedRig(rig, data, split.trials, channels=channels, threads=threads)
-    return Compared(
-        data=data,
-        split=split,
-        nuisance=freed,
-        tried=[c for c in tried if c.name not in skipped],
-        skipped=skipped,
-        engine=engine,
-        simulator=TrialSimulator(engine.residuals, frozenset(split.names), split.parts),
-    )
-
-
-def about_the_drive(data: CalibrationData) -> tuple[str, ...]:
-    """What trials that are driven by measured pressures cannot show."""
-    driven = sum(trial.command_kind == "measured" for trial in data.trials)
-    if not driven:
-        return ()
-    which = "all trials are" if driven == len(data.trials) else f"{driven} trials are"
-    return (
-        f"{which} driven by the measured pressures: they do not show what valves, air and supply"
-        " do differently",
     )
 
 

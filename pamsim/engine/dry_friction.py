@@ -16,6 +16,8 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
+from pamsim.engine.contacts import may_collide
+
 _REFERENCE = (1e-3, 1.0)  # the engine raises the time constant to two of its steps
 _IMPEDANCE = (0.9999, 0.9999, 1e-3, 0.5, 2.0)
 _SMOOTH = 0.0  # first number of the reference of friction that does not stick: it has no spring
@@ -42,7 +44,7 @@ def make_friction_stick(model: mujoco.MjModel) -> None:
 
 def _hold_still(model: mujoco.MjModel) -> None:
     """Add the pass without softness, unless it is there or the MJCF's to state."""
-    if model.opt.noslip_iterations == 0 and not _has_contacts(model):
+    if model.opt.noslip_iterations == 0 and not may_collide(model):
         model.opt.noslip_iterations = _PASSES
         model.opt.noslip_tolerance = _IMPROVEMENT
 
@@ -87,7 +89,3 @@ def _harden(reference: NDArray[np.float64], impedance: NDArray[np.float64]) -> N
     stated |= (impedance != default.solimp_friction).any(axis=1)
     reference[~stated] = _REFERENCE
     impedance[~stated] = _IMPEDANCE
-
-
-def _has_contacts(model: mujoco.MjModel) -> bool:
-    return bool(model.npair or model.geom_contype.any() or model.geom_conaffinity.any())

@@ -94,26 +94,12 @@ def each_step_command(commands: FloatArray, timestep: float, steps: int) -> Plan
     )
 
 
-def may_collide(model: mujoco.MjModel) -> bool:
-    """Whether geoms of a model can touch."""
-    if model.opt.disableflags & mujoco.mjtDisableBit.mjDSBL_CONTACT:
-        return False
-    with_others = (model.geom_contype != 0) | (model.geom_conaffinity != 0)
-    return bool(model.npair or np.count_nonzero(with_others) > 1)
-
-
 def take_compiled(
     model: mujoco.MjModel, data: mujoco.MjData, plan: Plan, trace: Trace, first: int, last: int
 ) -> None:
     """Take samples of a live model without collisions, compiled callbacks installed.
 
-    Args:
-        model: live.
-        data: of it; stepped in place.
-        plan: of the run.
-        trace: written.
-        first: sample to begin at.
-        last: sample to stop before.
+    Args: as `take_interpreted`, without a hook.
     """
     if first == 0 and last > 0:
         # A model that cannot be stepped raises an error here, in the engine's own binding.

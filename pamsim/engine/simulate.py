@@ -14,13 +14,13 @@ from pamsim.core.recording import Outcome, Recording
 from pamsim.engine.backlash_check import check_backlash
 from pamsim.engine.callback import live
 from pamsim.engine.chamber_trace import gauge_pressures, tensions
+from pamsim.engine.contacts import may_collide
 from pamsim.engine.delayed_command import arriving_commands
 from pamsim.engine.rig import Rig
 from pamsim.engine.sampling import (
     Plan,
     each_step_command,
     held_commands,
-    may_collide,
     note_state,
     note_tendons,
     plan_of,

@@ -79,12 +79,13 @@ def in_own_format(columns: Columns, log: tuple[LogColumn, ...]) -> Columns:
         columns.require(one.column, f" for {one.quantity}")
         values = columns.numbers(one.column) * one.scale + one.offset
         cells[one.name] = [repr(value) for value in values.tolist()]
+    named = {one.column for one in log}
     return Columns(
         path=columns.path,
         header=columns.header,
         lines=columns.lines,
         cells=cells,
-        ignored=tuple(set(columns.cells) - {one.column for one in log}),
+        ignored=tuple(name for name in columns.cells if name not in named),
     )
 
 
