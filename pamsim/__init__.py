@@ -6,8 +6,9 @@ Rigs and simulation::
     step = pamsim.pressure_step((300e3, 300e3), (300e3, 100e3), duration=4.0)  # Pa, s
     recording = pamsim.simulate(rig, step)
 
-``attach`` and ``compile_model`` put a `Muscle` on any MJCF; ``live``, ``reset``, ``pressures``,
-``save_state`` and ``restore_state`` go with ``mujoco.mj_step``.
+``new_rig`` writes a rig folder to start from. ``attach`` and ``compile_model`` put a `Muscle` on
+any MJCF; ``live``, ``reset``, ``pressures``, ``save_state`` and ``restore_state`` go with
+``mujoco.mj_step``.
 
 Models and data: ``read_recordings``, ``identify`` (transfer functions), ``fit`` (force laws and
 hysteresis), ``check`` (what recordings are and could show), ``calibrate`` (parameters of a rig),
@@ -36,6 +37,7 @@ if TYPE_CHECKING:
     from pamsim.engine.attach import attach as attach
     from pamsim.engine.attach import compile_model as compile_model
     from pamsim.engine.callback import live as live
+    from pamsim.engine.new_rig import new_rig as new_rig
     from pamsim.engine.rig import load_rig as load_rig
     from pamsim.engine.simulate import simulate as simulate
     from pamsim.engine.state import pressures as pressures
@@ -67,6 +69,7 @@ _HOME = {
     "identify": "pamsim.identification.identify",
     "live": "pamsim.engine.callback",
     "load_rig": "pamsim.engine.rig",
+    "new_rig": "pamsim.engine.new_rig",
     "plot": "pamsim.report.plot",
     "pressure_step": "pamsim.core.experiment",
     "pressures": "pamsim.engine.state",

@@ -24,6 +24,7 @@ _COMMANDS = {
     "identify": "Transfer functions from a recording or a simulation, with intervals and verdict.",
     "fit": "Fit a law to your force, length or pressure data, or rank all laws on them.",
     "models": "The force laws and hysteresis operators, with parameters, ranges and sources.",
+    "new-rig": "A rig folder to start from, by a template or from your own MJCF.",
     "check": "What recordings are, what is implausible in them, and what they could show.",
     "calibrate": "Fit rig parameters to recordings and static tables; writes the new rig.",
     "diagnose": "Find where a rig and recordings disagree, name the missing effect, add it.",
@@ -35,7 +36,7 @@ _COMMANDS = {
 
 
 class _LazyGroup(click.Group):
-    """A group whose commands live in modules of the same name beside this one."""
+    """A group whose commands live in modules of the same name, with _ for -, beside this one."""
 
     def list_commands(self, ctx: click.Context) -> list[str]:
         """Names of all commands, in the order a reader meets them."""
@@ -45,7 +46,8 @@ class _LazyGroup(click.Group):
         """Import and return a command, or None."""
         if cmd_name not in _COMMANDS:
             return None
-        return importlib.import_module(f"pamsim.cli.{cmd_name}").command
+        module = cmd_name.replace("-", "_")
+        return importlib.import_module(f"pamsim.cli.{module}").command
 
     def resolve_command(self, ctx: click.Context, args: list[str]) -> Any:
         """Find the command of the arguments; suggest the nearest for a mistyped name."""

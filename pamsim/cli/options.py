@@ -17,6 +17,7 @@ from pamsim.core.errors import InputError
 PATH = click.Path(path_type=Path)
 
 json_option = click.option("--json", "json_file", type=PATH, help="Write the result here.")
+force_option = click.option("--force", is_flag=True, help="Replace files that are there.")
 rig_option = click.option(
     "--rig", default="mas20_arm", show_default=True, help="Shipped rig or rig folder."
 )

@@ -1,4 +1,4 @@
-"""Write a file completely or not at all."""
+"""Write a file completely or not at all, and none over another without being asked to."""
 
 from __future__ import annotations
 
@@ -32,3 +32,17 @@ def complete_file(path: Path) -> Generator[Path]:
             part.unlink(missing_ok=True)
     except OSError as error:
         raise InputError(f"cannot write {path}: {error.strerror or error}") from None
+
+
+def refuse_existing(path: Path, force: bool) -> None:
+    """Refuse to write over a file.
+
+    Args:
+        path: to be written.
+        force: whether it may be replaced.
+
+    Raises:
+        InputError: if it is there and may not.
+    """
+    if path.exists() and not force:
+        raise InputError(f"{path} is there already; `force` replaces it")

@@ -1,0 +1,330 @@
+"""Write a rig folder to start from: a template, or the joints and tendons of an existing MJCF.
+
+Every group and field that a muscle can have is in the file, at its neutral value where that means
+an effect that is off, so that a user changes numbers and adds none.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import json
+import math
+import os
+import re
+from collections.abc import Callable, Iterable, Iterator, Mapping
+from importlib import resources
+from pathlib import Path
+
+import mujoco
+import numpy as np
+
+from pamsim.actuator.muscle import PLAIN_GROUPS
+from pamsim.core.common_unit import COMMON
+from pamsim.core.errors import InputError, PamsimError, nearest
+from pamsim.core.files import complete_file, refuse_existing
+from pamsim.core.parameters import FieldSpec, ParameterGroup, specs
+from pamsim.core.units import to_si
+from pamsim.engine.joints import recorded_joints
+from pamsim.engine.native import native_field
+from pamsim.engine.rig import load_rig
+from pamsim.hysteresis.bouc_wen import BoucWen
+from pamsim.muscles.mckibben import IdealMcKibben
+from pamsim.signals.sensors import MeasurementChain
+from pamsim.store.rig_file import SCHEMA
+
+KINDS = {
+    "joint": "One joint that turns, two muscles that pull on it from both sides",
+    "leg": "Hip and knee under gravity, two muscles at each",
+    "bench": "One muscle that lifts a weight along a rail",
+}
+"""Template -> what it is."""
+
+_WORKING_RANGE = 0.25
+"""Contraction of a muscle where its tendon is shortest; it is 0 where the tendon is longest."""
+
+_LENGTH_STEP = 0.005  # of an assumed muscle length [m]
+_STOPS_WITHIN = 0.5  # time constant of free motion where the MJCF states no damping [s]
+_POSES = 400
+_UNLIMITED = {mujoco.mjtJoint.mjJNT_HINGE: 0.5, mujoco.mjtJoint.mjJNT_SLIDE: 0.05}
+"""Half of the range that a joint without limits is taken to have [rad, m]."""
+
+_OF_MAS20 = "of the order of a 20 mm fluidic muscle, see models/mas20_arm"
+_ASSUMED: Mapping[str, tuple[float, str, str]] = {
+    "braid.diameter": (20, "mm", "the muscle's inner diameter, from its data sheet"),
+    "braid.fibre_angle": (25, "deg", "usual for braided muscles, 20 to 30 deg"),
+    "passive.stiffness": (9000, "N", _OF_MAS20),
+    "passive.softening": (30, "1", _OF_MAS20),
+    "passive.locking": (25, "1", _OF_MAS20),
+    "chamber.polytropic_index": (1.2, "1", "between isothermal and adiabatic"),
+    "chamber.temperature": (293.15, "K", "room temperature"),
+    "chamber.dead_volume": (10, "cm^3", "fittings and half a metre of 4 mm tube"),
+    "valve.conductance_fill": (0.05, "dm^3/(s*bar)", "a small valve; data sheet, ISO 6358"),
+    "valve.conductance_exhaust": (0.05, "dm^3/(s*bar)", "as to fill"),
+    "valve.critical_ratio": (0.3, "1", "typical of small valves, ISO 6358"),
+    "valve.supply_pressure": (600, "kPa", "usual in labs"),
+    "hysteresis.yield_contraction": (0.5, "percent", "loops turn over within a few millimetres"),
+}
+"""Field without a neutral value, or with one at which nothing can be fitted -> value, unit, why."""
+
+
+def new_rig(
+    name: str,
+    kind: str = "",
+    *,
+    mjcf: str | os.PathLike[str] | None = None,
+    out: str | os.PathLike[str] | None = None,
+    force: bool = False,
+) -> Path:
+    """Write a rig folder to start from.
+
+    Args:
+        name: of the rig.
+        kind: template, one of `KINDS`; not with ``mjcf``.
+        mjcf: an existing model without actuators; each of its tendons gets a muscle. If it lies in
+            the folder ``out`` it stays where it is, otherwise it is copied.
+        out: folder to write; one named as the rig if left out.
+        force: replace files that are there.
+
+    Returns:
+        The folder.
+
+    Raises:
+        InputError: for a name, kind or MJCF that makes no rig, or a file that is there already.
+    """
+    if not re.fullmatch(r"\w[\w-]*", name):
+        raise InputError(f"{name!r} is no name for a rig; use letters, digits, _ and -")
+    if (mjcf is None) == (not kind):
+        raise InputError(f"give a `kind` ({', '.join(KINDS)}) or an `mjcf`")
+    folder = Path(out or name)
+    if mjcf is None:
+        if kind not in KINDS:
+            raise InputError(f"no kind {kind!r}; {nearest(kind, KINDS)}")
+        text = _template(f"{kind}.xml", NAME=name)
+        target, source = folder / f"{name}.xml", "assumed"
+        model = _compiled(lambda: mujoco.MjModel.from_xml_string(text), str(target))
+    else:
+        given = Path(mjcf)
+        target, source = folder / given.name, given.name
+        if not given.is_file():
+            raise InputError(f"no MJCF at {given}")
+        model = _compiled(lambda: mujoco.MjModel.from_xml_path(str(given)), str(given))
+        text = "" if target.is_file() and target.samefile(given) else _alone(given)
+    what = KINDS.get(kind, f"A rig made from {source}")
+    scene = "" if mjcf else _template("scene.xml", NAME=name, MJCF=target.name)
+    files = {
+        target: text,
+        folder / "scene.xml": scene,
+        folder / "params.toml": _params(name, target, model, source, bool(scene)),
+        folder / "README.md": _template("README.md", NAME=name, MJCF=target.name, WHAT=what),
+    }
+    wanted = {path: content for path, content in files.items() if content}
+    for path in wanted:
+        refuse_existing(path, force)
+    there = {path for path in wanted if path.exists()}
+    for path, content in wanted.items():
+        with complete_file(path) as part:
+            part.write_text(content, encoding="utf-8")
+    try:
+        load_rig(folder)
+    except PamsimError:
+        for path in set(wanted) - there:
+            path.unlink()
+        raise
+    return folder
+
+
+def _template(file: str, **words: str) -> str:
+    text = (resources.files("pamsim") / "data" / "new_rig" / file).read_text(encoding="utf-8")
+    for word, meant in words.items():
+        text = text.replace(word, meant)
+    return text
+
+
+def _compiled(load: Callable[[], mujoco.MjModel], where: str) -> mujoco.MjModel:
+    """A model, refused with what would make a rig of it."""
+    try:
+        model = load()
+    except ValueError as error:
+        raise InputError(f"{where}: {' '.join(str(error).split())}") from None
+    if model.nu:
+        raise InputError(
+            f"{where}: a rig's MJCF holds no actuators of its own; remove <actuator>, each tendon"
+            f" gets a muscle (found {model.actuator(0).name!r})"
+        )
+    if not model.ntendon:
+        raise InputError(
+            f"{where}: no tendon to put a muscle on; add one for each, such as <tendon><fixed"
+            ' name="flexor"><joint joint="knee" coef="-0.02"/></fixed></tendon>'
+        )
+    names = [model.tendon(i).name for i in range(model.ntendon)]
+    names += [model.joint(i).name for i in range(model.njnt)]
+    for name in names:
+        if not re.fullmatch(r"\w[\w-]*", name):
+            raise InputError(
+                f"{where}: {name!r} is no name for a tendon or joint of a rig; name each by"
+                " letters, digits, _ and -"
+            )
+    return model
+
+
+def _alone(mjcf: Path) -> str:
+    """Text of an MJCF that needs no other file."""
+    text = mjcf.read_text(encoding="utf-8")
+    if re.search(r"<include\b|\bfile\s*=", text):
+        raise InputError(
+            f"{mjcf} refers to other files, so it cannot be copied alone; give its own folder as"
+            " `out`"
+        )
+    return text
+
+
+def _params(name: str, mjcf: Path, model: mujoco.MjModel, source: str, scene: bool) -> str:
+    """Text of ``params.toml``."""
+    tendons = {_muscle(model.tendon(i).name): i for i in range(model.ntendon)}
+    joints = recorded_joints(model, (), [model.tendon(i).name for i in tendons.values()], mjcf)
+    loads = [model.body(i).name for i in range(model.nbody) if model.body(i).name == "load"]
+    lines = [
+        "# Every number has value, unit and source. Replace what is assumed by data sheets and",
+        "# measurements, or let `pamsim calibrate` fit it. A value of 0 is an effect that is off.",
+        f'schema = "{SCHEMA}"',
+        "",
+        "[rig]",
+        f'name = "{name}"',
+        f'mjcf = "{mjcf.name}"',
+        *(['scene = "scene.xml"  # with light, for pictures'] if scene else []),
+        f"joints = {json.dumps(list(joints))}  # whose positions are recorded",
+        *(f'load_body = "{body}"  # of 1 kg in the MJCF; load_kg of a trial' for body in loads),
+    ]
+    spans = _tendon_spans(model)
+    for muscle, index in tendons.items():
+        shortest, longest = spans[index]
+        nominal = _nominal_length(model, index, shortest, longest)
+        why = (
+            f"{100 * (longest - shortest) / nominal:.0f} % contracted where its tendon is shortest"
+        )
+        lines += [
+            "",
+            f"[muscles.{muscle}]",
+            f'tendon = "{model.tendon(index).name}"',
+            f"[muscles.{muscle}.mounting]",
+            _entry("length_at_zero", nominal - longest, "mm", "m", "assumed: so that the muscle"
+                   " has its nominal length where the tendon is longest"),
+            f"[muscles.{muscle}.braid]",
+            _entry("nominal_length", nominal, "mm", "m", f"assumed: {why}"),
+        ]  # fmt: skip
+    lines += ["", "# What all muscles share; [muscles.NAME.<group>] holds what differs in one."]
+    for group in (*PLAIN_GROUPS, IdealMcKibben, BoucWen):
+        if fields := list(_fields(group)):
+            law = [f'law = "{group.law}"'] if group.law else []
+            lines += ["", f"[muscle.{group.group}]", *law, *fields]
+    lines += ["", "[native]  # fields of the MJCF", *_natives(model, joints, source)]
+    lines += ["", "[sensor]", *_fields(MeasurementChain)]
+    return "\n".join(lines) + "\n"
+
+
+def _muscle(tendon: str) -> str:
+    """Name of the muscle on a tendon."""
+    return re.sub(r"_(cable|tendon)$", "", tendon)
+
+
+def _fields(group: type[ParameterGroup]) -> Iterator[str]:
+    """Line of each field of a group but those that each muscle has of its own."""
+    defaults = {field.name: field.default for field in dataclasses.fields(group)}
+    for name, spec in specs(group):
+        if f"{group.group}.{name}" in _ASSUMED:
+            value, unit, why = _ASSUMED[f"{group.group}.{name}"]
+            value, source = to_si(value, unit, spec.unit, where=name), f"assumed: {why}"
+        elif isinstance(default := defaults[name], float):
+            value, unit = default, COMMON.get(spec.unit, spec.unit)
+            source = "assumed: off" if value == 0.0 else "assumed: usual"
+        else:
+            continue
+        yield f"{_entry(name, value, unit, spec.unit, source)}  # {spec.doc}"
+
+
+def _natives(model: mujoco.MjModel, joints: Iterable[str], source: str) -> Iterator[str]:
+    """Lines of the MJCF's numbers that effects and calibrations change."""
+
+    def line(name: str, value: float, why: str) -> str:
+        spec: FieldSpec = native_field(model, name)
+        unit = COMMON.get(spec.unit, spec.unit)
+        return f"{_entry(json.dumps(name), value, unit, spec.unit, why)}  # {spec.doc}"
+
+    for joint in joints:
+        view = model.joint(joint)
+        damping = float(view.damping[0])
+        if damping > 0.0:
+            yield line(f"joint.{joint}.damping", damping, source)
+        else:
+            inertia = float(f"{float(model.dof_M0[int(view.dofadr[0])]) / _STOPS_WITHIN:.2g}")
+            yield line(
+                f"joint.{joint}.damping",
+                inertia,
+                f"assumed: motion stops within some {_STOPS_WITHIN:g} s",
+            )
+        for field, value in (
+            ("frictionloss", view.frictionloss[0]),
+            ("armature", view.armature[0]),
+            ("stiffness", view.stiffness[0]),
+        ):
+            yield line(f"joint.{joint}.{field}", float(value), source)
+    for tendon in range(model.ntendon):
+        first, count = int(model.tendon_adr[tendon]), int(model.tendon_num[tendon])
+        for wrap in range(first, first + count):
+            if model.wrap_type[wrap] == mujoco.mjtWrap.mjWRAP_JOINT:
+                own = f"_{model.joint(int(model.wrap_objid[wrap])).name}" if count > 1 else ""
+                name = f"tendon.{model.tendon(tendon).name}.coef{own}"
+                yield line(name, abs(float(model.wrap_prm[wrap])), source)
+    tilted = _tilted(model, next(iter(joints)))
+    if tilted:
+        yield line(f"body.{tilted}.tilt", 0.0, source)
+
+
+def _tilted(model: mujoco.MjModel, joint: str) -> str:
+    """A body that stands still, as the MJCF's frame does, and carries a joint; or none."""
+    body = int(model.joint(joint).bodyid[0])
+    while body and model.body_weldid[body]:
+        body = int(model.body_parentid[body])
+    upright = bool(body) and np.array_equal(model.body_quat[body], (1.0, 0.0, 0.0, 0.0))
+    return model.body(body).name if upright else ""
+
+
+def _tendon_spans(model: mujoco.MjModel) -> list[tuple[float, float]]:
+    """Least and greatest length of each tendon over the ranges of the joints [m]."""
+    rng = np.random.default_rng(0)
+    data = mujoco.MjData(model)
+    start = data.qpos.copy()
+    ends: dict[int, tuple[float, float]] = {}
+    for joint in range(model.njnt):
+        half = _UNLIMITED.get(mujoco.mjtJoint(int(model.jnt_type[joint])))
+        if half is not None:
+            address = int(model.jnt_qposadr[joint])
+            limited = bool(model.jnt_limited[joint])
+            low, high = model.jnt_range[joint] if limited else start[address] + (-half, half)
+            ends[address] = (float(low), float(high))
+    lengths = []
+    for _ in range(_POSES):
+        data.qpos[:] = start
+        for address, (low, high) in ends.items():
+            # The ends as often as all that lies between: there most tendons are longest.
+            share = min(max(rng.uniform(-1.0, 2.0), 0.0), 1.0)
+            data.qpos[address] = low + share * (high - low)
+        mujoco.mj_kinematics(model, data)
+        mujoco.mj_comPos(model, data)
+        mujoco.mj_tendon(model, data)
+        lengths.append(data.ten_length.copy())
+    table = np.array(lengths)
+    return list(zip(table.min(axis=0).tolist(), table.max(axis=0).tolist(), strict=True))
+
+
+def _nominal_length(model: mujoco.MjModel, tendon: int, shortest: float, longest: float) -> float:
+    """Length of a muscle that has the working range of its tendon [m]."""
+    wanted = math.ceil((longest - shortest) / _WORKING_RANGE / _LENGTH_STEP) * _LENGTH_STEP
+    fixed = model.wrap_type[model.tendon_adr[tendon]] == mujoco.mjtWrap.mjWRAP_JOINT
+    return max(wanted if fixed else min(wanted, longest), _LENGTH_STEP)
+
+
+def _entry(key: str, value: float, unit: str, si_unit: str, source: str) -> str:
+    """A line of ``params.toml``, the value given in SI."""
+    shown = value / to_si(1.0, unit, si_unit, where=key)
+    return f'{key} = {{ value = {shown:.6g}, unit = "{unit}", source = "{source}" }}'

@@ -1,0 +1,137 @@
+"""A rig folder to start from: it runs, holds every effect, and its muscles fit their tendons."""
+
+from __future__ import annotations
+
+import dataclasses
+import tomllib
+
+import mujoco
+import numpy as np
+import pytest
+
+import pamsim
+from pamsim.actuator.muscle import PLAIN_GROUPS
+from pamsim.comparison.effects_on_rig import candidates
+from pamsim.core.errors import PamsimError
+from pamsim.core.parameters import specs
+from pamsim.engine.new_rig import _ASSUMED, KINDS, new_rig
+from pamsim.hysteresis.bouc_wen import BoucWen
+
+SPATIAL = """
+<mujoco>
+  <worldbody>
+    <site name="top" pos="0.05 0 0.4"/>
+    <body name="frame">
+      <body>
+        <joint name="knee" axis="0 1 0" range="-40 40"/>
+        <geom type="capsule" fromto="0 0 0 0 0 -0.3" size="0.02" mass="0.5"/>
+        <site name="hook" pos="0.04 0 -0.03"/>
+      </body>
+    </body>
+  </worldbody>
+  <tendon>
+    <spatial name="extensor_tendon"><site site="top"/><site site="hook"/></spatial>
+    <fixed name="flexor"><joint joint="knee" coef="0.02"/></fixed>
+  </tendon>
+</mujoco>
+"""
+
+
+@pytest.fixture
+def own(tmp_path):
+    path = tmp_path / "knee.xml"
+    path.write_text(SPATIAL)
+    return path
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_a_template_runs_and_every_effect_can_be_tried_on_it(kind, tmp_path):
+    rig = pamsim.load_rig(new_rig("mine", kind, out=tmp_path / "mine"))
+    count = len(rig.muscles)
+    step = pamsim.pressure_step([2e5] * count, [3e5] + [1e5] * (count - 1), duration=0.5, load=0.5)
+    run = pamsim.simulate(rig, step).completed()
+    assert np.ptp(run.positions[:, 0]) > 0.01  # rad, m
+    assert np.all(run.tension >= 0.0)
+    _, skipped = candidates(rig)
+    assert set(skipped) == ({"muscle_mismatch"} if kind == "bench" else set())
+
+
+def test_every_field_is_there_and_what_has_a_neutral_value_has_it(tmp_path):
+    folder = new_rig("mine", "joint", out=tmp_path / "mine")
+    table = tomllib.loads((folder / "params.toml").read_text())
+    shared, own = table["muscle"], table["muscles"]["flexor"]
+    muscle = pamsim.load_rig(folder).muscles["flexor"]
+    for group in (*PLAIN_GROUPS, BoucWen):
+        defaults = {field.name: field.default for field in dataclasses.fields(group)}
+        for name, _ in specs(group):
+            key = f"{group.group}.{name}"
+            stated = {**shared.get(group.group, {}), **own.get(group.group, {})}[name]
+            assert stated["source"].startswith("assumed: ")
+            if key not in _ASSUMED and group.group != "mounting" and name != "nominal_length":
+                value = getattr(getattr(muscle, group.group), name)
+                assert value == pytest.approx(defaults[name], rel=1e-6), key
+
+
+def test_muscles_of_an_mjcf_work_between_no_contraction_and_a_quarter(own, tmp_path):
+    rig = pamsim.load_rig(new_rig("my_knee", mjcf=own, out=tmp_path / "rig"))
+    assert list(rig.muscles) == ["extensor", "flexor"]
+    data = mujoco.MjData(rig.model)
+    contraction = []
+    for angle in np.linspace(*rig.model.jnt_range[0], 81):
+        data.qpos[0] = angle
+        mujoco.mj_kinematics(rig.model, data)
+        mujoco.mj_comPos(rig.model, data)
+        mujoco.mj_tendon(rig.model, data)
+        lengths = [m.mounting.length_at_zero for m in rig.muscles.values()] + data.ten_length
+        contraction.append(1.0 - lengths / [m.braid.nominal_length for m in rig.muscles.values()])
+    least, most = np.min(contraction, axis=0), np.max(contraction, axis=0)
+    assert least == pytest.approx(0.0, abs=1e-4)
+    assert np.all((most > 0.2) & (most <= 0.25 + 1e-4))
+    # A cable of the rest: the muscle on the spatial tendon is not longer than the tendon.
+    assert rig.muscles["extensor"].mounting.length_at_zero < 0.0
+    assert rig.model.joint("knee").damping[0] > 0.0
+    assert (tmp_path / "rig" / "knee.xml").read_text() == SPATIAL
+
+
+def test_an_mjcf_in_the_folder_stays_as_it_is_and_nothing_is_replaced_unasked(own, tmp_path):
+    new_rig("my_knee", mjcf=own, out=tmp_path)
+    assert own.read_text() == SPATIAL
+    with pytest.raises(PamsimError, match=r"params\.toml is there already"):
+        new_rig("my_knee", mjcf=own, out=tmp_path)
+    (tmp_path / "params.toml").write_text("")
+    assert pamsim.load_rig(new_rig("my_knee", mjcf=own, out=tmp_path, force=True)).muscles
+
+
+TENDONS = SPATIAL[SPATIAL.index("  <tendon>") : SPATIAL.index("</mujoco>")]
+REFUSED = [
+    (TENDONS, "", "no tendon"),
+    ("</mujoco>", '<actuator><motor joint="knee"/></actuator></mujoco>', "remove <actuator>"),
+    ('name="flexor"', 'name="a flexor"', "is no name"),
+    ("<worldbody>", '<option integrator="RK4"/><worldbody>', "RK4"),
+    ('axis="0 1 0"', 'axis="0 0 0"', "axis"),
+    ("<worldbody>", '<!-- file = "knee.stl" --><worldbody>', "give its own folder"),
+]
+
+
+@pytest.mark.parametrize(("old", "new", "why"), REFUSED)
+def test_an_mjcf_that_makes_no_rig_is_refused_and_leaves_nothing(old, new, why, own, tmp_path):
+    assert old in SPATIAL
+    own.write_text(SPATIAL.replace(old, new))
+    with pytest.raises(PamsimError, match=why):
+        new_rig("my_knee", mjcf=own, out=tmp_path / "rig")
+    assert not list((tmp_path / "rig").glob("*"))
+
+
+@pytest.mark.parametrize(
+    ("arguments", "why"),
+    [
+        ({"name": "a b", "kind": "joint"}, "no name"),
+        ({"name": "a"}, "`kind`"),
+        ({"name": "a", "kind": "join"}, "did you mean 'joint'"),
+        ({"name": "a", "mjcf": "none.xml"}, "no MJCF"),
+    ],
+)
+def test_other_bad_input(arguments, why, tmp_path):
+    with pytest.raises(PamsimError, match=why):
+        new_rig(**arguments, out=tmp_path / "rig")
+    assert not list(tmp_path.iterdir())
