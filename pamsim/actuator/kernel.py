@@ -15,11 +15,13 @@ from pamsim.actuator.friction import dry_friction, stribeck_friction
 from pamsim.actuator.layout import (
     AIR,
     AMBIENT,
+    COMMON,
     CREEP,
     CREEP_2,
     EXTENSION,
     LINE,
     OPENING,
+    PASSED,
     RUBBING,
     SAG,
     SHIFT,
@@ -274,7 +276,15 @@ def tension(par: Row, act: Row, tendon_length: float, tendon_velocity: float = 0
 
     The braid's friction is that at the speed of the tendon: a chain's stretching is left out.
     """
-    pressure = gauge_pressure(par, act, tendon_length)
+    pressure_abs = chamber_pressure(par, act, tendon_length)
+    return tension_under(par, act, tendon_length, tendon_velocity, pressure_abs)
+
+
+def tension_under(
+    par: Row, act: Row, tendon_length: float, tendon_velocity: float, pressure_abs: float
+) -> float:
+    """`tension` [N] where the absolute pressure in the chamber [Pa] is known."""
+    pressure = pressure_abs - par[_ATMOSPHERE]
     length = length_at_muscle(par, act, tendon_length)
     kappa = contraction(par, length)
     force = static_force(par, length, pressure)
@@ -292,14 +302,26 @@ def tension(par: Row, act: Row, tendon_length: float, tendon_velocity: float = 0
 
 
 def tendon_force(
-    par: Row, act: Row, tendon_length: float, tendon_velocity: float, timestep: float
+    par: Row,
+    act: Row,
+    pull: float,
+    tendon_length: float,
+    tendon_velocity: float,
+    timestep: float,
 ) -> float:
     """Force against the tendon's lengthening [N]: the muscle's tension and friction.
 
     Dry friction is that at the end of the time step, which the tendon's present velocity sets: with
     the one at its beginning the bristles would gain energy.
+
+    Args:
+        par: parameter row.
+        act: states before the step.
+        pull: tension of the muscle [N].
+        tendon_length: [m].
+        tendon_velocity: [m/s].
+        timestep: [s].
     """
-    pull = tension(par, act, tendon_length, tendon_velocity)
     force = pull
     if par[_RIPPLE] > 0.0:
         force = chain_ratio(par, tendon_length) * pull
@@ -537,7 +559,7 @@ def state_rates(
     timestep: float,
     opposing: float = 0.0,
     sag: float = 0.0,
-) -> None:
+) -> float:
     """Write the rates of all states of one muscle.
 
     Args:
@@ -553,18 +575,23 @@ def state_rates(
         opposing: tension of the muscle at the other end of the chain [N]; used with backlash only.
         sag: fall of the supply's pressure during the step [Pa], see `line_sag`; used with
             resistance of the supply only.
+
+    Returns:
+        Tension of the muscle [N], for `tendon_force`.
     """
     count = len(act)
     pressure_abs = chamber_pressure(par, act, tendon_length)
+    pull = tension_under(par, act, tendon_length, tendon_velocity, pressure_abs)
     length = length_at_muscle(par, act, tendon_length)
     velocity = tendon_velocity
     if par[_RIPPLE] > 0.0:
         velocity = chain_ratio(par, tendon_length) * tendon_velocity
+    rates[count - PASSED] = 0.0
     rates[count - SHIFT] = 0.0
     if par[_BACKLASH] > 0.0:
         backlash_rate = shift_rate(
             act[count - SHIFT],
-            tension(par, act, tendon_length, tendon_velocity),
+            pull,
             opposing,
             par[_BACKLASH],
             par[_SEATING],
@@ -574,7 +601,6 @@ def state_rates(
         velocity = velocity + backlash_rate
     rates[count - EXTENSION] = 0.0
     if par[_COMPLIANCE] > 0.0:
-        pull = tension(par, act, tendon_length, tendon_velocity)
         stretch_rate = extension_rate(
             act[count - EXTENSION], pull, par[_COMPLIANCE], par[_RELAXATION]
         )
@@ -583,7 +609,6 @@ def state_rates(
     rates[count - RUBBING] = 0.0
     if _rubs(par):
         before = act[count - RUBBING]
-        pull = tension(par, act, tendon_length, tendon_velocity)
         after = dry_friction_after(par, before, pull, tendon_velocity, timestep)
         rates[count - RUBBING] = (after - before) / timestep
     kappa = contraction(par, length)
@@ -599,7 +624,7 @@ def state_rates(
             timestep,
         )
     else:
-        for i in range(count - AMBIENT):
+        for i in range(count - COMMON):
             rates[i] = 0.0
     rates[count - CREEP] = 0.0
     if par[_CREEP_STIFFNESS] > 0.0:
@@ -615,7 +640,7 @@ def state_rates(
         if imposed < par[_FLOOR]:
             imposed = par[_FLOOR]
         rates[count - AIR] = (imposed - act[count - AIR]) / timestep
-        return
+        return pull
     rates[count - LINE] = 0.0
     at_valve = command_at_valve(par, act, command)
     if par[_LINE_LAG] > 0.0:
@@ -652,3 +677,4 @@ def state_rates(
         rates[count - AIR] += relaxing_rate(
             air, pressure_abs, ambient, par[_POLYTROPIC], par[_HEAT_RATE], timestep
         )
+    return pull

@@ -29,7 +29,7 @@ from pamsim.actuator.kernel import (
     tendon_force,
     tension,
 )
-from pamsim.actuator.layout import SIGNATURE, SIZE, slot
+from pamsim.actuator.layout import PASSED, SIGNATURE, SIZE, slot
 from pamsim.engine.structs import callback_offsets
 from pamsim.pneumatics.supply import VALVE
 
@@ -185,7 +185,7 @@ def _compile(key: str, word: Mapping[str, int]) -> tuple[Any, Any, Any, Any]:
                     on_line += 1
             own = _doubles(data[act], first, count)
             sag = line_sag(row, own, valves[:on_line], option[timestep])
-        state_rates(
+        pull = state_rates(
             row,
             _doubles(data[act], first, count),
             rates,
@@ -197,6 +197,7 @@ def _compile(key: str, word: Mapping[str, int]) -> tuple[Any, Any, Any, Any]:
             opposing,
             sag,
         )
+        rates[count - PASSED] = pull  # for `bias`, which the engine asks next
         # The engine takes the returned value for an actuator with a single state.
         return rates[count - 1]
 
@@ -218,14 +219,18 @@ def _compile(key: str, word: Mapping[str, int]) -> tuple[Any, Any, Any, Any]:
         first = _entry(model[actadr], index)
         count = _entry(model[actnum], index)
         out = _entry(model[outadr], index)
+        states = _doubles(data[act], first, count)
+        at = _doubles(data[length], out, 1)[0]
+        speed = _doubles(data[velocity], out, 1)[0]
+        # What `dyn` has passed; it is taken away, since the engine would add it to a state. It is 0
+        # where the muscle is slack, and where another library's callback ran in place of `dyn`.
+        passed = _doubles(data[act_dot], first + count - PASSED, 1)
+        pull = passed[0]
+        passed[0] = 0.0
+        if pull == 0.0:
+            pull = tension(row, states, at, speed)
         # The engine's force lengthens the tendon; a muscle shortens it.
-        return -tendon_force(
-            row,
-            _doubles(data[act], first, count),
-            _doubles(data[length], out, 1)[0],
-            _doubles(data[velocity], out, 1)[0],
-            option[timestep],
-        )
+        return -tendon_force(row, states, pull, at, speed, option[timestep])
 
     @numba.cfunc(types.float64(), cache=True)
     def clock():
@@ -243,7 +248,7 @@ def compiled_callbacks() -> Callbacks:
         stay referenced while installed, which this function's cache does.
     """
     functions = reached_functions(
-        state_rates, tendon_force, fill_valve_of, line_sag, sensed_pressure
+        state_rates, tension, tendon_force, fill_valve_of, line_sag, sensed_pressure
     )
     for function in functions:
         # No law makes an array, and counting references to the rows costs more than most laws.

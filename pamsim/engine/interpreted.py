@@ -55,13 +55,10 @@ def bias(model: mujoco.MjModel, data: mujoco.MjData, index: int) -> float:
     if not is_muscle(row):
         return 0.0
     out = model.actuator_outadr[index]
-    return -tendon_force(
-        row.tolist(),
-        data.act[_states(model, index)].tolist(),
-        float(data.actuator_length[out]),
-        float(data.actuator_velocity[out]),
-        model.opt.timestep,
-    )
+    par, act = row.tolist(), data.act[_states(model, index)].tolist()
+    length, velocity = float(data.actuator_length[out]), float(data.actuator_velocity[out])
+    pull = tension(par, act, length, velocity)
+    return -tendon_force(par, act, pull, length, velocity, model.opt.timestep)
 
 
 def _opposing(model: mujoco.MjModel, data: mujoco.MjData, row: NDArray[np.float64]) -> float:

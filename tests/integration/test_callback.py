@@ -10,7 +10,7 @@ import pytest
 from mujoco.batch import Batch
 
 import pamsim
-from pamsim.actuator.layout import parameter_slot
+from pamsim.actuator.layout import COMMON, PASSED, parameter_slot
 from pamsim.core.errors import EngineError, InputError
 from pamsim.engine.state import charge
 
@@ -89,6 +89,29 @@ def test_charging_forgets_the_hysteresis_of_before(rig):
     charge(model, data, 1e5)
     assert np.all(data.act[memory] == 0.0)
     np.testing.assert_allclose(pamsim.pressures(model, data), 1e5)
+
+
+def test_the_tension_passed_from_rates_to_force_leaves_nothing_behind(rig):
+    model, data = charged(rig, load=2.14)
+    passed = model.actuator_actadr + model.actuator_actnum - PASSED
+    assert (model.actuator_actnum > COMMON).all()
+    with pamsim.live(model):
+        drive(model, data, 200)
+        assert not data.act[passed].any()
+        mujoco.mj_forward(model, data)
+        assert data.actuator_force.all()
+        assert not data.act_dot[passed].any()
+
+
+def test_the_force_needs_no_rates_before_it(rig):
+    model, data = charged(rig, load=2.14)
+    with pamsim.live(model):
+        drive(model, data, 200)
+        mujoco.mj_forward(model, data)
+        forces = data.actuator_force.copy()
+        mujoco.set_mjcb_act_dyn(lambda *_: 0.0)
+        mujoco.mj_forward(model, data)
+    assert forces.tolist() == data.actuator_force.tolist()
 
 
 def test_save_restore_continue_is_bit_equal(rig):

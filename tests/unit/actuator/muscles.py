@@ -8,7 +8,7 @@ from typing import Any
 from pamsim.actuator.chain import Chain
 from pamsim.actuator.friction import Friction
 from pamsim.actuator.kernel import length_at_muscle
-from pamsim.actuator.layout import AMBIENT, pack, state_size
+from pamsim.actuator.layout import COMMON, pack, state_size
 from pamsim.actuator.muscle import Mounting, Muscle
 from pamsim.actuator.rest_state import charged_air_state
 from pamsim.core.parameters import ParameterGroup
@@ -164,7 +164,7 @@ def charged(
     of a single state. The command's line carries ``carried``, the others are as stated above.
     """
     row = pack(muscle)
-    memory = [0.0] * (state_size(muscle) - AMBIENT)
+    memory = [0.0] * (state_size(muscle) - COMMON)
     if len(memory) == 1:
         memory[0] = z
     early = [0.0, RELAXED_2, 0.0, 0.0]  # neither heat nor tube nor slow valves

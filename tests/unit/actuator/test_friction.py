@@ -49,13 +49,13 @@ def test_the_tendon_feels_it_both_ways_and_the_muscle_s_tension_does_not():
         braked = stribeck_friction(
             speed, muscle.friction.stribeck_force, muscle.friction.stribeck_velocity
         )
-        assert kernel.tendon_force(row, act, 0.19, speed, STEP) == pytest.approx(
+        assert kernel.tendon_force(row, act, tension, 0.19, speed, STEP) == pytest.approx(
             tension + braked, rel=1e-14
         )
     slack = charged(muscle, 0.12, 0.0)
     assert kernel.tension(row, slack, 0.12) == 0.0
     assert (
-        kernel.tendon_force(row, slack, 0.12, -2e-3, STEP)
+        kernel.tendon_force(row, slack, 0.0, 0.12, -2e-3, STEP)
         < 0.0
-        < kernel.tendon_force(row, slack, 0.12, 2e-3, STEP)
+        < kernel.tendon_force(row, slack, 0.0, 0.12, 2e-3, STEP)
     )

@@ -372,7 +372,8 @@ def traces(muscle: Muscle) -> list[list[str]]:
     for tendon, pressure, z in CASES:
         act = charged(muscle, tendon, abs(pressure), z)
         tension = kernel.tension(row, act, tendon)
-        pull = kernel.tendon_force(row, act, tendon, 2e-3, TIMESTEP)
+        pull = kernel.tension(row, act, tendon, 2e-3)
+        pull = kernel.tendon_force(row, act, pull, tendon, 2e-3, TIMESTEP)
         moved = rates(muscle, act, tendon, 0.02, 0.7)
         found.append(bits([tension, pull, moved[-1]]))
     return found

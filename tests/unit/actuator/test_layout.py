@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from pamsim.actuator.layout import (
-    AMBIENT,
+    COMMON,
     NAMES,
     SIZE,
     is_muscle,
@@ -131,8 +131,8 @@ def test_unknown_names_suggest_the_nearest():
 
 @pytest.mark.parametrize("loop", LOOPS)
 def test_states_are_the_operator_s_and_those_that_all_muscles_have(loop):
-    assert state_size(make()) == AMBIENT
-    assert state_size(make(loop=loop)) == LOOPS[loop].state_count + AMBIENT
+    assert state_size(make()) == COMMON
+    assert state_size(make(loop=loop)) == LOOPS[loop].state_count + COMMON
 
 
 @pytest.mark.parametrize("row", [np.zeros(SIZE), np.ones(3), pack(make())[:-1]])

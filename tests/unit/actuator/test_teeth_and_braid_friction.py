@@ -39,9 +39,12 @@ def test_work_on_the_tendon_is_the_work_on_the_muscle():
     row = pack(toothed()).tolist()
     act = charged(toothed(), 0.19, 3e5)
     tendons = np.linspace(0.186, 0.196, 4001)
-    outside = [kernel.tendon_force(row, act, x, 0.0, STEP) for x in tendons.tolist()]
-    lengths = [kernel.length_at_muscle(row, act, x) for x in tendons.tolist()]
     inside = [kernel.tension(row, act, x) for x in tendons.tolist()]
+    outside = [
+        kernel.tendon_force(row, act, pull, x, 0.0, STEP)
+        for x, pull in zip(tendons.tolist(), inside, strict=True)
+    ]
+    lengths = [kernel.length_at_muscle(row, act, x) for x in tendons.tolist()]
     assert min(inside) > 10.0
     assert np.trapezoid(outside, tendons) == pytest.approx(np.trapezoid(inside, lengths), rel=1e-6)
     assert max(np.abs(np.array(outside) / inside - 1.0)) == pytest.approx(
