@@ -11,8 +11,8 @@ pressure at ambient temperature times its volume, the second element of the cree
 the valves' end of the tube, the opening of slow valves, the sag of the supply (of which all muscles
 on it hold the same value), the dry friction along the tendon, the command's line, the creep, the
 chain's shift on the sprocket, the chain's extension, and the air state y, in whose place a measured
-pressure is.
-All of them exist even where an effect is off, so that any effect can be added to a compiled model.
+pressure is. All of them exist even where an effect is off, so that any effect can be added to a
+compiled model.
 """
 
 from __future__ import annotations

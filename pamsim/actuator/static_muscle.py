@@ -168,8 +168,7 @@ def _gain_and_work(
         par[_FORCE_LAW], par, _FORCE_COEFFICIENTS, _NOMINAL_LENGTH, pressure, contraction
     )
     if loss > 0.0:
-        gain = _left_by_ends(par, pressure, contraction, False)
-        work = _left_by_ends(par, pressure, contraction, True)
+        gain, work = _left_by_ends(par, pressure, contraction)
         if active > 0.0:  # where the muscle pushes the derivatives leave the ends out
             left = force_left(contraction, loss, onset)
             rise = left * rise + force_left_slope(contraction, loss, onset) * active
@@ -190,35 +189,41 @@ def _gain_and_work(
 def _active_gain(par: Row, pressure: float, contraction: float) -> float:
     """Integral of the active force's slope by pressure from nominal length [m^2]."""
     if par[_END_LOSS] > 0.0:
-        return par[_FORCE_SCALE] * _left_by_ends(par, pressure, contraction, False)
+        return par[_FORCE_SCALE] * _left_by_ends(par, pressure, contraction)[0]
     return par[_FORCE_SCALE] * _whole_gain(par, pressure, contraction)
 
 
-def _left_by_ends(par: Row, pressure: float, contraction: float, work: bool) -> float:
-    """Integral from nominal length of what the ends leave of force or slope, without the scale.
+def _left_by_ends(par: Row, pressure: float, contraction: float) -> tuple[float, float]:
+    """Integrals from nominal length of what the ends leave of the force, without the scale.
 
-    Where they leave a share s it is, by parts, s times that without ends, less the integral of s'
-    times it, for which ten points by Gauss suffice. Exact where the force pulls.
+    Where they leave a share s an integral is, by parts, s times that without ends, less the
+    integral of s' times it, for which ten points by Gauss suffice. Exact where the force pulls.
 
     Args:
         par: parameter row.
         pressure: that reaches the braid [Pa].
         contraction: [-].
-        work: of the force [N], not of its slope by pressure [m^2].
+
+    Returns:
+        Integral of the slope by pressure [m^2], and of the force [N].
     """
     loss, onset = par[_END_LOSS], par[_END_ONSET]
+    gain = _whole_gain(par, pressure, contraction)
+    work = _whole_work(par, pressure, contraction, gain)
+    left = force_left(contraction, loss, onset)
+    gain, work = left * gain, left * work
     low, high = max(onset, 0.0), max(contraction, onset)
+    if low == high:
+        return gain, work
     middle, half = 0.5 * (low + high), 0.5 * (high - low)
-    lost, whole = 0.0, _whole_gain(par, pressure, contraction)
-    if work:
-        whole = _whole_work(par, pressure, contraction, whole)
+    lost_gain, lost_work = 0.0, 0.0
     for node, weight in _GAUSS:
         for at in (middle - half * node, middle + half * node):
+            share = weight * half * force_left_slope(at, loss, onset)
             inner = _whole_gain(par, pressure, at)
-            if work:
-                inner = _whole_work(par, pressure, at, inner)
-            lost += weight * half * force_left_slope(at, loss, onset) * inner
-    return force_left(contraction, loss, onset) * whole - lost
+            lost_gain += share * inner
+            lost_work += share * _whole_work(par, pressure, at, inner)
+    return gain - lost_gain, work - lost_work
 
 
 def _whole_gain(par: Row, pressure: float, contraction: float) -> float:
