@@ -17,8 +17,10 @@ from dataclasses import dataclass
 from pamsim.actuator.kernel import Row
 from pamsim.actuator.layout import slot
 from pamsim.actuator.static_muscle import static_force, static_volume
+from pamsim.muscles.catalog import pushes
 from pamsim.muscles.tension import taut
 
+_FORCE_LAW = slot("force.law")
 _NOMINAL_LENGTH = slot("braid.nominal_length")
 _POLYTROPIC = slot("chamber.polytropic_index")
 _ATMOSPHERE = slot("chamber.atmosphere")
@@ -77,7 +79,7 @@ def muscle_stiffness(par: Row, tendon_length: float, pressure: float) -> Stiffne
     Returns:
         [N/m]; zero for a slack muscle.
     """
-    if static_force(par, tendon_length, pressure) <= 0.0:
+    if not pushes(par[_FORCE_LAW]) and static_force(par, tendon_length, pressure) <= 0.0:
         return Stiffness(compressibility=0.0, geometric=0.0)
     by_pressure = _by_pressure(static_force, par, tendon_length, pressure)
     return Stiffness(

@@ -5,7 +5,15 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
-from pamsim.actuator.muscle import FORCE_GROUPS, HYSTERESIS_GROUPS, PLAIN_GROUPS, Muscle
+from pamsim.actuator.muscle import (
+    FORCE_GROUPS,
+    HYSTERESIS_GROUPS,
+    MUSCLE_ONLY,
+    PLAIN_GROUPS,
+    PUSHING,
+    PUSHING_ONLY,
+    Muscle,
+)
 from pamsim.core.errors import InputError, nearest
 from pamsim.core.parameters import ParameterGroup, Sourced, specs
 from pamsim.hysteresis.bouc_wen import BoucWen
@@ -48,9 +56,17 @@ def build_muscle(sections: Sections, *, where: str, command: str = "pressure") -
                     f"{where}: {name}.law = {law!r} is not known; {nearest(str(law), laws)}"
                 )
             groups[name] = _build(laws[law], section, where)
-    for name in ("mounting", "braid", "force", "chamber", "valve"):
+    pushes = type(groups.get("force")) in PUSHING
+    needed, idle = ("stroke", MUSCLE_ONLY) if pushes else ("braid", PUSHING_ONLY)
+    kind = "pushing actuator" if pushes else "muscle"
+    for name in ("mounting", needed, "force", "chamber", "valve"):
         if name not in groups:
-            raise InputError(f"{where}: a muscle needs the group {name!r}")
+            raise InputError(f"{where}: a {kind} needs the group {name!r}")
+    for group in idle:
+        if group.group in groups:
+            raise InputError(
+                f"{where}: the group {group.group!r} has no meaning for a {kind}; remove it"
+            )
     # Without width it changes no bit; with it, diagnoses can try hysteresis on any rig.
     groups.setdefault("hysteresis", BoucWen(**BoucWen.usual))
     return Muscle(command=command, **groups)
@@ -84,3 +100,10 @@ def _build(group: type[ParameterGroup], section: Mapping[str, Any], where: str) 
 
 def _has_default(group: type[ParameterGroup], name: str) -> bool:
     return hasattr(group, name)
+
+
+def idle_groups(sections: Sections) -> frozenset[str]:
+    """Names of the groups that have no meaning for an actuator with these sections."""
+    law = sections.get("force", {}).get("law")
+    pushes = isinstance(law, str) and _LAWS["force"].get(law) in PUSHING
+    return frozenset(group.group for group in (MUSCLE_ONLY if pushes else PUSHING_ONLY))

@@ -32,6 +32,7 @@ from pamsim.actuator.layout import (
 )
 from pamsim.actuator.static_muscle import (
     contraction,
+    limited,
     rigid_volume,
     static_force,
     static_volume,
@@ -41,9 +42,9 @@ from pamsim.actuator.static_muscle import (
 from pamsim.hysteresis.catalog import chosen_energy, chosen_output, chosen_rates
 from pamsim.hysteresis.group import COMMON_FIELDS
 from pamsim.muscles.braid import braid_friction
-from pamsim.muscles.catalog import volume_depends_on_pressure
+from pamsim.muscles.catalog import pushes, volume_depends_on_pressure
 from pamsim.muscles.creep import creep_force, creep_rate
-from pamsim.muscles.tension import effective_pressure, taut
+from pamsim.muscles.tension import effective_pressure
 from pamsim.pneumatics.air import GAS_CONSTANT
 from pamsim.pneumatics.chamber import absolute_pressure, air_state_rate, relaxing_rate
 from pamsim.pneumatics.laminar_gap import laminar_flow
@@ -88,6 +89,7 @@ _NOMINAL_LENGTH = slot("braid.nominal_length")
 
 _EXTENSIBILITY = slot("braid.extensibility")
 _BRAID_FRICTION = slot("braid.friction")
+_STROKE_DAMPING = slot("stroke.damping")
 
 
 _CREEP_STIFFNESS = slot("creep.stiffness")
@@ -272,9 +274,10 @@ def _has_width(par: Row) -> bool:
 
 
 def tension(par: Row, act: Row, tendon_length: float, tendon_velocity: float = 0.0) -> float:
-    """Tension of the muscle [N], never negative; NaN if the chamber was never charged.
+    """Force with which the actuator shortens [N]; NaN if the chamber was never charged.
 
-    The braid's friction is that at the speed of the tendon: a chain's stretching is left out.
+    A muscle's is its tension, never negative; a pushing actuator's is negative where it pushes. The
+    braid's friction is that at the speed of the tendon: a chain's stretching is left out.
     """
     pressure_abs = chamber_pressure(par, act, tendon_length)
     return tension_under(par, act, tendon_length, tendon_velocity, pressure_abs)
@@ -289,7 +292,9 @@ def tension_under(
     kappa = contraction(par, length)
     force = static_force(par, length, pressure)
     above = effective_pressure(pressure, 0.0)
-    pull = force - hysteresis_force(par, act, kappa, above, force)
+    pushing = pushes(par[_FORCE_LAW])
+    carried = abs(force) if pushing else force
+    pull = force - hysteresis_force(par, act, kappa, above, carried)
     if par[_CREEP_STIFFNESS] > 0.0:
         pull -= creep_force(kappa, act[len(act) - CREEP], par[_CREEP_STIFFNESS])
     if par[_CREEP_STIFFNESS_2] > 0.0:
@@ -298,7 +303,9 @@ def tension_under(
         speed = chain_ratio(par, tendon_length) * tendon_velocity
         rate = -speed / par[_NOMINAL_LENGTH]
         pull -= braid_friction(above, rate, par[_BRAID_FRICTION])
-    return taut(pull)
+    if pushing:
+        pull += par[_STROKE_DAMPING] * tendon_velocity
+    return limited(par, pull)
 
 
 def tendon_force(
@@ -361,7 +368,7 @@ def dry_friction_after(
     return dry_friction(
         before,
         tendon_velocity,
-        pull,
+        abs(pull),
         par[_COULOMB],
         par[_BREAKAWAY],
         par[_TENSION_SHARE],

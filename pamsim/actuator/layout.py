@@ -17,7 +17,6 @@ compiled model.
 
 from __future__ import annotations
 
-import dataclasses
 from collections.abc import Iterator, MutableSequence, Sequence
 from typing import TypeAlias, TypeVar
 
@@ -28,7 +27,10 @@ from pamsim.actuator.muscle import (
     COMMANDS,
     FORCE_GROUPS,
     HYSTERESIS_GROUPS,
+    MUSCLE_ONLY,
     PLAIN_GROUPS,
+    PUSHING,
+    PUSHING_ONLY,
     Muscle,
 )
 from pamsim.core.errors import EngineError, InputError, nearest
@@ -38,6 +40,9 @@ Row: TypeAlias = Sequence[float] | NDArray[np.float64]
 MutableRow: TypeAlias = MutableSequence[float] | NDArray[np.float64]
 
 _Choice = TypeVar("_Choice")
+
+_SHARED = {"stroke.nominal_length": "braid.nominal_length"}
+"""A number in the slot of another: what contraction is taken against, of either kind."""
 
 SIGNATURE = 7240.288
 """First number of every pamsim muscle's row, by which it is recognised."""
@@ -56,7 +61,8 @@ HYSTERESIS_SLOTS = max(len(list(specs(law))) for law in HYSTERESIS_GROUPS if law
 def _names() -> Iterator[str]:
     yield from ("signature", "command", "force.law", "hysteresis.law", "partner")
     for group in PLAIN_GROUPS:
-        yield from (f"{group.group}.{name}" for name, _ in specs(group))
+        names = (f"{group.group}.{name}" for name, _ in specs(group))
+        yield from (name for name in names if name not in _SHARED)
     yield from (f"force.{i}" for i in range(_FORCE_SLOTS))
     yield from (f"hysteresis.{i}" for i in range(HYSTERESIS_SLOTS))
 
@@ -75,7 +81,7 @@ def slot(name: str) -> int:
         InputError: if there is no such slot, with the nearest name.
     """
     try:
-        return NAMES.index(name)
+        return NAMES.index(_SHARED.get(name, name))
     except ValueError:
         raise InputError(f"no muscle parameter {name!r}; {nearest(name, NAMES)}") from None
 
@@ -86,10 +92,15 @@ def parameter_slot(muscle: Muscle, name: str) -> int:
     Raises:
         InputError: if the muscle has no such parameter.
     """
-    known = {parameter: index for index, parameter in _occupied(muscle)}
+    known = _slots_by_name(muscle)
     if name not in known:
         raise InputError(f"no muscle parameter {name!r}; {nearest(name, known)}")
     return known[name]
+
+
+def has_parameter(muscle: Muscle, name: str) -> bool:
+    """Whether a muscle has a parameter of a name, as `parameter_slot` takes it."""
+    return name in _slots_by_name(muscle)
 
 
 def state_size(muscle: Muscle) -> int:
@@ -109,9 +120,11 @@ def pack(muscle: Muscle) -> NDArray[np.float64]:
     row[slot("force.law")] = FORCE_GROUPS.index(type(muscle.force))
     law = type(muscle.hysteresis) if muscle.hysteresis else None
     row[slot("hysteresis.law")] = HYSTERESIS_GROUPS.index(law)
-    for index, name in _occupied(muscle):
-        group, _, field = name.partition(".")
-        row[index] = getattr(getattr(muscle, group), field)
+    # Groups without meaning are there as well: the kernel divides by some of their neutral values.
+    for group in vars(muscle).values():
+        if isinstance(group, ParameterGroup):
+            for index, name in _slots_of(group):
+                row[index] = getattr(group, name)
     return row
 
 
@@ -125,10 +138,11 @@ def unpack(row: Row) -> Muscle:
     if not is_muscle(row):
         raise EngineError("this actuator is not a pamsim muscle: its user data has no signature")
     groups: dict[str, ParameterGroup] = {}
-    for group in PLAIN_GROUPS:
+    force = _chosen(FORCE_GROUPS, row, "force.law")
+    idle = MUSCLE_ONLY if force in PUSHING else PUSHING_ONLY
+    for group in (group for group in PLAIN_GROUPS if group not in idle):
         fields = {name: float(row[slot(f"{group.group}.{name}")]) for name, _ in specs(group)}
         groups[group.group] = group(**fields)
-    force = _chosen(FORCE_GROUPS, row, "force.law")
     groups["force"] = force(**_slots(force, row))
     operator = _chosen(HYSTERESIS_GROUPS, row, "hysteresis.law")
     if operator is not None:
@@ -154,12 +168,17 @@ def _slots(group: type[ParameterGroup], row: Row) -> dict[str, float]:
     return {name: float(row[first + i]) for i, (name, _) in enumerate(specs(group))}
 
 
-def _occupied(muscle: Muscle) -> Iterator[tuple[int, str]]:
-    for field in dataclasses.fields(muscle):
-        group = getattr(muscle, field.name)
-        if not isinstance(group, ParameterGroup):
-            continue
-        chosen = type(group) not in PLAIN_GROUPS
-        for i, (name, _) in enumerate(specs(type(group))):
-            parameter = f"{group.group}.{name}"
-            yield slot(f"{group.group}.{i}") if chosen else slot(parameter), parameter
+def _slots_by_name(muscle: Muscle) -> dict[str, int]:
+    """Slot of every parameter that has a meaning for a muscle."""
+    return {
+        f"{group.group}.{name}": index
+        for group in muscle.groups
+        for index, name in _slots_of(group)
+    }
+
+
+def _slots_of(group: ParameterGroup) -> Iterator[tuple[int, str]]:
+    """Slot and name of every field of a group."""
+    chosen = type(group) not in PLAIN_GROUPS
+    for i, (name, _) in enumerate(specs(type(group))):
+        yield slot(f"{group.group}.{i if chosen else name}"), name

@@ -1,4 +1,4 @@
-"""One pneumatic artificial muscle: the parameter groups of every law it is made of."""
+"""One pneumatic actuator: the parameter groups of every law it is made of."""
 
 from __future__ import annotations
 
@@ -7,13 +7,14 @@ from typing import ClassVar
 
 from pamsim.actuator.chain import Chain
 from pamsim.actuator.friction import Friction
-from pamsim.core.errors import InputError, nearest
+from pamsim.core.errors import EngineError, InputError, nearest
 from pamsim.core.parameters import ParameterGroup, parameter
 from pamsim.hysteresis.catalog import OPERATORS
 from pamsim.hysteresis.group import Hysteresis
 from pamsim.muscles.braid import Braid
 from pamsim.muscles.catalog import FORCE_LAWS
 from pamsim.muscles.creep import Creep
+from pamsim.muscles.effective_area import Stroke
 from pamsim.muscles.end_shape import EndShape
 from pamsim.muscles.passive import PassiveSpring
 from pamsim.muscles.tension import Threshold
@@ -37,7 +38,7 @@ would do."""
 
 @dataclass(frozen=True, kw_only=True)
 class Mounting(ParameterGroup):
-    """How the muscle sits on its tendon."""
+    """How the actuator sits on its tendon."""
 
     group: ClassVar[str] = "mounting"
     length_at_zero: float = parameter(
@@ -45,13 +46,14 @@ class Mounting(ParameterGroup):
         low=-10.0,
         high=10.0,
         doc="muscle length where the tendon's length is zero: rest length on a fixed tendon, minus"
-        " the rigid fittings on a spatial one",
+        " the rigid fittings on a spatial one; of a bellows or a piston the stroke there",
     )
 
 
 PLAIN_GROUPS: tuple[type[ParameterGroup], ...] = (
     Mounting,
     Braid,
+    Stroke,
     PassiveSpring,
     Threshold,
     EndShape,
@@ -61,17 +63,34 @@ PLAIN_GROUPS: tuple[type[ParameterGroup], ...] = (
     Chain,
     Friction,
 )
+"""The groups of which there is one kind."""
+
+PUSHING: frozenset[type[ParameterGroup]] = frozenset(
+    law.group for law in FORCE_LAWS.values() if law.pushes
+)
+"""Groups of the force laws that may push."""
+
+MUSCLE_ONLY: tuple[type[ParameterGroup], ...] = (Braid, PassiveSpring, Threshold, EndShape, Chain)
+"""Groups that have no meaning for a pushing actuator."""
+
+PUSHING_ONLY: tuple[type[ParameterGroup], ...] = (Stroke,)
+"""Groups that have none for a muscle."""
+
+MUSCLE_GROUPS: tuple[type[ParameterGroup], ...] = tuple(
+    group for group in PLAIN_GROUPS if group not in PUSHING_ONLY
+)
 """The groups every muscle has exactly one kind of."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class Muscle:
-    """A muscle with its air and its valves.
+    """A muscle, or a pushing actuator such as a bellows, with its air and its valves.
 
     Attributes:
         mounting: place on the tendon.
-        braid: geometry, which gives the chamber's volume at nominal length; how it changes from
-            there follows from the force law.
+        braid: geometry of a muscle, which gives the chamber's volume at nominal length; how it
+            changes from there follows from the force law. None for a pushing actuator.
+        stroke: nominal stroke and damping of a pushing actuator, or None.
         force: group of the active force law, one of `FORCE_GROUPS`.
         passive: passive spring beside it.
         threshold: pressure lost before the braid is reached.
@@ -86,7 +105,8 @@ class Muscle:
     """
 
     mounting: Mounting
-    braid: Braid
+    braid: Braid | None = None
+    stroke: Stroke | None = None
     force: ParameterGroup
     chamber: Chamber
     valve: ValvePair
@@ -100,10 +120,37 @@ class Muscle:
     command: str = "valve"
 
     def __post_init__(self) -> None:
-        """Check the command.
+        """Check the command, and that the actuator has what its force law acts on.
 
         Raises:
-            InputError: if it is not one of `COMMANDS`.
+            InputError: if the command is not one of `COMMANDS`, or braid or stroke is missing or
+                without meaning.
         """
+        if (self.braid is None) is not self.pushes or (self.stroke is None) is self.pushes:
+            needs, without = ("stroke", "braid") if self.pushes else ("braid", "stroke")
+            raise InputError(f"the force law {self.force.law!r} needs a {needs} and no {without}")
         if self.command not in COMMANDS:
             raise InputError(f"no command {self.command!r}; {nearest(str(self.command), COMMANDS)}")
+
+    @property
+    def pushes(self) -> bool:
+        """Whether it may push."""
+        return type(self.force) in PUSHING
+
+    @property
+    def braided(self) -> Braid:
+        """The braid of a muscle.
+
+        Raises:
+            EngineError: if it is a pushing actuator.
+        """
+        if self.braid is None:
+            raise EngineError(f"an actuator with the force law {self.force.law!r} has no braid")
+        return self.braid
+
+    @property
+    def groups(self) -> tuple[ParameterGroup, ...]:
+        """Its parameter groups, without those that have no meaning for it."""
+        idle = MUSCLE_ONLY if self.pushes else PUSHING_ONLY
+        own = vars(self).values()
+        return tuple(g for g in own if isinstance(g, ParameterGroup) and not isinstance(g, idle))

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+from pamsim.actuator.layout import pack
 from pamsim.actuator.muscle import Muscle
-from pamsim.muscles.braid import volume
+from pamsim.actuator.static_muscle import volume_at_nominal_length
 from pamsim.pneumatics.air import GAS_CONSTANT
 from pamsim.pneumatics.orifice import mass_flow
 from pamsim.pneumatics.valves import own_dead_zone
@@ -18,13 +19,12 @@ def regulator_time_constant(muscle: Muscle) -> float:
     valves leaves the more slope to the rest of the band.
 
     Args:
-        muscle: braid, chamber and valves count.
+        muscle: its size, chamber and valves count.
 
     Returns:
         Time constant [s]; explicit steps longer than it overshoot the set point.
     """
-    braid, chamber, valve = muscle.braid, muscle.chamber, muscle.valve
-    inside = volume(braid.nominal_length, braid.nominal_length, braid.diameter, braid.fibre_angle)
+    chamber, valve = muscle.chamber, muscle.valve
     flow = mass_flow(
         valve.supply_pressure + chamber.atmosphere,
         0.0,
@@ -36,7 +36,7 @@ def regulator_time_constant(muscle: Muscle) -> float:
     rate = chamber.polytropic_index * GAS_CONSTANT * chamber.temperature * flow
     widest = own_dead_zone(valve.dead_zone, 1.0 + abs(valve.dead_zone_asymmetry))
     band = valve.regulator_band * (1.0 - widest)
-    room = inside + chamber.dead_volume
+    room = volume_at_nominal_length(pack(muscle))
     if valve.tube_resistance > 0.0:
         # The regulator then sees the pressure in the tube, whose air stays at its temperature.
         room = min(room, valve.tube_volume * chamber.polytropic_index)

@@ -15,11 +15,12 @@ from pamsim.muscles.catalog import (
     chosen_force,
     chosen_volume,
     chosen_work,
+    pushes,
     volume_depends_on_pressure,
 )
 from pamsim.muscles.end_shape import force_left, force_left_slope
 from pamsim.muscles.passive import locking_force, tube_energy, tube_force
-from pamsim.muscles.tension import effective_pressure
+from pamsim.muscles.tension import effective_pressure, taut
 
 _FORCE_LAW = slot("force.law")
 _FORCE_SCALE = slot("force.0")
@@ -90,7 +91,16 @@ def static_force(par: Row, tendon_length: float, pressure: float) -> float:
     )
     tube = tube_force(kappa, par[_PASSIVE_STIFFNESS], par[_PASSIVE_SOFTENING], par[_PASSIVE_SLACK])
     effective = effective_pressure(pressure, par[_THRESHOLD])
+    if pushes(par[_FORCE_LAW]):
+        effective = pressure
     return _active_pull(par, effective, kappa) + tube + locked
+
+
+def limited(par: Row, force: float) -> float:
+    """A signed force [N] limited to tension, unless the law of the actuator may push."""
+    if pushes(par[_FORCE_LAW]):
+        return force
+    return taut(force)
 
 
 def static_volume(par: Row, tendon_length: float, pressure: float) -> float:
@@ -110,7 +120,12 @@ def static_volume(par: Row, tendon_length: float, pressure: float) -> float:
 
 
 def volume_at_nominal_length(par: Row) -> float:
-    """Tubing, and the cylinder that the braid is at nominal length [m^3]."""
+    """Tubing, and the cylinder that the braid is at nominal length [m^3].
+
+    A pushing actuator is empty where its stroke is zero.
+    """
+    if pushes(par[_FORCE_LAW]):
+        return par[_DEAD_VOLUME] - rigid_volume(par, 1.0, 0.0)
     diameter = par[_DIAMETER]
     return par[_DEAD_VOLUME] + 0.25 * math.pi * diameter * diameter * par[_NOMINAL_LENGTH]
 

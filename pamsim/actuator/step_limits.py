@@ -5,7 +5,7 @@ from __future__ import annotations
 from pamsim.actuator.antagonist import muscle_stiffness
 from pamsim.actuator.layout import pack
 from pamsim.actuator.muscle import Muscle
-from pamsim.actuator.static_muscle import static_force
+from pamsim.actuator.static_muscle import limited, static_force
 
 
 def chain_step_limit(muscle: Muscle, tendon_length: float, pressure: float) -> float:
@@ -45,6 +45,7 @@ def bristle_stiffness(muscle: Muscle, tendon_length: float, pressure: float) -> 
     friction = muscle.friction
     if not friction.sticks:
         return 0.0
-    pull = max(static_force(pack(muscle), tendon_length, pressure), 0.0)
+    row = pack(muscle)
+    pull = abs(limited(row, static_force(row, tendon_length, pressure)))
     level = friction.coulomb_force + friction.breakaway_force + friction.tension_share * pull
     return level / friction.presliding

@@ -31,7 +31,7 @@ from pamsim.actuator.kernel import (
 )
 from pamsim.actuator.layout import AIR, RUBBING, slot, state_size
 from pamsim.actuator.rest_state import charged_air_state, rest
-from pamsim.actuator.static_muscle import active_force, static_force
+from pamsim.actuator.static_muscle import active_force, limited, static_force
 from pamsim.diagnosis.virtual_test_conditions import (
     CONDITIONS,
     CONTRACTION_RATE,
@@ -161,7 +161,7 @@ def _friction(rig: Bench, speed: float) -> FloatArray:
     taken = sliding * rig.dry * np.sign(moved)
     timestep = float(np.abs(moved[0])) / speed
     for par, length, arm in zip(rig.muscles, rig.lengths, rig.arms, strict=True):
-        pull = max(static_force(par, length, PRESSURE), 0.0)
+        pull = abs(limited(par, static_force(par, length, PRESSURE)))
         act = [0.0] * RUBBING
         for k, sense in enumerate(np.sign(moved).tolist()):
             velocity = arm * speed * sense
@@ -407,7 +407,7 @@ def _ripple(there: Bench, without: Bench, _: int) -> Quantities:
         for rig, sign in ((there, 1.0), (without, -1.0)):
             for par, length, arm in zip(rig.muscles, rig.lengths, rig.arms, strict=True):
                 at = length + arm * angle
-                pull = max(static_force(par, chain_length(par, at), PRESSURE), 0.0)
+                pull = limited(par, static_force(par, chain_length(par, at), PRESSURE))
                 torque[k] -= sign * arm * chain_ratio(par, at) * pull
         at = there.lengths[0] + there.arms[0] * angle
         travel[k] = chain_length(teeth, at) - chain_length(without.muscles[0], at)

@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 
 from pamsim.actuator.kernel import chain_length, chain_ratio
 from pamsim.actuator.layout import slot
-from pamsim.actuator.static_muscle import static_force
+from pamsim.actuator.static_muscle import limited, static_force
 from pamsim.core.errors import InputError
 from pamsim.engine.callback import muscle_ids
 from pamsim.engine.rig import Rig
@@ -137,7 +137,7 @@ def _place(model: mujoco.MjModel, data: mujoco.MjData, tendon: int) -> int:
 
 def _tension(row: list[float], length: float, pressure: float) -> float:
     """Tension of a muscle behind its chain [N] at a length of its tendon behind the teeth [m]."""
-    most = taut(static_force(row, length, pressure))
+    most = limited(row, static_force(row, length, pressure))
     give = row[_COMPLIANCE]
     if give == 0.0 or not most > 0.0:
         return most

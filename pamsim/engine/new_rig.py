@@ -18,7 +18,7 @@ from pathlib import Path
 import mujoco
 import numpy as np
 
-from pamsim.actuator.muscle import PLAIN_GROUPS
+from pamsim.actuator.muscle import MUSCLE_GROUPS
 from pamsim.core.common_unit import COMMON
 from pamsim.core.errors import InputError, PamsimError, nearest
 from pamsim.core.files import complete_file, refuse_existing
@@ -213,7 +213,7 @@ def _params(name: str, mjcf: Path, model: mujoco.MjModel, source: str, scene: bo
             _entry("nominal_length", nominal, "mm", "m", f"assumed: {why}"),
         ]  # fmt: skip
     lines += ["", "# What all muscles share; [muscles.NAME.<group>] holds what differs in one."]
-    for group in (*PLAIN_GROUPS, IdealMcKibben, BoucWen):
+    for group in (*MUSCLE_GROUPS, IdealMcKibben, BoucWen):
         if fields := list(_fields(group)):
             law = [f'law = "{group.law}"'] if group.law else []
             lines += ["", f"[muscle.{group.group}]", *law, *fields]

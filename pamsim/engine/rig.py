@@ -7,12 +7,20 @@ import dataclasses
 import os
 from collections.abc import Mapping
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Any
 
 import mujoco
 
-from pamsim.actuator.build import build_muscle
-from pamsim.actuator.layout import HYSTERESIS_SLOTS, SIZE, parameter_slot, slot, unpack
+from pamsim.actuator.build import build_muscle, idle_groups
+from pamsim.actuator.layout import (
+    HYSTERESIS_SLOTS,
+    SIZE,
+    has_parameter,
+    parameter_slot,
+    slot,
+    unpack,
+)
 from pamsim.actuator.muscle import COMMANDS, Muscle
 from pamsim.core.errors import InputError, nearest
 from pamsim.core.parameters import FieldSpec, Sourced, check_value, specs
@@ -162,9 +170,9 @@ class Rig:
         """The rig with some parameters changed, such as ``{"passive.stiffness": 3e4}``.
 
         Args:
-            values: name -> value in SI. ``group.field`` sets all muscles, ``muscle:group.field``
-                one of them, a native name such as ``joint.shaft.damping`` an MJCF field, and
-                ``sensor.field`` what `pamsim.signals.sensors` makes of a recording.
+            values: name -> value in SI. ``group.field`` sets all muscles that have it,
+                ``muscle:group.field`` one of them, a native name such as ``joint.shaft.damping`` an
+                MJCF field, and ``sensor.field`` what `pamsim.signals.sensors` makes of a recording.
                 ``hysteresis.maxwell_slip.full_slip`` gives the muscles this hysteresis operator,
                 as wide as their own.
 
@@ -193,7 +201,10 @@ class Rig:
             only, _, parameter = name.rpartition(":")
             if only and only not in self.muscles:
                 raise InputError(f"no muscle {only!r}; {nearest(only, self.muscles)}")
+            shared = not only and any(has_parameter(m, parameter) for m in self.muscles.values())
             for index, (muscle_name, muscle) in enumerate(self.muscles.items()):
+                if shared and not has_parameter(muscle, parameter):
+                    continue  # a bellows beside muscles has no braid
                 if only in ("", muscle_name):
                     model.actuator_user[index, parameter_slot(muscle, parameter)] = value
         if model is not self.model:
@@ -287,6 +298,8 @@ def _compiled(file: RigFile, *, scene: bool = False) -> Rig:
         )
     if not scene:
         remove_visual_geoms(spec)
+    for joint in file.rods:
+        _put_rod(spec, joint, file.folder / "params.toml")
     for name, tendon in file.tendons.items():
         attach(spec, tendon=tendon, muscle=muscles[name], name=name)
     reserve_friction_speed(spec)
@@ -309,6 +322,25 @@ def _compiled(file: RigFile, *, scene: bool = False) -> Rig:
     return rig
 
 
+def _put_rod(spec: mujoco.MjSpec, joint: str, where: Path) -> None:
+    """Give a joint that slides a tendon of its own name, as long as its position."""
+    known = {found.name: found for found in spec.joints}
+    if joint not in known:
+        raise InputError(f"{where}: no joint {joint!r} in the MJCF; {nearest(joint, known)}")
+    if known[joint].type != mujoco.mjtJoint.mjJNT_SLIDE:
+        raise InputError(
+            f"{where}: joint {joint!r} does not slide; put the actuator on a fixed tendon, whose"
+            " coefficient is the lever arm"
+        )
+    if any(tendon.name == joint for tendon in spec.tendons):
+        raise InputError(
+            f"{where}: the MJCF has a tendon {joint!r}; name it in place of the joint, or rename it"
+        )
+    tendon = spec.add_tendon()
+    tendon.name = joint
+    tendon.wrap_joint(joint, 1.0)
+
+
 def set_command(model: mujoco.MjModel, command: str) -> None:
     """Set what the control of every muscle means.
 
@@ -321,9 +353,17 @@ def set_command(model: mujoco.MjModel, command: str) -> None:
 
 
 def _merged(file: RigFile, name: str) -> dict[str, dict[str, Any]]:
+    """Sections of one actuator: shared ones, its own, and of the shared only what it can have.
+
+    Shared groups without a meaning for it are left out where another actuator of the rig uses them.
+    """
     merged = {group: dict(section) for group, section in file.muscle.items()}
     for group, section in file.overrides[name].items():
         merged.setdefault(group, {}).update(section)
+    others = [idle_groups({**file.muscle, **own}) for own in file.overrides.values()]
+    for group in idle_groups(merged) - set(file.overrides[name]):
+        if any(group not in idle for idle in others):
+            merged.pop(group, None)
     return merged
 
 

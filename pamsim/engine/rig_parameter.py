@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 
-from pamsim.actuator.layout import parameter_slot
+from pamsim.actuator.layout import has_parameter, parameter_slot
 from pamsim.core.errors import InputError, nearest
-from pamsim.core.parameters import FieldSpec, ParameterGroup, Sourced, specs
+from pamsim.core.parameters import FieldSpec, Sourced, specs
 from pamsim.core.units import to_si
 from pamsim.engine.native import is_native, native_field, native_value
 from pamsim.engine.rig import Rig, operator_field
@@ -72,11 +72,10 @@ def rig_parameter(rig: Rig, name: str) -> RigParameter:
     only, _, parameter = name.rpartition(":")
     if only and only not in rig.muscles:
         raise InputError(f"no muscle {only!r}; {nearest(only, rig.muscles)}")
-    index, muscle = next((i, m) for i, m in enumerate(rig.muscles) if only in ("", m))
+    index, muscle = _owner(rig, only, parameter)
     known = {
         f"{group.group}.{field}": spec
-        for group in vars(rig.muscles[muscle]).values()
-        if isinstance(group, ParameterGroup)
+        for group in rig.muscles[muscle].groups
         for field, spec in specs(type(group))
     }
     if parameter not in known:
@@ -92,3 +91,10 @@ def rig_parameter(rig: Rig, name: str) -> RigParameter:
         spec=known[parameter],
         stated=stated if isinstance(stated, Sourced) else None,
     )
+
+
+def _owner(rig: Rig, only: str, parameter: str) -> tuple[int, str]:
+    """Number and name of the first muscle that has a parameter; of the first of all if none has."""
+    places = [(i, name) for i, name in enumerate(rig.muscles) if only in ("", name)]
+    having = (place for place in places if has_parameter(rig.muscles[place[1]], parameter))
+    return next(having, places[0])

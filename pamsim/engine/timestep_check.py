@@ -50,7 +50,7 @@ def check_timestep(model: mujoco.MjModel, muscles: Mapping[str, Muscle]) -> None
         raise InputError(
             f"a time step of {step * 1e3:g} ms is longer than the {1e3 / braking:.2g} ms in which"
             " friction stops the arm; take a shorter step, a smaller friction.stribeck_force or"
-            " braid.friction, or a larger friction.stribeck_velocity"
+            " braid.friction or stroke.damping, or a larger friction.stribeck_velocity"
         )
     bending = _bending(model, muscles, step)
     if bending > _MOST_BENDING:
@@ -82,7 +82,10 @@ def _braking_rate(model: mujoco.MjModel, muscles: Mapping[str, Muscle]) -> float
     total = 0.0
     for index, muscle in zip(muscle_ids(model), muscles.values(), strict=True):
         slope = stribeck_damping(muscle.friction.stribeck_force, muscle.friction.stribeck_velocity)
-        braid = muscle.braid
-        slope += braid.friction * muscle.valve.supply_pressure / braid.nominal_length
+        if muscle.braid is not None:
+            braid = muscle.braid
+            slope += braid.friction * muscle.valve.supply_pressure / braid.nominal_length
+        if muscle.stroke is not None:
+            slope += muscle.stroke.damping
         total += slope * float(model.tendon_invweight0[model.actuator_trnid[index, 0]])
     return total

@@ -23,6 +23,12 @@ from pamsim.muscles.corrected_mckibben import (
     corrected_mckibben_volume,
     corrected_mckibben_work,
 )
+from pamsim.muscles.effective_area import (
+    EffectiveArea,
+    effective_area_elastic_work,
+    effective_area_force,
+    effective_area_volume,
+)
 from pamsim.muscles.elastic_energy import (
     ElasticEnergy,
     contractive_force,
@@ -95,6 +101,11 @@ def _festo(coefficients: Sequence[float], braid: Braid) -> Range:
 def _to_largest(coefficients: Sequence[float], braid: Braid) -> Range:
     """Up to the contraction at which the ideal braid stops pulling."""
     return 0.0, max_contraction(braid.fibre_angle)
+
+
+def _half_stroke(coefficients: Sequence[float], braid: Braid) -> Range:
+    """Strokes about that at which the spring is free, up to half of it compressed or stretched."""
+    return -0.5, 0.5
 
 
 def _fitted(coefficients: Sequence[float], braid: Braid) -> Range:
@@ -233,6 +244,21 @@ _LAWS: tuple[ForceLaw, ...] = (
         " stiffness at small strain; either may be negative, as constants of the whole wall. The"
         " scale takes up the difference between inner and working diameter.",
     ),
+    ForceLaw(
+        title="Bellows or piston",
+        equation="F = -p A + k (s - s0), kappa = 1 - s/s0",
+        source="ISO 5598 (2020), effective area; EquiMus (2025)",
+        group=EffectiveArea,
+        force_function=effective_area_force,
+        volume_function=effective_area_volume,
+        braid_fields=("nominal_length",),
+        pressure_range=(0.0, math.inf),
+        limits=_half_stroke,
+        pushes=True,
+        notes="Pushes: its force is negative. The group stroke takes the place of braid; passive,"
+        " threshold, end_shape and chain have no meaning for it. The effective area of a real"
+        " bellows falls somewhat with the stroke.",
+    ),
 )
 
 FORCE_LAWS: Mapping[str, ForceLaw] = MappingProxyType({law.name: law for law in _LAWS})
@@ -248,6 +274,7 @@ _ELASTIC = _CODES[ElasticEnergy]
 _PLEATED = _CODES[Pleated]
 _SHAPE = _CODES[PleatedShape]
 _MOONEY_RIVLIN = _CODES[MooneyRivlin]
+_EFFECTIVE_AREA = _CODES[EffectiveArea]
 
 _APART, _ABOVE = 1e-6, 10.0  # steps of difference quotients: contraction [-], pressure [Pa]
 
@@ -297,6 +324,8 @@ def chosen_force(
         return mooney_rivlin_force(
             p, kappa, par[f], par[f + 1], par[f + 2], par[f + 3], diameter, angle
         )
+    if law == _EFFECTIVE_AREA:
+        return effective_area_force(p, kappa, par[f], par[f + 1], length)
     return math.nan
 
 
@@ -337,6 +366,8 @@ def chosen_volume(
         return mooney_rivlin_volume(
             p, kappa, par[f], par[f + 1], par[f + 2], par[f + 3], diameter, angle
         )
+    if law == _EFFECTIVE_AREA:
+        return effective_area_volume(p, kappa, par[f], par[f + 1], length)
     return math.nan
 
 
@@ -372,6 +403,8 @@ def chosen_work(
         return work + mooney_rivlin_elastic_work(
             kappa, par[f], par[f + 1], par[f + 2], par[f + 3], angle
         )
+    if law == _EFFECTIVE_AREA:
+        return work + effective_area_elastic_work(kappa, par[f + 1], par[braid])
     return work
 
 
@@ -404,3 +437,8 @@ def chosen_derivatives(
 def volume_depends_on_pressure(law: float) -> bool:
     """Whether a law's volume changes with pressure at a held length: its force is not linear."""
     return law == _CORRECTED
+
+
+def pushes(law: float) -> bool:
+    """Whether a law's force may push; that of a muscle is limited to tension."""
+    return law == _EFFECTIVE_AREA

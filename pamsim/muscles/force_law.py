@@ -38,6 +38,7 @@ class ForceLaw:
             holds at the one pressure it was fitted at.
         limits: contractions for which the source claims validity, from coefficients and braid.
         notes: what a user must know before relying on the law.
+        pushes: whether the force may push. Such an actuator is empty where its stroke is zero.
     """
 
     title: str
@@ -50,6 +51,7 @@ class ForceLaw:
     pressure_range: Range | None
     limits: Callable[[Sequence[float], Braid], Range]
     notes: str
+    pushes: bool = False
 
     @property
     def name(self) -> str:
@@ -59,7 +61,7 @@ class ForceLaw:
     def force(
         self, pressure: float, contraction: float, coefficients: Sequence[float], braid: Braid
     ) -> float:
-        """Force [N], positive when the muscle pulls, not limited to tension.
+        """Force [N], positive where it pulls, not limited to tension.
 
         Args:
             pressure: gauge pressure [Pa].
@@ -77,9 +79,11 @@ class ForceLaw:
 
         The arguments are those of `force`.
         """
-        nominal = braid.nominal_length
+        nominal, rest = braid.nominal_length, self._rest(coefficients, braid)
         start = volume(nominal, nominal, braid.diameter, braid.fibre_angle)
-        gained = self.volume_function(pressure, contraction, *self._rest(coefficients, braid))
+        if self.pushes:
+            start = -coefficients[0] * nominal * self.volume_function(pressure, 1.0, *rest)
+        gained = self.volume_function(pressure, contraction, *rest)
         return start + coefficients[0] * nominal * gained
 
     def contraction_range(self, coefficients: Sequence[float], braid: Braid) -> Range:

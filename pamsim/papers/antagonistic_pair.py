@@ -46,11 +46,11 @@ def ideal_muscle() -> Muscle:
     That is the reference point E of equation (1), with its minus restored.
     """
     muscle = rig_muscle()
-    half = 0.5 * max_contraction(muscle.braid.fibre_angle)
+    half = 0.5 * max_contraction(muscle.braided.fibre_angle)
     return dataclasses.replace(
         muscle,
-        mounting=Mounting(length_at_zero=muscle.braid.nominal_length * (1.0 - half)),
-        braid=dataclasses.replace(muscle.braid, extensibility=0.0),
+        mounting=Mounting(length_at_zero=muscle.braided.nominal_length * (1.0 - half)),
+        braid=dataclasses.replace(muscle.braided, extensibility=0.0),
         force=IdealMcKibben(),
         passive=PassiveSpring(),
         threshold=Threshold(),
@@ -68,7 +68,7 @@ def published_muscle(length: float) -> Muscle:
     return dataclasses.replace(
         muscle,
         mounting=Mounting(length_at_zero=length),
-        braid=dataclasses.replace(muscle.braid, extensibility=0.0),
+        braid=dataclasses.replace(muscle.braided, extensibility=0.0),
         force=PUBLISHED["DMSP-20-200"],
         passive=PassiveSpring(),
         hysteresis=None,
@@ -87,7 +87,7 @@ def sprocket_radius() -> float:
 
 def stroke(muscle: Muscle) -> float:
     """Largest shortening of the ideal law [m]."""
-    return muscle.braid.nominal_length * max_contraction(muscle.braid.fibre_angle)
+    return muscle.braided.nominal_length * max_contraction(muscle.braided.fibre_angle)
 
 
 def rest_travel(muscle: Muscle, pressures: tuple[float, float]) -> float:

@@ -33,7 +33,9 @@ class RigFile:
         scene: path of the MJCF with floor and light, or None.
         joints: whose positions are recorded; none stands for those that the muscles move.
         load_body: body that carries the load, or None.
-        tendons: muscle name -> tendon name, in actuator order.
+        tendons: muscle name -> tendon name, in actuator order; of a muscle on a joint that slides,
+            the joint's name.
+        rods: joints that carry a muscle and get a tendon of their name.
         muscle: shared sections, group -> entries.
         overrides: muscle name -> group -> entries that replace shared ones.
         native: MJCF field, such as ``joint.shaft.damping`` -> value.
@@ -47,6 +49,7 @@ class RigFile:
     joints: tuple[str, ...]
     load_body: str | None
     tendons: Mapping[str, str]
+    rods: tuple[str, ...]
     muscle: Mapping[str, Section]
     overrides: Mapping[str, Mapping[str, Section]]
     native: Mapping[str, Sourced]
@@ -104,8 +107,11 @@ def read_rig(rig: str | os.PathLike[str]) -> RigFile:
     for name, entry in muscles.items():
         if not isinstance(entry, Mapping):
             raise InputError(f'{path}: muscles.{name} must be a table: {{ tendon = "..." }}')
+        if "tendon" in entry and "joint" in entry:
+            raise InputError(f"{path}: muscles.{name} names a tendon and a joint; keep one of them")
+    places = {name: "joint" if "joint" in m else "tendon" for name, m in muscles.items()}
     overrides = {
-        name: _sections(path, f"muscles.{name}", {k: v for k, v in m.items() if k != "tendon"})
+        name: _sections(path, f"muscles.{name}", {k: v for k, v in m.items() if k != places[name]})
         for name, m in muscles.items()
     }
     return RigFile(
@@ -116,8 +122,10 @@ def read_rig(rig: str | os.PathLike[str]) -> RigFile:
         joints=_joints(path, head),
         load_body=str(head["load_body"]) if "load_body" in head else None,
         tendons={
-            name: _word(path, entry, f"muscles.{name}", "tendon") for name, entry in muscles.items()
+            name: _word(path, entry, f"muscles.{name}", places[name])
+            for name, entry in muscles.items()
         },
+        rods=tuple(str(m["joint"]) for name, m in muscles.items() if places[name] == "joint"),
         muscle=_sections(path, "muscle", _table(path, table, "muscle")),
         overrides=overrides,
         native=_numbers(path, "native", _table(path, {"native": {}, **table}, "native")),

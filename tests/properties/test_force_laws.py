@@ -19,6 +19,7 @@ from pamsim.engine.compiled import reached_functions
 from pamsim.muscles.braid import Braid, volume
 from pamsim.muscles.catalog import FORCE_LAWS, volume_depends_on_pressure
 from pamsim.muscles.corrected_mckibben import CorrectedMcKibben
+from pamsim.muscles.effective_area import EffectiveArea
 from pamsim.muscles.elastic_energy import ElasticEnergy
 from pamsim.muscles.force_law import ForceLaw, coefficients_of
 from pamsim.muscles.invertible_exponential import InvertibleExponential
@@ -55,6 +56,7 @@ EXAMPLES = {
     "mooney_rivlin": scaled(
         MooneyRivlin(c1=-150.0, c2=360.0, slack_contraction=0.002, active_share=0.95)
     ),
+    "effective_area": scaled(EffectiveArea(area=4e-4, stiffness=200.0)),
 }
 LAWS = pytest.mark.parametrize("name", FORCE_LAWS)
 PRESSURES = between(2e5, 6e5)
@@ -106,7 +108,7 @@ def test_a_force_has_one_pressure_unless_the_law_holds_at_one_only(name, pressur
         return
     if name == "corrected_mckibben":
         assume(force(pressure) > 0.0)  # above its threshold
-    assert force(1.01 * pressure) > force(pressure)
+    assert (force(1.01 * pressure) > force(pressure)) is not this.law.pushes
 
 
 @LAWS
@@ -121,7 +123,7 @@ def test_the_force_falls_smoothly_with_contraction(name, pressure, share):
 
     slope = derivative(force, kappa, 8e-4)
     assert slope == pytest.approx(derivative(force, kappa, 4e-4), rel=1e-7, abs=1e-4)
-    if force(kappa) > 0.0 and name != "single_pressure_exponential":
+    if (force(kappa) > 0.0 or this.law.pushes) and name != "single_pressure_exponential":
         assert slope < 0.0
 
 
@@ -269,6 +271,9 @@ def test_the_force_function_takes_the_fields_in_declared_order(name):
 def test_range_of_contraction_is_one_in_which_the_muscle_pulls(name):
     this = case(name)
     low, high = this.law.contraction_range(this.coefficients, BRAID)
+    if this.law.pushes:
+        assert this.law.force(6e5, low, this.coefficients, BRAID) < 0.0
+        return
     assert 0.0 <= low < high < 0.6
     pressure = 6e5 if this.law.pressure_range is None else min(this.law.pressure_range[1], 6e5)
     if name == "elastic_energy":  # counts from its working point, and is zero there

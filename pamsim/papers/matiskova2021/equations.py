@@ -25,13 +25,13 @@ from pamsim.store.printed import Printed, distinct_steps, mas20_steps
 @recomputes("matiskova2021-17")
 def _rest_length() -> Recomputed:
     muscle = ideal_muscle()
-    longest, way = muscle.braid.nominal_length, stroke(muscle)
+    longest, way = muscle.braided.nominal_length, stroke(muscle)
     middle = longest - way / 2.0
     return Recomputed(
         longest * way / 2.0,
         **agreeing(middle),
         longest=longest / MILLIMETRE,
-        fibre_angle=muscle.braid.fibre_angle * DEG_PER_RAD,
+        fibre_angle=muscle.braided.fibre_angle * DEG_PER_RAD,
         middle=middle,
     )
 
@@ -58,7 +58,7 @@ def mounted(length: float) -> tuple[float, float]:
 
 @recomputes("matiskova2021-44")
 def _half_stroke() -> Recomputed:
-    longest = ideal_muscle().braid.nominal_length
+    longest = ideal_muscle().braided.nominal_length
     middle = longest - stroke(ideal_muscle()) / 2.0
     rms, radius = mounted(middle)
     nominal, nominal_radius = mounted(longest)
@@ -94,7 +94,7 @@ def _longer_and_stronger() -> Recomputed:
 @recomputes("matiskova2021-19")
 def _contractions() -> Recomputed:
     muscle = ideal_muscle()
-    longest, way = muscle.braid.nominal_length, stroke(muscle)
+    longest, way = muscle.braided.nominal_length, stroke(muscle)
     rest = longest - way / 2.0
     sums = [
         (longest - (rest - turn)) + (longest - (rest + turn))

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 import pamsim
-from pamsim.actuator.muscle import PLAIN_GROUPS
+from pamsim.actuator.muscle import MUSCLE_GROUPS
 from pamsim.comparison.effects_on_rig import candidates
 from pamsim.core.errors import PamsimError
 from pamsim.core.parameters import specs
@@ -61,7 +61,7 @@ def test_every_field_is_there_and_what_has_a_neutral_value_has_it(tmp_path):
     table = tomllib.loads((folder / "params.toml").read_text())
     shared, own = table["muscle"], table["muscles"]["flexor"]
     muscle = pamsim.load_rig(folder).muscles["flexor"]
-    for group in (*PLAIN_GROUPS, BoucWen):
+    for group in (*MUSCLE_GROUPS, BoucWen):
         defaults = {field.name: field.default for field in dataclasses.fields(group)}
         for name, _ in specs(group):
             key = f"{group.group}.{name}"

@@ -1,0 +1,101 @@
+"""Bellows and pistons: actuators that push with the pressure on an effective area.
+
+At a pressure p and a stroke s a bellows of effective area A, whose wall is a spring of stiffness k
+that is free at the stroke s0, pushes its ends apart by
+
+    F = p A - k (s - s0) - c s'                                                                 (i)
+
+with the wall's damping c. A piston is one without spring. The work of the force is that of the
+pressure on the volume, F ds = p dV, so
+
+    V = V_d + A s                                                                              (ii)
+
+with the dead volume V_d. Constant A is what data sheets print ("effective area"); that of a real
+bellows falls somewhat with the stroke.
+
+In the signs of the other force laws, in which a muscle's pull is positive, a push is negative. The
+contraction is kappa = 1 - s/s0, so (i) without damping reads F = -p A - k s0 kappa.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import ClassVar
+
+from pamsim.core.parameters import ParameterGroup, parameter
+
+
+@dataclass(frozen=True, kw_only=True)
+class Stroke(ParameterGroup):
+    """What a pushing actuator has in place of a braid."""
+
+    group: ClassVar[str] = "stroke"
+    nominal_length: float = parameter(
+        unit="m",
+        low=0.0,
+        high=10.0,
+        low_open=True,
+        doc="s0, stroke at which the wall's spring is free; of a piston without spring its full"
+        " stroke",
+    )
+    damping: float = parameter(
+        unit="N*s/m",
+        low=0.0,
+        high=1e5,
+        doc="c, force against the speed of the stroke; limits the time step",
+        default=0.0,
+    )
+
+
+@dataclass(frozen=True, kw_only=True)
+class EffectiveArea(ParameterGroup):
+    """Area and spring of a bellows or a piston."""
+
+    group: ClassVar[str] = "force"
+    law: ClassVar[str] = "effective_area"
+    scale: float = parameter(
+        unit="1", low=0.0, high=5.0, low_open=True, doc="factor on the force", default=1.0
+    )
+    area: float = parameter(
+        unit="m^2", low=0.0, high=1.0, low_open=True, doc="A, effective area of the pressure"
+    )
+    stiffness: float = parameter(
+        unit="N/m", low=0.0, high=1e6, doc="k of the wall; 0 for a piston", default=0.0
+    )
+
+
+def effective_area_force(
+    pressure: float, contraction: float, area: float, stiffness: float, nominal_length: float
+) -> float:
+    """Force of a bellows or a piston at rest, equation (i).
+
+    Args:
+        pressure: gauge pressure [Pa]; below the atmosphere it pulls.
+        contraction: kappa = 1 - s/s0 [-].
+        area: A [m^2].
+        stiffness: k [N/m].
+        nominal_length: s0 [m].
+
+    Returns:
+        [N], negative where it pushes.
+    """
+    return -pressure * area - stiffness * nominal_length * contraction
+
+
+def effective_area_volume(
+    pressure: float, contraction: float, area: float, stiffness: float, nominal_length: float
+) -> float:
+    """Volume that belongs to `effective_area_force`, whose arguments it takes: equation (ii).
+
+    Returns:
+        Volume gained since the nominal stroke, per nominal stroke [m^2]; pressure and spring have
+        no influence.
+    """
+    return -area * contraction
+
+
+def effective_area_elastic_work(
+    contraction: float, stiffness: float, nominal_length: float
+) -> float:
+    """Work of the spring from the nominal stroke on, per nominal stroke [N]."""
+    return -0.5 * stiffness * nominal_length * contraction * contraction
