@@ -10,11 +10,11 @@ Rigs and simulation::
 any MJCF; ``live``, ``reset``, ``pressures``, ``save_state`` and ``restore_state`` go with
 ``mujoco.mj_step``.
 
-Models and data: ``read_recordings``, ``identify`` (transfer functions), ``fit`` (force laws and
-hysteresis), ``check`` (what recordings are and could show), ``calibrate`` (parameters of a rig),
-``diagnose`` (the effect that a simulation is missing), ``hide`` (synthetic recordings with a hidden
-effect), ``reproduce`` and ``replicate`` (the source papers). Their results have ``summary()``,
-``to_dict()`` and ``save(folder)``; ``plot`` draws them.
+Models and data: ``import_log`` (a recording of a lab's own log), ``read_recordings``, ``identify``
+(transfer functions), ``fit`` (force laws and hysteresis), ``check`` (what recordings are and could
+show), ``calibrate`` (parameters of a rig), ``diagnose`` (the effect that a simulation is missing),
+``hide`` (synthetic recordings with a hidden effect), ``reproduce`` and ``replicate`` (the source
+papers). Their results have ``summary()``, ``to_dict()`` and ``save(folder)``; ``plot`` draws them.
 
 Gymnasium environments are registered by ``import pamsim.envs``; controllers are in
 ``pamsim.controllers``. All names below load on first use.
@@ -28,6 +28,7 @@ from typing import TYPE_CHECKING, Any
 if TYPE_CHECKING:
     from pamsim.actuator.muscle import Muscle as Muscle
     from pamsim.calibration.calibrate import calibrate as calibrate
+    from pamsim.comparison.import_log import import_log as import_log
     from pamsim.core.errors import PamsimError as PamsimError
     from pamsim.core.experiment import Experiment as Experiment
     from pamsim.core.experiment import pressure_step as pressure_step
@@ -66,6 +67,7 @@ _HOME = {
     "diagnose": "pamsim.diagnosis.diagnose",
     "fit": "pamsim.fitting.fit",
     "hide": "pamsim.twins.hide",
+    "import_log": "pamsim.comparison.import_log",
     "identify": "pamsim.identification.identify",
     "live": "pamsim.engine.callback",
     "load_rig": "pamsim.engine.rig",

@@ -25,6 +25,7 @@ _COMMANDS = {
     "fit": "Fit a law to your force, length or pressure data, or rank all laws on them.",
     "models": "The force laws and hysteresis operators, with parameters, ranges and sources.",
     "new-rig": "A rig folder to start from, by a template or from your own MJCF.",
+    "import": "A recording of your own log: CSV, MAT, npz or Parquet, its columns guessed.",
     "check": "What recordings are, what is implausible in them, and what they could show.",
     "calibrate": "Fit rig parameters to recordings and static tables; writes the new rig.",
     "diagnose": "Find where a rig and recordings disagree, name the missing effect, add it.",
@@ -34,9 +35,12 @@ _COMMANDS = {
     "view": "A window on a rig that you drive by sliders, or on a recording.",
 }
 
+_MODULES = {"new-rig": "new_rig", "import": "import_log"}
+"""Module of a command whose name is none of Python's."""
+
 
 class _LazyGroup(click.Group):
-    """A group whose commands live in modules of the same name, with _ for -, beside this one."""
+    """A group whose commands live in modules of the same name beside this one."""
 
     def list_commands(self, ctx: click.Context) -> list[str]:
         """Names of all commands, in the order a reader meets them."""
@@ -46,7 +50,7 @@ class _LazyGroup(click.Group):
         """Import and return a command, or None."""
         if cmd_name not in _COMMANDS:
             return None
-        module = cmd_name.replace("-", "_")
+        module = _MODULES.get(cmd_name, cmd_name)
         return importlib.import_module(f"pamsim.cli.{module}").command
 
     def resolve_command(self, ctx: click.Context, args: list[str]) -> Any:

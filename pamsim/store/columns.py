@@ -19,7 +19,7 @@ import re
 import zipfile
 import zlib
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property
 from pathlib import Path
 from typing import Any
@@ -48,6 +48,7 @@ _SPELLINGS = {
     "u{}": r"u([1-9]\d*)_.*",
 }
 _SAME = {"beta_deg": "angle_deg"}
+_NONE = ("", "-", "--")  # in a line of units
 _CLOSE = 0.8  # similarity at which another name is taken for a mistyped one
 _SI = {"kpa": PA_PER_KPA, "deg": 1.0 / DEG_PER_RAD, "mm": 1.0 / MM_PER_M}
 
@@ -83,6 +84,7 @@ class Columns:
         lines: line number of each row.
         cells: name -> text of each row, stripped, in the order of the file.
         ignored: names of columns that the format does not know.
+        units: name -> unit, where the file has a line of them.
     """
 
     path: Path
@@ -90,6 +92,7 @@ class Columns:
     lines: list[int]
     cells: Mapping[str, list[str]]
     ignored: tuple[str, ...] = ()
+    units: Mapping[str, str] = field(default_factory=dict)
 
     @cached_property
     def values(self) -> Mapping[str, FloatArray]:
@@ -207,8 +210,9 @@ def read_columns(path: Path) -> Columns:
 
     Args:
         path: of a text file, its cells separated by commas, semicolons, tabs or spaces, with
-            decimal points, or with decimal commas where no comma separates cells; or of an ``.npz``
-            or ``.mat`` file with one array per column.
+            decimal points, or with decimal commas where no comma separates cells; a line of units
+            may follow the header, and lines of another number of cells come before it. Or of an
+            ``.npz`` or ``.mat`` file with one array per column, or of a ``.parquet`` file.
 
     Returns:
         Its columns as text.
@@ -217,7 +221,7 @@ def read_columns(path: Path) -> Columns:
         InputError: in one line: unreadable file, no header, no row below it, a row of another
             length than the header, arrays of different lengths, a column twice.
     """
-    if path.suffix.lower() in (".npz", ".mat"):
+    if path.suffix.lower() in _ARRAYS:
         return _of_arrays(path)
     rows = [
         (number, line)
@@ -226,12 +230,14 @@ def read_columns(path: Path) -> Columns:
     ]
     if not rows:
         raise InputError(f"{path}: no header; the first line names the columns, such as time_s")
-    (first, head), *rest = rows
-    if not rest:
-        raise InputError(f"{path}: no rows below the header in line {first}")
-    separator = next((mark for mark in ";\t," if mark in head), None)
-    header = _cells(head, separator)
-    cells = [(number, _cells(line, separator)) for number, line in rest]
+    if len(rows) == 1:
+        raise InputError(f"{path}: no rows below the header in line {rows[0][0]}")
+    start, separator = _header(rows)
+    first, header = rows[start][0], _cells(rows[start][1], separator)
+    cells = [(number, _cells(line, separator)) for number, line in rows[start + 1 :]]
+    units: list[str] = []
+    if len(cells) > 1 and not any(map(_is_number, cells[0][1])) and _is_number(cells[1][1][0]):
+        units = [cell.strip("[]() ") for cell in cells.pop(0)[1]]
     for number, row in cells:
         if len(row) != len(header):
             raise InputError(
@@ -245,6 +251,9 @@ def read_columns(path: Path) -> Columns:
         header=first,
         lines=[number for number, _ in cells],
         cells={name: [row[i] for _, row in cells] for i, name in enumerate(header)},
+        units={
+            name: unit for name, unit in zip(header, units, strict=bool(units)) if unit not in _NONE
+        },
     )
     columns._refuse_twice(header)
     return columns
@@ -259,6 +268,31 @@ def _text(path: Path) -> str:
         raise InputError(f"{path} is not a text file in UTF-8; save it as a CSV in UTF-8") from None
 
 
+def _header(rows: Sequence[tuple[int, str]]) -> tuple[int, str | None]:
+    """Place of the header among the lines of a file, and the mark between its cells.
+
+    The header is the first line with as many cells as a row, if it comes before all rows: what
+    loggers write above is no table.
+    """
+    among = rows[len(rows) // 2][1]
+    for start, (_, line) in enumerate(rows[: len(rows) // 2]):
+        separator = next((mark for mark in ";\t," if mark in line), None)
+        cells = _cells(line, separator)
+        if all(map(_is_number, cells)):
+            break
+        if len(cells) == len(_cells(among, separator)) > 1:
+            return start, separator
+    return 0, next((mark for mark in ";\t," if mark in rows[0][1]), None)
+
+
+def _is_number(cell: str) -> bool:
+    try:
+        float(_pointed(cell))
+    except ValueError:
+        return False
+    return True
+
+
 def _cells(line: str, separator: str | None) -> list[str]:
     if separator is None:
         return line.split()
@@ -271,13 +305,10 @@ def _pointed(cell: str) -> str:
 
 
 def _of_arrays(path: Path) -> Columns:
-    """The arrays of a file by numpy or MATLAB; what is no list of numbers is left out."""
+    """The arrays of a file of another format; what is no list of numbers is left out."""
+    kind = path.suffix.lower()
     try:
-        if path.suffix.lower() == ".npz":
-            with path.open("rb") as stream, np.load(stream, allow_pickle=False) as file:
-                found = {name: np.asarray(file[name]) for name in file.files}
-        else:
-            found = {k: np.asarray(v) for k, v in _loadmat(path).items() if not k.startswith("__")}
+        found = _ARRAYS[kind](path)
     except OSError as error:
         raise InputError(f"cannot read {path}: {error.strerror or error}") from None
     except NotImplementedError:
@@ -307,6 +338,38 @@ def _of_arrays(path: Path) -> Columns:
         lines=list(range(1, len(longest) + 1)),
         cells={name: [repr(number) for number in a.tolist()] for name, a in lists.items()},
     )
+
+
+def _of_numpy(path: Path) -> Mapping[str, NDArray[Any]]:
+    with path.open("rb") as stream, np.load(stream, allow_pickle=False) as file:
+        return {name: np.asarray(file[name]) for name in file.files}
+
+
+def _of_matlab(path: Path) -> Mapping[str, NDArray[Any]]:
+    return {k: np.asarray(v) for k, v in _loadmat(path).items() if not k.startswith("__")}
+
+
+def _of_parquet(path: Path) -> Mapping[str, NDArray[Any]]:
+    """The columns of a Parquet file; times of day as seconds from the first."""
+    try:
+        from pyarrow import parquet
+    except ImportError:
+        raise InputError(
+            f"{path}: Parquet needs the package pyarrow; install it with pip install"
+            " 'pamsim[parquet]', or save the log as a CSV"
+        ) from None
+    table: Any = parquet.read_table(path)
+    found: dict[str, NDArray[Any]] = {}
+    for name, column in zip(table.column_names, table.columns, strict=True):
+        values = column.to_numpy()
+        if values.dtype.kind == "M":
+            values = (values - values[0]) / np.timedelta64(1, "s")
+        found[name] = values
+    return found
+
+
+_ARRAYS = {".npz": _of_numpy, ".mat": _of_matlab, ".parquet": _of_parquet}
+"""End of a file's name -> reader of its arrays by name."""
 
 
 def _finite(cell: str, where: str) -> float:

@@ -30,7 +30,7 @@ from pamsim.store.log_columns import in_own_format, log_columns
 from pamsim.store.trial_columns import TrialColumns, trial_columns
 
 INDEX = "recording.toml"
-_WITH_COLUMNS = "pamsim-recording/2"
+WITH_COLUMNS = "pamsim-recording/2"
 _TOP = {"schema", "rig", "columns", "trial"}
 _TRIAL = {"file", "protocol", "command", "load_kg", *segments.KEYS}
 _MOST_LOAD_KG = 100.0  # what no arm of such muscles lifts
@@ -105,10 +105,10 @@ def _index(path: Path) -> Mapping[str, Any]:
         raise InputError(f"cannot read {path}: {error.strerror}") from None
     except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
         raise InputError(f"{path}: not valid TOML: {error}") from None
-    if table.get("schema") not in (SCHEMA, _WITH_COLUMNS):
+    if table.get("schema") not in (SCHEMA, WITH_COLUMNS):
         raise InputError(
             f"{path}: schema is {table.get('schema')!r}; this pamsim reads {SCHEMA!r} and, with"
-            f" [columns], {_WITH_COLUMNS!r}"
+            f" [columns], {WITH_COLUMNS!r}"
         )
     _check_keys(f"{path}", table, _TOP)
     if not (isinstance(table.get("rig"), str) and table["rig"].strip()):

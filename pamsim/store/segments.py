@@ -51,7 +51,8 @@ def trials_of(trial: Trial, entry: Mapping[str, Any], where: str) -> tuple[Trial
     lead = _seconds(entry.get("lead_in", _LEAD_IN if cut else 0.0), f"{where}: lead_in")
     if "period" in entry:
         period = _seconds(entry["period"], f"{where}: period")
-        count = math.floor((end - lead + _ROUNDING) / period) if period > 0.0 else 0
+        whole = end + trial.sample_interval - lead  # the last row lasts as long as the others
+        count = math.floor((whole + _ROUNDING) / period) if period > 0.0 else 0
         if count < 1:
             raise InputError(
                 f"{where}: no period of {period:g} s fits into {end:g} s after a lead-in of"

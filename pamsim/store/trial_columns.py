@@ -66,7 +66,8 @@ def trial_columns(columns: Columns, kind: str) -> TrialColumns:
         names = [name for name in columns.cells if name.endswith(end)]
         joints |= {name: f"{name.removesuffix(end)}.{joint_kind}" for name in names}
     channels = _channels(joints, muscles, len(muscles))
-    selected = columns.select(("time_s", *command, *channels))
+    known = (name for q in MUSCLE_COLUMNS for name in muscle_columns(q, muscles, len(muscles)))
+    selected = columns.select(("time_s", *command, *channels, *known))
     return TrialColumns(columns=selected, muscles=muscles, command=command, channels=channels)
 
 

@@ -48,6 +48,22 @@ def test_any_separator_and_either_decimal_mark_mean_the_same(tmp_path, separator
     np.testing.assert_array_equal(np.column_stack([found.values["a"], found.values["b"]]), NUMBERS)
 
 
+def test_what_a_logger_writes_above_the_header_is_left_out_and_units_below_it_are_read(tmp_path):
+    path = tmp_path / "log.csv"
+    path.write_text("Logger 3.1, arm 2\nby hand\nt,p a,remark\n[s],(bar),-\n0,1,x\n1,2,y\n")
+    found = read_columns(path)
+    assert (found.header, found.lines, list(found.cells)) == (3, [5, 6], ["t", "p a", "remark"])
+    assert found.units == {"t": "s", "p a": "bar"}
+    assert found.numbers("p a").tolist() == [1.0, 2.0]
+
+
+def test_a_row_with_more_cells_than_the_header_is_still_refused(tmp_path):
+    path = tmp_path / "log.csv"
+    path.write_text("t,p\n0,1,5\n1,2,5\n2,3,5\n")
+    with pytest.raises(InputError, match="line 2 has 3 cells, the header 2"):
+        read_columns(path)
+
+
 @pytest.mark.parametrize("suffix", [".npz", ".mat"])
 def test_arrays_are_columns_and_what_is_no_list_of_numbers_is_left_out(tmp_path, suffix):
     path = tmp_path / f"log{suffix}"

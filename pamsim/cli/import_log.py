@@ -1,0 +1,89 @@
+"""``pamsim import``: a lab's own log into a recording."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import click
+
+from pamsim.cli.main import OK
+from pamsim.cli.options import KILOGRAMS, PATH, force_option, json_option
+from pamsim.cli.output import save_json
+from pamsim.core.errors import InputError
+
+
+def _spans(context: object, parameter: click.Parameter, text: str) -> list[tuple[float, float]]:
+    """Read ``12:22,31.5:41.5``."""
+    spans: list[tuple[float, float]] = []
+    for part in text.split(",") if text else []:
+        begin, _, end = part.partition(":")
+        try:
+            spans.append((float(begin), float(end)))
+        except ValueError:
+            raise InputError(f"`segments` {text}: write BEGIN:END,BEGIN:END in seconds") from None
+    return spans
+
+
+@click.command(name="import")
+@click.argument("logs", nargs=-1, required=True)
+@click.option("--rig", required=True, help="Shipped rig or rig folder that the logs are of.")
+@click.option("--out", type=PATH, required=True, help="Folder to write.")
+@click.option(
+    "--column",
+    "columns",
+    multiple=True,
+    help="What a column is: QUANTITY=NAME or QUANTITY=NAME:UNIT, such as knee.angle=-phi:deg,"
+    " where - turns the sign. Again for more; the others are guessed.",
+)
+@click.option(
+    "--drive",
+    default="",
+    help="valve, pulse, pressure or measured; what was commanded, or measured, if left out.",
+)
+@click.option("--protocol", default="", help="Makes the logs repeats; their names if left out.")
+@click.option("--period", default="", help="Cut a log that repeats into trials: 9.93s.")
+@click.option(
+    "--segments", default="", callback=_spans, help="Or where its trials are: 12:22,31:41."
+)
+@click.option("--lead-in", default="", help="Simulated before each trial, not compared: 2s.")
+@click.option("--load", type=KILOGRAMS, default="0", show_default=True, help="Mass on the arm.")
+@force_option
+@json_option
+def command(
+    logs: tuple[str, ...],
+    rig: str,
+    out: Path,
+    columns: tuple[str, ...],
+    drive: str,
+    protocol: str,
+    period: str,
+    segments: list[tuple[float, float]],
+    lead_in: str,
+    load: float,
+    force: bool,
+    json_file: Path | None,
+) -> int:
+    """Make a recording of LOGS: CSV, MAT, npz or Parquet files, copied as they lie.
+
+    Columns, units and signs are guessed from names and values. What each column was taken for is
+    printed, with what is not sure, and stands in recording.toml, where you may correct it.
+    """
+    from pamsim.comparison.import_log import import_log
+
+    found = import_log(
+        logs,
+        rig=rig,
+        out=out,
+        columns=columns,
+        drive=drive,
+        protocol=protocol,
+        period=period,
+        segments=segments,
+        lead_in=lead_in,
+        load=load,
+        force=force,
+    )
+    save_json(json_file, found.to_dict())
+    click.echo(found.summary())
+    click.echo(f"wrote {out / 'recording.toml'}; next: pamsim check {out}")
+    return OK

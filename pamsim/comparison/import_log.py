@@ -1,0 +1,298 @@
+"""Make a recording of a lab's own log: the file as it lies, and a table of what its columns are."""
+
+from __future__ import annotations
+
+import json
+import os
+import re
+import shutil
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from pamsim.comparison.periodicity import samples_per_period
+from pamsim.core.encoding import fields_to_dict
+from pamsim.core.errors import InputError, nearest
+from pamsim.core.files import complete_file, refuse_existing
+from pamsim.core.rig_trial import of_rig
+from pamsim.core.signal_names import COMMAND_QUANTITY, JOINT_KINDS, kind_of, owner_of
+from pamsim.core.trial import Trial
+from pamsim.engine.moment_arms import moment_arms
+from pamsim.engine.rig import Rig, load_rig
+from pamsim.store.column_guess import Guess, guess_columns, unit_of
+from pamsim.store.columns import read_columns
+from pamsim.store.recording_reader import INDEX, WITH_COLUMNS, read_recordings
+
+_AGAINST = -0.7
+"""Correlation of a joint with what its muscles' pressures pull from which its sign is turned."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class ImportedLog:
+    """What a log was taken for.
+
+    Attributes:
+        folder: of the recording.
+        rig: its name.
+        rows: of the log from which the columns were guessed.
+        columns: what each used column is.
+        unused: column -> why it is not used.
+        drive: what drives the simulation.
+        trials: names of the recording's trials.
+        seconds: of all trials together.
+        notes: what else to know, one sentence each.
+    """
+
+    folder: Path
+    rig: str
+    rows: int
+    columns: tuple[Guess, ...]
+    unused: dict[str, str]
+    drive: str
+    trials: tuple[str, ...]
+    seconds: float
+    notes: tuple[str, ...]
+
+    def summary(self) -> str:
+        """What was understood, as a few lines for a screen."""
+        wide = max(len(one.column) for one in self.columns)
+        lines = [f"rig {self.rig}, {self.rows} rows"]
+        for one in self.columns:
+            turned = ", sign turned" if one.sign < 0 else ""
+            absolute = ", absolute" if one.absolute else ""
+            lines.append(
+                f"  {one.column:{wide}s}  is {one.quantity} in {one.unit}{absolute}{turned}"
+            )
+        lines += [f"not sure: {one.column}: {'; '.join(one.doubts)}" for one in self.columns
+                  if one.doubts]  # fmt: skip
+        lines += [f"not used: {column}: {why}" for column, why in self.unused.items()]
+        lines.append(f"driven by: {self.drive}")
+        lines.append(f"trials: {len(self.trials)}, {self.seconds:.4g} s")
+        lines += [f"note: {note}" for note in self.notes]
+        return "\n".join(lines)
+
+    def to_dict(self) -> dict[str, Any]:
+        """The same as JSON-safe values."""
+        return {"schema": "pamsim-import/1", **fields_to_dict(self), "folder": str(self.folder)}
+
+
+def import_log(
+    logs: str | os.PathLike[str] | Sequence[str | os.PathLike[str]],
+    *,
+    rig: str | os.PathLike[str] | Rig,
+    out: str | os.PathLike[str],
+    columns: Sequence[str] = (),
+    drive: str = "",
+    protocol: str = "",
+    period: str = "",
+    segments: Sequence[tuple[float, float]] = (),
+    lead_in: str = "",
+    load: float = 0.0,
+    force: bool = False,
+) -> ImportedLog:
+    """Make a recording of logs in a lab's own columns and units.
+
+    Args:
+        logs: CSV, MAT, npz or Parquet files with the same columns; each is copied as it lies.
+        rig: name or folder of the rig they are of, or a loaded one.
+        out: folder to write.
+        columns: what is known of some, ``knee.angle=-phi:deg``: quantity, sign, name and, if
+            known, unit; the others are guessed.
+        drive: what drives the simulation, one of `pamsim.core.signal_names.COMMAND_QUANTITY`; if
+            left out what was commanded, and the measured pressures if nothing was.
+        protocol: of all logs, which makes them repeats; the file's name without a number at its
+            end if left out.
+        period: such as ``9.93 s``, in which one log repeats.
+        segments: begin and end of each trial in one log [s].
+        lead_in: such as ``2 s``, simulated before each trial and not compared.
+        load: mass on the arm [kg].
+        force: replace files that are there.
+
+    Returns:
+        What each column was taken for.
+
+    Raises:
+        InputError: for a log that cannot be read, nothing that drives a muscle, or a file that is
+            there already.
+    """
+    files = [Path(log) for log in ([logs] if isinstance(logs, str | os.PathLike) else logs)]
+    loaded = rig if isinstance(rig, Rig) else load_rig(rig)
+    table = read_columns(files[0])
+    stated = [_stated(text, loaded) for text in columns]
+    guesses, unused = guess_columns(
+        table, loaded.names, supply=loaded.supply_pressure, stated=stated
+    )
+    if all(one.quantity != "time" for one in guesses):
+        raise InputError(
+            f"{files[0]}: no clock among {', '.join(table.cells)}; name it, such as `columns`"
+            " time=t:s"
+        )
+    quantities = [one.quantity for one in guesses]
+    kind = _drive(drive, loaded, quantities, files[0])
+    folder = Path(out)
+    cut: dict[str, Any] = {}
+    if period:
+        cut["period"] = period
+    if segments:
+        cut["segments"] = [list(map(float, pair)) for pair in segments]
+    if lead_in:
+        cut["lead_in"] = lead_in
+    targets = {folder / file.name: file for file in files}
+    if len(targets) < len(files):
+        raise InputError(f"{folder}: two logs have the same name; rename one")
+    moved = {t: f for t, f in targets.items() if not (t.exists() and t.samefile(f))}
+    new = [path for path in (*moved, folder / INDEX) if not path.exists()]
+    for path in (*moved, folder / INDEX):
+        refuse_existing(path, force)
+    entries = [
+        {"file": file.name, "protocol": protocol or _protocol(file), "command": kind,
+         "load_kg": float(load), **cut}
+        for file in files
+    ]  # fmt: skip
+
+    def write(chosen: Sequence[Guess]) -> tuple[Trial, ...]:
+        text = _index(_rig_from(loaded, folder), chosen, entries)
+        with complete_file(folder / INDEX) as part:
+            part.write_text(text, encoding="utf-8")
+        found = read_recordings(folder)
+        return tuple(of_rig(trial, loaded.names, loaded.name)[0] for trial in found.trials)
+
+    folder.mkdir(parents=True, exist_ok=True)
+    try:
+        for target, file in moved.items():
+            shutil.copyfile(file, target)
+        trials = write(guesses)
+        turned = _turned(guesses, [one.quantity for one in stated], trials, loaded)
+        if turned != guesses:
+            trials = write(turned)
+    except InputError:
+        for path in new:
+            path.unlink(missing_ok=True)
+        raise
+    return ImportedLog(
+        folder=folder,
+        rig=loaded.name,
+        rows=len(table.lines),
+        columns=turned,
+        unused=unused,
+        drive=kind,
+        trials=tuple(trial.name for trial in trials),
+        seconds=float(sum(trial.time[-1] for trial in trials)),
+        notes=_notes(trials, kind, bool(cut)),
+    )
+
+
+def _stated(text: str, rig: Rig) -> Guess:
+    """What the user states of a column: ``knee.angle=-phi:deg``."""
+    quantity, equals, column = (part.strip() for part in text.partition("="))
+    if not equals or not column:
+        raise InputError(f"`columns` {text}: write quantity=name or quantity=name:unit")
+    known = [
+        "time",
+        *(f"{joint}.{kind}" for joint, kind in rig.joints.items()),
+        *(f"{m}.{q}" for m in rig.muscles for q in ("pressure", "pressure_set", "valve", "force")),
+        *(f"{m}.pulse" for m in rig.muscles),
+    ]
+    if quantity not in known:
+        raise InputError(f"`columns` {text}: rig {rig.name!r} has no {quantity!r}; "
+                         f"{nearest(quantity, known)}")  # fmt: skip
+    sign = -1 if column.startswith("-") else 1
+    name, colon, unit = column.removeprefix("-").rpartition(":")
+    if not colon:
+        name, unit = unit, ""
+    unit, absolute = unit_of(unit)
+    return Guess(quantity=quantity, column=name, unit=unit, sign=sign, absolute=absolute)
+
+
+def _drive(wanted: str, rig: Rig, quantities: Sequence[str], where: Path) -> str:
+    """Kind of command that the columns allow."""
+    if wanted and wanted not in COMMAND_QUANTITY:
+        raise InputError(f"no drive {wanted!r}; {nearest(wanted, COMMAND_QUANTITY)}")
+    for kind in [wanted] if wanted else COMMAND_QUANTITY:
+        missing = [m for m in rig.muscles if f"{m}.{COMMAND_QUANTITY[kind]}" not in quantities]
+        if not missing:
+            return kind
+    what = COMMAND_QUANTITY[wanted] if wanted else "pressure"
+    missing = [m for m in rig.muscles if f"{m}.{what}" not in quantities]
+    raise InputError(
+        f"{where}: nothing drives {', '.join(missing)}: each muscle needs a command or its measured"
+        f" pressure; name the column, such as `columns` {missing[0]}.{what}=NAME:bar"
+    )
+
+
+def _protocol(file: Path) -> str:
+    return re.sub(r"[\W_]*\d+$", "", file.stem) or file.stem
+
+
+def _rig_from(rig: Rig, folder: Path) -> str:
+    """The rig as a recording in a folder names it: a shipped one by its name, others by path."""
+    own = rig.file.folder.resolve()
+    try:
+        shipped = load_rig(rig.name).file.folder.resolve() == own
+    except InputError:
+        shipped = False
+    return rig.name if shipped else Path(os.path.relpath(own, folder.resolve())).as_posix()
+
+
+def _index(rig: str, guesses: Sequence[Guess], entries: Sequence[Mapping[str, Any]]) -> str:
+    """Text of ``recording.toml``."""
+    lines = [f"schema = {json.dumps(WITH_COLUMNS)}", f"rig = {json.dumps(rig)}", "", "[columns]"]
+    for one in guesses:
+        parts = [f"column = {json.dumps(one.column)}", f"unit = {json.dumps(one.unit)}"]
+        parts += ["sign = -1"] if one.sign < 0 else []
+        parts += ["absolute = true"] if one.absolute else []
+        doubts = f"  # not sure: {'; '.join(one.doubts)}" if one.doubts else ""
+        lines.append(f"{json.dumps(one.quantity)} = {{ {', '.join(parts)} }}{doubts}")
+    for entry in entries:
+        lines += ["", "[[trial]]", *(f"{key} = {json.dumps(v)}" for key, v in entry.items())]
+    return "\n".join(lines) + "\n"
+
+
+def _turned(
+    guesses: tuple[Guess, ...], stated: Sequence[str], trials: Sequence[Trial], rig: Rig
+) -> tuple[Guess, ...]:
+    """The guesses, the signs of joints turned that move against what their muscles pull."""
+    arms = dict(zip(rig.names.joint_channels, moment_arms(rig), strict=True))
+    pulls: dict[str, list[float]] = {}
+    for channel, arm in arms.items():
+        for trial in trials:
+            pressures = [trial.measured.get(name) for name in rig.names.of_muscles("pressure")]
+            if channel not in trial.measured or any(p is None for p in pressures):
+                continue
+            pull = np.column_stack([p for p in pressures if p is not None]) @ arm
+            angle = trial.measured[channel]
+            if np.ptp(pull) > 0.0 and np.ptp(angle) > 0.0:
+                pulls.setdefault(channel, []).append(float(np.corrcoef(pull, angle)[0, 1]))
+    against = {
+        joint
+        for joint, channel in zip(rig.joints, arms, strict=True)
+        if channel in pulls and np.mean(pulls[channel]) < _AGAINST
+    }
+    return tuple(
+        replace(one, sign=-one.sign, doubts=(*one.doubts, "sign turned, because it falls where the"
+                " muscles pull it up; or the muscles are swapped"))
+        if owner_of(one.quantity) in against
+        and kind_of(one.quantity) in JOINT_KINDS
+        and one.quantity not in stated
+        else one
+        for one in guesses
+    )  # fmt: skip
+
+
+def _notes(trials: Sequence[Trial], kind: str, cut: bool) -> tuple[str, ...]:
+    """What to know of the trials: how one log may be cut into repeats."""
+    notes: list[str] = []
+    if not cut and len(trials) == 1 and kind != "measured":
+        (trial,) = trials
+        lag = samples_per_period(trial.command)
+        if lag is not None:
+            seconds = float(trial.time[lag] - trial.time[0])
+            count = int((trial.time[-1] + trial.sample_interval) / seconds)
+            notes.append(
+                f"the command repeats every {seconds:.6g} s: `period` {seconds:.6g}s would make"
+                f" repeats of it ({count} periods)"
+            )
+    return tuple(notes)

@@ -1,0 +1,342 @@
+"""Guess what the columns of a lab's log are, from their names, units and values.
+
+A guess is certain where the name says quantity, unit, and which joint or muscle. Otherwise it says
+what it rests on.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pamsim.core.errors import InputError
+from pamsim.core.signal_names import JOINT_KINDS, SignalNames
+from pamsim.core.units import to_si
+from pamsim.store.columns import Columns
+from pamsim.store.log_columns import ATMOSPHERE
+
+_WORDS: Mapping[str, frozenset[str]] = {
+    kind: frozenset(words.split())
+    for kind, words in {
+        "time": "t time timestamp clock zeit elapsed",
+        "valve": "u valve pwm duty opening spool ventil",
+        "pressure": "p pm press pressure druck",
+        "force": "f fm force tension cell loadcell kraft pull",
+        "angle": "angle ang theta phi alpha beta q enc encoder winkel rotation position pos joint",
+        "position": "position pos x travel displacement enc encoder stroke weg slide",
+    }.items()
+}
+"""Kind of quantity -> words in the names of its columns, the most telling kind first."""
+
+_SET = {"set", "setpoint", "sp", "cmd", "command", "commanded"}
+_SET |= {"ref", "reference", "des", "desired", "target", "soll"}
+_RATE = {"vel", "velocity", "speed", "rate", "dot", "omega", "acc", "accel"}
+_PULSE = {"pwm", "duty"}
+_LEAST_PREFIX = 3  # letters by which a word may stand for a longer one
+
+# Spelling in lower case -> unit of the unit library, and kind of quantity.
+_UNITS: Mapping[str, tuple[str, str]] = {
+    **{u: (u, "time") for u in ("s", "ms", "us", "min")},
+    **{"sec": ("s", "time"), "seconds": ("s", "time"), "msec": ("ms", "time")},
+    **{"µs": ("us", "time")},
+    **{
+        u.lower(): (u, "pressure") for u in ("Pa", "hPa", "kPa", "MPa", "bar", "mbar", "psi", "atm")
+    },
+    **{"barg": ("bar", "pressure"), "psig": ("psi", "pressure"), "kpag": ("kPa", "pressure")},
+    **{"bara": ("bar", "pressure"), "psia": ("psi", "pressure"), "kpaa": ("kPa", "pressure")},
+    **{u: (u, "angle") for u in ("deg", "rad", "mrad")},
+    **{"degree": ("deg", "angle"), "degrees": ("deg", "angle"), "°": ("deg", "angle")},
+    **{"grad": ("deg", "angle"), "radian": ("rad", "angle"), "radians": ("rad", "angle")},
+    **{u: (u, "position") for u in ("m", "mm", "cm", "um", "inch")},
+    **{"n": ("N", "force"), "kn": ("kN", "force"), "mn": ("mN", "force"), "lbf": ("lbf", "force")},
+    **{"kgf": ("kgf", "force"), "%": ("percent", "valve"), "percent": ("percent", "valve")},
+}
+_ABSOLUTE = frozenset(("bara", "psia", "kpaa"))
+_CHUNK = re.compile(r"[_\s.:-]+")
+_BRACKET = re.compile(r"\s*[\[(]\s*([^\])]*?)\s*[\])]\s*$|\s*/\s*([^/]*?)\s*$")
+_WORD = re.compile(r"[A-Z]?[a-zµ°%]+|[A-Z]+(?![a-z])|\d+")
+
+_BY_VALUE: Mapping[str, tuple[str, ...]] = {
+    "time": ("s", "ms", "us"),
+    "pressure": ("kPa", "bar", "psi", "MPa", "Pa", "mbar"),
+    "angle": ("rad", "deg"),
+    "position": ("m", "mm"),
+    "force": ("N",),
+    "valve": ("1", "percent"),
+}
+_STEPS = (1e-4, 0.25)  # usual steps of a log's clock [s]
+_NEAR_ATMOSPHERE = 0.06  # relative
+_TURN = 7.0  # rad that no joint of such rigs turns by
+
+
+@dataclass(frozen=True, kw_only=True)
+class Guess:
+    """What a column is taken for.
+
+    Attributes:
+        quantity: such as ``knee.angle``.
+        column: in the log.
+        unit: of its numbers.
+        sign: 1 or -1.
+        absolute: whether pressures count from vacuum.
+        doubts: what the guess could be wrong in, and why; none if the name says it all.
+    """
+
+    quantity: str
+    column: str
+    unit: str
+    sign: int = 1
+    absolute: bool = False
+    doubts: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True, kw_only=True)
+class _Name:
+    """A column's name in parts.
+
+    Attributes:
+        words: in lower case, without the unit.
+        unit: as the name or the line of units writes it, in lower case; empty if none is known.
+        unknown_unit: a unit in brackets that means nothing here.
+    """
+
+    words: tuple[str, ...]
+    unit: str
+    unknown_unit: str = ""
+
+
+@dataclass(frozen=True, kw_only=True)
+class _Named:
+    """What a column is by its name; ``doubt`` may be empty."""
+
+    quantity: str
+    kind: str
+    column: str
+    name: _Name
+    values: NDArray[np.float64]
+    doubt: str
+
+
+def guess_columns(
+    columns: Columns, names: SignalNames, *, supply: float, stated: Sequence[Guess] = ()
+) -> tuple[tuple[Guess, ...], dict[str, str]]:
+    """Guess what each column of a log is.
+
+    Args:
+        columns: of the log.
+        names: of the rig's signals.
+        supply: gauge pressure of the rig's supply, below which its pressures lie [Pa].
+        stated: what the user states of some; the unit is guessed where it is empty.
+
+    Returns:
+        What is stated and the guesses, and column -> why it is not used.
+
+    Raises:
+        InputError: if a stated column is not there, or a quantity is stated twice.
+    """
+    named: dict[str, _Named] = {}
+    unused: dict[str, str] = {}
+    for one in stated:
+        columns.require(one.column, f" for {one.quantity}")
+        if one.quantity in named:
+            raise InputError(f"{one.quantity} is stated twice, as {one.column!r} the second time")
+        named[one.quantity] = _Named(
+            quantity=one.quantity,
+            kind=_kind(one.quantity),
+            column=one.column,
+            name=_parts(one.column, columns.units.get(one.column, "")),
+            values=columns.numbers(one.column),
+            doubt="",
+        )
+    for column in columns.cells:
+        if any(column == one.column for one in stated):
+            continue
+        one = _named(columns, column, names)
+        if isinstance(one, str):
+            unused[column] = one
+        elif one.quantity in named:
+            unused[column] = f"would be {one.quantity}, which {named[one.quantity].column!r} is"
+        else:
+            named[one.quantity] = one
+    order = sorted(named.values(), key=lambda one: list(columns.cells).index(one.column))
+    guesses = [_guess(one, order, supply) for one in order]
+    by_quantity = {one.quantity: one for one in stated}
+    return tuple(_with(one, by_quantity.get(one.quantity)) for one in guesses), unused
+
+
+def _with(guess: Guess, stated: Guess | None) -> Guess:
+    """A guess with what the user states of it."""
+    if stated is None:
+        return guess
+    if stated.unit:
+        return stated
+    doubts = tuple(doubt for doubt in guess.doubts if doubt.startswith("unit"))
+    return replace(guess, sign=stated.sign, doubts=doubts)
+
+
+def _kind(quantity: str) -> str:
+    """Kind of a quantity in `_BY_VALUE`."""
+    kind = quantity.rpartition(".")[2]
+    return {"pressure_set": "pressure", "pulse": "valve"}.get(kind, kind)
+
+
+def unit_of(text: str) -> tuple[str, bool]:
+    """A unit as people write it, and whether pressures in it are absolute: ``psia``, ``bar``."""
+    lower = text.strip().lower()
+    if lower in _UNITS:
+        return _UNITS[lower][0], lower in _ABSOLUTE
+    return text.strip(), False
+
+
+def _named(columns: Columns, column: str, names: SignalNames) -> _Named | str:
+    """What one column is by its name, or why it is not used."""
+    name = _parts(column, columns.units.get(column, ""))
+    try:
+        values = columns.numbers(column)
+    except InputError:
+        return "not all of its cells are numbers"
+    kinds = _kinds(name)
+    if not kinds:
+        return f"unit {name.unknown_unit!r} is not known" if name.unknown_unit else "name not known"
+    if _RATE & set(name.words):
+        return "a rate; rates follow from positions"
+    is_set = bool(_SET & set(name.words))
+    for kind in kinds:
+        if kind == "time":
+            quantity, doubt = "time", ""
+        else:
+            own = [joint for joint, of in names.joints.items() if of == kind]
+            owner, doubt = _owner(name.words, own if kind in JOINT_KINDS else names.muscles)
+            if not owner:
+                continue
+            if kind in JOINT_KINDS and is_set:
+                return f"a reference for {owner}, which drives no muscle by itself"
+            quantity = "pressure_set" if kind == "pressure" and is_set else kind
+            if kind == "valve" and _PULSE & set(name.words):
+                quantity = "pulse"
+            quantity = f"{owner}.{quantity}"
+        if name.unknown_unit:
+            return f"would be {quantity}, but its unit {name.unknown_unit!r} is not known"
+        return _Named(
+            quantity=quantity, kind=kind, column=column, name=name, values=values, doubt=doubt
+        )
+    return f"{kinds[0]} of a joint or muscle that its name does not say"
+
+
+def _parts(column: str, unit: str) -> _Name:
+    """Words and unit of a column's name."""
+    bracket = _BRACKET.search(column)
+    stem = column[: bracket.start()] if bracket else column
+    stated = unit or (next(g for g in bracket.groups() if g is not None) if bracket else "")
+    chunks = [chunk for chunk in _CHUNK.split(stem) if chunk]
+    if stated and stated.lower() not in _UNITS:
+        return _Name(words=_words(chunks), unit="", unknown_unit=stated)
+    if stated:
+        return _Name(words=_words(chunks), unit=stated.lower())
+    if len(chunks) > 1 and (last := chunks[-1].lower()) in _UNITS:
+        words = _words(chunks[:-1])
+        by_word = _by_word(words)
+        if not by_word or _UNITS[last][1] in by_word:
+            return _Name(words=words, unit=last)
+    return _Name(words=_words(chunks), unit="")
+
+
+def _words(chunks: Sequence[str]) -> tuple[str, ...]:
+    return tuple(word.lower() for chunk in chunks for word in _WORD.findall(chunk))
+
+
+def _by_word(words: Sequence[str]) -> list[str]:
+    return [
+        kind
+        for kind, own in _WORDS.items()
+        if own & set(words) and not (kind == "time" and any(word.isdigit() for word in words))
+    ]
+
+
+def _kinds(name: _Name) -> list[str]:
+    """Kinds of quantity that a name may mean, the likeliest first."""
+    by_word = _by_word(name.words)
+    if not name.unit:
+        return by_word
+    own = _UNITS[name.unit][1]
+    return [own] if own in by_word or not by_word else by_word
+
+
+def _owner(words: Sequence[str], owners: Sequence[str]) -> tuple[str, str]:
+    """Joint or muscle that a name means, and the doubt about it."""
+    if len(owners) == 1:
+        return owners[0], ""
+    parts = {owner: [w.lower() for w in _WORD.findall(owner)] for owner in owners}
+    shared = {
+        owner: sum(any(_means(word, part) for word in words) for part in own)
+        for owner, own in parts.items()
+    }
+    best = [owner for owner in owners if shared[owner] == max(shared.values())]
+    if len(best) == 1:
+        common = set.intersection(*map(set, parts.values()))
+        whole = set(parts[best[0]]) - common <= set(words)
+        return best[0], "" if whole else f"{best[0]} is what its name fits best"
+    digits = [int(word) for word in words if word.isdigit()]
+    letters = [ord(word) - ord("a") + 1 for word in words if re.fullmatch("[a-d]", word)]
+    number = next(iter(digits or letters), 0)
+    if 1 <= number <= len(owners):
+        return owners[number - 1], f"number {number} in the rig's order is {owners[number - 1]}"
+    return "", ""
+
+
+def _means(word: str, part: str) -> bool:
+    """Whether a word is part of a name, or an abbreviation of it."""
+    return word == part or (len(word) >= _LEAST_PREFIX and part.startswith(word))
+
+
+def _guess(one: _Named, others: Sequence[_Named], supply: float) -> Guess:
+    """A column with its unit; columns of one kind that state none share theirs."""
+    doubts = [one.doubt] if one.doubt else []
+    absolute = one.name.unit in _ABSOLUTE or "abs" in one.name.words
+    if one.name.unit:
+        unit = _UNITS[one.name.unit][0]
+    else:
+        alike = [o.values for o in others if o.kind == one.kind and not o.name.unit]
+        fitting = [
+            unit
+            for unit in _BY_VALUE[one.kind]
+            if _plausible(np.concatenate(alike), unit, one.kind, supply)
+        ]
+        unit = fitting[0] if fitting else _BY_VALUE[one.kind][0]
+        if len(fitting) > 1:
+            doubts.append(f"unit {unit} by its size, or {' or '.join(fitting[1:])}")
+        elif one.kind not in ("valve", "time") or not fitting:
+            doubts.append(f"unit {unit} by its size")
+    if one.quantity.endswith(".pressure") and not absolute:
+        lowest = to_si(float(one.values.min()), unit, "Pa", where=one.column)
+        if abs(lowest - ATMOSPHERE) < _NEAR_ATMOSPHERE * ATMOSPHERE:
+            doubts.append("never below the atmosphere's pressure: absolute, or never vented")
+    return Guess(
+        quantity=one.quantity,
+        column=one.column,
+        unit=unit,
+        absolute=absolute,
+        doubts=tuple(doubts),
+    )
+
+
+def _plausible(values: NDArray[np.float64], unit: str, kind: str, supply: float) -> bool:
+    """Whether numbers may be in a unit."""
+    top = float(np.abs(values).max())
+    if kind == "time":
+        step = to_si(float(np.median(np.diff(values))), unit, "s", where=unit)
+        return _STEPS[0] <= step <= _STEPS[1]
+    if kind == "pressure":
+        # The set points of a rig are some part of its supply; more, and muscles would not fill.
+        return 0.08 * supply <= to_si(top, unit, "Pa", where=unit) <= 1.3 * supply
+    if kind == "angle":
+        return top <= _TURN if unit == "rad" else top > 1.0
+    if kind == "position":
+        return top <= 1.0 if unit == "m" else top > 0.5
+    if kind == "valve":
+        return top <= 1.0 if unit == "1" else 1.0 < top <= 100.0
+    return True

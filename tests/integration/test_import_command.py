@@ -1,0 +1,165 @@
+"""`pamsim import`: a lab's own log becomes a recording with the same numbers."""
+
+from __future__ import annotations
+
+import json
+import sys
+import tomllib
+
+import numpy as np
+import pyarrow
+import pyarrow.parquet
+import pytest
+import scipy.io
+
+import pamsim
+from pamsim.cli.main import main
+from pamsim.core.errors import InputError
+from pamsim.store.recording_reader import read_recordings
+
+TIME = np.arange(400) * 0.01
+FLEXOR = np.where(np.arange(400) % 100 < 50, 3e5, 1e5)  # [Pa], repeats in a second
+EXTENSOR = 4e5 - FLEXOR
+ANGLE = 4e-6 * (FLEXOR - EXTENSOR) + 0.02 * np.cos(3.0 * TIME)  # [rad]
+LOG = {
+    "t_ms": 1e3 * TIME,
+    "P flexor [psia]": (FLEXOR + 101325.0) / 6894.757293168,
+    "P extensor [psia]": (EXTENSOR + 101325.0) / 6894.757293168,
+    "phi": -np.degrees(ANGLE),
+    "battery": np.full(TIME.size, 12.0),
+}
+
+
+@pytest.fixture(scope="module")
+def rig(tmp_path_factory):
+    return pamsim.new_rig("arm", "joint", out=tmp_path_factory.mktemp("rig") / "arm")
+
+
+def write(path, columns):
+    """A log in the format that its name ends with."""
+    if path.suffix == ".npz":
+        np.savez(path, **columns)
+    elif path.suffix == ".mat":
+        scipy.io.savemat(path, columns)
+    elif path.suffix == ".parquet":
+        pyarrow.parquet.write_table(pyarrow.table(columns), path)
+    else:
+        rows = np.column_stack(list(columns.values())).tolist()
+        lines = [";".join(repr(cell).replace(".", ",") for cell in row) for row in rows]
+        names = ";".join(name.partition(" [")[0] for name in columns)
+        units = ";".join((name.partition("[")[2] or "-").strip("]") for name in columns)
+        path.write_text("\n".join(["Logger 3", "by hand; today", names, units, *lines]))
+    return path
+
+
+def imported(folder, rig, log=LOG, suffix=".csv", **options):
+    """What a log was taken for, and its trials."""
+    folder.mkdir(exist_ok=True)
+    found = pamsim.import_log(
+        write(folder / f"run_7{suffix}", log), rig=rig, out=folder / "data", **options
+    )
+    return found, read_recordings(folder / "data").trials
+
+
+@pytest.mark.parametrize("suffix", [".csv", ".npz", ".parquet"])
+def test_units_signs_and_absolute_pressures_arrive_in_si(suffix, rig, tmp_path):
+    found, (trial,) = imported(tmp_path, rig, suffix=suffix)
+    assert trial.command_kind == "measured"
+    np.testing.assert_allclose(trial.time, TIME, atol=1e-12)
+    np.testing.assert_allclose(trial.command, np.column_stack([FLEXOR, EXTENSOR]), atol=1.0)
+    # Nothing says which way phi counts, but the muscles pull against it.
+    np.testing.assert_allclose(trial.measured["elbow.angle"], ANGLE, atol=1e-9)
+    (phi,) = (one for one in found.columns if one.column == "phi")
+    assert any("sign turned" in doubt for doubt in phi.doubts)
+    assert set(found.unused) == {"battery"}
+    assert trial.protocol == "run"
+    assert (tmp_path / "data" / f"run_7{suffix}").read_bytes() == (
+        tmp_path / f"run_7{suffix}"
+    ).read_bytes()
+
+
+def test_mat_names_have_no_brackets_and_what_is_stated_counts(rig, tmp_path):
+    log = {"t": TIME, "ch1": FLEXOR / 1e5, "ch2": EXTENSOR / 1e5, "phi": ANGLE}
+    stated = ["flexor.pressure=ch1:bar", "extensor.pressure=ch2", "elbow.angle=-phi:rad"]
+    found, (trial,) = imported(tmp_path, rig, log, ".mat", columns=stated)
+    np.testing.assert_allclose(trial.measured["elbow.angle"], -ANGLE)  # as stated, though unlikely
+    assert [one.column for one in found.columns if one.doubts] == ["ch2"]  # its unit was guessed
+
+
+def test_commands_drive_where_there_are_some_and_their_period_is_proposed(rig, tmp_path):
+    log = {**LOG, "P flexor cmd [Pa]": FLEXOR, "P extensor cmd [Pa]": EXTENSOR}
+    found, (trial,) = imported(tmp_path / "a", rig, log)
+    assert trial.command_kind == "pressure"
+    assert "repeats every 1 s" in found.notes[0]
+    found, trials = imported(tmp_path / "b", rig, log, period="1s", lead_in="1s", protocol="step")
+    assert [t.protocol for t in trials] == ["step"] * 3
+    np.testing.assert_allclose(trials[0].time[-1], 0.99)
+    assert all(t.lead_in is not None for t in trials)
+    found, trials = imported(tmp_path / "c", rig, log, segments=[(1.0, 2.0)], drive="measured")
+    assert (trials[0].command_kind, trials[0].time.size) == ("measured", 100)
+
+
+def test_the_command_prints_what_it_understood_and_replaces_nothing_unasked(
+    rig, tmp_path, monkeypatch, capsys
+):
+    log, out = write(tmp_path / "run.csv", LOG), tmp_path / "data"
+
+    def run(*more):
+        words = ["pamsim", "import", log, "--rig", rig, "--out", out, *more]
+        monkeypatch.setattr(sys, "argv", [str(word) for word in words])
+        with pytest.raises(SystemExit) as end:
+            main()
+        return end.value.code, capsys.readouterr()
+
+    code, shown = run("--json", tmp_path / "import.json")
+    assert code == 0
+    assert "is flexor.pressure in psi, absolute" in shown.out
+    assert "not sure: phi: unit deg by its size; sign turned" in shown.out
+    assert "not used: battery" in shown.out
+    index = tomllib.loads((out / "recording.toml").read_text())
+    assert index["columns"]["elbow.angle"] == {"column": "phi", "unit": "deg", "sign": -1}
+    assert json.loads((tmp_path / "import.json").read_text())["drive"] == "measured"
+    code, shown = run()
+    assert code == 2
+    assert "is there already; --force replaces it" in shown.err
+    code, shown = run("--force", "--segments", "1:2,2:3", "--column", "elbow.angle=phi:deg")
+    assert code == 0
+    assert "trials: 2" in shown.out
+    code, shown = run("--force", "--segments", "1-2")
+    assert code == 2
+    assert "--segments 1-2: write BEGIN:END" in shown.err
+
+
+REFUSED = [
+    ({"columns": ["knee.angle=phi"]}, LOG, "has no 'knee.angle'"),
+    ({"columns": ["phi"]}, LOG, "write quantity=name"),
+    ({"columns": ["elbow.angle=psi"]}, LOG, "no column 'psi'"),
+    ({"columns": ["elbow.angle=phi:bar"]}, LOG, "elbow.angle: unit 'bar'"),
+    ({"drive": "valve"}, LOG, "nothing drives flexor, extensor"),
+    ({"drive": "motor"}, LOG, "no drive 'motor'"),
+    ({"period": "9 s"}, LOG, "no period of 9 s"),
+    ({}, {"phi": ANGLE, "P flexor [Pa]": FLEXOR}, "no clock"),
+]
+
+
+@pytest.mark.parametrize(("options", "log", "why"), REFUSED)
+def test_what_cannot_be_a_recording_is_refused_and_leaves_nothing(options, log, why, rig, tmp_path):
+    with pytest.raises(InputError, match=why):
+        imported(tmp_path, rig, log, **options)
+    assert not list((tmp_path / "data").glob("*"))
+
+
+def test_without_pyarrow_one_line_says_what_to_install(rig, tmp_path, monkeypatch):
+    write(tmp_path / "log.parquet", LOG)
+    monkeypatch.setitem(sys.modules, "pyarrow", None)
+    with pytest.raises(InputError, match=r"pip install 'pamsim\[parquet\]'"):
+        pamsim.import_log(tmp_path / "log.parquet", rig=rig, out=tmp_path / "data")
+
+
+def test_logs_of_one_name_are_repeats_and_the_folder_of_the_log_may_be_the_recordings(
+    rig, tmp_path
+):
+    logs = [write(tmp_path / f"stairs_{k}.csv", LOG) for k in (1, 2)]
+    found = pamsim.import_log(logs, rig=rig, out=tmp_path)
+    assert found.trials == ("stairs_1", "stairs_2")
+    assert {t.protocol for t in read_recordings(tmp_path).trials} == {"stairs"}
