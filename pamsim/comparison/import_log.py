@@ -66,8 +66,8 @@ class ImportedLog:
             lines.append(
                 f"  {one.column:{wide}s}  is {one.quantity} in {one.unit}{absolute}{turned}"
             )
-        lines += [f"not sure: {one.column}: {'; '.join(one.doubts)}" for one in self.columns
-                  if one.doubts]  # fmt: skip
+        lines += [f"not sure: {one.column}: {'; '.join(one.warnings)}" for one in self.columns
+                  if one.warnings]  # fmt: skip
         lines += [f"not used: {column}: {why}" for column, why in self.unused.items()]
         lines.append(f"driven by: {self.drive}")
         lines.append(f"trials: {len(self.trials)}, {self.seconds:.4g} s")
@@ -244,8 +244,8 @@ def _index(rig: str, guesses: Sequence[Guess], entries: Sequence[Mapping[str, An
         parts = [f"column = {json.dumps(one.column)}", f"unit = {json.dumps(one.unit)}"]
         parts += ["sign = -1"] if one.sign < 0 else []
         parts += ["absolute = true"] if one.absolute else []
-        doubts = f"  # not sure: {'; '.join(one.doubts)}" if one.doubts else ""
-        lines.append(f"{json.dumps(one.quantity)} = {{ {', '.join(parts)} }}{doubts}")
+        warnings = f"  # not sure: {'; '.join(one.warnings)}" if one.warnings else ""
+        lines.append(f"{json.dumps(one.quantity)} = {{ {', '.join(parts)} }}{warnings}")
     for entry in entries:
         lines += ["", "[[trial]]", *(f"{key} = {json.dumps(v)}" for key, v in entry.items())]
     return "\n".join(lines) + "\n"
@@ -272,7 +272,7 @@ def _turned(
         if channel in pulls and np.mean(pulls[channel]) < _AGAINST
     }
     return tuple(
-        replace(one, sign=-one.sign, doubts=(*one.doubts, "sign turned, because it falls where the"
+        replace(one, sign=-one.sign, warnings=(*one.warnings, "sign turned, because it falls where the"
                 " muscles pull it up; or the muscles are swapped"))
         if owner_of(one.quantity) in against
         and kind_of(one.quantity) in JOINT_KINDS

@@ -1,7 +1,7 @@
 """Guess what the columns of a lab's log are, from their names, units and values.
 
-A guess is certain where the name says quantity, unit, and which joint or muscle. Otherwise it says
-what it rests on.
+A guess is certain where the name states quantity, unit, and joint or muscle. Otherwise a warning
+states what it rests on.
 """
 
 from __future__ import annotations
@@ -83,7 +83,7 @@ class Guess:
         unit: of its numbers.
         sign: 1 or -1.
         absolute: whether pressures count from vacuum.
-        doubts: what the guess could be wrong in, and why; none if the name says it all.
+        warnings: what is not certain, and why; none if the name states everything.
     """
 
     quantity: str
@@ -91,7 +91,7 @@ class Guess:
     unit: str
     sign: int = 1
     absolute: bool = False
-    doubts: tuple[str, ...] = ()
+    warnings: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -111,14 +111,14 @@ class _Name:
 
 @dataclass(frozen=True, kw_only=True)
 class _Named:
-    """What a column is by its name; ``doubt`` may be empty."""
+    """What a column is by its name; ``warning`` may be empty."""
 
     quantity: str
     kind: str
     column: str
     name: _Name
     values: NDArray[np.float64]
-    doubt: str
+    warning: str
 
 
 def guess_columns(
@@ -150,7 +150,7 @@ def guess_columns(
             column=one.column,
             name=_parts(one.column, columns.units.get(one.column, "")),
             values=columns.numbers(one.column),
-            doubt="",
+            warning="",
         )
     for column in columns.cells:
         if any(column == one.column for one in stated):
@@ -174,8 +174,8 @@ def _with(guess: Guess, stated: Guess | None) -> Guess:
         return guess
     if stated.unit:
         return stated
-    doubts = tuple(doubt for doubt in guess.doubts if doubt.startswith("unit"))
-    return replace(guess, sign=stated.sign, doubts=doubts)
+    warnings = tuple(warning for warning in guess.warnings if warning.startswith("unit"))
+    return replace(guess, sign=stated.sign, warnings=warnings)
 
 
 def _kind(quantity: str) -> str:
@@ -207,10 +207,10 @@ def _named(columns: Columns, column: str, names: SignalNames) -> _Named | str:
     is_set = bool(_SET & set(name.words))
     for kind in kinds:
         if kind == "time":
-            quantity, doubt = "time", ""
+            quantity, warning = "time", ""
         else:
             own = [joint for joint, of in names.joints.items() if of == kind]
-            owner, doubt = _owner(name.words, own if kind in JOINT_KINDS else names.muscles)
+            owner, warning = _owner(name.words, own if kind in JOINT_KINDS else names.muscles)
             if not owner:
                 continue
             if kind in JOINT_KINDS and is_set:
@@ -222,9 +222,9 @@ def _named(columns: Columns, column: str, names: SignalNames) -> _Named | str:
         if name.unknown_unit:
             return f"would be {quantity}, but its unit {name.unknown_unit!r} is not known"
         return _Named(
-            quantity=quantity, kind=kind, column=column, name=name, values=values, doubt=doubt
+            quantity=quantity, kind=kind, column=column, name=name, values=values, warning=warning
         )
-    return f"{kinds[0]} of a joint or muscle that its name does not say"
+    return f"{kinds[0]} of no joint or muscle that its name states"
 
 
 def _parts(column: str, unit: str) -> _Name:
@@ -267,7 +267,7 @@ def _kinds(name: _Name) -> list[str]:
 
 
 def _owner(words: Sequence[str], owners: Sequence[str]) -> tuple[str, str]:
-    """Joint or muscle that a name means, and the doubt about it."""
+    """Joint or muscle that a name means, and the warning about it."""
     if len(owners) == 1:
         return owners[0], ""
     parts = {owner: [w.lower() for w in _WORD.findall(owner)] for owner in owners}
@@ -295,32 +295,32 @@ def _means(word: str, part: str) -> bool:
 
 def _guess(one: _Named, others: Sequence[_Named], supply: float) -> Guess:
     """A column with its unit; columns of one kind that state none share theirs."""
-    doubts = [one.doubt] if one.doubt else []
+    warnings = [one.warning] if one.warning else []
     absolute = one.name.unit in _ABSOLUTE or "abs" in one.name.words
     if one.name.unit:
         unit = _UNITS[one.name.unit][0]
     else:
-        alike = [o.values for o in others if o.kind == one.kind and not o.name.unit]
+        same_kind = [o.values for o in others if o.kind == one.kind and not o.name.unit]
         fitting = [
             unit
             for unit in _BY_VALUE[one.kind]
-            if _plausible(np.concatenate(alike), unit, one.kind, supply)
+            if _plausible(np.concatenate(same_kind), unit, one.kind, supply)
         ]
         unit = fitting[0] if fitting else _BY_VALUE[one.kind][0]
         if len(fitting) > 1:
-            doubts.append(f"unit {unit} by its size, or {' or '.join(fitting[1:])}")
+            warnings.append(f"unit {unit} by its size, or {' or '.join(fitting[1:])}")
         elif one.kind not in ("valve", "time") or not fitting:
-            doubts.append(f"unit {unit} by its size")
+            warnings.append(f"unit {unit} by its size")
     if one.quantity.endswith(".pressure") and not absolute:
         lowest = to_si(float(one.values.min()), unit, "Pa", where=one.column)
         if abs(lowest - ATMOSPHERE) < _NEAR_ATMOSPHERE * ATMOSPHERE:
-            doubts.append("never below the atmosphere's pressure: absolute, or never vented")
+            warnings.append("never below the atmosphere's pressure: absolute, or never vented")
     return Guess(
         quantity=one.quantity,
         column=one.column,
         unit=unit,
         absolute=absolute,
-        doubts=tuple(doubts),
+        warnings=tuple(warnings),
     )
 
 

@@ -70,7 +70,7 @@ def test_units_signs_and_absolute_pressures_arrive_in_si(suffix, rig, tmp_path):
     # Nothing says which way phi counts, but the muscles pull against it.
     np.testing.assert_allclose(trial.measured["elbow.angle"], ANGLE, atol=1e-9)
     (phi,) = (one for one in found.columns if one.column == "phi")
-    assert any("sign turned" in doubt for doubt in phi.doubts)
+    assert any("sign turned" in warning for warning in phi.warnings)
     assert set(found.unused) == {"battery"}
     assert trial.protocol == "run"
     assert (tmp_path / "data" / f"run_7{suffix}").read_bytes() == (
@@ -83,7 +83,7 @@ def test_mat_names_have_no_brackets_and_what_is_stated_counts(rig, tmp_path):
     stated = ["flexor.pressure=ch1:bar", "extensor.pressure=ch2", "elbow.angle=-phi:rad"]
     found, (trial,) = imported(tmp_path, rig, log, ".mat", columns=stated)
     np.testing.assert_allclose(trial.measured["elbow.angle"], -ANGLE)  # as stated, though unlikely
-    assert [one.column for one in found.columns if one.doubts] == ["ch2"]  # its unit was guessed
+    assert [one.column for one in found.columns if one.warnings] == ["ch2"]  # its unit was guessed
 
 
 def test_commands_drive_where_there_are_some_and_their_period_is_proposed(rig, tmp_path):

@@ -49,13 +49,11 @@ SURE = [
 
 
 @pytest.mark.parametrize(("names", "column", "values", "expected"), SURE)
-def test_a_name_that_says_quantity_unit_and_place_leaves_no_doubt(
-    guess, names, column, values, expected
-):
+def test_a_name_with_quantity_unit_and_place_is_certain(guess, names, column, values, expected):
     found, unused = guess(names, {column: values, "remark": ("x", "y")})
     one = found[column]
     assert (one.quantity, one.unit, one.absolute) == expected
-    assert one.doubts == ()
+    assert one.warnings == ()
     assert set(unused) == {"remark"}
 
 
@@ -66,14 +64,14 @@ def test_the_unit_of_pressures_follows_from_the_supply(guess, top, unit):
     """All columns together: a muscle that is hardly filled is in the unit of the other."""
     found, _ = guess(JOINT, {"p_flexor": (0.0, top), "p_extensor": (0.0, top / 50)})
     assert [one.unit for one in found.values()] == [unit, unit]
-    assert all("unit" in one.doubts[0] for one in found.values())
+    assert all("unit" in one.warnings[0] for one in found.values())
 
 
-def test_abbreviations_numbers_and_letters_are_doubted(guess):
+def test_abbreviations_numbers_and_letters_are_not_certain(guess):
     found, _ = guess(JOINT, {"p_flex_bar": (0, 3), "p2_bar": (0, 3)})
     assert [one.quantity for one in found.values()] == ["flexor.pressure", "extensor.pressure"]
-    assert "fits best" in found["p_flex_bar"].doubts[0]
-    assert "number 2 in the rig's order is extensor" in found["p2_bar"].doubts
+    assert "fits best" in found["p_flex_bar"].warnings[0]
+    assert "number 2 in the rig's order is extensor" in found["p2_bar"].warnings
     by_letter, _ = guess(JOINT, {"p_a_bar": (0, 3), "p_b_bar": (0, 3)})
     assert [one.quantity for one in by_letter.values()] == ["flexor.pressure", "extensor.pressure"]
 
@@ -81,12 +79,12 @@ def test_abbreviations_numbers_and_letters_are_doubted(guess):
 def test_numbers_at_the_end_of_the_muscles_own_names_are_certain(guess):
     names = SignalNames(joints={"shaft": "angle"}, muscles=("muscle_1", "muscle_2"))
     found, _ = guess(names, {"p2_kpa": (0, 300), "p1_kpa": (0, 300)})
-    assert (found["p2_kpa"].quantity, found["p2_kpa"].doubts) == ("muscle_2.pressure", ())
+    assert (found["p2_kpa"].quantity, found["p2_kpa"].warnings) == ("muscle_2.pressure", ())
 
 
 def test_pressures_that_never_fall_below_the_atmosphere_may_be_absolute(guess):
     found, _ = guess(JOINT, {"p_flexor_kpa": (101.0, 400.0)})
-    assert "absolute, or never vented" in found["p_flexor_kpa"].doubts[0]
+    assert "absolute, or never vented" in found["p_flexor_kpa"].warnings[0]
 
 
 UNUSED = [
@@ -95,7 +93,7 @@ UNUSED = [
     ("elbow_speed", (0, 1), "name not known"),
     ("elbow_angle_speed", (0, 1), "a rate"),
     ("angle_ref_deg", (0, 10), "a reference for elbow"),
-    ("pressure [bar]", (0, 1), "does not say"),
+    ("pressure [bar]", (0, 1), "of no joint or muscle"),
     ("remark", ("x", "y"), "numbers"),
 ]
 
