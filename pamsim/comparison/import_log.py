@@ -271,15 +271,15 @@ def _turned(
         for joint, channel in zip(rig.joints, arms, strict=True)
         if channel in pulls and np.mean(pulls[channel]) < _AGAINST
     }
+    why = "sign turned, because it falls where the muscles pull it up; or the muscles are swapped"
     return tuple(
-        replace(one, sign=-one.sign, warnings=(*one.warnings, "sign turned, because it falls where the"
-                " muscles pull it up; or the muscles are swapped"))
+        replace(one, sign=-one.sign, warnings=(*one.warnings, why))
         if owner_of(one.quantity) in against
         and kind_of(one.quantity) in JOINT_KINDS
         and one.quantity not in stated
         else one
         for one in guesses
-    )  # fmt: skip
+    )
 
 
 def _notes(trials: Sequence[Trial], kind: str, cut: bool) -> tuple[str, ...]:
