@@ -45,6 +45,7 @@ from pamsim.diagnosis.method.evidence import (
     losses,
     perfect_losses,
 )
+from pamsim.diagnosis.method.held_out_remainder import has_remainder
 from pamsim.diagnosis.method.lack_of_fit import lack_of_fit
 from pamsim.diagnosis.method.loop_effects import LOOP_EFFECTS, LoopEffect
 from pamsim.diagnosis.method.loop_fit import Loop, LoopFitter
@@ -52,7 +53,6 @@ from pamsim.diagnosis.method.verdict_thresholds import (
     GAP_LOSS,
     GAP_P_VALUE,
     LEAST_GAIN,
-    REMAINDER_ERRORS,
     REMAINDER_LOSS,
     RIVAL_REJECTED,
     SIGNIFICANCE,
@@ -278,8 +278,9 @@ def trial_tests(arm: Arm, rng: np.random.Generator) -> Found:
             "gap by held-out losses": excess.p_value < GAP_P_VALUE and excess.gain > GAP_LOSS,
             "gap by what repeats share": lack.significant and lack.size > GAP_LOSS,
             "gap by a cell and a map": certain and systematic(maps),
-            "remainder by held-out losses": excess.gain
-            > max(REMAINDER_ERRORS * excess.error, REMAINDER_LOSS),
+            "remainder by held-out losses": has_remainder(
+                excess, lack, places, base.residual, floor, least=REMAINDER_LOSS
+            ),
             "remainder by lack of fit": lack.significant,
             "rival rejected": lack.p_value < RIVAL_REJECTED,
         },

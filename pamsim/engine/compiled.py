@@ -252,7 +252,7 @@ def compiled_callbacks() -> Callbacks:
     )
     for function in functions:
         # No law makes an array, and counting references to the rows costs more than most laws.
-        register_jitable(_nrt=False)(function)
+        register_jitable(_nrt=False, no_cfunc_wrapper=True)(function)
     word = {name: offset // _POINTER_SIZE for name, offset in callback_offsets().items()}
     natives = _compile(fingerprint(functions), word)
     return Callbacks(*(native.ctypes for native in natives))

@@ -20,7 +20,8 @@ from pamsim.diagnosis.method.evidence import (
     perfect_losses,
     share_of_trials,
 )
-from pamsim.diagnosis.method.lack_of_fit import LackOfFit, lack_of_fit, shared_when_held_out
+from pamsim.diagnosis.method.held_out_remainder import has_remainder
+from pamsim.diagnosis.method.lack_of_fit import LackOfFit, lack_of_fit
 from pamsim.diagnosis.method.next_experiment import NextExperiment, SimulateMenu, next_experiment
 from pamsim.diagnosis.method.nuisance_by_protocol import NuisanceByProtocol, nuisance_by_protocol
 from pamsim.diagnosis.method.refit import Fitter, Refit, Remembered
@@ -32,11 +33,9 @@ from pamsim.diagnosis.method.verdict import Evidence, Verdict, decide
 from pamsim.diagnosis.method.verdict_thresholds import (
     GAP_LOSS,
     GAP_P_VALUE,
-    LACK_OF_FIT_LOSS,
     LARGE_REMAINDER_LOSS,
     LEFT_FOR_RARE,
     PARTNER_SHARE,
-    REMAINDER_ERRORS,
     REMAINDER_LOSS,
     UNPROVEN_LOSS,
     UNREPEATED_GAP,
@@ -357,12 +356,7 @@ def conclude(
     perfect = perfect_losses(layout, floor_beside(floor, layout, best.fit.residual))
     left = compare_trials(best.loss, perfect, layout.protocol_of)
     least = best.least_gain if layout.origin else REMAINDER_LOSS
-    remainder = left.gain > max(REMAINDER_ERRORS * left.error, least)
-    if remainder and not layout.origin and lack.testable and lack.size < LACK_OF_FIT_LOSS:
-        # Nothing is left where the model was fitted. The noise floor comes from the same held-out
-        # trials: if by chance they vary the same way, their losses agree on an excess.
-        unseen = shared_when_held_out(layout, best.fit.residual, floor)
-        remainder = unseen.significant or not unseen.testable
+    remainder = has_remainder(left, lack, layout, best.fit.residual, floor, least=least)
     explained = share_of_trials(base_loss, best.loss, perfect, layout.protocol_of)
     evidence = Evidence(
         claimed=True,
