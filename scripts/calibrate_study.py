@@ -66,7 +66,7 @@ BLIND = {
 def experiment(load: float, openings: list[tuple[float, float]]) -> pamsim.Experiment:
     """A trial that holds each pair of valve openings for a while."""
     return pamsim.Experiment(
-        command="valve",
+        drive="valve",
         command_time=HOLD * np.arange(len(openings)),
         command_value=np.array(openings),
         start_pressure=np.array([2.5e5, 2.5e5]),

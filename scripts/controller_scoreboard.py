@@ -88,7 +88,7 @@ def rows_of(plant: Plant, bar: tqdm) -> list[dict[str, object]]:
                 except PamsimError as error:  # a margin that cannot be had is no candidate
                     bar.write(f"{name} {value:g}: {error}")
                     continue
-                env = pressure if controller.command == "pressure" else valve
+                env = pressure if controller.command == "pressure_set" else valve
                 tried = driven(env, controller, TUNING).rmse if len(family.tried) > 1 else 0.0
                 tuned.append((tried, value, controller, env))
             if tuned:

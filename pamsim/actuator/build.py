@@ -26,7 +26,7 @@ _LAWS: dict[str, dict[str, type[ParameterGroup]]] = {
 }
 
 
-def build_muscle(sections: Sections, *, where: str, command: str = "pressure") -> Muscle:
+def build_muscle(sections: Sections, *, where: str, command: str = "pressure_set") -> Muscle:
     """Make a muscle from its sections.
 
     Args:

@@ -30,7 +30,7 @@ HYSTERESIS_GROUPS: tuple[type[Hysteresis] | None, ...] = (
 )
 """Groups of the hysteresis operators by their code; code 0 is no operator."""
 
-COMMANDS: tuple[str, ...] = ("valve", "pulse", "pressure", "measured")
+COMMANDS: tuple[str, ...] = ("valve", "pulse", "pressure_set", "measured")
 """What the control of the actuator means: a signed opening, a signed duty, the set point of a
 regulator, or the gauge pressure that the chamber has after the time step, whatever valves and air
 would do."""

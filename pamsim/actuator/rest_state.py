@@ -9,7 +9,7 @@ from pamsim.actuator.static_muscle import contraction
 from pamsim.pneumatics.chamber import air_state
 
 _COMMAND = slot("command")
-_REGULATED, _MEASURED = float(COMMANDS.index("pressure")), float(COMMANDS.index("measured"))
+_REGULATED, _MEASURED = float(COMMANDS.index("pressure_set")), float(COMMANDS.index("measured"))
 _POLYTROPIC = slot("chamber.polytropic_index")
 _ATMOSPHERE = slot("chamber.atmosphere")
 

@@ -38,7 +38,8 @@ def _spans(context: object, parameter: click.Parameter, text: str) -> list[tuple
 @click.option(
     "--drive",
     default="",
-    help="valve, pulse, pressure or measured; what was commanded, or measured, if left out.",
+    help="valve, pulse, pressure_set, measured or sealed; what was commanded, or measured, if left"
+    " out.",
 )
 @click.option("--protocol", default="", help="Makes the logs repeats; their names if left out.")
 @click.option("--period", default="", help="Cut a log that repeats into trials: 9.93s.")

@@ -92,7 +92,7 @@ def command(
     from pamsim.signals.step_metrics import step_metrics
 
     if pressure is not None and valve is None:
-        kind, value, began = "pressure", pressure, start or [max(pressure)] * len(pressure)
+        kind, value, began = "pressure_set", pressure, start or [max(pressure)] * len(pressure)
     elif valve is None or pressure is not None:
         raise InputError("give either --pressure or --valve: what the step changes")
     elif start is None:
@@ -100,7 +100,7 @@ def command(
     else:
         kind, value, began = "valve", valve, start
     experiment = Experiment(
-        command=kind,
+        drive=kind,
         command_time=np.zeros(1),
         command_value=np.array([value]),
         start_pressure=np.array(began),
@@ -176,7 +176,7 @@ def _result(
         {
             "schema": "pamsim-step/1",
             "rig": rig,
-            "command": experiment.command,
+            "drive": experiment.drive,
             "start_pressure_kpa": experiment.start_pressure / PA_PER_KPA,
             "load_kg": experiment.load,
             **(next(iter(joints.values())) if recording.names.short else {"joints": joints}),

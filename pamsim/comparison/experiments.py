@@ -35,7 +35,7 @@ def experiment_of(trial: Trial, *, sample_rate: float | None = None) -> Experime
             command changes at its own instant; otherwise 2000 Hz, late by one step at most.
 
     Returns:
-        The commands held, or the measured pressures imposed, from rest at the first measured
+        The commands held, or what was measured imposed, from rest at the first measured
         pressures or, where a pressure was not measured, at the first set point. A lead-in comes
         first.
 
@@ -48,11 +48,11 @@ def experiment_of(trial: Trial, *, sample_rate: float | None = None) -> Experime
         command = np.concatenate([trial.lead_in.command, command])
     rate = grid_rate(time) if sample_rate is None else sample_rate
     rows = np.arange(time.size)
-    if trial.command_kind != "measured":
+    if not any(trial.drives.between):
         changed = np.any(np.diff(command, axis=0) != 0.0, axis=1)
         rows = np.concatenate([[0], np.flatnonzero(changed) + 1])
     return Experiment(
-        command=trial.command_kind,
+        drive=trial.drive,
         command_time=_snapped(time[rows], rate),
         command_value=command[rows],
         start_pressure=start_pressures(trial),
@@ -79,7 +79,7 @@ def start_pressures(trial: Trial) -> NDArray[np.float64]:
             start[muscle] = measured[0]
         if np.isfinite(start[muscle]):
             continue
-        if trial.command_kind == "pressure":
+        if trial.drives.muscles[muscle] in ("pressure_set", "measured"):
             start[muscle] = first[muscle]
         else:
             raise InputError(

@@ -14,11 +14,12 @@ from typing import Any
 import numpy as np
 
 from pamsim.comparison.periodicity import samples_per_period
+from pamsim.core.drive import MUSCLE_DRIVES, DriveLike, checked, in_toml
 from pamsim.core.encoding import fields_to_dict
 from pamsim.core.errors import InputError, nearest
 from pamsim.core.files import complete_file, refuse_existing
 from pamsim.core.rig_trial import of_rig
-from pamsim.core.signal_names import COMMAND_QUANTITY, JOINT_KINDS, kind_of, owner_of
+from pamsim.core.signal_names import JOINT_KINDS, kind_of, owner_of
 from pamsim.core.trial import Trial
 from pamsim.engine.moment_arms import moment_arms
 from pamsim.engine.rig import Rig, load_rig
@@ -51,7 +52,7 @@ class ImportedLog:
     rows: int
     columns: tuple[Guess, ...]
     unused: dict[str, str]
-    drive: str
+    drive: DriveLike
     trials: tuple[str, ...]
     seconds: float
     notes: tuple[str, ...]
@@ -69,7 +70,9 @@ class ImportedLog:
         lines += [f"not sure: {one.column}: {'; '.join(one.warnings)}" for one in self.columns
                   if one.warnings]  # fmt: skip
         lines += [f"not used: {column}: {why}" for column, why in self.unused.items()]
-        lines.append(f"driven by: {self.drive}")
+        each = {} if isinstance(self.drive, str) else self.drive
+        driven = ", ".join(f"{muscle} {kind}" for muscle, kind in each.items()) or self.drive
+        lines.append(f"driven by: {driven}")
         lines.append(f"trials: {len(self.trials)}, {self.seconds:.4g} s")
         lines += [f"note: {note}" for note in self.notes]
         return "\n".join(lines)
@@ -101,8 +104,8 @@ def import_log(
         out: folder to write.
         columns: what is known of some, ``knee.angle=-phi:deg``: quantity, sign, name and, if
             known, unit; the others are guessed.
-        drive: what drives the simulation, one of `pamsim.core.signal_names.COMMAND_QUANTITY`; if
-            left out what was commanded, and the measured pressures if nothing was.
+        drive: what drives the simulation, one of `pamsim.core.drive.MUSCLE_DRIVES`; if
+            left out what was commanded, and the measured pressure of a muscle if nothing was.
         protocol: of all logs, which makes them repeats; the file's name without a number at its
             end if left out.
         period: such as ``9.93 s``, in which one log repeats.
@@ -148,7 +151,7 @@ def import_log(
     for path in (*moved, folder / INDEX):
         refuse_existing(path, force)
     entries = [
-        {"file": file.name, "protocol": protocol or _protocol(file), "command": kind,
+        {"file": file.name, "protocol": protocol or _protocol(file), "drive": kind,
          "load_kg": float(load), **cut}
         for file in files
     ]  # fmt: skip
@@ -207,16 +210,20 @@ def _stated(text: str, rig: Rig) -> Guess:
     return Guess(quantity=quantity, column=name, unit=unit, sign=sign, absolute=absolute)
 
 
-def _drive(wanted: str, rig: Rig, quantities: Sequence[str], where: Path) -> str:
-    """Kind of command that the columns allow."""
-    if wanted and wanted not in COMMAND_QUANTITY:
-        raise InputError(f"no drive {wanted!r}; {nearest(wanted, COMMAND_QUANTITY)}")
-    for kind in [wanted] if wanted else COMMAND_QUANTITY:
-        missing = [m for m in rig.muscles if f"{m}.{COMMAND_QUANTITY[kind]}" not in quantities]
-        if not missing:
+def _drive(wanted: str, rig: Rig, quantities: Sequence[str], where: Path) -> DriveLike:
+    """Drive that the columns allow: the same of all muscles if possible."""
+    kinds = [checked(wanted, MUSCLE_DRIVES)] if wanted else list(MUSCLE_DRIVES)[:-1]
+    found = {
+        muscle: [kind for kind in kinds if f"{muscle}.{MUSCLE_DRIVES[kind].quantity}" in quantities]
+        for muscle in rig.muscles
+    }
+    for kind in kinds:
+        if kind == "sealed" or all(kind in usable for usable in found.values()):
             return kind
-    what = COMMAND_QUANTITY[wanted] if wanted else "pressure"
-    missing = [m for m in rig.muscles if f"{m}.{what}" not in quantities]
+    if all(found.values()):
+        return {muscle: usable[0] for muscle, usable in found.items()}
+    what = MUSCLE_DRIVES[wanted].quantity if wanted else "pressure"
+    missing = [muscle for muscle, usable in found.items() if not usable]
     raise InputError(
         f"{where}: nothing drives {', '.join(missing)}: each muscle needs a command or its measured"
         f" pressure; name the column, such as `columns` {missing[0]}.{what}=NAME:bar"
@@ -247,7 +254,10 @@ def _index(rig: str, guesses: Sequence[Guess], entries: Sequence[Mapping[str, An
         warnings = f"  # not sure: {'; '.join(one.warnings)}" if one.warnings else ""
         lines.append(f"{json.dumps(one.quantity)} = {{ {', '.join(parts)} }}{warnings}")
     for entry in entries:
-        lines += ["", "[[trial]]", *(f"{key} = {json.dumps(v)}" for key, v in entry.items())]
+        lines += ["", "[[trial]]"]
+        lines += [
+            f"{key} = {in_toml(v) if key == 'drive' else json.dumps(v)}" for key, v in entry.items()
+        ]
     return "\n".join(lines) + "\n"
 
 
@@ -282,7 +292,7 @@ def _turned(
     )
 
 
-def _notes(trials: Sequence[Trial], kind: str, cut: bool) -> tuple[str, ...]:
+def _notes(trials: Sequence[Trial], kind: DriveLike, cut: bool) -> tuple[str, ...]:
     """What to know of the trials: how one log may be cut into repeats."""
     notes: list[str] = []
     if not cut and len(trials) == 1 and kind != "measured":

@@ -67,9 +67,9 @@ class Protocol:
         rng = np.random.default_rng([seed, zlib.crc32(self.name.encode())])
         pairs = [self.drive(time, rng) for _ in range(0, muscles, 2)]
         command = np.hstack(pairs)[:, :muscles]
-        start = command[0] if self.command == "pressure" else np.full(muscles, _MIDDLE)
+        start = command[0] if self.command == "pressure_set" else np.full(muscles, _MIDDLE)
         return Experiment(
-            command=self.command,
+            drive=self.command,
             command_time=time,
             command_value=command,
             start_pressure=start,
@@ -124,25 +124,25 @@ PROTOCOLS: dict[str, Protocol] = {
         Protocol(
             name="triangle",
             shows="hysteresis, friction, backlash: slow loops with minor loops inside",
-            command="pressure",
+            command="pressure_set",
             drive=_triangle,
         ),
         Protocol(
             name="staircase",
             shows="creep and leaks in holds, angles at rest over the whole range",
-            command="pressure",
+            command="pressure_set",
             drive=_staircase(1.6, 1.8e5),
         ),
         Protocol(
             name="multisine",
             shows="linear dynamics apart from even and odd distortion",
-            command="pressure",
+            command="pressure_set",
             drive=_multisine(1.6e5),
         ),
         Protocol(
             name="cocontraction",
             shows="what grows with the common pressure: stiffness, threshold, mismatch",
-            command="pressure",
+            command="pressure_set",
             drive=_cocontraction,
         ),
         Protocol(
@@ -154,7 +154,7 @@ PROTOCOLS: dict[str, Protocol] = {
         Protocol(
             name="loaded_steps",
             shows="load, inertia and friction: small steps with a mass on the arm",
-            command="pressure",
+            command="pressure_set",
             drive=_loaded_steps(1.0),
             load=1.2,
         ),

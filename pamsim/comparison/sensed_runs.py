@@ -7,17 +7,19 @@ from dataclasses import replace
 
 import numpy as np
 
+from pamsim.core.drive import IMPOSED
 from pamsim.core.experiment import Experiment
 from pamsim.core.recording import Recording
 from pamsim.engine.batch import simulate_batch
 from pamsim.engine.rig import Rig
-from pamsim.signals.sensors import distorted, true_pressure
+from pamsim.signals.sensors import distorted, true_position, true_pressure
 
 
 def identity(experiment: Experiment) -> tuple[object, ...]:
     """All properties of an experiment but its name, as a key for equal experiments."""
     return (
-        experiment.command,
+        experiment.drives.kinds,
+        tuple(experiment.drives.joints),
         experiment.command_time.tobytes(),
         experiment.command_value.tobytes(),
         experiment.start_pressure.tobytes(),
@@ -29,14 +31,16 @@ def identity(experiment: Experiment) -> tuple[object, ...]:
 
 
 def as_read(rig: Rig, experiment: Experiment) -> Experiment:
-    """An experiment with the true pressures, given those that the rig's sensors read."""
+    """An experiment with the true pressures and motion, given what the rig's sensors read."""
     if rig.sensor is None:
         return experiment
     true = np.maximum(true_pressure(experiment.start_pressure, rig.sensor), 0.0)
-    if experiment.command != "measured":
-        return replace(experiment, start_pressure=true)
-    driving = true_pressure(experiment.command_value, rig.sensor)
-    return replace(experiment, start_pressure=true, command_value=driving)
+    kinds = np.array(experiment.drives.kinds)
+    value = experiment.command_value.copy()
+    value[:, kinds == "measured"] = true_pressure(value[:, kinds == "measured"], rig.sensor)
+    moved = np.isin(kinds, IMPOSED)
+    value[:, moved] = true_position(value[:, moved], rig.sensor)
+    return replace(experiment, start_pressure=true, command_value=value)
 
 
 def sensed_runs(

@@ -121,14 +121,14 @@ def start_error(
         simulated: channel -> (n,) at the trial's times from that start [SI]. The
             residual shows drifting sensor noise; without it, noise is assumed white.
     """
-    if trial.command_kind == "measured":  # noise and all, these are the pressures of the run
-        return StartError(np.zeros(trial.muscles), np.zeros(trial.muscles))
     noise = _noise(trial)
     for muscle, channel in enumerate(trial.pressure_channels):
         if simulated is not None and channel in trial.measured:
             drifting = _drifting(trial.measured[channel] - simulated[channel])
             noise[muscle] = max(noise[muscle], drifting)
-    return StartError(start_pressures(trial) - simulated_start, _REACH * noise)
+    # Noise and all, measured pressures are those of the run.
+    free = np.array([kind != "measured" for kind in trial.drives.muscles])
+    return StartError((start_pressures(trial) - simulated_start) * free, _REACH * noise * free)
 
 
 def _noise(trial: Trial) -> FloatArray:
@@ -165,7 +165,7 @@ def _drifting(miss: FloatArray) -> float:
 def _same_settings(first: Trial, second: Trial) -> bool:
     return (
         first.protocol == second.protocol
-        and first.command_kind == second.command_kind
+        and first.drive == second.drive
         and first.load == second.load
         and np.array_equal(first.time, second.time)
         and np.array_equal(first.command, second.command)

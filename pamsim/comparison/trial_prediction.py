@@ -121,8 +121,14 @@ class TrialPredictor:
         return tuple(self._experiments)
 
     def compared(self, trial: Trial) -> tuple[str, ...]:
-        """Channels of a trial that are compared; not pressures that drive it."""
-        driving = trial.pressure_channels if trial.command_kind == "measured" else ()
+        """Channels of a trial that are compared; not those that drive it."""
+        drives = trial.drives
+        driving = {
+            channel
+            for channel, kind in zip(trial.pressure_channels, drives.muscles, strict=True)
+            if kind == "measured"
+        }
+        driving |= {self.rig.names.joint_channel(joint) for joint in drives.imposed}
         return tuple(
             name
             for name in trial.measured
@@ -189,7 +195,7 @@ class TrialPredictor:
             return
         for number in set(self._of_trial):
             experiment = self._experiments[number]
-            if experiment.command == "measured":
+            if experiment.drives.all_measured:
                 continue
             moved = [
                 experiment.start_pressure,

@@ -103,7 +103,7 @@ class Cascade:
         Raises:
             InputError: if it does not command pressures.
         """
-        if self.outer.command != "pressure":
+        if self.outer.command != "pressure_set":
             raise InputError(
                 f"the outer controller of a cascade commands {self.outer.command!r}; it must"
                 " command pressure"

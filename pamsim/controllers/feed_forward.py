@@ -52,7 +52,7 @@ class FeedForward:
     lead: float = 0.0
     hysteresis: HysteresisInverse | None = None
     feedback: Pid | None = None
-    command: str = "pressure"
+    command: str = "pressure_set"
 
     @classmethod
     def for_rig(

@@ -38,7 +38,7 @@ class GainSchedule:
     by: str
     points: tuple[float, ...]
     gains: tuple[PidGains, ...]
-    command: str = "pressure"
+    command: str = "pressure_set"
 
     def __post_init__(self) -> None:
         """Check the schedule.

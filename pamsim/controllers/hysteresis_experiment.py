@@ -43,7 +43,7 @@ def decaying_triangle(
     time = np.arange(round(period * periods * _RATE) + 1) / _RATE
     differences = amplitude * triangle(time, period, shrink)
     return Experiment(
-        command="pressure",
+        drive="pressure_set",
         command_time=time,
         command_value=np.array([split.pressures(float(item)) for item in differences]),
         start_pressure=np.array(split.pressures(0.0)),

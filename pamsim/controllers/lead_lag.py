@@ -42,7 +42,7 @@ class LeadLag:
     design: LeadLagDesign
     model: SecondOrderModel
     point: LinearisationPoint
-    command: str = "pressure"
+    command: str = "pressure_set"
 
     def start(self, first: Observation) -> LeadLagMemory:
         """Memory that keeps the pressures at rest at first."""

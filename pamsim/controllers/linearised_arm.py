@@ -68,7 +68,7 @@ def linearise_arm(
     time = np.array([0.0, *(0.1 + hold * np.arange(len(_STEPS) - 1))])
     command = np.array([split.pressures(difference + step * level) for level in _STEPS])
     experiment = Experiment(
-        command="pressure",
+        drive="pressure_set",
         command_time=time,
         command_value=command,
         start_pressure=command[0],

@@ -41,7 +41,7 @@ class Lqg:
     design: RegulatorDesign
     point: LinearisationPoint
     tracking_time: float = math.inf
-    command: str = "pressure"
+    command: str = "pressure_set"
 
     def start(self, first: Observation) -> LqgMemory:
         """Memory that keeps the pressures at rest."""

@@ -26,10 +26,10 @@ class NeuralPolicy:
 
     layers: PolicyFile
     supply: float
-    command: str = "pressure"
+    command: str = "pressure_set"
 
     @classmethod
-    def read(cls, path: Path, *, supply: float, command: str = "pressure") -> NeuralPolicy:
+    def read(cls, path: Path, *, supply: float, command: str = "pressure_set") -> NeuralPolicy:
         """Read a policy from the ``.npz`` that scripts/train_policy.py writes.
 
         Raises:
@@ -65,7 +65,7 @@ class NeuralPolicy:
             value = np.tanh(weight @ value + bias)
         weight, bias = last
         first, second = np.clip(weight @ value + bias, -1.0, 1.0).tolist()
-        if self.command == "pressure":
+        if self.command == "pressure_set":
             half = 0.5 * self.supply
             return (half * (first + 1.0), half * (second + 1.0)), None
         return (first, second), None

@@ -55,7 +55,7 @@ class Pid:
     filter_time: float = 0.0
     rate_weight: float = 0.0
     tracking_time: float = math.inf
-    command: str = "pressure"
+    command: str = "pressure_set"
 
     def __post_init__(self) -> None:
         """Check the times.

@@ -47,7 +47,7 @@ class SlidingMode:
     bandwidth: float
     reach: float
     layer: float
-    command: str = "pressure"
+    command: str = "pressure_set"
 
     def start(self, first: Observation) -> SlidingMemory:
         """Memory without error so far."""

@@ -15,11 +15,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from pamsim.core.drive import MUSCLE_DRIVES, Drive, DriveLike, command_columns, in_toml
 from pamsim.core.encoding import to_dict
 from pamsim.core.errors import InputError, SimulationError, nearest
-from pamsim.core.experiment import COMMAND_UNITS
 from pamsim.core.files import complete_file
-from pamsim.core.signal_names import COMMAND_QUANTITY, KINDS, SignalNames
+from pamsim.core.signal_names import KINDS, SignalNames, column_of
 from pamsim.core.units import PA_PER_KPA
 
 SCHEMA = "pamsim-recording/1"
@@ -46,8 +46,8 @@ class Recording:
         velocities: (n, j) their rates [rad/s or m/s].
         pressure: (n, m) gauge pressures [Pa], one column per muscle.
         tension: (n, m) muscle tensions [N].
-        command: (n, m) command held from each sample on.
-        command_kind: ``valve``, ``pulse``, ``pressure`` or ``measured``.
+        command: (n, m + j) command of each muscle, then of each driven joint, as in an experiment.
+        drive: one kind for all muscles, or muscle or driven joint -> kind, see `pamsim.core.drive`.
         load: mass on the arm [kg].
         muscles: names of the muscles, in column order.
         outcome: how the run ended; anything but COMPLETED means the signals stop early.
@@ -55,6 +55,8 @@ class Recording:
         final_state: the engine's whole state at the last sample, to continue from; of a run that
             broke down, the state it started from.
         meta: what else is worth keeping: rig, time step, versions, name.
+        effort: driven joint -> (n,) torque [N m] or force [N] that acts on it from outside,
+            positive in the joint's direction: as given, or what an imposed motion takes.
     """
 
     time: NDArray[np.float64]
@@ -64,13 +66,21 @@ class Recording:
     pressure: NDArray[np.float64]
     tension: NDArray[np.float64]
     command: NDArray[np.float64]
-    command_kind: str
+    drive: DriveLike
     load: float
     muscles: tuple[str, ...]
     outcome: Outcome
     message: str
     final_state: NDArray[np.float64]
     meta: Mapping[str, str | float] = field(default_factory=dict[str, str | float])
+    effort: Mapping[str, NDArray[np.float64]] = field(
+        default_factory=dict[str, NDArray[np.float64]]
+    )
+
+    @property
+    def drives(self) -> Drive:
+        """``drive`` of every column of the command."""
+        return Drive.of(self.drive, self.command.shape[1])
 
     @property
     def names(self) -> SignalNames:
@@ -113,13 +123,15 @@ class Recording:
         return replace(self, positions=angle[:, np.newaxis])
 
     def signals(self) -> dict[str, NDArray[np.float64]]:
-        """Channel -> (n,) [SI]: positions of the joints, then each muscle's pressure and force.
+        """Channel -> (n,) [SI]: of the joints, then each muscle's pressure and force.
 
         A rig with one joint that turns has ``angle``, ``pressure_1``, ``force_1`` ...; any other
-        ``knee.angle``, ``flexor.pressure``, ``flexor.force`` ...
+        ``knee.angle``, ``flexor.pressure``, ``flexor.force`` ... A driven joint has ``torque`` or
+        ``force``, too.
         """
         names = self.names
         found = dict(zip(names.joint_channels, self.positions.T, strict=True))
+        found |= {names.effort_channel(joint): values for joint, values in self.effort.items()}
         for i, (pressure, force) in enumerate(
             zip(names.of_muscles("pressure"), names.of_muscles("force"), strict=True)
         ):
@@ -155,14 +167,21 @@ class Recording:
             Name -> (n,): ``time_s``, commands, pressures [kPa], joints [deg or mm], forces [N].
         """
         names = self.names
-        command = names.muscle_columns(COMMAND_QUANTITY[self.command_kind])
-        per_unit = PA_PER_KPA if COMMAND_UNITS[self.command_kind] == "Pa" else 1.0
+        commands: dict[str, NDArray[np.float64]] = {}
+        drives = self.drives
+        driven = command_columns(drives, names.named_muscles)
+        for i, kind in enumerate(drives.muscles):
+            if driven[i]:
+                per_unit = PA_PER_KPA if MUSCLE_DRIVES[kind].unit == "Pa" else 1.0
+                commands[driven[i]] = self.command[:, i] / per_unit
         joints = zip(names.joint_columns(), self.joints.values(), self.positions.T, strict=True)
+        efforts = {column_of(names.effort_channel(j)): v for j, v in self.effort.items()}
         return {
             "time_s": self.time,
-            **_by_column(command, self.command / per_unit),
+            **commands,
             **_by_column(names.muscle_columns("pressure"), self.pressure / PA_PER_KPA),
             **{column: values * KINDS[kind].scale for column, kind, values in joints},
+            **efforts,
             **_by_column(names.muscle_columns("force"), self.tension),
         }
 
@@ -195,15 +214,15 @@ class Recording:
         """Signals with their unit in the key, as in the CSV format, and what else is known.
 
         Returns:
-            JSON-safe dict: ``rig``, ``load_kg``, ``muscles``, ``command_kind``, ``outcome``,
-            ``message``, ``signals`` (name -> list of n numbers), ``meta``.
+            JSON-safe dict: ``rig``, ``load_kg``, ``muscles``, ``drive``, ``outcome``, ``message``,
+            ``signals`` (name -> list of n numbers), ``meta``.
         """
         return to_dict(
             {
                 "rig": self.meta.get("rig"),
                 "load_kg": self.load,
                 "muscles": self.muscles,
-                "command_kind": self.command_kind,
+                "drive": self.drive,
                 "outcome": self.outcome,
                 "message": self.message,
                 "signals": self.columns(),
@@ -264,7 +283,7 @@ def write_recording(
             "[[trial]]",
             f"file = {_quoted(path.name)}",
             f"protocol = {_quoted(protocol)}",
-            f'command = "{recording.command_kind}"',
+            f"drive = {in_toml(recording.drives.stated(recording.muscles))}",
             f"load_kg = {recording.load:.9g}",
         ]
     with complete_file(index) as part:

@@ -6,7 +6,15 @@ from collections.abc import Mapping
 from dataclasses import replace
 
 from pamsim.core.errors import InputError, nearest
-from pamsim.core.signal_names import JOINT_KINDS, KINDS, SignalNames, kind_of, owner_of
+from pamsim.core.signal_names import (
+    EFFORTS,
+    JOINT_KINDS,
+    KINDS,
+    MOVES,
+    SignalNames,
+    kind_of,
+    owner_of,
+)
 from pamsim.core.trial import Trial
 
 
@@ -22,10 +30,13 @@ def of_rig(trial: Trial, names: SignalNames, rig: str) -> tuple[Trial, tuple[str
         The trial, and notes on channels that the rig does not record.
 
     Raises:
-        InputError: if the trial does not command each of the rig's muscles, gives the angle of a
-            rig with several joints without a name, or a joint in a unit that it does not move in.
+        InputError: if the trial does not command each of the rig's muscles, drives a joint that the
+            rig does not record or as it does not move, gives the angle of a rig with several joints
+            without a name, or a joint in a unit that it does not move in.
     """
-    order = _order(trial, names, rig)
+    columns = _order(trial, names, rig)
+    order = columns[: trial.muscles]
+    names.check_driven(trial.drives.joints, f"{trial.name!r}: rig {rig!r}")
     channels = _channels(trial, names, order)
     measured = {channels[c]: v for c, v in trial.measured.items() if c in channels}
     left = [channel for channel in trial.measured if channel not in channels]
@@ -35,11 +46,14 @@ def of_rig(trial: Trial, names: SignalNames, rig: str) -> tuple[Trial, tuple[str
     lead = trial.lead_in
     if lead is not None:
         start = lead.start_pressure[order]
-        lead = replace(lead, command=lead.command[:, order], start_pressure=start)
+        lead = replace(lead, command=lead.command[:, columns], start_pressure=start)
+    drives = trial.drives
+    in_order = replace(drives, muscles=tuple(drives.muscles[i] for i in order))
     return replace(
         trial,
         lead_in=lead,
-        command=trial.command[:, order],
+        drive=in_order.stated(names.muscles),
+        command=trial.command[:, columns],
         measured=measured,
         muscle_names=names.named_muscles,
     ), tuple(
@@ -48,7 +62,7 @@ def of_rig(trial: Trial, names: SignalNames, rig: str) -> tuple[Trial, tuple[str
 
 
 def _order(trial: Trial, names: SignalNames, rig: str) -> list[int]:
-    """Number of the trial's muscle for each of the rig's."""
+    """Columns of the trial's command in the rig's order."""
     have = ", ".join(names.muscles)
     if trial.muscles != len(names.muscles):
         raise InputError(
@@ -61,9 +75,16 @@ def _order(trial: Trial, names: SignalNames, rig: str) -> list[int]:
                 f"{trial.name!r} commands {name!r}, which is no muscle of rig {rig!r}; "
                 f"{nearest(name, names.muscles)}"
             )
-    if not trial.muscle_names:
-        return list(range(trial.muscles))
-    return [trial.muscle_names.index(name) for name in names.muscles]
+    order = trial.drives.order(names.muscles, f"{trial.name!r}: rig {rig!r}")
+    if trial.muscle_names:
+        own = [trial.muscle_names.index(name) for name in names.muscles]
+        return [*own, *order[len(own) :]]
+    if order != sorted(order):
+        raise InputError(
+            f"{trial.name!r}: columns by number are in the order of rig {rig!r}, {have}; name the"
+            " muscles in that order in the drive"
+        )
+    return order
 
 
 def _channels(trial: Trial, names: SignalNames, order: list[int]) -> Mapping[str, str]:
@@ -72,6 +93,9 @@ def _channels(trial: Trial, names: SignalNames, order: list[int]) -> Mapping[str
         f"{name}.{kind}": channel
         for (name, kind), channel in zip(names.joints.items(), names.joint_channels, strict=True)
     }
+    for name in trial.drives.imposed:
+        effort = names.effort_channel(name)
+        channels |= {effort: effort, f"{name}.{EFFORTS[names.joints[name]]}": effort}
     if names.short:
         channels["angle"] = "angle"
     for kind in ("pressure", "force"):
@@ -91,8 +115,7 @@ def _refuse_other_joint(trial: Trial, channel: str, names: SignalNames, rig: str
     joint = owner_of(channel)
     if joint in names.joints and kind_of(channel) in JOINT_KINDS:
         kind = names.joints[joint]
-        moves = "turns" if kind == "angle" else "slides"
         raise InputError(
-            f"{trial.name!r}: joint {joint!r} of rig {rig!r} {moves}; give its column in"
+            f"{trial.name!r}: joint {joint!r} of rig {rig!r} {MOVES[kind]}; give its column in"
             f" {KINDS[kind].shown} and name it {columns}"
         )

@@ -11,7 +11,7 @@ import re
 from collections.abc import Mapping
 from dataclasses import dataclass
 
-from pamsim.core.errors import InputError
+from pamsim.core.errors import InputError, nearest
 from pamsim.core.units import DEG_PER_RAD, MM_PER_M, PA_PER_KPA
 
 
@@ -37,11 +37,19 @@ KINDS: dict[str, Kind] = {
     "position": Kind(unit="m", shown="mm", scale=MM_PER_M, suffix="mm"),
     "pressure": Kind(unit="Pa", shown="kPa", scale=1.0 / PA_PER_KPA, suffix="kpa"),
     "force": Kind(unit="N", shown="N", scale=1.0, suffix="n"),
+    "torque": Kind(unit="N*m", shown="N*m", scale=1.0, suffix="nm"),
 }
 """Kind of a measured channel -> its units. A joint that turns has an angle, one that slides a
-position."""
+position; what is exerted on it from outside is a torque or a force."""
 
 JOINT_KINDS = ("angle", "position")
+
+EFFORTS = {"angle": "torque", "position": "force"}
+"""Kind of a joint's position -> kind of what acts on the joint from outside."""
+
+MOVES = {"angle": "turns", "position": "slides"}
+_DRIVES = {"angle": ("torque", "angle"), "position": ("force", "length")}
+"""Kind of a joint's position -> kinds of drive it may have."""
 
 MUSCLE_COLUMNS: dict[str, tuple[str, str]] = {
     "valve": ("u{}", "{}_valve"),
@@ -51,14 +59,6 @@ MUSCLE_COLUMNS: dict[str, tuple[str, str]] = {
     "force": ("force{}_n", "{}_n"),
 }
 """Quantity of a muscle -> its column by number, and by name."""
-
-COMMAND_QUANTITY = {
-    "valve": "valve",
-    "pulse": "pulse",
-    "pressure": "pressure_set",
-    "measured": "pressure",
-}
-"""Kind of command -> its quantity in `MUSCLE_COLUMNS`."""
 
 
 def kind_of(channel: str) -> str:
@@ -103,7 +103,7 @@ def column_of(channel: str) -> str:
     kind, owner = kind_of(channel), owner_of(channel)
     if owner:
         return f"{owner}_{KINDS[kind].suffix}"
-    if channel in JOINT_KINDS:
+    if channel in (*JOINT_KINDS, *EFFORTS.values()):
         return f"{channel}_{KINDS[kind].suffix}"
     return MUSCLE_COLUMNS[kind][0].format(channel.rpartition("_")[2])
 
@@ -129,6 +129,11 @@ class SignalNames:
         if self.short:
             return
         for name in self.muscles:
+            if self.joints.get(name) == "position":
+                raise InputError(
+                    f"{name!r} is a muscle and a joint: {name}_n could be the force of either; give"
+                    " one another name"
+                )
             if re.fullmatch(r"[pu]\d+|force\d+|.*_set|.*_valve", name):
                 raise InputError(
                     f"muscle {name!r}: the column {name}_kpa could mean another muscle or its set"
@@ -148,9 +153,36 @@ class SignalNames:
     @property
     def joint_channels(self) -> tuple[str, ...]:
         """Channel of each joint."""
-        if self.short:
-            return ("angle",)
-        return tuple(f"{name}.{kind}" for name, kind in self.joints.items())
+        return tuple(map(self.joint_channel, self.joints))
+
+    def joint_channel(self, joint: str) -> str:
+        """Channel of one joint's position."""
+        return "angle" if self.short else f"{joint}.{self.joints[joint]}"
+
+    def effort_channel(self, joint: str) -> str:
+        """Channel of the torque or force that acts on a joint from outside."""
+        effort = EFFORTS[self.joints[joint]]
+        return effort if self.short else f"{joint}.{effort}"
+
+    def check_driven(self, driven: Mapping[str, str], where: str) -> None:
+        """Refuse to drive joints that the rig does not record, or otherwise than they move.
+
+        Args:
+            driven: joint -> kind of its drive, see `pamsim.core.drive`.
+            where: names the rig, for errors.
+
+        Raises:
+            InputError: naming the joint.
+        """
+        for joint, kind in driven.items():
+            if joint not in self.joints:
+                raise InputError(f"{where} has no joint {joint!r}; {nearest(joint, self.joints)}")
+            moves = self.joints[joint]
+            if kind not in _DRIVES[moves]:
+                raise InputError(
+                    f"{where}: joint {joint!r} {MOVES[moves]}, so that its drive is"
+                    f" {' or '.join(_DRIVES[moves])}, not {kind}"
+                )
 
     def of_muscles(self, kind: str) -> tuple[str, ...]:
         """Channel of each muscle, of the kind ``pressure`` or ``force``."""

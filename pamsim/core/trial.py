@@ -4,10 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
 
+from pamsim.core.drive import Drive, DriveLike
 from pamsim.core.signal_names import muscle_channels
 
 
@@ -18,7 +20,7 @@ class TrialLead:
     Attributes:
         time: (k,) [s], increasing from 0.
         duration: from its first sample to the trial's [s].
-        command: (k, m) as that of the trial.
+        command: (k, m + j) as that of the trial.
         start_pressure: (m,) first measured gauge pressures [Pa]; NaN where not measured.
     """
 
@@ -35,21 +37,23 @@ class Trial:
     Attributes:
         name: such as the file's stem.
         protocol: trials of the same protocol and settings are repeats of each other.
-        command_kind: ``valve``, ``pulse``, ``pressure`` or ``measured``.
+        drive: one kind for all muscles, or muscle or driven joint -> kind, see `pamsim.core.drive`.
         load: mass on the arm [kg].
         time: (n,) [s], increasing from 0, not necessarily uniform.
-        command: (n, m) command held from each sample on: opening [-] or gauge set point [Pa]; or
-            the measured gauge pressure at each sample [Pa].
+        command: (n, m + j) of each muscle, then of each driven joint: opening [-] or gauge set
+            point [Pa], held from each sample on, 0 of a sealed muscle; or the measured gauge
+            pressure [Pa], torque [N m], force [N], angle [rad] or position [m] at each sample.
         measured: channel -> (n,) [SI]; a channel that was not measured is absent. Of a rig with
             one joint ``angle``, ``pressure_1`` (gauge) ..., ``force_1`` ...; of any other
-            ``knee.angle``, ``flexor.pressure``, ``flexor.force`` ...
+            ``knee.angle``, ``flexor.pressure``, ``flexor.force`` ...; of a joint whose motion is
+            imposed also the ``torque`` or ``force`` that this takes, such as ``knee.torque``.
         muscle_names: in the order of the commands; none where muscles have numbers.
         lead_in: None for a trial that begins at rest.
     """
 
     name: str
     protocol: str
-    command_kind: str
+    drive: DriveLike
     load: float
     time: NDArray[np.float64]
     command: NDArray[np.float64]
@@ -62,10 +66,15 @@ class Trial:
         """Median time between samples [s]."""
         return float(np.median(np.diff(self.time)))
 
+    @cached_property
+    def drives(self) -> Drive:
+        """``drive`` of every column of the command."""
+        return Drive.of(self.drive, self.command.shape[1])
+
     @property
     def muscles(self) -> int:
         """Number of muscles commanded."""
-        return self.command.shape[1]
+        return len(self.drives.muscles)
 
     @property
     def pressure_channels(self) -> tuple[str, ...]:

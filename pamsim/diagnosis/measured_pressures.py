@@ -78,7 +78,7 @@ def _repeats(trials: Sequence[Trial], compared: Collection[str]) -> list[list[Tr
     """
     groups: dict[tuple[str, bytes, float, bytes], list[Trial]] = {}
     for trial in trials:
-        driven = trial.command_kind == "measured"
+        driven = trial.drives.all_measured
         complete = set(trial.pressure_channels) <= trial.measured.keys()
         if complete and not driven and not trial.measured.keys().isdisjoint(compared):
             key = (trial.protocol, trial.command.tobytes(), trial.load, trial.time.tobytes())
@@ -91,10 +91,13 @@ def _driven(repeats: Sequence[Trial]) -> Experiment:
     first = repeats[0]
     pressures = [np.stack([t.measured[c] for c in t.pressure_channels], axis=1) for t in repeats]
     mean = np.mean(pressures, axis=0)
+    drives, joints = first.drives, first.command[:, first.muscles :]
+    names = drives.names or [f"muscle {number}" for number in range(1, first.muscles + 1)]
+    measured = replace(drives, muscles=("measured",) * first.muscles)
     return replace(
         experiment_of(first),
-        command="measured",
+        drive=measured.stated(names),
         command_time=first.time,
-        command_value=mean,
+        command_value=np.hstack([mean, joints]),
         start_pressure=np.maximum(mean[0], 0.0),
     )

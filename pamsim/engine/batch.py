@@ -27,7 +27,7 @@ from pamsim.engine.simulate import Run, prepare, record
 from pamsim.engine.state import restore_state, save_state, settled
 from pamsim.engine.timestep_check import check_timestep
 
-_Key: TypeAlias = tuple[int, float, tuple[float, ...], float]
+_Key: TypeAlias = tuple[object, ...]
 
 
 @dataclass(frozen=True)
@@ -84,7 +84,9 @@ def simulate_batch(
 def _start(run: Run) -> _Key:
     """What the state at time 0 depends on; the time step is the same in a rig and batch."""
     start = run.experiment
-    return id(run.rig), start.load, tuple(start.start_pressure.tolist()), start.settle
+    joints = start.command_value[0, len(start.drives.muscles) :]
+    driven = (tuple(start.drives.joints.items()), tuple(joints.tolist()))
+    return id(run.rig), start.load, tuple(start.start_pressure.tolist()), start.settle, driven
 
 
 def _settled(run: Run, steps: int) -> _Rest:
@@ -96,7 +98,7 @@ def _settled(run: Run, steps: int) -> _Rest:
             check_timestep(run.model, run.rig.muscles)
         except InputError:
             run.model.opt.timestep = timestep
-    settle(run.model, data, run.experiment)
+    settle(run.model, data, run.experiment, run.external)
     run.model.opt.timestep = timestep
     return _Rest(save_state(run.model, data), data.warning.number.copy())
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import copy
 import dataclasses
 import os
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -22,6 +22,7 @@ from pamsim.actuator.layout import (
     unpack,
 )
 from pamsim.actuator.muscle import COMMANDS, Muscle
+from pamsim.core.drive import MUSCLE_DRIVES
 from pamsim.core.errors import InputError, nearest
 from pamsim.core.parameters import FieldSpec, Sourced, check_value, specs
 from pamsim.core.signal_names import SignalNames
@@ -125,7 +126,7 @@ class Rig:
         self,
         *,
         load: float = 0.0,
-        command: str = "pressure",
+        command: str | Sequence[str] = "pressure_set",
         timestep: float | None = None,
         integrator: str | None = None,
     ) -> mujoco.MjModel:
@@ -133,7 +134,7 @@ class Rig:
 
         Args:
             load: mass on the arm [kg].
-            command: what the muscles' control means, one of ``valve``, ``pulse``, ``pressure``.
+            command: what the control of all muscles, or of each, means, see `set_command`.
             timestep: [s]; the rig's own if left out.
             integrator: MJCF name such as ``implicitfast``; the rig's own if left out.
 
@@ -341,15 +342,23 @@ def _put_rod(spec: mujoco.MjSpec, joint: str, where: Path) -> None:
     tendon.wrap_joint(joint, 1.0)
 
 
-def set_command(model: mujoco.MjModel, command: str) -> None:
-    """Set what the control of every muscle means.
+def set_command(model: mujoco.MjModel, command: str | Sequence[str]) -> None:
+    """Set what the control of the muscles means.
+
+    Args:
+        model: of a rig; changed in place.
+        command: of all muscles, or one per muscle in actuator order: ``valve``, ``pulse``,
+            ``pressure_set``, ``measured``, or ``sealed``, a valve whose control is to stay 0.
 
     Raises:
-        InputError: if the command is unknown.
+        InputError: if a command is unknown.
     """
-    if command not in COMMANDS:
-        raise InputError(f"no command {command!r}; {nearest(command, COMMANDS)}")
-    model.actuator_user[:, slot("command")] = COMMANDS.index(command)
+    given = [command] if isinstance(command, str) else command
+    for name in given:
+        if name not in MUSCLE_DRIVES:
+            raise InputError(f"no command {name!r}; {nearest(name, MUSCLE_DRIVES)}")
+    codes = [COMMANDS.index("valve" if name == "sealed" else name) for name in given]
+    model.actuator_user[:, slot("command")] = codes
 
 
 def _merged(file: RigFile, name: str) -> dict[str, dict[str, Any]]:

@@ -22,6 +22,7 @@ from numpy.typing import NDArray
 
 from pamsim.core.errors import EngineError
 from pamsim.engine.delayed_command import Stretch
+from pamsim.engine.external import External, act, effort
 from pamsim.engine.settle import EachStep, advance
 from pamsim.engine.trace import Trace
 
@@ -41,12 +42,15 @@ class Plan:
         command: (s, m) of each stretch.
         timestep: (s,) [s].
         count: (s,) steps.
+        external: (s, j) of each stretch, which is then a single step: what acts on the driven
+            joints, see `pamsim.engine.external.act`.
     """
 
     first: NDArray[np.int64]
     command: FloatArray
     timestep: FloatArray
     count: NDArray[np.int64]
+    external: FloatArray
 
 
 def plan_of(samples: Sequence[Sequence[Stretch]]) -> Plan:
@@ -57,6 +61,7 @@ def plan_of(samples: Sequence[Sequence[Stretch]]) -> Plan:
         command=np.array([command for command, _, _ in stretches]),
         timestep=np.array([timestep for _, timestep, _ in stretches]),
         count=np.array([count for _, _, count in stretches], dtype=np.int64),
+        external=np.empty((len(stretches), 0)),
     )
 
 
@@ -74,6 +79,7 @@ def held_commands(commands: FloatArray, timestep: float, steps: int) -> Plan:
         command=np.ascontiguousarray(commands),
         timestep=np.full(count, timestep),
         count=np.full(count, steps, dtype=np.int64),
+        external=np.empty((count, 0)),
     )
 
 
@@ -91,11 +97,18 @@ def each_step_command(commands: FloatArray, timestep: float, steps: int) -> Plan
         command=np.ascontiguousarray(commands),
         timestep=np.full(count, timestep),
         count=np.ones(count, dtype=np.int64),
+        external=np.empty((count, 0)),
     )
 
 
 def take_compiled(
-    model: mujoco.MjModel, data: mujoco.MjData, plan: Plan, trace: Trace, first: int, last: int
+    model: mujoco.MjModel,
+    data: mujoco.MjData,
+    plan: Plan,
+    on: External,
+    trace: Trace,
+    first: int,
+    last: int,
 ) -> None:
     """Take samples of a live model without collisions, compiled callbacks installed.
 
@@ -103,7 +116,7 @@ def take_compiled(
     """
     if first == 0 and last > 0:
         # A model that cannot be stepped raises an error here, in the engine's own binding.
-        take_interpreted(model, data, plan, trace, 0, 1, None, None)
+        take_interpreted(model, data, plan, on, trace, 0, 1, None, None)
         first = 1
     _loop()(
         int(model._address),
@@ -114,6 +127,8 @@ def take_compiled(
         plan.count,
         (data.qpos, data.qvel, data.act, data.ctrl),
         (data.actuator_length, data.actuator_velocity, data.actuator_force),
+        (on.positions, on.dofs, on.inertia, plan.external),
+        (data.qfrc_applied, data.qacc, trace.effort),
         data.warning.number,
         (trace.position, trace.velocity, trace.act),
         (trace.length, trace.speed, trace.force),
@@ -127,6 +142,7 @@ def take_interpreted(
     model: mujoco.MjModel,
     data: mujoco.MjData,
     plan: Plan,
+    on: External,
     trace: Trace,
     first: int,
     last: int,
@@ -139,6 +155,7 @@ def take_interpreted(
         model: live.
         data: of it; stepped in place.
         plan: of the run.
+        on: joints that are driven from outside.
         trace: written.
         first: sample to begin at.
         last: sample to stop before.
@@ -152,9 +169,12 @@ def take_interpreted(
             row, count = plan.command[stretch], int(plan.count[stretch])
             model.opt.timestep = plan.timestep[stretch]
             ctrl[:] = row
+            if on.joints:
+                act(data, on, plan.external[stretch], plan.timestep[stretch])
             if stretch == plan.first[k]:
                 advance(model, data, row, 1, each_step)
                 note_tendons(data, trace, k)
+                trace.effort[k] = effort(data, on)
                 if pull is not None:
                     pull(k)
                 count -= 1
@@ -220,6 +240,8 @@ def _loop() -> Any:
         counts,
         state,
         tendon,
+        driven,
+        acting,
         warned,
         states,
         tendons,
@@ -232,6 +254,8 @@ def _loop() -> Any:
         now = numba.carray(data, (clock + 1,), np.float64)
         position, velocity, act, ctrl = state
         length, speed, force = tendon
+        places, dofs, inertia, external = driven
+        applied, acceleration, efforts = acting
         times, warnings = others
         for k in range(first, last):
             times[k] = now[clock]
@@ -243,11 +267,21 @@ def _loop() -> Any:
             for stretch in range(begin, begins[k + 1]):
                 timestep[option] = timesteps[stretch]
                 ctrl[:] = commands[stretch]
+                for j in range(dofs.size):  # as `act`
+                    value, dof = external[stretch, j], dofs[j]
+                    if inertia[j] > 0.0:
+                        step_time = timesteps[stretch]
+                        wanted = (value - position[places[j]]) / step_time
+                        value = inertia[j] * ((wanted - velocity[dof]) / step_time)
+                    applied[dof] = value
                 for i in range(counts[stretch]):
                     step(model, data)
                     if stretch == begin and i == 0:
                         tendons[0][k] = length
                         tendons[1][k] = speed
                         tendons[2][k] = force
+                        for j in range(dofs.size):
+                            dof = dofs[j]
+                            efforts[k, j] = applied[dof] - inertia[j] * acceleration[dof]
 
     return loop

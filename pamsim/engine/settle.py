@@ -11,8 +11,9 @@ from numpy.typing import NDArray
 
 from pamsim.actuator.layout import slot
 from pamsim.core.experiment import Experiment
+from pamsim.engine.external import NOTHING, External, place
 from pamsim.engine.rig import set_command
-from pamsim.engine.state import reset, settled
+from pamsim.engine.state import charge, settled
 
 EachStep: TypeAlias = Callable[[mujoco.MjModel, mujoco.MjData], None]
 """Called with model and data before every time step: physics that the rig does not contain."""
@@ -38,6 +39,7 @@ def settle(
     model: mujoco.MjModel,
     data: mujoco.MjData,
     experiment: Experiment,
+    on: External = NOTHING,
     *,
     each_step: EachStep | None = None,
 ) -> None:
@@ -47,15 +49,21 @@ def settle(
     relaxed creep element carries no force at rest. So is what keeps the valves shut near the set
     point: the muscles come to rest at the start pressures themselves, however they were reached.
     Where hysteresis leaves them depends on the way there, which is the same for every command.
+    Joints that are driven from outside are under the first torque or force, or held where their
+    motion begins.
 
     Args:
         model: live; its command is that of the experiment afterwards.
         data: of it, overwritten.
         experiment: its start pressures [Pa] and the time [s] that it allows.
+        on: joints that it drives from outside.
         each_step: acts before every step, or None.
     """
-    set_command(model, "pressure")
-    reset(model, data, experiment.start_pressure.tolist())
+    set_command(model, "pressure_set")
+    first = experiment.command_value[0, len(experiment.drives.muscles) :]
+    mujoco.mj_resetData(model, data)
+    place(data, on, first)
+    charge(model, data, experiment.start_pressure.tolist())
     kept = model.actuator_user[:, _AWAY_MEANWHILE].copy()
     model.actuator_user[:, _AWAY_MEANWHILE] = 0.0
     data.ctrl[:] = experiment.start_pressure
@@ -66,12 +74,13 @@ def settle(
     while left > 0:
         advance(model, data, experiment.start_pressure, min(block, left), each_step)
         left -= block
+        place(data, on, first)
         now = _configuration(data)
         if _at_rest(before, now, data.qvel):
             break
         before = now
     model.actuator_user[:, _AWAY_MEANWHILE] = kept
-    set_command(model, experiment.command)
+    set_command(model, experiment.drives.muscles)
     settled(model, data, experiment.start_pressure.tolist())
     data.time = 0.0
 

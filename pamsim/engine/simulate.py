@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+import itertools
+from dataclasses import dataclass, replace
 
 import mujoco
 import numpy as np
@@ -16,6 +17,7 @@ from pamsim.engine.callback import live
 from pamsim.engine.chamber_trace import gauge_pressures, tensions
 from pamsim.engine.contacts import may_collide
 from pamsim.engine.delayed_command import arriving_commands
+from pamsim.engine.external import External, act, check_range, effort, external
 from pamsim.engine.rig import Rig
 from pamsim.engine.sampling import (
     Plan,
@@ -43,8 +45,9 @@ class Run:
 
     Attributes:
         rig: that runs it.
-        experiment: what to do.
+        experiment: what to do, its muscles in the rig's order.
         model: the rig's, with load, command and time step of the experiment.
+        external: joints that it drives from outside.
         samples: of the recording.
         steps: time steps per sample.
     """
@@ -52,6 +55,7 @@ class Run:
     rig: Rig
     experiment: Experiment
     model: mujoco.MjModel
+    external: External
     samples: int
     steps: int
 
@@ -83,7 +87,8 @@ def simulate(
         from_state: ``final_state`` of an earlier recording to continue from instead of settling;
             the rig must be the same, without ``valve.delay``. Time goes on from there.
         each_step: called before every time step, with the command already in ``data.ctrl``, and
-            free to change that, the muscles' parameters and states, and ``data.qfrc_applied``.
+            free to change that, the muscles' parameters and states, and ``data.qfrc_applied`` of
+            joints that the experiment does not drive.
             While the rig comes to rest, time is negative. If it has a memory, use one object per
             run.
 
@@ -103,10 +108,10 @@ def simulate(
     data = mujoco.MjData(run.model)
     with live(run.model, backend=backend):
         if from_state is None:
-            settle(run.model, data, experiment, each_step=each_step)
+            settle(run.model, data, run.experiment, run.external, each_step=each_step)
         else:
             restore_state(run.model, data, from_state)
-        return record(run, data, backend=backend, each_step=each_step)
+        return record(run, data, backend=backend, each_step=each_step, from_rest=from_state is None)
 
 
 def prepare(
@@ -122,27 +127,47 @@ def prepare(
         InputError: if the experiment does not fit the rig or the time step, or the rig not itself.
         EngineError: if the rig's integrator cannot carry the muscles' memory.
     """
-    muscles = len(rig.muscles)
-    if experiment.command_value.shape[1] != muscles:
-        raise InputError(
-            f"the experiment commands {experiment.command_value.shape[1]} muscles,"
-            f" rig {rig.name!r} has {muscles}"
-        )
+    experiment = _in_order(experiment, rig)
+    drives = experiment.drives
     model = rig.model_for(
         load=experiment.load,
-        command=experiment.command,
+        command=drives.muscles,
         timestep=timestep,
         integrator=integrator,
     )
     check_timestep(model, rig.muscles)
     check_backlash(model, rig.muscles)
     check_supply(model)
+    check_range(model, drives, experiment.command_value)
     return Run(
         rig=rig,
         experiment=experiment,
         model=model,
+        external=external(model, drives),
         samples=1 + round(experiment.duration * experiment.sample_rate),
         steps=whole_steps(1.0 / experiment.sample_rate, model.opt.timestep),
+    )
+
+
+def _in_order(experiment: Experiment, rig: Rig) -> Experiment:
+    """An experiment with its muscles in the rig's order.
+
+    Raises:
+        InputError: if it does not drive each of them, or a joint that the rig does not have.
+    """
+    drives, where = experiment.drives, f"rig {rig.name!r}"
+    rig.names.check_driven(drives.joints, where)
+    order = drives.order(tuple(rig.muscles), where)
+    if order == sorted(order):
+        return experiment
+    muscles = order[: len(drives.muscles)]
+    names = [drives.names[i] for i in muscles]
+    moved = replace(drives, muscles=tuple(drives.muscles[i] for i in muscles), names=tuple(names))
+    return replace(
+        experiment,
+        drive=moved.stated(names),
+        command_value=experiment.command_value[:, order],
+        start_pressure=experiment.start_pressure[muscles],
     )
 
 
@@ -172,6 +197,7 @@ def record(
     *,
     backend: str = "compiled",
     each_step: EachStep | None = None,
+    from_rest: bool = True,
 ) -> Recording:
     """Run an experiment on a live model from the present state on.
 
@@ -180,6 +206,7 @@ def record(
         data: of its model; stepped in place.
         backend: the one the model is live with.
         each_step: see `simulate`.
+        from_rest: False where a motion that is imposed goes on.
     """
     model, experiment = run.model, run.experiment
     relative = np.arange(run.samples) / experiment.sample_rate
@@ -187,8 +214,11 @@ def record(
     timestep = float(model.opt.timestep)
     commands = experiment.command_at(relative)
     plan = _plan(run, commands)
+    on = run.external
+    if from_rest:
+        _begin_moving(run, data, plan)
     final_state = save_state(model, data)
-    trace = empty_trace(model, run.samples)
+    trace = empty_trace(model, run.samples, len(on.joints))
     # Friction and the sprocket's teeth make the force on a tendon another than its muscle's.
     braked = any(m.friction.acts or m.chain.ripple for m in run.rig.muscles.values())
     pulls = np.empty_like(trace.force)
@@ -207,18 +237,22 @@ def record(
     for begin in range(0, run.samples, _CHECK_EVERY):
         end = min(begin + _CHECK_EVERY, run.samples)
         if native:
-            take_compiled(model, data, plan, trace, begin, min(end, last))
+            take_compiled(model, data, plan, on, trace, begin, min(end, last))
         else:
             stop = min(end, last)
-            take_interpreted(model, data, plan, trace, begin, stop, each_step, each_pull)
+            take_interpreted(model, data, plan, on, trace, begin, stop, each_step, each_pull)
         if end == run.samples:
             note_state(data, trace, last)
             data.ctrl[:] = plan.command[plan.first[last]]
+            data.qfrc_applied[on.dofs] = 0.0
             final_state = save_state(model, data)
+            if on.joints:
+                act(data, on, plan.external[plan.first[last]], timestep)
             if each_step is not None:
                 each_step(model, data)
             mujoco.mj_forward(model, data)
             note_tendons(data, trace, last)
+            trace.effort[last] = effort(data, on)
             if each_pull is not None:
                 each_pull(last)
         broken = first_breakdown(trace, expected, 0.5 * timestep, begin, end)
@@ -245,7 +279,7 @@ def record(
         pressure=gauge_pressures(model, trace.act[keep], trace.length[keep], backend=backend),
         tension=tension,
         command=commands[keep],
-        command_kind=experiment.command,
+        drive=experiment.drives.stated(tuple(run.rig.muscles)),
         load=experiment.load,
         muscles=tuple(run.rig.muscles),
         outcome=outcome,
@@ -258,17 +292,60 @@ def record(
             "sample_hz": experiment.sample_rate,
             "mujoco": mujoco.__version__,
         },
+        effort=_efforts(run, trace.effort[keep], commands[keep]),
     )
 
 
+def _efforts(
+    run: Run, acted: NDArray[np.float64], commands: NDArray[np.float64]
+) -> dict[str, NDArray[np.float64]]:
+    """Torque or force on each driven joint: as given, or what its imposed motion took."""
+    given = commands[:, len(run.experiment.drives.muscles) :]
+    values = np.where(run.external.inertia > 0.0, acted, given)
+    return dict(zip(run.external.joints, values.T, strict=True))
+
+
 def _plan(run: Run, commands: NDArray[np.float64]) -> Plan:
-    """When which commands reach the valves."""
-    delays, start = _delays(run.rig), run.experiment.start_pressure
-    timestep = float(run.model.opt.timestep)
-    if run.experiment.command == "measured":
-        ends = timestep * np.arange(1, run.samples * run.steps + 1)
-        return each_step_command(run.experiment.command_at(ends), timestep, run.steps)
-    if not any(delays):
-        return held_commands(commands, timestep, run.steps)
-    before = start.tolist() if run.experiment.command == "pressure" else [0.0] * len(start)
-    return plan_of(arriving_commands(commands, before, delays, timestep, run.steps))
+    """When which commands reach the valves, and what acts on driven joints."""
+    drives, start = run.experiment.drives, run.experiment.start_pressure
+    muscles, timestep = len(drives.muscles), float(run.model.opt.timestep)
+    pairs = list(zip(_delays(run.rig), drives.muscles, strict=True))
+    delays = [0.0 if kind == "measured" else delay for delay, kind in pairs]
+    before = [
+        p if kind == "pressure_set" else 0.0 for p, (_, kind) in zip(start, pairs, strict=True)
+    ]
+    between = np.array(drives.between)
+    if not any(between):
+        if not any(delays):
+            return held_commands(commands, timestep, run.steps)
+        return plan_of(arriving_commands(commands, before, delays, timestep, run.steps))
+    ends = timestep * np.arange(1, run.samples * run.steps + 1)
+    values = run.experiment.command_at(ends)
+    values[:, ~between] = np.repeat(commands[:, ~between], run.steps, axis=0)
+    plan = each_step_command(values[:, :muscles], timestep, run.steps)
+    if any(delays):
+        late = arriving_commands(values[:, :muscles], before, delays, timestep, 1)
+        samples = (late[k : k + run.steps] for k in range(0, len(late), run.steps))
+        plan = plan_of([list(itertools.chain(*sample)) for sample in samples])
+    if not drives.joints:
+        return plan
+    ends = np.cumsum(plan.timestep * plan.count)
+    acting = run.experiment.command_at(ends)[:, muscles:]
+    middle = run.experiment.command_at(ends - 0.5 * plan.timestep)[:, muscles:]
+    imposed = run.external.inertia > 0.0
+    acting[:, ~imposed] = middle[:, ~imposed]
+    last = int(plan.first[-2])
+    if last >= 3:  # the motion goes on, or stopping at the last sample would show as a blow
+        one, two, three = acting[last - 3 : last, imposed]
+        acting[last, imposed] = one - 3.0 * two + 3.0 * three
+    return replace(plan, external=acting)
+
+
+def _begin_moving(run: Run, data: mujoco.MjData, plan: Plan) -> None:
+    """Give joints whose motion is imposed its first speed, or it would begin with a blow."""
+    on, first = run.external, run.experiment.command_value[0, len(run.experiment.drives.muscles) :]
+    if len(plan.external) < 2:
+        return
+    for i in np.flatnonzero(on.inertia):
+        one, two = plan.external[:2, i]
+        data.qvel[on.dofs[i]] = (3.0 * one - two - 2.0 * first[i]) / plan.timestep[0]

@@ -26,6 +26,7 @@ class Trace:
         length: (n, m) actuator lengths [m].
         speed: (n, m) their rates [m/s].
         force: (n, m) actuator forces [N].
+        effort: (n, j) what acts on driven joints from outside [N m or N].
         warnings: (n, k) how often the engine has warned of each kind.
     """
 
@@ -36,11 +37,12 @@ class Trace:
     length: FloatArray
     speed: FloatArray
     force: FloatArray
+    effort: FloatArray
     warnings: NDArray[np.int32]
 
 
-def empty_trace(model: mujoco.MjModel, samples: int) -> Trace:
-    """A trace with room for a number of samples."""
+def empty_trace(model: mujoco.MjModel, samples: int, driven: int = 0) -> Trace:
+    """A trace with room for a number of samples, of a number of driven joints."""
     kinds = len(mujoco.MjData(model).warning)
     return Trace(
         time=np.empty(samples),
@@ -50,6 +52,7 @@ def empty_trace(model: mujoco.MjModel, samples: int) -> Trace:
         length=np.empty((samples, model.nactuator)),
         speed=np.empty((samples, model.nactuator)),
         force=np.empty((samples, model.nactuator)),
+        effort=np.empty((samples, driven)),
         warnings=np.empty((samples, kinds), dtype=np.int32),
     )
 

@@ -33,11 +33,11 @@ class ActionKind:
 
     def rest(self, pressure: float) -> float:
         """The command that leaves a muscle at rest at a gauge pressure [Pa]."""
-        return pressure if self.command == "pressure" else 0.0
+        return pressure if self.command == "pressure_set" else 0.0
 
     def span(self, supply: float) -> float:
         """Change of command that counts as 1 in the reward's effort."""
-        return 0.5 * supply if self.command == "pressure" else 1.0
+        return 0.5 * supply if self.command == "pressure_set" else 1.0
 
 
 def _signed_pair() -> gymnasium.Space:
@@ -71,7 +71,7 @@ def _switches(action, supply):
 KINDS: Mapping[str, ActionKind] = MappingProxyType(
     {
         "pressure": ActionKind(
-            name="pressure", command="pressure", space=_signed_pair, commands=_set_points
+            name="pressure", command="pressure_set", space=_signed_pair, commands=_set_points
         ),
         "valve": ActionKind(name="valve", command="valve", space=_signed_pair, commands=_openings),
         "on_off": ActionKind(

@@ -42,7 +42,7 @@ class RestStates:
         rig = self._rig.with_parameters(values) if values else self._rig
         command = np.full((1, 2), self._kind.rest(self._pressure))
         start = Experiment(
-            command=self._kind.command,
+            drive=self._kind.command,
             command_time=np.zeros(1),
             command_value=command,
             start_pressure=np.full(2, self._pressure),

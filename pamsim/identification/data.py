@@ -128,7 +128,7 @@ def _trial_of(run: Recording, name: str) -> Trial:
     return Trial(
         name=name,
         protocol=name,
-        command_kind=run.command_kind,
+        drive=run.drive,
         load=run.load,
         time=run.time,
         command=run.command,

@@ -10,9 +10,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pamsim.comparison.experiments import start_pressures
+from pamsim.core.drive import MUSCLE_DRIVES, command_columns
 from pamsim.core.errors import InputError, nearest
-from pamsim.core.experiment import COMMAND_UNITS
-from pamsim.core.signal_names import COMMAND_QUANTITY, column_of, muscle_columns
+from pamsim.core.signal_names import column_of
 from pamsim.core.trial import Trial
 from pamsim.core.units import DEG_PER_RAD, MM_PER_M, PA_PER_KPA
 from pamsim.inference.record_checks import UNIFORM_TOLERANCE
@@ -164,15 +164,20 @@ def default_output(tables: Sequence[SignalTable]) -> str:
 
 def table_of(trial: Trial) -> SignalTable:
     """The columns of a trial, under the names of the recording format."""
-    driven = muscle_columns(COMMAND_QUANTITY[trial.command_kind], trial.muscle_names, trial.muscles)
-    commands = dict(zip(driven, trial.command.T, strict=True))
+    driven = command_columns(trial.drives, trial.muscle_names)
+    commands = {name: v for name, v in zip(driven, trial.command.T, strict=True) if name}
     measured = {column_of(channel): values for channel, values in trial.measured.items()}
     # A muscle rests at its start pressure, held by a regulator or behind a shut valve.
-    pressed = COMMAND_UNITS[trial.command_kind] == "Pa"
-    rest = start_pressures(trial) if pressed else np.zeros(trial.muscles)
+    pressed = [MUSCLE_DRIVES[kind].unit == "Pa" for kind in trial.drives.muscles]
+    rest = (
+        np.where(pressed, start_pressures(trial), 0.0) if any(pressed) else np.zeros(len(pressed))
+    )
+    rest = np.concatenate([rest, trial.command[0, trial.muscles :]])
     pressures = [
-        trial.measured.get(channel, command if pressed else None)
-        for channel, command in zip(trial.pressure_channels, trial.command.T, strict=True)
+        trial.measured.get(channel, command if by_pressure else None)
+        for channel, command, by_pressure in zip(
+            trial.pressure_channels, trial.command.T, pressed, strict=False
+        )
     ]
     known = [values for values in pressures if values is not None]
     return SignalTable(
@@ -182,7 +187,7 @@ def table_of(trial: Trial) -> SignalTable:
         time=trial.time,
         columns={**commands, **measured},
         held=frozenset(commands),
-        rest=dict(zip(driven, rest.tolist(), strict=True)),
+        rest={name: v for name, v in zip(driven, rest.tolist(), strict=True) if name},
         level=np.mean(known, axis=0) if known else None,
     )
 

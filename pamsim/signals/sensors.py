@@ -205,10 +205,19 @@ def true_pressure(reading: ArrayLike, chain: MeasurementChain) -> NDArray[np.flo
     Returns:
         (...) true pressure [Pa]; the reading itself for an instrument without errors.
     """
+    return _without_errors(reading, chain.pressure_scale, chain.pressure_bias)
+
+
+def true_position(reading: ArrayLike, chain: MeasurementChain) -> NDArray[np.float64]:
+    """True position at rest of a joint from a sensor's reading, as `true_pressure` [rad or m]."""
+    return _without_errors(reading, chain.angle_scale, chain.angle_bias)
+
+
+def _without_errors(reading: ArrayLike, scale: float, bias: float) -> NDArray[np.float64]:
     true = np.asarray(reading, dtype=float)
-    if chain.pressure_bias != 0.0:
-        true = true - chain.pressure_bias
-    return true / chain.pressure_scale if chain.pressure_scale != 1.0 else true
+    if bias != 0.0:
+        true = true - bias
+    return true / scale if scale != 1.0 else true
 
 
 def _with_errors(

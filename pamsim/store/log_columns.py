@@ -19,7 +19,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from pamsim.core.errors import InputError, nearest
-from pamsim.core.signal_names import JOINT_KINDS, KINDS, MUSCLE_COLUMNS, owner_of
+from pamsim.core.signal_names import EFFORTS, JOINT_KINDS, KINDS, MUSCLE_COLUMNS, owner_of
 from pamsim.core.units import to_si
 from pamsim.store.columns import Columns
 
@@ -130,7 +130,8 @@ def _own_name(quantity: str, where: str) -> tuple[str, str, float]:
     owner, kind, number = owner_of(quantity), quantity.rpartition(".")[2], ""
     if not owner and (short := _SHORT.fullmatch(quantity)):
         kind, number = short.groups()
-    if kind in JOINT_KINDS and not number:
+    # A joint's force has the column and the unit of a muscle's.
+    if kind in (*JOINT_KINDS, *EFFORTS.values()) and (owner or kind != "force") and not number:
         name = f"{owner or kind}_{KINDS[kind].suffix}"
         return name, KINDS[kind].unit, KINDS[kind].scale
     if kind in MUSCLE_COLUMNS and (owner or number):
@@ -140,8 +141,9 @@ def _own_name(quantity: str, where: str) -> tuple[str, str, float]:
             return name, "1", 1.0
         own = KINDS["pressure" if kind in _PRESSURES else kind]
         return name, own.unit, own.scale
-    known = [*(f"JOINT.{kind}" for kind in JOINT_KINDS), *(f"MUSCLE.{q}" for q in MUSCLE_COLUMNS)]
+    joints = (*JOINT_KINDS, *EFFORTS.values())
+    known = [*(f"JOINT.{kind}" for kind in joints), *(f"MUSCLE.{q}" for q in MUSCLE_COLUMNS)]
     raise InputError(
         f"{where} is no quantity; write time, {', '.join(known)}, or for a rig with one joint"
-        " angle, pressure_1, pressure_set_1, valve_1, force_1"
+        " angle, torque, pressure_1, pressure_set_1, valve_1, force_1"
     )

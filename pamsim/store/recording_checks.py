@@ -72,20 +72,22 @@ def clock(columns: Columns) -> str:
     return f"steps of the clock are not uniform: {shortest:.4g} to {steps[longest]:.4g} s"
 
 
-def commands(columns: Columns, kind: str, names: Sequence[str]) -> None:
+def commands(columns: Columns, drives: Sequence[tuple[str, str]]) -> None:
     """Check that commands lie in their range.
 
     Args:
         columns: of the trial.
-        kind: ``valve``, ``pulse``, ``pressure`` or ``measured``, whose columns `units` checks.
-        names: of the command columns.
+        drives: command column and kind of its drive; others than valves and set points are
+            measured, and `units` checks them.
 
     Raises:
         InputError: for a valve beyond 1, or a set point below the atmosphere.
     """
-    for name in names if kind != "measured" else ():
+    for name, kind in drives:
+        if kind not in ("valve", "pulse", "pressure_set"):
+            continue
         value = columns.values[name]
-        if kind == "pressure":
+        if kind == "pressure_set":
             row = int(np.argmin(value))
             if value[row] < 0.0:
                 raise InputError(

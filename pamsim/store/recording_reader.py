@@ -1,10 +1,11 @@
 """Read recordings: a folder with ``recording.toml`` and one CSV per trial.
 
-Columns per CSV: ``time_s``; a command of every muscle: ``flexor_valve`` (valve opening or pulse
-duty, in [-1, 1]) or ``flexor_set_kpa``; then, as far as they were measured, ``flexor_kpa``,
-``flexor_n``, ``knee_deg`` of a joint that turns and ``slider_mm`` of one that slides. For a rig
-with one joint also ``u1``, ``p1_set_kpa``, ``p1_kpa``, ``force1_n``, ``angle_deg``: muscles by
-number. Pressures are gauge.
+Columns per CSV: ``time_s``; what drives every muscle: ``flexor_valve`` (valve opening or pulse
+duty, in [-1, 1]), ``flexor_set_kpa``, or the measured ``flexor_kpa``; then, as far as they were
+measured, ``flexor_kpa``, ``flexor_n``, ``knee_deg`` of a joint that turns and ``slider_mm`` of one
+that slides, and the torque ``knee_nm`` or force ``slider_n`` that acts on it from outside. For a
+rig with one joint that turns also ``u1``, ``p1_set_kpa``, ``p1_kpa``, ``force1_n``, ``angle_deg``,
+``torque_nm``: muscles by number. Pressures are gauge.
 
 A log in a lab's own columns and units is read as it is if ``recording.toml`` says what they are,
 see `pamsim.store.log_columns`.
@@ -20,9 +21,9 @@ from typing import Any
 
 import numpy as np
 
+from pamsim.core.drive import JOINT_DRIVES, MUSCLE_DRIVES, DriveLike, checked
 from pamsim.core.errors import InputError, nearest
 from pamsim.core.recording import SCHEMA
-from pamsim.core.signal_names import COMMAND_QUANTITY
 from pamsim.core.trial import Trial, TrialSet
 from pamsim.store import recording_checks, segments
 from pamsim.store.columns import Columns, read_columns
@@ -32,7 +33,7 @@ from pamsim.store.trial_columns import TrialColumns, trial_columns
 INDEX = "recording.toml"
 WITH_COLUMNS = "pamsim-recording/2"
 _TOP = {"schema", "rig", "columns", "trial"}
-_TRIAL = {"file", "protocol", "command", "load_kg", *segments.KEYS}
+_TRIAL = {"file", "protocol", "drive", "load_kg", *segments.KEYS}
 _MOST_LOAD_KG = 100.0  # what no arm of such muscles lifts
 
 
@@ -68,8 +69,7 @@ def read_recordings(path: str | os.PathLike[str]) -> TrialSet:
         return columns if log is None else in_own_format(columns, log)
 
     tables = [
-        trial_columns(read(file), str(entry["command"]))
-        for entry, file in zip(entries, files, strict=True)
+        trial_columns(read(file), _drive(entry)) for entry, file in zip(entries, files, strict=True)
     ]
     for table_columns in tables:
         table_columns.columns.require("time_s")
@@ -115,7 +115,7 @@ def _index(path: Path) -> Mapping[str, Any]:
         raise InputError(f'{path}: needs rig = "...": the name or path of the rig it is of')
     entries = table.get("trial")
     if not (isinstance(entries, list) and entries and all(isinstance(e, dict) for e in entries)):
-        raise InputError(f"{path}: no trial; write [[trial]] with file, protocol, command, load_kg")
+        raise InputError(f"{path}: no trial; write [[trial]] with file, protocol, drive, load_kg")
     for number, entry in enumerate(entries, start=1):
         _check_entry(f"{path}: trial {number}", entry)
     return table
@@ -123,17 +123,32 @@ def _index(path: Path) -> Mapping[str, Any]:
 
 def _check_entry(where: str, entry: Mapping[str, Any]) -> None:
     _check_keys(where, entry, _TRIAL)
-    for key in ("file", "protocol", "command"):
+    for key in ("file", "protocol"):
         if not (isinstance(entry.get(key), str) and entry[key].strip()):
             raise InputError(f'{where} needs {key} = "..."')
-    if entry["command"] not in COMMAND_QUANTITY:
-        hint = nearest(entry["command"], COMMAND_QUANTITY)
-        raise InputError(f"{where}: no command {entry['command']!r}; {hint}")
+    drive = entry.get("drive")
+    if not (isinstance(drive, str | Mapping) and drive):
+        raise InputError(
+            f'{where} needs drive = "...", of {", ".join(MUSCLE_DRIVES)}, or a table with one for'
+            " each muscle and driven joint"
+        )
+    try:
+        if isinstance(drive, str):
+            checked(drive, MUSCLE_DRIVES)
+        for name, kind in drive.items() if isinstance(drive, Mapping) else ():
+            checked(kind, {**MUSCLE_DRIVES, **JOINT_DRIVES}, f" of {name!r}")
+    except InputError as error:
+        raise InputError(f"{where}: {error}") from None
     load = entry.get("load_kg", 0.0)
     if isinstance(load, bool) or not isinstance(load, int | float) or not load >= 0.0:
         raise InputError(f"{where} needs load_kg = ..., the mass on the arm, 0 for none: {load!r}")
     if load > _MOST_LOAD_KG:
         raise InputError(f"{where}: load_kg = {load:g} is no load for an arm; write kg, not g")
+
+
+def _drive(entry: Mapping[str, Any]) -> DriveLike:
+    drive: DriveLike = entry["drive"]
+    return drive
 
 
 def _check_keys(where: str, table: Mapping[str, Any], known: set[str]) -> None:
@@ -143,11 +158,12 @@ def _check_keys(where: str, table: Mapping[str, Any], known: set[str]) -> None:
 
 
 def _trial(entry: Mapping[str, Any], found: TrialColumns, notes: list[str]) -> Trial:
-    name, kind = Path(entry["file"]).with_suffix("").as_posix(), entry["command"]
+    name = Path(entry["file"]).with_suffix("").as_posix()
     columns = found.columns
     jitter = recording_checks.clock(columns)
-    recording_checks.commands(columns, kind, found.command)
-    recording_checks.units(columns, found.command if kind == "pressure" else ())
+    commands = list(zip(found.command, found.drives.kinds, strict=True))
+    recording_checks.commands(columns, commands)
+    recording_checks.units(columns, [c for c, kind in commands if kind == "pressure_set"])
     notes += [f"{name}: {jitter}"] if jitter else []
     used = {"time_s", *found.command, *found.channels}
     unused = [*columns.ignored, *(column for column in columns.cells if column not in used)]
@@ -156,10 +172,12 @@ def _trial(entry: Mapping[str, Any], found: TrialColumns, notes: list[str]) -> T
     return Trial(
         name=name,
         protocol=entry["protocol"],
-        command_kind=kind,
+        drive=_drive(entry),
         load=float(entry.get("load_kg", 0.0)),
         time=time - time[0],
-        command=np.column_stack([columns.si(column) for column in found.command]),
+        command=np.column_stack(
+            [columns.si(column) if column else np.zeros(time.size) for column in found.command]
+        ),
         measured={
             channel: columns.si(column)
             for column, channel in found.channels.items()
@@ -170,7 +188,7 @@ def _trial(entry: Mapping[str, Any], found: TrialColumns, notes: list[str]) -> T
 
 
 def _muscles(table: TrialColumns) -> str:
-    return ", ".join(sorted(table.muscles)) or f"{len(table.command)} muscles"
+    return ", ".join(sorted(table.muscles)) or f"{len(table.drives.muscles)} muscles"
 
 
 def _rig(folder: Path, rig: str) -> str:

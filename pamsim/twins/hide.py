@@ -99,7 +99,7 @@ def hide(
         trials = {stem: quantised(one, base.sensor) for stem, one in trials.items()}
     if settings.measured_drive:
         trials = {
-            stem: dataclasses.replace(one, command_kind="measured", command=one.pressure)
+            stem: dataclasses.replace(one, drive="measured", command=one.pressure)
             for stem, one in trials.items()
         }
     return SyntheticRecording(

@@ -89,7 +89,7 @@ class Case:
 def staircase(load: float, start: tuple[float, float], *openings: tuple[float, float]):
     """Valve openings held for 0.25 s each, from rest at gauge pressures [bar]."""
     return pamsim.Experiment(
-        command="valve",
+        drive="valve",
         command_time=0.25 * np.arange(len(openings), dtype=np.float64),
         command_value=np.array(openings),
         start_pressure=BAR * np.array(start),

@@ -39,7 +39,9 @@ def muscle(length_at_zero):
     from pamsim.actuator.muscle import Mounting
 
     shipped = pamsim.load_rig("mas20_arm").muscles["muscle_1"]
-    return replace(shipped, mounting=Mounting(length_at_zero=length_at_zero), command="pressure")
+    return replace(
+        shipped, mounting=Mounting(length_at_zero=length_at_zero), command="pressure_set"
+    )
 
 
 def build():

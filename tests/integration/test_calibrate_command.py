@@ -37,7 +37,7 @@ def run(monkeypatch, capsys, *args):
 def valves(*openings):
     """A trial that holds each pair of valve openings for 0.25 s."""
     return pamsim.Experiment(
-        command="valve",
+        drive="valve",
         command_time=0.25 * np.arange(len(openings)),
         command_value=np.array(openings),
         start_pressure=np.array([2.5e5, 2.5e5]),

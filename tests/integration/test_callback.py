@@ -40,14 +40,14 @@ def drive(model, data, steps, seed=0):
     return np.array(path)
 
 
-@pytest.mark.parametrize("command", ["valve", "pulse", "pressure"])
+@pytest.mark.parametrize("command", ["valve", "pulse", "pressure_set"])
 def test_compiled_and_python_callbacks_agree(rig, command):
     start, end = (3e5, 3e5), (4.5e5, 1e5)
-    if command == "pressure":
+    if command == "pressure_set":
         experiment = pamsim.pressure_step(start, end, duration=0.5, load=2.14)
     else:
         experiment = pamsim.Experiment(
-            command=command,
+            drive=command,
             command_time=np.array([0.0, 0.2, 0.35]),
             command_value=np.array([[0.6, -1.0], [0.0, 0.3], [-0.5, 0.0]]),
             start_pressure=np.array(start),
@@ -239,10 +239,10 @@ def test_every_allowed_integrator_gives_the_same_motion(rig, integrator):
 def test_batch_gives_every_simulation_its_own_parameters(rig):
     scales = (0.5, 1.0, 1.5)
     index = parameter_slot(rig.muscles["muscle_1"], "force.scale")
-    model, data = charged(rig, command="pressure")
+    model, data = charged(rig, command="pressure_set")
     one_by_one = []
     for scale in scales:
-        single, own = charged(rig.with_parameters({"force.scale": scale}), command="pressure")
+        single, own = charged(rig.with_parameters({"force.scale": scale}), command="pressure_set")
         own.ctrl[:] = (4e5, 1e5)
         with pamsim.live(single):
             mujoco.mj_step(single, own, 500)

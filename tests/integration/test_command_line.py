@@ -139,7 +139,7 @@ def test_step_writes_recording_figure_and_json(tmp_path, monkeypatch, capsys):
     index = tomllib.loads((tmp_path / "d" / "recording.toml").read_text())
     assert index["schema"] == "pamsim-recording/1"
     trial = index["trial"][0]
-    assert (trial["command"], trial["load_kg"], trial["protocol"]) == ("pressure", 1.2, "step")
+    assert (trial["drive"], trial["load_kg"], trial["protocol"]) == ("pressure_set", 1.2, "step")
     rows = list(csv.DictReader((tmp_path / "d" / trial["file"]).read_text().splitlines()))
     assert len(rows) == 1501
     assert set(rows[0]) == {

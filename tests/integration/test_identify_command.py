@@ -50,7 +50,7 @@ def trial(difference, seed, *, load=0.0, delay=0.0):
         pressure=command + 200.0 * draw.normal(size=command.shape),
         tension=np.full(command.shape, 100.0),
         command=command,
-        command_kind="pressure",
+        drive="pressure_set",
         load=load,
         muscles=("muscle_1", "muscle_2"),
         outcome=Outcome.COMPLETED,

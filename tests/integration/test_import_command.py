@@ -64,7 +64,7 @@ def imported(folder, rig, log=LOG, suffix=".csv", **options):
 @pytest.mark.parametrize("suffix", [".csv", ".npz", ".parquet"])
 def test_units_signs_and_absolute_pressures_arrive_in_si(suffix, rig, tmp_path):
     found, (trial,) = imported(tmp_path, rig, suffix=suffix)
-    assert trial.command_kind == "measured"
+    assert trial.drive == "measured"
     np.testing.assert_allclose(trial.time, TIME, atol=1e-12)
     np.testing.assert_allclose(trial.command, np.column_stack([FLEXOR, EXTENSOR]), atol=1.0)
     # Nothing says which way phi counts, but the muscles pull against it.
@@ -89,14 +89,14 @@ def test_mat_names_have_no_brackets_and_what_is_stated_counts(rig, tmp_path):
 def test_commands_drive_where_there_are_some_and_their_period_is_proposed(rig, tmp_path):
     log = {**LOG, "P flexor cmd [Pa]": FLEXOR, "P extensor cmd [Pa]": EXTENSOR}
     found, (trial,) = imported(tmp_path / "a", rig, log)
-    assert trial.command_kind == "pressure"
+    assert trial.drive == "pressure_set"
     assert "repeats every 1 s" in found.notes[0]
     found, trials = imported(tmp_path / "b", rig, log, period="1s", lead_in="1s", protocol="step")
     assert [t.protocol for t in trials] == ["step"] * 3
     np.testing.assert_allclose(trials[0].time[-1], 0.99)
     assert all(t.lead_in is not None for t in trials)
     found, trials = imported(tmp_path / "c", rig, log, segments=[(1.0, 2.0)], drive="measured")
-    assert (trials[0].command_kind, trials[0].time.size) == ("measured", 100)
+    assert (trials[0].drive, trials[0].time.size) == ("measured", 100)
 
 
 def test_the_command_prints_what_it_understood_and_replaces_nothing_unasked(

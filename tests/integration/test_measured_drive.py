@@ -35,7 +35,7 @@ def test_it_is_read_back_with_the_pressures_as_what_drives_it(rig, tmp_path):
     assert "p1_kpa" in header
     assert "set" not in header
     for trial in pamsim.read_recordings(tmp_path / "data").trials:
-        assert trial.command_kind == "measured"
+        assert trial.drive == "measured"
         written = hidden.trials[trial.name].pressure
         np.testing.assert_allclose(trial.command, written, rtol=0, atol=1.0)  # in steps of 1 Pa
 

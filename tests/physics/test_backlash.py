@@ -39,7 +39,7 @@ def driven(rig, seconds=4.0):
     time = np.arange(round(seconds * 100)) / 100.0
     swing = 1e5 * np.abs(np.mod(time / 2.0 + 0.25, 1.0) - 0.5) * 4.0 - 1e5
     experiment = pamsim.Experiment(
-        command="pressure",
+        drive="pressure_set",
         command_time=time,
         command_value=np.stack([2.5e5 - swing, 2.5e5 + swing], axis=1),
         start_pressure=np.array([2.5e5 - swing[0], 2.5e5 + swing[0]]),

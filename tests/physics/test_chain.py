@@ -56,7 +56,7 @@ def balance(plant):
 @pytest.mark.parametrize("relaxation", [4e-3, 0.05])
 def test_the_arm_rests_where_the_static_balance_says_whatever_the_time_constant(relaxation):
     rig = rig_with(COMPLIANCE, relaxation, **NO_LOOP)
-    model = rig.model_for(load=LOAD, command="pressure")
+    model = rig.model_for(load=LOAD, command="pressure_set")
     data = mujoco.MjData(model)
     pamsim.reset(model, data, PRESSURES)
     data.ctrl[:] = PRESSURES

@@ -62,7 +62,7 @@ def rig():
 
 def valves(command="valve", duration=0.5, settle=1.0):
     return pamsim.Experiment(
-        command=command,
+        drive=command,
         command_time=np.array([0.0, 0.15, 0.3]),
         command_value=np.array([[0.6, -0.8], [0.0, 0.3], [-0.5, 0.0]]),
         start_pressure=np.array([3e5, 2e5]),
@@ -167,7 +167,7 @@ def test_each_muscle_has_its_own_delay_of_any_fraction_of_a_step(rig):
 
 def test_the_tension_recorded_is_the_muscle_s_and_not_its_friction(rig):
     there = rig.with_parameters(EFFECTS["stribeck_friction"] | EFFECTS["braid_friction"])
-    model = there.model_for(load=LOAD, command="pressure")
+    model = there.model_for(load=LOAD, command="pressure_set")
     run = pamsim.simulate(there, step()).completed()
     moving = np.abs(run.velocity) > 0.05
     assert moving.sum() > 50

@@ -205,7 +205,7 @@ def test_the_kernel_takes_volume_for_what_the_operator_holds(loop):
 def test_the_arm_turns_the_work_of_its_air_into_heat_and_nothing_else():
     """Under two sines against each other: what the air does, damping and loops lose."""
     rig = pamsim.load_rig("mas20_arm")
-    model = rig.model_for(command="pressure", load=1.2, timestep=1e-3)
+    model = rig.model_for(command="pressure_set", load=1.2, timestep=1e-3)
     data = mujoco.MjData(model)
     rows = [model.actuator_user[i].tolist() for i in range(2)]
     joint, timestep, steps = model.joint("shaft"), model.opt.timestep, 1000

@@ -21,7 +21,7 @@ def rig():
 def driven_by(recording, every=1):
     """An experiment with the pressures of a recording, of which every k-th sample is known."""
     return pamsim.Experiment(
-        command="measured",
+        drive="measured",
         command_time=recording.time[::every],
         command_value=recording.pressure[::every],
         start_pressure=recording.pressure[0],
@@ -92,7 +92,7 @@ def test_memory_and_friction_stay(rig):
 def test_absolute_pressures_minus_a_vacuum_are_refused():
     with pytest.raises(InputError, match="gauge pressures"):
         pamsim.Experiment(
-            command="measured",
+            drive="measured",
             command_time=np.array([0.0, 1.0]),
             command_value=np.array([[2e5], [-9e4]]),
             start_pressure=np.array([2e5]),

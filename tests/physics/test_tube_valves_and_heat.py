@@ -20,7 +20,7 @@ def filled(changes, seconds=0.4, hold=1.2):
     """Muscle 1 filled by its wide open valve, then shut; the arm held fast."""
     rig = pamsim.load_rig("mas20_arm").with_parameters({"joint.shaft.damping": 1e3, **changes})
     experiment = pamsim.Experiment(
-        command="valve",
+        drive="valve",
         command_time=np.array([0.0, seconds]),
         command_value=np.array([[1.0, 0.0], [0.0, 0.0]]),
         start_pressure=np.array([1e5, 1e5]),

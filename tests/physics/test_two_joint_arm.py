@@ -44,7 +44,7 @@ def test_torque_of_each_joint_is_the_sum_of_moment_arms_times_tensions(rig):
 def test_work_of_the_muscles_becomes_kinetic_energy_and_heat_in_the_bearings(rig):
     """Kinetic energy by the formula of two bars, which shares nothing with the engine."""
     change = Experiment(
-        command="pressure",
+        drive="pressure_set",
         command_time=np.zeros(1),
         command_value=np.array([[4e5, 1e5, 2e5, 3.5e5]]),
         start_pressure=np.array(MIDDLE),

@@ -62,11 +62,11 @@ class Input:
         supply = float(np.min(numbers.muscles["supply"]))
         command = self.drive(time, rng, -np.sign(arms))
         start = np.full(arms.size, _MIDDLE * supply)
-        if self.command == "pressure":
+        if self.command == "pressure_set":
             command = supply * np.clip(command, 0.0, 0.9)
             start = command[0]
         return Experiment(
-            command=self.command,
+            drive=self.command,
             command_time=time,
             command_value=command,
             start_pressure=start,
@@ -147,12 +147,12 @@ def _pulses(time: FloatArray, rng: np.random.Generator, sides: FloatArray) -> Fl
 INPUTS: dict[str, Input] = {
     one.name: one
     for one in (
-        Input(name="levels", command="pressure", drive=_levels(0.28, 0.12)),
-        Input(name="ramps", command="pressure", drive=_ramps),
-        Input(name="tones", command="pressure", drive=_tones),
-        Input(name="chirp", command="pressure", drive=_chirp),
+        Input(name="levels", command="pressure_set", drive=_levels(0.28, 0.12)),
+        Input(name="ramps", command="pressure_set", drive=_ramps),
+        Input(name="tones", command="pressure_set", drive=_tones),
+        Input(name="chirp", command="pressure_set", drive=_chirp),
         Input(name="pulses", command="valve", drive=_pulses),
-        Input(name="loaded_levels", command="pressure", drive=_levels(0.07, 0.08), load=0.9),
+        Input(name="loaded_levels", command="pressure_set", drive=_levels(0.07, 0.08), load=0.9),
     )
 }
 """Name -> input."""

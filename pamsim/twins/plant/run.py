@@ -92,13 +92,13 @@ def run(
         InputError: for a command by pulses.
         SimulationError: if a signal is not finite.
     """
-    if experiment.command == "pulse":
+    if experiment.drive not in ("valve", "pressure_set"):
         raise InputError("the independent plant takes pressures and valve openings, not pulses")
     count = len(numbers.muscles)
     start = np.asarray(experiment.start_pressure, dtype=float)
     states, plays = _at_zero(numbers, start)
     integrate = compiled_integrator()
-    by_pressure = experiment.command == "pressure"
+    by_pressure = experiment.drive == "pressure_set"
     numbers = numbers.copy()
     numbers.muscles["slew_scale"] = _BAR if by_pressure else 1.0
     step = min(step, _bristle_step(numbers))
@@ -138,7 +138,7 @@ def run(
         pressure=rows[:, 2 : 2 + count] - numbers.muscles["atmosphere"],
         tension=rows[:, 2 + count :].copy(),
         command=experiment.command_at(times),
-        command_kind=experiment.command,
+        drive=experiment.drive,
         load=experiment.load,
         muscles=muscles,
         outcome=Outcome.COMPLETED,

@@ -140,5 +140,5 @@ def test_number_out_of_range_is_refused_by_name():
 
 
 def test_unknown_command_suggests_the_nearest():
-    with refused("'presure'", "did you mean 'pressure'"):
-        build_muscle(sections(make()), where=WHERE, command="presure")
+    with refused("'presure_set'", "did you mean 'pressure_set'"):
+        build_muscle(sections(make()), where=WHERE, command="presure_set")

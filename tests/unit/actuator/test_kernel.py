@@ -144,7 +144,7 @@ def test_rates_are_the_laws_put_together(loop, command):
     for number, (tendon, pressure, z) in enumerate(CASES):
         velocity, target = 0.1 * math.sin(number), math.cos(number)
         sent = 1.3 * math.sin(5 * number)
-        if command == "pressure":
+        if command == "pressure_set":
             target, sent = pressure + 1.5e4 * target, 1e5 * (1.0 + sent)
         act = charged(muscle, tendon, pressure, z, carried=target)
         _, kappa = geometry(muscle, tendon, lost_length(muscle, act, tendon))
@@ -153,7 +153,7 @@ def test_rates_are_the_laws_put_together(loop, command):
         opening = {
             "valve": clamped_opening(target),
             "pulse": pulsed_opening(target, TIME, valve.pulse_period),
-            "pressure": regulated_opening(
+            "pressure_set": regulated_opening(
                 target,
                 p_abs - chamber.atmosphere,
                 valve.regulator_band,
@@ -185,7 +185,7 @@ def test_rates_are_the_laws_put_together(loop, command):
         expected[-4] = (kappa - RELAXED) * whole / TIMESTEP
         whole = 1.0 - math.exp(-TIMESTEP / muscle.creep.relaxation_time_2)
         expected[-10] = (kappa - RELAXED_2) * whole / TIMESTEP
-        meant = sent if command == "pressure" else min(max(sent, -1.0), 1.0)
+        meant = sent if command == "pressure_set" else min(max(sent, -1.0), 1.0)
         whole = 1.0 - math.exp(-TIMESTEP / valve.line_lag)
         expected[-5] = (meant - target) * whole / TIMESTEP
         rubbed = dry_friction(
@@ -218,8 +218,10 @@ def test_commands_mean_what_the_row_says():
     assert kernel.valve_opening(rows["pulse"], -0.5, 1e5, half) == -1.0
     assert kernel.valve_opening(rows["pulse"], -0.5, 1e5, late) == 0.0
     error = valve.regulator_dead_band + 0.25 * valve.regulator_band
-    assert kernel.valve_opening(rows["pressure"], 1e5 + error, 1e5, half) == pytest.approx(0.25)
-    assert kernel.valve_opening(rows["pressure"], 1e5 - error, 1e5, half) == pytest.approx(-0.25)
+    assert kernel.valve_opening(rows["pressure_set"], 1e5 + error, 1e5, half) == pytest.approx(0.25)
+    assert kernel.valve_opening(rows["pressure_set"], 1e5 - error, 1e5, half) == pytest.approx(
+        -0.25
+    )
 
 
 @pytest.mark.parametrize("kind", KINDS, ids="-".join)

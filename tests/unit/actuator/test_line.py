@@ -37,7 +37,7 @@ def test_the_valve_hears_what_the_line_carries_and_not_the_command():
         assert found[-1] == expected[-1] != 0.0
 
 
-@pytest.mark.parametrize("command", ["valve", "pulse", "pressure"])
+@pytest.mark.parametrize("command", ["valve", "pulse", "pressure_set"])
 @pytest.mark.parametrize("loop", ["none", *LOOPS])
 def test_a_muscle_at_rest_has_free_creep_middle_play_and_shut_valves(loop, command):
     """Nothing moves but what its own tension, and a leak, set in motion."""
@@ -51,7 +51,7 @@ def test_a_muscle_at_rest_has_free_creep_middle_play_and_shut_valves(loop, comma
     assert kernel.tension(row, act, 0.19) == kernel.tension(without, act, 0.19)
     out = [9.0] * len(act)
     held = act[-5]
-    assert held == (3e5 if command == "pressure" else 0.0)
+    assert held == (3e5 if command == "pressure_set" else 0.0)
     balance = kernel.tension(row, act, 0.19)
     kernel.state_rates(row, act, out, 0.19, 0.0, held, 0.0, 1e-3, balance)
     assert out[-7:-1] == [0.0] * 6

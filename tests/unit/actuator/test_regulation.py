@@ -16,7 +16,7 @@ from tests.unit.actuator.muscles import LASTING, PLAIN_VALVE, make
 @pytest.mark.parametrize("dead_zone", [0.0, 0.3])
 def test_small_errors_decay_with_the_stated_time_constant(dead_zone):
     """What a dead zone leaves alone is left; the rest decays, and the faster for it."""
-    muscle = make(command="pressure", **LASTING)  # on a rigid chain it stays where it is
+    muscle = make(command="pressure_set", **LASTING)  # on a rigid chain it stays where it is
     valve = dataclasses.replace(
         PLAIN_VALVE,
         regulator_dead_band=0.0,

@@ -121,7 +121,7 @@ def test_residuals_are_mapped_over_the_quantities_of_each_joint():
     trial = Trial(
         name="walk",
         protocol="walk",
-        command_kind="valve",
+        drive="valve",
         load=0.0,
         time=time,
         command=np.sin(np.outer(time, [1.0, 2.0, 3.0])),

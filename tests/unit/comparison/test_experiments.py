@@ -21,7 +21,7 @@ def trial(**changes):
     given = {
         "name": "step_1",
         "protocol": "step",
-        "command_kind": "valve",
+        "drive": "valve",
         "load": 0.5,
         "time": time,
         "command": np.column_stack([np.where(time < 0.5, 0.0, 1.0), np.zeros(100)]),
@@ -35,13 +35,13 @@ def test_commands_are_held_from_rest_at_the_first_measured_pressures():
     assert found.command_time.tolist() == [0.0, 0.5]
     assert found.command_value.tolist() == [[0.0, 0.0], [1.0, 0.0]]
     assert found.start_pressure.tolist() == [2e5, 0.0]
-    assert (found.load, found.sample_rate, found.command) == (0.5, 100.0, "valve")
+    assert (found.load, found.sample_rate, found.drive) == (0.5, 100.0, "valve")
     assert found.duration == pytest.approx(0.99)
 
 
 def test_without_measured_pressures_the_first_set_points_are_the_start():
     set_points = np.column_stack([np.linspace(1e5, 2e5, 100), np.full(100, 3e5)])
-    found = experiment_of(trial(command_kind="pressure", command=set_points, measured={}))
+    found = experiment_of(trial(drive="pressure_set", command=set_points, measured={}))
     assert found.start_pressure.tolist() == [1e5, 3e5]
     with pytest.raises(InputError, match="start pressure of muscle 2: record p2_kpa"):
         experiment_of(trial(measured={"pressure_1": np.full(100, 2e5)}))
@@ -75,11 +75,14 @@ def rig():
     return pamsim.load_rig("mas20_arm")
 
 
-@pytest.mark.parametrize("kind", ["pressure", "valve"])
+@pytest.mark.parametrize("kind", ["pressure_set", "valve"])
 def test_simulate_write_read_simulate_gives_the_same_signals(rig, tmp_path, kind):
-    levels = {"pressure": [[3e5, 3e5], [4e5, 2e5], [2e5, 4e5]], "valve": [[0, 0], [1, -1], [-1, 1]]}
+    levels = {
+        "pressure_set": [[3e5, 3e5], [4e5, 2e5], [2e5, 4e5]],
+        "valve": [[0, 0], [1, -1], [-1, 1]],
+    }
     first = Experiment(
-        command=kind,
+        drive=kind,
         command_time=np.array([0.0, 0.2, 0.6]),
         command_value=np.array(levels[kind], dtype=float),
         start_pressure=np.array([3e5, 3e5]),

@@ -19,7 +19,7 @@ def test_no_seed_asks_for_less_than_the_atmosphere_or_more_than_the_supply(name)
     for seed in SEEDS:
         command = PROTOCOLS[name].experiment(seed).command_value
         assert command.shape == (round(DURATION * RATE), 2)
-        if PROTOCOLS[name].command == "pressure":
+        if PROTOCOLS[name].command == "pressure_set":
             assert command.min() >= 1e4
             assert command.max() <= 0.8 * SUPPLY
         else:

@@ -21,7 +21,7 @@ def trial(seed=0, *, start=(2e5, 3e5), noise=NOISE, drift=0.0, name="one", load=
     return Trial(
         name=name,
         protocol="hold",
-        command_kind=kind,
+        drive=kind,
         load=load,
         time=TIME,
         command=np.zeros((COUNT, 2)),
@@ -110,7 +110,7 @@ def test_a_start_without_noise_is_taken_as_read():
     known = start_error(one, read)
     assert np.all(known.spread < 1e-3 * read)
     set_point = Trial(
-        name="set", protocol="p", command_kind="pressure", load=0.0, time=TIME,
+        name="set", protocol="p", drive="pressure_set", load=0.0, time=TIME,
         command=np.full((COUNT, 2), 1e5), measured={"angle": np.zeros(COUNT)},
     )  # fmt: skip
     assert np.array_equal(start_error(set_point, np.array([1e5, 1e5])).spread, [0.0, 0.0])

@@ -24,7 +24,7 @@ def trial(name, seconds, protocol=None):
     return Trial(
         name=name,
         protocol=protocol or name,
-        command_kind="pressure",
+        drive="pressure_set",
         load=0.0,
         time=time,
         command=np.zeros((time.size, 1)),

@@ -67,9 +67,9 @@ def run(rig, controller, wanted, duration, load=1.2):
     """Recording of a controller on a rig that starts at rest at equal pressures."""
     start = np.full(2, LEVEL)
     experiment = pamsim.Experiment(
-        command=controller.command,
+        drive=controller.command,
         command_time=np.zeros(1),
-        command_value=np.array([start if controller.command == "pressure" else np.zeros(2)]),
+        command_value=np.array([start if controller.command == "pressure_set" else np.zeros(2)]),
         start_pressure=start,
         duration=duration,
         sample_rate=1.0 / PERIOD,

@@ -59,7 +59,7 @@ def test_the_valves_are_as_fast_as_it_takes_them_to_be(rig):
     rates = full_rates(row, 0.0, LEVEL)
     for opening, rate in zip((1.0, -1.0), rates, strict=True):
         experiment = pamsim.Experiment(
-            command="valve",
+            drive="valve",
             command_time=np.zeros(1),
             command_value=np.full((1, 2), opening),  # both equal: the arm stays
             start_pressure=np.full(2, LEVEL),

@@ -117,5 +117,5 @@ def test_a_memory_can_be_copied_and_continued(name):
 def test_commands_can_be_had(name):
     controller = MADE[name]()
     commands, _ = _go_on(controller, controller.start(_seen(0)), 0, 200)
-    low, high = (0.0, SUPPLY) if controller.command == "pressure" else (-1.0, 1.0)
+    low, high = (0.0, SUPPLY) if controller.command == "pressure_set" else (-1.0, 1.0)
     assert all(low <= value <= high for command in commands for value in command)

@@ -9,14 +9,14 @@ import numpy as np
 import pytest
 
 from pamsim.core.errors import ParameterError
-from pamsim.core.experiment import COMMAND_UNITS, Experiment, pressure_step
+from pamsim.core.experiment import Experiment, pressure_step
 from tests.unit.core.refusals import cases, refused
 
 
 def experiment(**changes: Any) -> Experiment:
     """Three levels for two muscles, valid but for what the caller changes."""
     fields: dict[str, Any] = {
-        "command": "pressure",
+        "drive": "pressure_set",
         "command_time": np.array([0.0, 0.5, 1.5]),
         "command_value": np.array([[1e5, 2e5], [3e5, 0.0], [0.0, 6e5]]),
         "start_pressure": np.array([1e5, 2e5]),
@@ -27,7 +27,7 @@ def experiment(**changes: Any) -> Experiment:
 
 NAN, INF = math.nan, math.inf
 BAD_INPUTS = {
-    "unknown command": ({"command": "presure"}, ("'presure'", "did you mean 'pressure'")),
+    "unknown command": ({"drive": "presure_set"}, ("'presure_set'", "did you mean 'pressure_set'")),
     "nan time": ({"command_time": [0.0, NAN, 1.0]}, ("command time", "nan", "entry 1")),
     "nan value": (
         {"command_value": [[1e5, 2e5], [NAN, 0.0], [0.0, 0.0]]},
@@ -50,11 +50,11 @@ BAD_INPUTS = {
     "too many columns": ({"command_value": np.zeros((3, 3))}, ("(3, 3)", "(3, 2)")),
     "too many axes": ({"command_value": np.zeros((3, 2, 1))}, ("(3, 2, 1)", "(3, 2)")),
     "valve too far open": (
-        {"command": "valve", "command_value": [[0.0, 0.0], [-1.2, 0.0], [0.0, 1.0]]},
+        {"drive": "valve", "command_value": [[0.0, 0.0], [-1.2, 0.0], [0.0, 1.0]]},
         ("-1.2", "[-1, 1]"),
     ),
     "duty too large": (
-        {"command": "pulse", "command_value": [[0.0, 0.0], [0.0, 1.5], [0.0, 1.0]]},
+        {"drive": "pulse", "command_value": [[0.0, 0.0], [0.0, 1.5], [0.0, 1.0]]},
         ("1.5", "[-1, 1]"),
     ),
     "no command at all": (
@@ -85,11 +85,11 @@ def test_numbers_out_of_range_are_refused_by_name(field, bad):
             experiment(**{field: value})
 
 
-@pytest.mark.parametrize("command", COMMAND_UNITS)
+@pytest.mark.parametrize("command", ["valve", "pulse", "pressure_set", "measured"])
 def test_every_command_takes_its_extremes(command):
-    high = 6e5 if command == "pressure" else 1.0
-    low = 0.0 if command == "pressure" else -1.0
-    made = experiment(command=command, command_value=[[low, high]] * 3, load=0.0, settle=0.0)
+    high = 6e5 if command == "pressure_set" else 1.0
+    low = 0.0 if command == "pressure_set" else -1.0
+    made = experiment(drive=command, command_value=[[low, high]] * 3, load=0.0, settle=0.0)
     assert made.command_value.shape == (3, 2)
 
 
@@ -115,7 +115,7 @@ def test_break_points_fall_on_their_own_sample_of_a_500_hz_grid():
 
 def test_pressure_step_is_one_level_from_time_zero():
     made = pressure_step([1e5, 2e5], [3e5, 0.0], duration=1.0, load=1.2, name="row 1")
-    assert (made.command, made.load, made.name) == ("pressure", 1.2, "row 1")
+    assert (made.drive, made.load, made.name) == ("pressure_set", 1.2, "row 1")
     assert np.array_equal(made.command_at([0.0, 0.3, 1.0]), [[3e5, 0.0]] * 3)
     assert np.array_equal(made.start_pressure, [1e5, 2e5])
     with refused("negative"):

@@ -39,7 +39,7 @@ def trials():
                 Trial(
                     name=f"{protocol}_{repeat}",
                     protocol=protocol,
-                    command_kind="pressure",
+                    drive="pressure_set",
                     load=0.0,
                     time=TIME,
                     command=np.stack([2e5 + 1e5 * swing, 2e5 - 1e5 * swing], axis=1),

@@ -111,7 +111,7 @@ def test_the_menu_is_safe_and_runs(rig, tmp_path):
     supply = next(iter(rig.muscles.values())).valve.supply_pressure
     for name, protocol in MENU.items():
         experiment = protocol.experiment(5)
-        if experiment.command == "pressure":
+        if experiment.drive == "pressure_set":
             assert experiment.command_value.min() >= 0.0, name
             assert experiment.command_value.max() < supply, name
     data = recorded(rig, [], tmp_path)

@@ -102,7 +102,7 @@ def test_quantities_of_a_map_do_not_depend_on_what_was_measured():
         rng = np.random.default_rng(1)
         measured = {c: y + noise * rng.standard_normal(100) for c, y in clean.items()}
         trial = Trial(
-            name="t", protocol="p", command_kind="pressure", load=0.0, time=time, command=command,
+            name="t", protocol="p", drive="pressure_set", load=0.0, time=time, command=command,
             measured=measured,
         )  # fmt: skip
         return regressors(trial, clean)

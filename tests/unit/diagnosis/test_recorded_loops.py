@@ -58,7 +58,7 @@ def trial(name, lag, force=True):
     if force:
         measured |= {"force_1": 300.0 * (1.0 + swing), "force_2": 300.0 * (1.0 - swing)}
     return Trial(
-        name=name, protocol="swing", command_kind="pressure", load=0.0, time=TIME,
+        name=name, protocol="swing", drive="pressure_set", load=0.0, time=TIME,
         command=np.zeros((TIME.size, 2)), measured=measured,
     )  # fmt: skip
 

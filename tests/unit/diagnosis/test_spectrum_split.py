@@ -17,7 +17,7 @@ WAVE = multisine(TIME, PERIOD, 12, np.random.default_rng(1))
 
 def trial(name, command=WAVE, time=TIME):
     return Trial(
-        name=name, protocol="multisine", command_kind="pressure", load=0.0, time=time,
+        name=name, protocol="multisine", drive="pressure_set", load=0.0, time=time,
         command=np.stack([command, -command], axis=1), measured={},
     )  # fmt: skip
 

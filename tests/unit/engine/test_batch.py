@@ -24,7 +24,7 @@ def rig():
 
 def valves(load=0.0, duration=0.3, settle=0.3, command="valve"):
     return pamsim.Experiment(
-        command=command,
+        drive=command,
         command_time=np.array([0.0, 0.1, 0.17]),
         command_value=np.array([[0.6, -1.0], [0.0, 0.3], [-0.5, 0.0]]),
         start_pressure=np.array([3e5, 2e5]),
@@ -41,7 +41,7 @@ def pressures(load=0.0, duration=0.2, settle=0.3):
 
 def assert_same(one, other):
     assert (one.outcome, one.message, one.meta) == (other.outcome, other.message, other.meta)
-    assert (one.load, one.command_kind) == (other.load, other.command_kind)
+    assert (one.load, one.drive) == (other.load, other.drive)
     for name in SIGNALS:
         assert np.array_equal(getattr(one, name), getattr(other, name), equal_nan=True), name
 
@@ -83,7 +83,7 @@ def test_one_rest_serves_all_with_the_same_start(rig, monkeypatch):
     settled = []
     monkeypatch.setattr(
         "pamsim.engine.batch.settle",
-        lambda model, data, experiment: settled.append(experiment),
+        lambda model, data, experiment, on: settled.append(experiment),
     )
     changed = rig.with_parameters({"passive.stiffness": 3e4})
     other = dataclasses.replace(valves(), start_pressure=np.array([3e5, 2.5e5]))
@@ -121,7 +121,7 @@ def test_a_run_that_breaks_down_leaves_the_others_whole(rig):
 
 
 def test_a_warning_while_settling_is_not_lost(rig, monkeypatch):
-    def warned(model, data, experiment):
+    def warned(model, data, experiment, on):
         data.warning[mujoco.mjtWarning.mjWARN_BADQVEL].number = 1
 
     monkeypatch.setattr("pamsim.engine.batch.settle", warned)

@@ -29,6 +29,7 @@ def trace():
         length=blank.copy(),
         speed=blank.copy(),
         force=blank.copy(),
+        effort=blank.copy(),
         warnings=np.zeros((SAMPLES, kinds), dtype=np.int32),
     )
 

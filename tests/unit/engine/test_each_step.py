@@ -20,7 +20,7 @@ def rig():
 
 def valves(duration=0.2, settle=0.3):
     return pamsim.Experiment(
-        command="valve",
+        drive="valve",
         command_time=np.array([0.0, 0.1]),
         command_value=np.array([[0.6, -0.8], [0.0, 0.3]]),
         start_pressure=np.array([3e5, 2e5]),

@@ -18,14 +18,14 @@ START = (320e3, 90e3)
         {"creep.stiffness_2": 5e3, "creep.relaxation_time_2": 200.0},
     ],
 )
-@pytest.mark.parametrize("command", ["pressure", "valve"])
+@pytest.mark.parametrize("command", ["pressure_set", "valve"])
 def test_a_trial_starts_at_the_pressures_it_was_measured_to_start_at(values, command):
     """Valves that stay shut near the set point would leave the air that was filled in straight."""
     rig = pamsim.load_rig("mas20_arm")
     experiment = pamsim.Experiment(
-        command=command,
+        drive=command,
         command_time=np.zeros(1),
-        command_value=np.array([START if command == "pressure" else (0.0, 0.0)]),
+        command_value=np.array([START if command == "pressure_set" else (0.0, 0.0)]),
         start_pressure=np.array(START),
         duration=0.1,
         sample_rate=100.0,

@@ -66,7 +66,7 @@ def test_an_episode_is_what_simulate_makes_of_the_same_commands(made):
     run = pamsim.simulate(
         pamsim.load_rig("mas20_arm"),
         Experiment(
-            command="pressure",
+            drive="pressure_set",
             command_time=env.arms.period * np.arange(30),
             command_value=set_points,
             start_pressure=np.full(2, 300e3),
@@ -121,7 +121,7 @@ def test_part_of_a_period_of_delay_is_what_simulate_does(made):
     run = pamsim.simulate(
         rig,
         Experiment(
-            command="pressure",
+            drive="pressure_set",
             command_time=env.arms.period * np.arange(20),
             command_value=0.5 * env.arms.supply * (moves.astype(float) + 1.0),
             start_pressure=np.full(2, 300e3),

@@ -24,7 +24,7 @@ class Held:
 
     fixed: tuple[float, float]
     period: float = 0.02
-    command: str = "pressure"
+    command: str = "pressure_set"
 
     def start(self, first):
         return 0

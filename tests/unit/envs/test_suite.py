@@ -27,7 +27,7 @@ def made():
     opened = []
 
     def make(command, **options):
-        name = "pamsim/PamArmPressure-v0" if command == "pressure" else "pamsim/PamArmValve-v0"
+        name = "pamsim/PamArmPressure-v0" if command == "pressure_set" else "pamsim/PamArmValve-v0"
         opened.append(gymnasium.make(name, load=1.2, **options).unwrapped)
         return opened[-1]
 

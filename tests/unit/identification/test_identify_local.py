@@ -34,7 +34,7 @@ def staircase(gain, seed, hold=2.5, load=1.0, protocol="staircase", constant=0.3
     trial = Trial(
         name=f"{protocol}_{seed}",
         protocol=protocol,
-        command_kind="pressure",
+        drive="pressure_set",
         load=load,
         time=time,
         command=command,

@@ -28,7 +28,7 @@ def trial(name, seed, n=400):
     return Trial(
         name=name,
         protocol="telegraph",
-        command_kind="pressure",
+        drive="pressure_set",
         load=0.0,
         time=TS * np.arange(n),
         command=command,

@@ -19,17 +19,19 @@ N = 100
 TIME = np.arange(N) / 100.0
 
 
-def trial(kind="pressure", command=None, **changes):
+def trial(kind="pressure_set", command=None, **changes):
     step = np.where(TIME < 0.3, 0.0, 1e5)
     pressures = np.column_stack([3e5 + step, 3e5 - step])
     valves = np.column_stack([step / 1e5, -step / 1e5])
     given = {
         "name": "step_1",
         "protocol": "step",
-        "command_kind": kind,
+        "drive": kind,
         "load": 1.0,
         "time": TIME,
-        "command": (pressures if kind == "pressure" else valves) if command is None else command,
+        "command": (pressures if kind == "pressure_set" else valves)
+        if command is None
+        else command,
         "measured": {
             "pressure_1": pressures[:, 0] + 50.0,
             "pressure_2": pressures[:, 1] - 50.0,
@@ -75,13 +77,13 @@ def test_a_measured_input_runs_straight_between_samples():
     assert used.time.size == N
 
 
-@pytest.mark.parametrize("kind", ["pressure", "valve"])
+@pytest.mark.parametrize("kind", ["pressure_set", "valve"])
 def test_a_step_at_time_0_is_a_change_from_where_the_trial_rests(kind):
-    late = np.tile({"pressure": [4e5, 2e5], "valve": [1.0, -1.0]}[kind], (N, 1))
+    late = np.tile({"pressure_set": [4e5, 2e5], "valve": [1.0, -1.0]}[kind], (N, 1))
     rest = {"pressure_1": np.linspace(3e5, 4e5, N), "pressure_2": np.linspace(3e5, 2e5, N)}
     given = trial(kind, late, measured={**rest, "angle": np.sin(TIME)})
     used, _ = record(given)
-    jump = {"pressure": 2e5, "valve": 2.0}[kind]
+    jump = {"pressure_set": 2e5, "valve": 2.0}[kind]
     before = used.time < -1e-9
     assert 0 < np.count_nonzero(before) == used.time.size - N
     assert used.input[before] == pytest.approx(0.0, abs=1e-9 * jump)

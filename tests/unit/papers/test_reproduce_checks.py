@@ -36,7 +36,7 @@ def recording(angle):
     return Recording(
         time=TIME, joints={"shaft": "angle"}, positions=angle[:, None],
         velocities=np.zeros((TIME.size, 1)), pressure=both, tension=both,
-        command=both, command_kind="pressure", load=0.0, muscles=("muscle_1", "muscle_2"),
+        command=both, drive="pressure_set", load=0.0, muscles=("muscle_1", "muscle_2"),
         outcome=Outcome.COMPLETED, message="completed", final_state=np.zeros(1),
     )  # fmt: skip
 

@@ -115,7 +115,7 @@ def make_recordings(rows: list[dict[str, Any]]) -> dict[int, Recording]:
             pressure=pressure,
             tension=pressure * 3e-4,
             command=np.tile(np.sign(target - start), (t.size, 1)),
-            command_kind="valve",
+            drive="valve",
             load=row["load_kg"],
             muscles=("muscle_1", "muscle_2"),
             outcome=Outcome.COMPLETED,

@@ -19,7 +19,7 @@ def trial(**measured):
     return Trial(
         name="ramp",
         protocol="ramp",
-        command_kind="pressure",
+        drive="pressure_set",
         load=1.2,
         time=TIME,
         command=np.full((TIME.size, 2), 2e5),

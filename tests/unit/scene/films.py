@@ -38,7 +38,7 @@ def write(folder, **trials):
     lines = ['schema = "pamsim-recording/1"', 'rig = "mas20_arm"']
     for name, named in trials.items():
         lines += ["[[trial]]", f'file = "{name}.csv"', f'protocol = "{name}"']
-        lines += ['command = "pressure"', "load_kg = 1.2"]
+        lines += ['drive = "pressure_set"', "load_kg = 1.2"]
         with (folder / f"{name}.csv").open("w", newline="", encoding="utf-8") as file:
             writer = csv.writer(file)
             writer.writerow(named)

@@ -75,7 +75,7 @@ def recording() -> Recording:
         pressure=rng.uniform(0.0, 6e5, (50, 2)),
         tension=rng.uniform(0.0, 1e3, (50, 2)),
         command=np.zeros((50, 2)),
-        command_kind="valve",
+        drive="valve",
         load=0.0,
         muscles=("muscle_1", "muscle_2"),
         outcome=Outcome.COMPLETED,

@@ -26,7 +26,7 @@ pressure_set_2 = { column = "soll2", unit = "kPa" }
 [[trial]]
 file = "log.txt"
 protocol = "step"
-command = "pressure"
+drive = "pressure_set"
 """
 LOG = "t;Winkel;P a;P b;soll;soll2;Notiz\n" + "".join(
     f"{20 * k};0,{k}5;{44 + k},5;1,{k};2000;150,5;x\n" for k in range(9)

@@ -17,10 +17,10 @@ LEG = SignalNames(joints={"knee": "angle", "rail": "position"}, muscles=("front"
 ARM = SignalNames(joints={"shaft": "angle"}, muscles=("muscle_1", "muscle_2"))
 
 
-def recording(names=LEG, kind="pressure"):
+def recording(names=LEG, kind="pressure_set"):
     draw = np.random.default_rng(5)
     n, m, j = 30, len(names.muscles), len(names.joints)
-    top = 4e5 if kind == "pressure" else 1.0
+    top = 4e5 if kind == "pressure_set" else 1.0
     return Recording(
         time=np.arange(n) * 0.004,
         joints=names.joints,
@@ -29,7 +29,7 @@ def recording(names=LEG, kind="pressure"):
         pressure=draw.uniform(1e5, 4e5, (n, m)),
         tension=draw.uniform(0.0, 900.0, (n, m)),
         command=draw.uniform(0.5 * top, top, (n, m)),
-        command_kind=kind,
+        drive=kind,
         load=0.0,
         muscles=names.muscles,
         outcome=Outcome.COMPLETED,
@@ -38,7 +38,7 @@ def recording(names=LEG, kind="pressure"):
     )
 
 
-@pytest.mark.parametrize("kind", ["pressure", "valve", "pulse"])
+@pytest.mark.parametrize("kind", ["pressure_set", "valve", "pulse"])
 def test_what_a_rig_with_several_joints_wrote_is_read_under_its_names(tmp_path, kind):
     run = recording(kind=kind)
     write_recording(tmp_path, "my_leg", {"walk_1": run})
@@ -169,3 +169,38 @@ def test_a_muscle_whose_columns_would_be_ambiguous_is_refused(name):
     with pytest.raises(InputError, match=f"muscle '{name}': the column {name}_kpa could mean"):
         SignalNames(joints=LEG.joints, muscles=("front", name))
     assert SignalNames(joints=ARM.joints, muscles=("front", name)).short
+
+
+@pytest.mark.parametrize("names", [LEG, ARM], ids=["by name", "by number"])
+def test_a_drive_for_each_muscle_is_read_as_it_was_written(tmp_path, names):
+    run = recording(names)
+    kinds = ("pressure_set", "measured", "sealed")[: len(names.muscles)]
+    command = np.column_stack([run.command[:, 0], run.pressure[:, 1], np.zeros(len(run.time))])
+    drive = dict(zip(names.muscles, kinds, strict=True))
+    mixed = dataclasses.replace(run, drive=drive, command=command[:, : len(kinds)])
+    write_recording(tmp_path, "my_leg", {"walk_1": mixed})
+    (trial,) = read_recordings(tmp_path).trials
+    assert trial.drive == drive
+    np.testing.assert_allclose(trial.command, mixed.command, rtol=1e-8)
+    bound, _ = of_rig(trial, names, "my_leg")
+    np.testing.assert_allclose(bound.command, mixed.command, rtol=1e-8)
+    assert bound.drive == drive
+    other = SignalNames(joints=names.joints, muscles=names.muscles[::-1])
+    if names.short:
+        with pytest.raises(InputError, match="in that order"):
+            of_rig(trial, other, "other")
+        return
+    turned, _ = of_rig(trial, other, "other")
+    np.testing.assert_allclose(turned.command, mixed.command[:, ::-1], rtol=1e-8)
+    assert turned.drive == {name: drive[name] for name in other.muscles}
+
+
+def test_a_muscle_that_is_not_named_in_the_drive_is_missed(tmp_path):
+    run = recording()
+    write_recording(tmp_path, "my_leg", {"walk_1": run})
+    index = tmp_path / "recording.toml"
+    stated = 'drive = { front = "pressure_set", back = "pressure_set" }'
+    index.write_text(index.read_text().replace('drive = "pressure_set"', stated))
+    (trial,) = read_recordings(tmp_path).trials
+    with pytest.raises(InputError, match="2 muscles, rig 'leg' has 3"):
+        of_rig(trial, LEG, "leg")

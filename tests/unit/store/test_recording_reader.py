@@ -18,7 +18,7 @@ rig = "mas20_arm"
 [[trial]]
 file = "staircase_1.csv"
 protocol = "staircase"
-command = "pressure"
+drive = "pressure_set"
 load_kg = 1.2
 """
 
@@ -62,7 +62,7 @@ def folder(tmp_path):
 def recording(kind, muscles, seed):
     draw = np.random.default_rng(seed)
     n = 30
-    high, scale = (4e5, 1.0) if kind == "pressure" else (1.0, 1.0)
+    high, scale = (4e5, 1.0) if kind == "pressure_set" else (1.0, 1.0)
     return Recording(
         time=np.arange(n) * 0.003,
         joints={"shaft": "angle"},
@@ -71,7 +71,7 @@ def recording(kind, muscles, seed):
         pressure=draw.uniform(1e5, 4e5, (n, muscles)),
         tension=draw.uniform(0.0, 900.0, (n, muscles)),
         command=draw.uniform(0.5 * high, high, (n, muscles)) * scale,
-        command_kind=kind,
+        drive=kind,
         load=1.2345678,
         muscles=tuple(f"m{i}" for i in range(muscles)),
         outcome=Outcome.COMPLETED,
@@ -80,7 +80,7 @@ def recording(kind, muscles, seed):
     )
 
 
-@pytest.mark.parametrize(("kind", "muscles"), [("pressure", 2), ("valve", 2), ("pulse", 3)])
+@pytest.mark.parametrize(("kind", "muscles"), [("pressure_set", 2), ("valve", 2), ("pulse", 3)])
 def test_what_was_written_is_read_to_the_printed_digits(tmp_path, kind, muscles):
     runs = {"hold_300_1": recording(kind, muscles, 1), "hold_300_2": recording(kind, muscles, 2)}
     write_recording(tmp_path, 'a "rig"', runs)
@@ -90,7 +90,7 @@ def test_what_was_written_is_read_to_the_printed_digits(tmp_path, kind, muscles)
         assert found.notes == ()
         assert [trial.name for trial in found.trials] == list(runs)
         for trial, run in zip(found.trials, runs.values(), strict=True):
-            assert (trial.protocol, trial.command_kind) == ("hold_300", kind)
+            assert (trial.protocol, trial.drive) == ("hold_300", kind)
             assert trial.load == pytest.approx(run.load, rel=1e-8)
             assert trial.muscles == muscles
             np.testing.assert_allclose(trial.time, run.time, rtol=1e-8)
@@ -121,7 +121,7 @@ def test_time_is_counted_from_the_first_row_and_noise_below_zero_is_no_error(fol
     table = valve_table()
     table["time_s"] = table["time_s"] + 12.5
     table["p2_kpa"] = table["p2_kpa"] - 103.0
-    trial = read_recordings(folder(table, INDEX.replace('"pressure"', '"valve"'))).trials[0]
+    trial = read_recordings(folder(table, INDEX.replace('"pressure_set"', '"valve"'))).trials[0]
     assert trial.time[0] == 0.0
     assert trial.time[-1] == pytest.approx(0.038)
     assert trial.measured["pressure_2"].min() < 0.0
@@ -132,7 +132,7 @@ def test_time_is_counted_from_the_first_row_and_noise_below_zero_is_no_error(fol
 def test_the_pressure_of_one_muscle_alone_is_read(folder, missing):
     table = valve_table()
     del table[f"p{missing}_kpa"]
-    trial = read_recordings(folder(table, INDEX.replace('"pressure"', '"valve"'))).trials[0]
+    trial = read_recordings(folder(table, INDEX.replace('"pressure_set"', '"valve"'))).trials[0]
     assert f"pressure_{missing}" not in trial.measured
 
 
@@ -228,7 +228,7 @@ def test_a_valve_beyond_fully_open_is_refused(folder, value, expected):
     table = valve_table()
     table["u2"][5] = value
     with pytest.raises(InputError) as refused:
-        read_recordings(folder(table, INDEX.replace('"pressure"', '"valve"')))
+        read_recordings(folder(table, INDEX.replace('"pressure_set"', '"valve"')))
     assert "line 7" in str(refused.value)
     assert expected in str(refused.value)
 
@@ -240,13 +240,13 @@ BAD_INDEXES = {
     "top key": ("rig =", "rigg =", "unknown key rigg; did you mean 'rig'"),
     "no rig": ('rig = "mas20_arm"', "", 'needs rig = "..."'),
     "no trial": (INDEX[INDEX.index("[[") :], "", "no trial; write [[trial]]"),
-    "command": ('command = "pressure"', 'command = "presure"', "did you mean 'pressure'"),
+    "drive": ('drive = "pressure_set"', 'drive = "presure_set"', "did you mean 'pressure_set'"),
     "no protocol": ('protocol = "staircase"\n', "", 'needs protocol = "..."'),
     "negative load": ("load_kg = 1.2", "load_kg = -1", "needs load_kg"),
     "load in gram": ("load_kg = 1.2", "load_kg = 1200", "write kg, not g"),
     "no file": ("staircase_1.csv", "staircase_9.csv", "cannot read"),
     "file twice": ("[[", '[[trial]]\nfile = "staircase_1.csv"\nprotocol = "a"\n'
-                   'command = "pressure"\nload_kg = 0\n[[', "is two trials"),
+                   'drive = "pressure_set"\nload_kg = 0\n[[', "is two trials"),
 }  # fmt: skip
 
 

@@ -20,7 +20,7 @@ def log(**changes):
     given = {
         "name": "log",
         "protocol": "square",
-        "command_kind": "pressure",
+        "drive": "pressure_set",
         "load": 0.0,
         "time": TIME,
         "command": np.column_stack([3e5 + wave, 3e5 - wave]),

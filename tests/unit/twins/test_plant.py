@@ -224,7 +224,7 @@ def test_a_shut_muscle_with_a_laminar_leak_empties_as_an_exponential(rig):
     level = read_rig(rig.with_parameters({"body.rig.tilt": 0.0}), 0.0)
     level.muscles.laminar_leak, level.muscles.polytropic = 4e-10, 1.0
     idle = pamsim.Experiment(
-        command="valve",
+        drive="valve",
         command_time=np.zeros(1),
         command_value=np.zeros((1, 2)),
         start_pressure=np.array([2.5e5, 2.5e5]),
@@ -298,7 +298,7 @@ def test_inputs_are_of_the_plant_alone_within_range_and_repeatable(arm, name):
     one, same, other = (INPUTS[name].experiment(arm, seed, 5.0) for seed in (1, 1, 2))
     assert np.array_equal(one.command_value, same.command_value)
     assert not np.array_equal(one.command_value, other.command_value)
-    high = 0.9 * 6e5 if one.command == "pressure" else 1.0
+    high = 0.9 * 6e5 if one.drive == "pressure_set" else 1.0
     assert np.abs(one.command_value).max() <= high
     assert INPUTS[name].experiment(arm, 1, 5.0, loads=False).load == 0.0
 
@@ -315,4 +315,4 @@ def test_a_rig_or_command_that_the_plant_cannot_have_is_refused(rig, arm, monkey
         read_rig(rig.with_parameters(two), 0.0)
     pulses = INPUTS["pulses"].experiment(arm, 1, 1.0)
     with pytest.raises(InputError, match="not pulses"):
-        run(arm, dataclasses.replace(pulses, command="pulse"), rig="x", muscles=("a", "b"))
+        run(arm, dataclasses.replace(pulses, drive="pulse"), rig="x", muscles=("a", "b"))

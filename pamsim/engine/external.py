@@ -1,0 +1,143 @@
+"""What acts on joints from outside: a torque or force, or whatever an imposed motion takes.
+
+A torque or force is an applied generalised force of the engine, the mean over each time step of the
+line between the given values. No actuator stands for it.
+
+For an imposed motion the joint is given an inertia against which nothing else counts, and before
+each time step the acceleration that takes it to where it must be at the end of the step. The engine
+itself then solves for everything else, constraints and the inertial pull on joints that move freely
+included, and what the motion takes follows from what is left of the acceleration. The next step
+makes up for what the forces change, so errors do not add up. Two other ways were tried: positions
+and speeds written over after each step do not accelerate the other joints, and an equality
+constraint follows its target late. `tests/physics/test_imposed_motion.py` measures all three.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import mujoco
+import numpy as np
+from numpy.typing import NDArray
+
+from pamsim.core.drive import IMPOSED, Drive
+from pamsim.core.errors import InputError
+
+FloatArray = NDArray[np.float64]
+
+_HELD = 1e9
+"""Inertia of a joint whose motion is imposed [kg m^2 or kg].
+
+A force of 1 kN displaces it by 3e-13 m in a step of 0.5 ms; rounding leaves 2e-5 N in the force
+that an acceleration of 100 m/s^2 takes.
+"""
+
+_ROOM = 1e-9  # beyond a joint's range, for positions written in other units [rad or m]
+
+
+@dataclass(frozen=True, kw_only=True)
+class External:
+    """Joints that are driven from outside.
+
+    Attributes:
+        joints: their names.
+        positions: (j,) where each lies in ``qpos``.
+        dofs: (j,) where each lies in ``qvel``.
+        inertia: (j,) added to each [kg m^2 or kg]: that of an imposed motion, 0 under a torque or
+            force.
+    """
+
+    joints: tuple[str, ...]
+    positions: NDArray[np.int64]
+    dofs: NDArray[np.int64]
+    inertia: FloatArray
+
+
+NOTHING = External(
+    joints=(),
+    positions=np.empty(0, dtype=np.int64),
+    dofs=np.empty(0, dtype=np.int64),
+    inertia=np.empty(0),
+)
+"""No joint."""
+
+
+def external(model: mujoco.MjModel, drives: Drive) -> External:
+    """The joints that a drive acts on; those whose motion is imposed become heavy in the model."""
+    joints = tuple(drives.joints)
+    imposed = np.array([kind in IMPOSED for kind in drives.joints.values()], dtype=bool)
+    found = External(
+        joints=joints,
+        positions=np.array([model.joint(j).qposadr[0] for j in joints], dtype=np.int64),
+        dofs=np.array([model.joint(j).dofadr[0] for j in joints], dtype=np.int64),
+        inertia=np.where(imposed, _HELD, 0.0),
+    )
+    # Not by mj_setConst: tolerances and softness of the solver stay those of the rig. The engine
+    # takes the inertia of a body that is simple from dof_M0.
+    model.dof_armature[found.dofs] += found.inertia
+    model.dof_M0[found.dofs] += found.inertia
+    return found
+
+
+def check_range(model: mujoco.MjModel, drives: Drive, values: FloatArray) -> None:
+    """Refuse an imposed motion beyond a joint's range.
+
+    Args:
+        model: of the rig.
+        drives: of the run.
+        values: (n, m + j) commands.
+
+    Raises:
+        InputError: naming the joint.
+    """
+    for joint in drives.imposed:
+        index = model.joint(joint).id
+        column = values[:, len(drives.muscles) + list(drives.joints).index(joint)]
+        low, high = model.jnt_range[index]
+        if not model.jnt_limited[index]:
+            continue
+        if column.min() < low - _ROOM or column.max() > high + _ROOM:
+            raise InputError(
+                f"the imposed motion of {joint!r}, {column.min():.4g} to {column.max():.4g}, leaves"
+                f" its range of {low:.4g} to {high:.4g} (rad or m)"
+            )
+
+
+def act(data: mujoco.MjData, on: External, values: FloatArray, timestep: float) -> None:
+    """Set what acts on the joints during the next time step.
+
+    Args:
+        data: of a model that `external` has prepared.
+        on: the joints.
+        values: (j,) torque [N m], force [N], or position at the end of the step [rad or m].
+        timestep: [s].
+    """
+    for i, dof in enumerate(on.dofs):
+        applied = values[i]
+        if on.inertia[i] > 0.0:
+            speed = (values[i] - data.qpos[on.positions[i]]) / timestep
+            applied = on.inertia[i] * ((speed - data.qvel[dof]) / timestep)
+        data.qfrc_applied[dof] = applied
+
+
+def effort(data: mujoco.MjData, on: External) -> FloatArray:
+    """Torque or force (j,) that acted on the joints at the instant the last step began."""
+    return data.qfrc_applied[on.dofs] - on.inertia * data.qacc[on.dofs]
+
+
+def place(data: mujoco.MjData, on: External, values: FloatArray) -> None:
+    """Put the joints whose motion is imposed where it begins, at rest; apply torques and forces.
+
+    Args:
+        data: of a model that `external` has prepared.
+        on: the joints.
+        values: (j,) first torque [N m], force [N] or position [rad or m].
+    """
+    for i, dof in enumerate(on.dofs):
+        if on.inertia[i] == 0.0:
+            data.qfrc_applied[dof] = values[i]
+            continue
+        # What holds it there follows the forces on it, or it would creep.
+        data.qfrc_applied[dof] -= on.inertia[i] * data.qacc[dof]
+        data.qpos[on.positions[i]] = values[i]
+        data.qvel[dof] = 0.0
