@@ -146,7 +146,7 @@ class Drive:
                 raise InputError(f"{where} has no muscle {name!r}; {nearest(name, muscles)}")
         for name in muscles:
             if name not in self.names:
-                raise InputError(f"{where} has a muscle {name!r}: say what drives it")
+                raise InputError(f"{where} has a muscle {name!r}: give its drive")
         return [*(self.names.index(name) for name in muscles), *joints]
 
 
