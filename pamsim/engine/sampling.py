@@ -30,7 +30,8 @@ FloatArray: TypeAlias = NDArray[np.float64]
 Pull: TypeAlias = Callable[[int], None]
 """Called with the number of each sample, once its tendons are measured."""
 
-_SYMBOL = "pamsim_mj_step"
+SYMBOL = "pamsim_mj_step"
+"""Under which compiled code finds the engine's ``mj_step``."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -219,69 +220,11 @@ def _engine_step() -> int:
 def _loop() -> Any:
     # Only the compiled backend imports numba.
     import llvmlite.binding
-    import numba
-    from numba import types
 
-    from pamsim.engine import compiled, structs
+    from pamsim.engine import structs
 
-    llvmlite.binding.add_symbol(_SYMBOL, _engine_step())
-    step: Any = types.ExternalFunction(_SYMBOL, types.void(types.voidptr, types.voidptr))
-    pointer: Any = compiled._as_pointer
+    llvmlite.binding.add_symbol(SYMBOL, _engine_step())
+    from pamsim.engine.sampling_loop import compiled_loop
+
     at = structs.callback_offsets()
-    clock, option = at["time"] // 8, at["timestep"] // 8
-
-    @numba.njit(cache=True, nogil=True, error_model="numpy")
-    def loop(
-        model_address,
-        data_address,
-        begins,
-        commands,
-        timesteps,
-        counts,
-        state,
-        tendon,
-        driven,
-        acting,
-        warned,
-        states,
-        tendons,
-        others,
-        first,
-        last,
-    ):
-        model, data = pointer(model_address), pointer(data_address)
-        timestep = numba.carray(model, (option + 1,), np.float64)
-        now = numba.carray(data, (clock + 1,), np.float64)
-        position, velocity, act, ctrl = state
-        length, speed, force = tendon
-        places, dofs, inertia, external = driven
-        applied, acceleration, efforts = acting
-        times, warnings = others
-        for k in range(first, last):
-            times[k] = now[clock]
-            states[0][k] = position
-            states[1][k] = velocity
-            states[2][k] = act
-            warnings[k] = warned
-            begin = begins[k]
-            for stretch in range(begin, begins[k + 1]):
-                timestep[option] = timesteps[stretch]
-                ctrl[:] = commands[stretch]
-                for j in range(dofs.size):  # as `act`
-                    value, dof = external[stretch, j], dofs[j]
-                    if inertia[j] > 0.0:
-                        step_time = timesteps[stretch]
-                        wanted = (value - position[places[j]]) / step_time
-                        value = inertia[j] * ((wanted - velocity[dof]) / step_time)
-                    applied[dof] = value
-                for i in range(counts[stretch]):
-                    step(model, data)
-                    if stretch == begin and i == 0:
-                        tendons[0][k] = length
-                        tendons[1][k] = speed
-                        tendons[2][k] = force
-                        for j in range(dofs.size):
-                            dof = dofs[j]
-                            efforts[k, j] = applied[dof] - inertia[j] * acceleration[dof]
-
-    return loop
+    return compiled_loop(at["time"] // 8, at["timestep"] // 8)

@@ -9,7 +9,7 @@ import pytest
 
 from pamsim.actuator import kernel
 from pamsim.core.errors import EngineError
-from pamsim.engine import structs
+from pamsim.engine import sampling, structs
 from pamsim.engine.compiled import fingerprint, reached_functions
 
 TINY = """<mujoco><worldbody><body><joint name='j'/><geom size='1'/></body>
@@ -74,3 +74,10 @@ def test_cache_key_changes_with_the_text_of_a_law(tmp_path):
     same = [fingerprint([load("def law(x):\n    return x + 1.0\n")]) for _ in range(2)]
     assert same[0] == same[1]
     assert fingerprint([load("def law(x):\n    return x + 2.0\n")]) != same[0]
+
+
+def test_the_loop_over_samples_is_loaded_from_the_cache_and_not_compiled_in_every_process():
+    """Numba makes its cache key from what a function closes over; functions never hash alike."""
+    closed_over = [cell.cell_contents for cell in sampling._loop().py_func.__closure__]
+    assert closed_over
+    assert all(type(value) is int for value in closed_over)
