@@ -77,7 +77,7 @@ def test_cache_key_changes_with_the_text_of_a_law(tmp_path):
 
 
 def test_the_loop_over_samples_is_loaded_from_the_cache_and_not_compiled_in_every_process():
-    """Numba makes its cache key from what a function closes over, and of functions a new one each time."""
+    """Numba makes its cache key from what a function closes over: functions give a new one."""
     closed_over = [cell.cell_contents for cell in sampling._loop().py_func.__closure__]
     assert closed_over
     assert all(type(value) is int for value in closed_over)
