@@ -7,7 +7,8 @@
     "flexor.pressure_set" = { column = "p1_cmd", unit = "bar" }
 
 The number of a quantity is sign x (number in the log) + offset in the unit stated, less the
-atmosphere where pressures are absolute.
+atmosphere where pressures are absolute. A clock that begins again at 0 after a whole time states
+it, ``time = { column = "t", unit = "s", wraps = 2 }``, and goes on from there.
 """
 
 from __future__ import annotations
@@ -18,6 +19,9 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
+import numpy as np
+from numpy.typing import NDArray
+
 from pamsim.core.errors import InputError, nearest
 from pamsim.core.signal_names import EFFORTS, JOINT_KINDS, KINDS, MUSCLE_COLUMNS, owner_of
 from pamsim.core.units import to_si
@@ -27,6 +31,9 @@ ATMOSPHERE = 101325.0
 """Standard atmosphere [Pa], ISO 2533: what an absolute pressure is taken to be above."""
 
 _KEYS = {"column", "unit", "sign", "offset", "absolute"}
+_CLOCK_KEYS = _KEYS | {"wraps"}
+FloatArray = NDArray[np.float64]
+
 _SHORT = re.compile(r"(.+)_([1-9]\d*)")
 _PRESSURES = ("pressure", "pressure_set")
 
@@ -41,6 +48,7 @@ class LogColumn:
         column: in the log.
         scale: of a number in the log in the unit of ``name``, sign included.
         offset: in the unit of ``name``.
+        wraps: time after which a clock begins again at 0 [s]; 0 if it runs on.
     """
 
     quantity: str
@@ -48,6 +56,7 @@ class LogColumn:
     column: str
     scale: float
     offset: float
+    wraps: float = 0.0
 
 
 def log_columns(table: object, where: str) -> tuple[LogColumn, ...]:
@@ -78,6 +87,8 @@ def in_own_format(columns: Columns, log: tuple[LogColumn, ...]) -> Columns:
     for one in log:
         columns.require(one.column, f" for {one.quantity}")
         values = columns.numbers(one.column) * one.scale + one.offset
+        if one.wraps > 0.0:
+            values = _unwrapped(values, one, columns)
         cells[one.name] = [repr(value) for value in values.tolist()]
     named = {one.column for one in log}
     return Columns(
@@ -94,9 +105,10 @@ def _column(quantity: str, entry: object, where: str) -> LogColumn:
     if not isinstance(entry, Mapping):
         raise InputError(f'{where}: write {{ column = "...", unit = "..." }}')
     given: Mapping[str, Any] = entry
+    known = _CLOCK_KEYS if quantity == "time" else _KEYS
     for key in given:
-        if key not in _KEYS:
-            raise InputError(f"{where}: unknown key {key}; {nearest(str(key), _KEYS)}")
+        if key not in known:
+            raise InputError(f"{where}: unknown key {key}; {nearest(str(key), known)}")
     column, unit = given.get("column"), given.get("unit", "1" if unit_si == "1" else None)
     if not isinstance(column, str) or not isinstance(unit, str):
         raise InputError(f'{where} needs column = "..." and unit = "..."')
@@ -114,13 +126,33 @@ def _column(quantity: str, entry: object, where: str) -> LogColumn:
         raise InputError(f"{where}: only pressures are absolute or gauge")
     per_unit = to_si(1.0, unit, unit_si, where=where) * shown
     below = ATMOSPHERE * shown if absolute else 0.0
+    wraps = given.get("wraps", 0.0)
+    if isinstance(wraps, bool) or not isinstance(wraps, int | float) or not 0.0 <= wraps < math.inf:
+        raise InputError(f"{where}: wraps = {wraps!r}; write a time in {unit}")
     return LogColumn(
         quantity=quantity,
         name=name,
         column=column,
         scale=sign * per_unit,
         offset=offset * per_unit - below,
+        wraps=wraps * per_unit,
     )
+
+
+def _unwrapped(time: FloatArray, clock: LogColumn, columns: Columns) -> FloatArray:
+    """A clock that begins again, running on [s].
+
+    Raises:
+        InputError: where it has run beyond the time at which it should have begun again.
+    """
+    late = np.flatnonzero(time >= clock.wraps)
+    if late.size:
+        raise InputError(
+            f"{columns.path}: line {columns.lines[int(late[0])]}: {clock.column}: the clock is at"
+            f" {time[late[0]]:g} s, but should begin again after {clock.wraps:g} s"
+        )
+    rounds = np.concatenate([[0], np.cumsum(np.diff(time) < 0.0)])
+    return time + clock.wraps * rounds
 
 
 def _own_name(quantity: str, where: str) -> tuple[str, str, float]:

@@ -170,3 +170,36 @@ def test_a_column_that_is_not_there_is_named_with_those_that_are(tmp_path):
     log = log_columns(CLOCK | {"angle": {"column": "beta", "unit": "deg"}}, "[columns]")
     with pytest.raises(InputError, match=r"no column 'beta' for angle \(there are: t, alpha\)"):
         in_own_format(read_columns(path), log)
+
+
+def wrapping(folder, wraps, first=0.0):
+    """Three rounds of a clock that begins again after 1 s, at set points of a few kPa."""
+    rows = [f"{(first + 0.1 * k) % 1.0:.3f},0.1,5,6" for k in range(30)]
+    (folder / "log.csv").write_text("t,a,p,q\n" + "\n".join(rows) + "\n", encoding="utf-8")
+    index = INDEX.replace("log.txt", "log.csv").replace('unit = "ms" }', f'unit = "s"{wraps} }}')
+    lines = [line for line in index.splitlines() if not line.startswith("pressure_1 =")]
+    text = "\n".join(line for line in lines if not line.startswith("pressure_2 ="))
+    for old, new in (("Winkel", "a"), ('"soll"', '"p"'), ('"soll2"', '"q"'), ("mbar", "kPa")):
+        text = text.replace(old, new)
+    (folder / "recording.toml").write_text(text + "\n", encoding="utf-8")
+    return folder
+
+
+def test_a_clock_that_begins_again_runs_on(tmp_path):
+    (trial,) = pamsim.read_recordings(wrapping(tmp_path, ", wraps = 1", first=0.03)).trials
+    np.testing.assert_allclose(trial.time, 0.1 * np.arange(30), atol=1e-9)
+    assert trial.command[0].tolist() == [5000.0, 6000.0]  # low, but in a unit that is stated
+
+
+@pytest.mark.parametrize(
+    ("wraps", "message"),
+    [
+        ("", "does not come after"),
+        (", wraps = 0.5", "line 7: t: the clock is at 0.5 s, but should begin again after 0.5 s"),
+        (", wraps = true", "wraps = True; write a time in s"),
+        (", wraps = -1", "wraps = -1; write a time in s"),
+    ],
+)
+def test_a_clock_that_does_not_is_refused(tmp_path, wraps, message):
+    with pytest.raises(InputError, match=message):
+        pamsim.read_recordings(wrapping(tmp_path, wraps))
