@@ -25,7 +25,7 @@ from pamsim.core.drive import JOINT_DRIVES, MUSCLE_DRIVES, DriveLike, checked
 from pamsim.core.errors import InputError, nearest
 from pamsim.core.recording import SCHEMA
 from pamsim.core.trial import Trial, TrialSet
-from pamsim.store import recording_checks, segments
+from pamsim.store import even_clock, recording_checks, segments
 from pamsim.store.columns import Columns, read_columns
 from pamsim.store.log_columns import in_own_format, log_columns
 from pamsim.store.trial_columns import TrialColumns, trial_columns
@@ -33,7 +33,7 @@ from pamsim.store.trial_columns import TrialColumns, trial_columns
 INDEX = "recording.toml"
 WITH_COLUMNS = "pamsim-recording/2"
 _TOP = {"schema", "rig", "columns", "trial"}
-_TRIAL = {"file", "protocol", "drive", "load_kg", *segments.KEYS}
+_TRIAL = {"file", "protocol", "drive", "load_kg", even_clock.KEY, *segments.KEYS}
 _MOST_LOAD_KG = 100.0  # what no arm of such muscles lifts
 
 
@@ -77,7 +77,7 @@ def read_recordings(path: str | os.PathLike[str]) -> TrialSet:
     trials = [
         part
         for number, (entry, own) in enumerate(zip(entries, tables, strict=True), start=1)
-        for part in segments.trials_of(_trial(entry, own, notes), entry, f"{index}: trial {number}")
+        for part in _trials(entry, own, notes, f"{index}: trial {number}")
     ]
     if log is None:  # a log states its units itself, and bellows work at a few kPa
         recording_checks.units_of_all([t.columns for t in tables])
@@ -156,6 +156,16 @@ def _check_keys(where: str, table: Mapping[str, Any], known: set[str]) -> None:
     for key in table:
         if key not in known:
             raise InputError(f"{where}: unknown key {key}; {nearest(key, known)}")
+
+
+def _trials(
+    entry: Mapping[str, Any], found: TrialColumns, notes: list[str], where: str
+) -> tuple[Trial, ...]:
+    """The trials of one file, on the clock and cut as its entry says."""
+    trial = _trial(entry, found, notes)
+    if even_clock.KEY in entry:
+        trial = even_clock.on_even_clock(trial, entry[even_clock.KEY], where)
+    return segments.trials_of(trial, entry, where)
 
 
 def _trial(entry: Mapping[str, Any], found: TrialColumns, notes: list[str]) -> Trial:
