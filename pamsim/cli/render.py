@@ -21,7 +21,7 @@ _REST_SIZE, _INSTANT_SIZE, _FILM_SIZE = (1600, 1000), (1600, 1280), (800, 640)
 @click.option(
     "--pressure", type=PRESSURES, help="To rest at, one per muscle [kPa]; 487,100 if left out."
 )
-@click.option("--load", type=KILOGRAMS, help="Mass on the arm [kg]; 2.14 if left out.")
+@click.option("--load", type=KILOGRAMS, help="Mass on it [kg]; 2.14 if left out and it takes one.")
 @click.option("--recording", type=PATH, help="Show this recording instead of a rig at rest.")
 @click.option("--trial", help="Trial of the recording; its first if left out.")
 @click.option("--time", type=SECONDS, help="Instant of the recording for a picture: 0.5 or 500ms.")
@@ -74,7 +74,7 @@ def command(
             picture,
             rig=rig or "mas20_arm",
             pressures=pressure or (487e3, 100e3),
-            load=2.14 if load is None else load,
+            load=load,
             camera=camera,
             size=size,
         )

@@ -34,6 +34,7 @@ _KINDS = {
     "ellipsoid": mujoco.mjtGeom.mjGEOM_ELLIPSOID,
 }
 _IRON: Rgba = (0.27, 0.27, 0.28, 1.0)
+_USUAL_LOAD = 2.14  # of the MAS-20 arm in its pictures [kg]
 _IRON_DENSITY = 7300.0
 """Of the load discs, cast iron [kg/m^3]."""
 _NO_GL = (
@@ -47,7 +48,7 @@ def picture_rest(
     *,
     rig: str | os.PathLike[str] = "mas20_arm",
     pressures: Sequence[float] = (487e3, 100e3),
-    load: float = 0.0,
+    load: float | None = None,
     camera: str = "overview",
     size: tuple[int, int] = (1600, 1000),
 ) -> None:
@@ -57,7 +58,7 @@ def picture_rest(
         path: picture file, png or jpg.
         rig: name of a shipped rig or a rig folder.
         pressures: gauge pressures, one per muscle [Pa].
-        load: [kg].
+        load: [kg]; 2.14 kg if left out, nothing on a rig that takes no load.
         camera: of the rig's scene.
         size: width and height in pixels.
 
@@ -66,6 +67,8 @@ def picture_rest(
         EngineError: if OpenGL cannot start; the text names the fix.
     """
     loaded = load_rig(rig, scene=True)
+    if load is None:
+        load = _USUAL_LOAD if loaded.file.load_body else 0.0
     rest = simulate(loaded, pressure_step(pressures, pressures, duration=0.01, load=load))
     rest.completed()
     model = loaded.model_for(load=load)
