@@ -9,7 +9,7 @@ itself then solves for everything else, constraints and the inertial pull on joi
 included, and what the motion takes follows from what is left of the acceleration. The next step
 makes up for what the forces change, so errors do not add up. Two other ways were tried: positions
 and speeds written over after each step do not accelerate the other joints, and an equality
-constraint follows its target late. `tests/physics/test_imposed_motion.py` measures all three.
+constraint follows its target late: `tests/physics/test_imposed_motion.py` measures all three.
 """
 
 from __future__ import annotations

@@ -204,3 +204,32 @@ def test_a_muscle_that_is_not_named_in_the_drive_is_missed(tmp_path):
     (trial,) = read_recordings(tmp_path).trials
     with pytest.raises(InputError, match="2 muscles, rig 'leg' has 3"):
         of_rig(trial, LEG, "leg")
+
+
+@pytest.mark.parametrize("names", [LEG, ARM], ids=["by name", "by number"])
+@pytest.mark.parametrize("turned", ["torque", "angle"])
+def test_what_drives_joints_is_read_as_it_was_written(tmp_path, names, turned):
+    """A given torque is no measurement; what an imposed motion takes is one."""
+    run = recording(names, "valve")
+    joints = dict(zip(names.joints, (turned, "length"), strict=False))
+    draw = np.random.default_rng(3)
+    effort = {joint: draw.uniform(-20.0, 20.0, len(run.time)) for joint in joints}
+    driven = [
+        effort[joint] if kind == "torque" else run.positions[:, list(names.joints).index(joint)]
+        for joint, kind in joints.items()
+    ]
+    drive = {**dict.fromkeys(names.muscles, "valve"), **joints}
+    command = np.column_stack([run.command, *driven])
+    done = dataclasses.replace(run, drive=drive, command=command, effort=effort)
+    write_recording(tmp_path, "my_leg", {"walk_1": done})
+    (trial,) = read_recordings(tmp_path).trials
+    bound, notes = of_rig(trial, names, "my_leg")
+    assert (bound.drive, notes) == (drive, ())
+    np.testing.assert_allclose(bound.command, command, rtol=1e-8)
+    shown = "torque" if names.short else "knee.torque"
+    assert done.columns()["torque_nm" if names.short else "knee_nm"] is effort[next(iter(joints))]
+    assert (shown in bound.measured) == (turned == "angle")
+    if not names.short:
+        np.testing.assert_allclose(bound.measured["rail.force"], effort["rail"], rtol=1e-8)
+    if turned == "angle":
+        np.testing.assert_allclose(bound.measured[shown], effort[next(iter(joints))], rtol=1e-8)

@@ -1,0 +1,279 @@
+"""Joints that are driven from outside: imposed motion against other methods and laws, and torques."""
+
+from __future__ import annotations
+
+import dataclasses
+
+import mujoco
+import numpy as np
+import pytest
+from scipy.integrate import solve_ivp
+
+import pamsim
+from pamsim.actuator.layout import pack
+from pamsim.actuator.static_muscle import static_force
+from pamsim.core.drive import Drive
+from pamsim.core.errors import InputError
+from pamsim.core.experiment import Experiment, pressure_step
+from pamsim.engine.batch import simulate_batch
+from pamsim.engine.external import act, effort, external
+from pamsim.engine.simulate import simulate
+
+GRAVITY, ROD = 9.81, 0.5
+"""Of muscle_bench [m/s^2, kg]."""
+
+LENGTH, UPPER, LOWER = 0.3, (0.6, 0.15, 0.0046), (0.35, 0.125, 0.0019)
+"""Two bars on hinges without gravity: the first one's length [m]; mass [kg], centre [m] and inertia
+about it [kg m^2] of each."""
+
+SWING, RATE = 0.4, 4.0 * np.pi
+"""Motion imposed on the first hinge [rad, rad/s]."""
+
+
+def bars(step, constraint=""):
+    def body(place, name, bar):
+        mass, centre, inertia = bar
+        return (
+            f'<body pos="{place} 0 0"><joint name="{name}" axis="0 0 1"/><inertial'
+            f' pos="{centre} 0 0" mass="{mass}" diaginertia="{inertia} {inertia} {inertia}"/>'
+        )
+
+    return mujoco.MjModel.from_xml_string(
+        f'<mujoco><option timestep="{step}" gravity="0 0 0"/><worldbody>{body(0, "first", UPPER)}'
+        f"{body(LENGTH, 'second', LOWER)}</body></body></worldbody>{constraint}</mujoco>"
+    )
+
+
+def motion(t):
+    return SWING * np.sin(RATE * t)
+
+
+def expected(time):
+    """Angle of the second hinge and torque on the first one, by Lagrange's equations."""
+    mass, centre, inertia = LOWER
+    own, coupling = inertia + mass * centre**2, mass * LENGTH * centre
+
+    def rates(t, state):
+        angle, speed = state
+        turn, gain = SWING * RATE * np.cos(RATE * t), -(RATE**2) * motion(t)
+        pulled = (own + coupling * np.cos(angle)) * gain + coupling * np.sin(angle) * turn**2
+        return speed, -pulled / own
+
+    angle, speed = solve_ivp(
+        rates, (0.0, time[-1]), [0.3, 0.0], t_eval=time, rtol=1e-10, atol=1e-12
+    ).y
+    gain, turn = -(RATE**2) * motion(time), SWING * RATE * np.cos(RATE * time)
+    whole = UPPER[2] + UPPER[0] * UPPER[1] ** 2 + mass * LENGTH**2 + own
+    torque = (
+        (whole + 2.0 * coupling * np.cos(angle)) * gain
+        + (own + coupling * np.cos(angle)) * np.array(rates(time, (angle, speed)))[1]
+        - coupling * np.sin(angle) * (2.0 * turn * speed + speed**2)
+    )
+    return angle, torque
+
+
+def imposed(step, method):
+    """Errors of the imposed angle, of the angle of the free hinge [rad] and of the torque [N m]."""
+    count = round(0.5 / step)
+    time = np.arange(count + 1) * step
+    constraint = (
+        '<equality><joint joint1="first" polycoef="0 0 0 0 0" solimp="0.9999 0.9999 0.001"'
+        f' solref="{2.0 * step} 1"/></equality>'
+    )
+    model = bars(step, constraint if method == "equality" else "")
+    on = None
+    if method == "heavy":
+        on = external(model, Drive(muscles=(), joints={"first": "angle"}))
+    data = mujoco.MjData(model)
+    data.qpos[1], data.qvel[0] = 0.3, (motion(0.0) - motion(-step)) / step
+    places, torque = np.zeros((count + 1, 2)), np.zeros(count + 1)
+    for k in range(count):
+        if method == "overwritten":
+            data.qpos[0], data.qvel[0] = motion(k * step), SWING * RATE * np.cos(RATE * k * step)
+        places[k] = data.qpos
+        if on is not None:
+            act(data, on, np.array([motion((k + 1) * step)]), step)
+        elif method == "equality":
+            model.eq_data[0, 0] = motion((k + 1) * step)
+        mujoco.mj_step(model, data)
+        torque[k] = effort(data, on)[0] if on is not None else np.nan
+    angle, needed = expected(time)
+    return (
+        np.abs(places[:count, 0] - motion(time[:count])).max(),
+        np.abs(places[:count, 1] - angle[:count]).max(),
+        np.abs(torque[:count] - needed[:count]).max() / np.abs(needed).max(),
+    )
+
+
+def test_a_heavy_joint_follows_and_takes_the_others_along_which_other_methods_do_not():
+    """What `pamsim.engine.external` says of three ways to impose a motion of 0.4 rad at 2 Hz."""
+    coarse, fine = imposed(5e-4, "heavy"), imposed(2.5e-4, "heavy")
+    assert coarse[0] < 1e-13
+    assert coarse[1] < 1.5e-3
+    assert coarse[2] < 3e-3
+    assert coarse[1] / fine[1] == pytest.approx(2.0, abs=0.1)  # the engine's own error
+    assert coarse[2] / fine[2] == pytest.approx(2.0, abs=0.1)
+    _, free, _ = imposed(5e-4, "overwritten")
+    assert free > 1.0  # the second bar turns as if the first stood still
+    follows, free, _ = imposed(5e-4, "equality")
+    assert follows > 5e-3
+    assert free > 10.0 * coarse[1]
+
+
+@pytest.fixture(scope="module")
+def bench():
+    return pamsim.load_rig("muscle_bench")
+
+
+def stretched(time, positions, pressure=3e5, **changes):
+    """The muscle under a constant measured pressure, its length imposed."""
+    given = {"sample_rate": 500.0, "settle": 0.3, "duration": float(time[-1])}
+    return Experiment(
+        drive={"muscle": "measured", "rod": "length"},
+        command_time=time,
+        command_value=np.column_stack([np.full(len(time), pressure), positions]),
+        start_pressure=np.array([pressure]),
+        **{**given, **changes},
+    )
+
+
+@pytest.mark.parametrize(("pressure", "position"), [(0.0, 0.004), (1e5, -0.01), (5e5, -0.06)])
+def test_at_rest_the_machine_holds_the_force_of_the_law_less_the_weight(bench, pressure, position):
+    reversible = bench.with_parameters({"hysteresis.force_per_pressure": 0.0})
+    still = stretched(np.zeros(1), [position], pressure, duration=0.02)
+    run = simulate(reversible, still).completed()
+    row = pack(reversible.muscles["muscle"]).tolist()
+    law = static_force(row, position, pressure)
+    assert law > 20.0
+    np.testing.assert_allclose(run.tension[:, 0], law, rtol=1e-9)
+    force = run.signal("rod.force")
+    np.testing.assert_allclose(force, law - ROD * GRAVITY, rtol=1e-6)
+    np.testing.assert_allclose(run.signal("rod.position"), position, rtol=0, atol=1e-12)
+
+
+def cycles(count=2, **changes):
+    time = np.arange(0.0, 0.5 * count + 5e-4, 0.002)
+    return stretched(time, -0.03 + 0.02 * np.sin(4.0 * np.pi * time), **changes)
+
+
+def work(run, force):
+    """Work over the last cycle [J]."""
+    last = run.time >= run.time[-1] - 0.5 - 1e-9
+    return float(np.trapezoid(force[last], run.positions[last, 0]))
+
+
+@pytest.mark.parametrize("loop", [0.0, 2e-5])
+def test_work_of_the_machine_in_a_cycle_is_the_loop_of_the_muscle_and_the_heat_of_the_guide(
+    bench, loop
+):
+    run = simulate(
+        bench.with_parameters({"hysteresis.force_per_pressure": loop}),
+        cycles(sample_rate=2000.0),
+    ).completed()
+    area, done = work(run, run.tension[:, 0]), work(run, run.signal("rod.force"))
+    heat = work(run, 20.0 * run.velocities[:, 0])
+    assert heat == pytest.approx(20.0 * np.pi * 4.0 * np.pi * 0.02**2, rel=1e-3)
+    assert done == pytest.approx(area + heat, abs=0.002)
+    if loop:
+        assert area > 0.2
+    else:
+        assert abs(area) < 0.005  # a spring gives back what it took
+
+
+def test_force_of_a_motion_is_that_of_newton_at_every_sample_from_the_first_to_the_last(bench):
+    """A record that begins and ends while it moves: no blow at either end."""
+    time = np.arange(0.0, 0.1001, 0.0025)
+    run = simulate(bench, stretched(time, -0.03 + 0.02 * np.sin(4.0 * np.pi * time))).completed()
+    rate = 4.0 * np.pi
+    speed = 0.02 * rate * np.cos(rate * run.time)
+    gain = -0.02 * rate**2 * np.sin(rate * run.time)
+    newton = ROD * (gain - GRAVITY) + 20.0 * speed + run.tension[:, 0]
+    np.testing.assert_allclose(run.signal("rod.force"), newton, rtol=0, atol=0.3)
+    assert np.ptp(newton) > 100.0
+
+
+def test_backends_and_batches_agree(bench):
+    short = cycles(count=1, duration=0.06)
+    one, other = (simulate(bench, short, backend=b) for b in ("compiled", "python"))
+    (batch,) = simulate_batch([(bench, short)])
+    for name, values in one.signals().items():
+        np.testing.assert_allclose(values, other.signal(name), rtol=1e-9, atol=1e-9)
+        assert np.array_equal(values, batch.signal(name)), name
+
+
+def test_nothing_of_the_drive_is_left_in_a_run_that_goes_on_without_it(bench):
+    held = simulate(bench, stretched(np.zeros(1), [-0.03], duration=0.02)).completed()
+    free = pressure_step([3e5], [3e5], duration=0.01, sample_rate=2000.0)
+    free = dataclasses.replace(free, drive="measured")
+    on = simulate(bench, free, from_state=held.final_state).completed()
+    # Let go, the rod begins with the acceleration of the force that held it.
+    gain = -held.signal("rod.force")[-1] / ROD
+    assert on.velocities[1, 0] == pytest.approx(5e-4 * gain, rel=0.05)
+
+
+def test_a_force_from_outside_is_a_weight(bench):
+    """On a rod that hangs, 98.1 N downwards are 10 kg: at rest, and nothing at all are no drive."""
+    bench = bench.with_parameters({"hysteresis.force_per_pressure": 0.0})
+    hung = simulate(bench, pressure_step([3e5], [3e5], duration=0.01, load=10.0)).completed()
+    pulled = Experiment(
+        drive={"muscle": "pressure_set", "rod": "force"},
+        command_time=np.zeros(1),
+        command_value=np.array([[3e5, 10.0 * GRAVITY]]),
+        start_pressure=np.array([3e5]),
+        duration=0.01,
+    )
+    run = simulate(bench, pulled).completed()
+    np.testing.assert_allclose(run.positions, hung.positions, rtol=0, atol=2e-6)
+    np.testing.assert_allclose(run.signal("rod.force"), 98.1)
+    none = dataclasses.replace(pulled, command_value=np.array([[3e5, 0.0]]))
+    plain = simulate(bench, pressure_step([3e5], [3e5], duration=0.01)).completed()
+    assert np.array_equal(simulate(bench, none).positions, plain.positions)
+
+
+def test_a_torque_on_a_free_joint_turns_it_as_the_formula_says(tmp_path):
+    """A ramp of torque on a bar with a bearing, the muscles' joint held still."""
+    rig = pamsim.load_rig("two_joint_arm").with_parameters(
+        {"tendon.biceps_cable.coef_elbow": 1e-9, "tendon.triceps_cable.coef_elbow": 1e-9}
+    )
+    time = np.array([0.0, 0.2, 0.4])
+    ramp = np.array([0.0, 0.02, 0.04])
+    pressures = np.full((3, 4), 1e5)
+    run = simulate(
+        rig,
+        Experiment(
+            drive={
+                **dict.fromkeys(rig.muscles, "measured"),
+                "shoulder": "angle",
+                "elbow": "torque",
+            },
+            command_time=time,
+            command_value=np.column_stack([pressures, np.zeros(3), ramp]),
+            start_pressure=pressures[0],
+            duration=0.4,
+            settle=0.1,
+        ),
+    ).completed()
+    mass, centre, inertia = 0.35, 0.125, 0.0019
+    own, drag, slope = inertia + mass * centre**2, 0.15, 0.1
+    lag, t = own / drag, run.time
+    speed = slope / drag * (t - lag * (1.0 - np.exp(-t / lag)))
+    angle = slope / drag * (0.5 * t**2 - lag * t + lag**2 * (1.0 - np.exp(-t / lag)))
+    assert angle[-1] > 0.03
+    np.testing.assert_allclose(run.positions[:, 1], angle, rtol=0, atol=1e-5)
+    np.testing.assert_allclose(run.velocities[:, 1], speed, rtol=0, atol=2e-4)
+    np.testing.assert_allclose(run.positions[:, 0], 0.0, atol=1e-12)
+    np.testing.assert_allclose(run.signal("elbow.torque"), slope * t, atol=1e-12)
+
+
+@pytest.mark.parametrize(
+    ("drive", "position", "message"),
+    [
+        ({"muscle": "measured", "rod": "length"}, 0.02, "leaves its range of -0.09 to 0.01"),
+        ({"muscle": "measured", "rod": "angle"}, 0.0, "slides, so that its drive is force or"),
+        ({"muscle": "measured", "rud": "length"}, 0.0, "no joint 'rud'; did you mean 'rod'"),
+    ],
+)
+def test_what_a_joint_cannot_do_is_refused(bench, drive, position, message):
+    still = stretched(np.zeros(1), [position], duration=0.02)
+    with pytest.raises(InputError, match=message):
+        simulate(bench, dataclasses.replace(still, drive=drive))
