@@ -1,4 +1,4 @@
-"""Joints that are driven from outside: imposed motion against other methods and laws, and torques."""
+"""Joints driven from outside: imposed motion beside other methods and laws, and torques."""
 
 from __future__ import annotations
 
