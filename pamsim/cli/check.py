@@ -17,6 +17,7 @@ from pamsim.cli.output import save_json
 @names_option("--effects", help="Effects to look for: NAME,NAME; all if left out.")
 @names_option("--hold-out", help="Trials or protocols to judge by: NAME,NAME.")
 @click.option("--threads", type=int, help="Simulations at a time; one per processor if left out.")
+@click.option("--out", type=click.Path(path_type=Path), help="Folder for a page with figures.")
 @click.option("--json", "json_file", type=click.Path(path_type=Path), help="Write the result here.")
 def command(
     data: tuple[str, ...],
@@ -24,16 +25,23 @@ def command(
     effects: tuple[str, ...],
     hold_out: tuple[str, ...],
     threads: int | None,
+    out: Path | None,
     json_file: Path | None,
 ) -> int:
     """Report what was read of DATA, what is implausible, and which effects they could show.
 
-    DATA are recording folders. No effect is fitted: run it before calibrate and diagnose. Exit 1
-    if anything is suspicious.
+    DATA are recording folders. Nothing is fitted: it takes seconds, before calibrate and diagnose.
+    Exit 1 if anything is suspicious.
     """
     from pamsim.diagnosis.check import check
 
     result = check(data, rig=rig, effects=effects, hold_out=hold_out, threads=threads)
-    save_json(json_file, result.to_dict())
+    content = result.to_dict()
+    save_json(json_file, content)
     click.echo(result.summary())
+    if out is not None:
+        from pamsim.report.check_page import write_check
+
+        result.save(out)
+        click.echo(f"page: {write_check(content, result.comparisons, out)}")
     return FINDING if result.suspicions else OK

@@ -3,33 +3,41 @@
 from __future__ import annotations
 
 import os
+import time
 from collections import Counter
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from pamsim.comparison.compared_signal import Comparison
+from pamsim.comparison.effects_on_rig import candidates
+from pamsim.comparison.free_parameters import freed_parameters
 from pamsim.comparison.measurements import CalibrationData, read_calibration_data
-from pamsim.comparison.trial_prediction import CHANNELS
+from pamsim.comparison.noise_floor import noise_floor
+from pamsim.comparison.trial_prediction import Prediction, TrialPredictor
+from pamsim.comparison.trial_residuals import TrialLayout
 from pamsim.core.blas_threads import one_blas_thread
 from pamsim.core.encoding import fields_to_dict
 from pamsim.core.errors import InputError
 from pamsim.core.signal_names import KINDS, kind_of
 from pamsim.core.trial import Trial
-from pamsim.diagnosis.compared_recordings import about_the_drive, compared
-from pamsim.diagnosis.method.screen import screen
-from pamsim.diagnosis.method.trial_diagnosis import fitted_base
+from pamsim.diagnosis.compared_recordings import about_the_drive
+from pamsim.diagnosis.effects_in_data import EffectInData, EffectsInData, effects_in_data
+from pamsim.diagnosis.held_out_split import held_out_split
 from pamsim.diagnosis.recordings import NUISANCE
+from pamsim.engine.contacts import may_collide
 from pamsim.engine.rig import Rig, load_rig
+from pamsim.inference.residual_block import layout, stacked
 from pamsim.store.json_file import write_json
 
 Simulated = Mapping[str, Mapping[str, NDArray[np.float64]]]
 """Trial -> channel -> (n,) [SI]."""
 
-SCHEMA = "pamsim-check/1"
+SCHEMA = "pamsim-check/2"
 FILE = "check.json"
 
 _LIKE = 0.7
@@ -53,7 +61,7 @@ class CheckedChannel:
         unit: of the numbers.
         low, high: extreme readings.
         floor: standard deviation of its noise, as repeats or one trial show it.
-        missed: root mean square that the rig, nuisance parameters refitted, misses.
+        missed: root mean square that the rig misses as it is.
     """
 
     unit: str
@@ -75,9 +83,11 @@ class RecordingCheck:
         channels: compared ones.
         suspicions: what is implausible, one sentence each, with the likely mend.
         notes: what else to know, one sentence each.
-        seen: effects that would show, the clearest first.
-        unseen: effects that would not, at any of the sizes that are tried.
+        effects: what each would look like, the clearest first.
         skipped: effects that cannot be tried -> why.
+        run: wall time ``seconds``; the ``trials`` that were simulated with each effect, and the
+            ``simulated_seconds`` of them.
+        comparisons: every channel of every trial beside the rig as it is.
     """
 
     rig: str
@@ -87,9 +97,20 @@ class RecordingCheck:
     channels: dict[str, CheckedChannel]
     suspicions: tuple[str, ...]
     notes: tuple[str, ...]
-    seen: tuple[str, ...]
-    unseen: tuple[str, ...]
+    effects: tuple[EffectInData, ...]
     skipped: dict[str, str]
+    run: dict[str, Any]
+    comparisons: tuple[Comparison, ...] = field(repr=False)
+
+    @property
+    def seen(self) -> tuple[str, ...]:
+        """Effects that would show at their typical size, the clearest first."""
+        return tuple(one.name for one in self.effects if one.seen)
+
+    @property
+    def unseen(self) -> tuple[str, ...]:
+        """Effects that would not."""
+        return tuple(one.name for one in self.effects if not one.seen)
 
     def summary(self) -> str:
         """The check as a few lines for a screen."""
@@ -105,14 +126,25 @@ class RecordingCheck:
             lines.append(f"{name:20s}{numbers} {one.unit}")
         lines += [f"suspicious: {text}" for text in self.suspicions]
         lines += [f"note: {text}" for text in self.notes]
-        lines.append(f"effects that would show: {', '.join(self.seen) or 'none'}")
-        lines.append(f"effects that would not: {', '.join(self.unseen) or 'none'}")
+        lines.append(
+            f"effects, by {len(self.run['trials'])} trials of"
+            f" {self.run['simulated_seconds']:.3g} s together:"
+        )
+        lines.append(f"{'would show':32s}{'from':>10s}{'typical':>10s} {'unit':16s}mostly in")
+        for one in self.effects:
+            if one.seen:
+                where = f"{one.channel}, {one.protocol}"
+                sizes = f"{one.shows_from:10.2g}{one.typical:10.2g}"
+                lines.append(f"{one.name:32s}{sizes} {one.unit:16s}{where}")
+        lines.append(f"would not show: {', '.join(self.unseen) or 'none'}")
         lines += [f"not tried: {name}: {why}" for name, why in self.skipped.items()]
         return "\n".join(lines)
 
     def to_dict(self) -> dict[str, Any]:
-        """The same as JSON-safe values."""
-        return {"schema": SCHEMA, **fields_to_dict(self)}
+        """The same as JSON-safe values, without the signals."""
+        entries = fields_to_dict(self)
+        del entries["comparisons"]
+        return {"schema": SCHEMA, **entries, "seen": list(self.seen), "unseen": list(self.unseen)}
 
     def save(self, folder: str | Path) -> Path:
         """Write ``check.json``.
@@ -135,7 +167,7 @@ def check(
     hold_out: Sequence[str] = (),
     threads: int | None = None,
 ) -> RecordingCheck:
-    """Check recordings of a rig in the time of some simulations.
+    """Check recordings of a rig in some seconds.
 
     Args:
         data: recording folders.
@@ -147,35 +179,97 @@ def check(
     Raises:
         InputError: for what cannot be read or simulated.
     """
+    begin = time.perf_counter()
     sources = [data] if isinstance(data, str | os.PathLike) else list(data)
     measured = read_calibration_data(sources)
     if not measured.trials or measured.tables:
         raise InputError("check takes recording folders; tables and loops are judged as they are")
     loaded = rig if isinstance(rig, Rig) else load_rig(rig or measured.rig or "mas20_arm")
-    beside = compared(measured, loaded, effects, NUISANCE, CHANNELS, hold_out, threads)
-    fitter, base = fitted_base(
-        beside.simulator, beside.nuisance, {t.name: t.command for t in beside.data.trials}
+    beside = measured.of_rig(loaded)
+    split = held_out_split(beside, hold_out)
+    predictor = TrialPredictor(loaded, beside, threads=threads)
+    predictor.linearise_starts(None)  # starts as read: their errors are small beside a slip
+    (prediction,) = predictor.predictions([loaded])
+    if prediction is None:
+        raise InputError(
+            "the simulation breaks down on these trials; check the rig's parameters and the"
+            " recording's units"
+        )
+    blocks = predictor.blocks(prediction)
+    places = TrialLayout(places=layout(blocks), held_out=frozenset())
+    floor = noise_floor(
+        places, stacked(blocks, places.places), {t.name: t.command for t in beside.trials}
     )
-    usual = [c for c in beside.tried if c.usual]
-    screened = screen(fitter, base, usual)
-    shown = {
-        one.candidate.name: max(t.signature.visible for t in one.traces)
-        for one in screened
-        if one.visible
-    }
-    simulated = beside.engine.signals(base.values)
+    tried, skipped = candidates(loaded, effects)
+    freed = [f.free for f in freed_parameters(loaded, NUISANCE)]
+    of_each = effects_in_data(
+        loaded,
+        beside,
+        floor,
+        [c for c in tried if c.usual],
+        freed,
+        held_out=split.trials,
+        threads=threads,
+    )
+    skipped |= dict.fromkeys(of_each.broken, "its simulation breaks down at the typical size")
     return RecordingCheck(
         rig=loaded.name,
-        protocols=dict(Counter(t.protocol for t in beside.data.trials)),
-        held_out=beside.split.names,
-        seconds=sum(float(t.time[-1]) for t in beside.data.trials),
-        channels=_channels(beside.data, simulated, fitter.floor.sd),
-        # With the rig's own numbers: a refit would make up for a wrong unit.
-        suspicions=_suspicions(beside.data.trials, beside.engine.signals({})),
-        notes=(*beside.data.notes, *beside.split.warnings, *about_the_drive(beside.data)),
-        seen=tuple(sorted(shown, key=lambda name: -shown[name])),
-        unseen=tuple(s.candidate.name for s in screened if s.candidate.name not in shown),
-        skipped=beside.skipped,
+        protocols=dict(Counter(t.protocol for t in beside.trials)),
+        held_out=split.names,
+        seconds=sum(float(t.time[-1]) for t in beside.trials),
+        channels=_channels(beside, prediction.trials, floor.sd),
+        suspicions=_suspicions(beside.trials, prediction.trials),
+        notes=(
+            *beside.notes,
+            *split.warnings,
+            *about_the_drive(beside),
+            *_about_the_model(loaded, of_each),
+        ),
+        effects=of_each.effects,
+        skipped=skipped,
+        run={
+            "seconds": time.perf_counter() - begin,
+            "trials": of_each.trials,
+            "simulated_seconds": of_each.seconds,
+        },
+        comparisons=_comparisons(beside, prediction, frozenset(split.trials)),
+    )
+
+
+def _about_the_model(rig: Rig, found: EffectsInData) -> list[str]:
+    """What of the simulation would make fits fail."""
+    notes: list[str] = []
+    if may_collide(rig.model):
+        notes.append(
+            "geoms of the MJCF may touch; a contact makes signals jump: give geoms contype=0 and"
+            " conaffinity=0 unless a contact is meant"
+        )
+    for channel, change in found.rough.items():
+        kind = KINDS[kind_of(channel)]
+        notes.append(
+            f"{channel} moves by {change * kind.scale:.2g} {kind.shown} where the muscles' force"
+            " changes by 1e-7: the simulation is not smooth, and no fit can follow it; look for"
+            " contacts and joint limits, or take a shorter time step"
+        )
+    return notes
+
+
+def _comparisons(
+    data: CalibrationData, prediction: Prediction, held_out: frozenset[str]
+) -> tuple[Comparison, ...]:
+    return tuple(
+        Comparison(
+            trial=trial.name,
+            protocol=trial.protocol,
+            channel=channel,
+            held_out=trial.name in held_out,
+            time=trial.time,
+            measured=values,
+            before=prediction.trials[trial.name].get(channel),
+            after=None,
+        )
+        for trial in data.trials
+        for channel, values in trial.measured.items()
     )
 
 

@@ -39,11 +39,14 @@ _MOST_POINTS = 400  # of measured samples drawn; more only make the file larger
 
 
 @styled
-def trial_signals(comparisons: Sequence[Comparison]) -> Figure:
+def trial_signals(
+    comparisons: Sequence[Comparison], names: tuple[str, str] = ("before", "after")
+) -> Figure:
     """One row per trial, one column per kind of channel: measured, before, after.
 
     Args:
         comparisons: of all trials; the worst after the fit are drawn, held-out ones first.
+        names: of the two simulations, where there are any.
     """
     chosen = shown_trials(comparisons)
     kinds = [
@@ -66,12 +69,13 @@ def trial_signals(comparisons: Sequence[Comparison]) -> Figure:
                 title=f"{trial} ({'held out' if held_out[trial] else 'fitted'})" if j == 0 else "",
                 zero=False,
             )
-    figure.legend(handles=_legend(comparisons), loc="outside upper right", ncols=5)
+    figure.legend(handles=_legend(comparisons, names), loc="outside upper right", ncols=5)
     return figure
 
 
-def _legend(comparisons: Sequence[Comparison]) -> list[Line2D]:
+def _legend(comparisons: Sequence[Comparison], simulations: tuple[str, str]) -> list[Line2D]:
     names: list[dict[str, None]] = []
+    before, after = simulations
     for kind in _KINDS:
         channels = dict.fromkeys(c.channel for c in comparisons if kind_of(c.channel) == kind)
         for i, channel in enumerate(sorted(channels) if len(channels) > 1 else ()):
@@ -79,8 +83,12 @@ def _legend(comparisons: Sequence[Comparison]) -> list[Line2D]:
             names[i][owner_of(channel) or f"muscle {channel.rpartition('_')[2]}"] = None
     return [
         Line2D([], [], color=MUTED, marker=".", linestyle="none", markersize=3, label="measured"),
-        Line2D([], [], color=INK, linestyle=_DASHED, linewidth=0.9, label="before"),
-        Line2D([], [], color=INK, linewidth=1.2, label="after"),
+        Line2D([], [], color=INK, linestyle=_DASHED, linewidth=0.9, label=before),
+        *(
+            [Line2D([], [], color=INK, linewidth=1.2, label=after)]
+            if any(c.after is not None for c in comparisons)
+            else []
+        ),
         *(
             Line2D([], [], color=series_look(i)[0], linewidth=4, label=", ".join(own))
             for i, own in enumerate(names)
@@ -92,11 +100,16 @@ def shown_trials(comparisons: Sequence[Comparison]) -> list[str]:
     """Names of the trials that are drawn: held-out first, then the worst; of repeats, one."""
 
     def badness(trial: str) -> float:
+        ends = [
+            (c.measured, c.before if c.after is None else c.after)
+            for c in comparisons
+            if c.trial == trial
+        ]
         return max(
             (
-                float(np.sqrt(np.mean((c.after - c.measured) ** 2)) / (np.ptp(c.measured) or 1.0))
-                for c in comparisons
-                if c.trial == trial and c.after is not None
+                float(np.sqrt(np.mean((end - measured) ** 2)) / (np.ptp(measured) or 1.0))
+                for measured, end in ends
+                if end is not None
             ),
             default=np.inf,
         )

@@ -3,13 +3,17 @@
 from __future__ import annotations
 
 import json
+import shutil
 import sys
+from dataclasses import replace
 
 import numpy as np
 import pytest
 
 import pamsim
 from pamsim.cli.main import main
+from pamsim.diagnosis.diagnosed_rig import DiagnosedRig
+from pamsim.store.rig_file import shipped_rigs
 from pamsim.twins.hide import hide
 
 SETTINGS = {"protocols": ("triangle", "bursts"), "duration": 2.0, "repeats": 3, "seed": 3}
@@ -54,16 +58,31 @@ def test_a_good_recording_is_described_and_raises_no_suspicion(
     recorded, tmp_path, monkeypatch, capsys
 ):
     file = tmp_path / "check.json"
-    code, shown = run(monkeypatch, capsys, recorded, "--effects", EFFECTS, "--json", file)
+    page = tmp_path / "page"
+    code, shown = run(
+        monkeypatch, capsys, recorded, "--effects", EFFECTS, "--json", file, "--out", page
+    )
     assert code == 0
     found = json.loads(file.read_text())
-    assert found["schema"] == "pamsim-check/1"
+    assert found["schema"] == "pamsim-check/2"
     assert sum(found["protocols"].values()) == 12
     assert set(found["held_out"]) < {p.stem for p in recorded.glob("*.csv")}
     angle = found["channels"]["angle"]
     assert angle["low"] < 0.0 < angle["high"]
     assert angle["missed"] == pytest.approx(angle["floor"], rel=0.3)  # nothing is hidden
     assert {"viscous_friction", "valve_flow", "angle_bias"} <= set(found["seen"])
+    (friction,) = (one for one in found["effects"] if one["name"] == "viscous_friction")
+    assert friction["parameter"] == "joint.shaft.damping"
+    assert friction["typical"] == pytest.approx(0.5 * 0.3247)  # half as much again
+    assert 0.0 < friction["shows_from"] < friction["typical"]
+    assert friction["channel"] == "angle"
+    # One trial of each input, those that fits see: a long run of many trials costs no more.
+    assert {name[:-2] for name in found["run"]["trials"]} == {"triangle", "bursts"}
+    assert len(found["run"]["trials"]) == 2
+    text = (page / "index.html").read_text()
+    assert "viscous friction" in text
+    assert all((page / name).stat().st_size > 1e4 for name in ("signals.png", "effects.png"))
+    assert json.loads((page / "check.json").read_text())["seen"] == found["seen"]
     assert "angle" in shown
     assert "suspicious" not in shown
 
@@ -96,3 +115,36 @@ def test_what_the_inputs_cannot_show_is_said(tmp_path):
     assert found.seen == ("viscous_friction",)
     assert set(found.unseen) == {"air_leak", "valve_flow"}
     assert any("measured pressures" in note for note in found.notes)
+
+
+def test_geoms_that_may_touch_are_said(recorded, tmp_path):
+    folder = tmp_path / "arm"
+    shutil.copytree(shipped_rigs() / "mas20_arm", folder)
+    mjcf = folder / "mas20_arm.xml"
+    pad = '<geom name="pad" type="sphere" size="0.01" pos="0 0 5" contype="1" conaffinity="1"/>'
+    mjcf.write_text(mjcf.read_text().replace("<worldbody>", f"<worldbody>{pad}"))
+    found = pamsim.check(recorded, rig=folder, effects=["viscous_friction"])
+    assert any("geoms of the MJCF may touch" in note for note in found.notes)
+    quiet = pamsim.check(recorded, effects=["viscous_friction"])
+    assert not any("touch" in note or "smooth" in note for note in quiet.notes)
+
+
+def test_a_signal_that_jumps_when_a_parameter_hardly_changes_is_not_smooth(monkeypatch, recorded):
+    """Friction that holds or lets go by the last digits of the force, planted in the simulation."""
+    residuals = DiagnosedRig.residuals
+
+    def jumpy(self, sets, *, held_out, fine):
+        for values, blocks in zip(
+            sets, residuals(self, sets, held_out=held_out, fine=fine), strict=True
+        ):
+            nudged = abs(values.get("force.scale", 1.0) - 1.0) in (0.0, 1e-3)
+            yield [
+                replace(b, residual=b.residual + (0.0 if nudged else np.radians(0.1)))
+                if b.channel == "angle"
+                else b
+                for b in blocks
+            ]
+
+    monkeypatch.setattr(DiagnosedRig, "residuals", jumpy)
+    found = pamsim.check(recorded, effects=["viscous_friction"])
+    assert any(note.startswith("angle moves by 0.1 deg where") for note in found.notes)
