@@ -31,7 +31,7 @@ from pamsim.diagnosis.held_out_split import held_out_split
 from pamsim.diagnosis.recordings import NUISANCE
 from pamsim.engine.contacts import may_collide
 from pamsim.engine.rig import Rig, load_rig
-from pamsim.inference.residual_block import layout, stacked
+from pamsim.inference.residual_block import layout
 from pamsim.store.json_file import write_json
 
 Simulated = Mapping[str, Mapping[str, NDArray[np.float64]]]
@@ -197,9 +197,8 @@ def check(
         )
     blocks = predictor.blocks(prediction)
     places = TrialLayout(places=layout(blocks), held_out=frozenset())
-    floor = noise_floor(
-        places, stacked(blocks, places.places), {t.name: t.command for t in beside.trials}
-    )
+    residual = np.concatenate([block.residual for block in blocks])
+    floor = noise_floor(places, residual, {t.name: t.command for t in beside.trials})
     tried, skipped = candidates(loaded, effects)
     freed = [f.free for f in freed_parameters(loaded, NUISANCE)]
     of_each = effects_in_data(

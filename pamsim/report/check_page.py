@@ -56,10 +56,10 @@ def headline(result: Mapping[str, Any]) -> str:
     """What the recordings are, in one line."""
     found = len(result["suspicions"])
     trials = sum(result["protocols"].values())
-    said = "Nothing is implausible" if not found else f"{plain(found)} suspicious"
+    plausible = "Nothing is implausible" if not found else f"{plain(found)} suspicious"
     return (
         f"{plain(trials)} trials of {plain(len(result['protocols']))} inputs,"
-        f" {fixed(result['seconds'], 0)} s. {said}; {plain(len(result['seen']))} of"
+        f" {fixed(result['seconds'], 0)} s. {plausible}; {plain(len(result['seen']))} of"
         f" {plain(len(result['effects']))} effects would show at their typical size."
     )
 
