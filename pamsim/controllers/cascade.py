@@ -1,4 +1,4 @@
-"""Pressure loops under an angle controller: from set points to valve openings.
+"""Pressure loops under a controller of positions: from set points to valve openings.
 
 Each muscle has a PI loop on its pressure; its integral is reduced where the valve is fully open
 (back calculation, as in `pamsim.controllers.pid`).
@@ -75,21 +75,21 @@ class CascadeMemory:
     """What a cascade keeps.
 
     Attributes:
-        outer: memory of the angle controller.
-        integrals: of the pressure loops of muscles 1 and 2 [-].
+        outer: memory of the outer controller.
+        integrals: of the muscles' pressure loops [-].
     """
 
     outer: Memory
-    integrals: tuple[float, float]
+    integrals: tuple[float, ...]
 
 
 @dataclass(frozen=True, kw_only=True)
 class Cascade:
-    """From angle to valve openings.
+    """From positions to valve openings.
 
     Attributes:
-        outer: angle controller that commands pressures.
-        inner: loop of either muscle.
+        outer: controller that commands pressures.
+        inner: loop of each muscle.
         command: always ``valve``.
     """
 
@@ -111,7 +111,7 @@ class Cascade:
 
     def start(self, first: Observation) -> CascadeMemory:
         """Memory with shut valves."""
-        return CascadeMemory(outer=self.outer.start(first), integrals=(0.0, 0.0))
+        return CascadeMemory(outer=self.outer.start(first), integrals=(0.0,) * len(first.pressure))
 
     def act(self, observation: Observation, memory: CascadeMemory) -> tuple[Command, CascadeMemory]:
         """Openings from now on, and the memory for the next sample."""
@@ -122,5 +122,5 @@ class Cascade:
                 wanted, observation.pressure, memory.integrals, strict=True
             )
         ]
-        (first, second), integrals = zip(*steps, strict=True)
-        return (first, second), CascadeMemory(outer=outer, integrals=integrals)
+        openings, integrals = zip(*steps, strict=True)
+        return openings, CascadeMemory(outer=outer, integrals=integrals)

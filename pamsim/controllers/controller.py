@@ -1,7 +1,7 @@
 """The interface of controllers: observation and memory in, command and memory out.
 
 A controller is a frozen set of numbers. Its memory goes in and comes out as a value, so that a run
-can be stopped, copied and continued, and one controller can serve many arms at once.
+can be stopped, copied and continued, and one controller can serve many rigs at once.
 """
 
 from __future__ import annotations
@@ -9,36 +9,63 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Any, Protocol, TypeAlias
 
+from pamsim.core.errors import InputError
+
 Memory: TypeAlias = Any
 """What one controller keeps from sample to sample; of its own kind, never changed in place."""
 
-Command: TypeAlias = tuple[float, float]
-"""Of muscles 1 and 2: pressure set points, gauge [Pa], or valve openings in [-1, 1]."""
+Command: TypeAlias = tuple[float, ...]
+"""Of each muscle: pressure set points, gauge [Pa], or valve openings in [-1, 1]."""
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)
-class Observation:
-    """Measured signals and reference at a sample.
+class JointObservation:
+    """Measured motion and reference of one joint at a sample.
 
     Attributes:
-        time: since the start [s].
-        angle: measured [rad].
-        velocity: of the measured angle [rad/s].
-        pressure: measured, of muscles 1 and 2, gauge [Pa].
-        reference: wanted angle at the next sample [rad].
-        reference_rate: its first derivative [rad/s].
-        reference_acceleration: its second derivative [rad/s^2].
-        stiffness: wanted stiffness of the joint [N m/rad]; None if the task leaves it free.
+        position: measured [rad or m].
+        velocity: of the measured position [per s].
+        reference: wanted position at the next sample [rad or m].
+        reference_rate: its first derivative [per s].
+        reference_acceleration: its second derivative [per s^2].
+        stiffness: wanted of the joint [N m/rad or N/m]; None if the task leaves it free.
     """
 
-    time: float
-    angle: float
+    position: float
     velocity: float
-    pressure: tuple[float, float]
     reference: float
     reference_rate: float = 0.0
     reference_acceleration: float = 0.0
     stiffness: float | None = None
+
+
+@dataclass(frozen=True, kw_only=True, slots=True)
+class Observation:
+    """What a controller sees at a sample.
+
+    Attributes:
+        time: since the start [s].
+        joints: in the order of the rig's.
+        pressure: measured, of each muscle, gauge [Pa].
+    """
+
+    time: float
+    joints: tuple[JointObservation, ...]
+    pressure: tuple[float, ...]
+
+    @property
+    def joint(self) -> JointObservation:
+        """The joint of a rig that has one.
+
+        Raises:
+            InputError: if there are several.
+        """
+        if len(self.joints) != 1:
+            raise InputError(
+                f"this controller drives one joint, the rig has {len(self.joints)};"
+                " pamsim.controllers.joint_control drives any number"
+            )
+        return self.joints[0]
 
 
 class Controller(Protocol):
@@ -50,7 +77,7 @@ class Controller(Protocol):
         ...
 
     def start(self, first: Observation) -> Memory:
-        """Memory before the first sample, the arm being at rest."""
+        """Memory before the first sample, the rig being at rest."""
         ...
 
     def act(self, observation: Observation, memory: Memory) -> tuple[Command, Memory]:

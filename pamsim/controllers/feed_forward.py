@@ -92,7 +92,7 @@ class FeedForward:
 
     def start(self, first: Observation) -> FeedForwardMemory:
         """Memory of an arm that moved to its angle from angle 0 without turning back."""
-        plays = () if self.hysteresis is None else self.hysteresis.start(first.angle)
+        plays = () if self.hysteresis is None else self.hysteresis.start(first.joint.position)
         feedback = None
         if self.feedback is not None:
             feedback = PidMemory(integral=0.0, rate=0.0)
@@ -116,16 +116,16 @@ class FeedForward:
         self, observation: Observation, plays: tuple[float, ...]
     ) -> tuple[Command, tuple[float, ...]]:
         """Pressures of the wanted motion alone, and the new memory of the hysteresis' inverse."""
-        acceleration = observation.reference_acceleration
-        rate = observation.reference_rate + self.lead * acceleration
-        angle = observation.reference + self.lead * (
-            observation.reference_rate + 0.5 * self.lead * acceleration
+        acceleration = observation.joint.reference_acceleration
+        rate = observation.joint.reference_rate + self.lead * acceleration
+        angle = observation.joint.reference + self.lead * (
+            observation.joint.reference_rate + 0.5 * self.lead * acceleration
         )
         if self.hysteresis is not None:
             angle, plays = self.hysteresis.undone(angle, plays)
         torque = self.arm.muscle_torque(angle, rate, acceleration)
-        if observation.stiffness is None:
+        if observation.joint.stiffness is None:
             pressures = balanced_pressures(self.arm, angle, torque, self.common_pressure)
         else:
-            pressures = stiff_pressures(self.arm, angle, torque, observation.stiffness)
+            pressures = stiff_pressures(self.arm, angle, torque, observation.joint.stiffness)
         return pressures, plays

@@ -105,7 +105,7 @@ class GainSchedule:
     def act(self, observation: Observation, memory: PidMemory) -> tuple[Command, PidMemory]:
         """Pressures from now on, and the memory for the next sample."""
         place = (
-            observation.angle
+            observation.joint.position
             if self.by == "angle"
             else observation.pressure[0] - observation.pressure[1]
         )

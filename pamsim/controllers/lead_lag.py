@@ -46,7 +46,7 @@ class LeadLag:
 
     def start(self, first: Observation) -> LeadLagMemory:
         """Memory that keeps the pressures at rest at first."""
-        ahead = self.model.input_for(first.angle - self.point.angle, 0.0, 0.0)
+        ahead = self.model.input_for(first.joint.position - self.point.angle, 0.0, 0.0)
         count = len(self.design.denominator) - 1
         return LeadLagMemory(
             errors=(0.0,) * count, outputs=(self.point.measured_departure(first) - ahead,) * count
@@ -54,12 +54,12 @@ class LeadLag:
 
     def act(self, observation: Observation, memory: LeadLagMemory) -> tuple[Command, LeadLagMemory]:
         """Pressures from now on, and the memory for the next sample."""
-        goal = observation.reference - self.point.angle
+        goal = observation.joint.reference - self.point.angle
         ahead = self.model.input_for(
-            goal, observation.reference_rate, observation.reference_acceleration
+            goal, observation.joint.reference_rate, observation.joint.reference_acceleration
         )
         errors = (
-            present_reference(observation, self.design.period)[0] - observation.angle,
+            present_reference(observation.joint, self.design.period)[0] - observation.joint.position,
             *memory.errors,
         )
         # Limited first: the filter must not compensate a reference that is out of reach.

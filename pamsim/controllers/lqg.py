@@ -45,23 +45,23 @@ class Lqg:
 
     def start(self, first: Observation) -> LqgMemory:
         """Memory that keeps the pressures at rest."""
-        away = first.angle - self.point.angle
+        away = first.joint.position - self.point.angle
         departure = self.point.measured_departure(first) - away / self.design.model.gain
         return LqgMemory(expected=(away, 0.0), integral=departure / self.design.integral_gain)
 
     def act(self, observation: Observation, memory: LqgMemory) -> tuple[Command, LqgMemory]:
         """Pressures from now on, and the memory for the next sample."""
         design = self.design
-        innovation = observation.angle - self.point.angle - memory.expected[0]
+        innovation = observation.joint.position - self.point.angle - memory.expected[0]
         angle, rate = (
             x + gain * innovation
             for x, gain in zip(memory.expected, design.correction, strict=True)
         )
-        now, rate_now = present_reference(observation, design.period)
+        now, rate_now = present_reference(observation.joint, design.period)
         ahead = design.model.input_for(
-            observation.reference - self.point.angle,
-            observation.reference_rate,
-            observation.reference_acceleration,
+            observation.joint.reference - self.point.angle,
+            observation.joint.reference_rate,
+            observation.joint.reference_acceleration,
         )
         wanted = (
             ahead
@@ -70,7 +70,7 @@ class Lqg:
             + design.integral_gain * memory.integral
         )
         given = self.point.given(wanted)
-        grown = now - observation.angle
+        grown = now - observation.joint.position
         grown += (given - wanted) / (design.integral_gain * self.tracking_time)
         first, second = (
             row[0] * angle + row[1] * rate + into * given

@@ -9,9 +9,8 @@ import numpy as np
 
 from pamsim.controllers.controller import Command, Observation
 from pamsim.core.errors import InputError
+from pamsim.engine.rig import Rig
 from pamsim.store.policy_file import PolicyFile, read_policy
-
-_INPUTS = 8
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -19,53 +18,57 @@ class NeuralPolicy:
     """Layers with tanh between them, from an observation to the mean action.
 
     Attributes:
-        layers: the policy's numbers.
-        supply: pressure that measured and commanded ones are scaled by [Pa].
-        command: ``pressure`` or ``valve``, as in the environment it was trained in.
+        policy: its numbers, and the rig that they are for.
     """
 
-    layers: PolicyFile
-    supply: float
-    command: str = "pressure_set"
+    policy: PolicyFile
+
+    @property
+    def command(self) -> str:
+        """``pressure_set`` or ``valve``, as in the environment it was trained in."""
+        return self.policy.command
 
     @classmethod
-    def read(cls, path: Path, *, supply: float, command: str = "pressure_set") -> NeuralPolicy:
-        """Read a policy from the ``.npz`` that scripts/train_policy.py writes.
+    def read(cls, path: Path, rig: Rig) -> NeuralPolicy:
+        """Read a policy from the ``.npz`` that ``pamsim train`` writes.
+
+        Args:
+            path: of the file.
+            rig: that it is to drive; its joints and muscles must have the names of those that it
+                was trained on.
 
         Raises:
-            InputError: if it is missing, or none for these observations and actions.
+            InputError: if it is missing, no policy, or one for another rig.
         """
-        layers = read_policy(path)
-        if layers.scale.shape != (_INPUTS,) or layers.biases[-1].shape != (2,):
+        policy = read_policy(path)
+        own, needed = (*rig.joints, *rig.muscles), (*policy.joints, *policy.muscles)
+        if own != needed:
             raise InputError(
-                f"{path} turns {len(layers.scale)} numbers into {len(layers.biases[-1])}; the arm"
-                f" shows {_INPUTS} and takes 2"
+                f"{path} is for joints and muscles {', '.join(needed)}; rig {rig.name!r} has"
+                f" {', '.join(own)}"
             )
-        return cls(layers=layers, supply=supply, command=command)
+        return cls(policy=policy)
 
     def start(self, first: Observation) -> None:
         """No memory."""
 
     def act(self, observation: Observation, memory: None) -> tuple[Command, None]:
         """See `Controller.act`."""
-        value = np.array(
-            [
-                observation.angle,
-                observation.velocity,
-                *(pressure / self.supply for pressure in observation.pressure),
-                observation.reference,
-                observation.reference_rate,
-                observation.reference_acceleration,
-                observation.stiffness or 0.0,
-            ]
-        )
-        value = (value - self.layers.centre) / self.layers.scale
-        *hidden, last = zip(self.layers.weights, self.layers.biases, strict=True)
-        for weight, bias in hidden:
-            value = np.tanh(weight @ value + bias)
-        weight, bias = last
-        first, second = np.clip(weight @ value + bias, -1.0, 1.0).tolist()
+        joints = observation.joints
+        seen = [
+            *(joint.position for joint in joints),
+            *(joint.velocity for joint in joints),
+            *observation.pressure,
+            *(joint.reference for joint in joints),
+            *(joint.reference_rate for joint in joints),
+            *(joint.reference_acceleration for joint in joints),
+            *(joint.stiffness or 0.0 for joint in joints),
+        ]
+        value = (np.array(seen) - self.policy.centre) / self.policy.scale
+        *hidden, (weight, bias) = zip(self.policy.weights, self.policy.biases, strict=True)
+        for inner, offset in hidden:
+            value = np.tanh(inner @ value + offset)
+        action = np.clip(weight @ value + bias, -1.0, 1.0)
         if self.command == "pressure_set":
-            half = 0.5 * self.supply
-            return (half * (first + 1.0), half * (second + 1.0)), None
-        return (first, second), None
+            action = 0.5 * self.policy.supply * (action + 1.0)
+        return tuple(action.tolist()), None

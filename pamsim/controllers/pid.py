@@ -87,11 +87,11 @@ class Pid:
 
     def wanted(self, observation: Observation, memory: PidMemory) -> tuple[float, float]:
         """Difference before the limits [Pa], and the lagged rate used for it [rad/s]."""
-        goal, goal_rate = present_reference(observation, self.period)
+        goal, goal_rate = present_reference(observation.joint, self.period)
         share = self.period / (self.filter_time + self.period)
-        rate = observation.velocity - self.rate_weight * goal_rate
+        rate = observation.joint.velocity - self.rate_weight * goal_rate
         rate = memory.rate + share * (rate - memory.rate)
-        error = goal - observation.angle
+        error = goal - observation.joint.position
         return self.gain * (error - self.derivative_time * rate) + memory.integral, rate
 
     def remembered(
@@ -105,6 +105,6 @@ class Pid:
             rate: lagged, of this sample [rad/s].
             missed: difference given less the one wanted [Pa].
         """
-        error = present_reference(observation, self.period)[0] - observation.angle
+        error = present_reference(observation.joint, self.period)[0] - observation.joint.position
         grown = self.gain * error / self.integral_time + missed / self.tracking_time
         return PidMemory(integral=memory.integral + self.period * grown, rate=rate)

@@ -6,18 +6,18 @@ compared the present angle with it would see an error of one sample on every mov
 
 from __future__ import annotations
 
-from pamsim.controllers.controller import Observation
+from pamsim.controllers.controller import JointObservation
 
 
-def present_reference(observation: Observation, period: float) -> tuple[float, float]:
-    """Reference angle [rad] and rate [rad/s] at the present sample.
+def present_reference(joint: JointObservation, period: float) -> tuple[float, float]:
+    """Reference [rad or m] and its rate at the present sample.
 
     Args:
-        observation: its reference is one period ahead; acceleration is assumed constant over it.
+        joint: its reference is one period ahead; acceleration is assumed constant over it.
         period: between two samples [s].
     """
-    acceleration = observation.reference_acceleration
-    rate = observation.reference_rate - period * acceleration
-    return observation.reference - period * (
-        observation.reference_rate - 0.5 * period * acceleration
+    acceleration = joint.reference_acceleration
+    rate = joint.reference_rate - period * acceleration
+    return joint.reference - period * (
+        joint.reference_rate - 0.5 * period * acceleration
     ), rate

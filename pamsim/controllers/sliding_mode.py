@@ -66,18 +66,18 @@ class SlidingMode:
         error, drift = self._missed(observation)
         pull = min(max(self.surface(observation, memory) / self.layer, -1.0), 1.0)
         acceleration = (
-            observation.reference_acceleration
+            observation.joint.reference_acceleration
             - 2.0 * self.bandwidth * drift
             - self.bandwidth * self.bandwidth * error
             - self.reach * pull
         )
-        away = observation.angle - self.point.angle
-        wanted = self.model.input_for(away, observation.velocity, acceleration)
+        away = observation.joint.position - self.point.angle
+        wanted = self.model.input_for(away, observation.joint.velocity, acceleration)
         # No sliding while the pressures are limited: the integral is held.
         waits = self.point.split.beyond(self.point.difference + wanted)
         integral = memory.integral if waits else memory.integral + self.period * error
         return self.point.pressures(wanted), SlidingMemory(integral=integral)
 
     def _missed(self, observation: Observation) -> tuple[float, float]:
-        goal, rate = present_reference(observation, self.period)
-        return observation.angle - goal, observation.velocity - rate
+        goal, rate = present_reference(observation.joint, self.period)
+        return observation.joint.position - goal, observation.joint.velocity - rate

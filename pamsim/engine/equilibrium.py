@@ -1,13 +1,13 @@
-"""Angles at rest of an arm of one joint, from the torque balance without simulating in time.
+"""Positions at rest of a rig, from the balance of its torques without simulating in time.
 
-An angle at rest depends neither on the valves nor on the damping, so that hundreds of rigs can be
+A position at rest depends neither on the valves nor on the damping, so that hundreds of rigs can be
 compared in the time that one simulated response takes. What depends on the path is left out: dry
 friction, the hysteresis of the muscles, their creep (relaxed at rest) and backlash.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from typing import Any
 
 import mujoco
@@ -36,6 +36,9 @@ _FARTHEST = 3.0
 """Angle beyond which no balance is searched [rad]."""
 
 _NEAR = 1e-9  # rad
+_TURN = 1e-5  # rad or m, for slopes
+_MOST_STEPS = 200
+_SCALAR = (int(mujoco.mjtJoint.mjJNT_HINGE), int(mujoco.mjtJoint.mjJNT_SLIDE))
 _DOUBLINGS = 5
 _TAUT = 1e-7  # N, of the force in a chain that gives
 
@@ -69,11 +72,60 @@ def rest_angles(
     stride = _STRIDE if near is None else _STRIDE / 10.0
     data = mujoco.MjData(rig.model)  # serves all loads: their models are of one size
     for mass in np.unique(load):
-        arm = _Arm(rig, float(mass), data)
+        still = _StillRig(rig, float(mass), data)
         for i in np.flatnonzero(load == mass):
-            torque = arm.torque(pressure[i].tolist())
-            angle[i] = _first_balance(torque, float(begin[i]), stride)
+            torques = still.torques(pressure[i].tolist())
+            angle[i] = _first_balance(lambda at: torques((at,))[0], float(begin[i]), stride)
     return angle
+
+
+def rest_positions(rig: Rig, pressure: FloatArray, near: FloatArray) -> FloatArray:
+    """Positions at which a rig without load comes to rest, for any number of joints.
+
+    The search steps from a position towards the balance of the linearised rig, as far as joints
+    with a range may go.
+
+    Args:
+        rig: whose joints turn about one axis or slide along one.
+        pressure: (m,) gauge pressures at rest [Pa].
+        near: (nv,) positions from which it goes [rad or m].
+
+    Returns:
+        (nv,) positions [rad or m]; NaN if no balance is found.
+
+    Raises:
+        InputError: if a joint is free or a ball.
+    """
+    model = rig.model
+    if not np.isin(model.jnt_type, _SCALAR).all():
+        raise InputError(f"rig {rig.name!r} has a free or ball joint: it has no position at rest")
+    still = _StillRig(rig, 0.0, mujoco.MjData(model)).torques(pressure.tolist())
+    limited = model.jnt_limited.astype(bool)
+    low = np.where(limited, model.jnt_range[:, 0], -np.inf)
+    high = np.where(limited, model.jnt_range[:, 1], np.inf)
+    at = np.clip(near, low, high)
+    for _ in range(_MOST_STEPS):
+        torque = np.array(still(at))
+        free = ~((at <= low) & (torque < 0.0) | (at >= high) & (torque > 0.0))
+        slope = np.column_stack(
+            [
+                (np.array(still(at + turn)) - np.array(still(at - turn))) / (2.0 * _TURN)
+                for turn in _TURN * np.eye(len(at))
+            ]
+        )
+        step = np.zeros(len(at))
+        try:
+            step[free] = np.linalg.solve(-slope[np.ix_(free, free)], torque[free])
+        except np.linalg.LinAlgError:
+            return np.full(len(at), np.nan)
+        if step @ torque < 0.0:  # a balance that the rig leaves: go where it is driven
+            step = np.where(free, torque, 0.0)
+        step *= min(1.0, _STRIDE / max(float(np.abs(step).max()), _STRIDE))
+        new = np.clip(at + step, low, high)
+        if np.abs(new - at).max() < _NEAR:
+            return new
+        at = new
+    return np.full(len(at), np.nan)
 
 
 def _first_balance(torque: Callable[[float], float], origin: float, stride: float) -> float:
@@ -91,11 +143,11 @@ def _first_balance(torque: Callable[[float], float], origin: float, stride: floa
     return float("nan")
 
 
-class _Arm:
-    """An arm with a load, whose torque at an angle can be evaluated.
+class _StillRig:
+    """A rig with a load, whose torques at a position can be evaluated.
 
     Args:
-        rig: the arm.
+        rig: the rig.
         load: mass on it [kg].
         data: of the rig's model, overwritten.
     """
@@ -108,31 +160,36 @@ class _Arm:
             for i in muscle_ids(model)
         ]
 
-    def torque(self, pressure: list[float]) -> Callable[[float], float]:
-        """Angle [rad] to the torque on the joint [N m], all at rest at gauge pressures [Pa]."""
+    def torques(self, pressure: list[float]) -> Callable[[Sequence[float]], list[float]]:
+        """Position to the torques on the joints [N m or N], all at rest at gauge pressures [Pa]."""
         model, data = self._model, self._data
         # Views of the engine's arrays: fetching one costs as much as reading it.
         position, length, moment = data.qpos, data.ten_length, data.ten_J.reshape(-1)
-        places = [_place(model, data, tendon) for tendon, _ in self._muscles]
+        places = [_places(model, data, tendon) for tendon, _ in self._muscles]
         passive, bias = data.qfrc_passive, data.qfrc_bias
 
-        def at(angle: float) -> float:
-            position[0] = angle
+        def at(where: Sequence[float]) -> list[float]:
+            position[:] = where
             mujoco.mj_fwdPosition(model, data)
             mujoco.mj_fwdVelocity(model, data)
-            total = float(passive[0] - bias[0])
-            for (tendon, row), place, held in zip(self._muscles, places, pressure, strict=True):
+            total = (passive - bias).tolist()
+            for (tendon, row), own, held in zip(self._muscles, places, pressure, strict=True):
                 at_tendon = float(length[tendon])
                 pull = _tension(row, chain_length(row, at_tendon), held)
-                total -= float(moment[place]) * chain_ratio(row, at_tendon) * pull
+                pull *= chain_ratio(row, at_tendon)
+                for joint, place in own:
+                    total[joint] -= float(moment[place]) * pull
             return total
 
         return at
 
 
-def _place(model: mujoco.MjModel, data: mujoco.MjData, tendon: int) -> int:
-    """Where a tendon's moment arm lies: MuJoCo 4 keeps a sparse matrix, 3 a full one."""
-    return tendon if data.ten_J.ndim == 2 else int(model.ten_J_rowadr[tendon])
+def _places(model: mujoco.MjModel, data: mujoco.MjData, tendon: int) -> list[tuple[int, int]]:
+    """Degrees of freedom that a tendon moves, and where its moment arms on them lie."""
+    if data.ten_J.ndim == 2:  # MuJoCo 3 keeps a full matrix, 4 a sparse one
+        return [(dof, tendon * model.nv + dof) for dof in range(model.nv)]
+    first, count = int(model.ten_J_rowadr[tendon]), int(model.ten_J_rownnz[tendon])
+    return [(int(model.ten_J_colind[k]), k) for k in range(first, first + count)]
 
 
 def _tension(row: list[float], length: float, pressure: float) -> float:

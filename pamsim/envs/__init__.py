@@ -1,4 +1,4 @@
-"""Gymnasium environments of the antagonistic arm; importing this room registers them."""
+"""Gymnasium environments of any rig; importing this room registers them."""
 
 from pamsim.envs.registration import register
 

@@ -2,14 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from types import MappingProxyType
+from typing import Any
 
 import gymnasium
 import numba
 import numpy as np
 from numpy.typing import NDArray
+
+from pamsim.core.errors import InputError
 
 FloatArray = NDArray[np.float64]
 
@@ -19,67 +22,129 @@ class ActionKind:
     """How actions become commands.
 
     Attributes:
-        name: of the kind.
         command: what the muscles' control means then, see `pamsim.core.experiment`.
-        space: makes the space of one arm's action.
-        commands: actions (n, ...) and supply pressure [Pa] -> commands (n, 2), set points [Pa] or
-            openings in [-1, 1].
+        quantities: of each muscle that its actions set.
+        space: makes the space of a rig's action, of a number of muscles.
+        fill: actions (n, ...), supply pressure [Pa], commands (n, m) to write: set points [Pa] or
+            openings in [-1, 1] -> place of the first action that is none, -1 if all are.
+        valid: what an action is.
     """
 
-    name: str
     command: str
-    space: Callable[[], gymnasium.Space]
-    commands: Callable[[NDArray[np.generic], float], FloatArray]
+    quantities: tuple[str, ...]
+    space: Callable[[int], gymnasium.Space]
+    fill: Callable[[NDArray[Any], float, FloatArray], int]
+    valid: str
 
-    def rest(self, pressure: float) -> float:
-        """The command that leaves a muscle at rest at a gauge pressure [Pa]."""
-        return pressure if self.command == "pressure_set" else 0.0
+    def names(self, muscles: Sequence[str]) -> tuple[str, ...]:
+        """Name of each action, such as ``biceps.pressure_set``."""
+        return tuple(f"{muscle}.{quantity}" for muscle in muscles for quantity in self.quantities)
+
+    def commands(self, action: Any, shape: tuple[int, int], supply: float) -> FloatArray:
+        """Commands (n, m) of actions.
+
+        Args:
+            action: (n, ...).
+            shape: number of rigs, and of muscles.
+            supply: pressure [Pa].
+
+        Raises:
+            InputError: if an action has another shape, is not a finite number or, for on/off
+                valves, neither 0 nor 1.
+        """
+        wanted = (shape[0], shape[1] * len(self.quantities))
+        given = as_array(action)
+        if given.shape != wanted or given.dtype.kind not in "fiub":
+            raise InputError(
+                f"actions of shape {given.shape} and type {given.dtype}: this environment takes"
+                f" {wanted[1]} numbers" + (f" for each of {wanted[0]} rigs" * (wanted[0] > 1))
+            )
+        command = np.empty(shape)
+        wrong = self.fill(given, supply, command)
+        if wrong >= 0:
+            raise InputError(
+                f"action {given.ravel()[wrong]} at place {wrong % wanted[1]} is no action:"
+                f" {self.valid}"
+            )
+        return command
+
+    def rest(self, pressure: FloatArray) -> FloatArray:
+        """The commands that leave muscles at rest at gauge pressures [Pa]."""
+        return pressure if self.command == "pressure" else np.zeros_like(pressure)
 
     def span(self, supply: float) -> float:
         """Change of command that counts as 1 in the reward's effort."""
         return 0.5 * supply if self.command == "pressure_set" else 1.0
 
 
-def _signed_pair() -> gymnasium.Space:
-    return gymnasium.spaces.Box(-1.0, 1.0, (2,), np.float32)
+def as_array(action: Any) -> NDArray[Any]:
+    """An action as an array, of objects if it is none."""
+    if isinstance(action, np.ndarray):
+        return action
+    try:
+        return np.asarray(action)
+    except ValueError:
+        return np.array(action, dtype=object)
 
 
 @numba.njit(cache=True, nogil=True)
-def _openings(action, supply):
-    openings = action.astype(np.float64)
-    for arm in range(openings.shape[0]):
-        for muscle in range(openings.shape[1]):
-            if openings[arm, muscle] < -1.0:
-                openings[arm, muscle] = -1.0
-            elif openings[arm, muscle] > 1.0:
-                openings[arm, muscle] = 1.0
-    return openings
+def _openings(action, supply, command):
+    for rig in range(command.shape[0]):
+        for muscle in range(command.shape[1]):
+            opening = np.float64(action[rig, muscle])
+            if not np.isfinite(opening):
+                return rig * command.shape[1] + muscle
+            command[rig, muscle] = min(max(opening, -1.0), 1.0)
+    return -1
 
 
 @numba.njit(cache=True, nogil=True)
-def _set_points(action, supply):
-    return (0.5 * supply) * (_openings(action, supply) + 1.0)
+def _set_points(action, supply, command):
+    wrong = _openings(action, supply, command)
+    for rig in range(command.shape[0]):
+        for muscle in range(command.shape[1]):
+            command[rig, muscle] = (0.5 * supply) * (command[rig, muscle] + 1.0)
+    return wrong
 
 
 @numba.njit(cache=True, nogil=True)
-def _switches(action, supply):
-    # An interlock, not a short circuit from supply to exhaust: both on is both shut.
-    on = action.astype(np.float64)
-    return on[:, 0::2] - on[:, 1::2]
+def _switches(action, supply, command):
+    for rig in range(command.shape[0]):
+        for place in range(action.shape[1]):
+            if action[rig, place] != 0 and action[rig, place] != 1:
+                return rig * action.shape[1] + place
+        for muscle in range(command.shape[1]):
+            # An interlock, not a short circuit from supply to exhaust: both on is both shut.
+            fill, vent = action[rig, 2 * muscle], action[rig, 2 * muscle + 1]
+            command[rig, muscle] = np.float64(fill) - np.float64(vent)
+    return -1
 
+
+def _signed(muscles: int) -> gymnasium.Space:
+    return gymnasium.spaces.Box(-1.0, 1.0, (muscles,), np.float32)
+
+
+_FINITE = "give finite numbers; beyond -1 and 1 they count as -1 and 1"
 
 KINDS: Mapping[str, ActionKind] = MappingProxyType(
     {
         "pressure": ActionKind(
-            name="pressure", command="pressure_set", space=_signed_pair, commands=_set_points
+            command="pressure",
+            quantities=("pressure_set",),
+            space=_signed,
+            fill=_set_points,
+            valid=_FINITE,
         ),
-        "valve": ActionKind(name="valve", command="valve", space=_signed_pair, commands=_openings),
+        "valve": ActionKind(
+            command="valve", quantities=("valve",), space=_signed, fill=_openings, valid=_FINITE
+        ),
         "on_off": ActionKind(
-            name="on_off",
             command="valve",
-            space=lambda: gymnasium.spaces.MultiBinary(4),
-            commands=_switches,
+            quantities=("fill", "vent"),
+            space=lambda muscles: gymnasium.spaces.MultiBinary(2 * muscles),
+            fill=_switches,
+            valid="an on/off valve takes 0 or 1",
         ),
     }
 )
-"""Pressure set points, continuous valves, the rig's four on/off valves."""
+"""Pressure set points, continuous valves, an on/off valve to fill and one to vent per muscle."""

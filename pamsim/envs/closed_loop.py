@@ -3,20 +3,31 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
+import gymnasium
 import numpy as np
 from numpy.typing import NDArray
 
 from pamsim.actuator.kernel import valve_opening
 from pamsim.actuator.layout import slot
-from pamsim.controllers.controller import Command, Controller, Observation
+from pamsim.controllers.controller import Command, Controller, JointObservation, Observation
 from pamsim.core.errors import InputError
-from pamsim.envs.actions import KINDS
-from pamsim.envs.arms import Arms
-from pamsim.envs.pam_arm import PamArmEnv
+from pamsim.envs.rigs import Rigs
 from pamsim.pneumatics.air import GAS_CONSTANT
 
 FloatArray = NDArray[np.float64]
+
+_COLUMNS = (
+    "position",
+    "reference",
+    "pressure",
+    "command",
+    "opening",
+    "air",
+    "stiffness",
+    "wanted_stiffness",
+)
 
 OPEN = 0.02
 """Opening from which a valve counts as open."""
@@ -31,23 +42,25 @@ _ATMOSPHERE = slot("chamber.atmosphere")
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Drive:
-    """An episode under a controller, one row per step.
+    """An episode under a controller of j joints and m muscles, one row per step.
 
     Attributes:
+        joints: names.
         period: between samples [s].
-        angle: (n,) true angle at the end of each step [rad].
-        reference: (n,) reference there [rad].
-        pressure: (n, 2) true gauge pressures there [Pa].
-        command: (n, 2) during the step: set points [Pa] or openings.
-        opening: (n, 2) of the valves at the end of the step, in [-1, 1].
-        air: (n, 2) let in during the step [kg]; flow in and out within one step is not counted.
-        stiffness: (n,) of the joint between shut muscles at the end of the step [N m/rad].
-        wanted_stiffness: (n,) [N m/rad]; 0 where it is free.
+        position: (n, j) true positions at the end of each step [rad or m].
+        reference: (n, j) references there [rad or m].
+        pressure: (n, m) true gauge pressures there [Pa].
+        command: (n, m) during the step: set points [Pa] or openings.
+        opening: (n, m) of the valves at the end of the step, in [-1, 1].
+        air: (n, m) let in during the step [kg]; flow in and out within one step is not counted.
+        stiffness: (n, j) of the joints between shut muscles at the end of the step [N m/rad].
+        wanted_stiffness: (n, j) [N m/rad]; 0 where it is free.
         reward: of the episode.
     """
 
+    joints: tuple[str, ...]
     period: float
-    angle: FloatArray
+    position: FloatArray
     reference: FloatArray
     pressure: FloatArray
     command: FloatArray
@@ -58,100 +71,112 @@ class Drive:
     reward: float
 
 
-def controller_observation(arms: Arms, observation: FloatArray, time: float) -> Observation:
+def controller_observation(rigs: Rigs, observation: FloatArray, time: float) -> Observation:
     """Observation of an environment as controllers take it."""
-    angle, velocity, *pressures, reference, rate, acceleration, stiffness = observation.tolist()
+    signals, joints = rigs.signals.si(observation), len(rigs.rig.joints)
+    pressures = signals[2 * joints : -4 * joints]
+    moved = np.concatenate([signals[: 2 * joints], signals[-4 * joints :]])
     return Observation(
         time=time,
-        angle=angle,
-        velocity=velocity,
-        pressure=(pressures[0] * arms.supply, pressures[1] * arms.supply),
-        reference=reference,
-        reference_rate=rate,
-        reference_acceleration=acceleration,
-        stiffness=stiffness or None,
+        joints=tuple(
+            JointObservation(
+                position=position,
+                velocity=velocity,
+                reference=reference,
+                reference_rate=rate,
+                reference_acceleration=acceleration,
+                stiffness=stiffness or None,
+            )
+            for position, velocity, reference, rate, acceleration, stiffness in moved.reshape(
+                6, joints
+            ).T.tolist()
+        ),
+        pressure=tuple(pressures.tolist()),
     )
 
 
-def action(env: PamArmEnv, command: Command) -> NDArray[np.generic]:
+def action_of(rigs: Rigs, command: Command) -> NDArray[np.generic]:
     """The action that gives the muscles of an environment a command.
 
     On/off valves open from a commanded opening of one third.
+
+    Raises:
+        InputError: if there is not one command per muscle.
     """
     wanted = np.array(command)
-    if env.kind == "pressure":
-        return (wanted / (0.5 * env.arms.supply) - 1.0).astype(np.float32)
-    if env.kind == "valve":
+    if len(wanted) != len(rigs.rig.muscles):
+        raise InputError(
+            f"the controller commands {len(wanted)} muscles, rig {rigs.rig.name!r} has"
+            f" {len(rigs.rig.muscles)}"
+        )
+    if rigs.settings.action == "pressure":
+        return (wanted / (0.5 * rigs.supply) - 1.0).astype(np.float32)
+    if rigs.settings.action == "valve":
         return wanted.astype(np.float32)
     return np.column_stack([wanted > ON, wanted < -ON]).ravel().astype(np.int8)
 
 
-def drive(env: PamArmEnv, controller: Controller, seed: int) -> Drive:
+def drive(env: gymnasium.Env[Any, Any], controller: Controller, seed: int) -> Drive:
     """Run a controller in an environment for one episode.
 
     Args:
-        env: the environment itself (``gymnasium.make(...).unwrapped``).
+        env: as `gymnasium.make` makes it, which ends the episode.
         controller: whose commands are of the kind that it takes.
         seed: of the episode.
 
     Raises:
-        InputError: if pressures are commanded to an environment of valves, or the other way round.
+        InputError: if the environment is none of ours or sets no end; if pressures are commanded to
+            an environment of valves, or the other way round; for another number of muscles.
     """
-    takes = KINDS[env.kind].command
-    if controller.command != takes:
+    rigs = getattr(env.unwrapped, "rigs", None)
+    if not isinstance(rigs, Rigs) or env is env.unwrapped:
+        raise InputError("give the environment as gymnasium.make makes it, not unwrapped")
+    if controller.command != rigs.kind.command:
         raise InputError(
-            f"the controller commands {controller.command}, this environment takes {takes}:"
-            " put it under a Cascade, or use another environment"
+            f"the controller commands {controller.command}, this environment takes"
+            f" {rigs.kind.command}: put it under a Cascade, or use another action"
         )
-    arms = env.arms
     observation, _ = env.reset(seed=seed)
-    memory = controller.start(controller_observation(arms, observation, 0.0))
-    rows: list[list[float]] = []
-    total, over, before = 0.0, False, arms.air()[0]
+    memory = controller.start(controller_observation(rigs, observation, 0.0))
+    rows: dict[str, list[Any]] = {field: [] for field in _COLUMNS}
+    total, over, before = 0.0, False, rigs.air()[0]
     while not over:
-        observed = controller_observation(arms, observation, len(rows) * arms.period)
+        observed = controller_observation(rigs, observation, len(rows["position"]) * rigs.period)
         command, memory = controller.act(observed, memory)
-        observation, reward, broken, ended, info = env.step(action(env, command))
-        over, total = broken or ended, total + reward
-        after, pressure = arms.air()[0], info["pressure"]
-        rows.append(
-            [
-                info["angle"],
-                observed.reference,
-                *pressure,
-                *command,
-                *_openings(arms, command, pressure),
-                *_let_in(arms, before, after, pressure),
-                float(arms.stiffness()[0]),
-                observed.stiffness or 0.0,
-            ]
-        )
+        observation, reward, broken, ended, info = env.step(action_of(rigs, command))
+        over, total = broken or ended, total + float(reward)
+        after, pressure = rigs.air()[0], info["pressure"]
+        row = {
+            "position": info["position"],
+            "reference": [joint.reference for joint in observed.joints],
+            "pressure": pressure,
+            "command": command,
+            "opening": _openings(rigs, command, pressure),
+            "air": _let_in(rigs, before, after, pressure),
+            "stiffness": rigs.stiffness()[0],
+            "wanted_stiffness": [joint.stiffness or 0.0 for joint in observed.joints],
+        }
+        for field, values in row.items():
+            rows[field].append(values)
         before = after
-    table = np.array(rows)
     return Drive(
-        period=arms.period,
-        angle=table[:, 0],
-        reference=table[:, 1],
-        pressure=table[:, 2:4],
-        command=table[:, 4:6],
-        opening=table[:, 6:8],
-        air=table[:, 8:10],
-        stiffness=table[:, 10],
-        wanted_stiffness=table[:, 11],
+        joints=tuple(rigs.rig.joints),
+        period=rigs.period,
         reward=total,
+        **{field: np.array(values) for field, values in rows.items()},
     )
 
 
-def _openings(arms: Arms, command: Command, pressure: FloatArray) -> list[float]:
+def _openings(rigs: Rigs, command: Command, pressure: FloatArray) -> list[float]:
     return [
         valve_opening(row, opening, at, 0.0)
-        for row, opening, at in zip(arms.rows[0], command, pressure.tolist(), strict=True)
+        for row, opening, at in zip(rigs.rows[0], command, pressure.tolist(), strict=True)
     ]
 
 
-def _let_in(arms: Arms, before: FloatArray, after: FloatArray, pressure: FloatArray) -> FloatArray:
+def _let_in(rigs: Rigs, before: FloatArray, after: FloatArray, pressure: FloatArray) -> FloatArray:
     """Air that came in [kg]: dm = P^(1 - 1/n) dy / (R T), the chamber's own equation."""
-    rows = arms.rows[0]
+    rows = rigs.rows[0]
     absolute = np.maximum(pressure + rows[:, _ATMOSPHERE], 0.0)
     mass = absolute ** (1.0 - 1.0 / rows[:, _INDEX]) / (GAS_CONSTANT * rows[:, _TEMPERATURE])
     return np.maximum(after - before, 0.0) * mass

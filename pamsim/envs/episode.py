@@ -1,7 +1,8 @@
-"""What is drawn at reset for a whole episode: arm, task, disturbance, noise.
+"""What is drawn at reset for a whole episode: rig, task, disturbance, noise.
 
 An episode is a function of this draw and of the actions alone, so that single and vector
-environments with the same seeds have the same episodes.
+environments with the same seeds have the same episodes. Its rows can be made for any number of
+samples: more of them continue the fewer.
 """
 
 from __future__ import annotations
@@ -14,15 +15,17 @@ from numpy.typing import NDArray
 from pamsim.engine.rig import Rig
 from pamsim.envs.randomisation import random_parameters
 from pamsim.envs.reach import Reach
-from pamsim.envs.settings import ArmSettings
-from pamsim.envs.tasks import TASKS
+from pamsim.envs.reset_options import ResetOptions
+from pamsim.envs.settings import EnvSettings
+from pamsim.envs.tasks import TASKS, held
 
 FloatArray = NDArray[np.float64]
 
-ANGLE, RATE, ACCELERATION, STIFFNESS, TORQUE, NOISE = range(6)
-"""Columns of an episode's table; the noise is of the angle and of both pressures."""
+POSITION, VELOCITY, ACCELERATION, STIFFNESS, TORQUE, NOISE = range(6)
+"""Blocks of an episode's columns, each of the first five one column per joint; the noise is of all
+joints' positions, then of all muscles' pressures."""
 
-COLUMNS = NOISE + 3
+_SEEDS = 2**63
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -30,15 +33,18 @@ class Episode:
     """One episode.
 
     Attributes:
-        values: parameters of the arm that differ from the rig's [SI].
+        values: parameters of the rig that differ from its own [SI].
         load: [kg].
-        table: (samples + 1, COLUMNS). Row k holds the reference at the end of step k and the torque
-            during it, in SI, and the noise of the readings before it, in standard deviations.
+        start_pressure: (m,) of the muscles, at rest [Pa].
+        target: joint -> position that is asked for all the time, in place of the task's.
+        seeds: of each joint's task, and of the noise.
     """
 
     values: dict[str, float]
     load: float
-    table: FloatArray
+    start_pressure: tuple[float, ...]
+    target: dict[str, float]
+    seeds: tuple[int, ...]
 
 
 class Episodes:
@@ -46,30 +52,57 @@ class Episodes:
 
     Args:
         settings: of it.
-        rig: its arm.
-        reach: what that can do.
+        rig: as loaded.
+        reaches: of its joints.
         period: between samples [s].
     """
 
-    def __init__(self, settings: ArmSettings, rig: Rig, reach: Reach, period: float) -> None:
-        self.samples = max(1, round(settings.duration / period))
+    def __init__(
+        self, settings: EnvSettings, rig: Rig, reaches: tuple[Reach, ...], period: float
+    ) -> None:
         self._settings = settings
-        self._reach = reach
-        self._time: FloatArray = period * np.arange(self.samples + 2, dtype=np.float64)
+        self._reaches = dict(zip(rig.joints, reaches, strict=True))
+        self._noises = len(rig.joints) + len(rig.muscles)
+        self._period = period
         self._random = random_parameters(rig) if settings.randomize else []
+        self.columns = NOISE * len(rig.joints) + self._noises
 
-    def draw(self, rng: np.random.Generator) -> Episode:
-        """One episode."""
+    def draw(self, rng: np.random.Generator, asked: ResetOptions) -> Episode:
+        """One episode; what `reset` was asked for takes the place of what is drawn."""
         values = {
             p.name: float(np.clip(rng.normal(p.value, p.sd), p.low, p.high)) for p in self._random
         }
         low, high = self._settings.load_range
         load = float(rng.uniform(low, high)) if high > low else low
-        asked = TASKS[self._settings.task](rng, self._time, self._reach)
-        table = np.empty((self.samples + 1, COLUMNS))
-        wanted = (asked.angle, asked.rate, asked.acceleration, asked.stiffness)
-        for column, signal in enumerate(wanted):
-            table[:, column] = signal[1:]
-        table[:, TORQUE] = asked.torque[:-1]
-        table[:, NOISE:] = rng.standard_normal((self.samples + 1, 3))
-        return Episode(values=values, load=load, table=table)
+        return Episode(
+            values={**values, **asked.parameters},
+            load=load if asked.load is None else asked.load,
+            start_pressure=asked.start_pressure,
+            target=asked.target,
+            seeds=tuple(rng.integers(_SEEDS, size=len(self._reaches) + 1).tolist()),
+        )
+
+    def table(self, episode: Episode, rows: int) -> FloatArray:
+        """Rows of an episode.
+
+        Returns:
+            (rows, columns). Row k holds the references at the end of step k and the torques during
+            it, in SI, and the noise of the readings before it, in standard deviations.
+        """
+        joints = len(self._reaches)
+        table = np.empty((rows, self.columns))
+        # The references are those of the next sample, the torques those of the present one.
+        time = self._period * np.arange(rows + 1, dtype=np.float64)
+        generators = [np.random.default_rng(seed) for seed in episode.seeds]
+        for joint, (name, reach) in enumerate(self._reaches.items()):
+            asked = TASKS[self._settings.task](generators[joint], time, reach)
+            if name in episode.target:
+                wanted = held(time, episode.target[name])
+                moved = wanted.position, wanted.velocity, wanted.acceleration
+            else:
+                moved = asked.position, asked.velocity, asked.acceleration
+            for block, signal in enumerate((*moved, asked.stiffness)):
+                table[:, block * joints + joint] = signal[1:]
+            table[:, TORQUE * joints + joint] = asked.torque[:-1]
+        table[:, NOISE * joints :] = generators[-1].standard_normal((rows, self._noises))
+        return table

@@ -1,135 +1,157 @@
 """Observation and reward of the environments at each sample.
 
-One arm at a time and number by number, compiled: for a single arm numpy's calls would cost more
-than the simulation, and the results of an arm do not depend on how many are stepped with it.
+One rig at a time and number by number, compiled: for a single rig numpy's calls would cost more
+than the simulation, and the results of a rig do not depend on how many are stepped with it.
 """
 
 from __future__ import annotations
 
-import math
+from typing import NamedTuple
 
 import numba
 import numpy as np
+from numpy.typing import NDArray
 
-from pamsim.envs.episode import ACCELERATION, ANGLE, NOISE, RATE, STIFFNESS
+from pamsim.envs.episode import NOISE, TORQUE
+from pamsim.envs.observed_signals import LIMIT
 
-ANGLE_UNIT = math.radians(5.0)
-"""Error of the angle that lowers the reward by 1 [rad]."""
+ERROR_SHARE = 0.25
+"""Error of a joint's position, as a share of its travel, that counts as 1 in the reward."""
 
 BREAKDOWN = -100.0
 """Reward of the step in which a simulation breaks down."""
 
 RUNAWAY = 100.0
-"""Angle beyond which a simulation has broken down [rad]."""
+"""Position beyond which a simulation has broken down [rad or m]."""
+
+
+class Rules(NamedTuple):
+    """What turns signals into observations and rewards.
+
+    Attributes:
+        centre: (o,) of each number of an observation [SI].
+        scale: (o,) of each number of an observation [SI].
+        unit: (j,) error of each joint's position that counts as 1 [rad or m].
+        span: change of command that counts as 1.
+        effort: weight of the mean squared change.
+        period: between samples [s].
+    """
+
+    centre: NDArray[np.float64]
+    scale: NDArray[np.float64]
+    unit: NDArray[np.float64]
+    span: float
+    effort: float
+    period: float
 
 
 @numba.njit(cache=True, nogil=True, error_model="numpy")
-def _shown(signal, arm, column, gauge, draws):
+def _shown(signal, rig, column, joints, gauge, draws):
     """Reading of encoder or transducer, from the signal after its lag."""
-    shown = gauge.scale[arm, column] * signal + gauge.bias[arm, column]
-    shown += gauge.noise[column] * draws[NOISE + column]
+    shown = gauge.scale[rig, column] * signal + gauge.bias[rig, column]
+    shown += gauge.noise[column] * draws[NOISE * joints + column]
     step = gauge.step[column]
     if step > 0.0:
         # An encoder counts whole increments, a converter rounds.
-        shown = (np.floor(shown / step) if column == 0 else np.rint(shown / step)) * step
+        shown = (np.floor(shown / step) if column < joints else np.rint(shown / step)) * step
     return shown
 
 
 @numba.njit(cache=True, nogil=True, error_model="numpy")
-def _observe(arm, measured, velocity, asked, supply, observation):
-    observation[arm, 0] = measured[arm, 0]
-    observation[arm, 1] = velocity
-    observation[arm, 2] = measured[arm, 1] / supply
-    observation[arm, 3] = measured[arm, 2] / supply
-    observation[arm, 4] = asked[ANGLE]
-    observation[arm, 5] = asked[RATE]
-    observation[arm, 6] = asked[ACCELERATION]
-    observation[arm, 7] = asked[STIFFNESS]
+def _observe(measured, velocity, asked, rules, observation):
+    joints, signals = velocity.size, measured.size
+    for place in range(observation.size):
+        if place < joints:
+            seen = measured[place]
+        elif place < 2 * joints:
+            seen = velocity[place - joints]
+        elif place < joints + signals:
+            seen = measured[place - joints]
+        else:
+            seen = asked[place - joints - signals]
+        seen = (seen - rules.centre[place]) / rules.scale[place]
+        observation[place] = min(max(seen, -LIMIT), LIMIT)
 
 
 @numba.njit(cache=True, nogil=True, error_model="numpy")
-def first_sample(new, true, gauge, measured, table, supply, observation):
+def first_sample(new, true, gauge, measured, table, rules, observation):
     """First observation of an episode, which begins at rest.
 
     Args:
-        new: (n,) of bool: which arms begin an episode.
-        true: (n, 3) angle [rad] and pressures [Pa].
+        new: (n,) of bool: which rigs begin an episode.
+        true: (n, j + m) positions [rad or m] and pressures [Pa].
         gauge: `pamsim.envs.instruments.Gauge`; its memory is set.
-        measured: (n, 3) written: readings of the instruments.
-        table: (n, samples + 1, columns) of the episodes.
-        supply: [Pa].
-        observation: (n, 8) written.
+        measured: (n, j + m) written: readings of the instruments.
+        table: (n, rows, columns) of the episodes.
+        rules: see `Rules`.
+        observation: (n, o) written.
     """
-    for arm in range(new.size):
-        if new[arm]:
-            for column in range(3):
-                gauge.before[arm, column] = gauge.held[arm, column] = true[arm, column]
-                measured[arm, column] = _shown(true[arm, column], arm, column, gauge, table[arm, 0])
-            _observe(arm, measured, 0.0, table[arm, 0], supply, observation)
+    joints = rules.unit.size
+    still = np.zeros(joints)
+    for rig in range(new.size):
+        if new[rig]:
+            first = table[rig, 0]
+            for column in range(true.shape[1]):
+                now = true[rig, column]
+                gauge.before[rig, column] = gauge.held[rig, column] = now
+                measured[rig, column] = _shown(now, rig, column, joints, gauge, first)
+            _observe(measured[rig], still, first, rules, observation[rig])
 
 
 @numba.njit(cache=True, nogil=True, error_model="numpy")
 def next_sample(
-    true,
-    gauge,
-    measured,
-    table,
-    sample,
-    command,
-    last,
-    span,
-    effort,
-    period,
-    supply,
-    observation,
-    reward,
-    broken,
+    true, gauge, measured, table, sample, command, last, rules, observation, reward, broken
 ):
     """Observation and reward after one period.
 
     Args:
-        true: (n, 3) angle [rad] and pressures [Pa].
+        true: (n, j + m) positions [rad or m] and pressures [Pa].
         gauge: `pamsim.envs.instruments.Gauge`; its memory is updated.
-        measured: (n, 3) readings at the last sample, overwritten by the present ones.
-        table: (n, samples + 1, columns) of the episodes.
+        measured: (n, j + m) readings at the last sample, overwritten by the present ones.
+        table: (n, rows, columns) of the episodes.
         sample: (n,) number of the sample, one more afterwards.
-        command: (n, 2) of the step.
-        last: (n, 2) of the step before, and now of this one.
-        span: change of command that counts as 1.
-        effort: weight of the squared change.
-        period: [s].
-        supply: [Pa].
-        observation: (n, 8) written.
+        command: (n, m) of the step.
+        last: (n, m) of the step before, and now of this one.
+        rules: see `Rules`.
+        observation: (n, o) written.
         reward: (n,) written.
-        broken: (n,) written: whether the simulation of an arm has broken down.
+        broken: (n,) written: whether the simulation of a rig has broken down.
     """
-    for arm in range(sample.size):
-        asked = table[arm, sample[arm], ANGLE]
-        sample[arm] += 1
-        following = table[arm, sample[arm]]
-        angle = measured[arm, 0]
-        for column in range(3):
-            now = true[arm, column]
-            if gauge.done[arm, column] < 1.0:
+    joints, muscles = rules.unit.size, command.shape[1]
+    velocity = np.empty(joints)
+    for rig in range(sample.size):
+        asked = table[rig, sample[rig]]
+        sample[rig] += 1
+        following = table[rig, sample[rig]]
+        error, fine = 0.0, True
+        for column in range(joints + muscles):
+            now = true[rig, column]
+            if gauge.done[rig, column] < 1.0:
                 # Exact for a signal that is straight between the samples.
-                held, then = gauge.held[arm, column], gauge.before[arm, column]
-                held += gauge.done[arm, column] * (then - held)
-                held += gauge.along[arm, column] * (now - then)
+                held, then = gauge.held[rig, column], gauge.before[rig, column]
+                held += gauge.done[rig, column] * (then - held)
+                held += gauge.along[rig, column] * (now - then)
             else:
                 held = now
-            gauge.held[arm, column] = held
-            gauge.before[arm, column] = now
-            measured[arm, column] = _shown(held, arm, column, gauge, following)
-        velocity = (measured[arm, 0] - angle) / period
-        error = abs(true[arm, 0] - asked) / ANGLE_UNIT
-        reward[arm] = -error
-        for muscle in range(2):
-            change = (command[arm, muscle] - last[arm, muscle]) / span
-            reward[arm] -= effort * change * change
-            last[arm, muscle] = command[arm, muscle]
-        broken[arm] = not (abs(true[arm, 0]) < RUNAWAY)  # NaN included
-        if broken[arm]:
-            reward[arm] = BREAKDOWN
-            velocity = 0.0
-            measured[arm, :] = 0.0
-        _observe(arm, measured, velocity, following, supply, observation)
+            gauge.held[rig, column] = held
+            gauge.before[rig, column] = now
+            shown = _shown(held, rig, column, joints, gauge, following)
+            if column < joints:
+                fine = fine and abs(now) < RUNAWAY  # false for NaN
+                error += abs(now - asked[column]) / rules.unit[column]
+                velocity[column] = (shown - measured[rig, column]) / rules.period
+            else:
+                fine = fine and np.isfinite(now)
+            measured[rig, column] = shown
+        effort = 0.0
+        for muscle in range(muscles):
+            change = (command[rig, muscle] - last[rig, muscle]) / rules.span
+            effort += change * change
+            last[rig, muscle] = command[rig, muscle]
+        reward[rig] = -error / joints - rules.effort * effort / muscles
+        broken[rig] = not fine
+        if broken[rig]:
+            reward[rig] = BREAKDOWN
+            velocity[:] = 0.0
+            measured[rig, :] = 0.0
+        _observe(measured[rig], velocity, following[: TORQUE * joints], rules, observation[rig])

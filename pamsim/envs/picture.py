@@ -1,4 +1,4 @@
-"""Pictures of an environment's arm, or a window on it."""
+"""Pictures of an environment's rig, or a window on it."""
 
 from __future__ import annotations
 
@@ -10,18 +10,18 @@ from numpy.typing import NDArray
 
 from pamsim.core.errors import InputError
 from pamsim.engine.rig import load_rig
-from pamsim.envs.arms import Arms
+from pamsim.envs.rigs import Rigs
 from pamsim.scene.picture import open_renderer, render_arm
 from pamsim.scene.pose import muscle_lengths, pose
 
 MODES = (None, "rgb_array", "human")
 
 
-class ArmPicture:
-    """Draws the first of an environment's arms; OpenGL starts with the first picture.
+class RigPicture:
+    """Draws the first of an environment's rigs; OpenGL starts with the first picture.
 
     Args:
-        arms: of the environment.
+        rigs: of the environment.
         mode: one of `MODES`.
         width: [px].
         height: [px].
@@ -30,26 +30,27 @@ class ArmPicture:
         InputError: if there is no such mode.
     """
 
-    def __init__(self, arms: Arms, mode: str | None, width: int, height: int) -> None:
+    def __init__(self, rigs: Rigs, mode: str | None, width: int, height: int) -> None:
         if mode not in MODES:
             raise InputError(f"no render mode {mode!r}; known: rgb_array, human")
-        self._arms, self._mode, self._size = arms, mode, (width, height)
+        self._rigs, self._mode, self._size = rigs, mode, (width, height)
         self._model: mujoco.MjModel | None = None
         self._shown: Any = None
 
     def show(self) -> NDArray[np.uint8] | None:
-        """Draw the arm as it stands, see `pamsim.envs.pam_arm.PamArmEnv.render`."""
+        """Draw the rig as it stands, see `pamsim.envs.rig_env.RigEnv.render`."""
         if self._mode is None:
             raise InputError(
                 "the environment was made without a render mode; make it with"
                 " render_mode='rgb_array' or 'human'"
             )
         if self._model is None:
-            self._model = load_rig(self._arms.rig.file.folder, scene=True).model
+            self._model = load_rig(self._rigs.rig.file.folder, scene=True).model
             self._data = mujoco.MjData(self._model)
         model, data = self._model, self._data
-        pose(model, data, [self._arms.rig.angle_address], [float(self._arms.true[0, 0])])
-        pressures, lengths = self._arms.true[0, 1:].tolist(), muscle_lengths(model, data)
+        seen, rig = self._rigs.information(), self._rigs.rig
+        pose(model, data, rig.position_addresses, seen["position"][0].tolist())
+        pressures, lengths = seen["pressure"][0].tolist(), muscle_lengths(model, data)
         if self._shown is None:
             self._shown = self._open()
         if self._mode == "human":

@@ -1,18 +1,22 @@
-"""The arms behind an environment: one stepped by itself, or many by the engine's batch."""
+"""The rigs behind an environment: one stepped by itself, or many by the engine's batch."""
 
 from __future__ import annotations
 
+import ctypes
+import os
+import weakref
 from collections.abc import Sequence
-from typing import Protocol
+from typing import ClassVar, Protocol
 
 import mujoco
+import numba
 import numpy as np
 from mujoco.batch import Batch
 from numpy.typing import NDArray
 
 from pamsim.engine.held_callbacks import HeldCallbacks
 from pamsim.engine.rig import Rig
-from pamsim.engine.state import restore_state
+from pamsim.engine.state import restore_state, save_state
 
 FloatArray = NDArray[np.float64]
 
@@ -20,50 +24,69 @@ _STATE = ("time", "qpos", "qvel", "act", "qacc_warmstart", "ctrl", "qfrc_applied
 _POSITION = int(mujoco.mjtStage.mjSTAGE_POS)
 
 
-def tendon_jacobian(model: mujoco.MjModel) -> FloatArray | None:
-    """Derivative of the tendon lengths by the angle, for the engine's own product.
+def fixed_tendons(model: mujoco.MjModel) -> FloatArray | None:
+    """Derivatives of the actuators' lengths by the positions, where they are constant.
 
     Returns:
-        (nout,) [m/rad] if every actuator pulls a fixed tendon of the model's one joint, else None.
+        (nout, nq) [m/rad or 1] if every actuator pulls a fixed tendon, else None.
     """
-    jacobian = np.zeros(model.nout)
+    jacobian = np.zeros((model.nout, model.nq))
     for index in range(len(model.actuator_trnid)):
         tendon = model.actuator_trnid[index, 0]
-        wrap = model.tendon_adr[tendon]
-        fixed = model.wrap_type[wrap] == mujoco.mjtWrap.mjWRAP_JOINT
-        if model.nq != 1 or not fixed or model.tendon_num[tendon] != 1:
-            return None
-        jacobian[model.actuator_outadr[index]] = model.wrap_prm[wrap]
+        first = model.tendon_adr[tendon]
+        for wrap in range(first, first + model.tendon_num[tendon]):
+            if model.wrap_type[wrap] != mujoco.mjtWrap.mjWRAP_JOINT:
+                return None
+            position = model.jnt_qposadr[model.wrap_objid[wrap]]
+            jacobian[model.actuator_outadr[index], position] = model.wrap_prm[wrap]
     return jacobian
 
 
+@numba.njit(cache=True, nogil=True)
+def _lengths(jacobian, position):
+    """Lengths (n, nout) of fixed tendons, each summed in one order however many rigs there are."""
+    lengths = np.empty(jacobian.shape[:2])
+    for rig in range(lengths.shape[0]):
+        for out in range(lengths.shape[1]):
+            length = 0.0
+            for joint in range(position.shape[1]):
+                if jacobian[rig, out, joint] != 0.0:
+                    length += jacobian[rig, out, joint] * position[rig, joint]
+            lengths[rig, out] = length
+    return lengths
+
+
 class Plant(Protocol):
-    """Arms that are stepped together.
+    """Rigs that are stepped together.
 
     Attributes:
-        angle: (n,) [rad].
+        position: (n, nq) [rad or m].
         act: (n, na) states of the muscles.
         length: (n, m) lengths of their tendons [m].
     """
 
-    angle: FloatArray
+    position: FloatArray
     act: FloatArray
     length: FloatArray
 
     def put(self, states: dict[int, tuple[mujoco.MjModel, FloatArray]]) -> None:
-        """Give some arms a model and a state."""
+        """Give some rigs a model and a state."""
         ...
 
     def push(self, torque: FloatArray) -> None:
-        """Torques (n,) that act on the joints from now on [N m]."""
+        """Torques (n, j) that act on the recorded joints from now on [N m or N]."""
         ...
 
     def step(self, commands: Sequence[tuple[int, FloatArray]]) -> None:
-        """Advance all arms: for some time steps by (n, 2) commands each."""
+        """Advance all rigs: for some time steps by (n, m) commands each."""
+        ...
+
+    def state(self, number: int) -> FloatArray:
+        """State of one rig, for `put`."""
         ...
 
     def warnings(self) -> int:
-        """Number of engine warnings since the arms were last put."""
+        """Number of engine warnings since the rigs were last put."""
         ...
 
     def close(self) -> None:
@@ -71,15 +94,15 @@ class Plant(Protocol):
         ...
 
 
-class OneArm:
-    """A single arm.
+class OneRig:
+    """A single rig.
 
     Args:
-        rig: whose joint it turns on.
+        rig: whose joints are pushed.
     """
 
     def __init__(self, rig: Rig) -> None:
-        self._joint, self._dof = rig.angle_address, rig.velocity_address
+        self._dofs = rig.velocity_addresses
         self._held = HeldCallbacks()
         self._jacobian: FloatArray | None = None
 
@@ -87,100 +110,143 @@ class OneArm:
         """See `Plant.put`."""
         model, state = states[0]
         self._held.keep(model)
-        self._model, data = model, mujoco.MjData(model)
-        restore_state(model, data, state)
+        self.model, self.data = model, mujoco.MjData(model)
+        restore_state(model, self.data, state)
         # Views of the engine's arrays: fetching one costs as much as reading it.
-        self._data, self._ctrl, self._torque = data, data.ctrl, data.qfrc_applied
-        self.angle = data.qpos[self._joint : self._joint + 1]
-        self.act = data.act[np.newaxis]
-        self._jacobian = tendon_jacobian(model)
+        self._ctrl, self._torque = self.data.ctrl, self.data.qfrc_applied
+        self.position = self.data.qpos[np.newaxis]
+        self.act = self.data.act[np.newaxis]
+        own = fixed_tendons(model)
+        self._jacobian = None if own is None else own[np.newaxis]
         self._measure()
 
     def push(self, torque: FloatArray) -> None:
         """See `Plant.push`."""
-        self._torque[self._dof] = torque[0]
+        self._torque[self._dofs] = torque[0]
 
     def step(self, commands: Sequence[tuple[int, FloatArray]]) -> None:
         """See `Plant.step`."""
         self._held.check()
         for count, command in commands:
             self._ctrl[:] = command[0]
-            mujoco.mj_step(self._model, self._data, count)
+            mujoco.mj_step(self.model, self.data, count)
         self._measure()
 
     def _measure(self) -> None:
         # The engine's own lengths belong to the start of the last step.
         if self._jacobian is None:
-            mujoco.mj_fwdPosition(self._model, self._data)
-            self.length = self._data.actuator_length[np.newaxis]
+            mujoco.mj_fwdPosition(self.model, self.data)
+            self.length = self.data.actuator_length[np.newaxis]
         else:
-            self.length = (self._jacobian * self.angle)[np.newaxis]
+            self.length = _lengths(self._jacobian, self.position)
+
+    def state(self, number: int) -> FloatArray:
+        """See `Plant.state`."""
+        return save_state(self.model, self.data)
 
     def warnings(self) -> int:
         """See `Plant.warnings`."""
-        return int(self._data.warning.number.sum())
+        return int(self.data.warning.number.sum())
 
     def close(self) -> None:
         """See `Plant.close`."""
         self._held.release()
 
 
-class ManyArms:
-    """Arms on the engine's thread pool; each is bit-identical to a `OneArm`.
+class ManyRigs:
+    """Rigs on the engine's thread pool; each is bit-identical to a `OneRig`.
 
     Args:
-        rig: whose joint they turn on.
+        rig: whose joints are pushed.
         model: of the first; the others are of its sizes.
         count: how many.
         threads: of the pool; 0 for one per processor.
     """
 
+    _alive: ClassVar[weakref.WeakSet[ManyRigs]] = weakref.WeakSet()
+
     def __init__(self, rig: Rig, model: mujoco.MjModel, count: int, threads: int) -> None:
         self._held = HeldCallbacks()
         self._held.keep(model)
-        self._batch = batch = Batch(model, count, threads)
-        self._models = [model] * count
+        self._models, self._threads = [model] * count, threads
         self._scratch = mujoco.MjData(model)
-        self._ctrl = batch.ctrl
-        self._torque = batch.qfrc_applied[:, rig.velocity_address]
-        self.angle = batch.qpos[:, rig.angle_address]
-        self.act = batch.act
-        own = tendon_jacobian(model)
-        self._jacobian = None if own is None else np.tile(own, (count, 1))
+        self._dofs = rig.velocity_addresses
+        own = fixed_tendons(model)
+        self._jacobian = None if own is None else np.tile(own, (count, 1, 1))
+        self._open()
+        self._alive.add(self)
+
+    def _open(self) -> None:
+        """Make the batch and bind what is read and written at each step."""
+        self._forked = False
+        self._batch = batch = Batch(self._models[0], len(self._models), self._threads)
+        self._ctrl, self._torque = batch.ctrl, batch.qfrc_applied
+        self.position, self.act = batch.qpos, batch.act
         if self._jacobian is None:
             self.length = batch.bind("actuator_length")
 
+    @classmethod
+    def after_fork(cls) -> None:
+        """Note in a new process that the threads of all batches stayed in the old one."""
+        for rigs in cls._alive:
+            rigs._forked = True
+            # To end a batch is to wait for its threads, for ever: it is never to be ended.
+            ctypes.pythonapi.Py_IncRef(ctypes.py_object(rigs._batch))
+
+    def _start_again(self) -> None:
+        """Go on in a forked process with threads of its own."""
+        numbers = range(len(self._models))
+        states = {number: (self._models[number], self.state(number)) for number in numbers}
+        self._open()
+        self.put(states)
+
     def put(self, states: dict[int, tuple[mujoco.MjModel, FloatArray]]) -> None:
         """See `Plant.put`."""
-        for arm, (model, state) in states.items():
-            self._models[arm] = model
+        if self._forked:
+            self._start_again()
+        for number, (model, state) in states.items():
+            self._models[number] = model
             restore_state(model, self._scratch, state)
             for field in _STATE:
-                getattr(self._batch, field)[arm] = getattr(self._scratch, field)
-            self._batch.warning[arm] = 0
+                getattr(self._batch, field)[number] = getattr(self._scratch, field)
+            self._batch.warning[number] = 0
             if self._jacobian is not None:
-                self._jacobian[arm] = tendon_jacobian(model)
+                self._jacobian[number] = fixed_tendons(model)
         distinct = list({id(model): model for model in self._models}.values())
         self._held.keep(*distinct)
         self._batch.set_models(distinct[0] if len(distinct) == 1 else self._models)
         if self._jacobian is None:
             self._batch.forward(stage=_POSITION)
         else:
-            self.length = self._jacobian * self.angle[:, np.newaxis]
+            self.length = _lengths(self._jacobian, self.position)
 
     def push(self, torque: FloatArray) -> None:
         """See `Plant.push`."""
-        self._torque[:] = torque
+        if self._forked:
+            self._start_again()
+        self._torque[:, self._dofs] = torque
 
     def step(self, commands: Sequence[tuple[int, FloatArray]]) -> None:
         """See `Plant.step`."""
+        if self._forked:
+            self._start_again()
         self._held.check()
         for number, (count, command) in enumerate(commands, start=1):
             self._ctrl[:] = command
             wanted = self._jacobian is None and number == len(commands)
             self._batch.step(nstep=count, stage=_POSITION if wanted else 0)
         if self._jacobian is not None:
-            self.length = self._jacobian * self.angle[:, np.newaxis]
+            self.length = _lengths(self._jacobian, self.position)
+
+    def state(self, number: int) -> FloatArray:
+        """See `Plant.state`."""
+        for field in _STATE:
+            value = getattr(self._batch, field)[number]
+            if field == "time":
+                self._scratch.time = float(value)
+            else:
+                getattr(self._scratch, field)[:] = value
+        return save_state(self._models[number], self._scratch)
 
     def warnings(self) -> int:
         """See `Plant.warnings`."""
@@ -189,3 +255,7 @@ class ManyArms:
     def close(self) -> None:
         """See `Plant.close`."""
         self._held.release()
+
+
+if hasattr(os, "register_at_fork"):
+    os.register_at_fork(after_in_child=ManyRigs.after_fork)

@@ -1,4 +1,4 @@
-"""What an arm can do: how far it turns, how stiff it can be made, how hard it pulls."""
+"""What the joints of a rig can do: where they go, how stiff they can be made, how hard they pull."""
 
 from __future__ import annotations
 
@@ -11,88 +11,141 @@ from numpy.typing import NDArray
 
 from pamsim.actuator.antagonist import joint_stiffness, muscle_stiffness
 from pamsim.actuator.static_muscle import static_force
+from pamsim.core.errors import InputError
 from pamsim.engine.callback import muscle_ids
-from pamsim.engine.equilibrium import rest_angles
+from pamsim.engine.equilibrium import rest_positions
 from pamsim.engine.rig import Rig
 
-_SHARE = 0.5
-"""Of the largest angle that tasks ask for: both muscles keep pressure to steer with."""
+FloatArray = NDArray[np.float64]
 
-_LOW, _HIGH = 0.25, 0.75
-"""Common pressures, as shares of the supply's, between which stiffness is asked for."""
+_SHARE = 0.5
+"""Of the largest travel that tasks ask for: the muscles keep pressure to steer with."""
+
+_COMMON = np.linspace(0.25, 0.75, 11)
+"""Common pressures, as shares of the supply's, between which stiffness is asked for; from the first
+on at which no joint is slack."""
 
 _PUSH = 0.1
-"""Difference of pressures, as a share of the supply's, whose torque disturbs the arm."""
+"""Difference of pressures, as a share of the supply's, whose torque disturbs a joint."""
 
-_TURN = 1e-5  # rad, for moment arms
+_TURN = 1e-5  # rad or m, for moment arms
+
+_LEAST_ARM = 1e-6  # m/rad or 1: a muscle with less does not move the joint
+
+_LEAST_TRAVEL = 1e-6  # rad or m
 
 
 @dataclass(frozen=True, kw_only=True)
 class Reach:
-    """What tasks are scaled by.
+    """What tasks and observations of one joint are scaled by; without load.
 
     Attributes:
-        angle: largest angle asked for [rad].
-        stiffness: least and largest stiffness of the joint asked for [N m/rad].
-        torque: of a disturbance [N m].
+        centre: midway between where the joint goes with the muscles that pull it one way at the
+            supply pressure, and where it goes with those that pull it the other way [rad or m];
+            muscles that do not move it have half the supply pressure.
+        travel: largest distance from the centre asked for, half of the possible one [rad or m].
+        stiffness: least and largest stiffness of the joint asked for [N m/rad or N/m].
+        torque: largest of a disturbance [N m or N].
     """
 
-    angle: float
+    centre: float
+    travel: float
     stiffness: tuple[float, float]
     torque: float
 
 
 class JointStiffness:
-    """Stiffness of the joint between two shut muscles (Matiskova 2021, equation (5)).
+    """Stiffness of each joint with its valves and the other joints shut.
+
+    Sum of r^2 k over the muscles (Matiskova 2021, equation (5)).
 
     Args:
-        rig: whose moment arms count; they are taken at angle 0.
+        arms: (m, j) moment arms, see `moment_arms`.
     """
 
-    def __init__(self, rig: Rig) -> None:
-        self._radii = moment_arms(rig)
+    def __init__(self, arms: FloatArray) -> None:
+        self._arms = arms.T.tolist()
 
     def __call__(
         self, rows: Sequence[Sequence[float]], length: Sequence[float], pressure: Sequence[float]
-    ) -> float:
-        """Stiffness [N m/rad] at tendon lengths [m] and gauge pressures [Pa] of both muscles."""
+    ) -> list[float]:
+        """(j,) stiffness [N m/rad or N/m] at tendon lengths [m] and gauge pressures [Pa]."""
         muscles = [
             muscle_stiffness(row, at, max(held, 0.0))
             for row, at, held in zip(rows, length, pressure, strict=True)
         ]
-        return joint_stiffness(muscles, self._radii).total
+        return [joint_stiffness(muscles, arms).total for arms in self._arms]
 
 
-def moment_arms(rig: Rig) -> list[float]:
-    """Change of each tendon's length with the angle, at angle 0 [m]."""
-    lengths = [tendon_lengths(rig, turn) for turn in (-_TURN, _TURN)]
-    return ((lengths[1] - lengths[0]) / (2.0 * _TURN)).tolist()
+def moment_arms(rig: Rig, position: FloatArray) -> FloatArray:
+    """Change of each tendon's length with each recorded joint's position.
+
+    Args:
+        rig: the rig.
+        position: (nq,) at which they are taken [rad or m].
+
+    Returns:
+        (m, j) [m/rad or 1].
+    """
+    columns = []
+    for address in rig.position_addresses:
+        turn = np.zeros(len(position))
+        turn[address] = _TURN
+        ahead, behind = (tendon_lengths(rig, position + side * turn) for side in (1.0, -1.0))
+        columns.append((ahead - behind) / (2.0 * _TURN))
+    return np.column_stack(columns)
 
 
-def tendon_lengths(rig: Rig, angle: float) -> NDArray[np.float64]:
-    """(m,) lengths of the muscles' tendons at an angle [m]."""
+def tendon_lengths(rig: Rig, position: FloatArray) -> FloatArray:
+    """(m,) lengths of the muscles' tendons [m] at a position (nq,) [rad or m]."""
     model, data = rig.model, mujoco.MjData(rig.model)
-    data.qpos[rig.angle_address] = angle
+    data.qpos[:] = position
     mujoco.mj_fwdPosition(model, data)
     return data.actuator_length[[model.actuator_outadr[i] for i in muscle_ids(model)]].copy()
 
 
-def reach_of(rig: Rig) -> Reach:
-    """What a rig can do, without load."""
+def reaches_of(rig: Rig, rest: FloatArray, arms: FloatArray) -> tuple[Reach, ...]:
+    """What each recorded joint can do.
+
+    Args:
+        rig: the rig.
+        rest: (nq,) its position at rest at equal pressures [rad or m].
+        arms: (m, j) moment arms there.
+
+    Raises:
+        InputError: if a joint finds no rest or does not move; if a joint is free or a ball.
+    """
     supply = rig.supply_pressure
-    ends = np.array([[supply, 0.0], [0.0, supply]])
-    farthest = float(np.nanmin(np.abs(rest_angles(rig, ends, np.zeros(2)))))
     rows = rig.model.actuator_user.tolist()
-    length = tendon_lengths(rig, 0.0).tolist()
-    stiffness = JointStiffness(rig)
-    low, high = (stiffness(rows, length, [share * supply] * 2) for share in (_LOW, _HIGH))
-    base = 0.5 * supply
-    first, second = (
-        static_force(row, at, base + turn * 0.5 * _PUSH * supply)
-        for row, at, turn in zip(rows, length, (1.0, -1.0), strict=True)
-    )
-    return Reach(
-        angle=_SHARE * farthest,
-        stiffness=(low, high),
-        torque=abs(moment_arms(rig)[0]) * abs(first - second),
-    )
+    length = tendon_lengths(rig, rest).tolist()
+    stiffness = JointStiffness(arms)
+    each = np.array([stiffness(rows, length, [share * supply] * len(rows)) for share in _COMMON])
+    low, high = each[np.argmax((each > 0.0).all(axis=1))].tolist(), each[-1].tolist()
+    change = [
+        static_force(row, at, (0.5 + 0.5 * _PUSH) * supply)
+        - static_force(row, at, (0.5 - 0.5 * _PUSH) * supply)
+        for row, at in zip(rows, length, strict=True)
+    ]
+    found = []
+    for joint, name in enumerate(rig.joints):
+        pull = np.where(np.abs(arms[:, joint]) > _LEAST_ARM, -np.sign(arms[:, joint]), 0.0)
+        ends = [
+            rest_positions(rig, 0.5 * supply * (1.0 + way * pull), rest)
+            for way in (1.0, -1.0)
+        ]
+        most, least = (float(end[rig.position_addresses[joint]]) for end in ends)
+        if not most - least > _LEAST_TRAVEL:
+            raise InputError(
+                f"rig {rig.name!r}: joint {name!r} goes from {least:.3g} to {most:.3g} with its"
+                " muscles at the supply pressure, so that no task can be set for it; leave it out"
+                " of [rig] joints, or check its tendons"
+            )
+        found.append(
+            Reach(
+                centre=0.5 * (most + least),
+                travel=_SHARE * 0.5 * (most - least),
+                stiffness=(low[joint], high[joint]),
+                torque=0.5 * float(np.abs(arms[:, joint]) @ np.abs(change)),
+            )
+        )
+    return tuple(found)

@@ -2,16 +2,25 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+from types import MappingProxyType
+
 import gymnasium
 
-_CLASSES = {
-    "pamsim/PamArmPressure-v0": "PamArmPressure",
-    "pamsim/PamArmValve-v0": "PamArmValve",
-    "pamsim/PamArmOnOff-v0": "PamArmOnOff",
-}
+ENVIRONMENT = "pamsim/Rig-v0"
+"""Id of the environment of any rig."""
 
-ENVIRONMENTS: tuple[str, ...] = tuple(_CLASSES)
-"""Ids of the environments."""
+ARMS: Mapping[str, str] = MappingProxyType(
+    {
+        "pamsim/PamArmPressure-v0": "pressure",
+        "pamsim/PamArmValve-v0": "valve",
+        "pamsim/PamArmOnOff-v0": "on_off",
+    }
+)
+"""Ids of the same environment for the rig ``mas20_arm`` -> their actions."""
+
+EPISODE = 400
+"""Steps of an episode, unless `gymnasium.make` is given other ``max_episode_steps``."""
 
 
 def register() -> None:
@@ -19,10 +28,12 @@ def register() -> None:
 
     Gymnasium calls it by itself where pamsim is installed.
     """
-    for name, stem in _CLASSES.items():
+    for name, action in {ENVIRONMENT: "pressure", **ARMS}.items():
         if name not in gymnasium.registry:
             gymnasium.register(
                 id=name,
-                entry_point=f"pamsim.envs.pam_arm:{stem}Env",
-                vector_entry_point=f"pamsim.envs.pam_arm_vector:{stem}VectorEnv",
+                entry_point="pamsim.envs.rig_env:RigEnv",
+                vector_entry_point="pamsim.envs.rig_vector_env:RigVectorEnv",
+                max_episode_steps=EPISODE,
+                kwargs={"action": action},
             )

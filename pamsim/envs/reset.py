@@ -1,4 +1,4 @@
-"""The state in which an episode begins: the arm at rest."""
+"""The state in which an episode begins: the rig at rest."""
 
 from __future__ import annotations
 
@@ -21,31 +21,34 @@ class RestStates:
     """Brings models to rest; that of the rig's own numbers is kept for the next episode.
 
     Args:
-        rig: the arm.
+        rig: the rig.
         kind: of its actions.
-        pressure: in both muscles [Pa].
         period: between samples [s].
     """
 
-    def __init__(self, rig: Rig, kind: ActionKind, pressure: float, period: float) -> None:
-        self._rig, self._kind, self._pressure, self._period = rig, kind, pressure, period
-        self._known: dict[float, tuple[Rig, mujoco.MjModel, FloatArray]] = {}
+    def __init__(self, rig: Rig, kind: ActionKind, period: float) -> None:
+        self._rig, self._kind, self._period = rig, kind, period
+        self._known: dict[object, tuple[Rig, mujoco.MjModel, FloatArray]] = {}
 
-    def at(self, values: dict[str, float], load: float) -> tuple[Rig, mujoco.MjModel, FloatArray]:
-        """Rig, model and state of an arm with some parameters [SI] and a load [kg].
+    def at(
+        self, values: dict[str, float], load: float, pressure: tuple[float, ...]
+    ) -> tuple[Rig, mujoco.MjModel, FloatArray]:
+        """Rig, model and state of a rig with some parameters [SI], a load [kg] and pressures [Pa].
 
         Raises:
             InputError: if the rig cannot be stepped at its time step.
         """
-        if not values and load in self._known:
-            return self._known[load]
+        key = load, pressure
+        if not values and key in self._known:
+            return self._known[key]
         rig = self._rig.with_parameters(values) if values else self._rig
-        command = np.full((1, 2), self._kind.rest(self._pressure))
+        start_pressure = np.array(pressure)
+        command = self._kind.rest(start_pressure)[np.newaxis]
         start = Experiment(
             drive=self._kind.command,
             command_time=np.zeros(1),
             command_value=command,
-            start_pressure=np.full(2, self._pressure),
+            start_pressure=start_pressure,
             duration=self._period,
             sample_rate=1.0 / self._period,
             load=load,
@@ -58,5 +61,5 @@ class RestStates:
         data.ctrl[:] = command[0]
         rest = rig, model, save_state(model, data)
         if not values:
-            self._known = {load: rest}
+            self._known = {key: rest}
         return rest

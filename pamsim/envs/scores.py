@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from pamsim.core.errors import InputError
 from pamsim.envs.closed_loop import OPEN, Drive
 
 FloatArray = NDArray[np.float64]
@@ -18,17 +19,17 @@ SETTLED_SHARE, SETTLED_ANGLE = 0.05, math.radians(0.2)
 
 @dataclass(frozen=True, kw_only=True)
 class Score:
-    """Figures of an episode, or their means over several.
+    """Figures of one joint in an episode, or their means over several.
 
     Attributes:
-        rmse: of the angle [rad].
-        worst: largest error of the angle [rad].
+        rmse: of the position [rad or m].
+        worst: largest error of the position [rad or m].
         overshoot: largest travel beyond a new reference, as a share of the step; NaN without steps.
         settling: median time from a step to the end of what exceeds the band [s]; what has not
             settled when the next step comes counts with the time till then; NaN without steps.
         stiffness_error: RMS error relative to the stiffness wanted; NaN where none is.
-        switching: changes of both muscles' valves between filling, shut and exhausting [1/s].
-        air: let in [kg/s].
+        switching: changes of all muscles' valves between filling, shut and exhausting [1/s].
+        air: let in by all muscles [kg/s].
         reward: of the episode.
     """
 
@@ -42,14 +43,27 @@ class Score:
     reward: float
 
 
-def score(run: Drive) -> Score:
-    """Figures of one episode."""
-    error = run.angle - run.reference
+def score(run: Drive, joint: str | None = None) -> Score:
+    """Figures of one joint in one episode.
+
+    Args:
+        run: the episode.
+        joint: name; may be left out for a rig with one joint.
+
+    Raises:
+        InputError: if there is no such joint, or several to choose from.
+    """
+    if joint not in run.joints and (joint is not None or len(run.joints) > 1):
+        raise InputError(f"score: name one joint of the rig; known: {', '.join(run.joints)}")
+    column = run.joints.index(joint) if joint else 0
+    position, reference = run.position[:, column], run.reference[:, column]
+    error = position - reference
     seconds = len(error) * run.period
     state = np.sign(run.opening) * (np.abs(run.opening) > OPEN)
-    steps = _steps(run)
-    wanted = run.wanted_stiffness > 0.0
-    relative = run.stiffness[wanted] / run.wanted_stiffness[wanted] - 1.0
+    steps = _steps(position, reference, run.period)
+    asked = run.wanted_stiffness[:, column]
+    wanted = asked > 0.0
+    relative = run.stiffness[wanted, column] / asked[wanted] - 1.0
     return Score(
         rmse=float(np.sqrt(np.mean(error**2))),
         worst=float(np.abs(error).max()),
@@ -80,22 +94,22 @@ def mean_score(scores: list[Score]) -> Score:
     )
 
 
-def _steps(run: Drive) -> list[tuple[float, float]]:
+def _steps(position: FloatArray, reference: FloatArray, period: float) -> list[tuple[float, float]]:
     """Overshoot [-] and settling time [s] of every jump of a reference that is held after it."""
-    jumps = np.flatnonzero(np.diff(run.reference) != 0.0) + 1
+    jumps = np.flatnonzero(np.diff(reference) != 0.0) + 1
     # A reference that moves all the time has no steps.
-    if len(jumps) > 0.1 * len(run.reference):
+    if len(jumps) > 0.1 * len(reference):
         return []
     starts = [0, *jumps.tolist()]
     steps: list[tuple[float, float]] = []
-    for begin, end in zip(starts, [*jumps.tolist(), len(run.reference)], strict=True):
-        wanted = float(run.reference[begin])
-        height = wanted - float(run.angle[begin - 1] if begin else 0.0)
+    for begin, end in zip(starts, [*jumps.tolist(), len(reference)], strict=True):
+        wanted = float(reference[begin])
+        height = wanted - float(position[begin - 1] if begin else 0.0)
         if abs(height) < SETTLED_ANGLE:
             continue
-        beyond = (run.angle[begin:end] - wanted) * math.copysign(1.0, height)
+        beyond = (position[begin:end] - wanted) * math.copysign(1.0, height)
         band = max(SETTLED_SHARE * abs(height), SETTLED_ANGLE)
         outside = np.flatnonzero(np.abs(beyond) > band)
-        settled = (int(outside[-1]) + 1) * run.period if len(outside) else 0.0
+        settled = (int(outside[-1]) + 1) * period if len(outside) else 0.0
         steps.append((max(0.0, float(beyond.max()) / abs(height)), settled))
     return steps

@@ -1,6 +1,7 @@
-"""What an arm may be asked to do: references for angle and stiffness, and torques that disturb it.
+"""What a joint may be asked to do: references for position and stiffness, torques that disturb it.
 
-A task draws all that an episode asks for at its beginning, from one random generator.
+A task is drawn at the beginning of an episode, for each joint from a random generator of its own. A
+longer episode begins as a shorter one with the same generator.
 """
 
 from __future__ import annotations
@@ -30,18 +31,18 @@ MULTISINE_HZ = (0.1, 0.3, 0.5, 0.7, 1.1)
 
 @dataclass(frozen=True, kw_only=True)
 class TaskSignals:
-    """What an episode asks for, at each of its samples.
+    """What an episode asks of a joint, at each of its samples.
 
     Attributes:
-        angle: (n,) [rad].
-        rate: (n,) of that angle [rad/s]; 0 where it jumps.
-        acceleration: (n,) [rad/s^2].
-        stiffness: (n,) of the joint [N m/rad]; 0 where the task leaves it free.
-        torque: (n,) on the joint from outside [N m].
+        position: (n,) [rad or m].
+        velocity: (n,) of that position [per s]; 0 where it jumps.
+        acceleration: (n,) [per s^2].
+        stiffness: (n,) of the joint [N m/rad or N/m]; 0 where the task leaves it free.
+        torque: (n,) on the joint from outside [N m or N].
     """
 
-    angle: FloatArray
-    rate: FloatArray
+    position: FloatArray
+    velocity: FloatArray
     acceleration: FloatArray
     stiffness: FloatArray
     torque: FloatArray
@@ -50,61 +51,73 @@ class TaskSignals:
 Task: TypeAlias = Callable[[np.random.Generator, FloatArray, Reach], TaskSignals]
 
 
+def held(time: FloatArray, position: float) -> TaskSignals:
+    """One position for all samples."""
+    return _signals(time, position=np.full(len(time), position))
+
+
 def _signals(time: FloatArray, **given: FloatArray) -> TaskSignals:
-    still = {
-        name: np.zeros(len(time))
-        for name in ("angle", "rate", "acceleration", "stiffness", "torque")
-    }
+    still = {name: np.zeros(len(time)) for name in TaskSignals.__dataclass_fields__}
     return TaskSignals(**{**still, **given})
 
 
 def _steps(
-    rng: np.random.Generator, time: FloatArray, low: float, high: float, every: float = STEP_EVERY
+    rng: np.random.Generator,
+    time: FloatArray,
+    *ranges: tuple[float, float],
+    every: float = STEP_EVERY,
 ) -> FloatArray:
+    """(ranges, n) of values that are drawn anew from each range at equal intervals."""
     index = np.floor(time / every + 1e-9).astype(int)
-    return rng.uniform(low, high, index[-1] + 1)[index]
+    low, high = np.array(ranges).T
+    return rng.uniform(low, high, (index[-1] + 1, len(ranges)))[index].T
 
 
 def regulation(rng: np.random.Generator, time: FloatArray, reach: Reach) -> TaskSignals:
-    """One angle for the whole episode."""
-    return _signals(time, angle=np.full(len(time), rng.uniform(-reach.angle, reach.angle)))
+    """One position for the whole episode."""
+    return held(time, rng.uniform(*_ends(reach)))
 
 
 def step(rng: np.random.Generator, time: FloatArray, reach: Reach) -> TaskSignals:
-    """A new angle every two seconds."""
-    return _signals(time, angle=_steps(rng, time, -reach.angle, reach.angle))
+    """A new position every two seconds."""
+    return _signals(time, position=_steps(rng, time, _ends(reach))[0])
 
 
 def sine(rng: np.random.Generator, time: FloatArray, reach: Reach) -> TaskSignals:
-    """A sine of half to full reach that grows from rest over a second."""
-    height = reach.angle * rng.uniform(0.5, 1.0)
+    """A sine of half to full travel that grows from rest over a second."""
+    height = reach.travel * rng.uniform(0.5, 1.0)
     low, high = np.log(SINE_HZ)
     turn = 2.0 * math.pi * math.exp(rng.uniform(low, high))
-    return _tones(time, np.array([height]), np.array([turn]), np.zeros(1))
+    return _tones(time, reach, np.array([height]), np.array([turn]), np.zeros(1))
 
 
 def multisine(rng: np.random.Generator, time: FloatArray, reach: Reach) -> TaskSignals:
     """Five tones at random phases that grow from rest over a second; their peaks may add up."""
     turn = 2.0 * math.pi * np.array(MULTISINE_HZ)
     phase = rng.uniform(0.0, 2.0 * math.pi, len(turn))
-    height = np.full(len(turn), reach.angle / len(turn) * 1.6)
-    return _tones(time, height, turn, phase)
+    height = np.full(len(turn), reach.travel / len(turn) * 1.6)
+    return _tones(time, reach, height, turn, phase)
 
 
 def stiffness(rng: np.random.Generator, time: FloatArray, reach: Reach) -> TaskSignals:
-    """A new angle and a new stiffness of the joint every two seconds."""
-    angle = _steps(rng, time, -0.5 * reach.angle, 0.5 * reach.angle)
-    return _signals(time, angle=angle, stiffness=_steps(rng, time, *reach.stiffness))
+    """A new position and a new stiffness of the joint every two seconds."""
+    position, wanted = _steps(rng, time, _ends(reach, 0.5), reach.stiffness)
+    return _signals(time, position=position, stiffness=wanted)
 
 
 def disturbance(rng: np.random.Generator, time: FloatArray, reach: Reach) -> TaskSignals:
-    """One angle, and a torque from outside that jumps every second, the first second apart."""
-    torque = _steps(rng, time, -reach.torque, reach.torque, every=1.0)
+    """One position, and a torque from outside that jumps every second, the first second apart."""
+    position = rng.uniform(*_ends(reach, 0.5))
+    (torque,) = _steps(rng, time, (-reach.torque, reach.torque), every=1.0)
     return _signals(
         time,
-        angle=np.full(len(time), 0.5 * rng.uniform(-reach.angle, reach.angle)),
+        position=np.full(len(time), position),
         torque=np.where(time < 1.0 - 1e-9, 0.0, torque),
     )
+
+
+def _ends(reach: Reach, share: float = 1.0) -> tuple[float, float]:
+    return reach.centre - share * reach.travel, reach.centre + share * reach.travel
 
 
 TASKS: Mapping[str, Task] = MappingProxyType(
@@ -120,9 +133,9 @@ TASKS: Mapping[str, Task] = MappingProxyType(
 
 
 def _tones(
-    time: FloatArray, height: FloatArray, turn: FloatArray, phase: FloatArray
+    time: FloatArray, reach: Reach, height: FloatArray, turn: FloatArray, phase: FloatArray
 ) -> TaskSignals:
-    """A sum of sines [rad] under an envelope that grows smoothly over the first second."""
+    """A sum of sines about the centre under an envelope that grows smoothly over the first second."""
     along = np.minimum(time, 1.0)
     envelope = along**3 * (10.0 - 15.0 * along + 6.0 * along**2)
     slope = np.where(time < 1.0, 30.0 * along**2 * (1.0 - along) ** 2, 0.0)
@@ -133,7 +146,7 @@ def _tones(
     acceleration = -(height * turn**2 * np.sin(at)).sum(axis=1)
     return _signals(
         time,
-        angle=envelope * plain,
-        rate=slope * plain + envelope * rate,
+        position=reach.centre + envelope * plain,
+        velocity=slope * plain + envelope * rate,
         acceleration=bend * plain + 2.0 * slope * rate + envelope * acceleration,
     )

@@ -16,19 +16,42 @@ FloatArray = NDArray[np.float64]
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class PolicyFile:
-    """Layers from a scaled observation to an action, tanh between them.
+    """Layers from a scaled observation of j joints and m muscles to an action, tanh between them.
 
     Attributes:
-        centre: (n,) subtracted from the observation first.
-        scale: (n,) that it is divided by then.
+        joints: names of the rig's.
+        muscles: names of the rig's.
+        command: ``pressure`` or ``valve``.
+        supply: pressure that is commanded by an action of 1 [Pa].
+        centre: (6j + m,) subtracted from the observation [SI] first.
+        scale: (6j + m,) that it is divided by then [SI].
         weights: of each layer, (out, in).
         biases: of each layer, (out,).
     """
 
+    joints: tuple[str, ...]
+    muscles: tuple[str, ...]
+    command: str
+    supply: float
     centre: FloatArray
     scale: FloatArray
     weights: tuple[FloatArray, ...]
     biases: tuple[FloatArray, ...]
+
+
+def write_policy(path: Path, policy: PolicyFile) -> None:
+    """Write a policy as an ``.npz``."""
+    np.savez_compressed(
+        path,
+        joints=np.array(policy.joints),
+        muscles=np.array(policy.muscles),
+        command=np.array(policy.command),
+        supply=np.array(policy.supply),
+        centre=policy.centre,
+        scale=policy.scale,
+        **{f"w_{k}": weight for k, weight in enumerate(policy.weights)},
+        **{f"b_{k}": bias for k, bias in enumerate(policy.biases)},
+    )
 
 
 def read_policy(path: Path) -> PolicyFile:
@@ -39,7 +62,7 @@ def read_policy(path: Path) -> PolicyFile:
     """
     try:
         with np.load(path, allow_pickle=False) as file:
-            arrays = {name: np.asarray(file[name], dtype=np.float64) for name in file.files}
+            arrays = {name: np.asarray(file[name]) for name in file.files}
     except OSError as error:
         raise InputError(f"cannot read {path}: {error.strerror or error}") from None
     except ValueError:
@@ -47,18 +70,26 @@ def read_policy(path: Path) -> PolicyFile:
     depth = sum(name.startswith("w_") for name in arrays)
     try:
         policy = PolicyFile(
-            centre=arrays["centre"],
-            scale=arrays["scale"],
-            weights=tuple(arrays[f"w_{k}"] for k in range(depth)),
-            biases=tuple(arrays[f"b_{k}"] for k in range(depth)),
+            joints=tuple(arrays["joints"].tolist()),
+            muscles=tuple(arrays["muscles"].tolist()),
+            command=str(arrays["command"]),
+            supply=float(arrays["supply"]),
+            centre=arrays["centre"].astype(np.float64),
+            scale=arrays["scale"].astype(np.float64),
+            weights=tuple(arrays[f"w_{k}"].astype(np.float64) for k in range(depth)),
+            biases=tuple(arrays[f"b_{k}"].astype(np.float64) for k in range(depth)),
         )
     except KeyError as error:
         raise InputError(f"{path} is no policy: it has no array {error}") from None
-    sizes = [policy.scale.shape, *(bias.shape for bias in policy.biases)]
+    except (TypeError, ValueError):
+        raise InputError(f"{path} is no policy: an array is not what its name says") from None
+    inputs = 6 * len(policy.joints) + len(policy.muscles)
+    sizes = [(inputs,), *(bias.shape for bias in policy.biases)]
     fit = [
         weight.shape == (*out, *into)
         for weight, (into, out) in zip(policy.weights, pairwise(sizes), strict=True)
     ]
-    if not depth or policy.centre.shape != policy.scale.shape or not all(fit):
-        raise InputError(f"{path} is no policy: its layers do not fit each other")
+    scaled = policy.centre.shape == policy.scale.shape == sizes[0]
+    if not depth or not scaled or not all(fit) or sizes[-1] != (len(policy.muscles),):
+        raise InputError(f"{path} is no policy: its layers do not fit each other or its rig")
     return policy

@@ -7,7 +7,7 @@ import math
 import numpy as np
 
 import pamsim
-from pamsim.controllers.controller import Observation
+from pamsim.controllers.controller import JointObservation, Observation
 
 PERIOD = 0.02
 SUPPLY = 6e5
@@ -16,16 +16,15 @@ LEVEL = 3e5
 
 def observe(angle=0.0, velocity=0.0, pressure=(LEVEL, LEVEL), wanted=(0.0, 0.0, 0.0), **more):
     """An observation; ``wanted`` is the angle of the next sample and its two derivatives."""
-    return Observation(
-        time=0.0,
-        angle=angle,
+    joint = JointObservation(
+        position=angle,
         velocity=velocity,
-        pressure=pressure,
         reference=wanted[0],
         reference_rate=wanted[1],
         reference_acceleration=wanted[2],
         **more,
     )
+    return Observation(time=0.0, joints=(joint,), pressure=pressure)
 
 
 def sine(frequency, degrees):

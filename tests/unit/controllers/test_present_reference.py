@@ -14,6 +14,6 @@ def test_under_constant_acceleration_it_is_exact(period):
         return 0.2 + 0.7 * t - 1.5 * t * t, 0.7 - 3.0 * t, -3.0
 
     angle, rate, _ = motion(0.4)
-    assert present_reference(observe(wanted=motion(0.4 + period)), period) == pytest.approx(
+    assert present_reference(observe(wanted=motion(0.4 + period)).joint, period) == pytest.approx(
         (angle, rate)
     )

@@ -27,7 +27,7 @@ def surfaces(controller, disturbance, samples):
     for _ in range(samples):
         observation = plant.observation()
         found.append(controller.surface(observation, memory))
-        angles.append(observation.angle)
+        angles.append(observation.joint.position)
         command, memory = controller.act(observation, memory)
         plant.take(command)
     return np.array(found), np.array(angles)

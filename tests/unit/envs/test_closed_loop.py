@@ -9,13 +9,17 @@ import gymnasium
 import numpy as np
 import pytest
 
+import pamsim
 from pamsim.actuator.kernel import air_flow
 from pamsim.controllers.neural_policy import NeuralPolicy
 from pamsim.core.errors import InputError
-from pamsim.envs.closed_loop import Drive, action, drive
-from pamsim.envs.registration import ENVIRONMENTS
+from pamsim.envs.closed_loop import Drive, action_of, drive
+from pamsim.envs.registration import ENVIRONMENT
 from pamsim.envs.scores import mean_score, score
 from pamsim.store.policy_file import read_policy
+
+
+RIG = pamsim.load_rig("mas20_arm")
 
 
 @dataclass(frozen=True)
@@ -38,8 +42,9 @@ class Held:
 def made():
     opened = []
 
-    def make(name=ENVIRONMENTS[0], **options):
-        opened.append(gymnasium.make(name, **{"duration": 1.0, **options}).unwrapped)
+    def make(action="pressure", **options):
+        options = {"max_episode_steps": 50, **options}
+        opened.append(gymnasium.make(ENVIRONMENT, action=action, **options))
         return opened[-1]
 
     yield make
@@ -48,9 +53,9 @@ def made():
 
 
 def test_air_let_in_is_what_flowed_through_the_valve(made):
-    env = made(duration=2.0, frame_skip=4)
+    env = made(max_episode_steps=1000, frame_skip=4)
     run = drive(env, Held((500e3, 300e3), period=0.002), seed=0)
-    row = env.arms.rows[0, 0]
+    row = env.unwrapped.rigs.rows[0, 0]
     flow = [air_flow(row, p + 101325.0, 500e3, 0.0) for p in run.pressure[:, 0]]
     assert run.air[:, 0].sum() == pytest.approx(np.sum(flow) * run.period, rel=0.01)
     assert run.air[:, 1].sum() < 0.2 * run.air[:, 0].sum()
@@ -58,32 +63,36 @@ def test_air_let_in_is_what_flowed_through_the_valve(made):
 
 def test_what_the_loop_commands_is_what_the_environment_gets(made):
     env = made()
-    assert action(env, (0.0, 600e3)).tolist() == [-1.0, 1.0]
-    assert action(made(ENVIRONMENTS[1]), (0.25, -1.0)).tolist() == [0.25, -1.0]
-    assert action(made(ENVIRONMENTS[2]), (0.5, -0.5)).tolist() == [1, 0, 0, 1]
-    assert action(made(ENVIRONMENTS[2]), (0.1, -0.1)).tolist() == [0, 0, 0, 0]
+    for action, command, wanted in (
+        ("pressure", (0.0, 600e3), [-1.0, 1.0]),
+        ("valve", (0.25, -1.0), [0.25, -1.0]),
+        ("on_off", (0.5, -0.5), [1, 0, 0, 1]),
+        ("on_off", (0.1, -0.1), [0, 0, 0, 0]),
+    ):
+        assert action_of(made(action).unwrapped.rigs, command).tolist() == wanted
     run = drive(env, Held((350e3, 250e3)), seed=0)
     assert run.pressure[-1] == pytest.approx([350e3, 250e3], abs=1e3)
-    assert len(run.angle) == 50
+    assert len(run.position) == 50
 
 
 def test_a_controller_of_the_other_kind_is_refused(made):
     with pytest.raises(InputError, match="Cascade"):
-        drive(made(ENVIRONMENTS[1]), Held((0.0, 0.0)), seed=0)
+        drive(made("valve"), Held((0.0, 0.0)), seed=0)
 
 
 def made_run(angle, reference, **more):
     n = len(angle)
     given = {
         "period": 0.01,
-        "angle": np.asarray(angle, float),
-        "reference": np.asarray(reference, float),
+        "joints": ("shaft",),
+        "position": np.asarray(angle, float)[:, np.newaxis],
+        "reference": np.asarray(reference, float)[:, np.newaxis],
         "pressure": np.zeros((n, 2)),
         "command": np.zeros((n, 2)),
         "opening": np.zeros((n, 2)),
         "air": np.zeros((n, 2)),
-        "stiffness": np.ones(n),
-        "wanted_stiffness": np.zeros(n),
+        "stiffness": np.ones((n, 1)),
+        "wanted_stiffness": np.zeros((n, 1)),
         "reward": 0.0,
     }
     return Drive(**{**given, **more})
@@ -133,8 +142,12 @@ def test_means_over_episodes():
 def written(path, **changed):
     rng = np.random.default_rng(0)
     arrays = {
+        "joints": np.array(["shaft"]),
+        "muscles": np.array(["muscle_1", "muscle_2"]),
+        "command": np.array("pressure"),
+        "supply": np.array(600e3),
         "centre": np.zeros(8),
-        "scale": np.full(8, 2.0),
+        "scale": np.array([0.5, 1.0, 6e5, 6e5, 0.5, 1.0, 10.0, 5.0]),
         "w_0": rng.normal(size=(5, 8)),
         "b_0": rng.normal(size=5),
         "w_1": rng.normal(size=(2, 5)),
@@ -148,14 +161,15 @@ def written(path, **changed):
 def test_a_policy_sees_what_the_environment_shows(tmp_path, made):
     numbers = written(tmp_path / "p.npz")
     env = made(task="sine")
-    policy = NeuralPolicy.read(tmp_path / "p.npz", supply=env.arms.supply)
+    policy = NeuralPolicy.read(tmp_path / "p.npz", RIG)
     run = drive(env, policy, seed=4)
+    signals = env.unwrapped.rigs.signals
     observation, _ = env.reset(seed=4)
     for k in range(20):
-        hidden = np.tanh(numbers["w_0"] @ (observation / 2.0) + numbers["b_0"])
+        hidden = np.tanh(numbers["w_0"] @ (signals.si(observation) / numbers["scale"]) + numbers["b_0"])
         fixed = np.clip(numbers["w_1"] @ hidden + numbers["b_1"], -1.0, 1.0)
         observation, *_, info = env.step(fixed.astype(np.float32))
-        assert info["angle"] == pytest.approx(run.angle[k], abs=1e-9)
+        assert info["position"] == pytest.approx(run.position[k], abs=1e-9)
 
 
 @pytest.mark.parametrize(
@@ -163,13 +177,15 @@ def test_a_policy_sees_what_the_environment_shows(tmp_path, made):
     [
         ({"w_1": np.zeros((2, 4))}, "fit each other"),
         ({"b_0": None}, "b_0"),
-        ({"w_1": np.zeros((3, 5)), "b_1": np.zeros(3)}, "takes 2"),
+        ({"w_1": np.zeros((3, 5)), "b_1": np.zeros(3)}, "fit each other"),
+        ({"joints": np.array(["elbow"])}, "shaft"),
+        ({"supply": np.array("much")}, "name says"),
     ],
 )
 def test_what_is_no_policy_for_this_arm_is_refused(changed, message, tmp_path):
     written(tmp_path / "p.npz", **changed)
     with pytest.raises(InputError, match=message):
-        NeuralPolicy.read(tmp_path / "p.npz", supply=600e3)
+        NeuralPolicy.read(tmp_path / "p.npz", RIG)
 
 
 def test_a_missing_or_other_file_is_refused(tmp_path):

@@ -27,8 +27,7 @@ def made():
     opened = []
 
     def make(command, **options):
-        name = "pamsim/PamArmPressure-v0" if command == "pressure_set" else "pamsim/PamArmValve-v0"
-        opened.append(gymnasium.make(name, load=1.2, **options).unwrapped)
+        opened.append(gymnasium.make("pamsim/Rig-v0", action=command, load=1.2, **options))
         return opened[-1]
 
     yield make
@@ -40,21 +39,21 @@ def made():
 def test_the_arm_comes_to_the_angle_wanted(name, suite, made):
     family = FAMILIES[name]
     controller = family.make(suite, family.tried[len(family.tried) // 2])
-    run = drive(made(controller.command, task="regulation", duration=3.0), controller, seed=0)
-    assert abs(run.reference[0]) > math.radians(5.0)
-    left = math.degrees(abs(run.angle[-10:] - run.reference[-10:]).max())
+    run = drive(made(controller.command, task="regulation", max_episode_steps=150), controller, seed=0)
+    assert abs(run.reference[0, 0]) > math.radians(5.0)
+    left = math.degrees(abs(run.position[-10:] - run.reference[-10:]).max())
     assert left < (0.3 if name == "feed-forward, compensated" else 1.0)
 
 
 def test_stiffness_is_had_by_co_contraction(suite, made):
-    run = drive(made("pressure", task="stiffness", duration=1.9), suite.feed_forward(), seed=2)
-    asked = run.wanted_stiffness[-1]
-    assert run.stiffness[-20:] == pytest.approx(np.full(20, asked), rel=0.03)
-    assert abs(run.angle[-1] - run.reference[-1]) < math.radians(0.5)
+    run = drive(made("pressure", task="stiffness", max_episode_steps=95), suite.feed_forward(), seed=2)
+    asked = run.wanted_stiffness[-1, 0]
+    assert run.stiffness[-20:, 0] == pytest.approx(np.full(20, asked), rel=0.03)
+    assert abs(run.position[-1, 0] - run.reference[-1, 0]) < math.radians(0.5)
 
 
 def test_compensated_feed_forward_halves_the_error_of_a_pid(suite, made):
-    env = made("pressure", task="sine", duration=4.0)
+    env = made("pressure", task="sine", max_episode_steps=200)
     pid = min(
         (drive(env, suite.pid(time), seed=0) for time in FAMILIES["PID"].tried),
         key=lambda run: score(run).rmse,

@@ -8,7 +8,7 @@ import pytest
 from pamsim.envs.reach import Reach
 from pamsim.envs.tasks import TASKS
 
-REACH = Reach(angle=0.3, stiffness=(4.0, 9.0), torque=0.5)
+REACH = Reach(centre=0.1, travel=0.3, stiffness=(4.0, 9.0), torque=0.5)
 TIME = 1e-3 * np.arange(8001)
 
 
@@ -20,7 +20,7 @@ def asked(task, seed=0):
 @pytest.mark.parametrize("seed", range(5))
 def test_all_is_within_reach(task, seed):
     found = asked(task, seed)
-    assert np.abs(found.angle).max() <= REACH.angle * 1.6
+    assert np.abs(found.position - REACH.centre).max() <= REACH.travel * 1.6
     assert np.abs(found.torque).max() <= REACH.torque
     wanted = found.stiffness[found.stiffness != 0.0]
     assert ((wanted >= REACH.stiffness[0]) & (wanted <= REACH.stiffness[1])).all()
@@ -29,25 +29,26 @@ def test_all_is_within_reach(task, seed):
 
 
 @pytest.mark.parametrize("task", ["sine", "multisine"])
-def test_rate_and_acceleration_are_derivatives_of_the_angle(task):
+def test_rate_and_acceleration_are_derivatives_of_the_position(task):
     found = asked(task)
     h = TIME[1]
-    rate = (found.angle[2:] - found.angle[:-2]) / (2.0 * h)
-    bend = (found.angle[2:] - 2.0 * found.angle[1:-1] + found.angle[:-2]) / h**2
-    assert rate == pytest.approx(found.rate[1:-1], abs=1e-4)
+    rate = (found.position[2:] - found.position[:-2]) / (2.0 * h)
+    bend = (found.position[2:] - 2.0 * found.position[1:-1] + found.position[:-2]) / h**2
+    assert rate == pytest.approx(found.velocity[1:-1], abs=1e-4)
     # The envelope's third derivative jumps where it ends, at 1 s.
     inside = np.abs(TIME[1:-1] - 1.0) > 2 * h
     assert bend[inside] == pytest.approx(found.acceleration[1:-1][inside], abs=1e-3)
-    assert found.angle[0] == found.rate[0] == found.acceleration[0] == 0.0
+    assert found.position[0] == REACH.centre
+    assert found.velocity[0] == found.acceleration[0] == 0.0
 
 
 def test_steps_are_held_for_two_seconds():
-    found = asked("step").angle
+    found = asked("step").position
     jumps = TIME[1:][np.diff(found) != 0.0]
     assert jumps == pytest.approx([2.0, 4.0, 6.0, 8.0])
 
 
 @pytest.mark.parametrize("task", TASKS)
 def test_another_seed_asks_for_something_else(task):
-    assert np.array_equal(asked(task, 1).angle, asked(task, 1).angle)
-    assert not np.array_equal(asked(task, 1).angle, asked(task, 2).angle)
+    assert np.array_equal(asked(task, 1).position, asked(task, 1).position)
+    assert not np.array_equal(asked(task, 1).position, asked(task, 2).position)

@@ -1,4 +1,4 @@
-"""Many arms at once are so many single ones, to the last bit."""
+"""Many rigs at once are so many single ones, to the last bit."""
 
 from __future__ import annotations
 
@@ -10,9 +10,10 @@ import pytest
 
 from pamsim.core.errors import InputError
 from pamsim.envs import plant
-from pamsim.envs.registration import ENVIRONMENTS
+from pamsim.envs.registration import ARMS, ENVIRONMENT
+from pamsim.envs.rig_vector_env import RigVectorEnv
 
-ARMS = 3
+RIGS = 3
 
 
 @pytest.fixture
@@ -21,7 +22,7 @@ def both():
 
     def make(name, **options):
         opened.extend(
-            gymnasium.make_vec(name, num_envs=ARMS, vectorization_mode=mode, **options)
+            gymnasium.make_vec(name, num_envs=RIGS, vectorization_mode=mode, **options)
             for mode in ("vector_entry_point", "sync")
         )
         return opened[-2:]
@@ -35,13 +36,15 @@ VARIANTS = (
     {"task": "step", "angle_noise": 1e-3, "pressure_noise": 500.0},
     {"task": "disturbance", "delay": 0.0035, "instruments": True},
     {"task": "stiffness", "randomize": True, "load": (0.0, 2.0)},
+    {"task": "disturbance", "rig": "two_joint_arm", "randomize": True, "load": (0.0, 1.0)},
+    {"task": "stiffness", "rig": "two_joint_arm", "delay": 0.013, "pressure_noise": 500.0},
 )
 
 
-@pytest.mark.parametrize("name", ENVIRONMENTS)
-@pytest.mark.parametrize("options", VARIANTS, ids=[v["task"] for v in VARIANTS])
+@pytest.mark.parametrize("name", ARMS)
+@pytest.mark.parametrize("options", VARIANTS, ids=[" ".join(map(str, v.values())) for v in VARIANTS])
 def test_same_results_as_single_environments(name, options, both):
-    many, single = both(name, duration=0.1, frame_skip=10, **options)
+    many, single = both(name, max_episode_steps=20, frame_skip=10, **options)
     assert many.observation_space == single.observation_space
     assert many.action_space == single.action_space
     many.action_space.seed(1)
@@ -63,27 +66,28 @@ def same(one, other):
         assert np.array_equal(one, other)
 
 
-@pytest.mark.parametrize("name", ENVIRONMENTS)
+@pytest.mark.parametrize("name", ARMS)
 def test_what_it_gives_lies_in_its_spaces(name, both):
-    many, _ = both(name, duration=0.1)
+    many, _ = both(name, max_episode_steps=5)
     seen, _ = many.reset(seed=0)
     assert many.observation_space.contains(seen)
     for _ in range(8):
         seen, reward, terminated, truncated, _ = many.step(many.action_space.sample())
         assert many.observation_space.contains(seen)
-        assert reward.shape == terminated.shape == truncated.shape == (ARMS,)
+        assert reward.shape == terminated.shape == truncated.shape == (RIGS,)
         assert reward.dtype == np.float64
         assert terminated.dtype == truncated.dtype == np.bool_
         assert not terminated.any()
 
 
-def test_lengths_by_the_jacobian_are_the_engine_s(monkeypatch, both):
+@pytest.mark.parametrize(("rig", "muscles"), [("mas20_arm", 2), ("two_joint_arm", 4)])
+def test_lengths_by_the_jacobian_are_the_engine_s(rig, muscles, monkeypatch, both):
     found = []
-    for tendon_jacobian in (plant.tendon_jacobian, lambda model: None):
-        monkeypatch.setattr(plant, "tendon_jacobian", tendon_jacobian)
-        for env in both(ENVIRONMENTS[1], duration=1.0, frame_skip=10):
+    for fixed_tendons in (plant.fixed_tendons, lambda model: None):
+        monkeypatch.setattr(plant, "fixed_tendons", fixed_tendons)
+        for env in both(ENVIRONMENT, rig=rig, action="valve", frame_skip=10):
             env.reset(seed=2)
-            rows = [env.step(np.full((ARMS, 2), push, np.float32))[0] for push in (0.4, -0.7, 0.1)]
+            rows = [env.step(np.full((RIGS, muscles), push, np.float32))[0] for push in (0.4, -0.7, 0.1)]
             found.append(rows)
     assert all(np.array_equal(rows, found[0]) for rows in found)
 
@@ -91,7 +95,7 @@ def test_lengths_by_the_jacobian_are_the_engine_s(monkeypatch, both):
 def test_number_of_threads_changes_nothing():
     found = []
     for threads in (1, 2):
-        env = gymnasium.make_vec(ENVIRONMENTS[0], num_envs=5, duration=0.2, threads=threads)
+        env = gymnasium.make_vec(ENVIRONMENT, num_envs=5, threads=threads)
         env.reset(seed=1)
         found.append([env.step(np.full((5, 2), 0.3, np.float32))[0] for _ in range(8)])
         env.close()
@@ -99,8 +103,8 @@ def test_number_of_threads_changes_nothing():
 
 
 def test_some_arms_can_be_reset_alone(both):
-    many, single = both(ENVIRONMENTS[0], duration=1.0)
-    action = np.tile(np.array([0.4, -0.6], np.float32), (ARMS, 1))
+    many, single = both(ENVIRONMENT)
+    action = np.tile(np.array([0.4, -0.6], np.float32), (RIGS, 1))
     for env in (many, single):
         env.reset(seed=3)
         for _ in range(4):
@@ -109,17 +113,17 @@ def test_some_arms_can_be_reset_alone(both):
     one, info = many.reset(seed=[None, 8, None], options={"reset_mask": mask})
     other, _ = single.reset(seed=[None, 8, None], options={"reset_mask": mask.copy()})
     same(one, other)
-    assert info["_angle"].tolist() == mask.tolist()
+    assert info["_position"].tolist() == mask.tolist()
     same(many.step(action)[0], single.step(action)[0])
 
 
 def test_an_arm_that_breaks_down_leaves_the_others_alone(both):
-    many, single = both(ENVIRONMENTS[1], duration=1.0)
-    action = np.zeros((ARMS, 2), np.float32)
+    many, single = both(ENVIRONMENT, action="valve")
+    action = np.zeros((RIGS, 2), np.float32)
     many.reset(seed=3)
     single.reset(seed=3)
-    many.arms._plant.act[1, -1] = np.nan
-    ended = np.zeros(ARMS, dtype=bool)
+    many.rigs.plant.act[1, -1] = np.nan
+    ended = np.zeros(RIGS, dtype=bool)
     for _ in range(3):
         seen, _, broken, _, _ = many.step(action)
         expected = single.step(action)[0]
@@ -131,13 +135,11 @@ def test_an_arm_that_breaks_down_leaves_the_others_alone(both):
 
 @pytest.mark.parametrize(
     ("count", "call", "message"),
-    [(0, None, "none"), (2, {"seed": [1]}, "seeds"), (2, {"options": {"reset_mask": [1]}}, "mask")],
+    [(0, None, "num_envs"), (2, {"seed": [1]}, "seeds"), (2, {"options": {"reset_mask": [1]}}, "mask")],
 )
 def test_bad_input_is_refused(count, call, message):
-    from pamsim.envs.pam_arm_vector import PamArmPressureVectorEnv
-
     with (
         pytest.raises(InputError, match=message),
-        closing(PamArmPressureVectorEnv(count, duration=0.1)) as env,
+        closing(RigVectorEnv(count)) as env,
     ):
         env.reset(**call)

@@ -16,12 +16,18 @@ from gymnasium.utils.env_checker import check_env
 import pamsim
 from pamsim.core.errors import EngineError, InputError, ParameterError
 from pamsim.core.experiment import Experiment
-from pamsim.envs.registration import ENVIRONMENTS
+from pamsim.envs.actions import KINDS
+from pamsim.envs.registration import ARMS, ENVIRONMENT
+from pamsim.envs.reset_options import ResetOptions
+from pamsim.envs.rig_env import RigEnv
 from pamsim.envs.tasks import TASKS
 
 PRESSURE = "pamsim/PamArmPressure-v0"
 VALVE = "pamsim/PamArmValve-v0"
-SHORT = {"duration": 0.4, "frame_skip": 20}
+SHORT = {"max_episode_steps": 40, "frame_skip": 20}
+UNIT = 0.25  # error of the position, as a share of the travel, that costs 1
+USUAL = ResetOptions(start_pressure=(300e3, 300e3))
+RIGS = ("mas20_arm", "two_joint_arm")
 
 
 @pytest.fixture
@@ -38,12 +44,12 @@ def made():
 
 
 def played(env, actions, seed=0):
-    """Observations, rewards and true angles of an episode."""
+    """Observed signals [SI], rewards and true angles of an episode of the arm."""
     observation, info = env.reset(seed=seed)
-    rows = [[*observation, 0.0, info["angle"]]]
+    rows = [[*env.rigs.signals.si(observation), 0.0, info["position"][0]]]
     for action in actions:
         observation, reward, _, _, info = env.step(action)
-        rows.append([*observation, reward, info["angle"]])
+        rows.append([*env.rigs.signals.si(observation), reward, info["position"][0]])
     return np.array(rows)
 
 
@@ -52,31 +58,32 @@ def actions(count, seed=1):
 
 
 @pytest.mark.parametrize("task", TASKS)
-@pytest.mark.parametrize("name", ENVIRONMENTS)
-def test_gymnasium_finds_nothing_to_say(name, task, made):
-    check_env(made(name, task=task, duration=0.1), skip_render_check=True)
+@pytest.mark.parametrize("action", KINDS)
+@pytest.mark.parametrize("rig", RIGS)
+def test_gymnasium_finds_nothing_to_say(rig, action, task, made):
+    check_env(made(ENVIRONMENT, rig=rig, action=action, task=task), skip_render_check=True)
 
 
 def test_an_episode_is_what_simulate_makes_of_the_same_commands(made):
     env = made(load=1.2, effort=0.0)
     moves = actions(30)
     rows = played(env, moves)
-    supply = env.arms.supply
+    supply = env.rigs.supply
     set_points = 0.5 * supply * (np.minimum(np.maximum(moves.astype(float), -1), 1) + 1.0)
     run = pamsim.simulate(
         pamsim.load_rig("mas20_arm"),
         Experiment(
             drive="pressure_set",
-            command_time=env.arms.period * np.arange(30),
+            command_time=env.rigs.period * np.arange(30),
             command_value=set_points,
             start_pressure=np.full(2, 300e3),
             duration=0.3,
-            sample_rate=1.0 / env.arms.period,
+            sample_rate=1.0 / env.rigs.period,
             load=1.2,
         ),
     ).completed()
     assert np.array_equal(rows[:, -1], run.angle)
-    assert np.array_equal(rows[:, 2:4], run.pressure / supply)
+    assert rows[:, 2:4] == pytest.approx(run.pressure, rel=1e-12)
 
 
 def test_reset_restores_pressure_and_memory_too(made):
@@ -89,7 +96,7 @@ def test_reset_restores_pressure_and_memory_too(made):
 
 PLAYED = """
 import hashlib, gymnasium, numpy as np, pamsim.envs
-env = gymnasium.make("pamsim/PamArmValve-v0", duration=0.4, frame_skip=20, angle_noise=1e-3)
+env = gymnasium.make("pamsim/PamArmValve-v0", frame_skip=20, angle_noise=1e-3)
 moves = np.random.default_rng(1).uniform(-1.0, 1.0, (25, 2)).astype(np.float32)
 seen = [env.reset(seed=3)[0], *(env.step(a)[0] for a in moves)]
 print(hashlib.sha256(np.array(seen).tobytes()).hexdigest())
@@ -98,7 +105,7 @@ print(hashlib.sha256(np.array(seen).tobytes()).hexdigest())
 
 def test_same_seed_same_bits_in_another_process(made):
     env = made(VALVE, angle_noise=1e-3)
-    own = played(env, actions(25), seed=3)[:, :8]
+    own = np.array([env.reset(seed=3)[0], *(env.step(move)[0] for move in actions(25))])
     message = subprocess.run(
         [sys.executable, "-c", PLAYED], capture_output=True, text=True, check=True, timeout=120
     )
@@ -122,8 +129,8 @@ def test_part_of_a_period_of_delay_is_what_simulate_does(made):
         rig,
         Experiment(
             drive="pressure_set",
-            command_time=env.arms.period * np.arange(20),
-            command_value=0.5 * env.arms.supply * (moves.astype(float) + 1.0),
+            command_time=env.rigs.period * np.arange(20),
+            command_value=0.5 * env.rigs.supply * (moves.astype(float) + 1.0),
             start_pressure=np.full(2, 300e3),
             duration=0.2,
             sample_rate=100.0,
@@ -132,11 +139,11 @@ def test_part_of_a_period_of_delay_is_what_simulate_does(made):
     assert played(env, moves)[:, -1] == pytest.approx(run.angle, abs=1e-9)
 
 
-def test_reward_is_the_error_in_units_of_five_degrees(made):
+def test_reward_is_the_error_in_units_of_a_quarter_of_the_travel(made):
     env = made(task="sine", effort=0.0)
     rows = played(env, actions(20))
-    wanted = rows[:-1, 4]
-    assert rows[1:, 8] == pytest.approx(-np.abs(rows[1:, -1] - wanted) / math.radians(5.0))
+    unit = UNIT * env.rigs.reaches[0].travel
+    assert rows[1:, 8] == pytest.approx(-np.abs(rows[1:, -1] - rows[:-1, 4]) / unit)
 
 
 def test_effort_costs_the_squared_change_of_command(made):
@@ -144,20 +151,22 @@ def test_effort_costs_the_squared_change_of_command(made):
     free, dear = made(effort=0.0), made(effort=0.5)
     change = np.diff(np.concatenate([np.zeros((1, 2)), moves]), axis=0)
     cost = played(free, moves)[1:, 8] - played(dear, moves)[1:, 8]
-    assert cost == pytest.approx(0.5 * (change**2).sum(axis=1), abs=1e-6)
+    assert cost == pytest.approx(0.5 * (change**2).mean(axis=1), abs=1e-6)
 
 
 def test_stiffness_is_rewarded_where_it_is_asked(made):
     env = made(task="stiffness", effort=0.0)
     env.reset(seed=2)
     observation, reward, *_ = env.step(np.zeros(2, dtype=np.float32))
-    (have,) = env.arms.stiffness()
-    error = abs(env.arms.true[0, 0] - observation[4]) / math.radians(5.0)
-    assert reward == pytest.approx(-error - abs(have / observation[7] - 1.0))
+    asked = env.rigs.signals.named(observation)
+    ((have,),) = env.rigs.stiffness()
+    unit = UNIT * env.rigs.reaches[0].travel
+    error = abs(env.rigs.true[0, 0] - asked["shaft.angle_set"]) / unit
+    assert reward == pytest.approx(-error - abs(have / asked["shaft.stiffness_set"] - 1.0))
 
 
 def test_a_torque_from_outside_turns_the_arm(made):
-    env = made(task="disturbance", duration=2.0)
+    env = made(task="disturbance")
     hold = np.zeros((120, 2), dtype=np.float32)
     angle = played(env, hold)[:, -1]
     assert np.ptp(angle[:100]) < 1e-6
@@ -166,9 +175,9 @@ def test_a_torque_from_outside_turns_the_arm(made):
 
 def test_noise_and_encoder_are_of_the_stated_size(made):
     still = np.zeros((400, 2), dtype=np.float32)
-    noisy = played(made(duration=4.0, angle_noise=2e-3, pressure_noise=1e3), still)
+    noisy = played(made(angle_noise=2e-3, pressure_noise=1e3), still)
     assert noisy[:, 0].std() == pytest.approx(2e-3, rel=0.15)
-    assert noisy[:, 2].std() * 600e3 == pytest.approx(1e3, rel=0.15)
+    assert noisy[:, 2].std() == pytest.approx(1e3, rel=0.15)
     rounded = played(made(instruments=True), actions(30))[:, 0]
     steps = rounded / (2.0 * math.pi / 2500.0)
     assert steps == pytest.approx(np.round(steps), abs=1e-6)
@@ -183,9 +192,9 @@ def test_a_lagging_instrument_shows_what_a_recording_would(made):
     rows = played(env, actions(30))
     from pamsim.signals.sensors import lagged
 
-    time = env.arms.period * np.arange(31)
+    time = env.rigs.period * np.arange(31)
     assert rows[:, 0] == pytest.approx(lagged(time, rows[:, -1], 0.05) + 0.01, abs=1e-12)
-    assert env.arms.true[0, 1] * 1.1 / 600e3 == pytest.approx(rows[-1, 2])
+    assert env.rigs.true[0, 1] * 1.1 == pytest.approx(rows[-1, 2])
 
 
 def test_randomized_arms_spread_as_the_file_says(made):
@@ -194,9 +203,9 @@ def test_randomized_arms_spread_as_the_file_says(made):
     (damping,) = [s for s in random_parameters(pamsim.load_rig("mas20_arm")) if "damping" in s.name]
     assert damping.value == pytest.approx(0.3247)
     assert damping.sd == pytest.approx((0.409 - 0.213) / 3.92, rel=1e-3)
-    env = made(randomize=True, duration=0.02)
+    env = made(randomize=True)
     rng = np.random.default_rng(0)
-    episodes = [env.arms._episodes.draw(rng) for _ in range(300)]
+    episodes = [env.rigs._episodes.draw(rng, USUAL) for _ in range(300)]
     drawn = [episode.values["joint.shaft.damping"] for episode in episodes]
     assert np.mean(drawn) == pytest.approx(damping.value, abs=4 * damping.sd / 300**0.5)
     assert np.std(drawn) == pytest.approx(damping.sd, rel=0.15)
@@ -225,7 +234,7 @@ def test_environments_and_other_scopes_do_not_take_each_others_callbacks(made):
     found = []
     for move in moves:
         pamsim.simulate(rig, pamsim.pressure_step((1e5, 1e5), (1e5, 1e5), duration=0.01))
-        found.append(one.step(move)[4]["angle"])
+        found.append(one.step(move)[4]["position"][0])
     assert np.array_equal(found, alone[1:, -1])
     other.close()
     one.step(moves[0])
@@ -244,21 +253,37 @@ def test_an_environment_begun_inside_another_scope_outlives_it(made):
         env = made()
         env.reset(seed=0)
     assert mujoco.get_mjcb_act_dyn() is None  # the scope has taken them away
-    found = [env.step(move)[4]["angle"] for move in moves]
+    found = [env.step(move)[4]["position"][0] for move in moves]
     assert np.array_equal(found, alone[1:, -1])
 
 
-def test_episodes_end_when_their_time_is_up(made):
-    env = made(duration=0.1)
+def test_episodes_end_after_max_episode_steps(made):
+    env = gymnasium.make(PRESSURE, max_episode_steps=10)
+    assert env.spec.max_episode_steps == 10
     env.reset(seed=0)
     ended = [env.step(np.zeros(2, dtype=np.float32))[3] for _ in range(10)]
     assert ended == [False] * 9 + [True]
+    env.close()
+    assert gymnasium.spec(PRESSURE).max_episode_steps == 400
+
+
+@pytest.mark.parametrize("task", TASKS)
+def test_a_longer_episode_begins_as_a_shorter_one(task, made):
+    env = made(task=task, frame_skip=1)
+    env.reset(seed=1)
+    episode = env.rigs._drawn[0]
+    short, long = (env.rigs._episodes.table(episode, rows) for rows in (401, 1602))
+    assert np.array_equal(long[:401], short)
+    for _ in range(450):  # past the rows that are made at first
+        *_, broken, ended, _ = env.step(np.zeros(2, dtype=np.float32))
+        assert not (broken or ended)
+    assert np.array_equal(env.rigs._table[0], long[:802])
 
 
 def test_a_run_that_breaks_down_terminates_with_finite_observations(made):
     env = made()
     env.reset(seed=0)
-    env.arms._plant.act[0, -1] = np.nan
+    env.rigs.plant.act[0, -1] = np.nan
     for _ in range(3):
         observation, reward, terminated, *_ = env.step(np.zeros(2, dtype=np.float32))
     assert terminated
@@ -286,16 +311,16 @@ def test_a_picture_shows_the_arm(made):
         ({"load": "heavy"}, InputError, "kg"),
         ({"load": -1.0}, ParameterError, "load"),
         ({"start_pressure": 900e3}, InputError, "supply"),
-        ({"duration": math.nan}, ParameterError, "duration"),
+        ({"delay": math.nan}, ParameterError, "delay"),
+        ({"frame_skip": math.nan}, ParameterError, "frame_skip"),
+        ({"action": "pulse"}, InputError, "on_off"),
         ({"rig": "mas20"}, InputError, "mas20_arm"),
         ({"render_mode": "ansi"}, InputError, "rgb_array"),
     ],
 )
 def test_a_bad_option_is_refused_by_name(options, error, message, made):
-    from pamsim.envs.pam_arm import PamArmPressureEnv
-
     with pytest.raises(error, match=message):
-        PamArmPressureEnv(**options)
+        RigEnv(**options)
 
 
 def test_render_without_a_mode_says_how(made):

@@ -1,0 +1,164 @@
+"""Many rigs as one vector environment, stepped by the engine's batch."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from gymnasium.utils import seeding
+from gymnasium.vector import AutoresetMode, VectorEnv
+from gymnasium.vector.utils import batch_space
+from numpy.typing import NDArray
+
+from pamsim.core.errors import InputError
+from pamsim.envs.registration import EPISODE
+from pamsim.envs.reset_options import ResetOptions, reset_options
+from pamsim.envs.rigs import Rigs
+from pamsim.envs.settings import env_settings
+
+FloatArray = NDArray[np.float64]
+
+
+class RigVectorEnv(VectorEnv[FloatArray, NDArray[Any], NDArray[Any]]):
+    """Rigs with episodes of their own, bit-identical to as many single environments.
+
+    Actions, observations, rewards and arguments are those of `pamsim.envs.rig_env.RigEnv`. Rig i is
+    seeded as ``SyncVectorEnv`` seeds its i-th environment. After an episode's end the next step
+    begins a new one and ignores the action. A copy or pickle continues the same episodes.
+
+    Args:
+        num_envs: how many rigs.
+        threads: to step them on; 0 for one per processor.
+        max_episode_steps: after which an episode is truncated.
+        **options: see `pamsim.envs.settings.EnvSettings`.
+
+    Raises:
+        InputError: for an unknown option, or one that does not fit the rig.
+        ParameterError: for a number out of range.
+    """
+
+    # Gymnasium reads it from the class and from the object.
+    metadata: dict[str, Any] = {"autoreset_mode": AutoresetMode.NEXT_STEP}  # noqa: RUF012
+
+    def __init__(
+        self,
+        num_envs: int = 1,
+        *,
+        threads: int = 0,
+        max_episode_steps: int = EPISODE,
+        **options: Any,
+    ) -> None:
+        for name, given in (("num_envs", num_envs), ("max_episode_steps", max_episode_steps)):
+            if given < 1:
+                raise InputError(f"{name} = {given}; give 1 or more")
+        self._arguments = {
+            "num_envs": num_envs,
+            "threads": threads,
+            "max_episode_steps": max_episode_steps,
+            **options,
+        }
+        self.num_envs, self._steps = num_envs, max_episode_steps
+        self.rigs = Rigs(env_settings(options), num_envs, threads, max_episode_steps + 1)
+        self.single_observation_space = self.rigs.observation_space
+        self.single_action_space = self.rigs.action_space
+        self.observation_space = batch_space(self.single_observation_space, num_envs)
+        self.action_space = batch_space(self.single_action_space, num_envs)
+        self._generators: list[np.random.Generator] = [
+            seeding.np_random()[0] for _ in range(num_envs)
+        ]
+        self._over = np.zeros(num_envs, dtype=np.bool_)
+        self._usual = reset_options(None, self.rigs.rig, self.rigs.settings.start_pressure)
+
+    @property
+    def dt(self) -> float:
+        """Time between two actions [s]."""
+        return self.rigs.period
+
+    def reset(
+        self,
+        *,
+        seed: int | list[int | None] | None = None,
+        options: dict[str, Any] | None = None,
+    ) -> tuple[FloatArray, dict[str, Any]]:
+        """Begin new episodes in all rigs, or in those of ``options["reset_mask"]``.
+
+        Args:
+            seed: of the first rig, the others following on it; or one per rig.
+            options: ``reset_mask``: (n,) of bool; and those of `RigEnv.reset`, for all of them.
+
+        Raises:
+            InputError: if there is not one seed or mask entry per rig; for an unknown option.
+            ParameterError: for a number out of range.
+        """
+        asked = dict(options or {})
+        given = asked.pop("reset_mask", None)
+        mask = np.ones(self.num_envs, dtype=np.bool_)
+        if given is not None:
+            mask = np.asarray(given, dtype=np.bool_)
+        seeds = [seed + i for i in range(self.num_envs)] if isinstance(seed, int) else seed
+        for name, each in (("seeds", seeds), ("reset_mask", mask)):
+            if each is not None and len(each) != self.num_envs:
+                raise InputError(f"{len(each)} {name} for {self.num_envs} rigs; give one each")
+        fixed = reset_options(asked, self.rigs.rig, self.rigs.settings.start_pressure)
+        for number, own in enumerate(seeds or []):
+            if own is not None and mask[number]:
+                self._generators[number], _ = seeding.np_random(own)
+        self._begin(mask, fixed)
+        return self.rigs.observation, self._information(mask)
+
+    def step(
+        self, actions: NDArray[Any]
+    ) -> tuple[FloatArray, FloatArray, NDArray[np.bool_], NDArray[np.bool_], dict[str, Any]]:
+        """Hold an action per rig for one period; rigs whose episode is over begin a new one.
+
+        Raises:
+            InputError: for an action that is none, or before the first reset.
+        """
+        over = self._over
+        self.rigs.rewind(over)  # their results of this step are replaced below
+        reward, broken = self.rigs.step(actions)
+        ended = self.rigs.sample >= self._steps
+        if over.any():
+            reward[over], broken[over], ended[over] = 0.0, False, False
+            self._begin(over, self._usual)
+        self._over = broken | ended
+        return (
+            self.rigs.observation,
+            reward,
+            broken,
+            ended,
+            self._information(np.ones(self.num_envs, dtype=np.bool_)),
+        )
+
+    def _information(self, mask: NDArray[np.bool_]) -> dict[str, Any]:
+        """The same as for a single environment, a row per rig; a mask marks the new rows."""
+        shown: dict[str, Any] = {}
+        for name, values in self.rigs.information().items():
+            shown[name], shown[f"_{name}"] = values, mask.copy()
+        return shown
+
+    def close_extras(self, **kwargs: Any) -> None:
+        """Close the simulations."""
+        self.rigs.close()
+
+    def _begin(self, mask: NDArray[np.bool_], asked: ResetOptions) -> None:
+        numbers = np.flatnonzero(mask)
+        self.rigs.reset({int(number): self._generators[number] for number in numbers}, asked)
+        self._over = self._over & ~mask
+
+    def __getstate__(self) -> dict[str, Any]:
+        """Arguments and state."""
+        return {
+            "arguments": self._arguments,
+            "spec": self.spec,
+            "random": self._generators,
+            "over": self._over,
+            "rigs": self.rigs.state(),
+        }
+
+    def __setstate__(self, state: dict[str, Any]) -> None:
+        """Make the environment anew and continue its episodes."""
+        RigVectorEnv.__init__(self, **state["arguments"])
+        self.spec = state["spec"]
+        self._generators, self._over = state["random"], state["over"].copy()
+        self.rigs.restore(state["rigs"])

@@ -1,0 +1,314 @@
+"""Reset and step of rigs in episodes, shared by single and vector environments.
+
+Everything is kept in rows, one per rig, and computed element by element, so that a rig's results
+do not depend on how many others go with it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+import gymnasium
+import numpy as np
+from numpy.typing import NDArray
+
+from pamsim.core.errors import InputError
+from pamsim.engine.chamber_gauge import ChamberGauge
+from pamsim.engine.equilibrium import rest_positions
+from pamsim.envs.actions import KINDS
+from pamsim.envs.episode import STIFFNESS, TORQUE, Episode, Episodes
+from pamsim.envs.instruments import instruments, set_errors
+from pamsim.envs.observation_and_reward import ERROR_SHARE, Rules, first_sample, next_sample
+from pamsim.envs.observed_signals import LIMIT, observed_signals
+from pamsim.envs.plant import ManyRigs, OneRig, Plant
+from pamsim.envs.reach import JointStiffness, moment_arms, reaches_of
+from pamsim.envs.registration import EPISODE
+from pamsim.envs.reset import RestStates
+from pamsim.envs.reset_options import ResetOptions, start_pressures
+from pamsim.envs.settings import EnvSettings
+
+FloatArray = NDArray[np.float64]
+
+_STATE = ("_sample", "_history", "_command", "_measured", "true", "observation")
+"""What changes from step to step besides the plant and the instruments' memory."""
+
+
+class Rigs:
+    """Rigs that are stepped together.
+
+    Args:
+        settings: of the environment.
+        count: how many rigs.
+        threads: to step them on, 0 for one per processor; None for a single rig without a pool.
+        rows: of an episode that are made at first; more when it goes on.
+
+    Attributes:
+        rig: as loaded.
+        supply: pressure that measured and commanded ones are scaled by [Pa].
+        period: between samples [s].
+        reaches: of each joint: what tasks and observations are scaled by.
+        signals: names and scales of observations.
+        actions: names of actions.
+        observation: (n, o) readings and the references of the next sample; not changed afterwards.
+        true: (n, j + m) positions [rad or m] and pressures [Pa] behind it.
+        observation_space: of one rig.
+        action_space: of one rig.
+
+    Raises:
+        InputError: if the rig or an option does not fit.
+    """
+
+    def __init__(
+        self,
+        settings: EnvSettings,
+        count: int,
+        threads: int | None = None,
+        rows: int = EPISODE + 1,
+    ) -> None:
+        self.settings = settings
+        self.rig = rig = settings.loaded_rig()
+        self.kind = KINDS[settings.action]
+        self.supply = rig.supply_pressure
+        self.start_pressure = tuple(start_pressures(settings.start_pressure, rig, 0.0))
+        timestep = float(rig.model.opt.timestep)
+        self.period = settings.frame_skip * timestep
+        muscles = len(rig.muscles)
+        rest = rest_positions(rig, np.full(muscles, 0.5 * self.supply), rig.model.qpos0.copy())
+        arms = moment_arms(rig, rest)
+        self.reaches = reaches_of(rig, rest, arms)
+        self.signals = observed_signals(rig.joints, rig.muscles, self.reaches, self.supply)
+        self.actions = self.kind.names(tuple(rig.muscles))
+        self.observation_space = gymnasium.spaces.Box(
+            -LIMIT, LIMIT, (len(self.signals.names),), np.float64
+        )
+        self.action_space = self.kind.space(muscles)
+        self._episodes = Episodes(settings, rig, self.reaches, self.period)
+        self._rest = RestStates(rig, self.kind, self.period)
+        self._gauge = instruments(settings, rig, count)
+        _, model, _ = self._rest.at({}, settings.load_range[0], self.start_pressure)
+        self.plant: Plant = OneRig(rig) if threads is None else ManyRigs(rig, model, count, threads)
+        self._chambers = ChamberGauge(model, count)
+        self._stiffness = JointStiffness(arms)
+        self._stiff, self._pushed = settings.task == "stiffness", settings.task == "disturbance"
+        delays = [muscle.valve.delay + settings.delay for muscle in rig.muscles.values()]
+        self._stretches, depth = _stretches(
+            [round(delay / timestep) for delay in delays], settings.frame_skip
+        )
+        self._each = np.arange(muscles)
+        self._history = np.empty((count, depth, muscles))
+        self._command = np.empty((count, muscles))
+        self._rules = Rules(
+            centre=self.signals.centre,
+            scale=self.signals.scale,
+            unit=np.array([ERROR_SHARE * reach.travel for reach in self.reaches]),
+            span=self.kind.span(self.supply),
+            effort=float(settings.effort),
+            period=self.period,
+        )
+        self._addresses = rig.position_addresses
+        self._joints, self._all = len(rig.joints), np.arange(count)
+        self._drawn: dict[int, Episode] = {}
+        self._table = np.zeros((count, rows, self._episodes.columns))
+        self._sample = np.zeros(count, dtype=np.int64)
+        self._most = 0  # no sample is beyond it
+        self._measured = np.zeros((count, self._joints + muscles))
+        self.true = np.zeros((count, self._joints + muscles))
+        self.observation = np.zeros((count, len(self.signals.names)))
+
+    def reset(self, generators: Mapping[int, np.random.Generator], asked: ResetOptions) -> None:
+        """Begin new episodes in some rigs, each drawn from its own generator."""
+        drawn = {at: self._episodes.draw(rng, asked) for at, rng in generators.items()}
+        self._put(drawn, {})
+        numbers = list(drawn)
+        self._sample[numbers] = 0
+        for at, episode in drawn.items():
+            self._history[at] = self._command[at] = self.kind.rest(np.array(episode.start_pressure))
+        new = np.isin(self._all, numbers)
+        self.true[new] = self._read()[new]
+        self.observation = self.observation.copy()
+        first_sample(
+            new,
+            self.true,
+            self._gauge,
+            self._measured,
+            self._table,
+            self._rules,
+            self.observation,
+        )
+
+    def _put(self, drawn: Mapping[int, Episode], states: Mapping[int, FloatArray]) -> None:
+        """Give some rigs an episode, from rest or in a state."""
+        rests = {
+            at: self._rest.at(episode.values, episode.load, episode.start_pressure)
+            for at, episode in drawn.items()
+        }
+        self.plant.put(
+            {at: (model, states.get(at, rest)) for at, (_, model, rest) in rests.items()}
+        )
+        self._drawn.update(drawn)
+        for at, (rig, model, _) in rests.items():
+            self._chambers.set_parameters(at, model)
+            self._table[at] = self._episodes.table(drawn[at], self._table.shape[1])
+            set_errors(self._gauge, at, rig, self.period)
+
+    def rewind(self, over: NDArray[np.bool_]) -> None:
+        """Allow further steps of rigs whose episode is over (n,), until they are reset."""
+        self._sample[over] = 0
+
+    def step(self, action: Any) -> tuple[FloatArray, NDArray[np.bool_]]:
+        """Advance all rigs by one period.
+
+        Args:
+            action: (n, ...) of the kind's space.
+
+        Returns:
+            Rewards (n,), and which rigs have broken down (n,).
+
+        Raises:
+            InputError: for an action that is none, or before the first reset.
+            EngineError: if the environment is closed.
+        """
+        if len(self._drawn) < len(self._all):
+            raise InputError("step before reset: call reset() first, it begins an episode")
+        command = self.kind.commands(action, self._command.shape, self.supply)
+        self._most += 1
+        if self._most >= self._table.shape[1]:
+            self._make_room()
+        if self._pushed:
+            block = slice(TORQUE * self._joints, (TORQUE + 1) * self._joints)
+            self.plant.push(self._table[self._all, self._sample, block])
+        self.plant.step(self._late(command))
+        self.true = self._read()
+        # New arrays: the caller may still hold those of the last step.
+        self.observation = np.empty_like(self.observation)
+        reward, broken = np.empty(len(command)), np.empty(len(command), dtype=np.bool_)
+        next_sample(
+            self.true,
+            self._gauge,
+            self._measured,
+            self._table,
+            self._sample,
+            command,
+            self._command,
+            self._rules,
+            self.observation,
+            reward,
+            broken,
+        )
+        if self._stiff:
+            block = slice(STIFFNESS * self._joints, (STIFFNESS + 1) * self._joints)
+            wanted = self._table[self._all, self._sample - 1, block]
+            missed = np.abs(self.stiffness() / wanted - 1.0).mean(axis=1)
+            reward -= np.where(broken, 0.0, missed)
+        return reward, broken
+
+    def _make_room(self) -> None:
+        """Continue the episodes' rows if one of them nears its end."""
+        self._most = int(self._sample.max()) + 1
+        count, rows, columns = self._table.shape
+        if self._most < rows:
+            return
+        self._table = np.empty((count, 2 * rows, columns))
+        for at, episode in self._drawn.items():
+            self._table[at] = self._episodes.table(episode, 2 * rows)
+
+    def _late(self, command: FloatArray) -> list[tuple[int, FloatArray]]:
+        """Commands that reach the valves in a period: time steps and (n, m) of each stretch."""
+        history = self._history
+        if history.shape[1] == 1:
+            return [(self.settings.frame_skip, command)]
+        history[:, 1:] = history[:, :-1]
+        history[:, 0] = command
+        return [(count, history[:, old, self._each]) for count, old in self._stretches]
+
+    @property
+    def sample(self) -> NDArray[np.int64]:
+        """(n,) steps of the running episodes."""
+        return self._sample
+
+    def stiffness(self) -> FloatArray:
+        """(n, j) present stiffness of the joints with shut valves [N m/rad or N/m]."""
+        length = self.plant.length.tolist()
+        pressure = self.true[:, self._joints :].tolist()
+        rows = self.rows.tolist()
+        return np.array(
+            [
+                self._stiffness(row, at, held)
+                for row, at, held in zip(rows, length, pressure, strict=True)
+            ]
+        )
+
+    def information(self) -> dict[str, FloatArray]:
+        """(n, j) true ``position`` [rad or m] and (n, m) ``pressure`` [Pa], gauge."""
+        return {
+            "position": self.true[:, : self._joints].copy(),
+            "pressure": self.true[:, self._joints :].copy(),
+        }
+
+    def warnings(self) -> int:
+        """Number of engine warnings in the running episodes."""
+        return self.plant.warnings()
+
+    def air(self) -> FloatArray:
+        """(n, m) air states y of the chambers, see `pamsim.pneumatics.chamber`."""
+        return self.plant.act[:, self._chambers.air]
+
+    @property
+    def rows(self) -> FloatArray:
+        """(n, m, SIZE) parameters of the muscles as they are in this episode."""
+        return self._chambers.rows
+
+    def state(self) -> dict[str, Any]:
+        """All that the next steps depend on, for `restore`."""
+        return {
+            "drawn": dict(self._drawn),
+            "plant": {at: self.plant.state(at) for at in self._drawn},
+            "memory": (self._gauge.held.copy(), self._gauge.before.copy()),
+            **{name: getattr(self, name).copy() for name in _STATE},
+        }
+
+    def restore(self, state: Mapping[str, Any]) -> None:
+        """Continue from what `state` returned for rigs with the same settings."""
+        if state["drawn"]:
+            self._most = int(state["_sample"].max())
+            rows = self._table.shape[1]
+            while rows <= self._most:
+                rows *= 2
+            self._table = np.zeros((len(self._all), rows, self._episodes.columns))
+            self._put(state["drawn"], state["plant"])
+        for name in _STATE:
+            setattr(self, name, state[name].copy())
+        for own, kept in zip((self._gauge.held, self._gauge.before), state["memory"], strict=True):
+            own[:] = kept
+
+    def close(self) -> None:
+        """Release the callbacks; the rigs cannot be stepped any more."""
+        self.plant.close()
+
+    def _read(self) -> FloatArray:
+        readings = np.empty_like(self.true)
+        readings[:, : self._joints] = self.plant.position[:, self._addresses]
+        self._chambers.read(self.plant.act, self.plant.length, readings[:, self._joints :])
+        return readings
+
+
+def _stretches(
+    delays: list[int], steps: int
+) -> tuple[list[tuple[int, tuple[int, ...]]], int]:
+    """Which commands reach the valves during a period.
+
+    Args:
+        delays: of each muscle, in time steps.
+        steps: time steps of a period.
+
+    Returns:
+        For each stretch of the period its time steps and how many periods old each muscle's command
+        is then; and how many commands have to be remembered.
+    """
+    ends = sorted({delay % steps for delay in delays} - {0})
+    stretches = []
+    for begin, end in zip([0, *ends], [*ends, steps], strict=True):
+        old = tuple(delay // steps + (begin < delay % steps) for delay in delays)
+        stretches.append((end - begin, old))
+    return stretches, 1 + max(max(old) for _, old in stretches)
