@@ -29,7 +29,6 @@ from pamsim.controllers.suite import FAMILIES, Suite
 from pamsim.core.errors import PamsimError
 from pamsim.core.versions import versions
 from pamsim.envs.closed_loop import drive
-from pamsim.envs.pam_arm import PamArmEnv
 from pamsim.envs.scores import Score, mean_score, score
 
 RESULTS = Path("scripts/results/controller_scoreboard.json")
@@ -60,14 +59,13 @@ PLANTS = (
 )
 
 
-def environment(plant: Plant, task: str, command: str) -> PamArmEnv:
+def environment(plant: Plant, task: str, command: str) -> gymnasium.Env:
     """The environment of a plant and task for a kind of command."""
-    name = "pamsim/PamArmPressure-v0" if command == "pressure" else "pamsim/PamArmValve-v0"
     rig = pamsim.load_rig("mas20_arm").with_parameters(plant.values)
-    return gymnasium.make(name, rig=rig, task=task, load=plant.load).unwrapped
+    return gymnasium.make("pamsim/Rig-v0", rig=rig, action=command, task=task, load=plant.load)
 
 
-def driven(env: PamArmEnv, controller: Controller, seeds: tuple[int, ...]) -> Score:
+def driven(env: gymnasium.Env, controller: Controller, seeds: tuple[int, ...]) -> Score:
     """Mean score over some episodes."""
     return mean_score([score(drive(env, controller, seed)) for seed in seeds])
 
@@ -98,7 +96,7 @@ def rows_of(plant: Plant, bar: tqdm) -> list[dict[str, object]]:
             bar.update()
         for trained in POLICIES:
             path = RESULTS.parent / f"policy_{trained}.npz"
-            policy = NeuralPolicy.read(path, supply=pressure.arms.supply)
+            policy = NeuralPolicy.read(path, rig)
             name = f"policy trained on {trained}"
             rows.append(row(plant, task, name, None, driven(pressure, policy, SEEDS)))
             bar.update()

@@ -19,15 +19,15 @@ import numpy as np
 from tqdm import tqdm
 
 import pamsim.envs  # registers the environments
-from pamsim.envs.registration import ENVIRONMENTS
+from pamsim.envs.registration import ARMS
 
-ARMS, DURATION, FRAME_SKIP = 200, 2.0, 40
+RIGS, STEPS, FRAME_SKIP = 200, 100, 40
 RESULTS = Path("scripts/results/random_episodes.json")
 
 
 def play(name: str, episodes: int) -> dict[str, object]:
     """Random episodes of one environment."""
-    rounds = -(-episodes // ARMS)
+    rounds = -(-episodes // RIGS)
     rng = np.random.default_rng(0)
     lowest, highest = np.inf, -np.inf
     broken = warnings = strange = 0
@@ -36,33 +36,33 @@ def play(name: str, episodes: int) -> dict[str, object]:
         wild = number % 3 == 2
         env = gymnasium.make_vec(
             name,
-            num_envs=ARMS,
+            num_envs=RIGS,
             vectorization_mode="vector_entry_point",
-            duration=DURATION,
+            max_episode_steps=STEPS,
             frame_skip=FRAME_SKIP,
             task="disturbance" if wild else "step",
             load=(0.0, 2.5) if wild else 1.2,
             randomize=wild,
         )
-        supply = env.arms.supply
+        supply = env.rigs.supply
         env.action_space.seed(number)
-        env.reset(seed=ARMS * number)
+        env.reset(seed=RIGS * number)
         held = np.zeros(ARMS, dtype=int)
         action = env.action_space.sample()
-        for _ in range(env.arms.samples):
+        for _ in range(STEPS):
             new = held == 0
             action[new] = env.action_space.sample()[new]
-            held = np.where(new, rng.integers(1, 21, ARMS), held) - 1
+            held = np.where(new, rng.integers(1, 21, RIGS), held) - 1
             observation, reward, terminated, _, info = env.step(action)
             strange += int((~np.isfinite(observation)).sum() + (~np.isfinite(reward)).sum())
             broken += int(terminated.sum())
             lowest = min(lowest, float(info["pressure"].min()))
             highest = max(highest, float(info["pressure"].max()))
-        warnings += env.arms.warnings()
+        warnings += env.rigs.warnings()
         env.close()
     return {
         "environment": name,
-        "episodes": rounds * ARMS,
+        "episodes": rounds * RIGS,
         "broke_down": broken,
         "engine_warnings": warnings,
         "not_finite": strange,
@@ -78,12 +78,12 @@ def main() -> int:
     parser.add_argument("--episodes", type=int, default=10_000)
     parser.add_argument("--json", type=Path, default=RESULTS)
     options = parser.parse_args()
-    rows = [play(name, options.episodes) for name in ENVIRONMENTS]
+    rows = [play(name, options.episodes) for name in ARMS]
     page = {
         "command": f"python scripts/random_episodes.py --episodes {options.episodes}",
         "pamsim": pamsim.__version__,
-        "arms": ARMS,
-        "duration_s": DURATION,
+        "rigs": RIGS,
+        "steps": STEPS,
         "frame_skip": FRAME_SKIP,
         "rows": rows,
     }

@@ -24,7 +24,6 @@ from pamsim.core.versions import versions
 from pamsim.diagnosis.diagnose import diagnose
 from pamsim.engine.rig import Rig, load_rig
 from pamsim.envs.closed_loop import drive
-from pamsim.envs.pam_arm import PamArmEnv
 from pamsim.envs.scores import mean_score, score
 from pamsim.twins.hide import hide
 
@@ -37,12 +36,14 @@ LOAD = 1.2
 TUNING, SEEDS = (1000, 1005, 1012), (0, 1, 2, 3, 4)  # as the scoreboard
 
 
-def environment(rig: Rig, task: str) -> PamArmEnv:
+def environment(rig: Rig, task: str) -> gymnasium.Env:
     """The environment of a rig."""
-    return gymnasium.make("pamsim/PamArmPressure-v0", rig=rig, task=task, load=LOAD).unwrapped
+    return gymnasium.make("pamsim/PamArmPressure-v0", rig=rig, task=task, load=LOAD)
 
 
-def rmse(env: PamArmEnv, suite: Suite, name: str, value: float, seeds: tuple[int, ...]) -> float:
+def rmse(
+    env: gymnasium.Env, suite: Suite, name: str, value: float, seeds: tuple[int, ...]
+) -> float:
     """Of a controller [rad]; infinite for one that cannot be designed."""
     try:
         controller = FAMILIES[name].make(suite, value)

@@ -59,7 +59,8 @@ class LeadLag:
             goal, observation.joint.reference_rate, observation.joint.reference_acceleration
         )
         errors = (
-            present_reference(observation.joint, self.design.period)[0] - observation.joint.position,
+            present_reference(observation.joint, self.design.period)[0]
+            - observation.joint.position,
             *memory.errors,
         )
         # Limited first: the filter must not compensate a reference that is out of reach.

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from pamsim.controllers.controller import Observation
+from pamsim.controllers.controller import Command, Observation
 from pamsim.controllers.pressure_split import PressureSplit
 
 
@@ -30,6 +30,6 @@ class LinearisationPoint:
         """Departure [Pa] that remains of a wanted one after the limits."""
         return self.split.given(self.difference + departure) - self.difference
 
-    def pressures(self, departure: float) -> tuple[float, float]:
+    def pressures(self, departure: float) -> Command:
         """Pressures for a departure from the point's difference, gauge [Pa]."""
         return self.split.pressures(self.difference + departure)

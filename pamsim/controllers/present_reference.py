@@ -18,6 +18,4 @@ def present_reference(joint: JointObservation, period: float) -> tuple[float, fl
     """
     acceleration = joint.reference_acceleration
     rate = joint.reference_rate - period * acceleration
-    return joint.reference - period * (
-        joint.reference_rate - 0.5 * period * acceleration
-    ), rate
+    return joint.reference - period * (joint.reference_rate - 0.5 * period * acceleration), rate

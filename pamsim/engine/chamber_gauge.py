@@ -10,7 +10,7 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
-from pamsim.actuator.kernel import gauge_pressure
+from pamsim.actuator.kernel import sensed_pressure
 from pamsim.actuator.layout import AIR
 from pamsim.engine.callback import muscle_ids
 
@@ -62,7 +62,7 @@ def _compiled() -> _Read:
     from pamsim.engine import compiled
 
     compiled.compiled_callbacks()  # hands the kernel's functions to numba
-    key = compiled.fingerprint(compiled.reached_functions(gauge_pressure))
+    key = compiled.fingerprint(compiled.reached_functions(sensed_pressure))
     mark: Any = compiled._keyed_by
 
     @numba.njit(cache=True, nogil=True, error_model="numpy")
@@ -71,7 +71,7 @@ def _compiled() -> _Read:
         for arm in range(pressure.shape[0]):
             for muscle in range(pressure.shape[1]):
                 begin = first[muscle]
-                pressure[arm, muscle] = gauge_pressure(
+                pressure[arm, muscle] = sensed_pressure(
                     rows[arm, muscle],
                     act[arm, begin : begin + count[muscle]],
                     length[arm, out[muscle]],

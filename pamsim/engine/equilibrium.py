@@ -74,9 +74,15 @@ def rest_angles(
     for mass in np.unique(load):
         still = _StillRig(rig, float(mass), data)
         for i in np.flatnonzero(load == mass):
-            torques = still.torques(pressure[i].tolist())
-            angle[i] = _first_balance(lambda at: torques((at,))[0], float(begin[i]), stride)
+            torque = _of_one_joint(still.torques(pressure[i].tolist()))
+            angle[i] = _first_balance(torque, float(begin[i]), stride)
     return angle
+
+
+def _of_one_joint(
+    torques: Callable[[Sequence[float] | FloatArray], list[float]],
+) -> Callable[[float], float]:
+    return lambda angle: torques((angle,))[0]
 
 
 def rest_positions(rig: Rig, pressure: FloatArray, near: FloatArray) -> FloatArray:
@@ -160,7 +166,9 @@ class _StillRig:
             for i in muscle_ids(model)
         ]
 
-    def torques(self, pressure: list[float]) -> Callable[[Sequence[float]], list[float]]:
+    def torques(
+        self, pressure: list[float]
+    ) -> Callable[[Sequence[float] | FloatArray], list[float]]:
         """Position to the torques on the joints [N m or N], all at rest at gauge pressures [Pa]."""
         model, data = self._model, self._data
         # Views of the engine's arrays: fetching one costs as much as reading it.
@@ -168,7 +176,7 @@ class _StillRig:
         places = [_places(model, data, tendon) for tendon, _ in self._muscles]
         passive, bias = data.qfrc_passive, data.qfrc_bias
 
-        def at(where: Sequence[float]) -> list[float]:
+        def at(where: Sequence[float] | FloatArray) -> list[float]:
             position[:] = where
             mujoco.mj_fwdPosition(model, data)
             mujoco.mj_fwdVelocity(model, data)

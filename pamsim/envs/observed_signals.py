@@ -16,8 +16,8 @@ FloatArray = NDArray[np.float64]
 LIMIT = 10.0
 """Observations are clipped to +-LIMIT; those of a rig that works stay far inside."""
 
-_PACE = 2.0 * math.pi
-"""Of the fastest reference, 1 Hz: scales rates and accelerations [rad/s]."""
+_PACE = math.pi
+"""Of a reference of 0.5 Hz: scales rates and accelerations [rad/s]."""
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -76,6 +76,4 @@ def observed_signals(
         unit = "N m/rad" if kind == "angle" else "N/m"
         rows.append((f"{name}.stiffness_set", unit, 0.0, reach.stiffness[1]))
     names, units, centre, scale = zip(*rows, strict=True)
-    return ObservedSignals(
-        names=names, units=units, centre=np.array(centre), scale=np.array(scale)
-    )
+    return ObservedSignals(names=names, units=units, centre=np.array(centre), scale=np.array(scale))

@@ -17,6 +17,16 @@ from pamsim.scene.pose import muscle_lengths, pose
 MODES = (None, "rgb_array", "human")
 
 
+def check_mode(mode: str | None) -> None:
+    """Check a render mode.
+
+    Raises:
+        InputError: if there is no such mode.
+    """
+    if mode not in MODES:
+        raise InputError(f"no render mode {mode!r}; known: rgb_array, human")
+
+
 class RigPicture:
     """Draws the first of an environment's rigs; OpenGL starts with the first picture.
 
@@ -25,14 +35,9 @@ class RigPicture:
         mode: one of `MODES`.
         width: [px].
         height: [px].
-
-    Raises:
-        InputError: if there is no such mode.
     """
 
     def __init__(self, rigs: Rigs, mode: str | None, width: int, height: int) -> None:
-        if mode not in MODES:
-            raise InputError(f"no render mode {mode!r}; known: rgb_array, human")
         self._rigs, self._mode, self._size = rigs, mode, (width, height)
         self._model: mujoco.MjModel | None = None
         self._shown: Any = None

@@ -45,7 +45,7 @@ def fixed_tendons(model: mujoco.MjModel) -> FloatArray | None:
 @numba.njit(cache=True, nogil=True)
 def _lengths(jacobian, position):
     """Lengths (n, nout) of fixed tendons, each summed in one order however many rigs there are."""
-    lengths = np.empty(jacobian.shape[:2])
+    lengths = np.empty((jacobian.shape[0], jacobian.shape[1]))
     for rig in range(lengths.shape[0]):
         for out in range(lengths.shape[1]):
             length = 0.0
@@ -99,12 +99,18 @@ class OneRig:
 
     Args:
         rig: whose joints are pushed.
+        model: at first.
+        state: of it.
+
+    Attributes:
+        model: now.
+        data: of it.
     """
 
-    def __init__(self, rig: Rig) -> None:
+    def __init__(self, rig: Rig, model: mujoco.MjModel, state: FloatArray) -> None:
         self._dofs = rig.velocity_addresses
         self._held = HeldCallbacks()
-        self._jacobian: FloatArray | None = None
+        self.put({0: (model, state)})
 
     def put(self, states: dict[int, tuple[mujoco.MjModel, FloatArray]]) -> None:
         """See `Plant.put`."""

@@ -1,4 +1,4 @@
-"""What the joints of a rig can do: where they go, how stiff they can be made, how hard they pull."""
+"""What the joints of a rig can do: where they go, how stiff they can be, how hard they pull."""
 
 from __future__ import annotations
 
@@ -128,10 +128,11 @@ def reaches_of(rig: Rig, rest: FloatArray, arms: FloatArray) -> tuple[Reach, ...
     ]
     found = []
     for joint, name in enumerate(rig.joints):
-        pull = np.where(np.abs(arms[:, joint]) > _LEAST_ARM, -np.sign(arms[:, joint]), 0.0)
+        moves = np.abs(arms[:, joint]) > _LEAST_ARM
+        # Pressure shortens a muscle, and lengthens an actuator that pushes.
+        way = np.where(moves, -np.sign(arms[:, joint]) * np.sign(change), 0.0)
         ends = [
-            rest_positions(rig, 0.5 * supply * (1.0 + way * pull), rest)
-            for way in (1.0, -1.0)
+            rest_positions(rig, 0.5 * supply * (1.0 + side * way), rest) for side in (1.0, -1.0)
         ]
         most, least = (float(end[rig.position_addresses[joint]]) for end in ends)
         if not most - least > _LEAST_TRAVEL:

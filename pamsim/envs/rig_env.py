@@ -10,11 +10,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pamsim.envs.actions import as_array
-from pamsim.envs.picture import RigPicture
+from pamsim.envs.picture import RigPicture, check_mode
 from pamsim.envs.plant import OneRig
 from pamsim.envs.reset_options import reset_options
 from pamsim.envs.rigs import Rigs
 from pamsim.envs.settings import env_settings
+from pamsim.scene.picture import has_screen
 
 FloatArray = NDArray[np.float64]
 
@@ -26,67 +27,64 @@ class RigEnv(gymnasium.Env[FloatArray, NDArray[Any]]):
 
     Pneumatic muscles move the joints of a rig. The task asks for positions of the joints, or for
     positions and stiffness. Chamber pressures, hysteresis, valves and delay are part of the state.
-    With j recorded joints and m muscles (`mas20_arm`: 1 and 2, `two_joint_arm`: 2 and 4):
+    Below, a rig has j recorded joints and m muscles: `mas20_arm` 1 and 2, `two_joint_arm` 2 and 4.
 
     ## Action Space
 
-    ``action="pressure"`` (default): set points that a regulator per muscle keeps, `Box(-1, 1, (m,))`.
+    Set points that a regulator per muscle keeps (``action="pressure"``, the default) or openings of
+    continuous valves (``action="valve"``): `Box(-1, 1, (m,))`. i counts the muscles from 0.
 
-    | index | action | -1 | 1 | name | in the MJCF |
-    |---|---|---|---|---|---|
-    | i = 0 .. m - 1 | set point of muscle i | 0 kPa | supply pressure | ``<muscle>.pressure_set`` | actuator ``<muscle>`` |
+    | index | action | -1 | 1 | name |
+    |---|---|---|---|---|
+    | i | set point of muscle i | 0 kPa | supply pressure | ``<muscle>.pressure_set`` |
+    | i | opening of muscle i's valves | to exhaust | to supply | ``<muscle>.valve`` |
 
-    ``action="valve"``: openings of continuous valves, `Box(-1, 1, (m,))`.
+    On/off valves (``action="on_off"``), open or shut for a whole period: `MultiBinary(2 m)`.
 
-    | index | action | -1 | 1 | name | in the MJCF |
-    |---|---|---|---|---|---|
-    | i = 0 .. m - 1 | valves of muscle i, 0: shut | open to exhaust | open to supply | ``<muscle>.valve`` | actuator ``<muscle>`` |
+    | index | action | 0 | 1 | name |
+    |---|---|---|---|---|
+    | 2 i | supply valve of muscle i | shut | open | ``<muscle>.fill`` |
+    | 2 i + 1 | exhaust valve of muscle i | shut | open | ``<muscle>.vent`` |
 
-    ``action="on_off"``: on/off valves, each open (1) or shut (0) for a whole period, `MultiBinary(2m)`.
-
-    | index | action | name | in the MJCF |
-    |---|---|---|---|
-    | 2i | supply valve of muscle i | ``<muscle>.fill`` | actuator ``<muscle>`` |
-    | 2i + 1 | exhaust valve of muscle i | ``<muscle>.vent`` | actuator ``<muscle>`` |
-
-    If both valves of a muscle are to open, both stay shut. Numbers beyond -1 and 1 count as -1 and 1.
-    NaN, infinity, another shape, and anything but 0 and 1 for an on/off valve are errors.
+    Numbers beyond -1 and 1 count as -1 and 1. NaN, infinity, another shape, and anything but 0 and
+    1 for an on/off valve are errors. If both valves of a muscle are to open, both stay shut.
 
     ## Observation Space
 
-    `Box(-10, 10, (6j + m,))`, every number (signal - centre) / scale, of the order of 1.
-    `signals.names`, `.units`, `.centre` and `.scale` list them, `signals.named(observation)` gives
-    the signals in SI. Centre c and travel r are those of each joint, see below; P is the supply
-    pressure, w = 2 pi/s.
+    `Box(-10, 10, (6 j + m,))`. Each number is (signal - centre) / scale, which is of the order of
+    1. `rigs.signals` has names, units, centres and scales; `rigs.signals.named(observation)` gives
+    the signals in SI. P is the supply pressure, w is pi/s; c and r are of each joint, see below.
 
-    | index | observed | centre | scale | name | in the MJCF |
+    | count | signal | centre | scale | name | in the MJCF |
     |---|---|---|---|---|---|
-    | 0 .. j - 1 | measured position | c | r | ``<joint>.angle`` or ``.position`` | joint ``<joint>`` |
-    | j .. 2j - 1 | its rate: difference over the period | 0 | w r | ``<joint>.velocity`` | |
-    | 2j .. 2j + m - 1 | measured pressure | P/2 | P/2 | ``<muscle>.pressure`` | actuator ``<muscle>`` |
-    | then j | wanted position at the end of the coming step | c | r | ``<joint>.angle_set`` | |
-    | then j | its rate | 0 | w r | ``<joint>.velocity_set`` | |
-    | then j | its acceleration | 0 | w^2 r | ``<joint>.acceleration_set`` | |
-    | then j | wanted stiffness, 0 if free | 0 | the largest asked for | ``<joint>.stiffness_set`` | |
+    | j | measured position | c | r | ``<joint>.angle``, ``.position`` | joint |
+    | j | its difference over the period, per time | 0 | w r | ``<joint>.velocity`` | |
+    | m | measured pressure | P/2 | P/2 | ``<muscle>.pressure`` | actuator |
+    | j | wanted position at the end of the coming step | c | r | ``<joint>.angle_set`` | |
+    | j | its rate | 0 | w r | ``<joint>.velocity_set`` | |
+    | j | its acceleration | 0 | w^2 r | ``<joint>.acceleration_set`` | |
+    | j | wanted stiffness, 0 if free | 0 | largest wanted | ``<joint>.stiffness_set`` | |
 
-    c and r follow from the rig: the joint goes from c - 2r to c + 2r, without load, when the muscles
-    that pull it one way have the supply pressure and those that pull it the other way none. Tasks
-    ask for positions from c - r to c + r (`pamsim.envs.reach`).
+    Without load a joint goes from c - 2 r to c + 2 r, when the muscles that move it one way have
+    the supply pressure, those that move it the other way none, and all others half of it. Tasks ask
+    for positions from c - r to c + r (`pamsim.envs.reach`).
 
     ## Rewards
 
-    Minus the mean over the joints of the error of the true position at the end of the step, in units
-    of r/4; minus ``effort`` times the mean over the muscles of the squared change of the command
-    (half the supply pressure, or the full opening of a valve, counts as 1); in the task
-    ``stiffness`` minus the mean relative error of the stiffness. -100 in a step in which the
-    simulation breaks down.
+    - minus the mean over the joints of the error of the true position at the end of the step, in
+      units of r/4;
+    - minus ``effort`` times the mean over the muscles of the squared change of the command; half
+      the supply pressure, or the full opening of a valve, counts as 1;
+    - in the task ``stiffness``, minus the mean relative error of the stiffness.
+
+    A step in which the simulation breaks down is rewarded by -100.
 
     ## Starting State
 
     At rest with ``start_pressure`` in all muscles. References, load, parameters and noise are drawn
-    from the environment's seed. `reset(options=...)` takes ``load`` [kg], ``start_pressure`` [Pa, or
-    muscle -> Pa], ``target`` (joint -> position [rad or m], asked for all the time) and
-    ``parameters`` (as `Rig.with_parameters` takes them [SI]) for this episode.
+    from the environment's seed. For one episode, ``options`` of `reset` fix ``load`` [kg],
+    ``start_pressure`` [Pa, or muscle -> Pa], ``target`` (joint -> position [rad or m] asked for all
+    the time) and ``parameters`` (as `Rig.with_parameters` takes them [SI]).
 
     ## Episode End
 
@@ -102,8 +100,8 @@ class RigEnv(gymnasium.Env[FloatArray, NDArray[Any]]):
     ``rgb_array``, ``human`` or None, ``width`` and ``height`` are those of pictures [px].
 
     `model` and `data` are MuJoCo's, `dt` is the time between two actions [s]. The information of
-    `reset` and `step` holds the true ``position`` (j,) [rad or m] and ``pressure`` (m,) [Pa, gauge].
-    An environment can be copied and pickled; the copy continues the same episode.
+    `reset` and `step` holds the true ``position`` (j,) [rad or m] and ``pressure`` (m,) [Pa]. An
+    environment can be copied and pickled; the copy continues the same episode.
 
     ## Version History
 
@@ -125,6 +123,7 @@ class RigEnv(gymnasium.Env[FloatArray, NDArray[Any]]):
         height: int = 400,
         **options: Any,
     ) -> None:
+        check_mode(render_mode)
         self._arguments = {
             "render_mode": render_mode,
             "width": width,
@@ -134,7 +133,10 @@ class RigEnv(gymnasium.Env[FloatArray, NDArray[Any]]):
         self.rigs = Rigs(env_settings(options), 1)
         self.observation_space = self.rigs.observation_space
         self.action_space = self.rigs.action_space
-        self.metadata = {**self.metadata, "render_fps": round(1.0 / self.rigs.period)}
+        self.metadata = {
+            "render_modes": ["human", "rgb_array"] if has_screen() else ["rgb_array"],
+            "render_fps": round(1.0 / self.rigs.period),
+        }
         self.render_mode = render_mode
         self._picture = RigPicture(self.rigs, render_mode, width, height)
 
@@ -145,19 +147,19 @@ class RigEnv(gymnasium.Env[FloatArray, NDArray[Any]]):
 
     @property
     def model(self) -> mujoco.MjModel:
-        """Model of the running episode, with its load and parameters; the rig's before the first."""
-        return getattr(self.rigs.plant, "model", self.rigs.rig.model)
+        """Model of the running episode, with its load and parameters."""
+        return self._plant.model
 
     @property
     def data(self) -> mujoco.MjData:
-        """State of the running episode.
+        """State of the running episode."""
+        return self._plant.data
 
-        Raises:
-            InputError: before the first reset.
-        """
+    @property
+    def _plant(self) -> OneRig:
         plant = self.rigs.plant
         assert isinstance(plant, OneRig)
-        return plant.data
+        return plant
 
     def reset(
         self, *, seed: int | None = None, options: dict[str, Any] | None = None

@@ -86,8 +86,10 @@ class Rigs:
         self._episodes = Episodes(settings, rig, self.reaches, self.period)
         self._rest = RestStates(rig, self.kind, self.period)
         self._gauge = instruments(settings, rig, count)
-        _, model, _ = self._rest.at({}, settings.load_range[0], self.start_pressure)
-        self.plant: Plant = OneRig(rig) if threads is None else ManyRigs(rig, model, count, threads)
+        _, model, state = self._rest.at({}, settings.load_range[0], self.start_pressure)
+        self.plant: Plant = (
+            OneRig(rig, model, state) if threads is None else ManyRigs(rig, model, count, threads)
+        )
         self._chambers = ChamberGauge(model, count)
         self._stiffness = JointStiffness(arms)
         self._stiff, self._pushed = settings.task == "stiffness", settings.task == "disturbance"
@@ -293,9 +295,7 @@ class Rigs:
         return readings
 
 
-def _stretches(
-    delays: list[int], steps: int
-) -> tuple[list[tuple[int, tuple[int, ...]]], int]:
+def _stretches(delays: list[int], steps: int) -> tuple[list[tuple[int, tuple[int, ...]]], int]:
     """Which commands reach the valves during a period.
 
     Args:

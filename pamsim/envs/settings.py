@@ -14,11 +14,17 @@ from pamsim.envs.reset_options import LOAD, PRESSURE
 from pamsim.envs.tasks import TASKS
 
 _RANGES: dict[str, FieldSpec] = {
-    "frame_skip": FieldSpec(unit="1", low=1.0, high=1e4, low_open=False, doc="time steps per action"),
+    "frame_skip": FieldSpec(
+        unit="1", low=1.0, high=1e4, low_open=False, doc="time steps per action"
+    ),
     "load": LOAD,
     "start_pressure": PRESSURE,
-    "angle_noise": FieldSpec(unit="rad or m", low=0.0, high=1.0, low_open=False, doc="standard deviation"),
-    "pressure_noise": FieldSpec(unit="Pa", low=0.0, high=1e6, low_open=False, doc="standard deviation"),
+    "angle_noise": FieldSpec(
+        unit="rad or m", low=0.0, high=1.0, low_open=False, doc="standard deviation"
+    ),
+    "pressure_noise": FieldSpec(
+        unit="Pa", low=0.0, high=1e6, low_open=False, doc="standard deviation"
+    ),
     "delay": FieldSpec(unit="s", low=0.0, high=1.0, low_open=False, doc="of commands"),
     "effort": FieldSpec(unit="1", low=0.0, high=1e3, low_open=False, doc="weight in the reward"),
 }

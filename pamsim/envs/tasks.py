@@ -135,7 +135,7 @@ TASKS: Mapping[str, Task] = MappingProxyType(
 def _tones(
     time: FloatArray, reach: Reach, height: FloatArray, turn: FloatArray, phase: FloatArray
 ) -> TaskSignals:
-    """A sum of sines about the centre under an envelope that grows smoothly over the first second."""
+    """Sines about the centre under an envelope that grows smoothly over the first second."""
     along = np.minimum(time, 1.0)
     envelope = along**3 * (10.0 - 15.0 * along + 6.0 * along**2)
     slope = np.where(time < 1.0, 30.0 * along**2 * (1.0 - along) ** 2, 0.0)

@@ -11,6 +11,7 @@ from __future__ import annotations
 
 import math
 import os
+import sys
 from collections.abc import Sequence
 from pathlib import Path
 
@@ -158,6 +159,7 @@ def open_renderer(model: mujoco.MjModel, *, width: int, height: int) -> mujoco.R
     Raises:
         EngineError: OpenGL cannot start.
     """
+    _draw_without_screen()
     view = model.vis.global_
     asked = view.offwidth, view.offheight
     view.offwidth, view.offheight = max(width, asked[0]), max(height, asked[1])
@@ -171,6 +173,26 @@ def open_renderer(model: mujoco.MjModel, *, width: int, height: int) -> mujoco.R
         ) from error
     finally:
         view.offwidth, view.offheight = asked
+
+
+def has_screen() -> bool:
+    """Whether a window can be opened; taken for granted but on Linux."""
+    return sys.platform != "linux" or any(map(os.environ.get, ("DISPLAY", "WAYLAND_DISPLAY")))
+
+
+def _draw_without_screen() -> None:
+    """Have MuJoCo draw by EGL where there is no screen and ``MUJOCO_GL`` does not choose.
+
+    MuJoCo chooses when it is imported, for a screen. If EGL is not there, its error is shown.
+    """
+    if has_screen() or os.environ.get("MUJOCO_GL"):
+        return
+    os.environ.setdefault("PYOPENGL_PLATFORM", "egl")
+    try:
+        from mujoco.egl import GLContext
+    except (ImportError, AttributeError, OSError):
+        return
+    sys.modules[mujoco.Renderer.__module__].gl_context.GLContext = GLContext
 
 
 def decorate(

@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from itertools import pairwise
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -41,17 +42,17 @@ class PolicyFile:
 
 def write_policy(path: Path, policy: PolicyFile) -> None:
     """Write a policy as an ``.npz``."""
-    np.savez_compressed(
-        path,
-        joints=np.array(policy.joints),
-        muscles=np.array(policy.muscles),
-        command=np.array(policy.command),
-        supply=np.array(policy.supply),
-        centre=policy.centre,
-        scale=policy.scale,
-        **{f"w_{k}": weight for k, weight in enumerate(policy.weights)},
-        **{f"b_{k}": bias for k, bias in enumerate(policy.biases)},
-    )
+    arrays: dict[str, Any] = {
+        "joints": policy.joints,
+        "muscles": policy.muscles,
+        "command": policy.command,
+        "supply": policy.supply,
+        "centre": policy.centre,
+        "scale": policy.scale,
+    }
+    for k, (weight, bias) in enumerate(zip(policy.weights, policy.biases, strict=True)):
+        arrays[f"w_{k}"], arrays[f"b_{k}"] = weight, bias
+    np.savez_compressed(path, **arrays)
 
 
 def read_policy(path: Path) -> PolicyFile:

@@ -25,8 +25,9 @@ import mujoco
 import numpy as np
 
 import pamsim.envs
-from pamsim.envs.registration import ENVIRONMENTS
+from pamsim.envs.registration import ARMS
 
+VECTOR = "pamsim/PamArmPressure-v0"
 PEER = "InvertedPendulum-v5"
 FRAME_SKIPS = (2, 5, 10, 40)
 """The peer's own first, ours last."""
@@ -93,7 +94,7 @@ def main() -> None:
     target = parser.parse_args().json
     rows = []
     for frame_skip in FRAME_SKIPS:
-        for name in ENVIRONMENTS:
+        for name in ARMS:
             own, ratio = compare(single(name, frame_skip), single(PEER, frame_skip))
             rows.append(_row(name, frame_skip, 1, own, ratio))
         for count in COUNTS:
@@ -101,7 +102,7 @@ def main() -> None:
             own, ratio = compare(
                 many(
                     gymnasium.make_vec(
-                        ENVIRONMENTS[0],
+                        VECTOR,
                         num_envs=count,
                         vectorization_mode="vector_entry_point",
                         frame_skip=frame_skip,
@@ -110,7 +111,7 @@ def main() -> None:
                 ),
                 many(gymnasium.vector.SyncVectorEnv(peers)),
             )
-            rows.append(_row(ENVIRONMENTS[0], frame_skip, count, own, ratio))
+            rows.append(_row(VECTOR, frame_skip, count, own, ratio))
     if target:
         page = {
             "command": "python scripts/benchmarks/environment_steps.py",

@@ -18,7 +18,6 @@ from pamsim.envs.registration import ENVIRONMENT
 from pamsim.envs.scores import mean_score, score
 from pamsim.store.policy_file import read_policy
 
-
 RIG = pamsim.load_rig("mas20_arm")
 
 
@@ -166,7 +165,9 @@ def test_a_policy_sees_what_the_environment_shows(tmp_path, made):
     signals = env.unwrapped.rigs.signals
     observation, _ = env.reset(seed=4)
     for k in range(20):
-        hidden = np.tanh(numbers["w_0"] @ (signals.si(observation) / numbers["scale"]) + numbers["b_0"])
+        hidden = np.tanh(
+            numbers["w_0"] @ (signals.si(observation) / numbers["scale"]) + numbers["b_0"]
+        )
         fixed = np.clip(numbers["w_1"] @ hidden + numbers["b_1"], -1.0, 1.0)
         observation, *_, info = env.step(fixed.astype(np.float32))
         assert info["position"] == pytest.approx(run.position[k], abs=1e-9)

@@ -17,7 +17,7 @@ import pamsim
 from pamsim.core.errors import EngineError, InputError, ParameterError
 from pamsim.core.experiment import Experiment
 from pamsim.envs.actions import KINDS
-from pamsim.envs.registration import ARMS, ENVIRONMENT
+from pamsim.envs.registration import ENVIRONMENT
 from pamsim.envs.reset_options import ResetOptions
 from pamsim.envs.rig_env import RigEnv
 from pamsim.envs.tasks import TASKS
@@ -276,7 +276,8 @@ def test_a_longer_episode_begins_as_a_shorter_one(task, made):
     assert np.array_equal(long[:401], short)
     for _ in range(450):  # past the rows that are made at first
         *_, broken, ended, _ = env.step(np.zeros(2, dtype=np.float32))
-        assert not (broken or ended)
+        assert not broken
+        assert not ended
     assert np.array_equal(env.rigs._table[0], long[:802])
 
 

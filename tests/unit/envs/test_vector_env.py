@@ -42,7 +42,9 @@ VARIANTS = (
 
 
 @pytest.mark.parametrize("name", ARMS)
-@pytest.mark.parametrize("options", VARIANTS, ids=[" ".join(map(str, v.values())) for v in VARIANTS])
+@pytest.mark.parametrize(
+    "options", VARIANTS, ids=[" ".join(map(str, v.values())) for v in VARIANTS]
+)
 def test_same_results_as_single_environments(name, options, both):
     many, single = both(name, max_episode_steps=20, frame_skip=10, **options)
     assert many.observation_space == single.observation_space
@@ -87,7 +89,9 @@ def test_lengths_by_the_jacobian_are_the_engine_s(rig, muscles, monkeypatch, bot
         monkeypatch.setattr(plant, "fixed_tendons", fixed_tendons)
         for env in both(ENVIRONMENT, rig=rig, action="valve", frame_skip=10):
             env.reset(seed=2)
-            rows = [env.step(np.full((RIGS, muscles), push, np.float32))[0] for push in (0.4, -0.7, 0.1)]
+            rows = [
+                env.step(np.full((RIGS, muscles), push, np.float32))[0] for push in (0.4, -0.7, 0.1)
+            ]
             found.append(rows)
     assert all(np.array_equal(rows, found[0]) for rows in found)
 
@@ -135,7 +139,11 @@ def test_an_arm_that_breaks_down_leaves_the_others_alone(both):
 
 @pytest.mark.parametrize(
     ("count", "call", "message"),
-    [(0, None, "num_envs"), (2, {"seed": [1]}, "seeds"), (2, {"options": {"reset_mask": [1]}}, "mask")],
+    [
+        (0, None, "num_envs"),
+        (2, {"seed": [1]}, "seeds"),
+        (2, {"options": {"reset_mask": [1]}}, "mask"),
+    ],
 )
 def test_bad_input_is_refused(count, call, message):
     with (

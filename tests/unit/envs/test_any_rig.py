@@ -1,0 +1,189 @@
+"""Observations, rewards and references follow from a rig's joints and muscles, whatever it is."""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+
+import gymnasium
+import numpy as np
+import pytest
+
+import pamsim
+from pamsim.core.errors import InputError, ParameterError
+from pamsim.engine.equilibrium import rest_angles, rest_positions
+from pamsim.envs.actions import KINDS
+from pamsim.envs.registration import ENVIRONMENT
+
+MODELS = Path(__file__).parents[3] / "models"
+SHIPPED = sorted(path.parent.name for path in MODELS.glob("*/params.toml"))
+TWO = "two_joint_arm"
+
+
+@pytest.fixture
+def made():
+    opened = []
+
+    def make(rig=TWO, **options):
+        opened.append(gymnasium.make(ENVIRONMENT, rig=rig, **options).unwrapped)
+        return opened[-1]
+
+    yield make
+    for env in opened:
+        env.close()
+
+
+def test_an_observation_is_its_formula_of_the_state(made):
+    env = made(task="sine", load=0.5)
+    given = {
+        "shoulder_flexor": 350e3,
+        "shoulder_extensor": 200e3,
+        "biceps": 400e3,
+        "triceps": 100e3,
+    }
+    first, _ = env.reset(seed=3, options={"start_pressure": given})
+    before = env.data.qpos.copy()
+    seen, _, _, _, info = env.step(np.zeros(4, np.float32))
+    shoulder, elbow = env.rigs.reaches
+    travel, centre = (
+        np.array([getattr(r, n) for r in (shoulder, elbow)]) for n in ("travel", "centre")
+    )
+    turn, supply = math.pi, 600e3
+    assert np.abs(before).min() > 0.05
+    assert np.array_equal(info["position"], env.data.qpos)
+    assert first[:4] == pytest.approx([*((before - centre) / travel), 0.0, 0.0])
+    assert first[4:8] == pytest.approx(
+        np.array(list(given.values())) / (supply / 2) - 1.0, abs=1e-5
+    )
+    assert seen[:2] == pytest.approx((env.data.qpos - centre) / travel)
+    assert seen[2:4] == pytest.approx((env.data.qpos - before) / env.dt / (turn * travel))
+    assert seen[4:8] == pytest.approx(info["pressure"] / (supply / 2) - 1.0)
+    signals = env.rigs.signals.named(seen)
+    assert list(signals)[8:] == [
+        f"{joint}.{what}_set"
+        for what in ("angle", "velocity", "acceleration", "stiffness")
+        for joint in ("shoulder", "elbow")
+    ]
+    assert signals["biceps.pressure"] == pytest.approx(info["pressure"][2])
+    assert env.rigs.actions == tuple(f"{name}.pressure_set" for name in given)
+    # The references of the observation at sample k are those at the end of step k.
+    rows = np.array([env.step(np.zeros(4, np.float32))[0] for _ in range(80)])
+    rate = (rows[2:, 8:10] - rows[:-2, 8:10]) / (2.0 * env.dt) / turn
+    assert rows[1:-1, 10:12] == pytest.approx(rate, abs=0.02)
+    bend = (rows[2:, 10:12] - rows[:-2, 10:12]) / (2.0 * env.dt) / turn
+    inside = np.abs(env.dt * np.arange(3, 81) - 1.0) > 2.0 * env.dt  # the envelope ends at 1 s
+    assert rows[1:-1, 12:14][inside] == pytest.approx(bend[inside], abs=0.02)
+
+
+@pytest.mark.parametrize("action", KINDS)
+@pytest.mark.parametrize("rig", SHIPPED)
+def test_observations_are_of_the_order_of_one(rig, action, made):
+    env = made(rig, action=action, task="sine")
+    env.action_space.seed(0)
+    rows = []
+    for seed in range(3):
+        env.reset(seed=seed)
+        for _ in range(14):
+            held = env.action_space.sample()
+            rows += [env.step(held)[0] for _ in range(20)]
+    joints, used = len(env.rigs.rig.joints), np.array(rows)[:, : -len(env.rigs.rig.joints)]
+    size = np.sqrt(np.mean(used**2, axis=0))
+    assert len(size) == 5 * joints + len(env.rigs.rig.muscles)
+    assert size.min() > 0.1, size
+    assert size.max() < 3.0, size
+    assert np.abs(used).max() < 8.0  # nothing is clipped
+
+
+def test_reward_of_a_mirrored_target_and_motion_is_the_same(made):
+    env, mirror = made(effort=0.1, load=0.5), [1, 0, 3, 2]
+    target = {"shoulder": 0.4, "elbow": -0.3}
+    rng = np.random.default_rng(0)
+    moves = rng.uniform(-1.0, 1.0, (30, 4)).astype(np.float32)
+    found = []
+    for sign, order in ((1.0, slice(None)), (-1.0, mirror)):
+        seen, _ = env.reset(options={"target": {j: sign * at for j, at in target.items()}})
+        assert sign * env.rigs.signals.named(seen)["elbow.angle_set"] == pytest.approx(-0.3)
+        found.append([env.step(move[order])[1] for move in moves])
+    assert found[1] == pytest.approx(found[0], abs=1e-9)
+    assert np.ptp(found[0]) > 0.5
+
+
+def test_joints_reach_what_tasks_ask_for(made):
+    env = made(task="regulation")
+    arm = made("mas20_arm").rigs.reaches[0]
+    ends = rest_angles(
+        pamsim.load_rig("mas20_arm"), np.array([[6e5, 0.0], [0.0, 6e5]]), np.zeros(2)
+    )
+    assert arm.centre == pytest.approx(ends.mean(), abs=1e-8)
+    assert arm.travel == pytest.approx(np.ptp(ends) / 4.0, rel=1e-8)
+    assert arm.stiffness[0] < arm.stiffness[1]
+    for reach in env.rigs.reaches:
+        assert reach.centre == pytest.approx(0.0, abs=1e-9)
+        assert math.radians(20.0) < reach.travel < math.radians(50.0)
+        assert 0.0 < reach.stiffness[0] < reach.stiffness[1]
+
+
+def test_rest_positions_are_where_a_simulation_without_hysteresis_ends():
+    rig = pamsim.load_rig(TWO).with_parameters({"hysteresis.force_per_pressure": 0.0})
+    pressure = np.array([400e3, 250e3, 450e3, 200e3])
+    found = rest_positions(rig, pressure, np.zeros(2))
+    run = pamsim.simulate(rig, pamsim.pressure_step(pressure, pressure, duration=0.01)).completed()
+    assert found == pytest.approx(run.positions[-1], abs=1e-6)
+    assert np.abs(found).min() > 0.1
+    # A range ends the way of a joint, and the other one finds its rest beside it.
+    low, high = rig.model.jnt_range[0].copy()
+    rig.model.jnt_range[0] = low, 0.5 * found[0]
+    held = rest_positions(rig, pressure, np.zeros(2))
+    rig.model.jnt_range[0] = low, high
+    assert held[0] == 0.5 * found[0]
+    assert abs(held[1] - found[1]) > 0.01
+
+
+def test_options_of_reset_replace_what_is_drawn(made):
+    env = made("mas20_arm", load=(0.0, 2.0), randomize=True, task="step")
+    seen, info = env.reset(
+        seed=1,
+        options={
+            "load": 0.7,
+            "start_pressure": 200e3,
+            "target": {"shaft": 0.2},
+            "parameters": {"joint.shaft.damping": 0.5},
+        },
+    )
+    assert info["pressure"] == pytest.approx([200e3, 200e3])
+    assert env.rigs.signals.named(seen)["shaft.angle_set"] == pytest.approx(0.2)
+    assert env.model.body("load").mass == 0.7
+    assert env.model.dof_damping[0] == 0.5
+    assert env.reset(seed=1)[1]["pressure"] == pytest.approx([300e3, 300e3])
+    assert env.model.body("load").mass != 0.7
+
+
+@pytest.mark.parametrize(
+    ("options", "error", "message"),
+    [
+        ({"laod": 1.0}, InputError, "load"),
+        ({"target": {"elbw": 1.0}}, InputError, "elbow"),
+        ({"target": {"elbow": math.inf}}, ParameterError, "elbow"),
+        ({"start_pressure": {"bicep": 1e5}}, InputError, "biceps"),
+        ({"start_pressure": 700e3}, InputError, "supply"),
+        ({"load": -1.0}, ParameterError, "load"),
+        ({"parameters": {"joint.knee.damping": 1.0}}, InputError, "knee"),
+    ],
+)
+def test_a_bad_option_of_reset_is_refused_by_name(options, error, message, made):
+    with pytest.raises(error, match=message):
+        made().reset(options=options)
+
+
+def test_a_rig_folder_of_a_user_is_an_environment(tmp_path, made):
+    folder = tmp_path / "mine"
+    pamsim.new_rig("mine", kind="leg", out=folder)
+    env = made(folder, task="disturbance")
+    env.action_space.seed(0)
+    env.reset(seed=0)
+    for _ in range(5):
+        seen, reward, broken, *_ = env.step(env.action_space.sample())
+    assert env.observation_space.contains(seen)
+    assert np.isfinite(reward)
+    assert not broken
+    assert seen.shape == (6 * len(env.rigs.rig.joints) + len(env.rigs.rig.muscles),)

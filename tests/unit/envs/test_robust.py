@@ -1,0 +1,179 @@
+"""What a user may do wrong, or do to an environment: bad actions, copies, pickles, forks."""
+
+from __future__ import annotations
+
+import copy
+import os
+import pickle
+import signal
+import subprocess
+import sys
+import time
+import warnings
+from contextlib import closing
+
+import gymnasium
+import numpy as np
+import pytest
+
+from pamsim.core.errors import InputError
+from pamsim.envs.registration import ENVIRONMENT
+
+OPTIONS = {
+    "rig": "two_joint_arm",
+    "task": "disturbance",
+    "delay": 0.013,
+    "angle_noise": 1e-3,
+    "randomize": True,
+    "load": (0.0, 1.0),
+    "max_episode_steps": 12,
+}
+
+
+@pytest.mark.parametrize("vector", [False, True])
+@pytest.mark.parametrize(
+    ("action", "bad", "message"),
+    [
+        ("pressure", [np.nan, 0.0], "place 0"),
+        ("valve", [0.0, np.inf], "place 1"),
+        ("pressure", [0.0], "2 numbers"),
+        ("pressure", [0.0, 0.0, 0.0], "2 numbers"),
+        ("pressure", ["open", "shut"], "2 numbers"),
+        ("pressure", [[0.0], [0.0, 1.0]], "2 numbers"),
+        ("on_off", [0, 2, 0, 0], "0 or 1"),
+        ("on_off", [0, 0, 0, -1], "place 3"),
+        ("on_off", [0.0, 0.0, np.inf, 0.0], "0 or 1"),
+        ("on_off", [0.5, 0.0, 0.0, 0.0], "0 or 1"),
+    ],
+)
+def test_what_is_no_action_is_an_error_and_changes_nothing(vector, action, bad, message):
+    make = gymnasium.make_vec if vector else gymnasium.make
+    kind = {"num_envs": 1, "vectorization_mode": "vector_entry_point"} if vector else {}
+    with closing(make(ENVIRONMENT, action=action, **kind).unwrapped) as env:
+        env.reset(seed=0)
+        before = env.rigs.state()
+        with pytest.raises(InputError, match=message) as caught:
+            env.step([bad] if vector else bad)
+        assert "\n" not in str(caught.value)
+        assert np.array_equal(env.rigs.state()["plant"][0], before["plant"][0])
+
+
+def test_actions_beyond_the_space_count_as_its_ends():
+    with closing(gymnasium.make(ENVIRONMENT).unwrapped) as env:
+        found = []
+        for move in ([7.0, -1e30], [1.0, -1.0]):
+            env.reset(seed=0)
+            found.append([env.step(np.array(move))[1] for _ in range(3)])
+    assert found[0] == found[1]
+    assert np.isfinite(found[0]).all()
+
+
+def test_a_step_before_reset_says_so():
+    with closing(gymnasium.make(ENVIRONMENT).unwrapped) as env:
+        with pytest.raises(InputError, match="reset"):
+            env.step(np.zeros(2))
+        assert env.data.time == 0.0
+    many = gymnasium.make_vec(ENVIRONMENT, num_envs=2, vectorization_mode="vector_entry_point")
+    with closing(many), pytest.raises(InputError, match="reset"):
+        many.step(np.zeros((2, 2)))
+
+
+def rolled(env, actions):
+    """Observations and rewards under actions, through ends of episodes."""
+    rows = []
+    for action in actions:
+        seen, reward, broken, ended, info = env.step(action)
+        rows.append(np.concatenate([np.ravel(seen), np.ravel(reward), np.ravel(info["position"])]))
+        if np.ndim(reward) == 0 and (broken or ended):
+            rows.append(np.concatenate([env.reset()[0], [0.0], [0.0, 0.0]]))
+    return np.array(rows)
+
+
+@pytest.mark.parametrize("copied", [copy.deepcopy, lambda env: pickle.loads(pickle.dumps(env))])
+@pytest.mark.parametrize("vector", [False, True])
+def test_a_copy_continues_as_the_environment_does(vector, copied):
+    make = gymnasium.make_vec if vector else gymnasium.make
+    kind = {"num_envs": 2, "vectorization_mode": "vector_entry_point"} if vector else {}
+    env = make(ENVIRONMENT, **OPTIONS, **kind)
+    env.action_space.seed(0)
+    actions = [env.action_space.sample() for _ in range(35)]
+    env.reset(seed=5)
+    rolled(env, actions[:17])
+    other = copied(env)
+    found = rolled(env, actions[17:])
+    env.close()
+    assert np.array_equal(rolled(other, actions[17:]), found)
+    other.close()
+    fresh = copied(make(ENVIRONMENT, **kind))
+    fresh.reset(seed=0)
+    fresh.close()
+
+
+@pytest.mark.skipif(not hasattr(os, "fork"), reason="no fork here")
+@pytest.mark.parametrize("rig", ["mas20_arm", "two_joint_arm"])
+def test_a_forked_vector_environment_goes_on(rig):
+    env = gymnasium.make_vec(
+        ENVIRONMENT, num_envs=4, vectorization_mode="vector_entry_point", rig=rig, threads=2
+    )
+    env.action_space.seed(0)
+    actions = [env.action_space.sample() for _ in range(10)]
+    env.reset(seed=2)
+    rolled(env, actions[:5])
+    reading, writing = os.pipe()
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", DeprecationWarning)  # Python 3.12 on threads and forks
+        child = os.fork()
+    if child == 0:
+        os.write(writing, rolled(env, actions[5:]).tobytes())
+        os._exit(0)
+    os.close(writing)
+    try:
+        ended, since = 0, time.monotonic()
+        while not ended and time.monotonic() - since < 60.0:
+            ended, _ = os.waitpid(child, os.WNOHANG)
+            time.sleep(0.01)
+    finally:
+        if not ended:
+            os.kill(child, signal.SIGKILL)
+            os.waitpid(child, 0)
+    assert ended, "the forked environment hangs"
+    assert os.read(reading, 1_000_000) == rolled(env, actions[5:]).tobytes()
+    os.close(reading)
+    env.close()
+
+
+def test_processes_of_gymnasium_are_equal_to_the_vector_environment():
+    found = []
+    for mode in ("async", "vector_entry_point"):
+        env = gymnasium.make_vec(ENVIRONMENT, num_envs=2, vectorization_mode=mode, **OPTIONS)
+        env.reset(seed=1)
+        found.append(rolled(env, [np.full((2, 4), push, np.float32) for push in (0.3, -0.4)]))
+        env.close()
+    assert np.array_equal(*found)
+
+
+HEADLESS = """
+import os
+for name in ("MUJOCO_GL", "PYOPENGL_PLATFORM", "DISPLAY", "WAYLAND_DISPLAY"):
+    os.environ.pop(name, None)
+import gymnasium, pamsim.envs
+from gymnasium.utils.env_checker import check_env
+env = gymnasium.make("pamsim/Rig-v0", rig="two_joint_arm", render_mode="rgb_array")
+check_env(env.unwrapped)
+env.reset()
+print(env.render().std() > 1.0)
+"""
+
+
+@pytest.mark.skipif(
+    sys.platform != "linux" or os.environ.get("MUJOCO_GL") == "disable", reason="no EGL here"
+)
+def test_gymnasium_s_check_passes_whole_without_a_screen():
+    run = subprocess.run(
+        [sys.executable, "-W", "error", "-c", HEADLESS],
+        capture_output=True,
+        text=True,
+        check=False,
+        timeout=300,
+    )
+    assert run.stdout == "True\n", run.stderr
