@@ -76,7 +76,7 @@ def rows_of(plant: Plant, bar: tqdm) -> list[dict[str, object]]:
     suite = Suite(rig=rig, load=plant.believed)
     rows = []
     for task in plant.tasks:
-        pressure, valve = (environment(plant, task, kind) for kind in ("pressure", "valve"))
+        pressure, valve = (environment(plant, task, kind) for kind in ("pressure_set", "valve"))
         for name, family in FAMILIES.items():
             bar.set_postfix_str(f"{plant.name}, {task}, {name}")
             tuned = []

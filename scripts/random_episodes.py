@@ -44,7 +44,7 @@ def play(name: str, episodes: int) -> dict[str, object]:
             load=(0.0, 2.5) if wild else 1.2,
             randomize=wild,
         )
-        supply = env.rigs.supply
+        supply = env.rigs.top_pressure
         env.action_space.seed(number)
         env.reset(seed=RIGS * number)
         held = np.zeros(ARMS, dtype=int)

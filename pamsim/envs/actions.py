@@ -70,7 +70,7 @@ class ActionKind:
 
     def rest(self, pressure: FloatArray) -> FloatArray:
         """The commands that leave muscles at rest at gauge pressures [Pa]."""
-        return pressure if self.command == "pressure" else np.zeros_like(pressure)
+        return pressure if self.command == "pressure_set" else np.zeros_like(pressure)
 
     def span(self, supply: float) -> float:
         """Change of command that counts as 1 in the reward's effort."""
@@ -128,8 +128,8 @@ _FINITE = "give finite numbers; beyond -1 and 1 they count as -1 and 1"
 
 KINDS: Mapping[str, ActionKind] = MappingProxyType(
     {
-        "pressure": ActionKind(
-            command="pressure",
+        "pressure_set": ActionKind(
+            command="pressure_set",
             quantities=("pressure_set",),
             space=_signed,
             fill=_set_points,

@@ -109,8 +109,8 @@ def action_of(rigs: Rigs, command: Command) -> NDArray[np.generic]:
             f"the controller commands {len(wanted)} muscles, rig {rigs.rig.name!r} has"
             f" {len(rigs.rig.muscles)}"
         )
-    if rigs.settings.action == "pressure":
-        return (wanted / (0.5 * rigs.supply) - 1.0).astype(np.float32)
+    if rigs.settings.action == "pressure_set":
+        return (wanted / (0.5 * rigs.top_pressure) - 1.0).astype(np.float32)
     if rigs.settings.action == "valve":
         return wanted.astype(np.float32)
     return np.column_stack([wanted > ON, wanted < -ON]).ravel().astype(np.int8)

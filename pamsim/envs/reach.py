@@ -22,11 +22,11 @@ _SHARE = 0.5
 """Of the largest travel that tasks ask for: the muscles keep pressure to steer with."""
 
 _COMMON = np.linspace(0.25, 0.75, 11)
-"""Common pressures, as shares of the supply's, between which stiffness is asked for; from the first
-on at which no joint is slack."""
+"""Common pressures, as shares of the top pressure, between which stiffness is asked for; from the
+first on at which no joint is slack."""
 
 _PUSH = 0.1
-"""Difference of pressures, as a share of the supply's, whose torque disturbs a joint."""
+"""Difference of pressures, as a share of the top pressure, whose torque disturbs a joint."""
 
 _TURN = 1e-5  # rad or m, for moment arms
 
@@ -41,8 +41,9 @@ class Reach:
 
     Attributes:
         centre: midway between where the joint goes with the muscles that pull it one way at the
-            supply pressure, and where it goes with those that pull it the other way [rad or m];
-            muscles that do not move it have half the supply pressure.
+            top pressure, and where it goes with those that pull it the other way [rad or m];
+            muscles that do not move it have half the top pressure, or none where the joint would
+            stay at its stop.
         travel: largest distance from the centre asked for, half of the possible one [rad or m].
         stiffness: least and largest stiffness of the joint asked for [N m/rad or N/m].
         torque: largest of a disturbance [N m or N].
@@ -104,47 +105,50 @@ def tendon_lengths(rig: Rig, position: FloatArray) -> FloatArray:
     return data.actuator_length[[model.actuator_outadr[i] for i in muscle_ids(model)]].copy()
 
 
-def reaches_of(rig: Rig, rest: FloatArray, arms: FloatArray) -> tuple[Reach, ...]:
+def reaches_of(rig: Rig, top: float, rest: FloatArray, arms: FloatArray) -> tuple[Reach, ...]:
     """What each recorded joint can do.
 
     Args:
         rig: the rig.
+        top: largest set point of its muscles, gauge [Pa].
         rest: (nq,) its position at rest at equal pressures [rad or m].
         arms: (m, j) moment arms there.
 
     Raises:
         InputError: if a joint finds no rest or does not move; if a joint is free or a ball.
     """
-    supply = rig.supply_pressure
     rows = rig.model.actuator_user.tolist()
     length = tendon_lengths(rig, rest).tolist()
     stiffness = JointStiffness(arms)
-    each = np.array([stiffness(rows, length, [share * supply] * len(rows)) for share in _COMMON])
+    each = np.array([stiffness(rows, length, [share * top] * len(rows)) for share in _COMMON])
     low, high = each[np.argmax((each > 0.0).all(axis=1))].tolist(), each[-1].tolist()
     change = [
-        static_force(row, at, (0.5 + 0.5 * _PUSH) * supply)
-        - static_force(row, at, (0.5 - 0.5 * _PUSH) * supply)
+        static_force(row, at, (0.5 + 0.5 * _PUSH) * top)
+        - static_force(row, at, (0.5 - 0.5 * _PUSH) * top)
         for row, at in zip(rows, length, strict=True)
     ]
     found = []
-    for joint, name in enumerate(rig.joints):
+    for joint, (name, at) in enumerate(zip(rig.joints, rig.position_addresses, strict=True)):
         moves = np.abs(arms[:, joint]) > _LEAST_ARM
         # Pressure shortens a muscle, and lengthens an actuator that pushes.
         way = np.where(moves, -np.sign(arms[:, joint]) * np.sign(change), 0.0)
-        ends = [
-            rest_positions(rig, 0.5 * supply * (1.0 + side * way), rest) for side in (1.0, -1.0)
-        ]
-        most, least = (float(end[rig.position_addresses[joint]]) for end in ends)
+        for others in (0.5, 0.0):
+            least, most = (
+                rest_positions(rig, top * np.where(moves, 0.5 + side * 0.5 * way, others), rest)[at]
+                for side in (-1.0, 1.0)
+            )
+            if most - least > _LEAST_TRAVEL:
+                break
         if not most - least > _LEAST_TRAVEL:
             raise InputError(
                 f"rig {rig.name!r}: joint {name!r} goes from {least:.3g} to {most:.3g} with its"
-                " muscles at the supply pressure, so that no task can be set for it; leave it out"
+                " muscles at the top pressure, so that no task can be set for it; leave it out"
                 " of [rig] joints, or check its tendons"
             )
         found.append(
             Reach(
-                centre=0.5 * (most + least),
-                travel=_SHARE * 0.5 * (most - least),
+                centre=float(0.5 * (most + least)),
+                travel=float(_SHARE * 0.5 * (most - least)),
                 stiffness=(low[joint], high[joint]),
                 torque=0.5 * float(np.abs(arms[:, joint]) @ np.abs(change)),
             )

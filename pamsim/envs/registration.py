@@ -12,7 +12,7 @@ ENVIRONMENT = "pamsim/Rig-v0"
 
 ARMS: Mapping[str, str] = MappingProxyType(
     {
-        "pamsim/PamArmPressure-v0": "pressure",
+        "pamsim/PamArmPressure-v0": "pressure_set",
         "pamsim/PamArmValve-v0": "valve",
         "pamsim/PamArmOnOff-v0": "on_off",
     }
@@ -28,7 +28,7 @@ def register() -> None:
 
     Gymnasium calls it by itself where pamsim is installed.
     """
-    for name, action in {ENVIRONMENT: "pressure", **ARMS}.items():
+    for name, action in {ENVIRONMENT: "pressure_set", **ARMS}.items():
         if name not in gymnasium.registry:
             gymnasium.register(
                 id=name,

@@ -31,12 +31,13 @@ class RigEnv(gymnasium.Env[FloatArray, NDArray[Any]]):
 
     ## Action Space
 
-    Set points that a regulator per muscle keeps (``action="pressure"``, the default) or openings of
-    continuous valves (``action="valve"``): `Box(-1, 1, (m,))`. i counts the muscles from 0.
+    i counts the muscles from 0.
+    Set points that a regulator per muscle keeps (``action="pressure_set"``, the default) or
+    openings of continuous valves (``action="valve"``): `Box(-1, 1, (m,))`.
 
     | index | action | -1 | 1 | name |
     |---|---|---|---|---|
-    | i | set point of muscle i | 0 kPa | supply pressure | ``<muscle>.pressure_set`` |
+    | i | set point of muscle i | 0 kPa | ``top_pressure`` | ``<muscle>.pressure_set`` |
     | i | opening of muscle i's valves | to exhaust | to supply | ``<muscle>.valve`` |
 
     On/off valves (``action="on_off"``), open or shut for a whole period: `MultiBinary(2 m)`.
@@ -53,7 +54,7 @@ class RigEnv(gymnasium.Env[FloatArray, NDArray[Any]]):
 
     `Box(-10, 10, (6 j + m,))`. Each number is (signal - centre) / scale, which is of the order of
     1. `rigs.signals` has names, units, centres and scales; `rigs.signals.named(observation)` gives
-    the signals in SI. P is the supply pressure, w is pi/s; c and r are of each joint, see below.
+    the signals in SI. P is ``top_pressure``, w is pi/s; c and r are of each joint, see below.
 
     | count | signal | centre | scale | name | in the MJCF |
     |---|---|---|---|---|---|
@@ -66,15 +67,15 @@ class RigEnv(gymnasium.Env[FloatArray, NDArray[Any]]):
     | j | wanted stiffness, 0 if free | 0 | largest wanted | ``<joint>.stiffness_set`` | |
 
     Without load a joint goes from c - 2 r to c + 2 r, when the muscles that move it one way have
-    the supply pressure, those that move it the other way none, and all others half of it. Tasks ask
-    for positions from c - r to c + r (`pamsim.envs.reach`).
+    the pressure P, those that move it the other way none, and all others P/2. Tasks ask for
+    positions from c - r to c + r (`pamsim.envs.reach`).
 
     ## Rewards
 
     - minus the mean over the joints of the error of the true position at the end of the step, in
       units of r/4;
     - minus ``effort`` times the mean over the muscles of the squared change of the command; half
-      the supply pressure, or the full opening of a valve, counts as 1;
+      of P, or the full opening of a valve, counts as 1;
     - in the task ``stiffness``, minus the mean relative error of the stiffness.
 
     A step in which the simulation breaks down is rewarded by -100.
@@ -95,8 +96,8 @@ class RigEnv(gymnasium.Env[FloatArray, NDArray[Any]]):
     ## Arguments
 
     ``rig`` (name, folder or loaded rig), ``action``, ``task``, ``frame_skip``, ``load``,
-    ``start_pressure``, ``angle_noise``, ``pressure_noise``, ``instruments``, ``delay``,
-    ``randomize``, ``effort``: see `pamsim.envs.settings.EnvSettings`. ``render_mode`` is
+    ``top_pressure``, ``start_pressure``, ``angle_noise``, ``pressure_noise``, ``instruments``,
+    ``delay``, ``randomize``, ``effort``: see `pamsim.envs.settings.EnvSettings`. ``render_mode`` is
     ``rgb_array``, ``human`` or None, ``width`` and ``height`` are those of pictures [px].
 
     `model` and `data` are MuJoCo's, `dt` is the time between two actions [s]. The information of
@@ -178,7 +179,7 @@ class RigEnv(gymnasium.Env[FloatArray, NDArray[Any]]):
             ParameterError: for a number out of range.
         """
         super().reset(seed=seed)
-        asked = reset_options(options, self.rigs.rig, self.rigs.settings.start_pressure)
+        asked = reset_options(options, self.rigs.rig, self.rigs.start_pressure)
         self.rigs.reset({0: self.np_random}, asked)
         if self.render_mode == "human":
             self.render()

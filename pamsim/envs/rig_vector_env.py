@@ -67,7 +67,7 @@ class RigVectorEnv(VectorEnv[FloatArray, NDArray[Any], NDArray[Any]]):
             seeding.np_random()[0] for _ in range(num_envs)
         ]
         self._over = np.zeros(num_envs, dtype=np.bool_)
-        self._usual = reset_options(None, self.rigs.rig, self.rigs.settings.start_pressure)
+        self._usual = reset_options(None, self.rigs.rig, self.rigs.start_pressure)
 
     @property
     def dt(self) -> float:
@@ -99,7 +99,7 @@ class RigVectorEnv(VectorEnv[FloatArray, NDArray[Any], NDArray[Any]]):
         for name, each in (("seeds", seeds), ("reset_mask", mask)):
             if each is not None and len(each) != self.num_envs:
                 raise InputError(f"{len(each)} {name} for {self.num_envs} rigs; give one each")
-        fixed = reset_options(asked, self.rigs.rig, self.rigs.settings.start_pressure)
+        fixed = reset_options(asked, self.rigs.rig, self.rigs.start_pressure)
         for number, own in enumerate(seeds or []):
             if own is not None and mask[number]:
                 self._generators[number], _ = seeding.np_random(own)

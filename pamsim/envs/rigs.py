@@ -45,7 +45,8 @@ class Rigs:
 
     Attributes:
         rig: as loaded.
-        supply: pressure that measured and commanded ones are scaled by [Pa].
+        start_pressure: of muscles for which `reset` is given none [Pa].
+        top_pressure: set point of an action of 1; scales measured pressures too [Pa].
         period: between samples [s].
         reaches: of each joint: what tasks and observations are scaled by.
         signals: names and scales of observations.
@@ -69,15 +70,25 @@ class Rigs:
         self.settings = settings
         self.rig = rig = settings.loaded_rig()
         self.kind = KINDS[settings.action]
-        self.supply = rig.supply_pressure
-        self.start_pressure = tuple(start_pressures(settings.start_pressure, rig, 0.0))
+        top = settings.top_pressure
+        self.top_pressure = rig.supply_pressure if top is None else top
+        if self.top_pressure > rig.supply_pressure:
+            raise InputError(
+                f"top_pressure {self.top_pressure / 1e3:g} kPa is above the supply's"
+                f" {rig.supply_pressure / 1e3:g} kPa"
+            )
+        given = settings.start_pressure
+        self.start_pressure = 0.5 * self.top_pressure if given is None else given
+        start = tuple(start_pressures(self.start_pressure, rig, 0.0))
         timestep = float(rig.model.opt.timestep)
         self.period = settings.frame_skip * timestep
         muscles = len(rig.muscles)
-        rest = rest_positions(rig, np.full(muscles, 0.5 * self.supply), rig.model.qpos0.copy())
+        rest = rest_positions(
+            rig, np.full(muscles, 0.5 * self.top_pressure), rig.model.qpos0.copy()
+        )
         arms = moment_arms(rig, rest)
-        self.reaches = reaches_of(rig, rest, arms)
-        self.signals = observed_signals(rig.joints, rig.muscles, self.reaches, self.supply)
+        self.reaches = reaches_of(rig, self.top_pressure, rest, arms)
+        self.signals = observed_signals(rig.joints, rig.muscles, self.reaches, self.top_pressure)
         self.actions = self.kind.names(tuple(rig.muscles))
         self.observation_space = gymnasium.spaces.Box(
             -LIMIT, LIMIT, (len(self.signals.names),), np.float64
@@ -86,7 +97,7 @@ class Rigs:
         self._episodes = Episodes(settings, rig, self.reaches, self.period)
         self._rest = RestStates(rig, self.kind, self.period)
         self._gauge = instruments(settings, rig, count)
-        _, model, state = self._rest.at({}, settings.load_range[0], self.start_pressure)
+        _, model, state = self._rest.at({}, settings.load_range[0], start)
         self.plant: Plant = (
             OneRig(rig, model, state) if threads is None else ManyRigs(rig, model, count, threads)
         )
@@ -104,7 +115,7 @@ class Rigs:
             centre=self.signals.centre,
             scale=self.signals.scale,
             unit=np.array([ERROR_SHARE * reach.travel for reach in self.reaches]),
-            span=self.kind.span(self.supply),
+            span=self.kind.span(self.top_pressure),
             effort=float(settings.effort),
             period=self.period,
         )
@@ -173,7 +184,7 @@ class Rigs:
         """
         if len(self._drawn) < len(self._all):
             raise InputError("step before reset: call reset() first, it begins an episode")
-        command = self.kind.commands(action, self._command.shape, self.supply)
+        command = self.kind.commands(action, self._command.shape, self.top_pressure)
         self._most += 1
         if self._most >= self._table.shape[1]:
             self._make_room()

@@ -18,6 +18,7 @@ _RANGES: dict[str, FieldSpec] = {
         unit="1", low=1.0, high=1e4, low_open=False, doc="time steps per action"
     ),
     "load": LOAD,
+    "top_pressure": FieldSpec(unit="Pa", low=0.0, high=2e6, low_open=True, doc="set point"),
     "start_pressure": PRESSURE,
     "angle_noise": FieldSpec(
         unit="rad or m", low=0.0, high=1.0, low_open=False, doc="standard deviation"
@@ -41,7 +42,10 @@ class EnvSettings:
         task: one of `pamsim.envs.tasks.TASKS`.
         frame_skip: time steps of the engine per action.
         load: mass on the rig [kg], or a range from which it is drawn for every episode.
-        start_pressure: in all muscles, at rest, at the start [Pa].
+        top_pressure: largest set point [Pa]; the supply's if left out. Tasks and observations
+            are scaled by what the rig does up to it.
+        start_pressure: in all muscles, at rest, at the start [Pa]; half the top pressure if left
+            out.
         angle_noise: standard deviation of white noise on measured positions [rad or m].
         pressure_noise: the same on the measured pressures [Pa].
         instruments: True to round as the rig's encoder and converter do.
@@ -52,11 +56,12 @@ class EnvSettings:
     """
 
     rig: str | os.PathLike[str] | Rig = "mas20_arm"
-    action: str = "pressure"
+    action: str = "pressure_set"
     task: str = "regulation"
     frame_skip: int = 40
     load: float | tuple[float, float] = 0.0
-    start_pressure: float = 300e3
+    top_pressure: float | None = None
+    start_pressure: float | None = None
     angle_noise: float = 0.0
     pressure_noise: float = 0.0
     instruments: bool = False
@@ -82,7 +87,8 @@ class EnvSettings:
             raise InputError(f"load ({low:g}, {high:g}) kg is no range: give the lower end first")
         for name, allowed in _RANGES.items():
             for value in self.load_range if name == "load" else (getattr(self, name),):
-                check_value(name, value, allowed)
+                if value is not None:
+                    check_value(name, value, allowed)
 
     @property
     def load_range(self) -> tuple[float, float]:

@@ -22,7 +22,7 @@ class PolicyFile:
     Attributes:
         joints: names of the rig's.
         muscles: names of the rig's.
-        command: ``pressure`` or ``valve``.
+        command: ``pressure_set`` or ``valve``.
         supply: pressure that is commanded by an action of 1 [Pa].
         centre: (6j + m,) subtracted from the observation [SI] first.
         scale: (6j + m,) that it is divided by then [SI].

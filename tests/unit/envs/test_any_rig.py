@@ -78,7 +78,10 @@ def test_an_observation_is_its_formula_of_the_state(made):
 @pytest.mark.parametrize("action", KINDS)
 @pytest.mark.parametrize("rig", SHIPPED)
 def test_observations_are_of_the_order_of_one(rig, action, made):
-    env = made(rig, action=action, task="sine")
+    # The leg's bellows are at their stops at a quarter of the supply pressure.
+    low = rig == "equimus_leg" and action == "pressure_set"
+    top = 50e3 if low else None
+    env = made(rig, action=action, task="sine", top_pressure=top)
     env.action_space.seed(0)
     rows = []
     for seed in range(3):

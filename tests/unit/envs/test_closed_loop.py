@@ -41,7 +41,7 @@ class Held:
 def made():
     opened = []
 
-    def make(action="pressure", **options):
+    def make(action="pressure_set", **options):
         options = {"max_episode_steps": 50, **options}
         opened.append(gymnasium.make(ENVIRONMENT, action=action, **options))
         return opened[-1]
@@ -63,7 +63,7 @@ def test_air_let_in_is_what_flowed_through_the_valve(made):
 def test_what_the_loop_commands_is_what_the_environment_gets(made):
     env = made()
     for action, command, wanted in (
-        ("pressure", (0.0, 600e3), [-1.0, 1.0]),
+        ("pressure_set", (0.0, 600e3), [-1.0, 1.0]),
         ("valve", (0.25, -1.0), [0.25, -1.0]),
         ("on_off", (0.5, -0.5), [1, 0, 0, 1]),
         ("on_off", (0.1, -0.1), [0, 0, 0, 0]),
@@ -143,7 +143,7 @@ def written(path, **changed):
     arrays = {
         "joints": np.array(["shaft"]),
         "muscles": np.array(["muscle_1", "muscle_2"]),
-        "command": np.array("pressure"),
+        "command": np.array("pressure_set"),
         "supply": np.array(600e3),
         "centre": np.zeros(8),
         "scale": np.array([0.5, 1.0, 6e5, 6e5, 0.5, 1.0, 10.0, 5.0]),

@@ -68,7 +68,7 @@ def test_an_episode_is_what_simulate_makes_of_the_same_commands(made):
     env = made(load=1.2, effort=0.0)
     moves = actions(30)
     rows = played(env, moves)
-    supply = env.rigs.supply
+    supply = env.rigs.top_pressure
     set_points = 0.5 * supply * (np.minimum(np.maximum(moves.astype(float), -1), 1) + 1.0)
     run = pamsim.simulate(
         pamsim.load_rig("mas20_arm"),
@@ -130,7 +130,7 @@ def test_part_of_a_period_of_delay_is_what_simulate_does(made):
         Experiment(
             drive="pressure_set",
             command_time=env.rigs.period * np.arange(20),
-            command_value=0.5 * env.rigs.supply * (moves.astype(float) + 1.0),
+            command_value=0.5 * env.rigs.top_pressure * (moves.astype(float) + 1.0),
             start_pressure=np.full(2, 300e3),
             duration=0.2,
             sample_rate=100.0,

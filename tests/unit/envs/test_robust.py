@@ -34,12 +34,12 @@ OPTIONS = {
 @pytest.mark.parametrize(
     ("action", "bad", "message"),
     [
-        ("pressure", [np.nan, 0.0], "place 0"),
+        ("pressure_set", [np.nan, 0.0], "place 0"),
         ("valve", [0.0, np.inf], "place 1"),
-        ("pressure", [0.0], "2 numbers"),
-        ("pressure", [0.0, 0.0, 0.0], "2 numbers"),
-        ("pressure", ["open", "shut"], "2 numbers"),
-        ("pressure", [[0.0], [0.0, 1.0]], "2 numbers"),
+        ("pressure_set", [0.0], "2 numbers"),
+        ("pressure_set", [0.0, 0.0, 0.0], "2 numbers"),
+        ("pressure_set", ["open", "shut"], "2 numbers"),
+        ("pressure_set", [[0.0], [0.0, 1.0]], "2 numbers"),
         ("on_off", [0, 2, 0, 0], "0 or 1"),
         ("on_off", [0, 0, 0, -1], "place 3"),
         ("on_off", [0.0, 0.0, np.inf, 0.0], "0 or 1"),

@@ -50,7 +50,7 @@ def test_the_arm_comes_to_the_angle_wanted(name, suite, made):
 
 def test_stiffness_is_had_by_co_contraction(suite, made):
     run = drive(
-        made("pressure", task="stiffness", max_episode_steps=95), suite.feed_forward(), seed=2
+        made("pressure_set", task="stiffness", max_episode_steps=95), suite.feed_forward(), seed=2
     )
     asked = run.wanted_stiffness[-1, 0]
     assert run.stiffness[-20:, 0] == pytest.approx(np.full(20, asked), rel=0.03)
@@ -58,7 +58,7 @@ def test_stiffness_is_had_by_co_contraction(suite, made):
 
 
 def test_compensated_feed_forward_halves_the_error_of_a_pid(suite, made):
-    env = made("pressure", task="sine", max_episode_steps=200)
+    env = made("pressure_set", task="sine", max_episode_steps=200)
     pid = min(
         (drive(env, suite.pid(time), seed=0) for time in FAMILIES["PID"].tried),
         key=lambda run: score(run).rmse,
@@ -72,7 +72,7 @@ def test_compensated_feed_forward_halves_the_error_of_a_pid(suite, made):
     reason="there is a screen",
 )
 def test_a_missing_screen_is_one_line_that_names_the_fix(made):
-    env = made("pressure", render_mode="human")
+    env = made("pressure_set", render_mode="human")
     with pytest.raises(EngineError, match="DISPLAY") as caught:
         env.reset(seed=0)
     assert "\n" not in str(caught.value)
