@@ -36,7 +36,7 @@ _FARTHEST = 3.0
 """Angle beyond which no balance is searched [rad]."""
 
 _NEAR = 1e-9  # rad
-_TURN = 1e-5  # rad or m, for slopes
+_TURN = 1e-5  # rad or m, for derivatives
 _MOST_STEPS = 200
 _SCALAR = (int(mujoco.mjtJoint.mjJNT_HINGE), int(mujoco.mjtJoint.mjJNT_SLIDE))
 _DOUBLINGS = 5

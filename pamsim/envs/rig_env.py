@@ -31,7 +31,7 @@ class RigEnv(gymnasium.Env[FloatArray, NDArray[Any]]):
 
     ## Action Space
 
-    i counts the muscles from 0.
+    Muscles are counted from i = 0.
     Set points that a regulator per muscle keeps (``action="pressure_set"``, the default) or
     openings of continuous valves (``action="valve"``): `Box(-1, 1, (m,))`.
 
@@ -231,7 +231,7 @@ class RigEnv(gymnasium.Env[FloatArray, NDArray[Any]]):
         }
 
     def __setstate__(self, state: dict[str, Any]) -> None:
-        """Make the environment anew and continue its episode."""
+        """Make the environment again and continue its episode."""
         RigEnv.__init__(self, **state["arguments"])
         self.spec = state["spec"]
         self._np_random, self._np_random_seed = state["random"]

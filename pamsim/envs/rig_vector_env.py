@@ -157,7 +157,7 @@ class RigVectorEnv(VectorEnv[FloatArray, NDArray[Any], NDArray[Any]]):
         }
 
     def __setstate__(self, state: dict[str, Any]) -> None:
-        """Make the environment anew and continue its episodes."""
+        """Make the environment again and continue its episodes."""
         RigVectorEnv.__init__(self, **state["arguments"])
         self.spec = state["spec"]
         self._generators, self._over = state["random"], state["over"].copy()

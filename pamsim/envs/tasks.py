@@ -67,7 +67,7 @@ def _steps(
     *ranges: tuple[float, float],
     every: float = STEP_EVERY,
 ) -> FloatArray:
-    """(ranges, n) of values that are drawn anew from each range at equal intervals."""
+    """(ranges, n) of values that are drawn again from each range at equal intervals."""
     index = np.floor(time / every + 1e-9).astype(int)
     low, high = np.array(ranges).T
     return rng.uniform(low, high, (index[-1] + 1, len(ranges)))[index].T
