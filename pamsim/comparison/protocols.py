@@ -16,9 +16,6 @@ from pamsim.signals.excitation import bursts, held_levels, multisine, triangle
 FloatArray = NDArray[np.float64]
 Drive = Callable[[FloatArray, np.random.Generator], FloatArray]
 
-HELD_OUT_SUFFIX = "_check"
-"""End of the name of a protocol's second setting, which diagnoses hold out."""
-
 DURATION = 8.0
 """Length of a trial [s]."""
 

@@ -12,6 +12,9 @@ from numpy.typing import NDArray
 from pamsim.core.drive import Drive, DriveLike
 from pamsim.core.signal_names import muscle_channels
 
+HELD_OUT_SUFFIX = "_check"
+"""Trials of protocols with this end of the name are held out unless others are named."""
+
 
 @dataclass(frozen=True, kw_only=True)
 class TrialLead:

@@ -7,9 +7,9 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from pamsim.comparison.measurements import CalibrationData
-from pamsim.comparison.protocols import HELD_OUT_SUFFIX
 from pamsim.comparison.trial_parts import TrialParts, cut_trials
 from pamsim.core.errors import InputError, nearest
+from pamsim.core.trial import HELD_OUT_SUFFIX
 from pamsim.diagnosis.method.verdict_thresholds import UNREPEATED_GAIN
 
 FEW_REPEATS = (

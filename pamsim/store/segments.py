@@ -3,7 +3,9 @@
     period = "9.93 s"                  # or segments = [[12.0, 22.0], [31.5, 41.5]]
     lead_in = "2 s"                    # simulated before each, not compared
 
-Times count from the log's first row. Trials of one log are repeats of each other.
+Times count from the log's first row. Periods are repeats of each other; so are segments, but for
+those whose commands are held at other levels: they are inputs of their own, ``protocol_2`` and so
+on.
 """
 
 from __future__ import annotations
@@ -16,7 +18,7 @@ from typing import Any
 import numpy as np
 
 from pamsim.core.errors import InputError
-from pamsim.core.trial import Trial, TrialLead
+from pamsim.core.trial import HELD_OUT_SUFFIX, Trial, TrialLead
 from pamsim.core.units import parse_quantity
 from pamsim.store.recording_checks import FEWEST_ROWS
 
@@ -26,6 +28,7 @@ KEYS = ("period", "segments", "lead_in")
 _LEAD_IN = 2.0  # before a segment, if nothing is stated [s]: valves, friction and hysteresis
 # forget within it, the slow creep of fluidic muscles does not
 _ROUNDING = 1e-6  # of times written by hand [s]
+_BRIEF = 3  # rows at one level that may be the end of the level before
 
 
 def trials_of(trial: Trial, entry: Mapping[str, Any], where: str) -> tuple[Trial, ...]:
@@ -66,6 +69,8 @@ def trials_of(trial: Trial, entry: Mapping[str, Any], where: str) -> tuple[Trial
     trials = [_part(trial, span, lead, where) for span in spans]
     if len(trials) == 1:
         return (trials[0],)
+    if "segments" in entry:
+        trials = _inputs_apart(trials)
     return tuple(replace(t, name=f"{trial.name}_{k}") for k, t in enumerate(trials, start=1))
 
 
@@ -103,6 +108,29 @@ def _part(trial: Trial, span: tuple[float, float], lead: float, where: str) -> T
         measured={channel: values[rows] for channel, values in trial.measured.items()},
         lead_in=lead_in,
     )
+
+
+def _inputs_apart(trials: list[Trial]) -> list[Trial]:
+    """Trials with a protocol of their own for each input, where there are several."""
+    levels = [_levels(trial) for trial in trials]
+    inputs = list(dict.fromkeys(levels))
+    if len(inputs) == 1:
+        return trials
+    named: list[Trial] = []
+    for trial, own in zip(trials, levels, strict=True):
+        stem = trial.protocol.removesuffix(HELD_OUT_SUFFIX)
+        end = trial.protocol.removeprefix(stem)
+        named.append(replace(trial, protocol=f"{stem}_{inputs.index(own) + 1}{end}"))
+    return named
+
+
+def _levels(trial: Trial) -> tuple[tuple[float, ...], ...]:
+    """Levels at which the commands of a trial are held, one after the other, but for brief ones."""
+    held = trial.command[:, [not between for between in trial.drives.between]]
+    changes = np.flatnonzero(np.any(np.diff(held, axis=0) != 0.0, axis=1)) + 1
+    edges = np.concatenate([[0], changes, [len(held)]])
+    longer = edges[:-1][np.diff(edges) > _BRIEF]
+    return tuple(tuple(held[row].tolist()) for row in longer)
 
 
 def _seconds(value: object, where: str) -> float:

@@ -10,10 +10,11 @@ from typing import Any
 import numpy as np
 
 from pamsim.comparison.effects_on_rig import at_size, rig_effect, rig_name
-from pamsim.comparison.protocols import HELD_OUT_SUFFIX, PROTOCOLS, protocol
+from pamsim.comparison.protocols import PROTOCOLS, protocol
 from pamsim.core.errors import InputError, nearest
 from pamsim.core.experiment import Experiment
 from pamsim.core.recording import Recording
+from pamsim.core.trial import HELD_OUT_SUFFIX
 from pamsim.effects.catalog import EFFECTS
 from pamsim.effects.effect import AT
 from pamsim.engine.batch import simulate_batch

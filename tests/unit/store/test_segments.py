@@ -104,3 +104,16 @@ def test_a_lead_in_back_to_rest_repeats_the_log_and_a_longer_one_comes_nearer(re
         errors.append(missed(rig, trial))
     assert errors[0] > errors[1] > 1e-4
     assert errors[2] < 1e-6
+
+
+def test_segments_at_other_levels_are_inputs_of_their_own():
+    """Two levels in turn, the second row late once: a row more or less makes no other input."""
+    level = np.where((TIME % 4.0) < 2.0, 1e4, 3e4)
+    level[400] = 3e4
+    command = np.column_stack([level, level])
+    spans = {"segments": [[0, 2], [2, 4], [4, 6], [6, 8]], "lead_in": 0}
+    for protocol, wanted in (("hold", "hold_{}"), ("hold_check", "hold_{}_check")):
+        trials = trials_of(log(command=command, protocol=protocol), spans, "log")
+        assert [t.protocol for t in trials] == [wanted.format(k) for k in (1, 2, 1, 2)]
+    measured = log(command=command + np.arange(1001)[:, None], drive="measured")
+    assert {t.protocol for t in trials_of(measured, spans, "log")} == {"square"}
