@@ -1,0 +1,414 @@
+"""The EquiMus leg: open loop, calibrated, diagnosed, and judged on recordings that no fit has seen.
+
+FOLDER is a copy of github.com/fly-pigTH/EquiMus at commit 095f3a5 (MIT). Fitted is a part of its
+ToCenter recording: steps from no pressure to a held one and back. Judged are cycles 2 to 10 of its
+TriStatic recording: three steps in turn, a month earlier.
+
+    python scripts/equimus_leg.py FOLDER [--only PART] [--workers 2]
+
+PART is open, static, calibrate, diagnose, judge or pictures. Calibration takes a quarter of an hour
+of one processor, the diagnosis an hour.
+"""
+
+from __future__ import annotations
+
+import argparse
+import importlib.metadata
+import json
+import platform
+import shutil
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+import pamsim
+from pamsim.comparison.measurements import read_calibration_data
+from pamsim.comparison.trial_prediction import TrialPredictor
+from pamsim.core.experiment import Experiment
+from pamsim.engine.rig import Rig
+from pamsim.store.json_file import write_json
+
+FloatArray = NDArray[np.float64]
+
+ROOT = Path(__file__).parents[1]
+RESULTS = ROOT / "scripts" / "results" / "equimus_leg.json"
+PICTURES = ROOT / "docs" / "images"
+OUT = ROOT / "out" / "equimus_leg"
+SCHEMA = "pamsim-equimus-leg/1"
+PARTS = ("open", "static", "calibrate", "diagnose", "judge", "pictures")
+
+DYNAMIC = Path("src/validation_physical/dynamic")
+STATIC = Path("src/validation_physical/static")
+TRIANGLE = DYNAMIC / "data" / "TriStatic_2025-01-21_19-26-44_A2B_data.csv"
+RELEASE = DYNAMIC / "data" / "ToCenter_2025-02-20_21-06-20_A2B_data.csv"
+
+JOINTS = ("hip", "knee")
+CHANNELS = ("hip.angle", "knee.angle")
+
+FITTED, CHECKED = (2, 7, 12, 19, 30), (8, 13, 24)
+"""Steps of ToCenter, of 36 in the file's order. None drives the knee to its stop, see STATIC."""
+STEP_SECONDS, CYCLE_SECONDS, CYCLES = 10, 6, 10
+
+# name -> what `pamsim calibrate` may change, and within what [SI].
+FREE = {
+    "hip_bellows:force.scale": None,
+    "knee_bellows:force.scale": None,
+    "hip_bellows:stroke.nominal_length": None,
+    "knee_bellows:stroke.nominal_length": None,
+    "hip_bellows:stroke.damping": (1.0, 200.0),
+    "knee_bellows:stroke.damping": (1.0, 200.0),
+    "valve.conductance_fill": (1e-11, 5e-9),
+    "valve.conductance_exhaust": (1e-11, 5e-9),
+    "valve.line_lag": (0.0, 0.6),
+    "valve.delay": (0.0, 0.4),
+    "joint.hip.frictionloss": (0.0, 1.0),
+    "joint.knee.frictionloss": (0.0, 1.0),
+}
+BASE = tuple(name for name in FREE if "friction" not in name and "valve" not in name)
+"""What the authors fitted too: areas, springs, dampers."""
+NUISANCE = tuple(name for name in FREE if "scale" in name or "length" in name)
+EFFECTS = (
+    "valve_delay", "line_lag", "valve_slew", "valve_asymmetry", "tube_resistance",
+    "coulomb_friction", "viscous_friction", "muscle_hysteresis", "viscoelastic_creep",
+)  # fmt: skip
+
+CALIBRATED = "with_valves_and_friction"
+KEPT = (
+    "verdict", "sentence", "effects", "certain", "resembles", "alternatives", "gap", "noise_floor",
+    "tried", "next_experiment", "rollouts", "seconds",
+)  # fmt: skip
+"""Of a diagnosis, in the record."""
+
+STATIC_NUMBERS = {
+    "hip_bellows:force.stiffness": 203.94877985761158,
+    "knee_bellows:force.stiffness": 105.07337552294058,
+    "hip_bellows:force.area": 0.0004108979203914209,
+    "knee_bellows:force.area": 0.0003244353052769064,
+    "hip_bellows:stroke.nominal_length": 0.1740,
+    "knee_bellows:stroke.nominal_length": 0.2562,
+}
+"""The authors' static fit, static/log/sysid_parameters.csv."""
+AT_STOP = 0.5  # deg: a knee below it lies on its stop
+
+UNDAMPED = {"joint.hip.damping": 0.0, "knee_bellows:stroke.damping": (2 * 25.7807 + 0.4224) / 4.0}
+"""What trajectory_track_triangle.ipynb simulates: it asks for a joint RB_shoulder, the model has
+RB_Shoulder, and the hip's damping lands on the last joint, half of the knee bellows."""
+SCORED_FROM, SCORED_FOR, RECORDED = 28.0, 40.0, 59.98
+"""That notebook scores 40 s from 28 s on [s]; the recording ends before, and its last angles are
+held: ``time_sim[6000]`` is 30 s at the model's step of 5 ms."""
+
+HEAD = """schema = "pamsim-recording/2"
+rig = "equimus_leg"
+
+[columns]
+time = {{ column = "relative_time", unit = "s", wraps = {wraps} }}
+"hip.angle" = {{ column = "thigh_theta21", unit = "deg" }}
+"knee.angle" = {{ column = "calf_theta32", unit = "deg" }}
+"hip_bellows.{quantity}" = {{ column = "{first}", unit = "Pa" }}
+"knee_bellows.{quantity}" = {{ column = "{second}", unit = "Pa" }}
+
+[[trial]]
+file = "{file}"
+protocol = "{protocol}"
+drive = "{drive}"
+rate = "{rate} Hz"
+lead_in = "{lead} s"
+segments = {segments}
+"""
+
+
+def recording(
+    folder: Path, file: Path, protocol: str, segments: list[list[float]], **settings: Any
+) -> Path:
+    """Say what a log of the authors is; returns the folder of the recording."""
+    triangle = file == TRIANGLE
+    columns = ("pressure{}_end", 2) if triangle else ("current_pressure{}", STEP_SECONDS)
+    given = {"quantity": "pressure_set", "drive": "pressure_set", **settings}
+    made = OUT / "recordings" / f"{protocol}_{given['drive']}"
+    made.mkdir(parents=True, exist_ok=True)
+    shutil.copyfile(folder / file, made / "log.csv")
+    text = HEAD.format(
+        wraps=columns[1],
+        first=columns[0].format(1),
+        second=columns[0].format(2),
+        file="log.csv",
+        protocol=protocol,
+        segments=segments,
+        **given,
+    )
+    (made / "recording.toml").write_text(text, encoding="utf-8")
+    return made
+
+
+def released(folder: Path, steps: tuple[int, ...], protocol: str) -> Path:
+    """Some steps of ToCenter."""
+    spans = [[STEP_SECONDS * k, STEP_SECONDS * k + 9.0] for k in steps]
+    return recording(folder, RELEASE, protocol, spans, rate=25, lead=1)
+
+
+def triangle(folder: Path, **settings: Any) -> Path:
+    """Cycles 2 to 10 of TriStatic, each from the one before."""
+    spans = [
+        [float(CYCLE_SECONDS * k), min(CYCLE_SECONDS * (k + 1.0), RECORDED)]
+        for k in range(1, CYCLES)
+    ]
+    return recording(
+        folder, TRIANGLE, "triangle_check", spans, rate=50, lead=CYCLE_SECONDS, **settings
+    )
+
+
+def residuals(rig: Rig, source: Path) -> dict[str, dict[str, FloatArray]]:
+    """Trial -> channel -> measured minus simulated [rad]."""
+    data = read_calibration_data([source]).of_rig(rig)
+    predictor = TrialPredictor(rig, data, channels=("angle",))
+    (prediction,) = predictor.predictions([rig])
+    assert prediction is not None
+    return {
+        t.name: {c: t.measured[c] - prediction.trials[t.name][c] for c in CHANNELS}
+        for t in data.trials
+    }
+
+
+def rms(found: dict[str, dict[str, FloatArray]]) -> dict[str, float]:
+    """Joint -> RMS over all trials [rad]."""
+    return {
+        joint: float(np.sqrt(np.mean(np.concatenate([r[c] for r in found.values()]) ** 2)))
+        for joint, c in zip(JOINTS, CHANNELS, strict=True)
+    }
+
+
+def floors(folder: Path) -> dict[str, float]:
+    """Joint -> what cycles 2 to 10 of TriStatic differ by from their mean [rad]."""
+    trials = pamsim.read_recordings(triangle(folder)).trials
+    rows = min(t.time.size for t in trials)
+    found: dict[str, float] = {}
+    for joint, channel in zip(JOINTS, CHANNELS, strict=True):
+        stack = np.stack([t.measured[channel][:rows] for t in trials])
+        found[joint] = float(np.sqrt(stack.var(axis=0, ddof=1).mean()))
+    return found
+
+
+def log(folder: Path) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Time [s], angles [rad] and commanded pressures [Pa] of the whole of TriStatic."""
+    table = np.genfromtxt(folder / TRIANGLE, delimiter=",", names=True)
+    rounds = np.concatenate([[0], np.cumsum(np.diff(table["relative_time"]) < 0.0)])
+    angle = np.radians(np.stack([table["thigh_theta21"], table["calf_theta32"]], axis=1))
+    pressure = np.stack([table["pressure1_end"], table["pressure2_end"]], axis=1)
+    return table["relative_time"] + 2.0 * rounds, angle, pressure
+
+
+def notebook_score(rig: Rig, folder: Path, seconds: float) -> dict[str, float]:
+    """RMS as the notebook takes it, from 28 s on, pressures imposed [rad]."""
+    time, angle, pressure = log(folder)
+    steps = np.array([pressure[np.searchsorted(time, t)] for t in (4.5, 0.5, 2.5)])
+    clock = np.arange(0.0, 100.0, 0.01)
+    experiment = Experiment(
+        drive="measured",
+        command_time=clock,
+        command_value=steps[((clock // 2.0) % 3).astype(int)],
+        start_pressure=steps[0],
+        duration=99.9,
+        sample_rate=100.0,
+    )
+    run = pamsim.simulate(rig, experiment).completed()
+    at = SCORED_FROM + np.arange(0.0, seconds, 0.01)
+    return {
+        joint: float(
+            np.sqrt(
+                np.mean(
+                    (
+                        np.interp(at, time, angle[:, k])
+                        - np.interp(at, run.time - 2.0, run.signal(f"{joint}.angle"))
+                    )
+                    ** 2
+                )
+            )
+        )
+        for k, joint in enumerate(JOINTS)
+    }
+
+
+def open_loop(folder: Path) -> dict[str, Any]:
+    """The rig as shipped, pressures imposed, against TriStatic."""
+    rig = pamsim.load_rig("equimus_leg")
+    imposed = triangle(folder, quantity="pressure", drive="measured")
+    return {
+        "floors": floors(folder),
+        "cycles_2_to_10": rms(residuals(rig, imposed)),
+        "with_assumed_valves": rms(residuals(rig, triangle(folder))),
+        "as_the_notebook_scores": notebook_score(rig, folder, SCORED_FOR),
+        "as_the_notebook_simulates": notebook_score(
+            rig.with_parameters(UNDAMPED), folder, SCORED_FOR
+        ),
+        "the_same_while_recorded": notebook_score(
+            rig.with_parameters(UNDAMPED), folder, RECORDED - SCORED_FROM
+        ),
+    }
+
+
+def static_points(folder: Path) -> dict[str, Any]:
+    """The authors' static numbers against the 36 static points, and where the knee stops."""
+    points = np.genfromtxt(
+        folder / STATIC / "data" / "real_static_state" / "real(all)_StaticPoint_6group.csv",
+        delimiter=",",
+        skip_header=1,
+    )
+    rig = pamsim.load_rig("equimus_leg").with_parameters(STATIC_NUMBERS)
+    ends = np.array(
+        [
+            [
+                pamsim.simulate(rig, pamsim.pressure_step(p, p, duration=4.0))
+                .completed()
+                .signal(channel)[-1]
+                for channel in CHANNELS
+            ]
+            for p in (points[:, :2] * 1e3).tolist()
+        ]
+    )
+    miss = np.radians(points[:, 2:4]) - ends
+    free = points[:, 3] > AT_STOP
+    stopped = np.radians(points[~free, 3])
+    return {
+        "points": int(free.size),
+        "not_at_the_stop": int(free.sum()),
+        "rms_not_at_the_stop": dict(
+            zip(JOINTS, np.sqrt(np.mean(miss[free] ** 2, axis=0)).tolist(), strict=True)
+        ),
+        "stop": float(stopped.mean()),
+        "stop_scatter": float(stopped.std(ddof=1)),
+    }
+
+
+def calibration(folder: Path, workers: int) -> dict[str, Any]:
+    """Fit to ToCenter, with the authors' kinds of numbers alone and with valves and friction."""
+    sources = [released(folder, FITTED, "release"), released(folder, CHECKED, "release_more")]
+    results: dict[str, Any] = {}
+    for name, free in (("as_the_authors", BASE), (CALIBRATED, tuple(FREE))):
+        out = OUT / name
+        found = pamsim.calibrate(
+            sources,
+            free=free,
+            bounds={n: FREE[n] for n in free if FREE[n] is not None},
+            channels=["angle"],
+            threads=workers,
+            out=out,
+        )
+        print(found.summary())
+        rig = pamsim.load_rig(out / "rig")
+        results[name] = {
+            "parameters": [
+                {"name": p.name, "value": p.value, "interval95": p.interval95, "flags": p.flags}
+                for p in found.parameters
+            ],
+            "tocenter": [rms(residuals(rig, source)) for source in sources],
+            "fitted_steps": [*FITTED, *CHECKED],
+        }
+    return results
+
+
+def diagnosis(folder: Path, workers: int) -> dict[str, Any]:
+    """What a rig misses in ToCenter, judged on three steps of it: as shipped, and calibrated."""
+    sources = [released(folder, FITTED, "release"), released(folder, CHECKED, "release_check")]
+    results: dict[str, Any] = {}
+    for name, rig in (("as_shipped", "equimus_leg"), (CALIBRATED, str(OUT / CALIBRATED / "rig"))):
+        report = pamsim.diagnose(
+            sources,
+            rig=rig,
+            channels=["angle"],
+            nuisance=NUISANCE,
+            effects=EFFECTS,
+            threads=workers,
+            out=OUT / f"diagnosis_{name}",
+        )
+        print(name, report.summary())
+        kept = report.to_dict()
+        results[name] = {key: kept[key] for key in KEPT}
+    return results
+
+
+LEVELS = {"first": (0.0, 2.0), "second": (2.0, 4.0), "third": (4.0, 6.0)}
+"""Of a cycle: from its beginning on [s]."""
+LEAST_SET = 5e3
+"""Commands below this are taken as no pressure, to see whether the regulators do so [Pa]."""
+
+
+def judged(folder: Path) -> dict[str, Any]:
+    """Every rig against cycles 2 to 10 of TriStatic, which nothing was fitted to."""
+    source = triangle(folder)
+    rigs = {"as_shipped": pamsim.load_rig("equimus_leg")}
+    for name in ("as_the_authors", CALIBRATED, "diagnosis_as_shipped", f"diagnosis_{CALIBRATED}"):
+        if (OUT / name / "rig" / "params.toml").is_file():
+            rigs[name] = pamsim.load_rig(OUT / name / "rig")
+    results: dict[str, Any] = {"floors": floors(folder), "rigs": {}}
+    for name, rig in rigs.items():
+        found = residuals(rig, source)
+        held = {
+            level: {
+                joint: float(np.mean([r[c][int(50 * (end - 0.5)) : int(50 * end)].mean()
+                                      for r in found.values()]))
+                for joint, c in zip(JOINTS, CHANNELS, strict=True)
+            }
+            for level, (_, end) in LEVELS.items()
+        }  # fmt: skip
+        results["rigs"][name] = {"rms": rms(found), "held": held}
+        results["rigs"][name]["small_commands_as_none"] = rms(
+            residuals(rig, without_small_commands(folder))
+        )
+        print(name, results["rigs"][name])
+    return results
+
+
+def without_small_commands(folder: Path) -> Path:
+    """TriStatic with commands below `LEAST_SET` replaced by 0: seen after the fact, no fit."""
+    made = triangle(folder)
+    cut = OUT / "recordings" / "triangle_cut"
+    shutil.copytree(made, cut, dirs_exist_ok=True)
+    lines = (made / "log.csv").read_text(encoding="utf-8").splitlines()
+    names = lines[0].split(",")
+    rows = [line.split(",") for line in lines[1:]]
+    for column in ("pressure1_end", "pressure2_end"):
+        index = names.index(column)
+        for row in rows:
+            row[index] = row[index] if float(row[index]) >= LEAST_SET else "0.0"
+    text = "\n".join([lines[0], *map(",".join, rows)]) + "\n"
+    (cut / "log.csv").write_text(text, encoding="utf-8")
+    return cut
+
+
+def main() -> None:
+    """Run what is asked for and write the record."""
+    parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
+    parser.add_argument("folder", type=Path, help="the authors' repository")
+    parser.add_argument("--only", choices=PARTS)
+    parser.add_argument("--workers", type=int, default=2)
+    asked = parser.parse_args()
+    record: dict[str, Any] = {}
+    if RESULTS.is_file():
+        record = json.loads(RESULTS.read_text(encoding="utf-8"))
+    record |= {
+        "schema": SCHEMA,
+        "command": "python scripts/equimus_leg.py FOLDER",
+        "data": "github.com/fly-pigTH/EquiMus, commit 095f3a5, MIT",
+        "versions": {
+            "python": platform.python_version(),
+            **{n: importlib.metadata.version(n) for n in ("mujoco", "numpy", "scipy")},
+        },
+    }
+    jobs = {
+        "open": lambda: open_loop(asked.folder),
+        "static": lambda: static_points(asked.folder),
+        "calibrate": lambda: calibration(asked.folder, asked.workers),
+        "diagnose": lambda: diagnosis(asked.folder, asked.workers),
+        "judge": lambda: judged(asked.folder),
+    }
+    for part, job in jobs.items():
+        if asked.only in (None, part):
+            record[part] = job()
+            print(part, json.dumps(record[part])[:2000])
+            write_json(RESULTS, record)
+
+
+if __name__ == "__main__":
+    main()
