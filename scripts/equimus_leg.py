@@ -122,7 +122,7 @@ segments = {segments}
 def recording(
     folder: Path, file: Path, protocol: str, segments: list[list[float]], **settings: Any
 ) -> Path:
-    """Say what a log of the authors is; returns the folder of the recording."""
+    """Make a recording of a log of the authors; returns its folder."""
     triangle = file == TRIANGLE
     columns = ("pressure{}_end", 2) if triangle else ("current_pressure{}", STEP_SECONDS)
     given = {"quantity": "pressure_set", "drive": "pressure_set", **settings}
