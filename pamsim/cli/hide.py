@@ -30,7 +30,11 @@ from pamsim.cli.output import save_json
     help="library: by the library's formulas in MuJoCo; plant: by the same in an independent plant;"
     " independent: by other formulas in that plant.",
 )
-@names_option("--protocols", help="Inputs, such as triangle,bursts; all if left out")
+@names_option(
+    "--protocols",
+    help="Inputs, such as triangle,bursts, or stretch,isometric,relaxation of a machine that moves"
+    " the joints; all but these if left out",
+)
 @click.option("--repeats", type=int, default=4, show_default=True, help="Trials per setting.")
 @click.option("--duration", type=SECONDS, help="Of a trial, such as 5s; 8 s if left out.")
 @click.option("--coloured", is_flag=True, help="Noise half of which drifts; white if left out.")

@@ -41,7 +41,8 @@ def regressors(trial: Trial, simulated: Mapping[str, FloatArray]) -> dict[str, F
         quantities["common_pressure"] = stack.mean(axis=1)
         if trial.muscles == 2:
             quantities["pressure_difference"] = stack[:, 0] - stack[:, 1]
-    changed = np.concatenate([[True], np.any(np.diff(trial.command, axis=0) != 0.0, axis=1)])
+    commands = trial.command[:, : trial.muscles]
+    changed = np.concatenate([[True], np.any(np.diff(commands, axis=0) != 0.0, axis=1)])
     if changed.mean() < 0.5:  # a command that changes at every sample has no holds
         quantities["in_hold"] = _since(trial.time, changed)
     for channel, position in simulated.items():

@@ -123,7 +123,11 @@ def _smooth(
     A motion whose speed jumped would take an infinite force. The slope is that of the parabola
     through a value and its neighbours.
     """
-    slope = np.gradient(values, time, edge_order=min(2, len(time) - 1))
+    slope: NDArray[np.float64]
+    if len(time) > 2:
+        slope = np.gradient(values, time, edge_order=2)
+    else:
+        slope = np.gradient(values, time, edge_order=1)
     index = np.clip(np.searchsorted(time, at, side="right") - 1, 0, len(time) - 2)
     width, rise = np.diff(time)[index], np.diff(values)[index]
     share = np.minimum((at - time[index]) / width, 1.0)

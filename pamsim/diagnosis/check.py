@@ -47,6 +47,7 @@ _SLIPS = {
     "angle": ((57.29578, "rad, not deg"), (1.0 / 57.29578, "deg, not rad"), (360.0, "turns")),
     "pressure": ((100.0, "bar, not kPa"), (0.145038, "psi, not kPa"), (1000.0, "MPa, not kPa")),
     "force": ((1000.0, "kN, not N"), (9.80665, "kgf, not N")),
+    "torque": ((0.001, "N*mm, not N*m"),),
 }
 """Kind of channel -> what its numbers would have to be multiplied by, and the unit they are in."""
 

@@ -136,7 +136,7 @@ def _fingerprint(data: CalibrationData) -> str:
     """Identifies the recordings."""
     digest = hashlib.sha256()
     for trial in data.trials:
-        digest.update(trial.name.encode())
+        digest.update(f"{trial.name} {trial.drives}".encode())
         lead = trial.lead_in
         before = () if lead is None else (lead.time, lead.command, lead.start_pressure)
         for values in (*before, trial.time, trial.command, *trial.measured.values()):

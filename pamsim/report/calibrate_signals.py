@@ -32,7 +32,8 @@ _KINDS = {
     "angle": ("angle β [deg]", DEG_PER_RAD),
     "position": ("position [mm]", MM_PER_M),
     "pressure": ("gauge pressure [kPa]", 1.0 / PA_PER_KPA),
-    "force": ("tension [N]", 1.0),
+    "force": ("force [N]", 1.0),
+    "torque": ("torque [N m]", 1.0),
 }
 _DASHED = (0, (3, 2))
 _MOST_POINTS = 400  # of measured samples drawn; more only make the file larger

@@ -191,7 +191,7 @@ def _pressures(ax: Axes, trial: Trial) -> list[Line2D]:
         colour, _ = series_look(index)
         label = words(trial.muscle_names[index]) if trial.muscle_names else f"muscle {index + 1}"
         values = trial.measured.get(channel)
-        if trial.drive == "pressure_set":
+        if trial.drives.muscles[index] == "pressure_set":
             ax.step(
                 trial.time,
                 trial.command[:, index] / PA_PER_KPA,
@@ -205,7 +205,7 @@ def _pressures(ax: Axes, trial: Trial) -> list[Line2D]:
             continue
         curves += ax.plot(trial.time, values / PA_PER_KPA, color=colour, label=label)
     handles = [*curves]
-    if trial.drive == "pressure_set":
+    if "pressure_set" in trial.drives.muscles:
         handles.append(Line2D([], [], color=MUTED, linestyle=":", label="set point"))
     if missing:
         handles.append(Line2D([], [], linestyle="", label=f"{', '.join(missing)}: not measured"))

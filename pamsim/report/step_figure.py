@@ -42,7 +42,7 @@ def step_figure(recording: Recording) -> Figure:
         middle.plot(
             recording.time, recording.pressure[:, i] / PA_PER_KPA, color=colour, label=label
         )
-        if recording.drive == "pressure_set":
+        if recording.drives.muscles[i] == "pressure_set":
             middle.plot(
                 recording.time,
                 recording.command[:, i] / PA_PER_KPA,

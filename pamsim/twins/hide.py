@@ -10,7 +10,9 @@ from typing import Any
 import numpy as np
 
 from pamsim.comparison.effects_on_rig import at_size, rig_effect, rig_name
+from pamsim.comparison.imposed_motion import IMPOSED_MOTIONS
 from pamsim.comparison.protocols import PROTOCOLS, protocol
+from pamsim.core.drive import IMPOSED
 from pamsim.core.errors import InputError, nearest
 from pamsim.core.experiment import Experiment
 from pamsim.core.recording import Recording
@@ -98,11 +100,7 @@ def hide(
     }
     if settings.quantised:
         trials = {stem: quantised(one, base.sensor) for stem, one in trials.items()}
-    if settings.measured_drive:
-        trials = {
-            stem: dataclasses.replace(one, drive="measured", command=one.pressure)
-            for stem, one in trials.items()
-        }
+    trials = {stem: _as_recorded(one, settings.measured_drive) for stem, one in trials.items()}
     return SyntheticRecording(
         rig=base,
         reference=_reference(rig),
@@ -112,6 +110,18 @@ def hide(
         trials=trials,
         protocols=protocols,
     )
+
+
+def _as_recorded(run: Recording, measured: bool) -> Recording:
+    """A recording whose drive is what its sensors read, as far as sensors read it."""
+    drives, command = run.drives, run.command.copy()
+    if measured:
+        drives = dataclasses.replace(drives, muscles=("measured",) * len(drives.muscles))
+        command[:, : len(drives.muscles)] = run.pressure
+    for column, (joint, kind) in enumerate(drives.joints.items(), start=len(drives.muscles)):
+        if kind in IMPOSED:
+            command[:, column] = run.positions[:, list(run.joints).index(joint)]
+    return dataclasses.replace(run, drive=drives.stated(run.muscles), command=command)
 
 
 def _resolved(effects: Mapping[str, float], formulation: str) -> tuple[Mapping[str, float], _Sized]:
@@ -172,7 +182,9 @@ def _experiments(rig: Rig, settings: HideSettings) -> Iterator[tuple[str, Experi
     for name in _names(settings):
         for setting, end in enumerate(("", HELD_OUT_SUFFIX)):
             seed = 2 * settings.seed + setting
-            if numbers is None or name in PROTOCOLS:
+            if name in IMPOSED_MOTIONS:
+                yield f"{name}{end}", IMPOSED_MOTIONS[name].experiment(rig, seed, settings.duration)
+            elif numbers is None or name in PROTOCOLS:
                 made = protocol(name).experiment(seed, settings.duration, muscles=muscles)
                 yield f"{name}{end}", made
             elif name in INPUTS:
@@ -180,7 +192,8 @@ def _experiments(rig: Rig, settings: HideSettings) -> Iterator[tuple[str, Experi
                 made = INPUTS[name].experiment(numbers, seed, settings.duration, loads=loads)
                 yield f"{name}{end}", made
             else:
-                raise InputError(f"no protocol {name!r}; {nearest(name, [*INPUTS, *PROTOCOLS])}")
+                known = [*INPUTS, *PROTOCOLS, *IMPOSED_MOTIONS]
+                raise InputError(f"no protocol {name!r}; {nearest(name, known)}")
 
 
 def _in_plant(

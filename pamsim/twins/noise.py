@@ -22,6 +22,9 @@ ANGLE_NOISE, PRESSURE_NOISE, FORCE_NOISE = 0.05 / DEG_PER_RAD, 400.0, 1.5
 1 MPa with 12 bits, load cells of 2 kN."""
 
 _JOINT_NOISE = {"angle": ANGLE_NOISE, "position": 1e-4}  # [rad, m]
+_MACHINE_NOISE = {"angle": 2e-5, "position": 2e-6}
+"""Of a joint whose motion a machine imposes, and reads, in steps of micrometres [rad, m]."""
+_EFFORT_NOISE = {"angle": 0.05, "position": FORCE_NOISE}  # [N m, N]
 
 DRIFT = 0.3
 """Correlation time of coloured noise [s]."""
@@ -55,7 +58,7 @@ def with_variation(rig: Rig, rng: np.random.Generator, variation: float) -> Rig:
 def with_noise(
     run: Recording, rng: np.random.Generator, factor: float, *, coloured: bool
 ) -> Recording:
-    """A recording with noise on angle, pressures and forces.
+    """A recording with noise on joints, pressures and forces.
 
     Args:
         run: as error-free sensors give it.
@@ -68,12 +71,22 @@ def with_noise(
     def noise(shape: tuple[int, ...], sd: float | FloatArray) -> FloatArray:
         return factor * sd * _unit_noise(rng, shape, coloured, rate)
 
-    sizes = np.array([_JOINT_NOISE[kind] for kind in run.joints.values()])
-    return dataclasses.replace(
+    imposed = run.drives.imposed
+    sizes = np.array(
+        [(_MACHINE_NOISE if j in imposed else _JOINT_NOISE)[k] for j, k in run.joints.items()]
+    )
+    noisy = dataclasses.replace(
         run,
         positions=run.positions + noise(run.positions.shape, sizes),
         pressure=run.pressure + noise(run.pressure.shape, PRESSURE_NOISE),
         tension=run.tension + noise(run.tension.shape, FORCE_NOISE),
+    )
+    return dataclasses.replace(
+        noisy,
+        effort={
+            joint: values + noise(values.shape, _EFFORT_NOISE[run.joints[joint]])
+            for joint, values in run.effort.items()
+        },
     )
 
 

@@ -1,0 +1,26 @@
+"""A muscle in a tensile machine: the effect that its forces lack is named."""
+
+from __future__ import annotations
+
+import pamsim
+from pamsim.twins.hide import hide
+
+
+def test_hysteresis_is_named_from_the_force_under_an_imposed_length(tmp_path):
+    """The force of the machine alone, as where no cell sits beside the muscle."""
+    hide(
+        "muscle_bench",
+        {"muscle_hysteresis": 1.5},
+        protocols=("stretch",),
+        duration=1.5,
+        repeats=3,
+        forces=False,
+        seed=2,
+    ).save(tmp_path / "data")
+    result = pamsim.diagnose(tmp_path / "data", effects=["muscle_hysteresis", "air_leak"])
+    assert [effect.name for effect in result.effects] == ["muscle_hysteresis"]
+    assert {place["channel"] for place in result.to_dict()["where"]} <= {
+        "muscle.pressure", "rod.force"
+    }  # fmt: skip
+    gap = result.to_dict()["gap"]["rod.force"]
+    assert gap["after"]["value"] < 0.3 * gap["before"]["value"]
