@@ -26,6 +26,7 @@ from pamsim.engine.rig import Rig, load_rig
 from pamsim.store.column_guess import Guess, guess_columns, unit_of
 from pamsim.store.columns import read_columns
 from pamsim.store.recording_reader import INDEX, WITH_COLUMNS, read_recordings
+from pamsim.store.rig_file import shipped_rigs
 
 _AGAINST = -0.7
 """Correlation of a joint with what its muscles' pressures pull from which its sign is turned."""
@@ -237,11 +238,9 @@ def _protocol(file: Path) -> str:
 def _rig_from(rig: Rig, folder: Path) -> str:
     """The rig as a recording in a folder names it: a shipped one by its name, others by path."""
     own = rig.file.folder.resolve()
-    try:
-        shipped = load_rig(rig.name).file.folder.resolve() == own
-    except InputError:
-        shipped = False
-    return rig.name if shipped else Path(os.path.relpath(own, folder.resolve())).as_posix()
+    if own.parent == shipped_rigs().resolve():
+        return own.name
+    return Path(os.path.relpath(own, folder.resolve())).as_posix()
 
 
 def _index(rig: str, guesses: Sequence[Guess], entries: Sequence[Mapping[str, Any]]) -> str:

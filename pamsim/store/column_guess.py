@@ -36,7 +36,7 @@ _SET = {"set", "setpoint", "sp", "cmd", "command", "commanded"}
 _SET |= {"ref", "reference", "des", "desired", "target", "soll"}
 _RATE = {"vel", "velocity", "speed", "rate", "dot", "omega", "acc", "accel"}
 _PULSE = {"pwm", "duty"}
-_LEAST_PREFIX = 3  # letters by which a word may stand for a longer one
+_LEAST_PREFIX = 2  # letters by which a word may stand for a longer one
 
 # Spelling in lower case -> unit of the unit library, and kind of quantity.
 _UNITS: Mapping[str, tuple[str, str]] = {
