@@ -20,17 +20,21 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from matplotlib.figure import Figure
 from numpy.typing import NDArray
+from PIL import Image
 
 import pamsim
 from pamsim.comparison.measurements import read_calibration_data
 from pamsim.comparison.trial_prediction import TrialPredictor
+from pamsim.report.style import finish_axes, new_figure, series_look, styled, write_png
 from pamsim.store.json_file import write_json
 
 FloatArray = NDArray[np.float64]
 
 ROOT = Path(__file__).parents[1]
 RESULTS = ROOT / "scripts" / "results" / "printed_cylinders.json"
+PICTURE = ROOT / "docs" / "images" / "printed_cylinders.png"
 RIG = ROOT / "scripts" / "printed_cylinder"
 OUT = ROOT / "out" / "printed_cylinders"
 SCHEMA = "pamsim-printed-cylinders/1"
@@ -196,6 +200,27 @@ def repeats(folder: Path) -> dict[str, Any]:
     }
 
 
+@styled
+def friction_figure(record: dict[str, Any]) -> Figure:
+    """Friction of every seal over pressure; held-out predictions as open marks."""
+    figure, ax = new_figure(3.6)
+    for index, (seal, result) in enumerate(record["seals"].items()):
+        colour, _ = series_look(index)
+        dashed = "--" if index > 4 else "-"
+        pressures = sorted(map(int, result["friction"]))
+        forces = [result["friction"][str(bar)] for bar in pressures]
+        ax.plot(pressures, forces, dashed, color=colour, marker="o", label=seal)
+        for held in result["held_out"]:
+            if held["model"] == next(iter(MODELS)):
+                ax.plot(
+                    held["held_out_bar"], held["friction"], "o", color=colour, mfc="none", ms=10
+                )
+    ax.set_ylim(bottom=0.0)
+    ax.legend(loc="upper left", ncols=4)
+    finish_axes(ax, x="pressure [bar]", y="friction [N]", zero=False)
+    return figure
+
+
 def main() -> None:
     """Run all seals and write the record."""
     parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
@@ -217,6 +242,10 @@ def main() -> None:
     for seal in SEALS:
         record["seals"][seal] = seal_result(asked.folder, seal, asked.workers)
         write_json(RESULTS, json.loads(json.dumps(record)))
+    path = write_png(friction_figure(json.loads(json.dumps(record))), PICTURE)
+    with Image.open(path) as picture:
+        few = picture.convert("RGB").quantize(64, dither=Image.Dither.NONE)
+    few.save(path, optimize=True)
 
 
 if __name__ == "__main__":
