@@ -203,7 +203,7 @@ def repeats(folder: Path) -> dict[str, Any]:
 @styled
 def friction_figure(record: dict[str, Any]) -> Figure:
     """Friction of every seal over pressure; held-out predictions as open marks."""
-    figure, ax = new_figure(3.6)
+    figure, (ax,) = new_figure(3.6)
     for index, (seal, result) in enumerate(record["seals"].items()):
         colour, _ = series_look(index)
         dashed = "--" if index > 4 else "-"
