@@ -19,7 +19,7 @@ FloatArray = NDArray[np.float64]
 Input = Callable[[FloatArray, np.random.Generator], FloatArray]
 
 _ROUNDED = 0.1  # time over which corners of a motion are rounded [s]
-_LOW, _HIGH = 0.35, 0.95
+_LOW, _HIGH = 0.35, 0.88
 """Part of a joint's range that is moved over; at its upper end a muscle pulls."""
 
 _DRIVES = {"angle": "angle", "position": "length"}

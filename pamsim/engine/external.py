@@ -14,6 +14,7 @@ constraint follows its target late: `tests/physics/test_imposed_motion.py` measu
 
 from __future__ import annotations
 
+import copy
 from dataclasses import dataclass
 
 import mujoco
@@ -77,6 +78,15 @@ def external(model: mujoco.MjModel, drives: Drive) -> External:
     model.dof_armature[found.dofs] += found.inertia
     model.dof_M0[found.dofs] += found.inertia
     return found
+
+
+def as_driven(model: mujoco.MjModel, on: External) -> mujoco.MjModel:
+    """The model with weights, seen from tendons, that include those of joints held or moved."""
+    if not on.inertia.any():
+        return model
+    heavy = copy.copy(model)
+    mujoco.mj_setConst(heavy, mujoco.MjData(heavy))
+    return heavy
 
 
 def check_range(model: mujoco.MjModel, drives: Drive, values: FloatArray) -> None:

@@ -17,7 +17,7 @@ from pamsim.engine.callback import live
 from pamsim.engine.chamber_trace import gauge_pressures, tensions
 from pamsim.engine.contacts import may_collide
 from pamsim.engine.delayed_command import arriving_commands
-from pamsim.engine.external import External, act, check_range, effort, external
+from pamsim.engine.external import External, act, as_driven, check_range, effort, external
 from pamsim.engine.rig import Rig
 from pamsim.engine.sampling import (
     Plan,
@@ -135,7 +135,8 @@ def prepare(
         timestep=timestep,
         integrator=integrator,
     )
-    check_timestep(model, rig.muscles)
+    on = external(model, drives)
+    check_timestep(as_driven(model, on), rig.muscles)
     check_backlash(model, rig.muscles)
     check_supply(model)
     check_range(model, drives, experiment.command_value)
@@ -143,7 +144,7 @@ def prepare(
         rig=rig,
         experiment=experiment,
         model=model,
-        external=external(model, drives),
+        external=on,
         samples=1 + round(experiment.duration * experiment.sample_rate),
         steps=whole_steps(1.0 / experiment.sample_rate, model.opt.timestep),
     )

@@ -10,6 +10,7 @@ import pytest
 from scipy.integrate import solve_ivp
 
 import pamsim
+from pamsim.actuator.friction import stribeck_friction
 from pamsim.actuator.layout import pack
 from pamsim.actuator.static_muscle import static_force
 from pamsim.core.drive import Drive
@@ -209,6 +210,20 @@ def test_nothing_of_the_drive_is_left_in_a_run_that_goes_on_without_it(bench):
     # Let go, the rod begins with the acceleration of the force that held it.
     gain = -held.signal("rod.force")[-1] / ROD
     assert on.velocities[1, 0] == pytest.approx(5e-4 * gain, rel=0.05)
+
+
+def test_friction_too_steep_for_a_free_rod_is_none_for_one_that_is_moved(bench):
+    """The limit of the time step is that of what friction can stop."""
+    steep = bench.with_parameters(
+        {"friction.stribeck_force": 20.0, "friction.stribeck_velocity": 0.02}
+    )
+    with pytest.raises(InputError, match="friction stops the arm"):
+        simulate(steep, pressure_step([3e5], [3e5], duration=0.01))
+    run, plain = (simulate(rig, cycles(duration=0.14)).completed() for rig in (steep, bench))
+    taken = run.signal("rod.force") - plain.signal("rod.force")
+    law = [stribeck_friction(speed, 20.0, 0.02) for speed in run.velocities[:, 0].tolist()]
+    assert max(law) > 5.0
+    np.testing.assert_allclose(taken, law, atol=1e-4)
 
 
 def test_a_force_from_outside_is_a_weight(bench):
