@@ -264,7 +264,8 @@ def _turned(
     guesses: tuple[Guess, ...], stated: Sequence[str], trials: Sequence[Trial], rig: Rig
 ) -> tuple[Guess, ...]:
     """The guesses, the signs of joints turned that move against what their muscles pull."""
-    arms = dict(zip(rig.names.joint_channels, moment_arms(rig), strict=True))
+    shortening = -moment_arms(rig, rig.model.qpos0)
+    arms = dict(zip(rig.names.joint_channels, shortening.T, strict=True))
     pulls: dict[str, list[float]] = {}
     for channel, arm in arms.items():
         for trial in trials:

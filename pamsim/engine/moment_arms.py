@@ -1,4 +1,4 @@
-"""Moment arms of a rig's muscles: by how much each tendon shortens as a joint turns or slides."""
+"""Moment arms of a rig's muscles: by how much each lengthens as a joint turns or slides."""
 
 from __future__ import annotations
 
@@ -9,35 +9,33 @@ from numpy.typing import NDArray
 from pamsim.engine.callback import muscle_ids
 from pamsim.engine.rig import Rig
 
-_MOVE = 1e-5  # rad or m
+FloatArray = NDArray[np.float64]
+
+_TURN = 1e-5  # rad or m
 
 
-def moment_arms(rig: Rig) -> NDArray[np.float64]:
-    """Moment arms at the MJCF's start pose.
+def moment_arms(rig: Rig, position: FloatArray) -> FloatArray:
+    """Change of each tendon's length with each recorded joint's position.
 
     Args:
-        rig: loaded.
+        rig: the rig.
+        position: (nq,) at which they are taken [rad or m].
 
     Returns:
-        (joints, muscles) [m/rad, or 1 of a joint that slides], positive where a muscle that
-        shortens makes the position grow.
+        (m, j) [m/rad or 1].
     """
-    model = rig.model
-    data = mujoco.MjData(model)
-    start = data.qpos.copy()
-    tendons = [int(model.actuator_trnid[index, 0]) for index in muscle_ids(model)]
+    columns = []
+    for address in rig.position_addresses:
+        turn = np.zeros(len(position))
+        turn[address] = _TURN
+        ahead, behind = (tendon_lengths(rig, position + side * turn) for side in (1.0, -1.0))
+        columns.append((ahead - behind) / (2.0 * _TURN))
+    return np.column_stack(columns)
 
-    def lengths(address: int, move: float) -> NDArray[np.float64]:
-        data.qpos[:] = start
-        data.qpos[address] += move
-        mujoco.mj_kinematics(model, data)
-        mujoco.mj_comPos(model, data)
-        mujoco.mj_tendon(model, data)
-        return data.ten_length[tendons].copy()
 
-    return np.array(
-        [
-            (lengths(address, -_MOVE) - lengths(address, _MOVE)) / (2.0 * _MOVE)
-            for address in rig.position_addresses
-        ]
-    )
+def tendon_lengths(rig: Rig, position: FloatArray) -> FloatArray:
+    """(m,) lengths of the muscles' tendons [m] at a position (nq,) [rad or m]."""
+    model, data = rig.model, mujoco.MjData(rig.model)
+    data.qpos[:] = position
+    mujoco.mj_fwdPosition(model, data)
+    return data.actuator_length[[model.actuator_outadr[i] for i in muscle_ids(model)]].copy()

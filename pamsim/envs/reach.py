@@ -5,15 +5,14 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
 from pamsim.actuator.antagonist import joint_stiffness, muscle_stiffness
 from pamsim.actuator.static_muscle import static_force
 from pamsim.core.errors import InputError
-from pamsim.engine.callback import muscle_ids
 from pamsim.engine.equilibrium import rest_positions
+from pamsim.engine.moment_arms import tendon_lengths
 from pamsim.engine.rig import Rig
 
 FloatArray = NDArray[np.float64]
@@ -28,7 +27,6 @@ first on at which no joint is slack."""
 _PUSH = 0.1
 """Difference of pressures, as a share of the top pressure, whose torque disturbs a joint."""
 
-_TURN = 1e-5  # rad or m, for moment arms
 
 _LEAST_ARM = 1e-6  # m/rad or 1: a muscle with less does not move the joint
 
@@ -61,7 +59,7 @@ class JointStiffness:
     Sum of r^2 k over the muscles (Matiskova 2021, equation (5)).
 
     Args:
-        arms: (m, j) moment arms, see `moment_arms`.
+        arms: (m, j) moment arms, see `pamsim.engine.moment_arms`.
     """
 
     def __init__(self, arms: FloatArray) -> None:
@@ -76,33 +74,6 @@ class JointStiffness:
             for row, at, held in zip(rows, length, pressure, strict=True)
         ]
         return [joint_stiffness(muscles, arms).total for arms in self._arms]
-
-
-def moment_arms(rig: Rig, position: FloatArray) -> FloatArray:
-    """Change of each tendon's length with each recorded joint's position.
-
-    Args:
-        rig: the rig.
-        position: (nq,) at which they are taken [rad or m].
-
-    Returns:
-        (m, j) [m/rad or 1].
-    """
-    columns = []
-    for address in rig.position_addresses:
-        turn = np.zeros(len(position))
-        turn[address] = _TURN
-        ahead, behind = (tendon_lengths(rig, position + side * turn) for side in (1.0, -1.0))
-        columns.append((ahead - behind) / (2.0 * _TURN))
-    return np.column_stack(columns)
-
-
-def tendon_lengths(rig: Rig, position: FloatArray) -> FloatArray:
-    """(m,) lengths of the muscles' tendons [m] at a position (nq,) [rad or m]."""
-    model, data = rig.model, mujoco.MjData(rig.model)
-    data.qpos[:] = position
-    mujoco.mj_fwdPosition(model, data)
-    return data.actuator_length[[model.actuator_outadr[i] for i in muscle_ids(model)]].copy()
 
 
 def reaches_of(rig: Rig, top: float, rest: FloatArray, arms: FloatArray) -> tuple[Reach, ...]:

@@ -16,13 +16,14 @@ from numpy.typing import NDArray
 from pamsim.core.errors import InputError
 from pamsim.engine.chamber_gauge import ChamberGauge
 from pamsim.engine.equilibrium import rest_positions
+from pamsim.engine.moment_arms import moment_arms
 from pamsim.envs.actions import KINDS
 from pamsim.envs.episode import STIFFNESS, TORQUE, Episode, Episodes
 from pamsim.envs.instruments import instruments, set_errors
 from pamsim.envs.observation_and_reward import ERROR_SHARE, Rules, first_sample, next_sample
 from pamsim.envs.observed_signals import LIMIT, observed_signals
 from pamsim.envs.plant import ManyRigs, OneRig, Plant
-from pamsim.envs.reach import JointStiffness, moment_arms, reaches_of
+from pamsim.envs.reach import JointStiffness, reaches_of
 from pamsim.envs.registration import EPISODE
 from pamsim.envs.reset import RestStates
 from pamsim.envs.reset_options import ResetOptions, start_pressures
