@@ -5,7 +5,7 @@
 Plants: the MAS-20 arm without and with 1.2 kg, the same with ten times the hysteresis, and one
 whose load the designs do not know. A controller's one free number is chosen for each plant and task
 by its RMSE on three tuning seeds; scores are means over five others. Trained policies
-(scripts/train_policy.py) have nothing to choose; they were trained with 1.2 kg and the rig's own
+(`pamsim train`) have nothing to choose; they were trained with 1.2 kg and the rig's own
 hysteresis.
 """
 

@@ -106,10 +106,10 @@ class FeedForward:
         if self.feedback is None or memory.feedback is None:
             return (first, second), FeedForwardMemory(plays=plays)
         split = PressureSplit(common=0.5 * (first + second), supply=self.arm.supply)
-        extra, rate = self.feedback.wanted(observation, memory.feedback)
+        extra, rate = self.feedback.wanted(observation.joint, memory.feedback)
         wanted = first - second + extra
         missed = split.given(wanted) - wanted
-        feedback = self.feedback.remembered(observation, memory.feedback, rate, missed)
+        feedback = self.feedback.remembered(observation.joint, memory.feedback, rate, missed)
         return split.pressures(wanted), FeedForwardMemory(plays=plays, feedback=feedback)
 
     def ahead(

@@ -25,6 +25,7 @@ from pamsim.controllers.lqg import Lqg
 from pamsim.controllers.pid import Pid
 from pamsim.controllers.pressure_split import PressureSplit
 from pamsim.controllers.sliding_mode import SlidingMode
+from pamsim.core.errors import InputError
 from pamsim.engine.rig import Rig
 from pamsim.engine.simulate import simulate
 from pamsim.linear.imc_tuning import imc_gains
@@ -63,6 +64,19 @@ class Suite:
     period: float = 0.02
     common_pressure: float = 300e3
     load: float = 0.0
+
+    def __post_init__(self) -> None:
+        """Check the rig.
+
+        Raises:
+            InputError: if it has not one joint between two muscles.
+        """
+        if len(self.rig.joints) != 1 or len(self.rig.muscles) != 2:
+            raise InputError(
+                f"these controllers drive one joint between two muscles, rig {self.rig.name!r} has"
+                f" {len(self.rig.joints)} and {len(self.rig.muscles)};"
+                " pamsim.controllers.joint_control drives any number"
+            )
 
     @cached_property
     def split(self) -> PressureSplit:

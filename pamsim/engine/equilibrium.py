@@ -72,7 +72,7 @@ def rest_angles(
     stride = _STRIDE if near is None else _STRIDE / 10.0
     data = mujoco.MjData(rig.model)  # serves all loads: their models are of one size
     for mass in np.unique(load):
-        still = _StillRig(rig, float(mass), data)
+        still = StillRig(rig, float(mass), data)
         for i in np.flatnonzero(load == mass):
             torque = _of_one_joint(still.torques(pressure[i].tolist()))
             angle[i] = _first_balance(torque, float(begin[i]), stride)
@@ -105,7 +105,7 @@ def rest_positions(rig: Rig, pressure: FloatArray, near: FloatArray) -> FloatArr
     model = rig.model
     if not np.isin(model.jnt_type, _SCALAR).all():
         raise InputError(f"rig {rig.name!r} has a free or ball joint: it has no position at rest")
-    still = _StillRig(rig, 0.0, mujoco.MjData(model)).torques(pressure.tolist())
+    still = StillRig(rig, 0.0, mujoco.MjData(model)).torques(pressure.tolist())
     limited = model.jnt_limited.astype(bool)
     low = np.where(limited, model.jnt_range[:, 0], -np.inf)
     high = np.where(limited, model.jnt_range[:, 1], np.inf)
@@ -149,7 +149,7 @@ def _first_balance(torque: Callable[[float], float], origin: float, stride: floa
     return float("nan")
 
 
-class _StillRig:
+class StillRig:
     """A rig with a load, whose torques at a position can be evaluated.
 
     Args:

@@ -203,7 +203,8 @@ class RigEnv(gymnasium.Env[FloatArray, NDArray[Any]]):
         )
 
     def _information(self) -> dict[str, Any]:
-        return {name: values[0] for name, values in self.rigs.information().items()}
+        shown = self.rigs.information()
+        return {"position": shown["position"][0], "pressure": shown["pressure"][0]}
 
     def render(self) -> NDArray[np.uint8] | None:
         """Draw the rig.

@@ -120,7 +120,7 @@ class Rigs:
             effort=float(settings.effort),
             period=self.period,
         )
-        self._addresses = rig.position_addresses
+        self._positions = _places(rig.position_addresses)
         self._joints, self._all = len(rig.joints), np.arange(count)
         self._drawn: dict[int, Episode] = {}
         self._table = np.zeros((count, rows, self._episodes.columns))
@@ -139,8 +139,9 @@ class Rigs:
         for at, episode in drawn.items():
             self._history[at] = self._command[at] = self.kind.rest(np.array(episode.start_pressure))
         new = np.isin(self._all, numbers)
+        # New arrays: the caller may still hold those of the last step.
+        self.true, self.observation = self.true.copy(), self.observation.copy()
         self.true[new] = self._read()[new]
-        self.observation = self.observation.copy()
         first_sample(
             new,
             self.true,
@@ -255,10 +256,8 @@ class Rigs:
 
     def information(self) -> dict[str, FloatArray]:
         """(n, j) true ``position`` [rad or m] and (n, m) ``pressure`` [Pa], gauge."""
-        return {
-            "position": self.true[:, : self._joints].copy(),
-            "pressure": self.true[:, self._joints :].copy(),
-        }
+        true, joints = self.true, self._joints
+        return {"position": true[:, :joints], "pressure": true[:, joints:]}
 
     def warnings(self) -> int:
         """Number of engine warnings in the running episodes."""
@@ -302,9 +301,17 @@ class Rigs:
 
     def _read(self) -> FloatArray:
         readings = np.empty_like(self.true)
-        readings[:, : self._joints] = self.plant.position[:, self._addresses]
+        readings[:, : self._joints] = self.plant.position[:, self._positions]
         self._chambers.read(self.plant.act, self.plant.length, readings[:, self._joints :])
         return readings
+
+
+def _places(addresses: list[int]) -> slice | NDArray[np.int64]:
+    """Index of columns: a slice where they lie side by side, which is several times as quick."""
+    first = addresses[0]
+    if addresses == list(range(first, first + len(addresses))):
+        return slice(first, first + len(addresses))
+    return np.array(addresses)
 
 
 def _stretches(delays: list[int], steps: int) -> tuple[list[tuple[int, tuple[int, ...]]], int]:

@@ -1,0 +1,51 @@
+"""``pamsim train``: a policy for any rig by reinforcement learning."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import click
+
+from pamsim.cli.main import OK
+from pamsim.cli.options import PATH, force_option, rig_option
+
+
+@click.command(name="train")
+@click.option("--out", type=PATH, required=True, help="File to write, such as policy.npz.")
+@rig_option
+@click.option("--task", default="sine", show_default=True, help="Task of the environment.")
+@click.option("--action", default="pressure_set", show_default=True, help="pressure_set or valve.")
+@click.option("--load", type=float, default=0.0, show_default=True, help="Mass on the rig in kg.")
+@click.option("--top-pressure", type=float, help="Largest set point in kPa; the supply's.")
+@click.option("--steps", type=int, default=600_000, show_default=True, help="Of 32 rigs together.")
+@click.option("--seed", type=int, default=0, show_default=True, help="Random seed.")
+@force_option
+def command(
+    out: Path,
+    rig: str,
+    task: str,
+    action: str,
+    load: float,
+    top_pressure: float | None,
+    steps: int,
+    seed: int,
+    force: bool,
+) -> int:
+    """Train a policy with stable-baselines3's PPO on 32 rigs and one core.
+
+    Writes the policy as plain numbers, which `pamsim.controllers.neural_policy` runs without
+    PyTorch, and beside it settings, versions and learning curve. Needs pip install "pamsim[rl]".
+    """
+    from pamsim.core.files import refuse_existing
+    from pamsim.envs.train import train
+
+    refuse_existing(out.with_suffix(".npz"), force)
+    options: dict[str, Any] = {"rig": rig, "task": task, "action": action, "load": load}
+    if top_pressure is not None:
+        options["top_pressure"] = 1e3 * top_pressure
+    result = train(steps=steps, seed=seed, **options)
+    files = result.save(out, force=force)
+    click.echo(result.summary())
+    click.echo(f"wrote {' and '.join(map(str, files))}")
+    return OK

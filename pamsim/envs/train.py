@@ -1,0 +1,188 @@
+"""Train a small policy on a rig with stable-baselines3's PPO, on the CPU."""
+
+from __future__ import annotations
+
+import platform
+import time
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import gymnasium
+import numpy as np
+
+from pamsim.core.errors import EngineError, InputError
+from pamsim.core.files import complete_file, refuse_existing
+from pamsim.core.versions import versions
+from pamsim.envs.registration import ENVIRONMENT, register
+from pamsim.envs.settings import EnvSettings
+from pamsim.store.json_file import write_json
+from pamsim.store.policy_file import PolicyFile, write_policy
+
+RIGS = 32
+"""Stepped together."""
+
+PPO: dict[str, Any] = {
+    "n_steps": 200,
+    "batch_size": 1600,
+    "n_epochs": 10,
+    "gamma": 0.95,
+    "gae_lambda": 0.9,
+    "ent_coef": 0.0,
+    "policy_kwargs": {"net_arch": [64, 64], "log_std_init": -1.0},
+}
+"""Settings of the learner."""
+
+_RATE = 1e-3
+"""Learning rate at first; it falls to 0, so that the last policy is about the best one."""
+
+_TRIED = 1000
+_NEAR = 1e-4
+"""Observations at which the policy's numbers are compared with PyTorch's, and how near they are."""
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Training:
+    """A trained policy and how it came about.
+
+    Attributes:
+        policy: its numbers.
+        settings: of the environment.
+        seed: of learner and environment.
+        steps: taken by all rigs together when a round of episodes ended.
+        rewards: mean of those episodes.
+        apart: largest difference between the policy's actions and PyTorch's.
+        seconds: that it took [s].
+    """
+
+    policy: PolicyFile
+    settings: dict[str, Any]
+    seed: int
+    steps: list[int] = field(default_factory=list)
+    rewards: list[float] = field(default_factory=list)
+    apart: float = 0.0
+    seconds: float = 0.0
+
+    def summary(self) -> str:
+        """First and last mean reward of an episode, in one line."""
+        return (
+            f"{self.steps[-1]} steps in {self.seconds:.0f} s: mean reward of an episode from"
+            f" {self.rewards[0]:.0f} to {self.rewards[-1]:.0f}"
+        )
+
+    def to_dict(self) -> dict[str, Any]:
+        """Settings, learning curve, versions."""
+        return {
+            "schema": "pamsim-policy/2",
+            "environment": ENVIRONMENT,
+            "settings": self.settings,
+            "seed": self.seed,
+            "rigs": RIGS,
+            "ppo": {**PPO, "learning_rate": f"{_RATE:g}, falling linearly to 0"},
+            "largest_difference_to_pytorch": self.apart,
+            "seconds": round(self.seconds),
+            "python": platform.python_version(),
+            "versions": versions("gymnasium", "stable-baselines3", "torch"),
+            "curve": {"steps": self.steps, "mean_episode_reward": self.rewards},
+        }
+
+    def save(self, path: Path, *, force: bool = False) -> list[Path]:
+        """Write the policy as ``path`` (.npz), and what `to_dict` gives beside it (.json).
+
+        Raises:
+            InputError: if a file is there already and ``force`` is not given.
+        """
+        files = [path.with_suffix(".npz"), path.with_suffix(".json")]
+        for file in files:
+            refuse_existing(file, force)
+        with complete_file(files[0]) as part:
+            write_policy(part, self.policy)
+        write_json(files[1], self.to_dict())
+        return files
+
+
+def train(*, steps: int, seed: int = 0, **settings: Any) -> Training:
+    """Train a policy.
+
+    Args:
+        steps: of all rigs together; rounded up to whole rounds of 32 x 200.
+        seed: of learner and environment.
+        **settings: see `pamsim.envs.settings.EnvSettings`, with continuous actions.
+
+    Raises:
+        InputError: for on/off valves, an unknown setting, or less than one step.
+        EngineError: without stable-baselines3; it names the fix.
+    """
+    if EnvSettings(**settings).action == "on_off":
+        raise InputError("a policy gives continuous actions; train it on `action` valve")
+    if steps < 1:
+        raise InputError(f"{steps} steps train nothing; give 100000 or more")
+    try:
+        import torch  # pyright: ignore[reportMissingImports]
+        from stable_baselines3 import PPO as Learner  # pyright: ignore[reportMissingImports]
+
+        from pamsim.envs.sb3_adapter import Sb3Rigs
+    except ImportError as error:
+        raise EngineError(
+            f'training needs stable-baselines3: pip install "pamsim[rl]" ({error})'
+        ) from None
+    torch.set_num_threads(1)
+    register()
+    began = time.perf_counter()
+    env = gymnasium.make_vec(
+        ENVIRONMENT, num_envs=RIGS, vectorization_mode="vector_entry_point", **settings
+    )
+    rigs = Sb3Rigs(env, seed)
+    learner = Learner(
+        "MlpPolicy", rigs, seed=seed, device="cpu", learning_rate=lambda left: _RATE * left, **PPO
+    )
+    learner.learn(steps)
+    layers = _layers(learner.policy)
+    own = env.unwrapped.rigs
+    rigs.close()
+    return Training(
+        policy=PolicyFile(
+            joints=tuple(own.rig.joints),
+            muscles=tuple(own.rig.muscles),
+            command=own.kind.command,
+            supply=own.top_pressure,
+            centre=own.signals.centre,
+            scale=own.signals.scale,
+            weights=tuple(weight for weight, _ in layers),
+            biases=tuple(bias for _, bias in layers),
+        ),
+        settings={name: str(value) for name, value in settings.items()},
+        seed=seed,
+        steps=rigs.steps,
+        rewards=rigs.rewards,
+        apart=_largest_difference(learner.policy, layers),
+        seconds=time.perf_counter() - began,
+    )
+
+
+def _layers(policy: Any) -> list[tuple[Any, Any]]:
+    """Weights and biases from the observation to the mean action, tanh between them."""
+    hidden = [m for m in policy.mlp_extractor.policy_net if hasattr(m, "weight")]
+    return [
+        (m.weight.detach().numpy().astype(float), m.bias.detach().numpy().astype(float))
+        for m in [*hidden, policy.action_net]
+    ]
+
+
+def _largest_difference(policy: Any, layers: list[tuple[Any, Any]]) -> float:
+    """Between the exported numbers' action and PyTorch's.
+
+    Raises:
+        EngineError: if they differ.
+    """
+    size = layers[0][0].shape[1]
+    seen = np.random.default_rng(0).normal(size=(_TRIED, size)).astype(np.float32)
+    theirs = policy.predict(seen, deterministic=True)[0]
+    value = seen.astype(float)
+    for weight, bias in layers[:-1]:
+        value = np.tanh(value @ weight.T + bias)
+    weight, bias = layers[-1]
+    apart = float(np.abs(np.clip(value @ weight.T + bias, -1.0, 1.0) - theirs).max())
+    if not apart < _NEAR:
+        raise EngineError(f"the exported policy differs from PyTorch's by {apart:g}")
+    return apart
