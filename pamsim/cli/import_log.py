@@ -38,7 +38,8 @@ def _spans(context: object, parameter: click.Parameter, text: str) -> list[tuple
 @click.option(
     "--drive",
     default="",
-    help="valve, pulse, pressure_set, measured or sealed; what was commanded, or measured, if left"
+    help="What drives the muscles: valve, pulse, pressure_set, measured or sealed; or of some"
+    " muscles and joints: flexor=measured,knee=angle. What was commanded, or measured, if left"
     " out.",
 )
 @click.option("--protocol", default="", help="Makes the logs repeats; their names if left out.")

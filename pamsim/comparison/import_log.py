@@ -14,12 +14,12 @@ from typing import Any
 import numpy as np
 
 from pamsim.comparison.periodicity import samples_per_period
-from pamsim.core.drive import MUSCLE_DRIVES, DriveLike, checked, in_toml
+from pamsim.core.drive import JOINT_DRIVES, MUSCLE_DRIVES, DriveLike, checked, in_toml
 from pamsim.core.encoding import fields_to_dict
 from pamsim.core.errors import InputError, nearest
 from pamsim.core.files import complete_file, refuse_existing
 from pamsim.core.rig_trial import of_rig
-from pamsim.core.signal_names import JOINT_KINDS, kind_of, owner_of
+from pamsim.core.signal_names import EFFORTS, JOINT_KINDS, kind_of, owner_of
 from pamsim.core.trial import Trial
 from pamsim.engine.moment_arms import moment_arms
 from pamsim.engine.rig import Rig, load_rig
@@ -197,6 +197,7 @@ def _stated(text: str, rig: Rig) -> Guess:
     known = [
         "time",
         *(f"{joint}.{kind}" for joint, kind in rig.joints.items()),
+        *(f"{joint}.{EFFORTS[kind]}" for joint, kind in rig.joints.items()),
         *(f"{m}.{q}" for m in rig.muscles for q in ("pressure", "pressure_set", "valve", "force")),
         *(f"{m}.pulse" for m in rig.muscles),
     ]
@@ -212,19 +213,50 @@ def _stated(text: str, rig: Rig) -> Guess:
 
 
 def _drive(wanted: str, rig: Rig, quantities: Sequence[str], where: Path) -> DriveLike:
-    """Drive that the columns allow: the same of all muscles if possible."""
-    kinds = [checked(wanted, MUSCLE_DRIVES)] if wanted else list(MUSCLE_DRIVES)[:-1]
+    """Drive that the columns allow: the same of all muscles if possible, and torques on joints."""
+    stated = dict(part.partition("=")[::2] for part in wanted.split(",")) if "=" in wanted else {}
+    for name, own in stated.items():
+        nearest_to = (*rig.muscles, *rig.joints)
+        if name not in nearest_to:
+            raise InputError(f"`drive` {name}={own}: {nearest(name, nearest_to)}")
+        checked(own, MUSCLE_DRIVES if name in rig.muscles else JOINT_DRIVES)
+    kinds = list(MUSCLE_DRIVES)[:-1]
+    if wanted and not stated:
+        kinds = [checked(wanted, MUSCLE_DRIVES)]
+    of_muscles = _of_muscles(kinds, stated, rig, quantities, where)
+    of_joints = {
+        joint: stated.get(joint, EFFORTS[kind])
+        for joint, kind in rig.joints.items()
+        if joint in stated or f"{joint}.{EFFORTS[kind]}" in quantities
+    }
+    if of_joints or len(set(of_muscles.values())) > 1:
+        return {**of_muscles, **of_joints}
+    return next(iter(of_muscles.values()))
+
+
+def _of_muscles(
+    kinds: Sequence[str],
+    stated: Mapping[str, str],
+    rig: Rig,
+    quantities: Sequence[str],
+    where: Path,
+) -> dict[str, str]:
+    """Drive of each muscle, of several kinds."""
     found = {
-        muscle: [kind for kind in kinds if f"{muscle}.{MUSCLE_DRIVES[kind].quantity}" in quantities]
+        muscle: [
+            kind
+            for kind in ([stated[muscle]] if muscle in stated else kinds)
+            if kind == "sealed" or f"{muscle}.{MUSCLE_DRIVES[kind].quantity}" in quantities
+        ]
         for muscle in rig.muscles
     }
     for kind in kinds:
-        if kind == "sealed" or all(kind in usable for usable in found.values()):
-            return kind
-    if all(found.values()):
-        return {muscle: usable[0] for muscle, usable in found.items()}
-    what = MUSCLE_DRIVES[wanted].quantity if wanted else "pressure"
+        if all(kind in usable for usable in found.values()):
+            return dict.fromkeys(found, kind)
     missing = [muscle for muscle, usable in found.items() if not usable]
+    if not missing:
+        return {muscle: usable[0] for muscle, usable in found.items()}
+    what = MUSCLE_DRIVES[kinds[0]].quantity if len(kinds) == 1 else "pressure"
     raise InputError(
         f"{where}: nothing drives {', '.join(missing)}: each muscle needs a command or its measured"
         f" pressure; name the column, such as `columns` {missing[0]}.{what}=NAME:bar"

@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pamsim.core.errors import InputError
-from pamsim.core.signal_names import JOINT_KINDS, SignalNames
+from pamsim.core.signal_names import EFFORTS, JOINT_KINDS, SignalNames
 from pamsim.core.units import to_si
 from pamsim.store.columns import Columns
 from pamsim.store.log_columns import ATMOSPHERE
@@ -26,6 +26,7 @@ _WORDS: Mapping[str, frozenset[str]] = {
         "valve": "u valve pwm duty opening spool ventil",
         "pressure": "p pm press pressure druck",
         "force": "f fm force tension cell loadcell kraft pull",
+        "torque": "torque tau moment drehmoment",
         "angle": "angle ang theta phi alpha beta q enc encoder winkel rotation position pos joint",
         "position": "position pos x travel displacement enc encoder stroke weg slide",
     }.items()
@@ -53,6 +54,7 @@ _UNITS: Mapping[str, tuple[str, str]] = {
     **{"grad": ("deg", "angle"), "radian": ("rad", "angle"), "radians": ("rad", "angle")},
     **{u: (u, "position") for u in ("m", "mm", "cm", "um", "inch")},
     **{"n": ("N", "force"), "kn": ("kN", "force"), "mn": ("mN", "force"), "lbf": ("lbf", "force")},
+    **dict.fromkeys(("n*m", "nm", "n·m", "n.m"), ("N*m", "torque")),
     **{"kgf": ("kgf", "force"), "%": ("percent", "valve"), "percent": ("percent", "valve")},
 }
 _ABSOLUTE = frozenset(("bara", "psia", "kpaa"))
@@ -66,6 +68,7 @@ _BY_VALUE: Mapping[str, tuple[str, ...]] = {
     "angle": ("rad", "deg"),
     "position": ("m", "mm"),
     "force": ("N",),
+    "torque": ("N*m",),
     "valve": ("1", "percent"),
 }
 _STEPS = (1e-4, 0.25)  # usual steps of a log's clock [s]
@@ -209,8 +212,7 @@ def _named(columns: Columns, column: str, names: SignalNames) -> _Named | str:
         if kind == "time":
             quantity, warning = "time", ""
         else:
-            own = [joint for joint, of in names.joints.items() if of == kind]
-            owner, warning = _owner(name.words, own if kind in JOINT_KINDS else names.muscles)
+            owner, warning = _owner(name.words, _owners(kind, name.words, names))
             if not owner:
                 continue
             if kind in JOINT_KINDS and is_set:
@@ -225,6 +227,18 @@ def _named(columns: Columns, column: str, names: SignalNames) -> _Named | str:
             quantity=quantity, kind=kind, column=column, name=name, values=values, warning=warning
         )
     return f"{kinds[0]} of no joint or muscle that its name states"
+
+
+def _owners(kind: str, words: Sequence[str], names: SignalNames) -> Sequence[str]:
+    """Joints or muscles that may have a quantity of a kind."""
+    if kind in JOINT_KINDS:
+        return [joint for joint, own in names.joints.items() if own == kind]
+    of_joints = [joint for joint, own in names.joints.items() if EFFORTS[own] == kind]
+    if kind == "torque":
+        return of_joints
+    # A force is a muscle's unless it names a joint that slides.
+    named = [joint for joint in of_joints if set(_words([joint])) & set(words)]
+    return named or names.muscles
 
 
 def _parts(column: str, unit: str) -> _Name:

@@ -99,6 +99,19 @@ def test_commands_drive_where_there_are_some_and_their_period_is_proposed(rig, t
     assert (trials[0].drive, trials[0].time.size) == ("measured", 100)
 
 
+def test_a_torque_on_the_joint_drives_it_and_the_motion_where_that_is_stated(rig, tmp_path):
+    log = {**LOG, "tau [Nm]": 0.5 * np.sin(TIME)}
+    found, (trial,) = imported(tmp_path / "a", rig, log)
+    assert found.drive == {"flexor": "measured", "extensor": "measured", "elbow": "torque"}
+    np.testing.assert_allclose(trial.command[:, 2], 0.5 * np.sin(TIME))
+    sealed = "flexor=sealed,extensor=sealed,elbow=angle"
+    found, (trial,) = imported(tmp_path / "b", rig, log, drive=sealed)
+    assert trial.drives.imposed == ("elbow",)
+    assert set(trial.drives.muscles) == {"sealed"}
+    with pytest.raises(InputError, match="did you mean 'elbow'"):
+        imported(tmp_path / "c", rig, log, drive="elbo=angle")
+
+
 def test_the_command_prints_what_it_understood_and_replaces_nothing_unasked(
     rig, tmp_path, monkeypatch, capsys
 ):

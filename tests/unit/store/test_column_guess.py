@@ -44,6 +44,8 @@ SURE = [
     (LEG, "pKneeFlexor_kPa", (0, 300), ("knee_flexor.pressure", "kPa", False)),
     (LEG, "q_hip_rad", (0, 1), ("hip.angle", "rad", False)),
     (BENCH, "x/mm", (0, 40), ("rail.position", "mm", False)),
+    (JOINT, "tau_Nm", (-2, 2), ("elbow.torque", "N*m", False)),
+    (BENCH, "F rail [N]", (0, 20), ("rail.force", "N", False)),
     (BENCH, "valve", (-1, 1), ("lifter.valve", "1", False)),
 ]
 
