@@ -21,7 +21,6 @@ from pamsim.actuator.layout import (
     EXTENSION,
     LINE,
     OPENING,
-    PASSED,
     RUBBING,
     SAG,
     SHIFT,
@@ -593,7 +592,6 @@ def state_rates(
     velocity = tendon_velocity
     if par[_RIPPLE] > 0.0:
         velocity = chain_ratio(par, tendon_length) * tendon_velocity
-    rates[count - PASSED] = 0.0
     rates[count - SHIFT] = 0.0
     if par[_BACKLASH] > 0.0:
         backlash_rate = shift_rate(

@@ -5,14 +5,12 @@ state replay bit for bit, and a batch can give every simulation its own paramete
 
 ``actuator_user`` row: signature, codes of the chosen laws, the actuator at the other end of
 the chain (its id plus 1, 0 for none), then every group's fields in their declared order. ``act`` of
-one actuator: the hysteresis operator's states, then one that is always 0, whose rate takes the
-tension from the engine's call for the rates to that for the force; then one each for the air's
-pressure at ambient temperature times its volume, the second element of the creep, the pressure at
-the valves' end of the tube, the opening of slow valves, the sag of the supply (of which all muscles
-on it hold the same value), the dry friction along the tendon, the command's line, the creep, the
-chain's shift on the sprocket, the chain's extension, and the air state y, in whose place a measured
-pressure is. All of them exist even where an effect is off, so that any effect can be added to a
-compiled model.
+one actuator: the hysteresis operator's states, then one each for the air's pressure at ambient
+temperature times its volume, the second element of the creep, the pressure at the valves' end of
+the tube, the opening of slow valves, the sag of the supply (of which all muscles on it hold the
+same value), the dry friction along the tendon, the command's line, the creep, the chain's shift on
+the sprocket, the chain's extension, and the air state y, in whose place a measured pressure is. All
+of them exist even where an effect is off, so that any effect can be added to a compiled model.
 """
 
 from __future__ import annotations
@@ -47,11 +45,11 @@ _SHARED = {"stroke.nominal_length": "braid.nominal_length"}
 SIGNATURE = 7240.288
 """First number of every pamsim muscle's row, by which it is recognised."""
 
-PASSED, AMBIENT, CREEP_2, TUBE, OPENING, SAG, RUBBING = 12, 11, 10, 9, 8, 7, 6
+AMBIENT, CREEP_2, TUBE, OPENING, SAG, RUBBING = 11, 10, 9, 8, 7, 6
 LINE, CREEP, SHIFT, EXTENSION, AIR = 5, 4, 3, 2, 1
 """Where the states that every muscle has lie in its ``act``, counted from its end."""
 
-COMMON = PASSED
+COMMON = AMBIENT
 """Number of states that every muscle has."""
 
 _FORCE_SLOTS = max(len(list(specs(law))) for law in FORCE_GROUPS)

@@ -7,10 +7,12 @@ import mujoco
 from pamsim.actuator.layout import SIZE, pack, slot, state_size
 from pamsim.actuator.muscle import Muscle
 from pamsim.core.errors import InputError, nearest
-from pamsim.engine.callback import guard, muscle_ids, refuse_multistage
+from pamsim.engine import plugin
+from pamsim.engine.callback import muscle_ids, refuse_multistage
 from pamsim.engine.supply_check import check_supply
 
 _PARTNER = slot("partner")
+_INSTANCE = "pneumatic muscles"
 
 
 def attach(
@@ -47,29 +49,41 @@ def attach(
     actuator.name = name
     actuator.trntype = mujoco.mjtTrn.mjTRN_TENDON
     actuator.target = tendon
-    actuator.dyntype = mujoco.mjtDyn.mjDYN_USER
-    actuator.gaintype = mujoco.mjtGain.mjGAIN_USER
-    actuator.biastype = mujoco.mjtBias.mjBIAS_USER
+    actuator.plugin.name = _instance(spec)
+    actuator.plugin.plugin_name = plugin.NAME
+    actuator.plugin.active = True
     actuator.actdim = state_size(muscle)
     actuator.userdata = pack(muscle)
     return actuator
 
 
 def compile_model(spec: mujoco.MjSpec) -> mujoco.MjModel:
-    """Compile a model with muscles, guarded: it steps only inside `pamsim.live`.
+    """Compile a model with muscles.
 
     Raises:
         InputError: with the engine's own words, if the model does not compile; if muscles on one
             supply state it differently.
     """
     try:
-        model = spec.compile()
+        with plugin.not_evaluated():
+            model = spec.compile()
     except ValueError as error:
         raise InputError(f"the model does not compile: {' '.join(str(error).split())}") from error
     _couple(model)
     check_supply(model)
-    guard(model)
     return model
+
+
+def _instance(spec: mujoco.MjSpec) -> str:
+    """Name of the plugin instance that a model's muscles share."""
+    plugin.register()
+    spec.activate_plugin(plugin.NAME)
+    if all(instance.name != _INSTANCE for instance in spec.plugins):
+        instance = spec.add_plugin()
+        instance.name = _INSTANCE
+        instance.plugin_name = plugin.NAME
+        instance.active = True
+    return _INSTANCE
 
 
 def _couple(model: mujoco.MjModel) -> None:

@@ -1,44 +1,26 @@
-"""Installation of the muscle callbacks for a block, and the guard against stepping without them.
+"""What evaluates the muscles of a model, and which integrators may.
 
-MuJoCo's callbacks are global to the process, and an actuator of type ``user`` without one silently
-runs as gain 1, bias 0. So a model made by pamsim is kept *guarded*: its integrator code is one the
-engine refuses, and ``mj_step`` raises. Inside `live` the callbacks are in place and the guard is
-lifted; on leaving, both are as they were before.
+The engine evaluates them on every path by the plugin that they belong to, see
+`pamsim.engine.plugin`; nothing has to be installed before a step.
 """
 
 from __future__ import annotations
 
 import contextlib
 from collections.abc import Iterator
-from typing import Any, TypeAlias
 
 import mujoco
 
 from pamsim.actuator.layout import is_muscle
 from pamsim.core.errors import EngineError, InputError, nearest
+from pamsim.engine import plugin
+from pamsim.engine.timers import StoppedTimers
 
 BACKENDS = ("compiled", "python")
 
-_GUARD = 1000
-
-Callbacks: TypeAlias = tuple[Any, Any, Any, Any]
-"""``mjcb_act_dyn``, ``mjcb_act_gain``, ``mjcb_act_bias``, ``mjcb_time``: pointers, functions or
-None."""
-
-
-def guard(model: mujoco.MjModel) -> None:
-    """Make ``mj_step`` on a model raise unless it runs inside `live`."""
-    if model.opt.integrator < _GUARD:
-        model.opt.integrator += _GUARD
-
-
-def lift_guard(model: mujoco.MjModel) -> None:
-    """Let ``mj_step`` run on a model again; only while the callbacks are in place."""
-    model.opt.integrator %= _GUARD
-
 
 def check_steppable(model: mujoco.MjModel) -> None:
-    """Refuse a model that the muscle callbacks cannot step.
+    """Refuse a model whose muscles cannot be stepped.
 
     Raises:
         InputError: if it has no pamsim muscle.
@@ -46,7 +28,7 @@ def check_steppable(model: mujoco.MjModel) -> None:
     """
     if not muscle_ids(model):
         raise InputError("this model has no pamsim muscle; add one with pamsim.attach")
-    refuse_multistage(model.opt.integrator % _GUARD)
+    refuse_multistage(model.opt.integrator)
 
 
 def muscle_ids(model: mujoco.MjModel) -> list[int]:
@@ -56,16 +38,15 @@ def muscle_ids(model: mujoco.MjModel) -> list[int]:
 
 @contextlib.contextmanager
 def live(*models: mujoco.MjModel, backend: str = "compiled") -> Iterator[None]:
-    """Install the muscle callbacks for the duration of a ``with`` block.
+    """Step some models quickly, or with a debugger, for the duration of a ``with`` block.
 
-    Actuators that are not pamsim muscles keep the engine's default behaviour. Scopes may be nested.
-    The engine's own timers (``data.timer``) stand still meanwhile, unless somebody has set
-    ``mjcb_time``: they would take a seventh of each step.
+    Models step without it as well, with the same results. Inside, the engine's own timers
+    (``data.timer``) stand still, which saves a seventh of each step.
 
     Args:
-        models: the models to be stepped inside the block; each loses its guard meanwhile.
-        backend: ``compiled`` (native pointers, no Python per step) or ``python`` (the same source
-            interpreted, for debugging; batches and model compilation do not work under it).
+        models: the models to be stepped inside the block.
+        backend: ``compiled`` (no Python per step) or ``python`` (the same source interpreted, for
+            debugging).
 
     Raises:
         InputError: if the backend is unknown or a model has no pamsim muscle.
@@ -74,27 +55,26 @@ def live(*models: mujoco.MjModel, backend: str = "compiled") -> Iterator[None]:
     """
     for model in models:
         check_steppable(model)
-    callbacks = native_callbacks() if backend == "compiled" else _interpreted(backend)
-    before = (
-        mujoco.get_mjcb_act_dyn(),
-        mujoco.get_mjcb_act_gain(),
-        mujoco.get_mjcb_act_bias(),
-        mujoco.get_mjcb_time(),
-    )
-    integrators = [model.opt.integrator for model in models]
+    if backend not in BACKENDS:
+        raise InputError(f"no backend {backend!r}; {nearest(backend, BACKENDS)}")
+    if backend == "compiled":
+        with StoppedTimers():
+            yield
+        return
+    usual, interpreted = plugin.slot(), plugin.interpreted_slot()
+    for model in models:
+        model.plugin[model.plugin == usual] = interpreted
     try:
-        install((*callbacks[:3], before[3] or callbacks[3]))
-        for model in models:
-            lift_guard(model)
         yield
     finally:
-        install(before)
-        for model, integrator in zip(models, integrators, strict=True):
-            model.opt.integrator = integrator
+        for model in models:
+            model.plugin[model.plugin == interpreted] = usual
+        if plugin.failures:
+            raise plugin.failures.pop()
 
 
 def set_integrator(model: mujoco.MjModel, name: str) -> None:
-    """Choose the integrator of a model by its MJCF name, keeping its guard.
+    """Choose the integrator of a model by its MJCF name.
 
     Raises:
         InputError: if there is no such integrator.
@@ -107,17 +87,14 @@ def set_integrator(model: mujoco.MjModel, name: str) -> None:
     if name.lower() not in known:
         raise InputError(f"no integrator {name!r}; {nearest(name.lower(), known)}")
     refuse_multistage(known[name.lower()])
-    guarded = model.opt.integrator >= _GUARD
     model.opt.integrator = known[name.lower()]
-    if guarded:
-        guard(model)
 
 
 def refuse_multistage(integrator: int) -> None:
-    """Refuse an integrator that evaluates the callback between time points.
+    """Refuse an integrator that evaluates the muscles between time points.
 
     An operator with memory, such as hysteresis or pulsed valves, would then follow a path that the
-    muscle never took.
+    muscle never took. A model that is given one later has forces that are not a number.
 
     Raises:
         EngineError: for RK4.
@@ -127,33 +104,3 @@ def refuse_multistage(integrator: int) -> None:
             "integrator RK4 evaluates the muscles between time points and corrupts their memory;"
             " set <option integrator='Euler'/>, 'implicit' or 'implicitfast'"
         )
-
-
-def native_callbacks() -> Callbacks:
-    """The compiled callbacks, for `install`.
-
-    Raises:
-        EngineError: if the engine's structs are not laid out as declared.
-    """
-    # Importing numba takes half a second, which the Python backend does not need.
-    from pamsim.engine import compiled, structs
-
-    natives = compiled.compiled_callbacks()
-    structs.verified_layout()
-    return natives.dyn, natives.gain, natives.bias, natives.clock
-
-
-def install(callbacks: Callbacks) -> None:
-    """Put callbacks in place for the whole process; `live` does it for a while."""
-    mujoco.set_mjcb_act_dyn(callbacks[0])
-    mujoco.set_mjcb_act_gain(callbacks[1])
-    mujoco.set_mjcb_act_bias(callbacks[2])
-    mujoco.set_mjcb_time(callbacks[3])
-
-
-def _interpreted(backend: str) -> Callbacks:
-    if backend != "python":
-        raise InputError(f"no backend {backend!r}; {nearest(backend, BACKENDS)}")
-    from pamsim.engine import interpreted
-
-    return interpreted.dyn, interpreted.gain, interpreted.bias, mujoco.get_mjcb_time()

@@ -61,7 +61,7 @@ def _compiled() -> _Read:
 
     from pamsim.engine import compiled
 
-    compiled.compiled_callbacks()  # hands the kernel's functions to numba
+    compiled.compiled_kernel()  # hands the kernel's functions to numba
     key = compiled.fingerprint(compiled.reached_functions(sensed_pressure))
     mark: Any = compiled._keyed_by
 

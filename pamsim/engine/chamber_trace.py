@@ -86,7 +86,7 @@ def _compiled(law: _Law) -> _Along:
 
     from pamsim.engine import compiled
 
-    compiled.compiled_callbacks()
+    compiled.compiled_kernel()
     key = compiled.fingerprint(compiled.reached_functions(law))
     mark: Any = compiled._keyed_by
 

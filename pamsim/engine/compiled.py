@@ -1,4 +1,4 @@
-"""The kernel compiled to native function pointers that MuJoCo calls without Python.
+"""The kernel compiled to native function pointers that the engine calls without Python.
 
 The laws are ordinary Python; here the functions the kernel reaches are handed to numba as they
 stand. The machine code is cached on disk under a key that covers their source text, the constants
@@ -10,11 +10,13 @@ from __future__ import annotations
 import functools
 import hashlib
 import inspect
+import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from types import FunctionType
 from typing import Any
 
+import mujoco
 import numba
 import numpy as np
 from numba import types
@@ -29,25 +31,25 @@ from pamsim.actuator.kernel import (
     tendon_force,
     tension,
 )
-from pamsim.actuator.layout import PASSED, SIGNATURE, SIZE, slot
+from pamsim.actuator.layout import SIGNATURE, SIZE, slot
 from pamsim.engine.structs import callback_offsets
 from pamsim.pneumatics.supply import VALVE
 
-_POINTER_SIZE = 8
+_POINTER_SIZE, _INT_SIZE = 8, 4
+_RK4 = int(mujoco.mjtIntegrator.mjINT_RK4)
 _PARTNER, _BACKLASH = slot("partner"), slot("chain.backlash")
 _RESISTANCE, _SUPPLY_LINE = slot("valve.supply_resistance"), slot("valve.supply_line")
 
 
 @dataclass(frozen=True)
-class Callbacks:
-    """What is installed as ``mjcb_act_dyn``, ``_gain`` and ``_bias``, and as ``mjcb_time``.
+class Natives:
+    """Function pointers for the muscles' plugin, and for ``mjcb_time``.
 
     The engine asks for the time a dozen times in each step, for its timers; the clock answers 0.
     """
 
-    dyn: Any
-    gain: Any
-    bias: Any
+    act_dot: Any
+    compute: Any
     clock: Any
 
 
@@ -123,136 +125,158 @@ def _muscle_row(address: Any, width: Any, index: Any) -> Any:
     return row
 
 
-def _compile(key: str, word: Mapping[str, int]) -> tuple[Any, Any, Any, Any]:
-    """Compile the callbacks.
+def _compile(key: str, word: Mapping[str, int]) -> tuple[Any, Any, Any]:
+    """Compile the plugin's functions.
 
     The inner functions close over nothing but numbers and a string: numba makes its cache key from
     them, and functions among them would give a new key in every process.
 
     Args:
         key: fingerprint of the laws.
-        word: position of each struct field, in units of eight bytes.
+        word: position of each struct field, in units of eight bytes; of the codes among the
+            options in units of four.
     """
     actuators, nuser, user = word["nactuator"], word["nuser_actuator"], word["actuator_user"]
     actadr, actnum = word["actuator_actadr"], word["actuator_actnum"]
     ctrladr, outadr = word["actuator_ctrladr"], word["actuator_outadr"]
+    plugin, group = word["actuator_plugin"], word["actuator_group"]
     time, ctrl, act, act_dot = word["time"], word["ctrl"], word["act"], word["act_dot"]
     length, velocity = word["actuator_length"], word["actuator_velocity"]
+    force = word["actuator_force"]
     timestep = word["timestep"]
-    model_words = 1 + max(actuators, nuser, user, actadr, actnum, ctrladr, outadr, timestep)
-    data_words = 1 + max(time, ctrl, act, act_dot, length, velocity)
-    callback = types.float64(types.voidptr, types.voidptr, types.intc)
-    native = numba.cfunc(callback, cache=True, error_model="numpy")
+    integrator, disabled = word["integrator"], word["disableactuator"]
+    model_words = 1 + max(
+        actuators, nuser, user, actadr, actnum, ctrladr, outadr, plugin, group, timestep
+    )
+    options = 1 + max(integrator, disabled)
+    data_words = 1 + max(time, ctrl, act, act_dot, length, velocity, force)
 
-    @native
-    def dyn(model_pointer, data_pointer, index):
+    @numba.cfunc(
+        types.void(types.voidptr, types.voidptr, types.intc), cache=True, error_model="numpy"
+    )
+    def rates_and_tensions(model_pointer, data_pointer, instance):
         _keyed_by(key)
         model = numba.carray(model_pointer, (model_words,), np.int64)
-        row = _muscle_row(model[user], model[nuser], index)
-        if row.size == 0:
-            return 0.0
         data = numba.carray(data_pointer, (data_words,), np.int64)
         clock = numba.carray(data_pointer, (data_words,), np.float64)
         option = numba.carray(model_pointer, (model_words,), np.float64)
-        first = _entry(model[actadr], index)
-        count = _entry(model[actnum], index)
-        out = _entry(model[outadr], index)
-        rates = _doubles(data[act_dot], first, count)
-        opposing = 0.0
-        if row[_BACKLASH] > 0.0 and row[_PARTNER] > 0.0:
-            other = int(row[_PARTNER]) - 1
-            opposing = tension(
-                _muscle_row(model[user], model[nuser], other),
-                _doubles(data[act], _entry(model[actadr], other), _entry(model[actnum], other)),
-                _doubles(data[length], _entry(model[outadr], other), 1)[0],
-                _doubles(data[velocity], _entry(model[outadr], other), 1)[0],
+        switched_off = numba.carray(model_pointer, (options,), np.int32)[disabled]
+        for index in range(model[actuators]):
+            if _entry(model[plugin], index) != instance:
+                continue
+            row = _muscle_row(model[user], model[nuser], index)
+            if row.size == 0:
+                continue
+            first = _entry(model[actadr], index)
+            count = _entry(model[actnum], index)
+            out = _entry(model[outadr], index)
+            rates = _doubles(data[act_dot], first, count)
+            its_group = _entry(model[group], index)
+            if 0 <= its_group < 31 and (switched_off >> its_group) & 1:
+                rates[:] = 0.0
+                continue
+            opposing = 0.0
+            if row[_BACKLASH] > 0.0 and row[_PARTNER] > 0.0:
+                other = int(row[_PARTNER]) - 1
+                opposing = tension(
+                    _muscle_row(model[user], model[nuser], other),
+                    _doubles(data[act], _entry(model[actadr], other), _entry(model[actnum], other)),
+                    _doubles(data[length], _entry(model[outadr], other), 1)[0],
+                    _doubles(data[velocity], _entry(model[outadr], other), 1)[0],
+                )
+            sag = 0.0
+            if row[_RESISTANCE] > 0.0:
+                valves = np.empty((model[actuators], VALVE))
+                on_line = 0
+                for other in range(model[actuators]):
+                    par = _muscle_row(model[user], model[nuser], other)
+                    if par.size > 0 and par[_SUPPLY_LINE] == row[_SUPPLY_LINE]:
+                        states = _doubles(
+                            data[act], _entry(model[actadr], other), _entry(model[actnum], other)
+                        )
+                        at = _doubles(data[length], _entry(model[outadr], other), 1)[0]
+                        sent = _doubles(data[ctrl], _entry(model[ctrladr], other), 1)[0]
+                        fill_valve_of(
+                            par, states, at, sent, clock[time], option[timestep], valves[on_line]
+                        )
+                        on_line += 1
+                own = _doubles(data[act], first, count)
+                sag = line_sag(row, own, valves[:on_line], option[timestep])
+            pull = state_rates(
+                row,
+                _doubles(data[act], first, count),
+                rates,
+                _doubles(data[length], out, 1)[0],
+                _doubles(data[velocity], out, 1)[0],
+                _doubles(data[ctrl], _entry(model[ctrladr], index), 1)[0],
+                clock[time],
+                option[timestep],
+                opposing,
+                sag,
             )
-        sag = 0.0
-        if row[_RESISTANCE] > 0.0:
-            valves = np.empty((model[actuators], VALVE))
-            on_line = 0
-            for other in range(model[actuators]):
-                par = _muscle_row(model[user], model[nuser], other)
-                if par.size > 0 and par[_SUPPLY_LINE] == row[_SUPPLY_LINE]:
-                    states = _doubles(
-                        data[act], _entry(model[actadr], other), _entry(model[actnum], other)
-                    )
-                    at = _doubles(data[length], _entry(model[outadr], other), 1)[0]
-                    sent = _doubles(data[ctrl], _entry(model[ctrladr], other), 1)[0]
-                    fill_valve_of(
-                        par, states, at, sent, clock[time], option[timestep], valves[on_line]
-                    )
-                    on_line += 1
-            own = _doubles(data[act], first, count)
-            sag = line_sag(row, own, valves[:on_line], option[timestep])
-        pull = state_rates(
-            row,
-            _doubles(data[act], first, count),
-            rates,
-            _doubles(data[length], out, 1)[0],
-            _doubles(data[velocity], out, 1)[0],
-            _doubles(data[ctrl], _entry(model[ctrladr], index), 1)[0],
-            clock[time],
-            option[timestep],
-            opposing,
-            sag,
-        )
-        rates[count - PASSED] = pull  # for `bias`, which the engine asks next
-        # The engine takes the returned value for an actuator with a single state.
-        return rates[count - 1]
+            # The engine keeps what stands here until `forces` runs: minus 0 for a slack muscle.
+            _doubles(data[force], out, 1)[0] = -pull
 
-    @native
-    def gain(model_pointer, data_pointer, index):
-        # 1 is what the engine itself takes for a user gain without a callback.
-        model = numba.carray(model_pointer, (model_words,), np.int64)
-        return 1.0 if _muscle_row(model[user], model[nuser], index).size == 0 else 0.0
-
-    @native
-    def bias(model_pointer, data_pointer, index):
+    @numba.cfunc(
+        types.void(types.voidptr, types.voidptr, types.intc, types.intc),
+        cache=True,
+        error_model="numpy",
+    )
+    def forces(model_pointer, data_pointer, instance, _):
         _keyed_by(key)
         model = numba.carray(model_pointer, (model_words,), np.int64)
-        row = _muscle_row(model[user], model[nuser], index)
-        if row.size == 0:
-            return 0.0
         data = numba.carray(data_pointer, (data_words,), np.int64)
         option = numba.carray(model_pointer, (model_words,), np.float64)
-        first = _entry(model[actadr], index)
-        count = _entry(model[actnum], index)
-        out = _entry(model[outadr], index)
-        states = _doubles(data[act], first, count)
-        at = _doubles(data[length], out, 1)[0]
-        speed = _doubles(data[velocity], out, 1)[0]
-        # What `dyn` has passed; it is taken away, since the engine would add it to a state. It is 0
-        # where the muscle is slack, and where another library's callback ran in place of `dyn`.
-        passed = _doubles(data[act_dot], first + count - PASSED, 1)
-        pull = passed[0]
-        passed[0] = 0.0
-        if pull == 0.0:
-            pull = tension(row, states, at, speed)
-        # The engine's force lengthens the tendon; a muscle shortens it.
-        return -tendon_force(row, states, pull, at, speed, option[timestep])
+        codes = numba.carray(model_pointer, (options,), np.int32)
+        for index in range(model[actuators]):
+            if _entry(model[plugin], index) != instance:
+                continue
+            row = _muscle_row(model[user], model[nuser], index)
+            if row.size == 0:
+                continue
+            first = _entry(model[actadr], index)
+            count = _entry(model[actnum], index)
+            out = _entry(model[outadr], index)
+            its_group = _entry(model[group], index)
+            its_force = _doubles(data[force], out, 1)
+            if 0 <= its_group < 31 and (codes[disabled] >> its_group) & 1:
+                its_force[0] = 0.0
+                continue
+            states = _doubles(data[act], first, count)
+            at = _doubles(data[length], out, 1)[0]
+            speed = _doubles(data[velocity], out, 1)[0]
+            pull = -its_force[0]
+            if pull == 0.0 and math.copysign(1.0, pull) < 0.0:  # the engine's own 0
+                pull = tension(row, states, at, speed)
+            if codes[integrator] == _RK4:
+                pull = np.nan  # states between time points would break the muscles' memory
+            # The engine's force lengthens the tendon; a muscle shortens it.
+            its_force[0] = -tendon_force(row, states, pull, at, speed, option[timestep])
 
     @numba.cfunc(types.float64(), cache=True)
     def clock():
         return 0.0
 
-    return dyn, gain, bias, clock
+    return rates_and_tensions, forces, clock
 
 
 @functools.cache
-def compiled_callbacks() -> Callbacks:
+def compiled_kernel() -> Natives:
     """Compile the kernel, or load it from numba's cache.
 
     Returns:
-        ctypes function pointers for the callbacks of a muscle actuator, and the clock. They must
-        stay referenced while installed, which this function's cache does.
+        ctypes function pointers. They must stay referenced while the engine may call them, which
+        this function's cache does.
     """
     functions = reached_functions(
         state_rates, tension, tendon_force, fill_valve_of, line_sag, sensed_pressure
     )
     for function in functions:
         # No law makes an array, and counting references to the rows costs more than most laws.
+        # Nobody calls one from C, and a wrapper for that takes a fifth of the compilation.
         register_jitable(_nrt=False, no_cfunc_wrapper=True)(function)
-    word = {name: offset // _POINTER_SIZE for name, offset in callback_offsets().items()}
+    offsets = callback_offsets()
+    word = {name: offset // _POINTER_SIZE for name, offset in offsets.items()}
+    word |= {name: offsets[name] // _INT_SIZE for name in ("integrator", "disableactuator")}
     natives = _compile(fingerprint(functions), word)
-    return Callbacks(*(native.ctypes for native in natives))
+    return Natives(*(native.ctypes for native in natives))

@@ -1,6 +1,11 @@
-"""The kernel as plain Python callbacks: slow, for debugging."""
+"""The kernel as plain Python functions of the muscles' plugin: slow, for a debugger."""
 
 from __future__ import annotations
+
+import ctypes
+import math
+from collections.abc import Iterator
+from dataclasses import dataclass
 
 import mujoco
 import numpy as np
@@ -14,83 +19,167 @@ from pamsim.actuator.kernel import (
     tension,
 )
 from pamsim.actuator.layout import is_muscle, slot
-from pamsim.engine.callback import muscle_ids
+from pamsim.engine.structs import callback_offsets
 from pamsim.pneumatics.supply import VALVE
 
 _PARTNER, _BACKLASH = slot("partner"), slot("chain.backlash")
 _RESISTANCE, _SUPPLY_LINE = slot("valve.supply_resistance"), slot("valve.supply_line")
 
 
-def dyn(model: mujoco.MjModel, data: mujoco.MjData, index: int) -> float:
-    """``mjcb_act_dyn``: write the rates of one muscle's states into ``data.act_dot``."""
-    row = model.actuator_user[index]
-    if not is_muscle(row):
-        return 0.0
-    states = _states(model, index)
-    out = model.actuator_outadr[index]
-    rates = data.act_dot[states]
-    state_rates(
-        row.tolist(),
-        data.act[states].tolist(),
-        rates,
-        float(data.actuator_length[out]),
-        float(data.actuator_velocity[out]),
-        float(data.ctrl[model.actuator_ctrladr[index]]),
-        data.time,
-        model.opt.timestep,
-        _opposing(model, data, row),
-        _sag(model, data, index),
-    )
-    return float(rates[-1])
+@dataclass(frozen=True)
+class _Muscle:
+    """One muscle of a model, with views of the engine's arrays.
+
+    Attributes:
+        row: parameters.
+        act: (n,) states.
+        rates: (n,) of them.
+        length: (1,) of the tendon [m].
+        velocity: (1,) of it [m/s].
+        force: (1,) on it [N].
+        command: (1,).
+    """
+
+    row: list[float]
+    act: NDArray[np.float64]
+    rates: NDArray[np.float64]
+    length: NDArray[np.float64]
+    velocity: NDArray[np.float64]
+    force: NDArray[np.float64]
+    command: NDArray[np.float64]
+
+    @property
+    def tension(self) -> float:
+        """Tension [N]."""
+        at, speed = float(self.length[0]), float(self.velocity[0])
+        return tension(self.row, self.act.tolist(), at, speed)
 
 
-def gain(model: mujoco.MjModel, data: mujoco.MjData, index: int) -> float:
-    """``mjcb_act_gain``: 0 for a muscle; 1, the engine's own default, for any other."""
-    return 0.0 if is_muscle(model.actuator_user[index]) else 1.0
+def rates(model: int, data: int, instance: int) -> None:
+    """Write the rates of all states of the muscles of a plugin instance.
+
+    Args:
+        model: address of it.
+        data: address of it.
+        instance: of the plugin.
+    """
+    every = _muscles(model, data)
+    timestep, time = _number(model, "timestep"), _number(data, "time")
+    for index in _of(instance, model, every):
+        muscle = every[index]
+        if _switched_off(model, index):
+            muscle.rates[:] = 0.0
+            continue
+        state_rates(
+            muscle.row,
+            muscle.act.tolist(),
+            muscle.rates,
+            float(muscle.length[0]),
+            float(muscle.velocity[0]),
+            float(muscle.command[0]),
+            time,
+            timestep,
+            _opposing(muscle, every),
+            _sag(muscle, every, time, timestep),
+        )
 
 
-def bias(model: mujoco.MjModel, data: mujoco.MjData, index: int) -> float:
-    """``mjcb_act_bias``: minus the force, since the engine's lengthens the tendon."""
-    row = model.actuator_user[index]
-    if not is_muscle(row):
-        return 0.0
-    out = model.actuator_outadr[index]
-    par, act = row.tolist(), data.act[_states(model, index)].tolist()
-    length, velocity = float(data.actuator_length[out]), float(data.actuator_velocity[out])
-    pull = tension(par, act, length, velocity)
-    return -tendon_force(par, act, pull, length, velocity, model.opt.timestep)
+def forces(model: int, data: int, instance: int) -> None:
+    """Write the forces of the muscles of a plugin instance.
+
+    The engine's force lengthens the tendon; a muscle shortens it. The arguments are those of
+    `rates`.
+    """
+    every = _muscles(model, data)
+    timestep, integrator = _number(model, "timestep"), _code(model, "integrator")
+    for index in _of(instance, model, every):
+        muscle = every[index]
+        if _switched_off(model, index):
+            muscle.force[0] = 0.0
+            continue
+        at, speed = float(muscle.length[0]), float(muscle.velocity[0])
+        pull = math.nan if integrator == mujoco.mjtIntegrator.mjINT_RK4 else muscle.tension
+        act = muscle.act.tolist()
+        muscle.force[0] = -tendon_force(muscle.row, act, pull, at, speed, timestep)
 
 
-def _opposing(model: mujoco.MjModel, data: mujoco.MjData, row: NDArray[np.float64]) -> float:
+def _of(instance: int, model: int, muscles: dict[int, _Muscle]) -> Iterator[int]:
+    """Ids of the muscles of an instance."""
+    plugin = _integers(model, "actuator_plugin", 1 + max(muscles, default=-1))
+    return (index for index in muscles if plugin[index] == instance)
+
+
+def _switched_off(model: int, index: int) -> bool:
+    """Whether the group of an actuator is disabled."""
+    group = _integers(model, "actuator_group", index + 1)[index]
+    return 0 <= group < 31 and bool(_code(model, "disableactuator") >> group & 1)
+
+
+def _opposing(muscle: _Muscle, every: dict[int, _Muscle]) -> float:
     """Tension of the muscle at the other end of a chain with backlash [N]."""
-    if row[_BACKLASH] == 0.0 or row[_PARTNER] == 0.0:
+    if muscle.row[_BACKLASH] == 0.0 or muscle.row[_PARTNER] == 0.0:
         return 0.0
-    other = int(row[_PARTNER]) - 1
-    return tension(
-        model.actuator_user[other].tolist(),
-        data.act[_states(model, other)].tolist(),
-        float(data.actuator_length[model.actuator_outadr[other]]),
-        float(data.actuator_velocity[model.actuator_outadr[other]]),
-    )
+    return every[int(muscle.row[_PARTNER]) - 1].tension
 
 
-def _sag(model: mujoco.MjModel, data: mujoco.MjData, index: int) -> float:
+def _sag(muscle: _Muscle, every: dict[int, _Muscle], time: float, timestep: float) -> float:
     """Fall of the supply's pressure by the flow to all muscles on it [Pa]."""
-    rows = model.actuator_user
-    if rows[index, _RESISTANCE] == 0.0:
+    if muscle.row[_RESISTANCE] == 0.0:
         return 0.0
     valves: list[list[float]] = []
-    for other in muscle_ids(model):
-        if rows[other, _SUPPLY_LINE] == rows[index, _SUPPLY_LINE]:
-            par, act = rows[other].tolist(), data.act[_states(model, other)].tolist()
-            length = float(data.actuator_length[model.actuator_outadr[other]])
-            command = float(data.ctrl[model.actuator_ctrladr[other]])
+    for other in every.values():
+        if other.row[_SUPPLY_LINE] == muscle.row[_SUPPLY_LINE]:
+            at, command = float(other.length[0]), float(other.command[0])
             valves.append([0.0] * VALVE)
-            fill_valve_of(par, act, length, command, data.time, model.opt.timestep, valves[-1])
-    own = data.act[_states(model, index)].tolist()
-    return line_sag(rows[index].tolist(), own, valves, model.opt.timestep)
+            fill_valve_of(other.row, other.act.tolist(), at, command, time, timestep, valves[-1])
+    return line_sag(muscle.row, muscle.act.tolist(), valves, timestep)
 
 
-def _states(model: mujoco.MjModel, index: int) -> slice:
-    first = model.actuator_actadr[index]
-    return slice(first, first + model.actuator_actnum[index])
+def _muscles(model: int, data: int) -> dict[int, _Muscle]:
+    """Id -> muscle of a model, in order."""
+    count = _integer(model, "nactuator")
+    width = _integer(model, "nuser_actuator")
+    rows = _doubles(model, "actuator_user", 0, count * width).reshape(count, width)
+    first, states = (
+        _integers(model, name, count) for name in ("actuator_actadr", "actuator_actnum")
+    )
+    out, control = (
+        _integers(model, name, count) for name in ("actuator_outadr", "actuator_ctrladr")
+    )
+    return {
+        i: _Muscle(
+            row=rows[i].tolist(),
+            act=_doubles(data, "act", first[i], states[i]),
+            rates=_doubles(data, "act_dot", first[i], states[i]),
+            length=_doubles(data, "actuator_length", out[i], 1),
+            velocity=_doubles(data, "actuator_velocity", out[i], 1),
+            force=_doubles(data, "actuator_force", out[i], 1),
+            command=_doubles(data, "ctrl", control[i], 1),
+        )
+        for i in range(count)
+        if is_muscle(rows[i])
+    }
+
+
+def _doubles(struct: int, field: str, first: int, count: int) -> NDArray[np.float64]:
+    """View of some entries of an array of numbers."""
+    at = ctypes.c_void_p.from_address(struct + callback_offsets()[field]).value or 0
+    return np.ctypeslib.as_array((ctypes.c_double * count).from_address(at + 8 * first))
+
+
+def _integers(struct: int, field: str, count: int) -> list[int]:
+    """An array of integers."""
+    at = ctypes.c_void_p.from_address(struct + callback_offsets()[field]).value or 0
+    return list((ctypes.c_int * count).from_address(at))
+
+
+def _integer(struct: int, field: str) -> int:
+    return ctypes.c_int64.from_address(struct + callback_offsets()[field]).value
+
+
+def _number(struct: int, field: str) -> float:
+    return ctypes.c_double.from_address(struct + callback_offsets()[field]).value
+
+
+def _code(model: int, option: str) -> int:
+    return ctypes.c_int.from_address(model + callback_offsets()[option]).value

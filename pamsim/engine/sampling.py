@@ -13,16 +13,15 @@ import ctypes
 import functools
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from pathlib import Path
 from typing import Any, TypeAlias
 
 import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
-from pamsim.core.errors import EngineError
 from pamsim.engine.delayed_command import Stretch
 from pamsim.engine.external import External, act, effort
+from pamsim.engine.library import engine_library
 from pamsim.engine.settle import EachStep, advance
 from pamsim.engine.trace import Trace
 
@@ -111,7 +110,7 @@ def take_compiled(
     first: int,
     last: int,
 ) -> None:
-    """Take samples of a live model without collisions, compiled callbacks installed.
+    """Take samples of a model without collisions.
 
     Args: as `take_interpreted`, without a hook.
     """
@@ -200,30 +199,14 @@ def note_tendons(data: mujoco.MjData, trace: Trace, sample: int) -> None:
 
 
 @functools.cache
-def _engine_step() -> int:
-    """Address of ``mj_step`` in the engine's library.
-
-    Raises:
-        EngineError: if the library is not beside the Python package.
-    """
-    folder = Path(mujoco.__file__).parent
-    found = [p for p in folder.iterdir() if p.name.startswith(("libmujoco.", "mujoco.dll"))]
-    if not found:
-        raise EngineError(f"the library of MuJoCo is not in {folder}; use backend='python'")
-    step = ctypes.CDLL(str(found[0])).mj_step
-    address = ctypes.cast(step, ctypes.c_void_p).value
-    assert address is not None
-    return address
-
-
-@functools.cache
 def _loop() -> Any:
     # Only the compiled backend imports numba.
     import llvmlite.binding
 
     from pamsim.engine import structs
 
-    llvmlite.binding.add_symbol(SYMBOL, _engine_step())
+    address = ctypes.cast(engine_library().mj_step, ctypes.c_void_p).value
+    llvmlite.binding.add_symbol(SYMBOL, address)
     from pamsim.engine.sampling_loop import compiled_loop
 
     at = structs.callback_offsets()

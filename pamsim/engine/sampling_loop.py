@@ -55,14 +55,20 @@ def compiled_loop(clock: int, option: int) -> Any:
         times, warnings = others
         for k in range(first, last):
             times[k] = now[clock]
-            states[0][k] = position
-            states[1][k] = velocity
-            states[2][k] = act
-            warnings[k] = warned
+            # Loops, since numba compiles the assignment of a whole row for seconds.
+            for i in range(position.size):
+                states[0][k, i] = position[i]
+            for i in range(velocity.size):
+                states[1][k, i] = velocity[i]
+            for i in range(act.size):
+                states[2][k, i] = act[i]
+            for i in range(warned.size):
+                warnings[k, i] = warned[i]
             begin = begins[k]
             for stretch in range(begin, begins[k + 1]):
                 timestep[option] = timesteps[stretch]
-                ctrl[:] = commands[stretch]
+                for i in range(ctrl.size):
+                    ctrl[i] = commands[stretch, i]
                 for j in range(dofs.size):  # as `pamsim.engine.external.act`
                     value, dof = external[stretch, j], dofs[j]
                     if inertia[j] > 0.0:
@@ -73,9 +79,10 @@ def compiled_loop(clock: int, option: int) -> Any:
                 for i in range(counts[stretch]):
                     _step(model, data)
                     if stretch == begin and i == 0:
-                        tendons[0][k] = length
-                        tendons[1][k] = speed
-                        tendons[2][k] = force
+                        for m in range(length.size):
+                            tendons[0][k, m] = length[m]
+                            tendons[1][k, m] = speed[m]
+                            tendons[2][k, m] = force[m]
                         for j in range(dofs.size):
                             dof = dofs[j]
                             efforts[k, j] = applied[dof] - inertia[j] * acceleration[dof]

@@ -1,6 +1,6 @@
-"""Byte offsets of the engine's structs, for the compiled callback.
+"""Byte offsets of the engine's structs, for the muscles' plugin.
 
-A native callback is handed raw pointers to mjModel and mjData. Their layout differs between MuJoCo
+A plugin is handed raw pointers to mjModel and mjData. Their layout differs between MuJoCo
 versions, so it is computed from the declarations that the installed MuJoCo ships
 (`mujoco.introspect`) by the C layout rules of this platform (`ctypes`), and then checked field by
 field against the addresses and values that the Python bindings report.
@@ -101,16 +101,28 @@ MODEL_FIELDS = (
     "actuator_actnum",
     "actuator_ctrladr",
     "actuator_outadr",
+    "actuator_plugin",
+    "actuator_group",
 )
-DATA_FIELDS = ("time", "ctrl", "act", "act_dot", "actuator_length", "actuator_velocity")
+DATA_FIELDS = (
+    "time",
+    "ctrl",
+    "act",
+    "act_dot",
+    "actuator_length",
+    "actuator_velocity",
+    "actuator_force",
+)
+OPTION_FIELDS = ("timestep", "integrator", "disableactuator")
 
 
 @functools.cache
 def callback_offsets() -> Mapping[str, int]:
-    """Offsets of every field the callback touches, as ``{"time": 123, ...}``."""
+    """Offsets of every field the plugin touches, as ``{"time": 123, ...}``."""
     offsets = {name: offset("mjModel", name) for name in MODEL_FIELDS}
     offsets |= {name: offset("mjData", name) for name in DATA_FIELDS}
-    offsets["timestep"] = offset("mjModel", "opt") + offset("mjOption", "timestep")
+    option = offset("mjModel", "opt")
+    offsets |= {name: option + offset("mjOption", name) for name in OPTION_FIELDS}
     return offsets
 
 
@@ -123,13 +135,14 @@ def verify_offsets(model: mujoco.MjModel, data: mujoco.MjData) -> None:
     offsets = callback_offsets()
     seen_fields = [(model, name, getattr(model, name)) for name in MODEL_FIELDS]
     seen_fields += [(data, name, getattr(data, name)) for name in DATA_FIELDS]
-    seen_fields.append((model, "timestep", float(model.opt.timestep)))
+    seen_fields += [(model, name, getattr(model.opt, name)) for name in OPTION_FIELDS]
     for owner, name, seen in seen_fields:
         address = int(owner._address) + offsets[name]
         if isinstance(seen, float):
             agrees = ctypes.c_double.from_address(address).value == seen
         elif isinstance(seen, int):
-            agrees = ctypes.c_int64.from_address(address).value == seen
+            width = ctypes.c_int if name in OPTION_FIELDS else ctypes.c_int64
+            agrees = width.from_address(address).value == seen
         else:
             agrees = ctypes.c_void_p.from_address(address).value == seen.ctypes.data
         if not agrees:
@@ -153,5 +166,7 @@ def verified_layout() -> None:
         "<orientation joint='b'/></actuator></mujoco>"  # three controls of one actuator
     )
     data = mujoco.MjData(model)
-    data.time = 0.125  # not zero, or any empty field would do
+    # Not zero, or any empty field would do.
+    data.time = 0.125
+    model.opt.integrator, model.opt.disableactuator = mujoco.mjtIntegrator.mjINT_IMPLICITFAST, 5
     verify_offsets(model, data)

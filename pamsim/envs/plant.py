@@ -14,9 +14,11 @@ import numpy as np
 from mujoco.batch import Batch
 from numpy.typing import NDArray
 
-from pamsim.engine.held_callbacks import HeldCallbacks
+from pamsim.core.errors import EngineError
+from pamsim.engine.callback import check_steppable
 from pamsim.engine.rig import Rig
 from pamsim.engine.state import restore_state, save_state
+from pamsim.engine.timers import StoppedTimers
 
 FloatArray = NDArray[np.float64]
 
@@ -56,6 +58,11 @@ def _lengths(jacobian, position):
     return lengths
 
 
+def _check_open(timers: StoppedTimers) -> None:
+    if timers.closed:
+        raise EngineError("this environment is closed; make a new one")
+
+
 class Plant(Protocol):
     """Rigs that are stepped together.
 
@@ -90,7 +97,7 @@ class Plant(Protocol):
         ...
 
     def close(self) -> None:
-        """Release the callbacks."""
+        """Refuse further steps."""
         ...
 
 
@@ -109,13 +116,13 @@ class OneRig:
 
     def __init__(self, rig: Rig, model: mujoco.MjModel, state: FloatArray) -> None:
         self._dofs = rig.velocity_addresses
-        self._held = HeldCallbacks()
+        self._timers = StoppedTimers()
         self.put({0: (model, state)})
 
     def put(self, states: dict[int, tuple[mujoco.MjModel, FloatArray]]) -> None:
         """See `Plant.put`."""
         model, state = states[0]
-        self._held.keep(model)
+        check_steppable(model)
         self.model, self.data = model, mujoco.MjData(model)
         restore_state(model, self.data, state)
         # Views of the engine's arrays: fetching one costs as much as reading it.
@@ -132,7 +139,7 @@ class OneRig:
 
     def step(self, commands: Sequence[tuple[int, FloatArray]]) -> None:
         """See `Plant.step`."""
-        self._held.check()
+        _check_open(self._timers)
         for count, command in commands:
             self._ctrl[:] = command[0]
             mujoco.mj_step(self.model, self.data, count)
@@ -156,7 +163,7 @@ class OneRig:
 
     def close(self) -> None:
         """See `Plant.close`."""
-        self._held.release()
+        self._timers.close()
 
 
 class ManyRigs:
@@ -172,8 +179,7 @@ class ManyRigs:
     _alive: ClassVar[weakref.WeakSet[ManyRigs]] = weakref.WeakSet()
 
     def __init__(self, rig: Rig, model: mujoco.MjModel, count: int, threads: int) -> None:
-        self._held = HeldCallbacks()
-        self._held.keep(model)
+        self._timers = StoppedTimers()
         self._models, self._threads = [model] * count, threads
         self._scratch = mujoco.MjData(model)
         self._dofs = rig.velocity_addresses
@@ -219,7 +225,8 @@ class ManyRigs:
             if self._jacobian is not None:
                 self._jacobian[number] = fixed_tendons(model)
         distinct = list({id(model): model for model in self._models}.values())
-        self._held.keep(*distinct)
+        for model in distinct:
+            check_steppable(model)
         self._batch.set_models(distinct[0] if len(distinct) == 1 else self._models)
         if self._jacobian is None:
             self._batch.forward(stage=_POSITION)
@@ -236,7 +243,7 @@ class ManyRigs:
         """See `Plant.step`."""
         if self._forked:
             self._start_again()
-        self._held.check()
+        _check_open(self._timers)
         for number, (count, command) in enumerate(commands, start=1):
             self._ctrl[:] = command
             wanted = self._jacobian is None and number == len(commands)
@@ -260,7 +267,7 @@ class ManyRigs:
 
     def close(self) -> None:
         """See `Plant.close`."""
-        self._held.release()
+        self._timers.close()
 
 
 if hasattr(os, "register_at_fork"):

@@ -296,7 +296,7 @@ class Rigs:
             own[:] = kept
 
     def close(self) -> None:
-        """Release the callbacks; the rigs cannot be stepped any more."""
+        """Stop; the rigs cannot be stepped any more."""
         self.plant.close()
 
     def _read(self) -> FloatArray:

@@ -67,8 +67,7 @@ class ArmViewer:
             EngineError: without a display, in one line that names the fix.
         """
         self.model = copy.copy(model)
-        # A window needs the engine's own integrators and no force.
-        self.model.opt.integrator = mujoco.mjtIntegrator.mjINT_EULER
+        # A window needs no force.
         self.model.opt.disableflags |= mujoco.mjtDisableBit.mjDSBL_ACTUATION
         if control_range is not None:
             self.model.actuator_ctrllimited[:] = 1

@@ -1,17 +1,22 @@
-"""The callback: same numbers compiled and interpreted, scoped, guarded, harmless to others."""
+"""Muscles in the engine: the same numbers on every path, compiled and interpreted."""
 
 from __future__ import annotations
 
+import copy
+import subprocess
 import sys
+from concurrent.futures import ThreadPoolExecutor
 
 import mujoco
 import numpy as np
 import pytest
+from mujoco import rollout
 from mujoco.batch import Batch
 
 import pamsim
-from pamsim.actuator.layout import COMMON, PASSED, parameter_slot
+from pamsim.actuator.layout import parameter_slot
 from pamsim.core.errors import EngineError, InputError
+from pamsim.engine import interpreted
 from pamsim.engine.state import charge
 
 STEP = pamsim.pressure_step((487e3, 487e3), (487e3, 0.0), duration=0.6, load=1.2)
@@ -62,14 +67,138 @@ def test_compiled_and_python_callbacks_agree(rig, command):
         assert np.array_equal(fast.final_state, slow.final_state)
 
 
-def test_stepping_without_the_callback_raises(rig):
+def foreign(*_):
+    return 1e3
+
+
+def stepped(model, data):
+    mujoco.mj_step(model, data, 40)
+
+
+def stepped_in_halves(model, data):
+    for _ in range(40):
+        mujoco.mj_step1(model, data)
+        mujoco.mj_step2(model, data)
+
+
+def forward_and_euler(model, data):
+    for _ in range(40):
+        mujoco.mj_forward(model, data)
+        mujoco.mj_Euler(model, data)
+
+
+def rolled_out(model, data):
+    kind = mujoco.mjtState.mjSTATE_FULLPHYSICS
+    start = np.empty(mujoco.mj_stateSize(model, kind))
+    mujoco.mj_getState(model, data, start, kind)
+    controls = np.tile(data.ctrl, (40, 1))
+    states, _ = rollout.rollout(model, mujoco.MjData(model), start, controls)
+    mujoco.mj_setState(model, data, states.reshape(40, -1)[-1], kind)
+
+
+def in_another_thread(model, data):
+    with ThreadPoolExecutor(1) as pool:
+        pool.submit(stepped, model, data).result()
+
+
+def on_a_copy(model, data):
+    twin = copy.deepcopy(model)
+    other = mujoco.MjData(twin)
+    pamsim.restore_state(twin, other, pamsim.save_state(model, data))
+    stepped(twin, other)
+    pamsim.restore_state(model, data, pamsim.save_state(twin, other))
+
+
+def on_a_saved_model(model, data):
+    buffer = np.zeros(mujoco.mj_sizeModel(model), np.uint8)
+    mujoco.mj_saveModel(model, None, buffer)
+    twin = mujoco.MjModel.from_binary_path("saved.mjb", {"saved.mjb": buffer.tobytes()})
+    other = mujoco.MjData(twin)
+    pamsim.restore_state(twin, other, pamsim.save_state(model, data))
+    stepped(twin, other)
+    pamsim.restore_state(model, data, pamsim.save_state(twin, other))
+
+
+def under_foreign_callbacks(model, data):
+    names = ("act_dyn", "act_gain", "act_bias")
+    for name in names:
+        getattr(mujoco, f"set_mjcb_{name}")(foreign)
+    try:
+        stepped(model, data)
+    finally:
+        for name in names:
+            getattr(mujoco, f"set_mjcb_{name}")(None)
+
+
+@pytest.mark.parametrize(
+    "advance",
+    [
+        stepped,
+        stepped_in_halves,
+        forward_and_euler,
+        rolled_out,
+        in_another_thread,
+        on_a_copy,
+        on_a_saved_model,
+        under_foreign_callbacks,
+    ],
+    ids=lambda function: function.__name__,
+)
+def test_every_path_of_the_engine_gives_the_same_numbers(rig, advance):
+    model, data = charged(rig, load=1.2)
+    data.ctrl[:] = (0.5, -0.5)
+    advance(model, data)
+    other, expected = charged(rig, load=1.2)
+    expected.ctrl[:] = (0.5, -0.5)
+    with pamsim.live(other):
+        stepped(other, expected)
+    assert abs(expected.qpos[0]) > 1e-4
+    assert data.qpos.tolist() == expected.qpos.tolist()
+    assert data.act.tolist() == expected.act.tolist()
+
+
+def test_runs_in_many_threads_equal_those_one_after_the_other(rig):
+    fills = np.linspace(1e-9, 3e-9, 6)
+    rigs = [rig.with_parameters({"valve.conductance_fill": fill}) for fill in fills]
+    experiment = pamsim.pressure_step((2e5, 2e5), (4e5, 1e5), duration=0.1)
+
+    def run(each):
+        return pamsim.simulate(each, experiment).completed().angle.tolist()
+
+    alone = [run(each) for each in rigs]
+    with ThreadPoolExecutor(6) as pool:
+        together = list(pool.map(run, rigs * 4))
+    assert together == alone * 4
+
+
+def test_a_process_without_pamsim_refuses_the_model(rig, tmp_path):
+    spec = mujoco.MjSpec.from_file(str(rig.file.mjcf))
+    pamsim.attach(
+        spec, tendon=next(iter(rig.file.tendons.values())), muscle=rig.muscles["muscle_1"]
+    )
+    path = tmp_path / "model.xml"
+    spec.compile()
+    path.write_text(spec.to_xml(), encoding="utf-8")
+    script = f"import mujoco; mujoco.MjModel.from_xml_path({str(path)!r})"
+    done = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True)
+    assert done.returncode == 1
+    assert "pamsim.muscle" in done.stderr
+
+
+def test_muscles_of_a_group_that_is_switched_off_neither_pull_nor_change(rig):
     model, data = charged(rig)
-    with pytest.raises(mujoco.FatalError, match="invalid integrator"):
-        mujoco.mj_step(model, data)
-    with pamsim.live(model):
-        mujoco.mj_step(model, data)
-    with pytest.raises(mujoco.FatalError):
-        mujoco.mj_step(model, data)
+    data.ctrl[:] = (0.5, 0.5)
+    model.actuator_group[0] = 3
+    model.opt.disableactuator = 1 << 3
+    first = slice(0, model.actuator_actnum[0])
+    for backend in ("compiled", "python"):
+        before = data.act.copy()
+        with pamsim.live(model, backend=backend):
+            mujoco.mj_step(model, data, 3)
+        assert data.actuator_force[0] == 0.0
+        assert data.actuator_force[1] < 0.0
+        assert data.act[first].tolist() == before[first].tolist()
+        assert data.act[first.stop :].tolist() != before[first.stop :].tolist()
 
 
 def test_a_chamber_that_was_never_charged_is_noticed(rig):
@@ -89,29 +218,6 @@ def test_charging_forgets_the_hysteresis_of_before(rig):
     charge(model, data, 1e5)
     assert np.all(data.act[memory] == 0.0)
     np.testing.assert_allclose(pamsim.pressures(model, data), 1e5)
-
-
-def test_the_tension_passed_from_rates_to_force_leaves_nothing_behind(rig):
-    model, data = charged(rig, load=2.14)
-    passed = model.actuator_actadr + model.actuator_actnum - PASSED
-    assert (model.actuator_actnum > COMMON).all()
-    with pamsim.live(model):
-        drive(model, data, 200)
-        assert not data.act[passed].any()
-        mujoco.mj_forward(model, data)
-        assert data.actuator_force.all()
-        assert not data.act_dot[passed].any()
-
-
-def test_the_force_needs_no_rates_before_it(rig):
-    model, data = charged(rig, load=2.14)
-    with pamsim.live(model):
-        drive(model, data, 200)
-        mujoco.mj_forward(model, data)
-        forces = data.actuator_force.copy()
-        mujoco.set_mjcb_act_dyn(lambda *_: 0.0)
-        mujoco.mj_forward(model, data)
-    assert forces.tolist() == data.actuator_force.tolist()
 
 
 def test_save_restore_continue_is_bit_equal(rig):
@@ -187,33 +293,65 @@ def test_another_model_in_the_same_process_is_unaffected(rig):
     assert np.array_equal(run(), alone)
 
 
-def test_scopes_nest_and_restore_what_was_there(rig):
-    model, _ = charged(rig)
+def test_timers_stand_still_inside_a_scope_only(rig):
+    model, data = charged(rig)
+    step = mujoco.mjtTimer.mjTIMER_STEP
 
-    def other(m, d, i):
-        return 0.0
+    def timed():
+        before = data.timer[step].duration
+        mujoco.mj_step(model, data, 20)
+        return data.timer[step].duration > before
 
-    mujoco.set_mjcb_act_dyn(other)
-    try:
-        with pamsim.live(model):
-            outer = mujoco.get_mjcb_act_dyn()
-            with pamsim.live(model, backend="python"):
-                assert mujoco.get_mjcb_act_dyn() is not outer
-            assert mujoco.get_mjcb_act_dyn() is outer
-            assert model.opt.integrator == mujoco.mjtIntegrator.mjINT_EULER
-        assert mujoco.get_mjcb_act_dyn() is other
-    finally:
-        mujoco.set_mjcb_act_dyn(None)
+    outer, inner = pamsim.live(model), pamsim.live(model)
+    outer.__enter__()
+    inner.__enter__()
+    outer.__exit__(None, None, None)  # not in the order of entering, as threads leave
+    assert not timed()
+    inner.__exit__(None, None, None)
+    assert mujoco.get_mjcb_time() is None
     with pytest.raises(RuntimeError, match="on purpose"), pamsim.live(model):
         raise RuntimeError("on purpose")
-    assert mujoco.get_mjcb_act_dyn() is None
+    assert mujoco.get_mjcb_time() is None
 
 
-def test_runge_kutta_is_refused(rig):
+def test_a_clock_of_somebody_else_is_left_alone(rig):
     model, _ = charged(rig)
+
+    def clock():
+        return 1.0
+
+    mujoco.set_mjcb_time(clock)
+    try:
+        with pamsim.live(model):
+            assert mujoco.get_mjcb_time() is clock
+        assert mujoco.get_mjcb_time() is clock
+    finally:
+        mujoco.set_mjcb_time(None)
+
+
+def test_an_error_of_the_interpreted_kernel_reaches_the_caller(rig, monkeypatch):
+    model, data = charged(rig)
+
+    def broken(*_):
+        raise ZeroDivisionError("on purpose")
+
+    monkeypatch.setattr(interpreted, "state_rates", broken)
+    with (
+        pytest.raises(ZeroDivisionError, match="on purpose"),
+        pamsim.live(model, backend="python"),
+    ):
+        mujoco.mj_step(model, data)
+    with pamsim.live(model, backend="compiled"):
+        mujoco.mj_step(model, data)
+
+
+def test_runge_kutta_is_refused_and_gives_no_number(rig):
+    model, data = charged(rig)
     model.opt.integrator = mujoco.mjtIntegrator.mjINT_RK4
     with pytest.raises(EngineError, match="RK4"), pamsim.live(model):
         pass
+    mujoco.mj_forward(model, data)
+    assert np.isnan(data.actuator_force).all()
 
 
 def test_unknown_backend_and_a_model_without_muscles_are_refused(rig):

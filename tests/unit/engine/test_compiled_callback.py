@@ -23,6 +23,7 @@ def test_any_misplaced_field_is_noticed(monkeypatch, field):
     model = mujoco.MjModel.from_xml_string(TINY)
     data = mujoco.MjData(model)
     data.time = 0.125
+    model.opt.integrator, model.opt.disableactuator = 3, 5
     structs.verify_offsets(model, data)
     wrong = {**structs.callback_offsets(), field: structs.callback_offsets()[field] + 8}
     monkeypatch.setattr(structs, "callback_offsets", lambda: wrong)

@@ -155,9 +155,3 @@ def test_a_sampling_period_must_be_whole_steps():
     for period in (0.0021, 0.0004):
         with pytest.raises(InputError, match="whole number"):
             whole_steps(period, 0.0005)
-
-
-def test_copies_of_the_model_stay_guarded(rig):
-    model = rig.model_for()
-    with pytest.raises(mujoco.FatalError):
-        mujoco.mj_step(model, mujoco.MjData(model))

@@ -110,12 +110,12 @@ def test_show_draws_the_state_and_touches_nothing_of_the_simulation(windows, rig
     assert len(window.shown) == 2
 
 
-def test_a_window_hides_the_disc_that_stands_for_the_load_and_needs_no_callback(windows, rig):
+def test_a_window_hides_the_disc_that_stands_for_the_load_and_needs_no_forces(windows, rig):
     viewer = ArmViewer(rig.model_for(load=1.2))
     disc = viewer.model.geom("load_disc").id
     assert viewer.model.geom_group[disc] == 5
     assert rig.model.geom_group[disc] != 5
-    mujoco.mj_step(viewer.model, viewer.data)  # guarded and forced, it would raise or be NaN
+    mujoco.mj_step(viewer.model, viewer.data)  # with forces it would be NaN
     assert np.isfinite(viewer.data.qpos).all()
     assert len(windows) == 1
 

@@ -1,0 +1,215 @@
+"""The muscles' engine plugin: what makes MuJoCo evaluate them on every path, in every thread.
+
+A plugin is registered once for the process and belongs to the model: its actuators are evaluated
+wherever the engine steps or evaluates the model, in ``mj_step``, ``mj_forward``, ``mujoco.rollout``
+or a viewer, from any thread, and no other library can take its place. The engine's callbacks
+(``mjcb_act_dyn`` and others) are global to the process instead, and an actuator of type ``user``
+without them runs silently as gain 1, bias 0. A model saved as MJCF names the plugin, so that a
+process without pamsim refuses to load it.
+
+The kernel is compiled, or loaded from its cache, when a model is first evaluated, not when it is
+made: listing rigs or changing parameters need not wait for that.
+"""
+
+from __future__ import annotations
+
+import ctypes
+import functools
+import re
+import threading
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import mujoco
+
+from pamsim.core.errors import EngineError
+from pamsim.engine.library import engine_library
+
+if TYPE_CHECKING:
+    from pamsim.engine.compiled import Natives
+
+NAME = "pamsim.muscle"
+INTERPRETED = "pamsim.muscle.python"
+
+_ADDRESS, _INT = ctypes.c_void_p, ctypes.c_int
+_ACTUATOR = 1  # mjPLUGIN_ACTUATOR
+_NUMBERS = ctypes.CFUNCTYPE(_INT, _ADDRESS, _INT)
+_INIT = ctypes.CFUNCTYPE(_INT, _ADDRESS, _ADDRESS, _INT)
+_RESET = ctypes.CFUNCTYPE(None, _ADDRESS, _ADDRESS, _ADDRESS, _INT)
+_RATES = ctypes.CFUNCTYPE(None, _ADDRESS, _ADDRESS, _INT)
+_FORCES = ctypes.CFUNCTYPE(None, _ADDRESS, _ADDRESS, _INT, _INT)
+
+_FIELDS: dict[str, Any] = {
+    "name": ctypes.c_char_p,
+    "nattribute": _INT,
+    "attributes": _ADDRESS,
+    "capabilityflags": _INT,
+    "needstage": _INT,
+    "nstate": _ADDRESS,
+    "nsensordata": _ADDRESS,
+    "init": _ADDRESS,
+    "destroy": _ADDRESS,
+    "copy": _ADDRESS,
+    "reset": _ADDRESS,
+    "compute": _ADDRESS,
+    "advance": _ADDRESS,
+    "visualize": _ADDRESS,
+    "actuator_act_dot": _ADDRESS,
+    "sdf_distance": _ADDRESS,
+    "sdf_gradient": _ADDRESS,
+    "sdf_staticdistance": _ADDRESS,
+    "sdf_attribute": _ADDRESS,
+    "sdf_aabb": _ADDRESS,
+}
+"""Of ``mjpPlugin``, in order."""
+
+
+class _Plugin(ctypes.Structure):
+    _fields_ = list(_FIELDS.items())
+
+
+class _Compiling(threading.local):
+    """Whether this thread compiles a model, in which the engine makes a step to try it."""
+
+    now = False
+
+
+_compiling = _Compiling()
+_loading = threading.Lock()
+
+
+@contextmanager
+def not_evaluated() -> Iterator[None]:
+    """Leave out muscles in what the engine evaluates meanwhile in this thread, until loaded."""
+    before, _compiling.now = _compiling.now, True
+    try:
+        yield
+    finally:
+        _compiling.now = before
+
+
+@functools.cache
+def register() -> None:
+    """Make the plugin known to the engine.
+
+    Raises:
+        EngineError: if this version of the engine declares plugins differently.
+    """
+    _check_declaration()
+    _add(NAME, _first_rates, _first_forces)
+
+
+def slot(name: str = NAME) -> int:
+    """Number under which the engine has a plugin."""
+    found = ctypes.c_int()
+    library = engine_library()
+    library.mjp_getPlugin.restype = _ADDRESS
+    if not library.mjp_getPlugin(name.encode(), ctypes.byref(found)):
+        raise EngineError(f"the engine does not know the plugin {name!r}")
+    return found.value
+
+
+def load_kernel() -> Natives:
+    """Compile the kernel, or load it, and hand it to the engine; once in the process.
+
+    Raises:
+        EngineError: if the engine's structs are not laid out as declared.
+    """
+    register()
+    with _loading:
+        return _load()
+
+
+@functools.cache
+def _load() -> Natives:
+    # Importing numba takes half a second, which making a model does not need.
+    from pamsim.engine import compiled, structs
+
+    structs.verified_layout()
+    natives = compiled.compiled_kernel()
+    entry = _entry(slot())
+    entry.actuator_act_dot = ctypes.cast(natives.act_dot, _ADDRESS)
+    entry.compute = ctypes.cast(natives.compute, _ADDRESS)
+    return natives
+
+
+@functools.cache
+def interpreted_slot() -> int:
+    """Slot of the plugin that evaluates the kernel as plain Python."""
+    from pamsim.engine import interpreted, structs
+
+    structs.verified_layout()
+    _add(
+        INTERPRETED,
+        _guarded(interpreted.rates),
+        _guarded(lambda model, data, instance, _: interpreted.forces(model, data, instance)),
+    )
+    return slot(INTERPRETED)
+
+
+failures: list[BaseException] = []
+"""What the interpreted kernel has raised: the engine cannot pass an exception on."""
+
+
+def _guarded(function: Callable[..., None]) -> Callable[..., None]:
+    def call(*args: int) -> None:
+        try:
+            function(*args)
+        except BaseException as error:
+            failures.append(error)
+
+    return call
+
+
+def _first_rates(model: int, data: int, instance: int) -> None:
+    if not _compiling.now:
+        load_kernel()
+        _RATES(_entry(slot()).actuator_act_dot)(model, data, instance)
+
+
+def _first_forces(model: int, data: int, instance: int, capability: int) -> None:
+    if not _compiling.now:
+        load_kernel()
+        _FORCES(_entry(slot()).compute)(model, data, instance, capability)
+
+
+def _entry(number: int) -> _Plugin:
+    """The engine's own entry of a plugin."""
+    library = engine_library()
+    library.mjp_getPluginAtSlot.restype = ctypes.POINTER(_Plugin)
+    return library.mjp_getPluginAtSlot(number).contents
+
+
+_kept: list[Any] = []
+"""Functions that the engine may call until the process ends."""
+
+
+def _add(name: str, rates: Callable[..., None], forces: Callable[..., None]) -> None:
+    functions = {
+        "nstate": _NUMBERS(lambda model, instance: 0),  # all memory is in act
+        "init": _INIT(lambda model, data, instance: 0),
+        "reset": _RESET(lambda model, state, data, instance: None),
+        "actuator_act_dot": _RATES(rates),
+        "compute": _FORCES(forces),
+    }
+    plugin = _Plugin(name=name.encode(), capabilityflags=_ACTUATOR)
+    for field, function in functions.items():
+        setattr(plugin, field, ctypes.cast(function, _ADDRESS))
+    _kept.append((plugin, functions))
+    engine_library().mjp_registerPlugin(ctypes.byref(plugin))
+
+
+def _check_declaration() -> None:
+    """Compare the fields of ``mjpPlugin`` with the declaration that the engine ships."""
+    header = Path(mujoco.__file__).parent / "include" / "mujoco" / "mjplugin.h"
+    text = re.sub(r"//[^\n]*", "", header.read_text(encoding="utf-8"))
+    found = re.search(r"typedef struct mjpPlugin_ \{(.*?)\} mjpPlugin;", text, re.DOTALL)
+    declared = re.findall(r"\(\*(\w+)\)\(|(\w+);", found.group(1)) if found else []
+    names = [function or plain for function, plain in declared]
+    if names != list(_FIELDS):
+        raise EngineError(
+            f"MuJoCo {mujoco.__version__} declares plugins in another way than pamsim knows;"
+            " install a version in the range of pyproject.toml"
+        )
