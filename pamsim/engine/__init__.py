@@ -1,1 +1,1 @@
-"""MuJoCo: rigs, the native callback, simulation."""
+"""MuJoCo: rigs, the muscles' plugin, simulation."""

@@ -15,11 +15,15 @@ from __future__ import annotations
 
 import ctypes
 import functools
+import math
 import re
+import sys
 import threading
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from dataclasses import dataclass
 from pathlib import Path
+from types import TracebackType
 from typing import TYPE_CHECKING, Any
 
 import mujoco
@@ -41,7 +45,7 @@ _RESET = ctypes.CFUNCTYPE(None, _ADDRESS, _ADDRESS, _ADDRESS, _INT)
 _RATES = ctypes.CFUNCTYPE(None, _ADDRESS, _ADDRESS, _INT)
 _FORCES = ctypes.CFUNCTYPE(None, _ADDRESS, _ADDRESS, _INT, _INT)
 
-_FIELDS: dict[str, Any] = {
+FIELDS: dict[str, Any] = {
     "name": ctypes.c_char_p,
     "nattribute": _INT,
     "attributes": _ADDRESS,
@@ -67,7 +71,7 @@ _FIELDS: dict[str, Any] = {
 
 
 class _Plugin(ctypes.Structure):
-    _fields_ = list(_FIELDS.items())
+    _fields_ = list(FIELDS.items())
 
 
 class _Compiling(threading.local):
@@ -97,8 +101,8 @@ def register() -> None:
     Raises:
         EngineError: if this version of the engine declares plugins differently.
     """
-    _check_declaration()
-    _add(NAME, _first_rates, _first_forces)
+    check_declaration()
+    _add(NAME, _first_rates, first_forces)
 
 
 def slot(name: str = NAME) -> int:
@@ -164,15 +168,51 @@ def _guarded(function: Callable[..., None]) -> Callable[..., None]:
 
 
 def _first_rates(model: int, data: int, instance: int) -> None:
-    if not _compiling.now:
-        load_kernel()
+    if not _compiling.now and _loaded(model, data):
         _RATES(_entry(slot()).actuator_act_dot)(model, data, instance)
 
 
-def _first_forces(model: int, data: int, instance: int, capability: int) -> None:
-    if not _compiling.now:
-        load_kernel()
+def first_forces(model: int, data: int, instance: int, capability: int) -> None:
+    """The plugin's ``compute`` until the kernel is loaded, which it does.
+
+    Args:
+        model: address of it.
+        data: address of it.
+        instance: of the plugin.
+        capability: what is computed.
+    """
+    if not _compiling.now and _loaded(model, data):
         _FORCES(_entry(slot()).compute)(model, data, instance, capability)
+
+
+def _loaded(model: int, data: int) -> bool:
+    """Load the kernel; where that fails, the forces of all actuators are no number.
+
+    The engine cannot pass an exception on. It is reported as one that nobody has caught.
+    """
+    from pamsim.engine.structs import callback_offsets
+
+    try:
+        load_kernel()
+    except Exception as error:
+        sys.unraisablehook(_Unraisable(type(error), error, error.__traceback__))
+        at = callback_offsets()
+        count = ctypes.c_int64.from_address(model + at["nactuator"]).value
+        forces = ctypes.c_void_p.from_address(data + at["actuator_force"]).value or 0
+        (ctypes.c_double * count).from_address(forces)[:] = [math.nan] * count
+        return False
+    return True
+
+
+@dataclass
+class _Unraisable:
+    """As Python's own reports of exceptions that nobody can catch."""
+
+    exc_type: type[BaseException]
+    exc_value: BaseException | None
+    exc_traceback: TracebackType | None
+    err_msg: str | None = "the muscles cannot be evaluated"
+    object: Any = None
 
 
 def _entry(number: int) -> _Plugin:
@@ -201,14 +241,18 @@ def _add(name: str, rates: Callable[..., None], forces: Callable[..., None]) -> 
     engine_library().mjp_registerPlugin(ctypes.byref(plugin))
 
 
-def _check_declaration() -> None:
-    """Compare the fields of ``mjpPlugin`` with the declaration that the engine ships."""
+def check_declaration() -> None:
+    """Compare the fields of ``mjpPlugin`` with the declaration that the engine ships.
+
+    Raises:
+        EngineError: if they differ.
+    """
     header = Path(mujoco.__file__).parent / "include" / "mujoco" / "mjplugin.h"
     text = re.sub(r"//[^\n]*", "", header.read_text(encoding="utf-8"))
     found = re.search(r"typedef struct mjpPlugin_ \{(.*?)\} mjpPlugin;", text, re.DOTALL)
     declared = re.findall(r"\(\*(\w+)\)\(|(\w+);", found.group(1)) if found else []
     names = [function or plain for function, plain in declared]
-    if names != list(_FIELDS):
+    if names != list(FIELDS):
         raise EngineError(
             f"MuJoCo {mujoco.__version__} declares plugins in another way than pamsim knows;"
             " install a version in the range of pyproject.toml"

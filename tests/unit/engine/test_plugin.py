@@ -1,15 +1,17 @@
-"""What the compiled callback rests on: checked struct offsets, a cache key that sees laws."""
+"""What the plugin rests on: checked struct offsets, a cache key that sees laws."""
 
 from __future__ import annotations
 
+import sys
 import types
 
 import mujoco
+import numpy as np
 import pytest
 
 from pamsim.actuator import kernel
 from pamsim.core.errors import EngineError
-from pamsim.engine import sampling, structs
+from pamsim.engine import plugin, sampling, structs
 from pamsim.engine.compiled import fingerprint, reached_functions
 
 TINY = """<mujoco><worldbody><body><joint name='j'/><geom size='1'/></body>
@@ -82,3 +84,30 @@ def test_the_loop_over_samples_is_loaded_from_the_cache_and_not_compiled_in_ever
     closed_over = [cell.cell_contents for cell in sampling._loop().py_func.__closure__]
     assert closed_over
     assert all(type(value) is int for value in closed_over)
+
+
+def address(of):
+    return of._address
+
+
+def test_a_kernel_that_does_not_load_gives_no_number_and_is_reported(monkeypatch):
+    model = mujoco.MjModel.from_xml_string(TINY)
+    data = mujoco.MjData(model)
+    reported = []
+
+    def failing():
+        raise EngineError("no such engine")
+
+    monkeypatch.setattr(plugin, "load_kernel", failing)
+    monkeypatch.setattr(sys, "unraisablehook", reported.append)
+    plugin.first_forces(address(model), address(data), 0, 1)
+    assert np.isnan(data.actuator_force[: model.nactuator]).all()
+    assert str(reported[0].exc_value) == "no such engine"
+
+
+def test_another_declaration_of_plugins_is_refused(monkeypatch):
+    plugin.check_declaration()
+    fewer = {name: kind for name, kind in plugin.FIELDS.items() if name != "advance"}
+    monkeypatch.setattr(plugin, "FIELDS", fewer)
+    with pytest.raises(EngineError, match="declares plugins in another way"):
+        plugin.check_declaration()
