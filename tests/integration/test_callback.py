@@ -67,7 +67,7 @@ def test_compiled_and_python_callbacks_agree(rig, command):
         assert np.array_equal(fast.final_state, slow.final_state)
 
 
-def foreign(*_):
+def unrelated(*_):
     return 1e3
 
 
@@ -119,10 +119,10 @@ def on_a_saved_model(model, data):
     pamsim.restore_state(model, data, pamsim.save_state(twin, other))
 
 
-def under_foreign_callbacks(model, data):
+def under_callbacks_of_another_library(model, data):
     names = ("act_dyn", "act_gain", "act_bias")
     for name in names:
-        getattr(mujoco, f"set_mjcb_{name}")(foreign)
+        getattr(mujoco, f"set_mjcb_{name}")(unrelated)
     try:
         stepped(model, data)
     finally:
@@ -140,7 +140,7 @@ def under_foreign_callbacks(model, data):
         in_another_thread,
         on_a_copy,
         on_a_saved_model,
-        under_foreign_callbacks,
+        under_callbacks_of_another_library,
     ],
     ids=lambda function: function.__name__,
 )
