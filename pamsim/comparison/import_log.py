@@ -214,7 +214,10 @@ def _stated(text: str, rig: Rig) -> Guess:
 
 def _drive(wanted: str, rig: Rig, quantities: Sequence[str], where: Path) -> DriveLike:
     """Drive that the columns allow: the same of all muscles if possible, and torques on joints."""
-    stated = dict(part.partition("=")[::2] for part in wanted.split(",")) if "=" in wanted else {}
+    stated: dict[str, str] = {}
+    for part in wanted.split(",") if "=" in wanted else ():
+        name, _, own = part.partition("=")
+        stated[name.strip()] = own.strip()
     for name, own in stated.items():
         nearest_to = (*rig.muscles, *rig.joints)
         if name not in nearest_to:
