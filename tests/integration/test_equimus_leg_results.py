@@ -1,0 +1,69 @@
+"""The page on real data quotes the record of the EquiMus leg."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).resolve().parents[2]
+PAGE = " ".join((ROOT / "docs" / "real_data.md").read_text(encoding="utf-8").split())
+JOINTS = ("hip", "knee")
+RIGS = {
+    "as_shipped": "authors' numbers, assumed valves",
+    "as_the_authors": "calibrated: areas, springs, dampers",
+    "with_valves": "calibrated: the same and valves",
+}
+
+
+@pytest.fixture(scope="module")
+def leg():
+    path = ROOT / "scripts" / "results" / "equimus_leg.json"
+    return json.loads(path.read_text(encoding="utf-8"))
+
+
+def row(what, numbers):
+    return f"| {what} | {numbers['hip']:.4f} | {numbers['knee']:.4f} |"
+
+
+def test_the_leg_s_table_is_the_record(leg):
+    opened, judged = leg["open"], leg["judge"]
+    assert row("what cycles differ by", opened["floors"]) in PAGE
+    assert row("authors' numbers, pressures imposed", opened["cycles_2_to_10"]) in PAGE
+    for name, what in RIGS.items():
+        assert row(what, judged["rigs"][name]["rms"]) in PAGE
+    cut = judged["rigs"]["with_valves"]["small_commands_as_none"]
+    assert row("the last, commands below 5 kPa taken as none", cut) in PAGE
+
+
+def test_the_printed_score_is_made_of_a_slip_and_of_seconds_without_data(leg):
+    opened = leg["open"]
+    for name in ("as_the_notebook_simulates", "the_same_while_recorded", "cycles_2_to_10"):
+        assert " and ".join(f"{opened[name][j]:.4f}" for j in JOINTS) in PAGE
+    simulated = opened["as_the_notebook_simulates"]
+    assert simulated["hip"] == pytest.approx(0.0915, rel=0.02)
+    assert simulated["knee"] == pytest.approx(0.1748, rel=0.02)
+
+
+def test_the_static_points_are_met_as_by_the_authors(leg):
+    static = leg["static"]
+    numbers = static["rms_not_at_the_stop"]
+    assert f"{numbers['hip']:.4f} and {numbers['knee']:.4f} rad" in PAGE
+    assert f"{static['stop']:.3f} rad" in PAGE
+    assert static["stop_scatter"] < 0.02
+
+
+def test_held_levels_are_the_record(leg):
+    held = leg["judge"]["rigs"]["with_valves"]["held"]
+    for level in held.values():
+        assert " | ".join(f"{level[joint]:+.3f}" for joint in JOINTS) in PAGE
+
+
+def test_the_diagnosis_is_the_record(leg):
+    result = leg["diagnose"]
+    assert f"`{result['verdict']}`" in PAGE
+    nearest = result["resembles"]
+    low, high = (100.0 * end for end in nearest["explained_interval95"])
+    share = f"{100.0 * nearest['explained']:.0f} % [{low:.0f}, {high:.0f}]"
+    assert f"`{nearest['name']}`, {share}" in PAGE
