@@ -122,8 +122,8 @@ def rest_positions(rig: Rig, pressure: FloatArray, near: FloatArray) -> FloatArr
         step = np.zeros(len(at))
         try:
             step[free] = np.linalg.solve(-slope[np.ix_(free, free)], torque[free])
-        except np.linalg.LinAlgError:
-            return np.full(len(at), np.nan)
+        except np.linalg.LinAlgError:  # nothing holds the rig here, as with slack muscles
+            step[free] = torque[free]
         if step @ torque < 0.0:  # a balance that the rig leaves: go where it is driven
             step = np.where(free, torque, 0.0)
         step *= min(1.0, _STRIDE / max(float(np.abs(step).max()), _STRIDE))

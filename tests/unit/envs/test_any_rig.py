@@ -126,6 +126,12 @@ def test_joints_reach_what_tasks_ask_for(made):
         assert 0.0 < reach.stiffness[0] < reach.stiffness[1]
 
 
+def test_a_rig_that_starts_slack_comes_to_the_same_rest():
+    rig = pamsim.load_rig("muscle_bench")
+    found = [rest_positions(rig, np.zeros(1), np.array([near])) for near in (-0.05, 0.0)]
+    assert found[0] == pytest.approx(found[1], abs=1e-9)
+
+
 def test_rest_positions_are_where_a_simulation_without_hysteresis_ends():
     rig = pamsim.load_rig(TWO).with_parameters({"hysteresis.force_per_pressure": 0.0})
     pressure = np.array([400e3, 250e3, 450e3, 200e3])
