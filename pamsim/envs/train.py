@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-import platform
+import contextlib
 import time
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -81,7 +81,6 @@ class Training:
             "ppo": {**PPO, "learning_rate": f"{_RATE:g}, falling linearly to 0"},
             "largest_difference_to_pytorch": self.apart,
             "seconds": round(self.seconds),
-            "python": platform.python_version(),
             "versions": versions("gymnasium", "stable-baselines3", "torch"),
             "curve": {"steps": self.steps, "mean_episode_reward": self.rewards},
         }
@@ -133,13 +132,12 @@ def train(*, steps: int, seed: int = 0, **settings: Any) -> Training:
         ENVIRONMENT, num_envs=RIGS, vectorization_mode="vector_entry_point", **settings
     )
     rigs = Sb3Rigs(env, seed)
-    learner = Learner(
-        "MlpPolicy", rigs, seed=seed, device="cpu", learning_rate=lambda left: _RATE * left, **PPO
-    )
-    learner.learn(steps)
+    whole = RIGS * PPO["n_steps"]
+    with contextlib.closing(rigs):
+        learner = Learner("MlpPolicy", rigs, seed=seed, device="cpu", learning_rate=_falling, **PPO)
+        learner.learn(-(-steps // whole) * whole)
     layers = _layers(learner.policy)
     own = env.unwrapped.rigs
-    rigs.close()
     return Training(
         policy=PolicyFile(
             joints=tuple(own.rig.joints),
@@ -158,6 +156,11 @@ def train(*, steps: int, seed: int = 0, **settings: Any) -> Training:
         apart=_largest_difference(learner.policy, layers),
         seconds=time.perf_counter() - began,
     )
+
+
+def _falling(left: float) -> float:
+    """Learning rate at a share of the steps that is left."""
+    return _RATE * left
 
 
 def _layers(policy: Any) -> list[tuple[Any, Any]]:

@@ -6,9 +6,14 @@ import json
 import re
 from pathlib import Path
 
+import gymnasium
+import numpy as np
 import pytest
 
+from pamsim.controllers.neural_policy import NeuralPolicy
 from pamsim.effects.catalog import EFFECTS
+from pamsim.engine.rig import load_rig
+from pamsim.envs.closed_loop import drive
 
 ROOT = Path(__file__).resolve().parents[2]
 
@@ -255,3 +260,19 @@ def test_the_repaired_rig_s_table_is_that_of_its_result():
     for name, cells in rows.items():
         for place, cell in zip(head, cells, strict=True):
             assert cell == f"{got[place, 'sine', name]['rmse_deg']:.2f}", (place, name)
+
+
+def test_the_policy_of_four_muscles_is_as_good_as_the_documents_state():
+    text = " ".join((ROOT / "docs" / "control.md").read_text(encoding="utf-8").split())
+    page = recorded("results/policy_two_joint.json")
+    curve = page["curve"]["mean_episode_reward"]
+    assert f"took {page['seconds']} s beside" in text
+    assert f"from {curve[0]:.0f} to {curve[-1]:.0f}. On" in text
+    rig = load_rig("two_joint_arm")
+    policy = NeuralPolicy.read(ROOT / "scripts/results/policy_two_joint.npz", rig)
+    env = gymnasium.make("pamsim/Rig-v0", rig=rig, task="regulation")
+    learned = [drive(env, policy, seed) for seed in range(100, 105)]
+    env.close()
+    off = [np.abs(run.position[-100:] - run.reference[-100:]).mean(axis=0) for run in learned]
+    shoulder, elbow = np.degrees(np.mean(off, axis=0))
+    assert f"{shoulder:.1f} deg (shoulder) and {elbow:.1f} deg (elbow) off" in text
