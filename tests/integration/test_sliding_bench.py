@@ -67,6 +67,26 @@ def test_at_rest_the_muscle_carries_the_weight(folder):
     assert rising.columns()["rail_mm"] == pytest.approx(1e3 * rising.angle)
 
 
+def test_the_carriage_follows_a_machine_and_shows_what_that_takes(folder):
+    """A body without children, whose inertia the engine does not compute anew."""
+    rig = pamsim.load_rig(folder)
+    time = np.linspace(0.0, 0.2, 21)
+    position = 0.03 + 0.01 * np.cos(10.0 * time)
+    moved = pamsim.Experiment(
+        drive={"lifter": "pressure_set", "rail": "length"},
+        command_time=time,
+        command_value=np.column_stack([np.full(21, 2e5), position]),
+        start_pressure=np.array([2e5]),
+        duration=0.2,
+        sample_rate=100.0,
+    )
+    run = pamsim.simulate(rig, moved).completed()
+    np.testing.assert_allclose(run.angle, position, rtol=0, atol=1e-11)
+    gain, speed = -1.0 * np.cos(10.0 * time), -0.1 * np.sin(10.0 * time)
+    newton = MASS * gain + 20.0 * speed + WEIGHT - run.tension[:, 0]
+    np.testing.assert_allclose(run.signal("rail.force")[1:-1], newton[1:-1], rtol=0, atol=0.3)
+
+
 def test_numbers_of_a_joint_that_slides_are_in_newtons_and_kilograms(folder):
     rig = pamsim.load_rig(folder)
     assert rig_parameter(rig, "joint.rail.damping").spec.unit == "N*s/m"
