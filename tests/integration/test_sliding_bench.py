@@ -68,7 +68,7 @@ def test_at_rest_the_muscle_carries_the_weight(folder):
 
 
 def test_the_carriage_follows_a_machine_and_shows_what_that_takes(folder):
-    """A body without children, whose inertia the engine does not compute anew."""
+    """A body without children, whose inertia the engine does not compute again."""
     rig = pamsim.load_rig(folder)
     time = np.linspace(0.0, 0.2, 21)
     position = 0.03 + 0.01 * np.cos(10.0 * time)
