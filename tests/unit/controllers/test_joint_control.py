@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import math
 
 import gymnasium
@@ -11,6 +12,7 @@ import pytest
 import pamsim
 from pamsim.controllers.controller import JointObservation, Observation
 from pamsim.controllers.joint_control import InverseStatics, JointControl
+from pamsim.controllers.pid import PidLaw
 from pamsim.controllers.suite import Suite
 from pamsim.core.errors import InputError
 from pamsim.engine.equilibrium import rest_positions
@@ -66,6 +68,9 @@ def test_memory_goes_in_and_out(rig):
     assert control.act(seen, memory) == (first, later)
     assert later != memory
     assert all(0.0 <= value <= 600e3 for value in first)
+    idle = dataclasses.replace(control, laws=(PidLaw(period=0.02, gain=0.0),) * 2)
+    held = control.statics.pressures([0.2, 0.2], np.zeros(2))
+    assert idle.act(seen, memory)[0] == pytest.approx(held)
 
 
 def test_controllers_of_another_rig_say_so_in_one_line(rig):

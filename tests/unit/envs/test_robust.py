@@ -16,6 +16,7 @@ import gymnasium
 import numpy as np
 import pytest
 
+import pamsim
 from pamsim.core.errors import InputError
 from pamsim.envs.registration import ENVIRONMENT
 
@@ -94,7 +95,8 @@ def rolled(env, actions):
 def test_a_copy_continues_as_the_environment_does(vector, copied):
     make = gymnasium.make_vec if vector else gymnasium.make
     kind = {"num_envs": 2, "vectorization_mode": "vector_entry_point"} if vector else {}
-    env = make(ENVIRONMENT, **OPTIONS, **kind)
+    lagging = pamsim.load_rig("two_joint_arm").with_parameters({"sensor.angle_lag": 0.1})
+    env = make(ENVIRONMENT, **{**OPTIONS, "rig": lagging}, **kind)
     env.action_space.seed(0)
     actions = [env.action_space.sample() for _ in range(35)]
     env.reset(seed=5)
