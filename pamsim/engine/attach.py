@@ -52,6 +52,9 @@ def attach(
     actuator.plugin.name = _instance(spec)
     actuator.plugin.plugin_name = plugin.NAME
     actuator.plugin.active = True
+    # The plugin overwrites what the engine makes of this. Without a type, the engine would ask a
+    # callback that another library may have set.
+    actuator.dyntype = mujoco.mjtDyn.mjDYN_INTEGRATOR
     actuator.actdim = state_size(muscle)
     actuator.userdata = pack(muscle)
     return actuator

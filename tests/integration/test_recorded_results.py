@@ -276,3 +276,12 @@ def test_the_policy_of_four_muscles_is_as_good_as_the_documents_state():
     off = [np.abs(run.position[-100:] - run.reference[-100:]).mean(axis=0) for run in learned]
     shoulder, elbow = np.degrees(np.mean(off, axis=0))
     assert f"{shoulder:.1f} deg (shoulder) and {elbow:.1f} deg (elbow) off" in text
+
+
+def test_runs_in_threads_are_as_the_document_states():
+    result = recorded("results/threads.json")
+    text = (ROOT / "docs" / "callback.md").read_text(encoding="utf-8")
+    assert len(result["runs"]) == 7
+    failed, runs = (sum(result[name].values()) for name in ("failed", "runs"))
+    assert f"{failed} of {runs} runs differ" in text
+    assert failed == 0

@@ -1,0 +1,179 @@
+"""Whether simulations in several threads equal those that run alone, to the bit.
+
+    python scripts/trust/threads.py [--runs 1000] [--threads 4] [--seed 0] [--json FILE]
+
+Each run draws a rig (one joint or two, with random parameters), an input and a way to step it:
+`pamsim.simulate`, plain ``mj_step``, ``mj_step1`` and ``mj_step2``, ``mj_forward`` and ``mj_Euler``,
+``mujoco.rollout``, an environment, or a scope of `pamsim.live` that opens and shuts between steps.
+All runs are done one after the other, then again in threads, while another thread sets and removes
+callbacks of the engine as another library would. A run fails if any number of its final state
+differs. Exits 1 if one fails.
+"""
+
+from __future__ import annotations
+
+import argparse
+import hashlib
+import json
+import platform
+import sys
+import threading
+from collections import Counter
+from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor
+from pathlib import Path
+
+import gymnasium
+import mujoco
+import numpy as np
+from mujoco import rollout
+from numpy.typing import NDArray
+from tqdm import tqdm
+
+import pamsim
+import pamsim.envs  # registers the environments
+from pamsim.engine.rig import Rig
+
+STEPS = 200
+RIGS = ("mas20_arm", "two_joint_arm")
+
+
+def simulated(rig: Rig, rng: np.random.Generator) -> NDArray[np.float64]:
+    """Final state of `pamsim.simulate`."""
+    pressures = rng.uniform(1e5, 4e5, (2, len(rig.muscles)))
+    step = pamsim.pressure_step(*pressures, duration=0.1)
+    state = pamsim.simulate(rig, step).completed().final_state
+    assert state is not None
+    return state
+
+
+def _begun(rig: Rig, rng: np.random.Generator) -> tuple[mujoco.MjModel, mujoco.MjData]:
+    model = rig.model_for(command="valve")
+    data = mujoco.MjData(model)
+    pamsim.reset(model, data, rng.uniform(1e5, 4e5, len(rig.muscles)).tolist())
+    data.ctrl[:] = rng.uniform(-1.0, 1.0, model.nu)
+    return model, data
+
+
+def stepped(rig: Rig, rng: np.random.Generator) -> NDArray[np.float64]:
+    """After ``mj_step``."""
+    model, data = _begun(rig, rng)
+    mujoco.mj_step(model, data, STEPS)
+    return pamsim.save_state(model, data)
+
+
+def halves(rig: Rig, rng: np.random.Generator) -> NDArray[np.float64]:
+    """After ``mj_step1`` and ``mj_step2``."""
+    model, data = _begun(rig, rng)
+    for _ in range(STEPS):
+        mujoco.mj_step1(model, data)
+        mujoco.mj_step2(model, data)
+    return pamsim.save_state(model, data)
+
+
+def forward(rig: Rig, rng: np.random.Generator) -> NDArray[np.float64]:
+    """After ``mj_forward`` and ``mj_Euler``."""
+    model, data = _begun(rig, rng)
+    for _ in range(STEPS):
+        mujoco.mj_forward(model, data)
+        mujoco.mj_Euler(model, data)
+    return pamsim.save_state(model, data)
+
+
+def scopes(rig: Rig, rng: np.random.Generator) -> NDArray[np.float64]:
+    """After steps in scopes that open and shut."""
+    model, data = _begun(rig, rng)
+    for _ in range(10):
+        with pamsim.live(model):
+            mujoco.mj_step(model, data, STEPS // 20)
+        mujoco.mj_step(model, data, STEPS // 20)
+    return pamsim.save_state(model, data)
+
+
+def rolled_out(rig: Rig, rng: np.random.Generator) -> NDArray[np.float64]:
+    """After ``mujoco.rollout``."""
+    model, data = _begun(rig, rng)
+    kind = mujoco.mjtState.mjSTATE_FULLPHYSICS
+    start = np.empty(mujoco.mj_stateSize(model, kind))
+    mujoco.mj_getState(model, data, start, kind)
+    controls = np.tile(data.ctrl, (STEPS, 1))
+    states, _ = rollout.rollout(model, mujoco.MjData(model), start, controls)
+    return states.reshape(STEPS, -1)[-1]
+
+
+def episode(rig: Rig, rng: np.random.Generator) -> NDArray[np.float64]:
+    """After steps of an environment."""
+    env = gymnasium.make("pamsim/Rig-v0", rig=rig.name)
+    observation, _ = env.reset(seed=int(rng.integers(2**31)))
+    for _ in range(5):
+        action = rng.uniform(-1.0, 1.0, env.action_space.shape).astype(np.float32)
+        observation = env.step(action)[0]
+    env.close()
+    return np.asarray(observation, dtype=float)
+
+
+WAYS = (simulated, stepped, halves, forward, scopes, rolled_out, episode)
+
+
+def run(seed: int) -> str:
+    """Digest of one run."""
+    rng = np.random.default_rng(seed)
+    rig = pamsim.load_rig(RIGS[rng.integers(len(RIGS))])
+    rig = rig.with_parameters({"valve.conductance_fill": float(rng.uniform(1e-9, 3e-9))})
+    return hashlib.sha256(way(seed)(rig, rng).tobytes()).hexdigest()
+
+
+def way(seed: int) -> Callable[[Rig, np.random.Generator], NDArray[np.float64]]:
+    """How a run is stepped."""
+    return WAYS[seed % len(WAYS)]
+
+
+def another_library(stop: threading.Event) -> None:
+    """Set and remove callbacks until told to stop."""
+    names = ("act_dyn", "act_gain", "act_bias")
+    while not stop.wait(0.001):
+        for name in names:
+            getattr(mujoco, f"set_mjcb_{name}")(lambda *_: 1e3)
+        stop.wait(0.001)
+        for name in names:
+            getattr(mujoco, f"set_mjcb_{name}")(None)
+
+
+def main() -> int:
+    """Run, compare, print and keep the counts."""
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("--runs", type=int, default=1000)
+    parser.add_argument("--threads", type=int, default=4)
+    parser.add_argument("--seed", type=int, default=0)
+    parser.add_argument("--json", type=Path)
+    given = parser.parse_args()
+    seeds = range(given.seed, given.seed + given.runs)
+    alone = [run(seed) for seed in tqdm(seeds, desc="alone", file=sys.stderr)]
+    stop = threading.Event()
+    disturber = threading.Thread(target=another_library, args=(stop,))
+    disturber.start()
+    try:
+        with ThreadPoolExecutor(given.threads) as pool:
+            results = pool.map(run, seeds)
+            together = list(tqdm(results, desc="threads", total=given.runs, file=sys.stderr))
+    finally:
+        stop.set()
+        disturber.join()
+    differ = [seed for seed, a, b in zip(seeds, alone, together, strict=True) if a != b]
+    failed = Counter(way(seed).__name__ for seed in differ)
+    result = {
+        "command": f"python scripts/trust/threads.py --runs {given.runs}"
+        f" --threads {given.threads} --seed {given.seed}",
+        "mujoco": mujoco.__version__,
+        "python": platform.python_version(),
+        "runs": {one.__name__: sum(way(s) is one for s in seeds) for one in WAYS},
+        "failed": {one.__name__: failed[one.__name__] for one in WAYS},
+    }
+    print(json.dumps(result, indent=1))
+    if given.json:
+        given.json.write_text(json.dumps(result, indent=1) + "\n", encoding="utf-8")
+    return 1 if differ else 0
+
+
+if __name__ == "__main__":
+    raise SystemExit(main())
