@@ -3,9 +3,9 @@
     python scripts/trust/threads.py [--runs 1000] [--threads 4] [--seed 0] [--json FILE]
 
 Each run draws a rig (one joint or two, with random parameters), an input and a way to step it:
-`pamsim.simulate`, plain ``mj_step``, ``mj_step1`` and ``mj_step2``, ``mj_forward`` and ``mj_Euler``,
-``mujoco.rollout``, an environment, or a scope of `pamsim.live` that opens and shuts between steps.
-All runs are done one after the other, then again in threads, while another thread sets and removes
+`pamsim.simulate`, plain ``mj_step``, ``mj_step1`` and ``mj_step2``, ``mj_forward`` with
+``mj_Euler``, ``mujoco.rollout``, an environment, or `pamsim.live` that opens and shuts between
+steps. All runs are done one after the other, then again in threads, while another thread sets and removes
 callbacks of the engine as another library would. A run fails if any number of its final state
 differs. Exits 1 if one fails.
 """
