@@ -5,9 +5,9 @@
 Each run draws a rig (one joint or two, with random parameters), an input and a way to step it:
 `pamsim.simulate`, plain ``mj_step``, ``mj_step1`` and ``mj_step2``, ``mj_forward`` with
 ``mj_Euler``, ``mujoco.rollout``, an environment, or `pamsim.live` that opens and shuts between
-steps. All runs are done one after the other, then again in threads, while another thread sets and removes
-callbacks of the engine as another library would. A run fails if any number of its final state
-differs. Exits 1 if one fails.
+steps. All runs are done one after the other, then again in threads, while another thread sets and
+removes callbacks of the engine as another library would. A run fails if any number of its final
+state differs. Exits 1 if one fails.
 """
 
 from __future__ import annotations
