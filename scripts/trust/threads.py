@@ -129,7 +129,7 @@ def way(seed: int) -> Callable[[Rig, np.random.Generator], NDArray[np.float64]]:
 
 
 def another_library(stop: threading.Event) -> None:
-    """Set and remove callbacks until told to stop."""
+    """Set and remove callbacks until `stop` is set."""
     names = ("act_dyn", "act_gain", "act_bias")
     while not stop.wait(0.001):
         for name in names:
