@@ -34,15 +34,19 @@ def complete_file(path: Path) -> Generator[Path]:
         raise InputError(f"cannot write {path}: {error.strerror or error}") from None
 
 
-def refuse_existing(path: Path, force: bool) -> None:
+def refuse_existing(path: Path, force: bool) -> Path:
     """Refuse to write over a file.
 
     Args:
         path: to be written.
         force: whether it may be replaced.
 
+    Returns:
+        The path.
+
     Raises:
         InputError: if it is there and may not.
     """
     if path.exists() and not force:
         raise InputError(f"{path} is there already; `force` replaces it")
+    return path
