@@ -47,7 +47,7 @@ def play(name: str, episodes: int) -> dict[str, object]:
         supply = env.rigs.top_pressure
         env.action_space.seed(number)
         env.reset(seed=RIGS * number)
-        held = np.zeros(ARMS, dtype=int)
+        held = np.zeros(RIGS, dtype=int)
         action = env.action_space.sample()
         for _ in range(STEPS):
             new = held == 0
