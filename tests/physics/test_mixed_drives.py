@@ -118,7 +118,10 @@ def test_backends_agree_on_a_mixed_drive(rig):
     ("drive", "message"),
     [
         ({"muscle_1": "valve", "muscle_3": "valve"}, "no muscle 'muscle_3'; did you mean"),
-        ({"muscle_1": "valve", "muscle_2": "vave"}, "no drive 'vave' of 'muscle_2'; did you mean"),
+        (
+            {"muscle_1": "valve", "muscle_2": "valvve"},
+            "no drive 'valvve' of 'muscle_2'; did you mean",
+        ),
         ({"muscle_1": "valve"}, "there are 2 columns of values"),
     ],
 )
