@@ -81,7 +81,7 @@ class _Compiling(threading.local):
 
 
 _compiling = _Compiling()
-_loading = threading.Lock()
+_once = threading.RLock()
 
 
 @contextmanager
@@ -94,13 +94,18 @@ def not_evaluated() -> Iterator[None]:
         _compiling.now = before
 
 
-@functools.cache
 def register() -> None:
-    """Make the plugin known to the engine.
+    """Make the plugin known to the engine; once in the process.
 
     Raises:
         EngineError: if this version of the engine declares plugins differently.
     """
+    with _once:
+        _register()
+
+
+@functools.cache
+def _register() -> None:
     check_declaration()
     _add(NAME, _first_rates, first_forces)
 
@@ -122,7 +127,7 @@ def load_kernel() -> Natives:
         EngineError: if the engine's structs are not laid out as declared.
     """
     register()
-    with _loading:
+    with _once:
         return _load()
 
 
@@ -139,9 +144,14 @@ def _load() -> Natives:
     return natives
 
 
-@functools.cache
 def interpreted_slot() -> int:
     """Slot of the plugin that evaluates the kernel as plain Python."""
+    with _once:
+        return _interpreted_slot()
+
+
+@functools.cache
+def _interpreted_slot() -> int:
     from pamsim.engine import interpreted, structs
 
     structs.verified_layout()

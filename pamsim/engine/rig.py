@@ -54,7 +54,7 @@ class Rig:
 
     Attributes:
         file: what its folder states, sources included.
-        model: compiled and guarded; step it inside `pamsim.live`.
+        model: compiled.
         joints: recorded joint -> ``angle`` if it turns, ``position`` if it slides.
         muscles: name -> muscle, in actuator order.
         sensor: measurement chain, or None.
