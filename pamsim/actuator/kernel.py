@@ -2,7 +2,7 @@
 
 Every function takes the parameter row ``par`` and the states ``act`` of one actuator in the layout
 of `pamsim.actuator.layout`. They are ordinary Python over anything that can be indexed, and the
-engine compiles these same functions for its native callback. An effect at its neutral value leaves
+engine compiles these same functions for the muscles' plugin. An effect at its neutral value leaves
 the result unchanged to the last bit.
 """
 

@@ -19,7 +19,7 @@ class ParameterError(InputError):
 
 
 class EngineError(PamsimError):
-    """MuJoCo and pamsim disagree: struct layout, missing callback, unsupported integrator."""
+    """MuJoCo and pamsim disagree: struct layout, plugin, unsupported integrator."""
 
 
 class SimulationError(PamsimError):

@@ -125,6 +125,13 @@ def _muscle_row(address: Any, width: Any, index: Any) -> Any:
     return row
 
 
+@register_jitable
+def _switched_off(groups: Any, index: Any, disabled: Any) -> Any:
+    """Whether the group of an actuator is among the disabled ones."""
+    group = _entry(groups, index)
+    return 0 <= group < 31 and (disabled >> group) & 1 == 1
+
+
 def _compile(key: str, word: Mapping[str, int]) -> tuple[Any, Any, Any]:
     """Compile the plugin's functions.
 
@@ -160,7 +167,7 @@ def _compile(key: str, word: Mapping[str, int]) -> tuple[Any, Any, Any]:
         data = numba.carray(data_pointer, (data_words,), np.int64)
         clock = numba.carray(data_pointer, (data_words,), np.float64)
         option = numba.carray(model_pointer, (model_words,), np.float64)
-        switched_off = numba.carray(model_pointer, (options,), np.int32)[disabled]
+        codes = numba.carray(model_pointer, (options,), np.int32)
         for index in range(model[actuators]):
             if _entry(model[plugin], index) != instance:
                 continue
@@ -171,8 +178,7 @@ def _compile(key: str, word: Mapping[str, int]) -> tuple[Any, Any, Any]:
             count = _entry(model[actnum], index)
             out = _entry(model[outadr], index)
             rates = _doubles(data[act_dot], first, count)
-            its_group = _entry(model[group], index)
-            if 0 <= its_group < 31 and (switched_off >> its_group) & 1:
+            if _switched_off(model[group], index, codes[disabled]):
                 rates[:] = 0.0
                 continue
             opposing = 0.0
@@ -237,9 +243,8 @@ def _compile(key: str, word: Mapping[str, int]) -> tuple[Any, Any, Any]:
             first = _entry(model[actadr], index)
             count = _entry(model[actnum], index)
             out = _entry(model[outadr], index)
-            its_group = _entry(model[group], index)
             its_force = _doubles(data[force], out, 1)
-            if 0 <= its_group < 31 and (codes[disabled] >> its_group) & 1:
+            if _switched_off(model[group], index, codes[disabled]):
                 its_force[0] = 0.0
                 continue
             states = _doubles(data[act], first, count)

@@ -1,6 +1,6 @@
 """Commands that reach the valves late, each muscle's by its own dead time.
 
-MuJoCo delays the control of its own actuator types only: a callback sees it as it was set. So the
+MuJoCo delays the control of its own actuator types only: a plugin sees it as it was set. So the
 delay is in the commands that a simulated experiment sets, and in no loop of ``mj_step`` of one's
 own. A command that arrives within a time step divides it in two, so that what follows depends
 smoothly on the delay.

@@ -149,10 +149,10 @@ def take_interpreted(
     each_step: EachStep | None,
     pull: Pull | None,
 ) -> None:
-    """Take samples of a live model from Python.
+    """Take samples of a model from Python.
 
     Args:
-        model: live.
+        model: of the run.
         data: of it; stepped in place.
         plan: of the run.
         on: joints that are driven from outside.

@@ -43,7 +43,7 @@ def settle(
     *,
     each_step: EachStep | None = None,
 ) -> None:
-    """Bring a live model to rest at the start pressures of an experiment and set time to 0.
+    """Bring a model to rest at the start pressures of an experiment and set time to 0.
 
     It ends early once nothing moves. Creep, which would delay that, is switched off meanwhile: a
     relaxed creep element carries no force at rest. So is what keeps the valves shut near the set
@@ -53,7 +53,7 @@ def settle(
     motion begins.
 
     Args:
-        model: live; its command is that of the experiment afterwards.
+        model: its command is that of the experiment afterwards.
         data: of it, overwritten.
         experiment: its start pressures [Pa] and the time [s] that it allows.
         on: joints that it drives from outside.
@@ -95,7 +95,7 @@ def advance(
     """Take some time steps under one command.
 
     Args:
-        model: live.
+        model: of the run.
         data: of it; stepped in place.
         command: (m,) of the muscles; without a hook, ``data.ctrl`` holds it already.
         count: of steps.

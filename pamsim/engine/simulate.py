@@ -200,12 +200,12 @@ def record(
     each_step: EachStep | None = None,
     from_rest: bool = True,
 ) -> Recording:
-    """Run an experiment on a live model from the present state on.
+    """Run an experiment on a model from the present state on.
 
     Args:
         run: see `prepare`.
         data: of its model; stepped in place.
-        backend: the one the model is live with.
+        backend: what evaluates the muscles, see `pamsim.live`.
         each_step: see `simulate`.
         from_rest: False where a motion that is imposed goes on.
     """

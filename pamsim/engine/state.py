@@ -97,7 +97,7 @@ def settled(model: mujoco.MjModel, data: mujoco.MjData, pressures: Sequence[floa
 
 
 def _measure_tendons(model: mujoco.MjModel, data: mujoco.MjData) -> None:
-    # Positions and tendon lengths only: this part of the engine calls no callback.
+    # Positions and tendon lengths only: this part of the engine evaluates no muscle.
     mujoco.mj_kinematics(model, data)
     mujoco.mj_comPos(model, data)
     mujoco.mj_tendon(model, data)

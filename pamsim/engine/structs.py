@@ -57,7 +57,7 @@ def _ctype(node: Any) -> Any:
         return ctypes.c_int  # the remaining mjt types are enums
     raise EngineError(
         f"MuJoCo {mujoco.__version__} declares a field of type {name!r} that pamsim cannot lay out;"
-        " use backend='python' and report it"
+        " report it"
     )
 
 
@@ -87,8 +87,8 @@ def offset(struct: str, field: str) -> int:
     layout = getattr(_declared(struct), field, None)
     if layout is None:
         raise EngineError(
-            f"MuJoCo {mujoco.__version__} has no {struct}.{field}, which pamsim's compiled callback"
-            " reads; install a version in the range of pyproject.toml or use backend='python'"
+            f"MuJoCo {mujoco.__version__} has no {struct}.{field}, which pamsim's muscles"
+            " read, with backend='python' too; install a version in the range of pyproject.toml"
         )
     return int(layout.offset)
 
@@ -148,7 +148,7 @@ def verify_offsets(model: mujoco.MjModel, data: mujoco.MjData) -> None:
         if not agrees:
             raise EngineError(
                 f"MuJoCo {mujoco.__version__}: {type(owner).__name__}.{name} is not where its"
-                " declaration puts it; use backend='python' and report it"
+                " declaration puts it; report it"
             )
 
 

@@ -113,7 +113,7 @@ class ValvePair(ParameterGroup):
 
 
 def clamped_opening(command: float) -> float:
-    """Limit a signed opening to [-1, 1]; the engine hands callbacks the raw control.
+    """Limit a signed opening to [-1, 1]; the engine hands plugins the raw control.
 
     Args:
         command: wanted opening [-].
