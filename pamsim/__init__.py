@@ -16,6 +16,9 @@ show), ``calibrate`` (parameters of a rig), ``diagnose`` (the effect that a simu
 ``hide`` (synthetic recordings with a hidden effect), ``reproduce`` and ``replicate`` (the source
 papers). Their results have ``summary()``, ``to_dict()`` and ``save(folder)``; ``plot`` draws them.
 
+A law or an effect of your own is written with `ForceLaw`, `Operator`, `Hysteresis`,
+`ParameterGroup`, ``parameter``, `Effect` and `EffectParameter`.
+
 Gymnasium environments are registered by ``import pamsim.envs``; controllers are in
 ``pamsim.controllers``. All names below load on first use.
 """
@@ -32,9 +35,13 @@ if TYPE_CHECKING:
     from pamsim.core.errors import PamsimError as PamsimError
     from pamsim.core.experiment import Experiment as Experiment
     from pamsim.core.experiment import pressure_step as pressure_step
+    from pamsim.core.parameters import ParameterGroup as ParameterGroup
+    from pamsim.core.parameters import parameter as parameter
     from pamsim.core.recording import Recording as Recording
     from pamsim.diagnosis.check import check as check
     from pamsim.diagnosis.diagnose import diagnose as diagnose
+    from pamsim.effects.effect import Effect as Effect
+    from pamsim.effects.effect import EffectParameter as EffectParameter
     from pamsim.engine.attach import attach as attach
     from pamsim.engine.attach import compile_model as compile_model
     from pamsim.engine.callback import live as live
@@ -46,7 +53,10 @@ if TYPE_CHECKING:
     from pamsim.engine.state import restore_state as restore_state
     from pamsim.engine.state import save_state as save_state
     from pamsim.fitting.fit import fit as fit
+    from pamsim.hysteresis.catalog import Operator as Operator
+    from pamsim.hysteresis.group import Hysteresis as Hysteresis
     from pamsim.identification.identify import identify as identify
+    from pamsim.muscles.force_law import ForceLaw as ForceLaw
     from pamsim.papers.replicate import replicate as replicate
     from pamsim.papers.reproduce import reproduce as reproduce
     from pamsim.report.plot import plot as plot
@@ -56,9 +66,15 @@ if TYPE_CHECKING:
 __version__ = "0.1.0"
 
 _HOME = {
+    "Effect": "pamsim.effects.effect",
+    "EffectParameter": "pamsim.effects.effect",
     "Experiment": "pamsim.core.experiment",
+    "ForceLaw": "pamsim.muscles.force_law",
+    "Hysteresis": "pamsim.hysteresis.group",
     "Muscle": "pamsim.actuator.muscle",
+    "Operator": "pamsim.hysteresis.catalog",
     "PamsimError": "pamsim.core.errors",
+    "ParameterGroup": "pamsim.core.parameters",
     "Recording": "pamsim.core.recording",
     "attach": "pamsim.engine.attach",
     "calibrate": "pamsim.calibration.calibrate",
@@ -72,6 +88,7 @@ _HOME = {
     "live": "pamsim.engine.callback",
     "load_rig": "pamsim.engine.rig",
     "new_rig": "pamsim.engine.new_rig",
+    "parameter": "pamsim.core.parameters",
     "plot": "pamsim.report.plot",
     "pressure_step": "pamsim.core.experiment",
     "pressures": "pamsim.engine.state",

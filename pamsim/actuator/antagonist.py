@@ -17,7 +17,7 @@ from dataclasses import dataclass
 from pamsim.actuator.kernel import Row
 from pamsim.actuator.layout import slot
 from pamsim.actuator.static_muscle import static_force, static_volume
-from pamsim.muscles.catalog import pushes
+from pamsim.muscles.dispatch import pushes
 from pamsim.muscles.tension import taut
 
 _FORCE_LAW = slot("force.law")

@@ -2,31 +2,36 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 from pamsim.actuator.muscle import (
-    FORCE_GROUPS,
-    HYSTERESIS_GROUPS,
     MUSCLE_ONLY,
     PLAIN_GROUPS,
-    PUSHING,
     PUSHING_ONLY,
     Muscle,
 )
+from pamsim.core.catalog import Catalog
 from pamsim.core.errors import InputError, nearest
 from pamsim.core.parameters import ParameterGroup, Sourced, specs
 from pamsim.hysteresis.bouc_wen import BoucWen
+from pamsim.hysteresis.catalog import OPERATORS, Operator
+from pamsim.muscles.catalog import FORCE_LAWS
+from pamsim.muscles.dispatch import pushes
+from pamsim.muscles.force_law import ForceLaw
 
 Sections = Mapping[str, Mapping[str, Sourced | str]]
 
-_LAWS: dict[str, dict[str, type[ParameterGroup]]] = {
-    "force": {law.law: law for law in FORCE_GROUPS},
-    "hysteresis": {law.law: law for law in HYSTERESIS_GROUPS if law},
-}
+_LAWS: Mapping[str, Catalog[Any]] = {"force": FORCE_LAWS, "hysteresis": OPERATORS}
 
 
-def build_muscle(sections: Sections, *, where: str, command: str = "pressure_set") -> Muscle:
+def build_muscle(
+    sections: Sections,
+    *,
+    where: str,
+    command: str = "pressure_set",
+    own: Sequence[ForceLaw | Operator] = (),
+) -> Muscle:
     """Make a muscle from its sections.
 
     Args:
@@ -34,6 +39,7 @@ def build_muscle(sections: Sections, *, where: str, command: str = "pressure_set
             muscle that states no hysteresis gets Bouc-Wen's without width.
         where: what to call the place in errors.
         command: what the muscle's control means, one of `COMMANDS`.
+        own: laws of the rig, which count before those of the catalogs.
 
     Raises:
         InputError: for an unknown group, law or field, a missing field, or a wrong unit.
@@ -47,7 +53,8 @@ def build_muscle(sections: Sections, *, where: str, command: str = "pressure_set
     for group in PLAIN_GROUPS:
         if group.group in sections:
             groups[group.group] = _build(group, sections[group.group], where)
-    for name, laws in _LAWS.items():
+    for name, catalog in _LAWS.items():
+        laws = {**catalog, **{law.name: law for law in own if law.group.group == name}}
         if name in sections:
             section = dict(sections[name])
             law = section.pop("law", None)
@@ -55,10 +62,10 @@ def build_muscle(sections: Sections, *, where: str, command: str = "pressure_set
                 raise InputError(
                     f"{where}: {name}.law = {law!r} is not known; {nearest(str(law), laws)}"
                 )
-            groups[name] = _build(laws[law], section, where)
-    pushes = type(groups.get("force")) in PUSHING
-    needed, idle = ("stroke", MUSCLE_ONLY) if pushes else ("braid", PUSHING_ONLY)
-    kind = "pushing actuator" if pushes else "muscle"
+            groups[name] = _build(laws[law].group, section, where)
+    pushing = "force" in groups and pushes(FORCE_LAWS.code(groups["force"].__class__))
+    needed, idle = ("stroke", MUSCLE_ONLY) if pushing else ("braid", PUSHING_ONLY)
+    kind = "pushing actuator" if pushing else "muscle"
     for name in ("mounting", needed, "force", "chamber", "valve"):
         if name not in groups:
             raise InputError(f"{where}: a {kind} needs the group {name!r}")
@@ -104,6 +111,10 @@ def _has_default(group: type[ParameterGroup], name: str) -> bool:
 
 def idle_groups(sections: Sections) -> frozenset[str]:
     """Names of the groups that have no meaning for an actuator with these sections."""
+    return frozenset(g.group for g in (MUSCLE_ONLY if _pushes(sections) else PUSHING_ONLY))
+
+
+def _pushes(sections: Sections) -> bool:
+    """Whether the force law of an actuator with these sections may push."""
     law = sections.get("force", {}).get("law")
-    pushes = isinstance(law, str) and _LAWS["force"].get(law) in PUSHING
-    return frozenset(group.group for group in (MUSCLE_ONLY if pushes else PUSHING_ONLY))
+    return isinstance(law, str) and law in FORCE_LAWS and FORCE_LAWS[law].pushes

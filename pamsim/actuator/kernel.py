@@ -38,11 +38,11 @@ from pamsim.actuator.static_muscle import (
     volume_and_slope,
     volume_at_nominal_length,
 )
-from pamsim.hysteresis.catalog import chosen_energy, chosen_output, chosen_rates
+from pamsim.hysteresis.dispatch import chosen_energy, chosen_output, chosen_rates
 from pamsim.hysteresis.group import COMMON_FIELDS
 from pamsim.muscles.braid import braid_friction
-from pamsim.muscles.catalog import pushes, volume_depends_on_pressure
 from pamsim.muscles.creep import creep_force, creep_rate
+from pamsim.muscles.dispatch import pushes, volume_depends_on_pressure
 from pamsim.muscles.tension import effective_pressure
 from pamsim.pneumatics.air import GAS_CONSTANT
 from pamsim.pneumatics.chamber import absolute_pressure, air_state_rate, relaxing_rate

@@ -16,28 +16,27 @@ of them exist even where an effect is off, so that any effect can be added to a 
 from __future__ import annotations
 
 from collections.abc import Iterator, MutableSequence, Sequence
-from typing import TypeAlias, TypeVar
+from typing import TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
 
 from pamsim.actuator.muscle import (
     COMMANDS,
-    FORCE_GROUPS,
-    HYSTERESIS_GROUPS,
     MUSCLE_ONLY,
     PLAIN_GROUPS,
-    PUSHING,
     PUSHING_ONLY,
     Muscle,
 )
+from pamsim.core.catalog import MOST_PARAMETERS
 from pamsim.core.errors import EngineError, InputError, nearest
 from pamsim.core.parameters import ParameterGroup, specs
+from pamsim.hysteresis.catalog import OPERATORS
+from pamsim.muscles.catalog import FORCE_LAWS
+from pamsim.muscles.dispatch import pushes
 
 Row: TypeAlias = Sequence[float] | NDArray[np.float64]
 MutableRow: TypeAlias = MutableSequence[float] | NDArray[np.float64]
-
-_Choice = TypeVar("_Choice")
 
 _SHARED = {"stroke.nominal_length": "braid.nominal_length"}
 """A number in the slot of another: what contraction is taken against, of either kind."""
@@ -52,17 +51,14 @@ LINE, CREEP, SHIFT, EXTENSION, AIR = 5, 4, 3, 2, 1
 COMMON = AMBIENT
 """Number of states that every muscle has."""
 
-_FORCE_SLOTS = max(len(list(specs(law))) for law in FORCE_GROUPS)
-HYSTERESIS_SLOTS = max(len(list(specs(law))) for law in HYSTERESIS_GROUPS if law)
-
 
 def _names() -> Iterator[str]:
     yield from ("signature", "command", "force.law", "hysteresis.law", "partner")
     for group in PLAIN_GROUPS:
         names = (f"{group.group}.{name}" for name, _ in specs(group))
         yield from (name for name in names if name not in _SHARED)
-    yield from (f"force.{i}" for i in range(_FORCE_SLOTS))
-    yield from (f"hysteresis.{i}" for i in range(HYSTERESIS_SLOTS))
+    yield from (f"force.{i}" for i in range(MOST_PARAMETERS))
+    yield from (f"hysteresis.{i}" for i in range(MOST_PARAMETERS))
 
 
 NAMES: tuple[str, ...] = tuple(_names())
@@ -115,9 +111,9 @@ def pack(muscle: Muscle) -> NDArray[np.float64]:
     row = np.zeros(SIZE)
     row[slot("signature")] = SIGNATURE
     row[slot("command")] = COMMANDS.index(muscle.command)
-    row[slot("force.law")] = FORCE_GROUPS.index(type(muscle.force))
-    law = type(muscle.hysteresis) if muscle.hysteresis else None
-    row[slot("hysteresis.law")] = HYSTERESIS_GROUPS.index(law)
+    row[slot("force.law")] = FORCE_LAWS.code(type(muscle.force))
+    if muscle.hysteresis is not None:
+        row[slot("hysteresis.law")] = OPERATORS.code(type(muscle.hysteresis))
     # Groups without meaning are there as well: the kernel divides by some of their neutral values.
     for group in vars(muscle).values():
         if isinstance(group, ParameterGroup):
@@ -136,29 +132,25 @@ def unpack(row: Row) -> Muscle:
     if not is_muscle(row):
         raise EngineError("this actuator is not a pamsim muscle: its user data has no signature")
     groups: dict[str, ParameterGroup] = {}
-    force = _chosen(FORCE_GROUPS, row, "force.law")
-    idle = MUSCLE_ONLY if force in PUSHING else PUSHING_ONLY
+    law, operator = float(row[slot("force.law")]), float(row[slot("hysteresis.law")])
+    force = FORCE_LAWS.group(law)
+    idle = MUSCLE_ONLY if pushes(law) else PUSHING_ONLY
     for group in (group for group in PLAIN_GROUPS if group not in idle):
         fields = {name: float(row[slot(f"{group.group}.{name}")]) for name, _ in specs(group)}
         groups[group.group] = group(**fields)
     groups["force"] = force(**_slots(force, row))
-    operator = _chosen(HYSTERESIS_GROUPS, row, "hysteresis.law")
-    if operator is not None:
-        groups["hysteresis"] = operator(**_slots(operator, row))
-    return Muscle(command=_chosen(COMMANDS, row, "command"), **groups)  # pyright: ignore[reportArgumentType]
+    if operator:
+        hysteresis = OPERATORS.group(operator)
+        groups["hysteresis"] = hysteresis(**_slots(hysteresis, row))
+    command = float(row[slot("command")])
+    if command not in range(len(COMMANDS)):
+        raise EngineError(f"command = {command:g} in an actuator's user data stands for nothing")
+    return Muscle(command=COMMANDS[int(command)], **groups)  # pyright: ignore[reportArgumentType]
 
 
 def is_muscle(row: Row) -> bool:
     """Whether an actuator's user data is a pamsim muscle."""
     return len(row) >= SIZE and float(row[0]) == SIGNATURE
-
-
-def _chosen(offered: Sequence[_Choice], row: Row, name: str) -> _Choice:
-    """What the code in a slot stands for."""
-    code = float(row[slot(name)])
-    if code not in range(len(offered)):
-        raise EngineError(f"{name} = {code:g} in an actuator's user data stands for nothing")
-    return offered[int(code)]
 
 
 def _slots(group: type[ParameterGroup], row: Row) -> dict[str, float]:

@@ -9,26 +9,17 @@ from pamsim.actuator.chain import Chain
 from pamsim.actuator.friction import Friction
 from pamsim.core.errors import EngineError, InputError, nearest
 from pamsim.core.parameters import ParameterGroup, parameter
-from pamsim.hysteresis.catalog import OPERATORS
 from pamsim.hysteresis.group import Hysteresis
 from pamsim.muscles.braid import Braid
 from pamsim.muscles.catalog import FORCE_LAWS
 from pamsim.muscles.creep import Creep
+from pamsim.muscles.dispatch import pushes
 from pamsim.muscles.effective_area import Stroke
 from pamsim.muscles.end_shape import EndShape
 from pamsim.muscles.passive import PassiveSpring
 from pamsim.muscles.tension import Threshold
 from pamsim.pneumatics.chamber import Chamber
 from pamsim.pneumatics.valves import ValvePair
-
-FORCE_GROUPS: tuple[type[ParameterGroup], ...] = tuple(law.group for law in FORCE_LAWS.values())
-"""Groups of the force laws; the position in the tuple is the code kept in the model."""
-
-HYSTERESIS_GROUPS: tuple[type[Hysteresis] | None, ...] = (
-    None,
-    *(operator.group for operator in OPERATORS.values()),
-)
-"""Groups of the hysteresis operators by their code; code 0 is no operator."""
 
 COMMANDS: tuple[str, ...] = ("valve", "pulse", "pressure_set", "measured")
 """What the control of the actuator means: a signed opening, a signed duty, the set point of a
@@ -65,11 +56,6 @@ PLAIN_GROUPS: tuple[type[ParameterGroup], ...] = (
 )
 """The groups of which there is one kind."""
 
-PUSHING: frozenset[type[ParameterGroup]] = frozenset(
-    law.group for law in FORCE_LAWS.values() if law.pushes
-)
-"""Groups of the force laws that may push."""
-
 MUSCLE_ONLY: tuple[type[ParameterGroup], ...] = (Braid, PassiveSpring, Threshold, EndShape, Chain)
 """Groups that have no meaning for a pushing actuator."""
 
@@ -91,7 +77,7 @@ class Muscle:
         braid: geometry of a muscle, which gives the chamber's volume at nominal length; how it
             changes from there follows from the force law. None for a pushing actuator.
         stroke: nominal stroke and damping of a pushing actuator, or None.
-        force: group of the active force law, one of `FORCE_GROUPS`.
+        force: group of the active force law, of one of `FORCE_LAWS`.
         passive: passive spring beside it.
         threshold: pressure lost before the braid is reached.
         end_shape: active force lost at high contraction.
@@ -135,7 +121,7 @@ class Muscle:
     @property
     def pushes(self) -> bool:
         """Whether it may push."""
-        return type(self.force) in PUSHING
+        return pushes(FORCE_LAWS.code(type(self.force)))
 
     @property
     def braided(self) -> Braid:

@@ -10,7 +10,7 @@ import math
 
 from pamsim.actuator.layout import Row, slot
 from pamsim.muscles.braid import pressurised_contraction
-from pamsim.muscles.catalog import (
+from pamsim.muscles.dispatch import (
     chosen_derivatives,
     chosen_force,
     chosen_volume,
@@ -20,6 +20,7 @@ from pamsim.muscles.catalog import (
 )
 from pamsim.muscles.end_shape import force_left, force_left_slope
 from pamsim.muscles.passive import locking_force, tube_energy, tube_force
+from pamsim.muscles.swept_volume import GAUSS
 from pamsim.muscles.tension import effective_pressure, taut
 
 _FORCE_LAW = slot("force.law")
@@ -38,13 +39,6 @@ _END_LOSS = slot("end_shape.loss")
 _END_ONSET = slot("end_shape.onset")
 _DEAD_VOLUME = slot("chamber.dead_volume")
 _HIGHER = 10.0  # step of a difference quotient by pressure [Pa]
-_GAUSS = (
-    (0.1488743389816312, 0.2955242247147529),
-    (0.4333953941292472, 0.2692667193099963),
-    (0.6794095682990244, 0.2190863625159820),
-    (0.8650633666889845, 0.1494513491505806),
-    (0.9739065285171717, 0.0666713443086881),
-)  # nodes and weights of the rule with ten points on (-1, 1)
 
 
 def muscle_length(par: Row, tendon_length: float) -> float:
@@ -232,7 +226,7 @@ def _left_by_ends(par: Row, pressure: float, contraction: float) -> tuple[float,
         return gain, work
     middle, half = 0.5 * (low + high), 0.5 * (high - low)
     lost_gain, lost_work = 0.0, 0.0
-    for node, weight in _GAUSS:
+    for node, weight in GAUSS:
         for at in (middle - half * node, middle + half * node):
             share = weight * half * force_left_slope(at, loss, onset)
             inner = _whole_gain(par, pressure, at)

@@ -8,7 +8,9 @@ from __future__ import annotations
 
 import importlib
 import re
+import signal
 import sys
+import threading
 from typing import Any
 
 import click
@@ -24,6 +26,7 @@ _COMMANDS = {
     "identify": "Transfer functions from a recording or a simulation, with intervals and verdict.",
     "fit": "Fit a law to your force, length or pressure data, or rank all laws on them.",
     "models": "The force laws and hysteresis operators, with parameters, ranges and sources.",
+    "effects": "What a diagnosis can name, its look-alikes, and what separates them.",
     "new-rig": "A rig folder to start from, by a template or from your own MJCF.",
     "import": "A recording of your own log: CSV, MAT, npz or Parquet, its columns guessed.",
     "check": "What recordings are, what is implausible in them, and what they could show.",
@@ -103,6 +106,9 @@ def cli() -> None:
 
 def main() -> None:
     """Entry point of the console script: exit 0 ok, 1 a check failed, 2 bad input."""
+    if threading.current_thread() is threading.main_thread():
+        # To be ended is to be interrupted: what is computed is kept, and folders are released.
+        signal.signal(signal.SIGTERM, signal.default_int_handler)
     try:
         code = cli.main(standalone_mode=False)
     except click.ClickException as error:

@@ -14,12 +14,13 @@ from pamsim.cli.output import save_json
 
 @click.command(name="models")
 @click.argument("name", required=False)
+@click.option("--rig", metavar="RIG", help="Also the laws of this rig's effects.py.")
 @json_option
-def command(name: str | None, json_file: Path | None) -> int:
+def command(name: str | None, rig: str | None, json_file: Path | None) -> int:
     """List all force laws and hysteresis operators, or show the one called NAME."""
     from pamsim.fitting.models import models
 
-    result = models(name)
+    result = models(name, rig)
     save_json(json_file, result)
     if name is None:
         _print_list("force laws F(p, kappa); fit them with `pamsim fit`", result["force_laws"])

@@ -2,18 +2,20 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
 from pamsim.comparison.candidate import Candidate, Probe, inside
+from pamsim.core.catalog import installed
 from pamsim.core.errors import InputError, nearest
-from pamsim.effects.catalog import FORMS, TRIAL_EFFECTS, effect
+from pamsim.effects.catalog import FORMS, TRIAL_EFFECTS, look_up
 from pamsim.effects.effect import AT, JOINT, SECOND_MUSCLE, TILTED, Effect, EffectParameter
 from pamsim.engine.native import is_native
 from pamsim.engine.rig import Rig
 from pamsim.engine.rig_parameter import RigParameter, rig_parameter
 from pamsim.inference.free_parameter import FreeParameter
 from pamsim.signals.sensors import MeasurementChain
+from pamsim.store.effects_file import FILE
 
 
 def rig_name(rig: Rig, name: str, place: str = "") -> str:
@@ -43,6 +45,29 @@ def rig_name(rig: Rig, name: str, place: str = "") -> str:
     return name
 
 
+def forms(rig: Rig | None) -> dict[str, tuple[Effect, ...]]:
+    """Name -> its forms: the package's effects, those of installed packages, and a rig's own.
+
+    A form that is added to an effect of the package is tried after the package's.
+
+    Raises:
+        InputError: if an installed package offers something else, or a form exists twice.
+    """
+    known = dict(FORMS)
+    own = [] if rig is None else [(e, str(rig.file.folder / FILE)) for e in rig.file.own.effects]
+    for one, where in (*installed("pamsim.effects"), *own):
+        if not isinstance(one, Effect):
+            raise InputError(f"{where}: {one!r} is no pamsim.effects.effect.Effect")
+        others = known.get(one.name, ())
+        if one.form in [other.form for other in others]:
+            raise InputError(
+                f"{where}: the effect {one.label!r} exists already; rename it, or give its form"
+                " another name"
+            )
+        known[one.name] = (*others, one)
+    return known
+
+
 def rig_effect(rig: Rig, name: str) -> Effect:
     """Look an effect up, also at one joint or muscle of a rig: ``air_leak at biceps``.
 
@@ -51,7 +76,7 @@ def rig_effect(rig: Rig, name: str) -> Effect:
             the effect does not act there.
     """
     common, _, place = name.partition(AT)
-    found = effect(common)
+    found = look_up(common, forms(rig))
     if not place:
         return found
     if place not in (*rig.joints, *rig.muscles):
@@ -162,8 +187,11 @@ def candidates(rig: Rig, names: Sequence[str] = ()) -> tuple[tuple[Candidate, ..
     """
     tried: dict[str, Candidate] = {}
     skipped: dict[str, str] = {}
-    for name in names or TRIAL_EFFECTS:
-        for label in _labels(rig, name):
+    known = forms(rig)
+    own = [name for name in known if name not in FORMS and known[name][0].in_trials]
+    for name in names or (*TRIAL_EFFECTS, *own):
+        look_up(name, known)
+        for label in _labels(rig, name, known):
             try:
                 one = candidate(rig, rig_effect(rig, label))
             except InputError as error:
@@ -180,14 +208,13 @@ def candidates(rig: Rig, names: Sequence[str] = ()) -> tuple[tuple[Candidate, ..
     return tuple(tried.values()), {n: why for n, why in skipped.items() if n not in found}
 
 
-def _labels(rig: Rig, name: str) -> list[str]:
+def _labels(rig: Rig, name: str, known: Mapping[str, tuple[Effect, ...]]) -> list[str]:
     """An effect in each of its forms and at each of its places, as `rig_effect` takes them."""
     plain, _, place = name.partition(AT)
-    try:
-        forms = FORMS.get(plain) or (effect(plain),)
-    except InputError:
-        return [name]
-    bound = [replace(f, place=own) for f in forms for own in ([place] if place else places(rig, f))]
+    own_forms = known.get(plain) or (look_up(plain, known),)
+    bound = [
+        replace(f, place=own) for f in own_forms for own in ([place] if place else places(rig, f))
+    ]
     return [one.label for one in bound]
 
 

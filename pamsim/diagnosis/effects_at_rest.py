@@ -30,7 +30,8 @@ def effects_at_rest(
     """
     acting: list[RowEffect] = []
     skipped: dict[str, str] = {}
-    for name in names or ROW_EFFECTS:
+    own = [effect.name for effect in rig.file.own.effects]
+    for name in names or dict.fromkeys((*ROW_EFFECTS, *own)):
         chosen = rig_effect(rig, name)
         if chosen.invisible_at_rest:
             skipped[name] = chosen.invisible_at_rest

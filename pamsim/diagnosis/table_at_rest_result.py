@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from pamsim.comparison.effects_on_rig import rig_effect
 from pamsim.comparison.readable_unit import readable, readable_unit
 from pamsim.comparison.trial_prediction import AT_REST
 from pamsim.core.units import DEG_PER_RAD, PA_PER_KPA
@@ -35,7 +36,6 @@ from pamsim.diagnosis.result import (
 )
 from pamsim.diagnosis.rig_estimates import absent_entry, estimates
 from pamsim.diagnosis.where_entries import map_entry, region
-from pamsim.effects.catalog import effect
 from pamsim.engine.rig import Rig
 from pamsim.engine.rig_parameter import rig_parameter
 from pamsim.inference.permutation import rms_interval95
@@ -85,7 +85,7 @@ def result_of(
         verdict=verdict,
         effects=() if claimed is None else _effects(rig, method, claimed),
         certain=certain,
-        resembles=_resemblance(method),
+        resembles=_resemblance(rig, method),
         alternatives=tuple(
             _alternative(rig, method, model, seed) for model in models if model is not claimed
         ),
@@ -107,7 +107,7 @@ def result_of(
             "the rows have no repeats, so that no noise floor is known: the resolution of the angle"
             " is a lower bound, and what is left may be more than noise",
         ),
-        next_experiment=_next_step(method, certain),
+        next_experiment=_next_step(rig, method, certain),
         explained=method.explained.value,
         explained_interval95=method.explained.interval95,
         inconclusive=f"a table needs {FEWEST_ROWS} rows for a verdict, and this has"
@@ -170,7 +170,7 @@ def _effects(rig: Rig, method: RowDiagnosis, best: RowModel) -> tuple[FoundEffec
             explained = None if step is None else _share_of_step(method, step)
         effects.append(
             FoundEffect(
-                members={row_effect.name: effect(row_effect.name).missing},
+                members={row_effect.name: rig_effect(rig, row_effect.name).missing},
                 family=row_effect.family,
                 parameters=estimates(rig, best, [p.name for p in row_effect.parameters]),
                 physical=physical_sizes(rig, best, [row_effect]),
@@ -205,7 +205,7 @@ def _alternative(rig: Rig, method: RowDiagnosis, model: RowModel, seed: int) -> 
     behind = compare_rows(model.left_out.residual, best.left_out.residual, seed=seed)
     variance = method.base.left_out.rms**2
     return FoundEffect(
-        members={e.name: effect(e.name).missing for e in model.effects},
+        members={e.name: rig_effect(rig, e.name).missing for e in model.effects},
         family=model.family,
         parameters=estimates(rig, model, [p.name for e in model.effects for p in e.parameters]),
         physical=physical_sizes(rig, model, model.effects),
@@ -216,7 +216,7 @@ def _alternative(rig: Rig, method: RowDiagnosis, model: RowModel, seed: int) -> 
     )
 
 
-def _resemblance(method: RowDiagnosis) -> Resemblance | None:
+def _resemblance(rig: Rig, method: RowDiagnosis) -> Resemblance | None:
     """The best model, or else the effect that comes nearest."""
     if method.verdict is Verdict.NO_GAP:
         return None
@@ -232,7 +232,7 @@ def _resemblance(method: RowDiagnosis) -> Resemblance | None:
     near = min(method.attempts, key=lambda a: a.left_out_rms)
     return Resemblance(
         name=near.name,
-        family=effect(near.name).family,
+        family=rig_effect(rig, near.name).family,
         explained=max(1.0 - (near.left_out_rms / method.base.left_out.rms) ** 2, 0.0),
         p_value=near.p_value,
     )
@@ -252,13 +252,13 @@ def _places(table: StaticTable, maps: Sequence[ResidualMap]) -> tuple[Place, ...
     )
 
 
-def _next_step(method: RowDiagnosis, certain: Sequence[str]) -> NextStep | None:
+def _next_step(rig: Rig, method: RowDiagnosis, certain: Sequence[str]) -> NextStep | None:
     """What separates the first effect that is not certain, or confirms the last, in words."""
     if method.best is None:
         return None
     uncertain = [name for name in method.best.names if name not in certain]
     name = uncertain[0] if uncertain else method.best.names[-1]
-    return NextStep(protocol=None, advice=effect(name).separating)
+    return NextStep(protocol=None, advice=rig_effect(rig, name).separating)
 
 
 def _tried(attempt: Attempt) -> TriedModel:

@@ -42,7 +42,7 @@ from pamsim.diagnosis.virtual_test_conditions import (
     TURN,
 )
 from pamsim.engine.rig import Rig
-from pamsim.hysteresis.catalog import chosen_rates
+from pamsim.hysteresis.dispatch import chosen_rates
 from pamsim.hysteresis.group import COMMON_FIELDS
 from pamsim.muscles.tension import effective_pressure
 from pamsim.pneumatics.orifice import mass_flow

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+
 from pamsim.core.errors import InputError, nearest
 from pamsim.effects import (
     command,
@@ -48,12 +50,17 @@ def effect(name: str) -> Effect:
     Raises:
         InputError: if there is none of that name or form, with the nearest.
     """
+    return look_up(name, FORMS)
+
+
+def look_up(name: str, known: Mapping[str, tuple[Effect, ...]]) -> Effect:
+    """Look an effect up among those of a rig, name -> forms; otherwise as `effect`."""
     plain, colon, form = name.partition(AT)[0].partition(":")
-    if plain not in FORMS:
-        raise InputError(f"no effect {plain!r}; {nearest(plain, FORMS)}")
+    if plain not in known:
+        raise InputError(f"no effect {plain!r}; {nearest(plain, known)}")
     if not colon:
-        return EFFECTS[plain]
-    forms = {effect.form: effect for effect in FORMS[plain] if effect.form}
+        return known[plain][0]
+    forms = {effect.form: effect for effect in known[plain] if effect.form}
     if form not in forms:
         raise InputError(f"{plain} has no form {form!r}; {nearest(form, forms)}")
     return forms[form]

@@ -6,12 +6,14 @@ import mujoco
 
 from pamsim.actuator.layout import SIZE, pack, slot, state_size
 from pamsim.actuator.muscle import Muscle
+from pamsim.core.catalog import USER_DEFINED
 from pamsim.core.errors import InputError, nearest
 from pamsim.engine import plugin
 from pamsim.engine.callback import muscle_ids, refuse_multistage
 from pamsim.engine.supply_check import check_supply
 
 _PARTNER = slot("partner")
+_FORCE_LAW, _HYSTERESIS_LAW = slot("force.law"), slot("hysteresis.law")
 _INSTANCE = "pneumatic muscles"
 
 
@@ -56,7 +58,12 @@ def attach(
     # callback that another library may have set.
     actuator.dyntype = mujoco.mjtDyn.mjDYN_INTEGRATOR
     actuator.actdim = state_size(muscle)
-    actuator.userdata = pack(muscle)
+    actuator.userdata = row = pack(muscle)
+    codes = {float(row[_FORCE_LAW]), float(row[_HYSTERESIS_LAW])}
+    if max(codes) >= USER_DEFINED:
+        from pamsim.engine import user_laws  # with numba, which takes half a second to import
+
+        user_laws.make_ready(codes)
     return actuator
 
 

@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from pamsim.actuator.kernel import sensed_pressure
 from pamsim.actuator.layout import AIR
 from pamsim.engine.callback import muscle_ids
+from pamsim.engine.jit import fingerprint, reached_functions
 
 FloatArray = NDArray[np.float64]
 _Read: TypeAlias = Callable[..., None]
@@ -62,7 +63,7 @@ def _compiled() -> _Read:
     from pamsim.engine import compiled
 
     compiled.compiled_kernel()  # hands the kernel's functions to numba
-    key = compiled.fingerprint(compiled.reached_functions(sensed_pressure))
+    key = fingerprint(reached_functions(sensed_pressure))
     mark: Any = compiled._keyed_by
 
     @numba.njit(cache=True, nogil=True, error_model="numpy")

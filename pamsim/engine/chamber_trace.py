@@ -11,6 +11,7 @@ import numpy as np
 
 from pamsim.actuator.kernel import sensed_pressure, tension
 from pamsim.engine.callback import muscle_ids
+from pamsim.engine.jit import fingerprint, reached_functions
 from pamsim.engine.trace import FloatArray
 
 _Law: TypeAlias = Callable[..., float]
@@ -87,7 +88,7 @@ def _compiled(law: _Law) -> _Along:
     from pamsim.engine import compiled
 
     compiled.compiled_kernel()
-    key = compiled.fingerprint(compiled.reached_functions(law))
+    key = fingerprint(reached_functions(law))
     mark: Any = compiled._keyed_by
 
     if law is tension:

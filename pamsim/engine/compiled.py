@@ -8,12 +8,9 @@ they use and the struct offsets, because numba alone would notice an edit only i
 from __future__ import annotations
 
 import functools
-import hashlib
-import inspect
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass
-from types import FunctionType
 from typing import Any
 
 import mujoco
@@ -32,7 +29,9 @@ from pamsim.actuator.kernel import (
     tension,
 )
 from pamsim.actuator.layout import SIGNATURE, SIZE, slot
+from pamsim.engine.jit import fingerprint, hand_to_numba, reached_functions
 from pamsim.engine.structs import callback_offsets
+from pamsim.engine.user_laws import CALLS, REPLACED, declare
 from pamsim.pneumatics.supply import VALVE
 
 _POINTER_SIZE, _INT_SIZE = 8, 4
@@ -51,38 +50,6 @@ class Natives:
     act_dot: Any
     compute: Any
     clock: Any
-
-
-def reached_functions(*roots: Callable[..., Any]) -> list[FunctionType]:
-    """The Python functions that some functions call by global name, callees before callers."""
-    functions: dict[tuple[str, str], FunctionType] = {}
-
-    def visit(function: Any) -> None:
-        for name in function.__code__.co_names:
-            callee = function.__globals__.get(name)
-            if isinstance(callee, FunctionType) and _name(callee) not in functions:
-                visit(callee)
-        functions.setdefault(_name(function), function)
-
-    for root in roots:
-        visit(root)
-    return list(functions.values())
-
-
-def _name(function: FunctionType) -> tuple[str, str]:
-    return function.__module__, function.__qualname__
-
-
-def fingerprint(functions: list[FunctionType]) -> str:
-    """Digest of the functions' source and of the numbers they take from their modules."""
-    digest = hashlib.sha256()
-    for function in functions:
-        digest.update(inspect.getsource(function).encode())
-        for name in function.__code__.co_names:
-            value = function.__globals__.get(name)
-            if isinstance(value, int | float):
-                digest.update(f"{name}={value!r}".encode())
-    return digest.hexdigest()
 
 
 @intrinsic  # numba supplies the typing context: the function is called with the address alone
@@ -276,12 +243,10 @@ def compiled_kernel() -> Natives:
     functions = reached_functions(
         state_rates, tension, tendon_force, fill_valve_of, line_sag, sensed_pressure
     )
-    for function in functions:
-        # No law makes an array, and counting references to the rows costs more than most laws.
-        # Nobody calls one from C, and a wrapper for that takes a fifth of the compilation.
-        register_jitable(_nrt=False, no_cfunc_wrapper=True)(function)
+    declare()
+    hand_to_numba(function for function in functions if function not in REPLACED)
     offsets = callback_offsets()
     word = {name: offset // _POINTER_SIZE for name, offset in offsets.items()}
     word |= {name: offsets[name] // _INT_SIZE for name in ("integrator", "disableactuator")}
-    natives = _compile(fingerprint(functions), word)
+    natives = _compile(fingerprint([*functions, *CALLS]), word)
     return Natives(*(native.ctypes for native in natives))

@@ -14,7 +14,6 @@ import mujoco
 
 from pamsim.actuator.build import build_muscle, idle_groups
 from pamsim.actuator.layout import (
-    HYSTERESIS_SLOTS,
     SIZE,
     has_parameter,
     parameter_slot,
@@ -22,6 +21,7 @@ from pamsim.actuator.layout import (
     unpack,
 )
 from pamsim.actuator.muscle import COMMANDS, Muscle
+from pamsim.core.catalog import MOST_PARAMETERS
 from pamsim.core.drive import MUSCLE_DRIVES
 from pamsim.core.errors import InputError, nearest
 from pamsim.core.parameters import FieldSpec, Sourced, check_value, specs
@@ -36,7 +36,6 @@ from pamsim.engine.dry_friction import (
 from pamsim.engine.joints import recorded_joints
 from pamsim.engine.native import copy_natives, is_native, native_si, set_native
 from pamsim.engine.visual_geoms import remove_visual_geoms
-from pamsim.hysteresis.catalog import OPERATORS
 from pamsim.hysteresis.group import COMMON_FIELDS, Hysteresis
 from pamsim.signals.sensors import MeasurementChain
 from pamsim.store.rig_file import RigFile, read_rig
@@ -225,12 +224,12 @@ class Rig:
         The operator's other numbers are its usual ones, and all else stays.
 
         Args:
-            law: of `pamsim.hysteresis.catalog.OPERATORS`; of those that have usual numbers.
+            law: of the package or of the rig; of those that have usual numbers.
 
         Raises:
             InputError: for another one.
         """
-        known = {name: o.group for name, o in OPERATORS.items() if o.group.usual}
+        known = {name: o.group for name, o in self.file.operators.items() if o.group.usual}
         if law not in known:
             raise InputError(f"no usual numbers of the operator {law!r}; {nearest(law, known)}")
         if all(isinstance(m.hysteresis, known[law]) for m in self.muscles.values()):
@@ -249,7 +248,7 @@ class Rig:
         sections = {**self.file.muscle, "hysteresis": {"law": law, **fields}}
         fresh = _compiled(dataclasses.replace(self.file, muscle=sections, overrides=overrides))
         first = slot("hysteresis.0")
-        replaced = {slot("hysteresis.law"), *range(first + COMMON_FIELDS, first + HYSTERESIS_SLOTS)}
+        replaced = {slot("hysteresis.law"), *range(first + COMMON_FIELDS, first + MOST_PARAMETERS)}
         kept = [index for index in range(SIZE) if index not in replaced]
         fresh.model.actuator_user[:, kept] = self.model.actuator_user[:, kept]
         copy_natives(self.model, fresh.model)
@@ -283,8 +282,11 @@ def load_rig(rig: str | os.PathLike[str], *, scene: bool = False) -> Rig:
 
 def _compiled(file: RigFile, *, scene: bool = False) -> Rig:
     """A rig by what its folder states; see `load_rig`."""
+    own = (*file.own.laws, *file.own.operators)
     muscles = {
-        name: build_muscle(_merged(file, name), where=f"{file.folder / 'params.toml'}: {name}")
+        name: build_muscle(
+            _merged(file, name), where=f"{file.folder / 'params.toml'}: {name}", own=own
+        )
         for name in file.tendons
     }
     path = file.scene if scene and file.scene else file.mjcf

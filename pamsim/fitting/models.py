@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import os
 from typing import Any
 
 from pamsim.core.encoding import to_dict
@@ -10,23 +11,26 @@ from pamsim.core.errors import InputError, nearest
 from pamsim.core.parameters import ParameterGroup, specs
 from pamsim.hysteresis.catalog import OPERATORS
 from pamsim.muscles.catalog import FORCE_LAWS
+from pamsim.store.rig_file import add_rigs_laws
 
 SCHEMA = "pamsim-models/1"
 
 
-def models(name: str | None = None) -> dict[str, Any]:
+def models(name: str | None = None, rig: str | os.PathLike[str] | None = None) -> dict[str, Any]:
     """Describe all laws and operators, or one.
 
     Args:
         name: of one; None for all.
+        rig: rig folder whose own laws are listed as well.
 
     Returns:
         JSON-safe mapping ``force_laws`` and ``operators``, each a list with name, title, equation,
         source, notes and parameters; ranges in SI, None for an end that is not limited.
 
     Raises:
-        InputError: for an unknown name, with the nearest.
+        InputError: for an unknown name, with the nearest, or an unknown rig.
     """
+    add_rigs_laws(rig)
     if name is not None and name not in FORCE_LAWS and name not in OPERATORS:
         raise InputError(f"no model {name!r}; {nearest(name, [*FORCE_LAWS, *OPERATORS])}")
     laws = [

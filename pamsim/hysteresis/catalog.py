@@ -1,13 +1,13 @@
-"""Every hysteresis operator: its card, and its branch in the compiled kernel."""
+"""Every hysteresis operator: its card."""
 
 from __future__ import annotations
 
-import math
-from collections.abc import Mapping
+from collections.abc import Callable
 from dataclasses import dataclass
-from types import MappingProxyType
-from typing import Protocol
+from typing import Any, Protocol
 
+from pamsim.core.catalog import Catalog
+from pamsim.core.errors import InputError
 from pamsim.hysteresis.arctangent import (
     Arctangent,
     arctangent_energy,
@@ -101,6 +101,24 @@ class Operator:
     rate_independent: bool
     odd: bool
     notes: str = ""
+
+    def __post_init__(self) -> None:
+        """Check the group.
+
+        Raises:
+            InputError: if it is not one of an operator of this name.
+        """
+        derived = Hysteresis in self.group.__mro__
+        if not derived or self.group.law != self.name:
+            raise InputError(
+                f"{self.group.__name__}: the parameters of the operator {self.name!r} derive from"
+                f" Hysteresis and have law = {self.name!r}"
+            )
+
+    @property
+    def functions(self) -> tuple[Callable[..., Any], ...]:
+        """The functions that the kernel calls."""
+        return self.output, self.energy, self.rates
 
 
 _ALL = (
@@ -202,103 +220,5 @@ _ALL = (
     ),
 )
 
-OPERATORS: Mapping[str, Operator] = MappingProxyType({entry.name: entry for entry in _ALL})
+OPERATORS = Catalog(Operator, _ALL, slot="hysteresis.law", first=1)
 """Every operator by its name."""
-
-_CODES = {operator.group: code for code, operator in enumerate(_ALL, start=1)}
-_BOUC_WEN = _CODES[BoucWen]
-_MAXWELL_SLIP = _CODES[MaxwellSlip]
-_PRANDTL = _CODES[PrandtlIshlinskii]
-_PREISACH = _CODES[Preisach]
-_PLEATED = _CODES[PleatedFactor]
-_ARCTANGENT = _CODES[Arctangent]
-_FRACTIONAL = _CODES[FractionalMaxwell]
-
-
-def chosen_output(law: float, par: Row, first: int, act: Row, x: float) -> float:
-    """Output w of the operator with a code, about in [-1, 1]; NaN for a code that no operator has.
-
-    Written out, not looked up in a table: the compiled kernel can call a function only by name.
-
-    Args:
-        law: code of the operator, its place in `OPERATORS` counted from 1.
-        par: parameter row of a muscle.
-        first: index in the row of the operator's own parameters.
-        act: the muscle's states.
-        x: contraction kappa [-].
-    """
-    if law == _BOUC_WEN:
-        return bouc_wen_output(par, first, act, x)
-    if law == _MAXWELL_SLIP:
-        return maxwell_slip_output(par, first, act, x)
-    if law == _PRANDTL:
-        return prandtl_ishlinskii_output(par, first, act, x)
-    if law == _PREISACH:
-        return preisach_output(par, first, act, x)
-    if law == _PLEATED:
-        return pleated_factor_output(par, first, act, x)
-    if law == _ARCTANGENT:
-        return arctangent_output(par, first, act, x)
-    if law == _FRACTIONAL:
-        return fractional_maxwell_output(par, first, act, x)
-    return math.nan
-
-
-def chosen_energy(law: float, par: Row, first: int, act: Row, x: float) -> float:
-    """Energy that the operator with a code holds [contraction]; NaN for a code that no one has.
-
-    The arguments are those of `chosen_output`.
-    """
-    if law == _BOUC_WEN:
-        return bouc_wen_energy(par, first, act, x)
-    if law == _MAXWELL_SLIP:
-        return maxwell_slip_energy(par, first, act, x)
-    if law == _PRANDTL:
-        return prandtl_ishlinskii_energy(par, first, act, x)
-    if law == _PREISACH:
-        return preisach_energy(par, first, act, x)
-    if law == _PLEATED:
-        return pleated_factor_energy(par, first, act, x)
-    if law == _ARCTANGENT:
-        return arctangent_energy(par, first, act, x)
-    if law == _FRACTIONAL:
-        return fractional_maxwell_energy(par, first, act, x)
-    return math.nan
-
-
-def chosen_rates(
-    law: float,
-    par: Row,
-    first: int,
-    act: Row,
-    rates: MutableRow,
-    x: float,
-    x_rate: float,
-    timestep: float,
-) -> None:
-    """Write the rates of the memory of the operator with a code [1/s]; nothing for code 0.
-
-    Args:
-        law: see `chosen_output`.
-        par: parameter row of a muscle.
-        first: index in the row of the operator's own parameters.
-        act: the muscle's states.
-        rates: written, as many as the operator has states.
-        x: contraction kappa [-].
-        x_rate: [1/s].
-        timestep: of the explicit Euler step that follows [s].
-    """
-    if law == _BOUC_WEN:
-        bouc_wen_rates(par, first, act, rates, x, x_rate, timestep)
-    elif law == _MAXWELL_SLIP:
-        maxwell_slip_rates(par, first, act, rates, x, x_rate, timestep)
-    elif law == _PRANDTL:
-        prandtl_ishlinskii_rates(par, first, act, rates, x, x_rate, timestep)
-    elif law == _PREISACH:
-        preisach_rates(par, first, act, rates, x, x_rate, timestep)
-    elif law == _PLEATED:
-        pleated_factor_rates(par, first, act, rates, x, x_rate, timestep)
-    elif law == _ARCTANGENT:
-        arctangent_rates(par, first, act, rates, x, x_rate, timestep)
-    elif law == _FRACTIONAL:
-        fractional_maxwell_rates(par, first, act, rates, x, x_rate, timestep)

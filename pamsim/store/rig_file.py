@@ -5,12 +5,14 @@ from __future__ import annotations
 import os
 import tomllib
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
 from pamsim.core.errors import InputError, nearest
 from pamsim.core.parameters import Sourced
+from pamsim.hysteresis.catalog import OPERATORS, Operator
+from pamsim.store.effects_file import OwnPhysics, read_effects
 
 SCHEMA = "pamsim-rig/1"
 
@@ -40,6 +42,7 @@ class RigFile:
         overrides: muscle name -> group -> entries that replace shared ones.
         native: MJCF field, such as ``joint.shaft.damping`` -> value.
         sensor: measurement chain -> value.
+        own: what its ``effects.py`` adds to the package.
     """
 
     folder: Path
@@ -54,6 +57,12 @@ class RigFile:
     overrides: Mapping[str, Mapping[str, Section]]
     native: Mapping[str, Sourced]
     sensor: Mapping[str, Sourced]
+    own: OwnPhysics = field(default_factory=OwnPhysics)
+
+    @property
+    def operators(self) -> dict[str, Operator]:
+        """Hysteresis operators that its muscles may have, by name."""
+        return {**OPERATORS, **{one.name: one for one in self.own.operators}}
 
 
 def shipped_rigs() -> Path:
@@ -82,8 +91,21 @@ def find_rig(rig: str | os.PathLike[str]) -> Path:
     )
 
 
+def add_rigs_laws(rig: str | os.PathLike[str] | None) -> None:
+    """Add the laws of a rig to the catalogs, for what needs the laws and not the rig.
+
+    Args:
+        rig: rig folder or name of a shipped rig; None for no rig.
+
+    Raises:
+        InputError: as `read_effects`, or if there is no such rig.
+    """
+    if rig is not None:
+        read_effects(find_rig(rig))
+
+
 def read_rig(rig: str | os.PathLike[str]) -> RigFile:
-    """Read a rig's ``params.toml``.
+    """Read a rig's ``params.toml``, and run its ``effects.py`` if it has one.
 
     Args:
         rig: name of a shipped rig, or path of a rig folder.
@@ -130,6 +152,7 @@ def read_rig(rig: str | os.PathLike[str]) -> RigFile:
         overrides=overrides,
         native=_numbers(path, "native", _table(path, {"native": {}, **table}, "native")),
         sensor=_numbers(path, "sensor", _table(path, {"sensor": {}, **table}, "sensor")),
+        own=read_effects(folder),
     )
 
 

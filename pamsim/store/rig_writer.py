@@ -14,10 +14,9 @@ import tomlkit
 from tomlkit.items import Comment, InlineTable, Item, Table
 
 from pamsim.core.errors import InputError, nearest
-from pamsim.core.files import complete_file
+from pamsim.core.files import LOCK, complete_file
 from pamsim.core.parameters import Sourced, specs
 from pamsim.core.units import to_si
-from pamsim.hysteresis.catalog import OPERATORS
 from pamsim.hysteresis.group import Hysteresis
 from pamsim.store.rig_file import RigFile
 
@@ -25,7 +24,9 @@ _SENSOR = "sensor"
 _DIGITS = 10
 _RANGE_DIGITS = 5
 # These files describe the old parameters.
-_LEFT_BEHIND = shutil.ignore_patterns("README.md", "calibration.json", "__pycache__")
+_LEFT_BEHIND = shutil.ignore_patterns(
+    "params.toml", "README.md", "calibration.json", "__pycache__", LOCK
+)
 
 
 def write_rig(
@@ -66,12 +67,23 @@ def write_rig(
         text = "".join(f"# {line}\n" for line in heading.splitlines()) + text
     path = folder / "params.toml"
     try:
-        shutil.copytree(source.folder, folder, dirs_exist_ok=True, ignore=_LEFT_BEHIND)
+        shutil.copytree(
+            source.folder,
+            folder,
+            dirs_exist_ok=True,
+            ignore=_LEFT_BEHIND,
+            copy_function=_copy,
+        )
     except (OSError, shutil.Error) as error:
         raise InputError(f"cannot write {folder}: {error}") from None
     with complete_file(path) as part:
         part.write_text(text, encoding="utf-8")
     return path
+
+
+def _copy(source: str, target: str) -> None:
+    with complete_file(Path(target)) as part:
+        shutil.copyfile(source, part)
 
 
 def _put(document: Any, source: RigFile, name: str, number: Sourced) -> None:
@@ -85,7 +97,9 @@ def _put(document: Any, source: RigFile, name: str, number: Sourced) -> None:
     group, _, field = parameter.partition(".")
     law, _, own = field.partition(".")
     if group == Hysteresis.group and own:
-        section = _operator(_table(document, "muscle"), document["muscles"], law)
+        section = _operator(
+            _table(document, "muscle"), document["muscles"], source.operators[law].group
+        )
         _revise(section, own, number)
     elif name in source.native or "." in field:
         _revise(_table(document, "native"), name, number)
@@ -97,9 +111,9 @@ def _put(document: Any, source: RigFile, name: str, number: Sourced) -> None:
             own.get(group, {}).pop(field, None)
 
 
-def _operator(muscle: Any, own: Any, law: str) -> Any:
+def _operator(muscle: Any, own: Any, group: type[Hysteresis]) -> Any:
     """The table of a hysteresis operator; that of another keeps only what all operators share."""
-    section = _table(muscle, Hysteresis.group)
+    law, section = group.law, _table(muscle, Hysteresis.group)
     if section.get("law") == law:
         return section
     shared = [name for name, _ in specs(Hysteresis)]
@@ -108,8 +122,8 @@ def _operator(muscle: Any, own: Any, law: str) -> Any:
     for entries in own.values():
         entries.pop(Hysteresis.group, None)
     section["law"] = law
-    units = {name: spec.unit for name, spec in specs(OPERATORS[law].group)}
-    for name, value in OPERATORS[law].group.usual.items():
+    units = {name: spec.unit for name, spec in specs(group)}
+    for name, value in group.usual.items():
         _revise(section, name, Sourced(value=value, unit=units[name], source="assumed", where=law))
     return section
 

@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from pamsim.comparison.effects_on_rig import at_size, rig_effect, rig_name
+from pamsim.comparison.effects_on_rig import at_size, forms, rig_effect, rig_name
 from pamsim.comparison.imposed_motion import IMPOSED_MOTIONS
 from pamsim.comparison.protocols import PROTOCOLS, protocol
 from pamsim.core.drive import IMPOSED
@@ -17,7 +17,6 @@ from pamsim.core.errors import InputError, nearest
 from pamsim.core.experiment import Experiment
 from pamsim.core.recording import Recording
 from pamsim.core.trial import HELD_OUT_SUFFIX
-from pamsim.effects.catalog import EFFECTS
 from pamsim.effects.effect import AT
 from pamsim.engine.batch import simulate_batch
 from pamsim.engine.rig import Rig, load_rig
@@ -59,7 +58,7 @@ def hide(
     """
     settings = HideSettings(**options)
     base = rig if isinstance(rig, Rig) else load_rig(rig)
-    by_library, by_plant = _resolved(effects, settings.formulation)
+    by_library, by_plant = _resolved(base, effects, settings.formulation)
     values: dict[str, float] = {}
     for name, size in by_library.items():
         values |= at_size(base, rig_effect(base, name), size)
@@ -124,12 +123,15 @@ def _as_recorded(run: Recording, measured: bool) -> Recording:
     return dataclasses.replace(run, drive=drives.stated(run.muscles), command=command)
 
 
-def _resolved(effects: Mapping[str, float], formulation: str) -> tuple[Mapping[str, float], _Sized]:
+def _resolved(
+    rig: Rig, effects: Mapping[str, float], formulation: str
+) -> tuple[Mapping[str, float], _Sized]:
     """Effects by the library's formula, and those by a formula of the plant, in acting order."""
     by_library: dict[str, float] = {}
     by_plant: list[tuple[PlantEffect, float]] = []
+    known = forms(rig)
     for name, size in effects.items():
-        if name.partition(AT)[0].partition(":")[0] in EFFECTS and formulation != "independent":
+        if name.partition(AT)[0].partition(":")[0] in known and formulation != "independent":
             by_library[name] = size
             continue
         found = other_formula(name)

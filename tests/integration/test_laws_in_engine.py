@@ -10,7 +10,6 @@ import pytest
 import pamsim
 from pamsim.actuator import kernel, static_muscle
 from pamsim.actuator.layout import pack
-from pamsim.actuator.muscle import FORCE_GROUPS, HYSTERESIS_GROUPS
 from pamsim.hysteresis.catalog import OPERATORS
 from pamsim.muscles.catalog import FORCE_LAWS
 from pamsim.store.rig_file import shipped_rigs
@@ -137,7 +136,7 @@ relaxation_time = { value = 10, unit = "ms", source = "assumed" }
 
 
 def test_every_code_has_its_branch():
-    for code in range(len(FORCE_GROUPS)):
+    for code in map(FORCE_LAWS.code, (law.group for law in FORCE_LAWS.values())):
         row = [0.0] * 200
         row[kernel._FORCE_LAW] = code
         row[kernel._FORCE_SCALE] = 1.0
@@ -151,9 +150,9 @@ def test_every_code_has_its_branch():
             0.0,
             0.0,
         ]
-        assert np.isfinite(static_muscle.active_force(row, 1e5, 0.1)), FORCE_GROUPS[code]
-    row[kernel._FORCE_LAW] = len(FORCE_GROUPS)
+        assert np.isfinite(static_muscle.active_force(row, 1e5, 0.1)), FORCE_LAWS.group(code)
+    row[kernel._FORCE_LAW] = len(FORCE_LAWS)
     assert np.isnan(static_muscle.active_force(row, 1e5, 0.1))
-    row[kernel._HYSTERESIS_LAW] = len(HYSTERESIS_GROUPS)
+    row[kernel._HYSTERESIS_LAW] = 1 + len(OPERATORS)
     row[kernel._HYSTERESIS] = 1.0
     assert np.isnan(kernel.hysteresis_force(row, [0.0] * 9, 0.1, 1e5, 1.0))

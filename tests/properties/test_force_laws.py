@@ -15,10 +15,11 @@ from numba.extending import register_jitable
 
 from pamsim.core.parameters import ParameterGroup, specs
 from pamsim.core.units import to_si
-from pamsim.engine.compiled import reached_functions
+from pamsim.engine.jit import reached_functions
 from pamsim.muscles.braid import Braid, volume
-from pamsim.muscles.catalog import FORCE_LAWS, volume_depends_on_pressure
+from pamsim.muscles.catalog import FORCE_LAWS
 from pamsim.muscles.corrected_mckibben import CorrectedMcKibben
+from pamsim.muscles.dispatch import volume_depends_on_pressure
 from pamsim.muscles.effective_area import EffectiveArea
 from pamsim.muscles.elastic_energy import ElasticEnergy
 from pamsim.muscles.force_law import ForceLaw, coefficients_of

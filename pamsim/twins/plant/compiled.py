@@ -9,7 +9,7 @@ from typing import Any
 import numba
 from numba.extending import register_jitable
 
-from pamsim.engine.compiled import fingerprint, reached_functions
+from pamsim.engine.jit import fingerprint, reached_functions
 from pamsim.twins.plant.integrate import sampled
 
 

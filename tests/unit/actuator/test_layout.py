@@ -18,9 +18,11 @@ from pamsim.actuator.layout import (
     state_size,
     unpack,
 )
-from pamsim.actuator.muscle import COMMANDS, FORCE_GROUPS, HYSTERESIS_GROUPS, PUSHING
+from pamsim.actuator.muscle import COMMANDS
 from pamsim.core.errors import EngineError, InputError, ParameterError
 from pamsim.core.parameters import ParameterGroup, specs
+from pamsim.hysteresis.catalog import OPERATORS
+from pamsim.muscles.catalog import FORCE_LAWS
 from tests.unit.actuator.muscles import FORCES, KINDS, LOOPS, make
 from tests.unit.core.refusals import refused
 
@@ -38,7 +40,8 @@ def groups_of(muscle) -> dict[str, ParameterGroup]:
 def test_every_law_the_kernel_knows_is_tried_here():
     tried = {type(law) for law in FORCES.values()}, {type(loop) for loop in LOOPS.values()}
     # Pushing actuators have tests of their own, test_pushing.
-    known = set(FORCE_GROUPS) - PUSHING, set(HYSTERESIS_GROUPS) - {None}
+    pulling = {law.group for law in FORCE_LAWS.values() if not law.pushes}
+    known = pulling, {operator.group for operator in OPERATORS.values()}
     assert tried == known, "add the new law to tests/unit/actuator/muscles.py"
     assert {law for law, _ in KINDS} == set(FORCES)
     assert {loop for _, loop in KINDS} == {"none", *LOOPS}
@@ -78,7 +81,7 @@ def test_slot_names_are_unique_and_findable():
     assert [slot(name) for name in NAMES] == list(range(SIZE))
 
 
-@pytest.mark.parametrize("law", [*FORCE_GROUPS, *filter(None, HYSTERESIS_GROUPS)])
+@pytest.mark.parametrize("law", [law.group for law in (*FORCE_LAWS.values(), *OPERATORS.values())])
 def test_numbered_slots_have_room_for_every_law(law):
     numbered = [name for name in NAMES if name.startswith(f"{law.group}.") and name[-1].isdigit()]
     assert len(numbered) >= len(list(specs(law)))

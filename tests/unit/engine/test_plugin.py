@@ -12,7 +12,7 @@ import pytest
 from pamsim.actuator import kernel
 from pamsim.core.errors import EngineError
 from pamsim.engine import plugin, sampling, structs
-from pamsim.engine.compiled import fingerprint, reached_functions
+from pamsim.engine.jit import fingerprint, reached_functions
 
 TINY = """<mujoco><worldbody><body><joint name='j'/><geom size='1'/></body>
 <body><joint name='b' type='ball'/><geom size='1'/></body></worldbody>

@@ -1,0 +1,189 @@
+"""A catalog of laws: the package's own, those of other installed packages, and those of rigs.
+
+A package adds its laws by an entry point of the group ``pamsim.laws``, a rig by a file
+``effects.py`` in its folder. What is in the package has small codes in the compiled kernel; what is
+added has one that follows from its name, its parameters and its source text, so that a saved model
+never runs with another law than the one it was made with.
+"""
+
+from __future__ import annotations
+
+import functools
+import importlib.metadata
+import inspect
+import zlib
+from collections.abc import Callable, Iterable, Iterator, Mapping
+from typing import Any, Generic, Protocol, TypeVar
+
+from pamsim.core.errors import EngineError, InputError
+from pamsim.core.parameters import ParameterGroup, specs
+
+USER_DEFINED = 2.0**20
+"""Codes from here on belong to laws that are not part of the package."""
+
+MOST_PARAMETERS = 12
+"""Room for the parameters of a law in the row of a muscle, the common ones included."""
+
+
+class Card(Protocol):
+    """What a catalog holds: a law with its name and its parameters."""
+
+    @property
+    def name(self) -> str:
+        """As in files."""
+        ...
+
+    @property
+    def group(self) -> type[ParameterGroup]:
+        """Its parameters."""
+        ...
+
+    @property
+    def functions(self) -> tuple[Callable[..., Any], ...]:
+        """The functions that the kernel calls."""
+        ...
+
+
+AnyCard = TypeVar("AnyCard", bound=Card)
+
+
+class Catalog(Mapping[str, AnyCard], Generic[AnyCard]):
+    """Name -> law, in order.
+
+    Args:
+        kind: class of the laws in it.
+        laws: of the package.
+        slot: name of the place in the rows of muscles that holds the codes.
+        first: code of the first of them.
+    """
+
+    def __init__(
+        self, kind: type[AnyCard], laws: Iterable[AnyCard], *, slot: str, first: int = 0
+    ) -> None:
+        self._kind = kind
+        self._slot = slot
+        self._laws: dict[str, AnyCard] = {law.name: law for law in laws}
+        self._codes: dict[type[ParameterGroup], float] = {
+            law.group: float(code) for code, law in enumerate(self._laws.values(), start=first)
+        }
+        self._groups = {code: group for group, code in self._codes.items()}
+        self._by_code = {self._codes[law.group]: law for law in self._laws.values()}
+        self._own = frozenset(self._laws)
+        self._asked = False
+
+    def __getitem__(self, name: str) -> AnyCard:
+        """The law of a name."""
+        if name not in self._laws:
+            self._ask_installed()
+        return self._laws[name]
+
+    def __iter__(self) -> Iterator[str]:
+        """Names, the package's own first."""
+        self._ask_installed()
+        return iter(tuple(self._laws))
+
+    def __len__(self) -> int:
+        """Number of laws."""
+        self._ask_installed()
+        return len(self._laws)
+
+    def add(self, law: AnyCard, where: str) -> None:
+        """Add a law from outside the package; the newest of a name counts for new muscles.
+
+        Args:
+            law: a law.
+            where: what it was found in, for errors.
+
+        Raises:
+            InputError: if its name is one of the package's, or it has too many parameters.
+        """
+        if law.name in self._own:
+            raise InputError(f"{where}: pamsim has a law {law.name!r} of its own; rename yours")
+        count = len(list(specs(law.group)))
+        if count > MOST_PARAMETERS:
+            raise InputError(
+                f"{where}: the law {law.name!r} has {count} parameters; there is room for"
+                f" {MOST_PARAMETERS}"
+            )
+        self._laws[law.name] = law
+        self._codes[law.group] = code = user_code(law)
+        self._groups[code] = law.group
+        self._by_code[code] = law
+
+    def code(self, group: type[ParameterGroup]) -> float:
+        """Code of the law with a parameter group in the rows of muscles.
+
+        Raises:
+            EngineError: if there is none.
+        """
+        if group not in self._codes:
+            self._ask_installed()
+        if group not in self._codes:
+            raise EngineError(f"{group.__name__} belongs to no known {self._kind.__name__}")
+        return self._codes[group]
+
+    def group(self, code: float) -> type[ParameterGroup]:
+        """Parameter group of the law with a code.
+
+        Raises:
+            EngineError: if there is none, such as one of a package that is not installed here.
+        """
+        if code not in self._groups:
+            self._ask_installed()
+        if code not in self._groups:
+            raise EngineError(
+                f"{self._slot} = {code:g} in an actuator's user data stands for no law known here;"
+                " load the rig or install the package that it comes from"
+            )
+        return self._groups[code]
+
+    def with_code(self, code: float) -> AnyCard | None:
+        """The law with a code, also one that a newer of its name has replaced; None if unknown."""
+        return self._by_code.get(code)
+
+    def _ask_installed(self) -> None:
+        if self._asked:
+            return
+        self._asked = True
+        for law, where in installed("pamsim.laws"):
+            if isinstance(law, self._kind):
+                self.add(law, where)
+
+
+def user_code(law: Card) -> float:
+    """Code of a law that is not part of the package: even if it only pulls, odd if it may push."""
+    text = [law.name, *(f"{name} {spec.unit}" for name, spec in specs(law.group))]
+    text += [_source(function) for function in law.functions]
+    own = zlib.crc32("\n".join(text).encode())
+    return USER_DEFINED + 2.0 * own + float(getattr(law, "pushes", False))
+
+
+def _source(function: Callable[..., Any]) -> str:
+    try:
+        return inspect.getsource(function)
+    except (OSError, TypeError):  # typed at a prompt
+        return repr(function.__code__.co_code)
+
+
+def _each(named: Any) -> Iterable[Any]:
+    return named if isinstance(named, list | tuple) else (named,)  # pyright: ignore[reportUnknownVariableType]
+
+
+@functools.cache
+def installed(group: str) -> tuple[tuple[Any, str], ...]:
+    """What installed packages add to pamsim by entry points of a group, and by which.
+
+    An entry point names an object or a sequence of objects.
+
+    Raises:
+        InputError: if one cannot be loaded.
+    """
+    found: list[tuple[Any, str]] = []
+    for point in importlib.metadata.entry_points(group=group):
+        where = f"entry point {point.name} = {point.value}"
+        try:
+            named = point.load()
+        except Exception as error:  # whatever the code of others raises when it is imported
+            raise InputError(f"{where} cannot be loaded: {error}") from error
+        found += [(one, where) for one in _each(named)]
+    return tuple(found)

@@ -1,0 +1,272 @@
+"""Laws, operators and effects from outside the package: the documentation's example, and faults."""
+
+from __future__ import annotations
+
+import dataclasses
+import json
+import math
+import re
+import shutil
+from importlib.metadata import EntryPoint
+from pathlib import Path
+
+import mujoco
+import numpy as np
+import pytest
+
+import pamsim
+from pamsim.actuator import kernel
+from pamsim.actuator.layout import pack, slot, unpack
+from pamsim.cli.main import main
+from pamsim.comparison.effects_on_rig import candidates, forms
+from pamsim.core import catalog
+from pamsim.core.errors import EngineError, InputError
+from pamsim.engine.rig import _compiled
+from pamsim.hysteresis.catalog import OPERATORS
+from pamsim.muscles.catalog import FORCE_LAWS
+from pamsim.muscles.exponential import SixParameter, six_parameter_force
+from pamsim.store import effects_file
+from pamsim.store.rig_writer import write_rig
+
+PAGE = Path(__file__).resolve().parents[2] / "docs" / "own_physics.md"
+BLOCK = re.compile(r"^```(\w+)\n(.*?)^```", re.MULTILINE | re.DOTALL)
+STEP = pamsim.pressure_step((2e5,), (3e5,), duration=0.5, load=5.0, sample_rate=100.0)
+
+
+@pytest.fixture(scope="module", autouse=True)
+def _as_before():
+    """The catalogs, as other tests know them."""
+    kept = [
+        (one, {n: v.copy() for n, v in vars(one).items() if isinstance(v, dict)})
+        for one in (FORCE_LAWS, OPERATORS)
+    ]
+    yield
+    for one, dicts in kept:
+        vars(one).update(dicts)
+    effects_file._own_physics.cache_clear()
+
+
+def run(line, monkeypatch):
+    monkeypatch.setattr("sys.argv", line.split())
+    with pytest.raises(SystemExit) as end:
+        main()
+    return end.value.code
+
+
+@pytest.fixture(scope="module")
+def bench(tmp_path_factory):
+    """Folder in which every block of the page ran, and what it printed."""
+    folder = tmp_path_factory.mktemp("own")
+    with pytest.MonkeyPatch.context() as monkeypatch:
+        monkeypatch.chdir(folder)
+        for language, block in BLOCK.findall(PAGE.read_text(encoding="utf-8")):
+            match language:
+                case "sh":
+                    for line in block.splitlines():
+                        assert run(line, monkeypatch) == 0, line
+                case "python":
+                    Path(re.match(r"# (\S+)", block)[1]).write_text(block, encoding="utf-8")
+                case "toml" if block.startswith("[muscle.force]"):
+                    path = Path("my_bench/params.toml")
+                    old = path.read_text(encoding="utf-8")
+                    new, count = re.subn(r"\[muscle\.force\]\n(.+\n)+", block, old)
+                    assert count == 1
+                    path.write_text(new, encoding="utf-8")
+                case "toml":
+                    assert "entry-points" in block
+                case _:
+                    pytest.fail(f"a block of {language}, which nothing runs")
+    return folder
+
+
+def test_an_effect_of_ones_own_is_hidden_named_and_sized(bench):
+    found = json.loads((bench / "found" / "diagnosis.json").read_text(encoding="utf-8"))
+    (effect,) = found["effects"]
+    assert found["verdict"] == "named"
+    assert effect["name"] == "seam_stiffness"
+    assert effect["family"] == "seam"
+    low, high = effect["parameters"]["force.seam"]["interval95_si"]
+    assert low <= 120.0 <= high
+    assert high - low < 30.0
+    repaired = pamsim.load_rig(bench / "found" / "rig")
+    assert low <= repaired.muscles["lifter"].force.seam <= high
+
+
+@pytest.mark.parametrize("hysteresis", [False, True])
+def test_compiled_and_interpreted_agree(bench, hysteresis):
+    rig = pamsim.load_rig(bench / "my_bench").with_parameters({"force.seam": 60.0})
+    if hysteresis:
+        plain = rig
+        rig = rig.with_parameters(
+            {"hysteresis.one_block.slip": 0.006, "hysteresis.force_per_pressure": 2e-4}
+        )
+    brief = dataclasses.replace(STEP, settle=0.1, duration=0.2)  # the interpreted kernel is slow
+    fast = pamsim.simulate(rig, brief).completed()
+    slow = pamsim.simulate(rig, brief, backend="python").completed()
+    assert np.ptp(fast.positions) > 1e-3
+    for name in ("positions", "pressure", "tension"):
+        np.testing.assert_allclose(getattr(fast, name), getattr(slow, name), rtol=1e-9, atol=1e-12)
+    if hysteresis:
+        assert np.abs(fast.positions - pamsim.simulate(plain, brief).positions).max() > 1e-4
+
+
+@dataclasses.dataclass(frozen=True, kw_only=True)
+class Copied(SixParameter):
+    """Of a law with the formula of the package's, under a name of its own."""
+
+    law = "copied"
+
+
+def copied_force(pressure, contraction, a, b, c, d, e, f):
+    return six_parameter_force(pressure, contraction, a, b, c, d, e, f)
+
+
+def test_a_copy_of_a_law_of_the_package_does_as_that():
+    FORCE_LAWS.add(
+        pamsim.ForceLaw(
+            title="Copy",
+            equation="as six_parameter",
+            source="this test",
+            group=Copied,
+            force_function=copied_force,
+            pressure_range=(0.0, 6e5),
+        ),
+        "this test",
+    )
+    theirs = pamsim.load_rig("mas20_arm")
+    sections = {**theirs.file.muscle, "force": {**theirs.file.muscle["force"], "law": "copied"}}
+    ours = _compiled(dataclasses.replace(theirs.file, muscle=sections))
+    assert unpack(ours.model.actuator_user[0]).force.law == "copied"
+    step = pamsim.pressure_step((3e5, 3e5), (3e5, 1.8e5), duration=0.5, load=1.2)
+    one, other = pamsim.simulate(theirs, step), pamsim.simulate(ours, step)
+    assert np.ptp(one.positions) > 0.1
+    np.testing.assert_allclose(other.positions, one.positions, atol=1e-9)
+    np.testing.assert_allclose(other.pressure, one.pressure, atol=0.01)
+
+
+def test_a_volume_that_is_not_stated_does_the_force_s_work(bench):
+    rig = pamsim.load_rig(bench / "my_bench")
+    force, braid = rig.muscles["lifter"].force, rig.muscles["lifter"].braid
+    law = FORCE_LAWS["flat_muscle"]
+    numbers = [getattr(force, field.name) for field in dataclasses.fields(force)]
+    for kappa in (0.05, 0.2):
+        ends = [law.volume(2e5, kappa + step, numbers, braid) for step in (-1e-4, 1e-4)]
+        per_pressure = (
+            law.force(3e5, kappa, numbers, braid) - law.force(1e5, kappa, numbers, braid)
+        ) / 2e5
+        assert (ends[1] - ends[0]) / (2e-4 * braid.nominal_length) == pytest.approx(per_pressure)
+    row = pack(rig.muscles["lifter"]).tolist()
+    row[slot("braid.extensibility")] = 1e-8  # the work is integrated, too
+    assert math.isfinite(kernel.chamber_volume(row, [0.0] * 20, -0.03, 2e5))
+
+
+def test_another_law_never_takes_the_place_of_a_saved_one(bench, tmp_path):
+    shutil.copytree(bench / "my_bench", tmp_path / "my_bench")
+    rig = pamsim.load_rig(bench / "my_bench")
+    row = pack(rig.muscles["lifter"])
+    file = tmp_path / "my_bench" / "effects.py"
+    file.write_text(file.read_text(encoding="utf-8").replace("-8.0", "-9.0"), encoding="utf-8")
+    edited = pamsim.load_rig(tmp_path / "my_bench")
+    assert pack(edited.muscles["lifter"])[slot("force.law")] != row[slot("force.law")]
+    seam = {"force.seam": 200.0}
+    old, new = (pamsim.simulate(one.with_parameters(seam), STEP) for one in (rig, edited))
+    assert np.abs(old.positions - new.positions).max() > 1e-5
+    unknown = row.copy()
+    unknown[slot("force.law")] += 2.0
+    with pytest.raises(EngineError, match="install the package"):
+        unpack(unknown)
+    assert math.isnan(kernel.static_force(unknown.tolist(), -0.03, 2e5))
+    model = rig.model_for()
+    data = mujoco.MjData(model)
+    pamsim.reset(model, data, [2e5])
+    model.actuator_user[0, slot("force.law")] += 2.0
+    mujoco.mj_forward(model, data)
+    assert np.isnan(data.actuator_force[0])
+
+
+def test_a_written_rig_keeps_its_laws(bench, tmp_path):
+    rig = pamsim.load_rig(bench / "my_bench")
+    write_rig(rig.file, tmp_path / "new", {})
+    again = pamsim.load_rig(tmp_path / "new")
+    np.testing.assert_array_equal(again.model.actuator_user, rig.model.actuator_user)
+    assert [one.name for one in again.file.own.effects] == ["seam_stiffness", "muscle_hysteresis"]
+
+
+def test_effects_of_a_rig_are_tried_on_it_alone(bench):
+    own, _ = candidates(pamsim.load_rig(bench / "my_bench"))
+    others, _ = candidates(pamsim.load_rig("muscle_bench"))
+    new = {"seam_stiffness", "muscle_hysteresis:one_block"}
+    assert new <= {one.label for one in own}
+    assert not new & {one.label for one in others}
+
+
+def test_a_law_is_fitted_to_a_force_map(bench, tmp_path, monkeypatch, capsys):
+    lines = ["p_kpa,contraction,force_n"]
+    for p in (100.0, 200.0, 300.0):
+        for kappa in np.linspace(0.0, 0.2, 7):
+            force = 1e3 * p * 8e-4 * (1.0 - kappa / 0.32) + 50.0 * math.expm1(-8.0 * kappa)
+            lines.append(f"{p},{kappa:.6f},{force:.6f}")
+    (tmp_path / "map.csv").write_text("\n".join(lines), encoding="utf-8")
+    monkeypatch.chdir(tmp_path)
+    line = f"pamsim fit map.csv --rig {bench / 'my_bench'} --model flat_muscle --nominal-length 300"
+    assert run(f"{line} --hold scale=1 --json fit.json", monkeypatch) == 0, capsys.readouterr().err
+    (fit,) = json.loads((tmp_path / "fit.json").read_text(encoding="utf-8"))["fits"]
+    values = {c["name"]: c["value"] for c in fit["coefficients"]}
+    assert values["area"] == pytest.approx(8e-4, rel=1e-4)
+    assert values["stroke"] == pytest.approx(0.32, rel=1e-4)
+    assert values["seam"] == pytest.approx(50.0, rel=1e-3)
+
+
+FAULTS = {
+    "LAWS = [": "line 1: SyntaxError",
+    "import pamsim\nx = 1 / 0": "line 2: ZeroDivisionError",
+    "EFFECTS = [3]": "EFFECTS holds 3",
+    "LAWS = 3": "LAWS must be a list of ForceLaw and Operator",
+    "import pamsim.muscles.catalog as c\nLAWS = [c.FORCE_LAWS['pleated']]": "'pleated' of its own",
+}
+
+
+@pytest.mark.parametrize("text", FAULTS)
+def test_a_fault_in_the_file_is_one_line(bench, tmp_path, text):
+    folder = tmp_path / "my_bench"
+    shutil.copytree(bench / "my_bench", folder)
+    (folder / "effects.py").write_text(text, encoding="utf-8")
+    with pytest.raises(InputError) as error:
+        pamsim.load_rig(folder)
+    assert FAULTS[text] in str(error.value)
+    assert "effects.py" in str(error.value)
+    assert "\n" not in str(error.value)
+
+
+def test_a_law_that_cannot_be_compiled_is_one_line(bench, tmp_path):
+    folder = tmp_path / "my_bench"
+    shutil.copytree(bench / "my_bench", folder)
+    text = (folder / "effects.py").read_text(encoding="utf-8")
+    text = text.replace("return pressure * area", "return sorted({'a': pressure})[0] * area")
+    (folder / "effects.py").write_text(text, encoding="utf-8")
+    with pytest.raises(InputError, match="'flat_muscle' cannot be compiled") as error:
+        pamsim.load_rig(folder)
+    assert "\n" not in str(error.value)
+
+
+def test_an_installed_package_offers_laws_and_effects(bench, monkeypatch):
+    law = dataclasses.replace(FORCE_LAWS["flat_muscle"])
+    effect = dataclasses.replace(
+        pamsim.load_rig(bench / "my_bench").file.own.effects[0], name="mine"
+    )
+    found = {"pamsim.laws": [law], "pamsim.effects": [effect]}
+
+    def entry_points(group):
+        return [EntryPoint(name="x", value=f"{__name__}:{group}", group=group)]
+
+    monkeypatch.setattr(catalog.importlib.metadata, "entry_points", entry_points)
+    monkeypatch.setattr(EntryPoint, "load", lambda self: found[self.group])
+    catalog.installed.cache_clear()
+    fresh = catalog.Catalog(pamsim.ForceLaw, (), slot="force.law")
+    assert list(fresh) == ["flat_muscle"]
+    assert forms(None)["mine"] == (effect,)
+    monkeypatch.setattr(EntryPoint, "load", lambda self: 1 / 0)
+    catalog.installed.cache_clear()
+    with pytest.raises(InputError, match="cannot be loaded: division by zero"):
+        forms(None)
+    catalog.installed.cache_clear()
