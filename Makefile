@@ -32,7 +32,7 @@ help: ## show this list
 
 reproduce: $(VENV)/.run-stamp ## the main job: every printed experiment, tables, figures and page in out/reproduce
 	@mkdir -p out/reproduce
-	$(VENV)/bin/pamsim reproduce --out out/reproduce --json out/reproduce/reproduce.json $(ARGS)
+	$(VENV)/bin/pamsim reproduce --force --out out/reproduce --json out/reproduce/reproduce.json $(ARGS)
 
 test: $(VENV)/.dev-stamp ## run the test suite (ARGS="..." goes to pytest)
 	$(PY) $(PYTEST) $(ARGS)

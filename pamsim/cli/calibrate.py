@@ -8,7 +8,13 @@ from typing import Any
 import click
 
 from pamsim.cli.main import FINDING, OK
-from pamsim.cli.options import PATH, json_option, names_option, threads_option
+from pamsim.cli.options import (
+    json_option,
+    names_option,
+    out_option,
+    resume_option,
+    threads_option,
+)
 from pamsim.cli.output import progress_bar, save_json
 
 
@@ -45,8 +51,8 @@ def _bounds(context: Any, parameter: Any, texts: tuple[str, ...]) -> dict[str, t
 @click.option("--max-iterations", type=int, default=100, show_default=True, help="Per start.")
 @names_option("--profile", "profiles", help="Compute profile likelihoods for these parameters")
 @threads_option
-@click.option("--out", type=PATH, help="Folder for rig, page, checkpoint.")
-@click.option("--resume", is_flag=True, help="Go on with the interrupted fit in --out.")
+@out_option("Folder for rig, page, checkpoint.")
+@resume_option("Go on with the interrupted fit in --out.")
 @json_option
 def command(
     data: tuple[str, ...], json_file: Path | None, channels: tuple[str, ...], **options: Any

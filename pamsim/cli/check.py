@@ -7,7 +7,7 @@ from pathlib import Path
 import click
 
 from pamsim.cli.main import FINDING, OK
-from pamsim.cli.options import names_option
+from pamsim.cli.options import names_option, out_option
 from pamsim.cli.output import save_json
 
 
@@ -17,7 +17,7 @@ from pamsim.cli.output import save_json
 @names_option("--effects", help="Effects to look for: NAME,NAME; all if left out.")
 @names_option("--hold-out", help="Trials or protocols to judge by: NAME,NAME.")
 @click.option("--threads", type=int, help="Simulations at a time; one per processor if left out.")
-@click.option("--out", type=click.Path(path_type=Path), help="Folder for a page with figures.")
+@out_option("Folder for a page with figures.")
 @click.option("--json", "json_file", type=click.Path(path_type=Path), help="Write the result here.")
 def command(
     data: tuple[str, ...],

@@ -8,6 +8,7 @@ from typing import Any
 import click
 
 from pamsim.cli.main import FINDING, OK
+from pamsim.cli.options import json_option, out_option, resume_option
 from pamsim.cli.output import progress_bar, save_json
 
 _FINE = ("no_gap", "named")
@@ -23,9 +24,9 @@ _ROWS = 6  # of a table on the screen; the page has them all
 @click.option("--hold-out", multiple=True, help="Trials or protocols to judge by: NAME,NAME.")
 @click.option("--seed", type=int, default=0, show_default=True, help="Random seed.")
 @click.option("--threads", type=int, help="Simulations at a time; one per processor if left out.")
-@click.option("--out", type=click.Path(path_type=Path), help="Folder for page, JSON and rig.")
-@click.option("--resume", is_flag=True, help="Continue the interrupted diagnosis in --out.")
-@click.option("--json", "json_file", type=click.Path(path_type=Path), help="Write the result here.")
+@out_option("Folder for page, JSON and rig.")
+@resume_option("Continue the interrupted diagnosis in --out.")
+@json_option
 def command(
     data: tuple[str, ...],
     rig: str | None,
@@ -51,8 +52,6 @@ def command(
     from pamsim.diagnosis.diagnose import Kind, diagnose, kind_of
     from pamsim.diagnosis.repaired_rig import check_folder
     from pamsim.diagnosis.result import FILE, SCHEMA
-    from pamsim.effects.catalog import effect
-    from pamsim.effects.effect import AT
     from pamsim.store.json_file import read_json
 
     kind = kind_of(data)
@@ -61,9 +60,6 @@ def command(
     if out is not None:
         check_folder(out, rig)
     tried = _listed(effects)
-    if kind is not Kind.LOOP:
-        for name in tried:
-            effect(name.partition(AT)[0].partition(":")[0])
     with progress_bar("model") as progress:
         try:
             report = diagnose(

@@ -9,7 +9,7 @@ from typing import Any
 import click
 
 from pamsim.cli.main import OK, with_flags
-from pamsim.cli.options import PATH, Quantity, json_option
+from pamsim.cli.options import PATH, Quantity, json_option, out_option
 from pamsim.cli.output import progress_bar, save_json
 from pamsim.core.errors import InputError
 
@@ -19,6 +19,7 @@ _MILLIMETRES = Quantity("mm", "m")
 @click.command(name="fit")
 @click.argument("data", type=PATH)
 @click.option("--model", help="Law to fit; `pamsim models` lists them.")
+@click.option("--rig", metavar="RIG", help="Also the laws of this rig's effects.py.")
 @click.option("--compare", is_flag=True, help="Rank all laws that suit the data by held-out error.")
 @click.option("--hold-out", help="What to hold out in turn: length, pressure or none.")
 @click.option(
@@ -39,13 +40,14 @@ _MILLIMETRES = Quantity("mm", "m")
     show_default=True,
     help="Zeros in a force map mean slack or not measured.",
 )
-@click.option("--out", type=PATH, help="Folder for figure and params.toml.")
+@out_option("Folder for figure and params.toml.")
 @json_option
 def command(
     data: Path,
     model: str | None,
     compare: bool,
     held: tuple[str, ...],
+    rig: str | None,
     out: Path | None,
     json_file: Path | None,
     **choices: Any,
@@ -57,7 +59,9 @@ def command(
     the name of each column.
     """
     from pamsim.fitting.fit import fit
+    from pamsim.store.rig_file import add_rigs_laws
 
+    add_rigs_laws(rig)
     with progress_bar() if compare else contextlib.nullcontext() as progress:
         result = fit(
             data,

@@ -8,13 +8,20 @@ from typing import Any
 import click
 
 from pamsim.cli.main import OK
-from pamsim.cli.options import PATH, SECONDS, Quantities, json_option, names_option, rig_option
+from pamsim.cli.options import (
+    SECONDS,
+    Quantities,
+    json_option,
+    names_option,
+    out_option,
+    rig_option,
+)
 from pamsim.cli.output import save_json
 
 
 @click.command(name="hide")
 @click.argument("effects")
-@click.option("--out", type=PATH, required=True, help="Folder to write.")
+@out_option("Folder to write.", required=True)
 @rig_option
 @click.option(
     "--size",

@@ -16,6 +16,7 @@ from pamsim.cli.options import (
     SECONDS,
     json_option,
     names_option,
+    out_option,
     refuse,
 )
 from pamsim.cli.output import progress_bar, save_json
@@ -67,7 +68,7 @@ class _Orders(click.ParamType):
 @click.option(
     "--local/--no-local", default=True, show_default=True, help="Models at every operating point."
 )
-@click.option("--out", type=PATH, help="Folder for page, figures and CSV.")
+@out_option("Folder for page, figures and CSV.")
 @json_option
 def command(
     data: Path | None,
@@ -86,8 +87,6 @@ def command(
     """
     from pamsim.identification.identify import identify
 
-    if out is not None:
-        _make_folder(out)  # before minutes of work whose result could not be written
     source = _source(data, rig, pressure, load, duration)
     with progress_bar() as progress:
         identification = identify(source, progress=progress, **choices)
@@ -123,11 +122,3 @@ def _source(
         raise InputError("give DATA, or --simulate with a rig such as mas20_arm")
     step = {"pressure": pressure, "load": load, "duration": duration}
     return simulated_step(rig, **{name: value for name, value in step.items() if value is not None})
-
-
-def _make_folder(path: Path) -> None:
-
-    try:
-        path.mkdir(parents=True, exist_ok=True)
-    except OSError as error:
-        raise InputError(f"cannot write {path}: {error.strerror}") from None

@@ -7,7 +7,7 @@ from pathlib import Path
 import click
 
 from pamsim.cli.main import OK
-from pamsim.cli.options import KILOGRAMS, PATH, force_option, json_option
+from pamsim.cli.options import KILOGRAMS, PATH, forced, json_option
 from pamsim.cli.output import save_json
 from pamsim.core.errors import InputError
 
@@ -49,7 +49,6 @@ def _spans(context: object, parameter: click.Parameter, text: str) -> list[tuple
 )
 @click.option("--lead-in", default="", help="Simulated before each trial, not compared: 2s.")
 @click.option("--load", type=KILOGRAMS, default="0", show_default=True, help="Mass on the arm.")
-@force_option
 @json_option
 def command(
     logs: tuple[str, ...],
@@ -62,7 +61,6 @@ def command(
     segments: list[tuple[float, float]],
     lead_in: str,
     load: float,
-    force: bool,
     json_file: Path | None,
 ) -> int:
     """Make a recording of LOGS: CSV, MAT, npz or Parquet files, copied as they lie.
@@ -83,7 +81,7 @@ def command(
         segments=segments,
         lead_in=lead_in,
         load=load,
-        force=force,
+        force=forced(),
     )
     save_json(json_file, found.to_dict())
     click.echo(found.summary())

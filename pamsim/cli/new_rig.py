@@ -7,7 +7,7 @@ from pathlib import Path
 import click
 
 from pamsim.cli.main import OK
-from pamsim.cli.options import PATH, force_option
+from pamsim.cli.options import PATH, force_option, forced
 
 
 @click.command(name="new-rig")
@@ -21,7 +21,7 @@ from pamsim.cli.options import PATH, force_option
 @click.option("--mjcf", type=PATH, help="Your own model instead; each tendon gets a muscle.")
 @click.option("--out", type=PATH, help="Folder to write; NAME if left out.")
 @force_option
-def command(name: str, kind: str, mjcf: Path | None, out: Path | None, force: bool) -> int:
+def command(name: str, kind: str, mjcf: Path | None, out: Path | None) -> int:
     """Write a rig folder to start from: MJCF, params.toml and README.
 
     It runs as it is. Every effect that a muscle can have is there and off, so that you change
@@ -30,7 +30,7 @@ def command(name: str, kind: str, mjcf: Path | None, out: Path | None, force: bo
     from pamsim.engine.new_rig import new_rig
     from pamsim.engine.rig import load_rig
 
-    folder = new_rig(name, kind, mjcf=mjcf, out=out, force=force)
+    folder = new_rig(name, kind, mjcf=mjcf, out=out, force=forced())
     rig = load_rig(folder)
     click.echo(f"rig {rig.name}: joints {', '.join(rig.joints)}; muscles {', '.join(rig.muscles)}")
     click.echo(f"wrote {folder}; next: correct the numbers in {folder / 'params.toml'}")

@@ -13,11 +13,77 @@ from typing import Any
 import click
 
 from pamsim.core.errors import InputError
+from pamsim.core.files import refuse_existing, results_folder
 
 PATH = click.Path(path_type=Path)
 
-json_option = click.option("--json", "json_file", type=PATH, help="Write the result here.")
-force_option = click.option("--force", is_flag=True, help="Replace files that are there.")
+_FORCED, _RESUMED = "pamsim.force", "pamsim.resume"
+
+
+def _noted(key: str) -> Any:
+    def note(context: click.Context, parameter: click.Parameter, value: bool) -> bool:
+        context.meta[key] = value
+        return value
+
+    return note
+
+
+def force_option(function: Any) -> Any:
+    """``--force``, once for all options of a command that write; see `forced`."""
+    if any(p.name == "force" for p in getattr(function, "__click_params__", ())):
+        return function
+    return click.option(
+        "--force",
+        is_flag=True,
+        is_eager=True,  # read before the options that it allows to write
+        expose_value=False,
+        callback=_noted(_FORCED),
+        help="Replace files that are there.",
+    )(function)
+
+
+def forced() -> bool:
+    """Whether the command that runs may replace files."""
+    return bool(click.get_current_context().meta.get(_FORCED))
+
+
+def resume_option(help: str) -> Any:
+    """``--resume``: to go on with what is in the folder of ``--out``."""
+    return click.option(
+        "--resume", is_flag=True, is_eager=True, callback=_noted(_RESUMED), help=help
+    )
+
+
+def out_option(help: str, *, required: bool = False) -> Any:
+    """``--out``: a folder for results, kept from other runs until the command ends."""
+
+    def keep(context: click.Context, parameter: click.Parameter, value: Path | None) -> Path | None:
+        if value is None:
+            return None
+        resume = bool(context.meta.get(_RESUMED))
+        # Of the root, which ends also where a later option is refused.
+        root = context.find_root()
+        return root.with_resource(results_folder(value, force=forced(), resume=resume))
+
+    def add(function: Any) -> Any:
+        option = click.option("--out", type=PATH, required=required, callback=keep, help=help)
+        return option(force_option(function))
+
+    return add
+
+
+def _free(context: click.Context, parameter: click.Parameter, value: Path | None) -> Path | None:
+    return None if value is None else refuse_existing(value, forced())
+
+
+def json_option(function: Any) -> Any:
+    """``--json``: a file for the result."""
+    option = click.option(
+        "--json", "json_file", type=PATH, callback=_free, help="Write the result here."
+    )
+    return option(force_option(function))
+
+
 rig_option = click.option(
     "--rig", default="mas20_arm", show_default=True, help="Shipped rig or rig folder."
 )

@@ -7,7 +7,7 @@ from pathlib import Path
 import click
 
 from pamsim.cli.main import OK
-from pamsim.cli.options import KILOGRAMS, PATH, PRESSURES, SECONDS, refuse
+from pamsim.cli.options import KILOGRAMS, PATH, PRESSURES, SECONDS, force_option, forced, refuse
 from pamsim.cli.output import progress_bar
 
 _REST_SIZE, _INSTANT_SIZE, _FILM_SIZE = (1600, 1000), (1600, 1280), (800, 640)
@@ -30,6 +30,7 @@ _REST_SIZE, _INSTANT_SIZE, _FILM_SIZE = (1600, 1000), (1600, 1280), (800, 640)
 @click.option("--camera", default="overview", show_default=True, help="Camera of the scene.")
 @click.option("--width", type=click.IntRange(min=1), help="[pixel]")
 @click.option("--height", type=click.IntRange(min=1), help="[pixel]")
+@force_option
 def command(
     picture: Path,
     rig: str | None,
@@ -50,8 +51,10 @@ def command(
     measured or simulated, with its angle and pressures plotted below.
     """
     from pamsim.core.errors import InputError
+    from pamsim.core.files import refuse_existing
     from pamsim.store.pictures import FILM_SUFFIXES
 
+    refuse_existing(picture, forced())
     film = picture.suffix.lower() in FILM_SUFFIXES
     default = _FILM_SIZE if film else _REST_SIZE if recording is None else _INSTANT_SIZE
     size = width or default[0], height or default[1]

@@ -8,9 +8,8 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from pamsim.cli.main import FINDING, OK
-from pamsim.cli.options import PATH, json_option
+from pamsim.cli.options import json_option, out_option
 from pamsim.cli.output import progress_bar, save_json
-from pamsim.core.errors import InputError
 
 if TYPE_CHECKING:
     from pamsim.papers.replicate import Replication
@@ -25,7 +24,7 @@ _STATEMENT_WIDTH = 60
     multiple=True,
     help="matiskova2021, alraouf2025, nguyen2024, vandamme2008 or sarosi; may be given repeatedly.",
 )
-@click.option("--out", type=PATH, help="Folder for page and figures.")
+@out_option("Folder for page and figures.")
 @json_option
 def command(papers: tuple[str, ...], out: Path | None, json_file: Path | None) -> int:
     """Recompute every printed number of the five source papers and report what agrees.
@@ -35,8 +34,6 @@ def command(papers: tuple[str, ...], out: Path | None, json_file: Path | None) -
     """
     from pamsim.papers.replicate import replicate
 
-    if out is not None and out.exists() and not out.is_dir():
-        raise InputError(f"{out} is a file; name a folder to write the page into")
     with progress_bar() as progress:
         replication = replicate(
             [paper.strip().lower() for paper in papers] or None, progress=progress

@@ -8,7 +8,7 @@ from typing import Any
 import click
 
 from pamsim.cli.main import FINDING, OK
-from pamsim.cli.options import PATH, json_option, rig_option
+from pamsim.cli.options import json_option, out_option, rig_option
 from pamsim.cli.output import progress_bar, save_json
 
 
@@ -22,7 +22,7 @@ from pamsim.cli.output import progress_bar, save_json
 )
 @click.option("--timestep-ms", type=float, help="Time step; the rig's own if left out.")
 @click.option("--sensors", is_flag=True, help="Record through the rig's encoder and converter.")
-@click.option("--out", type=PATH, help="Folder for page, figures and CSV.")
+@out_option("Folder for page, figures and CSV.")
 @json_option
 def command(
     rig: str,

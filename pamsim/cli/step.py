@@ -12,11 +12,11 @@ import click
 from pamsim.cli.main import OK
 from pamsim.cli.options import (
     KILOGRAMS,
-    PATH,
     PRESSURES,
     SECONDS,
     Quantities,
     json_option,
+    out_option,
     rig_option,
 )
 from pamsim.cli.output import save_json
@@ -59,7 +59,7 @@ if TYPE_CHECKING:
     "--backend", default="compiled", show_default=True, help="compiled, or python for debugging."
 )
 @click.option("--sensors", is_flag=True, help="Record through the rig's encoder and converter.")
-@click.option("--out", type=PATH, help="Folder for recording and figure.")
+@out_option("Folder for recording and figure.")
 @json_option
 def command(
     rig: str,

@@ -8,7 +8,7 @@ from typing import Any
 import click
 
 from pamsim.cli.main import OK
-from pamsim.cli.options import PATH, force_option, rig_option
+from pamsim.cli.options import PATH, force_option, forced, rig_option
 
 
 @click.command(name="train")
@@ -30,7 +30,6 @@ def command(
     top_pressure: float | None,
     steps: int,
     seed: int,
-    force: bool,
 ) -> int:
     """Train a policy with stable-baselines3's PPO on 32 rigs and one core.
 
@@ -40,12 +39,12 @@ def command(
     from pamsim.core.files import refuse_existing
     from pamsim.envs.train import train
 
-    refuse_existing(out.with_suffix(".npz"), force)
+    refuse_existing(out.with_suffix(".npz"), forced())
     options: dict[str, Any] = {"rig": rig, "task": task, "action": action, "load": load}
     if top_pressure is not None:
         options["top_pressure"] = 1e3 * top_pressure
     result = train(steps=steps, seed=seed, **options)
-    files = result.save(out, force=force)
+    files = result.save(out, force=forced())
     click.echo(result.summary())
     click.echo(f"wrote {' and '.join(map(str, files))}")
     return OK

@@ -3,11 +3,32 @@
 from __future__ import annotations
 
 import difflib
+import re
 from collections.abc import Iterable
+
+_LONGEST_WORD, _LONGEST = 200, 1000
 
 
 class PamsimError(Exception):
-    """Root of every error pamsim raises on purpose; the command line turns it into exit code 2."""
+    """Root of every error pamsim raises on purpose; the command line turns it into exit code 2.
+
+    The message is one line that can be printed, whatever it quotes: a file may hold anything.
+    """
+
+    def __init__(self, message: str) -> None:
+        super().__init__(_one_line(message))
+
+
+def _one_line(message: str) -> str:
+    text = " ".join(message.split())
+    text = "".join(c if c.isprintable() else f"\\x{ord(c):02x}" for c in text)
+    text = re.sub(rf"\S{{{_LONGEST_WORD + 1},}}", lambda word: _cut(word[0], _LONGEST_WORD), text)
+    return _cut(text, _LONGEST)
+
+
+def _cut(text: str, most: int) -> str:
+    """A text without its middle, where it is longer than ``most`` characters."""
+    return text if len(text) <= most else f"{text[: most * 2 // 3]} ... {text[-(most // 3 - 5) :]}"
 
 
 class InputError(PamsimError):

@@ -4,17 +4,21 @@ from __future__ import annotations
 
 import contextlib
 import os
+import tempfile
 from collections.abc import Generator
 from pathlib import Path
 
 from pamsim.core.errors import InputError
+
+LOCK = ".pamsim.lock"
+"""In a folder that a run writes to. It stays there, empty, and means nothing once the run ended."""
 
 
 @contextlib.contextmanager
 def complete_file(path: Path) -> Generator[Path]:
     """Write to another path in a ``with`` block, which then replaces ``path`` in one move.
 
-    If the block fails or is interrupted, ``path`` stays as it was.
+    If the block fails or is interrupted, or the disk is full, ``path`` stays as it was.
 
     Args:
         path: of the file; its folder is created.
@@ -22,16 +26,39 @@ def complete_file(path: Path) -> Generator[Path]:
     Raises:
         InputError: if the place cannot be written.
     """
-    part = path.with_name(f".{path.stem}.part{path.suffix}")
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
+        # A name of its own, so that two writers do not share it.
+        handle, name = tempfile.mkstemp(
+            prefix=f".{path.stem}.", suffix=path.suffix, dir=path.parent
+        )
+        os.close(handle)
+        part = Path(name)
         try:
             yield part
+            _flush(part)
+            part.chmod(_usual_mode())
             os.replace(part, path)
         finally:
             part.unlink(missing_ok=True)
     except OSError as error:
         raise InputError(f"cannot write {path}: {error.strerror or error}") from None
+
+
+def _flush(path: Path) -> None:
+    """Have the system put a file on the disk, before it takes the place of another."""
+    handle = os.open(path, os.O_RDWR)
+    try:
+        os.fsync(handle)
+    finally:
+        os.close(handle)
+
+
+def _usual_mode() -> int:
+    """Permissions that `open` gives to a new file; those of `mkstemp` are its owner's alone."""
+    mask = os.umask(0)
+    os.umask(mask)
+    return 0o666 & ~mask
 
 
 def refuse_existing(path: Path, force: bool) -> Path:
@@ -50,3 +77,48 @@ def refuse_existing(path: Path, force: bool) -> Path:
     if path.exists() and not force:
         raise InputError(f"{path} is there already; `force` replaces it")
     return path
+
+
+@contextlib.contextmanager
+def results_folder(path: Path, *, force: bool = False, resume: bool = False) -> Generator[Path]:
+    """Keep a folder for the results of one run, for a ``with`` block.
+
+    Args:
+        path: of the folder; created if need be.
+        force: whether files in it may be replaced.
+        resume: whether the run goes on with what is there.
+
+    Raises:
+        InputError: if there are files in it that may not be replaced, another run writes to it, or
+            it cannot be written.
+    """
+    from filelock import FileLock, Timeout
+
+    if path.exists() and not path.is_dir():
+        raise InputError(f"cannot write {path}: it is a file; name a folder for the results")
+    if not force and not resume and path.is_dir():
+        there = sorted(entry.name for entry in path.iterdir() if entry.name != LOCK)
+        if there:
+            more = f" and {len(there) - 1} more" if len(there) > 1 else ""
+            raise InputError(
+                f"{path} holds results already ({there[0]}{more}); `force` replaces them, or name"
+                " another folder"
+            )
+    try:
+        path.mkdir(parents=True, exist_ok=True)
+        lock = FileLock(path / LOCK, timeout=0)
+        lock.acquire()
+    except Timeout:
+        raise InputError(
+            f"another run writes to {path}; wait for it, or name another folder"
+        ) from None
+    except OSError as error:
+        raise InputError(f"cannot write {path}: {error.strerror or error}") from None
+    try:
+        yield path
+    finally:
+        lock.release()
+        with contextlib.suppress(OSError):
+            (path / LOCK).unlink(missing_ok=True)
+        with contextlib.suppress(OSError):  # nothing was written: as it was before
+            path.rmdir()

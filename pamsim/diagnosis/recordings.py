@@ -15,6 +15,7 @@ from pamsim.comparison.noise_within_trial import LAG, FloorRoute
 from pamsim.comparison.trial_prediction import CHANNELS
 from pamsim.comparison.trial_regressors import regressors
 from pamsim.core.progress import Progress
+from pamsim.core.versions import versions
 from pamsim.diagnosis.compared_recordings import about_the_drive, compared
 from pamsim.diagnosis.measured_pressures import cells_with_measured_pressures
 from pamsim.diagnosis.method.trial_diagnosis import diagnose_trials
@@ -23,6 +24,7 @@ from pamsim.diagnosis.recordings_result import result_of
 from pamsim.diagnosis.remembered_fits import RememberedFits
 from pamsim.diagnosis.result import Diagnosis
 from pamsim.engine.rig import Rig
+from pamsim.engine.rig_digest import rig_digest
 
 NUISANCE = ("force.scale", "passive.locking", "chamber.dead_volume")
 """Numbers of every rig that are known to a few per cent only: they are refitted with every effect,
@@ -68,7 +70,8 @@ def diagnose_recordings(
     fits = None
     if out is not None:
         free = [p.name for p in comparison.nuisance]
-        settings = [_fingerprint(data), rig.name, split.names, free, list(channels)]
+        of = [_fingerprint(data), rig_digest(rig), versions()]
+        settings = [*of, split.names, free, list(channels)]
         fits = RememberedFits(out, settings, resume=resume)
 
     def quantities(values: Mapping[str, float]) -> Regressors:

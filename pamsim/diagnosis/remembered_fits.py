@@ -39,7 +39,8 @@ class RememberedFits(MutableMapping[str, Mapping[str, Any]]):
             raise InputError(f"`resume`: {folder} holds no interrupted diagnosis")
         if state.get("settings") != self._settings:
             raise InputError(
-                f"`resume`: {folder / FILE} is of other data or options; start without `resume`"
+                f"`resume`: {folder / FILE} is of other data, another rig, other options or"
+                " versions; start without `resume`"
             )
         self._fits = dict(state["fits"])
 

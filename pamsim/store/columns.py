@@ -7,33 +7,26 @@ for ``pamsim identify`` as it is (`Columns.values`), a lab's own log by what its
 its columns (`pamsim.store.log_columns`).
 """
 
-# scipy carries no types.
-# pyright: reportMissingTypeStubs=false
-
 from __future__ import annotations
 
 import csv
 import difflib
 import math
 import re
-import zipfile
-import zlib
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
 from pathlib import Path
-from typing import Any
 
 import numpy as np
-import scipy.io
 from numpy.typing import NDArray
 
 from pamsim.core.errors import InputError, nearest
 from pamsim.core.units import DEG_PER_RAD, MM_PER_M, PA_PER_KPA, to_si
+from pamsim.store.array_files import ARRAY_FILES, read_arrays
 
 FloatArray = NDArray[np.float64]
 
-_loadmat: Any = scipy.io.loadmat
 _DECIMAL_COMMA = re.compile(r"[-+]?\d+,\d*([eE][-+]?\d+)?")
 
 # Fixed names, {} being the number of a muscle -> other spellings of them, which are refused.
@@ -221,7 +214,7 @@ def read_columns(path: Path) -> Columns:
         InputError: in one line: unreadable file, no header, no row below it, a row of another
             length than the header, arrays of different lengths, a column twice.
     """
-    if path.suffix.lower() in _ARRAYS:
+    if path.suffix.lower() in ARRAY_FILES:
         return _of_arrays(path)
     rows = [
         (number, line)
@@ -235,15 +228,15 @@ def read_columns(path: Path) -> Columns:
     start, separator = _header(rows)
     first, header = rows[start][0], _cells(rows[start][1], separator)
     cells = [(number, _cells(line, separator)) for number, line in rows[start + 1 :]]
-    units: list[str] = []
-    if len(cells) > 1 and not any(map(_is_number, cells[0][1])) and _is_number(cells[1][1][0]):
-        units = [cell.strip("[]() ") for cell in cells.pop(0)[1]]
     for number, row in cells:
         if len(row) != len(header):
             raise InputError(
                 f"{path}: line {number} has {len(row)} cells, the header {len(header)}; write"
                 " points in numbers, or separate cells by semicolons"
             )
+    units: list[str] = []
+    if len(cells) > 1 and not any(map(_is_number, cells[0][1])) and _is_number(cells[1][1][0]):
+        units = [cell.strip("[]() ") for cell in cells.pop(0)[1]]
     if separator != ",":
         cells = [(number, [_pointed(cell) for cell in row]) for number, row in cells]
     columns = Columns(
@@ -306,18 +299,7 @@ def _pointed(cell: str) -> str:
 
 def _of_arrays(path: Path) -> Columns:
     """The arrays of a file of another format; what is no list of numbers is left out."""
-    kind = path.suffix.lower()
-    try:
-        found = _ARRAYS[kind](path)
-    except OSError as error:
-        raise InputError(f"cannot read {path}: {error.strerror or error}") from None
-    except NotImplementedError:
-        raise InputError(
-            f"{path} is a MATLAB file of version 7.3; save it with -v7, or as a CSV"
-        ) from None
-    except (ValueError, TypeError, EOFError, zipfile.BadZipFile, zlib.error) as error:
-        why = str(error).splitlines()[0] if str(error) else "damaged"
-        raise InputError(f"{path} cannot be read as {path.suffix}: {why}") from None
+    found = read_arrays(path)
     lists = {
         name: array.ravel()
         for name, array in found.items()
@@ -338,38 +320,6 @@ def _of_arrays(path: Path) -> Columns:
         lines=list(range(1, len(longest) + 1)),
         cells={name: [repr(number) for number in a.tolist()] for name, a in lists.items()},
     )
-
-
-def _of_numpy(path: Path) -> Mapping[str, NDArray[Any]]:
-    with path.open("rb") as stream, np.load(stream, allow_pickle=False) as file:
-        return {name: np.asarray(file[name]) for name in file.files}
-
-
-def _of_matlab(path: Path) -> Mapping[str, NDArray[Any]]:
-    return {k: np.asarray(v) for k, v in _loadmat(path).items() if not k.startswith("__")}
-
-
-def _of_parquet(path: Path) -> Mapping[str, NDArray[Any]]:
-    """The columns of a Parquet file; times of day as seconds from the first."""
-    try:
-        from pyarrow import parquet
-    except ImportError:
-        raise InputError(
-            f"{path}: Parquet needs the package pyarrow; install it with pip install"
-            " 'pamsim[parquet]', or save the log as a CSV"
-        ) from None
-    table: Any = parquet.read_table(path)
-    found: dict[str, NDArray[Any]] = {}
-    for name, column in zip(table.column_names, table.columns, strict=True):
-        values = column.to_numpy()
-        if values.dtype.kind == "M":
-            values = (values - values[0]) / np.timedelta64(1, "s")
-        found[name] = values
-    return found
-
-
-_ARRAYS = {".npz": _of_numpy, ".mat": _of_matlab, ".parquet": _of_parquet}
-"""End of a file's name -> reader of its arrays by name."""
 
 
 def _finite(cell: str, where: str) -> float:

@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pamsim.core.errors import InputError
+from pamsim.store.array_files import read_arrays
 
 FloatArray = NDArray[np.float64]
 
@@ -61,13 +62,7 @@ def read_policy(path: Path) -> PolicyFile:
     Raises:
         InputError: if the file is missing, no policy, or its layers do not fit each other.
     """
-    try:
-        with np.load(path, allow_pickle=False) as file:
-            arrays = {name: np.asarray(file[name]) for name in file.files}
-    except OSError as error:
-        raise InputError(f"cannot read {path}: {error.strerror or error}") from None
-    except ValueError:
-        raise InputError(f"{path} is no .npz of numbers") from None
+    arrays = read_arrays(path)
     depth = sum(name.startswith("w_") for name in arrays)
     try:
         policy = PolicyFile(

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import csv
 import json
+import os
+import signal
 import tomllib
 from pathlib import Path
 
@@ -170,3 +172,44 @@ def test_every_command_has_help():
 )  # fmt: skip
 def test_arguments_of_the_library_are_shown_as_flags_of_the_command(message, shown):
     assert with_flags(message, cli.get_command(None, "view")) == shown
+
+
+def test_nothing_is_written_over_without_force(tmp_path, monkeypatch, capsys):
+    file = tmp_path / "models.json"
+    assert run(monkeypatch, capsys, "models", "--json", str(file))[0] == 0
+    file.write_text("mine")
+    code, _, err = run(monkeypatch, capsys, "models", "--json", str(file))
+    assert (code, file.read_text()) == (2, "mine")
+    assert err.endswith("is there already; --force replaces it\n")
+    assert run(monkeypatch, capsys, "models", "--json", str(file), "--force")[0] == 0
+    assert json.loads(file.read_text())["schema"] == "pamsim-models/1"
+
+
+def test_a_folder_with_results_is_refused_before_anything_is_computed(
+    tmp_path, monkeypatch, capsys
+):
+    (tmp_path / "old.txt").write_text("")
+    for args in (["reproduce"], ["fit", "none.csv", "--compare"], ["hide", "none"]):
+        code, _, err = run(monkeypatch, capsys, *args, "--out", str(tmp_path))
+        assert code == 2
+        assert f"{tmp_path} holds results already (old.txt); --force replaces them" in err
+    assert [path.name for path in tmp_path.iterdir()] == ["old.txt"]
+
+
+def test_a_bad_option_leaves_no_folder(tmp_path, monkeypatch, capsys):
+    args = ["hide", "none", "--out", str(tmp_path / "out"), "--duration"]
+    assert run(monkeypatch, capsys, *args, "x")[0] == 2
+    assert run(monkeypatch, capsys, *args, "3s", "--rig", "mas21_arm")[0] == 2
+    assert not (tmp_path / "out").exists()
+
+
+def test_to_be_ended_is_to_be_interrupted(monkeypatch, capsys):
+    before = signal.getsignal(signal.SIGTERM)
+    monkeypatch.setattr(
+        "pamsim.fitting.models.models", lambda *_: os.kill(os.getpid(), signal.SIGTERM)
+    )
+    try:
+        code, _, err = run(monkeypatch, capsys, "models")
+    finally:
+        signal.signal(signal.SIGTERM, before)
+    assert (code, err.strip()) == (130, "pamsim: interrupted")

@@ -184,7 +184,8 @@ def test_places_that_cannot_take_the_result_are_refused_before_the_work(
         ("mas20_arm", tmp_path / "file", "is a file"),
         (rig_folder, rig_folder, "the folder of the rig it is made from"),
     ):
-        code, _, err = run(monkeypatch, capsys, "diagnose", "none", "--rig", rig, "--out", out)
+        args = ("--rig", rig, "--out", out, "--force")
+        code, _, err = run(monkeypatch, capsys, "diagnose", "none", *args)
         assert (code, words in err) == (2, True)
     code, _, err = run(monkeypatch, capsys, "diagnose", tmp_path / "none.csv")
     assert (code, "cannot read" in err) == (2, True)

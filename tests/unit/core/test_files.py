@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+import errno
+import os
+
 import pytest
 
-from pamsim.core.files import complete_file
+from pamsim.core.files import LOCK, complete_file, results_folder
 from tests.unit.core.refusals import refused
 
 
@@ -37,4 +40,63 @@ def test_what_stops_the_writing_leaves_the_old_file_and_nothing_else(tmp_path, s
 def test_a_place_that_cannot_be_written_is_one_line(tmp_path):
     (tmp_path / "file").write_text("")
     with refused("cannot write", "data.txt"), complete_file(tmp_path / "file" / "data.txt"):
+        pass
+
+
+def test_a_full_disk_leaves_the_old_file(tmp_path, monkeypatch):
+    path = tmp_path / "data.txt"
+    path.write_text("old")
+
+    def full(handle):
+        raise OSError(errno.ENOSPC, "No space left on device")
+
+    monkeypatch.setattr(os, "fsync", full)
+    with refused("cannot write", "No space left"), complete_file(path) as part:
+        part.write_text("new")
+    assert path.read_text() == "old"
+    assert list(tmp_path.iterdir()) == [path]
+
+
+def test_two_writers_of_one_file_do_not_share_their_halves(tmp_path):
+    path = tmp_path / "data.txt"
+    with complete_file(path) as first:
+        first.write_text("first")
+        with complete_file(path) as second:
+            second.write_text("second")
+        assert path.read_text() == "second"
+    assert path.read_text() == "first"
+    assert list(tmp_path.iterdir()) == [path]
+
+
+def test_others_may_read_a_file_as_any_new_one(tmp_path):
+    (tmp_path / "plain").write_text("")
+    with complete_file(tmp_path / "ours"):
+        pass
+    assert (tmp_path / "ours").stat().st_mode == (tmp_path / "plain").stat().st_mode
+
+
+def test_results_are_not_written_over_without_being_asked_to(tmp_path):
+    folder = tmp_path / "out"
+    with results_folder(folder) as there:
+        (there / "result.json").write_text("old")
+    assert [path.name for path in folder.iterdir()] == ["result.json"]
+    with refused("result.json", "`force` replaces", "another folder"), results_folder(folder):
+        pass
+    again = results_folder(folder, force=True)
+    with results_folder(folder, force=True), refused("another run writes"), again:
+        pass
+    with results_folder(folder, resume=True):
+        assert (folder / LOCK).exists()
+    assert (folder / "result.json").read_text() == "old"
+
+
+def test_a_run_that_wrote_nothing_leaves_no_folder(tmp_path):
+    with pytest.raises(KeyboardInterrupt), results_folder(tmp_path / "out"):
+        raise KeyboardInterrupt
+    assert not (tmp_path / "out").exists()
+
+
+def test_a_file_is_no_folder_for_results(tmp_path):
+    (tmp_path / "out").write_text("")
+    with refused("cannot write", "it is a file"), results_folder(tmp_path / "out"):
         pass

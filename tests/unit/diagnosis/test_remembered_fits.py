@@ -28,5 +28,5 @@ def test_fits_of_other_data_or_none_are_refused(tmp_path):
     with pytest.raises(InputError, match="holds no interrupted diagnosis"):
         RememberedFits(tmp_path, ["data", 1], resume=True)
     RememberedFits(tmp_path, ["data", 1])["one"] = FIT
-    with pytest.raises(InputError, match="other data or options"):
+    with pytest.raises(InputError, match="of other data, another rig"):
         RememberedFits(tmp_path, ["data", 2], resume=True)

@@ -1,0 +1,289 @@
+"""Whether broken input is refused in one line, quickly, or read; nothing else.
+
+    python scripts/trust/readers.py [--runs 1000] [--reader NAME] [--seed 0] [--json FILE]
+
+Each run spoils a good file (bytes turned, cut, doubled, moved; numbers too long, too large, not a
+number; nesting too deep; NUL, surrogates, formulas) and reads it: a rig's ``params.toml`` and its
+MJCF, ``recording.toml``, a CSV of a recording, measured tables, quantities with units, a saved
+policy, a checkpoint. Allowed are a result and an `InputError` or `EngineError` of one line. A run
+fails by another exception, by a message of several lines or of more than 1,000 characters, by 1 s
+of processor time, by more than 1 GiB of memory, or by the end of the process. Exits 1 if one fails.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import platform
+import resource
+import shutil
+import signal
+import sys
+import tempfile
+import traceback
+from collections.abc import Callable
+from concurrent.futures import ProcessPoolExecutor
+from concurrent.futures.process import BrokenProcessPool
+from dataclasses import dataclass
+from pathlib import Path
+
+import mujoco
+import numpy as np
+import pyarrow
+import scipy.io
+from pyarrow import parquet
+from tqdm import tqdm
+
+import pamsim
+from pamsim.core.errors import PamsimError
+from pamsim.core.recording import write_recording
+from pamsim.core.units import parse_quantity
+from pamsim.store.columns import read_columns
+from pamsim.store.json_file import CheckpointFile
+from pamsim.store.measured_table import read_measured
+from pamsim.store.policy_file import read_policy
+from pamsim.store.rig_file import shipped_rigs
+
+SECONDS, BYTES = 1.0, 1 << 30
+BATCH = 50
+
+NASTY = (
+    b"\x00", b"\xff\xfe", b"\xed\xa0\x80", b"9" * 5000, b"1e999", b"-1e-999", b"nan", b"inf", b"-0",
+    b"[" * 3000, b"{" * 3000, b"(" * 3000, b"\"", b"'''", b"\n\n", b"\r", b"\t", b",,,,", b";",
+    b"m**9**9**9**9", b"kPa^99999999", b"1/0", b"$\\bad{x$", b"p1000000000_kpa",
+    b"<replicate count=\"3000000\">", b"&lol;", b"../../../../etc/passwd", b"a" * 100_000,
+    b"true", b"1979-05-27T07:32:00", b"0x", b"1_0", "\u202e\U0001f4a5".encode(), b"=", b"#",
+)  # fmt: skip
+"""Put into a file, or in the place of a number in it."""
+
+
+def spoilt(good: bytes, rng: np.random.Generator) -> bytes:
+    """A file with one to four faults."""
+    text = bytearray(good)
+    for _ in range(int(rng.integers(1, 5))):
+        size = len(text)
+        at, end = sorted(int(i) for i in rng.integers(0, size + 1, 2))
+        end = min(end, at + int(rng.integers(1, 200)))
+        match int(rng.integers(6)):
+            case 0 if size:
+                text[at % size] = int(rng.integers(256))
+            case 1:
+                del text[at:end]
+            case 2:
+                text[at:at] = text[at:end] * int(rng.integers(1, 4))
+            case 3:
+                text[at:at] = NASTY[int(rng.integers(len(NASTY)))]
+            case 4:  # in the place of a number or a word
+                while at < size and not (chr(text[at]).isalnum()):
+                    at += 1
+                end = at
+                while end < size and chr(text[end]).isalnum():
+                    end += 1
+                text[at:end] = NASTY[int(rng.integers(len(NASTY)))]
+            case _:
+                del text[at:]
+    return bytes(text)
+
+
+@dataclass(frozen=True)
+class Reader:
+    """What is read.
+
+    Attributes:
+        make: writes good files into a folder; returns the one to spoil.
+        read: reads it, from that folder.
+    """
+
+    make: Callable[[Path], Path]
+    read: Callable[[Path], object]
+
+
+def _rig(folder: Path) -> Path:
+    shutil.copytree(shipped_rigs() / "mas20_arm", folder, dirs_exist_ok=True)
+    return folder / "params.toml"
+
+
+def _mjcf(folder: Path) -> Path:
+    _rig(folder)
+    return folder / "mas20_arm.xml"
+
+
+def _recording(folder: Path) -> Path:
+    rig = pamsim.load_rig("mas20_arm")
+    run = pamsim.simulate(rig, pamsim.pressure_step((3e5, 3e5), (3e5, 2e5), duration=0.1))
+    write_recording(folder, "mas20_arm", {"step": run})
+    return folder / "recording.toml"
+
+
+def _csv(folder: Path) -> Path:
+    return next(path for path in _recording(folder).parent.iterdir() if path.suffix == ".csv")
+
+
+def _table(folder: Path) -> Path:
+    path = folder / "map.csv"
+    rows = [f"{p},{k},{p * (0.3 - k):.3f}" for p in (100, 200, 300) for k in (0.0, 0.05, 0.1, 0.15)]
+    path.write_text("\n".join(["p_kpa,contraction,force_n", *rows]), encoding="utf-8")
+    return path
+
+
+def _text(content: str) -> Callable[[Path], Path]:
+    def make(folder: Path) -> Path:
+        path = folder / "text"
+        path.write_text(content, encoding="utf-8")
+        return path
+
+    return make
+
+
+def _policy(folder: Path) -> Path:
+    path = folder / "policy.npz"
+    shutil.copyfile(Path(__file__).parents[1] / "results" / "policy_step.npz", path)
+    return path
+
+
+def _arrays(ending: str) -> Callable[[Path], Path]:
+    """A log of arrays."""
+
+    def make(folder: Path) -> Path:
+        path = folder / f"log{ending}"
+        table = {"t": np.arange(50) * 0.01, "p": np.linspace(1e5, 2e5, 50)}
+        if ending == ".npz":
+            np.savez(path, **table)
+        elif ending == ".mat":
+            scipy.io.savemat(path, table)
+        else:
+            parquet.write_table(pyarrow.table(table), path)
+        return path
+
+    return make
+
+
+READERS = {
+    "params.toml": Reader(_rig, lambda path: pamsim.load_rig(path.parent)),
+    "MJCF": Reader(_mjcf, lambda path: pamsim.load_rig(path.parent)),
+    "recording.toml": Reader(_recording, pamsim.read_recordings),
+    "CSV of a recording": Reader(_csv, lambda path: pamsim.read_recordings(path.parent)),
+    "measured table": Reader(_table, lambda path: read_measured(path, 0.3)),
+    "quantity": Reader(
+        _text("4.87 bar"),
+        lambda path: parse_quantity(
+            path.read_bytes().decode("utf-8", "surrogateescape"), "kPa", "Pa", where="--pressure"
+        ),
+    ),
+    ".npz log": Reader(_arrays(".npz"), read_columns),
+    ".mat log": Reader(_arrays(".mat"), read_columns),
+    ".parquet log": Reader(_arrays(".parquet"), read_columns),
+    "checkpoint": Reader(
+        _text('{"settings": "ab", "fits": {"a": {"values": {"b": 1.0}}}}'),
+        lambda path: CheckpointFile(path).load(),
+    ),
+    "policy": Reader(_policy, read_policy),
+}
+
+
+def fault(reader: Reader, path: Path) -> str:
+    """What is wrong with how a reader answers to a file; empty if nothing is."""
+    try:
+        reader.read(path)
+    except PamsimError as error:
+        text = str(error)
+        if "\n" in text:
+            return f"several lines: {text[:80]!r}"
+        return "" if len(text) <= 1000 else "more than 1,000 characters"
+    except _TooLongError:
+        return "more than 1 s"
+    except MemoryError:
+        return "more than 1 GiB"
+    except BaseException as error:
+        frame = traceback.extract_tb(error.__traceback__)[-1]
+        return f"{type(error).__name__}: {str(error)[:80]!r} at {Path(frame.filename).name}"
+    return ""
+
+
+class _TooLongError(Exception):
+    pass
+
+
+def _too_long(number: int, frame: object) -> None:
+    raise _TooLongError
+
+
+def batch(name: str, seed: int, first: int, count: int) -> list[tuple[int, str]]:
+    """Faults of some runs, by their numbers; in a process of its own."""
+    reader = READERS[name]
+    found: list[tuple[int, str]] = []
+    signal.signal(signal.SIGVTALRM, _too_long)
+    with tempfile.TemporaryDirectory() as folder:
+        path = reader.make(Path(folder))
+        good = path.read_bytes()
+        reader.read(path)  # loads what is needed once
+        used = int(Path("/proc/self/statm").read_text().split()[0]) * resource.getpagesize()
+        resource.setrlimit(resource.RLIMIT_AS, (used + BYTES, resource.RLIM_INFINITY))
+        for run in range(first, first + count):
+            path.write_bytes(spoilt(good, np.random.default_rng([seed, run])))
+            signal.setitimer(signal.ITIMER_VIRTUAL, SECONDS)
+            try:
+                what = fault(reader, path)
+            except _TooLongError:
+                what = "more than 1 s"
+            finally:
+                signal.setitimer(signal.ITIMER_VIRTUAL, 0.0)
+            if what:
+                found.append((run, what))
+    return found
+
+
+def main() -> None:
+    """Run, print, write."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--runs", type=int, default=1000, help="of each reader")
+    parser.add_argument("--reader", choices=READERS)
+    parser.add_argument("--seed", type=int, default=0)
+    parser.add_argument("--json", type=Path)
+    options = parser.parse_args()
+    failed: dict[str, dict[str, list[int]]] = {}
+    for name in READERS if options.reader is None else (options.reader,):
+        faults: dict[str, list[int]] = {}
+        for first in tqdm(range(0, options.runs, BATCH), desc=name, unit="batch"):
+            count = min(BATCH, options.runs - first)
+            for run, what in _in_a_process(name, options.seed, first, count):
+                faults.setdefault(what, []).append(run)
+        failed[name] = faults
+        for what, runs in faults.items():
+            print(f"{name}: {len(runs)} x {what} (such as run {runs[0]})")
+    result = {
+        "command": f"python scripts/trust/readers.py --runs {options.runs} --seed {options.seed}",
+        "mujoco": mujoco.__version__,
+        "python": platform.python_version(),
+        "runs": dict.fromkeys(failed, options.runs),
+        "failed": {name: sum(map(len, faults.values())) for name, faults in failed.items()},
+        "faults": {n: {w: r[:5] for w, r in f.items()} for n, f in failed.items() if f},
+    }
+    print(json.dumps(result["failed"], indent=1))
+    if options.json is not None:
+        options.json.write_text(json.dumps(result, indent=1) + "\n", encoding="utf-8")
+    sys.exit(int(any(result["failed"].values())))
+
+
+_pool: list[ProcessPoolExecutor] = []
+
+
+def _in_a_process(name: str, seed: int, first: int, count: int) -> list[tuple[int, str]]:
+    """Runs of one batch; where the process ends in them, one by one to find out which."""
+    if not _pool:
+        _pool.append(ProcessPoolExecutor(1))
+    try:
+        return _pool[0].submit(batch, name, seed, first, count).result()
+    except BrokenProcessPool:
+        _pool.clear()
+        if count == 1:
+            return [(first, "the process ended")]
+        half = count // 2
+        return [
+            *_in_a_process(name, seed, first, half),
+            *_in_a_process(name, seed, first + half, count - half),
+        ]
+
+
+if __name__ == "__main__":
+    main()
