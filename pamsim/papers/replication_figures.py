@@ -13,6 +13,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+import pamsim.papers.alraouf2025.on_bench as alraouf_on_bench
+import pamsim.papers.nguyen2024.on_bench as nguyen_on_bench
+import pamsim.papers.sarosi.on_bench as sarosi_on_bench
+import pamsim.papers.vandamme2008.on_bench as vandamme_on_bench
 from pamsim.core.units import DEG_PER_RAD, PA_PER_KPA
 from pamsim.papers.alraouf2025.loop import branch_data, fit_arctangent, fit_bouc_wen
 from pamsim.papers.matiskova2021.stiffness import stiffness_over_pressure
@@ -38,9 +42,13 @@ def replication_figures(papers: Iterable[str]) -> dict[str, Curves]:
         papers: names; those without figures are left out.
 
     Returns:
-        Name of the paper -> curves by name, arrays (n,).
+        Name of the paper -> curves by name, arrays (n,); what the engine gives on the bench under
+        ``bench``.
     """
-    return {paper: _FIGURES[paper]() for paper in papers}
+    return {
+        paper: {**_FIGURES[paper](), **({"bench": _BENCHES[paper]()} if paper in _BENCHES else {})}
+        for paper in papers
+    }
 
 
 def _matiskova2021() -> Curves:
@@ -136,4 +144,10 @@ _FIGURES: Mapping[str, Callable[[], Curves]] = {
     "nguyen2024": _nguyen2024,
     "vandamme2008": pleated_curves,
     "sarosi": force_curves,
+}
+_BENCHES: Mapping[str, Callable[[], Curves]] = {
+    "alraouf2025": alraouf_on_bench.bench_curves,
+    "nguyen2024": nguyen_on_bench.bench_curves,
+    "vandamme2008": vandamme_on_bench.bench_curves,
+    "sarosi": sarosi_on_bench.bench_curves,
 }

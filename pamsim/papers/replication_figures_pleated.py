@@ -17,7 +17,14 @@ from pamsim.core.units import PA_PER_BAR
 from pamsim.muscles.pleated import FIT_RANGE, SLENDERNESS_6, pleated_function
 from pamsim.muscles.pleated_shape import pleated_max_contraction, pleated_shape_function
 from pamsim.papers.vandamme2008.numbers import value
-from pamsim.papers.vandamme2008.relays import RelaySum, levels_of, printed_weight, relay_weights
+from pamsim.papers.vandamme2008.relays import (
+    RelaySum,
+    levels_of,
+    line_slope,
+    major_loop,
+    printed_weight,
+    relay_weights,
+)
 
 FloatArray = NDArray[np.float64]
 
@@ -40,8 +47,8 @@ def pleated_curves() -> Mapping[str, Any]:
     """
     weights = relay_weights(_LEVELS, printed_weight)
     levels = levels_of(_LEVELS)
-    rising, falling = _major_loop(weights)
-    slope = float(levels @ (rising + falling)) / (2.0 * float(levels @ levels))
+    rising, falling = major_loop(weights)
+    slope = line_slope(weights)
     outer = _path((0.0, _LARGEST, 0.0))
     inner = _path((0.0, _LARGEST, _INNER[1], _INNER[0], _INNER[1]))
     outer_error, inner_error = _error(weights, outer, slope), _error(weights, inner, slope)
@@ -97,21 +104,6 @@ def _plane(weights: FloatArray) -> dict[str, Any]:
         "relays": plane.relays,
         "history": list(_HISTORY),
     }
-
-
-def _major_loop(weights: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Output on both branches at the levels [-]; inputs between levels see no other output."""
-    levels = levels_of(len(weights))
-    half_cell = 1.0 / len(weights)  # in the middle between two levels no rounding decides
-    up, down = RelaySum(weights), RelaySum(weights)
-    up.step(-1.1)
-    down.step(1.1)
-    low = [up.step(-1.1), *(up.step(float(u) + half_cell) for u in levels)]
-    high = [down.step(1.1), *(down.step(float(u) - half_cell) for u in levels[::-1])]
-    # At a level itself the output jumps: the mean of both sides is the curve's value there.
-    rising = 0.5 * (np.array(low[:-1]) + np.array(low[1:]))
-    falling = 0.5 * (np.array(high[:-1]) + np.array(high[1:]))
-    return rising, falling[::-1]
 
 
 def _error(weights: FloatArray, contraction: FloatArray, slope: float) -> FloatArray:

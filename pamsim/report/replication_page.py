@@ -12,6 +12,12 @@ from matplotlib.figure import Figure
 from pamsim.papers.replicate import PAPERS, SCHEMA
 from pamsim.report.numbers import NONE, fixed, number_or_none, plain, significant
 from pamsim.report.page import write_page
+from pamsim.report.replication_bench import (
+    alraouf2025_bench,
+    nguyen2024_bench,
+    sarosi_bench,
+    vandamme2008_bench,
+)
 from pamsim.report.replication_forces import force_laws, inverse_law
 from pamsim.report.replication_loops import loops_by_order, loops_by_test
 from pamsim.report.replication_preisach import exact_shape, force_loops, plane_and_loop
@@ -41,14 +47,24 @@ FIGURES: Mapping[str, Mapping[str, Callable[[Mapping[str, Any]], Figure]]] = {
     "alraouf2025": {
         "alraouf2025_arctangent": arctangent_loop,
         "alraouf2025_bouc_wen": bouc_wen_loop,
+        "alraouf2025_bench": alraouf2025_bench,
     },
-    "nguyen2024": {"nguyen2024_order": loops_by_order, "nguyen2024_tests": loops_by_test},
+    "nguyen2024": {
+        "nguyen2024_order": loops_by_order,
+        "nguyen2024_tests": loops_by_test,
+        "nguyen2024_bench": nguyen2024_bench,
+    },
     "vandamme2008": {
         "vandamme2008_plane": plane_and_loop,
         "vandamme2008_force": force_loops,
         "vandamme2008_exact": exact_shape,
+        "vandamme2008_bench": vandamme2008_bench,
     },
-    "sarosi": {"sarosi_laws": force_laws, "sarosi_inverse": inverse_law},
+    "sarosi": {
+        "sarosi_laws": force_laws,
+        "sarosi_inverse": inverse_law,
+        "sarosi_bench": sarosi_bench,
+    },
 }
 """Name of a paper -> file without ``.png`` -> what draws it from the paper's curves."""
 

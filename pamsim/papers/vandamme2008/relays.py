@@ -86,3 +86,24 @@ class RelaySum:
         fallen = u < levels[None, :]
         self.relays = np.where(risen, 1.0, np.where(fallen, -1.0, self.relays))
         return float(np.sum(self.weights * self.relays))
+
+
+def major_loop(weights: Array) -> tuple[Array, Array]:
+    """Output on both branches at the levels [-]; inputs between levels see no other output."""
+    levels = levels_of(len(weights))
+    half_cell = 1.0 / len(weights)  # in the middle between two levels no rounding decides
+    up, down = RelaySum(weights), RelaySum(weights)
+    up.step(-1.1)
+    down.step(1.1)
+    low = [up.step(-1.1), *(up.step(float(u) + half_cell) for u in levels)]
+    high = [down.step(1.1), *(down.step(float(u) - half_cell) for u in levels[::-1])]
+    # At a level itself the output jumps: the mean of both sides is the curve's value there.
+    rising = 0.5 * (np.array(low[:-1]) + np.array(low[1:]))
+    falling = 0.5 * (np.array(high[:-1]) + np.array(high[1:]))
+    return rising, falling[::-1]
+
+
+def line_slope(weights: Array) -> float:
+    """Slope [-] of W_fit: least squares on both branches of the major loop, through its middle."""
+    levels, branches = levels_of(len(weights)), sum(major_loop(weights))
+    return float(levels @ branches) / (2.0 * float(levels @ levels))

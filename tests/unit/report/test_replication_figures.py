@@ -38,13 +38,15 @@ def test_page_has_the_figures_of_the_papers_asked_for_and_their_captions(curves,
         "index.html",
         "nguyen2024_order.png",
         "nguyen2024_tests.png",
+        "nguyen2024_bench.png",
         "sarosi_laws.png",
         "sarosi_inverse.png",
+        "sarosi_bench.png",
     ]
     assert all(path.stat().st_size > 1000 for path in paths)
     source = paths[0].read_text(encoding="utf-8")
-    assert source.count("<figure") == 4
-    assert source.count("Assumed") == 3  # the inverse shares the constants of the laws above it
+    assert source.count("<figure") == 6
+    assert source.count("Assumed") == 5  # the inverse shares the constants of the laws above it
     assert "matiskova2021_static" not in source
 
 

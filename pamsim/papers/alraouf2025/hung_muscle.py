@@ -1,0 +1,132 @@
+"""A muscle that hangs and moves as Table 2 says: a force law under the paper's arctangent loop.
+
+The paper prints lengths over pressure, no force and no weight. What a muscle needs beside that to
+move in an engine is taken from an ideal braid with a threshold pressure and the rubber's spring,
+fitted to the 22 means of Table 2, both branches at once; half the width of its force loop goes
+with them.
+"""
+
+from __future__ import annotations
+
+import functools
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pamsim.core.units import PA_PER_KPA
+from pamsim.hysteresis.arctangent import Arctangent, half_width
+from pamsim.muscles.mckibben import ideal_force
+from pamsim.muscles.passive import tube_force
+from pamsim.muscles.tension import effective_pressure
+from pamsim.papers.alraouf2025.loop import branch_data
+from pamsim.papers.numerics import curve_fit, root
+
+FloatArray = NDArray[np.float64]
+
+LENGTH, DIAMETER = 0.3, 0.02
+"""Of the muscle without pressure, as printed [m]."""
+TOP = 500.0
+"""Highest pressure of the loop [kPa]."""
+
+_START = (0.7, 3e4, 1500.0, 40.0, 4.0)
+_LOWEST = (0.3, 0.0, 10.0, 0.2, 0.0)
+_HIGHEST = (0.9, 9e4, 1e4, 200.0, 50.0)
+
+
+@dataclass(frozen=True, kw_only=True)
+class HungMuscle:
+    """The numbers of the fit.
+
+    Attributes:
+        fibre_angle: [rad].
+        threshold: pressure lost to the tube [Pa].
+        stiffness: of the rubber at nominal length [N].
+        softening: of the rubber [-].
+        half_width: of the force loop between the steepest points of its branches [N].
+    """
+
+    fibre_angle: float
+    threshold: float
+    stiffness: float
+    softening: float
+    half_width: float
+
+    def pull(self, pressure: float, contraction: float) -> float:
+        """Force in the middle of the loop [N]; gauge pressure [Pa], contraction [-]."""
+        reaching = effective_pressure(pressure, self.threshold)
+        air = ideal_force(reaching, 1.0 - contraction, 1.0, DIAMETER, self.fibre_angle)
+        return air + tube_force(contraction, self.stiffness, self.softening, 0.0)
+
+    def highest(self, weight: float) -> float:
+        """Contraction at 500 kPa, where both branches meet [-]."""
+        top = TOP * PA_PER_KPA
+        return root(lambda kappa: self.pull(top, kappa) - weight, -0.3, 0.6, 1e-12)
+
+    def length(self, branch: str, pressure_kpa: FloatArray, weight: float) -> FloatArray:
+        """Lengths where the force balances a weight on one branch of the whole loop.
+
+        Args:
+            branch: ``up`` or ``down``.
+            pressure_kpa: (n,) gauge [kPa].
+            weight: that hangs on it [N].
+
+        Returns:
+            (n,) [cm].
+        """
+        high = self.highest(weight)
+        loop = Arctangent(high_contraction=high)
+        row = loop.own()
+        middle = 0.5 * (loop.middle_rising + loop.middle_falling)
+        per_width = self.half_width / half_width(row, 0, middle)
+        side = per_width if branch == "up" else -per_width  # contracting costs force
+
+        def balance(kappa: float, pressure: float) -> float:
+            share = min(max(kappa / high, 0.0), 1.0)
+            return self.pull(pressure, kappa) - side * half_width(row, 0, share) - weight
+
+        pressures = (pressure_kpa * PA_PER_KPA).tolist()
+        kappas = [root(lambda k, p=p: balance(k, p), -0.3, 0.6, 1e-12) for p in pressures]
+        return 100.0 * LENGTH * (1.0 - np.array(kappas))
+
+
+@functools.cache
+def fit_hung_muscle(weight: float) -> tuple[HungMuscle, float]:
+    """Least squares on the means of Table 2.
+
+    Args:
+        weight: that hangs on the muscle [N].
+
+    Returns:
+        The fit, and its RMS misfit [cm].
+    """
+    pressure, up = branch_data("up")
+    wanted = np.concatenate([up, branch_data("down")[1]])
+
+    def lengths(_: None, *values: float) -> FloatArray:
+        muscle = _of(values)
+        return np.concatenate([muscle.length(b, pressure, weight) for b in ("up", "down")])
+
+    fitted, _ = curve_fit(
+        lengths,
+        None,
+        wanted,
+        _START,
+        bounds=(_LOWEST, _HIGHEST),
+        method="trf",
+        x_scale=_START,
+        diff_step=1e-5,
+    )
+    rms = float(np.sqrt(np.mean((lengths(None, *fitted) - wanted) ** 2)))
+    return _of(tuple(float(value) for value in fitted)), rms
+
+
+def _of(values: tuple[float, ...]) -> HungMuscle:
+    angle, threshold, stiffness, softening, width = values
+    return HungMuscle(
+        fibre_angle=angle,
+        threshold=threshold,
+        stiffness=stiffness,
+        softening=softening,
+        half_width=width,
+    )

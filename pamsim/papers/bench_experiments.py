@@ -1,0 +1,146 @@
+"""The papers' muscles on the bench: their laws and operators as the engine runs them.
+
+Each paper's muscle is a rig of its own, ``models/muscle_bench/<paper>/params.toml``, on the MJCF of
+`muscle_bench`: a muscle under a force cell, with a machine that sets its length or a weight below.
+The pressure is imposed, or the air is shut in; what is read is what a laboratory reads, length,
+pressure and the tension at the cell.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pamsim.core.experiment import Experiment
+from pamsim.engine.rig import Rig, load_rig
+from pamsim.engine.simulate import simulate
+from pamsim.store.rig_file import shipped_rigs
+
+FloatArray = NDArray[np.float64]
+
+_SWINGING = 30.0  # until 30 kg that were let go hang still within 0.01 mm [s]
+
+
+@dataclass(frozen=True, kw_only=True)
+class BenchRun:
+    """What a bench reads.
+
+    Attributes:
+        time: (n,) [s].
+        contraction: (n,) of the muscle [-].
+        pressure: (n,) gauge [Pa].
+        tension: (n,) at the force cell [N].
+    """
+
+    time: FloatArray
+    contraction: FloatArray
+    pressure: FloatArray
+    tension: FloatArray
+
+
+def bench(paper: str) -> Rig:
+    """The muscle of a paper on the bench.
+
+    Args:
+        paper: its name, such as ``sarosi``.
+
+    Raises:
+        InputError: if no such bench is shipped.
+    """
+    return load_rig(shipped_rigs() / "muscle_bench" / paper)
+
+
+def stretched(
+    rig: Rig,
+    time: FloatArray,
+    contraction: FloatArray,
+    pressure: FloatArray | float,
+    *,
+    sealed: bool = False,
+    timestep: float | None = None,
+) -> BenchRun:
+    """Impose the length of the muscle.
+
+    Args:
+        rig: see `bench`.
+        time: (n,) evenly spaced, from 0 [s]; also when it is read.
+        contraction: (n,) imposed [-].
+        pressure: gauge [Pa], (n,) imposed, or one; with ``sealed`` that of the air at the start.
+        sealed: shut the air in.
+        timestep: of the engine [s]; the rig's own if left out.
+
+    Raises:
+        InputError: if the motion leaves the rod's range, or the times do not fit the time step.
+        SimulationError: if the run breaks down.
+    """
+    start, nominal = _lengths(rig)
+    imposed = np.broadcast_to(np.asarray(pressure, dtype=np.float64), time.shape)
+    air = np.zeros(time.shape) if sealed else imposed
+    position = (1.0 - contraction) * nominal - start
+    return _run(
+        rig,
+        Experiment(
+            drive={"muscle": "sealed" if sealed else "measured", "rod": "length"},
+            command_time=time,
+            command_value=np.column_stack([air, position]),
+            start_pressure=imposed[:1],
+            duration=float(time[-1]),
+            sample_rate=1.0 / float(time[1]),
+        ),
+        timestep,
+    )
+
+
+def hung(rig: Rig, time: FloatArray, pressure: FloatArray, *, load: float) -> BenchRun:
+    """Impose the pressure while a weight hangs on the muscle, which moves freely.
+
+    Args:
+        rig: see `bench`.
+        time: (n,) evenly spaced, from 0 [s]; also when it is read.
+        pressure: (n,) gauge [Pa].
+        load: below the rod [kg].
+
+    Raises:
+        SimulationError: if the run breaks down.
+    """
+    experiment = Experiment(
+        drive="measured",
+        command_time=time,
+        command_value=pressure[:, None],
+        start_pressure=pressure[:1],
+        duration=float(time[-1]),
+        sample_rate=1.0 / float(time[1]),
+        load=load,
+        settle=_SWINGING,
+    )
+    return _run(rig, experiment, None)
+
+
+def hanging_weight(rig: Rig, load: float) -> float:
+    """What hangs on the muscle, rod and load [N].
+
+    Args:
+        rig: see `bench`.
+        load: below the rod [kg].
+    """
+    gravity = -float(rig.model.opt.gravity[2])
+    return gravity * (float(rig.model.body("rod").mass[0]) + load)
+
+
+def _run(rig: Rig, experiment: Experiment, timestep: float | None) -> BenchRun:
+    run = simulate(rig, experiment, timestep=timestep).completed()
+    start, nominal = _lengths(rig)
+    return BenchRun(
+        time=run.time,
+        contraction=1.0 - (start + run.positions[:, 0]) / nominal,
+        pressure=run.pressure[:, 0],
+        tension=run.tension[:, 0],
+    )
+
+
+def _lengths(rig: Rig) -> tuple[float, float]:
+    """Length of the muscle where the rod's position is 0, and nominal length [m]."""
+    muscle = rig.muscles["muscle"]
+    return muscle.mounting.length_at_zero, muscle.braided.nominal_length
