@@ -57,8 +57,7 @@ def bench_curves() -> Mapping[str, Any]:
         ``held_percent`` (n,) [%]; ``isometric``: pressure -> (n,) force [N], engine;
         ``isometric_off_n``: its largest distance from (4) [N]; ``isotonic``: weight ->
         ``contraction_percent``, ``pressure_bar`` of the engine and ``inverse_bar`` by (5) for that
-        weight (m,), ``off_percent``, the largest distance from (4) in contraction [%], and
-        ``tension_off_n``, that of the tension from the weight [N];
+        weight (m,), and ``off_percent``, the largest distance from (4) in contraction [%];
         ``end_percent``: contraction at 6 bar without a load, by engine and by (4), and by (4)
         without any force [%]; ``map_rms_n``: distance from the published force map at its own
         points, of the engine and of (4) [N].
@@ -121,5 +120,4 @@ def isotonic(rig: Rig, load: float) -> Mapping[str, Any]:
         "inverse_bar": np.array([pressure_for(_LAW, weight, float(k)) for k in run.contraction])
         / PA_PER_BAR,
         "off_percent": 100.0 * float(np.max(np.abs(run.contraction - exact))),
-        "tension_off_n": float(np.max(np.abs(run.tension - weight))),
     }
