@@ -26,7 +26,10 @@ Gymnasium environments are registered by ``import pamsim.envs``; controllers are
 from __future__ import annotations
 
 import importlib
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
+
+from pamsim.core.numba_cache import choose_cache
 
 if TYPE_CHECKING:
     from pamsim.actuator.muscle import Muscle as Muscle
@@ -64,6 +67,8 @@ if TYPE_CHECKING:
     from pamsim.twins.hide import hide as hide
 
 __version__ = "0.1.0"
+
+choose_cache(Path(__file__).parent)  # before anything imports numba
 
 _HOME = {
     "Effect": "pamsim.effects.effect",

@@ -1,0 +1,59 @@
+"""Compiled code has a place also where neither the source nor the home can be written."""
+
+from __future__ import annotations
+
+import os
+import stat
+import tempfile
+from pathlib import Path
+
+import pytest
+
+from pamsim.core import numba_cache
+from pamsim.core.numba_cache import VARIABLE, choose_cache, writable
+
+
+@pytest.fixture(autouse=True)
+def _nowhere(tmp_path, monkeypatch):
+    """No folder set, the user's cache below a file, temporary files in the test's folder."""
+    (tmp_path / "file").write_text("")
+    (tmp_path / "tmp").mkdir()
+    monkeypatch.delenv(VARIABLE, raising=False)
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "file" / "cache"))
+    monkeypatch.setattr(tempfile, "tempdir", str(tmp_path / "tmp"))
+    yield
+    os.environ.pop(VARIABLE, None)  # what a test has set is not for the others
+
+
+def test_where_the_source_can_be_written_numba_chooses(tmp_path):
+    choose_cache(tmp_path)
+    assert VARIABLE not in os.environ
+
+
+def test_a_folder_that_is_stated_stays(tmp_path, monkeypatch):
+    monkeypatch.setenv(VARIABLE, "mine")
+    choose_cache(tmp_path / "file" / "source")
+    assert os.environ[VARIABLE] == "mine"
+
+
+def test_without_a_place_it_is_a_temporary_folder_and_it_is_said(tmp_path):
+    with pytest.warns(RuntimeWarning, match="Set NUMBA_CACHE_DIR"):
+        choose_cache(tmp_path / "file" / "source")
+    folder = Path(os.environ[VARIABLE])
+    assert folder.parent == tmp_path / "tmp"
+    assert stat.S_IMODE(folder.stat().st_mode) == 0o700
+
+
+def test_a_folder_that_others_may_write_is_not_taken(tmp_path):
+    planted = tmp_path / "tmp" / f"pamsim-{os.getuid()}"
+    planted.mkdir()
+    planted.chmod(0o777)
+    with pytest.warns(RuntimeWarning):
+        choose_cache(tmp_path / "file" / "source")
+    assert Path(os.environ[VARIABLE]) != planted
+
+
+def test_a_folder_below_a_file_cannot_be_written(tmp_path):
+    assert writable(tmp_path / "new" / "folder")
+    assert not writable(tmp_path / "file" / "folder")
+    assert numba_cache._users() == tmp_path / "file" / "cache"
