@@ -3,13 +3,16 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import click
 
 from pamsim.cli.main import FINDING, OK
 from pamsim.cli.options import json_option, out_option, resume_option
 from pamsim.cli.output import progress_bar, save_json
+
+if TYPE_CHECKING:
+    from pamsim.diagnosis.result import Diagnosis
 
 _FINE = ("no_gap", "named")
 _ROWS = 6  # of a table on the screen; the page has them all
@@ -51,8 +54,6 @@ def command(
     from pamsim.core.errors import InputError
     from pamsim.diagnosis.diagnose import Kind, diagnose, kind_of
     from pamsim.diagnosis.repaired_rig import check_folder
-    from pamsim.diagnosis.result import FILE, SCHEMA
-    from pamsim.store.json_file import read_json
 
     kind = kind_of(data)
     if resume and out is None:
@@ -79,6 +80,24 @@ def command(
             if out is not None and kind is Kind.RECORDINGS:
                 click.echo("fits are kept: continue with the same command and --resume", err=True)
             raise
+    return show(report, out, json_file, repaired=kind is Kind.RECORDINGS)
+
+
+def show(report: Diagnosis, out: Path | None, json_file: Path | None, *, repaired: bool) -> int:
+    """Write a diagnosis and its page, and print it.
+
+    Args:
+        report: what was found.
+        out: folder for page, JSON and rig, or None.
+        json_file: for the result alone, or None.
+        repaired: whether a repaired rig may have been written.
+
+    Returns:
+        The exit code.
+    """
+    from pamsim.diagnosis.result import FILE, SCHEMA
+    from pamsim.store.json_file import read_json
+
     if out is None:
         result = report.to_dict()
     else:
@@ -90,7 +109,7 @@ def command(
     save_json(json_file, result)
     _print(result)
     if out is not None:
-        if kind is Kind.RECORDINGS:
+        if repaired:
             none = "no repaired rig written: no single cause identified"
             click.echo(f"rig:  {result['repaired_rig'] or none}")
         click.echo(f"page: {out / 'index.html'}")

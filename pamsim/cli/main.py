@@ -21,6 +21,7 @@ from pamsim.core.errors import PamsimError, nearest
 OK, FINDING, BAD_INPUT, INTERRUPTED = 0, 1, 2, 130
 
 _COMMANDS = {
+    "demo": "Hide an effect in recordings of the arm and find it: what pamsim is for, in a minute.",
     "reproduce": "Simulate every printed MAS-20 experiment and compare (the main job).",
     "step": "One step response of any rig: pressures or valves, load, plot, CSV.",
     "identify": "Transfer functions from a recording or a simulation, with intervals and verdict.",

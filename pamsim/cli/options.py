@@ -54,7 +54,7 @@ def resume_option(help: str) -> Any:
     )
 
 
-def out_option(help: str, *, required: bool = False) -> Any:
+def out_option(help: str, *, required: bool = False, default: str | None = None) -> Any:
     """``--out``: a folder for results, kept from other runs until the command ends."""
 
     def keep(context: click.Context, parameter: click.Parameter, value: Path | None) -> Path | None:
@@ -66,7 +66,15 @@ def out_option(help: str, *, required: bool = False) -> Any:
         return root.with_resource(results_folder(value, force=forced(), resume=resume))
 
     def add(function: Any) -> Any:
-        option = click.option("--out", type=PATH, required=required, callback=keep, help=help)
+        option = click.option(
+            "--out",
+            type=PATH,
+            required=required,
+            default=default,
+            show_default=default is not None,
+            callback=keep,
+            help=help,
+        )
         return option(force_option(function))
 
     return add

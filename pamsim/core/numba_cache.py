@@ -4,8 +4,6 @@ from __future__ import annotations
 
 import os
 import sys
-import tempfile
-import warnings
 from pathlib import Path
 
 VARIABLE = "NUMBA_CACHE_DIR"
@@ -22,6 +20,8 @@ def choose_cache(package: Path) -> None:
     """
     if os.environ.get(VARIABLE) or os.access(package, os.W_OK) or writable(_users()):
         return
+    import warnings
+
     folder = _temporary()
     os.environ[VARIABLE] = str(folder)
     warnings.warn(
@@ -35,6 +35,8 @@ def choose_cache(package: Path) -> None:
 
 def writable(folder: Path) -> bool:
     """Whether a file can be made in a folder, which is created if need be."""
+    import tempfile
+
     try:
         folder.mkdir(parents=True, exist_ok=True)
         with tempfile.TemporaryFile(dir=folder):
@@ -54,6 +56,8 @@ def _users() -> Path:
 
 def _temporary() -> Path:
     """A temporary folder that is the user's alone: others must not put code there."""
+    import tempfile
+
     name = f"pamsim-{os.getuid()}" if hasattr(os, "getuid") else "pamsim"
     folder = Path(tempfile.gettempdir()) / name
     folder.mkdir(mode=0o700, exist_ok=True)

@@ -14,7 +14,7 @@ import pytest
 from pamsim.cli.main import main
 
 ROOT = Path(__file__).resolve().parents[2]
-PAGES = [ROOT / "README.md", *sorted((ROOT / "docs").glob("*.md"))]
+PAGES = [ROOT / "README.md", ROOT / "CONTRIBUTING.md", *sorted((ROOT / "docs").glob("*.md"))]
 IN_ONE_FOLDER = {"walkthrough.md", "own_physics.md"}  # tested block by block, in files of their own
 FENCE = re.compile(r"^```(\w+)\n(.*?)^```", re.MULTILINE | re.DOTALL)
 
@@ -83,12 +83,12 @@ def test_links_and_named_files_exist():
 
 def test_files_of_the_table_which_file_to_open_exist():
     """A name without a folder lies in that of the path before it."""
-    table = (ROOT / "README.md").read_text(encoding="utf-8").split("| question | file |")[1]
+    table = (ROOT / "CONTRIBUTING.md").read_text(encoding="utf-8").split("| question | file |")[1]
     count = 0
     for row in table.splitlines():
         folder = ROOT
         for name in re.findall(r"`([\w./]+(?:\.\w+|/))`", row):
             place = ROOT / name if "/" in name else folder / name
-            assert place.exists(), f"README.md: {name} in {row!r}"
+            assert place.exists(), f"CONTRIBUTING.md: {name} in {row!r}"
             folder, count = place.parent, count + 1
     assert count > 30
