@@ -8,7 +8,7 @@ from typing import Any
 
 import click
 
-from pamsim.cli.main import OK, with_flags
+from pamsim.cli.main import FINDING, OK, with_flags
 from pamsim.cli.options import PATH, Quantity, json_option, out_option
 from pamsim.cli.output import progress_bar, save_json
 from pamsim.core.errors import InputError
@@ -56,7 +56,7 @@ def command(
 
     DATA is a force map (p_kpa, contraction or length_mm, force_n), a length-pressure loop (p_kpa,
     length_cm) or force-displacement loops (time_s, force_n, displacement_mm, loop); the unit is in
-    the name of each column.
+    the name of each column. Exit 1 if the search did not converge.
     """
     from pamsim.fitting.fit import fit
     from pamsim.store.rig_file import add_rigs_laws
@@ -71,14 +71,16 @@ def command(
             progress=progress,
             **choices,
         )
-    save_json(json_file, result.to_dict())
+    found = result.to_dict()
+    save_json(json_file, found)
     click.echo(with_flags(result.summary(), command))
     if out is not None:
         from pamsim.report.fit_figure import write_fit_figure
 
-        for path in (write_fit_figure(result.to_dict(), out), result.save_parameters(out)):
+        for path in (write_fit_figure(found, out), result.save_parameters(out)):
             click.echo(f"wrote {path}")
-    return OK
+    best = found["fits"][: 1 if compare and found["kind"] == "force_map" else None]
+    return OK if all(one["converged"] for one in best) else FINDING
 
 
 def _held(texts: tuple[str, ...], model: str | None) -> dict[str, float]:

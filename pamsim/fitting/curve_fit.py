@@ -15,7 +15,7 @@ from pamsim.fitting.linear_part import Curve, best_linear, linear_coefficients
 from pamsim.fitting.scores import Scores, scores
 from pamsim.inference.bounded_least_squares import bounded_least_squares, one_by_one
 from pamsim.inference.coefficient import Coefficient
-from pamsim.inference.estimate import Estimate
+from pamsim.inference.estimate import Estimate, without_intervals
 from pamsim.inference.latin_hypercube import latin_hypercube
 from pamsim.inference.record_checks import finite_samples
 
@@ -64,6 +64,11 @@ class CurveFit:
     scores: Scores
     converged: bool
     evaluations: int
+
+    def __post_init__(self) -> None:
+        """State no interval where the search did not converge."""
+        if not self.converged:
+            object.__setattr__(self, "coefficients", without_intervals(self.coefficients))
 
     @property
     def values(self) -> FloatArray:

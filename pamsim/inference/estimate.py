@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
 from enum import StrEnum
 
 from pamsim.inference.free_parameter import Prior
@@ -74,3 +75,8 @@ class Estimate:
     standard_error: float | None = None
     rise95: float | None = None
     prior: PriorPull | None = None
+
+
+def without_intervals(estimates: Sequence[Estimate]) -> tuple[Estimate, ...]:
+    """The same of a search that did not converge: an interval about no optimum means nothing."""
+    return tuple(replace(one, interval95=None, standard_error=None) for one in estimates)

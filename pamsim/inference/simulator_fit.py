@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pamsim.core.encoding import NOT_IN_JSON, json_key, json_property
-from pamsim.inference.estimate import Estimate
+from pamsim.inference.estimate import Estimate, without_intervals
 from pamsim.inference.residual_block import BlockPlace
 
 FloatArray = NDArray[np.float64]
@@ -168,6 +168,11 @@ class SimulatorFit:
     diverged: int
     starts: tuple[StartReport, ...]
     linearisation: Linearisation = field(metadata=NOT_IN_JSON)
+
+    def __post_init__(self) -> None:
+        """State no interval where the search did not converge."""
+        if self.status is FitStatus.NOT_CONVERGED:
+            object.__setattr__(self, "parameters", without_intervals(self.parameters))
 
     @property
     def values(self) -> FloatArray:

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from pamsim.core.errors import InputError
 from pamsim.inference.coloured_noise import ArNoise
-from pamsim.inference.estimate import Estimate, Interval
+from pamsim.inference.estimate import Estimate, Interval, without_intervals
 from pamsim.linear.continuous_structure import ContinuousStructure
 from pamsim.linear.discrete_structure import DiscreteStructure
 from pamsim.linear.fit_percent import fit_percent
@@ -99,6 +99,11 @@ class IdentifiedModel:
     evaluations: int = 0
     unit_input: str = "-"
     unit_output: str = "-"
+
+    def __post_init__(self) -> None:
+        """State no interval where the search did not converge."""
+        if self.status is FitStatus.NOT_CONVERGED:
+            object.__setattr__(self, "estimates", without_intervals(self.estimates))
 
     def __getitem__(self, name: str) -> Estimate:
         """Return the estimate called ``name``, such as ``T1``."""

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -74,6 +75,14 @@ def test_the_interval_of_a_mean_is_students():
     fit = fit_curve(lambda v: np.full(4, v[0]), y, (free("m"),))
     half = 3.182446305 * math.sqrt(10.0 / 3.0) / 2.0  # t(3, 0.975) s / sqrt(n)
     assert fit.coefficients[0].interval95 == pytest.approx((3.0 - half, 3.0 + half), rel=1e-8)
+
+
+def test_a_search_that_did_not_converge_states_no_interval():
+    fit = fit_curve(lambda v: np.full(4, v[0]), np.array([1.0, 2.0, 4.0, 5.0]), (free("m"),))
+    assert fit.coefficients[0].interval95 is not None
+    stopped = replace(fit, converged=False)
+    assert stopped.coefficients[0].interval95 is None
+    assert stopped.coefficients[0].value == fit.coefficients[0].value
 
 
 def test_held_coefficients_stay_and_have_no_interval():

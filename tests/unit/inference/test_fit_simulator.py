@@ -217,6 +217,7 @@ def test_a_search_without_enough_steps_says_so():
     fit = fit_simulator(decay_rig(noisy()), DECAY, max_iterations=2)
     assert fit.status is FitStatus.NOT_CONVERGED
     assert "ran out of steps" in fit.sentence
+    assert all(p.interval95 is None and p.standard_error is None for p in fit.parameters)
 
 
 class Memory:

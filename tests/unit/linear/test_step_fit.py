@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from hypothesis import given, settings
@@ -45,6 +47,15 @@ def test_printed_g2_is_recovered_with_step_size_gain_and_dead_time() -> None:
     np.testing.assert_allclose(2.0 * step_response_band(fit, TIME).output, y, atol=1e-6)
     again = fit_step(TIME, y, order=2, step_size=2.0, gain=None, dead_time=True)
     assert np.array_equal(again.coordinates, fit.coordinates)
+
+
+def test_a_search_that_did_not_converge_states_no_interval() -> None:
+    rng = np.random.default_rng(1)
+    y = first_order_step(TIME, 0.3, 1.0) + 0.01 * rng.normal(size=TIME.size)
+    fit = fit_step(TIME, y, order=1, gain=None)
+    assert fit["T"].interval95 is not None
+    stopped = replace(fit, status=FitStatus.NOT_CONVERGED)
+    assert all(estimate.interval95 is None for estimate in stopped.estimates)
 
 
 def test_origin_of_time_does_not_matter_and_time_may_be_uneven() -> None:
