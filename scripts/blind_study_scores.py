@@ -273,7 +273,7 @@ def must_show(cases: Sequence[Case], repeats: int) -> list[dict[str, Any]]:
             plain_share([one for c, r in cases for one in _intervals(c, r)])
         ),
         Bar(quantity="limits of absent effects that are above the hidden value", low=0.98).judged(
-            plain_share([_holds(entry) for _, r in cases for entry in r["limits"].values()])
+            plain_share([_holds(entry) for _, r in cases for entry in _limits(r)])
         ),
         Bar(quantity="median seconds per diagnosis", high=30.0, aim=15.0, unit="s").judged(
             _median(r["seconds"] for _, r in cases)
@@ -344,7 +344,7 @@ def scores(cases: Sequence[Case]) -> dict[str, Any]:
             [one for c, r in of("library") for one in _intervals(c, r)]
         ),
         "limits of absent effects that are stated": plain_share(
-            [entry["limit"] is not None for _, r in cases for entry in r["limits"].values()]
+            [entry["limit"] is not None for _, r in cases for entry in _limits(r)]
         ),
     }
 
@@ -402,6 +402,12 @@ def _extra(case: Mapping[str, Any], row: Row) -> list[bool]:
     hit, false, _ = counts(case, row)
     extra = false if hit else 0
     return [k < extra for k in range(len(claims(row)))] if row["hidden"] else []
+
+
+def _limits(row: Row) -> list[Mapping[str, Any]]:
+    """Limits of the effects that were hidden; others may share a parameter with one of these."""
+    hidden = {name for effect in row["hidden"] for name in effect["stands_for"]}
+    return [entry for name, entry in row["limits"].items() if name in hidden]
 
 
 def _holds(entry: Mapping[str, Any]) -> bool:

@@ -61,6 +61,14 @@ def _usual_mode() -> int:
     return 0o666 & ~mask
 
 
+def is_file(path: Path) -> bool:
+    """Whether a file is there; a name that no file can have is none."""
+    try:
+        return path.is_file()
+    except OSError:
+        return False
+
+
 def refuse_existing(path: Path, force: bool) -> Path:
     """Refuse to write over a file.
 

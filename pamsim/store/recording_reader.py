@@ -14,7 +14,6 @@ see `pamsim.store.log_columns`.
 from __future__ import annotations
 
 import os
-import tomllib
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
@@ -28,6 +27,7 @@ from pamsim.core.trial import Trial, TrialSet
 from pamsim.store import even_clock, recording_checks, segments
 from pamsim.store.columns import Columns, read_columns
 from pamsim.store.log_columns import in_own_format, log_columns
+from pamsim.store.toml_file import read_toml
 from pamsim.store.trial_columns import TrialColumns, trial_columns
 
 INDEX = "recording.toml"
@@ -96,16 +96,12 @@ def read_recordings(path: str | os.PathLike[str]) -> TrialSet:
 
 def _index(path: Path) -> Mapping[str, Any]:
     try:
-        table = tomllib.loads(path.read_text(encoding="utf-8-sig"))
+        table = read_toml(path)
     except FileNotFoundError:
         raise InputError(
             f"no recording at {path.parent if path.name == INDEX else path}: give a folder with"
             f" {INDEX}, or that file"
         ) from None
-    except OSError as error:
-        raise InputError(f"cannot read {path}: {error.strerror}") from None
-    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
-        raise InputError(f"{path}: not valid TOML: {error}") from None
     if table.get("schema") not in (SCHEMA, WITH_COLUMNS):
         raise InputError(
             f"{path}: schema is {table.get('schema')!r}; this pamsim reads {SCHEMA!r} and, with"

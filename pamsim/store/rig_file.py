@@ -3,16 +3,17 @@
 from __future__ import annotations
 
 import os
-import tomllib
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
 from pamsim.core.errors import InputError, nearest
+from pamsim.core.files import is_file
 from pamsim.core.parameters import Sourced
 from pamsim.hysteresis.catalog import OPERATORS, Operator
 from pamsim.store.effects_file import OwnPhysics, read_effects
+from pamsim.store.toml_file import read_toml
 
 SCHEMA = "pamsim-rig/1"
 
@@ -79,7 +80,7 @@ def find_rig(rig: str | os.PathLike[str]) -> Path:
         InputError: if there is none, with the nearest name.
     """
     path = Path(rig)
-    if (path / "params.toml").is_file():
+    if is_file(path / "params.toml"):
         return path
     shipped = shipped_rigs()
     names = [p.parent.name for p in shipped.glob("*/params.toml")]
@@ -115,10 +116,7 @@ def read_rig(rig: str | os.PathLike[str]) -> RigFile:
     """
     folder = find_rig(rig)
     path = folder / "params.toml"
-    try:
-        table = tomllib.loads(path.read_text(encoding="utf-8"))
-    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
-        raise InputError(f"{path}: not valid TOML: {error}") from None
+    table = read_toml(path)
     if table.get("schema") != SCHEMA:
         raise InputError(f"{path}: schema is {table.get('schema')!r}; this pamsim reads {SCHEMA!r}")
     _check_keys(path, "", table, _TOP)
@@ -186,7 +184,7 @@ def _joints(path: Path, head: Mapping[str, Any]) -> tuple[str, ...]:
 
 def _file(path: Path, folder: Path, name: str) -> Path:
     found = folder / name
-    if not found.is_file():
+    if not is_file(found):
         raise InputError(f"{path}: names {name!r}, which is not in {folder}")
     return found
 

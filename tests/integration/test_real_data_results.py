@@ -204,9 +204,17 @@ def test_the_authors_own_models_stand_beside_what_pamsim_leaves(record, mas20):
 
 
 def test_what_is_declined_is_what_the_results_leave_open(record, mas20):
-    untold = [name for name, limit in mas20["absent"].items() if limit.get("cannot_tell")]
-    assert "How far " + _listed(untold) + " are excluded" in PAGE
-    assert all("outside the parameter's range" in mas20["absent"][n]["because"] for n in untold)
+    absent = mas20["absent"]
+    limited = [name for name, limit in absent.items() if not limit.get("cannot_tell")]
+    why = {name: limit.get("because", "") for name, limit in absent.items()}
+    outside = [name for name in why if "outside the parameter's range" in why[name]]
+    assert len(absent) == 12
+    assert f"of twelve only {_listed(limited)} have a limit" in PAGE
+    assert f"outside the parameter's range ({_listed(outside)})" in PAGE
+    assert all(
+        re.search("as well as the best|same family", why[name])
+        for name in set(absent) - {*limited, *outside}
+    )
     assert mas20["repaired_rig"] is None
     assert len(mas20["alternatives"]) == 7
     assert "seven sets of two predict" in PAGE

@@ -9,7 +9,7 @@ there is none.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,6 +18,7 @@ from pamsim.comparison.candidate import Candidate
 from pamsim.diagnosis.method.refit import Fitter, Refit
 from pamsim.diagnosis.method.screen import Screened
 from pamsim.diagnosis.method.signature import Signature, TangentSpace, signature
+from pamsim.diagnosis.method.verdict import Verdict
 from pamsim.diagnosis.method.verdict_thresholds import KNOWN_NUISANCE
 from pamsim.inference.free_parameter import FreeParameter
 from pamsim.inference.residual_block import BlockPlace
@@ -26,6 +27,9 @@ FloatArray = NDArray[np.float64]
 
 NOT_SHOWN = "the data do not show it at any size that was tried"
 OUT_OF_RANGE = "the limit would lie outside the parameter's range"
+
+TIED = "a model with it predicts as well as the best"
+UNEXPLAINED_PART = "what the model leaves unexplained may hide it"
 
 _ERRORS = 2.0
 """Standard errors by which the limit lies beyond the estimate: one-sided, 97.5 %."""
@@ -111,6 +115,40 @@ def absent_limits(
             )
         )
     return tuple(limits)
+
+
+def supported(
+    limits: Sequence[AbsentLimit],
+    verdict: Verdict,
+    families: Mapping[str, str],
+    models: Sequence[Sequence[str]],
+) -> tuple[AbsentLimit, ...]:
+    """Limits as far as the verdict supports the model that they were taken beside.
+
+    A model that leaves something may have taken up an effect in another's name, and of effects of
+    one family each takes up the others. Only a clean name, or no gap, leaves every limit.
+
+    Args:
+        limits: beside the best model.
+        verdict: of the diagnosis.
+        families: effect -> its family.
+        models: names of the effects of the best model and of those tied with it.
+    """
+    if verdict in (Verdict.NO_GAP, Verdict.NAMED):
+        return tuple(limits)
+    standing = {name: families.get(name) for names in models for name in names}
+
+    def why(limit: AbsentLimit) -> str | None:
+        if limit.cannot_tell is not None:
+            return limit.cannot_tell
+        if verdict is not Verdict.AMBIGUOUS:
+            return UNEXPLAINED_PART
+        if limit.effect in standing:
+            return TIED
+        same = [n for n, family in standing.items() if family == families.get(limit.effect)]
+        return f"{same[0]} is of the same family and may stand in for it" if same else None
+
+    return tuple(replace(limit, cannot_tell=why(limit)) for limit in limits)
 
 
 def farthest(parameter: FreeParameter, neutral: float) -> float:

@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pamsim.core.errors import InputError
-from pamsim.diagnosis.method.absent_limits import AbsentLimit
+from pamsim.diagnosis.method.absent_limits import AbsentLimit, supported
 from pamsim.diagnosis.method.evidence import Share, share_of_rows
 from pamsim.diagnosis.method.row_fit import RowSimulator
 from pamsim.diagnosis.method.row_model import RowEffect, RowModel, RowModels
@@ -134,6 +134,11 @@ def diagnose_rows(
         after=after,
         attempts=tuple(search.attempts),
         moving=tuple(effect.name for effect in moving),
-        absent=search.absent(best),
+        absent=supported(
+            search.absent(best),
+            verdict,
+            {effect.name: effect.family for effect in effects},
+            [model.names for model in (best, *tied)],
+        ),
         evaluations=simulator.evaluations,
     )

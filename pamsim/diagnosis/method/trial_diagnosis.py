@@ -12,7 +12,7 @@ from pamsim.comparison.candidate import Candidate
 from pamsim.comparison.noise_floor import NoiseFloor, floor_beside, noise_floor
 from pamsim.comparison.trial_residuals import TrialLayout, TrialSimulator
 from pamsim.core.errors import InputError
-from pamsim.diagnosis.method.absent_limits import AbsentLimit, absent_limits
+from pamsim.diagnosis.method.absent_limits import AbsentLimit, absent_limits, supported
 from pamsim.diagnosis.method.evidence import (
     Share,
     compare_trials,
@@ -223,11 +223,16 @@ def diagnose_trials(
         screened=screened,
         models=tuple(models),
         tried=tried,
-        absent=absent_limits(
-            fitter,
-            [s for s in screened if s.candidate.usual and s.candidate.name not in claimed],
-            base if best is None else best.fit,
-            nuisance,
+        absent=supported(
+            absent_limits(
+                fitter,
+                [s for s in screened if s.candidate.usual and s.candidate.name not in claimed],
+                base if best is None else best.fit,
+                nuisance,
+            ),
+            conclusion.verdict,
+            {s.candidate.name: s.candidate.family for s in screened},
+            [m.names for m in (best, *conclusion.tied) if m is not None],
         ),
         next_experiment=None
         if menu is None or best is None
@@ -366,6 +371,7 @@ def conclude(
         large_remainder=lack.significant or (remainder and left.gain > LARGE_REMAINDER_LOSS),
         untested=not lack.testable,
         strained=best.strained(),
+        rare=any(candidate.rare for candidate in best.candidates),
         tied=bool(tied),
     )
     return Conclusion(

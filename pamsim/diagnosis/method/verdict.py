@@ -52,6 +52,8 @@ class Evidence:
         untested: whether too few repeats share inputs to show a remainder of any size.
         strained: whether the best model needs a parameter at the end of its range, or a nuisance
             parameter far from what the rig states.
+        rare: whether the best model needs an effect that is tried only where the usual ones leave a
+            remainder.
         tied: whether another effect predicts held-out data as well as the best.
     """
 
@@ -64,6 +66,7 @@ class Evidence:
     large_remainder: bool = False
     untested: bool = False
     strained: bool = False
+    rare: bool = False
     tied: bool = False
 
 
@@ -71,14 +74,16 @@ def decide(evidence: Evidence) -> Verdict:
     """Reach the verdict: the one rule for every kind of data.
 
     A model that goes to its limits and still leaves something stands for what is missing, whatever
-    share of the gap it takes: a large gap is nearly closed by much that is not its cause.
+    share of the gap it takes: a large gap is nearly closed by much that is not its cause. So does
+    one with a rare effect: tried because something was left, it must leave nothing.
     """
     if not evidence.claimed and not evidence.gap:
         return Verdict.NOT_IDENTIFIABLE if evidence.suspected else Verdict.NO_GAP
     if not evidence.conclusive:
         return Verdict.NOT_IDENTIFIABLE
     short = evidence.remainder and evidence.explained < ADEQUATE
-    stands_in = evidence.strained and (evidence.remainder or evidence.large_remainder)
+    left = evidence.remainder or evidence.large_remainder
+    stands_in = left and (evidence.strained or evidence.rare)
     if not evidence.claimed or short or stands_in:
         return Verdict.UNEXPLAINED
     if evidence.tied:

@@ -38,3 +38,11 @@ def test_every_error_has_one_root_and_bad_input_is_told_from_the_rest():
 
 def test_a_simulation_error_keeps_what_was_recorded():
     assert SimulationError("stopped", recording="half").recording == "half"
+
+
+def test_a_message_is_one_line_that_can_be_printed():
+    shown = str(InputError("a\nb \x1b[31m\x00 " + "c" * 5000 + " d" * 5000))
+    assert shown.startswith("a b ")
+    assert shown.isprintable()
+    assert len(shown) <= 1000
+    assert str(InputError("x.toml: a = 3 is not known")) == "x.toml: a = 3 is not known"

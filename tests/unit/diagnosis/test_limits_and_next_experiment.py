@@ -9,7 +9,15 @@ import pytest
 
 from pamsim.comparison.noise_floor import noise_floor
 from pamsim.comparison.trial_residuals import TrialSimulator
-from pamsim.diagnosis.method.absent_limits import NOT_SHOWN, OUT_OF_RANGE, absent_limits
+from pamsim.diagnosis.method.absent_limits import (
+    NOT_SHOWN,
+    OUT_OF_RANGE,
+    TIED,
+    UNEXPLAINED_PART,
+    AbsentLimit,
+    absent_limits,
+    supported,
+)
 from pamsim.diagnosis.method.evidence import losses
 from pamsim.diagnosis.method.nuisance_by_protocol import nuisance_by_protocol
 from pamsim.diagnosis.method.refit import Fitter
@@ -154,6 +162,32 @@ def test_a_limit_outside_the_parameter_s_range_is_none():
     (bound,) = absent_limits(fitter, screen(fitter, base, (narrow,)), base, NUISANCE)
     assert bound.limit > 1e-4
     assert bound.cannot_tell == OUT_OF_RANGE
+
+
+LIMITS = [
+    AbsentLimit(effect=name, parameter="p", size=1.0, limit=2.0, cannot_tell=None)
+    for name in ("dry", "leak")
+]
+FAMILIES = {"dry": "friction", "load_dependent": "friction", "leak": "air"}
+
+
+@pytest.mark.parametrize("verdict", [Verdict.NO_GAP, Verdict.NAMED])
+def test_a_clean_verdict_leaves_every_limit(verdict):
+    assert supported(LIMITS, verdict, FAMILIES, [["load_dependent"]]) == tuple(LIMITS)
+
+
+@pytest.mark.parametrize("verdict", [Verdict.UNEXPLAINED, Verdict.NAMED_WITH_REMAINDER])
+def test_where_something_is_left_no_limit_is_stated(verdict):
+    for limit in supported(LIMITS, verdict, FAMILIES, [["load_dependent"]]):
+        assert limit.cannot_tell == UNEXPLAINED_PART
+
+
+def test_among_ties_an_effect_of_the_same_family_has_no_limit():
+    dry, leak = supported(LIMITS, Verdict.AMBIGUOUS, FAMILIES, [["x"], ["leak"]])
+    assert (dry.cannot_tell, leak.cannot_tell) == (None, TIED)
+    dry, leak = supported(LIMITS, Verdict.AMBIGUOUS, FAMILIES, [["x"], ["load_dependent"]])
+    assert dry.cannot_tell == "load_dependent is of the same family and may stand in for it"
+    assert leak.cannot_tell is None
 
 
 def test_a_parameter_that_stands_in_for_an_effect_differs_between_protocols():

@@ -308,8 +308,10 @@ def test_of_pairs_with_another_formula_both_are_claimed_or_tied(first, second, h
 
 @pytest.mark.parametrize(("limit", "hit"), [(1.1, 1), (0.9, 0), (None, 1)])
 def test_limits_hold_above_what_was_hidden_or_where_the_data_cannot_tell(limit, hit):
-    one = row("library", [LEAK], "no_gap", limits={"x": {"limit": limit, "truth": 1.0}})
+    one = row("library", [LEAK], "no_gap", limits={LEAK[0]: {"limit": limit, "truth": 1.0}})
     assert must([one], "limits")["hits"] == hit
+    other = row("library", [LEAK], "no_gap", limits={"valve_flow": {"limit": 0.0, "truth": 1.0}})
+    assert must([other], "limits")["count"] == 0
     stated = scores([one])["limits of absent effects that are stated"]
     assert stated["hits"] == (limit is not None)
 
