@@ -23,10 +23,8 @@ from pamsim.store.rig_file import RigFile
 _SENSOR = "sensor"
 _DIGITS = 10
 _RANGE_DIGITS = 5
-# These files describe the old parameters.
-_LEFT_BEHIND = shutil.ignore_patterns(
-    "params.toml", "README.md", "calibration.json", "__pycache__", LOCK
-)
+# Files that describe the old parameters.
+_LEFT_BEHIND = {"params.toml", "README.md", "calibration.json", "__pycache__", LOCK}
 
 
 def write_rig(
@@ -62,6 +60,10 @@ def write_rig(
     # Shared numbers first: they clear what single muscles had, which may follow again.
     for name in sorted(values, key=lambda name: ":" in name):
         _put(document, source, name, values[name])
+    outside = [key for key in ("mjcf", "scene") if _is_outside(source, document["rig"].get(key))]
+    files = [(source.folder / document["rig"][key]).resolve() for key in outside]
+    for key, file in zip(outside, files, strict=True):
+        document["rig"][key] = file.name
     text = tomlkit.dumps(document)
     if heading:
         text = "".join(f"# {line}\n" for line in heading.splitlines()) + text
@@ -71,14 +73,29 @@ def write_rig(
             source.folder,
             folder,
             dirs_exist_ok=True,
-            ignore=_LEFT_BEHIND,
+            ignore=_left_behind,
             copy_function=_copy,
         )
+        for file in files:
+            _copy(str(file), str(folder / file.name))
     except (OSError, shutil.Error) as error:
         raise InputError(f"cannot write {folder}: {error}") from None
     with complete_file(path) as part:
         part.write_text(text, encoding="utf-8")
     return path
+
+
+def _is_outside(source: RigFile, name: str | None) -> bool:
+    """Whether a file that a rig names lies outside its folder, as rigs may share an MJCF."""
+    if name is None:
+        return False
+    return not (source.folder / name).resolve().is_relative_to(source.folder.resolve())
+
+
+def _left_behind(folder: str, names: list[str]) -> set[str]:
+    """What is not copied: files about the old parameters, and folders of other rigs."""
+    rigs = {name for name in names if (Path(folder) / name / "params.toml").is_file()}
+    return rigs | (_LEFT_BEHIND & set(names))
 
 
 def _copy(source: str, target: str) -> None:

@@ -231,3 +231,13 @@ def test_a_finite_value_is_written_for_every_size(source, tmp_path):
         found = read_rig(tmp_path / "new").muscle["passive"]["stiffness"]
         assert found.si("N") == pytest.approx(value, rel=1e-9)
         assert dataclasses.asdict(found)["source"] == "identified by a test"
+
+
+def test_a_rig_that_shares_its_mjcf_takes_it_along_and_leaves_other_rigs(tmp_path):
+    for name in ("sarosi", "."):
+        folder = tmp_path / (name if name != "." else "bench")
+        own = find_rig("muscle_bench") / name
+        write_rig(read_rig(own), folder, {})
+        assert same_rig(pamsim.load_rig(folder), pamsim.load_rig(own))
+        assert {path.name for path in folder.iterdir()} >= {"muscle_bench.xml", "scene.xml"}
+        assert not any(path.is_dir() for path in folder.iterdir())
