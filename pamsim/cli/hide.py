@@ -11,6 +11,7 @@ from pamsim.cli.main import OK
 from pamsim.cli.options import (
     SECONDS,
     Quantities,
+    forced,
     json_option,
     names_option,
     out_option,
@@ -81,8 +82,11 @@ def command(
     The independent plant can also have effects that the library does not hold, such as
     quadratic_drag. Writes a recording folder and, beside it, the ground truth.
     """
+    from pamsim.core.files import refuse_existing
     from pamsim.twins.hide import hide
+    from pamsim.twins.synthetic_recording import ground_truth_file
 
+    refuse_existing(ground_truth_file(out), forced())
     names = [] if effects == "none" else [part.strip() for part in effects.split("+")]
     sizes = size * len(names) if len(size) == 1 else size
     if len(sizes) != len(names):

@@ -151,7 +151,7 @@ class Catalog(Mapping[str, AnyCard], Generic[AnyCard]):
 
 
 def user_code(law: Card) -> float:
-    """Code of a law that is not part of the package: even if it only pulls, odd if it may push."""
+    """Code of a law from outside, a pure number: even if it only pulls, odd if it may push."""
     text = [law.name, *(f"{name} {spec.unit}" for name, spec in specs(law.group))]
     text += [_source(function) for function in law.functions]
     own = zlib.crc32("\n".join(text).encode())

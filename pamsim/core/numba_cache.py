@@ -9,7 +9,7 @@ from pathlib import Path
 VARIABLE = "NUMBA_CACHE_DIR"
 
 
-def choose_cache(package: Path) -> None:
+def choose_cache(package: Path) -> bool:
     """Let numba keep compiled code in a temporary folder where it has no other; warns if so.
 
     It tries the folder of the source and the user's cache. In a container that may write neither,
@@ -17,9 +17,12 @@ def choose_cache(package: Path) -> None:
 
     Args:
         package: folder of the source.
+
+    Returns:
+        Whether the folder is a temporary one.
     """
     if os.environ.get(VARIABLE) or os.access(package, os.W_OK) or writable(_users()):
-        return
+        return False
     import warnings
 
     folder = _temporary()
@@ -31,6 +34,7 @@ def choose_cache(package: Path) -> None:
         RuntimeWarning,
         stacklevel=3,
     )
+    return True
 
 
 def writable(folder: Path) -> bool:

@@ -146,7 +146,7 @@ def chosen_rates(
 
 
 def user_output(law: float, par: Row, first: int, act: Row, x: float) -> float:
-    """`chosen_output` of an operator from outside the package; NaN if it is not loaded.
+    """`chosen_output` of an operator from outside the package [-]; NaN if it is not loaded.
 
     The compiled kernel finds the same function by `pamsim.engine.user_laws`.
     """
@@ -155,7 +155,7 @@ def user_output(law: float, par: Row, first: int, act: Row, x: float) -> float:
 
 
 def user_energy(law: float, par: Row, first: int, act: Row, x: float) -> float:
-    """`chosen_energy` of an operator from outside the package; NaN if it is not loaded."""
+    """`chosen_energy` of an operator from outside [contraction]; NaN if it is not loaded."""
     card = OPERATORS.with_code(law)
     return math.nan if card is None else card.energy(par, first, act, x)
 
@@ -170,7 +170,7 @@ def user_rates(
     x_rate: float,
     timestep: float,
 ) -> None:
-    """`chosen_rates` of an operator from outside the package; nothing if it is not loaded."""
+    """`chosen_rates` of an operator from outside [1/s]; writes nothing if it is not loaded."""
     card = OPERATORS.with_code(law)
     if card is not None:
         card.rates(par, first, act, rates, x, x_rate, timestep)

@@ -262,7 +262,7 @@ def pushes(law: float) -> bool:
 def user_force(
     law: float, par: Row, f: int, braid: int, pressure: float, contraction: float
 ) -> float:
-    """`chosen_force` of a law from outside the package; NaN if it is not loaded.
+    """`chosen_force` of a law from outside the package [N]; NaN if it is not loaded.
 
     The compiled kernel finds the same function by `pamsim.engine.user_laws`.
     """
@@ -275,7 +275,7 @@ def user_force(
 def user_volume(
     law: float, par: Row, f: int, braid: int, pressure: float, contraction: float
 ) -> float:
-    """`chosen_volume` of a law from outside the package; NaN if it is not loaded."""
+    """`chosen_volume` of a law from outside the package [m^2]; NaN if it is not loaded."""
     card = FORCE_LAWS.with_code(law)
     if card is None:
         return math.nan

@@ -23,6 +23,11 @@ FORMULATIONS = ("library", "plant", "independent")
 equations, integrator and inputs) by the library's; the independent plant by other formulas."""
 
 
+def ground_truth_file(folder: Path) -> Path:
+    """File of the ground truth of the recording in a folder: beside it, not in it."""
+    return folder.parent / f"{folder.name}.ground_truth.json"
+
+
 @dataclass(frozen=True, kw_only=True)
 class HideSettings:
     """How synthetic recordings are made.
@@ -160,6 +165,6 @@ class SyntheticRecording:
         write_recording(
             folder, self.reference, self.trials, self.protocols, forces=self.settings.forces
         )
-        file = folder.parent / f"{folder.name}.ground_truth.json"
+        file = ground_truth_file(folder)
         write_json(file, self.to_dict())
         return file

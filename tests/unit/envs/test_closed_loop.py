@@ -193,5 +193,5 @@ def test_a_missing_or_other_file_is_refused(tmp_path):
     with pytest.raises(InputError, match="cannot read"):
         read_policy(tmp_path / "none.npz")
     (tmp_path / "text.npz").write_text("hello")
-    with pytest.raises(InputError, match=r"no \.npz"):
+    with pytest.raises(InputError, match=r"cannot be read as \.npz"):
         read_policy(tmp_path / "text.npz")
