@@ -2,8 +2,8 @@
 
 A package adds its laws by an entry point of the group ``pamsim.laws``, a rig by a file
 ``effects.py`` in its folder. What is in the package has small codes in the compiled kernel; what is
-added has one that follows from its name, its parameters and its source text, so that a saved model
-never runs with another law than the one it was made with.
+added has one that follows from its name, its parameters and the text of its file, so that a saved
+model never runs with another law than the one it was made with.
 """
 
 from __future__ import annotations
@@ -159,8 +159,9 @@ def user_code(law: Card) -> float:
 
 
 def _source(function: Callable[..., Any]) -> str:
+    """Text of the whole file: what the function calls there counts as well."""
     try:
-        return inspect.getsource(function)
+        return inspect.getsource(inspect.getmodule(function) or function)
     except (OSError, TypeError):  # typed at a prompt
         return repr(function.__code__.co_code)
 
