@@ -47,7 +47,6 @@ if TYPE_CHECKING:
     from pamsim.effects.effect import EffectParameter as EffectParameter
     from pamsim.engine.attach import attach as attach
     from pamsim.engine.attach import compile_model as compile_model
-    from pamsim.engine.callback import live as live
     from pamsim.engine.new_rig import new_rig as new_rig
     from pamsim.engine.rig import load_rig as load_rig
     from pamsim.engine.simulate import simulate as simulate
@@ -55,6 +54,7 @@ if TYPE_CHECKING:
     from pamsim.engine.state import reset as reset
     from pamsim.engine.state import restore_state as restore_state
     from pamsim.engine.state import save_state as save_state
+    from pamsim.engine.stepping import live as live
     from pamsim.fitting.fit import fit as fit
     from pamsim.hysteresis.catalog import Operator as Operator
     from pamsim.hysteresis.group import Hysteresis as Hysteresis
@@ -90,7 +90,7 @@ _HOME = {
     "hide": "pamsim.twins.hide",
     "import_log": "pamsim.comparison.import_log",
     "identify": "pamsim.identification.identify",
-    "live": "pamsim.engine.callback",
+    "live": "pamsim.engine.stepping",
     "load_rig": "pamsim.engine.rig",
     "new_rig": "pamsim.engine.new_rig",
     "parameter": "pamsim.core.parameters",

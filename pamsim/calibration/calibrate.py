@@ -29,6 +29,7 @@ from pamsim.comparison.measurements import (
 from pamsim.comparison.trial_prediction import AT_REST, CHANNELS, Prediction, check_channels
 from pamsim.core.blas_threads import one_blas_thread
 from pamsim.core.errors import InputError, nearest
+from pamsim.core.files import refuse_file
 from pamsim.core.progress import Progress
 from pamsim.engine.rig import Rig, load_rig
 from pamsim.inference.fit_simulator import fit_simulator
@@ -212,8 +213,7 @@ def _checkpoint(out: Path | None, resume: bool) -> CheckpointFile | None:
         if resume:
             raise InputError("`resume` needs `out`: the folder of the interrupted calibration")
         return None
-    if out.exists() and not out.is_dir():
-        raise InputError(f"{out} is a file; name a folder to write into")
+    refuse_file(out)
     checkpoint = CheckpointFile(out / CHECKPOINT)
     if not resume:
         checkpoint.clear()

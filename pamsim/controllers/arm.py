@@ -15,8 +15,8 @@ import numpy as np
 
 from pamsim.actuator.layout import slot
 from pamsim.core.errors import InputError
-from pamsim.engine.callback import muscle_ids
 from pamsim.engine.rig import Rig
+from pamsim.engine.stepping import muscle_ids
 
 _SUPPLY = slot("valve.supply_pressure")
 

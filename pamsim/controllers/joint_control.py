@@ -21,9 +21,9 @@ from pamsim.controllers.controller import Command, Observation
 from pamsim.controllers.pid import PidLaw, PidMemory
 from pamsim.controllers.pressure_rate import regulated_lag
 from pamsim.core.errors import InputError
-from pamsim.engine.callback import muscle_ids
 from pamsim.engine.equilibrium import StillRig
 from pamsim.engine.rig import Rig
+from pamsim.engine.stepping import muscle_ids
 from pamsim.linear.imc_tuning import imc_gains
 from pamsim.linear.second_order_model import SecondOrderModel
 

@@ -11,7 +11,7 @@ from pathlib import Path
 from pamsim.core.errors import InputError
 
 LOCK = ".pamsim.lock"
-"""In a folder that a run writes to. It stays there, empty, and means nothing once the run ended."""
+"""In a folder while a run writes to it; what a killed run leaves of it means nothing."""
 
 
 @contextlib.contextmanager
@@ -87,6 +87,20 @@ def refuse_existing(path: Path, force: bool) -> Path:
     return path
 
 
+def refuse_file(folder: Path) -> Path:
+    """Refuse a file where a folder is to be.
+
+    Returns:
+        The folder.
+
+    Raises:
+        InputError: if it is a file.
+    """
+    if folder.exists() and not folder.is_dir():
+        raise InputError(f"cannot write {folder}: it is a file; name a folder")
+    return folder
+
+
 @contextlib.contextmanager
 def results_folder(path: Path, *, force: bool = False, resume: bool = False) -> Generator[Path]:
     """Keep a folder for the results of one run, for a ``with`` block.
@@ -102,8 +116,7 @@ def results_folder(path: Path, *, force: bool = False, resume: bool = False) -> 
     """
     from filelock import FileLock, Timeout
 
-    if path.exists() and not path.is_dir():
-        raise InputError(f"cannot write {path}: it is a file; name a folder for the results")
+    refuse_file(path)
     if not force and not resume and path.is_dir():
         there = sorted(entry.name for entry in path.iterdir() if entry.name != LOCK)
         if there:

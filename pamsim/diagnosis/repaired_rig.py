@@ -9,6 +9,7 @@ from pathlib import Path
 
 from pamsim.comparison.readable_unit import readable, readable_interval, readable_unit
 from pamsim.core.errors import InputError
+from pamsim.core.files import refuse_file
 from pamsim.core.parameters import Sourced
 from pamsim.diagnosis.method.trial_model import TrialModel
 from pamsim.engine.rig import Rig
@@ -45,8 +46,7 @@ def check_folder(out: Path, rig: str | None) -> None:
     Raises:
         InputError: if the folder is a file, or the rig is read from it.
     """
-    if out.exists() and not out.is_dir():
-        raise InputError(f"{out} is a file; name a folder to write into")
+    refuse_file(out)
     if rig is None:
         return
     old, new = find_rig(rig).resolve(), (out / RIG_FOLDER).resolve()

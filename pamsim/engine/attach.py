@@ -9,7 +9,7 @@ from pamsim.actuator.muscle import Muscle
 from pamsim.core.catalog import USER_DEFINED
 from pamsim.core.errors import InputError, nearest
 from pamsim.engine import plugin
-from pamsim.engine.callback import muscle_ids, refuse_multistage
+from pamsim.engine.stepping import muscle_ids, refuse_multistage
 from pamsim.engine.supply_check import check_supply
 
 _PARTNER = slot("partner")

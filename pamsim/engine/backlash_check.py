@@ -9,7 +9,7 @@ import mujoco
 from pamsim.actuator.layout import slot
 from pamsim.actuator.muscle import Muscle
 from pamsim.core.errors import InputError
-from pamsim.engine.callback import muscle_ids
+from pamsim.engine.stepping import muscle_ids
 
 _PARTNER = slot("partner")
 

@@ -20,11 +20,11 @@ from numpy.typing import NDArray
 from pamsim.core.errors import InputError
 from pamsim.core.experiment import Experiment
 from pamsim.core.recording import Recording
-from pamsim.engine.callback import live
 from pamsim.engine.rig import Rig
 from pamsim.engine.settle import settle
 from pamsim.engine.simulate import Run, prepare, record
 from pamsim.engine.state import restore_state, save_state, settled
+from pamsim.engine.stepping import live
 from pamsim.engine.timestep_check import check_timestep
 
 _Key: TypeAlias = tuple[object, ...]

@@ -12,8 +12,8 @@ from numpy.typing import NDArray
 
 from pamsim.actuator.kernel import sensed_pressure
 from pamsim.actuator.layout import AIR
-from pamsim.engine.callback import muscle_ids
 from pamsim.engine.jit import fingerprint, reached_functions
+from pamsim.engine.stepping import muscle_ids
 
 FloatArray = NDArray[np.float64]
 _Read: TypeAlias = Callable[..., None]

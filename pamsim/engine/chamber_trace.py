@@ -10,8 +10,8 @@ import mujoco
 import numpy as np
 
 from pamsim.actuator.kernel import sensed_pressure, tension
-from pamsim.engine.callback import muscle_ids
 from pamsim.engine.jit import fingerprint, reached_functions
+from pamsim.engine.stepping import muscle_ids
 from pamsim.engine.trace import FloatArray
 
 _Law: TypeAlias = Callable[..., float]

@@ -19,8 +19,8 @@ from pamsim.actuator.kernel import chain_length, chain_ratio
 from pamsim.actuator.layout import slot
 from pamsim.actuator.static_muscle import limited, static_force
 from pamsim.core.errors import InputError
-from pamsim.engine.callback import muscle_ids
 from pamsim.engine.rig import Rig
+from pamsim.engine.stepping import muscle_ids
 from pamsim.muscles.tension import taut
 
 FloatArray = NDArray[np.float64]

@@ -6,8 +6,8 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
-from pamsim.engine.callback import muscle_ids
 from pamsim.engine.rig import Rig
+from pamsim.engine.stepping import muscle_ids
 
 FloatArray = NDArray[np.float64]
 

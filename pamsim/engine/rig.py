@@ -27,7 +27,6 @@ from pamsim.core.errors import InputError, nearest
 from pamsim.core.parameters import FieldSpec, Sourced, check_value, specs
 from pamsim.core.signal_names import SignalNames
 from pamsim.engine.attach import attach, compile_model
-from pamsim.engine.callback import set_integrator
 from pamsim.engine.dry_friction import (
     apply_friction_speed,
     make_friction_stick,
@@ -35,6 +34,7 @@ from pamsim.engine.dry_friction import (
 )
 from pamsim.engine.joints import recorded_joints
 from pamsim.engine.native import copy_natives, is_native, native_si, set_native
+from pamsim.engine.stepping import set_integrator
 from pamsim.engine.visual_geoms import remove_visual_geoms
 from pamsim.hysteresis.group import COMMON_FIELDS, Hysteresis
 from pamsim.signals.sensors import MeasurementChain

@@ -13,7 +13,6 @@ from pamsim.core.errors import InputError
 from pamsim.core.experiment import Experiment
 from pamsim.core.recording import Outcome, Recording
 from pamsim.engine.backlash_check import check_backlash
-from pamsim.engine.callback import live
 from pamsim.engine.chamber_trace import gauge_pressures, tensions
 from pamsim.engine.contacts import may_collide
 from pamsim.engine.delayed_command import arriving_commands
@@ -31,6 +30,7 @@ from pamsim.engine.sampling import (
 )
 from pamsim.engine.settle import EachStep, settle
 from pamsim.engine.state import restore_state, save_state
+from pamsim.engine.stepping import live
 from pamsim.engine.supply_check import check_supply
 from pamsim.engine.timestep_check import check_timestep
 from pamsim.engine.trace import empty_trace, first_breakdown

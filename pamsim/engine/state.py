@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from pamsim.actuator.kernel import gauge_pressure
 from pamsim.actuator.rest_state import quieten, rest
 from pamsim.core.errors import InputError
-from pamsim.engine.callback import muscle_ids
+from pamsim.engine.stepping import muscle_ids
 
 _FULL = mujoco.mjtState.mjSTATE_INTEGRATION
 

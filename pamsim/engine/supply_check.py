@@ -6,7 +6,7 @@ import mujoco
 
 from pamsim.actuator.layout import slot
 from pamsim.core.errors import InputError
-from pamsim.engine.callback import muscle_ids
+from pamsim.engine.stepping import muscle_ids
 
 _LINE, _RESISTANCE = slot("valve.supply_line"), slot("valve.supply_resistance")
 _SHARED = (

@@ -11,7 +11,7 @@ from pamsim.actuator.muscle import Muscle
 from pamsim.actuator.regulation import regulator_time_constant
 from pamsim.actuator.step_limits import bristle_stiffness, chain_step_limit
 from pamsim.core.errors import InputError
-from pamsim.engine.callback import muscle_ids
+from pamsim.engine.stepping import muscle_ids
 
 _MOST_BENDING = 2.0  # half of where an arm on its bristles becomes unstable
 

@@ -15,9 +15,9 @@ from mujoco.batch import Batch
 from numpy.typing import NDArray
 
 from pamsim.core.errors import EngineError
-from pamsim.engine.callback import check_steppable
 from pamsim.engine.rig import Rig
 from pamsim.engine.state import restore_state, save_state
+from pamsim.engine.stepping import check_steppable
 from pamsim.engine.timers import StoppedTimers
 
 FloatArray = NDArray[np.float64]

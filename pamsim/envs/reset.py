@@ -7,10 +7,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pamsim.core.experiment import Experiment
-from pamsim.engine.callback import live
 from pamsim.engine.rig import Rig
 from pamsim.engine.settle import settle
 from pamsim.engine.state import save_state
+from pamsim.engine.stepping import live
 from pamsim.engine.timestep_check import check_timestep
 from pamsim.envs.actions import ActionKind
 

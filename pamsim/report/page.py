@@ -32,7 +32,7 @@ import jinja2
 from matplotlib.figure import Figure
 
 from pamsim.core.errors import InputError
-from pamsim.core.files import complete_file
+from pamsim.core.files import complete_file, refuse_file
 from pamsim.report.numbers import FILTERS
 from pamsim.report.physical_words import physical_words
 from pamsim.report.style import save_png
@@ -140,8 +140,7 @@ def save_page(
     Raises:
         InputError: if the place is a file, or cannot be written.
     """
-    if out.exists() and not out.is_dir():
-        raise InputError(f"{out} is a file; name a folder to write the page into")
+    refuse_file(out)
     images: dict[str, PageImage] = {}
     page = out / "index.html"
     try:

@@ -8,7 +8,7 @@ import mujoco
 
 from pamsim.actuator.static_muscle import muscle_length
 from pamsim.core.errors import EngineError
-from pamsim.engine.callback import muscle_ids
+from pamsim.engine.stepping import muscle_ids
 from pamsim.scene.muscle_shape import Vector
 
 

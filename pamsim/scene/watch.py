@@ -10,9 +10,9 @@ import numpy as np
 
 from pamsim.core.errors import InputError
 from pamsim.core.units import PA_PER_KPA
-from pamsim.engine.callback import live
 from pamsim.engine.rig import Rig
 from pamsim.engine.state import pressures, reset
+from pamsim.engine.stepping import live
 from pamsim.scene.pose import muscle_lengths, pose
 from pamsim.scene.replay import Replay
 from pamsim.scene.viewer import ArmViewer

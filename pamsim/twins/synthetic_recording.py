@@ -9,6 +9,7 @@ from typing import Any
 
 from pamsim.core.encoding import to_dict
 from pamsim.core.errors import InputError, nearest
+from pamsim.core.files import refuse_file
 from pamsim.core.recording import Recording, write_recording
 from pamsim.engine.rig import Rig
 from pamsim.engine.rig_parameter import rig_parameter
@@ -160,8 +161,7 @@ class SyntheticRecording:
             InputError: if the folder cannot be written.
         """
         folder = Path(folder)
-        if folder.exists() and not folder.is_dir():
-            raise InputError(f"{folder} is a file; name a folder to write into")
+        refuse_file(folder)
         write_recording(
             folder, self.reference, self.trials, self.protocols, forces=self.settings.forces
         )

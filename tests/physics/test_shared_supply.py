@@ -13,7 +13,7 @@ import pamsim
 from pamsim.actuator import kernel
 from pamsim.actuator.layout import AIR, SAG, slot
 from pamsim.core.errors import InputError
-from pamsim.engine.callback import BACKENDS
+from pamsim.engine.stepping import BACKENDS
 from pamsim.pneumatics.air import GAS_CONSTANT
 from pamsim.pneumatics.orifice import mass_flow
 from pamsim.twins.plant.read_rig import read_rig

@@ -11,9 +11,9 @@ import numpy as np
 import pytest
 
 from pamsim.core.errors import EngineError, InputError
-from pamsim.engine.callback import live
 from pamsim.engine.rig import load_rig
 from pamsim.engine.state import pressures, reset
+from pamsim.engine.stepping import live
 from pamsim.scene import viewer as viewer_module
 from pamsim.scene.pose import muscle_lengths, pose
 from pamsim.scene.replay import read_replay
