@@ -1,7 +1,7 @@
 """How often `pamsim diagnose` is right about effects that an independent plant hides.
 
     python scripts/blind_study.py --repeats 3|2|4|1 [--first N] [--tier TIER] [--workers 2]
-        [--stopped] [--json FILE]
+        [--from N] [--stopped] [--json FILE]
 
 Every case of blind_study_cases.json is a recording on disk (five inputs that no diagnosis
 contains, in two settings, 5 s at 100 Hz) of a rig as the independent plant simulates it: its own
@@ -155,6 +155,10 @@ def found_row(
         "refused": result.get("refused"),
         "claimed": sorted(set(claimed)),
         "certain": list(result["certain"]),
+        "families": {
+            family: {n: {k: q[k] for k in ("value", "interval95")} for n, q in sizes.items()}
+            for family, sizes in result.get("certain_families", {}).items()
+        },
         "suggested": sorted({*claimed, *others}),
         "nearest": None if result["resembles"] is None else result["resembles"]["name"],
         "explained": result["explained"],
@@ -228,7 +232,10 @@ def main() -> None:
     """Run what is left, score, write."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--repeats", type=int, choices=REPEATS, required=True)
-    parser.add_argument("--first", type=int, help="number of cases; all if left out")
+    parser.add_argument("--first", type=int, help="number of the last case; all if left out")
+    parser.add_argument(
+        "--from", dest="begin", type=int, default=1, help="number of the first case"
+    )
     parser.add_argument("--tier", default="", help="only cases of this tier")
     parser.add_argument("--workers", type=int, default=2)
     parser.add_argument("--stopped", action="store_true", help="score the finished rows only")
@@ -238,7 +245,8 @@ def main() -> None:
     mark = fingerprint(
         "pamsim", __file__, CASES, here / "blind_study_scores.py", *Path("models").glob("*/*.*ml")
     )
-    chosen = [c for c in cases() if options.tier in ("", c["tier"])][: options.first]
+    some = cases()[options.begin - 1 : options.first]
+    chosen = [c for c in some if options.tier in ("", c["tier"])]
     tasks = [_key(f"repeats {options.repeats}", case) for case in chosen]
     if options.stopped:
         lines = KEPT.read_text(encoding="utf-8").splitlines() if KEPT.exists() else []

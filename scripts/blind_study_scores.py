@@ -20,10 +20,12 @@ Terms, none of which depends on a threshold of the study:
 - size: in physical terms, by one quantity per family that was chosen before any run. Friction by
   the torque in sliding, since every law of friction has one, while one that is smooth in speed has
   no breakaway; hysteresis by the half-width of the loop, from which its energy follows but for the
-  shape. A case without a right name, or whose diagnosis states no such quantity, is a miss. If
-  several right names share a torque or a width, theirs is the sum.
-- intervals: of these quantities, and of the parameters of all other effects that are claimed by a
-  right name.
+  shape. An ambiguous verdict that is certain of the right family counts by the size that it states
+  for the family. A case without a right name or family, or whose diagnosis states no such quantity,
+  is a miss. If several right names share a torque or a width, theirs is the sum.
+- intervals: of an effect by another formula that of this quantity, or else of the first physical
+  quantity of its family, since a formula's parameter is not the same number in another; of an
+  effect by the library's formula those of its parameters.
 - limits of absent effects: of those that were hidden but are not claimed. The limit holds if it is
   no smaller than what was hidden; ``cannot_tell`` counts as holding.
 - E: mean square misfit of the refitted model over the noise variance, minus 1, on held-out data; of
@@ -186,28 +188,39 @@ def leading(hidden: Mapping[str, Any]) -> str | None:
     return quantity if quantity in hidden["physical"] else None
 
 
+def compared_quantity(hidden: Mapping[str, Any]) -> str | None:
+    """Quantity by which the interval of an effect is scored; None if none was tested."""
+    return leading(hidden) or next(iter(hidden["physical"]), None)
+
+
 def physical_size(row: Row, hidden: Mapping[str, Any]) -> tuple[float, Any, float] | None:
-    """Size found by the leading quantity, its interval or None, and the size hidden."""
-    quantity = leading(hidden)
+    """Size found by the quantity to compare, its interval or None, and the size hidden."""
+    quantity = compared_quantity(hidden)
+    if quantity is None:
+        return None
+    truth = hidden["physical"][quantity]["value"]
+    if row["verdict"] == "ambiguous":
+        of_right = family_of(set(hidden["stands_for"])) & set(row.get("families", {}))
+        sizes = [row["families"][family].get(quantity) for family in of_right]
+        found = [size for size in sizes if size is not None]
+        return (found[0]["value"], found[0]["interval95"], truth) if found else None
     found = [
         effect["quantities"][quantity]
         for effect in row["physical"]
         if quantity in effect["quantities"]
         and {plain(name) for name in effect["names"]} & set(hidden["stands_for"])
     ]
-    if quantity is None or not found or row["verdict"] not in CLAIMING:
+    if not found or row["verdict"] not in CLAIMING:
         return None
     interval = found[0]["interval95"] if len(found) == 1 else None
-    return (
-        sum(one["value"] for one in found), interval, hidden["physical"][quantity]["value"],
-    )  # fmt: skip
+    return sum(one["value"] for one in found), interval, truth
 
 
 def sized_right(case: Mapping[str, Any], row: Row) -> bool:
-    """Whether a single hidden effect is claimed by a right name and its size is right."""
+    """Whether a single hidden effect is claimed by a right name or family with the right size."""
     (hidden,) = row["hidden"]
     found = physical_size(row, hidden)
-    if counts(case, row)[0] == 0 or found is None:
+    if (counts(case, row)[0] == 0 and row["verdict"] in CLAIMING) or found is None:
         return False
     value, _, truth = found
     return abs(value - truth) <= SIZE_ERROR * abs(truth)
@@ -415,16 +428,16 @@ def _holds(entry: Mapping[str, Any]) -> bool:
 
 
 def _intervals(case: Mapping[str, Any], row: Row) -> Iterator[bool]:
-    """Whether each interval of what is claimed by a right name holds what was hidden."""
-    if row["verdict"] not in CLAIMING:
-        return
+    """Whether each interval of what is claimed by a right name or family holds what was hidden."""
     for hidden in row["hidden"]:
         right = set(hidden["stands_for"]) - set(case["removed"])
-        if not right & claims(row):
+        if row["verdict"] in CLAIMING and not right & claims(row):
             continue
-        if _other_formula(hidden) and leading(hidden) is not None:
+        if _other_formula(hidden) or row["verdict"] == "ambiguous":
             found = physical_size(row, hidden)
             pairs = [] if found is None else [found[1:]]
+        elif row["verdict"] not in CLAIMING:
+            continue
         else:
             own = [one for one in row["sizes"].values() if one["hidden"] == hidden["name"]]
             pairs = [(one["interval95"], one["truth"]) for one in own]

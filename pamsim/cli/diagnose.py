@@ -123,6 +123,8 @@ def _listed(texts: tuple[str, ...]) -> list[str]:
 
 
 def _print(result: dict[str, Any]) -> None:
+    from pamsim.report.physical_words import physical_words
+
     for warning in result["warnings"]:
         click.echo(f"warning: {warning}")
     for name, why in result["skipped"].items():
@@ -136,6 +138,9 @@ def _print(result: dict[str, Any]) -> None:
         click.echo(f"{row:{width}s}{numbers[0]:>13s}{numbers[1]:>12s}{numbers[2]:>12s}")
     _print_models("effect", result["effects"])
     _print_models("alternative", result["alternatives"][:_ROWS])
+    for family, sizes in result["certain_families"].items():
+        size = physical_words(sizes)
+        click.echo(f"certain: {family.replace('_', ' ')}{': ' if size else ''}{size}")
     following = result["next_experiment"]
     if following is not None:
         protocol = "" if following["protocol"] is None else f"{following['protocol']}; "

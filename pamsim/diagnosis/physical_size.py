@@ -7,13 +7,17 @@ first order. There the test is made again, so that the interval need not be symm
 single parameter is the test at both ends of its interval. The widths of the ellipsoid are the
 intervals of the fit, its correlations those of the fit's Jacobian. What nuisance parameters do to a
 size, a change of a change, is left out.
+
+Where the model leaves something for certain, its formula is not that of the cause, and the size is
+wrong by about as much: the interval is widened by the error of the form, the amplitude of what is
+left over the amplitude of what the effect explains.
 """
 
 from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Protocol
 
 import numpy as np
@@ -94,7 +98,7 @@ class FittedModel(Protocol):
 
 
 def physical_sizes(
-    rig: Rig, model: FittedModel, effects: Sequence[FreedEffect]
+    rig: Rig, model: FittedModel, effects: Sequence[FreedEffect], *, form_error: float = 0.0
 ) -> dict[str, PhysicalSize]:
     """Sizes of fitted effects in physical terms.
 
@@ -102,6 +106,7 @@ def physical_sizes(
         rig: without effects.
         model: that was fitted.
         effects: of the model.
+        form_error: share of a size by which the effects' formula may be wrong [-].
 
     Returns:
         Quantity -> size; of several effects, under their names, such as
@@ -110,8 +115,24 @@ def physical_sizes(
     found: dict[str, PhysicalSize] = {}
     for effect in effects:
         prefix = f"{effect.name}." if len(effects) > 1 else ""
-        found |= {f"{prefix}{name}": size for name, size in _sizes(rig, model, effect).items()}
+        found |= {
+            f"{prefix}{name}": _widened(size, form_error)
+            for name, size in _sizes(rig, model, effect).items()
+        }
     return found
+
+
+def _widened(size: PhysicalSize, form_error: float) -> PhysicalSize:
+    """A size whose interval contains the error of the form, too."""
+    if size.interval95 is None:
+        return size
+    low, high = size.interval95
+    form = form_error * abs(size.value)
+    ends = (
+        size.value - math.hypot(size.value - low, form),
+        size.value + math.hypot(high - size.value, form),
+    )
+    return replace(size, interval95=ends)
 
 
 def _sizes(rig: Rig, model: FittedModel, effect: FreedEffect) -> dict[str, PhysicalSize]:

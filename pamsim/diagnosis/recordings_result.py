@@ -191,7 +191,9 @@ def _effects(
                 family=candidate.family,
                 form=candidate.effect.form or None,
                 parameters=estimates(rig, best, [p.name for p in candidate.parameters]),
-                physical=physical_sizes(rig, best, [candidate]),
+                physical=physical_sizes(
+                    rig, best, [candidate], form_error=_form_error(method, step)
+                ),
                 explained=share,
                 p_value=None if step is None else _corrected(method, step),
             )
@@ -214,12 +216,25 @@ def _alternative(
         members={c.name: c.effect.missing for c in model.candidates},
         family=model.family,
         parameters=estimates(rig, model, [p.name for c in model.candidates for p in c.parameters]),
-        physical=physical_sizes(rig, model, model.candidates),
+        physical=physical_sizes(
+            rig, model, model.candidates, form_error=_form_error(method, model.improvement)
+        ),
         explained=_share(method, model),
         p_value=_corrected(method, model.improvement),
         loss_difference=behind.gain,
         standard_errors_behind=errors,
     )
+
+
+def _form_error(method: TrialDiagnosis, step: Improvement | None) -> float:
+    """Amplitude of what is left for certain over that of what an effect explains [-].
+
+    At most 1: beyond, the size is not known to within itself.
+    """
+    left = method.conclusion.left_for_certain
+    if left <= 0.0:
+        return 0.0
+    return min(math.sqrt(left / step.gain), 1.0) if step is not None and step.gain > 0.0 else 1.0
 
 
 def _corrected(method: TrialDiagnosis, improvement: Improvement) -> float:

@@ -18,6 +18,7 @@ from pamsim.diagnosis.method.verdict import Verdict
 from pamsim.diagnosis.physical_size import PhysicalSize
 from pamsim.diagnosis.repaired_rig import RIG_FOLDER, Repair, write_repaired_rig
 from pamsim.diagnosis.sentence import verdict_sentence
+from pamsim.diagnosis.shared_family import shared_families
 from pamsim.store.json_file import write_json
 
 FloatArray = NDArray[np.float64]
@@ -454,6 +455,16 @@ class Diagnosis:
     def sentence(self) -> str:
         """The verdict as one plain sentence."""
         return verdict_sentence(self)
+
+    @json_property
+    def certain_families(self) -> dict[str, dict[str, PhysicalSize]]:
+        """Family that all tied models share, though not the effect -> quantity -> size.
+
+        The interval of a size contains those of all tied models.
+        """
+        if self.verdict is not Verdict.AMBIGUOUS or self.certain:
+            return {}
+        return shared_families(self.alternatives)
 
     @json_property
     def gap_over_floor(self) -> dict[str, float | None]:

@@ -172,6 +172,12 @@ def _ambiguous(result: Diagnosis) -> str:
             f"Ambiguous: {' and '.join(result.certain)} is missing, and these data cannot decide"
             f" whether the other cause is {choice}"
         )
+    elif result.certain_families:
+        families = " and ".join(name.replace("_", " ") for name in result.certain_families)
+        text = (
+            f"Ambiguous: an effect of the family {families} is missing, and these data cannot"
+            f" decide which: {choice}"
+        )
     else:
         text = (
             f"Ambiguous: something is missing, and these data cannot decide whether it is {choice}"

@@ -65,6 +65,7 @@ class Conclusion:
         tied: other models that predict as well.
         explained: share of the base model's excess over the noise that the nearest model removes.
         remainder: excess that it leaves; of the base model where there is none.
+        left_for_certain: the part of it that is significant; 0 if none is.
         lack: what repeats share that the best model, or without one the base model, does not
             predict.
     """
@@ -75,6 +76,7 @@ class Conclusion:
     tied: tuple[TrialModel, ...]
     explained: Share
     remainder: float
+    left_for_certain: float
     lack: LackOfFit
 
 
@@ -349,6 +351,7 @@ def conclude(
             if nearest is None
             else share_of_trials(base_loss, nearest.loss, perfect, layout.protocol_of),
             remainder=over,
+            left_for_certain=over if verdict is Verdict.UNEXPLAINED else 0.0,
             lack=lack,
         )
     most = max(len(m.candidates) for m in accepted)
@@ -381,5 +384,8 @@ def conclude(
         tied=tied,
         explained=explained,
         remainder=left.gain,
+        left_for_certain=max(
+            left.gain if remainder else 0.0, lack.size if lack.significant else 0.0
+        ),
         lack=lack,
     )

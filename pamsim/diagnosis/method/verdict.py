@@ -75,14 +75,15 @@ def decide(evidence: Evidence) -> Verdict:
 
     A model that goes to its limits and still leaves something stands for what is missing, whatever
     share of the gap it takes: a large gap is nearly closed by much that is not its cause. So does
-    one with a rare effect: tried because something was left, it must leave nothing.
+    one with a rare effect: tried because something was left, it must leave nothing, and explain
+    nearly all even where the data cannot show that it leaves something.
     """
     if not evidence.claimed and not evidence.gap:
         return Verdict.NOT_IDENTIFIABLE if evidence.suspected else Verdict.NO_GAP
     if not evidence.conclusive:
         return Verdict.NOT_IDENTIFIABLE
-    short = evidence.remainder and evidence.explained < ADEQUATE
     left = evidence.remainder or evidence.large_remainder
+    short = (left or evidence.rare) and evidence.explained < ADEQUATE
     stands_in = left and (evidence.strained or evidence.rare)
     if not evidence.claimed or short or stands_in:
         return Verdict.UNEXPLAINED

@@ -118,6 +118,7 @@ def report(
     lack=(0.02, 0.0003, 0.0001),
     refitted=0.97,
     at_bound=(),
+    left_for_certain=0.0,
 ):
     """A diagnosis with a given verdict.
 
@@ -132,6 +133,7 @@ def report(
         lack: size and p-value of the lack of fit, and the smallest p-value within reach.
         refitted: scale of the force in the base model.
         at_bound: what ended at a limit of its range there and in the best model.
+        left_for_certain: loss that the best model leaves for certain.
     """
     measured = trials()
     protocol_of = {t.name: t.protocol for t in measured}
@@ -152,6 +154,7 @@ def report(
         tied=others,
         explained=Share(value=explained, interval95=(explained - 0.055, explained + 0.01)),
         remainder=0.01,
+        left_for_certain=left_for_certain,
         lack=LackOfFit(size=lack[0], p_value=lack[1], attainable=lack[2]),
     )
     channels = [(c, p) for c in NOISE for p in PROTOCOLS]

@@ -68,6 +68,40 @@ def test_an_effect_has_its_size_in_physical_terms_in_si(rig):
     assert all(model["physical"] for model in two)
 
 
+def test_a_size_is_less_certain_where_the_formula_leaves_something(rig):
+    def width(left):
+        made = report(rig, Verdict.NAMED_WITH_REMAINDER, ["air_leak"], left_for_certain=left)
+        (effect,) = made.to_dict()["effects"]
+        flow = effect["physical"]["mass_flow"]
+        low, high = flow["interval95"]
+        return flow["value"] - low, high - flow["value"], flow["value"]
+
+    below, above, value = width(0.0)
+    # The effect explains a loss of 4.1: what is left has a fifth of its amplitude.
+    wide = width(4.1 / 25.0)
+    assert wide[:2] == pytest.approx(
+        [np.hypot(below, 0.2 * value), np.hypot(above, 0.2 * value)], rel=0.01
+    )
+    assert width(1e3)[0] == pytest.approx(np.hypot(below, value))  # and never more than itself
+
+
+def test_a_family_that_all_tied_models_share_is_certain_and_so_is_its_size(rig):
+    leaks = report(rig, Verdict.AMBIGUOUS, ["air_leak"], [["supply_sag"]])
+    assert leaks.certain == ()
+    assert leaks.certain_families == {"pressure_deficit": {}}  # their sizes are not comparable
+    assert "an effect of the family pressure deficit is missing" in leaks.sentence
+    three = report(rig, Verdict.AMBIGUOUS, ["air_leak"], [["supply_sag"], ["angle_bias"]])
+    assert three.certain_families == {}
+    friction = report(rig, Verdict.AMBIGUOUS, ["coulomb_friction"], [["load_dependent_friction"]])
+    found = friction.to_dict()["certain_families"]["joint_friction"]["sliding_torque"]
+    sizes = [a["physical"]["sliding_torque"] for a in friction.to_dict()["alternatives"]]
+    ends = [end for size in sizes for end in size["interval95"]]
+    assert found["value"] == sizes[0]["value"]
+    assert found["interval95"] == [min(ends), max(ends)]
+    named = report(rig, Verdict.NAMED, ["coulomb_friction"])
+    assert named.certain_families == {}
+
+
 def test_each_of_two_effects_says_what_it_explains_beyond_the_other(rig):
     effects = result(rig, Verdict.NAMED_WITH_REMAINDER)["effects"]
     assert [e["name"] for e in effects] == ["air_leak", "angle_bias"]

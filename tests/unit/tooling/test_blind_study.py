@@ -261,6 +261,12 @@ def sized(value, *, claimed=("coulomb_friction",), more=(), interval=None, **oth
     )  # fmt: skip
 
 
+def tied_family(size):
+    """A diagnosis that is certain of friction, not of its law."""
+    families = {"joint_friction": {"sliding_torque": size}}
+    return sized(None, claimed=(), verdict="ambiguous", families=families)
+
+
 def test_size_is_that_of_the_leading_quantity_of_right_names():
     half = {"names": ["stribeck_friction"], "quantities": {"sliding_torque": {"value": 0.1}}}
     other = {"names": ["air_leak"], "quantities": {"sliding_torque": {"value": 0.1}}}
@@ -273,6 +279,8 @@ def test_size_is_that_of_the_leading_quantity_of_right_names():
         "not named": (sized(0.2, claimed=["air_leak"]), 0),
         "tied": (sized(0.2, verdict="ambiguous", certain=["coulomb_friction"]), 0),
         "not stated": (sized(None), 0),
+        "family": (tied_family({"value": 0.229, "interval95": [0.2, 0.25]}), 1),
+        "family of the wrong size": (tied_family({"value": 0.24, "interval95": None}), 0),
     }
     for name, (one, hit) in cases.items():
         found = must([one], "friction and hysteresis")
@@ -289,6 +297,14 @@ def test_intervals_are_of_physical_sizes_and_of_parameters_of_right_names():
     sizes = {"x": {**size, "hidden": "coulomb_friction"}}
     assert count(sized(0.2, interval=[0.15, 0.19], sizes=sizes)) == (0, 1)
     assert count(sized(0.2, interval=[0.19, 0.21], sizes=sizes)) == (1, 1)
+    assert count(tied_family({"value": 0.229, "interval95": [0.19, 0.25]})) == (1, 1)
+    assert count(tied_family({"value": 0.229, "interval95": [0.21, 0.25]})) == (0, 1)
+    flow = {"mass_flow": {"value": 4e-7, "unit": "kg/s"}}
+    found = [
+        {"names": LEAK, "quantities": {"mass_flow": {"value": 4e-7, "interval95": [3e-7, 5e-7]}}}
+    ]
+    laminar = {"claimed": LEAK, "formulation": "laminar", "physical_hidden": flow}
+    assert count(row("other_formula", [LEAK], **laminar, physical=found)) == (1, 1)
     leak = {"x": {**size, "hidden": "air_leak"}}
     assert count(row("library", [LEAK], claimed=LEAK, sizes=leak)) == (1, 1)
     assert count(row("library", [LEAK], claimed=["valve_flow"], sizes=leak)) == (0, 0)
