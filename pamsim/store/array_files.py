@@ -5,6 +5,7 @@
 
 from __future__ import annotations
 
+import io
 from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any
@@ -14,6 +15,7 @@ import scipy.io
 from numpy.typing import NDArray
 
 from pamsim.core.errors import InputError
+from pamsim.store.matlab_elements import check_elements
 
 _loadmat: Any = scipy.io.loadmat
 
@@ -50,7 +52,10 @@ def _of_numpy(path: Path) -> Mapping[str, NDArray[Any]]:
 
 
 def _of_matlab(path: Path) -> Mapping[str, NDArray[Any]]:
-    return {k: np.asarray(v) for k, v in _loadmat(path).items() if not k.startswith("__")}
+    content = path.read_bytes()
+    check_elements(content)
+    found = _loadmat(io.BytesIO(content))
+    return {k: np.asarray(v) for k, v in found.items() if not k.startswith("__")}
 
 
 def _of_parquet(path: Path) -> Mapping[str, NDArray[Any]]:

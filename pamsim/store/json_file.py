@@ -41,7 +41,7 @@ def read_json(path: Path, schema: str) -> dict[str, Any]:
         content = json.loads(path.read_text(encoding="utf-8"))
     except OSError as error:
         raise InputError(f"cannot read {path}: {error.strerror}") from None
-    except ValueError as error:
+    except (ValueError, RecursionError) as error:
         raise InputError(f"{path}: not valid JSON: {error}") from None
     stated = content.get("schema") if isinstance(content, dict) else None
     if stated != schema:
@@ -69,7 +69,7 @@ class CheckpointFile:
             state = json.loads(self.path.read_text(encoding="utf-8"))
         except FileNotFoundError:
             return None
-        except (OSError, ValueError) as error:
+        except (OSError, ValueError, RecursionError) as error:
             raise InputError(
                 f"cannot resume from {self.path}: {error}; remove it to start again"
             ) from None

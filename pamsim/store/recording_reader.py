@@ -22,6 +22,7 @@ import numpy as np
 
 from pamsim.core.drive import JOINT_DRIVES, MUSCLE_DRIVES, DriveLike, checked
 from pamsim.core.errors import InputError, nearest
+from pamsim.core.files import is_file
 from pamsim.core.recording import SCHEMA
 from pamsim.core.trial import Trial, TrialSet
 from pamsim.store import even_clock, recording_checks, segments
@@ -201,7 +202,7 @@ def _muscles(table: TrialColumns) -> str:
 def _rig(folder: Path, rig: str) -> str:
     """The rig as `pamsim.load_rig` finds it from anywhere: a path is relative to the recording."""
     beside = folder / rig
-    return str(beside) if (beside / "params.toml").is_file() else rig
+    return str(beside) if is_file(beside / "params.toml") else rig
 
 
 def _not_measured(trials: Sequence[Trial], tables: Sequence[TrialColumns]) -> list[str]:

@@ -213,6 +213,7 @@ def batch(name: str, seed: int, first: int, count: int) -> list[tuple[int, str]]
     reader = READERS[name]
     found: list[tuple[int, str]] = []
     signal.signal(signal.SIGVTALRM, _too_long)
+    resource.setrlimit(resource.RLIMIT_AS, (resource.RLIM_INFINITY, resource.RLIM_INFINITY))
     with tempfile.TemporaryDirectory() as folder:
         path = reader.make(Path(folder))
         good = path.read_bytes()

@@ -19,7 +19,7 @@ def test_what_was_saved_is_loaded_until_it_is_cleared(tmp_path):
     assert file.load() is None
 
 
-@pytest.mark.parametrize("text", ["{", "[1]", ""])
+@pytest.mark.parametrize("text", ["{", "[1]", "", "[" * 100_000])
 def test_a_spoilt_file_says_how_to_start_again(tmp_path, text):
     path = tmp_path / "checkpoint.json"
     path.write_text(text, encoding="utf-8")

@@ -64,6 +64,7 @@ def test_a_place_that_cannot_be_written_is_said(tmp_path):
             "empty": (b"", "not valid JSON"),
             "cut off": (b'{"schema": "pamsim-test/1", "na', "not valid JSON"),
             "not text": (b"\xff\xfe\x00", "not valid JSON"),
+            "too deep": (b"[" * 100_000, "not valid JSON"),
             "later version": (b'{"schema": "pamsim-test/2"}', "'pamsim-test/2'"),
             "no schema": (b"{}", "None"),
             "a list": (b'["schema"]', "None"),

@@ -290,3 +290,9 @@ def test_honest_but_unusual_trials_are_read(folder, seed):
     vented = changed(p1_set_kpa=np.zeros(20), p2_set_kpa=np.zeros(20), p1_kpa=noise, p2_kpa=noise)
     for table in (dead_supply, dead_with_zero_error, held_arm, small_step, vented):
         assert len(read_recordings(folder(table)).trials) == 1
+
+
+def test_a_rig_that_no_folder_can_be_called_is_left_to_load_rig(folder):
+    name = "a" * 5000
+    read = read_recordings(folder(pressure_table(), INDEX.replace("mas20_arm", name, 1)))
+    assert read.rig == name
