@@ -1,27 +1,34 @@
 """Whether broken input is refused in one line, quickly, or read; nothing else.
 
-    python scripts/trust/readers.py [--runs 1000] [--reader NAME] [--seed 0] [--json FILE]
+    python scripts/trust/readers.py [--runs 1000] [--subprocesses 0] [--reader NAME] [--seed 0]
+        [--json FILE]
 
 Each run spoils a good file (bytes turned, cut, doubled, moved; numbers too long, too large, not a
 number; nesting too deep; NUL, surrogates, formulas) and reads it: a rig's ``params.toml`` and its
 MJCF, ``recording.toml``, a CSV of a recording, measured tables, quantities with units, a saved
 policy, a checkpoint. Allowed are a result and an `InputError` or `EngineError` of one line. A run
 fails by another exception, by a message of several lines or of more than 1,000 characters, by 1 s
-of processor time, by more than 1 GiB of memory, or by the end of the process. Exits 1 if one fails.
+of processor time, by more than 1 GiB of memory, or by the end of the process. With
+``--subprocesses`` the command line reads as many spoilt files as well, each in a process of its
+own: allowed are exit codes 0, 1 and 2, no traceback, and for 2 one line of at most 1,000
+characters; time and memory are those beyond what the good file takes. FILE is written after each
+reader; those in it that this call does not run stay. Exits 1 if a run fails.
 """
 
 from __future__ import annotations
 
 import argparse
 import json
+import os
 import platform
 import resource
 import shutil
 import signal
+import subprocess
 import sys
 import tempfile
 import traceback
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from concurrent.futures import ProcessPoolExecutor
 from concurrent.futures.process import BrokenProcessPool
 from dataclasses import dataclass
@@ -46,6 +53,8 @@ from pamsim.store.rig_file import shipped_rigs
 
 SECONDS, BYTES = 1.0, 1 << 30
 BATCH = 50
+REFUSED = 2
+"""Exit code of bad input."""
 
 NASTY = (
     b"\x00", b"\xff\xfe", b"\xed\xa0\x80", b"9" * 5000, b"1e999", b"-1e-999", b"nan", b"inf", b"-0",
@@ -92,10 +101,12 @@ class Reader:
     Attributes:
         make: writes good files into a folder; returns the one to spoil.
         read: reads it, from that folder.
+        command: arguments of ``pamsim`` that read it; None if no command does.
     """
 
     make: Callable[[Path], Path]
     read: Callable[[Path], object]
+    command: Callable[[Path], list[str]] | None = None
 
 
 def _rig(folder: Path) -> Path:
@@ -158,21 +169,41 @@ def _arrays(ending: str) -> Callable[[Path], Path]:
     return make
 
 
+def _rig_command(path: Path) -> list[str]:
+    return ["effects", "--rig", str(path.parent)]
+
+
+def _recording_command(path: Path) -> list[str]:
+    return ["identify", str(path.parent), "--order", "1", "--no-local"]
+
+
+def _import_command(path: Path) -> list[str]:
+    columns = [f"--column=muscle_{i}.pressure=p:Pa" for i in (1, 2)]
+    out = str(path.parent / "out")
+    return ["import", str(path), "--rig", "mas20_arm", "--out", out, "--force", *columns]
+
+
 READERS = {
-    "params.toml": Reader(_rig, lambda path: pamsim.load_rig(path.parent)),
-    "MJCF": Reader(_mjcf, lambda path: pamsim.load_rig(path.parent)),
-    "recording.toml": Reader(_recording, pamsim.read_recordings),
-    "CSV of a recording": Reader(_csv, lambda path: pamsim.read_recordings(path.parent)),
-    "measured table": Reader(_table, lambda path: read_measured(path, 0.3)),
+    "params.toml": Reader(_rig, lambda path: pamsim.load_rig(path.parent), _rig_command),
+    "MJCF": Reader(_mjcf, lambda path: pamsim.load_rig(path.parent), _rig_command),
+    "recording.toml": Reader(_recording, pamsim.read_recordings, _recording_command),
+    "CSV of a recording": Reader(
+        _csv, lambda path: pamsim.read_recordings(path.parent), _recording_command
+    ),
+    "measured table": Reader(
+        _table,
+        lambda path: read_measured(path, 0.3),
+        lambda path: ["fit", str(path), "--model", "six_parameter", "--nominal-length", "0.3m"],
+    ),
     "quantity": Reader(
         _text("4.87 bar"),
         lambda path: parse_quantity(
             path.read_bytes().decode("utf-8", "surrogateescape"), "kPa", "Pa", where="--pressure"
         ),
     ),
-    ".npz log": Reader(_arrays(".npz"), read_columns),
-    ".mat log": Reader(_arrays(".mat"), read_columns),
-    ".parquet log": Reader(_arrays(".parquet"), read_columns),
+    ".npz log": Reader(_arrays(".npz"), read_columns, _import_command),
+    ".mat log": Reader(_arrays(".mat"), read_columns, _import_command),
+    ".parquet log": Reader(_arrays(".parquet"), read_columns, _import_command),
     "checkpoint": Reader(
         _text('{"settings": "ab", "fits": {"a": {"values": {"b": 1.0}}}}'),
         lambda path: CheckpointFile(path).load(),
@@ -234,36 +265,111 @@ def batch(name: str, seed: int, first: int, count: int) -> list[tuple[int, str]]
     return found
 
 
+def subprocess_faults(reader: Reader, seed: int, runs: int, name: str) -> dict[str, list[int]]:
+    """Faults of the command line, each run in a process of its own."""
+    if reader.command is None:
+        return {}
+    found: dict[str, list[int]] = {}
+    with tempfile.TemporaryDirectory() as folder:
+        path = reader.make(Path(folder))
+        good = path.read_bytes()
+        command = reader.command(path)
+        usual = max((_called(command) for _ in range(3)), key=lambda one: one.seconds)
+        if usual.code not in (0, 1) or usual.text:
+            raise ValueError(f"pamsim {' '.join(command)} fails with the good file: {usual.text}")
+        for run in tqdm(range(runs), desc=f"{name}, command line", unit="run"):
+            path.write_bytes(spoilt(good, np.random.default_rng([seed, run])))
+            what = _command_fault(_called(command), usual)
+            if what:
+                found.setdefault(what, []).append(run)
+    return found
+
+
+@dataclass(frozen=True)
+class Called:
+    """How a command ended: exit code, stderr, processor time [s], most memory [bytes]."""
+
+    code: int
+    text: str
+    seconds: float
+    memory: int
+
+
+def _called(command: list[str]) -> Called:
+    """Call ``pamsim``."""
+    with tempfile.TemporaryFile() as stderr:
+        process = subprocess.Popen(
+            [sys.executable, "-m", "pamsim", *command],
+            stdin=subprocess.DEVNULL,
+            stdout=subprocess.DEVNULL,
+            stderr=stderr,
+        )
+        _, status, used = os.wait4(process.pid, 0)
+        process.returncode = os.waitstatus_to_exitcode(status)
+        stderr.seek(0)
+        text = stderr.read().decode("utf-8", "replace")
+    return Called(process.returncode, text, used.ru_utime + used.ru_stime, used.ru_maxrss * 1024)
+
+
+def _command_fault(found: Called, usual: Called) -> str:
+    """What is wrong with how a command ended; empty if nothing is."""
+    lines = [line for line in found.text.splitlines() if line.strip()]
+    if found.code not in (0, 1, REFUSED) or "Traceback" in found.text:
+        return f"exit code {found.code}: {lines[-1][:80] if lines else ''}"
+    if found.code == REFUSED and len(lines) != 1:
+        return f"{len(lines)} lines: {lines[:1]}"
+    if found.code == REFUSED and len(lines[0]) > 1000:
+        return "more than 1,000 characters"
+    if found.seconds > usual.seconds + SECONDS:
+        return "more than 1 s longer"
+    return "more than 1 GiB more" if found.memory > usual.memory + BYTES else ""
+
+
 def main() -> None:
     """Run, print, write."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--runs", type=int, default=1000, help="of each reader")
+    parser.add_argument("--subprocesses", type=int, default=0, help="calls of each command")
     parser.add_argument("--reader", choices=READERS)
     parser.add_argument("--seed", type=int, default=0)
     parser.add_argument("--json", type=Path)
     options = parser.parse_args()
-    failed: dict[str, dict[str, list[int]]] = {}
+    result = {
+        "command": "python scripts/trust/readers.py --runs N --subprocesses M --seed S",
+        "mujoco": mujoco.__version__,
+        "python": platform.python_version(),
+        "readers": {},
+    }
+    if options.json is not None and options.json.exists():
+        result["readers"] = json.loads(options.json.read_text(encoding="utf-8"))["readers"]
+    failed = 0
     for name in READERS if options.reader is None else (options.reader,):
         faults: dict[str, list[int]] = {}
         for first in tqdm(range(0, options.runs, BATCH), desc=name, unit="batch"):
             count = min(BATCH, options.runs - first)
             for run, what in _in_a_process(name, options.seed, first, count):
                 faults.setdefault(what, []).append(run)
-        failed[name] = faults
-        for what, runs in faults.items():
+        called = subprocess_faults(READERS[name], options.seed, options.subprocesses, name)
+        for what, runs in (*faults.items(), *called.items()):
             print(f"{name}: {len(runs)} x {what} (such as run {runs[0]})")
-    result = {
-        "command": f"python scripts/trust/readers.py --runs {options.runs} --seed {options.seed}",
-        "mujoco": mujoco.__version__,
-        "python": platform.python_version(),
-        "runs": dict.fromkeys(failed, options.runs),
-        "failed": {name: sum(map(len, faults.values())) for name, faults in failed.items()},
-        "faults": {n: {w: r[:5] for w, r in f.items()} for n, f in failed.items() if f},
+        commands = 0 if READERS[name].command is None else options.subprocesses
+        own = {"seed": options.seed, **_counted("runs", options.runs, faults)}
+        own |= _counted("subprocesses", commands, called)
+        failed += sum(map(len, (*faults.values(), *called.values())))
+        result["readers"][name] = own
+        if options.json is not None:
+            options.json.write_text(json.dumps(result, indent=1) + "\n", encoding="utf-8")
+    print(f"{failed} failed")
+    sys.exit(int(failed > 0))
+
+
+def _counted(kind: str, runs: int, faults: Mapping[str, list[int]]) -> dict[str, object]:
+    """Number of runs and of failed ones, and some of each fault."""
+    return {
+        kind: runs,
+        f"{kind}_failed": sum(map(len, faults.values())),
+        f"{kind}_faults": {what: found[:5] for what, found in faults.items()},
     }
-    print(json.dumps(result["failed"], indent=1))
-    if options.json is not None:
-        options.json.write_text(json.dumps(result, indent=1) + "\n", encoding="utf-8")
-    sys.exit(int(any(result["failed"].values())))
 
 
 _pool: list[ProcessPoolExecutor] = []
