@@ -18,7 +18,9 @@ from pamsim.actuator.layout import (
     COMMON,
     CREEP,
     CREEP_2,
+    EARLIER,
     EXTENSION,
+    LAST,
     LINE,
     OPENING,
     RUBBING,
@@ -122,7 +124,7 @@ _TUBE_VOLUME = slot("valve.tube_volume")
 
 _MEASURED = 3.0  # code of the command
 _TYPICAL_PRESSURE = 3e5  # gauge [Pa]: where a volume that depends on it is taken to begin with
-_CLOSE = 1e-7  # relative step that may be the last of the pressure search
+_CLOSE = 3e-6  # relative step that may be the last of the pressure search
 _LEFT = 1e-11  # and relative error that it may leave, if the next step shrinks as it did
 
 
@@ -196,16 +198,28 @@ def chamber_pressure(par: Row, act: Row, tendon_length: float) -> float:
     kappa = contraction(par, length)
     fixed = volume_at_nominal_length(par) + hysteresis_volume(par, act, kappa)
     air = act[len(act) - AIR]
-    inside = fixed + rigid_volume(par, kappa, _TYPICAL_PRESSURE)
-    varies = par[_EXTENSIBILITY] > 0.0 or volume_depends_on_pressure(par[_FORCE_LAW])
-    if not air > 0.0 or not (inside > 0.0 or varies):
+    if not air > 0.0:
         return math.nan
+    if _volume_varies(par):
+        last = act[len(act) - LAST]
+        if last > 0.0:
+            going_on = 2.0 * last - act[len(act) - EARLIER]
+            near = 0.5 * last < going_on < 2.0 * last
+            return _consistent_pressure(par, air, fixed, kappa, going_on if near else last)
+    inside = fixed + rigid_volume(par, kappa, _TYPICAL_PRESSURE)
+    if not _volume_varies(par):
+        if not inside > 0.0:
+            return math.nan
+        return absolute_pressure(air, inside, par[_POLYTROPIC], par[_FLOOR])
     pressure = _TYPICAL_PRESSURE + par[_ATMOSPHERE]
     if inside > 0.0:
         pressure = absolute_pressure(air, inside, par[_POLYTROPIC], par[_FLOOR])
-    if varies:
-        return _consistent_pressure(par, air, fixed, kappa, pressure)
-    return pressure
+    return _consistent_pressure(par, air, fixed, kappa, pressure)
+
+
+def _volume_varies(par: Row) -> bool:
+    """Whether the volume depends on the pressure, so that this must be searched for."""
+    return par[_EXTENSIBILITY] > 0.0 or volume_depends_on_pressure(par[_FORCE_LAW])
 
 
 def _consistent_pressure(par: Row, air: float, fixed: float, kappa: float, first: float) -> float:
@@ -639,7 +653,7 @@ def state_rates(
         relaxed, time_2 = act[count - CREEP_2], par[_CREEP_TIME_2]
         rates[count - CREEP_2] = creep_rate(kappa, relaxed, time_2, timestep)
     if par[_COMMAND] == _MEASURED:
-        for i in (LINE, SAG, OPENING, TUBE, AMBIENT):
+        for i in (LINE, SAG, OPENING, TUBE, AMBIENT, LAST, EARLIER):
             rates[count - i] = 0.0
         imposed = command + par[_ATMOSPHERE]
         if imposed < par[_FLOOR]:
@@ -672,6 +686,11 @@ def state_rates(
         rates[count - TUBE] = (after - at_valve_abs) / timestep
         flow = line_outflow(flow, after - at_valve_abs, room, warmth, timestep)
     flow -= leak_flow(par, pressure_abs)
+    rates[count - LAST] = 0.0
+    rates[count - EARLIER] = 0.0
+    if _volume_varies(par):
+        rates[count - LAST] = (pressure_abs - act[count - LAST]) / timestep
+        rates[count - EARLIER] = (act[count - LAST] - act[count - EARLIER]) / timestep
     rates[count - AIR] = air_state_rate(pressure_abs, par[_POLYTROPIC], par[_TEMPERATURE], flow)
     rates[count - AMBIENT] = 0.0
     if par[_HEAT_RATE] > 0.0:

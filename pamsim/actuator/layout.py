@@ -5,8 +5,9 @@ state replay bit for bit, and a batch can give every simulation its own paramete
 
 ``actuator_user`` row: signature, codes of the chosen laws, the actuator at the other end of
 the chain (its id plus 1, 0 for none), then every group's fields in their declared order. ``act`` of
-one actuator: the hysteresis operator's states, then one each for the air's pressure at ambient
-temperature times its volume, the second element of the creep, the pressure at the valves' end of
+one actuator: the hysteresis operator's states, then one each for the pressure of the last step but
+one and of the last, where the search for it begins if the volume depends on it, the air's pressure
+at ambient temperature times its volume, the second element of the creep, the pressure at the valves' end of
 the tube, the opening of slow valves, the sag of the supply (of which all muscles on it hold the
 same value), the dry friction along the tendon, the command's line, the creep, the chain's shift on
 the sprocket, the chain's extension, and the air state y, in whose place a measured pressure is. All
@@ -44,11 +45,11 @@ _SHARED = {"stroke.nominal_length": "braid.nominal_length"}
 SIGNATURE = 7240.288
 """First number of every pamsim muscle's row, by which it is recognised."""
 
-AMBIENT, CREEP_2, TUBE, OPENING, SAG, RUBBING = 11, 10, 9, 8, 7, 6
+EARLIER, LAST, AMBIENT, CREEP_2, TUBE, OPENING, SAG, RUBBING = 13, 12, 11, 10, 9, 8, 7, 6
 LINE, CREEP, SHIFT, EXTENSION, AIR = 5, 4, 3, 2, 1
 """Where the states that every muscle has lie in its ``act``, counted from its end."""
 
-COMMON = AMBIENT
+COMMON = EARLIER
 """Number of states that every muscle has."""
 
 

@@ -3,7 +3,19 @@
 from __future__ import annotations
 
 from pamsim.actuator.kernel import chain_length, chamber_volume, length_at_muscle
-from pamsim.actuator.layout import AIR, AMBIENT, CREEP, CREEP_2, LINE, TUBE, MutableRow, Row, slot
+from pamsim.actuator.layout import (
+    AIR,
+    AMBIENT,
+    CREEP,
+    CREEP_2,
+    EARLIER,
+    LAST,
+    LINE,
+    TUBE,
+    MutableRow,
+    Row,
+    slot,
+)
 from pamsim.actuator.muscle import COMMANDS
 from pamsim.actuator.static_muscle import contraction
 from pamsim.pneumatics.chamber import air_state
@@ -42,7 +54,8 @@ def rest(par: Row, act: MutableRow, tendon_length: float, pressure: float) -> No
         act[i] = 0.0
     length = chain_length(par, tendon_length)
     act[len(act) - AIR] = charged_air_state(par, act, length, pressure)
-    act[len(act) - TUBE] = pressure + par[_ATMOSPHERE]
+    for i in (TUBE, LAST, EARLIER):
+        act[len(act) - i] = pressure + par[_ATMOSPHERE]
     inside = chamber_volume(par, act, length, pressure)
     act[len(act) - AMBIENT] = (pressure + par[_ATMOSPHERE]) * inside
     quieten(par, act, tendon_length, pressure)

@@ -167,7 +167,8 @@ def charged(
     memory = [0.0] * (state_size(muscle) - COMMON)
     if len(memory) == 1:
         memory[0] = z
-    early = [0.0, RELAXED_2, 0.0, 0.0]  # neither heat nor tube nor slow valves
+    # No step before; neither heat nor tube nor slow valves.
+    early = [0.0, 0.0, 0.0, RELAXED_2, 0.0, 0.0]
     states = [*memory, *early, SAGGED, RUBBED, carried, RELAXED, SHIFT, EXTENSION, 0.0]
     length = length_at_muscle(row, states, tendon)
     return [*states[:-1], float(charged_air_state(row, states, length, pressure))]

@@ -16,7 +16,7 @@ from pamsim.actuator.antagonist import (
     pressure_slope,
 )
 from pamsim.actuator.kernel import gauge_pressure, tension
-from pamsim.actuator.layout import pack
+from pamsim.actuator.layout import COMMON, pack
 from pamsim.actuator.muscle import Mounting, Muscle
 from pamsim.actuator.rest_state import charged_air_state
 from pamsim.actuator.static_muscle import static_force
@@ -66,7 +66,7 @@ def row(muscle: Muscle) -> list[float]:
 
 def shut(par: list[float], length: float, pressure: float) -> list[float]:
     """States of a muscle on a rigid chain that is shut at a gauge pressure [Pa]."""
-    return [0.0, charged_air_state(par, [], length, pressure)]
+    return [*[0.0] * (COMMON - 1), charged_air_state(par, [], length, pressure)]
 
 
 def shut_slope(par: list[float], length: float, pressure: float) -> float:

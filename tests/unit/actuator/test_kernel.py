@@ -11,7 +11,7 @@ import pytest
 from pamsim.actuator import kernel, static_muscle
 from pamsim.actuator.chain import Chain
 from pamsim.actuator.friction import Friction, dry_friction
-from pamsim.actuator.layout import pack
+from pamsim.actuator.layout import EARLIER, LAST, pack
 from pamsim.actuator.muscle import COMMANDS, Mounting, Muscle
 from pamsim.core.parameters import specs
 from pamsim.hysteresis.bouc_wen import BoucWen
@@ -200,6 +200,7 @@ def test_rates_are_the_laws_put_together(loop, command):
             TIMESTEP,
         )
         expected[-6] = (rubbed - RUBBED) / TIMESTEP
+        expected[-12] = p_abs / TIMESTEP  # for the next search; none was made before
         expected[-7] = (SAG / supply - SAGGED) / TIMESTEP
         if muscle.hysteresis is not None:
             shortening = expected[-2] - expected[-3] - velocity
@@ -353,7 +354,7 @@ def test_muscle_pulls_less_while_it_shortens_and_a_cycle_costs_work():
         tensions.append(kernel.tension(row, act, tendon))
         kernel.state_rates(row, act, out, tendon, velocity, 0.0, 0.0, 1e-3)
         act[0] += out[0] * 2.0 * math.pi / steps
-        assert out[1:] == [0.0] * 11
+        assert out[3:] == [0.0] * 11  # after the starts of the next search
     lengthening, shortening = tensions[steps], tensions[steps + steps // 2]
     assert lengthening > shortening > 0.0
     last = slice(steps, None)
@@ -588,3 +589,42 @@ def test_static_force_and_volume_have_one_potential(force, loss, extensibility):
         assert by_length / (2.0 * h) == pytest.approx(-by_pressure, rel=1e-5, abs=1e-8)
         checked += 1
     assert checked >= 5
+
+
+# --- the search for a pressure that the volume depends on ---------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("last", "earlier"),
+    [(1.0, 1.0), (1.001, 1.0), (1.3, 1.2), (0.7, 0.9), (1e-6, 1e-6), (1e6, 1e6), (1.0, 1e9)],
+)
+@pytest.mark.parametrize("pressure", [2e3, 1e5, 3e5, 7e5])
+def test_where_the_search_begins_does_not_matter(last, earlier, pressure):
+    muscle = make()
+    row = pack(muscle).tolist()
+    act = charged(muscle, 0.19, pressure)
+    alone = kernel.chamber_pressure(row, act, 0.19)
+    assert alone == pytest.approx(pressure + muscle.chamber.atmosphere, rel=1e-10)
+    act[-LAST], act[-EARLIER] = last * alone, earlier * alone
+    assert kernel.chamber_pressure(row, act, 0.19) == pytest.approx(alone, rel=3e-11)
+
+
+def test_the_last_pressures_are_kept_for_the_next_search():
+    muscle = make()
+    row, act = pack(muscle).tolist(), charged(muscle, 0.19, 2e5)
+    out, found = [0.0] * len(act), []
+    for step in range(4):
+        found.append(kernel.chamber_pressure(row, act, 0.19 + 1e-5 * step))
+        kernel.state_rates(row, act, out, 0.19 + 1e-5 * step, 0.01, 0.0, 0.0, 1e-3)
+        for i in (LAST, EARLIER):
+            act[-i] += 1e-3 * out[-i]
+        assert [act[-LAST], act[-EARLIER]] == pytest.approx([found[-1], [0.0, *found][-2]])
+
+
+def test_a_rigid_braid_keeps_no_pressures():
+    braid = dataclasses.replace(make().braid, extensibility=0.0)
+    muscle = make(braid=braid)
+    row, act = pack(muscle).tolist(), charged(muscle, 0.19, 2e5)
+    out = [0.0] * len(act)
+    kernel.state_rates(row, act, out, 0.19, 0.01, 0.0, 0.0, 1e-3)
+    assert [out[-LAST], out[-EARLIER]] == [0.0, 0.0]
