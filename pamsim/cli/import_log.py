@@ -69,20 +69,22 @@ def command(
     printed, with what is not sure, and stands in recording.toml, where you may correct it.
     """
     from pamsim.comparison.import_log import import_log
+    from pamsim.core.files import results_folder
 
-    found = import_log(
-        logs,
-        rig=rig,
-        out=out,
-        columns=columns,
-        drive=drive,
-        protocol=protocol,
-        period=period,
-        segments=segments,
-        lead_in=lead_in,
-        load=load,
-        force=forced(),
-    )
+    with results_folder(out, resume=True):  # beside the log, which may lie there
+        found = import_log(
+            logs,
+            rig=rig,
+            out=out,
+            columns=columns,
+            drive=drive,
+            protocol=protocol,
+            period=period,
+            segments=segments,
+            lead_in=lead_in,
+            load=load,
+            force=forced(),
+        )
     save_json(json_file, found.to_dict())
     click.echo(found.summary())
     click.echo(f"wrote {out / 'recording.toml'}; next: pamsim check {out}")

@@ -6,6 +6,7 @@ names an argument in backticks, such as `hold_out`; on the command line the flag
 
 from __future__ import annotations
 
+import errno
 import importlib
 import re
 import signal
@@ -71,6 +72,12 @@ class _LazyGroup(click.Group):
         except PamsimError as error:
             command = self.get_command(ctx, str(ctx.invoked_subcommand))
             click.echo(f"pamsim: error: {with_flags(str(error), command)}", err=True)
+            ctx.exit(BAD_INPUT)
+        except OSError as error:
+            if error.errno == errno.EPIPE:
+                raise
+            where = f"{error.filename}: " if error.filename else ""
+            click.echo(f"pamsim: error: {where}{error.strerror or error}", err=True)
             ctx.exit(BAD_INPUT)
 
     def format_commands(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:

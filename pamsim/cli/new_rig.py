@@ -27,10 +27,12 @@ def command(name: str, kind: str, mjcf: Path | None, out: Path | None) -> int:
     It runs as it is. Every effect that a muscle can have is there and off, so that you change
     numbers and add none.
     """
+    from pamsim.core.files import results_folder
     from pamsim.engine.new_rig import new_rig
     from pamsim.engine.rig import load_rig
 
-    folder = new_rig(name, kind, mjcf=mjcf, out=out, force=forced())
+    with results_folder(out or Path(name), resume=True):  # beside the MJCF, which may lie there
+        folder = new_rig(name, kind, mjcf=mjcf, out=out, force=forced())
     rig = load_rig(folder)
     click.echo(f"rig {rig.name}: joints {', '.join(rig.joints)}; muscles {', '.join(rig.muscles)}")
     click.echo(f"wrote {folder}; next: correct the numbers in {folder / 'params.toml'}")

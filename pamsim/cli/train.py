@@ -37,9 +37,10 @@ def command(
     PyTorch, and beside it settings, versions and learning curve. Needs pip install "pamsim[rl]".
     """
     from pamsim.core.files import refuse_existing
-    from pamsim.envs.train import train
+    from pamsim.envs.train import policy_files, train
 
-    refuse_existing(out.with_suffix(".npz"), forced())
+    for file in policy_files(out):
+        refuse_existing(file, forced())
     options: dict[str, Any] = {"rig": rig, "task": task, "action": action, "load": load}
     if top_pressure is not None:
         options["top_pressure"] = 1e3 * top_pressure

@@ -157,21 +157,25 @@ def import_log(
         for file in files
     ]  # fmt: skip
 
-    def write(chosen: Sequence[Guess]) -> tuple[Trial, ...]:
+    def write(index: Path, chosen: Sequence[Guess]) -> tuple[Trial, ...]:
         text = _index(_rig_from(loaded, folder), chosen, entries)
-        with complete_file(folder / INDEX) as part:
-            part.write_text(text, encoding="utf-8")
-        found = read_recordings(folder)
+        index.write_text(text, encoding="utf-8")
+        try:
+            found = read_recordings(index)
+        except InputError as error:
+            raise InputError(str(error).replace(str(index), str(folder / INDEX))) from None
         return tuple(of_rig(trial, loaded.names, loaded.name)[0] for trial in found.trials)
 
-    folder.mkdir(parents=True, exist_ok=True)
     try:
         for target, file in moved.items():
-            shutil.copyfile(file, target)
-        trials = write(guesses)
-        turned = _turned(guesses, [one.quantity for one in stated], trials, loaded)
-        if turned != guesses:
-            trials = write(turned)
+            with complete_file(target) as copy:
+                shutil.copyfile(file, copy)
+        # The index is there once it is right, not while a sign in it may still be turned.
+        with complete_file(folder / INDEX) as index:
+            trials = write(index, guesses)
+            turned = _turned(guesses, [one.quantity for one in stated], trials, loaded)
+            if turned != guesses:
+                trials = write(index, turned)
     except InputError:
         for path in new:
             path.unlink(missing_ok=True)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import contextlib
 import os
-import tempfile
+import secrets
 from collections.abc import Generator
 from pathlib import Path
 
@@ -12,6 +12,9 @@ from pamsim.core.errors import InputError
 
 LOCK = ".pamsim.lock"
 """In a folder while a run writes to it; what a killed run leaves of it means nothing."""
+
+_PART = ".part-"
+"""In the hidden name of a file that is being written; what a killed run leaves of it is waste."""
 
 
 @contextlib.contextmanager
@@ -29,15 +32,12 @@ def complete_file(path: Path) -> Generator[Path]:
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
         # A name of its own, so that two writers do not share it.
-        handle, name = tempfile.mkstemp(
-            prefix=f".{path.stem}.", suffix=path.suffix, dir=path.parent
-        )
-        os.close(handle)
-        part = Path(name)
+        name = f".{path.stem}{_PART}{secrets.token_hex(8)}{path.suffix}"
+        part = path.parent / name
         try:
+            part.open("xb").close()
             yield part
             _flush(part)
-            part.chmod(_usual_mode())
             os.replace(part, path)
         finally:
             part.unlink(missing_ok=True)
@@ -54,11 +54,9 @@ def _flush(path: Path) -> None:
         os.close(handle)
 
 
-def _usual_mode() -> int:
-    """Permissions that `open` gives to a new file; those of `mkstemp` are its owner's alone."""
-    mask = os.umask(0)
-    os.umask(mask)
-    return 0o666 & ~mask
+def is_part(name: str) -> bool:
+    """Whether a file's name is that of one being written, or of one that was never completed."""
+    return name.startswith(".") and _PART in name
 
 
 def is_file(path: Path) -> bool:
@@ -118,7 +116,8 @@ def results_folder(path: Path, *, force: bool = False, resume: bool = False) -> 
 
     refuse_file(path)
     if not force and not resume and path.is_dir():
-        there = sorted(entry.name for entry in path.iterdir() if entry.name != LOCK)
+        names = (entry.name for entry in path.iterdir())
+        there = sorted(name for name in names if name != LOCK and not is_part(name))
         if there:
             more = f" and {len(there) - 1} more" if len(there) > 1 else ""
             raise InputError(
@@ -136,10 +135,16 @@ def results_folder(path: Path, *, force: bool = False, resume: bool = False) -> 
     except OSError as error:
         raise InputError(f"cannot write {path}: {error.strerror or error}") from None
     try:
+        # Nobody else writes here: what a killed run has left in it and its folders is waste.
+        for left in [*path.glob(f".*{_PART}*"), *path.glob(f"*/.*{_PART}*")]:
+            with contextlib.suppress(OSError):
+                left.unlink()
         yield path
     finally:
-        lock.release()
+        # While it is held: another run that has taken it since would be left without its file,
+        # and a third could take a new one.
         with contextlib.suppress(OSError):
             (path / LOCK).unlink(missing_ok=True)
+        lock.release()
         with contextlib.suppress(OSError):  # nothing was written: as it was before
             path.rmdir()

@@ -91,13 +91,18 @@ class Training:
         Raises:
             InputError: if a file is there already and ``force`` is not given.
         """
-        files = [path.with_suffix(".npz"), path.with_suffix(".json")]
+        files = policy_files(path)
         for file in files:
             refuse_existing(file, force)
         with complete_file(files[0]) as part:
             write_policy(part, self.policy)
         write_json(files[1], self.to_dict())
         return files
+
+
+def policy_files(path: Path) -> list[Path]:
+    """Files of a policy: its numbers (.npz), and what it was trained with (.json)."""
+    return [path.with_suffix(".npz"), path.with_suffix(".json")]
 
 
 def train(*, steps: int, seed: int = 0, **settings: Any) -> Training:

@@ -18,10 +18,10 @@ from pamsim.report.style import (
     MUTED,
     finish_axes,
     new_figure,
+    save_png,
     say_empty,
     series_look,
     styled,
-    write_png,
 )
 
 FloatArray = NDArray[np.float64]
@@ -38,7 +38,9 @@ def write_fit_figure(result: Mapping[str, Any], folder: Path) -> Path:
     Raises:
         InputError: if the place cannot be written.
     """
-    return write_png(fit_figure(result), folder / "fit.png")
+    path = folder / "fit.png"
+    save_png(fit_figure(result), path)
+    return path
 
 
 @styled

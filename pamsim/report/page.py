@@ -143,12 +143,8 @@ def save_page(
     refuse_file(out)
     images: dict[str, PageImage] = {}
     page = out / "index.html"
-    try:
-        out.mkdir(parents=True, exist_ok=True)
-        for name, figure in draw().items():
-            images[name] = PageImage(f"{name}.png", *save_png(figure, out / f"{name}.png"))
-        with complete_file(page) as part:
-            part.write_text(render(images), encoding="utf-8")
-    except OSError as error:
-        raise InputError(f"cannot write {out}: {error.strerror}") from None
+    for name, figure in draw().items():
+        images[name] = PageImage(f"{name}.png", *save_png(figure, out / f"{name}.png"))
+    with complete_file(page) as part:
+        part.write_text(render(images), encoding="utf-8")
     return [page, *(out / image.file for image in images.values())]

@@ -17,6 +17,9 @@ def write_step_figure(recording: Recording, folder: Path) -> Path:
 
     Returns:
         The path written.
+
+    Raises:
+        InputError: if the place cannot be written.
     """
     path = folder / "step.png"
     save_png(step_figure(recording), path)

@@ -13,7 +13,7 @@ from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
-from pamsim.core.errors import InputError
+from pamsim.core.files import complete_file
 
 # Okabe and Ito (2008): stays apart under the common colour-vision deficiencies and in grey print.
 BLUE = "#0072B2"
@@ -150,35 +150,22 @@ def say_empty(ax: Axes, text: str) -> None:
     )
 
 
-def write_png(figure: Figure, path: Path) -> Path:
-    """Write a figure that stands alone, its folder made if missing.
-
-    Returns:
-        The path written.
-
-    Raises:
-        InputError: if the place cannot be written.
-    """
-    try:
-        path.parent.mkdir(parents=True, exist_ok=True)
-        save_png(figure, path)
-    except OSError as error:
-        raise InputError(f"cannot write {path}: {error.strerror}") from None
-    return path
-
-
 def save_png(figure: Figure, path: Path) -> tuple[int, int]:
     """Write a figure as PNG, the same bytes for the same data.
 
     Args:
         figure: from ``new_figure``.
-        path: file to write.
+        path: file to write; its folder is created.
 
     Returns:
         Width and height at which a page should show it [CSS pixel].
+
+    Raises:
+        InputError: if the place cannot be written.
     """
-    with page_style():  # ticks are made while drawing and read the settings then
+    # Ticks are made while drawing and read the settings of the page then.
+    with page_style(), complete_file(path) as part:
         # Without the Software entry the file does not change with matplotlib's version string.
-        figure.savefig(path, dpi=DPI, metadata={"Software": None})
+        figure.savefig(part, dpi=DPI, metadata={"Software": None})
     width, height = figure.canvas.get_width_height()
     return round(width * CSS_PER_PIXEL), round(height * CSS_PER_PIXEL)

@@ -14,7 +14,7 @@ import tomlkit
 from tomlkit.items import Comment, InlineTable, Item, Table
 
 from pamsim.core.errors import InputError, nearest
-from pamsim.core.files import LOCK, complete_file
+from pamsim.core.files import LOCK, complete_file, is_part
 from pamsim.core.parameters import Sourced, specs
 from pamsim.core.units import to_si
 from pamsim.hysteresis.group import Hysteresis
@@ -95,7 +95,7 @@ def _is_outside(source: RigFile, name: str | None) -> bool:
 def _left_behind(folder: str, names: list[str]) -> set[str]:
     """What is not copied: files about the old parameters, and folders of other rigs."""
     rigs = {name for name in names if (Path(folder) / name / "params.toml").is_file()}
-    return rigs | (_LEFT_BEHIND & set(names))
+    return rigs | (_LEFT_BEHIND & set(names)) | set(filter(is_part, names))
 
 
 def _copy(source: str, target: str) -> None:

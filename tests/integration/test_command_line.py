@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import csv
+import errno
 import json
 import os
 import signal
@@ -13,6 +14,7 @@ import pytest
 from click.testing import CliRunner
 
 from pamsim.cli.main import cli, main, with_flags
+from pamsim.core.files import results_folder
 
 
 def run(monkeypatch, capsys, *args):
@@ -201,6 +203,35 @@ def test_a_bad_option_leaves_no_folder(tmp_path, monkeypatch, capsys):
     assert run(monkeypatch, capsys, *args, "x")[0] == 2
     assert run(monkeypatch, capsys, *args, "3s", "--rig", "mas21_arm")[0] == 2
     assert not (tmp_path / "out").exists()
+
+
+def test_two_runs_do_not_write_one_folder(tmp_path, monkeypatch, capsys):
+    log = tmp_path / "log.csv"
+    log.write_text("")
+    with results_folder(tmp_path, force=True):
+        for args in (
+            ["hide", "none", "--force"],
+            ["import", str(log), "--rig", "mas20_arm"],
+            ["new-rig", "arm", "--kind", "joint"],
+        ):
+            code, _, err = run(monkeypatch, capsys, *args, "--out", str(tmp_path))
+            assert (code, f"another run writes to {tmp_path}" in err) == (2, True), args
+
+
+def test_what_the_system_refuses_is_one_line(monkeypatch, capsys):
+    def full(*_):
+        raise OSError(errno.ENOSPC, "No space left on device", "/disk/page.html")
+
+    monkeypatch.setattr("pamsim.fitting.models.models", full)
+    code, _, err = run(monkeypatch, capsys, "models")
+    assert (code, err) == (2, "pamsim: error: /disk/page.html: No space left on device\n")
+
+
+def test_a_policy_that_is_there_is_refused_before_the_training(tmp_path, monkeypatch, capsys):
+    (tmp_path / "policy.json").write_text("old")
+    monkeypatch.setattr("pamsim.envs.train.train", lambda **_: pytest.fail("it trains"))
+    code, _, err = run(monkeypatch, capsys, "train", "--out", str(tmp_path / "policy.npz"))
+    assert (code, "policy.json is there already; --force" in err) == (2, True)
 
 
 def test_to_be_ended_is_to_be_interrupted(monkeypatch, capsys):

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import errno
 import json
 import sys
 import tomllib
@@ -160,6 +161,27 @@ def test_what_cannot_be_a_recording_is_refused_and_leaves_nothing(options, log, 
     with pytest.raises(InputError, match=why):
         imported(tmp_path, rig, log, **options)
     assert not list((tmp_path / "data").glob("*"))
+
+
+def test_the_index_is_there_once_it_is_right(rig, tmp_path, monkeypatch):
+    def interrupted(*args):
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr("pamsim.comparison.import_log._turned", interrupted)
+    with pytest.raises(KeyboardInterrupt):
+        imported(tmp_path, rig)
+    assert [path.name for path in (tmp_path / "data").iterdir()] == ["run_7.csv"]
+
+
+def test_a_log_that_cannot_be_copied_whole_is_not_there(rig, tmp_path, monkeypatch):
+    def full(source, target):
+        target.write_bytes(source.read_bytes()[:100])
+        raise OSError(errno.ENOSPC, "No space left on device")
+
+    monkeypatch.setattr("shutil.copyfile", full)
+    with pytest.raises(InputError, match=r"cannot write .*run_7\.csv: No space left"):
+        imported(tmp_path, rig)
+    assert not list((tmp_path / "data").iterdir())
 
 
 def test_without_pyarrow_one_line_says_what_to_install(rig, tmp_path, monkeypatch):

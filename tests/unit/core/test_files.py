@@ -4,8 +4,10 @@ from __future__ import annotations
 
 import errno
 import os
+from pathlib import Path
 
 import pytest
+from filelock import FileLock
 
 from pamsim.core.files import LOCK, complete_file, results_folder
 from tests.unit.core.refusals import refused
@@ -100,3 +102,40 @@ def test_a_file_is_no_folder_for_results(tmp_path):
     (tmp_path / "out").write_text("")
     with refused("cannot write", "it is a file"), results_folder(tmp_path / "out"):
         pass
+
+
+def test_what_a_killed_run_has_left_is_no_result_and_is_removed(tmp_path):
+    killed = [complete_file(tmp_path / name) for name in ("data.csv", "rig/params.toml")]
+    of_run, of_rig = (writing.__enter__() for writing in killed)
+    with refused("(rig)"), results_folder(tmp_path):
+        pass
+    (tmp_path / "rig" / ".notes").write_text("of the user")
+    with results_folder(tmp_path, resume=True):
+        assert not of_run.exists()
+        assert not of_rig.exists()
+    assert (tmp_path / "rig" / ".notes").exists()
+
+
+def test_an_interruption_as_the_file_is_made_leaves_nothing(tmp_path, monkeypatch):
+    def interrupted(path, mode):
+        path.touch()
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(Path, "open", interrupted)
+    with pytest.raises(KeyboardInterrupt), complete_file(tmp_path / "data.txt"):
+        pass
+    assert not list(tmp_path.iterdir())
+
+
+def test_a_lock_file_is_gone_before_another_run_can_take_it(tmp_path, monkeypatch):
+    there = []
+    release = FileLock.release
+
+    def noted(self, *args, **kwargs):
+        there.append((tmp_path / LOCK).exists())
+        release(self, *args, **kwargs)
+
+    monkeypatch.setattr(FileLock, "release", noted)
+    with results_folder(tmp_path):
+        pass
+    assert there[0] is False

@@ -12,7 +12,7 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.image import imread
 
 from pamsim.report import reproduce_figures, reproduce_steps
-from pamsim.report.style import CSS_PER_PIXEL, save_png
+from pamsim.report.style import CSS_PER_PIXEL, new_figure, save_png
 
 
 def distinct(result):
@@ -103,6 +103,22 @@ def test_global_settings_stay_and_do_not_matter(result, recordings, rows, tmp_pa
         save_png(reproduce_steps.small_responses(rows, recordings), tmp_path / "b.png")
         assert dict(matplotlib.rcParams) == before
     assert (tmp_path / "a.png").read_bytes() == (tmp_path / "b.png").read_bytes()
+
+
+def test_a_figure_is_whole_or_not_there(tmp_path):
+    path = tmp_path / "a.png"
+    path.write_bytes(b"old")
+    figure, _ = new_figure(2.0)
+
+    def interrupted(part, **options):
+        part.write_bytes(b"half")
+        raise KeyboardInterrupt
+
+    figure.savefig = interrupted
+    with pytest.raises(KeyboardInterrupt):
+        save_png(figure, path)
+    assert path.read_bytes() == b"old"
+    assert list(tmp_path.iterdir()) == [path]
 
 
 def test_pyplot_is_never_imported():

@@ -1,0 +1,169 @@
+"""Whether a full disk loses or spoils anything.
+
+    python scripts/trust/disk_full.py [--points 20] [--seed 0] [--command NAME ...] [--json FILE]
+
+Each command that writes runs once whole, in a small file system in memory, which tells how much it
+takes at most. Then it runs with less, at points drawn from nothing to all but one page of 4 KiB.
+Afterwards
+
+- the exit code is 2, with one line on stderr that names a file and says that no space is left;
+- every file that is there is that of the whole run, durations apart, and none is half;
+- with space again, the same command with ``--force``, and ``--resume`` where there is something to
+  resume, writes what the whole run wrote: numbers equal to the bit, durations apart.
+
+Needs the right to mount: root, or ``unshare -rm python ...``. FILE is written after each command;
+those in it that this call does not run stay. Exits 1 if a point fails.
+"""
+
+from __future__ import annotations
+
+import argparse
+import contextlib
+import json
+import platform
+import shutil
+import subprocess
+import sys
+import tempfile
+import time
+from collections.abc import Generator
+from pathlib import Path
+
+import mujoco
+import numpy as np
+import tqdm
+from writing_commands import COMMANDS, Command, Process, again, emptied, faults, left_out, prepare
+
+PAGE = 4096
+"""Of a file system in memory, which counts whole pages [bytes]."""
+PLENTY = 1 << 28
+BAD_INPUT = 2
+
+
+@contextlib.contextmanager
+def small_disk(folder: Path) -> Generator[None]:
+    """A file system in memory at a folder, for a ``with`` block."""
+    folder.mkdir()
+    subprocess.run(["mount", "-t", "tmpfs", "pamsim", str(folder)], check=True)
+    try:
+        yield
+    finally:
+        subprocess.run(["umount", str(folder)], check=True)
+
+
+def resize(folder: Path, size: int) -> None:
+    """Give a file system in memory another size [bytes]."""
+    subprocess.run(["mount", "-o", f"remount,size={size}", str(folder)], check=True)
+
+
+def used(folder: Path) -> int:
+    """Bytes in use in a file system."""
+    return shutil.disk_usage(folder).used
+
+
+def most(command: Command, folder: Path) -> tuple[int, int]:
+    """Run a command whole; its exit code, and the most that it took at any time [bytes]."""
+    process, largest = Process(command.args, folder), 0
+    while process.runs():
+        largest = max(largest, used(folder))
+        time.sleep(0.001)
+    return process.wait().check().code, max(largest, used(folder))
+
+
+def tried(
+    command: Command, room: int, folder: Path, reference: Path, code: int
+) -> tuple[bool, list[str]]:
+    """Whether a run found the disk full, and what is wrong after it."""
+    resize(emptied(folder), room)
+    end = Process(command.args, folder).wait()
+    full = end.code != code
+    found: list[str] = []
+    lines = [line for line in end.errors.splitlines() if line.strip()]
+    if full:
+        said = len(lines) == 1 and "No space left" in lines[0] and str(lines[0]).count("/") > 0
+        if end.code != BAD_INPUT or not said:
+            found.append(f"exit code {end.code}: {end.errors.strip()[-200:]!r}")
+    found += [f"full: {what}" for what in faults(command, folder, reference, whole=not full)]
+    resize(folder, PLENTY)
+    args = again(command, folder)
+    end = Process(args, folder).wait()
+    if end.code != code or end.errors:
+        found.append(f"again: exit code {end.code}: {end.errors.strip()[-200:]!r}")
+    found += [f"again: {what}" for what in faults(
+        command, folder, reference, whole=True, resumed="--resume" in args
+    )]  # fmt: skip
+    return full, found
+
+
+def points_of(name: str, points: int, seed: int, root: Path) -> dict[str, object]:
+    """Run a command whole, then with less room, and count."""
+    command = COMMANDS[name]
+    folder, reference = root / "disk", root / "reference"
+    rng = np.random.default_rng([seed, list(COMMANDS).index(name)])
+    failed, wrong, rooms, fulls = 0, {}, [], 0
+    with small_disk(folder):
+        resize(folder, PLENTY)
+        Process(command.args, folder).wait().check()  # loads what is compiled
+        code, largest = most(command, emptied(folder))
+        shutil.copytree(folder, emptied(reference), dirs_exist_ok=True)
+        # One in each of as many equal parts: spread, and nowhere the same.
+        parts = (np.arange(points) + rng.uniform(size=points)) / points
+        for part in tqdm.tqdm(parts, desc=name, unit="point"):
+            rooms.append(PAGE * max(1, int(part * largest / PAGE)))
+            full, found = tried(command, rooms[-1], folder, reference, code)
+            fulls += full
+            failed += bool(found)
+            for what in found:
+                wrong.setdefault(what, []).append(rooms[-1])
+    for what, where in wrong.items():
+        print(f"{name}: {len(where)} x {what} (such as with {where[0]} bytes)", flush=True)
+    return {
+        "args": " ".join(command.args),
+        "bytes": largest,
+        "points": points,
+        "rooms": rooms,
+        "full": fulls,
+        "failed": failed,
+        "faults": wrong,
+    }
+
+
+def main() -> int:
+    """Run, print, write."""
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("--points", type=int, default=20, help="of all commands together")
+    parser.add_argument("--seed", type=int, default=0)
+    parser.add_argument("--command", nargs="+", choices=COMMANDS, default=list(COMMANDS))
+    parser.add_argument("--json", type=Path)
+    options = parser.parse_args()
+    tqdm.tqdm.monitor_interval = 0  # no thread beside: the process forks
+    out = left_out()
+    result = {
+        "command": f"python scripts/trust/disk_full.py --points {options.points}"
+        f" --seed {options.seed}",
+        "mujoco": mujoco.__version__,
+        "python": platform.python_version(),
+        "commands": {},
+        "left_out": out,
+    }
+    if options.json is not None and options.json.exists():
+        result["commands"] = json.loads(options.json.read_text(encoding="utf-8"))["commands"]
+    here = {name: one.share for name, one in COMMANDS.items() if name not in out}
+    failed = 0
+    with tempfile.TemporaryDirectory() as folder:
+        root = Path(folder).resolve()
+        prepare(root)
+        for name in [name for name in options.command if name in here]:
+            points = max(1, round(options.points * here[name] / sum(here.values())))
+            row = points_of(name, points, options.seed, root)
+            failed += int(row["failed"])
+            result["commands"][name] = row
+            if options.json is not None:
+                options.json.write_text(json.dumps(result, indent=1) + "\n", encoding="utf-8")
+    rows = result["commands"].values()
+    print(f"{sum(row['full'] for row in rows)} times full, {failed} failed now")
+    return int(failed > 0)
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,222 @@
+"""Whether a run that is killed loses or spoils anything.
+
+    python scripts/trust/kills.py [--kills 200] [--seed 0] [--command NAME ...] [--json FILE]
+
+Each command that writes runs once whole; then it is killed again and again, by SIGKILL, SIGTERM or
+SIGINT, half of the times at a random moment of its run, half of them at a random event of writing
+(a file opened for writing, moved, removed, a folder made) or up to 20 ms after it, and a third of
+the times over the files of an earlier run. Afterwards
+
+- every file is that of the whole run, durations apart; a checkpoint can be read, a rig loaded;
+  SIGKILL may leave hidden parts of files, SIGTERM and SIGINT none;
+- SIGTERM and SIGINT end with exit code 130 and without a traceback;
+- the same command with ``--force``, and ``--resume`` where there is something to resume, writes
+  what the whole run wrote: numbers equal to the bit, durations apart; no hidden part stays in its
+  folder of results.
+
+A moment after the end of the run counts for nothing and is drawn again. FILE is written after each
+command; those in it that this call does not run stay. Exits 1 if a kill fails.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import platform
+import shutil
+import signal
+import sys
+import tempfile
+import time
+from collections import Counter
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+
+import mujoco
+import numpy as np
+import tqdm
+from writing_commands import COMMANDS, Command, Process, again, emptied, faults, left_out, prepare
+
+INTERRUPTED = 130
+LONGEST = 600.0
+"""Of a run [s]; what takes longer is blocked."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Kill:
+    """When a run is killed, and how.
+
+    Attributes:
+        signal: that it gets.
+        over: whether an earlier run has left its files in the folder.
+        write: event of writing that is waited for; 0 for the start.
+        seconds: after it [s].
+    """
+
+    signal: signal.Signals
+    over: bool
+    write: int
+    seconds: float
+
+    def __str__(self) -> str:
+        after = f"write {self.write}" if self.write else "the start"
+        over = ", over an earlier run" if self.over else ""
+        return f"{self.signal.name} {1e3 * self.seconds:.0f} ms after {after}{over}"
+
+
+def drawn(rng: np.random.Generator, seconds: float, writes: int) -> Kill:
+    """A kill of a run that takes some seconds and writes so many times."""
+    signals = (signal.SIGKILL, signal.SIGTERM, signal.SIGINT)
+    sent = signals[rng.choice(3, p=(0.6, 0.2, 0.2))]
+    over = bool(rng.random() < 1 / 3)
+    if rng.random() < 0.5:
+        return Kill(signal=sent, over=over, write=0, seconds=float(rng.uniform(0.0, seconds)))
+    at = int(rng.integers(1, writes + 1))
+    wait = 0.0 if rng.random() < 0.5 else float(rng.uniform(0.0, 0.02))
+    return Kill(signal=sent, over=over, write=at, seconds=wait)
+
+
+@dataclass
+class Tried:
+    """What became of a command's kills."""
+
+    kills: int = 0
+    missed: int = 0
+    resumed: int = 0
+
+
+def hit(process: Process, kill: Kill) -> bool:
+    """Kill a process at its moment; False if it ended before."""
+    while kill.write and process.writes() < kill.write and process.runs():
+        time.sleep(0.0005)
+    due = time.monotonic() + kill.seconds
+    while process.runs() and time.monotonic() < due:
+        time.sleep(min(0.002, max(0.0, due - time.monotonic())))
+    if not process.runs():
+        return False
+    process.send(kill.signal)
+    return True
+
+
+def ended(process: Process) -> Iterator[str]:
+    """Wait for the end of a process that may be blocked."""
+    due = time.monotonic() + LONGEST
+    while process.runs():
+        if time.monotonic() > due:
+            process.send(signal.SIGKILL)
+            yield "did not end"
+        time.sleep(0.005)
+
+
+def tried(
+    command: Command, kill: Kill, folder: Path, reference: Path, code: int, count: Tried
+) -> list[str]:
+    """What is wrong after a kill; counts it."""
+    emptied(folder, reference if kill.over else None)
+    args = (*command.args, "--force") if kill.over else command.args
+    at_once = kill.write if kill.seconds == 0.0 else 0
+    process = Process(args, folder, at=at_once, sent=kill.signal)
+    struck = hit(process, kill) if not at_once else True
+    found = list(ended(process))
+    end = process.wait()
+    if not struck or (at_once and end.writes < at_once):
+        count.missed += 1
+        return []
+    count.kills += 1
+    killed = kill.signal == signal.SIGKILL or end.code == -kill.signal
+    allowed = {code, -kill.signal} if killed else {code, INTERRUPTED}
+    if end.code not in allowed or "Traceback" in end.errors:
+        found.append(f"exit code {end.code}: {end.errors.strip()[-200:]!r}")
+    done = end.code == code and not kill.over
+    found += [f"after the kill: {what}" for what in faults(
+        command, folder, reference, whole=done, killed=killed
+    )]  # fmt: skip
+    args = again(command, folder)
+    count.resumed += "--resume" in args
+    process = Process(args, folder)
+    found += ended(process)
+    end = process.wait()
+    if end.code != code or end.errors:
+        found.append(f"again: exit code {end.code}: {end.errors.strip()[-200:]!r}")
+    found += [f"again: {what}" for what in faults(
+        command, folder, reference, whole=True, parts=killed, resumed="--resume" in args
+    )]  # fmt: skip
+    return found
+
+
+def kills_of(name: str, kills: int, seed: int, root: Path) -> dict[str, object]:
+    """Run a command whole, kill it, and count."""
+    command = COMMANDS[name]
+    folder, reference = root / name.replace(" ", "_"), root / "reference"
+    Process(command.args, emptied(folder)).wait().check()  # loads what is compiled
+    whole = Process(command.args, emptied(folder)).wait().check()
+    shutil.copytree(folder, emptied(reference), dirs_exist_ok=True)
+    rng = np.random.default_rng([seed, list(COMMANDS).index(name)])
+    count, failed, wrong = Tried(), 0, {}
+    kinds: Counter[str] = Counter()
+    with tqdm.tqdm(total=kills, desc=name, unit="kill") as bar:
+        while count.kills < kills:
+            kill, before = drawn(rng, whole.seconds, whole.writes), count.kills
+            found = tried(command, kill, folder, reference, whole.code, count)
+            if count.kills == before:
+                continue
+            bar.update()
+            kinds[kill.signal.name] += 1
+            kinds["while writing"] += kill.write > 0
+            kinds["over an earlier run"] += kill.over
+            failed += bool(found)
+            for what in found:
+                wrong.setdefault(what, []).append(str(kill))
+    for what, when in wrong.items():
+        print(f"{name}: {len(when)} x {what} (such as {when[0]})", flush=True)
+    return {
+        "args": " ".join(command.args),
+        "seconds": round(whole.seconds, 1),
+        "writes": whole.writes,
+        "kills": count.kills,
+        **kinds,
+        "resumed": count.resumed,
+        "missed": count.missed,
+        "failed": failed,
+        "faults": {what: when[:3] for what, when in wrong.items()},
+    }
+
+
+def main() -> int:
+    """Run, print, write."""
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("--kills", type=int, default=200, help="of all commands together")
+    parser.add_argument("--seed", type=int, default=0)
+    parser.add_argument("--command", nargs="+", choices=COMMANDS, default=list(COMMANDS))
+    parser.add_argument("--json", type=Path)
+    options = parser.parse_args()
+    tqdm.tqdm.monitor_interval = 0  # no thread beside: the process forks
+    out = left_out()
+    result = {
+        "command": f"python scripts/trust/kills.py --kills {options.kills} --seed {options.seed}",
+        "mujoco": mujoco.__version__,
+        "python": platform.python_version(),
+        "commands": {},
+        "left_out": out,
+    }
+    if options.json is not None and options.json.exists():
+        result["commands"] = json.loads(options.json.read_text(encoding="utf-8"))["commands"]
+    here = {name: one.share for name, one in COMMANDS.items() if name not in out}
+    failed = 0
+    with tempfile.TemporaryDirectory() as folder:
+        root = Path(folder).resolve()
+        prepare(root)
+        for name in [name for name in options.command if name in here]:
+            kills = max(1, round(options.kills * here[name] / sum(here.values())))
+            row = kills_of(name, kills, options.seed, root)
+            failed += int(row["failed"])
+            result["commands"][name] = row
+            if options.json is not None:
+                options.json.write_text(json.dumps(result, indent=1) + "\n", encoding="utf-8")
+    print(f"{sum(row['kills'] for row in result['commands'].values())} kills, {failed} failed now")
+    return int(failed > 0)
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,407 @@
+"""The commands of pamsim that write, each in a process of its own, and what they leave behind.
+
+Used by ``kills.py`` and ``disk_full.py``. A process is a fork of one that has imported pamsim, so
+that hundreds of runs need not import it again. Inputs are small, so that a run takes seconds.
+"""
+
+from __future__ import annotations
+
+import importlib
+import importlib.util
+import json
+import mmap
+import os
+import pkgutil
+import re
+import shutil
+import signal
+import struct
+import sys
+import time
+import traceback
+from collections.abc import Iterator, Mapping, Set
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+import pamsim
+from pamsim.cli.main import main as pamsim_command
+from pamsim.core.errors import PamsimError
+from pamsim.core.files import LOCK
+
+IN = "../inputs"
+"""Of the commands, which run in a folder beside it."""
+
+INPUTS: tuple[tuple[str, ...], ...] = (
+    ("hide", "coulomb_friction", "--size", "0.5", "--protocols", "triangle", "--repeats", "3",
+     "--duration", "800ms", "--out", "recording"),
+    ("step", "--pressure", "400,100", "--start", "300,300", "--duration", "1s", "--out", "step"),
+)  # fmt: skip
+
+
+@dataclass(frozen=True, kw_only=True)
+class Command:
+    """A command that writes.
+
+    Attributes:
+        args: of ``pamsim``, in an empty folder beside `IN`.
+        share: of the runs, relative to the others; less for those that take long.
+        checkpoint: file that ``--resume`` goes on from; none if empty.
+        near: relative difference that a resumed search may leave: it goes on where it was, with a
+            trust region of the first size, and counts other simulations; 0 for none.
+        needs: package without which it is left out.
+    """
+
+    args: tuple[str, ...]
+    share: float = 1.0
+    checkpoint: str = ""
+    near: float = 0.0
+    needs: str = ""
+
+
+COMMANDS = {
+    "step": Command(
+        args=("step", "--pressure", "400,100", "--start", "300,300", "--duration", "1s", "--out",
+              "out", "--json", "step.json"),
+    ),
+    "identify": Command(
+        args=("identify", f"{IN}/step", "--order", "1", "--out", "out", "--json", "one.json"),
+    ),
+    "fit": Command(
+        args=("fit", f"{IN}/map.csv", "--model", "six_parameter", "--nominal-length", "300",
+              "--out", "out", "--json", "fit.json"),
+    ),
+    "new-rig": Command(args=("new-rig", "arm", "--kind", "joint", "--out", "out")),
+    "import": Command(
+        args=("import", f"{IN}/log.csv", "--rig", "mas20_arm", "--column", "shaft.angle=phi:deg",
+              "--column", "muscle_1.pressure=p1:kPa", "--column", "muscle_2.pressure=p2:kPa",
+              "--out", "out", "--json", "import.json"),
+    ),
+    "check": Command(
+        args=("check", f"{IN}/recording", "--effects", "coulomb_friction", "--out", "out",
+              "--json", "check.json"),
+    ),
+    "calibrate": Command(
+        args=("calibrate", f"{IN}/recording", "--free", "joint.shaft.damping",
+              "--hold-out", "triangle_check", "--starts", "2", "--out", "out",
+              "--json", "fit.json"),
+        checkpoint="out/checkpoint.json",
+        near=1e-6,
+    ),
+    "diagnose": Command(
+        args=("diagnose", f"{IN}/recording", "--effects", "coulomb_friction", "--out",
+              "out", "--json", "found.json"),
+        checkpoint="out/fits.json",
+    ),
+    "hide": Command(
+        args=("hide", "coulomb_friction", "--protocols", "triangle", "--repeats", "3",
+              "--duration", "1s", "--out", "out", "--json", "hidden.json"),
+    ),
+    "replicate": Command(
+        args=("replicate", "--paper", "alraouf2025", "--out", "out", "--json", "all.json"),
+    ),
+    "reproduce": Command(args=("reproduce", "--out", "out", "--json", "all.json")),
+    "render": Command(
+        args=("render", "film.gif", "--recording", f"{IN}/step", "--fps", "5", "--width", "400",
+              "--height", "320"),
+    ),
+    "render mp4": Command(
+        args=("render", "film.mp4", "--recording", f"{IN}/step", "--fps", "5", "--width", "400",
+              "--height", "320"),
+        needs="imageio_ffmpeg",
+    ),
+    "render png": Command(
+        args=("render", "rest.png", "--width", "320", "--height", "256"),
+    ),
+    "demo": Command(args=("demo", "--no-open", "--out", "out"), share=0.3),
+    "train": Command(
+        args=("train", "--steps", "6400", "--out", "policy.npz"), share=0.3, needs="torch"
+    ),
+}  # fmt: skip
+
+_TIMES = {"seconds", "wall_s"}
+"""Keys of durations: what differs between two runs that nothing interrupts."""
+_COUNTS = {"evaluations", "calls", "iterations", "simulations", "steps", "diverged"}
+"""Keys of what a search took."""
+_COUNT = re.compile(r"(?<=>)\d+(?=<)")
+_DURATION = re.compile(r"\d+(\.\d+)? s\b")
+
+
+def left_out() -> dict[str, str]:
+    """Commands that cannot be run here -> why."""
+    return {
+        name: f"needs {command.needs}"
+        for name, command in COMMANDS.items()
+        if command.needs and importlib.util.find_spec(command.needs) is None
+    }
+
+
+def prepare(root: Path) -> None:
+    """Import pamsim whole, compile what is not compiled, and write the inputs.
+
+    Args:
+        root: of the commands' folders.
+    """
+    for module in pkgutil.walk_packages(pamsim.__path__, "pamsim."):
+        if not module.name.endswith("__main__"):
+            try:
+                importlib.import_module(module.name)
+            except ImportError:
+                continue
+    inputs = root / "inputs"
+    inputs.mkdir()
+    time_s = np.arange(200) * 0.01
+    p1 = np.where(time_s % 1.0 < 0.5, 300.0, 100.0)
+    log = np.column_stack([time_s, p1, 400.0 - p1, 0.05 * (2.0 * p1 - 400.0)])
+    np.savetxt(inputs / "log.csv", log, "%.6g", ",", header="t,p1,p2,phi", comments="")
+    shipped = Path(pamsim.__file__).parent / "data" / "dmsp20_300_force_map.csv"
+    shutil.copyfile(shipped, inputs / "map.csv")
+    for args in INPUTS:
+        Process(args, inputs).wait().check()
+
+
+@dataclass(frozen=True)
+class Ended:
+    """How a process ended.
+
+    Attributes:
+        code: its exit code; negative, the signal that ended it.
+        errors: what it wrote on stderr.
+        seconds: it took [s].
+        writes: events of writing in its folder.
+    """
+
+    code: int
+    errors: str
+    seconds: float
+    writes: int
+
+    def check(self) -> Ended:
+        """Itself.
+
+        Raises:
+            RuntimeError: if it failed.
+        """
+        if self.code not in (0, 1):
+            raise RuntimeError(f"exit code {self.code}: {self.errors}")
+        return self
+
+
+class Process:
+    """``pamsim`` with some arguments, in a folder.
+
+    Args:
+        args: of ``pamsim``.
+        folder: to run in; it must be there.
+        at: event of writing before which it gets `sent`; never if 0.
+        sent: signal that it sends to itself.
+    """
+
+    def __init__(
+        self, args: tuple[str, ...], folder: Path, at: int = 0, sent: int = signal.SIGKILL
+    ) -> None:
+        self._count = mmap.mmap(-1, 4)
+        self._errors = folder.parent / f"{folder.name}.stderr"
+        self._begun = time.monotonic()
+        self.pid = os.fork()
+        if self.pid == 0:
+            _be(args, folder, self._errors, self._count, at, sent)
+
+    def writes(self) -> int:
+        """Events of writing so far."""
+        return struct.unpack("i", self._count[:4])[0]
+
+    def runs(self) -> bool:
+        """Whether it has not ended; an ended one stays until `wait`, its number in use."""
+        return os.waitid(os.P_PID, self.pid, os.WEXITED | os.WNOHANG | os.WNOWAIT) is None
+
+    def send(self, what: int) -> None:
+        """Send it a signal."""
+        os.kill(self.pid, what)
+
+    def wait(self) -> Ended:
+        """Wait for its end."""
+        _, status = os.waitpid(self.pid, 0)
+        return Ended(
+            os.waitstatus_to_exitcode(status),
+            self._errors.read_text(encoding="utf-8", errors="replace"),
+            time.monotonic() - self._begun,
+            self.writes(),
+        )
+
+
+def _be(
+    args: tuple[str, ...], folder: Path, errors: Path, count: mmap.mmap, at: int, sent: int
+) -> None:
+    """Be the process: run, and end."""
+    code = 70
+    try:
+        out = os.open(errors, os.O_WRONLY | os.O_CREAT | os.O_TRUNC)
+        os.dup2(os.open(os.devnull, os.O_RDWR), 0)
+        os.dup2(os.open(os.devnull, os.O_WRONLY), 1)
+        os.dup2(out, 2)
+        os.chdir(folder)
+        signal.signal(signal.SIGINT, signal.default_int_handler)
+        sys.argv = ["pamsim", *args]
+        sys.addaudithook(_counter(str(folder.resolve()), count, at, sent))
+        pamsim_command()
+    except SystemExit as end:
+        code = end.code if isinstance(end.code, int) else 1
+    except KeyboardInterrupt:  # before the command began
+        code = 130
+    except BaseException:
+        traceback.print_exc()
+    finally:
+        sys.stdout.flush()
+        sys.stderr.flush()
+        os._exit(code)
+
+
+def _counter(folder: str, count: mmap.mmap, at: int, sent: int) -> Any:
+    """A hook that counts what is opened for writing, moved, made or removed in a folder."""
+    writing = os.O_WRONLY | os.O_RDWR | os.O_CREAT
+
+    def hook(event: str, given: tuple[Any, ...]) -> None:
+        if event == "open":
+            if not given[2] & writing:
+                return
+        elif event not in ("os.rename", "os.remove", "os.mkdir", "os.rmdir", "os.chmod"):
+            return
+        if not isinstance(given[0], (str, os.PathLike)):
+            return
+        if os.path.abspath(os.fspath(given[0])).startswith(folder):
+            number = struct.unpack("i", count[:4])[0] + 1
+            count[:4] = struct.pack("i", number)
+            if number == at:
+                os.kill(os.getpid(), sent)
+
+    return hook
+
+
+def emptied(folder: Path, like: Path | None = None) -> Path:
+    """The folder, empty or with what another holds."""
+    if folder.exists():
+        for entry in folder.iterdir():
+            shutil.rmtree(entry) if entry.is_dir() else entry.unlink()
+    folder.mkdir(exist_ok=True)
+    if like is not None:
+        shutil.copytree(like, folder, dirs_exist_ok=True)
+    return folder
+
+
+def again(command: Command, folder: Path) -> tuple[str, ...]:
+    """Arguments to go on with in a folder that a run has left."""
+    if command.checkpoint and (folder / command.checkpoint).exists():
+        return (*command.args, "--resume", "--force")
+    return (*command.args, "--force") if any(folder.iterdir()) else command.args
+
+
+def files(folder: Path) -> dict[str, Path]:
+    """Name in the folder -> file, in it and in its folders."""
+    found = (path for path in sorted(folder.rglob("*")) if not path.is_dir())
+    return {str(path.relative_to(folder)): path for path in found}
+
+
+def faults(
+    command: Command,
+    folder: Path,
+    reference: Path,
+    *,
+    whole: bool,
+    killed: bool = False,
+    parts: bool = False,
+    resumed: bool = False,
+) -> Iterator[str]:
+    """What is wrong with the files of a run.
+
+    Args:
+        command: that ran.
+        folder: it ran in.
+        reference: the same folder after a run that nothing interrupted.
+        whole: whether all files must be there, or those that are there be right.
+        killed: whether parts of files may have been left.
+        parts: whether those beside a folder of results may have been left.
+        resumed: whether it went on from a checkpoint.
+    """
+    near = command.near if resumed else 0.0
+    right, there = files(reference), files(folder)
+    for name, path in there.items():
+        if path.name == LOCK and not whole:
+            continue  # the system has freed it
+        if path.name.startswith("."):  # a part of a file
+            if not killed and not (parts and "/" not in name):
+                yield f"{name} was left"
+        elif name == command.checkpoint and not whole:
+            yield from _parsed(path)
+        elif name not in right:
+            yield f"{name} is not of the result"
+        elif what := _difference(path, right[name], near):
+            yield f"{name}: {what}"
+        elif path.name == "params.toml" and b"[rig]" in path.read_bytes():
+            yield from _loaded(path.parent)
+    if whole:
+        yield from (f"{name} is missing" for name in right if name not in there)
+
+
+def _parsed(path: Path) -> Iterator[str]:
+    try:
+        json.loads(path.read_text(encoding="utf-8"))
+    except ValueError as error:
+        yield f"{path.name}: {error}"
+
+
+def _loaded(folder: Path) -> Iterator[str]:
+    try:
+        pamsim.load_rig(folder)
+    except PamsimError as error:
+        yield f"{folder.name} cannot be loaded: {error}"
+
+
+def _difference(path: Path, right: Path, near: float) -> str:
+    """How a file differs; empty if it does not but for durations."""
+    got, wanted = path.read_bytes(), right.read_bytes()
+    if got == wanted:
+        return ""
+    if path.suffix == ".json":
+        try:
+            contents = (json.loads(text) for text in (got, wanted))
+            got, wanted = (_without(one, _TIMES | (_COUNTS if near else set())) for one in contents)
+        except ValueError as error:
+            return str(error)
+        return _where(got, wanted, near)
+    if path.suffix == ".html":
+        texts = [_DURATION.sub("", text.decode(errors="replace")) for text in (got, wanted)]
+        got, wanted = (_COUNT.sub("", text) if near else text for text in texts)
+        if got == wanted:
+            return ""
+        pairs = zip(got.splitlines(), wanted.splitlines(), strict=False)
+        lines = (f"{a.strip()[:60]!r}, not {b.strip()[:60]!r}" for a, b in pairs if a != b)
+        return next(lines, "cut")
+    return f"{len(got)} bytes not those {len(wanted)}"
+
+
+def _without(content: Any, keys: Set[str]) -> Any:
+    if isinstance(content, Mapping):
+        return {k: _without(v, keys) for k, v in content.items() if k not in keys}
+    return [_without(one, keys) for one in content] if isinstance(content, list) else content
+
+
+def _where(got: Any, wanted: Any, near: float, at: str = "") -> str:
+    """The first place at which two JSON contents differ; empty if none does."""
+    if isinstance(got, dict) and isinstance(wanted, dict):
+        if got.keys() != wanted.keys():
+            return f"{at or 'content'} has other keys: {sorted(got.keys() ^ wanted.keys())}"
+        pairs = ((f"{at}.{key}", value, wanted[key]) for key, value in got.items())
+    elif isinstance(got, list) and isinstance(wanted, list) and len(got) == len(wanted):
+        pairs = ((f"{at}[{i}]", *two) for i, two in enumerate(zip(got, wanted, strict=True)))
+    elif got == wanted or (
+        isinstance(got, float)
+        and isinstance(wanted, float)
+        and abs(got - wanted) <= near * max(abs(got), abs(wanted))
+    ):
+        return ""
+    else:
+        return f"{at or 'content'} is {got!r:.40}, not {wanted!r:.40}"
+    return next((what for key, a, b in pairs if (what := _where(a, b, near, key))), "")
