@@ -8,14 +8,20 @@ from collections.abc import Iterator, Mapping, MutableMapping
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
 from pamsim.core.errors import InputError
+from pamsim.core.files import complete_file
 from pamsim.store.json_file import CheckpointFile
 
-FILE = "fits.json"
+FILE, ARRAYS = "fits.json", "fits"
+_FORMAT = 2
 
 
 class RememberedFits(MutableMapping[str, Mapping[str, Any]]):
     """A mapping whose every new entry is on disk before the next fit begins.
+
+    An entry is JSON-safe but for its ``jacobian``, an array, which is kept in a file of its own.
 
     Args:
         folder: of the diagnosis.
@@ -27,12 +33,15 @@ class RememberedFits(MutableMapping[str, Mapping[str, Any]]):
     """
 
     def __init__(self, folder: Path, settings: Any, *, resume: bool = False) -> None:
-        text = json.dumps(settings, sort_keys=True, default=str)
+        text = json.dumps([_FORMAT, settings], sort_keys=True, default=str)
         self._settings = hashlib.sha256(text.encode()).hexdigest()
+        self._folder = folder
         self._file = CheckpointFile(folder / FILE)
         self._fits: dict[str, Mapping[str, Any]] = {}
         if not resume:
             self._file.clear()
+            for old in (folder / ARRAYS).glob("*.npy"):
+                old.unlink()
             return
         state = self._file.load()
         if state is None:
@@ -45,10 +54,21 @@ class RememberedFits(MutableMapping[str, Mapping[str, Any]]):
         self._fits = dict(state["fits"])
 
     def __getitem__(self, key: str) -> Mapping[str, Any]:
-        return self._fits[key]
+        fit = self._fits[key]
+        file = self._folder / fit["jacobian"]
+        try:
+            jacobian = np.load(file, allow_pickle=False)
+        except (OSError, ValueError, EOFError) as error:
+            raise InputError(
+                f"`resume`: cannot read {file}: {error}; start without `resume`"
+            ) from None
+        return {**fit, "jacobian": jacobian}
 
     def __setitem__(self, key: str, value: Mapping[str, Any]) -> None:
-        self._fits[key] = value
+        name = f"{ARRAYS}/{hashlib.sha256(key.encode()).hexdigest()[:16]}.npy"
+        with complete_file(self._folder / name) as part:
+            np.save(part, value["jacobian"], allow_pickle=False)
+        self._fits[key] = {**value, "jacobian": name}
         self._file.save({"settings": self._settings, "fits": self._fits})
 
     def __delitem__(self, key: str) -> None:

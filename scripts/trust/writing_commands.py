@@ -49,8 +49,8 @@ class Command:
         args: of ``pamsim``, in an empty folder beside `IN`.
         share: of the runs, relative to the others; less for those that take long.
         checkpoint: file that ``--resume`` goes on from; none if empty.
-        near: relative difference that a resumed search may leave: it goes on where it was, with a
-            trust region of the first size, and counts other simulations; 0 for none.
+        near: relative difference that a resumed run may leave; 0 for none. A search that goes on
+            where it was takes a trust region of the first size again, and so other steps.
         needs: package without which it is left out.
     """
 
@@ -123,8 +123,9 @@ COMMANDS = {
 
 _TIMES = {"seconds", "wall_s"}
 """Keys of durations: what differs between two runs that nothing interrupts."""
-_COUNTS = {"evaluations", "calls", "iterations", "simulations", "steps", "diverged"}
-"""Keys of what a search took."""
+_COUNTS = {"evaluations", "calls", "iterations", "simulations", "steps", "diverged", "rollouts",
+           "parameter_sets"}  # fmt: skip
+"""Keys of what a run took, in simulations: less where it was resumed."""
 _COUNT = re.compile(r"(?<=>)\d+(?=<)")
 _DURATION = re.compile(r"\d+(\.\d+)? s\b")
 
@@ -325,7 +326,7 @@ def faults(
         parts: whether those beside a folder of results may have been left.
         resumed: whether it went on from a checkpoint.
     """
-    near = command.near if resumed else 0.0
+    near = command.near if resumed else None
     right, there = files(reference), files(folder)
     for name, path in there.items():
         if path.name == LOCK and not whole:
@@ -359,21 +360,26 @@ def _loaded(folder: Path) -> Iterator[str]:
         yield f"{folder.name} cannot be loaded: {error}"
 
 
-def _difference(path: Path, right: Path, near: float) -> str:
-    """How a file differs; empty if it does not but for durations."""
+def _difference(path: Path, right: Path, near: float | None) -> str:
+    """How a file differs; empty if it does not but for durations.
+
+    With a number instead of None a run was resumed: it may have taken other simulations, and have
+    numbers that differ by as much.
+    """
+    taken = _TIMES if near is None else _TIMES | _COUNTS
     got, wanted = path.read_bytes(), right.read_bytes()
     if got == wanted:
         return ""
     if path.suffix == ".json":
         try:
             contents = (json.loads(text) for text in (got, wanted))
-            got, wanted = (_without(one, _TIMES | (_COUNTS if near else set())) for one in contents)
+            got, wanted = (_without(one, taken) for one in contents)
         except ValueError as error:
             return str(error)
-        return _where(got, wanted, near)
+        return _where(got, wanted, near or 0.0)
     if path.suffix == ".html":
         texts = [_DURATION.sub("", text.decode(errors="replace")) for text in (got, wanted)]
-        got, wanted = (_COUNT.sub("", text) if near else text for text in texts)
+        got, wanted = (text if near is None else _COUNT.sub("", text) for text in texts)
         if got == wanted:
             return ""
         pairs = zip(got.splitlines(), wanted.splitlines(), strict=False)

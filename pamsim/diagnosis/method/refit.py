@@ -25,7 +25,11 @@ from pamsim.inference.free_parameter import FreeParameter, SearchScale
 
 FloatArray = NDArray[np.float64]
 Remembered = MutableMapping[str, Mapping[str, Any]]
-"""Fits that are done: what was fitted from where -> ``values`` and ``cost``."""
+"""Fits that are done: what was fitted from where -> ``place``, ``cost`` and ``jacobian``.
+
+The Jacobian is that of the descent, which its steps have updated: one that is computed again where
+the fit ended is another, and all that follows from it would be.
+"""
 
 _STEP = 1e-4  # of a range, for differences: wide enough to bridge the kinks of switching valves
 _TOLERANCE, _LAST_TOLERANCE = 1e-3, 1e-5  # of cost and place; while comparing, at the end
@@ -162,17 +166,20 @@ class Fitter:
         key = json.dumps([[p.name for p in parameters], [dict(s) for s in starts]])
         known = self._remembered.get(key)
         if known is not None:
-            return self._recalled(parameters, known)
+            place = np.array(known["place"], dtype=np.float64)
+            return self._finished(parameters, place, float(known["cost"]), known["jacobian"])
         fits = [self._search(parameters, start, most, worth) for start in starts]
         best = min((f for f in fits if f is not None), key=lambda f: f.cost, default=None)
         if best is None:
             names = ", ".join(p.name for p in parameters)
             raise InputError(f"the simulation breaks down wherever a fit of {names} begins")
+        jacobian = np.ascontiguousarray(best.jacobian)
         self._remembered[key] = {
-            "values": SearchScale(parameters).values(best.x),
+            "place": best.x.tolist(),
             "cost": best.cost,
+            "jacobian": jacobian,
         }
-        return self._finished(parameters, best.x, best.cost, best.jacobian)
+        return self._finished(parameters, best.x, best.cost, jacobian)
 
     def _search(
         self,
@@ -261,16 +268,6 @@ class Fitter:
         own = iter(self.jacobian(fresh, values, here).T)
         columns = [kept[p.name] if p.name in kept else next(own) for p in parameters]
         return np.stack(columns, axis=1)
-
-    def _recalled(self, parameters: Sequence[FreeParameter], known: Mapping[str, Any]) -> Refit:
-        """A remembered fit, with its Jacobian computed again."""
-        values = {p.name: float(known["values"][p.name]) for p in parameters}
-        (at,) = self.simulator.fit_rows([values])
-        if at is None:
-            raise InputError("a remembered fit no longer runs; start again")
-        jacobian = self._columns(parameters, values, at * self.weights, self._jacobian)
-        place = SearchScale(parameters).place(values)
-        return self._finished(parameters, place, float(known["cost"]), jacobian)
 
     def _finished(
         self,
