@@ -43,7 +43,7 @@ BAD_INPUT = 2
 @contextlib.contextmanager
 def small_disk(folder: Path) -> Generator[None]:
     """A file system in memory at a folder, for a ``with`` block."""
-    folder.mkdir()
+    folder.mkdir(exist_ok=True)
     subprocess.run(["mount", "-t", "tmpfs", "pamsim", str(folder)], check=True)
     try:
         yield

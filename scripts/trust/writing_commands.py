@@ -47,7 +47,7 @@ class Command:
 
     Attributes:
         args: of ``pamsim``, in an empty folder beside `IN`.
-        share: of the runs, relative to the others; less for those that take long.
+        share: of the tries, relative to the others; less for those that take long.
         checkpoint: file that ``--resume`` goes on from; none if empty.
         near: relative difference that a resumed run may leave; 0 for none. A search that goes on
             where it was takes a trust region of the first size again, and so other steps.
@@ -63,27 +63,33 @@ class Command:
 
 COMMANDS = {
     "step": Command(
+        share=1.4,
         args=("step", "--pressure", "400,100", "--start", "300,300", "--duration", "1s", "--out",
               "out", "--json", "step.json"),
     ),
     "identify": Command(
+        share=1.4,
         args=("identify", f"{IN}/step", "--order", "1", "--out", "out", "--json", "one.json"),
     ),
     "fit": Command(
+        share=1.4,
         args=("fit", f"{IN}/map.csv", "--model", "six_parameter", "--nominal-length", "300",
               "--out", "out", "--json", "fit.json"),
     ),
-    "new-rig": Command(args=("new-rig", "arm", "--kind", "joint", "--out", "out")),
+    "new-rig": Command(args=("new-rig", "arm", "--kind", "joint", "--out", "out"), share=3.5),
     "import": Command(
+        share=3.5,
         args=("import", f"{IN}/log.csv", "--rig", "mas20_arm", "--column", "shaft.angle=phi:deg",
               "--column", "muscle_1.pressure=p1:kPa", "--column", "muscle_2.pressure=p2:kPa",
               "--out", "out", "--json", "import.json"),
     ),
     "check": Command(
+        share=1.4,
         args=("check", f"{IN}/recording", "--effects", "coulomb_friction", "--out", "out",
               "--json", "check.json"),
     ),
     "calibrate": Command(
+        share=1.4,
         args=("calibrate", f"{IN}/recording", "--free", "joint.shaft.damping",
               "--hold-out", "triangle_check", "--starts", "2", "--out", "out",
               "--json", "fit.json"),
@@ -91,28 +97,34 @@ COMMANDS = {
         near=1e-6,
     ),
     "diagnose": Command(
+        share=0.8,
         args=("diagnose", f"{IN}/recording", "--effects", "coulomb_friction", "--out",
               "out", "--json", "found.json"),
         checkpoint="out/fits.json",
     ),
     "hide": Command(
+        share=2.0,
         args=("hide", "coulomb_friction", "--protocols", "triangle", "--repeats", "3",
               "--duration", "1s", "--out", "out", "--json", "hidden.json"),
     ),
     "replicate": Command(
+        share=0.6,
         args=("replicate", "--paper", "alraouf2025", "--out", "out", "--json", "all.json"),
     ),
-    "reproduce": Command(args=("reproduce", "--out", "out", "--json", "all.json")),
+    "reproduce": Command(args=("reproduce", "--out", "out", "--json", "all.json"), share=0.5),
     "render": Command(
+        share=0.6,
         args=("render", "film.gif", "--recording", f"{IN}/step", "--fps", "5", "--width", "400",
               "--height", "320"),
     ),
     "render mp4": Command(
+        share=0.5,
         args=("render", "film.mp4", "--recording", f"{IN}/step", "--fps", "5", "--width", "400",
               "--height", "320"),
         needs="imageio_ffmpeg",
     ),
     "render png": Command(
+        share=0.8,
         args=("render", "rest.png", "--width", "320", "--height", "256"),
     ),
     "demo": Command(args=("demo", "--no-open", "--out", "out"), share=0.3),
