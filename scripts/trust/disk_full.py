@@ -2,7 +2,7 @@
 
     python scripts/trust/disk_full.py [--points 20] [--seed 0] [--command NAME ...] [--json FILE]
 
-Each command that writes runs once whole, in a small file system in memory, which tells how much it
+Each command that writes runs once whole, in a small file system in memory, which shows how much it
 takes at most. Then it runs with less, at points drawn from nothing to all but one page of 4 KiB.
 Afterwards
 
@@ -80,8 +80,8 @@ def tried(
     found: list[str] = []
     lines = [line for line in end.errors.splitlines() if line.strip()]
     if full:
-        said = len(lines) == 1 and "No space left" in lines[0] and str(lines[0]).count("/") > 0
-        if end.code != BAD_INPUT or not said:
+        clear = len(lines) == 1 and "No space left" in lines[0] and str(lines[0]).count("/") > 0
+        if end.code != BAD_INPUT or not clear:
             found.append(f"exit code {end.code}: {end.errors.strip()[-200:]!r}")
     found += [f"full: {what}" for what in faults(command, folder, reference, whole=not full)]
     resize(folder, PLENTY)

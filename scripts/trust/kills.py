@@ -117,10 +117,10 @@ def tried(
     args = (*command.args, "--force") if kill.over else command.args
     at_once = kill.write if kill.seconds == 0.0 else 0
     process = Process(args, folder, at=at_once, sent=kill.signal)
-    struck = hit(process, kill) if not at_once else True
+    reached = hit(process, kill) if not at_once else True
     found = list(ended(process))
     end = process.wait()
-    if not struck or (at_once and end.writes < at_once):
+    if not reached or (at_once and end.writes < at_once):
         count.missed += 1
         return []
     count.kills += 1
