@@ -89,26 +89,24 @@ LOCK := pip compile pyproject.toml --quiet --universal --python-version 3.11 --f
   --generate-hashes --no-emit-index-url --no-emit-find-links --annotation-style line \
   --custom-compile-command "make lock" $(if $(UPGRADE),--upgrade)
 
-lock: | $(PY) ## resolve pyproject.toml into both lock files (UPGRADE=1: newest versions)
+lock: | $(PY) ## resolve pyproject.toml into the lock files (UPGRADE=1: newest versions)
 	@$(UV) --version >/dev/null 2>&1 || $(PY) -m pip install -q uv
 	$(UV) $(LOCK) --group build --output-file requirements.lock
 	$(UV) $(LOCK) --group dev --constraints requirements.lock --output-file requirements-dev.lock
+	$(UV) $(LOCK) --group dev --resolution lowest-direct --output-file requirements-lowest.lock
 
-# The lower bound of MuJoCo is a promise, so it is tested: all locked versions but that one. There
-# are no hashes here, because the lock knows only the newest MuJoCo.
+# Every lower bound in pyproject.toml is a promise, so it is tested: the oldest version of each
+# package that is allowed. What these ask for themselves is the newest that they take.
 LOWEST := build/lowest
-LOWEST_MUJOCO = $(shell sed -n 's/^ *"mujoco>=\([0-9.]*\).*/\1/p' pyproject.toml)
 
-$(LOWEST)/.stamp: pyproject.toml requirements-dev.lock $(VENV)/.uv-stamp
+$(LOWEST)/.stamp: pyproject.toml requirements-lowest.lock $(VENV)/.uv-stamp
 	@rm -rf $(LOWEST) && mkdir -p build && $(PYTHON) -m venv $(LOWEST)
-	@{ sed -n 's/^\([a-z][^ ]*==[^ ]*\)\( ;[^\\]*\)\{0,1\}.*/\1\2/p' requirements-dev.lock | grep -v '^mujoco'; \
-	  echo "mujoco==$(LOWEST_MUJOCO).*"; } > $(LOWEST)/constraints.txt
-	$(UV) pip install -q --python $(LOWEST)/bin/python -r pyproject.toml --group dev -c $(LOWEST)/constraints.txt
+	$(UV) pip install -q --python $(LOWEST)/bin/python --require-hashes -r requirements-lowest.lock
 	$(UV) pip install -q --python $(LOWEST)/bin/python --no-deps --no-build-isolation -e .
 	@touch $@
 
-test-lowest: $(LOWEST)/.stamp ## the test suite with the oldest MuJoCo that is allowed
-	@$(LOWEST)/bin/python -c 'import mujoco; print("mujoco", mujoco.__version__)'
+test-lowest: $(LOWEST)/.stamp ## the test suite with the oldest version of every package that is allowed
+	@$(LOWEST)/bin/python -c 'import mujoco, numpy; print("mujoco", mujoco.__version__, "numpy", numpy.__version__)'
 	$(LOWEST)/bin/python $(PYTEST) $(ARGS)
 
 # Installed outside the repository, so that nothing is found by accident because it lies beside.

@@ -11,7 +11,7 @@ from packaging.requirements import Requirement
 from packaging.utils import canonicalize_name
 
 ROOT = Path(__file__).parents[3]
-RUN, DEV = "requirements.lock", "requirements-dev.lock"
+RUN, DEV, LOWEST = "requirements.lock", "requirements-dev.lock", "requirements-lowest.lock"
 
 
 def entries(name: str) -> dict[str, tuple[str, int]]:
@@ -35,20 +35,23 @@ def declared(*groups: str) -> list[Requirement]:
     return [Requirement(item) for item in wanted]
 
 
-@pytest.mark.parametrize("name", [RUN, DEV])
+@pytest.mark.parametrize("name", [RUN, DEV, LOWEST])
 def test_every_package_has_hashes(name: str) -> None:
     packages = entries(name)
     assert len(packages) > 10
     assert [package for package, (_, hashes) in packages.items() if hashes == 0] == []
 
 
-@pytest.mark.parametrize("name", [RUN, DEV])
+@pytest.mark.parametrize("name", [RUN, DEV, LOWEST])
 def test_no_host_and_no_path(name: str) -> None:
     for line in (ROOT / name).read_text().splitlines():
         assert not re.search(r"://|\.(org|com|io|net)\b|(^|[\s'\"=])/|--find-links|index-url", line)
 
 
-@pytest.mark.parametrize(("name", "groups"), [(RUN, ["build"]), (DEV, ["build", "dev"])])
+@pytest.mark.parametrize(
+    ("name", "groups"),
+    [(RUN, ["build"]), (DEV, ["build", "dev"]), (LOWEST, ["build", "dev"])],
+)
 def test_lock_answers_pyproject(name: str, groups: list[str]) -> None:
     packages = entries(name)
     for wanted in declared(*groups):
@@ -60,3 +63,12 @@ def test_lock_answers_pyproject(name: str, groups: list[str]) -> None:
 def test_both_locks_agree() -> None:
     run, dev = entries(RUN), entries(DEV)
     assert {package: dev.get(package) for package in run} == run
+
+
+def test_the_lowest_lock_has_every_lower_bound() -> None:
+    packages = entries(LOWEST)
+    for wanted in declared("build", "dev"):
+        (bound,) = [spec.version for spec in wanted.specifier if spec.operator == ">="]
+        found = packages[canonicalize_name(wanted.name)][0]
+        # A bound of two numbers stands for the first version that begins with them.
+        assert found == bound or found.startswith(f"{bound}."), f"{wanted}: run `make lock`"
