@@ -201,20 +201,34 @@ def chamber_pressure(par: Row, act: Row, tendon_length: float) -> float:
     if not air > 0.0:
         return math.nan
     if _volume_varies(par):
-        last = act[len(act) - LAST]
-        if last > 0.0:
-            going_on = 2.0 * last - act[len(act) - EARLIER]
-            near = 0.5 * last < going_on < 2.0 * last
-            return _consistent_pressure(par, air, fixed, kappa, going_on if near else last)
+        first = _search_start(par, act, fixed, kappa)
+        return _consistent_pressure(par, air, fixed, kappa, first)
     inside = fixed + rigid_volume(par, kappa, _TYPICAL_PRESSURE)
-    if not _volume_varies(par):
-        if not inside > 0.0:
-            return math.nan
-        return absolute_pressure(air, inside, par[_POLYTROPIC], par[_FLOOR])
-    pressure = _TYPICAL_PRESSURE + par[_ATMOSPHERE]
+    if not inside > 0.0:
+        return math.nan
+    return absolute_pressure(air, inside, par[_POLYTROPIC], par[_FLOOR])
+
+
+def _search_start(par: Row, act: Row, fixed: float, kappa: float) -> float:
+    """Absolute pressure with which the search for it begins [Pa].
+
+    Going on as in the last two steps leaves so little that the search mostly ends where it begins.
+    Without a step before, it is the pressure that a braid of typical length would have.
+
+    Args:
+        par: parameter row.
+        act: states.
+        fixed: volume that does not depend on the pressure [m^3].
+        kappa: contraction [-].
+    """
+    last = act[len(act) - LAST]
+    if last > 0.0:
+        going_on = 2.0 * last - act[len(act) - EARLIER]
+        return going_on if 0.5 * last < going_on < 2.0 * last else last
+    inside = fixed + rigid_volume(par, kappa, _TYPICAL_PRESSURE)
     if inside > 0.0:
-        pressure = absolute_pressure(air, inside, par[_POLYTROPIC], par[_FLOOR])
-    return _consistent_pressure(par, air, fixed, kappa, pressure)
+        return absolute_pressure(act[len(act) - AIR], inside, par[_POLYTROPIC], par[_FLOOR])
+    return _TYPICAL_PRESSURE + par[_ATMOSPHERE]
 
 
 def _volume_varies(par: Row) -> bool:
