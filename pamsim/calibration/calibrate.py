@@ -15,12 +15,14 @@ from pamsim.calibration.calibrated_rig import write_calibrated_rig
 from pamsim.calibration.calibration_problem import CalibrationProblem
 from pamsim.calibration.result import Calibration
 from pamsim.comparison.compared_signal import Comparison
+from pamsim.comparison.experiments import experiment_of
 from pamsim.comparison.free_parameters import (
     Bounds,
     FreedParameter,
     default_names,
     freed_parameters,
 )
+from pamsim.comparison.likely_mistakes import likely_mistakes
 from pamsim.comparison.measurements import (
     CalibrationData,
     read_calibration_data,
@@ -32,6 +34,7 @@ from pamsim.core.errors import InputError, nearest
 from pamsim.core.files import refuse_file
 from pamsim.core.progress import Progress
 from pamsim.engine.rig import Rig, load_rig
+from pamsim.engine.supply_check import above_supply
 from pamsim.inference.fit_simulator import fit_simulator
 from pamsim.inference.free_parameter import FreeParameter
 from pamsim.inference.profile_likelihood import profile
@@ -141,7 +144,13 @@ def calibrate(
     return Calibration(
         rig=loaded,
         sources=data.sources,
-        notes=(*data.notes, *_tie_notes(freed), *_start_notes(data)),
+        notes=(
+            *likely_mistakes(loaded, data.trials, _at_the_start(comparisons), threads=threads),
+            *above_supply(loaded.muscles, map(experiment_of, data.trials)),
+            *data.notes,
+            *_tie_notes(freed),
+            *_start_notes(data),
+        ),
         freed=freed,
         fit=fit,
         profiles=profiled,
@@ -269,6 +278,15 @@ def _comparisons(problem: CalibrationProblem, pair: FloatArray, held: bool) -> l
 
 def _tie_notes(freed: Sequence[FreedParameter]) -> list[str]:
     return [f"{' and '.join(f.names)} are one number in this fit" for f in freed if f.names[1:]]
+
+
+def _at_the_start(comparisons: Sequence[Comparison]) -> dict[str, dict[str, FloatArray]]:
+    """Trial -> channel -> simulated before the fit; without those where that broke down."""
+    found: dict[str, dict[str, FloatArray]] = {}
+    for one in comparisons:
+        if one.table is None and one.before is not None:
+            found.setdefault(one.trial, {})[one.channel] = one.before
+    return found
 
 
 def _start_notes(data: CalibrationData) -> list[str]:

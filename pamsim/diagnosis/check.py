@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 import time
 from collections import Counter
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -15,7 +15,9 @@ from numpy.typing import NDArray
 
 from pamsim.comparison.compared_signal import Comparison
 from pamsim.comparison.effects_on_rig import candidates
+from pamsim.comparison.experiments import experiment_of
 from pamsim.comparison.free_parameters import freed_parameters
+from pamsim.comparison.likely_mistakes import likely_mistakes
 from pamsim.comparison.measurements import CalibrationData, read_calibration_data
 from pamsim.comparison.noise_floor import noise_floor
 from pamsim.comparison.trial_prediction import Prediction, TrialPredictor
@@ -25,12 +27,13 @@ from pamsim.core.encoding import fields_to_dict
 from pamsim.core.errors import InputError
 from pamsim.core.signal_names import KINDS, kind_of
 from pamsim.core.trial import Trial
+from pamsim.diagnosis.about_the_rig import about_the_rig
 from pamsim.diagnosis.compared_recordings import about_the_drive
-from pamsim.diagnosis.effects_in_data import EffectInData, EffectsInData, effects_in_data
+from pamsim.diagnosis.effects_in_data import EffectInData, effects_in_data
 from pamsim.diagnosis.held_out_split import held_out_split
 from pamsim.diagnosis.recordings import NUISANCE
-from pamsim.engine.contacts import may_collide
 from pamsim.engine.rig import Rig, load_rig
+from pamsim.engine.supply_check import above_supply
 from pamsim.inference.residual_block import layout
 from pamsim.store.json_file import write_json
 
@@ -39,19 +42,6 @@ Simulated = Mapping[str, Mapping[str, NDArray[np.float64]]]
 
 SCHEMA = "pamsim-check/2"
 FILE = "check.json"
-
-_LIKE = 0.7
-"""Correlation from which a signal counts as that of the simulation, or as its mirror image."""
-
-_SLIPS = {
-    "angle": ((57.29578, "rad, not deg"), (1.0 / 57.29578, "deg, not rad"), (360.0, "turns")),
-    "pressure": ((100.0, "bar, not kPa"), (0.145038, "psi, not kPa"), (1000.0, "MPa, not kPa")),
-    "force": ((1000.0, "kN, not N"), (9.80665, "kgf, not N")),
-    "torque": ((0.001, "N*mm, not N*m"),),
-}
-"""Kind of channel -> what its numbers would have to be multiplied by, and the unit they are in."""
-
-_NEAR = 0.15  # relative error of a factor that is taken for a mistaken unit
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -192,10 +182,9 @@ def check(
     predictor.linearise_starts(None)  # starts as read: their errors are small beside a slip
     (prediction,) = predictor.predictions([loaded])
     if prediction is None:
-        raise InputError(
-            "the simulation breaks down on these trials; check the rig's parameters and the"
-            " recording's units"
-        )
+        found = likely_mistakes(loaded, beside.trials, {}, threads=threads)
+        mend = ": ".join(found) or "check the rig's parameters and the recording's units"
+        raise InputError(f"the simulation breaks down on these trials; {mend}")
     blocks = predictor.blocks(prediction)
     places = TrialLayout(places=layout(blocks), held_out=frozenset())
     residual = np.concatenate([block.residual for block in blocks])
@@ -218,12 +207,16 @@ def check(
         held_out=split.names,
         seconds=sum(float(t.time[-1]) for t in beside.trials),
         channels=_channels(beside, prediction.trials, floor.sd),
-        suspicions=_suspicions(beside.trials, prediction.trials),
+        suspicions=(
+            *_standing_still(beside.trials, prediction.trials),
+            *likely_mistakes(loaded, beside.trials, prediction.trials, threads=threads),
+        ),
         notes=(
             *beside.notes,
             *split.warnings,
             *about_the_drive(beside),
-            *_about_the_model(loaded, of_each),
+            *above_supply(loaded.muscles, map(experiment_of, beside.trials)),
+            *about_the_rig(loaded, beside.trials, prediction.trials, of_each.rough),
         ),
         effects=of_each.effects,
         skipped=skipped,
@@ -234,24 +227,6 @@ def check(
         },
         comparisons=_comparisons(beside, prediction, frozenset(split.trials)),
     )
-
-
-def _about_the_model(rig: Rig, found: EffectsInData) -> list[str]:
-    """What of the simulation would make fits fail."""
-    notes: list[str] = []
-    if may_collide(rig.model):
-        notes.append(
-            "geoms of the MJCF may touch; a contact makes signals jump: give geoms contype=0 and"
-            " conaffinity=0 unless a contact is meant"
-        )
-    for channel, change in found.rough.items():
-        kind = KINDS[kind_of(channel)]
-        notes.append(
-            f"{channel} moves by {change * kind.scale:.2g} {kind.shown} where the muscles' force"
-            " changes by 1e-7: the simulation is not smooth, and no fit can follow it; look for"
-            " contacts and joint limits, or take a shorter time step"
-        )
-    return notes
 
 
 def _comparisons(
@@ -293,44 +268,13 @@ def _channels(
     return found
 
 
-def _suspicions(trials: Sequence[Trial], simulated: Simulated) -> tuple[str, ...]:
-    """What of all trials together is implausible."""
-    found: list[str] = []
-    channels = dict.fromkeys(c for t in trials for c in t.measured)
-    for channel in channels:
-        own = [t for t in trials if channel in t.measured and channel in simulated.get(t.name, {})]
-        if not own:
-            continue
-        read = np.concatenate([_moved(t.measured[channel]) for t in own])
-        expected = np.concatenate([_moved(simulated[t.name][channel]) for t in own])
-        found += _about(channel, read, expected)
-    return tuple(found)
-
-
-def _moved(values: NDArray[np.float64]) -> NDArray[np.float64]:
-    return values - values.mean()
-
-
-def _about(channel: str, read: NDArray[np.float64], expected: NDArray[np.float64]) -> list[str]:
-    lengths = float(np.linalg.norm(read) * np.linalg.norm(expected))
-    if lengths == 0.0:
-        return [
-            f"{channel} does not change" if not np.any(read) else f"{channel} should not change"
-        ]
-    similarity = float(read @ expected) / lengths
-    factor = float(read @ expected) / float(read @ read)
-    if similarity < -_LIKE:
-        return [
-            f"{channel} moves against the simulation (correlation {similarity:.2f}): its sign may"
-            " be turned (sign = -1 in [columns]), or the muscles swapped"
-        ]
-    if similarity < _LIKE:
-        return []
-    return [
-        f"{channel} times {factor:.3g} would be what is simulated: its numbers may be in {unit}"
-        for slip, unit in _SLIPS.get(kind_of(channel), ())
-        if abs(factor / slip - 1.0) < _NEAR
-    ]
+def _standing_still(trials: Sequence[Trial], simulated: Simulated) -> Iterator[str]:
+    """Channels that never move, although the simulation does."""
+    for channel in dict.fromkeys(c for t in trials for c in t.measured):
+        own = [t for t in trials if channel in t.measured and channel in simulated[t.name]]
+        still = all(np.ptp(t.measured[channel]) == 0.0 for t in own)
+        if still and any(np.ptp(simulated[t.name][channel]) > 0.0 for t in own):
+            yield f"{channel} does not change"
 
 
 def _some(names: Sequence[str], most: int = 6) -> str:

@@ -18,6 +18,7 @@ from pamsim.comparison.noise_floor import NoiseFloor
 from pamsim.comparison.trial_residuals import TrialLayout, TrialSimulator
 from pamsim.core.common_unit import common_unit
 from pamsim.core.errors import InputError
+from pamsim.core.signal_names import kind_of
 from pamsim.core.trial import Trial
 from pamsim.core.units import to_si
 from pamsim.diagnosis.diagnosed_rig import DiagnosedRig
@@ -38,8 +39,9 @@ _MOST = 6  # inputs
 _NUDGE = 1e-7
 """Relative change of the muscles' force that a smooth simulation hardly notices."""
 
-_JUMPS = 0.1
-"""Change of a signal by `_NUDGE`, in units of its noise, from which a simulation is not smooth."""
+_JUMPS = 1e-4
+"""Change of a signal by `_NUDGE`, as a share of the widest range of its kind, from which a
+simulation is not smooth; in a smooth one it is of the order of `_NUDGE`."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -146,7 +148,9 @@ def effects_in_data(
         broken=tuple(broken),
         trials=tuple(trial.name for trial in shown.trials),
         seconds=float(sum(trial.time[-1] for trial in shown.trials)),
-        rough={} if jump is None else _rough(jump / fitter.weights, simulator.layout, floor),
+        rough={}
+        if jump is None
+        else _rough(jump / fitter.weights, simulator.layout, shown.trials, floor),
     )
 
 
@@ -209,12 +213,18 @@ def _effect(
     )
 
 
-def _rough(jump: FloatArray, layout: TrialLayout, floor: NoiseFloor) -> dict[str, float]:
-    """Channels that change by more than a share of their noise, and by how much [SI]."""
+def _rough(
+    jump: FloatArray, layout: TrialLayout, trials: Sequence[Trial], floor: NoiseFloor
+) -> dict[str, float]:
+    """Channels that change by more than a share of what their kind moves, and by how much [SI]."""
+    moved = dict.fromkeys(map(kind_of, floor.sd), 0.0)
+    for channel in floor.sd:
+        ranges = [float(np.ptp(t.measured[channel])) for t in trials if channel in t.measured]
+        moved[kind_of(channel)] = max(moved[kind_of(channel)], floor.sd[channel], *ranges)
     found: dict[str, float] = {}
     for place in layout.places:
         channel = place.block.channel
         change = float(np.abs(jump[place.rows]).max())
-        if change > _JUMPS * floor.sd[channel]:
+        if change > _JUMPS * moved[kind_of(channel)]:
             found[channel] = max(change, found.get(channel, 0.0))
     return found

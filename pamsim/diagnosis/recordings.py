@@ -9,6 +9,8 @@ from pathlib import Path
 
 import numpy as np
 
+from pamsim.comparison.experiments import experiment_of
+from pamsim.comparison.likely_mistakes import likely_mistakes
 from pamsim.comparison.measurements import CalibrationData
 from pamsim.comparison.noise_floor import NoiseFloor
 from pamsim.comparison.noise_within_trial import LAG, FloorRoute
@@ -25,6 +27,7 @@ from pamsim.diagnosis.remembered_fits import RememberedFits
 from pamsim.diagnosis.result import Diagnosis
 from pamsim.engine.rig import Rig
 from pamsim.engine.rig_digest import rig_digest
+from pamsim.engine.supply_check import above_supply
 
 NUISANCE = ("force.scale", "passive.locking", "chamber.dead_volume")
 """Numbers of every rig that are known to a few per cent only: they are refitted with every effect,
@@ -94,6 +97,7 @@ def diagnose_recordings(
     best = method.conclusion.best
     before = engine.signals(method.base.values)
     after = {} if best is None else engine.signals(best.fit.values)
+    as_it_is = engine.signals({p.name: p.start for p in comparison.nuisance})
     given = cells_with_measured_pressures(
         rig.with_parameters(method.base.values), data, method.floor, threads=threads
     )
@@ -107,9 +111,11 @@ def diagnose_recordings(
         after=after,
         skipped=comparison.skipped,
         warnings=(
+            *likely_mistakes(rig, data.trials, as_it_is, threads=threads),
             *data.notes,
             *split.warnings,
             *about_the_drive(data),
+            *above_supply(rig.muscles, map(experiment_of, data.trials)),
             *_about_the_floor(method.floor),
         ),
         seed=seed,

@@ -31,7 +31,7 @@ from pamsim.engine.sampling import (
 from pamsim.engine.settle import EachStep, settle
 from pamsim.engine.state import restore_state, save_state
 from pamsim.engine.stepping import live
-from pamsim.engine.supply_check import check_supply
+from pamsim.engine.supply_check import above_supply, check_supply
 from pamsim.engine.timestep_check import check_timestep
 from pamsim.engine.trace import empty_trace, first_breakdown
 
@@ -96,7 +96,8 @@ def simulate(
         The recording; if the run broke down, what was recorded before, with the outcome.
 
     Raises:
-        InputError: if the experiment does not fit the rig or the time step.
+        InputError: if the experiment does not fit the rig or the time step, or asks for more
+            pressure than the supply has.
         EngineError: if the rig's integrator cannot carry the muscles' memory.
     """
     if from_state is not None and any(_delays(rig)):
@@ -105,6 +106,8 @@ def simulate(
             " under way; simulate the whole experiment at once"
         )
     run = prepare(rig, experiment, timestep=timestep, integrator=integrator)
+    for above in above_supply(rig.muscles, [run.experiment]):
+        raise InputError(f"{above}; lower it, or raise valve.supply_pressure")
     data = mujoco.MjData(run.model)
     with live(run.model, backend=backend):
         if from_state is None:

@@ -1,11 +1,15 @@
-"""Refuse a supply that its muscles state differently."""
+"""Check supplies: muscles on one state the same, and commands ask for no more than it has."""
 
 from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
 
 import mujoco
 
 from pamsim.actuator.layout import slot
+from pamsim.actuator.muscle import Muscle
 from pamsim.core.errors import InputError
+from pamsim.core.experiment import Experiment
 from pamsim.engine.stepping import muscle_ids
 
 _LINE, _RESISTANCE = slot("valve.supply_line"), slot("valve.supply_resistance")
@@ -16,6 +20,34 @@ _SHARED = (
     "chamber.temperature",
     "chamber.atmosphere",
 )
+
+_SENSOR_ERROR = 0.01
+"""By how much a start pressure that was measured may read above the supply, as a share of it."""
+
+
+def above_supply(
+    muscles: Mapping[str, Muscle], experiments: Iterable[Experiment]
+) -> tuple[str, ...]:
+    """What experiments ask of the supply that it does not have, a sentence for each muscle.
+
+    Args:
+        muscles: of the rig that runs them, in actuator order.
+        experiments: commands in that order; measured pressures ask nothing of the supply.
+    """
+    highest: dict[tuple[str, str], float] = {}
+    for experiment in experiments:
+        for i, (name, kind) in enumerate(zip(muscles, experiment.drives.muscles, strict=True)):
+            asked = {"start pressure": float(experiment.start_pressure[i])}
+            if kind == "pressure_set":
+                asked["set point"] = float(experiment.command_value[:, i].max())
+            for what, pressure in asked.items() if kind != "measured" else ():
+                highest[name, what] = max(pressure, highest.get((name, what), 0.0))
+    return tuple(
+        f"{name}: a {what} of {pressure / 1e3:.4g} kPa is above its supply; the simulation has the"
+        f" supply's {supply / 1e3:.4g} kPa instead"
+        for (name, what), pressure in highest.items()
+        if pressure > (1.0 + _SENSOR_ERROR) * (supply := muscles[name].valve.supply_pressure)
+    )
 
 
 def check_supply(model: mujoco.MjModel) -> None:

@@ -24,7 +24,14 @@ _LEAST_KPA = 20.0  # fluidic muscles work at some bar
 _FEW_DEG = 1.6  # what a quarter turn reads if written in rad
 _WIDE_KPA = 200.0  # pressure difference that turns any free arm by more than that
 # Unit, how many of it make a kPa, and how far a held pressure may be from its set point.
-_MEANT = (("bar", 0.01, 2.0), ("MPa", 0.001, 2.0), ("Pa", 1e3, 2.0), ("psi", 0.145038, 1.05))
+_MEANT = (
+    ("bar", 0.01, 2.0),
+    ("MPa", 0.001, 2.0),
+    ("Pa", 1e3, 2.0),
+    ("psi", 0.145038, 1.05),
+    ("mbar", 10.0, 1.05),
+    ("mmHg", 7.50062, 1.05),
+)
 
 
 def clock(columns: Columns) -> str:
@@ -122,7 +129,7 @@ def units(columns: Columns, set_points: Sequence[str]) -> None:
         if value[high] > _HIGHEST_KPA:
             raise InputError(
                 f"{columns.where(name, high)} is {value[high] / 100.0:.4g} bar, too much for a"
-                " muscle; if the column holds Pa, divide it by 1000"
+                " muscle; if the column holds mbar, divide it by 10, if Pa by 1000"
             )
         if value[low] < _LOWEST_GAUGE_KPA:
             raise InputError(

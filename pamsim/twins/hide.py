@@ -21,6 +21,7 @@ from pamsim.effects.effect import AT
 from pamsim.engine.batch import simulate_batch
 from pamsim.engine.rig import Rig, load_rig
 from pamsim.engine.rig_parameter import rig_parameter
+from pamsim.engine.supply_check import above_supply
 from pamsim.signals.sensors import distorted
 from pamsim.store.rig_file import shipped_rigs
 from pamsim.twins.hidden.catalog import PLANT_EFFECTS, other_formula
@@ -53,7 +54,8 @@ def hide(
 
     Raises:
         InputError: for an unknown effect, protocol or formulation, an effect that the rig cannot
-            have or that has no other formula, a size without meaning, or no repeats.
+            have or that has no other formula, a size without meaning, no repeats, or a protocol
+            that needs more pressure than the supply has.
         SimulationError: if the rig with the effects breaks down.
     """
     settings = HideSettings(**options)
@@ -84,6 +86,8 @@ def hide(
         for repeat in range(1, settings.repeats + 1):
             protocols[f"{name}_{repeat}"] = name
             jobs.append((with_variation(changed, rng, settings.variation), experiment))
+    for above in above_supply(changed.muscles, (experiment for _, experiment in jobs)):
+        raise InputError(f"{above}; choose other protocols, or raise valve.supply_pressure")
     if settings.formulation == "library":
         runs = [one.completed() for one in simulate_batch(jobs)]
         if changed.sensor is not None:

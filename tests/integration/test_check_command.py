@@ -50,10 +50,6 @@ def changed(recorded, folder, change):
     return folder
 
 
-def suspicions(folder):
-    return pamsim.check(folder, effects=["viscous_friction"]).suspicions
-
-
 def test_a_good_recording_is_described_and_raises_no_suspicion(
     recorded, tmp_path, monkeypatch, capsys
 ):
@@ -94,19 +90,29 @@ def test_a_turned_sign_is_suspicious(recorded, tmp_path, monkeypatch, capsys):
     folder = changed(recorded, tmp_path / "turned", turn)
     code, shown = run(monkeypatch, capsys, folder, "--effects", "viscous_friction")
     assert code == 1
-    assert "suspicious: angle moves against the simulation" in shown
+    assert "suspicious: the sign of angle_deg looks turned: multiply by -1" in shown
+    assert "in all trials" in shown
 
 
-@pytest.mark.parametrize(
-    ("column", "factor", "expected"),
-    [("angle_deg", np.pi / 180.0, "rad, not deg"), ("force1_n", 1e-3, "kN, not N")],
-)
-def test_a_slip_of_units_is_named(recorded, tmp_path, column, factor, expected):
-    def slip(names, table):
-        table[:, names.index(column)] *= factor
+def test_a_channel_that_stands_still_is_suspicious(recorded, tmp_path):
+    def stick(names, table):
+        table[:, names.index("angle_deg")] = 0.0
 
-    (found,) = suspicions(changed(recorded, tmp_path / "slip", slip))
-    assert expected in found
+    folder = changed(recorded, tmp_path / "stuck", stick)
+    assert "angle does not change" in pamsim.check(folder, effects=["viscous_friction"]).suspicions
+
+
+def test_a_set_point_above_the_supply_is_reported_with_the_number_used(recorded):
+    weak = pamsim.load_rig("mas20_arm").with_parameters({"valve.supply_pressure": 3e5})
+    notes = pamsim.check(recorded, rig=weak, effects=["viscous_friction"]).notes
+    (first, second) = (note for note in notes if "above its supply" in note)
+    highest = max(
+        np.genfromtxt(p, delimiter=",", names=True)["p1_set_kpa"].max()
+        for p in recorded.glob("triangle*.csv")
+    )
+    assert f"muscle_1: a set point of {highest:.4g} kPa is above its supply" in first
+    assert first.endswith("the simulation has the supply's 300 kPa instead")
+    assert second.startswith("muscle_2")
 
 
 def test_what_the_inputs_cannot_show_is_said(tmp_path):
@@ -117,14 +123,14 @@ def test_what_the_inputs_cannot_show_is_said(tmp_path):
     assert any("measured pressures" in note for note in found.notes)
 
 
-def test_geoms_that_may_touch_are_said(recorded, tmp_path):
+def test_geoms_that_may_touch_are_reported(recorded, tmp_path):
     folder = tmp_path / "arm"
     shutil.copytree(shipped_rigs() / "mas20_arm", folder)
     mjcf = folder / "mas20_arm.xml"
     pad = '<geom name="pad" type="sphere" size="0.01" pos="0 0 5" contype="1" conaffinity="1"/>'
     mjcf.write_text(mjcf.read_text().replace("<worldbody>", f"<worldbody>{pad}"))
     found = pamsim.check(recorded, rig=folder, effects=["viscous_friction"])
-    assert any("geoms of the MJCF may touch" in note for note in found.notes)
+    assert any("geoms of the MJCF may touch, though none do" in note for note in found.notes)
     quiet = pamsim.check(recorded, effects=["viscous_friction"])
     assert not any("touch" in note or "smooth" in note for note in quiet.notes)
 
@@ -146,5 +152,7 @@ def test_a_signal_that_jumps_when_a_parameter_hardly_changes_is_not_smooth(monke
             ]
 
     monkeypatch.setattr(DiagnosedRig, "residuals", jumpy)
-    found = pamsim.check(recorded, effects=["viscous_friction"])
-    assert any(note.startswith("angle moves by 0.1 deg where") for note in found.notes)
+    dry = pamsim.load_rig("mas20_arm").with_parameters({"joint.shaft.frictionloss": 0.1})
+    found = pamsim.check(recorded, rig=dry, effects=["viscous_friction"])
+    (note,) = (note for note in found.notes if note.startswith("angle moves by 0.1 deg where"))
+    assert note.endswith("suspected: dry friction, which holds or lets go")

@@ -201,7 +201,7 @@ BAD_TABLES = {
     ),
     "all in Pa": (
         changed(**{name: P[name] * 1e3 for name in P if name.endswith("kpa")}),
-        "if the column holds Pa, divide it by 1000",
+        "if the column holds mbar, divide it by 10, if Pa by 1000",
     ),
     "absolute vacuum": (changed(p2_kpa=P["p2_kpa"] - 150.0), "far below the atmosphere"),
     "negative set point": (changed(p2_set_kpa=P["p2_set_kpa"] - 101.0), "is negative"),

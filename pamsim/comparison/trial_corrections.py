@@ -1,0 +1,201 @@
+"""Mistakes that a recording may have, in units, signs and columns, and trials without them.
+
+A mistake is known by what undoes it: numbers in mbar, read as kPa, must be multiplied by 0.1.
+"""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Collection, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pamsim.core.drive import command_columns
+from pamsim.core.signal_names import KINDS, column_of, kind_of
+from pamsim.core.trial import Trial
+from pamsim.core.units import PA_PER_KPA
+
+FloatArray = NDArray[np.float64]
+
+_ATMOSPHERE = 101.325  # kPa, ISO 2533
+_UNITS: Mapping[str, tuple[tuple[str, float], ...]] = {
+    "angle": (("rad", 57.29578), ("turns", 360.0)),
+    "position": (("m", 1000.0), ("cm", 10.0), ("in", 25.4)),
+    "pressure": (
+        ("mbar", 0.1),
+        ("mmHg", 0.1333224),
+        ("psi", 6.894757),
+        ("bar", 100.0),
+        ("MPa", 1000.0),
+        ("Pa", 0.001),
+    ),
+    "force": (("kN", 1000.0), ("kgf", 9.80665), ("lbf", 4.448222)),
+    "torque": (("N*mm", 0.001), ("N*cm", 0.01)),
+}
+"""Kind of a quantity -> units that its numbers may be in, and how many of its own each is."""
+
+_CLOCKS = (("minutes", 60.0), ("milliseconds", 0.001))
+
+
+@dataclass(frozen=True, kw_only=True)
+class Correction:
+    """What undoes a mistake.
+
+    Attributes:
+        text: the mistake and what to do, to follow the name of the trials.
+        changed: column -> factor and offset that its numbers [SI] take.
+        taken: column -> the column whose numbers it takes instead of its own.
+        clock: factor of the time.
+    """
+
+    text: str
+    changed: Mapping[str, tuple[float, float]] = field(default_factory=dict)
+    taken: Mapping[str, str] = field(default_factory=dict)
+    clock: float = 1.0
+
+    def applied(self, trial: Trial) -> Trial:
+        """A trial as it would be read without the mistake."""
+        columns = command_columns(trial.drives, trial.muscle_names)
+        of_channel = {channel: column_of(channel) for channel in trial.measured}
+        read = {column: trial.measured[channel] for channel, column in of_channel.items()}
+        lead = trial.lead_in
+        if lead is not None:
+            starts = map(column_of, trial.pressure_channels)
+            start = dict(zip(starts, lead.start_pressure, strict=True))
+            lead = replace(
+                lead,
+                time=lead.time * self.clock,
+                duration=lead.duration * self.clock,
+                command=self._command(columns, lead.command),
+                start_pressure=np.array([self._corrected(column, start) for column in start]),
+            )
+        return replace(
+            trial,
+            time=trial.time * self.clock,
+            command=self._command(columns, trial.command),
+            measured={channel: self._corrected(c, read) for channel, c in of_channel.items()},
+            lead_in=lead,
+        )
+
+    def _command(self, columns: Sequence[str], values: FloatArray) -> FloatArray:
+        own = dict(zip(columns, values.T, strict=True))
+        return np.column_stack([self._corrected(column, own) for column in columns])
+
+    def _corrected(self, column: str, values: Mapping[str, FloatArray]) -> FloatArray:
+        factor, offset = self.changed.get(column, (1.0, 0.0))
+        return factor * values[self.taken.get(column, column)] + offset
+
+
+def corrections(trial: Trial, missed: Collection[str]) -> Iterator[Correction]:
+    """Corrections of all mistakes that a recording may have.
+
+    Args:
+        trial: one of it.
+        missed: channels that the simulation misses; mistakes of some columns of a kind are sought
+            among these.
+    """
+    for clock, factor in _CLOCKS:
+        yield Correction(text=f"time_s looks like {clock}: multiply it by {factor:g}", clock=factor)
+    yield from _of_pressures(trial, missed)
+    for kind in ("angle", "position", "force", "torque"):
+        yield from _of_readings(kind, trial, missed)
+    yield from _swapped_muscles(trial, missed)
+    valves = _commands(trial, "valve", "pulse")
+    if valves:
+        yield _turned(valves)
+
+
+def _of_pressures(trial: Trial, missed: Collection[str]) -> Iterator[Correction]:
+    """Units of the measured pressures, of the set points, of both, or of some measured ones.
+
+    Where no pressure is missed, what is read and what is set agree: only both can be wrong.
+    """
+    channels = trial.pressure_channels
+    driving = command_columns(trial.drives, trial.muscle_names)
+    known = [c for c in channels if c in trial.measured or column_of(c) in driving]
+    read, sets = tuple(map(column_of, known)), _commands(trial, "pressure_set")
+    groups = {(*read, *sets): "all pressures"}
+    if any(c in missed for c in channels):
+        some = tuple(column_of(c) for c in known if c in missed)
+        groups |= {some: "measured pressures", sets: "the set points"}
+    if not sets or read in groups:
+        groups[read] = "the measured pressures"
+    for columns, name in groups.items():
+        if columns:
+            whose = f"{name} ({_several(columns)})"
+            yield from _units("pressure", f"{whose} look", columns)
+            yield Correction(
+                text=f"{whose} look absolute: subtract {_ATMOSPHERE:g} kPa",
+                changed=dict.fromkeys(columns, (1.0, -_ATMOSPHERE * PA_PER_KPA)),
+            )
+
+
+def _of_readings(kind: str, trial: Trial, missed: Collection[str]) -> Iterator[Correction]:
+    """Mistakes in readings of one kind that drive nothing: in all of them, or in those missed."""
+    driving = command_columns(trial.drives, trial.muscle_names)
+    every = [c for c in trial.measured if kind_of(c) == kind and column_of(c) not in driving]
+    some = [column_of(c) for c in every if c in missed]
+    if not some:
+        return
+    groups = dict.fromkeys([tuple(map(column_of, every)), tuple(some)])
+    for columns in groups:
+        look = "looks" if len(columns) == 1 else "look"
+        yield from _units(kind, f"{_several(columns)} {look}", columns)
+    for columns in dict.fromkeys([*groups, *((column,) for column in some)]):
+        yield _turned(columns)
+    for first, second in itertools.combinations(some, 2):
+        yield _swap([(first, second)])
+
+
+def _swapped_muscles(trial: Trial, missed: Collection[str]) -> Iterator[Correction]:
+    """Two muscles under each other's names, in what is read of them, or commanded, or both.
+
+    Where a simulated pressure is missed, what is read and what is commanded are of two muscles;
+    where none is, both are of the other.
+    """
+    pressures = trial.pressure_channels
+    columns = command_columns(trial.drives, trial.muscle_names)
+    wrong = [i for i, channel in enumerate(pressures) if channel in missed]
+    for one, two in itertools.combinations(wrong or range(trial.muscles), 2):
+        command, read = (columns[one], columns[two]), (pressures[one], pressures[two])
+        commanded = [command] if all(command) else []
+        known = set(read) <= trial.measured.keys()
+        measured = [(column_of(read[0]), column_of(read[1]))] if known else []
+        if wrong and measured and commanded and measured != commanded:
+            yield _swap(measured)
+            yield _swap(commanded)
+        else:
+            yield _swap([*dict.fromkeys([*commanded, *measured])])
+
+
+def _units(kind: str, look: str, columns: Collection[str]) -> Iterator[Correction]:
+    for unit, factor in _UNITS[kind]:
+        yield Correction(
+            text=f"{look} like {unit} taken for {KINDS[kind].shown}: multiply by {factor:g}",
+            changed=dict.fromkeys(columns, (factor, 0.0)),
+        )
+
+
+def _turned(columns: Sequence[str]) -> Correction:
+    return Correction(
+        text=f"the sign of {_several(columns)} looks turned: multiply by -1",
+        changed=dict.fromkeys(columns, (-1.0, 0.0)),
+    )
+
+
+def _swap(pairs: Sequence[tuple[str, str]]) -> Correction:
+    names = ", and ".join(f"{one} and {two}" for one, two in pairs)
+    taken = {a: b for one, two in pairs for a, b in ((one, two), (two, one))}
+    return Correction(text=f"{names} look swapped: exchange them", taken=taken)
+
+
+def _commands(trial: Trial, *kinds: str) -> tuple[str, ...]:
+    """Columns of commands of some kinds of drive."""
+    columns = command_columns(trial.drives, trial.muscle_names)
+    return tuple(c for c, kind in zip(columns, trial.drives.kinds, strict=True) if kind in kinds)
+
+
+def _several(columns: Collection[str]) -> str:
+    return ", ".join(columns)

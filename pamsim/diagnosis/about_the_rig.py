@@ -1,0 +1,92 @@
+"""What of a rig would make fits fail: geoms that touch, and a simulation that is not smooth."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pamsim.core.signal_names import KINDS, kind_of
+from pamsim.core.trial import Trial
+from pamsim.engine.contacts import contacts, may_collide
+from pamsim.engine.rig import Rig
+
+FloatArray = NDArray[np.float64]
+Simulated = Mapping[str, Mapping[str, FloatArray]]
+"""Trial -> channel -> (n,) [SI]."""
+
+_SAMPLES = 500
+"""Positions in which contacts are sought."""
+
+_AT_LIMIT = 1e-3  # of a joint's range
+
+
+def about_the_rig(
+    rig: Rig, trials: Sequence[Trial], simulated: Simulated, rough: Mapping[str, float]
+) -> tuple[str, ...]:
+    """Sentences on contacts of the rig and on signals that jump, with what is suspected.
+
+    Args:
+        rig: as it is.
+        trials: that were simulated.
+        simulated: by it.
+        rough: channel that jumps when the muscles' force changes by 1e-7 -> by how much [SI].
+    """
+    positions = _positions(rig, trials, simulated)
+    touching = list(_touching(rig, positions)) if may_collide(rig.model) else []
+    notes: list[str] = []
+    if touching:
+        notes.append(
+            f"{', '.join(touching)}: a contact makes signals jump; give geoms contype=0 and"
+            " conaffinity=0 unless it is meant"
+        )
+    elif may_collide(rig.model):
+        notes.append(
+            "geoms of the MJCF may touch, though none do here; a contact makes signals jump: give"
+            " geoms contype=0 and conaffinity=0 unless a contact is meant"
+        )
+    suspects = [*touching, *_at_limits(rig, positions), *_switching(rig)]
+    for channel, change in rough.items():
+        kind = KINDS[kind_of(channel)]
+        notes.append(
+            f"{channel} moves by {change * kind.scale:.2g} {kind.shown} where the muscles' force"
+            " changes by 1e-7: the simulation is not smooth, and no fit can follow it; suspected:"
+            f" {', '.join(suspects) or 'the time step, which may be too long'}"
+        )
+    return tuple(notes)
+
+
+def _positions(rig: Rig, trials: Sequence[Trial], simulated: Simulated) -> FloatArray:
+    """Simulated positions of the recorded joints, (n, j) [rad or m]."""
+    channels = rig.names.joint_channels
+    every = np.concatenate(
+        [np.column_stack([simulated[t.name][channel] for channel in channels]) for t in trials]
+    )
+    return every[:: max(len(every) // _SAMPLES, 1)]
+
+
+def _touching(rig: Rig, positions: FloatArray) -> Iterator[str]:
+    for (one, two), count in contacts(rig.model, rig.position_addresses, positions).items():
+        yield f"{one} and {two} touch in {100.0 * count / len(positions):.2g} % of the samples"
+
+
+def _at_limits(rig: Rig, positions: FloatArray) -> Iterator[str]:
+    """Joints that reach the end of their range."""
+    for name, values in zip(rig.joints, positions.T, strict=True):
+        joint = rig.model.joint(name)
+        low, high = joint.range
+        margin = _AT_LIMIT * (high - low)
+        if joint.limited[0] and (values.min() < low + margin or values.max() > high - margin):
+            yield f"{name} reaches the limit of its range"
+
+
+def _switching(rig: Rig) -> Iterator[str]:
+    """What of joints, transmission and valves changes from one law to another."""
+    muscles = rig.muscles.values()
+    if rig.model.dof_frictionloss.any() or any(m.friction.acts for m in muscles):
+        yield "dry friction, which holds or lets go"
+    if any(m.chain.backlash > 0.0 for m in muscles):
+        yield "backlash"
+    if any(m.valve.dead_zone > 0.0 or m.valve.regulator_dead_band > 0.0 for m in muscles):
+        yield "the dead zone of the valves"

@@ -1,0 +1,76 @@
+"""What of a rig makes fits fail is reported, with what is suspected."""
+
+from __future__ import annotations
+
+import shutil
+
+import numpy as np
+import pytest
+
+from pamsim.core.trial import Trial
+from pamsim.diagnosis.about_the_rig import about_the_rig
+from pamsim.engine.rig import load_rig
+from pamsim.store.rig_file import shipped_rigs
+
+STOP, REACH, THICK = 1.2, 0.2, 0.02 + 0.010  # angle [rad], distance [m], radius and half a bar [m]
+
+
+@pytest.fixture(scope="module")
+def arm(tmp_path_factory):
+    """The two-joint arm with a stopper on its base that the forearm meets."""
+    folder = tmp_path_factory.mktemp("rig") / "arm"
+    shutil.copytree(shipped_rigs() / "two_joint_arm", folder)
+    mjcf = folder / "two_joint_arm.xml"
+    text = mjcf.read_text(encoding="utf-8")
+    at = f"{0.3 + REACH * np.cos(STOP)} {REACH * np.sin(STOP)} 0.08"
+    touching = 'contype="1" conaffinity="1"'
+    stopper = f'<geom name="stopper" type="sphere" size="0.02" pos="{at}" {touching}/>'
+    text = text.replace('<body name="upper_arm"', f'{stopper}<body name="upper_arm"')
+    text = text.replace('name="fore_bar"', f'name="fore_bar" {touching}')
+    mjcf.write_text(text, encoding="utf-8")
+    return load_rig(folder)
+
+
+def report(rig, elbow, rough=()):
+    """What is said of a rig whose elbow turns while its shoulder stands still."""
+    time = 0.01 * np.arange(len(elbow))
+    trial = Trial(
+        name="a",
+        protocol="a",
+        drive="pressure_set",
+        load=0.0,
+        time=time,
+        command=np.zeros((len(elbow), 4)),
+        measured={},
+        muscle_names=tuple(rig.muscles),
+    )
+    simulated = {"a": {"shoulder.angle": np.zeros(len(elbow)), "elbow.angle": elbow}}
+    return about_the_rig(rig, [trial], simulated, dict(rough))
+
+
+def test_geoms_that_touch_are_named_with_how_often(arm):
+    elbow = np.linspace(0.0, STOP, 121)
+    often = 100.0 * np.mean(REACH * np.sin(STOP - elbow) < THICK)
+    (note,) = report(arm, elbow)
+    assert note.startswith(f"stopper and fore_bar touch in {often:.2g} % of the samples: a contact")
+    (note,) = report(arm, np.linspace(0.0, 1.0, 50))
+    assert note.startswith("geoms of the MJCF may touch, though none do here")
+    assert report(load_rig("two_joint_arm"), elbow) == ()
+
+
+def test_a_jump_names_what_may_be_behind_it(arm):
+    jump = {"elbow.angle": np.radians(0.2)}
+    _, note = report(arm, np.linspace(0.0, STOP, 121), jump)
+    assert note.startswith("elbow.angle moves by 0.2 deg where the muscles' force changes by 1e-7")
+    assert "suspected: stopper and fore_bar touch" in note
+    plain = load_rig("two_joint_arm")
+    limit = plain.model.joint("elbow").range[1]
+    for rig, elbow, suspect in (
+        (plain, np.linspace(0.0, limit, 20), "elbow reaches the limit of its range"),
+        (plain, np.linspace(0.0, 1.0, 20), "the time step, which may be too long"),
+        (plain.with_parameters({"joint.elbow.frictionloss": 0.2}), np.zeros(9), "dry friction"),
+        (plain.with_parameters({"chain.backlash": 1e-3}), np.zeros(9), "backlash"),
+        (plain.with_parameters({"valve.dead_zone": 0.1}), np.zeros(9), "the dead zone"),
+    ):
+        (note,) = report(rig, elbow, jump)
+        assert f"suspected: {suspect}" in note

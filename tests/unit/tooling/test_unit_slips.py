@@ -1,0 +1,80 @@
+"""The study of mistakes in units counts as stated, and finds some of each kind again."""
+
+from __future__ import annotations
+
+import json
+import runpy
+from dataclasses import replace
+from pathlib import Path
+from types import SimpleNamespace
+
+import pytest
+
+ROOT = Path(__file__).parents[3]
+study = SimpleNamespace(**runpy.run_path(str(ROOT / "scripts" / "trust" / "unit_slips.py")))
+RECORD = json.loads((ROOT / "scripts/results/unit_slips.json").read_text(encoding="utf-8"))
+
+
+@pytest.fixture(scope="module")
+def recorded(tmp_path_factory):
+    """Valves and set points of the arm, briefly."""
+    place = tmp_path_factory.mktemp("mistakes")
+    for name in ("valves", "set points"):
+        made = replace(study.ALTERED[name], effects={})
+        short = {"formulation": "library", "duration": 1.5, "repeats": 1}
+        replace(made, options={**made.options, **short}).save(place / name, 0)
+    return place
+
+
+def mistake(recording, what):
+    """A mistake by its name."""
+    (found,) = (one for one in study.MISTAKES if (one.recording, one.what) == (recording, what))
+    return found
+
+
+@pytest.mark.parametrize(
+    ("recording", "what"),
+    [
+        ("valves", "measured pressures absolute"),
+        ("valves", "measured pressures in mmHg"),
+        ("valves", "muscles swapped in measured pressures"),
+        ("valves", "time in minutes"),
+        ("valves", "angle in rad"),
+        ("set points", "measured pressures in mbar"),
+        ("set points", "forces in kN"),
+        ("set points", "all pressures in psi"),
+    ],
+)
+def test_a_mistake_is_named_with_its_correction(recorded, tmp_path, recording, what):
+    made = mistake(recording, what)
+    study.altered(recorded / recording, tmp_path / "mistake", made.change)
+    how, reported = study.checked(tmp_path / "mistake")
+    assert how != "silent"
+    assert study.named(made, reported)
+
+
+def test_without_a_mistake_nothing_is_suspected(recorded):
+    assert study.checked(recorded / "valves") == ("silent", [])
+    assert study.checked(recorded / "set points") == ("silent", [])
+
+
+def test_the_record_is_of_these_mistakes_and_the_page_states_it():
+    assert [(one["recording"], one["mistake"]) for one in RECORD["each_mistake"]] == [
+        (one.recording, one.what) for one in study.MISTAKES
+    ]
+    named = [
+        study.named(s, one["reported"])
+        for s, one in zip(study.MISTAKES, RECORD["each_mistake"], strict=True)
+    ]
+    assert RECORD["found"] == sum(named)
+    assert RECORD["found"] >= study.FOUND * RECORD["mistakes"]
+    kinds = {one["recording"] for one in RECORD["each_valid"]}
+    assert kinds == set(study.VALID)
+    assert RECORD["false_alarms"] == sum(one["how"] != "silent" for one in RECORD["each_valid"])
+    page = (ROOT / "docs" / "diagnose.md").read_text(encoding="utf-8")
+    for recording in study.ALTERED:
+        own = [n for s, n in zip(study.MISTAKES, named, strict=True) if s.recording == recording]
+        assert f"| {recording} | {len(own)} | {sum(own)} |" in " ".join(page.split())
+    alarms = f"{RECORD['false_alarms']} of {RECORD['valid']} valid recordings"
+    counts = f"{alarms}, of {len(kinds)} kinds"
+    assert counts in " ".join(page.split())
