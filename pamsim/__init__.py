@@ -8,7 +8,7 @@ Rigs and simulation::
 
 ``new_rig`` writes a rig folder to start from. ``attach`` and ``compile_model`` put a `Muscle` on
 any MJCF; ``live``, ``reset``, ``pressures``, ``save_state`` and ``restore_state`` go with
-``mujoco.mj_step``.
+``mujoco.mj_step``. Inside ``checks`` every step is checked for states that cannot be.
 
 Models and data: ``import_log`` (a recording of a lab's own log), ``read_recordings``, ``identify``
 (transfer functions), ``fit`` (force laws and hysteresis), ``check`` (what recordings are and could
@@ -47,6 +47,7 @@ if TYPE_CHECKING:
     from pamsim.effects.effect import EffectParameter as EffectParameter
     from pamsim.engine.attach import attach as attach
     from pamsim.engine.attach import compile_model as compile_model
+    from pamsim.engine.checks import checks as checks
     from pamsim.engine.new_rig import new_rig as new_rig
     from pamsim.engine.rig import load_rig as load_rig
     from pamsim.engine.simulate import simulate as simulate
@@ -85,6 +86,7 @@ _HOME = {
     "calibrate": "pamsim.calibration.calibrate",
     "compile_model": "pamsim.engine.attach",
     "check": "pamsim.diagnosis.check",
+    "checks": "pamsim.engine.checks",
     "diagnose": "pamsim.diagnosis.diagnose",
     "fit": "pamsim.fitting.fit",
     "hide": "pamsim.twins.hide",

@@ -1,4 +1,4 @@
-"""What holds for every test: no window, no leftovers in MuJoCo's process-wide callbacks."""
+"""What holds for every test: no window, every step checked, no leftovers in the process."""
 
 from __future__ import annotations
 
@@ -25,6 +25,9 @@ def _has_egl() -> bool:
 os.environ.setdefault("MPLBACKEND", "Agg")
 if sys.platform == "linux":
     os.environ.setdefault("MUJOCO_GL", "egl" if _has_egl() else "disable")
+
+# Every step of every simulation, in processes that tests start too, see `pamsim.checks`.
+os.environ["PAMSIM_CHECK"] = "1"
 
 # A first call may compile a law, which takes seconds: the time of one example is no measure.
 hypothesis.settings.register_profile("pamsim", parent=hypothesis.settings(), deadline=None)
@@ -55,3 +58,21 @@ def no_callback_left_behind() -> Iterator[None]:
     for name in left:  # so that only the guilty test fails, not all that follow it
         getattr(mujoco, f"set_{name}")(None)
     assert not left, f"this test left MuJoCo callbacks installed: {', '.join(left)}"
+
+
+@pytest.fixture(autouse=True)
+def every_step_is_possible() -> Iterator[None]:
+    """Fail the test whose steps have reached a state that cannot be, unless that was raised."""
+    yield
+    checks = sys.modules.get("pamsim.engine.checks")
+    if checks is not None:
+        checks.raise_found()
+
+
+@pytest.fixture
+def unchecked() -> Iterator[None]:
+    """For tests of what a run does that breaks down: with the checks it ends in an error."""
+    from pamsim.engine.checks import checks
+
+    with checks(False):
+        yield

@@ -432,11 +432,11 @@ def valve_opening(par: Row, command: float, pressure: float, time: float) -> flo
         pressure: gauge pressure at the valves [Pa].
         time: [s].
     """
-    return _open(par, wanted_opening(par, command, pressure, time))
+    return left_by_dead_zone(par, wanted_opening(par, command, pressure, time))
 
 
-def _open(par: Row, opening: float) -> float:
-    """What the dead zone leaves of an opening."""
+def left_by_dead_zone(par: Row, opening: float) -> float:
+    """Signed opening that the dead zone leaves of one, in [-1, 1]."""
     if par[_DEAD_ZONE] == 0.0:
         return opening
     return past_dead_zone(opening, par[_DEAD_ZONE], par[_DEAD_ZONE_ASYMMETRY])
@@ -512,7 +512,7 @@ def fill_valve_of(
     gauge = pressure_abs - par[_ATMOSPHERE]
     sent = command_at_valve(par, act, command)
     opening = reached_opening(par, act, sent, gauge, time, timestep)
-    fill_valve(par, pressure_abs, _open(par, opening), valve)
+    fill_valve(par, pressure_abs, left_by_dead_zone(par, opening), valve)
 
 
 def line_sag(par: Row, act: Row, valves: Valves, timestep: float) -> float:
@@ -690,7 +690,7 @@ def state_rates(
     rates[count - OPENING] = 0.0
     if par[_TRAVEL_TIME] > 0.0:
         rates[count - OPENING] = (opening - act[count - OPENING]) / timestep
-    flow = flow_through_valves(par, at_valve_abs, _open(par, opening), sag)
+    flow = flow_through_valves(par, at_valve_abs, left_by_dead_zone(par, opening), sag)
     rates[count - TUBE] = 0.0
     if par[_TUBE_RESISTANCE] > 0.0:
         room, warmth = par[_TUBE_VOLUME], par[_TEMPERATURE]

@@ -43,6 +43,10 @@ class EngineError(PamsimError):
     """MuJoCo and pamsim disagree: struct layout, plugin, unsupported integrator."""
 
 
+class InvariantError(PamsimError):
+    """A simulation has reached a state that cannot be; found by `pamsim.checks`."""
+
+
 class SimulationError(PamsimError):
     """A simulation ended before its time; the partial recording is kept in ``recording``."""
 

@@ -28,7 +28,7 @@ from pamsim.actuator.kernel import (
     tendon_force,
     tension,
 )
-from pamsim.actuator.layout import SIGNATURE, SIZE, slot
+from pamsim.actuator.layout import AIR, SIGNATURE, SIZE, slot
 from pamsim.engine.jit import fingerprint, hand_to_numba, reached_functions
 from pamsim.engine.structs import callback_offsets
 from pamsim.engine.user_laws import CALLS, REPLACED, declare
@@ -36,6 +36,8 @@ from pamsim.pneumatics.supply import VALVE
 
 _POINTER_SIZE, _INT_SIZE = 8, 4
 _RK4 = int(mujoco.mjtIntegrator.mjINT_RK4)
+NO_ACTUATION = int(mujoco.mjtDisableBit.mjDSBL_ACTUATION)
+"""Option of a model whose actuators the engine leaves out."""
 _PARTNER, _BACKLASH = slot("partner"), slot("chain.backlash")
 _RESISTANCE, _SUPPLY_LINE = slot("valve.supply_resistance"), slot("valve.supply_line")
 
@@ -44,11 +46,16 @@ _RESISTANCE, _SUPPLY_LINE = slot("valve.supply_resistance"), slot("valve.supply_
 class Natives:
     """Function pointers for the muscles' plugin, and for ``mjcb_time``.
 
+    A step whose rates were last evaluated at another time than its beginning has evaluated the
+    muscles between time points, as ``mj_RungeKutta`` does: ``advance`` then leaves no air, and the
+    forces are not a number.
+
     The engine asks for the time a dozen times in each step, for its timers; the clock answers 0.
     """
 
     act_dot: Any
     compute: Any
+    advance: Any
     clock: Any
 
 
@@ -99,7 +106,7 @@ def _switched_off(groups: Any, index: Any, disabled: Any) -> Any:
     return 0 <= group < 31 and (disabled >> group) & 1 == 1
 
 
-def _compile(key: str, word: Mapping[str, int]) -> tuple[Any, Any, Any]:
+def _compile(key: str, word: Mapping[str, int]) -> tuple[Any, Any, Any, Any]:
     """Compile the plugin's functions.
 
     The inner functions close over nothing but numbers and a string: numba makes its cache key from
@@ -119,11 +126,12 @@ def _compile(key: str, word: Mapping[str, int]) -> tuple[Any, Any, Any]:
     force = word["actuator_force"]
     timestep = word["timestep"]
     integrator, disabled = word["integrator"], word["disableactuator"]
+    flags, stamps = word["disableflags"], word["plugin_data"]
     model_words = 1 + max(
         actuators, nuser, user, actadr, actnum, ctrladr, outadr, plugin, group, timestep
     )
-    options = 1 + max(integrator, disabled)
-    data_words = 1 + max(time, ctrl, act, act_dot, length, velocity, force)
+    options = 1 + max(integrator, disabled, flags)
+    data_words = 1 + max(stamps, time, ctrl, act, act_dot, length, velocity, force)
 
     @numba.cfunc(
         types.void(types.voidptr, types.voidptr, types.intc), cache=True, error_model="numpy"
@@ -135,6 +143,7 @@ def _compile(key: str, word: Mapping[str, int]) -> tuple[Any, Any, Any]:
         clock = numba.carray(data_pointer, (data_words,), np.float64)
         option = numba.carray(model_pointer, (model_words,), np.float64)
         codes = numba.carray(model_pointer, (options,), np.int32)
+        _doubles(data[stamps], instance, 1)[0] = clock[time]
         for index in range(model[actuators]):
             if _entry(model[plugin], index) != instance:
                 continue
@@ -225,11 +234,26 @@ def _compile(key: str, word: Mapping[str, int]) -> tuple[Any, Any, Any]:
             # The engine's force lengthens the tendon; a muscle shortens it.
             its_force[0] = -tendon_force(row, states, pull, at, speed, option[timestep])
 
+    @numba.cfunc(types.void(types.voidptr, types.voidptr, types.intc), cache=True)
+    def advance(model_pointer, data_pointer, instance):
+        model = numba.carray(model_pointer, (model_words,), np.int64)
+        data = numba.carray(data_pointer, (data_words,), np.int64)
+        clock = numba.carray(data_pointer, (data_words,), np.float64)
+        option = numba.carray(model_pointer, (model_words,), np.float64)
+        codes = numba.carray(model_pointer, (options,), np.int32)
+        began = _doubles(data[stamps], instance, 1)[0]
+        if began + option[timestep] == clock[time] or codes[flags] & NO_ACTUATION:
+            return
+        for index in range(model[actuators]):
+            if _entry(model[plugin], index) == instance:
+                last = _entry(model[actadr], index) + _entry(model[actnum], index) - AIR
+                _doubles(data[act], last, 1)[0] = np.nan
+
     @numba.cfunc(types.float64(), cache=True)
     def clock():
         return 0.0
 
-    return rates_and_tensions, forces, clock
+    return rates_and_tensions, forces, advance, clock
 
 
 @functools.cache
@@ -245,8 +269,13 @@ def compiled_kernel() -> Natives:
     )
     declare()
     hand_to_numba(function for function in functions if function not in REPLACED)
+    natives = _compile(fingerprint([*functions, *CALLS]), words())
+    return Natives(*(native.ctypes for native in natives))
+
+
+def words() -> dict[str, int]:
+    """Position of each struct field, as `_compile` takes it."""
     offsets = callback_offsets()
     word = {name: offset // _POINTER_SIZE for name, offset in offsets.items()}
-    word |= {name: offsets[name] // _INT_SIZE for name in ("integrator", "disableactuator")}
-    natives = _compile(fingerprint([*functions, *CALLS]), word)
-    return Natives(*(native.ctypes for native in natives))
+    codes = ("integrator", "disableflags", "disableactuator")
+    return word | {name: offsets[name] // _INT_SIZE for name in codes}

@@ -11,6 +11,7 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
+from pamsim.actuator.invariants import FINITE, NOTHING, broken_invariant, never_charged
 from pamsim.actuator.kernel import (
     fill_valve_of,
     line_sag,
@@ -18,7 +19,8 @@ from pamsim.actuator.kernel import (
     tendon_force,
     tension,
 )
-from pamsim.actuator.layout import is_muscle, slot
+from pamsim.actuator.layout import AIR, is_muscle, slot
+from pamsim.engine import checks
 from pamsim.engine.structs import callback_offsets
 from pamsim.pneumatics.supply import VALVE
 
@@ -65,6 +67,7 @@ def rates(model: int, data: int, instance: int) -> None:
     """
     every = _muscles(model, data)
     timestep, time = _number(model, "timestep"), _number(data, "time")
+    _doubles(data, "plugin_data", instance, 1)[0] = time
     for index in _of(instance, model, every):
         muscle = every[index]
         if _switched_off(model, index):
@@ -101,6 +104,59 @@ def forces(model: int, data: int, instance: int) -> None:
         pull = math.nan if integrator == mujoco.mjtIntegrator.mjINT_RK4 else muscle.tension
         act = muscle.act.tolist()
         muscle.force[0] = -tendon_force(muscle.row, act, pull, at, speed, timestep)
+
+
+def advance(model: int, data: int, instance: int) -> None:
+    """Leave no air after a step that began at another time than its rates were evaluated at.
+
+    It has evaluated the muscles between time points. Arguments as of `rates`.
+    """
+    began = _doubles(data, "plugin_data", instance, 1)[0]
+    if began + _number(model, "timestep") == _number(data, "time"):
+        return
+    if _code(model, "disableflags") & mujoco.mjtDisableBit.mjDSBL_ACTUATION:
+        return
+    every = _muscles(model, data)
+    for index in _of(instance, model, every):
+        every[index].act[-AIR] = math.nan
+
+
+def check(model: int, data: int, instance: int) -> None:
+    """Report what the last step has broken, see `pamsim.engine.checks`; arguments as of `rates`."""
+    advance(model, data, instance)
+    if _code(model, "disableflags") & mujoco.mjtDisableBit.mjDSBL_ACTUATION:
+        return
+    timestep, time = _number(model, "timestep"), _number(data, "time")
+    every, found = _muscles(model, data), [0.0, 0.0]
+    for index in _of(instance, model, every):
+        muscle = every[index]
+        if _switched_off(model, index):
+            continue
+        if never_charged(muscle.act.tolist()):
+            return
+        code = broken_invariant(
+            muscle.row,
+            (muscle.act - timestep * muscle.rates).tolist(),
+            muscle.act.tolist(),
+            muscle.rates.tolist(),
+            float(muscle.length[0]),
+            float(muscle.velocity[0]),
+            float(muscle.force[0]),
+            float(muscle.command[0]),
+            time - timestep,
+            timestep,
+            found,
+        )
+        if code != NOTHING:
+            checks.report(model, data, code, index, found[0], found[1])
+            return
+    moving = [
+        number
+        for field, size in (("qpos", "nq"), ("qvel", "nv"))
+        for number in _doubles(data, field, 0, _integer(model, size))
+    ]
+    if not math.isfinite(sum(moving)):
+        checks.report(model, data, FINITE, -1, sum(moving), 0.0)
 
 
 def _of(instance: int, model: int, muscles: dict[int, _Muscle]) -> Iterator[int]:

@@ -134,14 +134,21 @@ def load_kernel() -> Natives:
 @functools.cache
 def _load() -> Natives:
     # Importing numba takes half a second, which making a model does not need.
-    from pamsim.engine import compiled, structs
+    from pamsim.engine import checks, compiled, structs
 
     structs.verified_layout()
     natives = compiled.compiled_kernel()
     entry = _entry(slot())
     entry.actuator_act_dot = ctypes.cast(natives.act_dot, _ADDRESS)
     entry.compute = ctypes.cast(natives.compute, _ADDRESS)
+    checks.watch(entry, natives.advance, _compiled_check)
     return natives
+
+
+def _compiled_check() -> Any:
+    from pamsim.engine import checks, compiled_checks
+
+    return compiled_checks.compiled_check(ctypes.cast(checks.reporter, _ADDRESS).value or 0)
 
 
 def interpreted_slot() -> int:
@@ -152,7 +159,7 @@ def interpreted_slot() -> int:
 
 @functools.cache
 def _interpreted_slot() -> int:
-    from pamsim.engine import interpreted, structs
+    from pamsim.engine import checks, interpreted, structs
 
     structs.verified_layout()
     _add(
@@ -160,7 +167,11 @@ def _interpreted_slot() -> int:
         _guarded(interpreted.rates),
         _guarded(lambda model, data, instance, _: interpreted.forces(model, data, instance)),
     )
-    return slot(INTERPRETED)
+    found = slot(INTERPRETED)
+    usual, checking = _RATES(_guarded(interpreted.advance)), _RATES(_guarded(interpreted.check))
+    _kept.append((usual, checking))
+    checks.watch(_entry(found), usual, lambda: checking)
+    return found
 
 
 failures: list[BaseException] = []

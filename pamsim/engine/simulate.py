@@ -9,9 +9,10 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
-from pamsim.core.errors import InputError
+from pamsim.core.errors import InputError, InvariantError
 from pamsim.core.experiment import Experiment
 from pamsim.core.recording import Outcome, Recording
+from pamsim.engine import checks
 from pamsim.engine.backlash_check import check_backlash
 from pamsim.engine.chamber_trace import gauge_pressures, tensions
 from pamsim.engine.contacts import may_collide
@@ -99,6 +100,8 @@ def simulate(
         InputError: if the experiment does not fit the rig or the time step, or asks for more
             pressure than the supply has.
         EngineError: if the rig's integrator cannot carry the muscles' memory.
+        InvariantError: while `pamsim.checks` is on, if the run reaches a state that cannot be, or
+            breaks down.
     """
     if from_state is not None and any(_delays(rig)):
         raise InputError(
@@ -267,6 +270,9 @@ def record(
     if broken is not None:
         recorded, outcome, reason = broken
         message = f"simulation broke down before t = {relative[recorded]:.4g} s: {reason}"
+        if checks.is_on():
+            checks.raise_found([model])
+            raise InvariantError(message)
     keep = slice(0, recorded)
     tension = -trace.force[keep]
     if braked and each_step is None:

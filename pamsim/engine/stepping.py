@@ -13,7 +13,7 @@ import mujoco
 
 from pamsim.actuator.layout import is_muscle
 from pamsim.core.errors import EngineError, InputError, nearest
-from pamsim.engine import plugin
+from pamsim.engine import checks, plugin
 from pamsim.engine.timers import StoppedTimers
 
 BACKENDS = ("compiled", "python")
@@ -52,6 +52,7 @@ def live(*models: mujoco.MjModel, backend: str = "compiled") -> Iterator[None]:
         InputError: if the backend is unknown or a model has no pamsim muscle.
         EngineError: if a model asks for an integrator that would break the muscles' memory, or the
             engine's structs are not laid out as declared.
+        InvariantError: at the end, see `pamsim.checks`.
     """
     for model in models:
         check_steppable(model)
@@ -60,6 +61,7 @@ def live(*models: mujoco.MjModel, backend: str = "compiled") -> Iterator[None]:
     if backend == "compiled":
         with StoppedTimers():
             yield
+        checks.raise_found(models)
         return
     usual, interpreted = plugin.slot(), plugin.interpreted_slot()
     for model in models:
@@ -71,6 +73,7 @@ def live(*models: mujoco.MjModel, backend: str = "compiled") -> Iterator[None]:
             model.plugin[model.plugin == interpreted] = usual
         if plugin.failures:
             raise plugin.failures.pop()
+    checks.raise_found(models)
 
 
 def set_integrator(model: mujoco.MjModel, name: str) -> None:

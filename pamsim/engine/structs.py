@@ -94,6 +94,8 @@ def offset(struct: str, field: str) -> int:
 
 
 MODEL_FIELDS = (
+    "nq",
+    "nv",
     "nactuator",
     "nuser_actuator",
     "actuator_user",
@@ -106,6 +108,9 @@ MODEL_FIELDS = (
 )
 DATA_FIELDS = (
     "time",
+    "plugin_data",
+    "qpos",
+    "qvel",
     "ctrl",
     "act",
     "act_dot",
@@ -113,7 +118,7 @@ DATA_FIELDS = (
     "actuator_velocity",
     "actuator_force",
 )
-OPTION_FIELDS = ("timestep", "integrator", "disableactuator")
+OPTION_FIELDS = ("timestep", "integrator", "disableflags", "disableactuator")
 
 
 @functools.cache
@@ -159,14 +164,21 @@ def verified_layout() -> None:
     Raises:
         EngineError: as `verify_offsets`.
     """
-    model = mujoco.MjModel.from_xml_string(
-        "<mujoco><worldbody><body><joint name='j'/><geom size='1'/></body>"
+    from pamsim.engine import plugin
+
+    plugin.register()
+    text = (
+        f"<mujoco><extension><plugin plugin='{plugin.NAME}'><instance name='p'/></plugin>"
+        "</extension><worldbody><body><joint name='j'/><geom size='1'/></body>"
         "<body><joint name='b' type='ball'/><geom size='1'/></body></worldbody>"
         "<actuator><motor joint='j' user='1 2 3'/><general joint='j' dyntype='integrator'/>"
         "<orientation joint='b'/></actuator></mujoco>"  # three controls of one actuator
     )
+    with plugin.not_evaluated():
+        model = mujoco.MjModel.from_xml_string(text)
     data = mujoco.MjData(model)
     # Not zero, or any empty field would do.
     data.time = 0.125
     model.opt.integrator, model.opt.disableactuator = mujoco.mjtIntegrator.mjINT_IMPLICITFAST, 5
+    model.opt.disableflags = mujoco.mjtDisableBit.mjDSBL_GRAVITY
     verify_offsets(model, data)

@@ -92,6 +92,10 @@ class Plant(Protocol):
         """State of one rig, for `put`."""
         ...
 
+    def time(self) -> FloatArray:
+        """(n,) time of each rig [s]."""
+        ...
+
     def warnings(self) -> int:
         """Number of engine warnings since the rigs were last put."""
         ...
@@ -156,6 +160,10 @@ class OneRig:
     def state(self, number: int) -> FloatArray:
         """See `Plant.state`."""
         return save_state(self.model, self.data)
+
+    def time(self) -> FloatArray:
+        """See `Plant.time`."""
+        return np.array([self.data.time])
 
     def warnings(self) -> int:
         """See `Plant.warnings`."""
@@ -260,6 +268,10 @@ class ManyRigs:
             else:
                 getattr(self._scratch, field)[:] = value
         return save_state(self._models[number], self._scratch)
+
+    def time(self) -> FloatArray:
+        """See `Plant.time`."""
+        return np.ravel(self._batch.time).copy()
 
     def warnings(self) -> int:
         """See `Plant.warnings`."""

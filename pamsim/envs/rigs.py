@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pamsim.core.errors import InputError
+from pamsim.engine import checks
 from pamsim.engine.chamber_gauge import ChamberGauge
 from pamsim.engine.equilibrium import rest_positions
 from pamsim.engine.moment_arms import moment_arms
@@ -183,6 +184,7 @@ class Rigs:
         Raises:
             InputError: for an action that is none, or before the first reset.
             EngineError: if the environment is closed.
+            InvariantError: while `pamsim.checks` is on, if a state cannot be.
         """
         if len(self._drawn) < len(self._all):
             raise InputError("step before reset: call reset() first, it begins an episode")
@@ -193,7 +195,7 @@ class Rigs:
         if self._pushed:
             block = slice(TORQUE * self._joints, (TORQUE + 1) * self._joints)
             self.plant.push(self._table[self._all, self._sample, block])
-        self.plant.step(self._late(command))
+        self._advance(command)
         self.true = self._read()
         # New arrays: the caller may still hold those of the last step.
         self.observation = np.empty_like(self.observation)
@@ -217,6 +219,18 @@ class Rigs:
             missed = np.abs(self.stiffness() / wanted - 1.0).mean(axis=1)
             reward -= np.where(broken, 0.0, missed)
         return reward, broken
+
+    def _advance(self, command: FloatArray) -> None:
+        """Let the plant make the time steps of a period."""
+        late = self._late(command)
+        if not checks.is_on():
+            self.plant.step(late)
+            return
+        before = self.plant.time()
+        self.plant.step(late)
+        checks.raise_found()
+        for begin, end in zip(before.tolist(), self.plant.time().tolist(), strict=True):
+            checks.check_clock(begin, end, self.period)
 
     def _make_room(self) -> None:
         """Continue the episodes' rows if one of them nears its end."""

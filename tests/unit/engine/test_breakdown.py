@@ -75,6 +75,7 @@ def test_only_the_asked_samples_are_looked_at(trace):
     assert look(trace, 8, 10)[0] == 8
 
 
+@pytest.mark.usefixtures("unchecked")
 @pytest.mark.parametrize("stop", [3, 64, 100])
 def test_a_run_ends_before_the_sample_that_is_not_to_be_trusted(stop):
     """Looking only now and then must not let a bad sample into the recording."""

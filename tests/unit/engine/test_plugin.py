@@ -14,14 +14,17 @@ from pamsim.core.errors import EngineError
 from pamsim.engine import plugin, sampling, structs
 from pamsim.engine.jit import fingerprint, reached_functions
 
-TINY = """<mujoco><worldbody><body><joint name='j'/><geom size='1'/></body>
+TINY = """<mujoco>
+<extension><plugin plugin='pamsim.muscle'><instance name='p'/></plugin></extension>
+<worldbody><body><joint name='j'/><geom size='1'/></body>
 <body><joint name='b' type='ball'/><geom size='1'/></body></worldbody>
-<actuator><general joint='j' dyntype='integrator' user='1 2 3'/><orientation joint='b'/></actuator>
-</mujoco>"""
+<actuator><general joint='j' dyntype='integrator' user='1 2 3'/><orientation joint='b'/>
+<motor joint='j'/></actuator></mujoco>"""
 
 
 @pytest.mark.parametrize("field", sorted(structs.callback_offsets()))
 def test_any_misplaced_field_is_noticed(monkeypatch, field):
+    plugin.register()
     model = mujoco.MjModel.from_xml_string(TINY)
     data = mujoco.MjData(model)
     data.time = 0.125

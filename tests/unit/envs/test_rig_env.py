@@ -268,6 +268,7 @@ def test_a_longer_episode_begins_as_a_shorter_one(task, made):
     assert np.array_equal(env.rigs._table[0], long[:802])
 
 
+@pytest.mark.usefixtures("unchecked")
 def test_a_run_that_breaks_down_terminates_with_finite_observations(made):
     env = made()
     env.reset(seed=0)

@@ -121,6 +121,7 @@ def test_some_arms_can_be_reset_alone(both):
     same(many.step(action)[0], single.step(action)[0])
 
 
+@pytest.mark.usefixtures("unchecked")
 def test_an_arm_that_breaks_down_leaves_the_others_alone(both):
     many, single = both(ENVIRONMENT, action="valve")
     action = np.zeros((RIGS, 2), np.float32)

@@ -1,0 +1,219 @@
+"""Random rigs under random inputs with every step checked: is a state ever reached that cannot be?
+
+    python scripts/trust/random_steps.py [--steps 1e8] [--seed 0] [--workers 1] [--kept FILE]
+        [--json FILE]
+
+A third of the batches run `pamsim.simulate`: a shipped rig with up to three effects that a
+diagnosis knows, each number drawn from the range that a search may use, with another hysteresis
+operator now and then, under valve openings, pulses or set points that change at random times, a
+random load, and a random torque at a joint. The others play episodes of the environments of the
+same rigs, half of them with on/off valves, with random actions and, in a third, randomized rigs,
+loads and torques. `pamsim.checks` is on all the time.
+
+A batch that reaches a state that cannot be is written down with its error, and done again without
+the checks: if its outcome then tells that it broke down, no wrong number went unnoticed. Batches
+are kept one by one: a run that was cut off goes on. Exits 1 if one failed untold.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import os
+import platform
+import sys
+from collections import Counter
+from pathlib import Path
+from typing import Any
+
+import gymnasium
+import mujoco
+import numpy as np
+
+import pamsim
+import pamsim.envs  # registers the environments
+from pamsim.comparison.effects_on_rig import candidates
+from pamsim.core.errors import InputError, InvariantError
+from pamsim.core.recording import Outcome
+from pamsim.engine.rig import Rig
+
+sys.path.insert(0, str(Path(__file__).parents[1]))
+from kept_rows import Task, fingerprint, kept_rows
+
+BATCH = 96_000
+"""Steps of a batch."""
+
+TORQUE = {"mas20_arm": 5.0, "two_joint_arm": 3.0, "equimus_leg": 1.0}
+"""Rig -> largest torque from outside [N m]."""
+
+LOAD = 2.5  # [kg]
+OPERATORS = ("bouc_wen", "maxwell_slip")
+COMMANDS = ("valve", "pulse", "pressure_set")
+RIGS, FRAME_SKIP = 8, 40
+KINDS = ("simulate", "environment", "on_off")
+
+
+def random_rig(name: str, rng: np.random.Generator) -> Rig:
+    """A shipped rig with some effects of random size, whose time step fits them."""
+    rig = pamsim.load_rig(name)
+    if rng.random() < 0.2:
+        rig = rig.with_operator(str(rng.choice(OPERATORS)))
+    known, _ = candidates(rig)
+    for number in rng.choice(len(known), rng.integers(0, 4), replace=False):
+        free = known[number].parameters
+        rig = rig.with_parameters({p.name: float(rng.uniform(p.low, p.high)) for p in free})
+    return rig
+
+
+def random_experiment(rig: Rig, rng: np.random.Generator) -> pamsim.Experiment:
+    """Commands that change at random times, and a torque that runs between random values."""
+    steps = BATCH * float(rig.model.opt.timestep)
+    duration = float(np.round(steps, 2))
+    times = np.concatenate([[0.0], np.cumsum(rng.exponential(0.2, int(duration / 0.2)) + 0.01)])
+    times = times[times < duration]
+    command, muscles = str(rng.choice(COMMANDS)), list(rig.muscles)
+    drive = dict.fromkeys(muscles, command)
+    top = rig.supply_pressure
+    values = rng.uniform(-1.0, 1.0, (len(times), len(muscles)))
+    values[rng.random(values.shape) < 0.2] = 0.0
+    if command == "pressure_set":
+        values = rng.uniform(0.0, top, values.shape)
+    if rng.random() < 0.5:
+        drive[next(iter(rig.joints))] = "torque"
+        most = TORQUE[rig.name]
+        values = np.column_stack([values, rng.uniform(-most, most, len(times))])
+    return pamsim.Experiment(
+        drive=drive,
+        command_time=times,
+        command_value=values,
+        start_pressure=rng.uniform(0.0, top, len(muscles)),
+        duration=duration,
+        load=float(rng.uniform(0.0, LOAD)) if rig.file.load_body else 0.0,
+    )
+
+
+def simulated(name: str, rng: np.random.Generator) -> dict[str, Any]:
+    """One run of `pamsim.simulate`."""
+    refused = 0
+    while True:
+        rig = None
+        try:
+            rig = random_rig(name, rng)
+            run = pamsim.simulate(rig, random_experiment(rig, rng))
+            break
+        except InputError:  # a combination that the rig, its time step or the effect refuses
+            refused += 1
+    top = rig.supply_pressure
+    return {
+        "steps": round(run.time[-1] / rig.model.opt.timestep),
+        "refused": refused,
+        "told": run.outcome is not Outcome.COMPLETED,
+        "lowest": float(run.pressure.min() / top),
+        "highest": float(run.pressure.max() / top),
+    }
+
+
+def played(name: str, rng: np.random.Generator, kind: str) -> dict[str, Any]:
+    """Episodes of the vector environment, of on/off valves or another kind of action."""
+    wild = bool(rng.random() < 1.0 / 3.0)
+    per_episode = 100
+    rounds = max(1, round(BATCH / (RIGS * per_episode * FRAME_SKIP)))
+    takes_load = bool(pamsim.load_rig(name).file.load_body)
+    env = gymnasium.make_vec(
+        "pamsim/Rig-v0",
+        num_envs=RIGS,
+        vectorization_mode="vector_entry_point",
+        rig=name,
+        action=kind if kind == "on_off" else str(rng.choice(("pressure_set", "valve"))),
+        max_episode_steps=per_episode,
+        frame_skip=FRAME_SKIP,
+        task="disturbance" if wild else "step",
+        load=(0.0, LOAD) if wild and takes_load else 0.0,
+        randomize=wild,
+    )
+    top, lowest, highest, told = env.rigs.top_pressure, np.inf, -np.inf, False
+    seed = int(rng.integers(2**31))
+    env.action_space.seed(seed)
+    for number in range(rounds):
+        env.reset(seed=seed + number)
+        held, action = np.zeros(RIGS, dtype=int), env.action_space.sample()
+        for _ in range(per_episode):
+            new = held == 0
+            action[new] = env.action_space.sample()[new]
+            held = np.where(new, rng.integers(1, 21, RIGS), held) - 1
+            _, _, broken, _, info = env.step(action)
+            told |= bool(broken.any())
+            lowest = min(lowest, float(info["pressure"].min()))
+            highest = max(highest, float(info["pressure"].max()))
+    env.close()
+    return {
+        "steps": rounds * per_episode * FRAME_SKIP * RIGS,
+        "refused": 0,
+        "told": told,
+        "lowest": lowest / top,
+        "highest": highest / top,
+    }
+
+
+def batch(task: Task) -> tuple[str, str, int, dict[str, Any]]:
+    """One batch, with the switch on; one that failed once more without, for what it then tells."""
+    kind, name, seed = task
+    try:
+        return kind, name, seed, one_batch(task, on=True)
+    except InvariantError as error:
+        row = {"steps": 0, "refused": 0, "failed": str(error)}
+    return kind, name, seed, {**row, "told": one_batch(task, on=False)["told"]}
+
+
+def one_batch(task: Task, on: bool) -> dict[str, Any]:
+    """What a batch counts.
+
+    Args:
+        task: which.
+        on: whether `pamsim.checks` is.
+    """
+    kind, name, seed = task
+    rng = np.random.default_rng([seed, KINDS.index(kind), list(TORQUE).index(name)])
+    with pamsim.checks(on):
+        return simulated(name, rng) if kind == "simulate" else played(name, rng, kind)
+
+
+def main() -> int:
+    """Run the batches, print and keep what was found."""
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("--steps", type=float, default=1e8)
+    parser.add_argument("--seed", type=int, default=0)
+    parser.add_argument("--workers", type=int, default=1)
+    parser.add_argument("--kept", type=Path, default=Path("out/random_steps.jsonl"))
+    parser.add_argument("--json", type=Path)
+    given = parser.parse_args()
+    per_seed = [(kind, name) for kind in KINDS for name in TORQUE]
+    seeds = range(given.seed, given.seed + -(-round(given.steps / BATCH) // len(per_seed)))
+    tasks = [(kind, name, seed) for seed in seeds for kind, name in per_seed]
+    os.environ["PYTHONWARNINGS"] = "ignore"
+    mark = fingerprint("pamsim", __file__)
+    rows = kept_rows(batch, tasks, given.kept, mark, given.workers)
+    rows = {task: rows[task] for task in tasks}
+    good = [row for row in rows.values() if "failed" not in row]
+    failed = {f"{k} {n} {s}": row for (k, n, s), row in rows.items() if "failed" in row}
+    result = {
+        "command": f"python scripts/trust/random_steps.py --steps {given.steps:g}"
+        f" --seed {given.seed}",
+        "mujoco": mujoco.__version__,
+        "python": platform.python_version(),
+        "batches": Counter(f"{kind} {name}" for kind, name, _ in tasks),
+        "steps": sum(row["steps"] for row in good),
+        "refused": sum(row["refused"] for row in rows.values()),
+        "lowest_pressure_over_supply": min(row["lowest"] for row in good),
+        "highest_pressure_over_supply": max(row["highest"] for row in good),
+        "broke_down": {name: row["failed"] for name, row in failed.items() if row["told"]},
+        "failed": {name: row["failed"] for name, row in failed.items() if not row["told"]},
+    }
+    print(json.dumps(result, indent=1))
+    if given.json:
+        given.json.write_text(json.dumps(result, indent=1) + "\n", encoding="utf-8")
+    return 1 if result["failed"] else 0
+
+
+if __name__ == "__main__":
+    raise SystemExit(main())

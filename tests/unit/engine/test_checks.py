@@ -1,0 +1,230 @@
+"""The switch that checks every step: quiet where physics holds, an error where it is broken."""
+
+from __future__ import annotations
+
+import ctypes
+import dataclasses
+
+import gymnasium
+import mujoco
+import numpy as np
+import pytest
+
+import pamsim
+import pamsim.envs  # registers the environments
+from pamsim.actuator import kernel
+from pamsim.actuator.layout import AIR, CREEP, parameter_slot
+from pamsim.core.errors import InvariantError
+from pamsim.core.recording import Outcome
+from pamsim.engine import checks, plugin
+
+STEP = dataclasses.replace(
+    pamsim.pressure_step((3e5, 2e5), (4e5, 0.0), duration=0.04, load=1.2), settle=0.1
+)
+BACKENDS = ("compiled", "python")
+
+
+@pytest.fixture(scope="module")
+def rig():
+    return pamsim.load_rig("mas20_arm")
+
+
+def air(model, muscle=0):
+    return int(model.actuator_actadr[muscle] + model.actuator_actnum[muscle] - 1)
+
+
+def not_finite(model, data):
+    data.act[air(model) + AIR - CREEP] = np.nan
+
+
+def too_much_air(model, data):
+    data.act[air(model)] *= 10.0
+
+
+def less_than_nothing(model, data):
+    data.act[air(model)] *= -1.0
+
+
+def negative_volume(model, data):
+    slot = parameter_slot(pamsim.load_rig("mas20_arm").muscles["muscle_1"], "chamber.dead_volume")
+    model.actuator_user[0, slot] = -1.0
+
+
+def time_goes_back(model, data):
+    data.time -= 5.0 * model.opt.timestep
+
+
+@pytest.mark.parametrize("backend", BACKENDS)
+@pytest.mark.parametrize(
+    ("spoil", "message"),
+    [
+        (not_finite, "its creep is nan, not finite"),
+        (too_much_air, "kPa follow from its supply"),
+        (less_than_nothing, "its air .* is nan"),
+        (negative_volume, "its air .* is nan"),
+        (time_goes_back, "time is .* s, not"),
+    ],
+)
+def test_a_state_that_cannot_be_is_an_error_with_step_muscle_and_numbers(
+    rig, spoil, message, backend
+):
+    def hook(model, data):
+        if abs(data.time - 0.02) < 1e-9:
+            spoil(model, data)
+
+    with pytest.raises(InvariantError, match=message) as caught:
+        pamsim.simulate(rig, STEP, backend=backend, each_step=hook)
+    if spoil is not time_goes_back:
+        assert "muscle 'muscle_1', t = 0.0205 s (step 41 of 0.5 ms)" in str(caught.value)
+    with pamsim.checks(False):
+        unchecked = pamsim.simulate(rig, STEP, backend=backend, each_step=hook)
+    assert isinstance(unchecked.outcome, Outcome)  # a result, whatever it is
+
+
+def spoilt_rate(model, data):
+    data.act_dot[air(model)] *= 1.0 + 1e-6
+
+
+def pushing(model, data):
+    data.actuator_force[0] = 0.1
+
+
+@pytest.mark.parametrize("backend", BACKENDS)
+@pytest.mark.parametrize(
+    ("spoil", "message"), [(spoilt_rate, "air gained differs"), (pushing, "is -0.1 N")]
+)
+def test_air_from_nowhere_and_a_muscle_that_pushes_are_errors(rig, spoil, message, backend):
+    model = rig.model_for(command="valve")
+    data = mujoco.MjData(model)
+    pamsim.reset(model, data, (3e5, 2e5))
+    data.ctrl[:] = (0.5, -0.5)
+
+    def step(spoil):
+        with pamsim.live(model, backend=backend):
+            mujoco.mj_forward(model, data)
+            spoil(model, data)
+            mujoco.mj_Euler(model, data)
+
+    with pytest.raises(InvariantError, match=message):
+        step(spoil)
+    step(lambda model, data: None)
+
+
+@pytest.mark.parametrize(
+    ("broken", "substitute", "changes", "message"),
+    [
+        ("line_outflow", lambda inflow, *_: inflow, {"valve.tube_resistance": 2e8}, "air gained"),
+        ("limited", lambda par, force: -force, {}, "it only pulls"),
+    ],
+)
+def test_a_kernel_that_loses_air_or_lets_muscles_push_is_noticed(
+    rig, monkeypatch, broken, substitute, changes, message
+):
+    rig = rig.with_parameters(changes)
+    step = pamsim.pressure_step((3e5, 3e5), (6e5, 0.0), duration=0.1, load=1.2)
+    step = dataclasses.replace(step, settle=0.002)
+    pamsim.simulate(rig, step, backend="python")
+    monkeypatch.setattr(kernel, broken, substitute)
+    with pytest.raises(InvariantError, match=message):
+        pamsim.simulate(rig, step, backend="python")
+
+
+@pytest.mark.parametrize(
+    "changes",
+    [
+        {"valve.tube_resistance": 2e8, "chamber.heat_rate": 2.0, "valve.supply_resistance": 3e8},
+        {"valve.travel_time": 0.05, "valve.dead_zone": 0.2, "valve.line_lag": 0.04},
+        {"chamber.laminar_leak_conductance": 3e-12, "chamber.leak_conductance": 5e-12},
+        {"braid.extensibility": 1e-8, "friction.coulomb_force": 12.0, "chain.ripple": 1e-4},
+    ],
+)
+@pytest.mark.parametrize("command", ["valve", "pulse"])
+def test_every_way_of_air_balances_and_results_are_the_same_to_the_bit(rig, changes, command):
+    rig = rig.with_parameters(changes)
+    experiment = pamsim.Experiment(
+        drive=command,
+        command_time=np.array([0.0, 0.15, 0.3]),
+        command_value=np.array([[0.6, -0.8], [0.0, 0.3], [-0.5, 0.35]]),
+        start_pressure=np.array([3e5, 2e5]),
+        duration=0.5,
+        settle=0.1,
+    )
+    with pamsim.checks():
+        checked = pamsim.simulate(rig, experiment)
+    with pamsim.checks(False):
+        natives = plugin.load_kernel()
+        usual = ctypes.cast(natives.advance, ctypes.c_void_p).value
+        assert plugin._entry(plugin.slot()).advance == usual  # no check is called
+        unchecked = pamsim.simulate(rig, experiment)
+    assert np.array_equal(checked.final_state, unchecked.final_state)
+    assert np.array_equal(checked.pressure, unchecked.pressure)
+
+
+def make(**options):
+    env = gymnasium.make("pamsim/Rig-v0", frame_skip=4, **options)
+    env.reset(seed=1)
+    return env
+
+
+def test_an_environment_raises_at_the_step(rig):
+    env = make()
+    env.unwrapped.data.act[air(env.unwrapped.model)] *= 10.0
+    with pytest.raises(InvariantError, match=r"actuator 0, t = .* follow from its supply"):
+        env.step(env.action_space.sample())
+    env.reset(seed=1)
+    env.unwrapped.model.opt.timestep *= 0.5
+    with pytest.raises(InvariantError, match="time went from"):
+        env.step(env.action_space.sample())
+    env.close()
+
+
+def test_one_of_many_environments_raises_too():
+    env = gymnasium.make_vec(
+        "pamsim/Rig-v0", num_envs=3, vectorization_mode="vector_entry_point", frame_skip=4
+    )
+    env.reset(seed=1)
+    env.step(env.action_space.sample())
+    env.rigs.plant.act[1, air(env.rigs.rig.model)] = np.nan
+    with pytest.raises(InvariantError, match="actuator 0"):
+        env.step(env.action_space.sample())
+    env.close()
+
+
+def test_steps_outside_of_any_scope_are_raised_at_the_end_of_the_block_or_told(rig, capsys):
+    model = rig.model_for(command="valve")
+    data = mujoco.MjData(model)
+    pamsim.reset(model, data, 2e5)
+    data.ctrl[0] = np.nan
+
+    def block():
+        with pamsim.checks():
+            mujoco.mj_step(model, data)
+
+    with pytest.raises(InvariantError, match="not finite"):
+        block()
+    pamsim.reset(model, data, 2e5)
+    data.ctrl[0] = np.nan
+    mujoco.mj_step(model, data)
+    checks._tell()  # as at the end of the process
+    assert "not finite" in capsys.readouterr().err
+    with pytest.raises(InvariantError):
+        checks.raise_found()
+    checks._tell()
+    assert capsys.readouterr().err == ""
+
+
+def test_a_chamber_that_was_never_charged_is_no_number_as_documented(rig):
+    model = rig.model_for(command="valve")
+    data = mujoco.MjData(model)
+    with pamsim.checks(), pamsim.live(model):
+        mujoco.mj_step(model, data)
+    assert np.isnan(data.actuator_force).all()
+
+
+@pytest.mark.parametrize(("value", "on"), [("1", True), ("", False), ("0", False), (None, False)])
+def test_the_environment_variable_has_it_on_from_the_start(monkeypatch, value, on):
+    if value is None:
+        monkeypatch.delenv(checks.VARIABLE)
+    else:
+        monkeypatch.setenv(checks.VARIABLE, value)
+    assert checks._Switch().on is on
