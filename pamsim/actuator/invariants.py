@@ -43,6 +43,8 @@ _COMMAND = slot("command")
 _PULSED, _MEASURED = 1.0, 3.0
 _FORCE_LAW = slot("force.law")
 _NOMINAL_LENGTH, _LENGTH_AT_ZERO = slot("braid.nominal_length"), slot("mounting.length_at_zero")
+_HYSTERESIS_LAW, _PER_PRESSURE = slot("hysteresis.law"), slot("hysteresis.0") + 1
+_CHORD = slot("hysteresis.0") + 3
 _EXTENSIBILITY = slot("braid.extensibility")
 _POLYTROPIC, _TEMPERATURE = slot("chamber.polytropic_index"), slot("chamber.temperature")
 _ATMOSPHERE, _HEAT_RATE = slot("chamber.atmosphere"), slot("chamber.heat_rate")
@@ -63,7 +65,7 @@ _SEARCH = 1e-11
 """Relative error of a pressure that is searched for."""
 
 _MARGIN = 1.05
-"""On the highest pressure: for the share of hysteresis in the volume, and one step of filling."""
+"""On the highest pressure, for one explicit step of filling."""
 
 _PLACES = 50
 """Contractions at which the largest volume is looked for."""
@@ -101,9 +103,10 @@ def broken_invariant(
     Returns:
         Its code, `NOTHING` if all hold.
     """
-    for i in range(len(act)):
-        if not math.isfinite(act[i]):
-            found[0], found[1] = act[i], float(len(act) - i)
+    for place in range(1, len(act) + 1):  # the air first: without it much else is no number
+        state = act[len(act) - place]
+        if not math.isfinite(state):
+            found[0], found[1] = state, float(place)
             return FINITE
     pressure = chamber_pressure(par, before, tendon_length)
     supply = par[_SUPPLY] + par[_ATMOSPHERE]
@@ -178,7 +181,10 @@ def highest_pressure(par: Row, act: Row, tendon_length: float, pressure: float) 
     for i in range(_PLACES + 1):
         kappa = first + (last - first) * i / _PLACES
         length = (1.0 - kappa) * nominal - par[_LENGTH_AT_ZERO]
-        largest = max(largest, static_volume(par, length, gauge))
+        inside_there = static_volume(par, length, gauge)
+        if par[_HYSTERESIS_LAW] > 0.0:  # at most what its chord adds, since it holds energy
+            inside_there += 0.5 * par[_PER_PRESSURE] * nominal * par[_CHORD] * kappa * kappa
+        largest = max(largest, inside_there)
     index = par[_POLYTROPIC]
     highest = supply * (largest / inside) ** index
     if par[_HEAT_RATE] > 0.0:

@@ -65,6 +65,8 @@ def simulate_batch(
     Raises:
         InputError: if an experiment does not fit its rig or the time step, or there is no thread.
         EngineError: if a rig's integrator cannot carry the muscles' memory.
+        InvariantError: while `pamsim.checks` is on, if a run reaches a state that cannot be and its
+            outcome does not tell that it broke down.
     """
     if threads is not None and threads < 1:
         raise InputError(f"{threads} threads cannot run a simulation; give 1 or more")
@@ -108,4 +110,4 @@ def _recorded(run: Run, rest: _Rest) -> Recording:
     restore_state(run.model, data, rest.state)
     settled(run.model, data, run.experiment.start_pressure.tolist())  # under the run's own command
     data.warning.number[:] = rest.warnings
-    return record(run, data)
+    return record(run, data, tried=True)

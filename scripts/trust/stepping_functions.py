@@ -5,10 +5,10 @@
 Rows are functions that step or evaluate actuators, `mujoco.rollout`, ``Batch``, the environments
 and `pamsim.simulate`. Situations are: plain (outside `pamsim.live`); another library's callbacks
 set before and during; a second model stepped in between; a copy of the model (``copy``,
-``deepcopy``, ``pickle``, MJB, the recompiled ``MjSpec``); another thread, while this one steps
-another model. A cell is ``right`` if its numbers equal those of the interpreted kernel to the bit
-(on Linux; elsewhere to 1e-9), ``no number`` if forces and states are NaN, ``error`` if something
-was raised. Anything else is ``wrong``, and the script exits 1.
+``deepcopy``, ``pickle``, MJB); another thread, while this one steps another model. A cell is
+``right`` if its numbers equal those of the interpreted kernel to the bit (on Linux; elsewhere to
+1e-9), ``no number`` if forces and states are NaN, ``error`` if something was raised. Anything else
+is ``wrong``, and the script exits 1.
 
 Which functions there are is found out: all that take a model and its data are called, and those
 that change the muscles' force or the time have to be in the table.
@@ -217,7 +217,7 @@ def resting(*calls: Callable[[Model, Data], None]) -> Callable[[Model, Data], No
 _stages = resting(mujoco.mj_fwdPosition, mujoco.mj_fwdVelocity)
 _dynamics = resting(mujoco.mj_fwdAcceleration, mujoco.mj_fwdConstraint)
 
-FUNCTIONS: dict[str, tuple[Function, Function]] = {
+FUNCTIONS: dict[str, tuple[Function, ...]] = {
     "mj_step": (stepping(mujoco.mj_step),) * 2,
     "mj_step(nstep)": (many_steps, stepping(mujoco.mj_step)),
     "mj_step1, mj_step2": (stepping(mujoco.mj_step1, mujoco.mj_step2), stepping(mujoco.mj_step)),

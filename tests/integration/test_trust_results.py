@@ -1,0 +1,80 @@
+"""What documents state of the studies in scripts/trust, and a few of their cells again."""
+
+from __future__ import annotations
+
+import json
+import re
+import runpy
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).resolve().parents[2]
+TEXT = " ".join((ROOT / "docs" / "callback.md").read_text(encoding="utf-8").split())
+PLACES = ["plain", "foreign callbacks", "two models", "copied model", "another thread"]
+
+
+def recorded(name):
+    return json.loads((ROOT / "scripts" / name).read_text(encoding="utf-8"))
+
+
+def script(name):
+    return runpy.run_path(str(ROOT / "scripts/trust" / f"{name}.py"), run_name=name)
+
+
+def test_the_table_of_functions_is_that_of_the_result():
+    result = recorded("results/stepping_functions.json")
+    assert not result["bad"]
+    assert not result["missing_functions"]
+    assert result["mjb_in_another_process"] == {"register": "right", "without": "crash"}
+    head = "| function | right | error | no number |"
+    lines = (ROOT / "docs" / "callback.md").read_text(encoding="utf-8").splitlines()
+    rows: dict[str, list[str]] = {}
+    for line in lines[lines.index(head) + 2 :]:
+        if not line.startswith("|"):
+            break
+        name, *cells = (cell.strip() for cell in line.strip("|").split("|"))
+        for one in re.findall(r"`([^`]+)`", name):
+            rows[one] = cells
+    found = result["functions"]
+    assert set(rows) == set(found)
+    for name, cells in found.items():
+        assert list(cells) == PLACES
+        counts = [
+            sum(cell.startswith(kind) for cell in cells.values())
+            for kind in ("right", "error", "no number")
+        ]
+        assert sum(counts) == len(PLACES), name
+        assert rows[name] == [str(count) for count in counts], name
+
+
+@pytest.mark.usefixtures("unchecked")
+@pytest.mark.parametrize("name", ["mj_step1, mj_step2", "mj_inverse", "mj_forward, mj_RungeKutta"])
+def test_some_functions_again(name):
+    study = script("stepping_functions")
+    expected = recorded("results/stepping_functions.json")["functions"][name]
+    assert study["row"](name, 1) == expected
+
+
+@pytest.mark.usefixtures("unchecked")
+def test_every_function_that_evaluates_muscles_is_in_the_table():
+    study, table = script("stepping_functions"), recorded("results/stepping_functions.json")
+    found = study["evaluating_functions"]()
+    assert {"mj_step", "mj_step2", "mj_forward", "mj_fwdActuation", "mj_Euler"} <= found
+    for name in found:
+        assert any(name in one for one in table["functions"]), name
+
+
+@pytest.mark.parametrize("kind", ["simulate", "environment", "on_off"])
+def test_random_steps_again(kind, monkeypatch):
+    study = script("random_steps")
+    monkeypatch.setitem(study["one_batch"].__globals__, "BATCH", 2000)
+    row = study["one_batch"]((kind, "mas20_arm", 2), on=True)
+    assert row["steps"] >= 2000
+    assert not row["told"]
+
+
+def test_the_cost_of_the_checks_is_that_of_the_benchmark():
+    result = recorded("benchmarks/results/checked_steps.json")
+    assert f"{result['on_over_off']:.2f} times as long" in TEXT
+    assert 0.95 <= result["off_over_bare"] <= 1.05
