@@ -79,7 +79,6 @@ def test_a_shared_start_leaves_no_trace_of_the_other_experiment(rig):
             assert_same(found, alone[0] if experiment is step else alone[1])
 
 
-@pytest.mark.usefixtures("unchecked")
 def test_one_rest_serves_all_with_the_same_start(rig, monkeypatch):
     settled = []
     monkeypatch.setattr(
@@ -122,7 +121,6 @@ def test_a_run_that_breaks_down_leaves_the_others_whole(rig):
     assert 1 < len(batch[1].time) < 300  # in the middle of the run
 
 
-@pytest.mark.usefixtures("unchecked")
 def test_a_warning_while_settling_is_not_lost(rig, monkeypatch):
     def warned(model, data, experiment, on):
         data.warning[mujoco.mjtWarning.mjWARN_BADQVEL].number = 1
