@@ -66,7 +66,7 @@ def simulate_batch(
         InputError: if an experiment does not fit its rig or the time step, or there is no thread.
         EngineError: if a rig's integrator cannot carry the muscles' memory.
         InvariantError: while `pamsim.checks` is on, if a run reaches a state that cannot be and its
-            outcome does not tell that it broke down.
+            outcome does not report that it broke down.
     """
     if threads is not None and threads < 1:
         raise InputError(f"{threads} threads cannot run a simulation; give 1 or more")

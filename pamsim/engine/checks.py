@@ -232,7 +232,7 @@ def raise_found(models: Iterable[mujoco.MjModel] | None = None) -> None:
 
 
 def forget(model: mujoco.MjModel) -> None:
-    """Leave out what has been found in a model's runs, of which the outcome tells."""
+    """Leave out what has been found in a model's runs, whose outcomes report it."""
     for at in [at for at, one in _found.items() if one.model == int(model._address)]:
         del _found[at]
 
@@ -255,6 +255,6 @@ def check_clock(before: float, after: float, expected: float) -> None:
 
 
 @atexit.register
-def _tell() -> None:
+def _print_left() -> None:
     for one in _found.values():
         print(f"pamsim: {VARIABLE}: {one.text(None)}", file=sys.stderr)

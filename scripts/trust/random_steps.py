@@ -11,8 +11,8 @@ same rigs, half of them with on/off valves, with random actions and, in a third,
 loads and torques. `pamsim.checks` is on all the time.
 
 A batch that reaches a state that cannot be is written down with its error, and done again without
-the checks: if its outcome then tells that it broke down, no wrong number went unnoticed. Batches
-are kept one by one: a run that was cut off goes on. Exits 1 if one failed untold.
+the checks: if its outcome then reports that it broke down, no wrong number went unnoticed. Batches
+are kept one by one: a run that was cut off goes on. Exits 1 if one failed unreported.
 """
 
 from __future__ import annotations
@@ -105,11 +105,11 @@ def simulated(name: str, rng: np.random.Generator) -> dict[str, Any]:
             refused += 1
     top = rig.supply_pressure
     return {
-        "steps": round(run.time[-1] / rig.model.opt.timestep),
+        "steps": round(run.time[-1] / rig.model.opt.timestep) if len(run.time) else 0,
         "refused": refused,
-        "told": run.outcome is not Outcome.COMPLETED,
-        "lowest": float(run.pressure.min() / top),
-        "highest": float(run.pressure.max() / top),
+        "reported": run.outcome is not Outcome.COMPLETED,
+        "lowest": float(run.pressure.min(initial=top) / top),
+        "highest": float(run.pressure.max(initial=0.0) / top),
     }
 
 
@@ -131,7 +131,7 @@ def played(name: str, rng: np.random.Generator, kind: str) -> dict[str, Any]:
         load=(0.0, LOAD) if wild and takes_load else 0.0,
         randomize=wild,
     )
-    top, lowest, highest, told = env.rigs.top_pressure, np.inf, -np.inf, False
+    top, lowest, highest, reported = env.rigs.top_pressure, np.inf, -np.inf, False
     seed = int(rng.integers(2**31))
     env.action_space.seed(seed)
     for number in range(rounds):
@@ -142,27 +142,27 @@ def played(name: str, rng: np.random.Generator, kind: str) -> dict[str, Any]:
             action[new] = env.action_space.sample()[new]
             held = np.where(new, rng.integers(1, 21, RIGS), held) - 1
             _, _, broken, _, info = env.step(action)
-            told |= bool(broken.any())
+            reported |= bool(broken.any())
             lowest = min(lowest, float(info["pressure"].min()))
             highest = max(highest, float(info["pressure"].max()))
     env.close()
     return {
         "steps": rounds * per_episode * FRAME_SKIP * RIGS,
         "refused": 0,
-        "told": told,
+        "reported": reported,
         "lowest": lowest / top,
         "highest": highest / top,
     }
 
 
 def batch(task: Task) -> tuple[str, str, int, dict[str, Any]]:
-    """One batch, with the switch on; one that failed once more without, for what it then tells."""
+    """One batch, with the switch on; one that failed once more without, for what it then reports."""
     kind, name, seed = task
     try:
         return kind, name, seed, one_batch(task, on=True)
     except InvariantError as error:
         row = {"steps": 0, "refused": 0, "failed": str(error)}
-    return kind, name, seed, {**row, "told": one_batch(task, on=False)["told"]}
+    return kind, name, seed, {**row, "reported": one_batch(task, on=False)["reported"]}
 
 
 def one_batch(task: Task, on: bool) -> dict[str, Any]:
@@ -206,8 +206,8 @@ def main() -> int:
         "refused": sum(row["refused"] for row in rows.values()),
         "lowest_pressure_over_supply": min(row["lowest"] for row in good),
         "highest_pressure_over_supply": max(row["highest"] for row in good),
-        "broke_down": {name: row["failed"] for name, row in failed.items() if row["told"]},
-        "failed": {name: row["failed"] for name, row in failed.items() if not row["told"]},
+        "broke_down": {name: row["failed"] for name, row in failed.items() if row["reported"]},
+        "failed": {name: row["failed"] for name, row in failed.items() if not row["reported"]},
     }
     print(json.dumps(result, indent=1))
     if given.json:

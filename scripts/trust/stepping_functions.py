@@ -10,7 +10,7 @@ set before and during; a second model stepped in between; a copy of the model (`
 1e-9), ``no number`` if forces and states are NaN, ``error`` if something was raised. Anything else
 is ``wrong``, and the script exits 1.
 
-Which functions there are is found out: all that take a model and its data are called, and those
+Which functions there are is tried: all that take a model and its data are called, and those
 that change the muscles' force or the time have to be in the table.
 """
 
@@ -374,7 +374,7 @@ def another_thread(function: Function, seed: int) -> list[Array]:
 
 SITUATIONS: dict[str, Callable[[Function, int], list[Array]]] = {
     "plain": plain,
-    "foreign callbacks": callbacks,
+    "other callbacks": callbacks,
     "two models": two_models,
     "copied model": copies,
     "another thread": another_thread,

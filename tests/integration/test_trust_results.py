@@ -11,7 +11,7 @@ import pytest
 
 ROOT = Path(__file__).resolve().parents[2]
 TEXT = " ".join((ROOT / "docs" / "callback.md").read_text(encoding="utf-8").split())
-PLACES = ["plain", "foreign callbacks", "two models", "copied model", "another thread"]
+PLACES = ["plain", "other callbacks", "two models", "copied model", "another thread"]
 
 
 def recorded(name):
@@ -71,7 +71,7 @@ def test_random_steps_again(kind, monkeypatch):
     monkeypatch.setitem(study["one_batch"].__globals__, "BATCH", 2000)
     row = study["one_batch"]((kind, "mas20_arm", 2), on=True)
     assert row["steps"] >= 2000
-    assert not row["told"]
+    assert not row["reported"]
 
 
 def test_the_cost_of_the_checks_is_that_of_the_benchmark():

@@ -190,7 +190,7 @@ def test_one_of_many_environments_raises_too():
     env.close()
 
 
-def test_steps_outside_of_any_scope_are_raised_at_the_end_of_the_block_or_told(rig, capsys):
+def test_steps_outside_of_any_scope_are_raised_at_the_end_of_the_block_or_printed(rig, capsys):
     model = rig.model_for(command="valve")
     data = mujoco.MjData(model)
     pamsim.reset(model, data, 2e5)
@@ -205,11 +205,11 @@ def test_steps_outside_of_any_scope_are_raised_at_the_end_of_the_block_or_told(r
     pamsim.reset(model, data, 2e5)
     data.ctrl[0] = np.nan
     mujoco.mj_step(model, data)
-    checks._tell()  # as at the end of the process
+    checks._print_left()  # as at the end of the process
     assert "not finite" in capsys.readouterr().err
     with pytest.raises(InvariantError):
         checks.raise_found()
-    checks._tell()
+    checks._print_left()
     assert capsys.readouterr().err == ""
 
 
