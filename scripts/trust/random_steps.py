@@ -156,7 +156,7 @@ def played(name: str, rng: np.random.Generator, kind: str) -> dict[str, Any]:
 
 
 def batch(task: Task) -> tuple[str, str, int, dict[str, Any]]:
-    """One batch, with the switch on; one that failed once more without, for what it then reports."""
+    """One batch with the switch on, and if it failed once more without, for its outcome."""
     kind, name, seed = task
     try:
         return kind, name, seed, one_batch(task, on=True)
