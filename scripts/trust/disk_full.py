@@ -21,6 +21,7 @@ import argparse
 import contextlib
 import json
 import platform
+import re
 import shutil
 import subprocess
 import sys
@@ -36,6 +37,7 @@ from writing_commands import COMMANDS, Command, Process, again, emptied, faults,
 
 PAGE = 4096
 """Of a file system in memory, which counts whole pages [bytes]."""
+_SAYS = re.compile(r"^pamsim: error: .*\w\.\w+: No space left on device$")
 PLENTY = 1 << 28
 BAD_INPUT = 2
 
@@ -80,7 +82,7 @@ def tried(
     found: list[str] = []
     lines = [line for line in end.errors.splitlines() if line.strip()]
     if full:
-        clear = len(lines) == 1 and "No space left" in lines[0] and str(lines[0]).count("/") > 0
+        clear = len(lines) == 1 and _SAYS.search(lines[0])
         if end.code != BAD_INPUT or not clear:
             found.append(f"exit code {end.code}: {end.errors.strip()[-200:]!r}")
     found += [f"full: {what}" for what in faults(command, folder, reference, whole=not full)]

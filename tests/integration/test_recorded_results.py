@@ -288,3 +288,24 @@ def test_runs_in_threads_are_as_the_document_states():
     failed, runs = (sum(result[name].values()) for name in ("failed", "runs"))
     assert f"{failed} of {runs} runs differ" in text
     assert failed == 0
+
+
+def test_killed_runs_and_full_disks_are_as_the_document_states():
+    kills = recorded("results/kills.json")["commands"]
+    disks = recorded("results/disk_full.json")["commands"]
+    _, rows = table_after("files.md", "command")
+    assert set(rows) == {*kills, "all"}
+    for name, cells in rows.items():
+        tried = {
+            "kills": [kills[name]] if name in kills else list(kills.values()),
+            "full": [disks[name]] if name in disks else list(disks.values()) * (name == "all"),
+        }
+        counts = [
+            sum(row[key] for row in own) for kind, own in tried.items() for key in (kind, "failed")
+        ]
+        assert cells == [*map(str, counts[:2]), *(map(str, counts[2:]) if tried["full"] else "--")]
+    assert int(rows["all"][0]) >= 200
+    assert int(rows["all"][2]) >= 20
+    assert rows["all"][3] == "0"
+    assert {name for name, row in kills.items() if row["failed"]} <= {"render", "render mp4"}
+    assert all("film." in what for row in kills.values() for what in row["faults"])
