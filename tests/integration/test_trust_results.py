@@ -65,6 +65,15 @@ def test_every_function_that_evaluates_muscles_is_in_the_table():
         assert any(name in one for one in table["functions"]), name
 
 
+def test_random_steps_reached_no_state_that_cannot_be():
+    result = recorded("results/random_steps.json")
+    assert not result["failed"]
+    assert result["steps"] >= 1e8
+    assert f"{result['steps']:,} steps" in TEXT
+    assert f"{len(result['broke_down'])} of {sum(result['batches'].values())} batches" in TEXT
+    assert f"{result['highest_pressure_over_supply']:.2f} of the supply's" in TEXT
+
+
 @pytest.mark.parametrize("kind", ["simulate", "environment", "on_off"])
 def test_random_steps_again(kind, monkeypatch):
     study = script("random_steps")
