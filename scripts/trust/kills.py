@@ -11,8 +11,8 @@ the times over the files of an earlier run. Afterwards
   SIGKILL may leave hidden parts of files, SIGTERM and SIGINT none;
 - SIGTERM and SIGINT end with exit code 130 and without a traceback;
 - the same command with ``--force``, and ``--resume`` where there is something to resume, writes
-  what the whole run wrote: numbers equal to the bit, durations apart; no hidden part stays in its
-  folder of results.
+  what the whole run wrote: numbers equal to the bit, durations apart, and films with the same
+  frames; no hidden part stays in its folder of results.
 
 A moment after the end of the run counts for nothing and is drawn again. FILE is written after each
 command; those in it that this call does not run stay. Exits 1 if a kill fails.

@@ -24,12 +24,16 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+import imageio.v3 as iio
 import numpy as np
 
 import pamsim
 from pamsim.cli.main import main as pamsim_command
 from pamsim.core.errors import PamsimError
 from pamsim.core.files import LOCK
+
+SAME_COLOUR, OTHER_PIXELS = 8, 1e-3
+"""Levels of 255 by which a pixel may differ and be the same, and share of pixels that may not."""
 
 IN = "../inputs"
 """Of the commands, which run in a folder beside it."""
@@ -399,7 +403,28 @@ def _difference(path: Path, right: Path, near: float | None) -> str:
         pairs = zip(got.splitlines(), wanted.splitlines(), strict=False)
         lines = (f"{a.strip()[:60]!r}, not {b.strip()[:60]!r}" for a, b in pairs if a != b)
         return next(lines, "cut")
+    if path.suffix in (".gif", ".mp4"):
+        return _film_difference(path, right)
     return f"{len(got)} bytes not those {len(wanted)}"
+
+
+def _film_difference(path: Path, right: Path) -> str:
+    """How a film differs; empty if its frames show the same.
+
+    Drawn twice on a loaded machine, a frame may have some pixels in another colour.
+    """
+    plugin = "FFMPEG" if path.suffix == ".mp4" else "pillow"
+    try:
+        got, wanted = (
+            iio.imread(film, plugin=plugin, extension=film.suffix).astype(int)
+            for film in (path, right)
+        )
+    except (OSError, ValueError, IndexError, RuntimeError) as error:
+        return f"cannot be decoded: {error!r:.80}"
+    if got.shape != wanted.shape:
+        return f"frames of {got.shape}, not {wanted.shape}"
+    other = float(np.mean(np.abs(got - wanted).max(axis=-1) > SAME_COLOUR))
+    return "" if other <= OTHER_PIXELS else f"{100.0 * other:.2g} % of the pixels differ"
 
 
 def _without(content: Any, keys: Set[str]) -> Any:

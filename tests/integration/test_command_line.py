@@ -115,6 +115,7 @@ def test_a_broken_rig_is_one_clear_line_and_exit_2(
     assert expected in err
 
 
+@pytest.mark.usefixtures("unchecked")
 def test_a_diverging_simulation_says_when_and_keeps_what_it_has(tmp_path, monkeypatch, capsys):
     # An arm of one gram on stiff muscles, undamped: far too fast for the step.
     rig = broken_rig(tmp_path, "value = 0.3247,", "value = 0,")

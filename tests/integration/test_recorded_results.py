@@ -306,6 +306,4 @@ def test_killed_runs_and_full_disks_are_as_the_document_states():
         assert cells == [*map(str, counts[:2]), *(map(str, counts[2:]) if tried["full"] else "--")]
     assert int(rows["all"][0]) >= 200
     assert int(rows["all"][2]) >= 20
-    assert rows["all"][3] == "0"
-    assert {name for name, row in kills.items() if row["failed"]} <= {"render", "render mp4"}
-    assert all("film." in what for row in kills.values() for what in row["faults"])
+    assert rows["all"][1] == rows["all"][3] == "0"

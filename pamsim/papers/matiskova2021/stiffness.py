@@ -15,7 +15,7 @@ from pamsim.actuator.antagonist import (
     pressure_slope,
 )
 from pamsim.actuator.kernel import Row, gauge_pressure
-from pamsim.actuator.layout import slot
+from pamsim.actuator.layout import COMMON, slot
 from pamsim.actuator.muscle import Muscle
 from pamsim.actuator.rest_state import charged_air_state
 from pamsim.actuator.static_muscle import muscle_length
@@ -104,7 +104,7 @@ def stiffness_over_pressure() -> dict[str, list[float]]:
 def _shut_stiffness(pressure: float) -> float:
     """The same by turning the arm with both chambers shut [N m/rad]."""
     muscle, radius, h = row(ideal_muscle()), sprocket_radius(), 1e-4
-    air = [charged_air_state(muscle, [], 0.0, pressure)]
+    air = [*[0.0] * (COMMON - 1), charged_air_state(muscle, [], 0.0, pressure)]
 
     def torque(angle: float) -> float:
         ways = -radius * angle, radius * angle

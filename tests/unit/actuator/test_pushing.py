@@ -10,7 +10,7 @@ import pytest
 
 import pamsim
 from pamsim.actuator import kernel, static_muscle
-from pamsim.actuator.layout import SIZE, pack, parameter_slot, slot, unpack
+from pamsim.actuator.layout import COMMON, SIZE, pack, parameter_slot, slot, unpack
 from pamsim.actuator.muscle import Mounting, Muscle
 from pamsim.actuator.rest_state import charged_air_state
 from pamsim.actuator.step_limits import bristle_stiffness
@@ -245,7 +245,8 @@ def test_hysteresis_as_a_share_of_the_push_resists_compression():
     """Compressed it pushes more than at rest, as whatever loses energy does."""
     loop = BoucWen(yield_contraction=0.005, sigma=0.5, sharpness=1.0, force_share=0.1)
     row = pack(bellows(hysteresis=loop)).tolist()
-    rest_act, held = [0.0] * 12, charged_air_state(row, [0.0] * 12, 0.02, 5e4)
+    rest_act = [0.0] * (COMMON + 1)
+    held = charged_air_state(row, rest_act, 0.02, 5e4)
     at_rest = kernel.tension(row, [*rest_act[:-1], held], 0.02)
     compressed = kernel.tension(row, [0.8, *rest_act[1:-1], held], 0.02)
     assert at_rest == pytest.approx(-AREA * 5e4)

@@ -9,6 +9,7 @@ import pytest
 
 from pamsim.actuator.antagonist import antagonist_torque, muscle_stiffness
 from pamsim.actuator.kernel import gauge_pressure
+from pamsim.actuator.layout import COMMON
 from pamsim.actuator.rest_state import charged_air_state
 from pamsim.core.encoding import to_dict
 from pamsim.core.errors import InputError
@@ -159,7 +160,7 @@ def test_stiffness_curves_are_the_change_of_torque_of_the_turned_pair():
         par = row(dataclasses.replace(muscle, hysteresis=None))
         for place in (0, 20, -1):
             pressure = 500.0 * curves["sum_kpa"][place]
-            air = [charged_air_state(par, [], 0.0, pressure)]
+            air = [*[0.0] * (COMMON - 1), charged_air_state(par, [], 0.0, pressure)]
 
             def torque(angle, shut, par=par, air=air, pressure=pressure):
                 ways = -radius * angle, radius * angle
