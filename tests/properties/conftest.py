@@ -16,11 +16,10 @@ hypothesis.settings.register_profile(
 def pytest_make_collect_report() -> Generator[None, pytest.CollectReport, pytest.CollectReport]:
     """Import this folder's tests under the profile: `given` takes the one that is loaded then.
 
-    Afterwards the profile before is back: profiles belong to the process, not to a folder.
+    Afterwards that of all tests is back: profiles belong to the process, not to a folder.
     """
-    before = hypothesis.settings.get_current_profile_name()
     hypothesis.settings.load_profile("properties")
     try:
         return (yield)
     finally:
-        hypothesis.settings.load_profile(before)
+        hypothesis.settings.load_profile("pamsim")
