@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.signal import lfilter
 
+from pamsim.actuator.layout import has_parameter
 from pamsim.core.recording import Recording
 from pamsim.core.units import DEG_PER_RAD
 from pamsim.engine.rig import Rig
@@ -50,7 +51,8 @@ def with_variation(rig: Rig, rng: np.random.Generator, variation: float) -> Rig:
     values = {
         f"{muscle}:{name}": rig_parameter(rig, f"{muscle}:{name}").value * factor
         for name, factor in zip(_VARYING, factors, strict=True)
-        for muscle in rig.muscles
+        for muscle, own in rig.muscles.items()
+        if has_parameter(own, name)  # bellows and pistons have neither braid nor tube
     }
     return rig.with_parameters(values) if variation else rig
 
