@@ -29,11 +29,12 @@ from pamsim.actuator.kernel import (
     left_by_dead_zone,
     length_at_muscle,
     reached_opening,
+    rubs,
     tension,
 )
 from pamsim.actuator.layout import AIR, AMBIENT, SAG, TUBE, MutableRow, Row, slot
-from pamsim.actuator.static_muscle import static_volume
-from pamsim.muscles.dispatch import pushes, volume_depends_on_pressure
+from pamsim.actuator.static_muscle import static_volume, volume_varies
+from pamsim.muscles.dispatch import pushes
 from pamsim.pneumatics.air import GAS_CONSTANT, REFERENCE_DENSITY
 
 NOTHING, FINITE, PRESSURE, TENSION, MASS = 0.0, 1.0, 2.0, 3.0, 4.0
@@ -45,7 +46,6 @@ _FORCE_LAW = slot("force.law")
 _NOMINAL_LENGTH, _LENGTH_AT_ZERO = slot("braid.nominal_length"), slot("mounting.length_at_zero")
 _HYSTERESIS_LAW, _PER_PRESSURE = slot("hysteresis.law"), slot("hysteresis.0") + 1
 _CHORD = slot("hysteresis.0") + 3
-_EXTENSIBILITY = slot("braid.extensibility")
 _POLYTROPIC, _TEMPERATURE = slot("chamber.polytropic_index"), slot("chamber.temperature")
 _ATMOSPHERE, _HEAT_RATE = slot("chamber.atmosphere"), slot("chamber.heat_rate")
 _LEAK, _LAMINAR_LEAK = slot("chamber.leak_conductance"), slot("chamber.laminar_leak_conductance")
@@ -53,9 +53,7 @@ _FILL, _EXHAUST = slot("valve.conductance_fill"), slot("valve.conductance_exhaus
 _LAMINAR, _BAND = slot("valve.laminar_ratio"), slot("valve.regulator_band")
 _SUPPLY, _RESISTANCE = slot("valve.supply_pressure"), slot("valve.supply_resistance")
 _TUBE_RESISTANCE, _TUBE_VOLUME = slot("valve.tube_resistance"), slot("valve.tube_volume")
-_RIPPLE = slot("chain.ripple")
-_STRIBECK, _COULOMB = slot("friction.stribeck_force"), slot("friction.coulomb_force")
-_BREAKAWAY, _TENSION_SHARE = slot("friction.breakaway_force"), slot("friction.tension_share")
+_RIPPLE, _STRIBECK = slot("chain.ripple"), slot("friction.stribeck_force")
 
 _ROUNDING = 4e-16
 _OPERATIONS = 100.0
@@ -159,8 +157,7 @@ def never_charged(act: Row) -> bool:
 
 def _has_friction(par: Row) -> bool:
     """Whether the force along the tendon is another than the muscle's."""
-    rubbing = par[_STRIBECK] + par[_COULOMB] + par[_BREAKAWAY] + par[_TENSION_SHARE]
-    return rubbing + par[_RIPPLE] > 0.0
+    return rubs(par) or par[_STRIBECK] > 0.0 or par[_RIPPLE] > 0.0
 
 
 def highest_pressure(par: Row, act: Row, tendon_length: float, pressure: float) -> float:
@@ -247,7 +244,7 @@ def rounding_of_flow(par: Row, pressure: float, at_valve: float, timestep: float
         timestep: [s].
     """
     uncertain = _OPERATIONS * _ROUNDING
-    if par[_EXTENSIBILITY] > 0.0 or volume_depends_on_pressure(par[_FORCE_LAW]):
+    if volume_varies(par):
         uncertain = _SEARCH
     upstream = max(pressure, at_valve, par[_SUPPLY] + par[_ATMOSPHERE])
     per_volume = GAS_CONSTANT * par[_TEMPERATURE]

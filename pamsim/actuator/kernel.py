@@ -39,12 +39,13 @@ from pamsim.actuator.static_muscle import (
     static_volume,
     volume_and_slope,
     volume_at_nominal_length,
+    volume_varies,
 )
 from pamsim.hysteresis.dispatch import chosen_energy, chosen_output, chosen_rates
 from pamsim.hysteresis.group import COMMON_FIELDS
 from pamsim.muscles.braid import braid_friction
 from pamsim.muscles.creep import creep_force, creep_rate
-from pamsim.muscles.dispatch import pushes, volume_depends_on_pressure
+from pamsim.muscles.dispatch import pushes
 from pamsim.muscles.tension import effective_pressure
 from pamsim.pneumatics.air import GAS_CONSTANT
 from pamsim.pneumatics.chamber import absolute_pressure, air_state_rate, relaxing_rate
@@ -88,7 +89,6 @@ _BRISTLE_TIME = slot("friction.bristle_time")
 _NOMINAL_LENGTH = slot("braid.nominal_length")
 
 
-_EXTENSIBILITY = slot("braid.extensibility")
 _BRAID_FRICTION = slot("braid.friction")
 _STROKE_DAMPING = slot("stroke.damping")
 
@@ -200,7 +200,7 @@ def chamber_pressure(par: Row, act: Row, tendon_length: float) -> float:
     air = act[len(act) - AIR]
     if not air > 0.0:
         return math.nan
-    if _volume_varies(par):
+    if volume_varies(par):
         first = _search_start(par, act, fixed, kappa)
         return _consistent_pressure(par, air, fixed, kappa, first)
     inside = fixed + rigid_volume(par, kappa, _TYPICAL_PRESSURE)
@@ -229,11 +229,6 @@ def _search_start(par: Row, act: Row, fixed: float, kappa: float) -> float:
     if inside > 0.0:
         return absolute_pressure(act[len(act) - AIR], inside, par[_POLYTROPIC], par[_FLOOR])
     return _TYPICAL_PRESSURE + par[_ATMOSPHERE]
-
-
-def _volume_varies(par: Row) -> bool:
-    """Whether the volume depends on the pressure, so that this must be searched for."""
-    return par[_EXTENSIBILITY] > 0.0 or volume_depends_on_pressure(par[_FORCE_LAW])
 
 
 def _consistent_pressure(par: Row, air: float, fixed: float, kappa: float, first: float) -> float:
@@ -377,14 +372,15 @@ def tendon_friction(
     force = 0.0
     if par[_STRIBECK_FORCE] > 0.0:
         force += stribeck_friction(tendon_velocity, par[_STRIBECK_FORCE], par[_STRIBECK_VELOCITY])
-    if _rubs(par):
+    if rubs(par):
         before = act[len(act) - RUBBING]
         after = dry_friction_after(par, before, pull, tendon_velocity, timestep)
         force += after + par[_BRISTLE_TIME] * (after - before) / timestep
     return force
 
 
-def _rubs(par: Row) -> bool:
+def rubs(par: Row) -> bool:
+    """Whether dry friction acts along the tendon."""
     return par[_COULOMB] + par[_BREAKAWAY] + par[_TENSION_SHARE] > 0.0
 
 
@@ -640,7 +636,7 @@ def state_rates(
         rates[count - EXTENSION] = stretch_rate
         velocity = velocity - stretch_rate
     rates[count - RUBBING] = 0.0
-    if _rubs(par):
+    if rubs(par):
         before = act[count - RUBBING]
         after = dry_friction_after(par, before, pull, tendon_velocity, timestep)
         rates[count - RUBBING] = (after - before) / timestep
@@ -702,7 +698,7 @@ def state_rates(
     flow -= leak_flow(par, pressure_abs)
     rates[count - LAST] = 0.0
     rates[count - EARLIER] = 0.0
-    if _volume_varies(par):
+    if volume_varies(par):
         rates[count - LAST] = (pressure_abs - act[count - LAST]) / timestep
         rates[count - EARLIER] = (act[count - LAST] - act[count - EARLIER]) / timestep
     rates[count - AIR] = air_state_rate(pressure_abs, par[_POLYTROPIC], par[_TEMPERATURE], flow)

@@ -113,6 +113,11 @@ def static_volume(par: Row, tendon_length: float, pressure: float) -> float:
     return volume_at_nominal_length(par) + volume_since_nominal(par, kappa, pressure)
 
 
+def volume_varies(par: Row) -> bool:
+    """Whether the volume depends on the pressure, so that this must be searched for."""
+    return par[_EXTENSIBILITY] > 0.0 or volume_depends_on_pressure(par[_FORCE_LAW])
+
+
 def volume_at_nominal_length(par: Row) -> float:
     """Tubing, and the cylinder that the braid is at nominal length [m^3].
 

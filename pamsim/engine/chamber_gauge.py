@@ -64,7 +64,7 @@ def _compiled() -> _Read:
 
     compiled.compiled_kernel()  # hands the kernel's functions to numba
     key = fingerprint(reached_functions(sensed_pressure))
-    mark: Any = compiled._keyed_by
+    mark: Any = compiled.keyed_by
 
     @numba.njit(cache=True, nogil=True, error_model="numpy")
     def read(rows, act, length, first, count, out, pressure):

@@ -89,7 +89,7 @@ def _compiled(law: _Law) -> _Along:
 
     compiled.compiled_kernel()
     key = fingerprint(reached_functions(law))
-    mark: Any = compiled._keyed_by
+    mark: Any = compiled.keyed_by
 
     if law is tension:
 

@@ -60,7 +60,7 @@ class Natives:
 
 
 @intrinsic  # numba supplies the typing context: the function is called with the address alone
-def _as_pointer(typingctx: Any, address: Any) -> Any:
+def as_pointer(typingctx: Any, address: Any) -> Any:
     """Turn an address read from a struct into something `numba.carray` accepts."""
 
     def generate(context: Any, builder: Any, signature: Any, args: Any) -> Any:
@@ -70,39 +70,39 @@ def _as_pointer(typingctx: Any, address: Any) -> Any:
 
 
 @register_jitable
-def _keyed_by(key: Any) -> None:
+def keyed_by(key: Any) -> None:
     """Make a callback close over its key and so enter it in numba's cache key; does nothing."""
 
 
 @register_jitable
-def _doubles(address: Any, first: Any, count: Any) -> Any:
+def doubles(address: Any, first: Any, count: Any) -> Any:
     """View of ``count`` mjtNums from the ``first`` of the array at an address."""
-    pointer = _as_pointer(address + 8 * first)  # pyright: ignore[reportCallIssue]
+    pointer = as_pointer(address + 8 * first)  # pyright: ignore[reportCallIssue]
     return numba.carray(pointer, (count,), np.float64)
 
 
 @register_jitable
-def _entry(address: Any, index: Any) -> Any:
+def entry(address: Any, index: Any) -> Any:
     """One entry of the int array at an address."""
-    pointer = _as_pointer(address + 4 * index)  # pyright: ignore[reportCallIssue]
+    pointer = as_pointer(address + 4 * index)  # pyright: ignore[reportCallIssue]
     return numba.carray(pointer, (1,), np.int32)[0]
 
 
 @register_jitable
-def _muscle_row(address: Any, width: Any, index: Any) -> Any:
+def muscle_row(address: Any, width: Any, index: Any) -> Any:
     """Parameter row of one actuator; empty if it is not a pamsim muscle."""
     if width < SIZE:
-        return _doubles(address, 0, 0)
-    row = _doubles(address, index * width, SIZE)
+        return doubles(address, 0, 0)
+    row = doubles(address, index * width, SIZE)
     if row[0] != SIGNATURE:
-        return _doubles(address, 0, 0)
+        return doubles(address, 0, 0)
     return row
 
 
 @register_jitable
-def _switched_off(groups: Any, index: Any, disabled: Any) -> Any:
+def switched_off(groups: Any, index: Any, disabled: Any) -> Any:
     """Whether the group of an actuator is among the disabled ones."""
-    group = _entry(groups, index)
+    group = entry(groups, index)
     return 0 <= group < 31 and (disabled >> group) & 1 == 1
 
 
@@ -137,67 +137,67 @@ def _compile(key: str, word: Mapping[str, int]) -> tuple[Any, Any, Any, Any]:
         types.void(types.voidptr, types.voidptr, types.intc), cache=True, error_model="numpy"
     )
     def rates_and_tensions(model_pointer, data_pointer, instance):
-        _keyed_by(key)
+        keyed_by(key)
         model = numba.carray(model_pointer, (model_words,), np.int64)
         data = numba.carray(data_pointer, (data_words,), np.int64)
         clock = numba.carray(data_pointer, (data_words,), np.float64)
         option = numba.carray(model_pointer, (model_words,), np.float64)
         codes = numba.carray(model_pointer, (options,), np.int32)
-        _doubles(data[stamps], instance, 1)[0] = clock[time]
+        doubles(data[stamps], instance, 1)[0] = clock[time]
         for index in range(model[actuators]):
-            if _entry(model[plugin], index) != instance:
+            if entry(model[plugin], index) != instance:
                 continue
-            row = _muscle_row(model[user], model[nuser], index)
+            row = muscle_row(model[user], model[nuser], index)
             if row.size == 0:
                 continue
-            first = _entry(model[actadr], index)
-            count = _entry(model[actnum], index)
-            out = _entry(model[outadr], index)
-            rates = _doubles(data[act_dot], first, count)
-            if _switched_off(model[group], index, codes[disabled]):
+            first = entry(model[actadr], index)
+            count = entry(model[actnum], index)
+            out = entry(model[outadr], index)
+            rates = doubles(data[act_dot], first, count)
+            if switched_off(model[group], index, codes[disabled]):
                 rates[:] = 0.0
                 continue
             opposing = 0.0
             if row[_BACKLASH] > 0.0 and row[_PARTNER] > 0.0:
                 other = int(row[_PARTNER]) - 1
                 opposing = tension(
-                    _muscle_row(model[user], model[nuser], other),
-                    _doubles(data[act], _entry(model[actadr], other), _entry(model[actnum], other)),
-                    _doubles(data[length], _entry(model[outadr], other), 1)[0],
-                    _doubles(data[velocity], _entry(model[outadr], other), 1)[0],
+                    muscle_row(model[user], model[nuser], other),
+                    doubles(data[act], entry(model[actadr], other), entry(model[actnum], other)),
+                    doubles(data[length], entry(model[outadr], other), 1)[0],
+                    doubles(data[velocity], entry(model[outadr], other), 1)[0],
                 )
             sag = 0.0
             if row[_RESISTANCE] > 0.0:
                 valves = np.empty((model[actuators], VALVE))
                 on_line = 0
                 for other in range(model[actuators]):
-                    par = _muscle_row(model[user], model[nuser], other)
+                    par = muscle_row(model[user], model[nuser], other)
                     if par.size > 0 and par[_SUPPLY_LINE] == row[_SUPPLY_LINE]:
-                        states = _doubles(
-                            data[act], _entry(model[actadr], other), _entry(model[actnum], other)
+                        states = doubles(
+                            data[act], entry(model[actadr], other), entry(model[actnum], other)
                         )
-                        at = _doubles(data[length], _entry(model[outadr], other), 1)[0]
-                        sent = _doubles(data[ctrl], _entry(model[ctrladr], other), 1)[0]
+                        at = doubles(data[length], entry(model[outadr], other), 1)[0]
+                        sent = doubles(data[ctrl], entry(model[ctrladr], other), 1)[0]
                         fill_valve_of(
                             par, states, at, sent, clock[time], option[timestep], valves[on_line]
                         )
                         on_line += 1
-                own = _doubles(data[act], first, count)
+                own = doubles(data[act], first, count)
                 sag = line_sag(row, own, valves[:on_line], option[timestep])
             pull = state_rates(
                 row,
-                _doubles(data[act], first, count),
+                doubles(data[act], first, count),
                 rates,
-                _doubles(data[length], out, 1)[0],
-                _doubles(data[velocity], out, 1)[0],
-                _doubles(data[ctrl], _entry(model[ctrladr], index), 1)[0],
+                doubles(data[length], out, 1)[0],
+                doubles(data[velocity], out, 1)[0],
+                doubles(data[ctrl], entry(model[ctrladr], index), 1)[0],
                 clock[time],
                 option[timestep],
                 opposing,
                 sag,
             )
             # The engine keeps what stands here until `forces` runs: minus 0 for a slack muscle.
-            _doubles(data[force], out, 1)[0] = -pull
+            doubles(data[force], out, 1)[0] = -pull
 
     @numba.cfunc(
         types.void(types.voidptr, types.voidptr, types.intc, types.intc),
@@ -205,27 +205,27 @@ def _compile(key: str, word: Mapping[str, int]) -> tuple[Any, Any, Any, Any]:
         error_model="numpy",
     )
     def forces(model_pointer, data_pointer, instance, _):
-        _keyed_by(key)
+        keyed_by(key)
         model = numba.carray(model_pointer, (model_words,), np.int64)
         data = numba.carray(data_pointer, (data_words,), np.int64)
         option = numba.carray(model_pointer, (model_words,), np.float64)
         codes = numba.carray(model_pointer, (options,), np.int32)
         for index in range(model[actuators]):
-            if _entry(model[plugin], index) != instance:
+            if entry(model[plugin], index) != instance:
                 continue
-            row = _muscle_row(model[user], model[nuser], index)
+            row = muscle_row(model[user], model[nuser], index)
             if row.size == 0:
                 continue
-            first = _entry(model[actadr], index)
-            count = _entry(model[actnum], index)
-            out = _entry(model[outadr], index)
-            its_force = _doubles(data[force], out, 1)
-            if _switched_off(model[group], index, codes[disabled]):
+            first = entry(model[actadr], index)
+            count = entry(model[actnum], index)
+            out = entry(model[outadr], index)
+            its_force = doubles(data[force], out, 1)
+            if switched_off(model[group], index, codes[disabled]):
                 its_force[0] = 0.0
                 continue
-            states = _doubles(data[act], first, count)
-            at = _doubles(data[length], out, 1)[0]
-            speed = _doubles(data[velocity], out, 1)[0]
+            states = doubles(data[act], first, count)
+            at = doubles(data[length], out, 1)[0]
+            speed = doubles(data[velocity], out, 1)[0]
             pull = -its_force[0]
             if pull == 0.0 and math.copysign(1.0, pull) < 0.0:  # the engine's own 0
                 pull = tension(row, states, at, speed)
@@ -241,13 +241,13 @@ def _compile(key: str, word: Mapping[str, int]) -> tuple[Any, Any, Any, Any]:
         clock = numba.carray(data_pointer, (data_words,), np.float64)
         option = numba.carray(model_pointer, (model_words,), np.float64)
         codes = numba.carray(model_pointer, (options,), np.int32)
-        began = _doubles(data[stamps], instance, 1)[0]
+        began = doubles(data[stamps], instance, 1)[0]
         if began + option[timestep] == clock[time] or codes[flags] & NO_ACTUATION:
             return
         for index in range(model[actuators]):
-            if _entry(model[plugin], index) == instance:
-                last = _entry(model[actadr], index) + _entry(model[actnum], index) - AIR
-                _doubles(data[act], last, 1)[0] = np.nan
+            if entry(model[plugin], index) == instance:
+                last = entry(model[actadr], index) + entry(model[actnum], index) - AIR
+                doubles(data[act], last, 1)[0] = np.nan
 
     @numba.cfunc(types.float64(), cache=True)
     def clock():

@@ -16,12 +16,12 @@ from numba import types
 from pamsim.actuator.invariants import FINITE, NOTHING, broken_invariant, never_charged
 from pamsim.engine.compiled import (
     NO_ACTUATION,
-    _doubles,
-    _entry,
-    _keyed_by,
-    _muscle_row,
-    _switched_off,
     compiled_kernel,
+    doubles,
+    entry,
+    keyed_by,
+    muscle_row,
+    switched_off,
     words,
 )
 from pamsim.engine.jit import fingerprint, hand_to_numba, reached_functions
@@ -60,7 +60,7 @@ def _compile(key: str, word: Mapping[str, int]) -> Any:
         types.void(types.voidptr, types.voidptr, types.intc), cache=True, error_model="numpy"
     )
     def after_step(model_pointer, data_pointer, instance):
-        _keyed_by(key)
+        keyed_by(key)
         _advance(model_pointer, data_pointer, instance)
         model = numba.carray(model_pointer, (width,), np.int64)
         data = numba.carray(data_pointer, (width,), np.int64)
@@ -72,16 +72,16 @@ def _compile(key: str, word: Mapping[str, int]) -> Any:
         step = option[timestep]
         found = np.empty(2)
         for index in range(model[actuators]):
-            if _entry(model[plugin], index) != instance:
+            if entry(model[plugin], index) != instance:
                 continue
-            row = _muscle_row(model[user], model[nuser], index)
-            if row.size == 0 or _switched_off(model[group], index, codes[disabled]):
+            row = muscle_row(model[user], model[nuser], index)
+            if row.size == 0 or switched_off(model[group], index, codes[disabled]):
                 continue
-            first = _entry(model[actadr], index)
-            count = _entry(model[actnum], index)
-            out = _entry(model[outadr], index)
-            states = _doubles(data[act], first, count)
-            rates = _doubles(data[act_dot], first, count)
+            first = entry(model[actadr], index)
+            count = entry(model[actnum], index)
+            out = entry(model[outadr], index)
+            states = doubles(data[act], first, count)
+            rates = doubles(data[act_dot], first, count)
             if never_charged(states):
                 return
             before = np.empty(count)
@@ -92,10 +92,10 @@ def _compile(key: str, word: Mapping[str, int]) -> Any:
                 before,
                 states,
                 rates,
-                _doubles(data[length], out, 1)[0],
-                _doubles(data[velocity], out, 1)[0],
-                _doubles(data[force], out, 1)[0],
-                _doubles(data[ctrl], _entry(model[ctrladr], index), 1)[0],
+                doubles(data[length], out, 1)[0],
+                doubles(data[velocity], out, 1)[0],
+                doubles(data[force], out, 1)[0],
+                doubles(data[ctrl], entry(model[ctrladr], index), 1)[0],
                 clock[time] - step,
                 step,
                 found,
@@ -104,9 +104,9 @@ def _compile(key: str, word: Mapping[str, int]) -> Any:
                 _report(model_pointer, data_pointer, code, index, found[0], found[1])
                 return
         moving = 0.0
-        for place in _doubles(data[qpos], 0, model[nq]):
+        for place in doubles(data[qpos], 0, model[nq]):
             moving += place
-        for speed in _doubles(data[qvel], 0, model[nv]):
+        for speed in doubles(data[qvel], 0, model[nv]):
             moving += speed
         if not math.isfinite(moving):
             _report(model_pointer, data_pointer, FINITE, -1, moving, 0.0)

@@ -8,7 +8,7 @@ import numba
 import numpy as np
 from numba import types
 
-from pamsim.engine.compiled import _as_pointer
+from pamsim.engine.compiled import as_pointer
 from pamsim.engine.sampling import SYMBOL
 
 _step: Any = types.ExternalFunction(SYMBOL, types.void(types.voidptr, types.voidptr))
@@ -44,8 +44,8 @@ def compiled_loop(clock: int, option: int) -> Any:
         first,
         last,
     ):
-        model = _as_pointer(model_address)  # pyright: ignore[reportCallIssue]
-        data = _as_pointer(data_address)  # pyright: ignore[reportCallIssue]
+        model = as_pointer(model_address)  # pyright: ignore[reportCallIssue]
+        data = as_pointer(data_address)  # pyright: ignore[reportCallIssue]
         timestep = numba.carray(model, (option + 1,), np.float64)
         now = numba.carray(data, (clock + 1,), np.float64)
         position, velocity, act, ctrl = state

@@ -17,23 +17,26 @@ those in it that this call does not run stay. Exits 1 if a point fails.
 
 from __future__ import annotations
 
-import argparse
 import contextlib
-import json
-import platform
 import re
 import shutil
 import subprocess
 import sys
-import tempfile
 import time
 from collections.abc import Generator
 from pathlib import Path
 
-import mujoco
 import numpy as np
 import tqdm
-from writing_commands import COMMANDS, Command, Process, again, emptied, faults, left_out, prepare
+from writing_commands import (
+    COMMANDS,
+    Command,
+    Process,
+    again,
+    emptied,
+    faults,
+    study,
+)
 
 PAGE = 4096
 """Of a file system in memory, which counts whole pages [bytes]."""
@@ -130,42 +133,5 @@ def points_of(name: str, points: int, seed: int, root: Path) -> dict[str, object
     }
 
 
-def main() -> int:
-    """Run, print, write."""
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("--points", type=int, default=20, help="of all commands together")
-    parser.add_argument("--seed", type=int, default=0)
-    parser.add_argument("--command", nargs="+", choices=COMMANDS, default=list(COMMANDS))
-    parser.add_argument("--json", type=Path)
-    options = parser.parse_args()
-    tqdm.tqdm.monitor_interval = 0  # no thread beside: the process forks
-    out = left_out()
-    result = {
-        "command": f"python scripts/trust/disk_full.py --points {options.points}"
-        f" --seed {options.seed}",
-        "mujoco": mujoco.__version__,
-        "python": platform.python_version(),
-        "commands": {},
-        "left_out": out,
-    }
-    if options.json is not None and options.json.exists():
-        result["commands"] = json.loads(options.json.read_text(encoding="utf-8"))["commands"]
-    here = {name: one.share for name, one in COMMANDS.items() if name not in out}
-    failed = 0
-    with tempfile.TemporaryDirectory() as folder:
-        root = Path(folder).resolve()
-        prepare(root)
-        for name in [name for name in options.command if name in here]:
-            points = max(1, round(options.points * here[name] / sum(here.values())))
-            row = points_of(name, points, options.seed, root)
-            failed += int(row["failed"])
-            result["commands"][name] = row
-            if options.json is not None:
-                options.json.write_text(json.dumps(result, indent=1) + "\n", encoding="utf-8")
-    rows = result["commands"].values()
-    print(f"{sum(row['full'] for row in rows)} times full, {failed} failed now")
-    return int(failed > 0)
-
-
 if __name__ == "__main__":
-    sys.exit(main())
+    sys.exit(study("disk_full.py", __doc__, "points", 20, points_of, "full"))

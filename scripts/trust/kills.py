@@ -20,23 +20,26 @@ command; those in it that this call does not run stay. Exits 1 if a kill fails.
 
 from __future__ import annotations
 
-import argparse
-import json
-import platform
 import shutil
 import signal
 import sys
-import tempfile
 import time
 from collections import Counter
 from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
-import mujoco
 import numpy as np
 import tqdm
-from writing_commands import COMMANDS, Command, Process, again, emptied, faults, left_out, prepare
+from writing_commands import (
+    COMMANDS,
+    Command,
+    Process,
+    again,
+    emptied,
+    faults,
+    study,
+)
 
 INTERRUPTED = 130
 LONGEST = 600.0
@@ -183,40 +186,5 @@ def kills_of(name: str, kills: int, seed: int, root: Path) -> dict[str, object]:
     }
 
 
-def main() -> int:
-    """Run, print, write."""
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("--kills", type=int, default=200, help="of all commands together")
-    parser.add_argument("--seed", type=int, default=0)
-    parser.add_argument("--command", nargs="+", choices=COMMANDS, default=list(COMMANDS))
-    parser.add_argument("--json", type=Path)
-    options = parser.parse_args()
-    tqdm.tqdm.monitor_interval = 0  # no thread beside: the process forks
-    out = left_out()
-    result = {
-        "command": f"python scripts/trust/kills.py --kills {options.kills} --seed {options.seed}",
-        "mujoco": mujoco.__version__,
-        "python": platform.python_version(),
-        "commands": {},
-        "left_out": out,
-    }
-    if options.json is not None and options.json.exists():
-        result["commands"] = json.loads(options.json.read_text(encoding="utf-8"))["commands"]
-    here = {name: one.share for name, one in COMMANDS.items() if name not in out}
-    failed = 0
-    with tempfile.TemporaryDirectory() as folder:
-        root = Path(folder).resolve()
-        prepare(root)
-        for name in [name for name in options.command if name in here]:
-            kills = max(1, round(options.kills * here[name] / sum(here.values())))
-            row = kills_of(name, kills, options.seed, root)
-            failed += int(row["failed"])
-            result["commands"][name] = row
-            if options.json is not None:
-                options.json.write_text(json.dumps(result, indent=1) + "\n", encoding="utf-8")
-    print(f"{sum(row['kills'] for row in result['commands'].values())} kills, {failed} failed now")
-    return int(failed > 0)
-
-
 if __name__ == "__main__":
-    sys.exit(main())
+    sys.exit(study("kills.py", __doc__, "kills", 200, kills_of, "kills"))

@@ -6,26 +6,31 @@ that hundreds of runs need not import it again. Inputs are small, so that a run 
 
 from __future__ import annotations
 
+import argparse
 import importlib
 import importlib.util
 import json
 import mmap
 import os
 import pkgutil
+import platform
 import re
 import shutil
 import signal
 import struct
 import sys
+import tempfile
 import time
 import traceback
-from collections.abc import Iterator, Mapping, Set
+from collections.abc import Callable, Iterator, Mapping, Set
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 import imageio.v3 as iio
+import mujoco
 import numpy as np
+import tqdm
 
 import pamsim
 from pamsim.cli.main import main as pamsim_command
@@ -450,3 +455,59 @@ def _where(got: Any, wanted: Any, near: float, at: str = "") -> str:
     else:
         return f"{at or 'content'} is {got!r:.40}, not {wanted!r:.40}"
     return next((what for key, a, b in pairs if (what := _where(a, b, near, key))), "")
+
+
+def study(
+    script: str,
+    description: str | None,
+    tries: str,
+    most: int,
+    row_of: Callable[[str, int, int, Path], dict[str, Any]],
+    tried: str,
+) -> int:
+    """Try every command, each by its share of the tries; print, and write after each.
+
+    Args:
+        script: its name.
+        description: for ``--help``, of which the first line is taken.
+        tries: what is tried, which names the option of their number.
+        most: tries of all commands together, if the option is left out.
+        row_of: command, tries, seed and folder to its row.
+        tried: key of a row with the number of tries made.
+
+    Returns:
+        Exit code: 1 if one failed.
+    """
+    parser = argparse.ArgumentParser(description=(description or "").splitlines()[0])
+    parser.add_argument(f"--{tries}", type=int, default=most, help="of all commands together")
+    parser.add_argument("--seed", type=int, default=0)
+    parser.add_argument("--command", nargs="+", choices=COMMANDS, default=list(COMMANDS))
+    parser.add_argument("--json", type=Path)
+    options = parser.parse_args()
+    count = getattr(options, tries)
+    tqdm.tqdm.monitor_interval = 0  # no thread beside: the process forks
+    out = left_out()
+    result = {
+        "command": f"python scripts/trust/{script} --{tries} {count} --seed {options.seed}",
+        "mujoco": mujoco.__version__,
+        "python": platform.python_version(),
+        "commands": {},
+        "left_out": out,
+    }
+    if options.json is not None and options.json.exists():
+        result["commands"] = json.loads(options.json.read_text(encoding="utf-8"))["commands"]
+    here = {name: one.share for name, one in COMMANDS.items() if name not in out}
+    failed = 0
+    with tempfile.TemporaryDirectory() as folder:
+        root = Path(folder).resolve()
+        prepare(root)
+        for name in [name for name in options.command if name in here]:
+            share = max(1, round(count * here[name] / sum(here.values())))
+            row = row_of(name, share, options.seed, root)
+            failed += int(row["failed"])
+            result["commands"][name] = row
+            if options.json is not None:
+                options.json.write_text(json.dumps(result, indent=1) + "\n", encoding="utf-8")
+    done = sum(row[tried] for row in result["commands"].values())
+    print(f"{done} {tries} tried, {failed} failed now")
+    return int(failed > 0)
