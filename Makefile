@@ -25,7 +25,7 @@ MAKEFLAGS += --no-builtin-rules --no-print-directory
 .DELETE_ON_ERROR:
 # Targets share one environment and one machine: two at a time would only get in each other's way.
 .NOTPARALLEL:
-.PHONY: help reproduce test lint format lock test-lowest wheel benchmark clean
+.PHONY: help reproduce test lint format lock test-lowest docs wheel benchmark clean
 
 help: ## show this list
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / { printf "  make %-12s %s\n", $$1, $$2 }' Makefile
@@ -48,6 +48,13 @@ lint: $(VENV)/.dev-stamp ## style, formatting, types, import directions, spellin
 format: $(VENV)/.dev-stamp ## let ruff format the code and mend what it can
 	$(PY) -m ruff check --fix .
 	$(PY) -m ruff format .
+
+# Every warning is an error: a link without a target, a page that no list names, a notebook that fails.
+SITE := build/docs/html
+
+docs: $(VENV)/.docs-stamp ## the site of the documentation (ARGS="-b linkcheck" asks other sites too)
+	$(PY) -m sphinx -E -a -W --keep-going -q -c docs -d build/docs/doctrees $(ARGS) . $(SITE)
+	@echo "$(SITE)/index.html"
 
 # --- environment -------------------------------------------------------------------------------
 
@@ -81,6 +88,10 @@ $(VENV)/.dev-stamp: requirements-dev.lock $(VENV)/.run-stamp
 	$(call install,--require-hashes -r requirements-dev.lock)
 	@touch $@
 
+$(VENV)/.docs-stamp: requirements-docs.lock $(VENV)/.run-stamp
+	$(call install,--require-hashes -r requirements-docs.lock)
+	@touch $@
+
 # --- releases ----------------------------------------------------------------------------------
 
 # One version of each package for all Pythons and systems (--universal, --fork-strategy fewest), so
@@ -93,6 +104,7 @@ lock: | $(PY) ## resolve pyproject.toml into the lock files (UPGRADE=1: newest v
 	@$(UV) --version >/dev/null 2>&1 || $(PY) -m pip install -q uv
 	$(UV) $(LOCK) --group build --output-file requirements.lock
 	$(UV) $(LOCK) --group dev --constraints requirements.lock --output-file requirements-dev.lock
+	$(UV) $(LOCK) --group docs --constraints requirements.lock --constraints requirements-dev.lock --output-file requirements-docs.lock
 	$(UV) $(LOCK) --group dev --resolution lowest-direct --output-file requirements-lowest.lock
 
 # Every lower bound in pyproject.toml is a promise, so it is tested: the oldest version of each

@@ -23,6 +23,7 @@ SEARCHED = (
         "README.md",
         "CHANGELOG.md",
         "docs/*.md",
+        "docs/**/*.py",
         "models/*/*.md",
         "models/*/params.toml",
         "Makefile",

@@ -75,10 +75,25 @@ def test_shell_snippets_run(text, tmp_path, monkeypatch, capsys):
             run([command, *words], tmp_path)
 
 
-def test_links_and_named_files_exist():
-    for page in PAGES:
-        for target in re.findall(r"\]\(([^)#:]+)\)", page.read_text(encoding="utf-8")):
-            assert (page.parent / target).exists(), f"{page.name} links {target}"
+def anchors(page):
+    """Of its headings, as repository hosts and the site make them."""
+    prose = FENCE.sub("", page.read_text(encoding="utf-8"))
+    headings = re.findall(r"^#+ (.+)$", prose, re.MULTILINE)
+    return {re.sub(r"[^\w -]", "", heading).lower().replace(" ", "-") for heading in headings}
+
+
+def test_links_lead_to_files_and_headings_that_exist():
+    count = 0
+    for page in (*PAGES, ROOT / "CHANGELOG.md", *sorted(ROOT.glob("models/*/README.md"))):
+        for link in re.findall(r"\]\(([^)\s]+)\)", FENCE.sub("", page.read_text(encoding="utf-8"))):
+            target, _, anchor = link.partition("#")
+            if "://" in target:
+                continue
+            place = page.parent / target if target else page
+            assert place.exists(), f"{page.name} links {target}"
+            assert not anchor or anchor in anchors(place), f"{page.name} links {link}"
+            count += 1
+    assert count > 80
 
 
 def test_files_of_the_table_which_file_to_open_exist():
