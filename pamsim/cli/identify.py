@@ -46,15 +46,17 @@ class _Orders(click.ParamType):
 
 
 @click.command(name="identify")
-@click.argument("data", type=PATH, required=False)
+@click.argument("data", type=PATH, nargs=-1)
 @click.option(
     "--simulate", "rig", metavar="RIG", help="No DATA: identify a simulated step of this rig."
 )
 @click.option("--pressure", type=PRESSURES, help="Set points of that step: 487,0 or 4bar,1bar.")
 @click.option("--load", type=KILOGRAMS, help="Mass on the arm in that step: 1.2 or 1200g.")
 @click.option("--duration", type=SECONDS, help="Length of that step: 6 or 800ms.")
-@click.option("--input", help="Columns joined by + and -: p1_set_kpa-p2_set_kpa, u1, ...")
+@click.option("--input", help="Column, or columns joined by + and -: p1_set_kpa-p2_set_kpa, u1.")
 @click.option("--output", help="Column or columns to explain; angle_deg if omitted.")
+@click.option("--time", help="Column of a table's clock; found by its name if omitted.")
+@click.option("--dt", type=SECONDS, help="Time between the rows of a table without a clock: 2s.")
 @click.option("--order", type=int, help="Of the continuous model, 1 to 5; 1 and 2 if omitted.")
 @click.option("--zeros", type=int, default=0, show_default=True, help="Zeros of that model.")
 @click.option("--poles", default="auto", show_default=True, help="auto, real or any (stable).")
@@ -64,32 +66,38 @@ class _Orders(click.ParamType):
 @click.option("--start", default="rest", show_default=True, help="Of every trial: rest or free.")
 @names_option("--trial", "trials", help="Trials to use; all if omitted")
 @names_option("--protocol", "protocols", help="Protocols to use; all if omitted")
-@names_option("--hold-out", "hold_out", help="Trials to judge the models by, not fitted")
+@names_option(
+    "--hold-out", "hold_out", help="Trials to judge the models by, or 30% of each, not fitted"
+)
 @click.option(
     "--local/--no-local", default=True, show_default=True, help="Models at every operating point."
 )
 @out_option("Folder for page, figures and CSV.")
 @json_option
 def command(
-    data: Path | None,
+    data: tuple[Path, ...],
     rig: str | None,
     pressure: Sequence[float] | None,
     load: float | None,
     duration: float | None,
     out: Path | None,
     json_file: Path | None,
+    hold_out: tuple[str, ...],
     **choices: Any,
 ) -> int:
     """Identify transfer functions from DATA: intervals, fit %, poles, and which model to use.
 
-    DATA is a recording (a folder with recording.toml) or a CSV with time_s and any other columns.
-    Without DATA a step is simulated, see --simulate. Exits with 1 if no model can be trusted.
+    DATA is a recording (a folder with recording.toml) or a table of any columns (CSV, MAT, npz,
+    Parquet); several are fitted together. Without DATA a step is simulated, see --simulate. Exits
+    with 1 if no model can be trusted.
     """
     from pamsim.identification.identify import identify
 
     source = _source(data, rig, pressure, load, duration)
     with progress_bar() as progress:
-        identification = identify(source, progress=progress, **choices)
+        identification = identify(
+            source, hold_out=_names_or_share(hold_out), progress=progress, **choices
+        )
     save_json(json_file, identification.to_dict())
     click.echo(identification.summary())
     if out is not None:
@@ -100,16 +108,24 @@ def command(
     return OK if identification.recommendation.name else FINDING
 
 
+def _names_or_share(hold_out: tuple[str, ...]) -> tuple[str, ...] | float:
+    from pamsim.core.units import parse_quantity
+
+    if len(hold_out) == 1 and hold_out[0].endswith("%"):
+        return parse_quantity(hold_out[0], "1", "1", where="`hold_out`")
+    return hold_out
+
+
 def _source(
-    data: Path | None,
+    data: tuple[Path, ...],
     rig: str | None,
     pressure: Sequence[float] | None,
     load: float | None,
     duration: float | None,
-) -> Path | TrialSet:
+) -> tuple[Path, ...] | TrialSet:
     from pamsim.identification.data import simulated_step
 
-    if data is not None:
+    if data:
         refuse(
             "describes a simulated step; omit it, or omit DATA",
             rig=rig,

@@ -1,4 +1,4 @@
-"""Data to identify from: a recording, a plain CSV, or a simulated step."""
+"""Data to identify from: recordings, tables of any columns, or a simulated step."""
 
 from __future__ import annotations
 
@@ -7,19 +7,15 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-import numpy as np
-
 from pamsim.core.errors import InputError, nearest
 from pamsim.core.experiment import pressure_step
 from pamsim.core.recording import Recording
 from pamsim.core.trial import Trial, TrialSet
 from pamsim.engine.rig import load_rig
 from pamsim.engine.simulate import simulate
+from pamsim.identification.plain_table import plain_trials
 from pamsim.identification.signals import SignalTable, table_of
-from pamsim.store.columns import read_columns
 from pamsim.store.recording_reader import read_recordings
-
-_FEW_VALUES = 0.1  # share of distinct values up to which a column counts as held from row to row
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -39,29 +35,69 @@ class IdentifyData:
     notes: tuple[str, ...]
 
 
-def load_data(data: str | os.PathLike[str] | TrialSet) -> IdentifyData:
+_HAS_CLOCK = "{} is for tables; the recording {} has a clock of its own, omit it"
+
+
+def load_data(
+    data: str | os.PathLike[str] | TrialSet | Sequence[str | os.PathLike[str]],
+    *,
+    time: str | None = None,
+    dt: float | None = None,
+) -> IdentifyData:
     """Read what is to be identified.
 
     Args:
-        data: folder of a recording or its ``recording.toml``; a CSV with ``time_s`` and any other
-            columns; or trials.
+        data: folder of a recording or its ``recording.toml``; a table of any columns; trials; or
+            several paths, whose trials are identified together.
+        time: column of the clock of a table; ``time_s`` or the only one called like a clock if
+            None.
+        dt: time between two rows of a table without a clock [s].
 
     Raises:
-        InputError: as `pamsim.store.recording_reader.read_recordings`.
+        InputError: as `pamsim.store.recording_reader.read_recordings` and
+            `pamsim.identification.plain_table.plain_trials`; for a trial's name twice.
     """
-    if not isinstance(data, TrialSet):
-        path = Path(data)
-        if path.suffix.lower() == ".csv":
-            return _plain(path)
-        source, data = str(path), read_recordings(path)
-    else:
+    if isinstance(data, TrialSet):
+        if time is not None or dt is not None:
+            raise InputError(_HAS_CLOCK.format("`time`" if dt is None else "`dt`", data.rig))
         source = f"{', '.join(trial.name for trial in data.trials)} of {data.rig}"
-    tables = tuple(table_of(trial) for trial in data.trials)
-    return IdentifyData(source=source, rig=data.rig, tables=tables, notes=data.notes)
+        return _recorded(data, source)
+    paths = [Path(data)] if isinstance(data, str | os.PathLike) else [Path(path) for path in data]
+    if not paths:
+        raise InputError("no data given; give a recording or a table")
+    parts = [_of_path(path, time, dt) for path in paths]
+    tables = [table for part in parts for table in part.tables]
+    names = [table.name for table in tables]
+    for name in names:
+        if names.count(name) > 1:
+            raise InputError(f"trial {name!r} is there twice; rename one of the files")
+    return IdentifyData(
+        source=", ".join(part.source for part in parts),
+        rig=next((part.rig for part in parts if part.rig), ""),
+        tables=tuple(tables),
+        notes=tuple(dict.fromkeys(note for part in parts for note in part.notes)),
+    )
+
+
+def _of_path(path: Path, time: str | None, dt: float | None) -> IdentifyData:
+    if path.suffix.lower() == ".toml" or not (path.suffix or path.is_file()) or path.is_dir():
+        if time is not None or dt is not None:
+            raise InputError(_HAS_CLOCK.format("`time`" if dt is None else "`dt`", path))
+        return _recorded(read_recordings(path), str(path))
+    tables, notes = plain_trials(path, time=time, dt=dt)
+    return IdentifyData(source=str(path), rig="", tables=tables, notes=notes)
+
+
+def _recorded(trials: TrialSet, source: str) -> IdentifyData:
+    tables = tuple(table_of(trial) for trial in trials.trials)
+    return IdentifyData(source=source, rig=trials.rig, tables=tables, notes=trials.notes)
 
 
 def select_trials(
-    data: IdentifyData, trials: Sequence[str], protocols: Sequence[str], hold_out: Sequence[str]
+    data: IdentifyData,
+    trials: Sequence[str],
+    protocols: Sequence[str],
+    hold_out: Sequence[str] | float,
 ) -> tuple[list[SignalTable], list[SignalTable]]:
     """Trials to fit and trials to hold out.
 
@@ -69,11 +105,13 @@ def select_trials(
         data: all of them.
         trials: names to use; all if empty.
         protocols: protocols to use; all if empty.
-        hold_out: names to exclude from the fit.
+        hold_out: names to exclude from the fit, or the share of each trial's end.
 
     Raises:
-        InputError: for an unknown name, or if nothing is left to fit.
+        InputError: for an unknown name or share, or if nothing is left to fit.
     """
+    if isinstance(hold_out, int | float):
+        return split_tables(select_trials(data, trials, protocols, ())[0], hold_out)
     names = [table.name for table in data.tables]
     kinds = {table.protocol for table in data.tables}
     for argument, wanted, known in (
@@ -96,6 +134,38 @@ def select_trials(
     if not used:
         raise InputError("no trial is left to fit; change `trials`, `protocols` or `hold_out`")
     return used, [table for table in data.tables if table.name in hold_out]
+
+
+def split_tables(
+    tables: Sequence[SignalTable], share: float
+) -> tuple[list[SignalTable], list[SignalTable]]:
+    """Hold out the last part of every trial.
+
+    That part is a trial of its own, ``NAME_end``, which begins in whatever state the trial was in.
+
+    Args:
+        tables: the trials.
+        share: of each trial's rows that is held out, between 0 and 1.
+
+    Returns:
+        Trials to fit and trials to hold out: every row is in one of them.
+
+    Raises:
+        InputError: for another share, or one that leaves nothing on either side.
+    """
+    if not 0.0 < share < 1.0:
+        raise InputError(f"`hold_out` = {share:g} is no share of a trial; give one such as 0.3")
+    to_fit: list[SignalTable] = []
+    to_test: list[SignalTable] = []
+    for table in tables:
+        kept = table.time.size - round(share * table.time.size)
+        if not 0 < kept < table.time.size:
+            raise InputError(
+                f"`hold_out` = {share:g} leaves no row of trial {table.name!r} on one side"
+            )
+        to_fit.append(table.rows(table.name, slice(0, kept)))
+        to_test.append(table.rows(f"{table.name}_end", slice(kept, None)))
+    return to_fit, to_test
 
 
 def simulated_step(
@@ -135,28 +205,3 @@ def _trial_of(run: Recording, name: str) -> Trial:
         measured=run.signals(),
         muscle_names=run.names.named_muscles,
     )
-
-
-def _plain(path: Path) -> IdentifyData:
-    """A log of any columns: those of few distinct values are taken as held commands."""
-    table = read_columns(path)
-    table.require("time_s")
-    columns = {name: table.si(name) for name in table.cells}
-    time = columns.pop("time_s")
-    held = frozenset(
-        name
-        for name, values in columns.items()
-        if np.unique(values).size <= max(2, _FEW_VALUES * values.size)
-    )
-    table = SignalTable(
-        name=path.stem,
-        protocol=path.stem,
-        load=0.0,
-        time=time - time[0],
-        columns=columns,
-        held=held,
-        rest={name: float(columns[name][0]) for name in held},
-        level=None,
-    )
-    notes = (f"assumed to be held from row to row: {', '.join(sorted(held)) or 'no column'}",)
-    return IdentifyData(source=str(path), rig="", tables=(table,), notes=notes)

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import os
-import time
 from collections.abc import Sequence
+from time import perf_counter
 
 from pamsim.core.blas_threads import one_blas_thread
 from pamsim.core.errors import InputError
@@ -19,8 +19,7 @@ from pamsim.identification.signals import (
     Signal,
     SignalTable,
     UsedTrial,
-    default_input,
-    default_output,
+    chosen_signals,
     signal,
     used_trial,
 )
@@ -28,10 +27,12 @@ from pamsim.identification.signals import (
 
 @one_blas_thread()
 def identify(
-    data: str | os.PathLike[str] | TrialSet,
+    data: str | os.PathLike[str] | TrialSet | Sequence[str | os.PathLike[str]],
     *,
     input: str | None = None,
     output: str | None = None,
+    time: str | None = None,
+    dt: float | None = None,
     order: int | None = None,
     zeros: int = 0,
     poles: str = "auto",
@@ -41,17 +42,21 @@ def identify(
     start: str = "rest",
     trials: Sequence[str] = (),
     protocols: Sequence[str] = (),
-    hold_out: Sequence[str] = (),
+    hold_out: Sequence[str] | float = (),
     local: bool = True,
     progress: Progress | None = None,
 ) -> Identification:
     """Fit continuous, ARX and output-error models to one input and one output.
 
     Args:
-        data: folder of a recording, a CSV with ``time_s`` and any columns, or trials.
-        input: columns joined by + and -; the set pressure difference, else the valves', if left
+        data: folder of a recording, a table of any columns, trials, or several paths, whose
+            trials are fitted together.
+        input: a column, or columns joined by + and -; if left out, the set pressure difference,
+            else the valves', else the first of two columns.
+        output: likewise; if left out, ``angle_deg``, the only joint, or the second column.
+        time: column of a table's clock; ``time_s`` or the only one called like a clock if left
             out.
-        output: likewise; ``angle_deg`` if left out.
+        dt: time between two rows of a table without a clock [s].
         order: of the continuous model, 1 to 5; first and second if left out.
         zeros: of the model of that order.
         poles: ``real`` lags, ``any`` stable poles, or ``auto``: any beside real where two lags
@@ -59,10 +64,12 @@ def identify(
         dead_time: ``none``, ``free`` (estimated), or ``auto`` for both.
         arx: (na, nb, nk) of the ARX model; two small ones if left out.
         oe: (nb, nf, nk) of the output-error model; two small ones if left out.
-        start: of every trial: at ``rest``, or in a ``free`` state that is fitted.
+        start: of every trial: at ``rest``, or in a ``free`` state that is fitted, as it always is
+            where a trial is part of a longer one.
         trials: names to use; all if empty.
         protocols: protocols to use; all if empty.
-        hold_out: names of trials to exclude from the fit and to judge the models by.
+        hold_out: names of trials to exclude from the fit and to judge the models by, or the share
+            of every trial's end, such as 0.3.
         local: whether to fit the recommended structure again at every operating point.
         progress: called with ``(done, total, what)``.
 
@@ -72,18 +79,20 @@ def identify(
     Raises:
         InputError: for data that cannot be read or identified from, or an unknown name.
     """
-    began = time.perf_counter()
+    began = perf_counter()
+    loaded = load_data(data, time=time, dt=dt)
+    to_fit, to_test = select_trials(loaded, trials, protocols, hold_out)
+    tables = [*to_fit, *to_test]
+    if any(table.moving for table in tables):
+        start = "free"
     models = ModelSet(
         order=order, zeros=zeros, poles=poles, dead_time=dead_time, arx=arx, oe=oe, start=start
     )
-    loaded = load_data(data)
-    to_fit, to_test = select_trials(loaded, trials, protocols, hold_out)
-    tables = [*to_fit, *to_test]
-    into = signal(input or default_input(tables), tables)
-    out = signal(output or default_output(tables), tables)
+    input, output, assumed = chosen_signals(tables, input, output)
+    into, out = signal(input, tables), signal(output, tables)
     if {name for _, name in into.terms} & {name for _, name in out.terms}:
         raise InputError(f"input {into.text!r} and output {out.text!r} share a column")
-    notes = list(loaded.notes)
+    notes = [*loaded.notes, *([assumed] if assumed else [])]
     used = _used_trials(to_fit, into, out, notes)
     held_out = _used_trials(to_test, into, out, notes) if to_test else ()
     records = [trial.record for trial in used]
@@ -106,7 +115,7 @@ def identify(
         recommendation=recommendation,
         local=local_map,
         notes=tuple(notes),
-        seconds=time.perf_counter() - began,
+        seconds=perf_counter() - began,
     )
 
 

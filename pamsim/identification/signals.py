@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,21 +12,14 @@ from numpy.typing import NDArray
 from pamsim.comparison.experiments import start_pressures
 from pamsim.core.drive import MUSCLE_DRIVES, command_columns
 from pamsim.core.errors import InputError, nearest
-from pamsim.core.signal_names import column_of
+from pamsim.core.signal_names import KINDS, column_of
 from pamsim.core.trial import Trial
-from pamsim.core.units import DEG_PER_RAD, MM_PER_M, PA_PER_KPA
 from pamsim.inference.record_checks import UNIFORM_TOLERANCE
 from pamsim.linear.signal_record import SignalRecord
 
 FloatArray = NDArray[np.float64]
 
-# Ending of a column's name -> unit as shown, SI unit, SI per shown unit. Others stay as they are.
-_UNITS = {
-    "kpa": ("kPa", "Pa", PA_PER_KPA),
-    "deg": ("deg", "rad", 1.0 / DEG_PER_RAD),
-    "mm": ("mm", "m", 1.0 / MM_PER_M),
-}
-_TERM = re.compile(r"\s*([+-]?)\s*([A-Za-z]\w*)")
+_TERM = re.compile(r"\s*([+-]?)\s*([^\W\d]\w*)")
 # A first command this close to the rest value is no step: as a share of the input's span, and in
 # SI, for the noise of the sensor that measures the rest value.
 _SMALL_JUMP = 0.05
@@ -35,8 +28,31 @@ _SENSOR_NOISE = {"Pa": 2e3}
 
 
 @dataclass(frozen=True, kw_only=True)
+class Unit:
+    """Unit of a column.
+
+    Attributes:
+        shown: as the column has it, such as ``kPa``; ``1`` of a pure number or an unknown unit.
+        si: such as ``Pa``; that shown, of a unit that is not converted.
+        factor: SI per shown unit.
+    """
+
+    shown: str = "1"
+    si: str = "1"
+    factor: float = 1.0
+
+
+# Ending of a column's name in a recording -> its unit; valves have none.
+_UNITS = {
+    kind.suffix: Unit(shown=kind.shown, si=kind.unit, factor=1.0 / kind.scale)
+    for kind in KINDS.values()
+}
+_IN_AND_OUT = (("u", "y"), ("input", "output"))
+
+
+@dataclass(frozen=True, kw_only=True)
 class SignalTable:
-    """Named columns of one trial, from a recording or a plain CSV.
+    """Named columns of one trial, from a recording or a plain table.
 
     Attributes:
         name: of the trial.
@@ -44,9 +60,12 @@ class SignalTable:
         load: mass on the arm [kg].
         time: (n,) [s].
         columns: name -> (n,) [SI].
+        units: name -> unit.
         held: names of columns that a computer held from sample to sample.
         rest: name of a held column -> its value before the trial began [SI].
         level: (n,) mean gauge pressure of the muscles [Pa], or None.
+        moving: whether it begins in any state, not at rest: a part of a longer trial.
+        unreadable: name of a column that is no signal -> why.
     """
 
     name: str
@@ -54,9 +73,26 @@ class SignalTable:
     load: float
     time: FloatArray
     columns: Mapping[str, FloatArray]
+    units: Mapping[str, Unit]
     held: frozenset[str]
     rest: Mapping[str, float]
     level: FloatArray | None
+    moving: bool = False
+    unreadable: Mapping[str, str] = field(default_factory=dict)
+
+    def rows(self, name: str, part: slice) -> SignalTable:
+        """Some of its rows, which follow each other, as a trial."""
+        columns = {column: values[part] for column, values in self.columns.items()}
+        first = not part.start
+        return replace(
+            self,
+            name=name,
+            time=self.time[part] - self.time[part][0],
+            columns=columns,
+            rest=self.rest if first else {c: float(columns[c][0]) for c in self.rest},
+            level=None if self.level is None else self.level[part],
+            moving=self.moving or not first,
+        )
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -99,32 +135,96 @@ def signal(text: str, tables: Sequence[SignalTable]) -> Signal:
     """Read an expression such as ``p1_set_kpa-p2_set_kpa``.
 
     Args:
-        text: columns joined by ``+`` and ``-``.
+        text: name of a column, whatever it looks like, or names joined by ``+`` and ``-``.
         tables: that must have them.
 
     Raises:
         InputError: for another form, a column that is in no table or not in all, or mixed units.
     """
-    if not re.fullmatch(rf"(?:{_TERM.pattern})(?:\s*[+-]\s*[A-Za-z]\w*)*\s*", text):
-        raise InputError(
-            f"{text!r} is no signal: join column names by + and -, such as p1_set_kpa-p2_set_kpa"
-        )
-    terms = [(-1.0 if sign == "-" else 1.0, name) for sign, name in _TERM.findall(text)]
     known = sorted({name for table in tables for name in table.columns})
+    if text.strip() in known:
+        terms = [(1.0, text.strip())]
+    elif re.fullmatch(rf"(?:{_TERM.pattern})(?:\s*[+-]\s*[^\W\d]\w*)*\s*", text):
+        terms = [(-1.0 if sign == "-" else 1.0, name) for sign, name in _TERM.findall(text)]
+    else:
+        terms = [(1.0, text.strip())] if text.strip() in _unreadable(tables) else []
+    if not terms:
+        raise InputError(
+            f"{text!r} is no signal: give one column, or join names by + and -, such as"
+            f" p1_set_kpa-p2_set_kpa; {nearest(text, known)}"
+        )
     for _, name in terms:
-        without = [table.name for table in tables if name not in table.columns]
+        without = [table for table in tables if name not in table.columns]
+        if without and name in without[0].unreadable:
+            raise InputError(without[0].unreadable[name])
         if name not in known:
             raise InputError(f"no column {name!r}; {nearest(name, known)}")
         if without:
-            raise InputError(f"column {name!r} is not in trial {without[0]!r}; exclude that trial")
-    units = {_unit(name) for _, name in terms}
+            raise InputError(
+                f"column {name!r} is not in trial {without[0].name!r}; exclude that trial"
+            )
+    units = {table.units[name] for table in tables for _, name in terms}
     if len(units) > 1:
         raise InputError(
-            f"{text!r} adds {' and '.join(sorted(unit[0] for unit in units))}; use columns of one"
-            " unit"
+            f"{text!r} adds {' and '.join(sorted(unit.shown for unit in units))}; use columns of"
+            " one unit"
         )
-    unit, si_unit, factor = units.pop()
-    return Signal(text=text, terms=tuple(terms), unit=unit, si_unit=si_unit, factor=factor)
+    unit = units.pop()
+    return Signal(
+        text=text, terms=tuple(terms), unit=unit.shown, si_unit=unit.si, factor=unit.factor
+    )
+
+
+def chosen_signals(
+    tables: Sequence[SignalTable], given: str | None, explained: str | None
+) -> tuple[str, str, str]:
+    """Input and output, those that are left out by default.
+
+    By default they are what a recording commands and measures; of two columns that are called
+    otherwise, the first is the input and the second the output.
+
+    Args:
+        tables: of all trials.
+        given: the input; None for the default.
+        explained: the output; None for the default.
+
+    Returns:
+        Both, and a note on what was assumed, or nothing.
+
+    Raises:
+        InputError: if there is no default.
+    """
+    for text in (given, explained):
+        if text:
+            signal(text, tables)  # what is given must be there
+    if given and explained:
+        return given, explained, ""
+    have = _in_all(tables)
+    try:
+        return given or default_input(tables), explained or default_output(tables), ""
+    except InputError as error:
+        pair = next((pair for pair in _IN_AND_OUT if set(pair) <= set(have)), tuple(have))
+        # One of them may be given, as it stands.
+        if len(pair) != 2 or not {given, explained} - {None} <= set(pair):
+            raise _without_default(tables, error) from None
+    first, second = pair
+    if given == second or explained == first:
+        first, second = second, first
+    return first, second, f"{first} is taken as the input and {second} as the output"
+
+
+def _without_default(tables: Sequence[SignalTable], error: InputError) -> InputError:
+    """The refusal, with why columns that one might have meant are no signals."""
+    reasons = list(_unreadable(tables).values())
+    return InputError("; ".join([str(error), *reasons[:1]]))
+
+
+def _unreadable(tables: Sequence[SignalTable]) -> dict[str, str]:
+    return {name: why for table in tables for name, why in table.unreadable.items()}
+
+
+def _in_all(tables: Sequence[SignalTable]) -> list[str]:
+    return [name for name in tables[0].columns if all(name in t.columns for t in tables)]
 
 
 def default_input(tables: Sequence[SignalTable]) -> str:
@@ -135,7 +235,7 @@ def default_input(tables: Sequence[SignalTable]) -> str:
     Raises:
         InputError: if there is neither for two muscles.
     """
-    have = [name for name in tables[0].columns if all(name in t.columns for t in tables)]
+    have = _in_all(tables)
     for shape in ("p{}_set_kpa", "u{}", "p{}_kpa"):
         pair = [shape.format(1), shape.format(2)]
         if all(name in have for name in pair):
@@ -155,7 +255,7 @@ def default_output(tables: Sequence[SignalTable]) -> str:
     Raises:
         InputError: if a table is without it.
     """
-    have = [name for name in tables[0].columns if all(name in t.columns for t in tables)]
+    have = _in_all(tables)
     joints = [name for name in have if re.fullmatch(r".+_(deg|mm)", name)]
     if "angle_deg" in have or len(joints) == 1:
         return "angle_deg" if "angle_deg" in have else joints[0]
@@ -186,6 +286,9 @@ def table_of(trial: Trial) -> SignalTable:
         load=trial.load,
         time=trial.time,
         columns={**commands, **measured},
+        units={
+            name: _UNITS.get(name.rpartition("_")[2], Unit()) for name in (*commands, *measured)
+        },
         held=frozenset(commands),
         rest={name: v for name, v in zip(driven, rest.tolist(), strict=True) if name},
         level=np.mean(known, axis=0) if known else None,
@@ -240,13 +343,3 @@ def used_trial(table: SignalTable, into: Signal, out: Signal) -> tuple[UsedTrial
         hold="zoh" if held else "foh",
     )
     return UsedTrial(table=table, record=record), note
-
-
-def _unit(name: str) -> tuple[str, str, float]:
-    if re.fullmatch(r"u\d+", name):
-        return "1", "1", 1.0
-    ending = name.rpartition("_")[2]
-    if ending == name:
-        return "1", "1", 1.0
-    as_written = ending.upper() if ending in ("n", "v", "a") else ending
-    return _UNITS.get(ending.lower(), (as_written, as_written, 1.0))

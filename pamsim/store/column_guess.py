@@ -187,6 +187,20 @@ def _kind(quantity: str) -> str:
     return {"pressure_set": "pressure", "pulse": "valve"}.get(kind, kind)
 
 
+def unit_in_name(column: str, stated: str) -> str:
+    """Unit of a column as its file writes it.
+
+    Args:
+        column: name, such as ``p1_kpa``, ``Power (W)``, ``phi [deg]`` or ``p / bar``.
+        stated: in a line of units, which counts first; empty if there is none.
+
+    Returns:
+        The unit; empty if there is none, or if a name ends in no unit that is known.
+    """
+    name = _parts(column, stated)
+    return name.unknown_unit or name.unit
+
+
 def unit_of(text: str) -> tuple[str, bool]:
     """A unit as people write it, and whether pressures in it are absolute: ``psia``, ``bar``."""
     lower = text.strip().lower()

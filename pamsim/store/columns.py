@@ -73,7 +73,7 @@ class Columns:
 
     Attributes:
         path: of the file, for errors.
-        header: line number of the header.
+        header: line number of the header; 0 of a file without one.
         lines: line number of each row.
         cells: name -> text of each row, stripped, in the order of the file.
         ignored: names of columns that the format does not know.
@@ -198,7 +198,7 @@ class Columns:
                 raise InputError(f"{self._column(name)} is there twice; keep one")
 
 
-def read_columns(path: Path) -> Columns:
+def read_columns(path: Path, *, numbers_only: bool = False) -> Columns:
     """Read a table with a header.
 
     Args:
@@ -206,6 +206,7 @@ def read_columns(path: Path) -> Columns:
             decimal points, or with decimal commas where no comma separates cells; a line of units
             may follow the header, and lines of another number of cells come before it. Or of an
             ``.npz`` or ``.mat`` file with one array per column, or of a ``.parquet`` file.
+        numbers_only: whether a text file may be without header; its columns are ``column_1``, ...
 
     Returns:
         Its columns as text.
@@ -227,6 +228,9 @@ def read_columns(path: Path) -> Columns:
         raise InputError(f"{path}: no rows below the header in line {rows[0][0]}")
     start, separator = _header(rows)
     first, header = rows[start][0], _cells(rows[start][1], separator)
+    if numbers_only and all(map(_is_number, header)):
+        start, first = start - 1, 0
+        header = [f"column_{i}" for i in range(1, len(header) + 1)]
     cells = [(number, _cells(line, separator)) for number, line in rows[start + 1 :]]
     for number, row in cells:
         if len(row) != len(header):

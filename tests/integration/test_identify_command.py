@@ -204,6 +204,32 @@ def test_a_plain_log_of_any_columns_is_identified(monkeypatch, capsys, tmp_path)
     assert best["T2"]["value"] == pytest.approx(SLOW, rel=0.01)
 
 
+def test_tables_without_a_clock_are_fitted_together(monkeypatch, capsys, tmp_path):
+    for name, seed in (("day", 7), ("night", 8)):
+        drive = telegraph(seed, 20)
+        rows = zip(drive, response(drive), strict=True)
+        lines = [f"{u:.3f};{y:.6f}".replace(".", ",") for u, y in rows]
+        (tmp_path / f"{name}.csv").write_text("\n".join(["Power (V);T out", *lines]) + "\n")
+    json_file = tmp_path / "r.json"
+    shared = ("--order", "1", "--dead-time", "none", *SMALL, "--no-local", "--dt", "0.02 min")
+    tables = (tmp_path / "day.csv", tmp_path / "night.csv")
+    code, text, err = run(
+        monkeypatch, capsys, *tables, "--hold-out", "night", *shared, "--json", json_file
+    )
+    assert (code, err) == (0, "")
+    assert "Power (V) is taken as the input and T out as the output" in text
+    trials = json.loads(json_file.read_text())["trials"]
+    assert [(t["name"], t["role"]) for t in trials] == [("day", "fitted"), ("night", "held_out")]
+    assert trials[0]["sample_s"] == pytest.approx(1.2)
+    code, text, err = run(
+        monkeypatch, capsys, *tables, "--hold-out", "30%", *shared, "--json", json_file, "--force"
+    )
+    assert (code, err) == (0, "")
+    assert "2 trial(s) fitted, 2 held out" in text
+    trials = json.loads(json_file.read_text())["trials"]
+    assert [t["samples"] for t in trials] == [294, 294, 126, 126]
+
+
 def test_no_model_that_can_be_trusted_is_a_finding(monkeypatch, capsys, tmp_path):
     write_recording(tmp_path, "mas20_arm", {"a_1": trial(telegraph(9, 10), 9)})
     code, text, _ = run(
@@ -228,6 +254,8 @@ BAD = {
     "unknown trial": (["DATA", "--trial", "telegraph_3"], "did you mean 'telegraph_"),
     "unknown protocol": (["DATA", "--protocol", "stairs"], "did you mean 'staircase'"),
     "unknown held-out": (["DATA", "--hold-out", "x"], "--hold-out: 'x' is not in the data"),
+    "held-out share": (["DATA", "--hold-out", "130%"], "--hold-out = 1.3 is no share"),
+    "clock of a recording": (["DATA", "--dt", "2s"], "--dt is for tables"),
     "all held out": (
         ["DATA", "--trial", "staircase_1", "--hold-out", "staircase_1"],
         "no trial is left",

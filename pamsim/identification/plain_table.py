@@ -1,0 +1,265 @@
+"""A table of any columns, as a data logger or another program writes it, as trials.
+
+No rig is assumed: any sample time, any names, any units. Rows may be named by a clock in any unit
+of time or by dates, or follow each other at a known interval.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping
+from datetime import datetime
+from itertools import pairwise
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pamsim.core.errors import InputError
+from pamsim.core.units import to_si
+from pamsim.identification.signals import SignalTable, Unit
+from pamsim.store.column_guess import unit_in_name, unit_of
+from pamsim.store.columns import Columns, read_columns
+from pamsim.store.recording_checks import LONGEST_GAP
+
+FloatArray = NDArray[np.float64]
+
+_FEW_VALUES = 0.1  # share of distinct values up to which a column counts as held from row to row
+_CLOCK = re.compile(
+    r"(?:time|t|timestamp|clock|zeit|elapsed(?:[ _]time)?|date(?:time)?)"
+    r"(?:[ _]*[\[(/_ ] *(?P<unit>[^\W\d]+) *[\])]?)?",
+    re.IGNORECASE,
+)
+_SPANS: Mapping[str, float] = {
+    unit: seconds
+    for units, seconds in (
+        ("ns", 1e-9),
+        ("us µs μs", 1e-6),
+        ("ms msec", 1e-3),
+        ("s sec seconds", 1.0),
+        ("min minutes", 60.0),
+        ("h hr hours", 3600.0),
+        ("d days", 86400.0),
+    )
+    for unit in units.split()
+}
+"""Unit of a clock -> [s]."""
+_SI_UNITS = ("Pa", "rad", "m", "N", "N*m")
+_OTHER_UNITS = {"v": "V", "a": "A", "w": "W", "hz": "Hz", "rpm": "rpm", "degc": "degC"}
+"""Units in which a name may end, beside those of rigs."""
+
+
+def plain_trials(
+    path: Path, *, time: str | None = None, dt: float | None = None
+) -> tuple[tuple[SignalTable, ...], tuple[str, ...]]:
+    """Read a table of any columns.
+
+    Args:
+        path: as `pamsim.store.columns.read_columns`; a file without a header may have numbers only.
+        time: column of the clock; ``time_s`` or the only one that is called like a clock if None.
+        dt: time between two rows, of a table without a clock [s].
+
+    Returns:
+        One trial, or one for each part between gaps of the clock; and what a reader should know.
+
+    Raises:
+        InputError: as `read_columns`; for no clock or two, or one that does not increase.
+    """
+    table = read_columns(path, numbers_only=True)
+    clocks = _clocks(table)
+    notes: list[str] = []
+    if dt is not None:
+        if time is not None:
+            raise InputError("`time` and `dt` exclude each other; give one of them")
+        if not (np.isfinite(dt) and dt > 0.0):
+            raise InputError(f"`dt` = {dt:g} s must be above 0")
+        seconds = dt * np.arange(len(table.lines))
+        notes += [f"{path.name}: rows are {dt:g} s apart; {name} is not used" for name in clocks]
+        # What numbers the rows is no signal.
+        clocks += [name for name in table.cells if name not in clocks and _counts(table, name)]
+        unused = clocks
+    else:
+        clock = _the_clock(table, clocks, time)
+        seconds, note = _seconds(table, clock)
+        unused = [clock]
+        notes += [note] if note else []
+    columns, unreadable = _signals(table, unused)
+    units = {name: _unit(name, table.units.get(name, "")) for name in columns}
+    columns = {name: values * units[name].factor for name, values in columns.items()}
+    held = frozenset(name for name, values in columns.items() if _is_held(values))
+    whole = SignalTable(
+        name=path.stem,
+        protocol=path.stem,
+        load=0.0,
+        time=seconds - seconds[0],
+        columns=columns,
+        units=units,
+        held=held,
+        rest={name: float(columns[name][0]) for name in held},
+        level=None,
+        unreadable=unreadable,
+    )
+    notes.append(f"{path.name}: assumed to be held from row to row: {_listed(held)}")
+    trials = _between_gaps(whole)
+    if len(trials) > 1:
+        notes.append(f"{path.name}: its clock has gaps, which make {len(trials)} trials of it")
+    return trials, tuple(notes)
+
+
+def _listed(names: frozenset[str]) -> str:
+    return ", ".join(sorted(names)) or "no column"
+
+
+def _clocks(table: Columns) -> list[str]:
+    """The columns that are called like a clock and run like one."""
+    if "time_s" in table.cells:
+        return ["time_s"]
+    return [
+        name
+        for name in table.cells
+        if _CLOCK.fullmatch(name.strip())
+        and _clock_unit(table, name) in ("", *_SPANS)
+        and _runs(table, name)
+    ]
+
+
+def _clock_unit(table: Columns, name: str) -> str:
+    match = _CLOCK.fullmatch(name.strip())
+    named = match["unit"] if match and match["unit"] else unit_in_name(name, "")
+    return (table.units.get(name) or named).lower()
+
+
+def _runs(table: Columns, name: str) -> bool:
+    try:
+        return bool(np.all(np.diff(_numbers_or_dates(table, name)) > 0.0))
+    except InputError:
+        return False
+
+
+def _the_clock(table: Columns, clocks: list[str], time: str | None) -> str:
+    if time is not None:
+        table.require(time, " for the time")
+        return time
+    if len(clocks) == 1:
+        return clocks[0]
+    first = next(iter(table.cells))
+    if table.header == 0 and len(table.cells) > 2 and _runs(table, first):
+        return first  # of a table without names
+    found = f"{' and '.join(clocks)} look like clocks" if clocks else "no column is a clock"
+    raise InputError(
+        f"{table.path}: {found}; give `time`, of {', '.join(table.cells)}, or `dt`, the time"
+        " between two rows"
+    )
+
+
+def _seconds(table: Columns, name: str) -> tuple[FloatArray, str]:
+    """Times of the rows [s], and a note if the unit is assumed.
+
+    Raises:
+        InputError: for a unit that is none of time, or a time that does not come after the last.
+    """
+    written, unit = _numbers_or_dates(table, name), _clock_unit(table, name)
+    dated = _is_date(table.cells[name][0])
+    if not dated and unit not in ("", *_SPANS):
+        raise InputError(
+            f"{table.path}: {name} is in {unit!r}, which is no unit of time; known:"
+            f" {', '.join(_SPANS)}"
+        )
+    stuck = np.flatnonzero(np.diff(written) <= 0.0)
+    if stuck.size:
+        row = int(stuck[0]) + 1
+        raise InputError(
+            f"{table.path}: line {table.lines[row]}: {name} = {table.cells[name][row]} does not"
+            " come after the line before; sort the rows and drop repeated times"
+        )
+    if dated:
+        return written, ""
+    note = "" if unit else f"{table.path.name}: {name} is taken to be in s"
+    return _even(written, table.cells[name]) * _SPANS.get(unit, 1.0), note
+
+
+def _numbers_or_dates(table: Columns, name: str) -> FloatArray:
+    """The cells of a clock as numbers in its unit, or as seconds where they are dates."""
+    cells = table.cells[name]
+    if not _is_date(cells[0]):
+        return table.numbers(name)
+    try:
+        dates = [datetime.fromisoformat(cell) for cell in cells]
+        return np.array([(date - dates[0]).total_seconds() for date in dates])
+    except (ValueError, TypeError):
+        raise InputError(f"{table.path}: {name}: not all cells are dates as {cells[0]}") from None
+
+
+def _is_date(cell: str) -> bool:
+    try:
+        datetime.fromisoformat(cell)
+    except ValueError:
+        return False
+    return not cell.isdigit()  # 20200101 is a date, too
+
+
+def _even(time: FloatArray, cells: list[str]) -> FloatArray:
+    """The even clock that reads like this if its times are rounded as written; else this."""
+    if time.size < 3:
+        return time
+    slope, start = np.polyfit(np.arange(time.size), time - time[0], 1)
+    even = time[0] + start + slope * np.arange(time.size)
+    place = np.array([_last_place(cell) for cell in cells])
+    # Where a row is missing from a finely written clock, the distance is greater.
+    rounded = np.median(place) <= 0.5 * slope and np.all(np.abs(time - even) <= 0.75 * place)
+    return even if rounded else time
+
+
+def _last_place(cell: str) -> float:
+    """Unit in the last place of a number as it is written; 0 of what is no decimal number."""
+    match = re.fullmatch(r"[-+]?\d*\.?(\d*)(?:e([-+]?\d+))?", cell, re.IGNORECASE)
+    return 10.0 ** (int(match[2] or 0) - len(match[1])) if match else 0.0
+
+
+def _counts(table: Columns, name: str) -> bool:
+    try:
+        return bool(np.all(np.diff(table.numbers(name)) == 1.0))
+    except InputError:
+        return False
+
+
+def _signals(table: Columns, unused: list[str]) -> tuple[dict[str, FloatArray], dict[str, str]]:
+    """The columns of numbers, and why others are none."""
+    columns: dict[str, FloatArray] = {}
+    unreadable: dict[str, str] = {}
+    for name in (name for name in table.cells if name not in unused):
+        try:
+            columns[name] = table.numbers(name)
+        except InputError as error:
+            unreadable[name] = str(error)
+    return columns, unreadable
+
+
+def _unit(name: str, stated: str) -> Unit:
+    written = unit_in_name(name, stated)
+    if not written:
+        shown = _OTHER_UNITS.get(name.rpartition("_")[2].lower(), "1") if "_" in name else "1"
+        return Unit(shown=shown, si=shown)
+    shown, _ = unit_of(written)
+    for si in _SI_UNITS:
+        try:
+            return Unit(shown=shown, si=si, factor=to_si(1.0, shown, si, where=name))
+        except InputError:
+            continue
+    return Unit(shown=shown, si=shown)
+
+
+def _is_held(values: FloatArray) -> bool:
+    return np.unique(values).size <= max(2, _FEW_VALUES * values.size)
+
+
+def _between_gaps(table: SignalTable) -> tuple[SignalTable, ...]:
+    steps = np.diff(table.time)
+    gaps = np.flatnonzero(steps > LONGEST_GAP * np.median(steps)) + 1 if steps.size else []
+    ends = [0, *gaps, table.time.size]
+    if len(ends) == 2:
+        return (table,)
+    return tuple(
+        table.rows(f"{table.name}_{i}", slice(begin, end))
+        for i, (begin, end) in enumerate(pairwise(ends), start=1)
+    )
