@@ -66,6 +66,22 @@ class Identification:
                 return candidate
         return max(continuous, key=lambda candidate: candidate.fit.fit_percent)
 
+    def transfer_function(self, *, si: bool = False, pade_order: int | None = None) -> Any:
+        """Return the shown model as a continuous ``control.TransferFunction``.
+
+        Args:
+            si: whether between signals in SI units, as controllers of pamsim compute; otherwise
+                between the columns as they are written, as everywhere else in this result.
+            pade_order: as in `pamsim.linear.transfer_function.continuous`.
+
+        Raises:
+            InputError: a dead time comes without ``pade_order``.
+        """
+        from pamsim.linear.transfer_function import continuous  # takes a second
+
+        system = continuous(self.shown.fit, pade_order=pade_order)
+        return system if si else self._gain * system
+
     def curves(self) -> Curves:
         """Signals, residuals and responses of the shown model, for figures."""
         return curves_of(self.shown.fit, self.used, self.held_out, self.input, self.output)

@@ -1,4 +1,4 @@
-"""From fitted models to python-control transfer functions and their step responses.
+"""From fitted models to python-control: transfer functions, state space, plants drawn from a fit.
 
 Like the files that end in ``_design``, it imports python-control, which takes about a second.
 """
@@ -8,10 +8,13 @@ Like the files that end in ``_design``, it imports python-control, which takes a
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+from dataclasses import replace
 from typing import Any
 
 import control
 import numpy as np
+import scipy.linalg
 from numpy.typing import ArrayLike, NDArray
 
 from pamsim.core.errors import InputError
@@ -23,6 +26,10 @@ from pamsim.linear.identified_model import IdentifiedModel
 
 FloatArray = NDArray[np.float64]
 _control: Any = control
+_expm: Any = scipy.linalg.expm
+
+_ROUNDING = 1e-9  # of a period, in a dead time of whole periods; of a pole's size, at the stability
+_MOST_DRAWS = 100  # for each plant that is wanted
 
 
 def continuous(model: IdentifiedModel | ArxModel, *, pade_order: int | None = None) -> Any:
@@ -52,9 +59,7 @@ def continuous(model: IdentifiedModel | ArxModel, *, pade_order: int | None = No
         for constant in chain.time_constants:
             denominator = np.convolve(denominator, [constant, 1.0])
         return _control.TransferFunction([chain.gain], denominator)
-    if not isinstance(model.structure, ContinuousStructure):
-        raise InputError(f"{model.structure.sentence} is discrete; use discrete(model)")
-    result = _control.TransferFunction(model.numerator, model.denominator)
+    result = _rational(model)
     if model.dead_time == 0.0:
         return result
     if pade_order is None or pade_order < 1:
@@ -91,6 +96,153 @@ def discrete(model: IdentifiedModel | ArxModel) -> Any:
     numerator[nk : nk + len(above)] = above
     denominator[: len(below)] = below
     return _control.TransferFunction(numerator, denominator, interval)
+
+
+def state_space(model: IdentifiedModel | ArxModel, *, pade_order: int | None = None) -> Any:
+    """Return a fitted model in state space: a continuous one as `continuous`, others `discrete`.
+
+    Args:
+        model: a continuous, ARX or output-error model.
+        pade_order: as in `continuous`.
+
+    Returns:
+        A ``control.StateSpace``; the states have no meaning of their own.
+
+    Raises:
+        InputError: a dead time comes without ``pade_order``.
+    """
+    if isinstance(model, ArxModel) or isinstance(model.structure, DiscreteStructure):
+        return _control.tf2ss(discrete(model))
+    return _control.tf2ss(continuous(model, pade_order=pade_order))
+
+
+def with_held_input(model: IdentifiedModel, period: float) -> Any:
+    """Return a continuous model as a computer sees it that holds its input from sample to sample.
+
+    The dead time, also of parts of a period, is exact.
+
+    Args:
+        model: a continuous model.
+        period: between two samples [s].
+
+    Returns:
+        A discrete ``control.StateSpace`` with ``dt = period``.
+
+    Raises:
+        InputError: the model is discrete, or the period is not above 0.
+
+    Source: Astrom and Wittenmark, Computer-Controlled Systems, 3rd edition, section 2.3.
+    """
+    if not 0.0 < period < np.inf:
+        raise InputError(f"period = {period:g} s must be above 0")
+    plant = _control.tf2ss(_rational(model))
+    f, g, c, d = (np.asarray(part, np.float64) for part in (plant.A, plant.B, plant.C, plant.D))
+    order = f.shape[0]
+    whole = int((model.dead_time + _ROUNDING * period) // period)
+    late = max(model.dead_time - whole * period, 0.0)
+    late = late if late > _ROUNDING * period else 0.0
+    driven = np.zeros((order + 1, order + 1))
+    driven[:order] = np.hstack([f, g])
+    newer, older = _expm(driven * (period - late)), _expm(driven * late)
+    # The states, then the inputs of the last samples, latest first.
+    delays = whole + (late > 0.0)
+    a = np.zeros((order + delays, order + delays))
+    b = np.zeros((order + delays, 1))
+    a[:order, :order] = newer[:order, :order] @ older[:order, :order]
+    for past, into in (
+        (whole, newer[:order, order]),
+        (delays, newer[:order, :order] @ older[:order, order]),
+    ):
+        target = b[:order, 0] if past == 0 else a[:order, order + past - 1]
+        target += into
+    if delays:
+        b[order] = 1.0
+        a[order + 1 :, order:-1] += np.eye(delays - 1)
+    output, direct = np.hstack([c, np.zeros((1, delays))]), d
+    if delays:
+        output[0, -1], direct = d[0, 0], np.zeros((1, 1))
+    return _control.ss(a, b, output, direct, period)
+
+
+def _rational(model: IdentifiedModel) -> Any:
+    """A continuous model without its dead time."""
+    if not isinstance(model.structure, ContinuousStructure):
+        raise InputError(f"{model.structure.sentence} is discrete; use discrete(model)")
+    return _control.TransferFunction(model.numerator, model.denominator)
+
+
+def sampled_plants(
+    fit: IdentifiedModel,
+    count: int,
+    rng: np.random.Generator,
+    *,
+    period: float | None = None,
+    pade_order: int | None = None,
+) -> list[Any]:
+    """Draw plants that the data of a fit leave possible.
+
+    The estimates are drawn from the normal distribution of the fit's coordinates: logarithms of
+    time constants, of natural frequencies and of dampings, the dead time, the coefficients of the
+    numerator. Continuous plants are stable by these coordinates. A dead time that is drawn below 0
+    is 0. A draw with more or fewer unstable poles than the fit, as a discrete model may have, is
+    drawn again: then the plants' covariance is smaller than that of the fit.
+
+    Like the intervals, the spread is that of the noise. It does not hold what a linear model is
+    missing: for that, compare fits at several operating points.
+
+    Args:
+        fit: of which the data determine all parameters.
+        count: of plants.
+        rng: random numbers.
+        period: of a held input, see `with_held_input`; None for the model as it is.
+        pade_order: as in `continuous`, of a continuous model with a dead time and no period.
+
+    Returns:
+        As many ``control.StateSpace``.
+
+    Raises:
+        InputError: for a fit without covariance, or if hardly any draw is as stable as the fit.
+    """
+    plants: list[Any] = []
+    unstable = _unstable(fit)
+    for drawn in _draws(fit, _MOST_DRAWS * count, rng):
+        if len(plants) == count:
+            break
+        if _unstable(drawn) == unstable:
+            plants.append(
+                state_space(drawn, pade_order=pade_order)
+                if period is None
+                else with_held_input(drawn, period)
+            )
+    if len(plants) < count:
+        raise InputError(
+            f"{len(plants)} of {_MOST_DRAWS * count} draws are as stable as the fit: its poles are"
+            " too uncertain, lower the order or record longer"
+        )
+    return plants
+
+
+def _draws(fit: IdentifiedModel, most: int, rng: np.random.Generator) -> Iterator[IdentifiedModel]:
+    """Models whose coordinates are normal about the fit's, with its covariance."""
+    if fit.covariance is None:
+        raise InputError(f"the fit has no covariance to draw from: {fit.sentence}")
+    # In units of the standard errors: coordinates differ by many orders of magnitude.
+    error = np.sqrt(np.diag(fit.covariance))
+    scale = np.where(error > 0.0, error, 1.0)
+    values, axes = np.linalg.eigh(fit.covariance / np.outer(scale, scale))
+    spread = scale[:, np.newaxis] * axes * np.sqrt(np.maximum(values, 0.0))
+    for _ in range(most):
+        x = fit.coordinates + spread @ rng.standard_normal(error.size)
+        if isinstance(fit.structure, ContinuousStructure) and fit.structure.dead_time:
+            x[fit.structure.order] = max(float(x[fit.structure.order]), 0.0)
+        yield replace(fit, coordinates=x)
+
+
+def _unstable(model: IdentifiedModel) -> int:
+    poles = np.array(model.poles)
+    if isinstance(model.structure, DiscreteStructure):
+        return int(np.count_nonzero(np.abs(poles) > 1.0 + _ROUNDING))
+    return int(np.count_nonzero(np.real(poles) > _ROUNDING * np.abs(poles)))
 
 
 def step_response(transfer_function: Any, time: ArrayLike) -> FloatArray:

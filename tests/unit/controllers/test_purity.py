@@ -6,6 +6,7 @@ import copy
 import math
 import pickle
 
+import control
 import pytest
 
 import pamsim
@@ -15,6 +16,7 @@ from pamsim.controllers.gain_schedule import GainSchedule
 from pamsim.controllers.hysteresis_inverse import HysteresisInverse
 from pamsim.controllers.lead_lag import LeadLag
 from pamsim.controllers.lqg import Lqg
+from pamsim.controllers.lti import Lti
 from pamsim.controllers.pid import Pid
 from pamsim.controllers.pressure_split import PressureSplit
 from pamsim.controllers.sliding_mode import SlidingMode
@@ -22,6 +24,7 @@ from pamsim.hysteresis.prandtl_ishlinskii import PlaySum
 from pamsim.linear.imc_tuning import PidGains
 from pamsim.linear.lead_lag_design import design_lead_lag
 from pamsim.linear.regulator_design import design_regulator
+from pamsim.linear.sampled_controller import sampled_controller
 from tests.unit.controllers.closed_loop import LEVEL, PERIOD, SUPPLY, observe
 from tests.unit.controllers.linear_plant import MODEL, POINT
 
@@ -78,6 +81,10 @@ MADE = {
     "lead-lag": _lead_lag,
     "sliding mode": lambda: SlidingMode(
         model=MODEL, point=POINT, period=PERIOD, bandwidth=6.0, reach=4.0, layer=1.0
+    ),
+    "lti": lambda: Lti(
+        design=sampled_controller(control.tf([8e3, 1.2e5, 9e5], [0.01, 1.0, 0.0]), PERIOD),
+        point=POINT,
     ),
     "schedule": lambda: GainSchedule(pid=PID, by="angle", points=(0.0, 0.2), gains=(SOFT, HARD)),
 }

@@ -71,6 +71,14 @@ def test_the_result_holds_models_in_si_and_writes_them_in_the_units_of_the_colum
     assert written["models"][0]["trials"][0]["rms"] == pytest.approx(np.degrees(5e-4), rel=0.1)
 
 
+def test_its_transfer_function_is_in_the_units_of_the_columns_or_in_si(result):
+    (gain, lag) = (result.shown.fit.gain, result.shown.fit["T"].value)
+    system, in_si = result.transfer_function(), result.transfer_function(si=True)
+    assert float(in_si.dcgain()) == pytest.approx(gain)
+    assert float(system.dcgain()) == pytest.approx(gain * 1e3 * 180.0 / np.pi, rel=1e-12)
+    assert float(system.poles()[0].real) == pytest.approx(-1.0 / lag)
+
+
 def test_the_summary_names_every_model_and_the_recommended_one(result):
     text = result.summary()
     assert "* first_order: fits" in text
