@@ -10,10 +10,13 @@ from pathlib import Path
 from typing import Any
 
 from docutils import nodes
-from docutils.utils.math.latex2mathml import tex2mathml
+from docutils.utils.math.latex2mathml import MathError, tex2mathml
 from sphinx import addnodes
+from sphinx.util.logging import getLogger
 
 from pamsim import __version__
+
+logger = getLogger(__name__)
 
 project = "pamsim"
 author = "The pamsim developers"
@@ -57,6 +60,8 @@ html_math_renderer = "mathml"
 html_copy_source = False
 html_show_sphinx = False
 html_extra_path = ["site"]
+html_static_path = ["static"]
+html_css_files = ["site.css"]
 
 
 def add_contents(app: Any, docname: str, source: list[str]) -> None:
@@ -80,7 +85,11 @@ def leave_folders(app: Any, doctree: nodes.document) -> None:
 
 def mathml(translator: Any, node: nodes.Element) -> None:
     """Write a formula as MathML, which browsers show without a script from elsewhere."""
-    translator.body.append(tex2mathml(node.astext(), as_block=isinstance(node, nodes.math_block)))
+    formula = node.astext()
+    try:
+        translator.body.append(tex2mathml(formula, as_block=isinstance(node, nodes.math_block)))
+    except MathError as error:
+        logger.warning("%s in the formula %s", error, formula, location=node)
     raise nodes.SkipNode
 
 

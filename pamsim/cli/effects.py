@@ -25,6 +25,8 @@ def command(name: str | None, rig: str | None, json_file: Path | None) -> int:
         for card in result["effects"]:
             form = f" ({card['form']})" if card["form"] else ""
             click.echo(f"{card['name']}{form}: {card['missing']}")
+            if card["equation"]:
+                click.echo(f"  equation:     {card['equation']}")
             click.echo(f"  parameters:   {', '.join(card['parameters'])}")
             click.echo(f"  looks like:   {', '.join(card['look_alikes']) or 'nothing else'}")
             click.echo(f"  separated by: {card['separating']}")

@@ -27,8 +27,8 @@ def effect_cards(
 
     Returns:
         JSON-safe mapping ``effects``: name, form, family, what a model without it is missing,
-        parameters, look-alikes and the experiment that separates them; with a rig also the joints
-        or muscles that it is tried at, and why it cannot be tried.
+        equation, parameters, look-alikes and the experiment that separates them; with a rig also
+        the joints or muscles that it is tried at, and why it cannot be tried.
 
     Raises:
         InputError: for an unknown name, with the nearest, or an unknown rig.
@@ -48,6 +48,7 @@ def _card(one: Effect, rig: Rig | None) -> dict[str, Any]:
         "form": one.form,
         "family": one.family,
         "missing": one.missing,
+        "equation": one.equation,
         "parameters": [parameter.name for parameter in one.parameters],
         "look_alikes": one.look_alikes,
         "separating": one.separating,

@@ -9,6 +9,7 @@ EFFECTS = (
         name="valve_delay",
         family="delay",
         missing="a delay before the valves act",
+        equation="u_valve(t) = u(t - delay)",
         parameters=(EffectParameter(name="valve.delay", typical=0.01, low=0.0, high=0.1),),
         look_alikes=("line_lag", "pressure_lag"),
         separating="sharp steps at a high sampling rate: a delay stays flat first",
@@ -18,6 +19,7 @@ EFFECTS = (
         name="line_lag",
         family="delay",
         missing="a lag between the command and the valves",
+        equation="tau u_valve' = u - u_valve",
         parameters=(EffectParameter(name="valve.line_lag", typical=0.02, low=0.0, high=0.5),),
         look_alikes=("valve_delay", "pressure_lag", "valve_flow"),
         separating="sharp steps at a high sampling rate: a lag responds at once",
@@ -27,6 +29,7 @@ EFFECTS = (
         name="valve_slew",
         family="valve_slew",
         missing="a limit on the speed at which the valves open and close",
+        equation="|u_valve'| <= 1 / travel_time",
         parameters=(EffectParameter(name="valve.travel_time", typical=0.03, low=0.0, high=1.0),),
         look_alikes=("line_lag", "valve_delay", "valve_flow"),
         separating="steps of different size: a slow valve takes the longer, the further it opens,"

@@ -98,6 +98,7 @@ class Effect:
         name: as in diagnoses and on the command line.
         family: effects of one family are similar in most data.
         missing: what a model without it is missing, as the end of a sentence.
+        equation: what it does in the model, in plain text; empty if not stated.
         parameters: what it frees, the one that measures its size first.
         look_alikes: names of effects it is mistaken for.
         separating: the experiment that distinguishes it from them.
@@ -120,6 +121,7 @@ class Effect:
     parameters: tuple[EffectParameter, ...]
     look_alikes: tuple[str, ...]
     separating: str
+    equation: str = ""
     probes: tuple[float, ...] = (0.3,)
     form: str = ""
     place: str = ""

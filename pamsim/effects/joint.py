@@ -23,6 +23,7 @@ EFFECTS = (
         form="rigid",
         family="joint_friction",
         missing="dry friction at the joint, the same at every speed",
+        equation="M = -T_c sign(omega); at rest |M| <= T_c",
         parameters=(
             EffectParameter(name=f"joint.{JOINT}.frictionloss", typical=0.3, low=0.0, high=5.0),
         ),
@@ -37,6 +38,7 @@ EFFECTS = (
         form="dahl",
         family="joint_friction",
         missing="dry friction at the joint that gives a little before it slips",
+        equation="f' = C/d (v - |v| f / C), along each tendon",
         parameters=(
             EffectParameter(name="friction.coulomb_force", typical=12.0, low=0.0, high=100.0),
             _PRESLIDING,
@@ -51,6 +53,7 @@ EFFECTS = (
         form="lugre",
         family="joint_friction",
         missing="dry friction at the joint that is lower in sliding than at rest",
+        equation="f' = g(0)/d (v - |v| f / g(v)), g(v) = C + B exp(-(v/v_s)^2)",
         parameters=(
             EffectParameter(name="friction.coulomb_force", typical=8.0, low=0.0, high=75.0),
             EffectParameter(name="friction.breakaway_force", typical=4.0, low=0.0, high=75.0),
@@ -74,6 +77,7 @@ EFFECTS = (
         form="smooth",
         family="joint_friction",
         missing="friction at the joint that is the same at every speed, but does not stick",
+        equation="M = -T_c omega / max(|omega|, omega_0)",
         parameters=(
             EffectParameter(name=f"joint.{JOINT}.frictionloss", typical=0.3, low=0.0, high=5.0),
             EffectParameter(
@@ -94,6 +98,7 @@ EFFECTS = (
         name="stribeck_friction",
         family="joint_friction",
         missing="joint friction that is higher at low speed",
+        equation="f = F v/v_s exp((1 - (v/v_s)^2) / 2), along each tendon",
         parameters=(
             EffectParameter(name="friction.stribeck_force", typical=10.0, low=0.0, high=150.0),
             EffectParameter(
@@ -114,6 +119,7 @@ EFFECTS = (
         name="load_dependent_friction",
         family="joint_friction",
         missing="dry friction at the joint that grows with the pull of the muscles",
+        equation="f' = m T/d (v - |v| f / (m T)), along each tendon under its tension T",
         parameters=(
             EffectParameter(name="friction.tension_share", typical=0.02, low=0.0, high=0.15),
             _PRESLIDING,
@@ -129,6 +135,7 @@ EFFECTS = (
         name="viscous_friction",
         family="joint_friction",
         missing="joint friction proportional to speed",
+        equation="M = -D omega",
         parameters=(
             EffectParameter(
                 name=f"joint.{JOINT}.damping",
@@ -146,6 +153,7 @@ EFFECTS = (
         name="load_torque",
         family="offset",
         missing="a gravity or payload torque on the arm",
+        equation="gravity g sin(tilt) in the plane in which the arm turns",
         parameters=(
             EffectParameter(
                 name=f"body.{TILTED}.tilt", typical=0.03, low=-0.3, high=0.3, neutral=None
@@ -158,6 +166,7 @@ EFFECTS = (
         name="added_inertia",
         family="inertia",
         missing="inertia on the joint",
+        equation="M = -J omega'",
         parameters=(
             EffectParameter(
                 name=f"joint.{JOINT}.armature", typical=0.01, low=0.0, high=0.5, neutral=None

@@ -9,6 +9,7 @@ EFFECTS = (
         name="angle_bias",
         family="offset",
         missing="an offset of the angle sensor",
+        equation="beta_read = beta + bias",
         parameters=(EffectParameter(name="sensor.angle_bias", typical=0.01, low=-0.2, high=0.2),),
         look_alikes=("load_torque", "muscle_mismatch"),
         separating="read the angle at a mechanical stop",
@@ -17,6 +18,7 @@ EFFECTS = (
         name="angle_scale",
         family="angle_scale",
         missing="a wrong scale of the angle sensor",
+        equation="beta_read = scale beta",
         parameters=(
             EffectParameter(
                 name="sensor.angle_scale", typical=0.03, low=0.7, high=1.4, neutral=1.0
@@ -29,6 +31,7 @@ EFFECTS = (
         name="angle_lag",
         family="delay",
         missing="a lag of the angle sensor",
+        equation="tau beta_read' = beta - beta_read",
         parameters=(EffectParameter(name="sensor.angle_lag", typical=0.01, low=0.0, high=0.3),),
         look_alikes=("viscous_friction", "line_lag"),
         separating="tap the arm and compare with a second sensor",
@@ -37,6 +40,7 @@ EFFECTS = (
         name="pressure_bias",
         family="pressure_deficit",
         missing="an offset of the pressure sensors",
+        equation="p_read = p + bias",
         parameters=(EffectParameter(name="sensor.pressure_bias", typical=3e3, low=-5e4, high=5e4),),
         look_alikes=("air_leak", "pressure_scale"),
         separating="vent to the atmosphere and read the sensors",
@@ -45,6 +49,7 @@ EFFECTS = (
         name="pressure_scale",
         family="pressure_deficit",
         missing="a wrong scale of the pressure sensors",
+        equation="p_read = scale p",
         parameters=(
             EffectParameter(
                 name="sensor.pressure_scale", typical=0.02, low=0.7, high=1.4, neutral=1.0
@@ -57,6 +62,7 @@ EFFECTS = (
         name="pressure_lag",
         family="delay",
         missing="a lag of the pressure sensors",
+        equation="tau p_read' = p - p_read",
         parameters=(EffectParameter(name="sensor.pressure_lag", typical=0.01, low=0.0, high=0.3),),
         look_alikes=("line_lag", "valve_delay"),
         separating="fill a rigid volume and compare with a fast sensor",

@@ -35,6 +35,8 @@ EFFECTS = (
         form="bouc_wen",
         family="muscle_hysteresis",
         missing="rate-independent hysteresis of the muscle, growing with pressure",
+        equation="F = F_static - h p z, z' = kappa'/D (1 - |z|^n (sigma sign(z kappa') + 1 -"
+        " sigma))",
         parameters=(_WIDTH,),
         look_alikes=("coulomb_friction", "viscoelastic_creep", "chain_backlash"),
         separating="equal loops at two common pressures: hysteresis grows with pressure, dry"
@@ -48,6 +50,8 @@ EFFECTS = (
         family="muscle_hysteresis",
         missing="rate-independent hysteresis of the muscle, growing with pressure, that turns over"
         " within a contraction of its own",
+        equation="F = F_static - h p (z - c kappa), z' = kappa'/D (1 - |z|^n (sigma sign(z kappa')"
+        " + 1 - sigma))",
         parameters=(
             _WIDTH,
             _YIELD,
@@ -65,6 +69,8 @@ EFFECTS = (
         family="muscle_hysteresis",
         missing="rate-independent hysteresis of the muscle, growing with pressure, with"
         " return-point memory",
+        equation="F = F_static - h p (w - c kappa), w = sum share_k (kappa - play(kappa; Delta_k))"
+        " / Delta_k",
         parameters=(
             _WIDTH,
             EffectParameter(
@@ -90,6 +96,7 @@ EFFECTS = (
         form="constant",
         family="muscle_hysteresis",
         missing="rate-independent hysteresis of the muscle, the same at every pressure",
+        equation="F = F_static - H z, z' = kappa'/D (1 - |z|^n (sigma sign(z kappa') + 1 - sigma))",
         parameters=(
             EffectParameter(
                 name="hysteresis.force", typical=45.0, low=0.0, high=500.0, neutral=None
@@ -107,6 +114,7 @@ EFFECTS = (
         form="one_branch",
         family="creep",
         missing="creep of the muscle under constant pressure",
+        equation="F = F_static - k (kappa - kappa_d), kappa_d' = (kappa - kappa_d) / tau",
         parameters=(
             EffectParameter(name="creep.stiffness", typical=2000.0, low=0.0, high=5e4),
             EffectParameter(
@@ -127,6 +135,8 @@ EFFECTS = (
         form="two_branch",
         family="creep",
         missing="creep of the muscle under constant pressure, fast at first and slow later",
+        equation="F = F_static - sum k_i (kappa - kappa_i), kappa_i' = (kappa - kappa_i) / tau_i,"
+        " i = 1, 2",
         parameters=(
             EffectParameter(name="creep.stiffness", typical=1000.0, low=0.0, high=5e4),
             EffectParameter(name="creep.stiffness_2", typical=1000.0, low=0.0, high=5e4),
@@ -155,6 +165,7 @@ EFFECTS = (
         name="braid_friction",
         family="braid_friction",
         missing="friction in the braid, growing with pressure and with the rate of contraction",
+        equation="F = F_static - b p kappa'",
         parameters=(EffectParameter(name="braid.friction", typical=5e-4, low=0.0, high=1e-2),),
         look_alikes=("viscous_friction", "muscle_hysteresis"),
         separating="let the arm swing freely at two common pressures: friction in the braid damps"
@@ -166,6 +177,7 @@ EFFECTS = (
         name="threshold_pressure",
         family="muscle_force",
         missing="a threshold pressure below which the tube does not press on the braid",
+        equation="F = F_active(max(p - p_0, 0), kappa) + F_passive(kappa)",
         parameters=(
             EffectParameter(name="threshold.pressure", typical=1.5e4, low=0.0, high=1.5e5),
         ),
@@ -176,6 +188,7 @@ EFFECTS = (
         name="passive_stiffness",
         family="muscle_force",
         missing="the stiffness of tube and braid without pressure",
+        equation="F = F_active + k/h (exp(h x) - 1), x = kappa_0 - kappa; stretched (x > 0) k x",
         parameters=(
             EffectParameter(
                 name="passive.stiffness",
@@ -193,6 +206,8 @@ EFFECTS = (
         name="end_shape",
         family="muscle_force",
         missing="force lost to the tapered ends of a contracted muscle",
+        equation="F = F_active (1 - loss x^2 / (x^2 + 0.1^2)) + F_passive, x = max(kappa - onset,"
+        " 0)",
         parameters=(
             EffectParameter(
                 name="end_shape.loss", typical=0.5, low=0.0, high=1.0, natural_ends=True
@@ -214,6 +229,7 @@ EFFECTS = (
         name="muscle_mismatch",
         family="offset",
         missing="a difference between the two muscles",
+        equation="F_2 = scale F(p, kappa) of the second muscle",
         parameters=(
             EffectParameter(
                 name=f"{SECOND_MUSCLE}:force.scale",

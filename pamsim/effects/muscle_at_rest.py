@@ -13,6 +13,7 @@ EFFECTS = (
         name="braid_locking",
         family="stretched_braid",
         missing="a braid that locks when it is stretched",
+        equation="F = F_active + k x / (1 - (locking x)^2), x = kappa_0 - kappa > 0",
         parameters=(
             EffectParameter(
                 name="passive.locking", typical=10.0, low=-120.0, high=120.0, neutral=None
@@ -29,6 +30,7 @@ EFFECTS = (
         name="braid_extensibility",
         family="pressure_force",
         missing="extension of the fibres, so that pressure lengthens the braid",
+        equation="kappa = 1 - l / (l_0 (1 + e p))",
         parameters=(
             EffectParameter(
                 name="braid.extensibility", typical=2e-8, low=0.0, high=4e-7, neutral=None
@@ -43,6 +45,7 @@ EFFECTS = (
         name="stretch_weakening",
         family="pressure_force",
         missing="weaker effect of pressure on a stretched muscle than in the force law",
+        equation="F = (a p + b) exp(c kappa) + d p kappa + e p + f, a is free",
         parameters=(
             EffectParameter(
                 name="force.a", unit="N/Pa", typical=-1e-4, low=-2e-3, high=2e-3, neutral=None
@@ -57,6 +60,7 @@ EFFECTS = (
         name="force_slope",
         family="pressure_force",
         missing="a different decrease of force with contraction than in the force law",
+        equation="F = (a p + b) exp(c kappa) + d p kappa + e p + f, d is free",
         parameters=(
             EffectParameter(
                 name="force.d", unit="N/Pa", typical=2e-3, low=-3e-2, high=3e-2, neutral=None
@@ -70,6 +74,7 @@ EFFECTS = (
         name="rest_length",
         family="muscle_force",
         missing="a different length of the muscles at the reference point",
+        equation="l = length_at_zero + tendon length",
         parameters=(
             EffectParameter(
                 name="mounting.length_at_zero",

@@ -10,6 +10,7 @@ EFFECTS = (
         form="orifice",
         family="pressure_deficit",
         missing="a leak of air from the muscles",
+        equation="mdot = -C rho_0 P phi(P_a / P) sqrt(T_0 / T)",
         parameters=(
             EffectParameter(name="chamber.leak_conductance", typical=2e-12, low=0.0, high=1e-10),
         ),
@@ -22,6 +23,7 @@ EFFECTS = (
         form="laminar",
         family="pressure_deficit",
         missing="a leak of air from the muscles through a narrow gap",
+        equation="mdot = -g (P^2 - P_a^2) / (2 R T)",
         parameters=(
             EffectParameter(
                 name="chamber.laminar_leak_conductance", typical=1e-12, low=0.0, high=5e-11
@@ -36,6 +38,7 @@ EFFECTS = (
         name="supply_sag",
         family="pressure_deficit",
         missing="a supply whose pressure falls with the flow that the muscles draw from it",
+        equation="P_line = P_supply - R_s (mdot_1 + mdot_2 + ...)",
         parameters=(
             EffectParameter(name="valve.supply_resistance", typical=2e8, low=0.0, high=5e9),
         ),
@@ -49,6 +52,7 @@ EFFECTS = (
         form="symmetric",
         family="valve",
         missing="a dead zone of the valves",
+        equation="u_open = sign(u) max(|u| - u_0, 0) / (1 - u_0)",
         parameters=(EffectParameter(name="valve.dead_zone", typical=0.05, low=0.0, high=0.5),),
         look_alikes=("coulomb_friction", "valve_flow"),
         separating="increase the valve opening in small steps from shut",
@@ -60,6 +64,8 @@ EFFECTS = (
         form="asymmetric",
         family="valve",
         missing="a dead zone of the valves, another one to fill than to exhaust",
+        equation="u_open = sign(u) max(|u| - u_i, 0) / (1 - u_i), u_i = (1 + a) u_0 to fill, (1 -"
+        " a) u_0 to exhaust",
         parameters=(
             EffectParameter(name="valve.dead_zone", typical=0.05, low=0.0, high=0.5),
             EffectParameter(
@@ -81,6 +87,8 @@ EFFECTS = (
         name="valve_flow",
         family="valve",
         missing="a different flow through the valves",
+        equation="mdot = u C_fill rho_0 P_s phi(P / P_s) sqrt(T_0 / T), or u C_exhaust rho_0 P"
+        " phi(P_a / P) sqrt(T_0 / T)",
         parameters=(
             EffectParameter(
                 name="valve.conductance_fill",
@@ -107,6 +115,7 @@ EFFECTS = (
         name="valve_asymmetry",
         family="valve",
         missing="another ratio between the flows of the fill and the exhaust valve",
+        equation="mdot = u C_exhaust rho_0 P phi(P_a / P) sqrt(T_0 / T) while it exhausts",
         parameters=(
             EffectParameter(
                 name="valve.conductance_exhaust",
@@ -126,6 +135,7 @@ EFFECTS = (
         name="tube_resistance",
         family="tube_resistance",
         missing="the resistance of the tube between the valves with their sensor and the muscle",
+        equation="V / (R T) P_valve' = mdot - (P_valve - P) / R_tube",
         parameters=(
             EffectParameter(name="valve.tube_resistance", typical=1e8, low=0.0, high=5e9),
             EffectParameter(
@@ -148,6 +158,7 @@ EFFECTS = (
         form="index",
         family="thermal",
         missing="heat exchanged between the air and the muscle",
+        equation="P V^n is constant behind shut valves",
         parameters=(
             # Limited to [1, 1.4]: isothermal to adiabatic air.
             EffectParameter(
@@ -167,6 +178,7 @@ EFFECTS = (
         form="temperature",
         family="thermal",
         missing="heat that the air exchanges with the muscle in a time of its own",
+        equation="P' = n (R T mdot - P V') / V - h (P - m R T / V)",
         parameters=(
             EffectParameter(name="chamber.heat_rate", typical=1.0, low=0.0, high=50.0),
             # Limited to [1, 1.4]: isothermal to adiabatic air.

@@ -9,6 +9,7 @@ EFFECTS = (
         name="chain_backlash",
         family="backlash",
         missing="backlash between chain and sprocket",
+        equation="l_muscle = l + s, |s| <= g/2, s' = (T_other - T) / b between the teeth",
         parameters=(
             EffectParameter(
                 name="chain.backlash", typical=3e-4, low=0.0, high=5e-3, starts=(1e-4, 1e-3)
@@ -22,6 +23,7 @@ EFFECTS = (
         name="chain_compliance",
         family="compliance",
         missing="compliance of the chain and the end fittings",
+        equation="l_muscle = l - e, e' = (C T - e) / tau",
         parameters=(EffectParameter(name="chain.compliance", typical=1e-6, low=0.0, high=2e-5),),
         look_alikes=("passive_stiffness", "threshold_pressure"),
         separating="lock the arm, change the pressures, and measure the chain's extension",
@@ -30,6 +32,7 @@ EFFECTS = (
         name="sprocket_ripple",
         family="sprocket_ripple",
         missing="travel of the chain that ripples from tooth to tooth of the sprocket",
+        equation="x_muscle = x + a sin(2 pi x / pitch + phase)",
         parameters=(
             EffectParameter(name="chain.ripple", typical=5e-5, low=0.0, high=3e-4),
             EffectParameter(

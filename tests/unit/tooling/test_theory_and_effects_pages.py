@@ -1,0 +1,77 @@
+"""The pages on laws and effects leave none out, and the pictures are of today's simulation."""
+
+from __future__ import annotations
+
+import re
+import runpy
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from pamsim.effects.catalog import FORMS, effect
+from pamsim.hysteresis.catalog import OPERATORS
+from pamsim.muscles.catalog import FORCE_LAWS
+
+ROOT = Path(__file__).parents[3]
+GALLERY: dict[str, Any] = runpy.run_path(str(ROOT / "scripts" / "effect_gallery.py"))
+LABELS = [one.label for forms in FORMS.values() for one in forms]
+
+
+def test_the_page_of_effects_is_that_of_the_catalog():
+    again = "python scripts/effect_gallery.py"
+    assert GALLERY["PAGE"].read_text(encoding="utf-8") == GALLERY["page"](), again
+
+
+def test_every_effect_has_a_small_picture():
+    pictures = {path.stem: path for path in GALLERY["PICTURES"].glob("*.svg")}
+    assert set(pictures) == {label.replace(":", "-") for label in LABELS}
+    assert max(path.stat().st_size for path in pictures.values()) < 30_000
+
+
+@pytest.mark.parametrize("label", LABELS)
+def test_every_effect_states_equation_look_alikes_and_experiment(label):
+    one = effect(label)
+    assert one.equation
+    assert one.separating
+    assert set(one.look_alikes) <= set(FORMS)
+
+
+def curves(path):
+    """Points of the drawn lines, in a row."""
+    text = path.read_text(encoding="utf-8")
+    lines = re.findall(r'<path d="([^"]+)" clip-path', text)
+    numbers = [re.findall(r"-?\d+(?:\.\d+)?", line) for line in lines]
+    return np.array([float(number) for line in numbers if len(line) > 20 for number in line])
+
+
+def test_a_picture_shows_what_the_simulation_does(tmp_path):
+    one = effect("added_inertia")
+    picture = GALLERY["PICTURES"] / "added_inertia.svg"
+    (name,) = re.findall(r">([a-z_]+)</text>\s*</g>\s*</g>", picture.read_text(encoding="utf-8"))
+    GALLERY["draw"]([one], tmp_path, [name])
+    kept, again = curves(picture), curves(tmp_path / picture.name)
+    assert len(kept) > 1000
+    assert kept.shape == again.shape
+    assert abs(kept - again).max() < 1.0  # point of print
+
+
+def test_the_theory_names_every_file_with_a_law():
+    text = (ROOT / "docs" / "theory.md").read_text(encoding="utf-8")
+    rooms = ("muscles", "hysteresis", "pneumatics")
+    files = [path for room in rooms for path in (ROOT / "pamsim" / room).glob("[!_]*.py")]
+    assert len(files) > 30
+    missing = [path.name for path in files if not re.search(rf"[`/]{re.escape(path.name)}`", text)]
+    assert not missing
+
+
+@pytest.mark.parametrize(
+    "card", [*FORCE_LAWS.values(), *OPERATORS.values()], ids=lambda card: card.name
+)
+def test_the_theory_gives_the_source_of_every_law(card):
+    """The first author and year, or the standard, that the card names."""
+    text = " ".join((ROOT / "docs" / "theory.md").read_text(encoding="utf-8").split())
+    name = re.match(r"[\w -]+?(?=[,;(]| and | et al)", card.source)
+    assert name, card.source
+    assert name[0].strip() in text
