@@ -11,17 +11,12 @@ of the 0.5 s of rest they begin with, since it has no offset in its models.
 from __future__ import annotations
 
 import argparse
-import contextlib
-import importlib.metadata
-import io
-import json
-import platform
 import time
 from pathlib import Path
 from typing import Any
 
 import numpy as np
-from sippy_unipi import system_identification
+from sippy_peer import estimate, write_page
 
 INTERVAL = 0.01
 RESTING = 50  # samples before the input moves
@@ -48,17 +43,13 @@ def time_constants(poles: Any) -> tuple[float, float] | None:
 def estimated(u: Any, y: Any, options: dict[str, Any]) -> dict[str, Any]:
     """Estimate one record; what SIPPY raises counts as a record without estimate."""
     began = time.perf_counter()
-    try:
-        with contextlib.redirect_stdout(io.StringIO()):
-            model = system_identification(y - np.mean(y[:RESTING]), u, tsample=INTERVAL, **options)
-        if options["id_method"] in ("N4SID", "CVA"):
-            poles = np.linalg.eigvals(model.A)
-        else:
-            poles = np.roots(np.ravel(model.G.den[0][0]))
-        estimates = time_constants(poles)
-    except Exception as error:  # a peer's failure is a result, not an end
-        print(f"{options['id_method']}: {error!r}")
+    model = estimate(u, y - np.mean(y[:RESTING]), INTERVAL, options)
+    if model is None:
         estimates = None
+    elif options["id_method"] in ("N4SID", "CVA"):
+        estimates = time_constants(np.linalg.eigvals(model.A))
+    else:
+        estimates = time_constants(np.roots(np.ravel(model.G.den[0][0])))
     seconds = time.perf_counter() - began
     fast, slow = estimates or (None, None)
     return {"T1": fast, "T2": slow, "seconds": seconds}
@@ -79,18 +70,11 @@ def main() -> None:
         for i, (u, y) in enumerate(pairs):
             scenarios[name].append({m: estimated(u, y, given) for m, given in METHODS.items()})
             print(f"{name}: {i + 1} of {len(pairs)}", flush=True)
-    page = {
-        "command": "OMP_NUM_THREADS=1 <venv with sippy-unipi>/bin/python "
-        "scripts/identify_peers.py out/identify_peers.npz",
-        "versions": {
-            "python": platform.python_version(),
-            **{k: importlib.metadata.version(k) for k in ("sippy-unipi", "casadi", "numpy")},
-        },
-        "records_sha256": str(arrays["digest"]),
-        "scenarios": scenarios,
-    }
-    options.json.parent.mkdir(parents=True, exist_ok=True)
-    options.json.write_text(json.dumps(page, indent=1) + "\n", encoding="utf-8")
+    command = (
+        "OMP_NUM_THREADS=1 <venv with sippy-unipi>/bin/python "
+        "scripts/identify_peers.py out/identify_peers.npz"
+    )
+    write_page(options.json, command, str(arrays["digest"]), {"scenarios": scenarios})
 
 
 if __name__ == "__main__":
