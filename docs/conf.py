@@ -46,12 +46,13 @@ nb_execution_raise_on_error = True
 nb_execution_timeout = 300
 nb_merge_streams = True
 
+autodoc_mock_imports = ["stable_baselines3"]  # an extra that brings PyTorch
 autodoc_member_order = "bysource"
 autodoc_typehints = "description"
-autodoc_typehints_description_target = "documented"
+autodoc_typehints_description_target = "documented_params"
 napoleon_use_rtype = False
+napoleon_use_ivar = True
 default_role = "py:obj"
-add_module_names = False
 python_use_unqualified_type_names = True
 
 html_theme = "furo"
@@ -83,6 +84,23 @@ def leave_folders(app: Any, doctree: nodes.document) -> None:
             node.replace_self(node.children)
 
 
+def read_markdown(app: Any, what: str, name: str, it: Any, options: Any, lines: list[str]) -> None:
+    """Turn a docstring's Markdown, Gymnasium's custom, into reST; |x| stays the size of x."""
+    out: list[str] = []
+    for line in lines:
+        if not line.startswith("|"):
+            line = re.sub(r"^## (.+)", r"**\1**", line)
+            out.append(re.sub(r"\|(\w+)\|", r"\|\1\|", line))
+        elif set(line) <= set("|-: "):
+            continue
+        else:
+            if not out or not out[-1].startswith("     - "):
+                out += ["", ".. list-table::", "   :header-rows: 1", ""]
+            first, *rest = (cell.strip() for cell in line.strip()[1:-1].split("|"))
+            out += [f"   * - {first}", *(f"     - {cell}" for cell in rest)]
+    lines[:] = out
+
+
 def mathml(translator: Any, node: nodes.Element) -> None:
     """Write a formula as MathML, which browsers show without a script from elsewhere."""
     formula = node.astext()
@@ -97,5 +115,6 @@ def setup(app: Any) -> dict[str, bool]:
     """Sphinx calls this."""
     app.connect("source-read", add_contents)
     app.connect("doctree-read", leave_folders)
+    app.connect("autodoc-process-docstring", read_markdown)
     app.add_html_math_renderer("mathml", (mathml, None), (mathml, None))
     return {"parallel_read_safe": True, "parallel_write_safe": True}
