@@ -116,13 +116,19 @@ def action_of(rigs: Rigs, command: Command) -> NDArray[np.generic]:
     return np.column_stack([wanted > ON, wanted < -ON]).ravel().astype(np.int8)
 
 
-def drive(env: gymnasium.Env[Any, Any], controller: Controller, seed: int) -> Drive:
+def drive(
+    env: gymnasium.Env[Any, Any],
+    controller: Controller,
+    seed: int,
+    options: dict[str, Any] | None = None,
+) -> Drive:
     """Run a controller in an environment for one episode.
 
     Args:
         env: as `gymnasium.make` makes it, which ends the episode.
         controller: whose commands are of the kind that it takes.
         seed: of the episode.
+        options: what is fixed of it, as the environment's ``reset`` takes them.
 
     Raises:
         InputError: if the environment is none of ours or sets no end; if pressures are commanded to
@@ -136,7 +142,7 @@ def drive(env: gymnasium.Env[Any, Any], controller: Controller, seed: int) -> Dr
             f"the controller commands {controller.command}, this environment takes"
             f" {rigs.kind.command}: put it under a Cascade, or use another action"
         )
-    observation, _ = env.reset(seed=seed)
+    observation, _ = env.reset(seed=seed, options=options)
     memory = controller.start(controller_observation(rigs, observation, 0.0))
     rows: dict[str, list[Any]] = {field: [] for field in _COLUMNS}
     total, over, before = 0.0, False, rigs.air()[0]

@@ -129,6 +129,22 @@ def test_drawn_plants_have_the_covariance_of_the_fit() -> None:
     )
 
 
+def test_drawn_plants_differ_by_as_much_as_the_prediction_errs() -> None:
+    """Closed loops of the planted lag, against those predicted from noisy records of it."""
+    times, errors = 0.02 * np.arange(1, 30), []
+
+    def closed(gain: float, lag: float) -> np.ndarray:
+        around = 1.0 + 3.0 * gain  # a controller of gain 3
+        return first_order_step(times, lag / around, 3.0 * gain / around)
+
+    for seed in range(15):
+        fit = fit_continuous([record(seed, noise=0.3, n=200)], order=1)
+        plants = sampled_plants(fit, 25, np.random.default_rng(seed))
+        steps = [closed(float(p.dcgain()), -1.0 / float(p.poles()[0].real)) for p in plants]
+        errors.append((closed(2.0, 0.3) - np.mean(steps, axis=0)) / np.std(steps, axis=0))
+    assert 0.7 < np.sqrt(np.mean(np.square(errors))) < 1.4
+
+
 def test_drawn_plants_are_as_stable_as_the_fit() -> None:
     fit = fit_oe([record(4, constants=(0.3, 1.0), noise=0.02)], nb=2, nf=2, nk=1)
     wide = replace(fit, covariance=1e4 * fit.covariance)
