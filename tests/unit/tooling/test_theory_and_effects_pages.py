@@ -1,9 +1,10 @@
-"""The pages on laws and effects leave none out, and the pictures are of today's simulation."""
+"""The pages on laws, effects and rooms leave none out; pictures are of today's simulation."""
 
 from __future__ import annotations
 
 import re
 import runpy
+import tomllib
 from pathlib import Path
 from typing import Any
 
@@ -75,3 +76,13 @@ def test_the_theory_gives_the_source_of_every_law(card):
     name = re.match(r"[\w -]+?(?=[,;(]| and | et al)", card.source)
     assert name, card.source
     assert name[0].strip() in text
+
+
+def test_the_architecture_has_the_rooms_in_the_order_that_is_checked():
+    text = (ROOT / "docs" / "architecture.md").read_text(encoding="utf-8")
+    table = text.split("| rooms, from the top |")[1].split("\n\n")[0]
+    rows = [re.findall(r"`(\w+)`", row.split("|")[1]) for row in table.splitlines()[2:]]
+    settings = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))
+    (rooms,) = (c for c in settings["tool"]["importlinter"]["contracts"] if c["id"] == "rooms")
+    layers = [re.findall(r"\w+", layer) for layer in rooms["layers"] if "(" not in layer]
+    assert [sorted(row) for row in rows] == [sorted(layer) for layer in layers]
