@@ -88,11 +88,14 @@ def command(
     """Identify transfer functions from DATA: intervals, fit %, poles, and which model to use.
 
     DATA is a recording (a folder with recording.toml) or a table of any columns (CSV, MAT, npz,
-    Parquet); several are fitted together. Without DATA a step is simulated, see --simulate. Exits
-    with 1 if no model can be trusted.
+    Parquet); several are fitted together. A table of frequency_hz or omega_rad_s, magnitude and
+    phase_deg (or real and imag) is fitted as a frequency response. Without DATA a step is
+    simulated, see --simulate. Exits with 1 if no model can be trusted.
     """
     from pamsim.identification.identify import identify
 
+    if len(data) == 1 and _is_over_frequency(data[0]):
+        return _identify_frequency_response(data[0], out, json_file, hold_out=hold_out, **choices)
     source = _source(data, rig, pressure, load, duration)
     with progress_bar() as progress:
         identification = identify(
@@ -106,6 +109,38 @@ def command(
         page, *_ = write_identification(identification, out)
         click.echo(f"page: {page}")
     return OK if identification.recommendation.name else FINDING
+
+
+def _is_over_frequency(path: Path) -> bool:
+    from pamsim.identification.frequency_table import is_over_frequency
+    from pamsim.store.columns import read_columns
+
+    return path.is_file() and path.suffix != ".toml" and is_over_frequency(read_columns(path))
+
+
+def _identify_frequency_response(
+    path: Path, out: Path | None, json_file: Path | None, **choices: Any
+) -> int:
+    from pamsim.identification.frequency import identify_frequency_response
+
+    known = ("order", "zeros", "poles", "dead_time")
+    refuse(
+        f"is for trials; {path} is a frequency response",
+        **{
+            name: choices[name] or None
+            for name in ("input", "output", "time", "dt", "arx", "oe", "hold_out", "trials")
+        },
+    )
+    with progress_bar() as progress:
+        identification = identify_frequency_response(
+            path, progress=progress, **{name: choices[name] for name in known}
+        )
+    save_json(json_file, identification.to_dict())
+    click.echo(identification.summary())
+    if out is not None:
+        result, curves = identification.save(out)
+        click.echo(f"wrote {result} and {curves}")
+    return OK if identification.recommended else FINDING
 
 
 def _names_or_share(hold_out: tuple[str, ...]) -> tuple[str, ...] | float:

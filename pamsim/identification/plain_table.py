@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 
 from pamsim.core.errors import InputError
 from pamsim.core.units import to_si
+from pamsim.identification.frequency_table import is_over_frequency
 from pamsim.identification.signals import SignalTable, Unit
 from pamsim.store.column_guess import unit_in_name, unit_of
 from pamsim.store.columns import Columns, read_columns
@@ -145,6 +146,11 @@ def _the_clock(table: Columns, clocks: list[str], time: str | None) -> str:
     first = next(iter(table.cells))
     if table.header == 0 and len(table.cells) > 2 and _runs(table, first):
         return first  # of a table without names
+    if is_over_frequency(table):
+        raise InputError(
+            f"{table.path} is a frequency response, not a trial: identify it alone, from Python by"
+            " pamsim.identification.frequency.identify_frequency_response"
+        )
     found = f"{' and '.join(clocks)} look like clocks" if clocks else "no column is a clock"
     raise InputError(
         f"{table.path}: {found}; give `time`, of {', '.join(table.cells)}, or `dt`, the time"

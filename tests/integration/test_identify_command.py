@@ -230,6 +230,24 @@ def test_tables_without_a_clock_are_fitted_together(monkeypatch, capsys, tmp_pat
     assert [t["samples"] for t in trials] == [294, 294, 126, 126]
 
 
+def test_a_frequency_response_is_fitted_as_one(monkeypatch, capsys, tmp_path):
+    w = np.geomspace(0.1, 100.0, 30)
+    size = 20.0 * np.log10(2.0 / np.hypot(1.0, 0.3 * w))
+    rows = zip(w, size, -np.degrees(np.arctan(0.3 * w)), strict=True)
+    lines = [",".join(f"{number:.6g}" for number in row) for row in rows]
+    path = tmp_path / "bode.csv"
+    path.write_text("\n".join(["omega_rad_s,magnitude_db,phase_deg", *lines]) + "\n")
+    place, out = ("--json", tmp_path / "r.json"), ("--out", tmp_path / "out")
+    code, text, err = run(monkeypatch, capsys, path, "--order", "1", *place, *out)
+    assert (code, err) == (0, "")
+    assert "* order_1: fits 100.00 %" in text
+    best = json.loads((tmp_path / "r.json").read_text())["models"][0]["parameters"]
+    assert best["T"]["value"] == pytest.approx(0.3, rel=1e-3)
+    assert (tmp_path / "out" / "curves.csv").is_file()
+    code, _, err = run(monkeypatch, capsys, path, "--dt", "2s")
+    assert (code, "--dt is for trials" in err) == (2, True)
+
+
 def test_no_model_that_can_be_trusted_is_a_finding(monkeypatch, capsys, tmp_path):
     write_recording(tmp_path, "mas20_arm", {"a_1": trial(telegraph(9, 10), 9)})
     code, text, _ = run(

@@ -1,0 +1,258 @@
+"""Continuous models from a measured frequency response, by least squares of the relative error.
+
+Poles and dead time are searched, the numerator is solved for; starts come from the linear problem
+in which the error is multiplied by the denominator, solved again with that of the last round
+(Sanathanan and Koerner, IEEE Trans. Automatic Control 8, 1963).
+"""
+
+# scipy carries no types: what it returns is Any at this file's boundary.
+# pyright: reportMissingTypeStubs=false
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import scipy.special
+from numpy.typing import ArrayLike, NDArray
+
+from pamsim.core.errors import InputError
+from pamsim.inference.coloured_noise import ArNoise, fit_ar_noise
+from pamsim.inference.estimate import Estimate
+from pamsim.inference.record_checks import finite_samples
+from pamsim.linear.continuous_estimates import continuous_estimates
+from pamsim.linear.continuous_structure import ContinuousStructure
+from pamsim.linear.identified_model import FitStatus, IdentifiedModel
+from pamsim.linear.optimum import Optimum
+from pamsim.linear.separable_fit import (
+    WHITE,
+    Separable,
+    Solution,
+    linearise,
+    minimise,
+    sandwich_covariance,
+)
+
+FloatArray = NDArray[np.float64]
+ComplexArray = NDArray[np.complex128]
+_student_quantile: Any = scipy.special.stdtrit
+
+FEWEST_FREQUENCIES = 8
+_BEYOND = 10.0  # how far beyond the measured frequencies a pole may lie
+_ROUNDS = 6
+_FOLLOWED = 2
+_APART = 1.0  # rad at the highest frequency, between dead times to start from
+_MOST_STARTS = 20
+_LEAST_DAMPING = 0.02  # of a start
+_VAGUE = 3.0  # factor up or down
+
+
+def fit_frequency_response(
+    frequency: ArrayLike,
+    response: ArrayLike,
+    *,
+    order: int,
+    zeros: int = 0,
+    dead_time: bool = False,
+    real_lags: bool = False,
+    unit_input: str = "-",
+    unit_output: str = "-",
+) -> IdentifiedModel:
+    """Fit one linear model to a frequency response.
+
+    Every frequency has the same weight, by its relative error. Intervals allow for errors that are
+    correlated from one frequency to the next, as those of a structure that is not quite right.
+
+    Args:
+        frequency: rising, above 0, shape ``(n,)`` [rad/s].
+        response: complex, shape ``(n,)`` [output per input].
+        order: number of poles, 1 to 5.
+        zeros: number of zeros, less than ``order``.
+        dead_time: True estimates a dead time.
+        real_lags: True seeks real time constants, False any stable poles.
+        unit_input: of the input.
+        unit_output: of the output.
+
+    Returns:
+        The model; its fit is 100 % less the RMS of the relative error.
+
+    Raises:
+        InputError: for a bad order or number of zeros, fewer than 8 frequencies or too few for the
+            order, a response that is 0 or not finite, frequencies that do not rise.
+    """
+    structure = ContinuousStructure(order, zeros, dead_time, real_lags)
+    w, g = checked_response(frequency, response)
+    unknowns = structure.searched + zeros + 1
+    if 2 * w.size < 3 * unknowns:
+        raise InputError(
+            f"{w.size} frequencies are too few for {unknowns} unknowns; lower the order"
+        )
+    delays = _dead_times(w, g, zeros) if dead_time else np.zeros(1)
+    weight = 1.0 / np.abs(g)
+    parts = (np.real, np.imag)
+
+    def columns(x: FloatArray, part: int) -> FloatArray:
+        s = 1j * w
+        below = np.polyval(structure.denominator(x), s) * np.exp(s * structure.delay(x))
+        powers = s[:, np.newaxis] ** np.arange(zeros + 1)
+        return parts[part](powers * (weight / below)[:, np.newaxis])
+
+    none = np.zeros((w.size, 0))
+    low, high = np.log(1.0 / (_BEYOND * w[-1])), np.log(_BEYOND / w[0])
+    # Somewhat wider than what is believed, so that the search does not end on it.
+    lower, upper = [low - 1.0] * order, [high + 1.0] * order
+    for pair in range(structure.pairs):
+        lower[2 * pair], upper[2 * pair] = -high - 1.0, -low + 1.0
+        lower[2 * pair + 1], upper[2 * pair + 1] = np.log(1e-4), np.log(1e2)
+    if dead_time:
+        lower, upper = [*lower, -0.1 / w[-1]], [*upper, 1.1 * delays[-1]]
+    problem = Separable(
+        outputs=tuple(part(weight * g) for part in parts),
+        shared=columns,
+        own=lambda x, part: none,
+        lower=np.array(lower),
+        upper=np.array(upper),
+    )
+    starts = [_start(structure, w, g, float(delay)) for delay in delays]
+    found = minimise(problem, starts, refined=_FOLLOWED)
+    at, noise = _optimum(problem, found)
+    unit = "-" if unit_output == unit_input == "-" else f"{unit_output}/{unit_input}"
+    estimates = continuous_estimates(structure, at, unit)
+    status, sentence = _status(structure, at, found, estimates, w)
+    error = structure.frequency_response(at.coordinates, w) / g - 1.0
+    return IdentifiedModel(
+        structure=structure,
+        coordinates=at.coordinates,
+        covariance=at.covariance,
+        estimates=estimates,
+        trials=(),
+        fit_percent=100.0 * (1.0 - float(np.sqrt(np.mean(np.abs(error) ** 2)))),
+        noise=noise,
+        status=status,
+        sentence=sentence,
+        evaluations=found.evaluations,
+        unit_input=unit_input,
+        unit_output=unit_output,
+    )
+
+
+def checked_response(frequency: ArrayLike, response: ArrayLike) -> tuple[FloatArray, ComplexArray]:
+    """Return frequencies and response as arrays.
+
+    Args:
+        frequency: shape ``(n,)`` [rad/s].
+        response: complex, shape ``(n,)``.
+
+    Raises:
+        InputError: as `fit_frequency_response`.
+    """
+    w, g = finite_samples(frequency, "frequency"), np.asarray(response, np.complex128)
+    if g.shape != w.shape:
+        raise InputError(f"{w.size} frequencies, but a response of shape {g.shape}")
+    if w.size < FEWEST_FREQUENCIES:
+        raise InputError(f"{w.size} frequencies are too few; give {FEWEST_FREQUENCIES} or more")
+    if w[0] <= 0.0 or np.any(np.diff(w) <= 0.0):
+        raise InputError("frequencies must be above 0 and rise; sort them and drop repeated ones")
+    if not np.all(np.isfinite(g)) or np.any(g == 0.0):
+        raise InputError("the response is 0 or not finite at some frequency; leave that out")
+    return w, g
+
+
+def _dead_times(w: FloatArray, g: ComplexArray, zeros: int) -> FloatArray:
+    """Dead times to start from, close enough together for the highest frequency [s]."""
+    phase = np.unwrap(np.angle(g))
+    # Each zero may lead by a quarter turn and so hide as much of the delay.
+    lag = max(float(phase[0] - phase[-1]), 0.0) + 0.5 * np.pi * (zeros + 1)
+    count = min(int(lag / _APART) + 2, _MOST_STARTS)
+    return np.linspace(0.0, lag / float(w[-1]), count)
+
+
+def _start(
+    structure: ContinuousStructure, w: FloatArray, g: ComplexArray, delay: float
+) -> FloatArray:
+    """Coordinates of poles and dead time by the linear problem, unstable poles reflected."""
+    scale = float(np.sqrt(w[0] * w[-1]))
+    s, target = 1j * w / scale, g * np.exp(1j * w * delay)
+    above = s[:, np.newaxis] ** np.arange(structure.zeros + 1)
+    below = s[:, np.newaxis] ** np.arange(1, structure.order + 1)
+    denominator = np.ones(structure.order)
+    last = np.ones_like(s)
+    for _ in range(_ROUNDS):
+        weight = (1.0 / np.abs(target * last))[:, np.newaxis]
+        design = np.hstack([above, -target[:, np.newaxis] * below]) * weight
+        wanted = target * weight[:, 0]
+        stacked = np.vstack([design.real, design.imag])
+        norms = np.linalg.norm(stacked, axis=0)
+        solved = np.linalg.lstsq(stacked / norms, np.append(wanted.real, wanted.imag), rcond=None)
+        denominator = (solved[0] / norms)[structure.zeros + 1 :]
+        last = 1.0 + below @ denominator
+    poles = scale * np.roots(np.append(denominator[::-1], 1.0))
+    poles = np.concatenate([poles, np.full(structure.order - poles.size, 1e3 * w[-1])])
+    coordinates = _coordinates(structure, poles)
+    return np.append(coordinates, delay) if structure.dead_time else coordinates
+
+
+def _coordinates(structure: ContinuousStructure, poles: ComplexArray) -> FloatArray:
+    """Logarithms that stand for poles; complex ones become equal lags where lags are real."""
+    size = np.maximum(np.abs(poles), 1e-300)
+    if not structure.pairs:
+        # Apart, since the cost has a saddle where time constants are equal.
+        return np.asarray(0.05 * np.arange(size.size) - np.log(np.sort(size)), np.float64)
+    upper = poles[poles.imag > 1e-9 * size]
+    result: list[float] = []
+    for pole in upper:
+        damping = max(abs(pole.real) / abs(pole), _LEAST_DAMPING)
+        result += [float(np.log(abs(pole))), float(np.log(damping))]
+    real = np.sort(size[np.abs(poles.imag) <= 1e-9 * size])
+    for one, other in zip(real[0 : len(real) // 2 * 2 : 2], real[1::2], strict=True):
+        wn = float(np.sqrt(one * other))
+        result += [float(np.log(wn)), float(np.log(0.5 * (one + other) / wn))]
+    if len(real) % 2:
+        result.append(-float(np.log(real[-1])))
+    return np.array(result)
+
+
+def _optimum(problem: Separable, found: Solution) -> tuple[Optimum, ArNoise]:
+    """Where a search ended, and the model of what is left over the frequencies."""
+    line = linearise(problem, found.x, found.theta, WHITE)
+    noise = fit_ar_noise(line.residuals)
+    total, free = sum(output.size for output in problem.outputs), found.x.size + found.theta.size
+    # The residuals of a fit are smaller than the errors.
+    errors = ArNoise(noise.reflections, noise.variance * total / (total - free))
+    covariance = sandwich_covariance(line, errors)
+    quantile = float(_student_quantile(total - free, 0.975))
+    return Optimum(np.concatenate([found.x, found.theta]), covariance, quantile), noise
+
+
+def _status(
+    structure: ContinuousStructure,
+    at: Optimum,
+    found: Solution,
+    estimates: tuple[Estimate, ...],
+    w: FloatArray,
+) -> tuple[FitStatus, str]:
+    """Whether to trust a fit, and why."""
+    if not found.settled:
+        return FitStatus.NOT_CONVERGED, "the solver ran out of evaluations before it converged"
+    if at.covariance is None:
+        return FitStatus.DEGENERATE, "the Jacobian is singular: parameters are not identifiable"
+    sizes = np.abs(structure.poles(at.coordinates))
+    outside = [p for p in sizes if not w[0] / _BEYOND < p < w[-1] * _BEYOND]
+    if outside:
+        return FitStatus.DEGENERATE, (
+            f"a pole at {outside[0]:.3g} rad/s lies far outside the measured frequencies"
+            f" ({w[0]:.3g} to {w[-1]:.3g} rad/s): lower the order, or measure there"
+        )
+    if structure.dead_time and structure.delay(at.coordinates) <= 0.0:
+        return FitStatus.DEGENERATE, "no dead time is detected: leave it out"
+    for one in estimates:
+        if one.interval95 is None:
+            continue
+        low, high = one.interval95
+        vague = one.name[0] in "Twz" and one.name != "Tz" and high > _VAGUE * one.value
+        if vague or (one.name == "K" and low <= 0.0 <= high):
+            return FitStatus.DEGENERATE, (
+                f"{one.name} = {one.value:.3g} is hardly known: more poles or zeros than the"
+                " response shows, lower the order"
+            )
+    return FitStatus.CONVERGED, "converged inside the bounds"

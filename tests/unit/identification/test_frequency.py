@@ -1,0 +1,112 @@
+"""Tables over frequency: whatever the columns, the same response, and the planted order."""
+
+from __future__ import annotations
+
+import json
+
+import numpy as np
+import pytest
+
+from pamsim.core.errors import InputError
+from pamsim.identification.frequency import identify_frequency_response
+from pamsim.identification.frequency_table import frequency_response_of, is_over_frequency
+from pamsim.identification.identify import identify
+from pamsim.store.columns import read_columns
+
+W = np.geomspace(0.2, 80.0, 40)
+
+
+def planted(zeros=1, seed=2, noise=0.02):
+    """Two lags, and a zero or none, with independent relative errors."""
+    s, draw = 1j * W, np.random.default_rng(seed).normal(size=(2, W.size))
+    exact = 3.0 * (0.4 * s + 1.0) ** zeros / ((0.1 * s + 1.0) * (2.0 * s + 1.0))
+    return exact * (1.0 + noise * (draw[0] + 1j * draw[1]))
+
+
+G = planted()
+SIZE, PHASE = np.abs(G), np.angle(G)
+
+
+def text(header, *columns, mark=",", point="."):
+    rows = (
+        mark.join(repr(v).replace(".", point) for v in row) for row in zip(*columns, strict=True)
+    )
+    return "\n".join([mark.join(header), *rows]) + "\n"
+
+
+def lists(*arrays):
+    return [array.tolist() for array in arrays]
+
+
+HERTZ, TURNED = W / (2.0 * np.pi), np.degrees(PHASE)
+DIALECTS = {
+    "hertz and decibels": text(
+        ["frequency_hz", "magnitude_db", "phase_deg"], *lists(HERTZ, 20 * np.log10(SIZE), TURNED)
+    ),
+    "rad/s and ratio": text(
+        ["omega_rad_s", "magnitude", "phase_rad"], *lists(W, SIZE, PHASE + 2.0 * np.pi)
+    ),
+    "real and imaginary": text(["f [kHz]", "Re", "Im"], *lists(1e-3 * HERTZ, G.real, G.imag)),
+    "decimal commas": text(
+        ["Frequency (Hz)", "Gain (dB)", "Phase (°)"],
+        *lists(HERTZ, 20 * np.log10(SIZE), TURNED),
+        mark=";",
+        point=",",
+    ),
+    "no units, falling": text(["w", "mag", "phase"], *lists(W[::-1], SIZE[::-1], TURNED[::-1])),
+    "a line of units": text(
+        ["freq", "mag", "phase\nHz,dB,deg"], *lists(HERTZ, 20 * np.log10(SIZE), TURNED)
+    ),
+}
+
+
+@pytest.mark.parametrize("name", DIALECTS)
+def test_every_dialect_gives_the_same_response(name, tmp_path):
+    path = tmp_path / "bode.csv"
+    path.write_text(DIALECTS[name], encoding="utf-8")
+    table = read_columns(path)
+    assert is_over_frequency(table)
+    frequency, response, notes = frequency_response_of(table)
+    np.testing.assert_allclose(frequency, W, rtol=1e-12)
+    np.testing.assert_allclose(response, G, rtol=1e-9)
+    assert len(notes) == (2 if name.startswith("no units") else 0)
+
+
+@pytest.mark.parametrize("zeros", [0, 1])
+def test_the_planted_order_is_recommended(zeros, tmp_path):
+    path, response = tmp_path / "bode.csv", planted(zeros)
+    path.write_text(text(["omega_rad_s", "real", "imag"], *lists(W, response.real, response.imag)))
+    result = identify_frequency_response(path)
+    assert result.recommended == ("order_2_zeros_1" if zeros else "order_2")
+    for name, value in (("K", 3.0), ("T1", 0.1), ("T2", 2.0)):
+        assert result.shown[name].value == pytest.approx(value, rel=0.05)
+    assert f"* {result.recommended}: fits 97." in result.summary()
+    assert float(result.transfer_function().dcgain()) == pytest.approx(3.0, rel=0.05)
+    files = result.save(tmp_path / "out")
+    written = json.loads(files[0].read_text())
+    assert written["recommended"] == result.recommended
+    rows = np.loadtxt(files[1], delimiter=",", skiprows=1)
+    np.testing.assert_allclose(rows[:, 1], np.abs(response), rtol=1e-6)
+    np.testing.assert_allclose(rows[:, 3], rows[:, 1], rtol=0.15)
+
+
+def test_an_order_that_is_asked_for_is_the_only_one(tmp_path):
+    path = tmp_path / "bode.csv"
+    path.write_text(DIALECTS["real and imaginary"])
+    result = identify_frequency_response(path, order=2, zeros=1, dead_time="none")
+    assert list(result.models) == ["order_2_zeros_1"]
+    with pytest.raises(InputError, match="`zeros` needs `order`"):
+        identify_frequency_response(path, zeros=1)
+    unlikely = identify_frequency_response(path, order=5, dead_time="none")
+    assert unlikely.recommended == ""
+    assert "no model can be trusted" in unlikely.reason
+
+
+def test_what_is_no_response_and_what_is_no_trial_are_told_apart(tmp_path):
+    path = tmp_path / "bode.csv"
+    path.write_text(DIALECTS["hertz and decibels"])
+    with pytest.raises(InputError, match="is a frequency response, not a trial"):
+        identify(path)
+    path.write_text("time_s,magnitude,phase_deg\n1,2,3\n2,3,4\n")
+    with pytest.raises(InputError, match="no frequency response: name columns"):
+        identify_frequency_response(path)
