@@ -79,9 +79,11 @@ def test_intervals_contain_the_planted_numbers_as_often_as_they_say():
 
 
 def test_a_pole_that_the_response_does_not_show_is_not_trusted():
-    fit = fit_frequency_response(W, planted([2.0], lags(0.3), noise=0.01), order=3)
+    fit = fit_frequency_response(W, planted([2.0], lags(0.1, 1.0), noise=0.01), order=3)
     assert fit.status is FitStatus.DEGENERATE
-    assert "lower the order" in fit.sentence
+    assert "far outside the measured frequencies (0.1 to 100 rad/s)" in fit.sentence
+    hidden = fit_frequency_response(W[:20], planted([2.0], lags(0.3), noise=0.05)[:20], order=2)
+    assert hidden.status is FitStatus.DEGENERATE
 
 
 GOOD = planted([2.0], lags(0.3))
