@@ -57,6 +57,9 @@ class _Orders(click.ParamType):
 @click.option("--output", help="Column or columns to explain; angle_deg if omitted.")
 @click.option("--time", help="Column of a table's clock; found by its name if omitted.")
 @click.option("--dt", type=SECONDS, help="Time between the rows of a table without a clock: 2s.")
+@click.option(
+    "--hold", help="Of a table's columns from row to row: zoh or foh; guessed if omitted."
+)
 @click.option("--order", type=int, help="Of the continuous model, 1 to 5; 1 and 2 if omitted.")
 @click.option("--zeros", type=int, default=0, show_default=True, help="Zeros of that model.")
 @click.option("--poles", default="auto", show_default=True, help="auto, real or any (stable).")
@@ -128,7 +131,7 @@ def _identify_frequency_response(
         f"is for trials; {path} is a frequency response",
         **{
             name: choices[name] or None
-            for name in ("input", "output", "time", "dt", "arx", "oe", "hold_out", "trials")
+            for name in ("input", "output", "time", "dt", "hold", "arx", "oe", "hold_out", "trials")
         },
     )
     with progress_bar() as progress:

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 from pamsim.core.errors import InputError, nearest
@@ -35,14 +35,12 @@ class IdentifyData:
     notes: tuple[str, ...]
 
 
-_HAS_CLOCK = "{} is for tables; the recording {} has a clock of its own, omit it"
-
-
 def load_data(
     data: str | os.PathLike[str] | TrialSet | Sequence[str | os.PathLike[str]],
     *,
     time: str | None = None,
     dt: float | None = None,
+    hold: str | None = None,
 ) -> IdentifyData:
     """Read what is to be identified.
 
@@ -52,21 +50,37 @@ def load_data(
         time: column of the clock of a table; ``time_s`` or the only one called like a clock if
             None.
         dt: time between two rows of a table without a clock [s].
+        hold: of a table's columns from row to row: ``zoh`` (held) or ``foh`` (straight); guessed
+            if None.
 
     Raises:
         InputError: as `pamsim.store.recording_reader.read_recordings` and
             `pamsim.identification.plain_table.plain_trials`; for a trial's name twice.
     """
+    stated = {"time": time, "dt": dt, "hold": hold}
     if isinstance(data, TrialSet):
-        if time is not None or dt is not None:
-            raise InputError(_HAS_CLOCK.format("`time`" if dt is None else "`dt`", data.rig))
+        _refuse_for_recording(data.rig, stated)
         source = f"{', '.join(trial.name for trial in data.trials)} of {data.rig}"
         return _recorded(data, source)
     paths = [Path(data)] if isinstance(data, str | os.PathLike) else [Path(path) for path in data]
     if not paths:
         raise InputError("no data given; give a recording or a table")
-    parts = [_of_path(path, time, dt) for path in paths]
-    tables = [table for part in parts for table in part.tables]
+    parts: list[IdentifyData] = []
+    for path in paths:
+        if path.suffix.lower() == ".toml" or not (path.suffix or path.is_file()) or path.is_dir():
+            _refuse_for_recording(path, stated)
+            parts.append(_recorded(read_recordings(path), str(path)))
+        else:
+            tables, notes = plain_trials(path, time=time, dt=dt, hold=hold)
+            parts.append(IdentifyData(source=str(path), rig="", tables=tables, notes=notes))
+    names = [table.name for part in parts for table in part.tables]
+    twice = {name for name in names if names.count(name) > 1}
+    tables = [
+        # Files of one name lie in folders that differ.
+        replace(table, name=f"{path.parent.name}/{table.name}") if table.name in twice else table
+        for path, part in zip(paths, parts, strict=True)
+        for table in part.tables
+    ]
     names = [table.name for table in tables]
     for name in names:
         if names.count(name) > 1:
@@ -79,13 +93,12 @@ def load_data(
     )
 
 
-def _of_path(path: Path, time: str | None, dt: float | None) -> IdentifyData:
-    if path.suffix.lower() == ".toml" or not (path.suffix or path.is_file()) or path.is_dir():
-        if time is not None or dt is not None:
-            raise InputError(_HAS_CLOCK.format("`time`" if dt is None else "`dt`", path))
-        return _recorded(read_recordings(path), str(path))
-    tables, notes = plain_trials(path, time=time, dt=dt)
-    return IdentifyData(source=str(path), rig="", tables=tables, notes=notes)
+def _refuse_for_recording(recording: object, stated: Mapping[str, object]) -> None:
+    for name, value in stated.items():
+        if value is not None:
+            raise InputError(
+                f"`{name}` is for tables; the recording {recording} states it itself, omit it"
+            )
 
 
 def _recorded(trials: TrialSet, source: str) -> IdentifyData:

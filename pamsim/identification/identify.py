@@ -33,6 +33,7 @@ def identify(
     output: str | None = None,
     time: str | None = None,
     dt: float | None = None,
+    hold: str | None = None,
     order: int | None = None,
     zeros: int = 0,
     poles: str = "auto",
@@ -57,6 +58,8 @@ def identify(
         time: column of a table's clock; ``time_s`` or the only one called like a clock if left
             out.
         dt: time between two rows of a table without a clock [s].
+        hold: of a table's columns from row to row: ``zoh`` (held) or ``foh`` (straight); guessed if
+            left out.
         order: of the continuous model, 1 to 5; first and second if left out.
         zeros: of the model of that order.
         poles: ``real`` lags, ``any`` stable poles, or ``auto``: any beside real where two lags
@@ -80,7 +83,7 @@ def identify(
         InputError: for data that cannot be read or identified from, or an unknown name.
     """
     began = perf_counter()
-    loaded = load_data(data, time=time, dt=dt)
+    loaded = load_data(data, time=time, dt=dt, hold=hold)
     to_fit, to_test = select_trials(loaded, trials, protocols, hold_out)
     tables = [*to_fit, *to_test]
     if any(table.moving for table in tables):

@@ -15,22 +15,29 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from pamsim.core.errors import InputError
+from pamsim.core.errors import InputError, nearest
 from pamsim.core.units import to_si
 from pamsim.identification.frequency_table import is_over_frequency
 from pamsim.identification.signals import SignalTable, Unit
+from pamsim.linear.signal_record import HOLDS
 from pamsim.store.column_guess import unit_in_name, unit_of
 from pamsim.store.columns import Columns, read_columns
 from pamsim.store.recording_checks import LONGEST_GAP
 
 FloatArray = NDArray[np.float64]
 
-_FEW_VALUES = 0.1  # share of distinct values up to which a column counts as held from row to row
+# A column counts as held from row to row with up to this share of distinct values, or from this
+# root mean square of its steps on, in its standard deviations: what is measured is smoother.
+_FEW_VALUES = 0.1
+_ROUGH = 0.5
 _CLOCK = re.compile(
     r"(?:time|t|timestamp|clock|zeit|elapsed(?:[ _]time)?|date(?:time)?)"
     r"(?:[ _]*[\[(/_ ] *(?P<unit>[^\W\d]+) *[\])]?)?",
     re.IGNORECASE,
 )
+_NUMBERS = re.compile(
+    r"|#|k|n|no\.?|i|row|index|sample|samples|unnamed: 0", re.IGNORECASE
+)  # names of what numbers the rows
 _SPANS: Mapping[str, float] = {
     unit: seconds
     for units, seconds in (
@@ -51,7 +58,7 @@ _OTHER_UNITS = {"v": "V", "a": "A", "w": "W", "hz": "Hz", "rpm": "rpm", "degc": 
 
 
 def plain_trials(
-    path: Path, *, time: str | None = None, dt: float | None = None
+    path: Path, *, time: str | None = None, dt: float | None = None, hold: str | None = None
 ) -> tuple[tuple[SignalTable, ...], tuple[str, ...]]:
     """Read a table of any columns.
 
@@ -59,13 +66,18 @@ def plain_trials(
         path: as `pamsim.store.columns.read_columns`; a file without a header may have numbers only.
         time: column of the clock; ``time_s`` or the only one that is called like a clock if None.
         dt: time between two rows, of a table without a clock [s].
+        hold: of all columns from row to row: ``zoh`` (held) or ``foh`` (straight); if None, those
+            of few values are held, and those that jump from row to row.
 
     Returns:
         One trial, or one for each part between gaps of the clock; and what a reader should know.
 
     Raises:
-        InputError: as `read_columns`; for no clock or two, or one that does not increase.
+        InputError: as `read_columns`; for no clock or two, one that does not increase, or an
+            unknown hold.
     """
+    if hold not in (None, *HOLDS):
+        raise InputError(f"`hold` {hold!r} is not known; {nearest(hold, HOLDS)}")
     table = read_columns(path, numbers_only=True)
     clocks = _clocks(table)
     notes: list[str] = []
@@ -76,18 +88,22 @@ def plain_trials(
             raise InputError(f"`dt` = {dt:g} s must be above 0")
         seconds = dt * np.arange(len(table.lines))
         notes += [f"{path.name}: rows are {dt:g} s apart; {name} is not used" for name in clocks]
-        # What numbers the rows is no signal.
-        clocks += [name for name in table.cells if name not in clocks and _counts(table, name)]
         unused = clocks
     else:
         clock = _the_clock(table, clocks, time)
         seconds, note = _seconds(table, clock)
         unused = [clock]
         notes += [note] if note else []
+    # What numbers the rows is no signal.
+    unused += [name for name in table.cells if _NUMBERS.fullmatch(name) and _counts(table, name)]
     columns, unreadable = _signals(table, unused)
     units = {name: _unit(name, table.units.get(name, "")) for name in columns}
     columns = {name: values * units[name].factor for name, values in columns.items()}
-    held = frozenset(name for name, values in columns.items() if _is_held(values))
+    held = frozenset(
+        name
+        for name, values in columns.items()
+        if hold == "zoh" or (hold is None and _is_held(values))
+    )
     whole = SignalTable(
         name=path.stem,
         protocol=path.stem,
@@ -100,7 +116,8 @@ def plain_trials(
         level=None,
         unreadable=unreadable,
     )
-    notes.append(f"{path.name}: assumed to be held from row to row: {_listed(held)}")
+    if hold is None:
+        notes.append(f"{path.name}: assumed to be held from row to row: {_listed(held)}")
     trials = _between_gaps(whole)
     if len(trials) > 1:
         notes.append(f"{path.name}: its clock has gaps, which make {len(trials)} trials of it")
@@ -256,7 +273,8 @@ def _unit(name: str, stated: str) -> Unit:
 
 
 def _is_held(values: FloatArray) -> bool:
-    return np.unique(values).size <= max(2, _FEW_VALUES * values.size)
+    few = np.unique(values).size <= max(2, _FEW_VALUES * values.size)
+    return few or bool(np.sqrt(np.mean(np.diff(values) ** 2)) > _ROUGH * np.std(values))
 
 
 def _between_gaps(table: SignalTable) -> tuple[SignalTable, ...]:

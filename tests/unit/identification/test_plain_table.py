@@ -76,6 +76,10 @@ DIALECTS = {
     ),
     "no clock": (table(["u", "y"]), {"dt": 2.0}),
     "rows by number": (table(["", "u", "y"], K), {"dt": 2.0}),
+    "rows by number beside a clock": (
+        ",t,u,y\n" + "".join(f"{k},{2.0 * k},{INPUT[k]},{OUTPUT[k]}\n" for k in range(N)),
+        {},
+    ),
     "a clock that is not used": (table(["t", "u", "y"], 7.0 * K), {"dt": 2.0}),
     "no header": (table(None), {"dt": 2.0}),
     "no header but a clock": (table(None, 2.0 * K), {}),
@@ -178,8 +182,32 @@ def test_several_tables_are_fitted_together_and_one_may_be_held_out(tmp_path):
     data = load_data([tmp_path / "a.csv", tmp_path / "b.csv"])
     to_fit, to_test = select_trials(data, (), (), ["b"])
     assert ([t.name for t in to_fit], [t.name for t in to_test]) == (["a"], ["b"])
-    with pytest.raises(InputError, match="trial 'a' is there twice"):
+    with pytest.raises(InputError, match="/a' is there twice"):
         load_data([tmp_path / "a.csv", tmp_path / "a.csv"])
+    (tmp_path / "day").mkdir()
+    (tmp_path / "day" / "a.csv").write_text(table(["t", "u", "y"], 2.0 * K))
+    data = load_data([tmp_path / "a.csv", tmp_path / "day" / "a.csv"])
+    assert [t.name for t in data.tables] == [f"{tmp_path.name}/a", "day/a"]
+
+
+SMOOTH = np.convolve(np.random.default_rng(5).normal(size=N + 30), np.hanning(30), "valid")[:N]
+SHAPES = {
+    "levels": (INPUT, True),
+    "smooth": (SMOOTH, False),
+    "white": (np.random.default_rng(6).normal(size=N), True),
+    "noisy levels": (INPUT + 0.01 * np.random.default_rng(7).normal(size=N), False),
+}
+
+
+@pytest.mark.parametrize("shape", SHAPES)
+def test_what_jumps_from_row_to_row_is_held_unless_it_is_stated(shape, tmp_path):
+    values, is_held = SHAPES[shape]
+    path = tmp_path / "log.csv"
+    rows = zip(K.tolist(), values.tolist(), OUTPUT.tolist(), strict=True)
+    path.write_text("t,u,y\n" + "".join(f"{t},{u!r},{y!r}\n" for t, u, y in rows))
+    assert record(path)[0].hold == ("zoh" if is_held else "foh")
+    for hold in ("zoh", "foh"):
+        assert record(path, hold=hold)[0].hold == hold
 
 
 @pytest.mark.parametrize("share", [0.3, 0.5, 0.01])
@@ -217,6 +245,7 @@ BAD = {
     "two clocks": (table(["t", "time,y", "z"], TWICE), {}, "t and time look like clocks"),
     "unknown clock": (table(["t", "u", "y"], K), {"time": "T"}, "no column 'T' for the time"),
     "both": (table(["t", "u", "y"], K), {"time": "t", "dt": 1.0}, "exclude each other"),
+    "unknown hold": (table(["t", "u", "y"], K), {"hold": "soh"}, "did you mean 'zoh'"),
     "no interval": (table(["u", "y"]), {"dt": 0.0}, "`dt` = 0 s must be above 0"),
     "no unit of time": (
         table(["X (kPa)", "u", "y"], K),
