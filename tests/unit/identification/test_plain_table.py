@@ -194,13 +194,12 @@ SMOOTH = np.convolve(np.random.default_rng(5).normal(size=N + 30), np.hanning(30
 SHAPES = {
     "levels": (INPUT, True),
     "smooth": (SMOOTH, False),
-    "white": (np.random.default_rng(6).normal(size=N), True),
     "noisy levels": (INPUT + 0.01 * np.random.default_rng(7).normal(size=N), False),
 }
 
 
 @pytest.mark.parametrize("shape", SHAPES)
-def test_what_jumps_from_row_to_row_is_held_unless_it_is_stated(shape, tmp_path):
+def test_few_values_are_held_unless_it_is_stated(shape, tmp_path):
     values, is_held = SHAPES[shape]
     path = tmp_path / "log.csv"
     rows = zip(K.tolist(), values.tolist(), OUTPUT.tolist(), strict=True)
