@@ -27,7 +27,7 @@ from pamsim.store.recording_checks import LONGEST_GAP
 FloatArray = NDArray[np.float64]
 
 # A column counts as held from row to row with up to this share of distinct values. That it jumps
-# from row to row tells nothing: the public heat exchanger's flow does, and held it predicts worse.
+# from row to row does not count: the public heat exchanger's flow does, and held it predicts worse.
 _FEW_VALUES = 0.1
 _CLOCK = re.compile(
     r"(?:time|t|timestamp|clock|zeit|elapsed(?:[ _]time)?|date(?:time)?)"
