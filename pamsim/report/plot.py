@@ -12,6 +12,7 @@ from pamsim.report.calibrate_numbers import parameter_ranges
 from pamsim.report.calibrate_signals import trial_signals
 from pamsim.report.diagnose_page import first_figure
 from pamsim.report.fit_figure import fit_figure
+from pamsim.report.frequency_figure import measured_and_fitted_response
 from pamsim.report.identify_figures import measured_and_model
 from pamsim.report.reproduce_figures import static_characteristic
 from pamsim.report.step_figure import step_figure
@@ -25,11 +26,12 @@ def plot(result: Any) -> Figure:
             returns.
 
     Returns:
-        A recording: angle, pressures and tensions over time. An identification: measured output
-        and models. A fit: data, fitted curves and residuals. A calibration: its trials before and
-        after, or its parameters in their ranges where it has no trials. A diagnosis: held-out error
-        per channel before and after the repair; for a table its rows, for a loop its branches. A
-        reproduction: printed and simulated angles at rest. ``figure.savefig(path)`` writes it.
+        A recording: angle, pressures and tensions over time. An identification: measured output and
+        models; of a frequency response magnitude and phase. A fit: data, fitted curves and
+        residuals. A calibration: its trials before and after, or its parameters in their ranges
+        where it has no trials. A diagnosis: held-out error per channel before and after the repair;
+        for a table its rows, for a loop its branches. A reproduction: printed and simulated angles
+        at rest. ``figure.savefig(path)`` writes it.
 
     Raises:
         InputError: if there is no picture of such a result.
@@ -40,6 +42,8 @@ def plot(result: Any) -> Figure:
     match str(content.get("schema")).partition("/")[0]:
         case "pamsim-identify":
             return measured_and_model(content, result.curves())
+        case "pamsim-identify-frequency":
+            return measured_and_fitted_response(result)
         case "pamsim-fit":
             return fit_figure(content)
         case "pamsim-calibrate":

@@ -244,6 +244,7 @@ def test_a_frequency_response_is_fitted_as_one(monkeypatch, capsys, tmp_path):
     best = json.loads((tmp_path / "r.json").read_text())["models"][0]["parameters"]
     assert best["T"]["value"] == pytest.approx(0.3, rel=1e-3)
     assert (tmp_path / "out" / "curves.csv").is_file()
+    assert (tmp_path / "out" / "bode.png").read_bytes()[:4] == b"\x89PNG"
     code, _, err = run(monkeypatch, capsys, path, "--dt", "2s")
     assert (code, "--dt is for trials" in err) == (2, True)
 

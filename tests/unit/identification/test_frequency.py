@@ -7,6 +7,7 @@ import json
 import numpy as np
 import pytest
 
+import pamsim
 from pamsim.core.errors import InputError
 from pamsim.identification.frequency import identify_frequency_response
 from pamsim.identification.frequency_table import frequency_response_of, is_over_frequency
@@ -82,6 +83,9 @@ def test_the_planted_order_is_recommended(zeros, tmp_path):
         assert result.shown[name].value == pytest.approx(value, rel=0.05)
     assert f"* {result.recommended}: fits 97." in result.summary()
     assert float(result.transfer_function().dcgain()) == pytest.approx(3.0, rel=0.05)
+    model, measured = pamsim.plot(result).axes[1].get_lines()
+    turned = np.interp(W, *model.get_data())
+    np.testing.assert_allclose(measured.get_ydata(), turned, atol=6.0)  # deg; errors of 2 %
     files = result.save(tmp_path / "out")
     written = json.loads(files[0].read_text())
     assert written["recommended"] == result.recommended
