@@ -182,6 +182,7 @@ def _draw_one(
         for axes in (left, right):
             axes.set_xlim(0.0, DURATION)
             axes.patch.set_alpha(0.0)
+            axes.grid(True, axis="y", color=GREY, alpha=0.35)
             axes.tick_params(colors=GREY, labelcolor=GREY)
             for text in (axes.xaxis.label, axes.yaxis.label):
                 text.set_color(GREY)
