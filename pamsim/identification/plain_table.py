@@ -20,7 +20,7 @@ from pamsim.core.units import to_si
 from pamsim.identification.frequency_table import is_over_frequency
 from pamsim.identification.signals import SignalTable, Unit
 from pamsim.linear.signal_record import HOLDS
-from pamsim.store.column_guess import unit_in_name, unit_of
+from pamsim.store.column_guess import kind_of_unit, unit_in_name, unit_of
 from pamsim.store.columns import Columns, read_columns
 from pamsim.store.recording_checks import LONGEST_GAP
 
@@ -30,7 +30,7 @@ FloatArray = NDArray[np.float64]
 # from row to row does not count: the public heat exchanger's flow does, and held it predicts worse.
 _FEW_VALUES = 0.1
 _CLOCK = re.compile(
-    r"(?:time|t|timestamp|clock|zeit|elapsed(?:[ _]time)?|date(?:time)?)"
+    r"(?:(?:elapsed|relative|simulation)?[ _]?time|t|timestamp|clock|zeit|elapsed|date(?:time)?)"
     r"(?:[ _]*[\[(/_ ] *(?P<unit>[^\W\d]+) *[\])]?)?",
     re.IGNORECASE,
 )
@@ -51,7 +51,9 @@ _SPANS: Mapping[str, float] = {
     for unit in units.split()
 }
 """Unit of a clock -> [s]."""
-_SI_UNITS = ("Pa", "rad", "m", "N", "N*m")
+_NAMED_BY_UNIT = {"s", "sec", "seconds", "ms", "msec", "min", "minutes", "hours", "days"}
+_OF_DAY = re.compile(r"(\d+):([0-5]\d):([0-5]\d(?:\.\d+)?)")
+_SI_UNITS = {"pressure": "Pa", "angle": "rad", "position": "m", "force": "N", "torque": "N*m"}
 _OTHER_UNITS = {"v": "V", "a": "A", "w": "W", "hz": "Hz", "rpm": "rpm", "degc": "degC"}
 """Units in which a name may end, beside those of rigs."""
 
@@ -131,16 +133,21 @@ def _clocks(table: Columns) -> list[str]:
     """The columns that are called like a clock and run like one."""
     if "time_s" in table.cells:
         return ["time_s"]
+    return [name for name in _called_clocks(table) if _runs(table, name)]
+
+
+def _called_clocks(table: Columns) -> list[str]:
     return [
         name
         for name in table.cells
-        if _CLOCK.fullmatch(name.strip())
+        if (_CLOCK.fullmatch(name.strip()) or name.lower() in _NAMED_BY_UNIT)
         and _clock_unit(table, name) in ("", *_SPANS)
-        and _runs(table, name)
     ]
 
 
 def _clock_unit(table: Columns, name: str) -> str:
+    if name.lower() in _NAMED_BY_UNIT:
+        return name.lower()
     match = _CLOCK.fullmatch(name.strip())
     named = match["unit"] if match and match["unit"] else unit_in_name(name, "")
     return (table.units.get(name) or named).lower()
@@ -168,6 +175,11 @@ def _the_clock(table: Columns, clocks: list[str], time: str | None) -> str:
             " pamsim.identification.frequency.identify_frequency_response"
         )
     found = f"{' and '.join(clocks)} look like clocks" if clocks else "no column is a clock"
+    for name in [] if clocks else _called_clocks(table):
+        found += (
+            f" ({name} = {table.cells[name][0]}, ...: not rising, or no number, no date as"
+            " 2026-03-01 12:30:00 and no time of day)"
+        )
     raise InputError(
         f"{table.path}: {found}; give `time`, of {', '.join(table.cells)}, or `dt`, the time"
         " between two rows"
@@ -201,18 +213,28 @@ def _seconds(table: Columns, name: str) -> tuple[FloatArray, str]:
 
 
 def _numbers_or_dates(table: Columns, name: str) -> FloatArray:
-    """The cells of a clock as numbers in its unit, or as seconds where they are dates."""
+    """The cells of a clock as numbers in its unit, or as seconds where they are dates or times."""
     cells = table.cells[name]
     if not _is_date(cells[0]):
         return table.numbers(name)
     try:
-        dates = [datetime.fromisoformat(cell) for cell in cells]
-        return np.array([(date - dates[0]).total_seconds() for date in dates])
+        return np.array([_seconds_since(cell, cells[0]) for cell in cells])
     except (ValueError, TypeError):
         raise InputError(f"{table.path}: {name}: not all cells are dates as {cells[0]}") from None
 
 
+def _seconds_since(cell: str, first: str) -> float:
+    """Time from a date, or a time of day, to another [s]."""
+    times = [_OF_DAY.fullmatch(text) for text in (cell, first)]
+    if times[0] and times[1]:
+        now, before = (3600.0 * int(t[1]) + 60.0 * int(t[2]) + float(t[3]) for t in times if t)
+        return now - before
+    return (datetime.fromisoformat(cell) - datetime.fromisoformat(first)).total_seconds()
+
+
 def _is_date(cell: str) -> bool:
+    if _OF_DAY.fullmatch(cell):
+        return True
     try:
         datetime.fromisoformat(cell)
     except ValueError:
@@ -263,12 +285,10 @@ def _unit(name: str, stated: str) -> Unit:
         shown = _OTHER_UNITS.get(name.rpartition("_")[2].lower(), "1") if "_" in name else "1"
         return Unit(shown=shown, si=shown)
     shown, _ = unit_of(written)
-    for si in _SI_UNITS:
-        try:
-            return Unit(shown=shown, si=si, factor=to_si(1.0, shown, si, where=name))
-        except InputError:
-            continue
-    return Unit(shown=shown, si=shown)
+    si = _SI_UNITS.get(kind_of_unit(written))
+    if si is None:
+        return Unit(shown=shown, si=shown)
+    return Unit(shown=shown, si=si, factor=to_si(1.0, shown, si, where=name))
 
 
 def _is_held(values: FloatArray) -> bool:

@@ -203,7 +203,9 @@ def chosen_signals(
     try:
         return given or default_input(tables), explained or default_output(tables), ""
     except InputError as error:
-        pair = next((pair for pair in _IN_AND_OUT if set(pair) <= set(have)), tuple(have))
+        lower = {name.lower(): name for name in have}
+        named = (pair for pair in _IN_AND_OUT if set(pair) <= set(lower))
+        pair = next((tuple(lower[name] for name in pair) for pair in named), tuple(have))
         # One of them may be given, as it stands.
         if len(pair) != 2 or not {given, explained} - {None} <= set(pair):
             raise _without_default(tables, error) from None

@@ -201,6 +201,11 @@ def unit_in_name(column: str, stated: str) -> str:
     return name.unknown_unit or name.unit
 
 
+def kind_of_unit(text: str) -> str:
+    """Kind of quantity that a unit measures, such as ``pressure``; empty if it is not known."""
+    return _UNITS.get(text.strip().lower(), ("", ""))[1]
+
+
 def unit_of(text: str) -> tuple[str, bool]:
     """A unit as people write it, and whether pressures in it are absolute: ``psia``, ``bar``."""
     lower = text.strip().lower()

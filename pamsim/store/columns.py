@@ -202,7 +202,7 @@ def read_columns(path: Path, *, numbers_only: bool = False) -> Columns:
     """Read a table with a header.
 
     Args:
-        path: of a text file, its cells separated by commas, semicolons, tabs or spaces, with
+        path: of a text file, its cells separated by commas, semicolons, tabs, bars or spaces, with
             decimal points, or with decimal commas where no comma separates cells; a line of units
             may follow the header, and lines of another number of cells come before it. Or of an
             ``.npz`` or ``.mat`` file with one array per column, or of a ``.parquet`` file.
@@ -258,11 +258,19 @@ def read_columns(path: Path, *, numbers_only: bool = False) -> Columns:
 
 def _text(path: Path) -> str:
     try:
-        return path.read_text(encoding="utf-8-sig")
+        written = path.read_bytes()
     except OSError as error:
         raise InputError(f"cannot read {path}: {error.strerror}") from None
-    except UnicodeDecodeError:
-        raise InputError(f"{path} is not a text file in UTF-8; save it as a CSV in UTF-8") from None
+    # UTF-8, or what spreadsheets write beside it; almost any bytes can be read as cp1252.
+    utf16 = written.startswith((b"\xff\xfe", b"\xfe\xff"))
+    for encoding in ("utf-16",) if utf16 else ("utf-8-sig", "cp1252"):
+        try:
+            text = written.decode(encoding)
+        except UnicodeDecodeError:
+            continue
+        if encoding != "cp1252" or "".join(text.split()).isprintable():
+            return text
+    raise InputError(f"{path} is not a text file in UTF-8; save it as a CSV in UTF-8")
 
 
 def _header(rows: Sequence[tuple[int, str]]) -> tuple[int, str | None]:
@@ -273,13 +281,13 @@ def _header(rows: Sequence[tuple[int, str]]) -> tuple[int, str | None]:
     """
     among = rows[len(rows) // 2][1]
     for start, (_, line) in enumerate(rows[: len(rows) // 2]):
-        separator = next((mark for mark in ";\t," if mark in line), None)
+        separator = next((mark for mark in ";\t,|" if mark in line), None)
         cells = _cells(line, separator)
         if all(map(_is_number, cells)):
             break
         if len(cells) == len(_cells(among, separator)) > 1:
             return start, separator
-    return 0, next((mark for mark in ";\t," if mark in rows[0][1]), None)
+    return 0, next((mark for mark in ";\t,|" if mark in rows[0][1]), None)
 
 
 def _is_number(cell: str) -> bool:

@@ -70,6 +70,15 @@ DIALECTS = {
     "minutes": (table(["t_min", "u", "y"], (2.0 * K / 60.0).round(12)), {}),
     "days": (table(["clock (d)", "u", "y"], (2.0 * K / 86400.0).round(15)), {}),
     "dates": (table(["timestamp", "u", "y"], DATES), {}),
+    "times of day": (
+        table(["Time", "u", "y"], [f"10:{k // 30:02d}:{2 * k % 60:02d}.000" for k in K]),
+        {},
+    ),
+    "named by its unit": (table(["seconds", "u", "y"], 2.0 * K), {}),
+    "output first, in capitals": (
+        "Time|Output|Input\n" + "".join(f"{2.0 * k}|{OUTPUT[k]}|{INPUT[k]}\n" for k in range(N)),
+        {},
+    ),
     "a clock by name": (
         table(["X_Value", "u", "y"], 2.0 * K),
         {"time": "X_Value"},
@@ -140,7 +149,18 @@ def test_times_that_were_rounded_are_those_of_an_even_clock(tmp_path):
     assert not np.array_equal(record(path)[0].output[1:-1], OUTPUT[1:-1])
 
 
+@pytest.mark.parametrize("encoding", ["utf-8", "utf-8-sig", "utf-16", "cp1252"])
+def test_the_encodings_of_spreadsheets_are_read(encoding, tmp_path):
+    path = tmp_path / "log.csv"
+    path.write_bytes(table(["t", "Power [W]", "T [°C]"], 2.0 * K).encode(encoding))
+    assert list(load_data(path).tables[0].columns) == ["Power [W]", "T [°C]"]
+    path.write_bytes(bytes(range(256)) * 4)
+    with pytest.raises(InputError, match="not a text file"):
+        load_data(path)
+
+
 UNITS = {
+    "y [%]": ("percent", "percent", 1.0),
     "y_deg": ("deg", "rad", np.pi / 180.0),
     "y (bar)": ("bar", "Pa", 1e5),
     "y [°C]": ("°C", "°C", 1.0),
@@ -241,6 +261,11 @@ COMMA = "t,u,y\n" + "".join(f"{k},{INPUT[k]},{'' if k == 5 else OUTPUT[k]}\n" fo
 TWICE = [f"{k},{k}" for k in K]
 BAD = {
     "no clock": (table(["u", "y"]), {}, "no column is a clock; give `time`, of u, y, or `dt`"),
+    "a date of another form": (
+        table(["Time", "u", "y"], [f"3/1/26 {k}" for k in K]),
+        {},
+        "(Time = 3/1/26 0, ...: not rising, or no number, no date as",
+    ),
     "two clocks": (table(["t", "time,y", "z"], TWICE), {}, "t and time look like clocks"),
     "unknown clock": (table(["t", "u", "y"], K), {"time": "T"}, "no column 'T' for the time"),
     "both": (table(["t", "u", "y"], K), {"time": "t", "dt": 1.0}, "exclude each other"),
