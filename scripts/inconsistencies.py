@@ -48,7 +48,9 @@ def _item(claim: Claim) -> str:
         unit = "" if claim.unit in ("", "1") else f" {claim.unit}"
         printed = " and ".join(_listed(claim.printed))
         numbers = f" Printed: {printed}; recomputed: {', '.join(_listed(claim.recomputed))}{unit}."
-    reason = f"{claim.reason[0].upper()}{claim.reason[1:]}"
+    first = claim.reason.split()[0]  # a symbol stays as it is
+    word = first == "a" or (first.isalpha() and len(first) > 1)
+    reason = claim.reason[0].upper() + claim.reason[1:] if word else claim.reason
     text = f"- `{claim.id}`{place}: {claim.statement}.{numbers} {reason}."
     return text.replace("*", "\\*").replace("<", "&lt;") + "\n"
 

@@ -20,7 +20,8 @@ from pamsim.envs.closed_loop import drive
 from pamsim.envs.scores import score
 from pamsim.store.policy_file import PolicyFile
 
-GENERATIONS = 30  # in a test: 2
+GENERATIONS = 30  # in a test: 1
+UNSEEN = 5  # in a test: 1
 CANDIDATES, KEPT, STEPS = 16, 5, 100
 
 arms = gymnasium.make_vec(
@@ -104,6 +105,6 @@ controllers = {
 }
 env = gymnasium.make("pamsim/PamArmPressure-v0", task="sine", load=1.2, max_episode_steps=2 * STEPS)
 for name, controller in controllers.items():
-    errors = [score(drive(env, controller, seed=seed)).rmse for seed in range(1000, 1005)]
-    print(f"{name}: {np.degrees(np.mean(errors)):.1f} deg RMS, mean of five unseen references")
+    errors = [score(drive(env, controller, seed=seed)).rmse for seed in range(1000, 1000 + UNSEEN)]
+    print(f"{name}: {np.degrees(np.mean(errors)):.1f} deg RMS, mean of {UNSEEN} unseen references")
 env.close()
