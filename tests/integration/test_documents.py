@@ -107,3 +107,12 @@ def test_files_of_the_table_which_file_to_open_exist():
             assert place.exists(), f"CONTRIBUTING.md: {name} in {row!r}"
             folder, count = place.parent, count + 1
     assert count > 30
+
+
+def test_the_index_lists_every_page():
+    index = ROOT / "docs" / "index.md"
+    listed = re.findall(r"^- \*\*\[.+?\]\((\S+?)\)\*\*", index.read_text("utf-8"), re.MULTILINE)
+    pages = {*PAGES, ROOT / "CHANGELOG.md", *ROOT.glob("models/*/README.md")} - {index}
+    pages |= set((ROOT / "docs" / "notebooks").glob("*.py"))
+    assert len(set(listed)) == len(listed)
+    assert {(index.parent / page).resolve() for page in listed} == pages
