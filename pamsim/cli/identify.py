@@ -60,13 +60,14 @@ class _Orders(click.ParamType):
 @click.option(
     "--hold", help="Of a table's columns from row to row: zoh or foh; guessed if omitted."
 )
-@click.option("--order", type=int, help="Of the continuous model, 1 to 5; 1 and 2 if omitted.")
+@click.option("--order", type=int, help="Poles of the model, 0 to 6; chosen if omitted.")
 @click.option("--zeros", type=int, default=0, show_default=True, help="Zeros of that model.")
+@click.option("--integrators", type=int, default=0, show_default=True, help="Its poles at 0.")
 @click.option("--poles", default="auto", show_default=True, help="auto, real or any (stable).")
 @click.option("--dead-time", default="auto", show_default=True, help="auto, none or free.")
 @click.option("--arx", type=_Orders(), metavar="NA,NB,NK", help="Orders of an ARX model.")
 @click.option("--oe", type=_Orders(), metavar="NB,NF,NK", help="Orders of an output-error model.")
-@click.option("--start", default="rest", show_default=True, help="Of every trial: rest or free.")
+@click.option("--start", default="auto", show_default=True, help="Of trials: rest, free or auto.")
 @names_option("--trial", "trials", help="Trials to use; all if omitted")
 @names_option("--protocol", "protocols", help="Protocols to use; all if omitted")
 @names_option(
@@ -111,7 +112,7 @@ def command(
 
         page, *_ = write_identification(identification, out)
         click.echo(f"page: {page}")
-    return OK if identification.recommendation.name else FINDING
+    return OK if identification.recommendation.best else FINDING
 
 
 def _is_over_frequency(path: Path) -> bool:

@@ -1,4 +1,4 @@
-"""Which of several models to recommend: by held-out error where there is one, else by AICc."""
+"""Which of several models to recommend: what a scan chose, if it leaves nothing to explain."""
 
 from __future__ import annotations
 
@@ -9,9 +9,10 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from pamsim.identification.improvement import p_value_of_improvement
 from pamsim.identification.models import Candidate
-from pamsim.inference.coloured_noise import fit_ar_noise
 from pamsim.linear.identified_model import FitStatus, IdentifiedModel
+from pamsim.linear.residual_nonlinearity import what_is_missing
 from pamsim.linear.signal_record import SignalRecord
 
 FloatArray = NDArray[np.float64]
@@ -25,14 +26,20 @@ class Recommendation:
     """The model to use, if any.
 
     Attributes:
-        name: of the candidate; empty if none can be trusted.
-        reason: as a sentence.
+        name: of the candidate; empty if none can be trusted, or past inputs explain part of the
+            residuals of the best.
+        best: the model that describes the records best, whose parameters they determine; empty if
+            none can be trusted.
+        reason: for the best, as a sentence.
+        missing: what the best does not describe, as a sentence; empty if nothing.
         aicc: name of every continuous candidate -> AICc by effective samples, relative to the best.
         effective_samples: number of independent samples that the residuals are worth.
     """
 
     name: str
+    best: str
     reason: str
+    missing: str
     aicc: dict[str, float]
     effective_samples: float
 
@@ -41,10 +48,13 @@ def recommend(
     candidates: Sequence[Candidate],
     records: Sequence[SignalRecord],
     held_out: Sequence[SignalRecord],
+    chosen: str = "",
+    why: str = "",
 ) -> Recommendation:
     """Recommend one continuous model; discrete ones stand beside for comparison.
 
-    Only fits that converged and whose parameters the data determine are eligible. With held-out
+    What a scan chose is the best. Else only fits that converged and whose parameters the data
+    determine are eligible. With held-out
     trials a richer model is preferred if its squared error there is significantly smaller (test of
     Diebold and Mariano, one-sided, 5 %). Without, the smallest AICc decides, or the simpler model
     if it is within 2. AICc uses the effective number of independent samples, because the residuals
@@ -54,6 +64,8 @@ def recommend(
         candidates: fitted side by side.
         records: they were fitted to.
         held_out: they were not fitted to.
+        chosen: name of the candidate that a scan led to; empty without one.
+        why: the reason of that.
 
     Source: Diebold and Mariano (J. Business & Economic Statistics 1995); Hurvich and Tsai
     (Biometrika 1989); rule of 2 of Burnham and Anderson, Model Selection (2002).
@@ -63,19 +75,34 @@ def recommend(
     scores = _aicc(fits, effective)
     order = sorted(fits, key=lambda name: _parameters(fits[name]))
     converged = [name for name in order if fits[name].status is FitStatus.CONVERGED]
-    if not converged:
+    best = missing = ""
+    if chosen:
+        best, reason = chosen, why
+    elif not converged:
         reason = "; ".join(f"{name.replace('_', ' ')}: {fits[name].sentence}" for name in order)
-        return Recommendation(
-            name="",
-            reason=f"no model can be trusted ({reason})",
-            aicc=scores,
-            effective_samples=effective,
-        )
-    if held_out:
-        name, reason = _by_held_out(converged, fits, held_out)
+        reason = f"no model can be trusted ({reason})"
+    elif held_out:
+        best, reason = _by_held_out(converged, fits, held_out)
     else:
-        name, reason = _by_aicc(converged, scores, effective)
-    return Recommendation(name=name, reason=reason, aicc=scores, effective_samples=effective)
+        best, reason = _by_aicc(converged, scores, effective)
+    for candidate in candidates:
+        if candidate.name != best:
+            continue
+        parts: list[str] = []
+        if candidate.fit.status is not FitStatus.CONVERGED:
+            parts.append(
+                f"the records do not determine all of its numbers: {candidate.fit.sentence}"
+            )
+        parts.append(what_is_missing(candidate.fit, records, candidate.adequate))
+        missing = "; ".join(part for part in parts if part)
+    return Recommendation(
+        name="" if missing else best,
+        best=best,
+        reason=reason,
+        missing=missing,
+        aicc=scores,
+        effective_samples=effective,
+    )
 
 
 def _parameters(fit: IdentifiedModel) -> int:
@@ -142,24 +169,3 @@ def _by_held_out(
         elif name == converged[0] or not reason.startswith("better"):
             reason = f"no richer model is better on held-out trials ({shown})"
     return name, reason
-
-
-def p_value_of_improvement(simple: Sequence[FloatArray], rich: Sequence[FloatArray]) -> float:
-    """Probability of so much smaller squared errors if both models were equally good.
-
-    Args:
-        simple: errors of one model, (n_i,) per trial.
-        rich: errors of the other on the same trials.
-
-    Returns:
-        One-sided p-value; 1 where the errors are the same. The variance of the mean difference is
-        that of correlated samples, by an autoregressive model of the differences.
-    """
-    gains = [a**2 - b**2 for a, b in zip(simple, rich, strict=True)]
-    samples = sum(gain.size for gain in gains)
-    mean = sum(float(np.sum(gain)) for gain in gains) / samples
-    noise = fit_ar_noise([gain - mean for gain in gains])
-    if noise.variance <= 0.0:
-        return 1.0 if mean <= 0.0 else 0.0
-    at_zero = noise.variance / (1.0 - sum(noise.coefficients)) ** 2
-    return 0.5 * math.erfc(mean / math.sqrt(2.0 * at_zero / samples))

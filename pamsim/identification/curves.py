@@ -78,7 +78,9 @@ def curves_of(
         into: the input.
         out: the output.
     """
-    rates = np.abs(np.array(fit.poles))
+    rates = np.abs(np.array([pole for pole in fit.poles if pole != 0.0]))
+    if rates.size == 0:  # a gain, or integrators alone
+        rates = np.array([1.0 / max(trial.record.duration for trial in used)])
     nyquist = float(np.pi / min(trial.record.sample_time for trial in used))
     horizon = _STEP_LENGTH / float(np.min(rates)) + fit.dead_time
     high = max(min(_ABOVE * float(np.max(rates)), nyquist), 10.0 * float(np.min(rates)))

@@ -40,7 +40,8 @@ def identify(
     dead_time: str = "auto",
     arx: tuple[int, int, int] | None = None,
     oe: tuple[int, int, int] | None = None,
-    start: str = "rest",
+    start: str = "auto",
+    integrators: int = 0,
     trials: Sequence[str] = (),
     protocols: Sequence[str] = (),
     hold_out: Sequence[str] | float = (),
@@ -60,15 +61,17 @@ def identify(
         dt: time between two rows of a table without a clock [s].
         hold: of a table's columns from row to row: ``zoh`` (held) or ``foh`` (straight); guessed if
             left out.
-        order: of the continuous model, 1 to 5; first and second if left out.
+        order: poles of the continuous model, 0 to 6, integrators not counted; if left out, a scan
+            chooses poles, zeros, integrators and dead time.
         zeros: of the model of that order.
         poles: ``real`` lags, ``any`` stable poles, or ``auto``: any beside real where two lags
             merge.
         dead_time: ``none``, ``free`` (estimated), or ``auto`` for both.
         arx: (na, nb, nk) of the ARX model; two small ones if left out.
         oe: (nb, nf, nk) of the output-error model; two small ones if left out.
-        start: of every trial: at ``rest``, or in a ``free`` state that is fitted, as it always is
-            where a trial is part of a longer one.
+        start: of every trial: at ``rest``, in a ``free`` state that is fitted, or ``auto``: rest
+            for recordings of a rig, which begin at rest; free for tables and parts of a trial.
+        integrators: poles at 0 of the model of that order.
         trials: names to use; all if empty.
         protocols: protocols to use; all if empty.
         hold_out: names of trials to exclude from the fit and to judge the models by, or the share
@@ -86,11 +89,6 @@ def identify(
     loaded = load_data(data, time=time, dt=dt, hold=hold)
     to_fit, to_test = select_trials(loaded, trials, protocols, hold_out)
     tables = [*to_fit, *to_test]
-    if any(table.moving for table in tables):
-        start = "free"
-    models = ModelSet(
-        order=order, zeros=zeros, poles=poles, dead_time=dead_time, arx=arx, oe=oe, start=start
-    )
     input, output, assumed = chosen_signals(tables, input, output)
     into, out = signal(input, tables), signal(output, tables)
     if {name for _, name in into.terms} & {name for _, name in out.terms}:
@@ -100,9 +98,30 @@ def identify(
     held_out = _used_trials(to_test, into, out, notes) if to_test else ()
     records = [trial.record for trial in used]
     records_held_out = [trial.record for trial in held_out]
-    candidates, skipped = fit_models(records, records_held_out, models, progress)
-    recommendation = recommend(candidates, records, records_held_out)
-    best = next((c.fit for c in candidates if c.name == recommendation.name), None)
+    if any(table.moving for table in tables):
+        start = "free"
+    elif start == "auto":
+        start = "rest" if loaded.rig else "free"
+    models = ModelSet(
+        order=order,
+        zeros=zeros,
+        poles=poles,
+        dead_time=dead_time,
+        arx=arx,
+        oe=oe,
+        start=start,
+        integrators=integrators,
+    )
+    models_fitted = fit_models(records, records_held_out, models, progress)
+    candidates, choice = models_fitted.candidates, models_fitted.choice
+    recommendation = recommend(
+        candidates,
+        records,
+        records_held_out,
+        chosen=models_fitted.chosen,
+        why=models_fitted.why,
+    )
+    best = next((c.fit for c in candidates if c.name == recommendation.best), None)
     local_map = None
     if local and best is not None:
         local_map, local_notes = fit_operating_points(used, best, progress)
@@ -114,7 +133,8 @@ def identify(
         used=used,
         held_out=held_out,
         candidates=candidates,
-        skipped=skipped,
+        skipped=models_fitted.skipped,
+        choice=choice,
         recommendation=recommendation,
         local=local_map,
         notes=tuple(notes),

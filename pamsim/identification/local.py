@@ -47,7 +47,9 @@ def fit_operating_points(
     Returns:
         The map, or None for fewer than two points; and notes on steps that were not used.
     """
-    slowest = float(np.max(np.abs(1.0 / np.array(fit.poles))))
+    if fit.structure.integrators:
+        return None, ["no model for each operating point: the output integrates"]
+    slowest = max((abs(1.0 / pole) for pole in fit.poles), default=0.0)
     groups: dict[tuple[str, float, int, int], list[Piece]] = {}
     notes: list[str] = []
     for trial in trials:

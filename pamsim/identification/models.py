@@ -4,23 +4,32 @@ from __future__ import annotations
 
 import functools
 import itertools
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
 
 from pamsim.core.errors import InputError, nearest
 from pamsim.core.progress import Progress
+from pamsim.identification.structure_choice import StructureChoice, scan_and_judge
 from pamsim.linear.continuous_fit import fit_continuous
-from pamsim.linear.continuous_structure import STARTS
+from pamsim.linear.continuous_structure import STARTS, ContinuousStructure
 from pamsim.linear.discrete_fit import fit_arx_records, fit_oe
 from pamsim.linear.identified_model import FitStatus, IdentifiedModel
 from pamsim.linear.residual_independence import Independence, residual_independence
 from pamsim.linear.signal_record import SignalRecord
+from pamsim.linear.structure_scan import RoughFit
+
+FloatArray = NDArray[np.float64]
 
 DEAD_TIMES = ("auto", "none", "free")
 POLES = ("auto", "real", "any")
 _CLOSE = 2.0  # ratio below which two time constants may be those of an oscillation
 _ARX = ((1, 1, 1), (2, 2, 1))
 _OE = ((1, 1, 1), (2, 2, 1))  # a sampled second order has two b
+_SCANNED = 60  # structures that a scan fits, about
+_TRIED = 10  # structures that are fitted in full until the data determine one
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -28,7 +37,8 @@ class ModelSet:
     """Which models to fit.
 
     Attributes:
-        order: of the continuous model; None for first and second.
+        order: of the continuous model, integrators not counted; None chooses the structure by a
+            scan and fits first and second order beside it.
         zeros: of that order.
         poles: ``real`` lags, ``any`` stable poles, or ``auto``: any beside real where two lags
             merge.
@@ -36,9 +46,10 @@ class ModelSet:
         arx: (na, nb, nk); None for two small ones.
         oe: (nb, nf, nk); None for two small ones.
         start: of every trial: at ``rest``, or in a ``free`` state that is fitted.
+        integrators: poles at 0 of the model of that order.
 
     Raises:
-        InputError: for an unknown word, or zeros without an order.
+        InputError: for an unknown word, or zeros or integrators without an order.
     """
 
     order: int | None = None
@@ -48,6 +59,7 @@ class ModelSet:
     arx: tuple[int, int, int] | None = None
     oe: tuple[int, int, int] | None = None
     start: str = "rest"
+    integrators: int = 0
 
     def __post_init__(self) -> None:
         for argument, word, known in (
@@ -57,8 +69,9 @@ class ModelSet:
         ):
             if word not in known:
                 raise InputError(f"`{argument}` {word!r} is not known; {nearest(word, known)}")
-        if self.zeros and self.order is None:
-            raise InputError("`zeros` needs `order`: the order of the model that has them")
+        for argument, count in (("zeros", self.zeros), ("integrators", self.integrators)):
+            if count and self.order is None:
+                raise InputError(f"`{argument}` needs `order`: that of the model that has them")
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -77,9 +90,93 @@ class Candidate:
     independence: Independence | None
 
     @property
+    def adequate(self) -> bool:
+        """Whether past inputs explain nothing more of the residuals, as far as can be tested."""
+        return self.independence is None or self.independence.independent
+
+    @property
     def continuous(self) -> bool:
         """Whether the model is a continuous one."""
         return self.fit.structure.kind == "continuous"
+
+
+@dataclass(frozen=True, kw_only=True)
+class FittedModels:
+    """All models of one identification.
+
+    Attributes:
+        candidates: in the order they were fitted: continuous, ARX, output error.
+        skipped: name -> why that model could not be fitted.
+        choice: of the scan over structures; None if the order was given.
+        chosen: name of the candidate that the scan led to; empty without a scan.
+        why: the reason of that.
+    """
+
+    candidates: tuple[Candidate, ...]
+    skipped: Mapping[str, str]
+    choice: StructureChoice | None
+    chosen: str
+    why: str
+
+
+class _Fitting:
+    """Fits one model after another and keeps what came of it."""
+
+    def __init__(
+        self,
+        records: Sequence[SignalRecord],
+        held_out: Sequence[SignalRecord],
+        total: int,
+        progress: Progress | None,
+    ) -> None:
+        self.records, self.held_out = records, held_out
+        self.fitted: dict[str, Candidate] = {}
+        self.skipped: dict[str, str] = {}
+        self.refusals: list[InputError] = []
+        self._done, self._total, self._progress = 0, total, progress
+
+    def report(self, what: str) -> None:
+        """Count a fit that begins."""
+        if self._progress is not None:
+            self._progress(self._done, max(self._total, self._done + 1), what)
+        self._done += 1
+
+    def attempt(
+        self, name: str, fit_model: Callable[[], IdentifiedModel]
+    ) -> IdentifiedModel | None:
+        """Fit a model; None where that is refused."""
+        self.report(name.replace("_", " "))
+        try:
+            fit = fit_model()
+        except InputError as error:
+            self.refusals.append(error)
+            self.skipped[name] = str(error)
+            return None
+        independence = _independence(fit, self.records)
+        self.fitted[name] = Candidate(name=name, fit=fit, independence=independence)
+        return fit
+
+    def continuous(
+        self, structure: ContinuousStructure, starts: Sequence[FloatArray] = ()
+    ) -> IdentifiedModel | None:
+        """Fit a continuous model, unless it is there already."""
+        name = _name(structure)
+        if name in self.fitted:
+            return self.fitted[name].fit
+        return self.attempt(
+            name,
+            lambda: fit_continuous(
+                self.records,
+                order=structure.order,
+                zeros=structure.zeros,
+                dead_time=structure.dead_time,
+                real_lags=structure.real_lags,
+                start=structure.start,
+                integrators=structure.integrators,
+                starts=starts,
+                held_out=self.held_out,
+            ),
+        )
 
 
 def fit_models(
@@ -87,7 +184,7 @@ def fit_models(
     held_out: Sequence[SignalRecord],
     models: ModelSet,
     progress: Progress | None = None,
-) -> tuple[tuple[Candidate, ...], dict[str, str]]:
+) -> FittedModels:
     """Fit every model of a set.
 
     Args:
@@ -97,67 +194,116 @@ def fit_models(
         progress: called before each fit.
 
     Returns:
-        The models in the order they were fitted, continuous, ARX, output error; and for each that
-        could not be fitted, why.
+        The models, and how their structure was chosen.
 
     Raises:
         InputError: that of the first continuous model, if none can be fitted.
     """
-    fitted: list[Candidate] = []
-    skipped: dict[str, str] = {}
-    refusals: list[InputError] = []
-
-    def attempt(name: str, fit_model: Callable[[], IdentifiedModel]) -> IdentifiedModel | None:
-        if progress is not None:
-            done = len(fitted) + len(skipped)
-            progress(done, max(total, done + 1), name)
-        try:
-            fit = fit_model()
-        except InputError as error:
-            refusals.append(error)
-            skipped[name] = str(error)
-            return None
-        fitted.append(Candidate(name=name, fit=fit, independence=_independence(fit, records)))
-        return fit
-
-    def continuous(order: int, delay: bool, real: bool) -> IdentifiedModel | None:
-        return attempt(
-            _name(order, models.zeros, delay, real),
-            lambda: fit_continuous(
-                records,
-                order=order,
-                zeros=models.zeros,
-                dead_time=delay,
-                real_lags=real,
-                start=models.start,
-                held_out=held_out,
-            ),
-        )
-
-    def arx(na: int, nb: int, nk: int) -> IdentifiedModel | None:
-        fit_model = functools.partial(fit_arx_records, records, na=na, nb=nb, nk=nk)
-        return attempt(f"arx_{na}_{nb}_{nk}", fit_model)
-
     arx_orders = _ARX if models.arx is None else (models.arx,)
     oe_orders = _OE if models.oe is None else (models.oe,)
     orders = (1, 2) if models.order is None else (models.order,)
     delays = {"auto": (False, True), "none": (False,), "free": (True,)}[models.dead_time]
     structures = [(order, delay) for order in orders for delay in delays]
     total = len(structures) + len(arx_orders) + len(oe_orders)
+    total += _SCANNED if models.order is None else 0
+    fitting = _Fitting(records, held_out, total, progress)
     for order, delay in structures:
-        real = order == 1 or models.poles != "any"
-        fit = continuous(order, delay, real)
-        if real and models.poles == "auto" and _merged(fit):
-            continuous(order, delay, False)
-    if not fitted:
-        raise refusals[0]
+        structure = ContinuousStructure(
+            order=order,
+            zeros=models.zeros,
+            dead_time=delay,
+            real_lags=order < 2 or models.poles != "any",
+            start=models.start,
+            integrators=models.integrators,
+        )
+        fit = fitting.continuous(structure)
+        if structure.real_lags and models.poles == "auto" and _merged(fit):
+            fitting.continuous(replace(structure, real_lags=False))
+    if not fitting.fitted:
+        raise fitting.refusals[0]
+    choice, chosen, why = None, "", ""
+    if models.order is None:
+        choice = scan_and_judge(
+            records,
+            held_out,
+            start=models.start,
+            report=lambda structure: fitting.report(structure.sentence),
+        )
+        chosen, why = _best_determined(choice, fitting)
     for na, nb, nk in arx_orders:
         # A single step may not separate one b from the next.
-        if arx(na, nb, nk) is None and models.arx is None and nb > 1:
-            arx(na, nb - 1, nk)
+        for b in (nb,) if models.arx is not None else range(nb, 0, -1):
+            arx = functools.partial(fit_arx_records, records, na=na, nb=b, nk=nk)
+            if fitting.attempt(f"arx_{na}_{b}_{nk}", arx) is not None:
+                break
     for nb, nf, nk in oe_orders:
-        attempt(f"oe_{nb}_{nf}_{nk}", functools.partial(fit_oe, records, nb=nb, nf=nf, nk=nk))
-    return tuple(fitted), skipped
+        oe = functools.partial(fit_oe, records, nb=nb, nf=nf, nk=nk)
+        fitting.attempt(f"oe_{nb}_{nf}_{nk}", oe)
+    return FittedModels(
+        candidates=tuple(fitting.fitted.values()),
+        skipped=fitting.skipped,
+        choice=choice,
+        chosen=chosen,
+        why=why,
+    )
+
+
+def _best_determined(choice: StructureChoice, fitting: _Fitting) -> tuple[str, str]:
+    """The structure to use and the reason: what the data do not determine does not count.
+
+    Unless all that they determine is materially worse: then the first choice remains.
+    """
+    without: set[int] = set()
+    refuted: set[int] = set()
+    first = "", ""
+    for _ in range(_TRIED):
+        if len(without) == len(choice.fits):
+            break
+        place, why = choice.pick(without)
+        if first[0] and choice.material(place, refuted):
+            break
+        rough = choice.fits[place].structure
+        names: list[str] = []
+        for structure, start in _forms(choice.fits[place]):
+            fit = fitting.continuous(structure, [start])
+            names += [] if fit is None else [_name(structure)]
+            if fit is not None and fit.status is FitStatus.CONVERGED:
+                return names[-1], why
+        larger = {
+            i for i, fit in enumerate(choice.fits) if i == place or _larger(fit.structure, rough)
+        }
+        if rough.integrators:  # the data do not show them: what they gain is a drift's
+            larger |= {
+                i
+                for i, fit in enumerate(choice.fits)
+                if fit.structure.integrators >= rough.integrators
+            }
+            refuted |= larger
+        elif names and not first[0]:
+            first = names[0], why
+        without |= larger
+    return first
+
+
+def _forms(rough: RoughFit) -> list[tuple[ContinuousStructure, FloatArray]]:
+    """The structure with any poles and where its search begins; before it with real ones."""
+    constants, after = rough.structure.constants(rough.x), rough.x[rough.structure.order :]
+    forms = [(rough.structure, rough.x)]
+    if not np.iscomplexobj(constants):
+        # Time constants read better than the frequency and damping of two lags.
+        real = replace(rough.structure, real_lags=True)
+        forms.insert(0, (real, np.append(np.log(np.sort(constants)), after)))
+    return forms
+
+
+def _larger(other: ContinuousStructure, than: ContinuousStructure) -> bool:
+    """Whether a structure contains one whose numbers the data do not determine."""
+    return (
+        other.order >= than.order
+        and other.zeros >= than.zeros
+        and other.integrators >= than.integrators
+        and other.dead_time >= than.dead_time
+    )
 
 
 def _merged(fit: IdentifiedModel | None) -> bool:
@@ -167,11 +313,15 @@ def _merged(fit: IdentifiedModel | None) -> bool:
     return any(b < _CLOSE * a for a, b in itertools.pairwise(fit.time_constants))
 
 
-def _name(order: int, zeros: int, delay: bool, real: bool) -> str:
-    name = {1: "first_order", 2: "second_order"}.get(order, f"order_{order}")
-    name += f"_zeros_{zeros}" if zeros else ""
-    name += "" if real else "_any_poles"
-    return name + ("_dead_time" if delay else "")
+def _name(structure: ContinuousStructure) -> str:
+    poles = {1: "first_order", 2: "second_order"}.get(structure.order, f"order_{structure.order}")
+    real = structure.order < 2 or structure.real_lags
+    parts = [poles]
+    parts += [f"zeros_{structure.zeros}"] if structure.zeros else []
+    parts += [] if real else ["any_poles"]
+    parts += [("", "integrator", "two_integrators")[structure.integrators]]
+    parts += ["dead_time"] if structure.dead_time else []
+    return "_".join(part for part in parts if part)
 
 
 def _independence(fit: IdentifiedModel, records: Sequence[SignalRecord]) -> Independence | None:

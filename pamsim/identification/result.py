@@ -17,14 +17,16 @@ from pamsim.identification.curves import Curves, curves_of
 from pamsim.identification.data import IdentifyData
 from pamsim.identification.models import Candidate
 from pamsim.identification.signals import Signal, UsedTrial
+from pamsim.identification.structure_choice import StructureChoice
 from pamsim.identification.summary import summary_lines
 from pamsim.inference.estimate import Estimate
+from pamsim.linear.continuous_structure import ContinuousStructure
 from pamsim.linear.discrete_structure import DiscreteStructure
 from pamsim.linear.identified_model import TrialScore
 from pamsim.linear.local_models import Dependence, LocalModelMap
 from pamsim.store.json_file import write_json
 
-SCHEMA = "pamsim-identify/2"
+SCHEMA = "pamsim-identify/3"
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -39,6 +41,7 @@ class Identification:
         held_out: trials that were not.
         candidates: the models, in the order they were fitted; numbers in SI.
         skipped: name -> why that model could not be fitted.
+        choice: of a structure by a scan; None if the order was given.
         recommendation: which to use, and why.
         local: models at the operating points, or None.
         notes: what a reader should know.
@@ -52,6 +55,7 @@ class Identification:
     held_out: tuple[UsedTrial, ...]
     candidates: tuple[Candidate, ...]
     skipped: Mapping[str, str]
+    choice: StructureChoice | None
     recommendation: Recommendation
     local: LocalModelMap | None
     notes: tuple[str, ...]
@@ -59,10 +63,10 @@ class Identification:
 
     @property
     def shown(self) -> Candidate:
-        """The recommended model; if there is none, the continuous one that simulates best."""
+        """The best model, recommended or not; else the continuous one that simulates best."""
         continuous = [candidate for candidate in self.candidates if candidate.continuous]
         for candidate in continuous:
-            if candidate.name == self.recommendation.name:
+            if candidate.name == self.recommendation.best:
                 return candidate
         return max(continuous, key=lambda candidate: candidate.fit.fit_percent)
 
@@ -148,9 +152,12 @@ class Identification:
                 ],
                 "models": [self._model(candidate) for candidate in self.candidates],
                 "skipped": self.skipped,
+                "scan": None if self.choice is None else self._scan(self.choice),
                 "recommended": self.recommendation.name or None,
+                "best": self.recommendation.best or None,
                 "shown": self.shown.name,
                 "reason": self.recommendation.reason,
+                "missing": self.recommendation.missing or None,
                 "effective_samples": self.recommendation.effective_samples,
                 "local": None if self.local is None else self._local(self.local),
                 "notes": self.notes,
@@ -158,6 +165,24 @@ class Identification:
                 "seconds": self.seconds,
             }
         )
+
+    def _scan(self, choice: StructureChoice) -> dict[str, Any]:
+        rows = [
+            {
+                "model": fit.structure.sentence,
+                "process": fit.structure.process or None,
+                "poles": fit.structure.order,
+                "zeros": fit.structure.zeros,
+                "integrators": fit.structure.integrators,
+                "dead_time": fit.structure.dead_time,
+                "shown": _same_counts(fit.structure, self.shown.fit.structure),
+                "fit_percent": choice.fit_percent[i],
+                "fit_percent_held_out": choice.held_out[i] if choice.held_out else None,
+                "aicc_above_best": choice.aicc[i] if choice.aicc else None,
+            }
+            for i, fit in enumerate(choice.fits)
+        ]
+        return {"judged_by": choice.judged_by, "structures": rows}
 
     def _model(self, candidate: Candidate) -> dict[str, Any]:
         fit, structure = candidate.fit, candidate.fit.structure
@@ -201,12 +226,15 @@ class Identification:
             unit = f"{unit}/{self.input.unit}"
         result: dict[str, Any] = {}
         for estimate in estimates:
-            gain = estimate.unit == si_gain
-            factor = self._gain if gain else 1.0
+            factor, shown = 1.0, estimate.unit
+            if estimate.unit.startswith(si_gain):  # of an integrating output "/s" follows
+                factor, shown = self._gain, unit + estimate.unit.removeprefix(si_gain)
+            elif estimate.name == "u0":
+                factor, shown = 1.0 / self.input.factor, self.input.unit
             sides = estimate.interval95
             result[estimate.name] = {
                 "value": estimate.value * factor,
-                "unit": unit if gain else estimate.unit,
+                "unit": shown,
                 "interval95": None if sides is None else [end * factor for end in sides],
             }
         return result
@@ -263,6 +291,16 @@ class Identification:
             "trends": trends,
             "sentence": item.sentence,
         }
+
+
+def _same_counts(
+    structure: ContinuousStructure, shown: ContinuousStructure | DiscreteStructure
+) -> bool:
+    """Whether two structures have as many poles, zeros and integrators, and a dead time or not."""
+    if isinstance(shown, DiscreteStructure):
+        return False
+    names = ("order", "zeros", "integrators", "dead_time")
+    return all(getattr(structure, name) == getattr(shown, name) for name in names)
 
 
 def _trial(trial: UsedTrial, role: str) -> dict[str, Any]:

@@ -10,7 +10,7 @@ def summary_lines(result: Mapping[str, Any]) -> Iterator[str]:
     """Notes, every model with its numbers, operating points, and the recommended model.
 
     Args:
-        result: of schema ``pamsim-identify/2``.
+        result: of schema ``pamsim-identify/3``.
     """
     for note in result["notes"]:
         yield f"note: {note}"
@@ -28,7 +28,11 @@ def summary_lines(result: Mapping[str, Any]) -> Iterator[str]:
         yield f"{len(result['local']['models'])} operating points:"
         for item in result["local"]["dependences"]:
             yield f"  {item['sentence']}"
-    yield f"recommended: {result['recommended'] or 'none'}: {result['reason']}"
+    if result.get("missing") is None:
+        yield f"recommended: {result['recommended'] or 'none'}: {result['reason']}"
+    else:
+        yield f"not recommended: {result['missing']}"
+        yield f"best linear model: {result['best']}: {result['reason']}"
 
 
 def _model_lines(model: Mapping[str, Any], recommended: bool) -> Iterator[str]:
@@ -40,6 +44,9 @@ def _model_lines(model: Mapping[str, Any], recommended: bool) -> Iterator[str]:
     yield f"{'*' if recommended else ' '} {model['name']}: {fit}"
     for name, item in model["parameters"].items():
         if name[0] in "ab":  # coefficients of discrete models: in the JSON only
+            continue
+        if name == "L" and item["value"] == 0.0 and item["interval95"] is not None:
+            yield f"    L    none; below {_number(item['interval95'][1], '.4g')} s"
             continue
         unit = "" if item["unit"] in ("-", "1") else f" {item['unit']}"
         line = f"    {name:5s}{_number(item['value'], '12.5g')}{unit}"

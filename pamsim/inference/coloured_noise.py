@@ -13,6 +13,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -49,7 +50,12 @@ class ArNoise:
     @property
     def coefficients(self) -> tuple[float, ...]:
         """phi1..phip."""
-        return tuple(map(float, -_predictor(self.reflections)[1:]))
+        return tuple(map(float, -self._predictors[-1][1:]))
+
+    @cached_property
+    def _predictors(self) -> tuple[FloatArray, ...]:
+        """Prediction error filters of orders 0 to p."""
+        return tuple(_predictor(self.reflections[:k]) for k in range(self.order + 1))
 
     @property
     def standard_deviation(self) -> float:
@@ -63,7 +69,7 @@ class ArNoise:
         error = power
         # Levinson's recursion run backwards: reflections to autocovariances.
         for k, reflection in enumerate(self.reflections):
-            past = _predictor(self.reflections[:k])
+            past = self._predictors[k]
             foreseen = -float(past[1:] @ np.array(lags[k:0:-1])) if k else 0.0
             lags.append(foreseen - reflection * error)
             error *= 1.0 - reflection**2
@@ -100,14 +106,11 @@ class ArNoise:
         p = min(self.order, values.shape[0])
         if p == 0:
             return values
-        result = values.astype(np.float64, copy=True)
-        for i, phi in enumerate(self.coefficients[:p], start=1):
-            result[i:] -= phi * values[:-i]
+        result = _lfilter(self._predictors[-1], [1.0], values, axis=0)
         scale = 1.0
         for k in range(p - 1, -1, -1):
             scale *= np.sqrt(1.0 - self.reflections[k] ** 2)
-            past = _predictor(self.reflections[:k])
-            result[k] = scale * (past @ values[k::-1][: k + 1])
+            result[k] = scale * (self._predictors[k] @ values[k::-1][: k + 1])
         return result
 
 

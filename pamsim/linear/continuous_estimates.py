@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from itertools import pairwise
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -23,9 +24,13 @@ def continuous_estimates(
     structure: ContinuousStructure,
     at: Optimum,
     unit_gain: str,
+    unit_input: str = "-",
     latest_dead_time: float | None = None,
 ) -> tuple[Estimate, ...]:
     """Return gain, time constants or (wn, zeta), zeros and dead time with 95 % intervals.
+
+    Of an integrating model K is the gain from the input to the output's rate (or its rate), and
+    ``u0`` the input at which the output does not run away.
 
     Intervals of positive parameters are symmetric in the logarithm.
 
@@ -33,6 +38,7 @@ def continuous_estimates(
         structure: what was fitted.
         at: the optimum.
         unit_gain: output unit per input unit.
+        unit_input: of the input.
         latest_dead_time: upper end of the interval of a dead time that was estimated as 0 and
             held there [s].
 
@@ -42,7 +48,8 @@ def continuous_estimates(
     x = at.coordinates
     first = structure.searched
     gain = float(x[first])
-    result = [at.estimate("K", unit_gain, gain, at.unit(first))]
+    per_time = ("", "/s", "/s^2")[structure.integrators]
+    result = [at.estimate("K", unit_gain + per_time, gain, at.unit(first))]
     for name, unit, i in _pole_names(structure, x):
         result.append(at.estimate(name, unit, float(np.exp(x[i])), at.unit(i), positive=True))
     for power in range(1, structure.zeros + 1):
@@ -50,6 +57,10 @@ def continuous_estimates(
         ratio = float(x[first + power]) / gain
         gradient = (at.unit(first + power) - ratio * at.unit(first)) / gain
         result.append(at.estimate(name, "s" if power == 1 else f"s^{power}", ratio, gradient))
+    if structure.biased:
+        rest = -float(x[-1]) / gain
+        gradient = -(at.unit(x.size - 1) + rest * at.unit(first)) / gain
+        result.append(at.estimate("u0", unit_input, rest, gradient))
     if structure.dead_time:
         delay, half = structure.delay(x), at.half_width(at.unit(structure.order))
         sides: Interval | None = None
@@ -85,22 +96,28 @@ def continuous_status(
     x = at.coordinates
     if not fit.solution.settled:
         return FitStatus.NOT_CONVERGED, "the solver ran out of evaluations before it converged"
-    sizes = np.abs(structure.constants(x))
-    if np.min(sizes) < shortest:
+    constants = structure.constants(x)
+    sizes = np.abs(constants)
+    # An oscillation is resolved up to half the sampling rate.
+    resolved = np.where(np.imag(constants) == 0.0, shortest, shortest / np.pi)
+    if np.any(sizes < resolved):
         return FitStatus.DEGENERATE, (
             f"time constant {np.min(sizes):.3g} s is shorter than one sample ({shortest:.3g} s): "
             "the records do not resolve it, lower the order"
         )
-    if np.log(100.0 * longest) - np.log(np.max(sizes)) < _AT_BOUND:
+    if sizes.size and np.log(100.0 * longest) - np.log(np.max(sizes)) < _AT_BOUND:
         return FitStatus.AT_BOUND, (
             f"time constant {np.max(sizes):.3g} s is at its upper bound, a hundred records long: "
             "the output does not settle, or integrates"
         )
     if at.covariance is None:
         return FitStatus.DEGENERATE, "the Jacobian is singular: parameters are not identifiable"
-    first = structure.searched
-    half = at.half_width(at.unit(first))
-    if half is not None and abs(x[first]) < half:
+    if structure.integrators and _contains_zero(at, structure.searched):
+        return FitStatus.DEGENERATE, (
+            "the interval of the gain contains 0, so that a zero cancels an integrator: the records"
+            " do not show that the output integrates"
+        )
+    if _numerator_may_be_zero(at, structure.coefficients):
         return FitStatus.DEGENERATE, (
             "the interval of the gain contains 0: the input explains nothing of the output, or "
             "the records are too short to show where it settles"
@@ -127,6 +144,21 @@ def continuous_status(
             "structure is wrong somewhere: the estimates that simulate best are kept"
         )
     return FitStatus.CONVERGED, sentence
+
+
+def _contains_zero(at: Optimum, i: int) -> bool:
+    half = at.half_width(at.unit(i))
+    return half is not None and abs(float(at.coordinates[i])) < half
+
+
+def _numerator_may_be_zero(at: Optimum, places: slice) -> bool:
+    """Whether all coefficients together are within their uncertainty of 0 (Wald's test)."""
+    if at.covariance is None:
+        return False
+    b = at.coordinates[places]
+    solved: Any = np.linalg.lstsq(at.covariance[places, places], b, rcond=None)[0]
+    # The square of the quantile is that of one coefficient; of several the sum must be larger.
+    return float(b @ solved) < at.quantile**2 * b.size
 
 
 def merged_lags(structure: ContinuousStructure, at: Optimum) -> tuple[float, float] | None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 from itertools import combinations, product
 
 import numpy as np
@@ -19,7 +20,7 @@ from pamsim.linear.signal_record import SignalRecord, checked_records
 FloatArray = NDArray[np.float64]
 
 # Counts of start values per pole coordinate: fewer where the combinations multiply.
-_LAGS = {1: 12, 2: 8, 3: 7, 4: 6, 5: 6}
+_LAGS = {0: 1, 1: 12, 2: 8, 3: 7, 4: 6, 5: 6, 6: 6}
 _DAMPING = (0.15, 0.5, 1.2)
 _DELAYS = 7
 
@@ -32,6 +33,9 @@ def fit_continuous(
     dead_time: bool = False,
     real_lags: bool = True,
     start: str = "rest",
+    integrators: int = 0,
+    drift: bool = False,
+    starts: Sequence[FloatArray] = (),
     held_out: Sequence[SignalRecord] = (),
 ) -> IdentifiedModel:
     """Fit one linear model with shared dynamics to all trials by its free run.
@@ -39,15 +43,19 @@ def fit_continuous(
     Before a record its input is taken to have been ``input[0]``. Each trial has an offset of its
     own. Time constants are sought between a tenth of the shortest sample and a hundred times the
     longest record, a dead time between 0 and half the shortest record, from a fixed grid of
-    starts: the result is reproducible.
+    starts or from those given: the result is reproducible.
 
     Args:
         records: the trials; sample times may differ.
-        order: number of poles, 1 to 5.
-        zeros: number of zeros, less than ``order``.
+        order: number of poles that are no integrators, 0 to 6.
+        zeros: number of zeros, at most that of all poles.
         dead_time: True estimates a dead time, any fraction of a sample.
         real_lags: True seeks real time constants, False any stable poles as (wn, zeta) pairs.
         start: ``rest``: at rest at the first sample; ``free``: an initial state for each trial.
+        integrators: number of poles at 0, 0 to 2.
+        drift: whether each output drifts along a line of its own.
+        starts: where to begin the search: poles and dead time as `ContinuousStructure` orders
+            them, each of shape ``(searched,)``.
         held_out: trials that are only simulated.
 
     Returns:
@@ -56,27 +64,28 @@ def fit_continuous(
     Raises:
         InputError: bad order, zeros or start, no records, repeated names, too few samples.
     """
-    structure = ContinuousStructure(order, zeros, dead_time, real_lags, start)
+    structure = ContinuousStructure(order, zeros, dead_time, real_lags, start, integrators, drift)
     trials = checked_records(records)
     held_out = checked_records([*trials, *held_out])[len(trials) :]
     shortest = min(record.sample_time for record in trials)
     longest = max(record.duration for record in trials)
-    unknowns = structure.searched + zeros + 1 + structure.per_trial * len(trials)
+    unknowns = structure.unknowns + structure.per_trial * len(trials)
     samples = sum(record.output.size for record in trials)
     if samples < 3 * unknowns:
         raise InputError(
             f"{samples} samples are too few for {unknowns} unknowns; record longer or lower the "
             "order"
         )
-    fit = noise_weighted_fit(structure.problem(trials), _starts(structure, trials))
+    fit = noise_weighted_fit(structure.problem(trials), starts or _starts(structure, trials))
     evaluations = fit.solution.evaluations
     at, latest_dead_time = _optimum(fit), None
     if dead_time and structure.delay(fit.solution.x) <= 0.0:
         # The data show no delay that is below 0: the rest is fitted without it.
         half = at.half_width(at.unit(order))
         if half is not None:
-            latest_dead_time = max(structure.delay(fit.solution.x) + half, 0.0)
-        simpler = ContinuousStructure(order, zeros, False, real_lags, start)
+            # Less than half a sample is not resolved, however narrow the interval.
+            latest_dead_time = max(structure.delay(fit.solution.x) + half, 0.5 * shortest)
+        simpler = replace(structure, dead_time=False)
         fit = noise_weighted_fit(simpler.problem(trials), [fit.solution.x[:order]])
         evaluations += fit.solution.evaluations
         at = _with_dead_time_of_zero(_optimum(fit), order)
@@ -87,7 +96,7 @@ def fit_continuous(
         coordinates=at.coordinates,
         covariance=at.covariance,
         estimates=continuous_estimates(
-            structure, at, f"{unit_output}/{unit_input}", latest_dead_time
+            structure, at, f"{unit_output}/{unit_input}", unit_input, latest_dead_time
         ),
         **score_trials(structure, at.coordinates, trials, held_out),
         noise=fit.noise,

@@ -1,9 +1,10 @@
-"""Which continuous model is fitted: order, zeros, dead time, real or any stable poles, start."""
+"""Which continuous model is fitted: poles, zeros, integrators, dead time, start and drift."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from math import factorial
 from typing import Any, ClassVar
 
 import numpy as np
@@ -17,27 +18,32 @@ from pamsim.linear.signal_record import SignalRecord
 
 FloatArray = NDArray[np.float64]
 
-HIGHEST_ORDER = 5
+HIGHEST_ORDER = 6
+MOST_INTEGRATORS = 2
 STARTS = ("rest", "free")
 
 
 @dataclass(frozen=True)
 class ContinuousStructure:
-    """``G(s) = (b0 + b1 s + ... + bm s^m) exp(-L s) / D(s)``, ``D(0) = 1``, all poles stable.
+    """``G(s) = (b0 + b1 s + ... + bm s^m) exp(-L s) / (s^q D(s))``, ``D(0) = 1``, D stable.
 
     Coordinates: one logarithm per pole coordinate, then L [s] if there is a dead time, then
     b0..bm. Pole coordinates are ``ln T`` of each lag, or ``ln wn, ln zeta`` of each pair followed
     by ``ln T`` if the order is odd. Before a record its input is taken to have been ``input[0]``.
+    With integrators and a free start the last coordinate is ``-b0 u0``: the input at which the
+    output does not run away is u0.
 
     Attributes:
-        order: n, 1 to 5.
-        zeros: m < n, so that no input reaches the output at once.
+        order: n of D, 0 to 6.
+        zeros: m, at most n + q; with as many zeros as poles the input reaches the output at once.
         dead_time: whether L is free; otherwise it is 0.
-        real_lags: whether all poles are real and negative.
+        real_lags: whether all poles are real.
         start: of every trial: at ``rest``, or in a ``free`` state that is fitted.
+        integrators: q, 0 to 2.
+        drift: whether each output drifts along a line of its own.
 
     Raises:
-        InputError: for an order, a number of zeros or a start out of range.
+        InputError: for an order, a number of zeros or integrators, or a start out of range.
     """
 
     kind: ClassVar[str] = "continuous"
@@ -47,14 +53,17 @@ class ContinuousStructure:
     dead_time: bool = False
     real_lags: bool = True
     start: str = "rest"
+    integrators: int = 0
+    drift: bool = False
 
     def __post_init__(self) -> None:
-        if not 1 <= self.order <= HIGHEST_ORDER:
-            raise InputError(f"order = {self.order}; give 1 to {HIGHEST_ORDER}")
-        if not 0 <= self.zeros < self.order:
-            raise InputError(
-                f"zeros = {self.zeros} of order {self.order}; give 0 to {self.order - 1}"
-            )
+        if not 0 <= self.order <= HIGHEST_ORDER:
+            raise InputError(f"order = {self.order}; give 0 to {HIGHEST_ORDER}")
+        if not 0 <= self.integrators <= MOST_INTEGRATORS:
+            raise InputError(f"integrators = {self.integrators}; give 0 to {MOST_INTEGRATORS}")
+        most = self.order + self.integrators
+        if not 0 <= self.zeros <= most:
+            raise InputError(f"zeros = {self.zeros} of {most} poles; give 0 to {most}")
         if self.start not in STARTS:
             raise InputError(f"start {self.start!r} is not known; give one of {', '.join(STARTS)}")
 
@@ -71,14 +80,52 @@ class ContinuousStructure:
     @property
     def per_trial(self) -> int:
         """Number of coefficients that each trial has of its own."""
-        return 1 if self.start == "rest" else 1 + self.order
+        return 1 + self._degree + (self.order if self.start == "free" else 0)
+
+    @property
+    def _degree(self) -> int:
+        """Of the polynomial in time that each trial has of its own."""
+        free = self.start == "free"
+        return int(self.drift) + (max(self.integrators - 1, 0) if free else 0)
+
+    @property
+    def biased(self) -> bool:
+        """Whether the input at which an integrating output rests is a coordinate."""
+        return self.integrators > 0 and self.start == "free"
+
+    @property
+    def unknowns(self) -> int:
+        """Number of coordinates."""
+        return self.searched + self.zeros + 1 + int(self.biased)
+
+    @property
+    def coefficients(self) -> slice:
+        """Places of b0..bm among the coordinates."""
+        return slice(self.searched, self.searched + self.zeros + 1)
 
     @property
     def sentence(self) -> str:
         """The model in words."""
-        poles = f"{self.order} real lag(s)" if self.real_lags else f"order {self.order}"
-        zeros = f", {self.zeros} zero(s)" if self.zeros else ""
-        return poles + zeros + (", dead time" if self.dead_time else "")
+        counts = (
+            (self.order, "real lag" if self.real_lags else "pole"),
+            (self.integrators, "integrator"),
+            (self.zeros, "zero"),
+        )
+        parts = [f"{n} {what}{'s' if n > 1 else ''}" for n, what in counts if n]
+        parts += ["dead time"] if self.dead_time else []
+        return ", ".join(parts or ["a gain"])
+
+    @property
+    def process(self) -> str:
+        """Name as a process model, such as ``P2DI``; empty beyond three lags or one zero.
+
+        Poles, then U where they may oscillate, D for a dead time, Z for a zero, I for an
+        integrator.
+        """
+        if self.order > 3 or self.zeros > 1 or self.integrators > 1:
+            return ""
+        letters = (self.pairs, self.dead_time, self.zeros, self.integrators)
+        return f"P{self.order}" + "".join(x for x, has in zip("UDZI", letters, strict=True) if has)
 
     def constants(self, coordinates: FloatArray) -> NDArray[Any]:
         """Return T_1..T_n of ``D = prod(T_i s + 1)``, complex where a pair oscillates [s]."""
@@ -99,15 +146,15 @@ class ContinuousStructure:
         return float(coordinates[self.order]) if self.dead_time else 0.0
 
     def denominator(self, coordinates: FloatArray) -> FloatArray:
-        """Return D's coefficients, highest power first, shape ``(n + 1,)``."""
+        """Return the coefficients of s^q D, highest power first, shape ``(n + q + 1,)``."""
         result: NDArray[Any] = np.array([1.0])
         for constant in self.constants(coordinates):
             result = np.convolve(result, [constant, 1.0])
-        return np.real(result)
+        return np.append(np.real(result), np.zeros(self.integrators))
 
     def numerator(self, coordinates: FloatArray) -> FloatArray:
         """Return bm..b0, shape ``(m + 1,)``."""
-        return coordinates[self.searched :][::-1]
+        return coordinates[self.coefficients][::-1]
 
     def poles(self, coordinates: FloatArray) -> tuple[complex, ...]:
         """Return the roots of the denominator, slowest first [rad/s]."""
@@ -119,8 +166,10 @@ class ContinuousStructure:
         return self.poles(coordinates)
 
     def slowest(self, coordinates: FloatArray) -> float:
-        """Return the longest time in which a mode decays by a factor of e [s]."""
-        return 1.0 / min(abs(pole.real) for pole in self.poles(coordinates))
+        """Return the longest time in which a mode decays by e; infinite with an integrator [s]."""
+        if self.integrators:
+            return float("inf")
+        return max((1.0 / abs(pole.real) for pole in self.poles(coordinates)), default=0.0)
 
     def frequency_response(self, coordinates: FloatArray, frequency: FloatArray) -> NDArray[Any]:
         """Return G at frequencies, shape ``(n,)`` [rad/s] to ``(n,)`` [output per input]."""
@@ -137,31 +186,42 @@ class ContinuousStructure:
             interval,
             count=self.zeros + 1,
             dead_time=self.delay(coordinates),
+            integrators=self.integrators,
         )
-        return (columns @ coordinates[self.searched :])[1:]
+        return (columns @ coordinates[self.coefficients])[1:]
 
     def responses(self, coordinates: FloatArray, record: SignalRecord) -> FloatArray:
-        """Return the outputs for b = 1 of each numerator power, from rest, shape ``(N, m + 1)``."""
-        return chain_derivatives(
+        """Return the outputs for b = 1 of each numerator power, from rest, shape ``(N, m + 1)``.
+
+        With a ``biased`` structure ``t^q / q!`` follows.
+        """
+        columns = chain_derivatives(
             self.constants(coordinates),
-            record.input - record.input[0],
+            record.input if self.biased else record.input - record.input[0],
             record.sample_time,
             count=self.zeros + 1,
             dead_time=self.delay(coordinates),
             hold=record.hold,
+            integrators=self.integrators,
         )
+        if not self.biased:
+            return columns
+        along = record.time - record.time[0]
+        return np.column_stack([columns, along**self.integrators / factorial(self.integrators)])
 
     def trial_columns(self, coordinates: FloatArray, record: SignalRecord) -> FloatArray:
-        """Return what each trial adds of its own: an offset, and the modes if it starts free.
+        """Return what each trial adds of its own: an offset, a drift, the modes of a free start.
 
         Returns:
-            Shape ``(N, 1)`` for ``rest``, ``(N, 1 + n)`` for ``free``.
+            Shape ``(N, per_trial)``, the offset first.
         """
-        offset = np.ones((record.output.size, 1))
+        samples = record.output.size
+        along = np.linspace(0.0, 1.0, samples)[:, np.newaxis]
+        polynomial = along ** np.arange(1 + self._degree)
         if self.start == "rest":
-            return offset
-        modes = chain_modes(self.constants(coordinates), record.output.size, record.sample_time)
-        return np.hstack([offset, modes])
+            return polynomial
+        modes = chain_modes(self.constants(coordinates), samples, record.sample_time)
+        return np.hstack([polynomial, modes])
 
     def free_run(
         self, coordinates: FloatArray, record: SignalRecord

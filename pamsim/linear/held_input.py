@@ -1,26 +1,27 @@
 """Exact sampled response of a chain of lags to a held input, with any fraction of a sample delay.
 
 The chain ``x_i' = (x_(i-1) - x_i) / T_i``, ``x_0 = u``, has the output ``1/D(s) u`` with
-``D = (T_1 s + 1)...(T_n s + 1)`` in its last state. Pairs of conjugate T make oscillating models.
-Unlike partial fractions it needs no case of its own where time constants meet.
+``D = (T_1 s + 1)...(T_n s + 1)`` in its last state. Pairs of conjugate T make oscillating models;
+integrators ``x_i' = x_(i-1)`` may follow. Unlike partial fractions it needs no case of its own
+where time constants meet.
 """
 
-# scipy carries no types: what it returns is Any at this file's boundary.
+# numba carries no types: what it compiles is Any at this file's boundary.
 # pyright: reportMissingTypeStubs=false, reportUnknownMemberType=false
-# pyright: reportUnknownVariableType=false
+# pyright: reportUntypedFunctionDecorator=false
 
 from __future__ import annotations
 
 from typing import Any
 
+import numba
 import numpy as np
-import scipy.signal
 from numpy.typing import NDArray
 
 FloatArray = NDArray[np.float64]
-_lfilter: Any = scipy.signal.lfilter
 
 _TERMS = 15
+_compiled: Any = numba.njit(cache=True, nogil=True, error_model="numpy")
 
 
 def chain_derivatives(
@@ -31,16 +32,18 @@ def chain_derivatives(
     count: int,
     dead_time: float = 0.0,
     hold: str = "zoh",
+    integrators: int = 0,
 ) -> FloatArray:
-    """Return ``s^k exp(-L s) / D(s) u`` for k = 0..count-1, from rest.
+    """Return ``s^k exp(-L s) / (s^q D(s)) u`` for k = 0..count-1, from rest.
 
     Args:
         constants: T_1..T_n, real or in conjugate pairs, shape ``(n,)``, real parts > 0 [s].
         given: u at the samples, shape ``(N,)``; before them u = u[0] = 0 is taken [input unit].
         sample_time: Ts [s].
-        count: number of derivatives, at most n.
+        count: number of derivatives, at most ``n + q + 1``; the last of so many contains u itself.
         dead_time: L; slightly negative looks ahead [s].
         hold: ``zoh`` (u constant between samples) or ``foh`` (straight lines).
+        integrators: q.
 
     Returns:
         Shape ``(N, count)`` [input unit / s^k].
@@ -49,29 +52,19 @@ def chain_derivatives(
     lie inside it; exponential of the chain
         augmented by its input and the input's slope (Van Loan 1978).
     """
-    chain, entry = _chain(constants)
-    n = constants.size
     whole = int(np.floor(dead_time / sample_time))
     part = dead_time / sample_time - whole
-    # One step of the chain with an input (value, slope) that starts a piece of length tau.
-    before, before_value, before_slope = _piece(chain, entry, part * sample_time)
-    after, after_value, after_slope = _piece(chain, entry, (1.0 - part) * sample_time)
-    step = after @ before
-    old, now = _late(given, whole + 1)[:-1], _late(given, whole)[:-1]
+    now, old = _late(given, whole), _late(given, whole + 1)
     if hold == "zoh":
-        forcing = np.outer(after @ before_value, old) + np.outer(after_value, now)
+        start, rising = old, np.empty(0)
+        now_rising, direct = rising, now if part == 0.0 else old
     else:
-        ahead = _late(given, whole - 1)[:-1]
-        rising, next_rising = (now - old) / sample_time, (ahead - now) / sample_time
-        start = now - part * (now - old)
-        forcing = (
-            np.outer(after @ before_value, start)
-            + np.outer(after @ before_slope, rising)
-            + np.outer(after_value, now)
-            + np.outer(after_slope, next_rising)
-        )
-    states = _recursion(step, forcing, np.zeros(n, dtype=chain.dtype))
-    return _rows(chain, count, states)
+        rising = (now - old) / sample_time
+        now_rising = (_late(given, whole - 1) - now) / sample_time
+        start = direct = now - part * (now - old)
+    chain, entry = _chain(constants, integrators)
+    pieces = part * sample_time, (1.0 - part) * sample_time
+    return _derivatives(chain, entry, count, pieces, start, now, rising, now_rising, direct)
 
 
 def chain_modes(constants: NDArray[Any], samples: int, sample_time: float) -> FloatArray:
@@ -85,10 +78,10 @@ def chain_modes(constants: NDArray[Any], samples: int, sample_time: float) -> Fl
     Returns:
         Shape ``(N, n)``, each column's largest value 1 [-].
     """
-    chain, entry = _chain(constants)
-    step, _, _ = _piece(chain, entry, sample_time)
-    forcing = np.zeros((constants.size, samples - 1), dtype=chain.dtype)
-    modes = _rows(chain, constants.size, _recursion(step, forcing, entry))
+    if constants.size == 0:
+        return np.empty((samples, 0))
+    chain, entry = _chain(constants, 0)
+    modes = _free_derivatives(chain, entry, samples, sample_time)
     largest = np.max(np.abs(modes), axis=0)
     return modes / np.where(largest > 0.0, largest, 1.0)
 
@@ -103,67 +96,152 @@ def _late(values: FloatArray, samples: int) -> FloatArray:
     return np.concatenate([np.full(count, values[0]), values[: values.size - count]])
 
 
-def _chain(constants: NDArray[Any]) -> tuple[NDArray[Any], NDArray[Any]]:
+def _chain(constants: NDArray[Any], integrators: int) -> tuple[NDArray[Any], NDArray[Any]]:
+    """State matrix of the chain, and how its input enters."""
     rates = 1.0 / constants
-    chain = np.diag(-rates) + np.diag(rates[1:], -1)
-    entry = np.zeros(constants.size, dtype=rates.dtype)
-    entry[0] = rates[0]
+    into = np.append(rates, np.ones(integrators))
+    chain = np.diag(np.append(-rates, np.zeros(integrators))) + np.diag(into[1:], -1)
+    entry = np.zeros(into.size, dtype=into.dtype)
+    entry[:1] = into[:1]
     return chain, entry
 
 
-def _piece(
-    chain: NDArray[Any], entry: NDArray[Any], length: float
-) -> tuple[NDArray[Any], NDArray[Any], NDArray[Any]]:
-    """Return the transition over ``length`` and the effects of input value and slope."""
-    n = entry.size
-    augmented = np.zeros((n + 2, n + 2), dtype=chain.dtype)
-    augmented[:n, :n] = chain
-    augmented[:n, n] = entry
-    augmented[n, n + 1] = 1.0
-    whole = _exponential(augmented * length)
-    return whole[:n, :n], whole[:n, n], whole[:n, n + 1]
-
-
-def _exponential(matrix: NDArray[Any]) -> NDArray[Any]:
-    """Return the exponential of a few by few matrix, by Taylor series, scaling and squaring.
-
-    scipy.linalg.expm solves with a threaded LAPACK: on a busy machine that takes milliseconds for
-    a matrix of four rows, and a fit needs thousands.
-    """
-    identity = np.eye(matrix.shape[0], dtype=matrix.dtype)
-    norm = float(np.max(np.sum(np.abs(matrix), axis=1)))
-    if norm == 0.0:
-        return identity
+@_compiled
+def _exponential(matrix: Any) -> Any:
+    """Exponential of a few by few matrix, by Taylor series, scaling and squaring."""
+    size = matrix.shape[0]
+    norm = 0.0
+    for i in range(size):
+        row = 0.0
+        for j in range(size):
+            row += abs(matrix[i, j])
+        norm = max(norm, row)
     squarings = max(0, int(np.ceil(np.log2(max(2.0 * norm, 1.0)))))
     small = matrix / 2.0**squarings
     # Horner's scheme; with a norm of at most 1/2, 15 terms leave less than the rounding error.
-    result = identity
+    result = np.zeros_like(matrix)
+    for i in range(size):
+        result[i, i] = 1.0
     for k in range(_TERMS, 0, -1):
-        result = identity + small @ result / k
+        result = _product(small, result) / k
+        for i in range(size):
+            result[i, i] += 1.0
     for _ in range(squarings):
-        result = result @ result
+        result = _product(result, result)
     return result
 
 
-def _recursion(step: NDArray[Any], forcing: NDArray[Any], initial: NDArray[Any]) -> NDArray[Any]:
-    """Return ``x[k+1] = step x[k] + forcing[k]``, shape ``(n, N)``; step is lower triangular."""
-    n, steps = forcing.shape
-    states = np.empty((n, steps + 1), dtype=step.dtype)
-    for j in range(n):
-        drive = forcing[j] + step[j, :j] @ states[:j, :-1]
-        states[j, 0] = initial[j]
-        states[j, 1:], _ = _lfilter(
-            [1.0], [1.0, -step[j, j]], drive, zi=np.array([step[j, j] * initial[j]])
-        )
-    return states
+@_compiled
+def _product(left: Any, right: Any) -> Any:
+    """Product of two small square matrices, without BLAS."""
+    size = left.shape[0]
+    result = np.zeros_like(left)
+    for i in range(size):
+        for k in range(size):
+            for j in range(size):
+                result[i, j] += left[i, k] * right[k, j]
+    return result
 
 
-def _rows(chain: NDArray[Any], count: int, states: NDArray[Any]) -> FloatArray:
-    """Differentiate the last state ``count - 1`` times: each time its row times the chain."""
-    row = np.zeros(chain.shape[0], dtype=chain.dtype)
-    row[-1] = 1.0
-    columns: list[FloatArray] = []
-    for _ in range(count):
-        columns.append(np.real(row @ states))
-        row = row @ chain
-    return np.column_stack(columns)
+@_compiled
+def _piece(chain: Any, entry: Any, length: float) -> Any:
+    """Transition over ``length``, and columns of the effects of input value and slope."""
+    n = entry.size
+    augmented = np.zeros((n + 2, n + 2), dtype=chain.dtype)
+    augmented[:n, :n] = chain * length
+    augmented[:n, n] = entry * length
+    augmented[n, n + 1] = length
+    return _exponential(augmented)
+
+
+@_compiled
+def _differentiated(chain: Any, entry: Any, count: int) -> Any:
+    """Rows that turn the state into the output's derivatives, and what of the input they add."""
+    n = entry.size
+    rows, direct = np.zeros((count, n), dtype=chain.dtype), np.zeros(count, dtype=chain.dtype)
+    if n:
+        rows[0, n - 1] = 1.0
+    else:
+        direct[0] = 1.0
+    for k in range(1, count):
+        for i in range(n):
+            direct[k] += rows[k - 1, i] * entry[i]
+            for j in range(n):
+                rows[k, j] += rows[k - 1, i] * chain[i, j]
+    return rows, direct
+
+
+@_compiled
+def _derivatives(
+    chain: Any,
+    entry: Any,
+    count: int,
+    pieces: tuple[float, float],
+    start: FloatArray,
+    now: FloatArray,
+    rising: FloatArray,
+    now_rising: FloatArray,
+    given: FloatArray,
+) -> FloatArray:
+    """Derivatives of the last state, from rest; the input's knots divide each step in two pieces.
+
+    Args:
+        chain: shape ``(n, n)``, lower triangular.
+        entry: how the input enters, shape ``(n,)``.
+        count: of the derivatives.
+        pieces: of a step before and after the knot [s].
+        start: input at the start of each step, shape ``(N,)``.
+        now: at its knot.
+        rising: slope before the knot; empty for a held input.
+        now_rising: after it.
+        given: input at the samples.
+    """
+    n, samples = entry.size, now.size
+    before, after = _piece(chain, entry, pieces[0]), _piece(chain, entry, pieces[1])
+    rows, direct = _differentiated(chain, entry, count)
+    step = _product(after[:n, :n], before[:n, :n])
+    result = np.empty((samples, count))
+    state, following = np.zeros(n, dtype=chain.dtype), np.zeros(n, dtype=chain.dtype)
+    early = np.zeros((n, 2), dtype=chain.dtype)
+    for i in range(n):
+        for j in range(n):
+            early[i, 0] += after[i, j] * before[j, n]
+            early[i, 1] += after[i, j] * before[j, n + 1]
+    for k in range(samples):
+        for c in range(count):
+            value = direct[c] * given[k]
+            for i in range(n):
+                value += rows[c, i] * state[i]
+            result[k, c] = value.real
+        for i in range(n):
+            value = early[i, 0] * start[k] + after[i, n] * now[k]
+            if rising.size:
+                value += early[i, 1] * rising[k] + after[i, n + 1] * now_rising[k]
+            for j in range(i + 1):
+                value += step[i, j] * state[j]
+            following[i] = value
+        state[:] = following
+    return result
+
+
+@_compiled
+def _free_derivatives(chain: Any, entry: Any, samples: int, interval: float) -> FloatArray:
+    """Derivatives 0 to n - 1 of the last state, from the state that an impulse leaves."""
+    n = entry.size
+    step = _piece(chain, entry, interval)
+    rows, _ = _differentiated(chain, entry, n)
+    result = np.empty((samples, n))
+    state, following = entry.copy(), np.zeros(n, dtype=chain.dtype)
+    for k in range(samples):
+        for c in range(n):
+            value = rows[c, 0] * state[0]
+            for i in range(1, n):
+                value += rows[c, i] * state[i]
+            result[k, c] = value.real
+        for i in range(n):
+            value = step[i, 0] * state[0]
+            for j in range(1, i + 1):
+                value += step[i, j] * state[j]
+            following[i] = value
+        state[:] = following
+    return result

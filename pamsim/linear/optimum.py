@@ -94,6 +94,8 @@ def central_differences(
         function: shape ``(k,)`` to shape ``(n,)``.
         at: where, shape ``(k,)``.
     """
+    if at.size == 0:
+        return np.empty((function(at).size, 0))
     columns: list[NDArray[Any]] = []
     for i in range(at.size):
         step = np.zeros(at.size)

@@ -90,50 +90,84 @@ def residual_independence(
     if 100.0 - fit.fit_percent < _ROUNDING:
         sentence = "the model reproduces the records to rounding: nothing is left to explain"
         return Independence(0.0, (0, 0), 1.0, longest, True, sentence)
-    line = fit.structure.linearised(fit.coordinates, trials, fit.noise)
     spread = np.geomspace(min(r.sample_time for r in trials), longest, lags)
-    blocks: list[FloatArray] = []
-    for record, residual in zip(trials, line.residuals, strict=True):
+    added: list[FloatArray] = []
+    for record in trials:
         given = record.input - record.input[0]
         steps = np.unique(np.maximum(np.round(spread / record.sample_time).astype(int), 1))
         steps = np.pad(steps, (0, lags - steps.size), constant_values=steps[-1])
-        past = np.column_stack([np.append(np.zeros(k), given[:-k]) for k in steps])
-        # ARX has no equations for its first samples.
-        used = line.noise.whiten(past[past.shape[0] - residual.size :])
-        ones = line.noise.whiten(np.ones((residual.size, 1)))
-        ones /= np.linalg.norm(ones)
-        blocks.append(used - ones @ (ones.T @ used))
-    added = np.concatenate(blocks)
-    residual = np.concatenate(line.residuals)
-    jacobian = np.concatenate(line.jacobians)
-    return _tested(added, residual, jacobian, line.own, longest)
-
-
-def _tested(
-    added: FloatArray, residual: FloatArray, jacobian: FloatArray, own: int, longest: float
-) -> Independence:
-    used = _directions(_unit_columns(jacobian), _DEPENDENT)
-    added = _unit_columns(added)
-    residual = residual - used @ (used.T @ residual)
-    basis = _directions(added - used @ (used.T @ added), _EXCITED)
-    directions = basis.shape[1]
-    freedom = residual.size - directions - used.shape[1] - own
-    if freedom < 1 or directions < 1:
-        raise InputError(f"{residual.size} samples are too few for {directions} lags; give fewer")
-    explained = float(np.sum((basis.T @ residual) ** 2))
-    rest = float(residual @ residual) - explained
-    statistic = explained / directions / (rest / freedom) if rest > 0.0 else 0.0
-    p = float(_f_tail(directions, freedom, statistic))
-    independent = p >= _LEVEL
+        added.append(np.column_stack([np.append(np.zeros(k), given[:-k]) for k in steps]))
+    test = added_regressors(fit, trials, added)
+    independent = test.p_value >= _LEVEL
     verdict = (
         "past inputs explain nothing more of the residuals"
         if independent
         else "past inputs explain part of the residuals: dynamics, dead time or a nonlinearity is "
         "missing in the model"
     )
-    shown = f"p = {p:.2g}" if p >= 1e-4 else "p < 0.0001"
-    sentence = f"{verdict} ({shown}, lags to {longest:.2g} s)"
-    return Independence(statistic, (directions, freedom), p, longest, independent, sentence)
+    sentence = f"{verdict} ({test.shown}, lags to {longest:.2g} s)"
+    return Independence(
+        test.statistic, test.degrees_of_freedom, test.p_value, longest, independent, sentence
+    )
+
+
+@dataclass(frozen=True, kw_only=True)
+class RegressorTest:
+    """F test that added regressors explain nothing of the residuals.
+
+    Attributes:
+        statistic: mean square explained over the residual's own [-].
+        degrees_of_freedom: independent directions among the regressors, residual freedom.
+        p_value: probability of a larger statistic if the model is right.
+    """
+
+    statistic: float
+    degrees_of_freedom: tuple[int, int]
+    p_value: float
+
+    @property
+    def shown(self) -> str:
+        """The p-value in words."""
+        return f"p = {self.p_value:.2g}" if self.p_value >= 1e-4 else "p < 0.0001"
+
+
+def added_regressors(
+    fit: IdentifiedModel, records: Sequence[SignalRecord], added: Sequence[FloatArray]
+) -> RegressorTest:
+    """Test whether regressors explain part of the residuals.
+
+    Args:
+        fit: a model fitted to general inputs.
+        records: the trials it was fitted to.
+        added: regressors of each trial, shape ``(N_i, k)``.
+
+    Raises:
+        InputError: too few samples for so many regressors.
+    """
+    line = fit.structure.linearised(fit.coordinates, records, fit.noise)
+    blocks: list[FloatArray] = []
+    for columns, residual in zip(added, line.residuals, strict=True):
+        # ARX has no equations for its first samples.
+        used = line.noise.whiten(columns[columns.shape[0] - residual.size :])
+        ones = line.noise.whiten(np.ones((residual.size, 1)))
+        ones /= np.linalg.norm(ones)
+        blocks.append(used - ones @ (ones.T @ used))
+    residual = np.concatenate(line.residuals)
+    known = _directions(_unit_columns(np.concatenate(line.jacobians)), _DEPENDENT)
+    columns = _unit_columns(np.concatenate(blocks))
+    residual = residual - known @ (known.T @ residual)
+    basis = _directions(columns - known @ (known.T @ columns), _EXCITED)
+    directions = basis.shape[1]
+    freedom = residual.size - directions - known.shape[1] - line.own
+    if freedom < 1 or directions < 1:
+        raise InputError(f"{residual.size} samples are too few for {directions} lags; give fewer")
+    explained = float(np.sum((basis.T @ residual) ** 2))
+    rest = float(residual @ residual) - explained
+    statistic = explained / directions / (rest / freedom) if rest > 0.0 else 0.0
+    p_value = float(_f_tail(directions, freedom, statistic))
+    return RegressorTest(
+        statistic=statistic, degrees_of_freedom=(directions, freedom), p_value=p_value
+    )
 
 
 def _unit_columns(columns: FloatArray) -> FloatArray:

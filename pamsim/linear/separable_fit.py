@@ -30,6 +30,7 @@ _qr: Any = scipy.linalg.qr
 
 _SINGULAR = 1e-8  # smallest over largest singular value of the column-scaled Jacobian
 _FAR = 1e150
+_ROUGH, _ROUGH_STEPS = 1e-4, 20
 
 WHITE = ArNoise((), 1.0)
 
@@ -52,20 +53,6 @@ class Separable:
     lower: FloatArray
     upper: FloatArray
 
-    def reduced(self, x: FloatArray, noise: ArNoise) -> tuple[FloatArray, FloatArray]:
-        """Return the whitened shared columns and outputs, each trial's own columns projected out.
-
-        Returns:
-            Shapes ``(N, q)`` and ``(N,)``, N summed over trials.
-        """
-        columns: list[FloatArray] = []
-        for i, output in enumerate(self.outputs):
-            both = noise.whiten(np.column_stack([self.shared(x, i), output]))
-            basis = _orthonormal(noise.whiten(self.own(x, i)))
-            columns.append(both - basis @ (basis.T @ both))
-        stacked = np.concatenate(columns)
-        return stacked[:, :-1], stacked[:, -1]
-
     def residual(self, x: FloatArray, noise: ArNoise) -> FloatArray | None:
         """Return the residual at x with the best theta, shape ``(N,)``; None on overflow."""
         theta, residual = self.solved(x, noise)
@@ -77,13 +64,32 @@ class Separable:
         Where the columns overflow, both are NaN.
         """
         with np.errstate(over="ignore", invalid="ignore"):
-            design, target = self.reduced(x, noise)
-            if not np.all(np.isfinite(design)) or np.max(np.abs(design)) > _FAR:
-                return np.full(design.shape[1], np.nan), np.full(target.size, np.nan)
-            norms = np.linalg.norm(design, axis=0)
-            scale = np.where(norms > 0.0, norms, 1.0)
-            theta = np.linalg.lstsq(design / scale, target, rcond=None)[0] / scale
-            return theta, target - design @ theta
+            blocks: list[tuple[int, FloatArray]] = []
+            for i, output in enumerate(self.outputs):
+                own = self.own(x, i)
+                columns = np.column_stack([own, self.shared(x, i), output])
+                blocks.append((own.shape[1], noise.whiten(columns)))
+            shared = blocks[0][1].shape[1] - blocks[0][0] - 1
+            if not all(np.max(np.abs(block)) <= _FAR for _, block in blocks):
+                return np.full(shared, np.nan), np.full(sum(b.shape[0] for _, b in blocks), np.nan)
+            # The triangular factors hold all that a solution needs, in a few rows.
+            factors: list[Any] = [np.linalg.qr(block, mode="r") for _, block in blocks]
+            rest = np.concatenate(
+                [r[own:, own:] for (own, _), r in zip(blocks, factors, strict=True)]
+            )
+            theta = _scaled_solution(rest[:, :-1], rest[:, -1])
+            residuals: list[FloatArray] = []
+            for (own, block), r in zip(blocks, factors, strict=True):
+                eta = _scaled_solution(r[:own, :own], r[:own, -1] - r[:own, own:-1] @ theta)
+                residuals.append(block[:, -1] - block[:, :-1] @ np.append(eta, theta))
+            return theta, np.concatenate(residuals)
+
+
+def _scaled_solution(design: FloatArray, target: FloatArray) -> FloatArray:
+    """Least squares with columns of the same length."""
+    norms = np.linalg.norm(design, axis=0)
+    scale = np.where(norms > 0.0, norms, 1.0)
+    return np.linalg.lstsq(design / scale, target, rcond=None)[0] / scale
 
 
 def _orthonormal(columns: FloatArray) -> FloatArray:
@@ -151,6 +157,36 @@ def minimise(
         cost=best.cost,
         settled=best.converged,
         evaluations=evaluations + best.evaluations,
+    )
+
+
+def rough_minimum(problem: Separable, starts: Sequence[FloatArray]) -> Solution:
+    """Search from the best two of the starts until little is gained: for a scan of structures.
+
+    Args:
+        problem: what to fit.
+        starts: points inside the bounds.
+
+    Returns:
+        The better end; ``settled`` False where the search ran out of steps.
+    """
+    found = bounded_least_squares(
+        one_by_one(lambda x: problem.residual(x, WHITE)),
+        starts,
+        lower=problem.lower,
+        upper=problem.upper,
+        tolerance=_ROUGH,
+        gradient_tolerance=1e-14,
+        max_steps=_ROUGH_STEPS,
+        follow=2,
+    )
+    theta = problem.solved(found.x, WHITE)[0]
+    return Solution(
+        x=found.x,
+        theta=theta,
+        cost=found.cost,
+        settled=found.converged,
+        evaluations=found.evaluations,
     )
 
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
@@ -33,6 +33,7 @@ class SignalRecord:
         unit_input: SI unit of the input, shown to the user.
         unit_output: SI unit of the output, shown to the user.
         hold: ``zoh`` or ``foh``.
+        held_out: whether it is only simulated: then its input may be constant.
 
     Raises:
         InputError: lengths differ, fewer than 16 samples, non-finite samples, non-uniform time,
@@ -46,6 +47,7 @@ class SignalRecord:
     unit_input: str = "-"
     unit_output: str = "-"
     hold: str = "zoh"
+    held_out: bool = False
 
     def __post_init__(self) -> None:
         if self.hold not in HOLDS:
@@ -57,13 +59,23 @@ class SignalRecord:
             varying_output(output)
         except InputError as error:
             raise InputError(f"record {self.name}: {error}") from None
-        if float(np.ptp(given)) <= 1e-12 * float(np.max(np.abs(given))):
+        if not self.held_out and float(np.ptp(given)) <= 1e-12 * float(np.max(np.abs(given))):
             raise InputError(
                 f"record {self.name}: the input is constant ({given[0]:g}); nothing can be "
                 "identified without excitation, give a trial in which it changes"
             )
         for field, values in (("time", time), ("input", given), ("output", output)):
             object.__setattr__(self, field, values)
+
+    def part(self, rows: slice, *, held_out: bool = False) -> SignalRecord:
+        """Return some of its samples, which follow each other, as a record of the same name."""
+        return replace(
+            self,
+            time=self.time[rows],
+            input=self.input[rows],
+            output=self.output[rows],
+            held_out=held_out,
+        )
 
     @cached_property
     def sample_time(self) -> float:

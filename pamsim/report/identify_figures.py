@@ -1,4 +1,4 @@
-"""Figures of an identification: measured and model, step response, poles, frequency response."""
+"""Figures of an identification: fit, scan, step response, poles, frequency response."""
 
 from __future__ import annotations
 
@@ -15,8 +15,10 @@ from pamsim.identification.curves import Curves, TrialCurve
 from pamsim.report.numbers import words
 from pamsim.report.style import (
     BLUE,
+    GREEN,
     INK,
     MUTED,
+    PURPLE,
     VERMILION,
     finish_axes,
     new_figure,
@@ -50,7 +52,7 @@ def measured_and_model(result: Mapping[str, Any], curves: Curves) -> Figure:
     """Output and free run of the shown model, and their difference.
 
     Args:
-        result: of schema ``pamsim-identify/2``.
+        result: of schema ``pamsim-identify/3``.
         curves: what to draw.
 
     Returns:
@@ -90,11 +92,61 @@ def measured_and_model(result: Mapping[str, Any], curves: Curves) -> Figure:
 
 
 @styled
+def scan(result: Mapping[str, Any]) -> Figure:
+    """Every structure of the scan by its number of coefficients, the shown model's marked.
+
+    Args:
+        result: of schema ``pamsim-identify/3``, with a scan.
+    """
+    structures = result["scan"]["structures"]
+    held_out = structures[0]["fit_percent_held_out"] is not None
+    key = "fit_percent_held_out" if held_out else "aicc_above_best"
+    figure, (ax,) = new_figure(3.2)
+    for integrators, colour in enumerate((BLUE, GREEN, PURPLE)):
+        for dead_time, marker in ((False, "o"), (True, "^")):
+            rows = [
+                s
+                for s in structures
+                if (s["integrators"], s["dead_time"]) == (integrators, dead_time)
+            ]
+            kind = ("no integrator", "one integrator", "two integrators")[integrators]
+            ax.plot(
+                [_coefficients(s) for s in rows],
+                [s[key] for s in rows],
+                marker,
+                color=colour,
+                markersize=5,
+                alpha=0.8,
+                label=kind + (", dead time" if dead_time else "") if rows else None,
+            )
+    for s in (s for s in structures if s["shown"]):
+        ax.plot(
+            [_coefficients(s)], [s[key]], "o", markersize=13, markerfacecolor="none",
+            color=VERMILION, markeredgewidth=1.6, label="shown model",
+        )  # fmt: skip
+    values = np.array([s[key] for s in structures])
+    if held_out:
+        best, usual = float(np.max(values)), float(np.median(values))
+        span = max(4.0 * (best - usual), 1.0)
+        ax.set_ylim(max(best - span, float(np.min(values)) - 0.1 * span), best + 0.15 * span)
+    else:
+        ax.set_yscale("symlog", linthresh=2.0)
+    finish_axes(
+        ax,
+        x="poles, zeros, gain and dead time",
+        y="fit where nothing was fitted [%]" if held_out else "AICc above the best",
+        zero=False,
+    )
+    figure.legend(loc="outside upper center", ncols=3)
+    return figure
+
+
+@styled
 def step_and_poles(result: Mapping[str, Any], curves: Curves) -> Figure:
     """Step response of the shown model with its 95 % band, and the poles of all models.
 
     Args:
-        result: of schema ``pamsim-identify/2``.
+        result: of schema ``pamsim-identify/3``.
         curves: what to draw.
 
     Returns:
@@ -109,7 +161,10 @@ def step_and_poles(result: Mapping[str, Any], curves: Curves) -> Figure:
             step.time, *step.band, color=VERMILION, alpha=0.2, linewidth=0, label="95 % band"
         )
     left.plot(step.time, step.output, color=VERMILION, label=model_title(model["name"]))
-    left.axhline(gain["value"], color=MUTED, linewidth=0.8, linestyle=":", label="static gain K")
+    if 0.0 not in (abs(complex(*p)) for p in model["poles_rad_per_s"] if p is not None):
+        left.axhline(
+            gain["value"], color=MUTED, linewidth=0.8, linestyle=":", label="static gain K"
+        )
     finish_axes(
         left,
         x="time after a unit step [s]",
@@ -126,7 +181,7 @@ def bode(result: Mapping[str, Any], curves: Curves) -> Figure:
     """Magnitude and phase of the shown model.
 
     Args:
-        result: of schema ``pamsim-identify/2``.
+        result: of schema ``pamsim-identify/3``.
         curves: what to draw.
 
     Returns:
@@ -148,7 +203,7 @@ def bode(result: Mapping[str, Any], curves: Curves) -> Figure:
         ax.set_xscale("log")
         ax.grid(True, axis="x")
     nyquist = curves.nyquist / (2.0 * np.pi)
-    corners = sorted({round(abs(complex(*p)), 9) for p in model["poles_rad_per_s"]})
+    corners = sorted({round(abs(complex(*p)), 9) for p in model["poles_rad_per_s"]} - {0.0})
     for number, corner in enumerate(corners):
         for ax in (upper, lower):
             ax.axvline(
@@ -169,6 +224,11 @@ def bode(result: Mapping[str, Any], curves: Curves) -> Figure:
     return figure
 
 
+def _coefficients(structure: Mapping[str, Any]) -> int:
+    counted = ("poles", "zeros", "integrators", "dead_time")
+    return 1 + sum(int(structure[name]) for name in counted)
+
+
 def _shown(result: Mapping[str, Any]) -> Mapping[str, Any]:
     return next(model for model in result["models"] if model["name"] == result["shown"])
 
@@ -180,7 +240,7 @@ def _draw_poles(ax: Axes, result: Mapping[str, Any]) -> None:
     for row, model in enumerate(models):
         colour = VERMILION if model["name"] == result["shown"] else MUTED
         for pole in model["poles_rad_per_s"]:
-            if pole is None:
+            if pole is None or complex(*pole) == 0.0:  # an integrator has no place on the axis
                 continue
             kind, marker = _pole_marker(complex(*pole))
             (handles[kind],) = ax.plot(

@@ -15,6 +15,7 @@ from pamsim.report.identify_figures import (
     drawn_trials,
     measured_and_model,
     model_title,
+    scan,
     step_and_poles,
 )
 from pamsim.report.identify_local_figure import local_map
@@ -43,7 +44,7 @@ def page_of(result: Mapping[str, Any], curves: Curves, out: Path) -> list[Path]:
     """Write page and figures.
 
     Args:
-        result: of schema ``pamsim-identify/2``.
+        result: of schema ``pamsim-identify/3``.
         curves: what the figures draw.
         out: as in `write_identification`.
     """
@@ -57,7 +58,7 @@ def page_of(result: Mapping[str, Any], curves: Curves, out: Path) -> list[Path]:
         schema=SCHEMA,
         title=model_title,
         poles=pole_texts,
-        recommended=models.get(result["recommended"]),
+        best=models.get(result["best"]),
         scores={score["name"]: score for score in (*shown["trials"], *shown["held_out"])},
         drawn=len(drawn_trials(curves.trials)),
         held_out=any(trial["role"] == "held_out" for trial in result["trials"]),
@@ -87,6 +88,8 @@ def _figures(result: Mapping[str, Any], curves: Curves) -> dict[str, Figure]:
         "step": step_and_poles(result, curves),
         "bode": bode(result, curves),
     }
+    if result["scan"] is not None:
+        figures["scan"] = scan(result)
     if result["local"] is not None:
         figures["local"] = local_map(result)
     return figures

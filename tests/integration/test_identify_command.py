@@ -105,7 +105,7 @@ def test_a_planted_plant_is_found_and_recommended(monkeypatch, capsys, recording
     )
     assert (code, err) == (0, "")
     result = json.loads((tmp_path / "result.json").read_text())
-    assert result["schema"] == "pamsim-identify/2"
+    assert result["schema"] == "pamsim-identify/3"
     assert result["recommended"] == "second_order"
     assert "held-out" in result["reason"]
     assert [t["role"] for t in result["trials"]] == ["fitted", "held_out"]
@@ -283,9 +283,9 @@ BAD = {
     "mixed units": (["DATA", "--output", "angle_deg+p1_kpa"], "use columns of one unit"),
     "same column": (["DATA", "--input", "angle_deg"], "share a column"),
     "no valves": (["DATA", "--input", "u1-u2"], "no column 'u1'"),
-    "order": (["DATA", "--order", "9"], "give 1 to 5"),
+    "order": (["DATA", "--order", "9"], "give 0 to 6"),
     "zeros alone": (["DATA", "--zeros", "1"], "--zeros needs --order"),
-    "too many zeros": (["DATA", "--order", "2", "--zeros", "2"], "zeros = 2 of order 2"),
+    "too many zeros": (["DATA", "--order", "2", "--zeros", "3"], "zeros = 3 of 2 poles"),
     "dead time": (["DATA", "--dead-time", "fre"], "did you mean 'free'"),
     "poles": (["DATA", "--poles", "complex"], "--poles 'complex' is not known"),
     "start": (["DATA", "--start", "fre"], "did you mean 'free'"),

@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 from scipy.signal import lfilter
 
-from pamsim.identification.choice import p_value_of_improvement, recommend
+from pamsim.identification.choice import recommend
+from pamsim.identification.improvement import p_value_of_improvement
 from pamsim.identification.models import Candidate
 from pamsim.linear.continuous_fit import fit_continuous
 from pamsim.linear.identified_model import FitStatus

@@ -94,7 +94,7 @@ BAD = {
     "from 0": (np.append(0.0, W[1:]), GOOD, {}, "must be above 0"),
     "no response": (W, 0.0 * GOOD, {}, "is 0 or not finite"),
     "shape": (W, GOOD[:9], {}, "a response of shape"),
-    "zeros": (W, GOOD, {"order": 2, "zeros": 2}, "zeros = 2 of order 2"),
+    "zeros": (W, GOOD, {"order": 2, "zeros": 3}, "zeros = 3 of 2 poles"),
 }
 
 

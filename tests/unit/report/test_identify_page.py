@@ -16,6 +16,7 @@ from pamsim.report.identify_figures import (
     drawn_trials,
     measured_and_model,
     model_title,
+    scan,
     step_and_poles,
 )
 from pamsim.report.identify_local_figure import local_map
@@ -71,7 +72,7 @@ def local(levels):
 def result():
     names = ("step_1", "step_2")
     return {
-        "schema": "pamsim-identify/2",
+        "schema": "pamsim-identify/3",
         "data": "data/<folder>",
         "rig": "mas20_arm",
         "input": {"expression": "p1_kpa", "unit": "kPa"},
@@ -87,6 +88,9 @@ def result():
         ],
         "skipped": {"oe_1_1_1": "too few samples"},
         "recommended": "first_order",
+        "best": "first_order",
+        "missing": None,
+        "scan": None,
         "shown": "first_order",
         "reason": "smallest AICc",
         "effective_samples": 40.0,
@@ -134,14 +138,54 @@ def test_page_holds_every_number_once_and_escapes_text(result, curves, tmp_path)
 
 
 def test_a_result_without_recommendation_or_map_has_its_page(result, curves, tmp_path):
-    plain = {**result, "recommended": None, "reason": "no model can be trusted", "local": None}
+    plain = {**result, "recommended": None, "best": None, "local": None}
+    plain["reason"] = "no model can be trusted"
     page = page_of(plain, curves, tmp_path)[0].read_text(encoding="utf-8")
     assert "No model is recommended: no model can be trusted." in page
     assert not (tmp_path / "local.png").exists()
 
 
+def structure(poles, zeros, held_out, *, integrators=0, dead_time=False):
+    return {
+        "poles": poles,
+        "zeros": zeros,
+        "integrators": integrators,
+        "dead_time": dead_time,
+        "shown": (poles, zeros) == (1, 0),
+        "fit_percent": 90.0,
+        "fit_percent_held_out": held_out,
+        "aicc_above_best": None if held_out is not None else 4.0 - poles,
+    }
+
+
+def test_the_best_of_a_plant_that_is_not_linear_is_shown_with_what_is_missing(
+    result, curves, tmp_path
+):
+    missing = "the plant is not linear"
+    bent = {**result, "recommended": None, "missing": missing}
+    bent["scan"] = {
+        "judged_by": "the last third of each trial",
+        "structures": [structure(1, 0, 80.0), structure(2, 1, 81.0, integrators=1)],
+    }
+    page = page_of(bent, curves, tmp_path)[0].read_text(encoding="utf-8")
+    assert "Best linear model: first order, K = 0.05000" in page
+    assert f"It does not describe these records completely: {missing}." in page
+    assert "2 structures, judged by the last third of each trial" in page
+    assert (tmp_path / "scan.png").stat().st_size > 0
+
+
+def test_every_structure_of_a_scan_is_drawn_once(result):
+    structures = [structure(1, 0, None), structure(2, 0, None), structure(2, 1, None)]
+    result["scan"] = {"judged_by": "AICc", "structures": structures}
+    (ax,) = scan(result).axes
+    shown = ax.lines[-1]
+    assert (list(shown.get_xdata()), list(shown.get_ydata())) == ([2], [3.0])
+    drawn = [x for line in ax.lines[:-1] for x in line.get_xdata()]
+    assert sorted(drawn) == [2, 3, 4]
+
+
 def test_another_schema_and_a_bad_place_are_refused(result, curves, tmp_path):
-    with pytest.raises(InputError, match="reads 'pamsim-identify/2'"):
+    with pytest.raises(InputError, match="reads 'pamsim-identify/3'"):
         page_of({**result, "schema": "x"}, curves, tmp_path)
     (tmp_path / "file").write_text("")
     with pytest.raises(InputError, match="is a file; name a folder"):

@@ -1,0 +1,36 @@
+"""Test of Diebold and Mariano: whether one model's errors are really smaller than another's."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pamsim.inference.coloured_noise import fit_ar_noise
+
+FloatArray = NDArray[np.float64]
+
+
+def p_value_of_improvement(simple: Sequence[FloatArray], rich: Sequence[FloatArray]) -> float:
+    """Probability of so much smaller squared errors if both models were equally good.
+
+    Args:
+        simple: errors of one model, (n_i,) per trial.
+        rich: errors of the other on the same trials.
+
+    Returns:
+        One-sided p-value; 1 where the errors are the same. The variance of the mean difference is
+        that of correlated samples, by an autoregressive model of the differences.
+
+    Source: Diebold and Mariano (J. Business & Economic Statistics 1995).
+    """
+    gains = [a**2 - b**2 for a, b in zip(simple, rich, strict=True)]
+    samples = sum(gain.size for gain in gains)
+    mean = sum(float(np.sum(gain)) for gain in gains) / samples
+    noise = fit_ar_noise([gain - mean for gain in gains])
+    if noise.variance <= 0.0:
+        return 1.0 if mean <= 0.0 else 0.0
+    at_zero = noise.variance / (1.0 - sum(noise.coefficients)) ** 2
+    return 0.5 * math.erfc(mean / math.sqrt(2.0 * at_zero / samples))

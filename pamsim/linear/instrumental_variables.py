@@ -1,0 +1,127 @@
+"""Start values of a fit's poles by refined instrumental variables: no local minima, no grid.
+
+Input and output pass the same filters ``s^k / E(s)``; then the model is linear in its coefficients.
+Regression alone is biased by noise in the output; the output of the last model, free of noise, as
+instrument removes the bias, and E becomes that model's denominator.
+Source: Young and Jakeman, refined instrumental variables III (International Journal of Control 31,
+1980), with white noise (SRIVC).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pamsim.linear.continuous_structure import ContinuousStructure
+from pamsim.linear.held_input import chain_derivatives, chain_modes
+from pamsim.linear.pole_coordinates import constants_of_roots, pole_coordinates
+from pamsim.linear.separable_fit import WHITE
+from pamsim.linear.signal_record import SignalRecord
+
+FloatArray = NDArray[np.float64]
+
+_ROUNDS = 6
+_SETTLED = 1e-3  # change of the poles' coordinates that ends the rounds
+_FIRST = 3  # time constants that the first filter is tried with
+_WIDEST = 30.0  # a time constant at most, in longest records; at least, its inverse in samples
+
+
+def instrumental_variable_starts(
+    structure: ContinuousStructure, records: Sequence[SignalRecord], delay: float = 0.0
+) -> list[FloatArray]:
+    """Return start values of poles (and dead time) for a search.
+
+    Args:
+        structure: with any stable poles (``real_lags`` False).
+        records: the trials.
+        delay: dead time that is taken as known [s].
+
+    Returns:
+        One for each first filter that led somewhere, shape ``(searched,)``.
+    """
+    shortest = min(record.sample_time for record in records)
+    longest = max(record.duration for record in records)
+    starts: list[FloatArray] = []
+    for first in np.geomspace(2.0 * shortest, 0.1 * longest, _FIRST):
+        spread = first * np.linspace(0.9, 1.1, structure.order)
+        x = _with_delay(structure, pole_coordinates(spread), delay)
+        for instruments in (False, *[True] * _ROUNDS):
+            roots = _poles_by_regression(structure, records, x, instruments)
+            if roots is None:
+                break
+            constants = constants_of_roots(roots, shortest / _WIDEST, longest * _WIDEST)
+            before, x = x, _with_delay(structure, pole_coordinates(constants), delay)
+            if instruments and np.max(np.abs(x - before), initial=0.0) < _SETTLED:
+                break
+        starts.append(x)
+    return starts
+
+
+def _with_delay(structure: ContinuousStructure, x: FloatArray, delay: float) -> FloatArray:
+    return np.append(x, delay) if structure.dead_time else x
+
+
+def _poles_by_regression(
+    structure: ContinuousStructure,
+    records: Sequence[SignalRecord],
+    x: FloatArray,
+    instruments: bool,
+) -> NDArray[Any] | None:
+    """Poles of the model that the filters of these pole coordinates lead to; None on overflow."""
+    n, q = structure.order, structure.integrators
+    constants = structure.constants(x)
+    # As many filters as poles; those of the integrators are as slow as the slowest lag.
+    filters = np.append(constants, np.full(q, np.max(np.abs(constants), initial=1.0)))
+    theta = structure.problem(records).solved(x, WHITE)[0] if instruments else None
+    rows: list[FloatArray] = []
+    for record in records:
+        span = np.linspace(0.0, 1.0, record.output.size)[:, np.newaxis]
+
+        def derivatives(values: FloatArray, record: SignalRecord = record) -> FloatArray:
+            every = chain_derivatives(
+                filters, values, record.sample_time, count=n + q + 1, hold="foh"
+            )
+            return every[:, q:]
+
+        blocks = [
+            derivatives(record.output - record.output[0]),
+            chain_derivatives(
+                filters,
+                record.input - record.input[0],
+                record.sample_time,
+                count=structure.zeros + 1,
+                dead_time=structure.delay(x),
+                hold=record.hold,
+            ),
+        ]
+        if theta is not None:
+            blocks.append(derivatives(structure.responses(x, record) @ theta)[:, 1:])
+        modes = chain_modes(filters, record.output.size, record.sample_time)
+        columns, own = np.hstack(blocks), np.hstack([span ** np.arange(q + 1), modes])
+        if not (np.all(np.isfinite(columns)) and np.all(np.isfinite(own))):
+            return None
+        basis = np.linalg.qr(own)[0]
+        rows.append(columns - basis @ (basis.T @ columns))
+    table = np.concatenate(rows)
+    target, output, given = (
+        table[:, 0],
+        -table[:, 1 : n + 1],
+        table[:, n + 1 : n + 2 + structure.zeros],
+    )
+    regressors = np.hstack([output, given])
+    clean = output if theta is None else -table[:, n + 2 + structure.zeros :]
+    seen = np.hstack([clean, given])
+    scale = np.linalg.norm(regressors, axis=0)
+    scale = np.where(scale > 0.0, scale, 1.0)
+    weights = np.linalg.norm(seen, axis=0)
+    seen = seen / np.where(weights > 0.0, weights, 1.0)
+    solution: Any = np.linalg.lstsq(seen.T @ (regressors / scale), seen.T @ target, rcond=None)[0]
+    denominator = np.append((solution / scale)[:n][::-1], 1.0)
+    if not np.all(np.isfinite(denominator)):
+        return None
+    roots = np.roots(denominator)
+    # A leading coefficient of 0 is a pole at infinity.
+    return np.append(roots, np.full(n - roots.size, -np.inf))

@@ -1,0 +1,88 @@
+"""Test whether a nonlinearity explains part of the residuals of a linear model.
+
+The squares and cubes of the input and of the model's output, unfiltered and through the model, are
+what a weak static nonlinearity before, behind or within the dynamics adds to the output.
+Source: Ramsey's test of specification (Journal of the Royal Statistical Society B 31, 1969), with
+the filtered powers of a second- and third-order Volterra series.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pamsim.core.errors import InputError
+from pamsim.linear.continuous_structure import ContinuousStructure
+from pamsim.linear.identified_model import IdentifiedModel
+from pamsim.linear.residual_independence import RegressorTest, added_regressors
+from pamsim.linear.signal_record import SignalRecord
+
+FloatArray = NDArray[np.float64]
+
+_LEVEL = 0.01
+_POWERS = (2, 3)
+
+
+def residual_nonlinearity(fit: IdentifiedModel, records: Sequence[SignalRecord]) -> RegressorTest:
+    """Test whether powers of input and output explain part of the residuals.
+
+    Args:
+        fit: a continuous model.
+        records: the trials it was fitted to.
+
+    Raises:
+        InputError: too few samples.
+    """
+    return added_regressors(fit, records, [_powers(fit, record) for record in records])
+
+
+def _powers(fit: IdentifiedModel, record: SignalRecord) -> FloatArray:
+    """Powers of a trial's input and output, unfiltered and through the model, ``(N, 6)``."""
+    structure = fit.structure
+    assert isinstance(structure, ContinuousStructure)
+    numerator = fit.coordinates[structure.coefficients]
+
+    def through_model(values: FloatArray) -> FloatArray:
+        filtered = replace(record, input=values, held_out=True)
+        return structure.responses(fit.coordinates, filtered)[:, : numerator.size] @ numerator
+
+    run = fit.simulate(record)
+    columns: list[FloatArray] = []
+    for signal, unfiltered in ((run, True), (record.input, False)):
+        centred = (signal - np.mean(signal)) / np.std(signal)
+        for power in _POWERS:
+            columns.append(through_model(centred**power))
+            columns += [centred**power] if unfiltered else []
+    return np.column_stack(columns)
+
+
+def what_is_missing(fit: IdentifiedModel, records: Sequence[SignalRecord], adequate: bool) -> str:
+    """Describe what is missing in a model.
+
+    Args:
+        fit: a continuous model.
+        records: the trials it was fitted to.
+        adequate: whether past inputs explain nothing of its residuals.
+
+    Returns:
+        A sentence: a nonlinearity where that is shown, else linear dynamics if the model is not
+        adequate; empty if nothing is missing.
+    """
+    try:
+        test = residual_nonlinearity(fit, records)
+    except InputError:
+        return "" if adequate else "past inputs explain part of the residuals"
+    if test.p_value < _LEVEL:
+        return (
+            "the plant is not linear: powers of input and output explain part of the residuals"
+            f" ({test.shown}); no linear model describes these records completely"
+        )
+    if adequate:
+        return ""
+    return (
+        "past inputs explain part of the residuals, powers of input and output do not"
+        f" ({test.shown}): dynamics are missing that no fitted structure has, or another input acts"
+    )

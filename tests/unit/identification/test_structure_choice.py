@@ -1,0 +1,77 @@
+"""The simplest structure that is not worse on what was not fitted; what the records do not show."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from pamsim.identification.choice import recommend
+from pamsim.identification.models import ModelSet, fit_models
+from pamsim.linear.residual_nonlinearity import residual_nonlinearity
+from pamsim.linear.signal_record import SignalRecord
+from tests.unit.linear.planted import sampled, steps
+
+TS = 0.05
+
+
+def trial(numerator, denominator, seed, *, n=600, noise=0.03, bend=0.0):
+    draw = np.random.default_rng(seed)
+    given = steps(draw, n + 100, 10)
+    output = sampled(numerator, denominator, given, TS)
+    output = output + bend * output**2
+    output = output + noise * np.std(output) * draw.normal(size=output.size)
+    return SignalRecord(f"trial {seed}", TS * np.arange(n), given[100:], output[100:])
+
+
+def identified(record):
+    fitted = fit_models([record], [], ModelSet(start="free"))
+    chosen = recommend(fitted.candidates, [record], [], chosen=fitted.chosen, why=fitted.why)
+    best = next(c.fit for c in fitted.candidates if c.name == chosen.best)
+    return fitted, chosen, best
+
+
+PLANTS = {
+    "one lag": ([2.0], [0.4, 1.0]),
+    "oscillation": ([2.0], [1.0 / 16.0, 0.4 / 4.0, 1.0]),
+    "lag and integrator": ([0.8], [0.3, 1.0, 0.0]),
+    "three poles, one zero": ([1.0, 2.0], np.convolve([1.0 / 25.0, 0.2 / 5.0, 1.0], [1.0, 1.0])),
+}
+
+
+@pytest.mark.parametrize("name", PLANTS)
+def test_poles_of_the_plant_are_chosen_and_leave_nothing_to_explain(name):
+    numerator, denominator = PLANTS[name]
+    fitted, chosen, best = identified(trial(numerator, denominator, 1))
+    assert chosen.name == chosen.best == fitted.chosen
+    assert "the last third of each trial" in chosen.reason
+    expected = np.sort(np.abs(np.roots(denominator)))
+    assert np.sort(np.abs(best.poles)) == pytest.approx(expected, rel=0.1, abs=1e-12)
+
+
+def test_a_bent_plant_is_said_to_be_nonlinear_and_not_recommended():
+    record = trial([2.0], [0.4, 1.0], 2, bend=0.1)
+    _, chosen, best = identified(record)
+    assert chosen.name == ""
+    assert chosen.best != ""
+    assert "the plant is not linear" in chosen.missing
+    assert residual_nonlinearity(best, [record]).p_value < 1e-4
+
+
+def test_a_linear_plant_is_seldom_taken_for_a_bent_one():
+    p_values: list[float] = []
+    for seed in range(40):
+        record = trial([2.0], [0.4, 1.0], 100 + seed, n=200)
+        fitted = fit_models([record], [], ModelSet(start="free", order=1, dead_time="none"))
+        p_values.append(residual_nonlinearity(fitted.candidates[0].fit, [record]).p_value)
+    assert np.mean(np.array(p_values) < 0.05) < 0.2
+    assert 0.3 < np.mean(p_values) < 0.7
+
+
+def test_a_record_that_rests_at_its_end_is_judged_by_aicc():
+    draw = np.random.default_rng(7)
+    given = np.append(np.zeros(10), np.ones(390))
+    output = sampled([2.0], [0.4, 1.0], given, TS) + 0.01 * draw.normal(size=400)
+    record = SignalRecord("step", TS * np.arange(400), given, output)
+    _, chosen, best = identified(record)
+    assert "AICc" in chosen.reason
+    assert best.structure.order == 1

@@ -1,0 +1,127 @@
+"""Integrators, direct paths and free starts; instrumental variables; a scan that stays nested."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from scipy.signal import cont2discrete, dlsim, lsim, tf2ss
+
+from pamsim.linear.continuous_fit import fit_continuous
+from pamsim.linear.continuous_structure import ContinuousStructure
+from pamsim.linear.held_input import chain_derivatives
+from pamsim.linear.identified_model import FitStatus
+from pamsim.linear.instrumental_variables import instrumental_variable_starts
+from pamsim.linear.pole_coordinates import pole_coordinates
+from pamsim.linear.separable_fit import WHITE
+from pamsim.linear.signal_record import SignalRecord
+from pamsim.linear.structure_scan import scan_structures
+from tests.unit.linear.planted import sampled, steps
+
+TS = 0.05
+N = 400
+
+
+def planted(numerator, denominator, seed, *, noise=0.0, drift=0.0, bias=0.0):
+    """A trial cut out of motion: what came before its first sample is not in the record."""
+    draw = np.random.default_rng(seed)
+    given = steps(draw, N + 100, 12)
+    output = sampled(numerator, denominator, given - bias, TS)
+    output = output + noise * np.std(output) * draw.normal(size=output.size)
+    time = TS * np.arange(N)
+    return SignalRecord(
+        f"trial {seed}", time, given[100:], output[100:] + 0.7 + drift * time,
+        unit_input="V", unit_output="m",
+    )  # fmt: skip
+
+
+@settings(max_examples=15, deadline=None)
+@given(
+    integrators=st.integers(0, 2),
+    constants=st.lists(st.floats(0.02, 2.0), max_size=3),
+    zeros=st.integers(0, 5),
+)
+def test_any_chain_agrees_with_scipy(integrators, constants, zeros):
+    zeros = min(zeros, len(constants) + integrators)
+    smooth = np.sin(0.3 * np.arange(80)) * np.linspace(0.0, 1.0, 80)
+    columns = chain_derivatives(
+        np.array(constants), smooth, TS, count=zeros + 1, hold="foh", integrators=integrators
+    )
+    below = np.array([1.0])
+    for constant in constants:
+        below = np.convolve(below, [constant, 1.0])
+    below = np.append(below, np.zeros(integrators))
+    for k in range(zeros + 1):
+        if below.size == 1:
+            expected = smooth / below[0]
+        else:
+            _, expected, _ = lsim(([1.0] + [0.0] * k, below), smooth, TS * np.arange(80))
+        np.testing.assert_allclose(columns[:, k], expected, atol=1e-7 * max(np.ptp(expected), 1.0))
+
+
+def test_an_integrating_plant_and_the_input_at_which_it_rests_are_recovered():
+    # Stable by itself: lag and integrator, so that only the true input bias keeps it from running.
+    record = planted([1.5], [0.3, 1.0, 0.0], 3, bias=0.25)
+    fit = fit_continuous([record], order=1, start="free", integrators=1)
+    assert fit.status is FitStatus.CONVERGED
+    assert [e.unit for e in fit.estimates] == ["m/V/s", "s", "V"]
+    values = [e.value for e in fit.estimates]
+    assert values == pytest.approx([1.5, 0.3, 0.25], rel=1e-4)
+    assert fit.poles[0] == 0.0
+
+
+def test_a_direct_path_is_recovered_from_a_free_start():
+    below = np.convolve([1.0 / 16.0, 2.0 * 0.1 / 4.0, 1.0], [0.8, 1.0])
+    above = [0.02, 0.1, 0.5, 2.0]
+    given = steps(np.random.default_rng(4), N, 12)
+    a, b, c, d, _ = cont2discrete(tf2ss(above, below), TS)
+    _, output, _ = dlsim((a, b, c, d, TS), given, x0=[3.0, -1.0, 0.5])
+    record = SignalRecord("moving", TS * np.arange(N), given, output[:, 0] + 0.7)
+    fit = fit_continuous([record], order=3, zeros=3, real_lags=False, start="free")
+    assert fit.numerator == pytest.approx(above, rel=1e-3, abs=1e-4)
+    assert fit.fit_percent > 99.99
+
+
+def test_instrumental_variables_find_the_poles_without_a_grid():
+    below = np.convolve([1.0 / 36.0, 2.0 * 0.2 / 6.0, 1.0], [0.1, 1.0])
+    record = planted([0.2, 1.0], below, 5, noise=0.02)
+    structure = ContinuousStructure(3, 2, False, False, "free")
+    problem = structure.problem([record])
+    truth = pole_coordinates(-1.0 / np.roots(below))
+    least = float(np.sum(problem.solved(truth, WHITE)[1] ** 2))
+    costs = [
+        float(np.sum(problem.solved(x, WHITE)[1] ** 2))
+        for x in instrumental_variable_starts(structure, [record])
+    ]
+    assert min(costs) < 1.05 * least
+
+
+@settings(max_examples=25, deadline=None)
+@given(
+    sizes=st.lists(st.floats(0.01, 10.0), min_size=1, max_size=3),
+    damping=st.floats(0.05, 0.95),
+    lags=st.lists(st.floats(0.01, 10.0), max_size=3),
+)
+def test_pole_coordinates_keep_the_polynomial(sizes, damping, lags):
+    pairs = [size * np.exp(sign * 1j * np.arccos(damping)) for size in sizes for sign in (1, -1)]
+    constants = np.array([*pairs, *lags][:6]) if len(pairs) < 6 else np.array(pairs)
+    structure = ContinuousStructure(constants.size, real_lags=False)
+    below = np.array([1.0])
+    for constant in constants:
+        below = np.convolve(below, [constant, 1.0])
+    again = structure.denominator(pole_coordinates(constants))
+    np.testing.assert_allclose(again, np.real(below), rtol=1e-8)
+
+
+def test_a_scan_finds_the_structure_and_stays_nested():
+    record = planted([1.0], np.convolve([0.05, 0.1, 1.0], [0.6, 1.0]), 6, noise=0.01)
+    fits = {f.structure: f for f in scan_structures([record], start="free")}
+    cost = {
+        (s.order, s.zeros): f.cost for s, f in fits.items() if not (s.integrators or s.dead_time)
+    }
+    assert cost[3, 0] < 0.1 * min(c for (n, _), c in cost.items() if n < 3)
+    for (order, zeros), value in cost.items():
+        for (fewer, less), simple in cost.items():
+            if fewer <= order and less <= zeros and order - fewer <= zeros - less:
+                assert value < 1.02 * simple, ((order, zeros), (fewer, less))
