@@ -186,7 +186,11 @@ def found_row(
 
 
 def study(
-    repeats: int, chosen: Sequence[Case], rows: Mapping[Task, dict[str, Any]], mark: str
+    repeats: int,
+    chosen: Sequence[Case],
+    rows: Mapping[Task, dict[str, Any]],
+    mark: str,
+    begin: int = 1,
 ) -> dict[str, Any]:
     """The result: scores, and the rows that they were counted from.
 
@@ -195,12 +199,13 @@ def study(
         chosen: cases; those without a row are not counted.
         rows: (kind, name, seed) -> row.
         mark: fingerprint of the code that made them.
+        begin: number of the first case.
     """
     kind = f"repeats {repeats}"
     pairs = [(c, rows[kind, c["name"], c["seed"]]) for c in chosen if _key(kind, c) in rows]
     return {
         "schema": "pamsim-blind-study/3",
-        "command": f"python scripts/blind_study.py --repeats {repeats}",
+        "command": f"python scripts/blind_study.py --repeats {repeats} --from {begin}",
         "cases": hashlib.sha256(CASES.read_bytes()).hexdigest()[:16],
         "fingerprint": mark,
         "planned": len(cases()),
@@ -254,7 +259,7 @@ def main() -> None:
         done = {(r["kind"], r["name"], r["seed"]) for r in kept if r["fingerprint"] == mark}
         tasks = [task for task in tasks if task in done]
     rows = kept_rows(run_one, tasks, KEPT, mark, options.workers)
-    result = study(options.repeats, chosen, rows, mark)
+    result = study(options.repeats, chosen, rows, mark, options.begin)
     print(json.dumps(result["scores"], indent=1))
     print(printed(result["must_show"]))
     if options.json is not None:

@@ -97,3 +97,17 @@ def test_the_record_names_the_peers_it_was_compared_with():
                 fit for fit in peers["sets"][name][method]["stable"].values() if fit is not None
             ]
             assert (row["best"] or {"fit_percent": None})["fit_percent"] == max(fits, default=None)
+
+
+def test_the_table_in_the_document_is_that_of_the_record():
+    sets = json.loads((RESULTS / "identify_literature.json").read_text(encoding="utf-8"))["sets"]
+    text = (RESULTS.parents[1] / "docs" / "identify.md").read_text(encoding="utf-8")
+    for name, entry in sets.items():
+        (line,) = [line for line in text.splitlines() if line.startswith(f"| {name} |")]
+        _, model, own, *peers = [cell.strip() for cell in line.strip("|").split("|")]
+        assert model == entry["pamsim"]["shown"].replace("_", " ")
+        assert own == f"{entry['pamsim']['fit_percent']:.1f}"
+        bests = [peer["best"] for peer in entry["peers"].values()]
+        assert peers == ["-" if best is None else f"{best['fit_percent']:.1f}" for best in bests]
+        reasoned = name in ("heating system", "robot arm")
+        assert (entry["pamsim"]["recommended"] is not None) is reasoned
