@@ -111,3 +111,21 @@ def test_the_table_in_the_document_is_that_of_the_record():
         assert peers == ["-" if best is None else f"{best['fit_percent']:.1f}" for best in bests]
         reasoned = name in ("heating system", "robot arm")
         assert (entry["pamsim"]["recommended"] is not None) is reasoned
+
+
+def test_the_counts_of_planted_systems_in_the_document_are_those_of_the_record():
+    study = json.loads((RESULTS / "identify_planted.json").read_text(encoding="utf-8"))
+    text = (RESULTS.parents[1] / "docs" / "identify.md").read_text(encoding="utf-8")
+    for label, score in (
+        ("number of poles right within one", "poles_within_one"),
+        ("number of poles exact", "poles_exact"),
+        ("integrator or none, right", "integrator_right"),
+        ("recommended", "recommended"),
+        ("recommended models that fail their own residual test", "recommended_failing_their_test"),
+        ("95 % intervals that hold the planted number, structure given", "intervals_that_hold"),
+    ):
+        found = study["scores"][score]
+        assert f"| {label} | {found['hits']} of {found['count']} |" in text
+    single = [row for row in study["rows"] if row["poles"] == 1]
+    more = sum(row["found"]["poles"] > 1 for row in single)
+    assert f"{more} of {len(single)} systems of one pole" in text
