@@ -131,7 +131,7 @@ def test_a_planted_plant_is_found_and_recommended(monkeypatch, capsys, recording
     assert "* second_order" in text
     page = Page((out / "index.html").read_text(encoding="utf-8"))
     assert page.open == []
-    assert sorted(page.images) == ["bode.png", "fit.png", "step.png"]
+    assert sorted(page.images) == ["bode.png", "fit.png", "scan.png", "step.png"]
     for image in page.images:
         assert (out / image).read_bytes()[:4] == b"\x89PNG"
     rows = (out / "curves.csv").read_text().splitlines()
