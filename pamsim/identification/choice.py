@@ -28,8 +28,7 @@ class Recommendation:
     Attributes:
         name: of the candidate; empty if none can be trusted, or past inputs explain part of the
             residuals of the best.
-        best: the model that describes the records best, whose parameters they determine; empty if
-            none can be trusted.
+        best: the model that describes the records best; empty if none can be trusted.
         reason: for the best, as a sentence.
         missing: what the best does not describe, as a sentence; empty if nothing.
         aicc: name of every continuous candidate -> AICc by effective samples, relative to the best.
@@ -54,11 +53,11 @@ def recommend(
     """Recommend one continuous model; discrete ones stand beside for comparison.
 
     What a scan chose is the best. Else only fits that converged and whose parameters the data
-    determine are eligible. With held-out
-    trials a richer model is preferred if its squared error there is significantly smaller (test of
-    Diebold and Mariano, one-sided, 5 %). Without, the smallest AICc decides, or the simpler model
-    if it is within 2. AICc uses the effective number of independent samples, because the residuals
-    of a mechanism are correlated and would otherwise favour every added parameter.
+    determine are eligible. With held-out trials a richer model is preferred if its squared error
+    there is significantly smaller (test of Diebold and Mariano, one-sided, 5 %). Without, the
+    smallest AICc decides, or the simpler model if it is within 2. AICc uses the effective number of
+    independent samples, because the residuals of a mechanism are correlated and would otherwise
+    favour every added parameter.
 
     Args:
         candidates: fitted side by side.

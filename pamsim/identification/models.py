@@ -229,7 +229,7 @@ def fit_models(
             start=models.start,
             report=lambda structure: fitting.report(structure.sentence),
         )
-        chosen, why = _best_determined(choice, fitting)
+        chosen, why = _best_determined(choice, fitting, _unwanted(choice, models))
     for na, nb, nk in arx_orders:
         # A single step may not separate one b from the next.
         for b in (nb,) if models.arx is not None else range(nb, 0, -1):
@@ -248,13 +248,25 @@ def fit_models(
     )
 
 
-def _best_determined(choice: StructureChoice, fitting: _Fitting) -> tuple[str, str]:
+def _unwanted(choice: StructureChoice, models: ModelSet) -> set[int]:
+    """Places of the structures that were not asked for, by dead time or complex poles."""
+    delays = {"auto": (False, True), "none": (False,), "free": (True,)}[models.dead_time]
+    return {
+        i
+        for i, fit in enumerate(choice.fits)
+        if fit.structure.dead_time not in delays
+        or (models.poles == "real" and np.iscomplexobj(fit.structure.constants(fit.x)))
+    }
+
+
+def _best_determined(
+    choice: StructureChoice, fitting: _Fitting, unwanted: set[int]
+) -> tuple[str, str]:
     """The structure to use and the reason: what the data do not determine does not count.
 
     Unless all that they determine is materially worse: then the first choice remains.
     """
-    without: set[int] = set()
-    refuted: set[int] = set()
+    without, refuted = set(unwanted), set(unwanted)
     first = "", ""
     for _ in range(_TRIED):
         if len(without) == len(choice.fits):

@@ -75,3 +75,15 @@ def test_a_record_that_rests_at_its_end_is_judged_by_aicc():
     _, chosen, best = identified(record)
     assert "AICc" in chosen.reason
     assert best.structure.order == 1
+
+
+def test_a_dead_time_is_chosen_where_it_is_asked_for_and_not_where_it_is_ruled_out():
+    draw = np.random.default_rng(9)
+    given = steps(draw, 700, 10)
+    output = sampled([2.0], [0.4, 1.0], given, TS, delay=0.4)
+    output = output + 0.02 * np.std(output) * draw.normal(size=output.size)
+    record = SignalRecord("late", TS * np.arange(600), given[100:], output[100:])
+    for dead_time, expected in (("free", True), ("none", False)):
+        fitted = fit_models([record], [], ModelSet(start="free", dead_time=dead_time))
+        chosen = next(c.fit.structure for c in fitted.candidates if c.name == fitted.chosen)
+        assert chosen.dead_time is expected
