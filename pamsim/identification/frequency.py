@@ -228,9 +228,8 @@ def identify_frequency_response(
 
 def _variants(chosen: ModelSet, order: int) -> Iterable[tuple[int, bool]]:
     """Zeros and dead time of the models of an order."""
-    delays = {"auto": (False, True), "none": (False,), "free": (True,)}[chosen.dead_time]
     zeros = range(order) if chosen.order is None else (chosen.zeros,)
-    return [(m, late) for m in zeros for late in delays]
+    return [(m, late) for m in zeros for late in chosen.delays]
 
 
 def _no_longer_better(fits: Mapping[str, IdentifiedModel], frequencies: int, order: int) -> bool:

@@ -73,6 +73,11 @@ class ModelSet:
             if count and self.order is None:
                 raise InputError(f"`{argument}` needs `order`: that of the model that has them")
 
+    @property
+    def delays(self) -> tuple[bool, ...]:
+        """Whether models have a dead time: without, with, or both."""
+        return {"auto": (False, True), "none": (False,), "free": (True,)}[self.dead_time]
+
 
 @dataclass(frozen=True, kw_only=True)
 class Candidate:
@@ -202,8 +207,7 @@ def fit_models(
     arx_orders = _ARX if models.arx is None else (models.arx,)
     oe_orders = _OE if models.oe is None else (models.oe,)
     orders = (1, 2) if models.order is None else (models.order,)
-    delays = {"auto": (False, True), "none": (False,), "free": (True,)}[models.dead_time]
-    structures = [(order, delay) for order in orders for delay in delays]
+    structures = [(order, delay) for order in orders for delay in models.delays]
     total = len(structures) + len(arx_orders) + len(oe_orders)
     total += _SCANNED if models.order is None else 0
     fitting = _Fitting(records, held_out, total, progress)
@@ -250,11 +254,10 @@ def fit_models(
 
 def _unwanted(choice: StructureChoice, models: ModelSet) -> set[int]:
     """Places of the structures that were not asked for, by dead time or complex poles."""
-    delays = {"auto": (False, True), "none": (False,), "free": (True,)}[models.dead_time]
     return {
         i
         for i, fit in enumerate(choice.fits)
-        if fit.structure.dead_time not in delays
+        if fit.structure.dead_time not in models.delays
         or (models.poles == "real" and np.iscomplexobj(fit.structure.constants(fit.x)))
     }
 

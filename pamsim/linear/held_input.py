@@ -49,8 +49,8 @@ def chain_derivatives(
         Shape ``(N, count)`` [input unit / s^k].
 
     Source: variation of constants over each sample, in two pieces because a delayed input's knots
-    lie inside it; exponential of the chain
-        augmented by its input and the input's slope (Van Loan 1978).
+    lie inside it; exponential of the chain augmented by its input and the input's slope (Van Loan
+    1978).
     """
     whole = int(np.floor(dead_time / sample_time))
     part = dead_time / sample_time - whole

@@ -132,31 +132,39 @@ def minimise(
     Returns:
         The best optimum.
     """
-
-    def search(starts: Sequence[FloatArray], tolerance: float, steps: int) -> Fit:
-        return bounded_least_squares(
-            one_by_one(lambda x: problem.residual(x, noise)),
-            starts,
-            lower=problem.lower,
-            upper=problem.upper,
-            tolerance=tolerance,
-            gradient_tolerance=1e-14,
-            max_steps=steps,
-            follow=refined,
-        )
-
     evaluations = 0
     if len(starts) > 1:
         # Roughly first: most starts lead to the same minimum, and one end point of it is enough.
-        rough = search(starts, 1e-4, 30)
+        rough = _search(problem, starts, noise, tolerance=1e-4, steps=30, follow=refined)
         starts, evaluations = [rough.x], rough.evaluations
-    best = search(starts, 1e-11, 150)
+    best = _search(problem, starts, noise, tolerance=1e-11, steps=150, follow=refined)
     return Solution(
         x=best.x,
         theta=problem.solved(best.x, noise)[0],
         cost=best.cost,
         settled=best.converged,
         evaluations=evaluations + best.evaluations,
+    )
+
+
+def _search(
+    problem: Separable,
+    starts: Sequence[FloatArray],
+    noise: ArNoise,
+    *,
+    tolerance: float,
+    steps: int,
+    follow: int,
+) -> Fit:
+    return bounded_least_squares(
+        one_by_one(lambda x: problem.residual(x, noise)),
+        starts,
+        lower=problem.lower,
+        upper=problem.upper,
+        tolerance=tolerance,
+        gradient_tolerance=1e-14,
+        max_steps=steps,
+        follow=follow,
     )
 
 
@@ -170,16 +178,7 @@ def rough_minimum(problem: Separable, starts: Sequence[FloatArray]) -> Solution:
     Returns:
         The better end; ``settled`` False where the search ran out of steps.
     """
-    found = bounded_least_squares(
-        one_by_one(lambda x: problem.residual(x, WHITE)),
-        starts,
-        lower=problem.lower,
-        upper=problem.upper,
-        tolerance=_ROUGH,
-        gradient_tolerance=1e-14,
-        max_steps=_ROUGH_STEPS,
-        follow=2,
-    )
+    found = _search(problem, starts, WHITE, tolerance=_ROUGH, steps=_ROUGH_STEPS, follow=2)
     theta = problem.solved(found.x, WHITE)[0]
     return Solution(
         x=found.x,

@@ -31,7 +31,8 @@ class RoughFit:
     Attributes:
         structure: which.
         x: poles and dead time, shape ``(searched,)``.
-        theta: numerator, shape ``(zeros + 1,)``.
+        theta: numerator and, of an integrating model with a free start, ``-b0 u0``, shape
+            ``(unknowns - searched,)``.
         cost: sum of squares of the residual [output unit^2].
     """
 
@@ -54,6 +55,7 @@ class StructureScan:
         records: the trials.
         start: of every trial: ``rest`` or ``free``.
         report: called with a structure before it is fitted.
+        fits: structure -> its fit; filled as the scan goes on.
     """
 
     records: Sequence[SignalRecord]
