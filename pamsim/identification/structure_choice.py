@@ -34,8 +34,9 @@ class StructureChoice:
     Attributes:
         fits: simplest first.
         fit_percent: of each on what it was fitted to [%].
-        held_out: fit percent of each on what judges; empty where AICc decides [%].
-        errors: of each on every record that judges [output unit].
+        held_out: fit percent of each on what judges, less what its own initial state takes up of
+            the noise there; empty where AICc decides [%].
+        errors: of each on every record that judges, enlarged by the same [output unit].
         aicc: of each, by effective samples; empty where held-out data decide.
         effective: number of independent samples, of AICc.
         judged_by: such as ``the last third of each trial``.
@@ -115,15 +116,22 @@ def scan_and_judge(
     """
     fitted, judges, judged_by = _parts(records, held_out)
     fits = scan_structures(fitted, start=start, report=report)
-    runs = [_runs(fit, judges) for fit in fits]
+    errors = [
+        [record.output - y for record, y in zip(judges, _runs(fit, judges), strict=True)]
+        for fit in fits
+    ]
+    errors = _without_own_degrees(fits, errors, judges)
     scores, effective = ((), 0.0) if judges else _aicc(fits, fitted)
     return StructureChoice(
         fits=tuple(fits),
         fit_percent=tuple(_percent(fitted, _runs(fit, fitted)) for fit in fits),
-        held_out=tuple(_percent(judges, run) for run in runs) if judges else (),
-        errors=tuple(
-            [record.output - y for record, y in zip(judges, run, strict=True)] for run in runs
-        ),
+        held_out=tuple(
+            _percent(judges, [r.output - e for r, e in zip(judges, own, strict=True)])
+            for own in errors
+        )
+        if judges
+        else (),
+        errors=tuple(errors),
         aicc=scores,
         effective=effective,
         judged_by=judged_by,
@@ -151,6 +159,34 @@ def _parts(
     return first, last, "the last third of each trial"
 
 
+def _without_own_degrees(
+    fits: Sequence[RoughFit], errors: list[list[FloatArray]], judges: Sequence[SignalRecord]
+) -> list[list[FloatArray]]:
+    """Errors as large as they were if no initial state were fitted to what judges.
+
+    Every model gets its own initial state there, the more numbers the more poles it has, and takes
+    up noise with them: of noise that is slow much, as it has few independent samples.
+    """
+    if not judges:
+        return errors
+    best = min(errors, key=lambda own: sum(float(e @ e) for e in own))
+    effective = _effective_samples(best, judges)
+
+    def factor(fit: RoughFit) -> float:
+        room = effective - fit.structure.per_trial * len(judges)
+        return math.sqrt(effective / max(room, 1.0))
+
+    return [[factor(fit) * e for e in own] for fit, own in zip(fits, errors, strict=True)]
+
+
+def _effective_samples(residual: Sequence[FloatArray], records: Sequence[SignalRecord]) -> float:
+    """Number of independent samples of a residual."""
+    samples = sum(record.output.size for record in records)
+    interval = float(np.median([record.sample_time for record in records]))
+    noise = fit_ar_noise(residual)
+    return min(samples * interval / (2.0 * noise.correlation_time(interval)), samples)
+
+
 def _runs(fit: RoughFit, records: Sequence[SignalRecord]) -> list[FloatArray]:
     return [fit.structure.free_run(fit.coordinates, record)[0] for record in records]
 
@@ -166,11 +202,9 @@ def _aicc(
 ) -> tuple[tuple[float, ...], float]:
     """AICc of all above the smallest, and the effective number of samples."""
     samples = sum(record.output.size for record in records)
-    interval = float(np.median([record.sample_time for record in records]))
     best = min(fits, key=lambda fit: fit.cost)
     residual = best.structure.problem(records).solved(best.x, WHITE)[1]
-    noise = fit_ar_noise([residual])
-    effective = min(samples * interval / (2.0 * noise.correlation_time(interval)), samples)
+    effective = _effective_samples([residual], records)
     scores: list[float] = []
     for fit in fits:
         k = fit.structure.unknowns + fit.structure.per_trial * len(records)
