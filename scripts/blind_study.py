@@ -34,7 +34,6 @@ from kept_rows import Task, fingerprint, kept_rows
 import pamsim
 from pamsim.comparison.effects_on_rig import rig_effect, rig_name
 from pamsim.core.errors import InputError
-from pamsim.effects.catalog import TRIAL_EFFECTS
 from pamsim.engine.rig import Rig
 from pamsim.engine.rig_parameter import rig_parameter
 from pamsim.twins.hide import hide
@@ -101,11 +100,10 @@ def run_one(task: Task) -> tuple[str, str, int, dict[str, Any]]:
     with tempfile.TemporaryDirectory() as folder:
         hidden = recorded(rig, case, int(kind.removeprefix("repeats ")))
         truth = json.loads(hidden.save(Path(folder) / "data").read_text(encoding="utf-8"))
-        tried = [effect for effect in TRIAL_EFFECTS if effect not in case["removed"]]
         began = time.perf_counter()
         data = str(Path(folder) / "data")
         try:
-            found = pamsim.diagnose(data, effects=tried, threads=1, seed=seed).to_dict()
+            found = pamsim.diagnose(data, without=case["removed"], threads=1, seed=seed).to_dict()
         except InputError as error:
             found = {**REFUSED, "refused": str(error)}
         seconds = time.perf_counter() - began
@@ -147,7 +145,14 @@ def found_row(
         "hidden": [
             {
                 key: effect[key]
-                for key in ("name", "formulation", "stands_for", "resembles", "physical")
+                for key in (
+                    "name",
+                    "formulation",
+                    "stands_for",
+                    "families",
+                    "resembles",
+                    "physical",
+                )
             }
             for effect in truth["effects"]
         ],
@@ -162,6 +167,10 @@ def found_row(
         "suggested": sorted({*claimed, *others}),
         "nearest": None if result["resembles"] is None else result["resembles"]["name"],
         "explained": result["explained"],
+        "tried": [
+            ["+".join(model["effects"]), round(model["held_out"], 4)]
+            for model in result.get("tried", ())[:8]
+        ],
         "gap": result["gap_over_floor"],
         "sizes": {
             name: {**parameters[name], **hidden}

@@ -2,9 +2,13 @@
 
     python scripts/blind_study_cases.py [--workers 2]
 
-writes blind_study_cases.json. Its first 168 cases were committed before this file and stay as they
-are, but for tiers that change with the library (`placed`); those that `planned` draws from its seed
-follow, each tier spread evenly over them, so that any beginning of either part is a fair sample.
+writes blind_study_cases.json. All cases are drawn from one seed before any is run, each tier spread
+evenly over them, so that any beginning is a fair sample. Earlier studies had other seeds: the rules
+of the diagnosis were made with those cases, and none of them returns.
+
+A tier belongs to the family of what is hidden, which is the name that a diagnosis gives. Of another
+formula are all that belong to a family of the library; outside are those that belong to none; with
+``removed`` the diagnosis tries no effect of the right families.
 
 How sizes are drawn: first the excess E that an effect shall leave, log-uniformly within the range
 of its tier (`RANGES`); then the size that leaves about that much, from runs of the independent
@@ -48,45 +52,44 @@ FILE = Path(__file__).parent / "blind_study_cases.json"
 INPUTS = ("levels", "ramps", "tones", "pulses", "loaded_levels")
 DURATION = 5.0
 
-SEED = 20261122
+SEED = 20261123
 """Of all that is drawn here."""
-
-FIRST = 168
-"""Cases that were committed before this file."""
 
 RIG = "mas20_arm"
 
 LIBRARY = (
-    "coulomb_friction",
-    "stribeck_friction",
-    "viscous_friction",
-    "load_torque",
-    "added_inertia",
-    "muscle_hysteresis",
-    "viscoelastic_creep",
-    "threshold_pressure",
-    "passive_stiffness",
-    "end_shape",
-    "muscle_mismatch",
-    "air_leak",
-    "supply_sag",
-    "valve_dead_zone",
-    "valve_flow",
-    "thermal_relaxation",
-    "valve_delay",
-    "line_lag",
-    "chain_backlash",
-    "chain_compliance",
-    "angle_bias",
-    "angle_scale",
-    "angle_lag",
-    "pressure_bias",
-    "pressure_scale",
-    "pressure_lag",
-)
-"""Effects of the library that draws are made from: those tried when the cases were drawn."""
+    "coulomb_friction", "stribeck_friction", "viscous_friction", "load_dependent_friction",
+    "load_torque", "added_inertia", "muscle_hysteresis", "viscoelastic_creep", "braid_friction",
+    "threshold_pressure", "passive_stiffness", "end_shape", "muscle_mismatch", "air_leak",
+    "supply_sag", "valve_dead_zone", "valve_flow", "valve_asymmetry",
+    "thermal_relaxation", "valve_delay", "line_lag",  "chain_backlash",
+    "chain_compliance", "sprocket_ripple", "angle_bias", "angle_scale", "angle_lag",
+    "pressure_bias", "pressure_scale", "pressure_lag",
+)  # fmt: skip
+"""Effects of the library that draws are made from: those that the independent plant has, too."""
+
+SIZED = (
+    "dahl_friction", "tanh_friction", "sticking_friction", "lugre_friction", "loaded_friction",
+    "play_hysteresis", "slip_hysteresis", "duhem_hysteresis", "constant_hysteresis",
+)  # fmt: skip
+"""Friction and hysteresis of another formula, whose size is scored."""
+
+OTHER = (
+    "power_drag", "quadratic_drag", "tilted_ground", "cogging_torque", "two_branch_creep",
+    "power_law_creep", "smooth_threshold", "cubic_spring", "cone_ends", "unequal_muscles",
+    "hardening_chain", "elastic_teeth", "laminar_leak", "cross_leak", "small_reservoir",
+    "air_temperature", "nozzle_flow", "asymmetric_dead_zone", "stuck_valve", "bus_delay",
+    "slewing_line", "two_lags", "angle_filter", "bent_angle_scale", "warming_encoder",
+    "eccentric_encoder", "pressure_filter", "bent_pressure_scale", "drifting_pressure_zero",
+)  # fmt: skip
+"""The other effects that belong to a family of the library."""
+
+OUTSIDE = ("soft_stop", "ageing_drift", "slow_clock")
+SIMILAR = ("cable_spring", "cold_air")
+"""Effects of no family of the library; those that some of it cannot be distinguished from."""
 
 RANGES = {
+    "library": (1.0, 20.0),
     "other_formula": (1.0, 20.0),
     "outside": (1.0, 20.0),
     "resembles": (1.0, 20.0),
@@ -99,18 +102,15 @@ GRID, _MIDDLE, _RATIO = (0.0078125, 0.03125, 0.125, 0.5, 2.0, 8.0), 3, 4.0
 """Sizes at which the plant is run [typical sizes], the one that comes first, and their ratio; in
 between, log E is linear in log size."""
 
-NOTHING, PAIRS, REMOVED = 44, 14, 22
-"""Fresh cases of these tiers."""
+NOTHING, PAIRS, REMOVED = 62, 24, 30
+"""Cases of these tiers."""
 
-SIZED = 5
-"""Fresh cases of each friction and hysteresis of another formula; one of each other formula."""
+OF_EACH = {"sized": 5, "other": 2, "outside": 10, "similar": 3}
+"""Cases of each effect of these kinds."""
 
-ABOUT = """Cases of scripts/blind_study.py, all fixed before any of them was run. The first 168
-were committed first: sizes in the library and of other formulas drawn log-uniformly between 0.4
-and 20 times the noise variance that the effect leaves (1.5 to 10 for pairs and removed effects),
-in a random order. scripts/blind_study_cases.py drew the others by its rule. Sizes are in typical
-sizes of the effect; excess is the E that each effect leaves by itself, in units of the noise
-variance."""
+ABOUT = """Cases of scripts/blind_study.py, all drawn by the rule of scripts/blind_study_cases.py
+before any of them was run. Sizes are in typical sizes of the effect; excess is the E that each
+effect leaves by itself, in units of the noise variance."""
 
 _STEP = 2e-3
 """Of the integrator [s]; at 1.7e-4 s E is the same within 0.1 %."""
@@ -122,69 +122,37 @@ Case = dict[str, Any]
 Signals = Mapping[str, FloatArray]
 
 
-def right_names(effect: str) -> set[str]:
-    """Names for a hidden effect among those that draws are made from."""
-    return all_names(effect) & set(LIBRARY)
-
-
-def all_names(effect: str) -> set[str]:
-    """Names of the library for a hidden effect."""
-    return set(PLANT_EFFECTS[effect].stands_for if effect in PLANT_EFFECTS else (effect,))
-
-
-def placed(case: Mapping[str, Any]) -> Case:
-    """A case in its tier under the library as it is now.
-
-    An effect from outside the library, or that only resembles one of it, is one of another formula
-    once a diagnosis tries a right name; where the true effect is removed, all right names are.
-    """
-    tier, removed = case["tier"], set(case["removed"])
-    right = [all_names(effect) & set(TRIAL_EFFECTS) for effect in case["effects"]]
-    if tier in ("outside", "resembles") and all(right):
-        tier = "other_formula"
-    if tier == "removed":
-        removed = removed.union(*right)
-    return {**case, "tier": tier, "removed": sorted(removed, key=TRIAL_EFFECTS.index)}
-
-
 def families(effect: str) -> set[str]:
-    """Families of these names."""
-    return {EFFECTS[name].family for name in right_names(effect)}
+    """Families of the library that are right names for an effect."""
+    if effect in PLANT_EFFECTS:
+        return set(PLANT_EFFECTS[effect].families)
+    return {EFFECTS[effect].family}
 
 
-def planned(before: Sequence[Mapping[str, Any]]) -> list[Case]:
-    """The fresh cases, with the E of each effect that was drawn in place of its size.
-
-    Args:
-        before: cases whose names go on and whose pairs, removed effects and seeds do not return.
-    """
+def planned() -> list[Case]:
+    """The cases, with the E of each effect that was drawn in place of its size."""
     rng = np.random.default_rng(SEED)
-    hidden = {name for case in before for name in case["effects"]}
-    plant = [name for name in PLANT_EFFECTS if name in hidden]  # what comes later changes no draw
-    other = [name for name in plant if right_names(name)]
-    sized = [n for n in other if families(n) & {"joint_friction", "muscle_hysteresis"}]
-    without_name = [name for name in plant if not right_names(name)]
-    found = [("nothing", ())] * NOTHING
-    found += [("other_formula", (n,)) for n in other for _ in range(SIZED if n in sized else 1)]
-    for name in without_name:
-        similar = bool(PLANT_EFFECTS[name].resembles)
-        found += [("resembles", (name,))] if similar else [("outside", (name,))] * 3
-    found += [("removed", (name,)) for name in _to_remove(rng, other, before)]
-    found += [("pair", pair) for pair in _pairs(rng, other, before)]
-    taken = {case["name"] for case in before}
-    seeds = iter(rng.permutation(np.arange(60000, 90000)).tolist())
+    found: list[tuple[str, tuple[str, ...]]] = [("nothing", ())] * NOTHING
+    found += [("library", (name,)) for name in LIBRARY]
+    found += [("other_formula", (name,)) for name in SIZED for _ in range(OF_EACH["sized"])]
+    found += [("other_formula", (name,)) for name in OTHER for _ in range(OF_EACH["other"])]
+    found += [("outside", (name,)) for name in OUTSIDE for _ in range(OF_EACH["outside"])]
+    found += [("resembles", (name,)) for name in SIMILAR for _ in range(OF_EACH["similar"])]
+    found += [("removed", (name,)) for name in _to_remove(rng)]
+    found += [("pair", pair) for pair in _pairs(rng)]
+    seeds = iter(rng.permutation(np.arange(90_000, 120_000)).tolist())
+    count: dict[str, int] = {}
     cases: list[Case] = []
     for number, (tier, effects) in enumerate(_spread(rng, found)):
-        stem = "_and_".join(effects) or "is_hidden"
-        free = (f"{tier}_{stem}_{k}" for k in range(1, len(found) + FIRST))
-        name = next(n for n in free if n not in taken)
-        taken.add(name)
+        stem = f"{tier}_{'_and_'.join(effects) or 'is_hidden'}"
+        count[stem] = count.get(stem, 0) + 1
+        gone = set[str]().union(*map(families, effects)) if tier == "removed" else set[str]()
         cases.append(
             {
-                "name": name,
+                "name": f"{stem}_{count[stem]}",
                 "tier": tier,
                 "effects": {effect: _drawn(rng, tier) for effect in effects},
-                "removed": [],
+                "removed": [name for name in TRIAL_EFFECTS if EFFECTS[name].family in gone],
                 "noise": ("white", "drifting", "quantised")[number % 3],
                 "variation": 0.003 if rng.uniform() < 0.75 else 0.0,
                 "forces": bool(rng.uniform() < 2.0 / 3.0),
@@ -200,28 +168,18 @@ def _drawn(rng: np.random.Generator, tier: str) -> float:
     return float(np.exp(rng.uniform(math.log(low), math.log(high))))
 
 
-def _to_remove(
-    rng: np.random.Generator, other: Sequence[str], before: Sequence[Mapping[str, Any]]
-) -> list[str]:
-    """Effects for the tier ``removed``: other formulas that were not in it, then the library's."""
-    gone = {name for case in before if case["tier"] == "removed" for name in case["effects"]}
-    fresh = [name for name in other if name not in gone]
-    library = [name for name in LIBRARY if name not in gone]
-    return [*rng.permutation(fresh).tolist(), *rng.permutation(library).tolist()][:REMOVED]
+def _to_remove(rng: np.random.Generator) -> list[str]:
+    """Effects for the tier ``removed``: half by other formulas, half the library's."""
+    other = rng.permutation((*SIZED, *OTHER)).tolist()[: REMOVED // 2]
+    return [*other, *rng.permutation(LIBRARY).tolist()[: REMOVED - len(other)]]
 
 
-def _pairs(
-    rng: np.random.Generator, other: Sequence[str], before: Sequence[Mapping[str, Any]]
-) -> Iterator[tuple[str, str]]:
+def _pairs(rng: np.random.Generator) -> Iterator[tuple[str, str]]:
     """Pairs of two families, the first by another formula, every second time the other too."""
-    known = {frozenset(case["effects"]) for case in before}
+    other = (*SIZED, *OTHER)
     for number, first in enumerate(rng.permutation(other).tolist()[:PAIRS]):
         fellows = rng.permutation(other if number % 2 else LIBRARY).tolist()
-        yield next(
-            (first, fellow)
-            for fellow in fellows
-            if not families(first) & families(fellow) and frozenset((first, fellow)) not in known
-        )
+        yield next((first, fellow) for fellow in fellows if not families(first) & families(fellow))
 
 
 def _spread(
@@ -311,36 +269,33 @@ def size_that_leaves(effect: str, wanted: float, forces: bool, rig: str) -> floa
     return GRID[_MIDDLE] if least > wanted else GRID[-1]
 
 
-def answered(asked: tuple[str, Sequence[tuple[bool, Case]]]) -> list[tuple[float, float]]:
-    """Size and E of an effect in each case; with True the E is given and the size is sought."""
+def answered(asked: tuple[str, Sequence[Case]]) -> list[tuple[float, float]]:
+    """Size of an effect in each case that leaves about the E drawn, and the E that it leaves."""
     effect, cases = asked
     found: list[tuple[float, float]] = []
-    for sought, case in cases:
-        size, where = case["effects"][effect], (case["forces"], case["rig"])
-        if sought:
-            size = float(f"{size_that_leaves(effect, size, *where):.3g}")
+    for case in cases:
+        where = (case["forces"], case["rig"])
+        size = float(f"{size_that_leaves(effect, case['effects'][effect], *where):.3g}")
         found.append((size, float(f"{between(effect, size, *where):.3g}")))
     return found
 
 
 def main() -> None:
-    """Keep the first cases, draw the others, write all."""
+    """Draw the cases, size them, write them."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--workers", type=int, default=2)
     options = parser.parse_args()
-    first = json.loads(FILE.read_text(encoding="utf-8"))["cases"][:FIRST]
-    cases: list[Case] = [{**case, "rig": RIG, "excess": {}} for case in first]
-    cases += [{**case, "excess": {}} for case in planned(first)]
-    asked: dict[str, list[tuple[bool, Case]]] = {}
-    for number, case in enumerate(cases):
+    cases: list[Case] = [{**case, "excess": {}} for case in planned()]
+    asked: dict[str, list[Case]] = {}
+    for case in cases:
         for effect in case["effects"]:
-            asked.setdefault(effect, []).append((number >= FIRST, case))
+            asked.setdefault(effect, []).append(case)
     with ProcessPoolExecutor(options.workers) as pool:
         results = tqdm(pool.map(answered, asked.items()), total=len(asked), desc="effects")
         for (effect, those), found in zip(asked.items(), results, strict=True):
-            for (_, case), (size, left) in zip(those, found, strict=True):
+            for case, (size, left) in zip(those, found, strict=True):
                 case["effects"][effect], case["excess"][effect] = size, left
-    lines = ",\n".join("  " + json.dumps(placed(case)) for case in cases)
+    lines = ",\n".join("  " + json.dumps(case) for case in cases)
     head = json.dumps(ABOUT.replace("\n", " "))
     FILE.write_text(f'{{\n "about": {head},\n "cases": [\n{lines}\n ]\n}}\n', encoding="utf-8")
 

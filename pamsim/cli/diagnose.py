@@ -22,6 +22,7 @@ _ROWS = 6  # of a table on the screen; the page has them all
 @click.argument("data", nargs=-1, required=True)
 @click.option("--rig", help="Shipped rig or rig folder; the recordings' own if left out.")
 @click.option("--effects", multiple=True, help="Effects to try: NAME,NAME; all if left out.")
+@click.option("--without", multiple=True, help="Effects not to try: NAME,NAME.")
 @click.option("--nuisance", multiple=True, help="Parameters refitted with every effect: NAME,NAME.")
 @click.option("--channels", multiple=True, help="Channels to compare: angle,pressure,force.")
 @click.option("--hold-out", multiple=True, help="Trials or protocols to judge by: NAME,NAME.")
@@ -34,6 +35,7 @@ def command(
     data: tuple[str, ...],
     rig: str | None,
     effects: tuple[str, ...],
+    without: tuple[str, ...],
     nuisance: tuple[str, ...],
     channels: tuple[str, ...],
     hold_out: tuple[str, ...],
@@ -67,6 +69,7 @@ def command(
                 data,
                 rig=rig,
                 effects=tried,
+                without=_listed(without),
                 nuisance=_listed(nuisance),
                 channels=_listed(channels),
                 hold_out=_listed(hold_out),

@@ -173,23 +173,34 @@ def candidate(rig: Rig, effect: Effect) -> Candidate:
     return Candidate(effect=effect, parameters=free, neutral=neutral, probes=tuple(probes))
 
 
-def candidates(rig: Rig, names: Sequence[str] = ()) -> tuple[tuple[Candidate, ...], dict[str, str]]:
+def candidates(
+    rig: Rig, names: Sequence[str] = (), without: Sequence[str] = ()
+) -> tuple[tuple[Candidate, ...], dict[str, str]]:
     """The effects that can be tried on a rig.
 
     Args:
         rig: its model.
         names: of effects, as `rig_effect` takes them, without a form for all forms; if left out,
             all that recordings are searched for.
+        without: names of effects to leave out, in all of their forms.
 
     Returns:
         The effects in all of their forms that the rig can have, the usual form of each first, and
-        why others cannot be tried.
+        why others are not tried.
+
+    Raises:
+        InputError: for a name that is not known, or if nothing is left to try.
     """
     tried: dict[str, Candidate] = {}
     skipped: dict[str, str] = {}
     known = forms(rig)
     own = [name for name in known if name not in FORMS and known[name][0].in_trials]
-    for name in names or (*TRIAL_EFFECTS, *own):
+    for name in without:
+        look_up(name, known)
+    chosen = [name for name in names or (*TRIAL_EFFECTS, *own) if name not in without]
+    if not chosen:
+        raise InputError("`without` leaves no effect to try; name fewer, or others in `effects`")
+    for name in chosen:
         look_up(name, known)
         for label in _labels(rig, name, known):
             try:
@@ -205,7 +216,11 @@ def candidates(rig: Rig, names: Sequence[str] = ()) -> tuple[tuple[Candidate, ..
                 replace(one, usual=usual, asked_for=bool(names), probes=tuple(probes)),
             )
     found = {name for one in tried.values() for name in (one.name, one.effect.name)}
-    return tuple(tried.values()), {n: why for n, why in skipped.items() if n not in found}
+    left_out = dict.fromkeys(without, "left out on request")
+    return tuple(tried.values()), {
+        **{n: why for n, why in skipped.items() if n not in found},
+        **left_out,
+    }
 
 
 def _labels(rig: Rig, name: str, known: Mapping[str, tuple[Effect, ...]]) -> list[str]:

@@ -43,6 +43,7 @@ def compared(
     data: CalibrationData,
     rig: Rig,
     effects: Sequence[str],
+    without: Sequence[str],
     nuisance: Sequence[str],
     channels: Sequence[str],
     hold_out: Sequence[str],
@@ -52,7 +53,7 @@ def compared(
     data = data.of_rig(rig)
     split = held_out_split(data, hold_out)
     freed = [f.free for f in freed_parameters(rig, nuisance)]
-    tried, skipped = candidates(rig, effects)
+    tried, skipped = candidates(rig, effects, without)
     refitted = {p.name for p in freed}
     for candidate in tried:
         shared = sorted(refitted & {p.name for p in candidate.parameters})

@@ -35,6 +35,7 @@ class Kind(StrEnum):
 
 APPLIES: dict[str, Collection[Kind]] = {
     "rig": (Kind.RECORDINGS, Kind.TABLE),
+    "without": (Kind.RECORDINGS,),
     "nuisance": (Kind.RECORDINGS, Kind.TABLE),
     "channels": (Kind.RECORDINGS,),
     "hold_out": (Kind.RECORDINGS,),
@@ -50,6 +51,7 @@ def diagnose(
     *,
     rig: Source | Rig | None = None,
     effects: Sequence[str] = (),
+    without: Sequence[str] = (),
     nuisance: Sequence[str] = (),
     channels: Sequence[str] = (),
     hold_out: Sequence[str] = (),
@@ -67,7 +69,9 @@ def diagnose(
             means, ``alraouf2025_equations`` for the printed branches.
         rig: name or folder of the rig, or a loaded one. If left out, the recordings' own; for a
             table the MAS-20 arm by its published force map (``published``).
-        effects: names of those that may be missing; all that the data can show if left out.
+        effects: names of those that may be missing; if left out, all that the data can show, of
+            which the rare ones are tried only where the others leave something.
+        without: names of those that are not tried, such as what is known not to be missing.
         nuisance: parameters that are refitted with every effect, which must do better; if left out,
             `pamsim.diagnosis.recordings.NUISANCE` or `pamsim.diagnosis.table_at_rest.NUISANCE`.
         channels: kinds of channel to compare: ``angle``, ``pressure``, ``force``; all if left out.
@@ -87,6 +91,7 @@ def diagnose(
     kind = kind_of(sources)
     options = {
         "rig": rig is not None,
+        "without": bool(without),
         "nuisance": bool(nuisance),
         "channels": bool(channels),
         "hold_out": bool(hold_out),
@@ -115,6 +120,7 @@ def diagnose(
         measured,
         _loaded(rig or measured.rig or "mas20_arm"),
         effects=effects,
+        without=without,
         nuisance=nuisance or recordings.NUISANCE,
         channels=channels or CHANNELS,
         hold_out=hold_out,

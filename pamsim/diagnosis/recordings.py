@@ -39,6 +39,7 @@ def diagnose_recordings(
     rig: Rig,
     *,
     effects: Sequence[str] = (),
+    without: Sequence[str] = (),
     nuisance: Sequence[str] = NUISANCE,
     channels: Sequence[str] = CHANNELS,
     hold_out: Sequence[str] = (),
@@ -54,6 +55,7 @@ def diagnose_recordings(
         data: the recordings.
         rig: without effects.
         effects: names of those that may be missing; all if left out.
+        without: names of those that are not tried.
         nuisance: rig parameters that are refitted with every effect.
         channels: kinds of channel to compare.
         hold_out: trials or protocols to judge by; see `held_out_split`.
@@ -67,7 +69,7 @@ def diagnose_recordings(
         InputError: for what cannot be used, or if the simulation breaks down.
     """
     began = time.perf_counter()
-    comparison = compared(data, rig, effects, nuisance, channels, hold_out, threads)
+    comparison = compared(data, rig, effects, without, nuisance, channels, hold_out, threads)
     data, split, parts = comparison.data, comparison.split, comparison.split.parts
     engine, simulator = comparison.engine, comparison.simulator
     fits = None

@@ -227,11 +227,12 @@ def _alternative(
 
 
 def _form_error(method: TrialDiagnosis, step: Improvement | None) -> float:
-    """Amplitude of what is left for certain over that of what an effect explains [-].
+    """Amplitude of what a model may leave over that of what an effect explains [-].
 
-    At most 1: beyond, the size is not known to within itself.
+    Repeats that do not show a remainder limit it. At most 1: beyond, the size is not known to
+    within itself.
     """
-    left = method.conclusion.left_for_certain
+    left = max(method.conclusion.left_for_certain, method.conclusion.lack.at_most)
     if left <= 0.0:
         return 0.0
     return min(math.sqrt(left / step.gain), 1.0) if step is not None and step.gain > 0.0 else 1.0

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 
 from pamsim.diagnosis.method.verdict import Verdict
 from pamsim.diagnosis.method.verdict_thresholds import LARGE_REMAINDER_LOSS
+from pamsim.effects.effect import FAMILIES
 
 if TYPE_CHECKING:
     from pamsim.diagnosis.result import Diagnosis, Estimate, FoundEffect, Place
@@ -69,7 +70,7 @@ def sized(name: str, estimate: Estimate) -> str:
 
 def _named(result: Diagnosis) -> str:
     parts = [
-        f"{effect.missing} ({effect.name}, "
+        f"{_of_family(effect)}{effect.missing} ({effect.name}, "
         f"{', '.join(sized(name, p) for name, p in effect.parameters.items())})"
         for effect in result.effects
     ]
@@ -91,6 +92,11 @@ def _named(result: Diagnosis) -> str:
         f"Missing: {what}; {'it explains' if single else 'together they explain'}"
         f" {_share(result)} of the gap{left}; held-out {_levels(result)}"
     )
+
+
+def _of_family(effect: FoundEffect) -> str:
+    """What is certain before its kind, where the family has several kinds."""
+    return f"{FAMILIES[effect.family]}, best described as " if effect.family in FAMILIES else ""
 
 
 def _share(result: Diagnosis) -> str:

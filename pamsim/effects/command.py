@@ -7,7 +7,7 @@ from pamsim.effects.effect import Effect, EffectParameter
 EFFECTS = (
     Effect(
         name="valve_delay",
-        family="delay",
+        family="command_delay",
         missing="a delay before the valves act",
         equation="u_valve(t) = u(t - delay)",
         parameters=(EffectParameter(name="valve.delay", typical=0.01, low=0.0, high=0.1),),
@@ -17,7 +17,7 @@ EFFECTS = (
     ),
     Effect(
         name="line_lag",
-        family="delay",
+        family="command_delay",
         missing="a lag between the command and the valves",
         equation="tau u_valve' = u - u_valve",
         parameters=(EffectParameter(name="valve.line_lag", typical=0.02, low=0.0, high=0.5),),
@@ -27,7 +27,7 @@ EFFECTS = (
     ),
     Effect(
         name="valve_slew",
-        family="valve_slew",
+        family="command_delay",
         missing="a limit on the speed at which the valves open and close",
         equation="|u_valve'| <= 1 / travel_time",
         parameters=(EffectParameter(name="valve.travel_time", typical=0.03, low=0.0, high=1.0),),

@@ -90,13 +90,26 @@ class EffectParameter:
         return base + self.low, base + self.high
 
 
+FAMILIES: dict[str, str] = {
+    "joint_friction": "friction at the joint",
+    "muscle_force": "another force of the muscles at rest",
+    "valve": "other valves",
+    "command_delay": "a delay or lag between the command and the valves",
+    "angle_sensor": "an error of the angle sensor",
+    "pressure_sensor": "an error of the pressure sensors",
+    "pressure_force": "another force per pressure",
+}
+"""Family with several kinds -> what is missing, as the end of a sentence."""
+
+
 @dataclass(frozen=True, kw_only=True)
 class Effect:
     """A physical effect.
 
     Attributes:
         name: as in diagnoses and on the command line.
-        family: effects of one family are similar in most data.
+        family: physical cause that a diagnosis names; of the effects of one family, which are its
+            kinds, data of a rig that no formula describes exactly may prefer another.
         missing: what a model without it is missing, as the end of a sentence.
         equation: what it does in the model, in plain text; empty if not stated.
         parameters: what it frees, the one that measures its size first.

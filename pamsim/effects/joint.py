@@ -151,7 +151,7 @@ EFFECTS = (
     ),
     Effect(
         name="load_torque",
-        family="offset",
+        family="load",
         missing="a gravity or payload torque on the arm",
         equation="gravity g sin(tilt) in the plane in which the arm turns",
         parameters=(

@@ -7,7 +7,7 @@ from pamsim.effects.effect import Effect, EffectParameter
 EFFECTS = (
     Effect(
         name="angle_bias",
-        family="offset",
+        family="angle_sensor",
         missing="an offset of the angle sensor",
         equation="beta_read = beta + bias",
         parameters=(EffectParameter(name="sensor.angle_bias", typical=0.01, low=-0.2, high=0.2),),
@@ -16,7 +16,7 @@ EFFECTS = (
     ),
     Effect(
         name="angle_scale",
-        family="angle_scale",
+        family="angle_sensor",
         missing="a wrong scale of the angle sensor",
         equation="beta_read = scale beta",
         parameters=(
@@ -29,7 +29,7 @@ EFFECTS = (
     ),
     Effect(
         name="angle_lag",
-        family="delay",
+        family="angle_sensor",
         missing="a lag of the angle sensor",
         equation="tau beta_read' = beta - beta_read",
         parameters=(EffectParameter(name="sensor.angle_lag", typical=0.01, low=0.0, high=0.3),),
@@ -38,7 +38,7 @@ EFFECTS = (
     ),
     Effect(
         name="pressure_bias",
-        family="pressure_deficit",
+        family="pressure_sensor",
         missing="an offset of the pressure sensors",
         equation="p_read = p + bias",
         parameters=(EffectParameter(name="sensor.pressure_bias", typical=3e3, low=-5e4, high=5e4),),
@@ -47,7 +47,7 @@ EFFECTS = (
     ),
     Effect(
         name="pressure_scale",
-        family="pressure_deficit",
+        family="pressure_sensor",
         missing="a wrong scale of the pressure sensors",
         equation="p_read = scale p",
         parameters=(
@@ -60,7 +60,7 @@ EFFECTS = (
     ),
     Effect(
         name="pressure_lag",
-        family="delay",
+        family="pressure_sensor",
         missing="a lag of the pressure sensors",
         equation="tau p_read' = p - p_read",
         parameters=(EffectParameter(name="sensor.pressure_lag", typical=0.01, low=0.0, high=0.3),),

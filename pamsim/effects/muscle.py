@@ -227,7 +227,7 @@ EFFECTS = (
     ),
     Effect(
         name="muscle_mismatch",
-        family="offset",
+        family="muscle_mismatch",
         missing="a difference between the two muscles",
         equation="F_2 = scale F(p, kappa) of the second muscle",
         parameters=(

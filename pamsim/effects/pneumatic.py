@@ -8,7 +8,7 @@ EFFECTS = (
     Effect(
         name="air_leak",
         form="orifice",
-        family="pressure_deficit",
+        family="leak",
         missing="a leak of air from the muscles",
         equation="mdot = -C rho_0 P phi(P_a / P) sqrt(T_0 / T)",
         parameters=(
@@ -21,7 +21,7 @@ EFFECTS = (
     Effect(
         name="air_leak",
         form="laminar",
-        family="pressure_deficit",
+        family="leak",
         missing="a leak of air from the muscles through a narrow gap",
         equation="mdot = -g (P^2 - P_a^2) / (2 R T)",
         parameters=(
@@ -36,7 +36,7 @@ EFFECTS = (
     ),
     Effect(
         name="supply_sag",
-        family="pressure_deficit",
+        family="supply",
         missing="a supply whose pressure falls with the flow that the muscles draw from it",
         equation="P_line = P_supply - R_s (mdot_1 + mdot_2 + ...)",
         parameters=(

@@ -72,6 +72,7 @@ def hide(
             unit="typical sizes",
             formulation="library",
             stands_for=(rig_effect(base, name).claim,),
+            families=(rig_effect(base, name).family,),
         )
         for name, size in by_library.items()
     ]
@@ -172,6 +173,7 @@ def _measured_size(
         formulation=one.formulation,
         stands_for=one.stands_for,
         resembles=one.resembles,
+        families=one.families,
         physical=measured,
     )
     return found, known

@@ -89,6 +89,7 @@ class HiddenEffect:
             outside the library.
         resembles: effects of the library that data can hardly distinguish from it, although none
             is its cause.
+        families: families of the library that are right for it.
         physical: its size in terms that no formula defines, such as a breakaway torque.
     """
 
@@ -98,6 +99,7 @@ class HiddenEffect:
     formulation: str
     stands_for: tuple[str, ...]
     resembles: tuple[str, ...] = ()
+    families: tuple[str, ...] = ()
     physical: Quantities = field(default_factory=dict[str, Quantity])
 
 

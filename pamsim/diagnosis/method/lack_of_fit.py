@@ -51,13 +51,20 @@ class LackOfFit:
 
     Attributes:
         size: its mean square over the noise variance; may come out below 0 where there is none.
+        error: its standard error where there is none, from the sign flips; 0 without repeats.
         p_value: one-sided, by sign flips; 1 without repeats.
         attainable: smallest p-value that the repeats can reach; 1 without repeats.
     """
 
     size: float
+    error: float
     p_value: float
     attainable: float
+
+    @property
+    def at_most(self) -> float:
+        """What may be left although it does not show: the size and its standard error."""
+        return max(self.size, 0.0) + self.error
 
     @property
     def level(self) -> float:
@@ -116,7 +123,7 @@ def lack_of_fit(
     """
     trials = _trials(fitter, fit, screened)
     if not trials:
-        return LackOfFit(size=0.0, p_value=1.0, attainable=1.0)
+        return LackOfFit(size=0.0, error=0.0, p_value=1.0, attainable=1.0)
     for _ in range(_DIRECTIONS):
         varying = _most_varying(trials)
         if varying is None:
@@ -148,7 +155,7 @@ def shared_when_held_out(
         for rows in rows_of
     ]
     if not trials:
-        return LackOfFit(size=0.0, p_value=1.0, attainable=1.0)
+        return LackOfFit(size=0.0, error=0.0, p_value=1.0, attainable=1.0)
     return _shared(trials, np.random.default_rng(seed))
 
 
@@ -225,6 +232,7 @@ def _shared(trials: Sequence[_Trial], rng: np.random.Generator) -> LackOfFit:
     scale = float(sum(np.abs(form).sum() for form in forms)) / len(forms)
     return LackOfFit(
         size=size,
+        error=float(np.std(flipped)) / len(forms),
         p_value=upper_p_value(flipped / len(forms), size, scale=scale),
         attainable=1.0 / (1 + flipped.size),
     )

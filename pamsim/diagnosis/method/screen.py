@@ -11,7 +11,6 @@ from numpy.typing import NDArray
 from pamsim.comparison.candidate import Candidate, Probe
 from pamsim.diagnosis.method.refit import Fitter, Refit
 from pamsim.diagnosis.method.signature import Signature, TangentSpace, signature
-from pamsim.diagnosis.method.verdict_thresholds import FORM_GAIN
 
 FloatArray = NDArray[np.float64]
 
@@ -193,7 +192,7 @@ def forms_beside(
     space: TangentSpace,
     misfit: FloatArray,
 ) -> tuple[tuple[float, Screened], ...]:
-    """Forms of one effect that promise to explain more than the form in a model does.
+    """What further forms of one effect promise to explain beside the form in a model.
 
     The model has taken most of the misfit already. What another form would add to it or take from
     it may have either sign.
@@ -213,8 +212,7 @@ def forms_beside(
         if one.candidate.name == name and one.candidate.label not in labels:
             gains = [t.signature.within(space).gain(misfit) for t in one.traces]
             promised.append((max(gains, default=0.0), one))
-    promised.sort(key=lambda pair: -pair[0])
-    return tuple((gain, one) for gain, one in promised if gain > FORM_GAIN)
+    return tuple(sorted(promised, key=lambda pair: -pair[0]))
 
 
 def signature_similarity(a: Screened, b: Screened) -> float:

@@ -49,6 +49,10 @@ _LEEWAY = 1.5
 _FORMS = 3
 """Most further forms of one effect that are refitted."""
 
+_FORM_LEEWAY = 6.0
+"""`_LEEWAY` for another form, whose shape a fit changes far more than a signature at one place
+shows: LuGre friction took four times what it had promised."""
+
 
 @dataclass(frozen=True, kw_only=True)
 class Growth:
@@ -142,7 +146,7 @@ class TrialSearch:
     def in_best_form(self, model: TrialModel, least: float = np.inf) -> TrialModel:
         """A model with each of its effects in the form that fits best.
 
-        Forms are refitted if their signatures promise to explain more than the model does.
+        Forms are refitted that may explain more than the model does, as their signatures promise.
 
         Args:
             model: whose effects stay.
@@ -153,7 +157,8 @@ class TrialSearch:
             space, left = self._fitter.unexplained(model.fit)
             forms = forms_beside(self._screened, model.labels, name, space, left)
             for gain, form in forms[:_FORMS]:
-                if model.fit.cost - _LEEWAY * gain > least:
+                most = _FORM_LEEWAY * gain
+                if most < FORM_GAIN or model.fit.cost - most > least:
                     continue
                 candidates = [form.candidate if c.name == name else c for c in model.candidates]
                 others = {

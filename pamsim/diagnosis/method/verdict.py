@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from enum import StrEnum
 
-from pamsim.diagnosis.method.verdict_thresholds import ADEQUATE
+from pamsim.diagnosis.method.verdict_thresholds import ADEQUATE, MOST
 
 
 class Verdict(StrEnum):
@@ -75,15 +75,17 @@ def decide(evidence: Evidence) -> Verdict:
 
     A model that goes to its limits and still leaves something stands for what is missing, whatever
     share of the gap it takes: a large gap is nearly closed by much that is not its cause. So does
-    one with a rare effect: tried because something was left, it must leave nothing, and explain
-    nearly all even where the data cannot show that it leaves something.
+    one with a rare effect: tried because something was left, it must leave nothing. Both must
+    explain nearly all even where the data cannot show that they leave something. What explains less
+    than half is not what is missing, however little the data show of the rest.
     """
     if not evidence.claimed and not evidence.gap:
         return Verdict.NOT_IDENTIFIABLE if evidence.suspected else Verdict.NO_GAP
     if not evidence.conclusive:
         return Verdict.NOT_IDENTIFIABLE
     left = evidence.remainder or evidence.large_remainder
-    short = (left or evidence.rare) and evidence.explained < ADEQUATE
+    enough = ADEQUATE if left or evidence.rare or evidence.strained else MOST
+    short = evidence.explained < enough
     stands_in = left and (evidence.strained or evidence.rare)
     if not evidence.claimed or short or stands_in:
         return Verdict.UNEXPLAINED

@@ -25,6 +25,9 @@ ADEQUATE = 0.95
 """Share of what the base model misses that a named effect must explain, where a significant
 remainder is left."""
 
+MOST = 0.5
+"""Share of what the base model misses that a named effect must explain in any case."""
+
 TIE_ERRORS = 2.0
 """Standard errors of a loss difference within which another model predicts as well."""
 

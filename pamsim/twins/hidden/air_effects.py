@@ -170,6 +170,7 @@ EFFECTS = (
     PlantEffect(
         name="stuck_valve",
         formulation="the last muscle's fill valve opens no further than this from 1.5 s on",
+        family="valve",
         unit="1",
         typical=0.3,
         change=_stuck,
@@ -179,6 +180,7 @@ EFFECTS = (
         name="cross_leak",
         formulation="a laminar leak from one muscle to the other",
         resembles=("air_leak",),
+        family="leak",
         unit="kg/(s*Pa)",
         typical=1.2e-11,
         change=_cross,

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from typing import TypeAlias
 
 from pamsim.core.recording import Recording
+from pamsim.effects.catalog import EFFECTS
 from pamsim.twins.plant.read_rig import Numbers
 from pamsim.twins.plant.run import Timing
 
@@ -35,6 +36,8 @@ class PlantEffect:
             outside the library.
         resembles: further effects of the library that it cannot be distinguished from in most
             data, although none of them is its cause.
+        family: of the library that an effect from outside it belongs to; empty if to none, or where
+            right names tell it.
         unit: of its size.
         typical: size [unit].
         change: plant and size to the plant with the effect; in place.
@@ -50,6 +53,7 @@ class PlantEffect:
     formulation: str
     stands_for: tuple[str, ...] = ()
     resembles: tuple[str, ...] = ()
+    family: str = ""
     unit: str
     typical: float
     change: Callable[[Numbers, float], None] | None = None
@@ -58,6 +62,12 @@ class PlantEffect:
     measure: Callable[[Numbers, Numbers, float], Quantities]
     library: Callable[[float, Quantities, Own], Mapping[str, float]] = lambda *_: {}
     signed: bool = False
+
+    @property
+    def families(self) -> tuple[str, ...]:
+        """Families of the library that are right names for its cause; none for what is in none."""
+        own = (self.family,) if self.family else ()
+        return tuple(dict.fromkeys((*own, *(EFFECTS[name].family for name in self.stands_for))))
 
 
 def stated(name: str, unit: str) -> Callable[[Numbers, Numbers, float], Quantities]:

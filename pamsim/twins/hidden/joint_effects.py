@@ -170,6 +170,7 @@ EFFECTS = (
     PlantEffect(
         name="quadratic_drag",
         formulation="a torque against the motion, quadratic in speed",
+        family="joint_friction",
         unit="N*m*s^2/rad^2",
         typical=0.15,
         change=_quadratic,

@@ -128,6 +128,7 @@ EFFECTS = (
         name="constant_hysteresis",
         formulation="Maxwell-slip hysteresis of six blocks, the same at every pressure",
         resembles=("muscle_hysteresis", "coulomb_friction"),
+        family="muscle_hysteresis",
         unit="N",
         typical=30.0,
         change=_constant_loop,

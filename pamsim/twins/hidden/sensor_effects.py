@@ -92,6 +92,20 @@ def _drifting(run: Recording, size: float) -> Recording:
     return dataclasses.replace(run, pressure=run.pressure + error)
 
 
+def _slow_clock(run: Recording, size: float) -> Recording:
+    late = (1.0 + size) * (run.time - run.time[0]) + run.time[0]
+
+    def read(signal: FloatArray) -> FloatArray:
+        return np.apply_along_axis(lambda column: np.interp(late, run.time, column), 0, signal)
+
+    return dataclasses.replace(
+        run,
+        positions=read(run.positions),
+        pressure=read(run.pressure),
+        tension=read(run.tension),
+    )
+
+
 def _eccentric_error(_: Numbers, __: Numbers, size: float) -> Quantities:
     return {
         "error_at_zero": Quantity(value=size * math.sin(_PHASE), unit="rad"),
@@ -135,11 +149,20 @@ EFFECTS = (
     PlantEffect(
         name="eccentric_encoder",
         formulation="an encoder off the shaft's axis: an error with one period per turn",
+        family="angle_sensor",
         unit="rad",
         typical=0.02,
         sensed=_eccentric,
         measure=_eccentric_error,
         signed=True,
+    ),
+    PlantEffect(
+        name="slow_clock",
+        formulation="a logger whose clock is slow: its samples lie further and further apart",
+        unit="1",
+        typical=0.01,
+        sensed=_slow_clock,
+        measure=stated("relative_error_of_the_period", "1"),
     ),
     PlantEffect(
         name="pressure_filter",

@@ -42,6 +42,20 @@ def test_an_effect_is_tried_at_each_place_that_it_can_have(tried, name, places):
     assert [label for label in tried if label.partition(" at ")[0] == name] == labels
 
 
+def test_what_is_left_out_is_not_tried_and_nothing_is_asked_for_by_that(rig):
+    found, skipped = candidates(rig, without=["coulomb_friction", "angle_bias"])
+    assert skipped == dict.fromkeys(("coulomb_friction", "angle_bias"), "left out on request")
+    names = {one.effect.name for one in found}
+    assert names == {one.effect.name for one in candidates(rig)[0]} - set(skipped)
+    assert {one.effect.name for one in found if one.rare}  # still tried only where it is needed
+    few, _ = candidates(rig, ["air_leak", "angle_bias"], ["angle_bias"])
+    assert {one.effect.name for one in few} == {"air_leak"}
+    with pytest.raises(InputError, match="did you mean 'air_leak'"):
+        candidates(rig, without=["air_leek"])
+    with pytest.raises(InputError, match="leaves no effect to try"):
+        candidates(rig, ["air_leak"], ["air_leak"])
+
+
 def test_forms_of_one_place_share_its_name_and_other_places_do_not(rig, tried):
     friction = [one for one in tried.values() if one.effect.name == "coulomb_friction"]
     assert [(one.name, one.effect.form) for one in friction] == [

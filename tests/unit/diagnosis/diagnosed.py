@@ -119,6 +119,7 @@ def report(
     refitted=0.97,
     at_bound=(),
     left_for_certain=0.0,
+    lack_error=0.0,
 ):
     """A diagnosis with a given verdict.
 
@@ -131,6 +132,7 @@ def report(
         explained: share of the gap.
         following: the next experiment.
         lack: size and p-value of the lack of fit, and the smallest p-value within reach.
+        lack_error: standard error of that size.
         refitted: scale of the force in the base model.
         at_bound: what ended at a limit of its range there and in the best model.
         left_for_certain: loss that the best model leaves for certain.
@@ -155,7 +157,7 @@ def report(
         explained=Share(value=explained, interval95=(explained - 0.055, explained + 0.01)),
         remainder=0.01,
         left_for_certain=left_for_certain,
-        lack=LackOfFit(size=lack[0], p_value=lack[1], attainable=lack[2]),
+        lack=LackOfFit(size=lack[0], error=lack_error, p_value=lack[1], attainable=lack[2]),
     )
     channels = [(c, p) for c in NOISE for p in PROTOCOLS]
     left = Cell(channel="angle", protocol="swing_check", excess=0.2, p_value=0.01)

@@ -45,7 +45,7 @@ def test_every_verdict_makes_a_whole_json(rig, verdict):
 
 def test_an_effect_has_its_numbers_in_the_rig_s_unit_and_in_si(rig):
     (effect,) = result(rig, Verdict.NAMED)["effects"]
-    assert (effect["name"], effect["family"]) == ("air_leak", "pressure_deficit")
+    assert (effect["name"], effect["family"]) == ("air_leak", "leak")
     leak = effect["parameters"]["chamber.leak_conductance"]
     assert leak["value_si"] == pytest.approx(1.4e-12)
     assert (leak["value"], leak["unit"]) == (pytest.approx(1.4), "mm^3/(s*kPa)")
@@ -56,7 +56,8 @@ def test_an_effect_has_its_numbers_in_the_rig_s_unit_and_in_si(rig):
 
 
 def test_an_effect_has_its_size_in_physical_terms_in_si(rig):
-    (effect,) = result(rig, Verdict.NAMED)["effects"]
+    fits = report(rig, Verdict.NAMED, ["air_leak"], lack=(-0.01, 0.5, 0.0001))
+    (effect,) = fits.to_dict()["effects"]
     flow = effect["physical"]["mass_flow"]
     assert set(flow) == {"value", "unit", "interval95"}
     # Sonic: C times the standard density of ISO 6358 times the absolute pressure.
@@ -69,8 +70,11 @@ def test_an_effect_has_its_size_in_physical_terms_in_si(rig):
 
 
 def test_a_size_is_less_certain_where_the_formula_leaves_something(rig):
-    def width(left):
-        made = report(rig, Verdict.NAMED_WITH_REMAINDER, ["air_leak"], left_for_certain=left)
+    def width(left, unseen=0.0):
+        made = report(
+            rig, Verdict.NAMED_WITH_REMAINDER, ["air_leak"], left_for_certain=left,
+            lack=(-0.01, 0.3, 0.0001), lack_error=unseen,
+        )  # fmt: skip
         (effect,) = made.to_dict()["effects"]
         flow = effect["physical"]["mass_flow"]
         low, high = flow["interval95"]
@@ -83,14 +87,16 @@ def test_a_size_is_less_certain_where_the_formula_leaves_something(rig):
         [np.hypot(below, 0.2 * value), np.hypot(above, 0.2 * value)], rel=0.01
     )
     assert width(1e3)[0] == pytest.approx(np.hypot(below, value))  # and never more than itself
+    # Nor is it more certain than the repeats could show a remainder.
+    assert width(0.0, unseen=4.1 / 25.0)[:2] == pytest.approx(wide[:2])
 
 
 def test_a_family_that_all_tied_models_share_is_certain_and_so_is_its_size(rig):
-    leaks = report(rig, Verdict.AMBIGUOUS, ["air_leak"], [["supply_sag"]])
-    assert leaks.certain == ()
-    assert leaks.certain_families == {"pressure_deficit": {}}  # their sizes are not comparable
-    assert "an effect of the family pressure deficit is missing" in leaks.sentence
-    three = report(rig, Verdict.AMBIGUOUS, ["air_leak"], [["supply_sag"], ["angle_bias"]])
+    sensors = report(rig, Verdict.AMBIGUOUS, ["pressure_scale"], [["pressure_lag"]])
+    assert sensors.certain == ()
+    assert sensors.certain_families == {"pressure_sensor": {}}  # their sizes are not comparable
+    assert "an effect of the family pressure sensor is missing" in sensors.sentence
+    three = report(rig, Verdict.AMBIGUOUS, ["pressure_scale"], [["pressure_lag"], ["angle_bias"]])
     assert three.certain_families == {}
     friction = report(rig, Verdict.AMBIGUOUS, ["coulomb_friction"], [["load_dependent_friction"]])
     found = friction.to_dict()["certain_families"]["joint_friction"]["sliding_torque"]
@@ -121,11 +127,11 @@ def test_p_values_are_corrected_for_all_effects_that_were_tried(rig):
 def test_an_unexplained_gap_resembles_the_effect_of_most_similar_signature(rig):
     near = report(rig, Verdict.UNEXPLAINED).to_dict()["resembles"]
     assert near == {
-        "name": "air_leak", "family": "pressure_deficit", "explained": pytest.approx(0.81),
+        "name": "air_leak", "family": "leak", "explained": pytest.approx(0.81),
         "p_value": None, "similarity": 0.9, "explained_interval95": None, "leaves": None,
     }  # fmt: skip
     near = report(rig, Verdict.UNEXPLAINED, ["angle_bias"], explained=0.4).to_dict()["resembles"]
-    assert (near["name"], near["family"], near["explained"]) == ("angle_bias", "offset", 0.4)
+    assert (near["name"], near["family"], near["explained"]) == ("angle_bias", "angle_sensor", 0.4)
     assert near["p_value"] < 0.05
 
 
@@ -209,10 +215,10 @@ def test_alternatives_are_told_by_how_far_they_are_behind(rig):
         (
             Verdict.NAMED_WITH_REMAINDER,
             ["Missing: something that resembles a leak of air from the muscles (air_leak",
-             "and an offset of the angle sensor (angle_bias, angle bias 0.401", "together they"
+             "and an error of the angle sensor, best described as an offset of the angle sensor (angle_bias, angle bias 0.401", "together they"
              " explain 70 [64, 71] % of the gap, and leave 0.02 of the noise variance, shared by"
-             " all repeats (p = 0.0003): another effect, of the same family (pressure deficit,"
-             " offset) or one that resembles it"],
+             " all repeats (p = 0.0003): another effect, of the same family (leak,"
+             " angle sensor) or one that resembles it"],
         ),
         (
             Verdict.AMBIGUOUS,

@@ -207,7 +207,7 @@ def test_repeats_that_vary_the_same_way_by_chance_leave_no_remainder(protocols, 
         best, fit=fit, loss=loss, improvement=dataclasses.replace(best.improvement, gain=5.0)
     )
     for fitted in (-0.02, 0.02):  # what repeats share where the model was fitted
-        lack = LackOfFit(size=fitted, p_value=0.3, attainable=0.002)
+        lack = LackOfFit(size=fitted, error=0.0, p_value=0.3, attainable=0.002)
         found_now = conclude(
             layout, one.floor, one.base, one.base_loss, [moved], 1, lambda *_: 0.0,
             lambda _, lack=lack: lack, gap_mapped=False,

@@ -7,7 +7,7 @@ import dataclasses
 import pytest
 
 from pamsim.diagnosis.method.verdict import Evidence, Verdict, decide
-from pamsim.diagnosis.method.verdict_thresholds import ADEQUATE
+from pamsim.diagnosis.method.verdict_thresholds import ADEQUATE, MOST
 
 NAMED = Evidence(claimed=True, gap=True, explained=1.0)
 ABSENT = Evidence(claimed=False, gap=False)
@@ -41,11 +41,14 @@ ABSENT = Evidence(claimed=False, gap=False)
         (NAMED, {"rare": True, "large_remainder": True}, Verdict.UNEXPLAINED),
         (NAMED, {"rare": True, "explained": ADEQUATE}, Verdict.NAMED),
         (NAMED, {"rare": True, "explained": ADEQUATE - 1e-6}, Verdict.UNEXPLAINED),
+        (NAMED, {"strained": True, "explained": ADEQUATE}, Verdict.NAMED),
+        (NAMED, {"strained": True, "explained": ADEQUATE - 1e-6}, Verdict.UNEXPLAINED),
         (NAMED, {"large_remainder": True, "explained": ADEQUATE - 1e-6}, Verdict.UNEXPLAINED),
         (NAMED, {"remainder": True, "explained": ADEQUATE}, Verdict.NAMED),
         (NAMED, {"remainder": True, "explained": ADEQUATE - 1e-6}, Verdict.UNEXPLAINED),
         (NAMED, {"remainder": True, "explained": 0.5, "tied": True}, Verdict.UNEXPLAINED),
-        (NAMED, {"remainder": False, "explained": 0.5}, Verdict.NAMED),
+        (NAMED, {"remainder": False, "explained": MOST}, Verdict.NAMED),
+        (NAMED, {"remainder": False, "explained": MOST - 1e-6}, Verdict.UNEXPLAINED),
     ],
 )
 def test_the_verdict_follows_from_the_evidence(evidence, changes, verdict):
