@@ -13,7 +13,8 @@ any MJCF; ``live``, ``reset``, ``pressures``, ``save_state`` and ``restore_state
 Models and data: ``import_log`` (a recording of a lab's own log), ``read_recordings``, ``identify``
 (transfer functions), ``fit`` (force laws and hysteresis), ``check`` (what recordings are and could
 show), ``calibrate`` (parameters of a rig), ``diagnose`` (the effect that a simulation is missing),
-``hide`` (synthetic recordings with a hidden effect), ``reproduce`` and ``replicate`` (the source
+``hide`` (synthetic recordings with a hidden effect), ``sweep`` (many simulations over varied
+parameters), ``reproduce`` and ``replicate`` (the source
 papers). Their results have ``summary()``, ``to_dict()`` and ``save(folder)``; ``plot`` draws them.
 
 A law or an effect of your own is written with `ForceLaw`, `Operator`, `Hysteresis`,
@@ -65,6 +66,7 @@ if TYPE_CHECKING:
     from pamsim.papers.reproduce import reproduce as reproduce
     from pamsim.report.plot import plot as plot
     from pamsim.store.recording_reader import read_recordings as read_recordings
+    from pamsim.sweeps.sweep import sweep as sweep
     from pamsim.twins.hide import hide as hide
 
 __version__ = "0.1.0"
@@ -106,6 +108,7 @@ _HOME = {
     "restore_state": "pamsim.engine.state",
     "save_state": "pamsim.engine.state",
     "simulate": "pamsim.engine.simulate",
+    "sweep": "pamsim.sweeps.sweep",
 }
 __all__ = sorted(_HOME)  # pyright: ignore[reportUnsupportedDunderAll]
 

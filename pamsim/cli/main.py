@@ -36,6 +36,7 @@ _COMMANDS = {
     "diagnose": "Find where a rig and recordings disagree, name the missing effect, add it.",
     "hide": "Synthetic recording of a rig with hidden effects, the ground truth in a file apart.",
     "replicate": "Recompute every printed number of the five papers; what agrees, what not.",
+    "sweep": "Simulate over varied parameters, inputs, effects or rigs: one table, sensitivities.",
     "train": "A policy for any rig by reinforcement learning (PPO).",
     "render": "A picture of a rig, or a film of a recording, without a screen.",
     "view": "A window on a rig that you drive by sliders, or on a recording.",

@@ -162,16 +162,11 @@ def _result(
     from pamsim.core.encoding import to_dict
     from pamsim.core.signal_names import KINDS
     from pamsim.core.units import PA_PER_KPA
+    from pamsim.signals.step_metrics import joint_figures
 
-    joints: dict[str, dict[str, float | None]] = {}
-    for name, found in metrics.items():
-        kind = KINDS[recording.joints[name]]
-        joints[name] = {
-            f"start_{kind.suffix}": found.start * kind.scale,
-            f"final_{kind.suffix}": found.final * kind.scale,
-            "settling_s": found.settling_time,
-            "overshoot_percent": 100.0 * found.overshoot,
-        }
+    joints = {
+        name: joint_figures(found, KINDS[recording.joints[name]]) for name, found in metrics.items()
+    }
     return to_dict(
         {
             "schema": "pamsim-step/1",

@@ -7,6 +7,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from pamsim.core.recording import Recording
+from pamsim.core.signal_names import KINDS, Kind, SignalNames
+
 
 @dataclass(frozen=True, kw_only=True)
 class StepMetrics:
@@ -65,3 +68,59 @@ def step_metrics(time: ArrayLike, response: ArrayLike) -> StepMetrics:
 
 def _largest_drop(forward: NDArray[np.float64]) -> float:
     return float(np.max(np.maximum.accumulate(forward) - forward))
+
+
+def joint_figures(found: StepMetrics, kind: Kind) -> dict[str, float]:
+    """Figures of one joint's step response by name, in the units of files.
+
+    Args:
+        found: in SI.
+        kind: of the joint's position.
+    """
+    return {
+        f"start_{kind.suffix}": found.start * kind.scale,
+        f"final_{kind.suffix}": found.final * kind.scale,
+        "settling_s": found.settling_time,
+        "overshoot_percent": 100.0 * found.overshoot,
+    }
+
+
+def step_figures(recording: Recording) -> dict[str, float]:
+    """Figures of a step response of a rig by name, in the units of files.
+
+    Args:
+        recording: from the step on, complete.
+
+    Returns:
+        Of each joint start, final value, settling time and overshoot, and of each muscle pressure
+        and tension at the end; the names are those of `step_figure_units`, in its order.
+    """
+    values: list[float] = []
+    for joint, position in zip(recording.joints, recording.positions.T, strict=True):
+        kind = KINDS[recording.joints[joint]]
+        values += joint_figures(step_metrics(recording.time, position), kind).values()
+    for pressure, force in zip(recording.pressure[-1], recording.tension[-1], strict=True):
+        values += [pressure * KINDS["pressure"].scale, force * KINDS["force"].scale]
+    return dict(zip(step_figure_units(recording.names), map(float, values), strict=True))
+
+
+def step_figure_units(names: SignalNames) -> dict[str, str]:
+    """Name of each figure of a step response -> its unit.
+
+    Args:
+        names: of the rig's signals.
+    """
+    units: dict[str, str] = {}
+    for joint, kind in names.joints.items():
+        own, shown = "" if names.short else f"{joint}_", KINDS[kind].shown
+        units |= {
+            f"{own}start_{KINDS[kind].suffix}": shown,
+            f"{own}final_{KINDS[kind].suffix}": shown,
+            f"{own}settling_s": "s",
+            f"{own}overshoot_percent": "%",
+        }
+    for number, muscle in enumerate(names.muscles, start=1):
+        for kind in ("pressure", "force"):
+            owner = f"{kind}_{number}" if names.short else f"{muscle}_{kind}"
+            units[f"final_{owner}_{KINDS[kind].suffix}"] = KINDS[kind].shown
+    return units

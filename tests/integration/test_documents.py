@@ -15,7 +15,11 @@ from pamsim.cli.main import main
 
 ROOT = Path(__file__).resolve().parents[2]
 PAGES = [ROOT / "README.md", ROOT / "CONTRIBUTING.md", *sorted((ROOT / "docs").glob("*.md"))]
-IN_ONE_FOLDER = {"walkthrough.md", "own_physics.md"}  # tested block by block, in files of their own
+IN_ONE_FOLDER = {
+    "walkthrough.md",
+    "own_physics.md",
+    "sweep.md",
+}  # tested block by block, in files of their own
 FENCE = re.compile(r"^```(\w+)\n(.*?)^```", re.MULTILINE | re.DOTALL)
 
 

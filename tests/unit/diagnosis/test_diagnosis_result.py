@@ -215,7 +215,8 @@ def test_alternatives_are_told_by_how_far_they_are_behind(rig):
         (
             Verdict.NAMED_WITH_REMAINDER,
             ["Missing: something that resembles a leak of air from the muscles (air_leak",
-             "and an error of the angle sensor, best described as an offset of the angle sensor (angle_bias, angle bias 0.401", "together they"
+             "and an error of the angle sensor, best described as an offset of the angle"
+             " sensor (angle_bias, angle bias 0.401", "together they"
              " explain 70 [64, 71] % of the gap, and leave 0.02 of the noise variance, shared by"
              " all repeats (p = 0.0003): another effect, of the same family (leak,"
              " angle sensor) or one that resembles it"],

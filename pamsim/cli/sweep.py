@@ -1,0 +1,93 @@
+"""``pamsim sweep``: many simulations over varied parameters, inputs, effects and rigs."""
+
+from __future__ import annotations
+
+import contextlib
+from collections.abc import Iterator
+from concurrent.futures import Executor
+from pathlib import Path
+
+import click
+
+from pamsim.cli.main import OK
+from pamsim.cli.options import PATH, json_option, out_option, resume_option, threads_option
+from pamsim.cli.output import progress_bar, save_json
+
+
+@click.command(name="sweep")
+@click.argument("study", type=PATH)
+@out_option("Folder for runs.parquet, sweep.json and a figure.", required=True)
+@resume_option("Continue the interrupted sweep in --out.")
+@threads_option
+@click.option("--processes", type=int, help="Worker processes instead of threads.")
+@click.option("--scheduler", help="Address of a Dask scheduler, such as tcp://10.0.0.1:8786.")
+@json_option
+def command(
+    study: Path,
+    out: Path,
+    resume: bool,
+    threads: int | None,
+    processes: int | None,
+    scheduler: str | None,
+    json_file: Path | None,
+) -> int:
+    """Simulate a rig's step response over everything that STUDY, a TOML file, varies.
+
+    The table has a row for every run, failed ones included. An interrupted sweep goes on with
+    --resume where it stopped.
+    """
+    from pamsim.report.sweep_figure import write_sweep_figure
+    from pamsim.sweeps.sweep import sweep
+
+    with _executor(processes, scheduler) as executor, progress_bar() as progress:
+        try:
+            result = sweep(
+                study,
+                out=out,
+                executor=executor,
+                threads=threads,
+                resume=resume,
+                progress=progress,
+            )
+        except KeyboardInterrupt:
+            click.echo("runs are kept: continue with the same command and --resume", err=True)
+            raise
+    written = [result.table, *result.save(out), write_sweep_figure(result, out)]
+    save_json(json_file, result.to_dict())
+    for path in written:
+        click.echo(f"wrote {path}")
+    click.echo(result.summary())
+    return OK
+
+
+@contextlib.contextmanager
+def _executor(processes: int | None, scheduler: str | None) -> Iterator[Executor | None]:
+    """Processes of this machine or the workers of a Dask scheduler; None without either."""
+    from pamsim.core.errors import InputError
+
+    if processes is not None and scheduler is not None:
+        raise InputError("give `processes` or `scheduler`, not both")
+    if scheduler is not None:
+        try:
+            from dask.distributed import Client
+        except ImportError:
+            raise InputError(
+                "`scheduler` needs Dask: pip install distributed, here and on the workers"
+            ) from None
+        try:
+            client = Client(scheduler, timeout="10s")
+        except (OSError, ValueError) as error:
+            raise InputError(f"`scheduler`: no Dask scheduler at {scheduler}: {error}") from None
+        with client:
+            yield client.get_executor()
+    elif processes is not None:
+        import multiprocessing
+        from concurrent.futures import ProcessPoolExecutor
+
+        if processes < 1:
+            raise InputError(f"`processes` is {processes}; give 1 or more")
+        context = multiprocessing.get_context("spawn")
+        with ProcessPoolExecutor(processes, mp_context=context) as pool:
+            yield pool
+    else:
+        yield None

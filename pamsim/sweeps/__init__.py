@@ -1,0 +1,1 @@
+"""Many simulations or diagnoses over varied parameters, inputs, effects and rigs, in one table."""

@@ -1,0 +1,134 @@
+"""What a sweep varies: listed values, a range, or a distribution of scipy.stats."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any, TypeAlias
+
+import numpy as np
+import scipy.stats
+from numpy.typing import ArrayLike, NDArray
+
+from pamsim.core.errors import InputError, nearest
+
+Value: TypeAlias = float | str
+"""Of a factor in one run: a number in the factor's unit, or the name of a rig."""
+
+_stats: Any = scipy.stats
+
+_MOST = 100_000
+"""Most listed values of one factor."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Factor:
+    """One varied quantity.
+
+    Attributes:
+        name: of a rig parameter, such as ``chamber.dead_volume``; of an effect, whose size is then
+            in typical sizes; ``load``, ``start_pressure_1``, ``final_pressure_1``; or ``rig``.
+        unit: of the values; empty for the usual one.
+        values: listed; empty where there is a distribution.
+        distribution: frozen, of scipy.stats; None where values are listed.
+    """
+
+    name: str
+    unit: str
+    values: tuple[Value, ...] = ()
+    distribution: Any = None
+
+    def at(self, share: ArrayLike) -> NDArray[np.float64]:
+        """Values at shares in [0, 1) of the distribution, in the factor's unit.
+
+        Raises:
+            InputError: if the distribution has no finite value there.
+        """
+        found = np.asarray(self.distribution.ppf(share), dtype=float)
+        if not np.all(np.isfinite(found)):
+            raise InputError(
+                f"vary.{self.name}: its distribution gives values that are not finite; check its"
+                " numbers"
+            )
+        return found
+
+
+def factor(name: str, table: Any) -> Factor:
+    """A factor as a study states it.
+
+    Args:
+        name: of the factor.
+        table: ``values``; or ``low`` and ``high``, with ``count`` for evenly spaced values and
+            without for a uniform distribution; or ``distribution``, a name of scipy.stats, with
+            its parameters; and ``unit``.
+
+    Raises:
+        InputError: for a table that is none of these.
+    """
+    where = f"vary.{name}"
+    if not isinstance(table, Mapping):
+        raise InputError(f"{where} must be a table with values, low and high, or a distribution")
+    rest = {str(key): value for key, value in table.items()}
+    unit = rest.pop("unit", "")
+    if not isinstance(unit, str):
+        raise InputError(f"{where}.unit must be text, such as 'kPa'")
+    if "values" in rest:
+        listed = _listed(where, rest.pop("values"), text=name == "rig")
+        _nothing_left(where, rest)
+        return Factor(name=name, unit=unit, values=listed)
+    if "distribution" in rest:
+        return Factor(name=name, unit=unit, distribution=_frozen(where, rest))
+    if not {"low", "high"} <= set(rest):
+        raise InputError(f"{where} needs values, low and high, or a distribution")
+    low, high = (_number(f"{where}.{end}", rest.pop(end)) for end in ("low", "high"))
+    if not low < high:
+        raise InputError(f"{where}: low ({low:g}) must be below high ({high:g})")
+    if "count" not in rest:
+        _nothing_left(where, rest)
+        return Factor(name=name, unit=unit, distribution=_stats.uniform(low, high - low))
+    count = rest.pop("count")
+    if not isinstance(count, int) or isinstance(count, bool) or not 2 <= count <= _MOST:
+        raise InputError(f"{where}.count is {count!r}; it must be a whole number of 2 to {_MOST:,}")
+    _nothing_left(where, rest)
+    return Factor(name=name, unit=unit, values=tuple(np.linspace(low, high, count).tolist()))
+
+
+def _listed(where: str, values: Any, *, text: bool) -> tuple[Value, ...]:
+    if not isinstance(values, list) or not 1 <= len(values) <= _MOST:
+        raise InputError(f"{where}.values must be a list of 1 to {_MOST:,} values")
+    if not text:
+        return tuple(_number(f"{where}.values", value) for value in values)
+    if not all(isinstance(value, str) for value in values):
+        raise InputError(f"{where}.values must be names or folders of rigs")
+    return tuple(values)
+
+
+def _frozen(where: str, rest: dict[str, Any]) -> Any:
+    """A distribution of scipy.stats with its parameters."""
+    name = rest.pop("distribution")
+    known = {n for n in dir(_stats) if isinstance(getattr(_stats, n), _stats.rv_continuous)}
+    if name not in known:
+        raise InputError(f"{where}: no distribution {name!r}; {nearest(str(name), known)}")
+    numbers = {key: _number(f"{where}.{key}", value) for key, value in rest.items()}
+    try:
+        found = getattr(_stats, name)(**numbers)
+        middle = float(found.median())
+    except TypeError as error:
+        shapes = getattr(_stats, name).shapes
+        takes = f"loc, scale{f', {shapes}' if shapes else ''}"
+        raise InputError(f"{where}: {name} takes {takes}: {error}") from None
+    if not math.isfinite(middle):
+        raise InputError(f"{where}: {name} has no values with {numbers}; scale must be above 0")
+    return found
+
+
+def _number(where: str, value: Any) -> float:
+    if isinstance(value, bool) or not isinstance(value, int | float) or not math.isfinite(value):
+        raise InputError(f"{where} is {value!r}; it must be a number")
+    return float(value)
+
+
+def _nothing_left(where: str, rest: Mapping[str, Any]) -> None:
+    if rest:
+        raise InputError(f"{where}: {', '.join(sorted(rest))} cannot be used there")

@@ -1,0 +1,163 @@
+"""The result of a sweep: where its table is, what came out, and which factors matter."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pamsim.core.encoding import NOT_IN_JSON, fields_to_dict
+from pamsim.core.versions import versions
+from pamsim.store.array_files import read_arrays
+from pamsim.store.json_file import write_json
+from pamsim.sweeps.design import Design
+from pamsim.sweeps.sensitivity import SobolIndex, rank_correlations, sobol_indices
+from pamsim.sweeps.study import Study
+from pamsim.sweeps.varied_rig import RIG
+
+SCHEMA = "pamsim-sweep-result/1"
+FILE = "sweep.json"
+_SHOWN = 3  # factors of each output in the summary
+_COMPLETED = "completed"
+
+
+@dataclass(frozen=True, kw_only=True)
+class OutputSummary:
+    """One output over all runs that have it; NaN where none has.
+
+    Attributes:
+        unit: of the numbers.
+        runs: that have it.
+        low: least value.
+        median: of the values.
+        high: largest.
+    """
+
+    unit: str
+    runs: int
+    low: float
+    median: float
+    high: float
+
+
+@dataclass(frozen=True, kw_only=True)
+class SweepResult:
+    """A finished sweep.
+
+    Attributes:
+        study: as it was given.
+        factors: name -> unit; empty for names of rigs.
+        runs: in the table.
+        failed: of these, with another outcome than ``completed``.
+        kept: that a run before had finished.
+        outputs: name -> summary.
+        rank_correlations: output -> factor -> Spearman's correlation.
+        sobol: output -> factor -> index; of a sensitivity design.
+        seconds: wall time of this run.
+        table: the Parquet file with a row for every run.
+    """
+
+    study: Mapping[str, Any]
+    factors: Mapping[str, str]
+    runs: int
+    failed: int
+    kept: int
+    outputs: Mapping[str, OutputSummary]
+    rank_correlations: Mapping[str, Mapping[str, float]]
+    sobol: Mapping[str, Mapping[str, SobolIndex]] = field(
+        default_factory=dict[str, Mapping[str, SobolIndex]]
+    )
+    seconds: float
+    table: Path = field(metadata=NOT_IN_JSON)
+
+    def columns(self) -> Mapping[str, NDArray[Any]]:
+        """Column -> (runs,) of the table, in the units of `factors` and `outputs`."""
+        return read_arrays(self.table)
+
+    def summary(self) -> str:
+        """What came out, and which factors matter most for it."""
+        lines = [f"{self.runs} runs, {self.failed} of them failed"]
+        for name, one in self.outputs.items():
+            if not one.runs:
+                lines.append(f"{name}: in no run")
+                continue
+            text = f"{name}: {one.low:.4g} to {one.high:.4g} {one.unit}, median {one.median:.4g}"
+            lines.append(f"{text}{self._matters(name)}")
+        return "\n".join(lines)
+
+    def _matters(self, output: str) -> str:
+        sobol, ranks = self.sobol.get(output, {}), self.rank_correlations.get(output, {})
+        if sobol:
+            first = sorted(sobol.items(), key=lambda pair: -pair[1].total)[:_SHOWN]
+            shares = ", ".join(f"{name} {index.total:.2f}" for name, index in first)
+            return f"; share of its variance (total index): {shares}"
+        most = sorted(ranks.items(), key=lambda pair: -abs(pair[1]))[:_SHOWN]
+        if not most:
+            return ""
+        return f"; rank correlation: {', '.join(f'{name} {value:+.2f}' for name, value in most)}"
+
+    def to_dict(self) -> dict[str, Any]:
+        """The content of ``sweep.json``, schema ``pamsim-sweep-result/1``."""
+        return {
+            "schema": SCHEMA,
+            **fields_to_dict(self),
+            "table": self.table.name,
+            "versions": versions("scipy"),
+        }
+
+    def save(self, folder: str | Path) -> list[Path]:
+        """Write ``sweep.json`` into a folder.
+
+        Raises:
+            InputError: if it cannot be written.
+        """
+        path = Path(folder) / FILE
+        write_json(path, self.to_dict())
+        return [path]
+
+
+def result_of(plan: Study, table: Path, *, kept: int, seconds: float) -> SweepResult:
+    """Sum up the table of a sweep.
+
+    Args:
+        plan: the study.
+        table: its finished table.
+        kept: runs that had been finished before.
+        seconds: wall time.
+    """
+    columns = read_arrays(table)
+    numbers = {name: unit for name, unit in plan.job.columns.items() if unit != "text"}
+    outputs = {name: columns[name].astype(float) for name in numbers}
+    factors = {f.name: columns[f.name].astype(float) for f in plan.factors if f.name != RIG}
+    sobol: dict[str, dict[str, SobolIndex]] = {}
+    if plan.design is Design.SENSITIVITY:
+        sobol = sobol_indices(list(factors), outputs, plan.base, plan.seed)
+    return SweepResult(
+        study=plan.stated,
+        factors=plan.units,
+        runs=len(plan.runs),
+        failed=int(np.sum(columns["outcome"] != _COMPLETED)),
+        kept=kept,
+        outputs={name: _summed(outputs[name], unit) for name, unit in numbers.items()},
+        rank_correlations=rank_correlations(factors, outputs),
+        sobol=sobol,
+        seconds=seconds,
+        table=table,
+    )
+
+
+def _summed(values: NDArray[np.float64], unit: str) -> OutputSummary:
+    known = values[np.isfinite(values)]
+    if not known.size:
+        return OutputSummary(unit=unit, runs=0, low=np.nan, median=np.nan, high=np.nan)
+    return OutputSummary(
+        unit=unit,
+        runs=known.size,
+        low=float(known.min()),
+        median=float(np.median(known)),
+        high=float(known.max()),
+    )

@@ -1,0 +1,113 @@
+"""A study: what is varied, by which design, and what is done in each run."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import os
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from pamsim.core.errors import InputError, nearest
+from pamsim.core.versions import versions
+from pamsim.engine.rig_digest import rig_digest
+from pamsim.store.toml_file import read_toml
+from pamsim.sweeps.design import Design, Runs, runs_of
+from pamsim.sweeps.factor import Factor, factor
+from pamsim.sweeps.job import Job
+from pamsim.sweeps.simulated import simulate_step
+from pamsim.sweeps.varied_rig import RIG, loaded
+
+SCHEMA = "pamsim-sweep/1"
+_KEYS = ("schema", "rig", "design", "runs", "seed", "experiment", "vary")
+
+
+@dataclass(frozen=True, kw_only=True)
+class Study:
+    """A sweep before it is run.
+
+    Attributes:
+        stated: as it was given, JSON-safe.
+        factors: what varies.
+        units: factor -> unit of its values; empty for names of rigs.
+        design: how runs are chosen.
+        base: ``runs`` as stated: the base sample of a sensitivity design.
+        seed: of the draws.
+        runs: factor -> value, of each run.
+        job: what is done in each.
+        fingerprint: of all that the rows depend on: study, contents of the rigs, versions.
+    """
+
+    stated: Mapping[str, Any]
+    factors: tuple[Factor, ...]
+    units: Mapping[str, str]
+    design: Design
+    base: int
+    seed: int
+    runs: Runs
+    job: Job
+    fingerprint: str
+
+
+def read_study(source: str | os.PathLike[str] | Mapping[str, Any]) -> Study:
+    """Read and check a study.
+
+    Args:
+        source: TOML file, or the same as a mapping.
+
+    Raises:
+        InputError: for what is not known or does not fit, with the key.
+    """
+    if isinstance(source, Mapping):
+        return _study(dict(source))
+    path = Path(source)
+    try:
+        return _study(read_toml(path))
+    except FileNotFoundError:
+        raise InputError(f"no study {path}; give a TOML file") from None
+    except InputError as error:
+        raise InputError(f"{path}: {error}") from None
+
+
+def _study(table: Mapping[str, Any]) -> Study:
+    for key in table:
+        if key not in _KEYS:
+            raise InputError(f"no key {key!r}; {nearest(key, _KEYS)}")
+    if table.get("schema") != SCHEMA:
+        raise InputError(f"schema is {table.get('schema')!r}; it must be {SCHEMA!r}")
+    vary, experiment = table.get("vary"), table.get("experiment")
+    if not isinstance(vary, Mapping) or not isinstance(experiment, Mapping):
+        raise InputError("a study needs a table [experiment] and tables [vary.NAME]")
+    rig, design = table.get("rig", "mas20_arm"), table.get("design", "grid")
+    if not isinstance(rig, str):
+        raise InputError("rig must be the name of a shipped rig, or a rig folder")
+    if design not in list(Design):
+        raise InputError(f"no design {design!r}; {nearest(str(design), [d.value for d in Design])}")
+    factors = tuple(factor(str(name), own) for name, own in vary.items())
+    base, seed = _count("runs", table.get("runs", 0)), _count("seed", table.get("seed", 0))
+    runs = runs_of(Design(design), factors, base, seed)
+    rigs = [str(name) for f in factors if f.name == RIG for name in f.values]
+    units = {f.name: f.unit for f in factors if f.name != RIG}
+    job = simulate_step(experiment, rig, rigs, units)
+    content = [rig_digest(one) for one in loaded(rigs or [rig]).values()]
+    stated = json.loads(json.dumps({"design": design, "rig": rig, **table}))
+    text = json.dumps([stated, content, versions("scipy")], sort_keys=True)
+    return Study(
+        stated=stated,
+        factors=factors,
+        units={RIG: "", **job.units} if rigs else dict(job.units),
+        design=Design(design),
+        base=base,
+        seed=seed,
+        runs=runs,
+        job=job,
+        fingerprint=hashlib.sha256(text.encode()).hexdigest(),
+    )
+
+
+def _count(name: str, value: Any) -> int:
+    if not isinstance(value, int) or isinstance(value, bool) or value < 0:
+        raise InputError(f"{name} is {value!r}; it must be a whole number, not below 0")
+    return value

@@ -1,0 +1,92 @@
+"""A rig and its effects with the values that a run gives to the factors."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+
+from pamsim.comparison.effects_on_rig import at_size, forms, rig_effect
+from pamsim.comparison.readable_unit import readable_unit
+from pamsim.core.errors import InputError
+from pamsim.core.units import to_si
+from pamsim.effects.effect import AT
+from pamsim.engine.rig import Rig, load_rig
+from pamsim.engine.rig_parameter import rig_parameter
+from pamsim.sweeps.factor import Value
+
+RIG = "rig"
+"""Factor that chooses the rig."""
+
+
+def is_effect(rig: Rig, name: str) -> bool:
+    """Whether a factor is an effect, of the package or the rig, rather than a rig parameter."""
+    return name.partition(AT)[0].partition(":")[0] in forms(rig)
+
+
+def check_names(rig: Rig, units: Mapping[str, str]) -> dict[str, str]:
+    """Check the factors that change a rig.
+
+    Args:
+        rig: the first one.
+        units: factor -> its unit; empty for the usual one.
+
+    Returns:
+        Factor -> its unit, the usual one where none was given.
+
+    Raises:
+        InputError: for a name that the rig does not have, or a unit that does not fit it.
+    """
+    found: dict[str, str] = {}
+    for name, unit in units.items():
+        if is_effect(rig, name):
+            rig_effect(rig, name)
+            if unit:
+                raise InputError(f"vary.{name}: an effect has no unit; 1 is its typical size")
+            found[name] = "typical sizes"
+            continue
+        parameter = rig_parameter(rig, name)
+        found[name] = unit or readable_unit(parameter)
+        to_si(1.0, found[name], parameter.spec.unit, where=f"vary.{name}")
+    return found
+
+
+def with_values(rig: Rig, values: Mapping[str, Value], units: Mapping[str, str]) -> Rig:
+    """A rig with the values of a run.
+
+    Args:
+        rig: without them.
+        values: factor -> value in its unit, of rig parameters and effects.
+        units: factor -> unit.
+
+    Raises:
+        InputError: if the rig cannot have them.
+        ParameterError: for a value out of range.
+    """
+    changed: dict[str, float] = {}
+    for name, value in values.items():
+        if is_effect(rig, name):
+            continue
+        spec = rig_parameter(rig, name).spec
+        changed[name] = to_si(float(value), units[name], spec.unit, where=f"vary.{name}")
+    rig = rig.with_parameters(changed) if changed else rig
+    hidden: dict[str, float] = {}
+    for name, value in values.items():
+        if is_effect(rig, name):
+            hidden |= at_size(rig, rig_effect(rig, name), float(value))
+    return rig.with_parameters(hidden) if hidden else rig
+
+
+def loaded(names: Iterable[str]) -> dict[str, Rig]:
+    """Name or folder -> rig.
+
+    Raises:
+        InputError: if one cannot be loaded, or they differ in joints or muscles.
+    """
+    rigs = {name: load_rig(name) for name in dict.fromkeys(names)}
+    first = next(iter(rigs.values()))
+    for name, rig in rigs.items():
+        if list(rig.joints) != list(first.joints) or len(rig.muscles) != len(first.muscles):
+            raise InputError(
+                f"vary.rig: {name} has other joints or muscles than {first.name}; sweep it by"
+                " itself"
+            )
+    return rigs

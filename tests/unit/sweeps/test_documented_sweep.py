@@ -1,0 +1,55 @@
+"""The page about sweeps, block by block in one folder, as a reader runs it."""
+
+from __future__ import annotations
+
+import json
+import re
+from pathlib import Path
+
+import pytest
+
+from pamsim.cli.main import main
+
+PAGE = Path(__file__).parents[3] / "docs" / "sweep.md"
+BLOCKS = re.findall(r"^```(\w+)\n(.*?)^```", PAGE.read_text(encoding="utf-8"), re.M | re.S)
+
+
+def test_the_page_runs(tmp_path, monkeypatch, capsys):
+    assert [kind for kind, _ in BLOCKS] == ["toml", "sh", "python"]
+    monkeypatch.chdir(tmp_path)
+    texts = dict(BLOCKS)
+    (tmp_path / "study.toml").write_text(texts["toml"], encoding="utf-8")
+    monkeypatch.setattr("sys.argv", texts["sh"].split())
+    with pytest.raises(SystemExit) as ended:
+        main()
+    assert ended.value.code == 0
+    assert "32 runs, 0 of them failed" in capsys.readouterr().out
+    result = json.loads((tmp_path / "out" / "sweep.json").read_text(encoding="utf-8"))
+    assert result["rank_correlations"]["final_deg"]["coulomb_friction"] < 0.0
+    assert (tmp_path / "out" / "sweep.png").stat().st_size > 10_000
+    exec(compile(texts["python"], "snippet", "exec"), {"__name__": "__main__"})
+    assert "6 runs, 0 of them failed" in capsys.readouterr().out
+    monkeypatch.setattr("sys.argv", [*texts["sh"].split(), "--resume"])
+    with pytest.raises(SystemExit) as ended:
+        main()
+    assert ended.value.code == 0  # nothing is left to do
+
+
+@pytest.mark.parametrize(
+    ("words", "message"),
+    [
+        (["--processes", "2", "--scheduler", "tcp://127.0.0.1:1"], "not both"),
+        (["--processes", "0"], "--processes is 0"),
+        (["--scheduler", "tcp://127.0.0.1:1"], "--scheduler"),
+    ],
+)
+def test_executors_that_cannot_be_had_are_one_line(tmp_path, monkeypatch, capsys, words, message):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "study.toml").write_text(dict(BLOCKS)["toml"], encoding="utf-8")
+    monkeypatch.setattr("sys.argv", ["pamsim", "sweep", "study.toml", "--out", "out", *words])
+    with pytest.raises(SystemExit) as ended:
+        main()
+    error = capsys.readouterr().err
+    assert ended.value.code == 2
+    assert message in error
+    assert error.count("\n") == 1
