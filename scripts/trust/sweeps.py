@@ -1,0 +1,189 @@
+"""Does a sweep lose or repeat anything when it is killed, and what does it cost?
+
+    python scripts/trust/sweeps.py [--runs 10000] [--duration 2] [--json FILE]
+
+One study of the MAS-20 arm (steps of ``--duration`` seconds; Sobol' draws of load, dead volume and
+Coulomb friction) is run in five ways, each in processes of its own:
+
+- the bare batch: `simulate_batch` on the same rigs and experiments, in one call;
+- `pamsim sweep`, undisturbed: time over that of the batch, and the largest memory it had;
+- the same with a quarter of the runs, for the growth of the memory;
+- killed (SIGKILL) at a third and at two thirds of its blocks, and resumed: is the table equal, were
+  finished blocks run again?
+- on a Dask cluster of two worker processes over TCP, one of which is killed half-way: is it equal?
+  Left out where the package ``distributed`` is not installed.
+"""
+
+from __future__ import annotations
+
+import argparse
+import importlib.util
+import json
+import os
+import platform
+import resource
+import signal
+import subprocess
+import sys
+import tempfile
+import time
+from pathlib import Path
+from typing import Any
+
+import mujoco
+from pyarrow import parquet
+
+from pamsim.sweeps.run_table import CHUNKS, FILE
+
+STUDY = """schema = "pamsim-sweep/1"
+design = "sobol"
+runs = {runs}
+seed = 3
+
+[experiment]
+start_pressure = [300, 300]
+final = [300, 100]
+duration = {duration}
+
+[vary.load]
+low = 0
+high = 2
+
+[vary."chamber.dead_volume"]
+distribution = "norm"
+loc = 10
+scale = 0.5
+
+[vary.coulomb_friction]
+low = 0
+high = 1
+"""
+
+BATCH = """
+import sys, time
+from pamsim.engine.batch import simulate_batch
+from pamsim.sweeps.study import read_study
+from pamsim.sweeps.varied_rig import loaded
+plan = read_study(sys.argv[1])
+rig = loaded([plan.job.rig])[plan.job.rig]
+jobs = [plan.job._prepared(rig, run) for run in plan.runs]
+simulate_batch(jobs[:2])
+began = time.perf_counter()
+simulate_batch(jobs)
+print(time.perf_counter() - began)
+"""
+
+SWEEP = """
+import sys, time
+from pamsim.sweeps.study import read_study
+from pamsim.sweeps.sweep import sweep
+plan = read_study(sys.argv[1])
+plan.job.rows(plan.runs[:2], None)
+began = time.perf_counter()
+sweep(plan, out=sys.argv[2])
+print(time.perf_counter() - began)
+"""
+
+CLUSTER = """
+import sys, threading, time
+from pathlib import Path
+from distributed import LocalCluster
+from pamsim.sweeps.run_table import CHUNKS
+from pamsim.sweeps.sweep import sweep
+
+if __name__ == "__main__":
+    out, blocks = Path(sys.argv[2]), int(sys.argv[3])
+    with LocalCluster(n_workers=2, threads_per_worker=1, protocol="tcp",
+                      dashboard_address=None) as c:
+        def kill():
+            while len(list((out / CHUNKS).glob("*.parquet"))) < blocks // 2:
+                time.sleep(0.01)
+            worker = list(c.workers.values())[0]
+            worker.process.process._process.kill()
+        threading.Thread(target=kill, daemon=True).start()
+        with c.get_client() as client:
+            sweep(sys.argv[1], out=out, executor=client.get_executor())
+"""
+
+
+def child(code: str, *words: str) -> tuple[float, float]:
+    """What a program prints, and the most memory that any program here has had so far [MB]."""
+    done = subprocess.run(
+        [sys.executable, "-c", code, *words], check=True, capture_output=True, text=True
+    )
+    peak = resource.getrusage(resource.RUSAGE_CHILDREN).ru_maxrss / 1024.0
+    return float(done.stdout.split()[-1]), peak
+
+
+def killed_and_resumed(study: Path, out: Path, blocks: int) -> int:
+    """Kill a sweep twice and let it end; the number of blocks that were written twice."""
+    command = [sys.executable, "-m", "pamsim", "sweep", str(study), "--out", str(out)]
+    seen: dict[str, int] = {}
+    again = 0
+    for share in (1 / 3, 2 / 3, None):
+        more = ["--resume"] if share != 1 / 3 else []
+        process = subprocess.Popen([*command, *more], stdout=subprocess.DEVNULL)
+        while process.poll() is None:
+            for path in (out / CHUNKS).glob("*.parquet"):
+                try:
+                    inode = path.stat().st_ino
+                except FileNotFoundError:  # made into one table meanwhile
+                    continue
+                again += seen.setdefault(path.name, inode) != inode
+                seen[path.name] = inode
+            if share is not None and len(seen) >= share * blocks:
+                process.send_signal(signal.SIGKILL)
+            time.sleep(0.005)
+        process.wait()
+    return again
+
+
+def main() -> None:
+    """Run all five, compare, write."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--runs", type=int, default=10_000)
+    parser.add_argument("--duration", type=float, default=2.0)
+    parser.add_argument("--json", type=Path)
+    options = parser.parse_args()
+    with tempfile.TemporaryDirectory() as temporary:
+        folder = Path(temporary)
+        study, quarter = folder / "study.toml", folder / "quarter.toml"
+        for path, runs in ((study, options.runs), (quarter, options.runs // 4)):
+            text = STUDY.format(runs=runs, duration=options.duration)
+            path.write_text(text, encoding="utf-8")
+        blocks = -(-options.runs // 64)
+        _, memory_quarter = child(SWEEP, str(quarter), str(folder / "quarter"))
+        swept, memory = child(SWEEP, str(study), str(folder / "whole"))
+        batch, _ = child(BATCH, str(study))
+        whole = parquet.read_table(folder / "whole" / FILE)
+        again = killed_and_resumed(study, folder / "killed", blocks)
+        result: dict[str, Any] = {
+            "command": f"python scripts/trust/sweeps.py --runs {options.runs}"
+            f" --duration {options.duration:g}",
+            "versions": {"mujoco": mujoco.__version__, "python": platform.python_version()},
+            "processors": os.cpu_count(),
+            "runs": options.runs,
+            "blocks": blocks,
+            "seconds_of_the_batch": round(batch, 2),
+            "seconds_of_the_sweep": round(swept, 2),
+            "sweep_over_batch": round(swept / batch, 4),
+            "memory_mb_quarter_of_the_runs": round(memory_quarter, 1),
+            "memory_mb": round(memory, 1),
+            "killed_twice_equal": parquet.read_table(folder / "killed" / FILE).equals(whole),
+            "blocks_run_again": again,
+        }
+        if importlib.util.find_spec("distributed") is not None:
+            script = folder / "cluster.py"
+            script.write_text(CLUSTER, encoding="utf-8")
+            words = [sys.executable, str(script), str(study), str(folder / "dask"), str(blocks)]
+            subprocess.run(words, check=True, capture_output=True)
+            lost = parquet.read_table(folder / "dask" / FILE)
+            result["dask_worker_killed_equal"] = lost.equals(whole)
+    text = json.dumps(result, indent=1)
+    print(text)
+    if options.json is not None:
+        options.json.write_text(text + "\n", encoding="utf-8")
+
+
+if __name__ == "__main__":
+    main()
