@@ -9,13 +9,15 @@ import click
 
 from pamsim.cli.main import FINDING, OK
 from pamsim.cli.options import (
+    RIG,
     json_option,
     names_option,
+    open_option,
     out_option,
     resume_option,
     threads_option,
 )
-from pamsim.cli.output import progress_bar, save_json
+from pamsim.cli.output import progress_bar, save_json, show_page
 
 
 def _bounds(context: Any, parameter: Any, texts: tuple[str, ...]) -> dict[str, tuple[str, str]]:
@@ -35,7 +37,7 @@ def _bounds(context: Any, parameter: Any, texts: tuple[str, ...]) -> dict[str, t
 
 @click.command(name="calibrate")
 @click.argument("data", nargs=-1, required=True)
-@click.option("--rig", help="Shipped rig or rig folder; the recordings' own if left out.")
+@click.option("--rig", type=RIG, help="Shipped rig or rig folder; the recordings' own if left out.")
 @names_option("--free", help="Parameters to fit; A=B is one number")
 @click.option(
     "--bounds",
@@ -53,6 +55,7 @@ def _bounds(context: Any, parameter: Any, texts: tuple[str, ...]) -> dict[str, t
 @threads_option
 @out_option("Folder for rig, page, checkpoint.")
 @resume_option("Go on with the interrupted fit in --out.")
+@open_option
 @json_option
 def command(
     data: tuple[str, ...], json_file: Path | None, channels: tuple[str, ...], **options: Any
@@ -83,5 +86,5 @@ def command(
         save_json(out / "calibration.json", result)
         write_calibration(result, calibration.comparisons, out)
         click.echo(f"rig:  {result['calibrated_rig']}")
-        click.echo(f"page: {out / 'index.html'}")
+        show_page(out / "index.html")
     return OK if result["status"] == "converged" else FINDING

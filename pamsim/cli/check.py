@@ -7,18 +7,27 @@ from pathlib import Path
 import click
 
 from pamsim.cli.main import FINDING, OK
-from pamsim.cli.options import names_option, out_option
-from pamsim.cli.output import save_json
+from pamsim.cli.options import (
+    RIG,
+    effects_option,
+    json_option,
+    names_option,
+    open_option,
+    out_option,
+    threads_option,
+)
+from pamsim.cli.output import save_json, show_page
 
 
 @click.command(name="check")
 @click.argument("data", nargs=-1, required=True)
-@click.option("--rig", help="Shipped rig or rig folder; the recordings' own if left out.")
-@names_option("--effects", help="Effects to look for: NAME,NAME; all if left out.")
-@names_option("--hold-out", help="Trials or protocols to judge by: NAME,NAME.")
-@click.option("--threads", type=int, help="Simulations at a time; one per processor if left out.")
+@click.option("--rig", type=RIG, help="Shipped rig or rig folder; the recordings' own if left out.")
+@effects_option("--effects", help="Effects to look for, all if left out")
+@names_option("--hold-out", help="Trials or protocols to judge by")
+@threads_option
 @out_option("Folder for a page with figures.")
-@click.option("--json", "json_file", type=click.Path(path_type=Path), help="Write the result here.")
+@open_option
+@json_option
 def command(
     data: tuple[str, ...],
     rig: str | None,
@@ -43,5 +52,5 @@ def command(
         from pamsim.report.check_page import write_check
 
         result.save(out)
-        click.echo(f"page: {write_check(content, result.comparisons, out)}")
+        show_page(write_check(content, result.comparisons, out))
     return FINDING if result.suspicions else OK

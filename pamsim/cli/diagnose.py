@@ -8,8 +8,17 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from pamsim.cli.main import FINDING, OK
-from pamsim.cli.options import json_option, out_option, resume_option
-from pamsim.cli.output import progress_bar, save_json
+from pamsim.cli.options import (
+    RIG,
+    effects_option,
+    json_option,
+    names_option,
+    open_option,
+    out_option,
+    resume_option,
+    threads_option,
+)
+from pamsim.cli.output import progress_bar, save_json, show_page
 
 if TYPE_CHECKING:
     from pamsim.diagnosis.result import Diagnosis
@@ -20,16 +29,17 @@ _ROWS = 6  # of a table on the screen; the page has them all
 
 @click.command(name="diagnose")
 @click.argument("data", nargs=-1, required=True)
-@click.option("--rig", help="Shipped rig or rig folder; the recordings' own if left out.")
-@click.option("--effects", multiple=True, help="Effects to try: NAME,NAME; all if left out.")
-@click.option("--without", multiple=True, help="Effects not to try: NAME,NAME.")
-@click.option("--nuisance", multiple=True, help="Parameters refitted with every effect: NAME,NAME.")
-@click.option("--channels", multiple=True, help="Channels to compare: angle,pressure,force.")
-@click.option("--hold-out", multiple=True, help="Trials or protocols to judge by: NAME,NAME.")
+@click.option("--rig", type=RIG, help="Shipped rig or rig folder; the recordings' own if left out.")
+@effects_option("--effects", help="Effects to try, all if left out")
+@effects_option("--without", help="Effects not to try")
+@names_option("--nuisance", help="Parameters refitted with every effect")
+@names_option("--channels", help="Channels to compare, such as angle,pressure,force")
+@names_option("--hold-out", help="Trials or protocols to judge by")
 @click.option("--seed", type=int, default=0, show_default=True, help="Random seed.")
-@click.option("--threads", type=int, help="Simulations at a time; one per processor if left out.")
+@threads_option
 @out_option("Folder for page, JSON and rig.")
 @resume_option("Continue the interrupted diagnosis in --out.")
+@open_option
 @json_option
 def command(
     data: tuple[str, ...],
@@ -62,17 +72,16 @@ def command(
         raise InputError("`resume` needs `out`: the folder of the interrupted diagnosis")
     if out is not None:
         check_folder(out, rig)
-    tried = _listed(effects)
     with progress_bar("model") as progress:
         try:
             report = diagnose(
                 data,
                 rig=rig,
-                effects=tried,
-                without=_listed(without),
-                nuisance=_listed(nuisance),
-                channels=_listed(channels),
-                hold_out=_listed(hold_out),
+                effects=effects,
+                without=without,
+                nuisance=nuisance,
+                channels=channels,
+                hold_out=hold_out,
                 seed=seed,
                 threads=threads,
                 out=out,
@@ -115,14 +124,10 @@ def show(report: Diagnosis, out: Path | None, json_file: Path | None, *, repaire
         if repaired:
             none = "no repaired rig written: no single cause identified"
             click.echo(f"rig:  {result['repaired_rig'] or none}")
-        click.echo(f"page: {out / 'index.html'}")
+        show_page(out / "index.html")
     click.echo(result["sentence"])
     click.echo(f"verdict: {result['verdict']}")
     return OK if result["verdict"] in _FINE else FINDING
-
-
-def _listed(texts: tuple[str, ...]) -> list[str]:
-    return [part.strip() for text in texts for part in text.split(",") if part.strip()]
 
 
 def _print(result: dict[str, Any]) -> None:

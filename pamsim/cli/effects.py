@@ -7,13 +7,13 @@ from pathlib import Path
 import click
 
 from pamsim.cli.main import OK
-from pamsim.cli.options import json_option
+from pamsim.cli.options import RIG, json_option
 from pamsim.cli.output import save_json
 
 
 @click.command(name="effects")
 @click.argument("name", required=False)
-@click.option("--rig", metavar="RIG", help="Also the effects of this rig, and what it cannot have.")
+@click.option("--rig", type=RIG, help="Also the effects of this rig, and what it cannot have.")
 @json_option
 def command(name: str | None, rig: str | None, json_file: Path | None) -> int:
     """List the effects that a diagnosis can name, or show the one called NAME."""

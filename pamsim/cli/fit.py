@@ -9,7 +9,7 @@ from typing import Any
 import click
 
 from pamsim.cli.main import FINDING, OK, with_flags
-from pamsim.cli.options import PATH, Quantity, json_option, out_option
+from pamsim.cli.options import PATH, RIG, Quantity, json_option, out_option
 from pamsim.cli.output import progress_bar, save_json
 from pamsim.core.errors import InputError
 
@@ -19,7 +19,7 @@ _MILLIMETRES = Quantity("mm", "m")
 @click.command(name="fit")
 @click.argument("data", type=PATH)
 @click.option("--model", help="Law to fit; `pamsim models` lists them.")
-@click.option("--rig", metavar="RIG", help="Also the laws of this rig's effects.py.")
+@click.option("--rig", type=RIG, help="Also the laws of this rig's effects.py.")
 @click.option("--compare", is_flag=True, help="Rank all laws that suit the data by held-out error.")
 @click.option("--hold-out", help="What to hold out in turn: length, pressure or none.")
 @click.option(

@@ -16,10 +16,11 @@ from pamsim.cli.options import (
     SECONDS,
     json_option,
     names_option,
+    open_option,
     out_option,
     refuse,
 )
-from pamsim.cli.output import progress_bar, save_json
+from pamsim.cli.output import progress_bar, save_json, show_page
 from pamsim.core.errors import InputError
 
 if TYPE_CHECKING:
@@ -77,6 +78,7 @@ class _Orders(click.ParamType):
     "--local/--no-local", default=True, show_default=True, help="Models at every operating point."
 )
 @out_option("Folder for page, figures and CSV.")
+@open_option
 @json_option
 def command(
     data: tuple[Path, ...],
@@ -111,7 +113,7 @@ def command(
         from pamsim.report.identify_page import write_identification
 
         page, *_ = write_identification(identification, out)
-        click.echo(f"page: {page}")
+        show_page(page)
     return OK if identification.recommendation.best else FINDING
 
 

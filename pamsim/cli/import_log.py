@@ -7,7 +7,7 @@ from pathlib import Path
 import click
 
 from pamsim.cli.main import OK
-from pamsim.cli.options import KILOGRAMS, PATH, forced, json_option
+from pamsim.cli.options import KILOGRAMS, PATH, RIG, forced, json_option
 from pamsim.cli.output import save_json
 from pamsim.core.errors import InputError
 
@@ -26,7 +26,9 @@ def _spans(context: object, parameter: click.Parameter, text: str) -> list[tuple
 
 @click.command(name="import")
 @click.argument("logs", nargs=-1, required=True)
-@click.option("--rig", required=True, help="Shipped rig or rig folder that the logs are of.")
+@click.option(
+    "--rig", type=RIG, required=True, help="Shipped rig or rig folder that the logs are of."
+)
 @click.option("--out", type=PATH, required=True, help="Folder to write.")
 @click.option(
     "--column",

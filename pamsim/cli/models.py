@@ -8,13 +8,13 @@ from typing import Any
 import click
 
 from pamsim.cli.main import OK
-from pamsim.cli.options import json_option
+from pamsim.cli.options import RIG, json_option
 from pamsim.cli.output import save_json
 
 
 @click.command(name="models")
 @click.argument("name", required=False)
-@click.option("--rig", metavar="RIG", help="Also the laws of this rig's effects.py.")
+@click.option("--rig", type=RIG, help="Also the laws of this rig's effects.py.")
 @json_option
 def command(name: str | None, rig: str | None, json_file: Path | None) -> int:
     """List all force laws and hysteresis operators, or show the one called NAME."""

@@ -7,10 +7,13 @@ library about that argument, such as "`hold_out` leaves nothing to fit", can be 
 
 from __future__ import annotations
 
+import contextlib
+import sys
 from pathlib import Path
 from typing import Any
 
 import click
+from click.shell_completion import CompletionItem
 
 from pamsim.core.errors import InputError
 from pamsim.core.files import refuse_existing, results_folder
@@ -18,6 +21,12 @@ from pamsim.core.files import refuse_existing, results_folder
 PATH = click.Path(path_type=Path)
 
 _FORCED, _RESUMED = "pamsim.force", "pamsim.resume"
+
+OPENED = "pamsim.open"
+"""Note in a context that ``--open`` was given."""
+
+OUTPUT, STANDARD_OUTPUT = "pamsim.output", Path("-")
+"""Note in a context of the stream for the result; value of ``--json`` that asks for it."""
 
 
 def _noted(key: str) -> Any:
@@ -81,19 +90,57 @@ def out_option(help: str, *, required: bool = False, default: str | None = None)
 
 
 def _free(context: click.Context, parameter: click.Parameter, value: Path | None) -> Path | None:
+    if value == STANDARD_OUTPUT:
+        # Text for people goes to standard error: what reads the result gets nothing else.
+        context.meta[OUTPUT] = sys.stdout
+        context.find_root().with_resource(contextlib.redirect_stdout(sys.stderr))
+        return value
     return None if value is None else refuse_existing(value, forced())
 
 
 def json_option(function: Any) -> Any:
-    """``--json``: a file for the result."""
+    """``--json``: a file for the result, or ``-`` for standard output."""
     option = click.option(
-        "--json", "json_file", type=PATH, callback=_free, help="Write the result here."
+        "--json",
+        "json_file",
+        type=PATH,
+        callback=_free,
+        help="Write the result here; - for standard output.",
     )
     return option(force_option(function))
 
 
+def open_option(function: Any) -> Any:
+    """``--open``: show the page of ``--out`` in a browser; see `pamsim.cli.output.show_page`."""
+    return click.option(
+        "--open",
+        is_flag=True,
+        expose_value=False,
+        callback=_noted(OPENED),
+        help="Show the page in a browser.",
+    )(function)
+
+
+class RigName(click.ParamType):
+    """A shipped rig or a rig folder; a shell completes both."""
+
+    name = "rig"
+
+    def shell_complete(
+        self, ctx: click.Context, param: click.Parameter, incomplete: str
+    ) -> list[CompletionItem]:
+        """Shipped rigs that begin so, and folders."""
+        from pamsim.store.rig_file import shipped_rigs
+
+        names = sorted(path.parent.name for path in shipped_rigs().glob("*/params.toml"))
+        found = [CompletionItem(name) for name in names if name.startswith(incomplete)]
+        return [*found, CompletionItem(incomplete, type="dir")]
+
+
+RIG = RigName()
+
 rig_option = click.option(
-    "--rig", default="mas20_arm", show_default=True, help="Shipped rig or rig folder."
+    "--rig", type=RIG, default="mas20_arm", show_default=True, help="Shipped rig or rig folder."
 )
 threads_option = click.option(
     "--threads", type=int, help="Simulations at a time; one per processor if left out."
@@ -108,6 +155,29 @@ def names_option(*declarations: str, help: str) -> Any:
         help: what is named.
     """
     return click.option(*declarations, multiple=True, callback=_split, help=f"{help}: NAME,NAME.")
+
+
+def effects_option(*declarations: str, help: str) -> Any:
+    """The same for effects, which a shell completes."""
+    return click.option(
+        *declarations,
+        multiple=True,
+        callback=_split,
+        shell_complete=_effects,
+        help=f"{help}: NAME,NAME.",
+    )
+
+
+def _effects(ctx: click.Context, param: click.Parameter, incomplete: str) -> list[CompletionItem]:
+    """Effects that go on with the last of some names separated by commas."""
+    from pamsim.effects.catalog import EFFECTS
+
+    before, comma, last = incomplete.rpartition(",")
+    return [
+        CompletionItem(f"{before}{comma}{name}", help=effect.missing)
+        for name, effect in EFFECTS.items()
+        if name.startswith(last)
+    ]
 
 
 def _split(context: Any, parameter: Any, texts: tuple[str, ...]) -> tuple[str, ...]:

@@ -7,7 +7,16 @@ from pathlib import Path
 import click
 
 from pamsim.cli.main import OK
-from pamsim.cli.options import KILOGRAMS, PATH, PRESSURES, SECONDS, force_option, forced, refuse
+from pamsim.cli.options import (
+    KILOGRAMS,
+    PATH,
+    PRESSURES,
+    RIG,
+    SECONDS,
+    force_option,
+    forced,
+    refuse,
+)
 from pamsim.cli.output import progress_bar
 
 _REST_SIZE, _INSTANT_SIZE, _FILM_SIZE = (1600, 1000), (1600, 1280), (800, 640)
@@ -16,7 +25,7 @@ _REST_SIZE, _INSTANT_SIZE, _FILM_SIZE = (1600, 1000), (1600, 1280), (800, 640)
 @click.command(name="render")
 @click.argument("picture", type=PATH)
 @click.option(
-    "--rig", help="Shipped rig or rig folder; mas20_arm, or the recording's, if left out."
+    "--rig", type=RIG, help="Shipped rig or rig folder; mas20_arm, or the recording's, if left out."
 )
 @click.option(
     "--pressure", type=PRESSURES, help="To rest at, one per muscle [kPa]; 487,100 if left out."

@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from pamsim.cli.main import FINDING, OK
-from pamsim.cli.options import json_option, out_option
-from pamsim.cli.output import progress_bar, save_json
+from pamsim.cli.options import json_option, open_option, out_option
+from pamsim.cli.output import progress_bar, save_json, show_page
 
 if TYPE_CHECKING:
     from pamsim.papers.replicate import Replication
@@ -25,6 +25,7 @@ _STATEMENT_WIDTH = 60
     help="matiskova2021, alraouf2025, nguyen2024, vandamme2008 or sarosi; may be given repeatedly.",
 )
 @out_option("Folder for page and figures.")
+@open_option
 @json_option
 def command(papers: tuple[str, ...], out: Path | None, json_file: Path | None) -> int:
     """Recompute every printed number of the five source papers and report what agrees.
@@ -46,7 +47,7 @@ def command(papers: tuple[str, ...], out: Path | None, json_file: Path | None) -
         from pamsim.report.replication_page import write_replication
 
         write_replication(result, replication_figures(replication.papers), out)
-        click.echo(f"page: {out / 'index.html'}")
+        show_page(out / "index.html")
     return FINDING if replication.failures else OK
 
 

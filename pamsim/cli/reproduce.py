@@ -8,8 +8,8 @@ from typing import Any
 import click
 
 from pamsim.cli.main import FINDING, OK
-from pamsim.cli.options import json_option, out_option, rig_option
-from pamsim.cli.output import progress_bar, save_json
+from pamsim.cli.options import json_option, open_option, out_option, rig_option
+from pamsim.cli.output import progress_bar, save_json, show_page
 
 
 @click.command(name="reproduce")
@@ -23,6 +23,7 @@ from pamsim.cli.output import progress_bar, save_json
 @click.option("--timestep-ms", type=float, help="Time step; the rig's own if left out.")
 @click.option("--sensors", is_flag=True, help="Record through the rig's encoder and converter.")
 @out_option("Folder for page, figures and CSV.")
+@open_option
 @json_option
 def command(
     rig: str,
@@ -50,7 +51,7 @@ def command(
         from pamsim.report.reproduce_page import write_reproduction
 
         write_reproduction(result, reproduction.recordings, out)
-        click.echo(f"page: {out / 'index.html'}")
+        show_page(out / "index.html")
     return OK if all(check.ok for check in reproduction.checks) else FINDING
 
 

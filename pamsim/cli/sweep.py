@@ -69,7 +69,7 @@ def _executor(processes: int | None, scheduler: str | None) -> Iterator[Executor
         raise InputError("give `processes` or `scheduler`, not both")
     if scheduler is not None:
         try:
-            from dask.distributed import Client
+            from dask.distributed import Client  # pyright: ignore[reportMissingImports]
         except ImportError:
             raise InputError(
                 "`scheduler` needs Dask: pip install distributed, here and on the workers"

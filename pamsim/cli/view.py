@@ -7,13 +7,13 @@ from pathlib import Path
 import click
 
 from pamsim.cli.main import OK
-from pamsim.cli.options import KILOGRAMS, PATH, PRESSURES, refuse
+from pamsim.cli.options import KILOGRAMS, PATH, PRESSURES, RIG, refuse
 
 
 @click.command(name="view")
 @click.argument("recording", type=PATH, required=False)
 @click.option(
-    "--rig", help="Shipped rig or rig folder; mas20_arm, or the recording's, if left out."
+    "--rig", type=RIG, help="Shipped rig or rig folder; mas20_arm, or the recording's, if left out."
 )
 @click.option(
     "--pressure",
