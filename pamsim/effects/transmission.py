@@ -39,7 +39,7 @@ EFFECTS = (
                 name="chain.ripple_pitch",
                 typical=9.525e-3,
                 low=4e-3,
-                high=3e-2,
+                high=1.3e-2,  # of fewer than some six teeth no sprocket is made
                 shape=True,
                 starts=(5e-3, 6.35e-3, 8e-3, 1.27e-2),
             ),
