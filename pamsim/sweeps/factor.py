@@ -81,7 +81,7 @@ def factor(name: str, table: Any) -> Factor:
         return Factor(name=name, unit=unit, distribution=_frozen(where, rest))
     if not {"low", "high"} <= set(rest):
         raise InputError(f"{where} needs values, low and high, or a distribution")
-    low, high = (_number(f"{where}.{end}", rest.pop(end)) for end in ("low", "high"))
+    low, high = (number(f"{where}.{end}", rest.pop(end)) for end in ("low", "high"))
     if not low < high:
         raise InputError(f"{where}: low ({low:g}) must be below high ({high:g})")
     if "count" not in rest:
@@ -98,7 +98,7 @@ def _listed(where: str, values: Any, *, text: bool) -> tuple[Value, ...]:
     if not isinstance(values, list) or not 1 <= len(values) <= _MOST:
         raise InputError(f"{where}.values must be a list of 1 to {_MOST:,} values")
     if not text:
-        return tuple(_number(f"{where}.values", value) for value in values)
+        return tuple(number(f"{where}.values", value) for value in values)
     if not all(isinstance(value, str) for value in values):
         raise InputError(f"{where}.values must be names or folders of rigs")
     return tuple(values)
@@ -110,7 +110,7 @@ def _frozen(where: str, rest: dict[str, Any]) -> Any:
     known = {n for n in dir(_stats) if isinstance(getattr(_stats, n), _stats.rv_continuous)}
     if name not in known:
         raise InputError(f"{where}: no distribution {name!r}; {nearest(str(name), known)}")
-    numbers = {key: _number(f"{where}.{key}", value) for key, value in rest.items()}
+    numbers = {key: number(f"{where}.{key}", value) for key, value in rest.items()}
     try:
         found = getattr(_stats, name)(**numbers)
         middle = float(found.median())
@@ -123,7 +123,16 @@ def _frozen(where: str, rest: dict[str, Any]) -> Any:
     return found
 
 
-def _number(where: str, value: Any) -> float:
+def number(where: str, value: Any) -> float:
+    """A finite number of a study.
+
+    Args:
+        where: its key, for the error.
+        value: as it was read.
+
+    Raises:
+        InputError: if it is none.
+    """
     if isinstance(value, bool) or not isinstance(value, int | float) or not math.isfinite(value):
         raise InputError(f"{where} is {value!r}; it must be a number")
     return float(value)

@@ -18,7 +18,7 @@ from pamsim.engine.batch import simulate_batch
 from pamsim.engine.rig import Rig
 from pamsim.engine.supply_check import above_supply
 from pamsim.signals.step_metrics import step_figure_units, step_figures
-from pamsim.sweeps.factor import Value
+from pamsim.sweeps.factor import Value, number
 from pamsim.sweeps.job import Row
 from pamsim.sweeps.varied_rig import RIG, check_names, loaded, with_values
 
@@ -165,7 +165,7 @@ def simulate_step(
         raise InputError(f"experiment.drive is {drive!r}; it may be {' or '.join(_UNITS)}")
     muscles = len(first.muscles)
     numbers = {
-        key: _number(f"experiment.{key}", table[key])
+        key: number(f"experiment.{key}", table[key])
         for key in ("duration", "load", "sample_hz", "settle")
         if key in table
     }
@@ -201,10 +201,4 @@ def _per_muscle(key: str, table: Mapping[str, Any], muscles: int) -> tuple[float
     values = table.get(key)
     if not isinstance(values, list) or len(values) != muscles:
         raise InputError(f"experiment.{key} must list a number for each of the {muscles} muscles")
-    return tuple(_number(f"experiment.{key}", value) for value in values)
-
-
-def _number(where: str, value: Any) -> float:
-    if isinstance(value, bool) or not isinstance(value, int | float) or not math.isfinite(value):
-        raise InputError(f"{where} is {value!r}; it must be a number")
-    return float(value)
+    return tuple(number(f"experiment.{key}", value) for value in values)
