@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -195,6 +195,7 @@ def diagnose_trials(
             lambda a, b: signature_similarity(by_label[a], by_label[b]),
             lambda fit: lack_of_fit(fitter, fit, screened, seed=seed),
             gap_mapped=gap_mapped,
+            usual_families={c.family for c in candidates if not c.rare},
         )
 
     conclusion = concluded()
@@ -307,6 +308,7 @@ def conclude(
     lack_of_fit: Callable[[Refit], LackOfFit],
     *,
     gap_mapped: bool,
+    usual_families: Collection[str] = (),
 ) -> Conclusion:
     """Choose the best model and its rivals, and weigh the evidence.
 
@@ -320,6 +322,8 @@ def conclude(
         similarity: of the signatures of two effects.
         lack_of_fit: what a fitted model leaves that repeats share.
         gap_mapped: whether residual maps show a gap, whatever these models achieve.
+        usual_families: of the effects that are tried in any case: a rare kind of one of them is
+            no rare cause.
     """
     accepted = [m for m in models if m.accepted(tried)]
     if not accepted:
@@ -374,7 +378,7 @@ def conclude(
         large_remainder=lack.significant or (remainder and left.gain > LARGE_REMAINDER_LOSS),
         untested=not lack.testable,
         strained=best.strained(),
-        rare=any(candidate.rare for candidate in best.candidates),
+        rare=any(c.rare and c.family not in usual_families for c in best.candidates),
         tied=bool(tied),
     )
     return Conclusion(

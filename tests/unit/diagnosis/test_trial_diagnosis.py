@@ -217,6 +217,24 @@ def test_repeats_that_vary_the_same_way_by_chance_leave_no_remainder(protocols, 
         assert plain == (fitted < 0.0 and not left), found_now
 
 
+@pytest.mark.parametrize("usual", [True, False])
+def test_a_rare_kind_of_a_usual_family_is_no_rare_cause(usual):
+    """What it leaves is the error of a formula; a rare cause that leaves something stands in."""
+    trials = recorded({"dry": 0.06}, repeats=3)
+    one = diagnose_trials(simulator(trials), NUISANCE, (DRY, LEAK), regressors(trials))
+    best = one.conclusion.best
+    (dry,) = best.candidates
+    odd = dataclasses.replace(dry, effect=dataclasses.replace(dry.effect, rare=True))
+    lack = LackOfFit(size=0.02, error=0.0, p_value=1e-4, attainable=1e-4)
+    found_now = conclude(
+        laid_out(trials), one.floor, one.base, one.base_loss,
+        [dataclasses.replace(best, candidates=(odd,))], 1, lambda *_: 0.0, lambda _: lack,
+        gap_mapped=False, usual_families={odd.family} if usual else set(),
+    )  # fmt: skip
+    expected = Verdict.NAMED_WITH_REMAINDER if usual else Verdict.UNEXPLAINED
+    assert found_now.verdict is expected
+
+
 def test_what_held_out_repeats_share_is_their_excess_over_the_noise():
     for seed in range(3):
         trials = recorded({"dry": 0.06}, seed=seed, repeats=3)
