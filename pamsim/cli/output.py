@@ -31,7 +31,8 @@ def save_json(path: Path | None, result: Mapping[str, Any]) -> None:
 def show_page(page: Path) -> None:
     """Print where a page lies, and show it in a browser if ``--open`` was given."""
     click.echo(f"page: {page}")
-    if click.get_current_context().meta.get(OPENED):
+    context = click.get_current_context(silent=True)
+    if context is not None and context.meta.get(OPENED):
         click.launch(str(page.resolve()))
 
 

@@ -108,8 +108,8 @@ def test_every_verdict_is_printed_and_has_its_exit_code(verdict, tmp_path, monke
     assert "warning: forces were not measured" in printed
     assert "not tried: load_torque: no body's tilt is stated" in printed
     assert "pressure_1 [kPa]" in printed
-    assert (asked["sources"], asked["hold_out"], asked["seed"]) == (("a", "b"), ["x", "y"], 7)
-    assert asked["effects"] == ["air_leak", "angle_bias"]
+    assert (asked["sources"], asked["hold_out"], asked["seed"]) == (("a", "b"), ("x", "y"), 7)
+    assert asked["effects"] == ("air_leak", "angle_bias")
     repaired = verdict in (Verdict.NAMED, Verdict.NAMED_WITH_REMAINDER)
     assert (out / "rig" / "params.toml").is_file() is repaired
     assert (f"rig:  {out / 'rig'}" if repaired else "no repaired rig written") in printed

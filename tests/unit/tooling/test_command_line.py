@@ -69,7 +69,7 @@ def test_a_shell_completes_commands_rigs_and_effects():
     rigs = sorted(path.parent.name for path in shipped_rigs().glob("*/params.toml"))
     assert completed("step", "--rig", "") == [*rigs, ""]
     assert completed("step", "--rig", "mus") == ["muscle_bench", "mus"]
-    assert completed("diagnose", "data", "--without", "air_leak,coul") == [
+    assert completed("diagnose", "data", "--without", "air_leak,coulo") == [
         "air_leak,coulomb_friction"
     ]
     assert completed("check", "data", "--effects", "angle_b") == ["angle_bias"]
