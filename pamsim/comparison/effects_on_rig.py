@@ -197,6 +197,11 @@ def candidates(
     own = [name for name in known if name not in FORMS and known[name][0].in_trials]
     for name in without:
         look_up(name, known)
+        if name not in known:
+            raise InputError(
+                f"`without` leaves out whole effects, not one form or place of them: {name!r}; give"
+                f" {name.partition(AT)[0].partition(':')[0]!r}"
+            )
     chosen = [name for name in names or (*TRIAL_EFFECTS, *own) if name not in without]
     if not chosen:
         raise InputError("`without` leaves no effect to try; name fewer, or others in `effects`")
