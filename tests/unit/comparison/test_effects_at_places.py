@@ -53,7 +53,7 @@ def test_what_is_left_out_is_not_tried_and_nothing_is_asked_for_by_that(rig):
     with pytest.raises(InputError, match="did you mean 'air_leak'"):
         candidates(rig, without=["air_leek"])
     for part in ("coulomb_friction:dahl", "coulomb_friction at elbow"):
-        with pytest.raises(InputError, match="whole effects.*give 'coulomb_friction'"):
+        with pytest.raises(InputError, match=r"whole effects.*give 'coulomb_friction'"):
             candidates(rig, without=[part])
     with pytest.raises(InputError, match="leaves no effect to try"):
         candidates(rig, ["air_leak"], ["air_leak"])
