@@ -37,8 +37,7 @@ def write_sweep_figure(result: SweepResult, folder: Path) -> Path:
 def sweep_figure(result: SweepResult) -> Figure:
     """A row of panels per output that varies, a column per factor, those that matter first."""
     columns = result.columns()
-    outputs = [name for name in result.rank_correlations if np.ptp(_known(columns[name])) > 0.0]
-    outputs = outputs[:_MOST]
+    outputs = list(result.rank_correlations)[:_MOST]  # without those that do not vary
     if not outputs:
         figure, (ax,) = new_figure(2.5)
         say_empty(ax, "no output varies: see the column message of the table")
@@ -82,7 +81,3 @@ def _places(values: NDArray[np.generic]) -> tuple[NDArray[np.float64], list[str]
         return values.astype(float), []
     names, places = np.unique(values.astype(str), return_inverse=True)
     return places.astype(float), names.tolist()
-
-
-def _known(values: NDArray[np.float64]) -> NDArray[np.float64]:
-    return values[np.isfinite(values)]

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import itertools
 import math
+import warnings
 from collections.abc import Sequence
 from enum import StrEnum
 from typing import Any
@@ -106,8 +107,6 @@ def _shares(design: Design, count: int, runs: int, seed: int) -> NDArray[np.floa
 
 
 def _sobol(count: int, runs: int, seed: int) -> NDArray[np.float64]:
-    import warnings
-
     sampler = _qmc.Sobol(d=count, rng=np.random.default_rng(seed))
     with warnings.catch_warnings():
         # The balance of a whole power of 2 is no reason to refuse another number of runs.

@@ -66,9 +66,8 @@ def sweep(
     done = _begun(plan, folder, table, len(blocks), resume=resume)
     kept = sum(len(blocks[block]) for block in done)
     left = [block for block in range(len(blocks)) if block not in done]
-    finished = kept
-    if progress is not None:
-        progress(finished, len(plan.runs), "runs")
+    finished, report = kept, progress or (lambda *_: None)
+    report(finished, len(plan.runs), "runs")
     for block, rows in _computed(job, [(b, blocks[b]) for b in left], executor, threads):
         first = block * size
         table.add(
@@ -79,8 +78,7 @@ def sweep(
             ],
         )
         finished += len(rows)
-        if progress is not None:
-            progress(finished, len(plan.runs), "runs")
+        report(finished, len(plan.runs), "runs")
     if not table.is_finished(len(plan.runs)):
         table.finish(len(blocks))
     return result_of(plan, table.path, kept=kept, seconds=time.perf_counter() - began)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import collections
 import dataclasses
 import itertools
 import shutil
@@ -15,6 +16,7 @@ from pamsim.comparison.effects_on_rig import at_size, candidate, candidates, rig
 from pamsim.comparison.protocols import PROTOCOLS
 from pamsim.core.errors import InputError
 from pamsim.effects.catalog import EFFECTS, FORMS, ROW_EFFECTS, TRIAL_EFFECTS, effect
+from pamsim.effects.effect import FAMILIES
 from pamsim.engine.rig_parameter import rig_parameter
 from pamsim.engine.timestep_check import check_timestep
 from pamsim.signals.sensors import distorted
@@ -280,3 +282,8 @@ def test_a_further_form_is_probed_where_it_differs_from_the_usual_one(rig):
     (probe,) = form.probes
     assert 0.1 < 1.0 / probe.values["chamber.heat_rate"] < 0.5
     assert probe.values["chamber.polytropic_index"] > 1.39
+
+
+def test_every_family_of_several_kinds_has_words_and_no_other():
+    kinds = collections.Counter(one.family for one in EFFECTS.values())
+    assert {family for family, count in kinds.items() if count > 1} == set(FAMILIES)

@@ -60,17 +60,10 @@ def test_every_row_is_the_simulation_of_its_values(finished):
         for name, value in step_figures(alone).items():
             assert columns[name][run] == pytest.approx(value, rel=1e-12, abs=1e-12, nan_ok=True)
     assert set(columns["outcome"]) == {"completed"}
-    assert (
-        len(sweep_figure(finished).axes)
-        == 2
-        * len(
-            {"start_deg", "final_deg", "settling_s", "overshoot_percent"}
-            & set(finished.rank_correlations)
-        )
-        or len(sweep_figure(finished).axes) == 8
-    )
     assert finished.rank_correlations["final_deg"]["chamber.dead_volume"] < -0.5
     assert "6 runs, 0 of them failed" in finished.summary()
+    drawn = min(len(finished.rank_correlations), 4)  # outputs, beside two factors
+    assert len(sweep_figure(finished).axes) == 2 * drawn > 0
 
 
 def test_columns_carry_their_units(finished):
