@@ -46,6 +46,8 @@ _FORCE_LAW = slot("force.law")
 _NOMINAL_LENGTH, _LENGTH_AT_ZERO = slot("braid.nominal_length"), slot("mounting.length_at_zero")
 _HYSTERESIS_LAW, _PER_PRESSURE = slot("hysteresis.law"), slot("hysteresis.0") + 1
 _CHORD = slot("hysteresis.0") + 3
+_PARALLEL_PER_PRESSURE = slot("parallel_hysteresis.force_per_pressure")
+_PARALLEL_CHORD = slot("parallel_hysteresis.chord")
 _POLYTROPIC, _TEMPERATURE = slot("chamber.polytropic_index"), slot("chamber.temperature")
 _ATMOSPHERE, _HEAT_RATE = slot("chamber.atmosphere"), slot("chamber.heat_rate")
 _LEAK, _LAMINAR_LEAK = slot("chamber.leak_conductance"), slot("chamber.laminar_leak_conductance")
@@ -179,8 +181,11 @@ def highest_pressure(par: Row, act: Row, tendon_length: float, pressure: float) 
         kappa = first + (last - first) * i / _PLACES
         length = (1.0 - kappa) * nominal - par[_LENGTH_AT_ZERO]
         inside_there = static_volume(par, length, gauge)
-        if par[_HYSTERESIS_LAW] > 0.0:  # at most what its chord adds, since it holds energy
-            inside_there += 0.5 * par[_PER_PRESSURE] * nominal * par[_CHORD] * kappa * kappa
+        # Hysteresis adds at most what its chords do, since it holds energy.
+        chords = par[_PARALLEL_PER_PRESSURE] * par[_PARALLEL_CHORD]
+        if par[_HYSTERESIS_LAW] > 0.0:
+            chords += par[_PER_PRESSURE] * par[_CHORD]
+        inside_there += 0.5 * chords * nominal * kappa * kappa
         largest = max(largest, inside_there)
     index = par[_POLYTROPIC]
     highest = supply * (largest / inside) ** index

@@ -15,7 +15,6 @@ from pamsim.actuator.friction import dry_friction, stribeck_friction
 from pamsim.actuator.layout import (
     AIR,
     AMBIENT,
-    COMMON,
     CREEP,
     CREEP_2,
     EARLIER,
@@ -31,6 +30,11 @@ from pamsim.actuator.layout import (
     Row,
     slot,
 )
+from pamsim.actuator.muscle_hysteresis import (
+    hysteresis_force,
+    hysteresis_rates,
+    hysteresis_volume,
+)
 from pamsim.actuator.static_muscle import (
     contraction,
     limited,
@@ -41,8 +45,6 @@ from pamsim.actuator.static_muscle import (
     volume_at_nominal_length,
     volume_varies,
 )
-from pamsim.hysteresis.dispatch import chosen_energy, chosen_output, chosen_rates
-from pamsim.hysteresis.group import COMMON_FIELDS
 from pamsim.muscles.braid import braid_friction
 from pamsim.muscles.creep import creep_force, creep_rate
 from pamsim.muscles.dispatch import pushes
@@ -67,10 +69,6 @@ _COMMAND = slot("command")
 _FORCE_LAW = slot("force.law")
 _FORCE_SCALE = slot("force.0")
 
-_HYSTERESIS_LAW = slot("hysteresis.law")
-_HYSTERESIS = slot("hysteresis.0")
-_CHORD = _HYSTERESIS + 3
-_HYSTERESIS_OWN = _HYSTERESIS + COMMON_FIELDS
 _COMPLIANCE = slot("chain.compliance")
 _RELAXATION = slot("chain.relaxation_time")
 _BACKLASH = slot("chain.backlash")
@@ -150,25 +148,6 @@ def length_at_muscle(par: Row, act: Row, tendon_length: float) -> float:
     if par[_COMPLIANCE] == 0.0:
         return length
     return length - act[len(act) - EXTENSION]
-
-
-def hysteresis_volume(par: Row, act: Row, contraction: float) -> float:
-    """Volume that the energy in the hysteresis takes [m^3]: minus its derivative by pressure.
-
-    Without it a loop that is wider at a higher pressure could be loaded at a low one and unloaded
-    at a high one, and give energy in every cycle. See `pamsim.hysteresis.group`.
-
-    Args:
-        par: parameter row.
-        act: states.
-        contraction: kappa [-].
-    """
-    per_pressure = par[_HYSTERESIS + 1]
-    if par[_HYSTERESIS_LAW] == 0.0 or per_pressure == 0.0:
-        return 0.0
-    held = chosen_energy(par[_HYSTERESIS_LAW], par, _HYSTERESIS_OWN, act, contraction)
-    held -= 0.5 * par[_CHORD] * contraction * contraction
-    return -per_pressure * par[_NOMINAL_LENGTH] * held
 
 
 def chamber_volume(par: Row, act: Row, tendon_length: float, pressure: float) -> float:
@@ -269,30 +248,6 @@ def _consistent_pressure(par: Row, air: float, fixed: float, kappa: float, first
 def gauge_pressure(par: Row, act: Row, tendon_length: float) -> float:
     """Gauge pressure in the chamber [Pa]."""
     return chamber_pressure(par, act, tendon_length) - par[_ATMOSPHERE]
-
-
-def hysteresis_force(
-    par: Row, act: Row, contraction: float, pressure: float, static_force: float
-) -> float:
-    """Force that hysteresis takes from the static force [N]; 0 without width.
-
-    Args:
-        par: parameter row.
-        act: states.
-        contraction: kappa [-].
-        pressure: gauge pressure, not below 0 [Pa].
-        static_force: signed force without hysteresis [N].
-    """
-    if not _has_width(par):
-        return 0.0
-    width = par[_HYSTERESIS] + par[_HYSTERESIS + 1] * pressure + par[_HYSTERESIS + 2] * static_force
-    output = chosen_output(par[_HYSTERESIS_LAW], par, _HYSTERESIS_OWN, act, contraction)
-    return width * (output - par[_CHORD] * contraction)
-
-
-def _has_width(par: Row) -> bool:
-    """Whether the hysteresis takes any force; without, its memory is not kept up."""
-    return par[_HYSTERESIS] + par[_HYSTERESIS + 1] + par[_HYSTERESIS + 2] > 0.0
 
 
 def tension(par: Row, act: Row, tendon_length: float, tendon_velocity: float = 0.0) -> float:
@@ -641,20 +596,7 @@ def state_rates(
         after = dry_friction_after(par, before, pull, tendon_velocity, timestep)
         rates[count - RUBBING] = (after - before) / timestep
     kappa = contraction(par, length)
-    if _has_width(par):
-        chosen_rates(
-            par[_HYSTERESIS_LAW],
-            par,
-            _HYSTERESIS_OWN,
-            act,
-            rates,
-            kappa,
-            -velocity / par[_NOMINAL_LENGTH],
-            timestep,
-        )
-    else:
-        for i in range(count - COMMON):
-            rates[i] = 0.0
+    hysteresis_rates(par, act, rates, kappa, -velocity / par[_NOMINAL_LENGTH], timestep)
     rates[count - CREEP] = 0.0
     if par[_CREEP_STIFFNESS] > 0.0:
         rates[count - CREEP] = creep_rate(kappa, act[count - CREEP], par[_CREEP_TIME], timestep)

@@ -5,7 +5,7 @@ state replay bit for bit, and a batch can give every simulation its own paramete
 
 ``actuator_user`` row: signature, codes of the chosen laws, the actuator at the other end of the
 chain (its id plus 1, 0 for none), then every group's fields in their declared order. ``act`` of one
-actuator: the hysteresis operator's states, then one each for the pressure of the last step but one
+actuator: the hysteresis operator's states, the blocks of the one in parallel, then one each for the pressure of the last step but one
 and of the last, where the search for it begins if the volume depends on it, the air's pressure at
 ambient temperature times its volume, the second element of the creep, the pressure at the valves'
 end of the tube, the opening of slow valves, the sag of the supply (of which all muscles on it hold
@@ -33,6 +33,7 @@ from pamsim.core.catalog import MOST_PARAMETERS
 from pamsim.core.errors import EngineError, InputError, nearest
 from pamsim.core.parameters import ParameterGroup, specs
 from pamsim.hysteresis.catalog import OPERATORS
+from pamsim.hysteresis.parallel import BLOCKS
 from pamsim.muscles.catalog import FORCE_LAWS
 from pamsim.muscles.dispatch import pushes
 
@@ -49,7 +50,10 @@ EARLIER, LAST, AMBIENT, CREEP_2, TUBE, OPENING, SAG, RUBBING = 13, 12, 11, 10, 9
 LINE, CREEP, SHIFT, EXTENSION, AIR = 5, 4, 3, 2, 1
 """Where the states that every muscle has lie in its ``act``, counted from its end."""
 
-COMMON = EARLIER
+PARALLEL = EARLIER + BLOCKS
+"""Where the blocks of the parallel hysteresis begin, counted in the same way."""
+
+COMMON = PARALLEL
 """Number of states that every muscle has."""
 
 

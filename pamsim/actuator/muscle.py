@@ -10,6 +10,7 @@ from pamsim.actuator.friction import Friction
 from pamsim.core.errors import EngineError, InputError, nearest
 from pamsim.core.parameters import ParameterGroup, parameter
 from pamsim.hysteresis.group import Hysteresis
+from pamsim.hysteresis.parallel import ParallelHysteresis
 from pamsim.muscles.braid import Braid
 from pamsim.muscles.catalog import FORCE_LAWS
 from pamsim.muscles.creep import Creep
@@ -49,6 +50,7 @@ PLAIN_GROUPS: tuple[type[ParameterGroup], ...] = (
     Threshold,
     EndShape,
     Creep,
+    ParallelHysteresis,
     Chamber,
     ValvePair,
     Chain,
@@ -83,6 +85,7 @@ class Muscle:
         end_shape: active force lost at high contraction.
         creep: relaxing element beside the muscle.
         hysteresis: group of the operator on the force, or None.
+        parallel_hysteresis: Maxwell slip beside it.
         chamber: polytropic air.
         valve: fill and exhaust valves.
         chain: what the muscle pulls through.
@@ -103,6 +106,7 @@ class Muscle:
     chain: Chain = field(default_factory=Chain)
     friction: Friction = field(default_factory=Friction)
     hysteresis: Hysteresis | None = None
+    parallel_hysteresis: ParallelHysteresis = field(default_factory=ParallelHysteresis)
     command: str = "valve"
 
     def __post_init__(self) -> None:

@@ -11,6 +11,7 @@ from pamsim.actuator.layout import (
     EARLIER,
     LAST,
     LINE,
+    PARALLEL,
     TUBE,
     MutableRow,
     Row,
@@ -18,6 +19,7 @@ from pamsim.actuator.layout import (
 )
 from pamsim.actuator.muscle import COMMANDS
 from pamsim.actuator.static_muscle import contraction
+from pamsim.hysteresis.parallel import BLOCKS
 from pamsim.pneumatics.chamber import air_state
 
 _COMMAND = slot("command")
@@ -44,7 +46,7 @@ def rest(par: Row, act: MutableRow, tendon_length: float, pressure: float) -> No
 
     Args:
         par: (SIZE,) parameter row.
-        act: (n,) written: the operator free of memory, the chain free of force and in the middle
+        act: (n,) written: the operators free of memory, the chain free of force and in the middle
             of its backlash, the creep relaxed, the command's line at what keeps the valves shut,
             the tube at the chamber's pressure, the air at the ambient temperature.
         tendon_length: [m].
@@ -53,6 +55,9 @@ def rest(par: Row, act: MutableRow, tendon_length: float, pressure: float) -> No
     for i in range(len(act)):
         act[i] = 0.0
     length = chain_length(par, tendon_length)
+    first, kappa = len(act) - PARALLEL, contraction(par, length)
+    for i in range(BLOCKS):
+        act[first + i] = kappa
     act[len(act) - AIR] = charged_air_state(par, act, length, pressure)
     for i in (TUBE, LAST, EARLIER):
         act[len(act) - i] = pressure + par[_ATMOSPHERE]

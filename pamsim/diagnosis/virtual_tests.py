@@ -21,7 +21,6 @@ from pamsim.actuator.kernel import (
     chain_ratio,
     dry_friction_after,
     flow_through_valves,
-    hysteresis_force,
     leak_flow,
     line_sag,
     state_rates,
@@ -30,6 +29,7 @@ from pamsim.actuator.kernel import (
     valve_opening,
 )
 from pamsim.actuator.layout import AIR, RUBBING, slot, state_size
+from pamsim.actuator.muscle_hysteresis import hysteresis_force, hysteresis_rates
 from pamsim.actuator.rest_state import charged_air_state, rest
 from pamsim.actuator.static_muscle import active_force, limited, static_force
 from pamsim.diagnosis.virtual_test_conditions import (
@@ -42,8 +42,6 @@ from pamsim.diagnosis.virtual_test_conditions import (
     TURN,
 )
 from pamsim.engine.rig import Rig
-from pamsim.hysteresis.dispatch import chosen_rates
-from pamsim.hysteresis.group import COMMON_FIELDS
 from pamsim.muscles.tension import effective_pressure
 from pamsim.pneumatics.orifice import mass_flow
 from pamsim.signals.sensors import MeasurementChain
@@ -65,7 +63,6 @@ _NOMINAL_LENGTH = slot("braid.nominal_length")
 _ATMOSPHERE = slot("chamber.atmosphere")
 _TEMPERATURE = slot("chamber.temperature")
 _SUPPLY = slot("valve.supply_pressure")
-_HYSTERESIS = slot("hysteresis.0")
 _PITCH = slot("chain.ripple_pitch")
 
 
@@ -213,13 +210,12 @@ def _loop(rig: Bench, muscle: int, path: FloatArray) -> FloatArray:
     """Force that hysteresis takes along a path of contractions at a held pressure [N]."""
     par = rig.muscles[muscle]
     act, rates = [0.0] * rig.states[muscle], [0.0] * rig.states[muscle]
-    own, law = _HYSTERESIS + COMMON_FIELDS, par[slot("hysteresis.law")]
     forces: list[float] = []
     timestep = float(path[1] - path[0]) / CONTRACTION_RATE
     before = 0.0
     for kappa in path.tolist():
         rate = (kappa - before) / timestep
-        chosen_rates(law, par, own, act, rates, before, rate, timestep)
+        hysteresis_rates(par, act, rates, before, rate, timestep)
         for k, change in enumerate(rates):
             act[k] += timestep * change
         force = static_force(par, _tendon(par, kappa), PRESSURE)

@@ -29,6 +29,28 @@ _CHORD = EffectParameter(
 )
 """Most force laws were fitted to the mean of the branches, some to one of them."""
 
+_SLIP = (
+    EffectParameter(
+        name="parallel_hysteresis.full_slip",
+        typical=0.01,
+        low=1e-3,
+        high=0.06,
+        shape=True,
+        starts=(0.004, 0.025),
+    ),
+    EffectParameter(
+        name="parallel_hysteresis.decay", typical=1.0, low=0.6, high=1.6, shape=True
+    ),
+    EffectParameter(
+        name="parallel_hysteresis.chord",
+        typical=20.0,
+        low=0.0,
+        high=200.0,
+        shape=True,
+        starts=(1.0,),
+    ),
+)
+
 EFFECTS = (
     Effect(
         name="muscle_hysteresis",
@@ -70,21 +92,12 @@ EFFECTS = (
         missing="rate-independent hysteresis of the muscle, growing with pressure, with"
         " return-point memory",
         equation="F = F_static - h p (w - c kappa), w = sum share_k (kappa - play(kappa; Delta_k))"
-        " / Delta_k",
+        " / Delta_k, beside the rig's own",
         parameters=(
-            _WIDTH,
             EffectParameter(
-                name="hysteresis.maxwell_slip.full_slip",
-                typical=0.01,
-                low=1e-3,
-                high=0.06,
-                shape=True,
-                starts=(0.004, 0.025),
+                name="parallel_hysteresis.force_per_pressure", typical=1.5e-4, low=0.0, high=2e-3
             ),
-            EffectParameter(
-                name="hysteresis.maxwell_slip.decay", typical=1.0, low=0.6, high=1.6, shape=True
-            ),
-            _CHORD,
+            *_SLIP,
         ),
         look_alikes=("coulomb_friction", "viscoelastic_creep", "chain_backlash"),
         separating="a small loop within a large one: with return-point memory it closes",
@@ -96,12 +109,11 @@ EFFECTS = (
         form="constant",
         family="muscle_hysteresis",
         missing="rate-independent hysteresis of the muscle, the same at every pressure",
-        equation="F = F_static - H z, z' = kappa'/D (1 - |z|^n (sigma sign(z kappa') + 1 - sigma))",
+        equation="F = F_static - H (w - c kappa), w = sum share_k (kappa - play(kappa; Delta_k))"
+        " / Delta_k, beside the rig's own",
         parameters=(
-            EffectParameter(
-                name="hysteresis.force", typical=45.0, low=0.0, high=500.0, neutral=None
-            ),
-            _YIELD,
+            EffectParameter(name="parallel_hysteresis.force", typical=45.0, low=0.0, high=500.0),
+            *_SLIP,
         ),
         look_alikes=("coulomb_friction", "viscoelastic_creep", "chain_backlash"),
         separating="the muscle alone on a force sensor, without the joint: dry friction of the"

@@ -38,36 +38,92 @@ class MaxwellSlip(Hysteresis):
     )
 
 
-def maxwell_slip_output(par: Row, first: int, act: Row, x: float) -> float:
+def slip_output(
+    elements: int, full_slip: float, decay: float, act: Row, at: int, x: float
+) -> float:
     """Sum of the elements' forces over the largest possible (Iwan 1966).
 
     Args:
-        par: parameters; from ``first`` on: elements, full_slip, decay.
-        first: place of the operator's own parameters.
-        act: positions of the blocks x_k [contraction].
+        elements: number n of them.
+        full_slip: contraction at which every block slips [-].
+        decay: ratio of the shares of neighbours, late slipping over early.
+        act: states, among them the positions of the blocks x_k [contraction].
+        at: place of the first block's in them.
         x: contraction [-].
 
     Returns:
         w in [-1, 1]; 1 once every block slips forward.
     """
-    elements = int(par[first])
-    limit = par[first + 1] / elements
-    decay = par[first + 2]
+    limit = full_slip / elements
     share = 1.0
     shares = 0.0
     total = 0.0
     for k in range(elements):
         slip = limit * (k + 1)
-        total += share * (x - play(x, act[k], slip)) / slip
+        total += share * (x - play(x, act[at + k], slip)) / slip
         shares += share
         share *= decay
     return total / shares
 
 
+def slip_rates(
+    elements: int,
+    full_slip: float,
+    act: Row,
+    rates: MutableRow,
+    at: int,
+    x: float,
+    timestep: float,
+) -> None:
+    """Write the rates that drag every block to where input x leaves it.
+
+    Args:
+        elements: number n of them.
+        full_slip: contraction at which every block slips [-].
+        act: states, among them the positions of the blocks [contraction].
+        rates: of all states [1/s], of which the blocks' are written.
+        at: place of the first block's.
+        x: contraction [-].
+        timestep: of the explicit Euler step [s].
+    """
+    limit = full_slip / elements
+    for k in range(elements):
+        rates[at + k] = (play(x, act[at + k], limit * (k + 1)) - act[at + k]) / timestep
+
+
+def slip_energy(
+    elements: int, full_slip: float, decay: float, act: Row, at: int, x: float
+) -> float:
+    """Energy in the springs [contraction]; the arguments are those of `slip_output`."""
+    limit = full_slip / elements
+    share = 1.0
+    shares = 0.0
+    total = 0.0
+    for k in range(elements):
+        slip = limit * (k + 1)
+        stretch = x - play(x, act[at + k], slip)
+        total += 0.5 * share * stretch * stretch / slip
+        shares += share
+        share *= decay
+    return total / shares
+
+
+def maxwell_slip_output(par: Row, first: int, act: Row, x: float) -> float:
+    """Output w in [-1, 1], see `slip_output` and `pamsim.hysteresis.group`.
+
+    Args:
+        par: parameters; from ``first`` on: elements, full_slip, decay.
+        first: place of the operator's own parameters.
+        act: positions of the blocks [contraction].
+        x: contraction [-].
+    """
+    return slip_output(int(par[first]), par[first + 1], par[first + 2], act, 0, x)
+
+
 def maxwell_slip_rates(
     par: Row, first: int, act: Row, rates: MutableRow, x: float, x_rate: float, timestep: float
 ) -> None:
-    """Write the rates that drag every block to where input x leaves it.
+    """Write the blocks' rates, see `slip_rates`.
 
     Args:
         par: see `maxwell_slip_output`.
@@ -78,24 +134,9 @@ def maxwell_slip_rates(
         x_rate: not used; the operator does not know time.
         timestep: of the explicit Euler step [s].
     """
-    elements = int(par[first])
-    limit = par[first + 1] / elements
-    for k in range(elements):
-        rates[k] = (play(x, act[k], limit * (k + 1)) - act[k]) / timestep
+    slip_rates(int(par[first]), par[first + 1], act, rates, 0, x, timestep)
 
 
 def maxwell_slip_energy(par: Row, first: int, act: Row, x: float) -> float:
     """Energy in the springs [contraction]; the arguments are those of `maxwell_slip_output`."""
-    elements = int(par[first])
-    limit = par[first + 1] / elements
-    decay = par[first + 2]
-    share = 1.0
-    shares = 0.0
-    total = 0.0
-    for k in range(elements):
-        slip = limit * (k + 1)
-        stretch = x - play(x, act[k], slip)
-        total += 0.5 * share * stretch * stretch / slip
-        shares += share
-        share *= decay
-    return total / shares
+    return slip_energy(int(par[first]), par[first + 1], par[first + 2], act, 0, x)
