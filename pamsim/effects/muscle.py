@@ -38,9 +38,7 @@ _SLIP = (
         shape=True,
         starts=(0.004, 0.025),
     ),
-    EffectParameter(
-        name="parallel_hysteresis.decay", typical=1.0, low=0.6, high=1.6, shape=True
-    ),
+    EffectParameter(name="parallel_hysteresis.decay", typical=1.0, low=0.6, high=1.6, shape=True),
     EffectParameter(
         name="parallel_hysteresis.chord",
         typical=20.0,

@@ -1,8 +1,8 @@
 """Maxwell-slip hysteresis beside a muscle's own operator.
 
-The operator of a muscle's ``hysteresis`` is what the rig's makers fitted or assumed. What is missing
-beside it adds to its force, whatever its formula; this element is there for that. Its blocks have
-their places in every muscle's state, so that it can be added to a compiled model.
+A muscle's own operator is what was fitted or assumed for its rig; hysteresis that is missing beside
+it adds to its force, whatever the formulas. The blocks of this one have places in every muscle's
+state, so that it can be added to a compiled model.
 """
 
 from __future__ import annotations
@@ -12,7 +12,7 @@ from typing import ClassVar
 
 from pamsim.core.parameters import ParameterGroup, parameter
 
-BLOCKS = 6
+BLOCKS = 5
 """Number of elements."""
 
 

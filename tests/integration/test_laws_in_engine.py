@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import pamsim
-from pamsim.actuator import kernel, static_muscle
+from pamsim.actuator import kernel, muscle_hysteresis, static_muscle
 from pamsim.actuator.layout import pack
 from pamsim.hysteresis.catalog import OPERATORS
 from pamsim.muscles.catalog import FORCE_LAWS
@@ -153,6 +153,6 @@ def test_every_code_has_its_branch():
         assert np.isfinite(static_muscle.active_force(row, 1e5, 0.1)), FORCE_LAWS.group(code)
     row[kernel._FORCE_LAW] = len(FORCE_LAWS)
     assert np.isnan(static_muscle.active_force(row, 1e5, 0.1))
-    row[kernel._HYSTERESIS_LAW] = 1 + len(OPERATORS)
-    row[kernel._HYSTERESIS] = 1.0
-    assert np.isnan(kernel.hysteresis_force(row, [0.0] * 9, 0.1, 1e5, 1.0))
+    row[muscle_hysteresis._LAW] = 1 + len(OPERATORS)
+    row[muscle_hysteresis._FORCE] = 1.0
+    assert np.isnan(muscle_hysteresis.hysteresis_force(row, [0.0] * 9, 0.1, 1e5, 1.0))

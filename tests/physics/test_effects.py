@@ -24,6 +24,11 @@ EFFECTS = {
     "asymmetric_dead_zone": {"valve.dead_zone": 0.2, "valve.dead_zone_asymmetry": 0.6},
     "viscoelastic_creep": {"creep.stiffness": 3e3, "creep.relaxation_time": 0.5},
     "second_branch": {"creep.stiffness_2": 3e3, "creep.relaxation_time_2": 0.5},
+    "parallel_hysteresis": {"parallel_hysteresis.force": 40.0},
+    "parallel_hysteresis_per_pressure": {
+        "parallel_hysteresis.force_per_pressure": 2e-4,
+        "parallel_hysteresis.chord": 30.0,
+    },
     "end_shape": {"end_shape.loss": 0.4, "end_shape.onset": -0.02},
     "line_lag": {"valve.line_lag": 0.04},
     "valve_delay": {"valve.delay": 0.013},
@@ -39,6 +44,9 @@ EFFECTS = {
     "load_dependent_friction": {"friction.tension_share": 0.02},
 }
 SHAPES = {
+    "parallel_hysteresis.chord": 30.0,
+    "parallel_hysteresis.full_slip": 0.03,
+    "parallel_hysteresis.decay": 0.7,
     "creep.relaxation_time": 0.1,
     "creep.relaxation_time_2": 0.2,
     "end_shape.onset": -0.1,

@@ -16,7 +16,7 @@ import numpy as np
 import pytest
 
 import pamsim
-from pamsim.actuator import kernel, static_muscle
+from pamsim.actuator import kernel, muscle_hysteresis, static_muscle
 from pamsim.actuator.chain import Chain
 from pamsim.actuator.layout import pack, state_size
 from pamsim.actuator.muscle import Muscle
@@ -245,7 +245,7 @@ def chamber(row: list[float], data: mujoco.MjData, muscle: int) -> tuple[float, 
     return (
         pressure,
         kernel.chamber_volume(row, act, tendon, pressure),
-        kernel.hysteresis_volume(row, act, kappa),
-        kernel.hysteresis_force(row, act, kappa, pressure, static),
+        muscle_hysteresis.hysteresis_volume(row, act, kappa),
+        muscle_hysteresis.hysteresis_force(row, act, kappa, pressure, static),
         -tendon,
     )

@@ -162,7 +162,8 @@ def diagnose_trials(
     perfect = perfect_losses(layout, floor)
     search = TrialSearch(fitter, base, base_loss, screened, report)
     models = search.singles()
-    least = min((m.fit for m in models), key=lambda fit: fit.cost, default=base)
+    present = [m.fit for m in models if m.all_present()]
+    least = min(present, key=lambda fit: fit.cost, default=base)
     left = lack_of_fit(fitter, least, screened, seed=seed)
     if left.p_value < LEFT_FOR_RARE or not left.testable:
         report("screening of rare effects")

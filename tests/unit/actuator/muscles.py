@@ -13,6 +13,7 @@ from pamsim.actuator.muscle import Mounting, Muscle
 from pamsim.actuator.rest_state import charged_air_state
 from pamsim.core.parameters import ParameterGroup
 from pamsim.hysteresis.group import Hysteresis
+from pamsim.hysteresis.parallel import BLOCKS
 from pamsim.hysteresis.preisach import Preisach
 from pamsim.muscles.braid import Braid
 from pamsim.muscles.corrected_mckibben import CorrectedMcKibben
@@ -67,7 +68,10 @@ KINDS = [
 
 
 def make(law: str = "ideal_mckibben", loop: str = "none", **changes: Any) -> Muscle:
-    """A muscle in which every effect is on and every number differs from its default."""
+    """A muscle in which every effect is on and every number differs from its default.
+
+    But for the parallel hysteresis, which test_muscle_hysteresis tests.
+    """
     groups: dict[str, Any] = {
         "mounting": Mounting(length_at_zero=0.05),
         "braid": Braid(
@@ -169,6 +173,17 @@ def charged(
         memory[0] = z
     # No step before; neither heat nor tube nor slow valves.
     early = [0.0, 0.0, 0.0, RELAXED_2, 0.0, 0.0]
-    states = [*memory, *early, SAGGED, RUBBED, carried, RELAXED, SHIFT, EXTENSION, 0.0]
+    states = [
+        *memory,
+        *[0.0] * BLOCKS,
+        *early,
+        SAGGED,
+        RUBBED,
+        carried,
+        RELAXED,
+        SHIFT,
+        EXTENSION,
+        0.0,
+    ]
     length = length_at_muscle(row, states, tendon)
     return [*states[:-1], float(charged_air_state(row, states, length, pressure))]

@@ -28,7 +28,7 @@ from tests.unit.core.refusals import refused
 
 GROUP_FIELDS = {
     "mounting", "braid", "force", "passive", "threshold", "end_shape", "creep", "hysteresis",
-    "chamber", "valve", "chain", "friction",
+    "parallel_hysteresis", "chamber", "valve", "chain", "friction",
 }  # fmt: skip
 
 

@@ -95,6 +95,23 @@ def test_rare_effects_are_tried_only_where_the_others_leave_a_remainder():
     assert ("odd",) in {m.names for m in one.models}
 
 
+def test_rare_effects_are_tried_where_the_one_that_fits_cannot_be_named():
+    """What fits is carried by its second number; alone, that is the rare effect."""
+    rare = dataclasses.replace(WIDE, effect=dataclasses.replace(WIDE.effect, name="odd", rare=True))
+    together = dataclasses.replace(
+        BIAS,
+        parameters=(*BIAS.parameters, *WIDE.parameters),
+        neutral={**BIAS.neutral, **WIDE.neutral},
+        probes=tuple(
+            dataclasses.replace(probe, values={**probe.values, **other.values})
+            for probe, other in zip(BIAS.probes, WIDE.probes, strict=True)
+        ),
+    )
+    one = found({"wide": 0.2}, (together, LEAK, rare))
+    assert not next(m for m in one.models if m.names == ("bias",)).all_present()
+    assert one.conclusion.best.names == ("odd",)
+
+
 def test_a_model_that_is_wrong_itself_does_not_reject_one_that_is_wrong_by_as_much_again():
     fitter, base, _ = fitted({"wide": 0.3}, (SHARP, BIAS))
     layout = fitter.simulator.layout

@@ -241,7 +241,7 @@ def test_a_rig_that_states_no_hysteresis_has_none_and_is_searched_for_it(
     none = rig.with_parameters({"hysteresis.force_per_pressure": 0.0})
     for one, other in zip(runs(without_hysteresis, trials), runs(none, trials), strict=True):
         assert np.array_equal(one.angle, other.angle)
-    size = {"hysteresis.force": 30.0, "hysteresis.yield_contraction": 2e-3}
+    size = {"parallel_hysteresis.force": 30.0, "parallel_hysteresis.full_slip": 5e-3}
     given = without_hysteresis.with_parameters(size)
     moved = [
         np.abs(one.angle - other.angle).max()
@@ -267,7 +267,7 @@ decay = { value = 0.7, unit = "1", source = "assumed" }"""
     other = pamsim.load_rig(folder)
     found, skipped = candidates(other, ["muscle_hysteresis"])
     assert ([one.effect.form for one in found], skipped) == (
-        ["bouc_wen", "maxwell_slip"],
+        ["bouc_wen", "maxwell_slip", "constant"],
         {},
     )
     _, skipped = candidates(other, ["muscle_hysteresis:free_shape"])
