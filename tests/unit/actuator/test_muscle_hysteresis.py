@@ -1,4 +1,4 @@
-"""The hysteresis in parallel is Maxwell slip, adds to the muscle's own, and is at rest without it."""
+"""The hysteresis in parallel is Maxwell slip, adds to the muscle's own, and is free at rest."""
 
 from __future__ import annotations
 
