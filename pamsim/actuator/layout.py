@@ -8,11 +8,11 @@ chain (its id plus 1, 0 for none), then every group's fields in their declared o
 actuator: the hysteresis operator's states, the blocks of the one in parallel, then one each for
 the pressure of the last step but one and of the last, where the search for it begins if the volume
 depends on it, the air's pressure at ambient temperature times its volume, the second element of the
-creep, the pressure at the valves' end of the tube, the opening of slow valves, the sag of the supply
-(of which all muscles on it hold the same value), the dry friction along the tendon, the command's
-line, the creep, the chain's shift on the sprocket, the chain's extension, and the air state y, in
-whose place a measured pressure is. All of them exist even where an effect is off, so that any effect
-can be added to a compiled model.
+creep, the pressure at the valves' end of the tube, the opening of slow valves, the supply's sag (of
+which all muscles on it hold the same value), the dry friction along the tendon, the command's line,
+the creep, the chain's shift on the sprocket, the chain's extension, and the air state y, in whose
+place a measured pressure is. All of them exist even where an effect is off, so that any effect can
+be added to a compiled model.
 """
 
 from __future__ import annotations

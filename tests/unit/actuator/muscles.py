@@ -172,18 +172,7 @@ def charged(
     if len(memory) == 1:
         memory[0] = z
     # No step before; neither heat nor tube nor slow valves.
-    early = [0.0, 0.0, 0.0, RELAXED_2, 0.0, 0.0]
-    states = [
-        *memory,
-        *[0.0] * BLOCKS,
-        *early,
-        SAGGED,
-        RUBBED,
-        carried,
-        RELAXED,
-        SHIFT,
-        EXTENSION,
-        0.0,
-    ]
+    early = [*[0.0] * (BLOCKS + 3), RELAXED_2, 0.0, 0.0]
+    states = [*memory, *early, SAGGED, RUBBED, carried, RELAXED, SHIFT, EXTENSION, 0.0]
     length = length_at_muscle(row, states, tendon)
     return [*states[:-1], float(charged_air_state(row, states, length, pressure))]
