@@ -10,6 +10,9 @@ from numpy.typing import ArrayLike, NDArray
 from pamsim.core.recording import Recording
 from pamsim.core.signal_names import KINDS, Kind, SignalNames
 
+_BAND = 0.02
+"""Share of the travel within which a response counts as settled."""
+
 
 @dataclass(frozen=True, kw_only=True)
 class StepMetrics:
@@ -19,7 +22,8 @@ class StepMetrics:
         start: first value.
         final: mean over the last 2 % of the record.
         settling_time: from when on the response stays within 2 % of its travel of the final value
-            [s]; NaN if it has not settled by the last tenth of the record.
+            [s]; NaN if it has not settled by the last tenth of the record, or is still on its way
+            then: a decay as over the last three tenths would lead out of these 2 %.
         overshoot: largest travel beyond the final value, as a share of the travel [-].
         reversal: largest turn back against the direction of the step.
     """
@@ -55,15 +59,33 @@ def step_metrics(time: ArrayLike, response: ArrayLike) -> StepMetrics:
             start=start, final=final, settling_time=0.0, overshoot=0.0, reversal=float(np.ptp(y))
         )
     forward = (y - start) * np.sign(travel)
-    outside = np.flatnonzero(np.abs(y - final) > 0.02 * abs(travel))
+    outside = np.flatnonzero(np.abs(y - final) > _BAND * abs(travel))
     last = int(outside[-1]) + 1 if len(outside) else 0
     return StepMetrics(
         start=start,
         final=final,
-        settling_time=float(t[last]) if last < 0.9 * len(t) else float("nan"),
+        settling_time=float(t[last])
+        if last < 0.9 * len(t) and not _on_its_way(y, final, _BAND * abs(travel))
+        else float("nan"),
         overshoot=max(0.0, float(forward.max() / abs(travel)) - 1.0),
         reversal=_largest_drop(forward),
     )
+
+
+def _on_its_way(y: NDArray[np.float64], final: float, band: float) -> bool:
+    """Whether a response that decays as over its last three tenths ends outside a band."""
+    tenth = len(y) // 10
+    if not tenth:
+        return False
+    first, second, third = y[-3 * tenth :].reshape(3, tenth).mean(axis=1)
+    earlier, later = second - first, third - second
+    # Such a drift needs another record as long to leave the band; noise drifts as little.
+    if abs(later) <= 0.1 * band or earlier * later < 0.0:
+        return False
+    if abs(later) >= abs(earlier):
+        return True
+    end = third + later**2 / (earlier - later)  # of a geometric series
+    return bool(abs(end - final) > band)
 
 
 def _largest_drop(forward: NDArray[np.float64]) -> float:

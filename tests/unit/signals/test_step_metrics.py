@@ -44,3 +44,21 @@ def test_a_ramp_never_settles_and_a_constant_is_settled():
     assert math.isnan(step_metrics(TIME, TIME).settling_time)
     still = step_metrics(TIME, np.full_like(TIME, 2.0))
     assert (still.settling_time, still.overshoot, still.reversal) == (0.0, 0.0, 0.0)
+
+
+@pytest.mark.parametrize("constants", np.arange(2.0, 8.1, 0.25))
+@pytest.mark.parametrize("noise", [0.0, 2e-3])
+def test_a_first_order_step_is_settled_only_where_2_percent_or_less_are_left(constants, noise):
+    rng = np.random.default_rng(1)
+    response = 1.0 - np.exp(-constants * TIME / TIME[-1]) + noise * rng.standard_normal(TIME.size)
+    left = math.exp(-constants)
+    if abs(left - 0.02) > 0.005:  # the final value is a mean, which lags a little
+        assert math.isnan(step_metrics(TIME, response).settling_time) == (left > 0.02)
+
+
+def test_a_motion_that_creeps_on_has_not_settled():
+    """90 % at once, the rest with a time constant of twice the record."""
+    creep = 1.0 - np.exp(-TIME / (2.0 * TIME[-1]))
+    response = 0.9 * (1.0 - np.exp(-TIME / 0.2)) + 0.1 * creep
+    assert math.isnan(step_metrics(TIME, response).settling_time)
+    assert step_metrics(TIME, response - 0.1 * creep).settling_time < 1.0
