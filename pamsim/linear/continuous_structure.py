@@ -216,8 +216,7 @@ class ContinuousStructure:
             Shape ``(N, per_trial)``, the offset first.
         """
         samples = record.output.size
-        along = np.linspace(0.0, 1.0, samples)[:, np.newaxis]
-        polynomial = along ** np.arange(1 + self._degree)
+        polynomial = np.vander(np.linspace(0.0, 1.0, samples), 1 + self._degree, increasing=True)
         if self.start == "rest":
             return polynomial
         modes = chain_modes(self.constants(coordinates), samples, record.sample_time)

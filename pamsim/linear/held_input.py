@@ -62,9 +62,10 @@ def chain_derivatives(
         rising = (now - old) / sample_time
         now_rising = (_late(given, whole - 1) - now) / sample_time
         start = direct = now - part * (now - old)
-    chain, entry = _chain(constants, integrators)
     pieces = part * sample_time, (1.0 - part) * sample_time
-    return _derivatives(chain, entry, count, pieces, start, now, rising, now_rising, direct)
+    return _derivatives(
+        constants, integrators, count, pieces, start, now, rising, now_rising, direct
+    )
 
 
 def chain_modes(constants: NDArray[Any], samples: int, sample_time: float) -> FloatArray:
@@ -80,10 +81,7 @@ def chain_modes(constants: NDArray[Any], samples: int, sample_time: float) -> Fl
     """
     if constants.size == 0:
         return np.empty((samples, 0))
-    chain, entry = _chain(constants, 0)
-    modes = _free_derivatives(chain, entry, samples, sample_time)
-    largest = np.max(np.abs(modes), axis=0)
-    return modes / np.where(largest > 0.0, largest, 1.0)
+    return _free_derivatives(constants, samples, sample_time)
 
 
 def _late(values: FloatArray, samples: int) -> FloatArray:
@@ -96,13 +94,21 @@ def _late(values: FloatArray, samples: int) -> FloatArray:
     return np.concatenate([np.full(count, values[0]), values[: values.size - count]])
 
 
-def _chain(constants: NDArray[Any], integrators: int) -> tuple[NDArray[Any], NDArray[Any]]:
+@_compiled
+def _chain(constants: Any, integrators: int) -> Any:
     """State matrix of the chain, and how its input enters."""
-    rates = 1.0 / constants
-    into = np.append(rates, np.ones(integrators))
-    chain = np.diag(np.append(-rates, np.zeros(integrators))) + np.diag(into[1:], -1)
-    entry = np.zeros(into.size, dtype=into.dtype)
-    entry[:1] = into[:1]
+    n = constants.size + integrators
+    chain, entry = np.zeros((n, n), dtype=constants.dtype), np.zeros(n, dtype=constants.dtype)
+    for i in range(n):
+        if i:
+            chain[i, i - 1] = 1.0
+        else:
+            entry[i] = 1.0
+        if i < constants.size:
+            rate = 1.0 / constants[i]
+            chain[i, : i + 1] *= rate
+            chain[i, i] = -rate
+            entry[i] *= rate
     return chain, entry
 
 
@@ -173,8 +179,8 @@ def _differentiated(chain: Any, entry: Any, count: int) -> Any:
 
 @_compiled
 def _derivatives(
-    chain: Any,
-    entry: Any,
+    constants: Any,
+    integrators: int,
     count: int,
     pieces: tuple[float, float],
     start: FloatArray,
@@ -186,8 +192,8 @@ def _derivatives(
     """Derivatives of the last state, from rest; the input's knots divide each step in two pieces.
 
     Args:
-        chain: shape ``(n, n)``, lower triangular.
-        entry: how the input enters, shape ``(n,)``.
+        constants: of the lags.
+        integrators: that follow them.
         count: of the derivatives.
         pieces: of a step before and after the knot [s].
         start: input at the start of each step, shape ``(N,)``.
@@ -196,6 +202,7 @@ def _derivatives(
         now_rising: after it.
         given: input at the samples.
     """
+    chain, entry = _chain(constants, integrators)
     n, samples = entry.size, now.size
     before, after = _piece(chain, entry, pieces[0]), _piece(chain, entry, pieces[1])
     rows, direct = _differentiated(chain, entry, count)
@@ -225,8 +232,9 @@ def _derivatives(
 
 
 @_compiled
-def _free_derivatives(chain: Any, entry: Any, samples: int, interval: float) -> FloatArray:
-    """Derivatives 0 to n - 1 of the last state, from the state that an impulse leaves."""
+def _free_derivatives(constants: Any, samples: int, interval: float) -> FloatArray:
+    """Derivatives 0 to n - 1 of the last state after an impulse, each over its largest value."""
+    chain, entry = _chain(constants, 0)
     n = entry.size
     step = _piece(chain, entry, interval)
     rows, _ = _differentiated(chain, entry, n)
@@ -244,4 +252,8 @@ def _free_derivatives(chain: Any, entry: Any, samples: int, interval: float) -> 
                 value += step[i, j] * state[j]
             following[i] = value
         state[:] = following
+    for c in range(n):
+        largest = np.max(np.abs(result[:, c]))
+        if largest > 0.0:
+            result[:, c] /= largest
     return result

@@ -40,7 +40,7 @@ def instrumental_variable_starts(
         delay: dead time that is taken as known [s].
 
     Returns:
-        One for each first filter that led somewhere, shape ``(searched,)``.
+        One for each first filter up to the one from which the rounds settle, ``(searched,)``.
     """
     shortest = min(record.sample_time for record in records)
     longest = max(record.duration for record in records)
@@ -55,7 +55,7 @@ def instrumental_variable_starts(
             constants = constants_of_roots(roots, shortest / _WIDEST, longest * _WIDEST)
             before, x = x, _with_delay(structure, pole_coordinates(constants), delay)
             if instruments and np.max(np.abs(x - before), initial=0.0) < _SETTLED:
-                break
+                return [*starts, x]
         starts.append(x)
     return starts
 

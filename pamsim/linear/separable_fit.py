@@ -31,8 +31,35 @@ _qr: Any = scipy.linalg.qr
 _SINGULAR = 1e-8  # smallest over largest singular value of the column-scaled Jacobian
 _FAR = 1e150
 _ROUGH, _ROUGH_STEPS = 1e-4, 20
+_STEP = 1e-7  # of a difference, over the width of the bounds
+_FREE_STEP = 1.5e-8  # over the size of a coordinate without bounds, 1 at least
 
 WHITE = ArNoise((), 1.0)
+
+
+@dataclass(frozen=True, eq=False)
+class LinearPart:
+    """The linear coefficients that fit best at one x.
+
+    Attributes:
+        theta: those that all trials share, shape ``(q,)``.
+        own: those of each trial, shape ``(l,)``.
+        blocks: whitened columns of each trial, its own first and its output last.
+        noise: whitened them.
+    """
+
+    theta: FloatArray
+    own: list[FloatArray]
+    blocks: list[FloatArray]
+    noise: ArNoise
+
+    @property
+    def residual(self) -> FloatArray:
+        """Whitened residual, shape ``(N,)``."""
+        pairs = zip(self.blocks, self.own, strict=True)
+        return np.concatenate(
+            [b[:, -1] - b[:, :-1] @ np.append(eta, self.theta) for b, eta in pairs]
+        )
 
 
 @dataclass(frozen=True, eq=False)
@@ -53,36 +80,64 @@ class Separable:
     lower: FloatArray
     upper: FloatArray
 
-    def residual(self, x: FloatArray, noise: ArNoise) -> FloatArray | None:
-        """Return the residual at x with the best theta, shape ``(N,)``; None on overflow."""
-        theta, residual = self.solved(x, noise)
-        return residual if np.all(np.isfinite(theta)) else None
-
     def solved(self, x: FloatArray, noise: ArNoise) -> tuple[FloatArray, FloatArray]:
         """Return the best theta at x, shape ``(q,)``, and its residual, shape ``(N,)``.
 
         Where the columns overflow, both are NaN.
         """
+        part = self.linear_part(x, noise)
+        return part.theta, part.residual
+
+    def jacobian(self, x: FloatArray, part: LinearPart) -> FloatArray:
+        """Return the slope of the residual at x, shape ``(N, p)``, for a search.
+
+        The linear coefficients are held, then what they can take up is removed: of the exact slope
+        that leaves out only what is orthogonal to the residual, so that the gradient is exact.
+
+        Args:
+            x: where, shape ``(p,)``.
+            part: the linear part there, which does not overflow.
+
+        Source: Kaufman (BIT 15, 1975).
+        """
+        theta, edge = part.theta, self.upper - self.lower
+        step = np.where(np.isfinite(edge), _STEP * edge, _FREE_STEP * np.maximum(1.0, np.abs(x)))
+        step = np.where(x + step > self.upper, -step, step)
+        slopes = [np.empty((0, x.size))]
+        shared = [np.empty((0, theta.size))]
+        for i, (block, eta) in enumerate(zip(part.blocks, part.own, strict=True)):
+            slope = np.empty((block.shape[0], x.size))
+            for k, at in enumerate(x + np.diag(step)):
+                slope[:, k] = self.shared(at, i) @ theta + self.own(at, i) @ eta
+            here = block[:, :-1] @ np.append(eta, theta)
+            slope = (part.noise.whiten(slope) - here[:, np.newaxis]) / step
+            basis, rest = _orthonormal(block[:, : eta.size]), block[:, eta.size : -1]
+            slopes.append(slope - basis @ (basis.T @ slope))
+            shared.append(rest - basis @ (basis.T @ rest))
+        basis, slope = _orthonormal(np.concatenate(shared)), np.concatenate(slopes)
+        return basis @ (basis.T @ slope) - slope
+
+    def linear_part(self, x: FloatArray, noise: ArNoise) -> LinearPart:
+        """Return the best linear coefficients at x; NaN where the columns overflow."""
         with np.errstate(over="ignore", invalid="ignore"):
-            blocks: list[tuple[int, FloatArray]] = []
+            blocks: list[FloatArray] = []
+            own = 0
             for i, output in enumerate(self.outputs):
-                own = self.own(x, i)
-                columns = np.column_stack([own, self.shared(x, i), output])
-                blocks.append((own.shape[1], noise.whiten(columns)))
-            shared = blocks[0][1].shape[1] - blocks[0][0] - 1
-            if not all(np.max(np.abs(block)) <= _FAR for _, block in blocks):
-                return np.full(shared, np.nan), np.full(sum(b.shape[0] for _, b in blocks), np.nan)
+                columns = self.own(x, i)
+                own = columns.shape[1]
+                blocks.append(noise.whiten(np.column_stack([columns, self.shared(x, i), output])))
+            if not all(np.max(np.abs(block)) <= _FAR for block in blocks):
+                lost = np.full(blocks[0].shape[1] - 1, np.nan)
+                return LinearPart(lost[own:], [lost[:own]] * len(blocks), blocks, noise)
             # The triangular factors hold all that a solution needs, in a few rows.
-            factors: list[Any] = [np.linalg.qr(block, mode="r") for _, block in blocks]
-            rest = np.concatenate(
-                [r[own:, own:] for (own, _), r in zip(blocks, factors, strict=True)]
-            )
+            factors: list[Any] = [np.linalg.qr(block, mode="r") for block in blocks]
+            rest = np.concatenate([r[own:, own:] for r in factors])
             theta = _scaled_solution(rest[:, :-1], rest[:, -1])
-            residuals: list[FloatArray] = []
-            for (own, block), r in zip(blocks, factors, strict=True):
-                eta = _scaled_solution(r[:own, :own], r[:own, -1] - r[:own, own:-1] @ theta)
-                residuals.append(block[:, -1] - block[:, :-1] @ np.append(eta, theta))
-            return theta, np.concatenate(residuals)
+            etas = [
+                _scaled_solution(r[:own, :own], r[:own, -1] - r[:own, own:-1] @ theta)
+                for r in factors
+            ]
+            return LinearPart(theta, etas, blocks, noise)
 
 
 def _scaled_solution(design: FloatArray, target: FloatArray) -> FloatArray:
@@ -156,11 +211,23 @@ def _search(
     steps: int,
     follow: int,
 ) -> Fit:
+    last = starts[0], problem.linear_part(starts[0], noise)
+
+    def residual(x: FloatArray) -> FloatArray | None:
+        nonlocal last
+        last = x.copy(), problem.linear_part(x, noise)
+        return last[1].residual if np.all(np.isfinite(last[1].theta)) else None
+
+    def jacobian(x: FloatArray, _: FloatArray) -> FloatArray:
+        known = np.array_equal(x, last[0])
+        return problem.jacobian(x, last[1] if known else problem.linear_part(x, noise))
+
     return bounded_least_squares(
-        one_by_one(lambda x: problem.residual(x, noise)),
+        one_by_one(residual),
         starts,
         lower=problem.lower,
         upper=problem.upper,
+        jacobian=jacobian,
         tolerance=tolerance,
         gradient_tolerance=1e-14,
         max_steps=steps,

@@ -66,7 +66,9 @@ class StructureScan:
     def fit(
         self, order: int, zeros: int, near: Sequence[FloatArray] = (), **more: int
     ) -> RoughFit | None:
-        """Fit one structure, from starts nearby, with all zeros from instrumental variables, too.
+        """Fit one structure, from starts nearby.
+
+        That with all zeros but the direct path starts from instrumental variables, too.
 
         Args:
             order: poles that are no integrators.
@@ -90,7 +92,7 @@ class StructureScan:
             return None
         self.report(structure)
         starts = list(near)
-        if zeros >= order + structure.integrators - 1 and not structure.dead_time:
+        if zeros == max(order + structure.integrators - 1, 0) and not structure.dead_time:
             starts += instrumental_variable_starts(structure, self.records)
         found = rough_minimum(structure.problem(self.records), starts)
         result = RoughFit(structure=structure, x=found.x, theta=found.theta, cost=found.cost)
