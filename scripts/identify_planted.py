@@ -185,13 +185,12 @@ def intervals(system: System, record: SignalRecord) -> dict[str, list[float]]:
     except InputError:
         return {}
     values = {"K": float(system.above[-1]), "L": system.dead_time}
-    pairs = np.sort(np.abs(1.0 / system.constants[system.constants.imag > 0.0]))
-    # Names as the fit gives them: the planted pairs by rising frequency; a pair of two planted lags
-    # is left out, as is a lag that may have paired with another.
-    if np.all(np.isclose(np.exp(start[: 2 * pairs.size : 2]), pairs)) and pairs.size:
-        for k, size in enumerate(pairs, start=1):
-            suffix = str(k) if 2 * (system.constants.size // 2) > 2 else ""
-            values[f"wn{suffix}"] = float(size)
+    # The search begins at the planted poles: each pair is found in its place.
+    count = int(np.sum(system.constants.imag > 0.0))
+    places = {float(np.exp(x)): i for i, x in enumerate(fit.coordinates[: 2 * count])}
+    values |= {
+        e.name: float(np.exp(start[places[e.value]])) for e in fit.estimates if e.value in places
+    }
     return {
         e.name: [values[e.name], *e.interval95]
         for e in fit.estimates

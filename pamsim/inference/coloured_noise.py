@@ -114,32 +114,42 @@ class ArNoise:
         return result
 
 
-def fit_ar_noise(residuals: Sequence[FloatArray], most: int = _MOST_ORDERS) -> ArNoise:
+def fit_ar_noise(
+    residuals: Sequence[FloatArray],
+    most: int = _MOST_ORDERS,
+    taken_up: Sequence[FloatArray] = (),
+) -> ArNoise:
     """Fit an AR model to residuals pooled over trials, its order by AICc.
 
     Args:
         residuals: one array per trial, shape ``(n_i,)`` [output unit].
         most: highest order tried; also at most a tenth of the samples.
+        taken_up: of each trial columns whose outer products sum to the covariance of the fitted
+            output, shape ``(n_i, m_i)``: so much of the noise, slow noise above all, is in the
+            fit instead of the residual. Empty of what was not fitted.
 
     Returns:
         The model; order 0 if white noise describes the residuals best.
 
     Source: Burg's recursion (maximum entropy spectral analysis, 1967), numerator and denominator
-    of each reflection summed over trials; AICc of Hurvich and Tsai (Biometrika 1989).
+    of each reflection summed over trials; AICc of Hurvich and Tsai (Biometrika 1989); restricted
+    likelihood of Patterson and Thompson (Biometrika 1971).
     """
     total = sum(r.size for r in residuals)
-    variance = sum(float(r @ r) for r in residuals) / total
+    # The expectation of restricted maximum likelihood: what was taken up counts as trials do, but
+    # is no further sample.
+    forward = [r.astype(np.float64) for r in (*residuals, *(c.T for c in taken_up))]
+    variance = sum(float(np.sum(r * r)) for r in forward) / total
     if variance <= 0.0:
         return ArNoise((), 0.0)
-    forward = [r.astype(np.float64) for r in residuals]
     backward = forward
     reflections: list[float] = []
     best, score = ArNoise((), variance), total * np.log(variance) + _penalty(1, total)
     for k in range(1, min(most, total // 10, min(r.size for r in residuals) // 4) + 1):
-        ahead = [f[1:] for f in forward]
-        behind = [b[:-1] for b in backward]
-        cross = sum(float(f @ b) for f, b in zip(ahead, behind, strict=True))
-        power = sum(float(f @ f + b @ b) for f, b in zip(ahead, behind, strict=True))
+        ahead = [f[..., 1:] for f in forward]
+        behind = [b[..., :-1] for b in backward]
+        cross = sum(float(np.sum(f * b)) for f, b in zip(ahead, behind, strict=True))
+        power = sum(float(np.sum(f * f + b * b)) for f, b in zip(ahead, behind, strict=True))
         if power <= 0.0:
             break
         reflection = -2.0 * cross / power

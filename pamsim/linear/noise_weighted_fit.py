@@ -26,6 +26,7 @@ from pamsim.linear.separable_fit import (
     Solution,
     linearise,
     minimise,
+    noise_of_fit,
     sandwich_covariance,
     whitened_covariance,
 )
@@ -87,7 +88,7 @@ def noise_weighted_fit(problem: Separable, starts: Sequence[FloatArray]) -> Nois
         return NoiseWeightedFit(plain, whitened_covariance(line), noise, False, None, quantile)
     evaluations = plain.evaluations
     kept, covariance = plain, robust
-    for _ in range(_ROUNDS):
+    for rounds in range(_ROUNDS):
         better = minimise(problem, [kept.x], noise)
         evaluations += better.evaluations
         line = linearise(problem, better.x, better.theta, noise)
@@ -96,10 +97,9 @@ def noise_weighted_fit(problem: Separable, starts: Sequence[FloatArray]) -> Nois
             return NoiseWeightedFit(plain, robust, noise, False, None, quantile)
         change = np.append(better.x - kept.x, better.theta - kept.theta)
         kept, covariance = better, latest
-        if np.max(np.abs(change) / np.sqrt(np.diag(latest))) < _SETTLED:
+        if rounds and np.max(np.abs(change) / np.sqrt(np.diag(latest))) < _SETTLED:
             break
-        raw = linearise(problem, kept.x, kept.theta, ArNoise((), 1.0))
-        noise = fit_ar_noise(raw.residuals)
+        noise = noise_of_fit(line, latest)
     moved = np.append(kept.x - plain.x, kept.theta - plain.theta)
     distance = float(moved @ np.linalg.lstsq(robust, moved, rcond=None)[0])
     p_value = float(_chi2_tail(moved.size, max(distance, 0.0)))

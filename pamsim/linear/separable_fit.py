@@ -21,7 +21,7 @@ import scipy.linalg
 from numpy.typing import NDArray
 
 from pamsim.inference.bounded_least_squares import Fit, bounded_least_squares, one_by_one
-from pamsim.inference.coloured_noise import ArNoise
+from pamsim.inference.coloured_noise import ArNoise, fit_ar_noise
 from pamsim.linear.optimum import central_differences
 
 FloatArray = NDArray[np.float64]
@@ -31,6 +31,7 @@ _qr: Any = scipy.linalg.qr
 _SINGULAR = 1e-8  # smallest over largest singular value of the column-scaled Jacobian
 _FAR = 1e150
 _ROUGH, _ROUGH_STEPS = 1e-4, 20
+_DEPENDENT = 1e-12  # singular value over the largest, below which columns are dependent
 _STEP = 1e-7  # of a difference, over the width of the bounds
 _FREE_STEP = 1.5e-8  # over the size of a coordinate without bounds, 1 at least
 
@@ -265,12 +266,15 @@ class Linearised:
         jacobians: of the prediction to (x, theta), whitened, one per trial, ``(N_i, p + q)``.
         own: number of coefficients of the trials' own, summed.
         noise: the model that whitened both.
+        plain: residual, own columns and Jacobian of each trial before whitening: the own columns
+            are orthonormal after it, and the Jacobian is orthogonal to them. Empty of ARX.
     """
 
     residuals: tuple[FloatArray, ...]
     jacobians: tuple[FloatArray, ...]
     own: int
     noise: ArNoise
+    plain: tuple[tuple[FloatArray, FloatArray, FloatArray], ...] = ()
 
 
 def linearise(problem: Separable, x: FloatArray, theta: FloatArray, noise: ArNoise) -> Linearised:
@@ -285,23 +289,40 @@ def linearise(problem: Separable, x: FloatArray, theta: FloatArray, noise: ArNoi
     Returns:
         The linearisation.
     """
-    residuals: list[FloatArray] = []
-    jacobians: list[FloatArray] = []
+    plain: list[tuple[FloatArray, FloatArray, FloatArray]] = []
     count = 0
     for i, output in enumerate(problem.outputs):
         shared, own = problem.shared(x, i), problem.own(x, i)
-        left = noise.whiten(output - shared @ theta)
-        eta: Any = np.linalg.lstsq(noise.whiten(own), left, rcond=None)[0]
+        basis, sizes, back = np.linalg.svd(noise.whiten(own), full_matrices=False)
+        some = sizes > _DEPENDENT * np.max(sizes, initial=0.0)
+        basis, back = basis[:, some], back[some].T / sizes[some]
+        left = output - shared @ theta
+        eta = back @ (basis.T @ noise.whiten(left))
 
-        def predicted(at: FloatArray, i: int = i, eta: Any = eta) -> FloatArray:
+        def predicted(at: FloatArray, i: int = i, eta: FloatArray = eta) -> FloatArray:
             return problem.shared(at, i) @ theta + problem.own(at, i) @ eta
 
-        jacobian = noise.whiten(np.hstack([central_differences(predicted, x), shared]))
-        basis = _orthonormal(noise.whiten(own))
-        residuals.append(left - basis @ (basis.T @ left))
-        jacobians.append(jacobian - basis @ (basis.T @ jacobian))
+        jacobian = np.hstack([central_differences(predicted, x), shared])
+        rest = jacobian - own @ (back @ (basis.T @ noise.whiten(jacobian)))
+        plain.append((left - own @ eta, own @ back, rest))
         count += own.shape[1]
-    return Linearised(tuple(residuals), tuple(jacobians), count, noise)
+    residuals = tuple(noise.whiten(residual) for residual, _, _ in plain)
+    jacobians = tuple(noise.whiten(jacobian) for _, _, jacobian in plain)
+    return Linearised(residuals, jacobians, count, noise, tuple(plain))
+
+
+def noise_of_fit(line: Linearised, covariance: FloatArray) -> ArNoise:
+    """Return a noise model of the residuals that allows for what the fit took up of the noise.
+
+    Args:
+        line: linearised with the noise model that whitened the fit.
+        covariance: of (x, theta), shape ``(k, k)``.
+    """
+    sizes, vectors = np.linalg.eigh(covariance)
+    half = vectors * np.sqrt(np.maximum(sizes, 0.0))
+    deviation = np.sqrt(line.noise.variance)
+    taken_up = [np.hstack([deviation * own, rest @ half]) for _, own, rest in line.plain]
+    return fit_ar_noise([residual for residual, _, _ in line.plain], taken_up=taken_up)
 
 
 def inverse_information(jacobian: FloatArray, singular: float = _SINGULAR) -> FloatArray | None:

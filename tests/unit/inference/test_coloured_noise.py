@@ -63,3 +63,20 @@ def test_correlation_time_is_that_of_exponential_noise(time: float) -> None:
 def test_no_residual_is_white_noise_of_no_variance() -> None:
     noise = fit_ar_noise([np.zeros(50)])
     assert (noise.order, noise.variance) == (0, 0.0)
+
+
+def test_noise_that_a_fit_took_up_is_not_lost() -> None:
+    # A polynomial of degree 8 takes up slow noise, most of what AR(1) with 0.9 has.
+    rng = np.random.default_rng(34)
+    samples, truth = 120, ArNoise((-0.9,), 1.0)
+    covariance = toeplitz(truth.autocovariance(samples))
+    columns = np.vander(np.linspace(-1.0, 1.0, samples), 9)
+    white = truth.whiten(columns)
+    basis, triangle = np.linalg.qr(white)
+    spread = columns @ np.linalg.inv(triangle)
+    noise = np.linalg.cholesky(covariance) @ rng.standard_normal((samples, 400))
+    left = list((noise - spread @ (basis.T @ truth.whiten(noise))).T)
+    found = fit_ar_noise(left, most=1, taken_up=[spread] * len(left))
+    assert found.coefficients[0] == pytest.approx(0.9, abs=0.005)
+    assert found.variance == pytest.approx(1.0, rel=0.02)
+    assert fit_ar_noise(left, most=1).coefficients[0] < 0.88

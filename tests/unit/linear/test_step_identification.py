@@ -7,10 +7,13 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from scipy.optimize import curve_fit
 
 from pamsim.core.encoding import to_dict
 from pamsim.core.errors import InputError
+from pamsim.linear.continuous_fit import fit_continuous
 from pamsim.linear.first_second_order import first_order_step, second_order_step
+from pamsim.linear.signal_record import SignalRecord
 from pamsim.linear.step_fit import fit_step
 from pamsim.linear.step_identification import (
     ARX_FREE,
@@ -80,6 +83,21 @@ def test_g2_is_recovered_by_every_estimator() -> None:
     assert step.static_gain == pytest.approx(-8.7, rel=1e-6)
     assert step.sample_time == pytest.approx(0.002)
     assert step.duration == pytest.approx(12.0)
+
+
+def test_the_fit_to_any_input_finds_g1_and_g2_of_the_same_step() -> None:
+    t = times(8.0)
+    since = np.maximum(t - t[1], 0.0)  # the step comes with the second sample
+    y = second_order_step(since, T1, T2)
+    step = SignalRecord("step", t, np.sign(t), y)
+    assert fit_continuous([step], order=2).time_constants == pytest.approx((T1, T2), rel=1e-6)
+
+    def g1(_: np.ndarray, offset: float, gain: float, constant: float) -> np.ndarray:
+        return offset + gain * first_order_step(since, constant)
+
+    best, _ = curve_fit(g1, t, y, p0=[0.0, 1.0, 0.6], xtol=1e-12, ftol=1e-12)
+    found = fit_continuous([step], order=1)
+    assert (found.gain, *found.time_constants) == pytest.approx(tuple(best[1:]), rel=1e-6)
 
 
 def test_g1_is_recovered_by_every_estimator_and_second_order_arx_says_it_cannot() -> None:

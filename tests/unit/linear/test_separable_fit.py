@@ -1,0 +1,36 @@
+"""What a search of a separable fit walks down: gradient and directions of its slope."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from pamsim.inference.coloured_noise import ArNoise
+from pamsim.linear.continuous_structure import ContinuousStructure
+from tests.unit.linear.planted import record
+
+
+@pytest.mark.parametrize("noise", [ArNoise((), 1.0), ArNoise((-0.8, 0.2), 1.0)])
+def test_slope_gives_the_gradient_and_leaves_out_what_is_solved_for(noise: ArNoise) -> None:
+    records = [record(1, noise=0.1), record(2, noise=0.1)]
+    structure = ContinuousStructure(2, 1, dead_time=True, real_lags=False, start="free")
+    problem = structure.problem(records)
+    x = np.array([0.5, 0.2, 0.031])
+    part = problem.linear_part(x, noise)
+    slope = problem.jacobian(x, part)
+
+    def cost(at: np.ndarray) -> float:
+        residual = problem.linear_part(at, noise).residual
+        return float(residual @ residual)
+
+    steps = 1e-5 * np.eye(3)
+    gradient = [(cost(x + step) - cost(x - step)) / 2e-5 for step in steps]
+    np.testing.assert_allclose(2.0 * slope.T @ part.residual, gradient, rtol=1e-4)
+    # A change of theta or of a trial's own coefficients cannot undo any part of it.
+    first = part.blocks[0].shape[0]
+    own = [(part.blocks[0], slice(0, first)), (part.blocks[1], slice(first, None))]
+    for block, rows in own:
+        columns = block[:, : part.own[0].size]
+        assert np.max(np.abs(columns.T @ slope[rows])) <= 1e-8 * np.linalg.norm(columns)
+    shared = np.concatenate([block[:, part.own[0].size : -1] for block in part.blocks])
+    assert np.max(np.abs(shared.T @ slope)) <= 1e-8 * np.linalg.norm(shared)
