@@ -12,6 +12,9 @@ UV := $(PY) -m uv
 # pytest needs no more than two workers, and a file's tests share compiled kernels within one worker.
 # In the order of the folders: the few long tests of integration/ begin, or one worker ends with them.
 PYTEST := -m pytest -n 2 --dist loadfile --no-loadscope-reorder
+# Before them one process compiles the kernel and the check of its steps, or both workers would. If
+# that fails, the tests show why.
+COMPILE := -m pamsim step --pressure 100,0 --duration 100ms > /dev/null
 
 # A slow mirror is no reason to fail, and the Python given above is the one to use.
 export UV_HTTP_TIMEOUT ?= 180
@@ -19,6 +22,9 @@ export UV_PYTHON_DOWNLOADS ?= never
 # The package cache may lie on another disk, where the default (hard links) only warns and copies.
 export UV_LINK_MODE ?= copy
 export PIP_DISABLE_PIP_VERSION_CHECK ?= 1
+
+# Without the modules' bytecode every worker and every command that a test starts compiles all imports.
+unexport PYTHONDONTWRITEBYTECODE
 
 MAKEFLAGS += --no-builtin-rules --no-print-directory
 .DEFAULT_GOAL := help
@@ -35,6 +41,7 @@ reproduce: $(VENV)/.run-stamp ## the main job: every printed experiment, tables,
 	$(VENV)/bin/pamsim reproduce --force --out out/reproduce --json out/reproduce/reproduce.json $(ARGS)
 
 test: $(VENV)/.dev-stamp ## run the test suite (ARGS="..." goes to pytest)
+	-@PAMSIM_CHECK=1 $(PY) $(COMPILE)
 	$(PY) $(PYTEST) $(ARGS)
 
 lint: $(VENV)/.dev-stamp ## style, formatting, types, import directions, spelling, plain words
@@ -119,6 +126,7 @@ $(LOWEST)/.stamp: pyproject.toml requirements-lowest.lock $(VENV)/.uv-stamp
 
 test-lowest: $(LOWEST)/.stamp ## the test suite with the oldest version of every package that is allowed
 	@$(LOWEST)/bin/python -c 'import mujoco, numpy; print("mujoco", mujoco.__version__, "numpy", numpy.__version__)'
+	-@PAMSIM_CHECK=1 $(LOWEST)/bin/python $(COMPILE)
 	$(LOWEST)/bin/python $(PYTEST) $(ARGS)
 
 # Installed outside the repository, so that nothing is found by accident because it lies beside.

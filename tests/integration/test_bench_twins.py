@@ -8,8 +8,10 @@ from pamsim.twins.hide import hide
 
 def test_hysteresis_is_named_from_the_force_under_an_imposed_length(tmp_path):
     """The force of the machine alone, as where no cell sits beside the muscle."""
+    rig = pamsim.load_rig("muscle_bench")
+    rig.model.opt.timestep = 1e-3  # for synthetic data and fit
     hide(
-        "muscle_bench",
+        rig,
         {"muscle_hysteresis": 1.5},
         protocols=("stretch",),
         duration=1.5,
@@ -17,7 +19,7 @@ def test_hysteresis_is_named_from_the_force_under_an_imposed_length(tmp_path):
         forces=False,
         seed=2,
     ).save(tmp_path / "data")
-    result = pamsim.diagnose(tmp_path / "data", effects=["muscle_hysteresis", "air_leak"])
+    result = pamsim.diagnose(tmp_path / "data", rig=rig, effects=["muscle_hysteresis", "air_leak"])
     assert [effect.name for effect in result.effects] == ["muscle_hysteresis"]
     assert {place["channel"] for place in result.to_dict()["where"]} <= {
         "muscle.pressure", "rod.force"

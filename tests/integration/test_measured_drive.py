@@ -10,7 +10,7 @@ from pamsim.twins.hide import hide
 
 SETTINGS = {
     "protocols": ("triangle", "multisine"),
-    "duration": 2.0,
+    "duration": 1.5,
     "repeats": 3,
     "measured_drive": True,
     "seed": 3,
@@ -20,12 +20,14 @@ TRIED = ("coulomb_friction", "viscous_friction", "air_leak", "valve_delay")
 
 @pytest.fixture(scope="module")
 def rig():
-    return pamsim.load_rig("mas20_arm")
+    rig = pamsim.load_rig("mas20_arm")
+    rig.model.opt.timestep = 1e-3  # for synthetic data and fit
+    return rig
 
 
 def diagnosed(rig, effects, folder):
     hide(rig, effects, **SETTINGS).save(folder)
-    return pamsim.diagnose(folder, effects=TRIED)
+    return pamsim.diagnose(folder, rig=rig, effects=TRIED)
 
 
 def test_it_is_read_back_with_the_pressures_as_what_drives_it(rig, tmp_path):

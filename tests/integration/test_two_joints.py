@@ -16,17 +16,25 @@ DAMPING = {"joint.shoulder.damping": 0.55, "joint.elbow.damping": 0.10}
 
 
 @pytest.fixture(scope="module")
-def rubbing(tmp_path_factory):
+def arm():
+    rig = pamsim.load_rig("two_joint_arm")
+    rig.model.opt.timestep = 1e-3  # for synthetic data and fit
+    return rig
+
+
+@pytest.fixture(scope="module")
+def rubbing(arm, tmp_path_factory):
     """Recordings in which the elbow has dry friction."""
     folder = tmp_path_factory.mktemp("twin") / "elbow"
     hidden = {"coulomb_friction at elbow": 1.0}
-    pamsim.hide("two_joint_arm", hidden, repeats=3, **SHORT).save(folder)
+    pamsim.hide(arm, hidden, repeats=3, **SHORT).save(folder)
     return folder
 
 
-def test_friction_hidden_at_one_joint_is_named_at_that_joint(rubbing):
+def test_friction_hidden_at_one_joint_is_named_at_that_joint(arm, rubbing):
     found = pamsim.diagnose(
         [rubbing],
+        rig=arm,
         effects=["coulomb_friction", "viscous_friction"],
         nuisance=["force.scale"],
         channels=["angle"],
@@ -63,10 +71,9 @@ def test_damping_of_both_joints_is_recovered_and_written(tmp_path):
     assert written.model.joint("elbow").damping[0] == pytest.approx(0.10, rel=0.1)
 
 
-def test_every_experiment_of_the_menu_runs_on_four_muscles(rubbing):
-    rig = pamsim.load_rig("two_joint_arm")
-    data = read_calibration_data([rubbing]).of_rig(rig)
-    (signals,) = DiagnosedRig(rig, data, ()).menu([{}])
+def test_every_experiment_of_the_menu_runs_on_four_muscles(arm, rubbing):
+    data = read_calibration_data([rubbing]).of_rig(arm)
+    (signals,) = DiagnosedRig(arm, data, ()).menu([{}])
     assert signals is not None
     assert set(signals) == set(MENU)
     for channels in signals.values():

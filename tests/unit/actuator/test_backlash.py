@@ -66,7 +66,7 @@ def test_the_chain_slides_towards_the_stronger_pull_up_to_a_tooth():
 
 def test_turned_slowly_the_chain_stays_where_the_pulls_are_equal_until_a_tooth_takes_it():
     """Without friction or hysteresis the pulls are a function of the rim beyond the play alone."""
-    travel = sine(2e-3, 2, 8000)
+    travel = sine(2e-3, 1, 2000)
     shifts, apart = turned(with_play(), travel, 1e-2)
     np.testing.assert_allclose(shifts, np.clip(travel, -PLAY / 2, PLAY / 2), atol=2e-5)
     beyond = travel - np.clip(travel, -PLAY / 2, PLAY / 2)
@@ -75,14 +75,14 @@ def test_turned_slowly_the_chain_stays_where_the_pulls_are_equal_until_a_tooth_t
     assert np.ptp(tight) > 100.0
 
 
-@pytest.mark.parametrize("timestep", [2e-6, 1e-5, 5e-5, 2e-3])
+@pytest.mark.parametrize("timestep", [8e-6, 4e-5, 2e-4, 8e-3])
 def test_turning_it_to_and_fro_takes_work_and_never_gives_any(timestep):
     """Muscles without loss: over a cycle all work is what sliding costs, (T - T')^2 / b."""
-    travel = sine(1.5e-3, 4, 4000)
+    travel = sine(1.5e-3, 2, 1000)
     shifts, apart = turned(with_play(), travel, timestep)
-    cycle = slice(-4001, None)
+    cycle = slice(-1001, None)
     work = -np.trapezoid(apart[cycle], travel[cycle])  # against the pull of muscle 1
-    sliding = np.diff(shifts)[-4000:] / timestep
+    sliding = np.diff(shifts)[-1000:] / timestep
     brake = DAMPING * float(np.sum(sliding**2)) * timestep
     assert work > 0.0
     assert work == pytest.approx(brake, rel=0.05)
