@@ -9,8 +9,8 @@ from typing import Any
 import click
 
 from pamsim.cli.main import FINDING, OK, with_flags
-from pamsim.cli.options import PATH, RIG, Quantity, json_option, out_option
-from pamsim.cli.output import progress_bar, save_json
+from pamsim.cli.options import PATH, RIG, Quantity, json_option, open_option, out_option
+from pamsim.cli.output import progress_bar, save_json, show_page
 from pamsim.core.errors import InputError
 
 _MILLIMETRES = Quantity("mm", "m")
@@ -40,7 +40,8 @@ _MILLIMETRES = Quantity("mm", "m")
     show_default=True,
     help="Zeros in a force map mean slack or not measured.",
 )
-@out_option("Folder for figure and params.toml.")
+@out_option("Folder for page and params.toml.")
+@open_option
 @json_option
 def command(
     data: Path,
@@ -75,10 +76,10 @@ def command(
     save_json(json_file, found)
     click.echo(with_flags(result.summary(), command))
     if out is not None:
-        from pamsim.report.fit_figure import write_fit_figure
+        from pamsim.report.fit_figure import write_fit
 
-        for path in (write_fit_figure(found, out), result.save_parameters(out)):
-            click.echo(f"wrote {path}")
+        click.echo(f"wrote {result.save_parameters(out)}")
+        show_page(write_fit(found, out))
     best = found["fits"][: 1 if compare and found["kind"] == "force_map" else None]
     return OK if all(one["converged"] for one in best) else FINDING
 

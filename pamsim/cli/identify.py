@@ -144,12 +144,10 @@ def _identify_frequency_response(
     save_json(json_file, identification.to_dict())
     click.echo(identification.summary())
     if out is not None:
-        from pamsim.report.frequency_figure import measured_and_fitted_response
-        from pamsim.report.style import save_png
+        from pamsim.report.frequency_figure import write_frequency_identification
 
         identification.save(out)
-        save_png(measured_and_fitted_response(identification), out / "bode.png")
-        click.echo(f"figure: {out / 'bode.png'}; numbers: identify.json, curves.csv beside it")
+        show_page(write_frequency_identification(identification, out))
     return OK if identification.recommended else FINDING
 
 

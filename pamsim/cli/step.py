@@ -16,10 +16,11 @@ from pamsim.cli.options import (
     SECONDS,
     Quantities,
     json_option,
+    open_option,
     out_option,
     rig_option,
 )
-from pamsim.cli.output import save_json
+from pamsim.cli.output import save_json, show_page
 
 if TYPE_CHECKING:
     from pamsim.core.recording import Recording
@@ -59,7 +60,8 @@ if TYPE_CHECKING:
     "--backend", default="compiled", show_default=True, help="compiled, or python for debugging."
 )
 @click.option("--sensors", is_flag=True, help="Record through the rig's encoder and converter.")
-@out_option("Folder for recording and figure.")
+@out_option("Folder for recording and page.")
+@open_option
 @json_option
 def command(
     rig: str,
@@ -129,7 +131,8 @@ def command(
         name: step_metrics(recording.time, position)
         for name, position in zip(recording.joints, recording.positions.T, strict=True)
     }
-    save_json(json_file, _result(loaded.name, experiment, recording, metrics))
+    result = _result(loaded.name, experiment, recording, metrics)
+    save_json(json_file, result)
     for name, found in metrics.items():
         kind = KINDS[recording.joints[name]]
         settling = found.settling_time
@@ -150,9 +153,9 @@ def command(
     for muscle, p, f in ends:
         click.echo(f"{muscle}: {p:.1f} kPa, {f:.1f} N at the end")
     if out is not None:
-        from pamsim.report.step_figure import write_step_figure
+        from pamsim.report.step_figure import write_step
 
-        click.echo(f"wrote {write_step_figure(recording, out)}")
+        show_page(write_step(result, recording, out))
     return OK
 
 

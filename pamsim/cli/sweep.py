@@ -10,17 +10,25 @@ from pathlib import Path
 import click
 
 from pamsim.cli.main import OK
-from pamsim.cli.options import PATH, json_option, out_option, resume_option, threads_option
-from pamsim.cli.output import progress_bar, save_json
+from pamsim.cli.options import (
+    PATH,
+    json_option,
+    open_option,
+    out_option,
+    resume_option,
+    threads_option,
+)
+from pamsim.cli.output import progress_bar, save_json, show_page
 
 
 @click.command(name="sweep")
 @click.argument("study", type=PATH)
-@out_option("Folder for runs.parquet, sweep.json and a figure.", required=True)
+@out_option("Folder for runs.parquet, sweep.json and page.", required=True)
 @resume_option("Continue the interrupted sweep in --out.")
 @threads_option
 @click.option("--processes", type=int, help="Worker processes instead of threads.")
 @click.option("--scheduler", help="Address of a Dask scheduler, such as tcp://10.0.0.1:8786.")
+@open_option
 @json_option
 def command(
     study: Path,
@@ -36,7 +44,7 @@ def command(
     The table has a row for every run, failed ones included. An interrupted sweep goes on with
     --resume where it stopped.
     """
-    from pamsim.report.sweep_figure import write_sweep_figure
+    from pamsim.report.sweep_figure import write_sweep
     from pamsim.sweeps.sweep import sweep
 
     with _executor(processes, scheduler) as executor, progress_bar() as progress:
@@ -52,10 +60,12 @@ def command(
         except KeyboardInterrupt:
             click.echo("runs are kept: continue with the same command and --resume", err=True)
             raise
-    written = [result.table, *result.save(out), write_sweep_figure(result, out)]
+    written = [result.table, *result.save(out)]
+    page = write_sweep(result, out)
     save_json(json_file, result.to_dict())
     for path in written:
         click.echo(f"wrote {path}")
+    show_page(page)
     click.echo(result.summary())
     return OK
 

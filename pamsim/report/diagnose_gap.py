@@ -11,6 +11,7 @@ from matplotlib.figure import Figure
 from pamsim.report.numbers import significant, unit, words
 from pamsim.report.style import (
     BLUE,
+    GREEN,
     INK,
     RULE,
     VERMILION,
@@ -23,12 +24,15 @@ MOST_PARAMETERS = 4
 
 
 @styled
-def gap_bars(gap: Mapping[str, Mapping[str, Any]]) -> Figure:
+def gap_bars(result: Mapping[str, Any]) -> Figure:
     """Held-out root mean square before and after, over the noise floor, with 95 % intervals.
 
     Args:
-        gap: of a result of schema ``pamsim-diagnosis/2``.
+        result: of recordings, of schema ``pamsim-diagnosis/2``.
     """
+    gap = result["gap"]
+    repaired = any(entry["after"] is not None for entry in gap.values())
+    first = GREEN if result["verdict"] == "no_gap" else VERMILION
     figure, (ax,) = new_figure(1.0 + 0.55 * len(gap))
     entries = list(gap.items())[::-1]
     for row, (_, entry) in enumerate(entries):
@@ -38,19 +42,22 @@ def gap_bars(gap: Mapping[str, Mapping[str, Any]]) -> Figure:
             low, high = (end / floor["value"] for end in ends)
             ax.fill_betweenx([row - 0.4, row + 0.4], low, high, color=RULE, linewidth=0, zorder=1)
         ax.plot([1.0, 1.0], [row - 0.4, row + 0.4], color=INK, linewidth=1.3, zorder=4)
-        _bar(ax, row + 0.18, entry["before"], floor["value"], VERMILION)
+        _bar(ax, row + 0.18, entry["before"], floor["value"], first)
         if entry["after"] is not None:
             _bar(ax, row - 0.18, entry["after"], floor["value"], BLUE)
     labels = [f"{words(name)}\n{_levels(entry)}" for name, entry in entries]
     ax.set_yticks(range(len(gap)), labels)
     ax.set_ylim(-0.6, len(gap) - 0.4)
     ax.set_xlim(left=0.0)
-    finish_axes(ax, x="held-out RMS / noise floor", zero=False)
+    over = result["gap_over_floor"].values()
+    levels = " → ".join(significant(level, 3) for level in over if level is not None)
+    title = f"all channels: {levels} times the noise floor" if levels else ""
+    finish_axes(ax, x="held-out RMS / noise floor", title=title, zero=False)
     ax.grid(False, axis="y")
     ax.grid(True, axis="x")
     ax.tick_params(axis="y", length=0)
-    ax.plot([], [], color=VERMILION, linewidth=5, label="before")
-    if any(entry["after"] is not None for entry in gap.values()):
+    ax.plot([], [], color=first, linewidth=5, label="before" if repaired else "simulated")
+    if repaired:
         ax.plot([], [], color=BLUE, linewidth=5, label="after the repair")
     ax.plot([], [], color=INK, linewidth=1.3, label="noise floor")
     if any(entry["floor"]["interval95"] is not None for entry in gap.values()):

@@ -38,6 +38,7 @@ def loop_areas(loops: Sequence[Mapping[str, Any]]) -> Figure:
     """
     drives = list(dict.fromkeys(loop["drive"] for loop in loops))
     columns = len(_AGAINST)
+    repaired = any(loop["after"] is not None for loop in loops)
     figure, axes = new_figure(
         0.55 + 2.0 * len(drives), rows=len(drives), columns=columns, sharey="row", sharex="col"
     )
@@ -57,9 +58,9 @@ def loop_areas(loops: Sequence[Mapping[str, Any]]) -> Figure:
     handles = [
         Line2D([], [], color=INK, marker="_", markersize=9, linestyle="none", label="measured"),
         Line2D([], [], color=VERMILION, marker="o", markerfacecolor="none", linestyle="none",
-               label="before"),
+               label="before" if repaired else "simulated"),
     ]  # fmt: skip
-    if any(loop["after"] is not None for loop in loops):
+    if repaired:
         handles.append(
             Line2D([], [], color=BLUE, marker="D", markersize=4, linestyle="none",
                    label="after the repair")
@@ -89,6 +90,7 @@ def residual_lines(spectrum: Sequence[Mapping[str, Any]]) -> Figure:
     """
     protocols = list(dict.fromkeys(entry["protocol"] for entry in spectrum))
     channels = list(dict.fromkeys(entry["channel"] for entry in spectrum))
+    repaired = any(entry["after"] is not None for entry in spectrum)
     figure, axes = new_figure(
         0.7 + 2.1 * -(-len(channels) // 3), rows=-(-len(channels) // 3),
         columns=min(len(channels), 3),
@@ -110,8 +112,8 @@ def residual_lines(spectrum: Sequence[Mapping[str, Any]]) -> Figure:
         for name, marker in _LINES
     ]  # fmt: skip
     handles += [
-        Line2D([], [], color=VERMILION, linewidth=4, label="before"),
-        Line2D([], [], color=BLUE, linewidth=4, label="after"),
+        Line2D([], [], color=VERMILION, linewidth=4, label="before" if repaired else "simulated"),
+        *([Line2D([], [], color=BLUE, linewidth=4, label="after")] if repaired else []),
         Line2D([], [], color=MUTED, linestyle=":", label="noise"),
     ]
     figure.legend(handles=handles, loc="outside upper right", ncols=6)

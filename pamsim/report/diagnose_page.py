@@ -18,9 +18,12 @@ from pamsim.report import (
     diagnose_signals,
     diagnose_where,
 )
+from pamsim.report.numbers import fixed, significant, words
 from pamsim.report.page import write_page
 
 SCHEMA = "pamsim-diagnosis/2"
+
+_MANY = 4  # models, from which on a headline counts them
 
 
 def write_diagnosis(
@@ -50,7 +53,61 @@ def write_diagnosis(
         shown=shown,
         held_out=_grouped(result["held_out"]),
         repaired=any(entry["after"] is not None for entry in result["gap"].values()),
+        headline=headline(result),
+        level=error_level(result),
+        level_is="times the noise floor" if _over_floor(result) else "RMS",
+        limits={k: v for k, v in result["absent"].items() if "cannot_tell" not in v},
+        unseen={k: v for k, v in result["absent"].items() if "cannot_tell" in v},
     )
+
+
+def headline(result: Mapping[str, Any]) -> str:
+    """What was found, in a few words.
+
+    Args:
+        result: of schema ``pamsim-diagnosis/2``.
+    """
+    found = " + ".join(words(effect["name"]) for effect in result["effects"])
+    match result["verdict"]:
+        case "no_gap":
+            return "No gap: nothing is missing that these data can show"
+        case "named":
+            return f"Missing: {found}"
+        case "named_with_remainder":
+            return f"Missing: {found}, or something that resembles it"
+        case "ambiguous":
+            families = " and ".join(map(words, result["certain_families"]))
+            names = [words(model["name"]).replace("+", " + ") for model in result["alternatives"]]
+            if families:
+                return f"Missing: {families}, of a kind that is open"
+            few = len(names) < _MANY
+            return f"Missing: {' or '.join(names) if few else f'one of {len(names)} models'}"
+        case "unexplained":
+            return "Something is missing that no known effect explains"
+        case _:
+            return "Too little data to judge whether something is missing"
+
+
+def error_level(result: Mapping[str, Any]) -> str:
+    """The held-out error of all channels, before and, where something repairs it, after.
+
+    Args:
+        result: of schema ``pamsim-diagnosis/2``.
+    """
+    over = _over_floor(result)
+    if over:
+        return " → ".join(significant(level, 3) for level in over)
+    levels = [(e["before"], e["after"], e["unit"]) for e in result["gap"].values()]
+    shown = [
+        " → ".join(fixed(level["value"], 2) for level in (before, after) if level) + f" {of}"
+        for before, after, of in levels
+    ]
+    return ", ".join(shown)
+
+
+def _over_floor(result: Mapping[str, Any]) -> list[float]:
+    """Held-out error over the noise floor, before and after; empty where there is no floor."""
+    return [level for level in result["gap_over_floor"].values() if level is not None]
 
 
 def first_figure(result: Mapping[str, Any]) -> Figure:
@@ -77,7 +134,7 @@ def _figures(
 ) -> Iterator[tuple[str, Figure]]:
     """Name and figure, for all of which the data have what they show, in the page's order."""
     if noise and result["gap"]:
-        yield "gap", diagnose_gap.gap_bars(result["gap"])
+        yield "gap", diagnose_gap.gap_bars(result)
     if result["rows"]:
         yield "rows", diagnose_rows.row_errors(result)
     if result["branches"]:

@@ -88,7 +88,9 @@ def trial_channels(parts: Sequence[Comparison], noise: Mapping[str, Any]) -> Fig
         )
     handles = [
         Line2D([], [], color=MUTED, marker=".", linestyle="none", markersize=4, label="measured"),
-        Line2D([], [], color=VERMILION, linestyle=_DASHED, label="before"),
+        Line2D(
+            [], [], color=VERMILION, linestyle=_DASHED, label="before" if repaired else "simulated"
+        ),
         *([Line2D([], [], color=BLUE, label="after the repair")] if repaired else []),
         Patch(color=RULE, label="± 2 noise floors"),
     ]

@@ -1,4 +1,4 @@
-"""The figure of a fit: measured and fitted over pressure, and the residuals."""
+"""Page and figure of a fit: measured and fitted over pressure, and the residuals."""
 
 from __future__ import annotations
 
@@ -12,35 +12,121 @@ from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
 from pamsim.core.units import PA_PER_KPA
-from pamsim.report.numbers import fixed
+from pamsim.report.numbers import NONE, fixed, interval, plain, quantity, significant, words
+from pamsim.report.numbers import unit as unit_text
+from pamsim.report.page import write_page
 from pamsim.report.style import (
     INK,
     MUTED,
     finish_axes,
     new_figure,
-    save_png,
     say_empty,
     series_look,
     styled,
 )
 
 FloatArray = NDArray[np.float64]
+SCHEMA = "pamsim-fit/2"
+
 _MM_PER_M = 1e3
 _MOST_SERIES = 8
 
 
-def write_fit_figure(result: Mapping[str, Any], folder: Path) -> Path:
-    """Draw the best fit of a result into ``fit.png`` of a folder.
+def write_fit(result: Mapping[str, Any], out: Path) -> Path:
+    """Write page and figure of a fit.
+
+    Args:
+        result: of schema ``pamsim-fit/2``.
+        out: folder; made if missing, files of the same names are replaced.
 
     Returns:
-        The path written.
+        The page.
 
     Raises:
-        InputError: if the place cannot be written.
+        InputError: if the result has another schema, or the place cannot be written.
     """
-    path = folder / "fit.png"
-    save_png(fit_figure(result), path)
-    return path
+    ranked = result["compared"] and result["kind"] == "force_map"
+    shown = result["fits"][:1] if ranked else result["fits"]
+    notes = [*result["notes"], *(note for one in shown for note in one["notes"])]
+    notes += [f"{one['title']}: the search did not converge" for one in shown
+              if not one["converged"]]  # fmt: skip
+    ranking = {
+        "title": "Laws by held-out error",
+        "columns": ("law", "held out [N]", "worst [N]", "in-sample [N]", "AIC", "free"),
+        "rows": [_ranked(one) for one in result["fits"]],
+    }
+    page, *_ = write_page(
+        out,
+        "summary.html",
+        result,
+        lambda: {"fit": fit_figure(result)},
+        schema=SCHEMA,
+        headline=f"{'Best law' if ranked else 'Fit'}: {shown[0]['title']}",
+        under=f"{result['file']}; {shown[0]['equation']}",
+        tone="found" if all(one["converged"] for one in shown) else "open",
+        facts=[fact for one in shown for fact in _facts(one)],
+        caption=(
+            "Data and fit.",
+            "Measured and fitted values, and their differences",
+            "Symbols: measured; lines: fitted. A pattern in the differences is physics that the"
+            " law does not have.",
+        ),
+        notes=[*notes, *(f"not fitted: {law}: {why}" for law, why in result["skipped"].items())],
+        tables=[*([ranking] if ranked else []), *map(_coefficients, shown)],
+    )
+    return page
+
+
+def _ranked(one: Mapping[str, Any]) -> tuple[str, ...]:
+    held, scores = one["held_out"] or {"rmse": None, "worst": None}, one["scores"]
+    errors = (held["rmse"], held["worst"], scores["rmse"])
+    return (
+        one["title"],
+        *(significant(error, 3) for error in errors),
+        fixed(scores["aic"], 1),
+        plain(scores["free"]),
+    )
+
+
+def _facts(one: Mapping[str, Any]) -> list[tuple[str, str, str]]:
+    """What the law misses of data that it has not seen, and of those it has."""
+    part = f", {one['part']} pressure" if one["part"] else ""
+    scale, unit = (_MM_PER_M, "mm") if one["unit"] == "m" else (1.0, one["unit"])
+    scores, held = one["scores"], one["held_out"]
+
+    def error(value: float | None) -> str:
+        return NONE if value is None else quantity(scale * value, unit, 3)
+
+    facts = [
+        (
+            f"RMS error in-sample{part}",
+            error(scores["rmse"]),
+            f"{scores['points']} points, {scores['free']} coefficients",
+        )
+    ]
+    if held is not None:
+        unseen = f"RMS error, each {held['by']} held out in turn"
+        facts.insert(0, (unseen, error(held["rmse"]), f"worst {held['by']} {error(held['worst'])}"))
+    return facts
+
+
+def _coefficients(one: Mapping[str, Any]) -> dict[str, Any]:
+    part = f", {one['part']} pressure" if one["part"] else ""
+    return {
+        "title": f"Coefficients of {one['title']}{part}",
+        "columns": ("coefficient", "value", "95 % interval", "unit", "warning"),
+        "rows": [
+            (
+                c["name"],
+                significant(c["value"], 4),
+                "held" if c["held"] else interval(c["interval95"], 4) or "no interval",
+                unit_text(c["unit"]),
+                words(", ".join(c["flags"]))
+                + (f" with {', '.join(c['partners'])}" if c["partners"] else ""),
+            )
+            for c in one["coefficients"]
+        ],
+    }
 
 
 @styled

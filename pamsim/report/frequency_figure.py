@@ -1,16 +1,69 @@
-"""Figure of an identification from a frequency response: measured points and the shown model."""
+"""Page and figure of an identification from a frequency response: measured and shown model."""
 
 from __future__ import annotations
+
+from pathlib import Path
 
 import numpy as np
 from matplotlib.figure import Figure
 
 from pamsim.core.units import DEG_PER_RAD
-from pamsim.identification.frequency import FrequencyIdentification
+from pamsim.identification.frequency import SCHEMA, FrequencyIdentification
 from pamsim.linear.response_bands import frequency_response
+from pamsim.report.numbers import fixed, interval, quantity
+from pamsim.report.page import write_page
 from pamsim.report.style import INK, VERMILION, finish_axes, new_figure, styled
 
 _POINTS = 300
+
+
+def write_frequency_identification(result: FrequencyIdentification, out: Path) -> Path:
+    """Write page and figure of an identification from a frequency response.
+
+    Args:
+        result: what was identified.
+        out: folder; made if missing, files of the same names are replaced.
+
+    Returns:
+        The page.
+
+    Raises:
+        InputError: if the place cannot be written.
+    """
+    content = result.to_dict()
+    shown = result.shown.structure.sentence
+    page, *_ = write_page(
+        out,
+        "summary.html",
+        content,
+        lambda: {"bode": measured_and_fitted_response(result)},
+        schema=SCHEMA,
+        headline=f"{'Recommended' if result.recommended else 'No model can be trusted; best'}:"
+        f" {shown}",
+        under=f"{result.source}. Reason: {result.reason}",
+        tone="found" if result.recommended else "open",
+        facts=[
+            (one.name, quantity(one.value, one.unit.strip("-"), 4), interval(one.interval95, 4))
+            for one in result.shown.estimates
+        ],
+        caption=(
+            "Frequency response.",
+            "Measured magnitude and phase against frequency, with the model and its 95 % band",
+            "Where the measured points leave the band, the model is too simple.",
+        ),
+        notes=[*result.notes, *(f"not fitted: {k}: {why}" for k, why in result.skipped.items())],
+        tables=[
+            {
+                "title": "Models",
+                "columns": ("model", "fit [%]", "AICc above the best"),
+                "rows": [
+                    (one["model"], fixed(one["fit_percent"], 2), fixed(one["aicc_above_best"], 1))
+                    for one in content["models"]
+                ],
+            }
+        ],
+    )
+    return page
 
 
 @styled

@@ -131,6 +131,7 @@ def scan(result: Mapping[str, Any]) -> Figure:
         ax.set_ylim(max(best - span, float(np.min(values)) - 0.1 * span), best + 0.15 * span)
     else:
         ax.set_yscale("symlog", linthresh=2.0)
+        ax.yaxis.get_major_locator().set_params(numticks=8)  # as many as can be read
     finish_axes(
         ax,
         x="poles, zeros, gain and dead time",

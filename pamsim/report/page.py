@@ -22,7 +22,9 @@ What is missing (None) is written as a dash, a missing interval as nothing:
 
 from __future__ import annotations
 
+import base64
 import functools
+import io
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -30,21 +32,44 @@ from typing import Any
 
 import jinja2
 from matplotlib.figure import Figure
+from PIL import Image
 
 from pamsim.core.errors import InputError
 from pamsim.core.files import complete_file, refuse_file
 from pamsim.report.numbers import FILTERS
 from pamsim.report.physical_words import physical_words
-from pamsim.report.style import save_png
+from pamsim.report.style import readable_panels, save_png
 
 
 @dataclass(frozen=True)
 class PageImage:
-    """An image file of the page and the size to show it at [CSS pixel]."""
+    """An image of the page.
 
-    file: str
+    Attributes:
+        source: the file's content, as the address of an image, so that a page is one file.
+        width: to show it at [CSS pixel].
+        height: to show it at [CSS pixel].
+        panels: of `readable_panels`.
+    """
+
+    source: str
     width: int
     height: int
+    panels: list[Any]
+
+
+def page_image(figure: Figure, path: Path) -> PageImage:
+    """Write a figure into a file, for slides, and make it an image of a page.
+
+    Raises:
+        InputError: if the place cannot be written.
+    """
+    width, height = save_png(figure, path)
+    content = io.BytesIO()
+    with Image.open(path) as image:  # with 256 colours a third of the size
+        image.convert("RGB").quantize(dither=Image.Dither.NONE).save(content, "png", optimize=True)
+    source = f"data:image/png;base64,{base64.b64encode(content.getvalue()).decode()}"
+    return PageImage(source, width, height, readable_panels(figure))
 
 
 @functools.cache
@@ -80,7 +105,7 @@ def write_page(
     schema: str,
     **more: Any,
 ) -> list[Path]:
-    """Write the page of a result and its figures.
+    """Write the page of a result, which holds its figures, and these as files beside it.
 
     Args:
         out: folder; made if missing, files of the same names are replaced.
@@ -144,7 +169,7 @@ def save_page(
     images: dict[str, PageImage] = {}
     page = out / "index.html"
     for name, figure in draw().items():
-        images[name] = PageImage(f"{name}.png", *save_png(figure, out / f"{name}.png"))
+        images[name] = page_image(figure, out / f"{name}.png")
     with complete_file(page) as part:
         part.write_text(render(images), encoding="utf-8")
-    return [page, *(out / image.file for image in images.values())]
+    return [page, *(out / f"{name}.png" for name in images)]

@@ -1,29 +1,77 @@
-"""The figure of one step response: angle, pressures, tensions against time."""
+"""Page and figure of one step response: angle, pressures, tensions against time."""
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from pathlib import Path
+from typing import Any
 
 from matplotlib.figure import Figure
 
 from pamsim.core.recording import Recording
 from pamsim.core.signal_names import KINDS
 from pamsim.core.units import PA_PER_KPA
-from pamsim.report.style import INK, finish_axes, new_figure, save_png, series_look, styled
+from pamsim.report.numbers import fixed, plain, words
+from pamsim.report.page import write_page
+from pamsim.report.style import INK, finish_axes, new_figure, series_look, styled
+
+SCHEMA = "pamsim-step/1"
 
 
-def write_step_figure(recording: Recording, folder: Path) -> Path:
-    """Draw a recording into ``step.png`` of a folder.
+def write_step(result: Mapping[str, Any], recording: Recording, out: Path) -> Path:
+    """Write page and figure of a step response.
+
+    Args:
+        result: of schema ``pamsim-step/1``.
+        recording: the response.
+        out: folder; made if missing, files of the same names are replaced.
 
     Returns:
-        The path written.
+        The page.
 
     Raises:
-        InputError: if the place cannot be written.
+        InputError: if the result has another schema, or the place cannot be written.
     """
-    path = folder / "step.png"
-    save_png(step_figure(recording), path)
-    return path
+    joints = result.get("joints") or {"angle": result}
+    facts = [_fact(name, joint) for name, joint in joints.items()]
+    pressures, tensions = (
+        ", ".join(fixed(end, 1) for end in result[key])
+        for key in ("final_pressure_kpa", "final_tension_n")
+    )
+    settled = all(joint["settling_s"] is not None for joint in joints.values())
+    page, *_ = write_page(
+        out,
+        "summary.html",
+        result,
+        lambda: {"step": step_figure(recording)},
+        schema=SCHEMA,
+        headline=f"Step response of {result['rig']}{'' if settled else ': not settled'}",
+        under=f"Load {plain(result['load_kg'])} kg; time step {plain(result['timestep_s'])} s",
+        tone="found" if settled else "open",
+        facts=[*facts, ("pressures at the end", f"{pressures} kPa", f"tensions {tensions} N")],
+        caption=(
+            "Step response.",
+            "Position of the joints, pressures and tensions of the muscles against time",
+            "Dotted: set points. Overshoot and settling count from the start to the final value;"
+            " settled is within 2 % of that way.",
+        ),
+        notes=[],
+        tables=[],
+    )
+    return page
+
+
+def _fact(name: str, joint: Mapping[str, Any]) -> tuple[str, str, str]:
+    """A joint, where it went, and how."""
+    suffix = next(key for key in joint if key.startswith("final_")).removeprefix("final_")
+    way = f"{fixed(joint[f'start_{suffix}'], 2)} → {fixed(joint[f'final_{suffix}'], 2)} {suffix}"
+    settled = joint["settling_s"]
+    ends = (
+        "not settled when the recording ended"
+        if settled is None
+        else f"settles in {fixed(settled, 3)} s"
+    )
+    return words(name), way, f"overshoot {fixed(joint['overshoot_percent'], 1)} %, {ends}"
 
 
 @styled

@@ -12,6 +12,7 @@ import matplotlib.style
 from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
+from matplotlib.ticker import LogFormatter, ScalarFormatter
 
 from pamsim.core.files import complete_file
 
@@ -61,6 +62,8 @@ _RC: dict[str, Any] = {
     "grid.color": RULE,
     "grid.linewidth": 0.6,
 }
+
+_NUMBERS = (ScalarFormatter, LogFormatter)
 
 P = ParamSpec("P")
 R = TypeVar("R")
@@ -169,3 +172,34 @@ def save_png(figure: Figure, path: Path) -> tuple[int, int]:
         figure.savefig(part, dpi=DPI, metadata={"Software": None})
     width, height = figure.canvas.get_width_height()
     return round(width * CSS_PER_PIXEL), round(height * CSS_PER_PIXEL)
+
+
+def readable_panels(figure: Figure) -> list[list[dict[str, Any]]]:
+    """The panels of a drawn figure where a place can be read as two numbers.
+
+    Returns:
+        Per panel its two axes: ``from`` and ``to`` as shares of the figure, from the lower left;
+        ``low`` and ``high``, the values there; ``log``; ``label``. Panels with names or colours
+        along an axis are left out.
+    """
+    panels: list[list[dict[str, Any]]] = []
+    for ax in figure.axes:
+        sides = [
+            (ax.xaxis, ax.get_xlim(), ax.get_position().intervalx, ax.get_shared_x_axes()),
+            (ax.yaxis, ax.get_ylim(), ax.get_position().intervaly, ax.get_shared_y_axes()),
+        ]
+        numbers = all(isinstance(a.get_major_formatter(), _NUMBERS) for a, *_ in sides)
+        if ax.axison and ax.lines and not ax.images and numbers:
+            panels.append([_axis(ax, *side) for side in sides])
+    return panels
+
+
+def _axis(ax: Axes, axis: Any, limits: Any, place: Any, shared: Any) -> dict[str, Any]:
+    """One axis of a panel; its label may stand at a panel that shares it."""
+    labels = [axis, *(getattr(other, f"{axis.axis_name}axis") for other in shared.get_siblings(ax))]
+    label = next((one.get_label_text() for one in labels if one.get_label_text()), axis.axis_name)
+    start, end = (round(float(side), 4) for side in place)
+    low, high = (float(f"{limit:.6g}") for limit in limits)
+    log = axis.get_scale() == "log"
+    return {"from": start, "to": end, "low": low, "high": high, "log": log,
+            "label": " ".join(label.split())}  # fmt: skip

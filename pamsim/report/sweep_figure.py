@@ -1,15 +1,19 @@
-"""The figure of a sweep: each output over each factor, a point for every run."""
+"""Page and figure of a sweep: each output over each factor, a point for every run."""
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
-from pamsim.report.style import finish_axes, new_figure, save_png, say_empty, series_look, styled
-from pamsim.sweeps.result import SweepResult
+from pamsim.report.numbers import NONE, fixed, plain, significant, unit
+from pamsim.report.page import write_page
+from pamsim.report.style import finish_axes, new_figure, say_empty, series_look, styled
+from pamsim.sweeps.result import SCHEMA, SweepResult
 from pamsim.sweeps.varied_rig import RIG
 
 _MOST = 4
@@ -19,18 +23,75 @@ _POINTS = 5_000
 """Runs that are drawn; of more, evenly spaced ones."""
 
 
-def write_sweep_figure(result: SweepResult, folder: Path) -> Path:
-    """Draw a sweep into ``sweep.png`` of a folder.
+def write_sweep(result: SweepResult, out: Path) -> Path:
+    """Write page and figure of a sweep.
+
+    Args:
+        result: what it found.
+        out: folder; made if missing, files of the same names are replaced.
 
     Returns:
-        The path written.
+        The page.
 
     Raises:
         InputError: if the place cannot be written.
     """
-    path = folder / "sweep.png"
-    save_png(sweep_figure(result), path)
-    return path
+    content = result.to_dict()
+    outputs, ranks, sobol = (content[key] for key in ("outputs", "rank_correlations", "sobol"))
+    page, *_ = write_page(
+        out,
+        "summary.html",
+        content,
+        lambda: {"sweep": sweep_figure(result)},
+        schema=SCHEMA,
+        headline=f"Sweep over {', '.join(result.factors)}",
+        under=f"Every run: {content['table']}, beside this page",
+        tone="open" if result.failed else "found",
+        facts=[
+            ("runs", plain(result.runs), f"{result.failed} of them failed"),
+            ("wall time", f"{fixed(result.seconds, 1)} s", f"{result.kept} runs kept from before"),
+        ],
+        caption=(
+            "Outputs over factors.",
+            "Each output against each factor, a point for every run",
+            "Outputs that vary, over the factors with the largest rank correlations.",
+        ),
+        notes=[],
+        tables=[
+            {
+                "title": "Outputs",
+                "columns": ("output", "unit", "least", "median", "largest", "runs"),
+                "rows": [
+                    (
+                        name,
+                        unit(one["unit"]),
+                        *(significant(one[key], 4) for key in ("low", "median", "high")),
+                        plain(one["runs"]),
+                    )
+                    for name, one in outputs.items()
+                ],
+            },
+            _per_factor(
+                "Rank correlations (Spearman)",
+                {name: {f: fixed(r, 2) for f, r in own.items()} for name, own in ranks.items()},
+            ),
+            _per_factor(
+                "Share of the variance (total Sobol' index)",
+                {
+                    name: {f: fixed(index["total"], 2) for f, index in own.items()}
+                    for name, own in sobol.items()
+                },
+            ),
+        ],
+    )
+    return page
+
+
+def _per_factor(title: str, entries: Mapping[str, Mapping[str, str]]) -> dict[str, Any]:
+    """A table with an output in each row and a factor in each column."""
+    factors = list(dict.fromkeys(factor for own in entries.values() for factor in own))
+    rows = [(name, *(own.get(f, NONE) for f in factors)) for name, own in entries.items()]
+    return {"title": title, "columns": ("output", *factors), "rows": rows}
 
 
 @styled
@@ -54,10 +115,10 @@ def sweep_figure(result: SweepResult) -> Figure:
         if names:
             ax.set_xticks(range(len(names)), names)
         last = row == len(outputs) - 1
-        unit = result.factors[factor]
+        of = result.factors[factor]
         finish_axes(
             ax,
-            x=f"{factor}\n[{unit}]" if last and unit else factor if last else "",
+            x=f"{factor}\n[{of}]" if last and of else factor if last else "",
             y=f"{output} [{result.outputs[output].unit}]" if column == 0 else "",
             zero=False,
         )

@@ -229,7 +229,7 @@ def test_command_writes_rig_page_and_result(recording, monkeypatch, capsys, tmp_
     assert (out_folder / "rig" / "params.toml").is_file()
     page = (out_folder / "index.html").read_text(encoding="utf-8")
     for name in ("parameters", "trials"):
-        assert f'src="{name}.png"' in page
+        assert f'<figure id="{name}">' in page
         assert (out_folder / f"{name}.png").stat().st_size > 10_000
 
 

@@ -15,6 +15,7 @@ from click.testing import CliRunner
 
 from pamsim.cli.main import cli, main, with_flags
 from pamsim.core.files import results_folder
+from tests.unit.report.page_laws import check_page
 
 
 def run(monkeypatch, capsys, *args):
@@ -155,6 +156,10 @@ def test_step_writes_recording_figure_and_json(tmp_path, monkeypatch, capsys):
     counts = float(rows[-1]["angle_deg"]) / 0.144
     assert abs(counts - round(counts)) < 1e-6
     assert (tmp_path / "d" / "step.png").stat().st_size > 10_000
+    page = (tmp_path / "d" / "index.html").read_text(encoding="utf-8")
+    assert f"{result['start_deg']:.2f} → {result['final_deg']:.2f} deg" in page
+    assert f"settles in {result['settling_s']:.3f} s" in page
+    check_page(page)
 
 
 def test_every_command_has_help():

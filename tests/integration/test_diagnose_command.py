@@ -9,6 +9,7 @@ import pytest
 import pamsim
 from pamsim.cli.main import main
 from pamsim.diagnosis.method.verdict import Verdict
+from pamsim.report.page import PageImage
 from pamsim.store.rig_file import shipped_rigs
 from tests.unit.diagnosis.diagnosed import VERDICTS, following, report
 
@@ -97,7 +98,9 @@ def test_every_verdict_is_printed_and_has_its_exit_code(verdict, tmp_path, monke
         return one
 
     monkeypatch.setattr("pamsim.diagnosis.diagnose.diagnose", quick)
-    monkeypatch.setattr("pamsim.report.page.save_png", lambda figure, path: (691, 400))
+    monkeypatch.setattr(
+        "pamsim.report.page.page_image", lambda figure, path: PageImage("data:,", 691, 400, [])
+    )
     out = tmp_path / "out"
     code, printed, _ = run(
         monkeypatch, capsys, "diagnose", "a", "b", "--effects", "air_leak", "--effects",

@@ -15,6 +15,7 @@ from pamsim.fitting.law_curve import named_law
 from pamsim.fitting.loop_cost import maxwell_loop
 from pamsim.muscles.braid import Braid
 from pamsim.store.printed import loop_equation
+from tests.unit.report.page_laws import check_page
 
 DATA = resources.files("pamsim") / "data"
 DMSP_20 = DATA / "dmsp20_300_force_map.csv"
@@ -56,6 +57,9 @@ def test_fit_writes_figure_and_parameters_that_parse_back(tmp_path, monkeypatch,
     assert "66 points of zero force dropped" in out
     assert "6.199 N RMS" in out
     assert (tmp_path / "o" / "fit.png").stat().st_size > 20_000
+    page = (tmp_path / "o" / "index.html").read_text(encoding="utf-8")
+    assert "<b>6.20 N</b> 60 points, 6 coefficients" in page
+    check_page(page)
     result = json.loads((tmp_path / "r.json").read_text())
     parsed = tomllib.loads((tmp_path / "o" / "params.toml").read_text(encoding="utf-8"))
     force = parsed["muscle"]["force"]

@@ -2,12 +2,17 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
+from matplotlib.figure import Figure
 
 from pamsim.core.recording import Outcome, Recording
+from pamsim.report.page import PageImage
+from tests.unit.report.page_laws import check_page
 
 # row, p1 [kPa], p2 [kPa], load [kg], printed angle [deg]
 PRINTED = (
@@ -281,3 +286,23 @@ def result() -> dict[str, Any]:
 def recordings(result: dict[str, Any]) -> dict[int, Recording]:
     """One recording per distinct row of ``result``."""
     return make_recordings(result["rows"])
+
+
+@pytest.fixture(autouse=True)
+def every_page_keeps_the_laws(request: pytest.FixtureRequest) -> Iterator[None]:
+    """Hold every page that a test writes to `page_laws`."""
+    folder = request.getfixturevalue("tmp_path") if "tmp_path" in request.fixturenames else None
+    yield
+    for page in folder.rglob("index.html") if folder else ():
+        check_page(page.read_text(encoding="utf-8"))
+
+
+@pytest.fixture
+def quick(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Draw the figures but leave out turning them into pixels, the slowest part by far."""
+
+    def touch(figure: Figure, path: Path) -> PageImage:
+        path.write_bytes(b"")
+        return PageImage("data:image/png;base64,", 691, 400, [])
+
+    monkeypatch.setattr("pamsim.report.page.page_image", touch)

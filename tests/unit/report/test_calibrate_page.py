@@ -80,11 +80,6 @@ def result(table):
     }  # fmt: skip
 
 
-@pytest.fixture
-def quick(monkeypatch):
-    monkeypatch.setattr("pamsim.report.page.save_png", lambda figure, path: (691, 400))
-
-
 def numbers(page):
     return [int(found) for found in re.findall(r"<figcaption><b>Figure (\d+)\.", page)]
 

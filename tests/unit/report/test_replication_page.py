@@ -138,12 +138,11 @@ def test_every_claim_is_a_row_with_its_numbers_mark_and_reason(replication, tmp_
         assert text in page.text
 
 
-def test_every_paper_is_one_details_element_and_no_script_is_needed(replication, tmp_path):
+def test_every_paper_is_one_details_element(replication, tmp_path):
     page = Page(write(replication, tmp_path))
     ids = [attrs["id"] for tag, attrs in page.tags if tag == "details"]
     assert ids == ["matiskova2021", "alraouf2025", "nguyen2024"]
     assert not any("open" in attrs for tag, attrs in page.tags if tag == "details")
-    assert "script" not in [tag for tag, _ in page.tags]
 
 
 def test_one_paper_alone_is_open(replication, tmp_path):
@@ -158,7 +157,7 @@ def test_one_paper_alone_is_open(replication, tmp_path):
 
 def test_hostile_text_is_shown_and_not_run(replication, tmp_path):
     source = write(replication, tmp_path)
-    assert "<script" not in source
+    assert source.count("<script") == 1  # the page's own
     assert source.count("&lt;script&gt;") == 5  # statement, reason, failure, name and version
     assert HOSTILE in Page(source).text
 

@@ -140,9 +140,8 @@ def test_accepted_models_that_predict_no_better_are_named(models):
 
 
 @pytest.fixture
-def page(result, tmp_path, monkeypatch):
+def page(result, tmp_path, quick):
     """The page with some static models, and the names of its files."""
-    monkeypatch.setattr("pamsim.report.page.save_png", lambda figure, path: (691, 400))
 
     def write(models):
         paths = write_reproduction({**result, "static_models": models}, {}, tmp_path)
@@ -164,7 +163,7 @@ def test_page_names_the_better_model_and_escapes_names(page, models):
     assert "One model that was not accepted predicts the rows held out better" in source
     assert "“another law” (0.90 deg)" in source
     assert "&lt;b&gt;friction&lt;/b&gt;" in source
-    assert 'src="static_models.png"' in source
+    assert '<figure id="static_models">' in source
     assert "Recorded by <code>python calibrate.py</code>" in source
     source, _ = page([entry for entry in models if entry["name"] != "another law"])
     assert "rows held out better" not in source

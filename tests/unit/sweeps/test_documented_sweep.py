@@ -9,6 +9,7 @@ from pathlib import Path
 import pytest
 
 from pamsim.cli.main import main
+from tests.unit.report.page_laws import check_page
 
 PAGE = Path(__file__).parents[3] / "docs" / "sweep.md"
 BLOCKS = re.findall(r"^```(\w+)\n(.*?)^```", PAGE.read_text(encoding="utf-8"), re.M | re.S)
@@ -27,6 +28,9 @@ def test_the_page_runs(tmp_path, monkeypatch, capsys):
     result = json.loads((tmp_path / "out" / "sweep.json").read_text(encoding="utf-8"))
     assert result["rank_correlations"]["final_deg"]["coulomb_friction"] < 0.0
     assert (tmp_path / "out" / "sweep.png").stat().st_size > 10_000
+    page = (tmp_path / "out" / "index.html").read_text(encoding="utf-8")
+    assert "<b>32</b> 0 of them failed" in page
+    check_page(page)
     exec(compile(texts["python"], "snippet", "exec"), {"__name__": "__main__"})
     assert "6 runs, 0 of them failed" in capsys.readouterr().out
     monkeypatch.setattr("sys.argv", [*texts["sh"].split(), "--resume"])

@@ -1,0 +1,60 @@
+"""What every page keeps to, so that a screen reader, a mail program and a phone can show it."""
+
+from __future__ import annotations
+
+from html.parser import HTMLParser
+from itertools import pairwise
+
+_VOID = ("meta", "br", "img", "input")
+
+
+class Page(HTMLParser):
+    """Tags with attributes, the levels of headings, and the text of each header cell."""
+
+    def __init__(self, source: str) -> None:
+        super().__init__()
+        self.tags: list[tuple[str, dict[str, str | None]]] = []
+        self.open: list[str] = []
+        self.headers: list[str] = []
+        self.feed(source)
+
+    def handle_starttag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
+        self.tags.append((tag, dict(attrs)))
+        if tag not in _VOID:
+            self.open.append(tag)
+        if tag == "th":
+            self.headers.append("")
+
+    def handle_endtag(self, tag: str) -> None:
+        assert self.open.pop() == tag
+
+    def handle_data(self, data: str) -> None:
+        if "th" in self.open:
+            self.headers[-1] += data.strip()
+
+
+def check_page(source: str) -> None:
+    """Fail a page that is not one file, or that leaves a reader without what it shows.
+
+    Args:
+        source: the page.
+    """
+    page = Page(source)
+    assert page.open == [], "every tag is closed"
+    assert ("html", {"lang": "en"}) in page.tags
+    assert source.count("<title>") == 1
+    levels = [int(tag[1]) for tag, _ in page.tags if tag in ("h1", "h2", "h3")]
+    assert levels[0] == 1
+    assert levels.count(1) == 1
+    assert all(after <= before + 1 for before, after in pairwise(levels))
+    ids = [attrs["id"] for _, attrs in page.tags if "id" in attrs]
+    assert len(set(ids)) == len(ids)
+    assert all(page.headers), "a table's header cell without text"
+    for tag, attrs in page.tags:
+        if tag == "img":
+            assert len(attrs["alt"] or "") > 20
+            assert (attrs["src"] or "").startswith("data:"), "a mailed page has no other file"
+        if "tabindex" in attrs:
+            assert attrs["role"] == "region"
+            assert attrs["aria-label"]
+        assert not any((attrs.get(at) or "").startswith("http") for at in ("src", "href"))
