@@ -212,16 +212,18 @@ def _search(
     steps: int,
     follow: int,
 ) -> Fit:
-    last = starts[0], problem.linear_part(starts[0], noise)
+    last: tuple[FloatArray, LinearPart] | None = None
 
     def residual(x: FloatArray) -> FloatArray | None:
         nonlocal last
-        last = x.copy(), problem.linear_part(x, noise)
-        return last[1].residual if np.all(np.isfinite(last[1].theta)) else None
+        part = problem.linear_part(x, noise)
+        last = x.copy(), part
+        return part.residual if np.all(np.isfinite(part.theta)) else None
 
     def jacobian(x: FloatArray, _: FloatArray) -> FloatArray:
-        known = np.array_equal(x, last[0])
-        return problem.jacobian(x, last[1] if known else problem.linear_part(x, noise))
+        if last is not None and np.array_equal(x, last[0]):
+            return problem.jacobian(x, last[1])
+        return problem.jacobian(x, problem.linear_part(x, noise))
 
     return bounded_least_squares(
         one_by_one(residual),
