@@ -51,13 +51,13 @@ def test_friction_hidden_at_one_joint_is_named_at_that_joint(arm, rubbing):
     assert found.where[0].channel == "elbow.angle"
 
 
-def test_damping_of_both_joints_is_recovered_and_written(tmp_path):
-    planted = pamsim.load_rig("two_joint_arm").with_parameters(DAMPING)
+def test_damping_of_both_joints_is_recovered_and_written(arm, tmp_path):
+    planted = arm.with_parameters(DAMPING)
     short = SHORT | {"protocols": ("multisine",), "duration": 1.2}
     recording = pamsim.hide(planted, {}, repeats=1, **short)
     recording.save(tmp_path / "data")
     found = pamsim.calibrate(
-        [tmp_path / "data"], rig="two_joint_arm", free=list(DAMPING), channels=["angle"],
+        [tmp_path / "data"], rig=arm, free=list(DAMPING), channels=["angle"],
         out=tmp_path / "out",
     )  # fmt: skip
     assert found.status == "converged"
