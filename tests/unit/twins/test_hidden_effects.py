@@ -30,14 +30,14 @@ def rig():
 def recorded(rig, name, effect=None, size=0.0, seed=(1, 0)):
     numbers = read_rig(rig, 0.0)
     experiment = INPUTS[name].experiment(numbers, 4, 2.0)
-    experiment = dataclasses.replace(experiment, settle=1.0)
+    experiment = dataclasses.replace(experiment, settle=0.5)
     timing = Timing()
     if effect is not None and effect.change is not None:
         effect.change(numbers, size)
     if effect is not None and effect.timing is not None:
         timing = effect.timing(size, seed)
     muscles = tuple(rig.muscles)
-    found = run(numbers, experiment, rig="x", muscles=muscles, timing=timing, step=2.5e-4)
+    found = run(numbers, experiment, rig="x", muscles=muscles, timing=timing, step=5e-4)
     return found if effect is None or effect.sensed is None else effect.sensed(found, size)
 
 
