@@ -7,7 +7,7 @@ from pathlib import Path
 import click
 
 from pamsim.cli.main import OK
-from pamsim.cli.options import KILOGRAMS, PATH, PRESSURES, RIG, refuse
+from pamsim.cli.options import KILOGRAMS, PATH, PRESSURES, RIG, effects_option, refuse
 
 
 @click.command(name="view")
@@ -18,9 +18,10 @@ from pamsim.cli.options import KILOGRAMS, PATH, PRESSURES, RIG, refuse
 @click.option(
     "--pressure",
     type=PRESSURES,
-    help="Set points to start from, one per muscle [kPa]; 200,200 if left out.",
+    help="Set points to start from, one per muscle [kPa]; 200 each if left out.",
 )
 @click.option("--load", type=KILOGRAMS, help="Mass on the arm: 1.2 or 1200g; none if left out.")
+@effects_option("--effects", help="Effects with a slider, all that the rig can have if left out")
 @click.option("--trial", help="Trial of the recording; its first if left out.")
 @click.option("--speed", type=float, help="Of the replay: 1 is real time, 0.5 slow motion.")
 def command(
@@ -28,15 +29,19 @@ def command(
     rig: str | None,
     pressure: list[float] | None,
     load: float | None,
+    effects: tuple[str, ...],
     trial: str | None,
     speed: float | None,
 ) -> int:
     """Simulate a rig in real time, or replay RECORDING in a loop, until the window is closed.
 
-    The sliders of the window's panel Control move the set points [Pa].
+    Beside the arm run its angle, its pressures and the loop that they draw. The sliders of the
+    window's panel Control move the set points [kPa] and the size of each effect: 0 is off, 1 its
+    typical size.
     """
     if recording is not None:
         refuse("is known from the recording", pressure=pressure, load=load)
+        refuse("is of a simulation, not of a recording", effects=effects or None)
         from pamsim.scene.replay import read_replay
         from pamsim.scene.watch import watch_replay
 
@@ -44,10 +49,12 @@ def command(
         watch_replay(replay, speed=1.0 if speed is None else speed)
         return OK
     refuse("needs a RECORDING to replay", trial=trial, speed=speed)
+    from pamsim.comparison.effect_sizes import movable_effects
     from pamsim.engine.rig import load_rig
     from pamsim.scene.watch import watch_live
 
-    watch_live(
-        load_rig(rig or "mas20_arm", scene=True), pressure or (200e3, 200e3), load=load or 0.0
-    )
+    loaded = load_rig(rig or "mas20_arm", scene=True)
+    movable = movable_effects(loaded, effects)
+    start = pressure or [200e3] * len(loaded.muscles)
+    watch_live(loaded, start, load=load or 0.0, effects=movable.sizes, with_effects=movable.at)
     return OK

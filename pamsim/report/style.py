@@ -15,19 +15,13 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import LogFormatter, ScalarFormatter
 
 from pamsim.core.files import complete_file
+from pamsim.scene.series_colours import INK, SERIES
 
-# Okabe and Ito (2008): stays apart under the common colour-vision deficiencies and in grey print.
-BLUE = "#0072B2"
-VERMILION = "#D55E00"
-GREEN = "#009E73"
-PURPLE = "#AA4499"
-INK = "#1d232a"
-MUTED = "#5c6670"
+BLUE, GREEN, VERMILION, PURPLE, MUTED = SERIES
 RULE = "#d5dae0"
 FAINT = "#f1f3f5"
 
 MARKERS = ("o", "s", "^", "D", "v")
-_SERIES = (BLUE, GREEN, VERMILION, PURPLE, MUTED)
 
 WIDTH_IN = 7.2
 DPI = 200
@@ -143,7 +137,7 @@ def finish_axes(ax: Axes, *, x: str = "", y: str = "", title: str = "", zero: bo
 
 def series_look(index: int) -> tuple[str, str]:
     """Colour and marker of the index-th series: two cues, so that neither is needed alone."""
-    return _SERIES[index % len(_SERIES)], MARKERS[index % len(MARKERS)]
+    return SERIES[index % len(SERIES)], MARKERS[index % len(MARKERS)]
 
 
 def say_empty(ax: Axes, text: str) -> None:

@@ -13,6 +13,7 @@ import numpy as np
 import numpy.typing as npt
 
 from pamsim.core.errors import InputError
+from pamsim.scene.series_colours import Rgb
 
 Vector = npt.NDArray[np.float64]
 Rgba = tuple[float, float, float, float]
@@ -29,12 +30,12 @@ MOVING_REACH = 0.050
 """Distance from the end of the active length to the first pin of the chain [m]."""
 
 FULL_PRESSURE = 600e3
-"""Gauge pressure that has the warmest colour [Pa]."""
-_RUBBER = np.array([[0.12, 0.14, 0.18], [0.40, 0.20, 0.16], [0.80, 0.30, 0.10]])
-_FIBRE = np.array([[0.30, 0.35, 0.42], [0.72, 0.45, 0.34], [1.00, 0.68, 0.36]])
+"""Gauge pressure at which a muscle has the full colour of its curve [Pa]."""
+_VENTED = (0.12, 0.14, 0.18)
+_FIBRE_LIGHT = 0.35
+"""How much lighter than the tube its fibres are, as a share of the way to white."""
 _UNKNOWN_RUBBER: Rgba = (0.42, 0.42, 0.43, 1.0)
 _UNKNOWN_FIBRE: Rgba = (0.66, 0.66, 0.67, 1.0)
-_BLUE: Rgba = (0.10, 0.29, 0.58, 1.0)
 _ALUMINIUM: Rgba = (0.74, 0.76, 0.78, 1.0)
 _STEEL: Rgba = (0.58, 0.59, 0.60, 1.0)
 
@@ -43,11 +44,12 @@ _FIBRES = 8
 _SEGMENTS = 36
 _THREAD = 0.00045
 """Half the width of a fibre [m]."""
-# One end fitting outward from the active length: start [m], end [m], radius [m], colour.
-_FITTING: tuple[tuple[float, float, float, Rgba], ...] = (
-    (-0.005, 0.014, 0.0155, _BLUE),
+# One end fitting outward from the active length: start [m], end [m], radius [m], colour; None: the
+# muscle's own.
+_FITTING: tuple[tuple[float, float, float, Rgba | None], ...] = (
+    (-0.005, 0.014, 0.0155, None),
     (0.014, 0.0155, 0.0140, _STEEL),
-    (0.0155, 0.023, 0.0150, _BLUE),
+    (0.0155, 0.023, 0.0150, None),
     (0.023, 0.031, 0.0100, _ALUMINIUM),
     (0.031, 0.034, 0.0080, _STEEL),
     (0.034, 0.0455, 0.0045, _STEEL),
@@ -93,14 +95,18 @@ def outer_radius(length: float) -> float:
     return NOMINAL_DIAMETER / 2 * sine / math.sin(BRAID_ANGLE) + WALL
 
 
-def muscle_solids(anchor: Vector, axis: Vector, length: float, pressure: float) -> list[Solid]:
+def muscle_solids(
+    anchor: Vector, axis: Vector, length: float, pressure: float, colour: Rgb
+) -> list[Solid]:
     """Build one muscle with its two end fittings.
 
     Args:
         anchor: (3,) where the active length starts [m].
         axis: (3,) unit vector from the anchor along the muscle [-].
         length: active length [m].
-        pressure: gauge pressure, which sets the colour only [Pa]; grey if NaN, not known.
+        pressure: gauge pressure, which sets how much of its colour the tube has [Pa]; grey if NaN,
+            not known.
+        colour: of the muscle, as of its curves, 0 to 1 each.
 
     Returns:
         Solids in world coordinates; the chain begins at anchor + (length + MOVING_REACH) * axis.
@@ -112,7 +118,9 @@ def muscle_solids(anchor: Vector, axis: Vector, length: float, pressure: float) 
     radius = outer_radius(length)
     rubber, fibre = _UNKNOWN_RUBBER, _UNKNOWN_FIBRE
     if not math.isnan(pressure):
-        rubber, fibre = _tint(_RUBBER, pressure), _tint(_FIBRE, pressure)
+        share = float(np.clip(pressure / FULL_PRESSURE, 0.0, 1.0))
+        rubber = _mixed(_VENTED, colour, share)
+        fibre = _mixed(rubber[:3], (1.0, 1.0, 1.0), _FIBRE_LIGHT)
     shoulder, semi_axis = _shoulder(radius)
 
     solids = [rod(anchor + shoulder * axis, anchor + (length - shoulder) * axis, radius, rubber)]
@@ -128,10 +136,11 @@ def muscle_solids(anchor: Vector, axis: Vector, length: float, pressure: float) 
             for at in (shoulder, length - shoulder)
         ]
     solids += _braid(anchor, frame, length, radius, fibre)
-    for start, end, size, colour in _FITTING:
-        solids.append(rod(anchor - start * axis, anchor - end * axis, size, colour, gloss=0.7))
-        tip = anchor + length * axis
-        solids.append(rod(tip + start * axis, tip + end * axis, size, colour, gloss=0.7))
+    tip = anchor + length * axis
+    for start, end, size, metal in _FITTING:
+        for foot, outward in ((anchor, -axis), (tip, axis)):
+            ends = foot + start * outward, foot + end * outward
+            solids.append(rod(*ends, size, metal or (*colour, 1.0), gloss=0.7))
     return solids
 
 
@@ -188,10 +197,9 @@ def frame_along(axis: Vector) -> Vector:
     )
 
 
-def _tint(stops: Vector, pressure: float) -> Rgba:
-    """Interpolate between cool and warm; (3, 3) stops at none, half and full pressure."""
-    share = float(np.clip(pressure / FULL_PRESSURE, 0.0, 1.0))
-    red, green, blue = (float(np.interp(share, (0.0, 0.5, 1.0), stops[:, i])) for i in range(3))
+def _mixed(one: Rgb, other: Rgb, share: float) -> Rgba:
+    """A share of the way from one colour to another."""
+    red, green, blue = (a + share * (b - a) for a, b in zip(one, other, strict=True))
     return red, green, blue, 1.0
 
 

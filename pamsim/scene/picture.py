@@ -26,6 +26,7 @@ from pamsim.engine.simulate import simulate
 from pamsim.scene.chain_shape import STEEL, chain_solids
 from pamsim.scene.muscle_shape import Rgba, Solid, muscle_solids, rod
 from pamsim.scene.pose import has_site, muscle_lengths, object_id, pose, site_pose
+from pamsim.scene.series_colours import series_rgb
 from pamsim.store.pictures import write_picture
 
 _KINDS = {
@@ -115,8 +116,8 @@ def render_arm(
     Args:
         model: a compiled rig with the sites named above, best through its ``scene.xml``.
         data: state after ``mj_forward``.
-        pressures: (m,) gauge pressures of the muscles [Pa]; they set the muscles' colour,
-            NaN where not known: grey.
+        pressures: (m,) gauge pressures of the muscles [Pa]; each tube has more of its
+            muscle's colour the higher it is; NaN where not known: grey.
         lengths: (m,) their active lengths [m].
         width: picture width [px].
         height: picture height [px].
@@ -224,7 +225,8 @@ def decorate(
     for number, (pressure, length) in enumerate(zip(pressures, lengths, strict=True), start=1):
         if has_site(model, f"muscle_{number}_anchor"):
             anchor, frame = site_pose(model, data, f"muscle_{number}_anchor")
-            solids += muscle_solids(anchor, frame[:, 2], length, pressure)
+            colour = series_rgb(number - 1)
+            solids += muscle_solids(anchor, frame[:, 2], length, pressure, colour)
     if has_site(model, "sprocket"):
         solids += chain_solids(model, data, lengths)
     if has_site(model, "load_seat"):

@@ -1,13 +1,14 @@
-"""MuJoCo's interactive window with the muscles drawn: pan, zoom, and a slider for every control.
+"""MuJoCo's interactive window with muscles and plots drawn: pan, zoom, a slider for every control.
 
 The window has a model and data of its own, into which `ArmViewer.show` copies what is to be seen:
-no click in it can change a simulation. What its sliders say is read from `ArmViewer.controls`.
+no click in it can change a simulation. Its sliders are read from `ArmViewer.controls`.
 """
 
 from __future__ import annotations
 
 import copy
 import sys
+import threading
 import warnings
 from collections.abc import Sequence
 from typing import Any, Protocol
@@ -17,10 +18,14 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from pamsim.core.errors import EngineError
+from pamsim.scene.live_plots import Plot
 from pamsim.scene.picture import decorate
+from pamsim.scene.window_layout import COLUMN, figures, fit_camera
 
 _HIDDEN_GROUP = 5
 """Group of geoms that a window hides by default."""
+_CLOSING = 10.0
+"""Longest wait for a window that closes [s]."""
 _REMEDY = "to see an arm without one, write a film: `pamsim render`"
 
 
@@ -29,6 +34,7 @@ class Window(Protocol):
 
     user_scn: Any
     cam: Any
+    viewport: Any
 
     def is_running(self) -> bool:
         """Whether it is still open."""
@@ -36,6 +42,14 @@ class Window(Protocol):
 
     def lock(self) -> Any:
         """Keep the drawing thread from reading meanwhile."""
+        ...
+
+    def set_figures(self, viewports_figures: Any) -> None:
+        """Draw figures over the scene."""
+        ...
+
+    def set_texts(self, texts: Any) -> None:
+        """Write over the scene."""
         ...
 
     def sync(self) -> None:
@@ -55,13 +69,16 @@ class ArmViewer:
         data: the window's own.
     """
 
-    def __init__(self, model: mujoco.MjModel, *, control_range: ArrayLike | None = None) -> None:
+    def __init__(
+        self, model: mujoco.MjModel, *, control_range: ArrayLike | None = None, note: str = ""
+    ) -> None:
         """Open the window.
 
         Args:
             model: what to show, best through its ``scene.xml``; copied.
             control_range: (2,) or (nu, 2) ends of the control sliders, in the controls' unit; the
                 model's own if None.
+            note: written over the scene.
 
         Raises:
             EngineError: without a display, in one line that names the fix.
@@ -77,7 +94,12 @@ class ArmViewer:
         if disc >= 0:
             self.model.geom_group[disc] = _HIDDEN_GROUP
         self.data = mujoco.MjData(self.model)
+        before = set(threading.enumerate())
         self._window = open_window(self.model, self.data)
+        self._drawing = set(threading.enumerate()) - before
+        self._fitted = False
+        if note:
+            self._window.set_texts((None, mujoco.mjtGridPos.mjGRID_TOPRIGHT, note, ""))
 
     def show(
         self,
@@ -86,14 +108,18 @@ class ArmViewer:
         *,
         pressures: Sequence[float],
         lengths: Sequence[float],
+        controls: Sequence[float] | None = None,
+        plots: Sequence[Plot] = (),
     ) -> None:
-        """Show a state and hear what the sliders say; nothing happens once the window is closed.
+        """Show a state and read the sliders; nothing happens once the window is closed.
 
         Args:
-            model: the one simulated; its joints and controls are those of the window's.
+            model: the one simulated; its bodies and joints are those of the window's.
             data: its state; not changed.
             pressures: (m,) gauge pressures of the muscles [Pa], NaN where not known.
             lengths: (m,) their active lengths [m].
+            controls: (nu,) where the sliders stand, in their unit; the data's if None.
+            plots: drawn beside the arm.
 
         Raises:
             EngineError: if the model has no site, tendon or geom that the drawing needs.
@@ -102,19 +128,27 @@ class ArmViewer:
         if not self.is_running:
             return
         with self._window.lock():
-            for name in ("qpos", "qvel", "ctrl"):
-                getattr(self.data, name)[:] = getattr(data, name)
+            self.data.qpos[:], self.data.qvel[:] = data.qpos, data.qvel
+            self.data.ctrl[:] = data.ctrl if controls is None else controls
             self.data.time = data.time
-            self.model.body_mass[:] = model.body_mass
+            self.model.body_mass[:], self.model.body_quat[:] = model.body_mass, model.body_quat
             mujoco.mj_forward(self.model, self.data)
+            viewport = self._window.viewport
+            if viewport.height and not self._fitted:
+                aspect = viewport.width / viewport.height
+                column = COLUMN if plots else 0.0
+                fit_camera(self._window.cam, self.model, self.data, aspect=aspect, column=column)
+                self._fitted = True
             scene = self._window.user_scn
             scene.ngeom = 0
             decorate(scene, self.model, self.data, pressures=pressures, lengths=lengths)
+        if plots:
+            self._window.set_figures(figures(plots, viewport))
         self._window.sync()
 
     @property
     def controls(self) -> NDArray[np.float64]:
-        """(nu,) what the control sliders say, in the controls' unit: as last shown, or as moved."""
+        """(nu,) where the sliders stand, in the controls' unit: as last shown, or as moved."""
         return self.data.ctrl.copy()
 
     @property
@@ -123,9 +157,11 @@ class ArmViewer:
         return bool(self._window.is_running())
 
     def close(self) -> None:
-        """Close the window; closing twice is no error."""
+        """Close the window and wait until it is; closing twice is no error."""
         if self.is_running:
             self._window.close()
+        for thread in self._drawing:  # at exit Python ends GLFW, and hangs if this still draws
+            thread.join(_CLOSING)
 
     def __enter__(self) -> ArmViewer:
         return self

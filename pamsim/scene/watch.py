@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 
 import mujoco
 import numpy as np
@@ -11,14 +11,19 @@ import numpy as np
 from pamsim.core.errors import InputError
 from pamsim.core.units import PA_PER_KPA
 from pamsim.engine.rig import Rig
-from pamsim.engine.state import pressures, reset
+from pamsim.engine.state import pressures, reset, restore_state, save_state
 from pamsim.engine.stepping import live
+from pamsim.scene.live_plots import LivePlots
 from pamsim.scene.pose import muscle_lengths, pose
 from pamsim.scene.replay import Replay
 from pamsim.scene.viewer import ArmViewer
+from pamsim.scene.window_model import window_model
 
 OpenViewer = Callable[..., ArmViewer]
 
+LARGEST = 3.0
+"""End of an effect's slider, in units of its typical size."""
+_NOTE = "Control: set points [kPa]; effects, 0 off, 1 typical"
 _FRAME = 1.0 / 60.0
 """Between two frames [s]."""
 _FALLEN_BEHIND = 0.25
@@ -50,14 +55,22 @@ def watch_replay(
         raise InputError(f"`speed` {speed:g} must be above 0")
     model = replay.rig.model_for(load=replay.trial.load)
     data = mujoco.MjData(model)
-    with open_viewer(model) as viewer:
+    curves = LivePlots(replay.rig.names)
+    with open_viewer(window_model(replay.rig, {})) as viewer:
         began = clock()
         while viewer.is_running:
             now = ((clock() - began) * speed) % replay.duration
-            pose(model, data, replay.rig.position_addresses, replay.positions(now))
+            positions, filled = replay.positions(now), replay.pressures(now)
+            pose(model, data, replay.rig.position_addresses, positions)
             data.time = now
+            curves.add(now, positions, filled)
             viewer.show(
-                model, data, pressures=replay.pressures(now), lengths=muscle_lengths(model, data)
+                model,
+                data,
+                pressures=filled,
+                lengths=muscle_lengths(model, data),
+                controls=(),
+                plots=curves.plots(),
             )
             sleep(_FRAME)
 
@@ -67,11 +80,13 @@ def watch_live(
     start: Sequence[float],
     *,
     load: float = 0.0,
+    effects: Mapping[str, float] | None = None,
+    with_effects: Callable[[Mapping[str, float]], Rig] | None = None,
     open_viewer: OpenViewer = ArmViewer,
     clock: Callable[[], float] = time.monotonic,
     sleep: Callable[[float], None] = time.sleep,
 ) -> None:
-    """Simulate a rig in real time, its set points moved by the window's sliders.
+    """Simulate a rig in real time, its set points and effects moved by the window's sliders.
 
     A machine too slow for real time shows the arm slowed down, not jumping.
 
@@ -79,6 +94,9 @@ def watch_live(
         rig: loaded with its scene.
         start: (m,) gauge pressures to start from [Pa].
         load: [kg].
+        effects: name -> size at which its slider starts, in units of the effect's typical one.
+        with_effects: the rig with its effects at other sizes, name -> size; needed if there are
+            effects.
         open_viewer: makes the window.
         clock: seconds that pass [s].
         sleep: waits for some of them [s].
@@ -98,19 +116,41 @@ def watch_live(
     data = mujoco.MjData(model)
     reset(model, data, start)
     data.ctrl[:] = start
-    ranges = [(0.0, most) for most in highest]
-    with live(model), open_viewer(model, control_range=ranges) as viewer:
+    sizes = dict(effects or {})
+    tops = zip(rig.muscles, highest, strict=True)
+    sliders = {name: (0.0, most / PA_PER_KPA) for name, most in tops}
+    sliders |= dict.fromkeys(sizes, (0.0, LARGEST))
+    curves = LivePlots(rig.names)
+    with live(model), open_viewer(window_model(rig, sliders), note=_NOTE) as viewer:
         ahead = clock() - data.time
         while viewer.is_running:
             behind = clock() - ahead - data.time
             if behind > _FALLEN_BEHIND:
                 ahead, behind = ahead + behind - _FALLEN_BEHIND, _FALLEN_BEHIND
             mujoco.mj_step(model, data, max(0, round(behind / model.opt.timestep)))
+            filled = pressures(model, data).tolist()
+            curves.add(data.time, data.qpos[rig.position_addresses].tolist(), filled)
             viewer.show(
                 model,
                 data,
-                pressures=pressures(model, data).tolist(),
+                pressures=filled,
                 lengths=muscle_lengths(model, data),
+                controls=[*(data.ctrl / PA_PER_KPA), *sizes.values()],
+                plots=curves.plots(),
             )
-            data.ctrl[:] = viewer.controls
+            moved = viewer.controls
+            data.ctrl[:] = moved[: len(highest)] * PA_PER_KPA
+            wanted = dict(zip(sizes, moved[len(highest) :].tolist(), strict=True))
+            if with_effects is not None and wanted != sizes:
+                sizes = wanted
+                model, data = _moved_over(with_effects(sizes).model_for(load=load), model, data)
             sleep(_FRAME)
+
+
+def _moved_over(
+    model: mujoco.MjModel, before: mujoco.MjModel, data: mujoco.MjData
+) -> tuple[mujoco.MjModel, mujoco.MjData]:
+    """The state of a model in another one of the same rig, which has the same layout."""
+    moved = mujoco.MjData(model)
+    restore_state(model, moved, save_state(before, data))
+    return model, moved

@@ -8,6 +8,8 @@ import os
 import numpy as np
 import pytest
 
+from pamsim.scene.series_colours import SERIES, rgb
+
 TIME = np.arange(51) / 50.0
 TURN = np.clip(TIME / 0.5, 0.0, 1.0)
 
@@ -30,6 +32,13 @@ def columns(**changed):
         **changed,
     }
     return {name: values for name, values in found.items() if values is not None}
+
+
+def nearest_series(change):
+    """Which series of curves has the colour in which pixels (red, green, blue) have changed."""
+    vented = np.array([0.12, 0.14, 0.18])
+    hues = [np.array(rgb(name)) - vented for name in SERIES[:4]]
+    return int(np.argmax([change @ hue / np.linalg.norm(hue) for hue in hues]))
 
 
 def write(folder, **trials):

@@ -1,0 +1,118 @@
+"""What the window plots beside the arm, and that the arm fills the rest of it."""
+
+from __future__ import annotations
+
+import math
+
+import mujoco
+import numpy as np
+import pytest
+
+from pamsim.engine.rig import load_rig
+from pamsim.scene.live_plots import SPAN, LivePlots
+from pamsim.scene.series_colours import series_rgb
+from pamsim.scene.window_layout import COLUMN, figures, fit_camera, window_places
+from pamsim.scene.window_model import window_model
+
+ROOM = mujoco.MjrRect(0, 0, 1200, 800)
+
+
+def moved(names, count=400, interval=0.05):
+    """Plots of joints that swing, and pressures that drive them a quarter of a period ahead."""
+    live = LivePlots(names)
+    for time in interval * np.arange(count):
+        swing = [0.4 * math.sin(time + k) for k in range(len(names.joints))]
+        live.add(
+            time, swing, [(300 + 90 * math.cos(time + k)) * 1e3 for k in range(len(names.muscles))]
+        )
+    return live
+
+
+def test_plots_show_units_of_screens_and_the_present_values():
+    turning, filled, loop = moved(load_rig("mas20_arm").names).plots()
+    time, angle = turning.curves[0].points.T
+    np.testing.assert_allclose(angle, np.degrees(0.4 * np.sin(time)))
+    assert turning.title == f"shaft {angle[-1]:.1f} deg"
+    for index, curve in enumerate(filled.curves):
+        time, pressure = curve.points.T
+        np.testing.assert_allclose(pressure, 300 + 90 * np.cos(time + index))
+        assert curve.name == f"muscle {index + 1} {pressure[-1]:.0f} kPa"
+        assert curve.colour == series_rgb(index)
+        assert turning.across_range == pytest.approx((time[-1] - SPAN, time[-1]))
+        assert time[0] >= time[-1] - SPAN
+    difference = [90 * (np.cos(t) - np.cos(t + 1)) for t in 0.05 * np.arange(400)]
+    np.testing.assert_allclose(loop.curves[0].points[:, 0], difference)
+    assert loop.across == "muscle 1 - muscle 2 [kPa]"
+
+
+def test_an_earlier_time_starts_over_and_unmeasured_pressures_have_no_curve():
+    names = load_rig("mas20_arm").names
+    live = moved(names)
+    live.add(0.0, [0.1], [math.nan, 2e5])
+    turning, filled = live.plots()  # and no loop
+    assert turning.curves[0].points.tolist() == [[0.0, pytest.approx(math.degrees(0.1))]]
+    assert [curve.name for curve in filled.curves] == ["muscle 2 200 kPa"]
+
+
+def test_curves_never_outgrow_the_window_and_keep_their_colours():
+    plots = moved(load_rig("two_joint_arm").names, count=3000).plots()
+    drawn = figures(plots, ROOM)
+    edges = [(place.bottom, place.bottom + place.height) for place, _ in drawn]
+    assert edges[0][1] >= edges[0][0] >= edges[1][1] >= edges[1][0] >= edges[2][1]
+    for plot, (place, figure) in zip(plots, drawn, strict=True):
+        assert place.left + place.width <= math.ceil(COLUMN * ROOM.width)
+        assert np.count_nonzero(figure.linepnt) == len(plot.curves)
+        for index, curve in enumerate(plot.curves):
+            shown = figure.linedata[index, : 2 * figure.linepnt[index]].reshape(-1, 2)
+            np.testing.assert_allclose(shown, curve.points, rtol=1e-6)
+            np.testing.assert_allclose(figure.linergb[index], curve.colour)
+
+
+@pytest.mark.parametrize("name", ["mas20_arm", "two_joint_arm", "equimus_leg", "muscle_bench"])
+@pytest.mark.parametrize("aspect", [0.9, 1.6, 2.4])
+def test_the_arm_fills_the_window_beside_the_plots_at_every_limit_of_its_joints(name, aspect):
+    rig = load_rig(name, scene=True)
+    model = window_model(rig, {"pressure": (0.0, 600.0)})
+    data = mujoco.MjData(model)
+    camera = mujoco.MjvCamera()
+    fit_camera(camera, model, data, aspect=aspect, column=COLUMN)
+    np.testing.assert_array_equal(data.qpos, model.qpos0)
+    places = []
+    half = math.tan(math.radians(model.vis.global_.fovy) / 2) * np.array([aspect, 1.0])
+    limits = [
+        (None, None),
+        *((j, end) for j in np.flatnonzero(model.jnt_limited) for end in (0, 1)),
+    ]
+    for joint, end in limits:
+        mujoco.mj_resetData(model, data)
+        if joint is not None:
+            data.qpos[model.jnt_qposadr[joint]] = model.jnt_range[joint, end]
+        mujoco.mj_forward(model, data)
+        solid = model.geom_type != mujoco.mjtGeom.mjGEOM_PLANE
+        places.append(window_places(camera, data.geom_xpos[solid], half))
+    seen = np.concatenate(places)
+    assert seen[:, 0].min() > 2 * COLUMN - 1
+    assert np.abs(seen[:, 1]).max() < 1
+    assert seen[:, 0].max() < 1
+    # Centres of geoms stay a little inside what their corners fill.
+    share = np.ptp(seen, axis=0) / (2 - 2 * COLUMN, 2)
+    assert share.max() > 0.7
+
+
+def test_places_agree_with_the_engines_own_camera():
+    rig = load_rig("mas20_arm", scene=True)
+    model = window_model(rig, {})
+    data = mujoco.MjData(model)
+    camera = mujoco.MjvCamera()
+    fit_camera(camera, model, data, aspect=1.5, column=0.0)
+    mujoco.mj_forward(model, data)
+    scene = mujoco.MjvScene(model, maxgeom=1000)
+    options, hand = mujoco.MjvOption(), mujoco.MjvPerturb()
+    mujoco.mjv_updateScene(model, data, options, hand, camera, mujoco.mjtCatBit.mjCAT_ALL, scene)
+    eye = (np.array(scene.camera[0].pos) + scene.camera[1].pos) / 2
+    ahead, up = np.array(scene.camera[0].forward), np.array(scene.camera[0].up)
+    tip = data.site("load_seat").xpos
+    half = math.tan(math.radians(model.vis.global_.fovy) / 2) * np.array([1.5, 1.0])
+    depth = (tip - eye) @ ahead
+    expected = np.array([(tip - eye) @ np.cross(ahead, up), (tip - eye) @ up]) / depth / half
+    np.testing.assert_allclose(window_places(camera, tip[None], half)[0], expected, atol=1e-6)
