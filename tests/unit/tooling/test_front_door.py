@@ -4,11 +4,14 @@ from __future__ import annotations
 
 import inspect
 import pkgutil
+import re
 import subprocess
 import sys
 import time
 import tomllib
 from pathlib import Path
+
+from packaging.requirements import Requirement
 
 import pamsim
 
@@ -52,3 +55,40 @@ def test_version_and_licence_are_the_same_everywhere():
     assert project["license"] == citation["license"] == "Apache-2.0"
     assert "Version 2.0, January 2004" in (ROOT / "LICENSE").read_text()
     assert (ROOT / "pamsim/py.typed").is_file()
+
+
+def test_the_conda_recipe_asks_for_what_pyproject_asks_for():
+    declared = tomllib.loads((ROOT / "pyproject.toml").read_text())
+    project, backend = declared["project"], declared["build-system"]["requires"]
+    recipe = (ROOT / "conda/recipe.yaml").read_text()
+    assert f'version: "{project["version"]}"' in recipe
+    assert f"license: {project['license']}" in recipe
+    for entry in (f"pamsim = {project['scripts']['pamsim']}", project["description"]):
+        assert entry in recipe
+    renamed = {"mujoco": "mujoco-python", "matplotlib": "matplotlib-base"}  # as conda-forge does
+    python = f"python {project['requires-python']}"
+
+    def asked(requirements):
+        found = [Requirement(text) for text in requirements]
+        return {
+            (renamed.get(r.name, r.name), frozenset(str(r.specifier).split(","))) for r in found
+        }
+
+    for part, wanted in (("host", backend), ("run", project["dependencies"])):
+        listed = re.search(rf"  {part}:\n((?:    - .*\n)+)", recipe)
+        assert listed
+        lines = re.findall(r"- (.*)", listed[1])
+        assert lines.pop(0) == python
+        given = {
+            (name, frozenset(bounds.split(",")))
+            for name, bounds in map(str.split, set(lines) - {"pip"})
+        }
+        assert given == asked(wanted)
+
+
+def test_every_issue_template_asks_for_version_command_and_rig():
+    templates = list((ROOT / ".github/ISSUE_TEMPLATE").glob("*.md"))
+    assert len(templates) == 3
+    for template in templates:
+        for wanted in ("`pamsim --version`", "command", "rig folder"):
+            assert wanted in template.read_text(), template.name
