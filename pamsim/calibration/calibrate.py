@@ -47,6 +47,7 @@ DEFAULT_RIG = "mas20_arm"
 CHECKPOINT = "checkpoint.json"
 
 _ROUNDS = 4  # fits at the optimum at most
+_ITERATIONS = 5  # of a fit, as a rule; only the time left is estimated by it
 _STILL = 0.1  # standard errors
 _COUNTS = ("evaluations", "calls", "iterations", "diverged")
 
@@ -88,7 +89,7 @@ def calibrate(
         out: folder for the calibrated rig and the checkpoint; None writes nothing.
         resume: go on from the checkpoint in ``out``.
         threads: simulations at a time; None for one per processor.
-        progress: called with the number of simulations so far.
+        progress: called with the number of simulations so far and an estimate of all.
 
     Returns:
         The calibration; read its status before its numbers.
@@ -174,6 +175,7 @@ def _at_the_optimum(
     What a wrong start pressure does depends on the rig: far from the optimum it is mistaken
     for what the rig does, and the fit is biased by several of its standard errors.
     """
+    counter.polishing = True
     for _ in range(_ROUNDS):
         if problem.predictor.starts_matter:
             problem.linearise_starts(fit.values)
@@ -199,6 +201,7 @@ class _Counter:
     def __init__(self, progress: Progress | None) -> None:
         self._progress = progress
         self._what = "first simulations"
+        self._iterations, self._total, self.polishing = 0, 0, False
         self.simulations = 0
 
     def simulated(self, count: int) -> None:
@@ -206,6 +209,10 @@ class _Counter:
         self.report(self._what)
 
     def reached(self, now: SearchProgress) -> None:
+        self._iterations += 1
+        fits = now.starts - now.start - self.polishing  # a start of each, and one at the optimum
+        ahead = max(_ITERATIONS - now.iteration, 1) + _ITERATIONS * fits
+        self._total = round(self.simulations * (1.0 + ahead / self._iterations))
         self.report(
             f"start {now.start + 1}/{now.starts}, iteration {now.iteration},"
             f" mean square {now.cost:.4g}"
@@ -214,7 +221,8 @@ class _Counter:
     def report(self, what: str) -> None:
         self._what = what
         if self._progress is not None:
-            self._progress(self.simulations, None, what)
+            total = max(self._total, self.simulations) if self._iterations else None
+            self._progress(self.simulations, total, what)
 
 
 def _checkpoint(out: Path | None, resume: bool) -> CheckpointFile | None:

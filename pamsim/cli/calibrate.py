@@ -7,6 +7,7 @@ from typing import Any
 
 import click
 
+from pamsim.cli.command import Command
 from pamsim.cli.main import FINDING, OK
 from pamsim.cli.options import (
     RIG,
@@ -14,10 +15,11 @@ from pamsim.cli.options import (
     names_option,
     open_option,
     out_option,
+    parameter_names,
     resume_option,
     threads_option,
 )
-from pamsim.cli.output import progress_bar, save_json, show_page
+from pamsim.cli.output import progress_bar, save_json, show_page, show_summary
 
 
 def _bounds(context: Any, parameter: Any, texts: tuple[str, ...]) -> dict[str, tuple[str, str]]:
@@ -35,10 +37,10 @@ def _bounds(context: Any, parameter: Any, texts: tuple[str, ...]) -> dict[str, t
     return bounds
 
 
-@click.command(name="calibrate")
+@click.command(name="calibrate", cls=Command)
 @click.argument("data", nargs=-1, required=True)
 @click.option("--rig", type=RIG, help="Shipped rig or rig folder; the recordings' own if left out.")
-@names_option("--free", help="Parameters to fit; A=B is one number")
+@names_option("--free", names=parameter_names, help="Parameters to fit; A=B is one number")
 @click.option(
     "--bounds",
     multiple=True,
@@ -51,7 +53,12 @@ def _bounds(context: Any, parameter: Any, texts: tuple[str, ...]) -> dict[str, t
 @click.option("--starts", type=int, default=1, show_default=True, help="Starts of the search.")
 @click.option("--seed", type=int, default=0, show_default=True, help="Random seed of the starts.")
 @click.option("--max-iterations", type=int, default=100, show_default=True, help="Per start.")
-@names_option("--profile", "profiles", help="Compute profile likelihoods for these parameters")
+@names_option(
+    "--profile",
+    "profiles",
+    names=parameter_names,
+    help="Compute profile likelihoods for these parameters",
+)
 @threads_option
 @out_option("Folder for rig, page, checkpoint.")
 @resume_option("Go on with the interrupted fit in --out.")
@@ -79,7 +86,7 @@ def command(
             raise
     result = calibration.to_dict()
     save_json(json_file, result)
-    click.echo(calibration.summary())
+    show_summary(calibration.summary())
     if out is not None:
         from pamsim.report.calibrate_page import write_calibration
 

@@ -6,23 +6,24 @@ from pathlib import Path
 
 import click
 
+from pamsim.cli.command import Command
 from pamsim.cli.main import FINDING, OK
 from pamsim.cli.options import (
     RIG,
-    effects_option,
+    effect_names,
     json_option,
     names_option,
     open_option,
     out_option,
     threads_option,
 )
-from pamsim.cli.output import save_json, show_page
+from pamsim.cli.output import save_json, show_page, show_summary
 
 
-@click.command(name="check")
+@click.command(name="check", cls=Command)
 @click.argument("data", nargs=-1, required=True)
 @click.option("--rig", type=RIG, help="Shipped rig or rig folder; the recordings' own if left out.")
-@effects_option("--effects", help="Effects to look for, all if left out")
+@names_option("--effects", names=effect_names, help="Effects to look for, all if left out")
 @names_option("--hold-out", help="Trials or protocols to judge by")
 @threads_option
 @out_option("Folder for a page with figures.")
@@ -47,7 +48,7 @@ def command(
     result = check(data, rig=rig, effects=effects, hold_out=hold_out, threads=threads)
     content = result.to_dict()
     save_json(json_file, content)
-    click.echo(result.summary())
+    show_summary(result.summary())
     if out is not None:
         from pamsim.report.check_page import write_check
 

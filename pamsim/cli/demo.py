@@ -7,19 +7,22 @@ from pathlib import Path
 
 import click
 
+from pamsim.cli.command import Command, answer
 from pamsim.cli.diagnose import show
 from pamsim.cli.main import FINDING, OK
-from pamsim.cli.options import out_option
+from pamsim.cli.options import completed, effect_names, out_option
 from pamsim.cli.output import progress_bar
 
 _SIZE = 0.3
 _TRIALS = {"protocols": ("triangle", "loaded_steps"), "duration": 2.0, "repeats": 5}
 
 
-@click.command(name="demo")
-@click.argument("effect", default="coulomb_friction")
+@click.command(name="demo", cls=Command)
+@click.argument("effect", default="coulomb_friction", shell_complete=completed(effect_names))
 @click.option("--size", type=float, default=_SIZE, show_default=True, help="In typical sizes.")
-@click.option("--seed", type=int, default=0, show_default=True, help="Of noise and search.")
+@click.option(
+    "--seed", type=int, default=0, show_default=True, help="Random seed of noise and search."
+)
 @out_option("Folder for recording, page and repaired rig.", default="pamsim_demo")
 @click.option("--open/--no-open", "opened", default=None, help="Show the page in a browser.")
 def command(effect: str, size: float, seed: int, out: Path, opened: bool | None) -> int:
@@ -46,7 +49,7 @@ def command(effect: str, size: float, seed: int, out: Path, opened: bool | None)
     show(report, out, None, repaired=True)
     right = {one.name.partition(AT)[0] for one in report.effects} == {found.name}
     true = ", ".join(f"{name} = {value:g} (SI)" for name, value in hidden.hidden.items())
-    click.echo(f"hidden was {found.name}, {true}: {'found' if right else 'not named by itself'}")
+    answer(f"hidden was {found.name}, {true}: {'found' if right else 'not named by itself'}")
     if opened if opened is not None else sys.stdout.isatty():
         click.launch(str((out / "index.html").resolve()))
     return OK if right else FINDING

@@ -7,14 +7,16 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from pamsim.cli.command import Command, answer, verbose, warn
 from pamsim.cli.main import FINDING, OK
 from pamsim.cli.options import (
     RIG,
-    effects_option,
+    effect_names,
     json_option,
     names_option,
     open_option,
     out_option,
+    parameter_names,
     resume_option,
     threads_option,
 )
@@ -24,15 +26,15 @@ if TYPE_CHECKING:
     from pamsim.diagnosis.result import Diagnosis
 
 _FINE = ("no_gap", "named")
-_ROWS = 6  # of a table on the screen; the page has them all
+_ROWS = 6  # of a table on the screen; the page has them all, and so has --verbose
 
 
-@click.command(name="diagnose")
+@click.command(name="diagnose", cls=Command)
 @click.argument("data", nargs=-1, required=True)
 @click.option("--rig", type=RIG, help="Shipped rig or rig folder; the recordings' own if left out.")
-@effects_option("--effects", help="Effects to try, all if left out")
-@effects_option("--without", help="Effects not to try")
-@names_option("--nuisance", help="Parameters refitted with every effect")
+@names_option("--effects", names=effect_names, help="Effects to try, all if left out")
+@names_option("--without", names=effect_names, help="Effects not to try")
+@names_option("--nuisance", names=parameter_names, help="Parameters refitted with every effect")
 @names_option("--channels", help="Channels to compare, such as angle,pressure,force")
 @names_option("--hold-out", help="Trials or protocols to judge by")
 @click.option("--seed", type=int, default=0, show_default=True, help="Random seed.")
@@ -125,8 +127,7 @@ def show(report: Diagnosis, out: Path | None, json_file: Path | None, *, repaire
             none = "no repaired rig written: no single cause identified"
             click.echo(f"rig:  {result['repaired_rig'] or none}")
         show_page(out / "index.html")
-    click.echo(result["sentence"])
-    click.echo(f"verdict: {result['verdict']}")
+    answer(result["sentence"], f"verdict: {result['verdict']}")
     return OK if result["verdict"] in _FINE else FINDING
 
 
@@ -134,7 +135,7 @@ def _print(result: dict[str, Any]) -> None:
     from pamsim.report.physical_words import physical_words
 
     for warning in result["warnings"]:
-        click.echo(f"warning: {warning}")
+        warn(warning)
     for name, why in result["skipped"].items():
         click.echo(f"not tried: {name}: {why}")
     rows = {f"{channel} [{gap['unit']}]": gap for channel, gap in result["gap"].items()}
@@ -145,7 +146,7 @@ def _print(result: dict[str, Any]) -> None:
         numbers = ["none" if cell is None else f"{cell['value']:.4g}" for cell in cells]
         click.echo(f"{row:{width}s}{numbers[0]:>13s}{numbers[1]:>12s}{numbers[2]:>12s}")
     _print_models("effect", result["effects"])
-    _print_models("alternative", result["alternatives"][:_ROWS])
+    _print_models("alternative", result["alternatives"][: None if verbose() else _ROWS])
     for family, sizes in result["certain_families"].items():
         size = physical_words(sizes)
         click.echo(f"certain: {family.replace('_', ' ')}{': ' if size else ''}{size}")

@@ -6,13 +6,14 @@ from pathlib import Path
 
 import click
 
+from pamsim.cli.command import Command
 from pamsim.cli.main import OK
-from pamsim.cli.options import RIG, json_option
-from pamsim.cli.output import save_json
+from pamsim.cli.options import RIG, completed, effect_names, json_option
+from pamsim.cli.output import save_json, show_card, show_list
 
 
-@click.command(name="effects")
-@click.argument("name", required=False)
+@click.command(name="effects", cls=Command)
+@click.argument("name", required=False, shell_complete=completed(effect_names))
 @click.option("--rig", type=RIG, help="Also the effects of this rig, and what it cannot have.")
 @json_option
 def command(name: str | None, rig: str | None, json_file: Path | None) -> int:
@@ -21,27 +22,29 @@ def command(name: str | None, rig: str | None, json_file: Path | None) -> int:
 
     result = effect_cards(name, rig)
     save_json(json_file, result)
-    if name is not None:
-        for card in result["effects"]:
-            form = f" ({card['form']})" if card["form"] else ""
-            click.echo(f"{card['name']}{form}: {card['missing']}")
-            if card["equation"]:
-                click.echo(f"  equation:     {card['equation']}")
-            click.echo(f"  parameters:   {', '.join(card['parameters'])}")
-            click.echo(f"  looks like:   {', '.join(card['look_alikes']) or 'nothing else'}")
-            click.echo(f"  separated by: {card['separating']}")
-            if card.get("places"):
-                click.echo(f"  tried at:     {', '.join(card['places'])}")
-            if card.get("not_tried"):
-                click.echo(f"  not tried:    {card['not_tried']}")
+    cards = result["effects"]
+    if name is None:
+        for family in sorted({card["family"] for card in cards}):
+            show_list(family, [_row(card) for card in cards if card["family"] == family])
+        click.echo("`pamsim effects NAME` shows parameters, look-alikes and separating experiment")
         return OK
-    family = ""
-    for card in sorted(result["effects"], key=lambda card: card["family"]):
-        if card["family"] != family:
-            family = card["family"]
-            click.echo(f"{family}:")
-        label = f"{card['name']}:{card['form']}" if card["form"] else card["name"]
-        note = f" [not on this rig: {card['not_tried']}]" if card.get("not_tried") else ""
-        click.echo(f"  {label:34s} {card['missing']}{note}")
-    click.echo("`pamsim effects NAME` shows parameters, look-alikes and the separating experiment")
+    for card in cards:
+        form = f" ({card['form']})" if card["form"] else ""
+        show_card(
+            f"{card['name']}{form}: {card['missing']}",
+            {
+                "equation": card["equation"],
+                "parameters": ", ".join(card["parameters"]),
+                "looks like": ", ".join(card["look_alikes"]) or "nothing else",
+                "separated by": card["separating"],
+                "tried at": ", ".join(card.get("places", ())),
+                "not tried": card.get("not_tried") or "",
+            },
+        )
     return OK
+
+
+def _row(card: dict[str, str]) -> tuple[str, str]:
+    note = f" [not on this rig: {card['not_tried']}]" if card.get("not_tried") else ""
+    label = f"{card['name']}:{card['form']}" if card["form"] else card["name"]
+    return label, f"{card['missing']}{note}"

@@ -8,20 +8,37 @@ from typing import Any
 
 import click
 
+from pamsim.cli.command import Command, answer, warn
 from pamsim.cli.main import FINDING, OK, with_flags
-from pamsim.cli.options import PATH, RIG, Quantity, json_option, open_option, out_option
+from pamsim.cli.options import (
+    PATH,
+    RIG,
+    Quantity,
+    completed,
+    json_option,
+    law_names,
+    listed,
+    open_option,
+    out_option,
+)
 from pamsim.cli.output import progress_bar, save_json, show_page
 from pamsim.core.errors import InputError
 
 _MILLIMETRES = Quantity("mm", "m")
 
 
-@click.command(name="fit")
+@click.command(name="fit", cls=Command)
 @click.argument("data", type=PATH)
-@click.option("--model", help="Law to fit; `pamsim models` lists them.")
+@click.option(
+    "--model", shell_complete=completed(law_names), help="Law to fit; `pamsim models` lists them."
+)
 @click.option("--rig", type=RIG, help="Also the laws of this rig's effects.py.")
 @click.option("--compare", is_flag=True, help="Rank all laws that suit the data by held-out error.")
-@click.option("--hold-out", help="What to hold out in turn: length, pressure or none.")
+@click.option(
+    "--hold-out",
+    shell_complete=completed(listed("pamsim.fitting.fit", "HOLD_OUT")),
+    help="What to hold out in turn: length, pressure or none.",
+)
 @click.option(
     "--nominal-length", type=_MILLIMETRES, help="Length l0 of the muscle: 300 (mm) or 0.3m."
 )
@@ -60,6 +77,7 @@ def command(
     the name of each column. Exit 1 if the search did not converge.
     """
     from pamsim.fitting.fit import fit
+    from pamsim.fitting.summary import answer_lines, detail_lines
     from pamsim.store.rig_file import add_rigs_laws
 
     add_rigs_laws(rig)
@@ -74,7 +92,11 @@ def command(
         )
     found = result.to_dict()
     save_json(json_file, found)
-    click.echo(with_flags(result.summary(), command))
+    for line in detail_lines(found):
+        click.echo(with_flags(line, command))
+    for warning in result.warnings:
+        warn(warning)
+    answer(*answer_lines(found))
     if out is not None:
         from pamsim.report.fit_figure import write_fit
 

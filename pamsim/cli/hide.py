@@ -7,21 +7,26 @@ from typing import Any
 
 import click
 
+from pamsim.cli.command import Command, answer
 from pamsim.cli.main import OK
 from pamsim.cli.options import (
     SECONDS,
     Quantities,
+    completed,
+    effect_names,
     forced,
     json_option,
+    listed,
     names_option,
     out_option,
+    protocol_names,
     rig_option,
 )
 from pamsim.cli.output import save_json
 
 
-@click.command(name="hide")
-@click.argument("effects")
+@click.command(name="hide", cls=Command)
+@click.argument("effects", shell_complete=completed(effect_names, "+"))
 @out_option("Folder to write.", required=True)
 @rig_option
 @click.option(
@@ -34,12 +39,14 @@ from pamsim.cli.output import save_json
 @click.option(
     "--formulation",
     default="library",
+    shell_complete=completed(listed("pamsim.twins.synthetic_recording", "FORMULATIONS")),
     show_default=True,
     help="library: by the library's formulas in MuJoCo; plant: by the same in an independent plant;"
     " independent: by other formulas in that plant.",
 )
 @names_option(
     "--protocols",
+    names=protocol_names,
     help="Inputs, such as triangle,bursts, or stretch,isometric,relaxation of a machine that moves"
     " the joints; all but these if left out",
 )
@@ -109,7 +116,7 @@ def command(
     )
     ground_truth = recording.save(out)
     save_json(json_file, recording.to_dict())
-    click.echo(recording.summary())
     click.echo(f"recording: {out}")
     click.echo(f"ground truth: {ground_truth}")
+    answer(recording.summary())
     return OK

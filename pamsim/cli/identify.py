@@ -8,11 +8,13 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from pamsim.cli.command import Command
 from pamsim.cli.main import FINDING, OK
 from pamsim.cli.options import (
     KILOGRAMS,
     PATH,
     PRESSURES,
+    RIG,
     SECONDS,
     json_option,
     names_option,
@@ -20,7 +22,7 @@ from pamsim.cli.options import (
     out_option,
     refuse,
 )
-from pamsim.cli.output import progress_bar, save_json, show_page
+from pamsim.cli.output import progress_bar, save_json, show_page, show_summary
 from pamsim.core.errors import InputError
 
 if TYPE_CHECKING:
@@ -46,10 +48,14 @@ class _Orders(click.ParamType):
         return tuple(map(int, parts))
 
 
-@click.command(name="identify")
+@click.command(name="identify", cls=Command)
 @click.argument("data", type=PATH, nargs=-1)
 @click.option(
-    "--simulate", "rig", metavar="RIG", help="No DATA: identify a simulated step of this rig."
+    "--simulate",
+    "rig",
+    type=RIG,
+    metavar="RIG",
+    help="No DATA: identify a simulated step of this rig.",
 )
 @click.option("--pressure", type=PRESSURES, help="Set points of that step: 487,0 or 4bar,1bar.")
 @click.option("--load", type=KILOGRAMS, help="Mass on the arm in that step: 1.2 or 1200g.")
@@ -64,11 +70,23 @@ class _Orders(click.ParamType):
 @click.option("--order", type=int, help="Poles of the model, 0 to 6; chosen if omitted.")
 @click.option("--zeros", type=int, default=0, show_default=True, help="Zeros of that model.")
 @click.option("--integrators", type=int, default=0, show_default=True, help="Its poles at 0.")
-@click.option("--poles", default="auto", show_default=True, help="auto, real or any (stable).")
-@click.option("--dead-time", default="auto", show_default=True, help="auto, none or free.")
+@click.option(
+    "--poles", default="auto", show_default=True, help="Poles to try: auto, real or any (stable)."
+)
+@click.option(
+    "--dead-time",
+    default="auto",
+    show_default=True,
+    help="Dead time: none, free (it is fitted), or auto (both are tried).",
+)
 @click.option("--arx", type=_Orders(), metavar="NA,NB,NK", help="Orders of an ARX model.")
 @click.option("--oe", type=_Orders(), metavar="NB,NF,NK", help="Orders of an output-error model.")
-@click.option("--start", default="auto", show_default=True, help="Of trials: rest, free or auto.")
+@click.option(
+    "--start",
+    default="auto",
+    show_default=True,
+    help="State at the start of a trial: rest, free (it is fitted), or auto.",
+)
 @names_option("--trial", "trials", help="Trials to use; all if omitted")
 @names_option("--protocol", "protocols", help="Protocols to use; all if omitted")
 @names_option(
@@ -108,7 +126,7 @@ def command(
             source, hold_out=_names_or_share(hold_out), progress=progress, **choices
         )
     save_json(json_file, identification.to_dict())
-    click.echo(identification.summary())
+    show_summary(identification.summary())
     if out is not None:
         from pamsim.report.identify_page import write_identification
 
@@ -142,7 +160,7 @@ def _identify_frequency_response(
             path, progress=progress, **{name: choices[name] for name in known}
         )
     save_json(json_file, identification.to_dict())
-    click.echo(identification.summary())
+    show_summary(identification.summary())
     if out is not None:
         from pamsim.report.frequency_figure import write_frequency_identification
 

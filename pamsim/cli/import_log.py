@@ -6,6 +6,7 @@ from pathlib import Path
 
 import click
 
+from pamsim.cli.command import Command, answer
 from pamsim.cli.main import OK
 from pamsim.cli.options import KILOGRAMS, PATH, RIG, forced, json_option
 from pamsim.cli.output import save_json
@@ -24,7 +25,7 @@ def _spans(context: object, parameter: click.Parameter, text: str) -> list[tuple
     return spans
 
 
-@click.command(name="import")
+@click.command(name="import", cls=Command)
 @click.argument("logs", nargs=-1, required=True)
 @click.option(
     "--rig", type=RIG, required=True, help="Shipped rig or rig folder that the logs are of."
@@ -89,5 +90,5 @@ def command(
         )
     save_json(json_file, found.to_dict())
     click.echo(found.summary())
-    click.echo(f"wrote {out / 'recording.toml'}; next: pamsim check {out}")
+    answer(f"wrote {out / 'recording.toml'}; next: pamsim check {out}")
     return OK

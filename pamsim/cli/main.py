@@ -8,15 +8,18 @@ from __future__ import annotations
 
 import errno
 import importlib
+import os
 import re
 import signal
 import sys
 import threading
+import traceback
 from typing import Any
 
 import click
 
 from pamsim import __version__
+from pamsim.cli.command import verbose
 from pamsim.core.errors import PamsimError, nearest
 
 OK, FINDING, BAD_INPUT, INTERRUPTED = 0, 1, 2, 130
@@ -29,6 +32,9 @@ _COMMANDS = {
     "fit": "Fit a law to your force, length or pressure data, or rank all laws on them.",
     "models": "The force laws and hysteresis operators, with parameters, ranges and sources.",
     "effects": "What a diagnosis can name, its look-alikes, and what separates them.",
+    "rigs": "The rigs that come with pamsim: joints, muscles, drives, what each is for.",
+    "params": "Every parameter of a rig: value, unit, range, source.",
+    "protocols": "The inputs of synthetic recordings, and what each shows.",
     "new-rig": "A rig folder to start from, by a template or from your own MJCF.",
     "import": "A recording of your own log: CSV, MAT, npz or Parquet, its columns guessed.",
     "check": "What recordings are, what is implausible in them, and what they could show.",
@@ -72,19 +78,25 @@ class _LazyGroup(click.Group):
             return super().invoke(ctx)
         except PamsimError as error:
             command = self.get_command(ctx, str(ctx.invoked_subcommand))
-            click.echo(f"pamsim: error: {with_flags(str(error), command)}", err=True)
+            if verbose():
+                traceback.print_exception(error)
+            _echo_error(with_flags(str(error), command))
             ctx.exit(BAD_INPUT)
         except OSError as error:
             if error.errno == errno.EPIPE:
                 raise
             where = f"{error.filename}: " if error.filename else ""
-            click.echo(f"pamsim: error: {where}{error.strerror or error}", err=True)
+            _echo_error(f"{where}{error.strerror or error}")
             ctx.exit(BAD_INPUT)
 
     def format_commands(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
         """List the commands without importing them."""
         with formatter.section("Commands"):
             formatter.write_dl(list(_COMMANDS.items()))
+
+
+def _echo_error(text: str) -> None:
+    click.echo(f"pamsim: {click.style('error:', fg='red')} {text}", err=True)
 
 
 def with_flags(message: str, command: click.Command | None) -> str:
@@ -119,7 +131,9 @@ def main() -> None:
         # To be ended is to be interrupted: what is computed is kept, and folders are released.
         signal.signal(signal.SIGTERM, signal.default_int_handler)
     try:
-        code = cli.main(standalone_mode=False)
+        # Without a terminal click prints no colours; NO_COLOR asks for none on one.
+        color = False if os.environ.get("NO_COLOR") else None
+        code = cli.main(standalone_mode=False, color=color)
     except click.ClickException as error:
         error.show()
         sys.exit(BAD_INPUT)

@@ -7,13 +7,14 @@ from typing import Any
 
 import click
 
+from pamsim.cli.command import Command
 from pamsim.cli.main import OK
-from pamsim.cli.options import RIG, json_option
-from pamsim.cli.output import save_json
+from pamsim.cli.options import RIG, completed, json_option, law_names
+from pamsim.cli.output import save_json, show_card, show_list
 
 
-@click.command(name="models")
-@click.argument("name", required=False)
+@click.command(name="models", cls=Command)
+@click.argument("name", required=False, shell_complete=completed(law_names))
 @click.option("--rig", type=RIG, help="Also the laws of this rig's effects.py.")
 @json_option
 def command(name: str | None, rig: str | None, json_file: Path | None) -> int:
@@ -23,34 +24,33 @@ def command(name: str | None, rig: str | None, json_file: Path | None) -> int:
     result = models(name, rig)
     save_json(json_file, result)
     if name is None:
-        _print_list("force laws F(p, kappa); fit them with `pamsim fit`", result["force_laws"])
-        _print_list("hysteresis operators", result["operators"])
+        show_list("force laws F(p, kappa); fit them with `pamsim fit`", _rows(result["force_laws"]))
+        show_list("hysteresis operators", _rows(result["operators"]))
         click.echo("`pamsim models NAME` shows parameters, units, ranges and notes")
-    else:
-        for entry in (*result["force_laws"], *result["operators"]):
-            _print_one(entry)
+    for entry in (*result["force_laws"], *result["operators"]) if name else ():
+        show_card(
+            f"{entry['name']}: {entry['title']}",
+            {
+                "equation": entry["equation"],
+                "source": entry["source"],
+                **{p["name"]: _parameter(p) for p in entry["parameters"]},
+                "of the braid": ", ".join(entry.get("braid", ())).replace("_", " "),
+                "inverse p(F, kappa)": _yes(entry.get("inverse")),
+                "rate-independent": _yes(entry.get("rate_independent")),
+                "notes": entry["notes"],
+            },
+        )
     return OK
 
 
-def _print_list(title: str, entries: list[dict[str, Any]]) -> None:
-    click.echo(f"{title}:")
-    for entry in entries:
-        click.echo(f"  {entry['name']:28s} {entry['title']} ({entry['source']})")
-        click.echo(f"  {'':28s} {entry['equation']}")
+def _rows(entries: list[dict[str, Any]]) -> list[tuple[str, str]]:
+    return [(e["name"], f"{e['title']} ({e['source']})\n{e['equation']}") for e in entries]
 
 
-def _print_one(entry: dict[str, Any]) -> None:
-    click.echo(f"{entry['name']}: {entry['title']}")
-    click.echo(f"  {entry['equation']}")
-    click.echo(f"  source: {entry['source']}")
-    for p in entry["parameters"]:
-        default = "" if p["default"] is None else f", default {p['default']:g}"
-        click.echo(f"  {p['name']:20s} {p['range']:24s} {p['doc']}{default}")
-    if entry.get("braid"):
-        click.echo(f"  also takes the braid's {', '.join(entry['braid'])}".replace("_", " "))
-    if "inverse" in entry:
-        click.echo(f"  inverse p(F, kappa): {'yes' if entry['inverse'] else 'no'}")
-    if "rate_independent" in entry:
-        click.echo(f"  rate-independent: {'yes' if entry['rate_independent'] else 'no'}")
-    if entry["notes"]:
-        click.echo(f"  {entry['notes']}")
+def _parameter(p: dict[str, Any]) -> str:
+    default = "" if p["default"] is None else f", default {p['default']:g}"
+    return f"{p['range']:24s} {p['doc']}{default}"
+
+
+def _yes(value: bool | None) -> str:
+    return "" if value is None else "yes" if value else "no"

@@ -6,15 +6,17 @@ from pathlib import Path
 
 import click
 
+from pamsim.cli.command import Command, answer
 from pamsim.cli.main import OK
-from pamsim.cli.options import PATH, force_option, forced
+from pamsim.cli.options import PATH, completed, force_option, forced, listed
 
 
-@click.command(name="new-rig")
+@click.command(name="new-rig", cls=Command)
 @click.argument("name")
 @click.option(
     "--kind",
     default="",
+    shell_complete=completed(listed("pamsim.engine.new_rig", "KINDS")),
     help="joint: one joint, two muscles; leg: hip and knee, four muscles; bench: one muscle that"
     " lifts a weight.",
 )
@@ -35,5 +37,5 @@ def command(name: str, kind: str, mjcf: Path | None, out: Path | None) -> int:
         folder = new_rig(name, kind, mjcf=mjcf, out=out, force=forced())
     rig = load_rig(folder)
     click.echo(f"rig {rig.name}: joints {', '.join(rig.joints)}; muscles {', '.join(rig.muscles)}")
-    click.echo(f"wrote {folder}; next: correct the numbers in {folder / 'params.toml'}")
+    answer(f"wrote {folder}; next: correct the numbers in {folder / 'params.toml'}")
     return OK

@@ -7,14 +7,15 @@ library about that argument, such as "`hold_out` leaves nothing to fit", can be 
 
 from __future__ import annotations
 
-import contextlib
-import sys
+import importlib
+from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any
 
 import click
 from click.shell_completion import CompletionItem
 
+from pamsim.cli.command import STANDARD_OUTPUT
 from pamsim.core.errors import InputError
 from pamsim.core.files import refuse_existing, results_folder
 
@@ -24,9 +25,6 @@ _FORCED, _RESUMED = "pamsim.force", "pamsim.resume"
 
 OPENED = "pamsim.open"
 """Note in a context that ``--open`` was given."""
-
-OUTPUT, STANDARD_OUTPUT = "pamsim.output", Path("-")
-"""Note in a context of the stream for the result; value of ``--json`` that asks for it."""
 
 
 def _noted(key: str) -> Any:
@@ -90,12 +88,9 @@ def out_option(help: str, *, required: bool = False, default: str | None = None)
 
 
 def _free(context: click.Context, parameter: click.Parameter, value: Path | None) -> Path | None:
-    if value == STANDARD_OUTPUT:
-        # Text for people goes to standard error: what reads the result gets nothing else.
-        context.meta[OUTPUT] = sys.stdout
-        context.find_root().with_resource(contextlib.redirect_stdout(sys.stderr))
+    if value is None or str(value) == STANDARD_OUTPUT:
         return value
-    return None if value is None else refuse_existing(value, forced())
+    return refuse_existing(value, forced())
 
 
 def json_option(function: Any) -> Any:
@@ -130,10 +125,11 @@ class RigName(click.ParamType):
         self, ctx: click.Context, param: click.Parameter, incomplete: str
     ) -> list[CompletionItem]:
         """Shipped rigs that begin so, and folders."""
-        from pamsim.store.rig_file import shipped_rigs
+        from pamsim.store.rig_file import shipped_rig_names
 
-        names = sorted(path.parent.name for path in shipped_rigs().glob("*/params.toml"))
-        found = [CompletionItem(name) for name in names if name.startswith(incomplete)]
+        found = [
+            CompletionItem(name) for name in shipped_rig_names() if name.startswith(incomplete)
+        ]
         return [*found, CompletionItem(incomplete, type="dir")]
 
 
@@ -146,38 +142,79 @@ threads_option = click.option(
     "--threads", type=int, help="Simulations at a time; one per processor if left out."
 )
 
+Names = Callable[[click.Context], Mapping[str, str]]
+"""Names that a value may have, each with a remark or none; looked up when a shell completes one."""
 
-def names_option(*declarations: str, help: str) -> Any:
+
+def completed(names: Names, separator: str = ",") -> Any:
+    """Completion of a value by known names.
+
+    Args:
+        names: that are known.
+        separator: of several names in one value; the last of them is completed.
+    """
+
+    def complete(
+        context: click.Context, parameter: click.Parameter, incomplete: str
+    ) -> list[CompletionItem]:
+        before, mark, last = incomplete.rpartition(separator)
+        return [
+            CompletionItem(f"{before}{mark}{name}", help=remark)
+            for name, remark in names(context).items()
+            if name.startswith(last)
+        ]
+
+    return complete
+
+
+def listed(module: str, table: str) -> Names:
+    """The names in a table of the library, which is imported when they are looked up."""
+    return lambda _: dict.fromkeys(getattr(importlib.import_module(module), table), "")
+
+
+def names_option(*declarations: str, help: str, names: Names | None = None) -> Any:
     """An option of names, separated by commas, that may be given again for more.
 
     Args:
         declarations: flag, and parameter name where it differs.
         help: what is named.
+        names: that a shell completes.
     """
-    return click.option(*declarations, multiple=True, callback=_split, help=f"{help}: NAME,NAME.")
-
-
-def effects_option(*declarations: str, help: str) -> Any:
-    """The same for effects, which a shell completes."""
+    complete = {} if names is None else {"shell_complete": completed(names)}
     return click.option(
-        *declarations,
-        multiple=True,
-        callback=_split,
-        shell_complete=_effects,
-        help=f"{help}: NAME,NAME.",
+        *declarations, multiple=True, callback=_split, help=f"{help}: NAME,NAME.", **complete
     )
 
 
-def _effects(ctx: click.Context, param: click.Parameter, incomplete: str) -> list[CompletionItem]:
-    """Effects that go on with the last of some names separated by commas."""
+def effect_names(context: click.Context) -> Mapping[str, str]:
+    """Effects of the package."""
     from pamsim.effects.catalog import EFFECTS
 
-    before, comma, last = incomplete.rpartition(",")
-    return [
-        CompletionItem(f"{before}{comma}{name}", help=effect.missing)
-        for name, effect in EFFECTS.items()
-        if name.startswith(last)
-    ]
+    return {name: effect.missing for name, effect in EFFECTS.items()}
+
+
+def law_names(context: click.Context) -> Mapping[str, str]:
+    """Force laws and hysteresis operators of the package."""
+    from pamsim.hysteresis.catalog import OPERATORS
+    from pamsim.muscles.catalog import FORCE_LAWS
+
+    return {one.name: one.title for one in (*FORCE_LAWS.values(), *OPERATORS.values())}
+
+
+def protocol_names(context: click.Context) -> Mapping[str, str]:
+    """Inputs of synthetic recordings."""
+    from pamsim.twins.protocol_cards import protocol_cards
+
+    return {card["name"]: card["shows"] for card in protocol_cards()["protocols"]}
+
+
+def parameter_names(context: click.Context) -> Mapping[str, str]:
+    """Parameters of the rig that is given, or of the default rig."""
+    from pamsim.engine.rig import load_rig
+    from pamsim.engine.rig_parameter import rig_parameters
+
+    rig = load_rig(context.params.get("rig") or "mas20_arm")
+    return {parameter.name: parameter.spec.doc for parameter in rig_parameters(rig)}
 
 
 def _split(context: Any, parameter: Any, texts: tuple[str, ...]) -> tuple[str, ...]:

@@ -6,6 +6,7 @@ from pathlib import Path
 
 import click
 
+from pamsim.cli.command import Command, answer
 from pamsim.cli.main import OK
 from pamsim.cli.options import (
     KILOGRAMS,
@@ -22,7 +23,7 @@ from pamsim.cli.output import progress_bar
 _REST_SIZE, _INSTANT_SIZE, _FILM_SIZE = (1600, 1000), (1600, 1280), (800, 640)
 
 
-@click.command(name="render")
+@click.command(name="render", cls=Command)
 @click.argument("picture", type=PATH)
 @click.option(
     "--rig", type=RIG, help="Shipped rig or rig folder; mas20_arm, or the recording's, if left out."
@@ -90,7 +91,7 @@ def command(
             camera=camera,
             size=size,
         )
-        click.echo(f"wrote {picture}")
+        answer(f"wrote {picture}")
         return OK
     refuse("is known from the recording", pressure=pressure, load=load)
     if film:
@@ -121,5 +122,5 @@ def command(
         picture_instant(picture, replay, time=time, camera=camera, size=size)
     if replay.others:
         click.echo(f"trial {replay.trial.name}; others by --trial: {', '.join(replay.others)}")
-    click.echo(f"wrote {picture}")
+    answer(f"wrote {picture}")
     return OK

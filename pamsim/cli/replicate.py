@@ -7,8 +7,9 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from pamsim.cli.command import Command, answer
 from pamsim.cli.main import FINDING, OK
-from pamsim.cli.options import json_option, open_option, out_option
+from pamsim.cli.options import completed, json_option, listed, open_option, out_option
 from pamsim.cli.output import progress_bar, save_json, show_page
 
 if TYPE_CHECKING:
@@ -17,11 +18,12 @@ if TYPE_CHECKING:
 _STATEMENT_WIDTH = 60
 
 
-@click.command(name="replicate")
+@click.command(name="replicate", cls=Command)
 @click.option(
     "--paper",
     "papers",
     multiple=True,
+    shell_complete=completed(listed("pamsim.papers.replicate", "PAPERS")),
     help="matiskova2021, alraouf2025, nguyen2024, vandamme2008 or sarosi; may be given repeatedly.",
 )
 @out_option("Folder for page and figures.")
@@ -69,8 +71,10 @@ def _print(replication: Replication) -> None:
         )
     for failure in replication.failures:
         name = PAPERS[failure["paper"]]
-        click.echo(f"FAIL  {name} could not be evaluated: {failure['error']}")
-    click.echo(replication.summary())
+        click.echo(
+            f"{click.style('FAIL', fg='red')}  {name} could not be evaluated: {failure['error']}"
+        )
+    answer(replication.summary())
 
 
 def _short(value: Any) -> str:

@@ -7,16 +7,18 @@ from typing import Any
 
 import click
 
+from pamsim.cli.command import Command, answer
 from pamsim.cli.main import FINDING, OK
-from pamsim.cli.options import json_option, open_option, out_option, rig_option
+from pamsim.cli.options import completed, json_option, listed, open_option, out_option, rig_option
 from pamsim.cli.output import progress_bar, save_json, show_page
 
 
-@click.command(name="reproduce")
+@click.command(name="reproduce", cls=Command)
 @rig_option
 @click.option(
     "--start",
     default="vent",
+    shell_complete=completed(listed("pamsim.papers.printed_steps", "STARTS")),
     show_default=True,
     help="Assumed start of the steps: vent, fill or maximum (see the page for their meaning).",
 )
@@ -47,6 +49,7 @@ def command(
     result = reproduction.to_dict()
     save_json(json_file, result)
     _print(result)
+    answer(reproduction.summary())
     if out is not None:
         from pamsim.report.reproduce_page import write_reproduction
 
@@ -69,7 +72,8 @@ def _print(result: dict[str, Any]) -> None:
             f" {row['measured_deg']:9.2f} {end}{again}"
         )
     for check in result["checks"]:
-        click.echo(f"{'ok  ' if check['ok'] else 'FAIL'} {check['sentence']}")
+        mark = "ok  " if check["ok"] else click.style("FAIL", fg="red")
+        click.echo(f"{mark} {check['sentence']}")
     if result["g2"] is not None:
         g1, g2, paper = result["g1"], result["g2"], result["paper"]
         click.echo("models of the large step (row 1)     G1: T     G2: T1       T2")

@@ -9,13 +9,16 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from pamsim.cli.command import Command, answer
 from pamsim.cli.main import OK
 from pamsim.cli.options import (
     KILOGRAMS,
     PRESSURES,
     SECONDS,
     Quantities,
+    completed,
     json_option,
+    listed,
     open_option,
     out_option,
     rig_option,
@@ -27,7 +30,7 @@ if TYPE_CHECKING:
     from pamsim.signals.step_metrics import StepMetrics
 
 
-@click.command(name="step")
+@click.command(name="step", cls=Command)
 @rig_option
 @click.option(
     "--pressure", type=PRESSURES, help="Set points after the step, one per muscle: 487,0 (kPa)."
@@ -57,7 +60,11 @@ if TYPE_CHECKING:
 @click.option("--timestep-ms", type=float, help="Time step; the rig's own if left out.")
 @click.option("--integrator", help="Euler, implicit or implicitfast; the rig's own if left out.")
 @click.option(
-    "--backend", default="compiled", show_default=True, help="compiled, or python for debugging."
+    "--backend",
+    default="compiled",
+    show_default=True,
+    shell_complete=completed(listed("pamsim.engine.stepping", "BACKENDS")),
+    help="compiled, or python for debugging.",
 )
 @click.option("--sensors", is_flag=True, help="Record through the rig's encoder and converter.")
 @out_option("Folder for recording and page.")
@@ -133,19 +140,6 @@ def command(
     }
     result = _result(loaded.name, experiment, recording, metrics)
     save_json(json_file, result)
-    for name, found in metrics.items():
-        kind = KINDS[recording.joints[name]]
-        settling = found.settling_time
-        click.echo(
-            f"{'angle' if recording.names.short else name} {found.start * kind.scale:.2f} ->"
-            f" {found.final * kind.scale:.2f} {kind.shown},"
-            f" overshoot {100.0 * found.overshoot:.1f} %, "
-            + (
-                "not settled when the recording ended"
-                if not math.isfinite(settling)
-                else f"settles in {settling:.3f} s"
-            )
-        )
     muscles = recording.names.named_muscles or [
         f"muscle {i + 1}" for i in range(len(recording.muscles))
     ]
@@ -156,6 +150,19 @@ def command(
         from pamsim.report.step_figure import write_step
 
         show_page(write_step(result, recording, out))
+    for name, found in metrics.items():
+        kind = KINDS[recording.joints[name]]
+        settling = found.settling_time
+        answer(
+            f"{'angle' if recording.names.short else name} {found.start * kind.scale:.2f} ->"
+            f" {found.final * kind.scale:.2f} {kind.shown},"
+            f" overshoot {100.0 * found.overshoot:.1f} %, "
+            + (
+                "not settled when the recording ended"
+                if not math.isfinite(settling)
+                else f"settles in {settling:.3f} s"
+            )
+        )
     return OK
 
 

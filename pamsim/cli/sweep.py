@@ -9,6 +9,7 @@ from pathlib import Path
 
 import click
 
+from pamsim.cli.command import Command, answer
 from pamsim.cli.main import OK
 from pamsim.cli.options import (
     PATH,
@@ -21,7 +22,7 @@ from pamsim.cli.options import (
 from pamsim.cli.output import progress_bar, save_json, show_page
 
 
-@click.command(name="sweep")
+@click.command(name="sweep", cls=Command)
 @click.argument("study", type=PATH)
 @out_option("Folder for runs.parquet, sweep.json and page.", required=True)
 @resume_option("Continue the interrupted sweep in --out.")
@@ -66,7 +67,7 @@ def command(
     for path in written:
         click.echo(f"wrote {path}")
     show_page(page)
-    click.echo(result.summary())
+    answer(result.summary())
     return OK
 
 

@@ -7,14 +7,22 @@ from typing import Any
 
 import click
 
+from pamsim.cli.command import Command, answer
 from pamsim.cli.main import OK
-from pamsim.cli.options import PATH, force_option, forced, rig_option
+from pamsim.cli.options import PATH, completed, force_option, forced, listed, rig_option
+from pamsim.cli.output import progress_bar
 
 
-@click.command(name="train")
+@click.command(name="train", cls=Command)
 @click.option("--out", type=PATH, required=True, help="File to write, such as policy.npz.")
 @rig_option
-@click.option("--task", default="sine", show_default=True, help="Task of the environment.")
+@click.option(
+    "--task",
+    default="sine",
+    show_default=True,
+    shell_complete=completed(listed("pamsim.envs.tasks", "TASKS")),
+    help="Task of the environment.",
+)
 @click.option("--action", default="pressure_set", show_default=True, help="pressure_set or valve.")
 @click.option("--load", type=float, default=0.0, show_default=True, help="Mass on the rig in kg.")
 @click.option("--top-pressure", type=float, help="Largest set point in kPa; the supply's.")
@@ -44,8 +52,9 @@ def command(
     options: dict[str, Any] = {"rig": rig, "task": task, "action": action, "load": load}
     if top_pressure is not None:
         options["top_pressure"] = 1e3 * top_pressure
-    result = train(steps=steps, seed=seed, **options)
+    with progress_bar("step") as progress:
+        result = train(steps=steps, seed=seed, progress=progress, **options)
     files = result.save(out, force=forced())
-    click.echo(result.summary())
     click.echo(f"wrote {' and '.join(map(str, files))}")
+    answer(result.summary())
     return OK

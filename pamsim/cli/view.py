@@ -6,11 +6,12 @@ from pathlib import Path
 
 import click
 
+from pamsim.cli.command import Command
 from pamsim.cli.main import OK
 from pamsim.cli.options import KILOGRAMS, PATH, PRESSURES, RIG, effects_option, refuse
 
 
-@click.command(name="view")
+@click.command(name="view", cls=Command)
 @click.argument("recording", type=PATH, required=False)
 @click.option(
     "--rig", type=RIG, help="Shipped rig or rig folder; mas20_arm, or the recording's, if left out."

@@ -67,8 +67,8 @@ class PidLaw:
                 raise InputError(f"PID: {name} = {getattr(self, name)!r} s must not be below 0")
         if self.tracking_time < self.period:
             raise InputError(
-                f"PID: tracking_time = {self.tracking_time:g} s is shorter than a period"
-                f" ({self.period:g} s), so that the integral would oscillate; give a longer one"
+                f"PID: tracking_time = {self.tracking_time:g} s is shorter than the sampling"
+                f" period {self.period:g} s, so that the integral would oscillate; lengthen it"
             )
 
     def wanted(self, joint: JointObservation, memory: PidMemory) -> tuple[float, float]:

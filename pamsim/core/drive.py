@@ -23,35 +23,62 @@ class DriveKind:
     """One way to drive a muscle or a joint.
 
     Attributes:
+        meaning: of its values.
         unit: SI unit of its values.
         quantity: whose column in a file holds them; empty if it needs none.
         between: True if values run straight from one to the next, False if each is held.
     """
 
+    meaning: str
     unit: str
     quantity: str
     between: bool
 
 
 MUSCLE_DRIVES: dict[str, DriveKind] = {
-    "valve": DriveKind(unit="1", quantity="valve", between=False),
-    "pulse": DriveKind(unit="1", quantity="pulse", between=False),
-    "pressure_set": DriveKind(unit="Pa", quantity="pressure_set", between=False),
-    "measured": DriveKind(unit="Pa", quantity="pressure", between=True),
-    "sealed": DriveKind(unit="1", quantity="", between=False),
+    "valve": DriveKind(meaning="signed valve opening", unit="1", quantity="valve", between=False),
+    "pulse": DriveKind(
+        meaning="signed duty of a pulsed valve", unit="1", quantity="pulse", between=False
+    ),
+    "pressure_set": DriveKind(
+        meaning="set point of the gauge pressure", unit="Pa", quantity="pressure_set", between=False
+    ),
+    "measured": DriveKind(
+        meaning="measured gauge pressure, which the muscle has whatever valves and air would do",
+        unit="Pa",
+        quantity="pressure",
+        between=True,
+    ),
+    "sealed": DriveKind(
+        meaning="none: valves stay shut on the air of the start pressure",
+        unit="1",
+        quantity="",
+        between=False,
+    ),
 }
-"""Of a muscle: signed valve opening; signed pulse duty; gauge pressure set point; the gauge
-pressure that was measured, which the muscle then has whatever valves and air would do; valves that
-stay shut on the air of the start pressure."""
+"""Of a muscle."""
 
 JOINT_DRIVES: dict[str, DriveKind] = {
-    "torque": DriveKind(unit="N*m", quantity="torque", between=True),
-    "force": DriveKind(unit="N", quantity="force", between=True),
-    "angle": DriveKind(unit="rad", quantity="angle", between=True),
-    "length": DriveKind(unit="m", quantity="position", between=True),
+    "torque": DriveKind(
+        meaning="torque on a joint that turns", unit="N*m", quantity="torque", between=True
+    ),
+    "force": DriveKind(
+        meaning="force on a joint that slides", unit="N", quantity="force", between=True
+    ),
+    "angle": DriveKind(
+        meaning="angle, imposed whatever torque that takes",
+        unit="rad",
+        quantity="angle",
+        between=True,
+    ),
+    "length": DriveKind(
+        meaning="position, imposed whatever force that takes",
+        unit="m",
+        quantity="position",
+        between=True,
+    ),
 }
-"""Of a joint, from outside: a torque or, if it slides, a force; or the motion itself, its angle or
-position, whatever that takes. Torques and forces are positive in the joint's positive direction."""
+"""Of a joint, from outside; positive in the joint's positive direction."""
 
 IMPOSED = ("angle", "length")
 """Drives of a joint that set its motion."""

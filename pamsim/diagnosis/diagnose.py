@@ -81,7 +81,7 @@ def diagnose(
         threads: simulations at a time; None for one per processor.
         out: folder in which the finished fits of recordings are kept; None keeps none.
         resume: go on with the fits in ``out``.
-        progress: called with the number of parameter sets simulated so far.
+        progress: called as each model is fitted; how many there will be is an upper estimate.
 
     Raises:
         InputError: for data that cannot be read, an argument that does not apply to them, or a name

@@ -63,7 +63,7 @@ def diagnose_recordings(
         threads: simulations at a time; None for one per processor.
         out: folder in which finished fits are kept; None keeps none.
         resume: go on with the fits in ``out``.
-        progress: called with the number of parameter sets simulated so far.
+        progress: called as each model is fitted; how many there will be is an upper estimate.
 
     Raises:
         InputError: for what cannot be used, or if the simulation breaks down.
@@ -94,7 +94,7 @@ def diagnose_recordings(
         menu=engine.menu,
         seed=seed,
         remembered=fits,
-        progress=lambda what: progress and progress(simulator.evaluations, None, what),
+        progress=progress,
     )
     best = method.conclusion.best
     before = engine.signals(method.base.values)

@@ -54,7 +54,7 @@ def diagnose_table(
             radius of all tendons' pulleys.
         seed: random seed of sign flips and exchanges.
         threads: simulations at a time; None for one per processor.
-        progress: called with the number of parameter sets predicted so far.
+        progress: called as each round of fits begins; how many there will be is an upper estimate.
 
     Raises:
         InputError: for an unknown effect or parameter, rows that the rig does not fit, too few
@@ -86,7 +86,7 @@ def diagnose_table(
         channel=AT_REST,
         along=np.where(table.angle < 0.0, -1.0, 1.0),
         seed=seed,
-        progress=lambda what: progress and progress(simulator.evaluations, None, what),
+        progress=progress,
     )
     still = {e.name: "moves no angle at rest" for e in tried if e.name not in method.moving}
     increments = rig.sensor.encoder_increments if rig.sensor else 0.0

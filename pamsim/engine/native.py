@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import dataclasses
 import math
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from typing import Any
 
 import mujoco
@@ -63,6 +63,9 @@ _OF_SLIDE = {
     "joint.stiffness": "N/m",
 }
 """Unit of a field at a joint that slides."""
+
+_COUNTS = {"joint": "jnt", "body": "body", "tendon": "tendon"}
+"""Element -> what MuJoCo calls it where it counts them."""
 
 _ARRAYS = (
     "dof_damping",
@@ -123,7 +126,39 @@ def native_value(model: mujoco.MjModel, name: str) -> float:
         return float(model.body_mass[view.id])
     if field == "friction_speed":
         return float(_user_numbers(model, name)[view.id, -1])
-    return float(np.ravel(getattr(view, field))[0])
+    return float(np.ravel(_plain(model, element, view, field))[0])
+
+
+def native_names(model: mujoco.MjModel) -> Iterator[str]:
+    """Yield the name of every native parameter of a compiled model.
+
+    Radii that differ from joint to joint are named for each. Static bodies have a tilt, moving ones
+    a mass.
+    """
+    for kind in _FIELDS:
+        element, field = kind.split(".")
+        for index in range(getattr(model, f"n{_COUNTS[element]}")):
+            view = getattr(model, element)(index)
+            name = f"{element}.{view.name}.{field}"
+            if not view.name or (element == "body" and not _is_of_body(model, index, field)):
+                continue
+            if field != "coef":
+                yield name
+            elif model.wrap_type[model.tendon_adr[index]] == mujoco.mjtWrap.mjWRAP_JOINT:
+                try:
+                    _pulleys(model, name, index)
+                except InputError:
+                    first = int(model.tendon_adr[index])
+                    for wrap in range(first, first + int(model.tendon_num[index])):
+                        yield f"{name}_{model.joint(int(model.wrap_objid[wrap])).name}"
+                else:
+                    yield name
+
+
+def _is_of_body(model: mujoco.MjModel, index: int, field: str) -> bool:
+    if model.body_weldid[index]:
+        return field == "mass" and model.body_mass[index] > 0.0
+    return field == "tilt" and index > 0
 
 
 def set_native(model: mujoco.MjModel, name: str, value: float) -> None:
@@ -154,7 +189,7 @@ def set_native(model: mujoco.MjModel, name: str, value: float) -> None:
         model.body_inertia[view.id] *= value / model.body_mass[view.id]
         model.body_mass[view.id] = value
     else:
-        getattr(view, field)[:] = value
+        _plain(model, element, view, field)[:] = value
 
 
 def copy_natives(source: mujoco.MjModel, target: mujoco.MjModel) -> None:
@@ -168,6 +203,13 @@ def copy_natives(source: mujoco.MjModel, target: mujoco.MjModel) -> None:
         getattr(target, name)[:] = getattr(source, name)
     target.opt.timestep = source.opt.timestep
     mujoco.mj_setConst(target, mujoco.MjData(target))
+
+
+def _plain(model: mujoco.MjModel, element: str, view: Any, field: str) -> NDArray[np.float64]:
+    """A field's numbers, to be read or set; views of tendons leave damping and friction out."""
+    if element == "tendon":
+        return getattr(model, f"tendon_{field}")[view.id : view.id + 1]
+    return getattr(view, field)
 
 
 def _user_numbers(model: mujoco.MjModel, name: str) -> NDArray[np.float64]:

@@ -114,7 +114,7 @@ def new_rig(
     files = {
         target: text,
         folder / "scene.xml": scene,
-        folder / "params.toml": _params(name, target, model, source, bool(scene)),
+        folder / "params.toml": _params(name, what, target, model, source, bool(scene)),
         folder / "README.md": _template("README.md", NAME=name, MJCF=target.name, WHAT=what),
     }
     wanted = {path: content for path, content in files.items() if content}
@@ -178,7 +178,9 @@ def _alone(mjcf: Path) -> str:
     return text
 
 
-def _params(name: str, mjcf: Path, model: mujoco.MjModel, source: str, scene: bool) -> str:
+def _params(
+    name: str, what: str, mjcf: Path, model: mujoco.MjModel, source: str, scene: bool
+) -> str:
     """Text of ``params.toml``."""
     tendons = {_muscle(model.tendon(i).name): i for i in range(model.ntendon)}
     joints = recorded_joints(model, (), [model.tendon(i).name for i in tendons.values()], mjcf)
@@ -190,6 +192,7 @@ def _params(name: str, mjcf: Path, model: mujoco.MjModel, source: str, scene: bo
         "",
         "[rig]",
         f'name = "{name}"',
+        f"purpose = {json.dumps(what)}",
         f'mjcf = "{mjcf.name}"',
         *(['scene = "scene.xml"  # with light, for pictures'] if scene else []),
         f"joints = {json.dumps(list(joints))}  # whose positions are recorded",

@@ -296,8 +296,8 @@ def _compiled(file: RigFile, *, scene: bool = False) -> Rig:
         raise InputError(f"{path}: {' '.join(str(error).split())}") from error
     if spec.actuators:
         raise InputError(
-            f"{path}: a rig's MJCF holds no actuators of its own; its muscles come from"
-            f" params.toml. For a mixed model use pamsim.attach (found {spec.actuators[0].name!r})"
+            f"{path}: a rig's MJCF may not have actuators, as {spec.actuators[0].name!r}; its"
+            " muscles come from params.toml. Remove it, or use pamsim.attach for a mixed model"
         )
     if not scene:
         remove_visual_geoms(spec)

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass, replace
 
 from pamsim.actuator.layout import has_parameter, parameter_slot
 from pamsim.core.errors import InputError, nearest
 from pamsim.core.parameters import FieldSpec, Sourced, specs
 from pamsim.core.units import to_si
-from pamsim.engine.native import is_native, native_field, native_value
+from pamsim.engine.native import is_native, native_field, native_names, native_value
 from pamsim.engine.rig import Rig, operator_field
 from pamsim.signals.sensors import MeasurementChain
 
@@ -91,6 +92,27 @@ def rig_parameter(rig: Rig, name: str) -> RigParameter:
         spec=known[parameter],
         stated=stated if isinstance(stated, Sourced) else None,
     )
+
+
+def rig_parameters(rig: Rig) -> Iterator[RigParameter]:
+    """Yield every parameter of a rig: of its muscles, its measurement chain and its MJCF.
+
+    A number that is the same in all muscles that have it is named once, ``group.field``; another
+    one is named for each, ``muscle:group.field``.
+    """
+    owners: dict[str, list[RigParameter]] = {}
+    for muscle, groups in ((name, one.groups) for name, one in rig.muscles.items()):
+        for group in groups:
+            for field, _ in specs(type(group)):
+                name = f"{group.group}.{field}"
+                owners.setdefault(name, []).append(rig_parameter(rig, f"{muscle}:{name}"))
+    for name, found in owners.items():
+        same = all(one.value == found[0].value for one in found)
+        yield from [replace(found[0], name=name)] if same else found
+    names = [f"{MeasurementChain.group}.{field}" for field, _ in specs(MeasurementChain)]
+    rods = tuple(f"tendon.{rod}." for rod in rig.file.rods)  # not in the MJCF
+    names += [name for name in native_names(rig.model) if not name.startswith(rods)]
+    yield from (rig_parameter(rig, name) for name in names)
 
 
 def _owner(rig: Rig, only: str, parameter: str) -> tuple[int, str]:

@@ -13,6 +13,7 @@ import numpy as np
 
 from pamsim.core.errors import EngineError, InputError
 from pamsim.core.files import complete_file, refuse_existing
+from pamsim.core.progress import Progress
 from pamsim.core.versions import versions
 from pamsim.envs.registration import ENVIRONMENT, register
 from pamsim.envs.settings import EnvSettings
@@ -105,12 +106,15 @@ def policy_files(path: Path) -> list[Path]:
     return [path.with_suffix(".npz"), path.with_suffix(".json")]
 
 
-def train(*, steps: int, seed: int = 0, **settings: Any) -> Training:
+def train(
+    *, steps: int, seed: int = 0, progress: Progress | None = None, **settings: Any
+) -> Training:
     """Train a policy.
 
     Args:
         steps: of all rigs together; rounded up to whole rounds of 32 x 200.
         seed: of learner and environment.
+        progress: called after each step of all rigs together.
         **settings: see `pamsim.envs.settings.EnvSettings`, with continuous actions.
 
     Raises:
@@ -140,7 +144,14 @@ def train(*, steps: int, seed: int = 0, **settings: Any) -> Training:
     whole = RIGS * PPO["n_steps"]
     with contextlib.closing(rigs):
         learner = Learner("MlpPolicy", rigs, seed=seed, device="cpu", learning_rate=_falling, **PPO)
-        learner.learn(-(-steps // whole) * whole)
+        total = -(-steps // whole) * whole
+
+        def stepped(*_: object) -> bool:
+            if progress is not None:
+                progress(learner.num_timesteps, total, "training")
+            return True
+
+        learner.learn(total, callback=stepped)
     layers = _layers(learner.policy)
     own = env.unwrapped.rigs
     return Training(

@@ -10,7 +10,12 @@ from pamsim.core.errors import InputError, nearest
 from pamsim.core.parameters import specs
 from pamsim.core.progress import Progress
 from pamsim.fitting.branches import branch_section, fit_branches
-from pamsim.fitting.force_map import compare_force_laws, fit_force_law, section_of
+from pamsim.fitting.force_map import (
+    compare_force_laws,
+    fit_force_law,
+    section_of,
+    warnings_about,
+)
 from pamsim.fitting.maxwell import fit_maxwell, maxwell_section, searches_on
 from pamsim.fitting.result import FitResult
 from pamsim.muscles.braid import Braid
@@ -127,10 +132,12 @@ def _force_map(
     assumed = [name.replace("_", " ") for name, value in given.items() if value is None]
     source = {n: "assumed" if value is None else "given to the fit" for n, value in given.items()}
     skipped: dict[str, str] = {}
+    warnings: list[str] = []
     if model is None:
         laws, skipped = compare_force_laws(
             table, braid, held=held, hold_out=hold_out, progress=progress
         )
+        warnings = warnings_about(table, braid, laws, held=held)
     else:
         laws = [fit_force_law(table, model, braid, held=held, hold_out=hold_out)]
     notes = list(table.notes)
@@ -144,6 +151,7 @@ def _force_map(
         kind="force_map",
         compared=model is None,
         notes=tuple(notes),
+        warnings=tuple(warnings),
         fits=tuple(laws),
         skipped=skipped,
         section=section_of(laws[0], braid, source),

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -19,12 +19,16 @@ from pamsim.fitting.law_curve import law_coefficients, law_curve, named_law, uns
 from pamsim.fitting.params_section import coefficient_entries
 from pamsim.fitting.result import FittedLaw
 from pamsim.fitting.scores import shared_by_group
+from pamsim.inference.coefficient import Coefficient
 from pamsim.muscles.braid import Braid
 from pamsim.muscles.catalog import FORCE_LAWS
 from pamsim.muscles.force_law import ForceLaw
 from pamsim.store.measured_table import ForceMap
 
 FloatArray = NDArray[np.float64]
+
+_GROWTH = 3.0
+"""Held-out error over that of the fitted points from which a law does not generalise."""
 
 
 def fit_force_law(
@@ -58,16 +62,7 @@ def fit_force_law(
     coefficients = law_coefficients(law, braid, held)
     every = np.arange(table.force.size)
     fit = fit_curve(law_curve(law, table, braid, every), table.force, coefficients)
-
-    def fit_and_predict(train: Rows, test: Rows) -> FloatArray:
-        fitted = search_curve(law_curve(law, table, braid, train), table.force[train], coefficients)
-        return law_curve(law, table, braid, test)(fitted.values)
-
-    held_out: HeldOut | None = None
     lengths = grouped(table.contraction)
-    if hold_out != "none":
-        groups = grouped(table.pressure) if hold_out == "pressure" else lengths
-        held_out = leave_one_group_out(table.force, groups, fit_and_predict, by=hold_out)
     geometry = {name: spec for name, spec in specs(Braid) if name in law.braid_fields}
     return FittedLaw(
         model=model,
@@ -82,13 +77,32 @@ def fit_force_law(
             "predicted": fit.predicted,
         },
         fit=fit,
-        held_out=held_out,
+        held_out=None
+        if hold_out == "none"
+        else _held_out(table, law, braid, coefficients, hold_out),
         notes=tuple(_notes(law, table, braid, fit.values, fit.residual, lengths)),
         given={
             name: {"value": getattr(braid, name), "unit": spec.unit}
             for name, spec in geometry.items()
         },
     )
+
+
+def _held_out(
+    table: ForceMap,
+    law: ForceLaw,
+    braid: Braid,
+    coefficients: Sequence[Coefficient],
+    by: str,
+) -> HeldOut:
+    """Errors of a law at each pressure or length, fitted to all others."""
+
+    def fit_and_predict(train: Rows, test: Rows) -> FloatArray:
+        fitted = search_curve(law_curve(law, table, braid, train), table.force[train], coefficients)
+        return law_curve(law, table, braid, test)(fitted.values)
+
+    groups = grouped(table.pressure if by == "pressure" else table.contraction)
+    return leave_one_group_out(table.force, groups, fit_and_predict, by=by)
 
 
 def compare_force_laws(
@@ -123,14 +137,67 @@ def compare_force_laws(
     for i, (name, law) in enumerate(FORCE_LAWS.items()):
         if progress is not None:
             progress(i, len(FORCE_LAWS), name)
-        own = {key: value for key, value in held.items() if key in dict(specs(law.group))}
         try:
-            fits.append(fit_force_law(table, name, braid, held=own, hold_out=hold_out))
+            fits.append(fit_force_law(table, name, braid, held=_own(law, held), hold_out=hold_out))
         except InputError as error:
             skipped[name] = str(error).removeprefix(f"model {name!r}: ")
     if not fits:
         raise InputError(f"no force law can be fitted: {next(iter(skipped.values()))}")
     return sorted(fits, key=_rank), skipped
+
+
+def warnings_about(
+    table: ForceMap, braid: Braid, laws: Sequence[FittedLaw], *, held: Mapping[str, float]
+) -> list[str]:
+    """Where the first of some laws does not generalise: at held-out lengths, or pressures.
+
+    Args:
+        table: the map.
+        braid: geometry.
+        laws: fits of `compare_force_laws`, best first.
+        held: coefficients that were held [SI].
+
+    Returns:
+        A warning for each of the two if a law with fewer coefficients predicts what is held out
+        as well or better, or the error there is several times that of the fitted points.
+    """
+
+    def error(fitted: FittedLaw, by: str) -> float:
+        if fitted.held_out is not None and fitted.held_out.by == by:
+            return fitted.held_out.rmse
+        law = named_law(fitted.model)
+        coefficients = law_coefficients(law, braid, _own(law, held))
+        return _held_out(table, law, braid, coefficients, by).rmse
+
+    warnings: list[str] = []
+    first, *others = laws
+    scores = first.fit.scores
+    for by in ("length", "pressure"):
+        try:
+            own = error(first, by)
+        except InputError:  # the map has one length, or one pressure
+            continue
+        worst = math.inf if math.isnan(own) else own
+        simpler = {o.model: error(o, by) for o in others if o.fit.scores.free < scores.free}
+        better = {model: rmse for model, rmse in simpler.items() if rmse <= worst}
+        least = min(better, key=lambda model: better[model], default=None)
+        if least is not None:
+            other = f"{least}, with fewer coefficients, by {better[least]:.3g} N"
+        elif not own <= _GROWTH * scores.rmse:
+            other = f"at fitted ones by {scores.rmse:.3g} N"
+        else:
+            continue
+        misses = "predicts nothing" if math.isnan(own) else f"misses by {own:.3g} N"
+        warnings.append(
+            f"{first.model} does not generalise to other {by}s: at held-out {by}s it {misses},"
+            f" {other}"
+        )
+    return warnings
+
+
+def _own(law: ForceLaw, held: Mapping[str, float]) -> dict[str, float]:
+    """Of the coefficients that are held, those that a law has."""
+    return {name: held[name] for name, _ in specs(law.group) if name in held}
 
 
 def section_of(

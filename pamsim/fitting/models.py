@@ -6,7 +6,7 @@ import dataclasses
 import os
 from typing import Any
 
-from pamsim.core.encoding import to_dict
+from pamsim.core.encoding import fields_to_dict, to_dict
 from pamsim.core.errors import InputError, nearest
 from pamsim.core.parameters import ParameterGroup, specs
 from pamsim.hysteresis.catalog import OPERATORS
@@ -71,13 +71,9 @@ def _parameters(group: type[ParameterGroup]) -> list[dict[str, Any]]:
     return [
         {
             "name": name,
-            "unit": spec.unit,
-            "low": spec.low,
-            "high": spec.high,
-            "low_open": spec.low_open,
+            **fields_to_dict(spec),
             "range": spec.range_text(),
             "default": defaults.get(name),
-            "doc": spec.doc,
         }
         for name, spec in specs(group)
     ]

@@ -63,6 +63,7 @@ class FitResult:
         kind: ``force_map``, ``length_loop`` or ``force_loops``.
         compared: whether the laws were ranked.
         notes: what was assumed.
+        warnings: where the best of the ranked laws does not generalise.
         fits: best first.
         skipped: law -> why it does not suit the data.
         searches: on the cost of force-displacement loops.
@@ -73,6 +74,7 @@ class FitResult:
     kind: str
     compared: bool = False
     notes: tuple[str, ...]
+    warnings: tuple[str, ...] = ()
     fits: tuple[FittedLaw, ...]
     skipped: Mapping[str, str] = field(default_factory=dict)
     searches: tuple[SearchRun, ...] = ()

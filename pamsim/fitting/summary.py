@@ -7,22 +7,30 @@ from typing import Any
 
 
 def summary_lines(result: Mapping[str, Any]) -> Iterator[str]:
-    """Notes, the ranking if there is one, coefficients with intervals, and scores.
+    """Notes, the ranking if there is one, warnings, coefficients with intervals, and scores.
 
     Args:
         result: of schema ``pamsim-fit/2``.
     """
+    yield from detail_lines(result)
+    yield from (f"warning: {warning}" for warning in result["warnings"])
+    yield from answer_lines(result)
+
+
+def detail_lines(result: Mapping[str, Any]) -> Iterator[str]:
+    """Notes, the ranking if there is one, the searches that were compared."""
     for note in result["notes"]:
         yield f"note: {note}"
-    fits = result["fits"]
-    if result["kind"] == "force_map":
-        if result["compared"]:
-            yield from _ranking_lines(fits, result["skipped"])
-        fits = fits[:1]
-    for law in fits:
-        yield from _law_lines(law)
+    if result["kind"] == "force_map" and result["compared"]:
+        yield from _ranking_lines(result["fits"], result["skipped"])
     if result["searches"]:
         yield from _search_lines(result["searches"])
+
+
+def answer_lines(result: Mapping[str, Any]) -> Iterator[str]:
+    """Coefficients with intervals, and scores; of a force map those of the best law."""
+    for law in result["fits"][: 1 if result["kind"] == "force_map" else None]:
+        yield from _law_lines(law)
 
 
 def _ranking_lines(fits: Sequence[Mapping[str, Any]], skipped: Mapping[str, str]) -> Iterator[str]:

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pamsim.core.errors import InputError, nearest
-from pamsim.core.progress import Progress
+from pamsim.core.progress import Progress, Steps
 from pamsim.identification.structure_choice import StructureChoice, scan_and_judge
 from pamsim.linear.continuous_fit import fit_continuous
 from pamsim.linear.continuous_structure import STARTS, ContinuousStructure
@@ -138,19 +138,13 @@ class _Fitting:
         self.fitted: dict[str, Candidate] = {}
         self.skipped: dict[str, str] = {}
         self.refusals: list[InputError] = []
-        self._done, self._total, self._progress = 0, total, progress
-
-    def report(self, what: str) -> None:
-        """Count a fit that begins."""
-        if self._progress is not None:
-            self._progress(self._done, max(self._total, self._done + 1), what)
-        self._done += 1
+        self.steps = Steps(progress, total)
 
     def attempt(
         self, name: str, fit_model: Callable[[], IdentifiedModel]
     ) -> IdentifiedModel | None:
         """Fit a model; None where that is refused."""
-        self.report(name.replace("_", " "))
+        self.steps.begin(name.replace("_", " "))
         try:
             fit = fit_model()
         except InputError as error:
@@ -231,7 +225,7 @@ def fit_models(
             records,
             held_out,
             start=models.start,
-            report=lambda structure: fitting.report(structure.sentence),
+            report=lambda structure: fitting.steps.begin(structure.sentence),
         )
         chosen, why = _best_determined(choice, fitting, _unwanted(choice, models))
     for na, nb, nk in arx_orders:

@@ -160,7 +160,7 @@ def fit_step(
     if order not in (1, 2):
         raise InputError(f"order = {order!r} is not known; give 1 for G1 or 2 for G2")
     if not (np.isfinite(step_size) and step_size != 0.0):
-        raise InputError(f"step size {step_size!r}: there is no step in the input; give its height")
+        raise InputError(f"step size {step_size!r} is no step; give the height of the input's step")
     if gain is not None and not (np.isfinite(gain) and gain != 0.0):
         raise InputError(f"held gain {gain!r} is not usable; give a finite non-zero value or None")
     t, y = increasing_time(time, response, minimum=8)

@@ -223,7 +223,7 @@ def read_columns(path: Path, *, numbers_only: bool = False) -> Columns:
         if line.strip() and not line.lstrip().startswith("#")
     ]
     if not rows:
-        raise InputError(f"{path}: no header; the first line names the columns, such as time_s")
+        raise InputError(f"{path}: no header; name the columns in the first line, such as time_s")
     if len(rows) == 1:
         raise InputError(f"{path}: no rows below the header in line {rows[0][0]}")
     start, separator = _header(rows)

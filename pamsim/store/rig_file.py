@@ -21,7 +21,7 @@ Section = Mapping[str, "Sourced | str"]
 """A TOML table: numbers with their source, and words such as the name of a law."""
 
 _TOP = {"schema", "rig", "muscle", "muscles", "native", "sensor"}
-_RIG = {"name", "mjcf", "scene", "angle_joint", "joints", "load_body"}
+_RIG = {"name", "purpose", "mjcf", "scene", "angle_joint", "joints", "load_body"}
 _NUMBER = {"value", "unit", "source", "interval95", "bounds", "note"}
 
 
@@ -32,6 +32,7 @@ class RigFile:
     Attributes:
         folder: where it lies.
         name: of the rig.
+        purpose: what it is and is for, in a sentence; empty if not stated.
         mjcf: path of the device's MJCF.
         scene: path of the MJCF with floor and light, or None.
         joints: whose positions are recorded; none stands for those that the muscles move.
@@ -48,6 +49,7 @@ class RigFile:
 
     folder: Path
     name: str
+    purpose: str = ""
     mjcf: Path
     scene: Path | None
     joints: tuple[str, ...]
@@ -73,6 +75,11 @@ def shipped_rigs() -> Path:
     return installed if installed.is_dir() else package.parent / "models"
 
 
+def shipped_rig_names() -> list[str]:
+    """Names of the rigs that come with pamsim."""
+    return sorted(path.parent.name for path in shipped_rigs().glob("*/params.toml"))
+
+
 def find_rig(rig: str | os.PathLike[str]) -> Path:
     """Folder of a rig given by the name of a shipped one or by its own path.
 
@@ -82,10 +89,9 @@ def find_rig(rig: str | os.PathLike[str]) -> Path:
     path = Path(rig)
     if is_file(path / "params.toml"):
         return path
-    shipped = shipped_rigs()
-    names = [p.parent.name for p in shipped.glob("*/params.toml")]
+    names = shipped_rig_names()
     if str(rig) in names:
-        return shipped / str(rig)
+        return shipped_rigs() / str(rig)
     raise InputError(
         f"no rig {str(rig)!r}: it is neither a folder with params.toml nor a shipped rig;"
         f" {nearest(str(rig), names)}"
@@ -137,6 +143,7 @@ def read_rig(rig: str | os.PathLike[str]) -> RigFile:
     return RigFile(
         folder=folder,
         name=_word(path, head, "rig", "name"),
+        purpose=_word(path, {"purpose": "", **head}, "rig", "purpose"),
         mjcf=mjcf,
         scene=_file(path, folder, str(head["scene"])) if "scene" in head else None,
         joints=_joints(path, head),

@@ -199,6 +199,8 @@ def test_resumed_equals_uninterrupted(recording, report, tmp_path):
     whole = report.fit
 
     def interrupt(done, total, what):
+        assert (total is None) == (what == "first simulations")
+        assert total is None or total > done
         if "iteration 2" in what:
             raise KeyboardInterrupt
 

@@ -102,7 +102,7 @@ def test_bad_input_is_one_clear_line_and_exit_2(monkeypatch, capsys, name):
         (
             "</mujoco>",
             "<actuator><motor name='m' joint='shaft'/></actuator></mujoco>",
-            "holds no actuators of its own",
+            "may not have actuators",
         ),
         ('"joint.shaft.damping"', '"joint.shft.damping"', "no joint 'shft'"),
     ],

@@ -7,18 +7,19 @@ not known what a perfect model would still miss.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
 from pamsim.core.errors import InputError
+from pamsim.core.progress import Progress, Steps
 from pamsim.diagnosis.method.absent_limits import AbsentLimit, supported
 from pamsim.diagnosis.method.evidence import Share, share_of_rows
 from pamsim.diagnosis.method.row_fit import RowSimulator
 from pamsim.diagnosis.method.row_model import RowEffect, RowModel, RowModels
-from pamsim.diagnosis.method.row_search import Attempt, RowSearch
+from pamsim.diagnosis.method.row_search import MOST_PARENTS, Attempt, RowSearch
 from pamsim.diagnosis.method.verdict import Evidence, Verdict, decide
 from pamsim.diagnosis.method.verdict_thresholds import FEWEST_ROWS
 from pamsim.diagnosis.method.where import ResidualMap, row_maps, systematic
@@ -68,7 +69,7 @@ def diagnose_rows(
     channel: str = "angle_at_rest",
     along: FloatArray | None = None,
     seed: int = 0,
-    progress: Callable[[str], None] | None = None,
+    progress: Progress | None = None,
 ) -> RowDiagnosis:
     """Find where a model misses rows of a table and name the missing effects.
 
@@ -82,13 +83,13 @@ def diagnose_rows(
         along: (n,) sign with which a row's misfit is mapped, such as that of the angle, so that
             falling short in either direction counts the same; 1 if left out.
         seed: random seed of sign flips and exchanges.
-        progress: called with what is being tried.
+        progress: called as each round of fits begins; how many there will be is an upper estimate.
 
     Raises:
         InputError: if the base model predicts nothing, or the rows are fewer than its parameters.
     """
-    report = progress or (lambda _: None)
-    report("base model")
+    steps = Steps(progress, 2 + MOST_PARENTS)
+    steps.begin("base model")
     models = RowModels(simulator, nuisance, seed)
     base = models.base()
     if base is None:
@@ -103,8 +104,9 @@ def diagnose_rows(
         return row_maps(misfit, quantities, tuple(names), channel=channel, seed=seed)
 
     moving = [effect for effect in effects if models.moves(base, effect)]
-    search = RowSearch(models, moving, report)
+    search = RowSearch(models, moving, steps)
     best = search.forward(base)
+    steps.expect(1 + len(best.effects))
     if best.effects:
         best = search.backward(best)
     tied = search.rivals(best, base) if best.effects else ()

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
 from pamsim.core.errors import InputError
+from pamsim.core.progress import Steps
 from pamsim.diagnosis.method.absent_limits import (
     NOT_SHOWN,
     OUT_OF_RANGE,
@@ -21,6 +22,8 @@ from pamsim.diagnosis.method.verdict_thresholds import SIGNIFICANCE, TIE_ERRORS,
 from pamsim.inference.permutation import best_of_many_p_values
 
 _BEAM = (2, 1, 1, 1)  # models that are carried on from each round, one effect more in each
+MOST_PARENTS = 1 + sum(_BEAM[:-1])
+"""Most models beside which `RowSearch.forward` tries further effects."""
 _REFITTED = 5  # models of a round that are refitted without each row
 _NEAR = 2.0  # times the best model's error, up to which an effect may be a rival
 
@@ -54,18 +57,16 @@ class RowSearch:
     Args:
         models: fits models from one another.
         effects: that may be missing.
-        progress: called with what is being tried.
+        steps: each model beside which all further effects are tried is one.
 
     Attributes:
         attempts: every effect that was added to a model.
     """
 
-    def __init__(
-        self, models: RowModels, effects: Sequence[RowEffect], progress: Callable[[str], None]
-    ) -> None:
+    def __init__(self, models: RowModels, effects: Sequence[RowEffect], steps: Steps) -> None:
         self.models = models
         self.effects = tuple(effects)
-        self.progress = progress
+        self.steps = steps
         self.attempts: list[Attempt] = []
         self._fits: dict[tuple[str, ...], list[tuple[RowEffect, RowFit, float]]] = {}
 
@@ -113,7 +114,7 @@ class RowSearch:
         whole = self.models.compare(base, best).gain
         self.models.anchor(best.fit.values)
         for number, removed in enumerate(best.effects):
-            self.progress(f"in place of {removed.name}")
+            self.steps.begin(f"in place of {removed.name}")
             rest = self._without(best, number)
             fits = self._beside(rest)
             for (effect, fit, error), p_value in zip(fits, self._p_values(rest, fits), strict=True):
@@ -132,7 +133,7 @@ class RowSearch:
     def absent(self, best: RowModel) -> tuple[AbsentLimit, ...]:
         """What of every other effect the rows allow beside the best model."""
         self.models.anchor(best.fit.values)
-        self.progress("limits of absent effects")
+        self.steps.begin("limits of absent effects")
         limits: list[AbsentLimit] = []
         for effect, fit, _ in self._beside(best):
             size = effect.parameters[0]
@@ -174,7 +175,7 @@ class RowSearch:
 
     def _extended(self, parent: RowModel) -> list[RowModel]:
         """Models with one effect more that may be claimed."""
-        self.progress(" + ".join((*parent.names, "another effect")))
+        self.steps.begin(" + ".join((*parent.names, "another effect")))
         accepted: list[RowModel] = []
         fits = self._beside(parent)
         p_values = self._p_values(parent, fits)

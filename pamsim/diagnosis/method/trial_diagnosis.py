@@ -12,6 +12,7 @@ from pamsim.comparison.candidate import Candidate
 from pamsim.comparison.noise_floor import NoiseFloor, floor_beside, noise_floor
 from pamsim.comparison.trial_residuals import TrialLayout, TrialSimulator
 from pamsim.core.errors import InputError
+from pamsim.core.progress import Progress, Steps
 from pamsim.diagnosis.method.absent_limits import AbsentLimit, absent_limits, supported
 from pamsim.diagnosis.method.evidence import (
     Share,
@@ -28,7 +29,7 @@ from pamsim.diagnosis.method.refit import Fitter, Refit, Remembered
 from pamsim.diagnosis.method.rivals import Similarity, reject_rivals, tied_with
 from pamsim.diagnosis.method.screen import Screened, screen, signature_similarity
 from pamsim.diagnosis.method.trial_model import TrialModel, polished
-from pamsim.diagnosis.method.trial_search import PAIRS, TRIPLES, Progress, TrialSearch
+from pamsim.diagnosis.method.trial_search import PAIRS, SHORTLIST, TRIPLES, TrialSearch
 from pamsim.diagnosis.method.verdict import Evidence, Verdict, decide
 from pamsim.diagnosis.method.verdict_thresholds import (
     GAP_LOSS,
@@ -51,6 +52,9 @@ from pamsim.diagnosis.method.where import (
 from pamsim.inference.free_parameter import FreeParameter
 
 FloatArray = NDArray[np.float64]
+
+_LAST = 4
+"""Steps after the search: the best models in fine steps, limits of absent effects."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -144,29 +148,30 @@ def diagnose_trials(
         menu: simulator of further experiments, from which the next one is chosen.
         seed: random seed of the sign flips.
         remembered: fits of an interrupted run; new ones are added.
-        progress: called with what is being tried.
+        progress: called as each model is fitted; how many there will be is an upper estimate.
 
     Raises:
         InputError: if the base model's simulation breaks down, or nothing is held out.
     """
-    report = progress or (lambda _: None)
-    report("base model")
+    sets = [growth.beam * growth.others for growth in (PAIRS, TRIPLES)]
+    steps = Steps(progress, 2 + SHORTLIST + sum(sets) + _LAST)
+    steps.begin("base model")
     fitter, base = fitted_base(simulator, nuisance, commands, remembered)
     floor, layout = fitter.floor, simulator.layout
     base_loss = losses(layout, base.residual, floor, held_out=True)
     every = [*layout.trials(held_out=False), *layout.trials(held_out=True)]
     where = cells(layout, base.residual, floor, every)
     maps = trial_maps(layout, base.residual, floor, regressors(base.values), seed=seed)
-    report("screening")
+    steps.begin("screening")
     screened = screen(fitter, base, [c for c in candidates if not c.rare])
     perfect = perfect_losses(layout, floor)
-    search = TrialSearch(fitter, base, base_loss, screened, report)
+    search = TrialSearch(fitter, base, base_loss, screened, steps)
     models = search.singles()
     present = [m.fit for m in models if m.all_present()]
     least = min(present, key=lambda fit: fit.cost, default=base)
     left = lack_of_fit(fitter, least, screened, seed=seed)
     if left.p_value < LEFT_FOR_RARE or not left.testable:
-        report("screening of rare effects")
+        steps.begin("screening of rare effects")
         rare = screen(fitter, base, [c for c in candidates if c.rare])
         screened = (*screened, *rare)
         models += search.rare_singles(rare)
@@ -175,7 +180,8 @@ def diagnose_trials(
     tried = max(len({s.candidate.name for s in screened} if layout.origin else models), 1)
     accepted = sorted((m for m in models if m.accepted(tried)), key=lambda m: m.mean_loss)
     first = accepted[:1]
-    for growth in (PAIRS, TRIPLES):
+    for stage, growth in enumerate((PAIRS, TRIPLES)):
+        steps.expect(_LAST + (sum(sets[stage:]) if accepted else 0))
         if layout.origin and accepted:
             growth = replace(growth, least_gain=accepted[0].least_gain)
         accepted = search.grown(accepted, growth)
@@ -200,15 +206,16 @@ def diagnose_trials(
         )
 
     conclusion = concluded()
+    steps.expect(0 if conclusion.best is None else 2 + len(conclusion.tied[:2]))
     if conclusion.best is not None:
         for close in (conclusion.best, *conclusion.tied[:2]):
-            report(" + ".join(close.names) + " in fine steps")
+            steps.begin(" + ".join(close.names) + " in fine steps")
             models[models.index(close)] = polished(fitter, base_loss, close)
         conclusion = concluded()
     best, nearest = conclusion.best, conclusion.nearest
     claimed = () if best is None else best.names
     floor = floor_beside(floor, layout, (base if nearest is None else nearest.fit).residual)
-    report("limits of absent effects")
+    steps.begin("limits of absent effects")
     return TrialDiagnosis(
         conclusion=conclusion,
         floor=floor,

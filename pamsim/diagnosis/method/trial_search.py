@@ -7,12 +7,13 @@ Forms come before partners: a second effect must do better than another form of 
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 
 from pamsim.comparison.candidate import Candidate
+from pamsim.core.progress import Steps
 from pamsim.diagnosis.method.evidence import compare_trials
 from pamsim.diagnosis.method.refit import Fitter, Refit
 from pamsim.diagnosis.method.screen import (
@@ -29,9 +30,6 @@ from pamsim.diagnosis.method.verdict_thresholds import (
     LEAST_GAIN,
     TIE_SHARE,
 )
-
-Progress = Callable[[str], None]
-"""Called with what is being tried."""
 
 SHORTLIST = 8
 """Most effects that are refitted for the gain that their signatures promise."""
@@ -83,7 +81,7 @@ class TrialSearch:
         base: fit of the base model.
         base_loss: its loss on the held-out trials.
         screened: effects in all of their forms, with their signatures; without the rare ones.
-        progress: called with what is being tried.
+        steps: each effect that is fitted is one.
     """
 
     def __init__(
@@ -92,14 +90,14 @@ class TrialSearch:
         base: Refit,
         base_loss: Mapping[str, float],
         screened: Sequence[Screened],
-        progress: Progress,
+        steps: Steps,
     ) -> None:
         self._fitter = fitter
         self._base = base
         self._base_loss = base_loss
         self._form_error = (1.0 - ADEQUATE) * (float(np.mean(list(base_loss.values()))) - 1.0)
         self._screened = screened
-        self._progress = progress
+        self._steps = steps
         self._known: dict[frozenset[str], TrialModel | None] = {}
 
     def rare_singles(self, rare: Sequence[Screened]) -> list[TrialModel]:
@@ -286,7 +284,7 @@ class TrialSearch:
         worth: float = np.inf,
     ) -> TrialModel | None:
         """The model with these effects; it is known from then on. See `Fitter.fit` for worth."""
-        self._progress(" + ".join(sorted(c.label for c in candidates)))
+        self._steps.begin(" + ".join(sorted(c.label for c in candidates)))
         self._known[_key(candidates)] = fit_effects(
             self._fitter, self._base, self._base_loss, candidates, starts, worth=worth
         )

@@ -34,12 +34,14 @@ class Input:
 
     Attributes:
         name: of it.
+        shows: what it is for.
         command: ``pressure`` or ``valve``.
         drive: see `Drive`.
         load: mass on the arm, where the rig can carry one [kg].
     """
 
     name: str
+    shows: str
     command: str
     drive: Drive
     load: float = 0.0
@@ -147,12 +149,43 @@ def _pulses(time: FloatArray, rng: np.random.Generator, sides: FloatArray) -> Fl
 INPUTS: dict[str, Input] = {
     one.name: one
     for one in (
-        Input(name="levels", command="pressure_set", drive=_levels(0.28, 0.12)),
-        Input(name="ramps", command="pressure_set", drive=_ramps),
-        Input(name="tones", command="pressure_set", drive=_tones),
-        Input(name="chirp", command="pressure_set", drive=_chirp),
-        Input(name="pulses", command="valve", drive=_pulses),
-        Input(name="loaded_levels", command="pressure_set", drive=_levels(0.07, 0.08), load=0.9),
+        Input(
+            name="levels",
+            shows="steps of many sizes: random levels, held for random times",
+            command="pressure_set",
+            drive=_levels(0.28, 0.12),
+        ),
+        Input(
+            name="ramps",
+            shows="hysteresis: ramps at random rates, reversed at every size",
+            command="pressure_set",
+            drive=_ramps,
+        ),
+        Input(
+            name="tones",
+            shows="linear dynamics: a sum of seven tones",
+            command="pressure_set",
+            drive=_tones,
+        ),
+        Input(
+            name="chirp",
+            shows="how the response changes with frequency: a sine that becomes faster",
+            command="pressure_set",
+            drive=_chirp,
+        ),
+        Input(
+            name="pulses",
+            shows="valves: openings of many sizes, with shut chambers between",
+            command="valve",
+            drive=_pulses,
+        ),
+        Input(
+            name="loaded_levels",
+            shows="load and inertia: small steps with a mass on the arm",
+            command="pressure_set",
+            drive=_levels(0.07, 0.08),
+            load=0.9,
+        ),
     )
 }
 """Name -> input."""

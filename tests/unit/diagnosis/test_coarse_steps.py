@@ -71,10 +71,15 @@ def test_the_end_is_fitted_in_fine_steps():
 
 def test_an_interrupted_diagnosis_goes_on_to_the_same_end():
     trials = recorded({"dry": 0.06, "leak": 0.05})
-    whole = diagnose_trials(simulator(trials), NUISANCE, LIBRARY, regressors(trials))
+    steps = []
+    whole = diagnose_trials(simulator(trials), NUISANCE, LIBRARY, regressors(trials),
+                            progress=lambda *now: steps.append(now))  # fmt: skip
+    assert [done for done, _, _ in steps] == list(range(len(steps)))
+    assert all(total > done for done, total, _ in steps)
+    assert steps[-1][1] == len(steps)  # nothing is left when the last one is done
     fits, calls = {}, []
 
-    def stop(what):
+    def stop(done, total, what):
         calls.append(what)
         if len(calls) == 5:
             raise KeyboardInterrupt

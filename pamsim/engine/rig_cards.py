@@ -1,0 +1,106 @@
+"""``pamsim rigs`` and ``pamsim params``: the shipped rigs, and every parameter of a rig."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Mapping
+from typing import Any
+
+from pamsim.core.drive import JOINT_DRIVES, MUSCLE_DRIVES
+from pamsim.core.encoding import fields_to_dict, to_dict
+from pamsim.engine.rig import Rig, load_rig
+from pamsim.engine.rig_parameter import RigParameter, rig_parameter, rig_parameters
+from pamsim.store.rig_file import shipped_rig_names
+
+_MOVES: Mapping[str, tuple[str, ...]] = {
+    "angle": ("torque", "angle"),
+    "position": ("force", "length"),
+}
+"""Kind of a joint's position -> drives from outside."""
+
+
+def rig_cards(name: str | os.PathLike[str] | None = None) -> dict[str, Any]:
+    """Describe the shipped rigs, or one rig.
+
+    Args:
+        name: of a shipped rig, or a rig folder; None for all shipped ones.
+
+    Returns:
+        JSON-safe mapping ``rigs``: name, purpose, folder, joints with ranges [rad or m], muscles
+        with laws and supply pressure [Pa], body that carries a load, drives with their meaning.
+
+    Raises:
+        InputError: for an unknown rig, or a bad file.
+    """
+    names = shipped_rig_names() if name is None else [name]
+    return to_dict({"schema": "pamsim-rigs/1", "rigs": [_card(load_rig(one)) for one in names]})
+
+
+def parameter_cards(
+    name: str | None = None, rig: str | os.PathLike[str] = "mas20_arm"
+) -> dict[str, Any]:
+    """Describe all parameters of a rig, or one.
+
+    Args:
+        name: as `Rig.with_parameters` takes it; None for all.
+        rig: name of a shipped rig, or a rig folder.
+
+    Returns:
+        JSON-safe mapping ``parameters``: name, value and range in SI, unit, meaning, source, and
+        what ``params.toml`` states in its own unit (``stated``, None for a default or a number of
+        the MJCF).
+
+    Raises:
+        InputError: for an unknown parameter, with the nearest, or an unknown rig.
+    """
+    loaded = load_rig(rig)
+    found = rig_parameters(loaded) if name is None else [rig_parameter(loaded, name)]
+    return to_dict(
+        {
+            "schema": "pamsim-params/1",
+            "rig": loaded.name,
+            "parameters": [_parameter(loaded, one) for one in found],
+        }
+    )
+
+
+def _card(rig: Rig) -> dict[str, Any]:
+    ranges = {
+        name: rig.model.joint(name).range if rig.model.joint(name).limited[0] else None
+        for name in rig.joints
+    }
+    moves = [drive for kind in dict.fromkeys(rig.joints.values()) for drive in _MOVES[kind]]
+    return {
+        "name": rig.name,
+        "purpose": rig.file.purpose,
+        "folder": rig.file.folder,
+        "joints": [
+            {"name": name, "kind": kind, "range": ranges[name]} for name, kind in rig.joints.items()
+        ],
+        "muscles": [
+            {
+                "name": name,
+                "force": muscle.force.law,
+                "hysteresis": muscle.hysteresis.law if muscle.hysteresis else None,
+                "supply_pressure": muscle.valve.supply_pressure,
+            }
+            for name, muscle in rig.muscles.items()
+        ],
+        "load_body": rig.file.load_body,
+        "drives": {
+            "muscles": {name: kind.meaning for name, kind in MUSCLE_DRIVES.items()},
+            "joints": {name: JOINT_DRIVES[name].meaning for name in moves},
+        },
+    }
+
+
+def _parameter(rig: Rig, one: RigParameter) -> dict[str, Any]:
+    unstated = rig.file.mjcf.name if one.name.count(".") == 2 else "default"
+    return {
+        "name": one.name,
+        "value": one.value,
+        **fields_to_dict(one.spec),
+        "range": one.spec.range_text(),
+        "source": one.stated.source if one.stated else unstated,
+        "stated": one.stated,
+    }

@@ -1,0 +1,58 @@
+"""``pamsim protocols``: the inputs that synthetic recordings may have."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from pamsim.comparison.imposed_motion import IMPOSED_MOTIONS, ImposedMotion
+from pamsim.comparison.protocols import DURATION, PROTOCOLS, RATE, Protocol
+from pamsim.core.drive import MUSCLE_DRIVES
+from pamsim.core.encoding import to_dict
+from pamsim.core.errors import InputError, nearest
+from pamsim.twins.plant.inputs import INPUTS, Input
+
+KINDS = {
+    "menu": "pressures or valves; a diagnosis proposes its next experiment from these",
+    "machine": "a machine moves the joints",
+    "unseen": "on no menu of a diagnosis, for blind tests; --formulation plant or independent",
+}
+"""Kind of a protocol -> what the kind has in common."""
+
+
+def protocol_cards(name: str | None = None) -> dict[str, Any]:
+    """Describe all protocols, or one.
+
+    Args:
+        name: of one; None for all.
+
+    Returns:
+        JSON-safe mapping ``protocols``: name, kind of `KINDS`, what it shows, what it commands,
+        load [kg], length [s] and sampling rate [Hz] of a trial.
+
+    Raises:
+        InputError: for an unknown name, with the nearest.
+    """
+    cards = [
+        *(_card("menu", one, one.command, one.load) for one in PROTOCOLS.values()),
+        *(_card("machine", one, "pressure_set", 0.0) for one in IMPOSED_MOTIONS.values()),
+        *(_card("unseen", one, one.command, one.load) for one in INPUTS.values()),
+    ]
+    known = [card["name"] for card in cards]
+    if name is not None and name not in known:
+        raise InputError(f"no protocol {name!r}; {nearest(name, known)}")
+    chosen = [card for card in cards if name in (None, card["name"])]
+    return to_dict({"schema": "pamsim-protocols/1", "protocols": chosen})
+
+
+def _card(
+    kind: str, one: Protocol | ImposedMotion | Input, command: str, load: float
+) -> dict[str, Any]:
+    return {
+        "name": one.name,
+        "kind": kind,
+        "shows": one.shows,
+        "commands": MUSCLE_DRIVES[command].meaning,
+        "load": load,
+        "duration": DURATION,
+        "rate": RATE,
+    }

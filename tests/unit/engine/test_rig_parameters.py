@@ -1,0 +1,79 @@
+"""The parameters of a rig: all that its file states, each settable by its name."""
+
+from __future__ import annotations
+
+import pytest
+
+from pamsim.core.parameters import Sourced
+from pamsim.engine.rig import load_rig
+from pamsim.engine.rig_cards import parameter_cards, rig_cards
+from pamsim.engine.rig_parameter import rig_parameter, rig_parameters
+from pamsim.store.rig_file import shipped_rig_names
+
+RIGS = shipped_rig_names()
+CONVERTER = ("sensor.converter_bits", "sensor.converter_span", "sensor.transducer_gain")
+"""They are stated together, or none of them."""
+
+
+@pytest.mark.parametrize("name", RIGS)
+def test_every_parameter_can_be_set_and_keeps_its_value(name):
+    rig = load_rig(name)
+    listed = list(rig_parameters(rig))
+    again = rig.with_parameters({one.name: one.value for one in listed})
+    assert [one.name for one in listed] == [one.name for one in rig_parameters(again)]
+    for one in listed:
+        assert rig_parameter(again, one.name).value == pytest.approx(one.value, rel=1e-12)
+        changed = one.value + 1e-3 * (one.spec.high - one.value)
+        alone = one.name not in CONVERTER
+        if alone and one.spec.low <= changed < one.spec.high:
+            other = rig_parameter(rig.with_parameters({one.name: changed}), one.name).value
+            assert other == pytest.approx(changed, rel=1e-9), one.name
+
+
+@pytest.mark.parametrize("name", RIGS)
+def test_every_number_of_the_file_is_listed_with_its_source(name):
+    rig = load_rig(name)
+    listed = {one.name: one for one in rig_parameters(rig)}
+    sections = {f"{group}.": numbers for group, numbers in rig.file.muscle.items()}
+    for muscle, groups in rig.file.overrides.items():
+        sections |= {f"{muscle}:{group}.": numbers for group, numbers in groups.items()}
+    stated = {**rig.file.native, **{f"sensor.{n}": v for n, v in rig.file.sensor.items()}}
+    stated |= {
+        f"{section}{field}": number
+        for section, numbers in sections.items()
+        for field, number in numbers.items()
+        if isinstance(number, Sourced)
+    }
+    assert len(stated) > 10
+    for key, number in stated.items():
+        common = key.rpartition(":")[2]
+        found = listed.get(key) or listed.get(common) or rig_parameter(rig, key)
+        assert found.stated == number or any(o.stated == number for o in listed.values()), key
+
+
+def test_a_number_that_differs_from_muscle_to_muscle_is_listed_for_each():
+    rig = load_rig("mas20_arm").with_parameters({"muscle_2:force.scale": 0.9})
+    names = [one.name for one in rig_parameters(rig)]
+    assert {"muscle_1:force.scale", "muscle_2:force.scale"} <= set(names)
+    assert "force.scale" not in names
+    assert "force.a" in names
+
+
+def test_cards_of_rigs_state_what_each_is_for_and_how_it_is_driven():
+    for card in rig_cards()["rigs"]:
+        rig = load_rig(card["name"])
+        assert card["purpose"]
+        assert [one["name"] for one in card["muscles"]] == list(rig.muscles)
+        assert {one["name"]: one["kind"] for one in card["joints"]} == dict(rig.joints)
+        moves = set(card["drives"]["joints"])
+        assert ("angle" in moves) == ("angle" in rig.joints.values())
+        assert ("length" in moves) == ("position" in rig.joints.values())
+
+
+def test_a_card_of_a_parameter_has_value_range_and_source():
+    (card,) = parameter_cards("passive.locking")["parameters"]
+    stated = load_rig("mas20_arm").file.muscle["passive"]["locking"]
+    assert card["source"] == stated.source == "identified"
+    assert card["stated"]["interval95"] == list(stated.interval95)
+    assert card["low"] < card["value"] < card["high"]
+    assert parameter_cards("joint.shaft.armature")["parameters"][0]["source"] == "mas20_arm.xml"
