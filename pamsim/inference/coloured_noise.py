@@ -117,14 +117,14 @@ class ArNoise:
 def fit_ar_noise(
     residuals: Sequence[FloatArray],
     most: int = _MOST_ORDERS,
-    taken_up: Sequence[FloatArray] = (),
+    absorbed: Sequence[FloatArray] = (),
 ) -> ArNoise:
     """Fit an AR model to residuals pooled over trials, its order by AICc.
 
     Args:
         residuals: one array per trial, shape ``(n_i,)`` [output unit].
         most: highest order tried; also at most a tenth of the samples.
-        taken_up: of each trial columns whose outer products sum to the covariance of the fitted
+        absorbed: of each trial columns whose outer products sum to the covariance of the fitted
             output, shape ``(n_i, m_i)``: so much of the noise, slow noise above all, is in the
             fit instead of the residual. Empty of what was not fitted.
 
@@ -138,7 +138,7 @@ def fit_ar_noise(
     total = sum(r.size for r in residuals)
     # The expectation of restricted maximum likelihood: what was taken up counts as trials do, but
     # is no further sample.
-    forward = [r.astype(np.float64) for r in (*residuals, *(c.T for c in taken_up))]
+    forward = [r.astype(np.float64) for r in (*residuals, *(c.T for c in absorbed))]
     variance = sum(float(np.sum(r * r)) for r in forward) / total
     if variance <= 0.0:
         return ArNoise((), 0.0)

@@ -104,7 +104,7 @@ class Separable:
         theta, edge = part.theta, self.upper - self.lower
         step = np.where(np.isfinite(edge), _STEP * edge, _FREE_STEP * np.maximum(1.0, np.abs(x)))
         step = np.where(x + step > self.upper, -step, step)
-        slopes = [np.empty((0, x.size))]
+        jacobians = [np.empty((0, x.size))]
         shared = [np.empty((0, theta.size))]
         for i, (block, eta) in enumerate(zip(part.blocks, part.own, strict=True)):
             slope = np.empty((block.shape[0], x.size))
@@ -113,9 +113,9 @@ class Separable:
             here = block[:, :-1] @ np.append(eta, theta)
             slope = (part.noise.whiten(slope) - here[:, np.newaxis]) / step
             basis, rest = _orthonormal(block[:, : eta.size]), block[:, eta.size : -1]
-            slopes.append(slope - basis @ (basis.T @ slope))
+            jacobians.append(slope - basis @ (basis.T @ slope))
             shared.append(rest - basis @ (basis.T @ rest))
-        basis, slope = _orthonormal(np.concatenate(shared)), np.concatenate(slopes)
+        basis, slope = _orthonormal(np.concatenate(shared)), np.concatenate(jacobians)
         return basis @ (basis.T @ slope) - slope
 
     def linear_part(self, x: FloatArray, noise: ArNoise) -> LinearPart:
@@ -323,8 +323,8 @@ def noise_of_fit(line: Linearised, covariance: FloatArray) -> ArNoise:
     sizes, vectors = np.linalg.eigh(covariance)
     half = vectors * np.sqrt(np.maximum(sizes, 0.0))
     deviation = np.sqrt(line.noise.variance)
-    taken_up = [np.hstack([deviation * own, rest @ half]) for _, own, rest in line.plain]
-    return fit_ar_noise([residual for residual, _, _ in line.plain], taken_up=taken_up)
+    absorbed = [np.hstack([deviation * own, rest @ half]) for _, own, rest in line.plain]
+    return fit_ar_noise([residual for residual, _, _ in line.plain], absorbed=absorbed)
 
 
 def inverse_information(jacobian: FloatArray, singular: float = _SINGULAR) -> FloatArray | None:

@@ -76,7 +76,7 @@ def test_noise_that_a_fit_took_up_is_not_lost() -> None:
     spread = columns @ np.linalg.inv(triangle)
     noise = np.linalg.cholesky(covariance) @ rng.standard_normal((samples, 400))
     left = list((noise - spread @ (basis.T @ truth.whiten(noise))).T)
-    found = fit_ar_noise(left, most=1, taken_up=[spread] * len(left))
+    found = fit_ar_noise(left, most=1, absorbed=[spread] * len(left))
     assert found.coefficients[0] == pytest.approx(0.9, abs=0.005)
     assert found.variance == pytest.approx(1.0, rel=0.02)
     assert fit_ar_noise(left, most=1).coefficients[0] < 0.88
