@@ -8,7 +8,13 @@ from typing import Any
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from matplotlib.ticker import LogLocator, MultipleLocator, NullFormatter, StrMethodFormatter
+from matplotlib.ticker import (
+    LogLocator,
+    MultipleLocator,
+    NullFormatter,
+    StrMethodFormatter,
+    SymmetricalLogLocator,
+)
 
 from pamsim.core.units import DEG_PER_RAD
 from pamsim.identification.curves import Curves, TrialCurve
@@ -131,7 +137,9 @@ def scan(result: Mapping[str, Any]) -> Figure:
         ax.set_ylim(max(best - span, float(np.min(values)) - 0.1 * span), best + 0.15 * span)
     else:
         ax.set_yscale("symlog", linthresh=2.0)
-        ax.yaxis.get_major_locator().set_params(numticks=8)  # as many as can be read
+        ticks = SymmetricalLogLocator(base=10.0, linthresh=2.0)
+        ticks.set_params(numticks=8)  # as many as can be read
+        ax.yaxis.set_major_locator(ticks)
     finish_axes(
         ax,
         x="poles, zeros, gain and dead time",
