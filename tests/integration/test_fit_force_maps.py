@@ -10,7 +10,7 @@ import pytest
 
 from pamsim.fitting.curve_fit import search_curve
 from pamsim.fitting.fit import fit
-from pamsim.fitting.force_map import compare_force_laws, fit_force_law, warnings_about
+from pamsim.fitting.force_map import fit_force_law, warnings_about
 from pamsim.fitting.law_curve import law_coefficients, law_curve, named_law
 from pamsim.muscles.braid import Braid
 from pamsim.store.measured_table import read_measured
@@ -107,24 +107,18 @@ def test_the_scale_is_held_where_other_coefficients_have_the_same_effect(name, h
     assert law_coefficients(named_law(name), BRAID, {"scale": 2.0})[0].held == 2.0
 
 
-@pytest.mark.parametrize("ranked_by", ["pressure", "none"])
-def test_a_winner_that_does_not_generalise_is_warned_of(ranked_by):
-    """Of the small muscle's map the polynomial laws win wherever no length is held out."""
-    result = fit(DMSP_10, compare=True, hold_out=ranked_by)
-    assert result.fits[0].model in {"six_parameter", "invertible_exponential"}
+def test_a_winner_that_does_not_generalise_is_warned_of():
+    """Of the small muscle's map an exponential law wins where no length is held out."""
+    result = fit(DMSP_10, compare=True, hold_out="none")
+    assert result.fits[0].model == "six_parameter"
     (warning,) = result.warnings
-    assert warning.startswith(f"{result.fits[0].model} does not generalise to other lengths")
+    assert warning.startswith("six_parameter does not generalise to other lengths")
     assert "mooney_rivlin, with fewer coefficients" in warning
     assert f"warning: {warning}" in result.summary()
 
 
-def test_a_winner_that_generalises_is_not(dmsp_20):
-    laws, _ = compare_force_laws(dmsp_20, BRAID, held={}, hold_out="length")
-    assert laws[0].model == "mooney_rivlin"
-    assert warnings_about(dmsp_20, BRAID, laws, held={}) == []
-    # A law that only fits is warned of, and one whose error is the same everywhere is not.
-    ideal = next(law for law in laws if law.model == "ideal_mckibben")
-    assert warnings_about(dmsp_20, BRAID, [ideal], held={}) == []
-    six = next(law for law in laws if law.model == "six_parameter")
+def test_a_law_whose_error_grows_a_lot_is_warned_of_and_another_is_not(dmsp_20, elastic_tube, six):
+    assert warnings_about(dmsp_20, BRAID, [elastic_tube], held={}) == []
     (warning,) = warnings_about(dmsp_20, BRAID, [six], held={})
+    assert "does not generalise to other lengths" in warning
     assert "at fitted ones by" in warning
