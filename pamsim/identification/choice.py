@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
@@ -11,6 +10,7 @@ from numpy.typing import NDArray
 
 from pamsim.identification.improvement import p_value_of_improvement
 from pamsim.identification.models import Candidate
+from pamsim.inference.aicc import aicc_above_best
 from pamsim.linear.identified_model import FitStatus, IdentifiedModel
 from pamsim.linear.residual_nonlinearity import what_is_missing
 from pamsim.linear.signal_record import SignalRecord
@@ -117,22 +117,13 @@ def _effective_samples(fits: dict[str, IdentifiedModel], records: Sequence[Signa
     best = min(fits.values(), key=_squares)
     samples = sum(record.output.size for record in records)
     interval = float(np.median([record.sample_time for record in records]))
-    worth = samples * interval / (2.0 * best.noise.correlation_time(interval))
-    fewest = max(map(_parameters, fits.values())) + 2.0  # below, AICc has no value
-    return float(np.clip(worth, fewest, max(samples, fewest)))
+    return min(samples * interval / (2.0 * best.noise.correlation_time(interval)), samples)
 
 
 def _aicc(fits: dict[str, IdentifiedModel], effective: float) -> dict[str, float]:
-    samples = {name: sum(trial.samples for trial in fit.trials) for name, fit in fits.items()}
-    scores: dict[str, float] = {}
-    for name, fit in fits.items():
-        k = _parameters(fit)
-        mean_square = max(_squares(fit) / samples[name], np.finfo(float).tiny)
-        scores[name] = effective * math.log(mean_square) + 2.0 * k * effective / (
-            effective - k - 1.0
-        )
-    best = min(scores.values())
-    return {name: score - best for name, score in scores.items()}
+    squares = [_squares(fit) / sum(trial.samples for trial in fit.trials) for fit in fits.values()]
+    unknowns = [_parameters(fit) for fit in fits.values()]
+    return dict(zip(fits, aicc_above_best(squares, unknowns, effective), strict=True))
 
 
 def _by_aicc(converged: list[str], scores: dict[str, float], effective: float) -> tuple[str, str]:

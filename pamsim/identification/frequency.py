@@ -23,6 +23,7 @@ from pamsim.core.versions import versions
 from pamsim.identification.frequency_table import frequency_response_of
 from pamsim.identification.models import ModelSet
 from pamsim.identification.summary import summary_lines
+from pamsim.inference.aicc import aicc_above_best
 from pamsim.linear.continuous_structure import HIGHEST_ORDER
 from pamsim.linear.frequency_fit import fit_frequency_response
 from pamsim.linear.identified_model import FitStatus, IdentifiedModel
@@ -276,17 +277,14 @@ def _trusted(fit: IdentifiedModel) -> bool:
 
 def _aicc(fits: Mapping[str, IdentifiedModel], frequencies: int) -> dict[str, float]:
     """AICc of the relative error, by the number of errors that are independent at best."""
-    unknowns = {name: fit.coordinates.size + 1.0 for name, fit in fits.items()}
     best = max(fits.values(), key=lambda fit: fit.fit_percent)
     samples = frequencies / best.noise.correlation_time(1.0)  # of both parts
-    fewest = max(unknowns.values()) + 2.0
-    samples = float(np.clip(samples, fewest, max(2.0 * frequencies, fewest)))
-    scores: dict[str, float] = {}
-    for name, fit in fits.items():
-        k, error = unknowns[name], max(1.0 - fit.fit_percent / 100.0, 1e-12)
-        few = 2.0 * k * (k + 1.0) / (samples - k - 1.0)
-        scores[name] = samples * float(np.log(error**2)) + 2.0 * k + few
-    return scores
+    errors = [max(1.0 - fit.fit_percent / 100.0, 1e-12) for fit in fits.values()]
+    unknowns = [fit.coordinates.size + 1.0 for fit in fits.values()]
+    scores = aicc_above_best(
+        [error**2 for error in errors], unknowns, min(samples, 2.0 * frequencies)
+    )
+    return dict(zip(fits, scores, strict=True))
 
 
 def _recommended(

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pamsim.identification.improvement import p_value_of_improvement
+from pamsim.inference.aicc import aicc_above_best
 from pamsim.inference.coloured_noise import fit_ar_noise
 from pamsim.linear.continuous_structure import ContinuousStructure
 from pamsim.linear.identified_model import pooled_fit_percent
@@ -205,11 +206,9 @@ def _aicc(
     best = min(fits, key=lambda fit: fit.cost)
     residual = best.structure.problem(records).solved(best.x, WHITE)[1]
     effective = _effective_samples([residual], records)
-    scores: list[float] = []
-    for fit in fits:
-        k = fit.structure.unknowns + fit.structure.per_trial * len(records)
-        square = max(fit.cost / samples, np.finfo(float).tiny)
-        # AICc has no value where there are fewer samples than parameters.
-        room = max(effective - k - 1.0, np.finfo(float).eps)
-        scores.append(effective * math.log(square) + 2.0 * k * effective / room)
-    return tuple(score - min(scores) for score in scores), effective
+    scores = aicc_above_best(
+        [fit.cost / samples for fit in fits],
+        [fit.structure.unknowns + fit.structure.per_trial * len(records) for fit in fits],
+        effective,
+    )
+    return tuple(scores), effective

@@ -101,6 +101,8 @@ class Separable:
 
         Source: Kaufman (BIT 15, 1975).
         """
+        if not x.size:
+            return np.empty((sum(block.shape[0] for block in part.blocks), 0))
         theta, edge = part.theta, self.upper - self.lower
         step = np.where(np.isfinite(edge), _STEP * edge, _FREE_STEP * np.maximum(1.0, np.abs(x)))
         step = np.where(x + step > self.upper, -step, step)

@@ -34,3 +34,11 @@ def test_slope_gives_the_gradient_and_leaves_out_what_is_solved_for(noise: ArNoi
         assert np.max(np.abs(columns.T @ slope[rows])) <= 1e-8 * np.linalg.norm(columns)
     shared = np.concatenate([block[:, part.own[0].size : -1] for block in part.blocks])
     assert np.max(np.abs(shared.T @ slope)) <= 1e-8 * np.linalg.norm(shared)
+
+
+@pytest.mark.parametrize("noise", [ArNoise((), 1.0), ArNoise((-0.8, 0.2), 1.0)])
+def test_without_a_coordinate_there_is_no_slope(noise: ArNoise) -> None:
+    structure = ContinuousStructure(0, 0, integrators=1)
+    problem = structure.problem([record(1), record(2)])
+    part = problem.linear_part(np.empty(0), noise)
+    assert problem.jacobian(np.empty(0), part).shape == (part.residual.size, 0)
