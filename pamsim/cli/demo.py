@@ -10,7 +10,7 @@ import click
 from pamsim.cli.command import Command, answer
 from pamsim.cli.diagnose import show
 from pamsim.cli.main import FINDING, OK
-from pamsim.cli.options import completed, effect_names, out_option
+from pamsim.cli.options import completed, effect_names, film_option, out_option
 from pamsim.cli.output import progress_bar
 
 _SIZE = 0.3
@@ -24,8 +24,9 @@ _TRIALS = {"protocols": ("triangle", "loaded_steps"), "duration": 2.0, "repeats"
     "--seed", type=int, default=0, show_default=True, help="Random seed of noise and search."
 )
 @out_option("Folder for recording, page and repaired rig.", default="pamsim_demo")
+@film_option
 @click.option("--open/--no-open", "opened", default=None, help="Show the page in a browser.")
-def command(effect: str, size: float, seed: int, out: Path, opened: bool | None) -> int:
+def command(effect: str, size: float, seed: int, out: Path, film: bool, opened: bool | None) -> int:
     """Hide EFFECT in recordings of the MAS-20 arm, find it, and open the page about it.
 
     The recordings are synthetic: 20 trials of 2 s with noise, of an arm that has the effect. The
@@ -46,7 +47,7 @@ def command(effect: str, size: float, seed: int, out: Path, opened: bool | None)
         report = pamsim.diagnose(
             out / "recording", effects=tried, seed=seed, out=out, progress=progress
         )
-    show(report, out, None, repaired=True)
+    show(report, out, None, repaired=True, film=out / "recording" if film else None)
     right = {one.name.partition(AT)[0] for one in report.effects} == {found.name}
     true = ", ".join(f"{name} = {value:g} (SI)" for name, value in hidden.hidden.items())
     answer(f"hidden was {found.name}, {true}: {'found' if right else 'not named by itself'}")

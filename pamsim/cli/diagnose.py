@@ -12,6 +12,7 @@ from pamsim.cli.main import FINDING, OK
 from pamsim.cli.options import (
     RIG,
     effect_names,
+    film_option,
     json_option,
     names_option,
     open_option,
@@ -41,6 +42,7 @@ _ROWS = 6  # of a table on the screen; the page has them all, and so has --verbo
 @threads_option
 @out_option("Folder for page, JSON and rig.")
 @resume_option("Continue the interrupted diagnosis in --out.")
+@film_option
 @open_option
 @json_option
 def command(
@@ -55,6 +57,7 @@ def command(
     threads: int | None,
     out: Path | None,
     resume: bool,
+    film: bool,
     json_file: Path | None,
 ) -> int:
     """Find where a simulation and DATA disagree, name the missing effect, and add it.
@@ -72,6 +75,8 @@ def command(
     kind = kind_of(data)
     if resume and out is None:
         raise InputError("`resume` needs `out`: the folder of the interrupted diagnosis")
+    if film and (out is None or kind is not Kind.RECORDINGS):
+        raise InputError("`film` needs recordings, and `out` for the page that shows it")
     if out is not None:
         check_folder(out, rig)
     with progress_bar("model") as progress:
@@ -94,10 +99,19 @@ def command(
             if out is not None and kind is Kind.RECORDINGS:
                 click.echo("fits are kept: continue with the same command and --resume", err=True)
             raise
-    return show(report, out, json_file, repaired=kind is Kind.RECORDINGS)
+    filmed = data[0] if film else None
+    return show(report, out, json_file, repaired=kind is Kind.RECORDINGS, film=filmed, rig=rig)
 
 
-def show(report: Diagnosis, out: Path | None, json_file: Path | None, *, repaired: bool) -> int:
+def show(
+    report: Diagnosis,
+    out: Path | None,
+    json_file: Path | None,
+    *,
+    repaired: bool,
+    film: Path | str | None = None,
+    rig: str | None = None,
+) -> int:
     """Write a diagnosis and its page, and print it.
 
     Args:
@@ -105,6 +119,8 @@ def show(report: Diagnosis, out: Path | None, json_file: Path | None, *, repaire
         out: folder for page, JSON and rig, or None.
         json_file: for the result alone, or None.
         repaired: whether a repaired rig may have been written.
+        film: recording whose rig is filmed, or None.
+        rig: instead of the one that the recording names.
 
     Returns:
         The exit code.
@@ -119,7 +135,8 @@ def show(report: Diagnosis, out: Path | None, json_file: Path | None, *, repaire
 
         report.save(out)
         result = read_json(out / FILE, SCHEMA)
-        write_diagnosis(result, report.comparisons, out)
+        filmed = None if film is None else _filmed(report, result, out, film, rig)
+        write_diagnosis(result, report.comparisons, out, film=filmed)
     save_json(json_file, result)
     _print(result)
     if out is not None:
@@ -129,6 +146,29 @@ def show(report: Diagnosis, out: Path | None, json_file: Path | None, *, repaire
         show_page(out / "index.html")
     answer(result["sentence"], f"verdict: {result['verdict']}")
     return OK if result["verdict"] in _FINE else FINDING
+
+
+def _filmed(
+    report: Diagnosis, result: dict[str, Any], out: Path, recording: Path | str, rig: str | None
+) -> Path | None:
+    """Film the trial with the largest gap; the diagnosis stands if it cannot be filmed."""
+    from pamsim.core.errors import PamsimError
+    from pamsim.engine.rig import load_rig
+    from pamsim.report.diagnose_page import shown_trials
+    from pamsim.report.gap_film import film_gap
+    from pamsim.store.recording_reader import read_recordings
+
+    path = out / "gap.gif"
+    shown = shown_trials(result, report.comparisons)
+    try:
+        scene = load_rig(rig or read_recordings(recording).rig, scene=True)
+        parts = [part for part in report.comparisons if part.trial in shown[:1]]
+        with progress_bar("frame") as progress:
+            film_gap(path, scene, parts, progress=progress)
+    except PamsimError as error:
+        warn(f"no film: {error}")
+        return None
+    return path
 
 
 def _print(result: dict[str, Any]) -> None:

@@ -116,6 +116,13 @@ def open_option(function: Any) -> Any:
     )(function)
 
 
+def film_option(function: Any) -> Any:
+    """``--film``: whether the page shows the arm with and without the gap, moving."""
+    return click.option(
+        "--film", is_flag=True, help="Film the trial with the largest gap, for the page: gap.gif."
+    )(function)
+
+
 class RigName(click.ParamType):
     """A shipped rig or a rig folder; a shell completes both."""
 

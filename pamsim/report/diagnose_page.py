@@ -19,7 +19,7 @@ from pamsim.report import (
     diagnose_where,
 )
 from pamsim.report.numbers import fixed, significant, words
-from pamsim.report.page import write_page
+from pamsim.report.page import inline_image, write_page
 
 SCHEMA = "pamsim-diagnosis/2"
 
@@ -27,7 +27,11 @@ _MANY = 4  # models, from which on a headline counts them
 
 
 def write_diagnosis(
-    result: Mapping[str, Any], comparisons: Sequence[Comparison], out: Path
+    result: Mapping[str, Any],
+    comparisons: Sequence[Comparison],
+    out: Path,
+    *,
+    film: Path | None = None,
 ) -> list[Path]:
     """Write page and figures of a diagnosis of recordings, a table at rest or a loop.
 
@@ -35,6 +39,7 @@ def write_diagnosis(
         result: of schema ``pamsim-diagnosis/2``.
         comparisons: every compared channel of every trial; empty for a table or a loop.
         out: folder to write into; made if missing, files of the same names are replaced.
+        film: a GIF of the first trial shown, see `pamsim.report.gap_film`, or None.
 
     Returns:
         The files written, the page first.
@@ -43,7 +48,7 @@ def write_diagnosis(
         InputError: if the result has another schema, or the place cannot be written.
     """
     noise = _noise(result)
-    shown = diagnose_signals.worst_trials(comparisons, noise)
+    shown = shown_trials(result, comparisons)
     return write_page(
         out,
         "diagnose.html",
@@ -51,6 +56,7 @@ def write_diagnosis(
         lambda: dict(_figures(result, comparisons, shown, noise)),
         schema=SCHEMA,
         shown=shown,
+        film=None if film is None else inline_image(film.read_bytes(), "gif"),
         held_out=_grouped(result["held_out"]),
         repaired=any(entry["after"] is not None for entry in result["gap"].values()),
         headline=headline(result),
@@ -59,6 +65,16 @@ def write_diagnosis(
         limits={k: v for k, v in result["absent"].items() if "cannot_tell" not in v},
         unseen={k: v for k, v in result["absent"].items() if "cannot_tell" in v},
     )
+
+
+def shown_trials(result: Mapping[str, Any], comparisons: Sequence[Comparison]) -> list[str]:
+    """Trials of recordings that the page shows, the one with the largest gap first.
+
+    Args:
+        result: of schema ``pamsim-diagnosis/2``.
+        comparisons: every compared channel of every trial.
+    """
+    return diagnose_signals.worst_trials(comparisons, _noise(result))
 
 
 def headline(result: Mapping[str, Any]) -> str:

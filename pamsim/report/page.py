@@ -68,8 +68,13 @@ def page_image(figure: Figure, path: Path) -> PageImage:
     content = io.BytesIO()
     with Image.open(path) as image:  # with 256 colours a third of the size
         image.convert("RGB").quantize(dither=Image.Dither.NONE).save(content, "png", optimize=True)
-    source = f"data:image/png;base64,{base64.b64encode(content.getvalue()).decode()}"
+    source = inline_image(content.getvalue(), "png")
     return PageImage(source, width, height, readable_panels(figure))
+
+
+def inline_image(content: bytes, kind: str) -> str:
+    """The content of an image file, such as ``gif``, as the address of an image."""
+    return f"data:image/{kind};base64,{base64.b64encode(content).decode()}"
 
 
 @functools.cache

@@ -306,3 +306,16 @@ def test_a_model_whose_size_is_not_known_carries_a_warning(rig, tmp_path):
     result["tried"][0]["size_known"] = False
     page = write_diagnosis(result, [], tmp_path)[0].read_text("utf-8")
     assert "the interval includes its absence" in page
+
+
+@pytest.mark.usefixtures("quick")
+def test_a_film_is_in_the_page_and_waits_to_be_opened(rig, tmp_path):
+    one = report(rig, Verdict.NAMED, **VERDICTS[Verdict.NAMED])
+    film = tmp_path / "gap.gif"
+    film.write_bytes(b"GIF89a of an arm")
+    without = page_of(one, tmp_path)
+    page, *_ = write_diagnosis(one.to_dict(), one.comparisons, tmp_path, film=film)
+    shown = page.read_text("utf-8")
+    assert "<details" not in without
+    (opened,) = re.findall(r'<details class="film">(.*?)</details>', shown, re.DOTALL)
+    assert "data:image/gif;base64,R0lGODlhIG9mIGFuIGFybQ==" in opened

@@ -1,0 +1,138 @@
+"""Film of the gap: the arm as measured, as simulated before and after the repair, side by side."""
+
+from __future__ import annotations
+
+import contextlib
+from collections.abc import Iterator, Sequence
+from pathlib import Path
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.figure import Figure
+from numpy.typing import NDArray
+
+from pamsim.comparison.compared_signal import Comparison, shown_unit
+from pamsim.core.errors import InputError
+from pamsim.core.progress import Progress
+from pamsim.core.trial import Trial
+from pamsim.engine.rig import Rig
+from pamsim.report.numbers import fixed, words
+from pamsim.report.style import BLUE, INK, VERMILION, finish_axes, styled
+from pamsim.scene.arm_camera import ArmCamera, arm_camera
+from pamsim.scene.replay import Replay, frame_times
+from pamsim.store.pictures import write_film
+
+Picture = NDArray[np.uint8]
+FloatArray = NDArray[np.float64]
+
+_FPS = 12.0
+_LONGEST = 4.0  # of the film [s]; a longer trial runs faster
+_ARM = 320, 172  # width and height of each arm [px]
+_TITLE, _CURVES = 26, 150  # height of the titles above the arms and of the curves below [px]
+_DPI = 100.0
+
+
+def film_gap(
+    path: Path, rig: Rig, parts: Sequence[Comparison], *, progress: Progress | None = None
+) -> None:
+    """Write a film of one trial, its arms above and the first joint's curves below.
+
+    Args:
+        path: ending in .gif or .mp4.
+        rig: loaded with its scene.
+        parts: the compared channels of the trial, all joints among them.
+        progress: called after each frame.
+
+    Raises:
+        InputError: if a joint was not compared, or the place cannot be written.
+        EngineError: if the arm cannot be drawn.
+    """
+    missing = set(rig.names.joint_channels) - {part.channel for part in parts}
+    if missing:
+        raise InputError(f"{path}: {', '.join(sorted(missing))} was not compared")
+    repaired = any(part.after is not None for part in parts)
+    before = "before the repair" if repaired else "simulated"
+    shown = [
+        (title, colour, {part.channel: values for part, values in signals})
+        for title, colour, signals in (
+            ("measured", INK, [(part, part.measured) for part in parts]),
+            (before, VERMILION, [(p, p.before) for p in parts if p.before is not None]),
+            ("after it", BLUE, [(p, p.after) for p in parts if p.after is not None]),
+        )
+        if signals
+    ]
+    (first,) = (part for part in parts if part.channel == rig.names.joint_channels[0])
+    replays = [Replay(rig=rig, trial=_trial(rig, first, signals)) for *_, signals in shown]
+    duration = replays[0].duration
+    times = frame_times(duration, fps=_FPS, speed=max(duration / _LONGEST, 1.0)).tolist()
+    sheet, axes = _sheet(first, [(title, colour) for title, colour, _ in shown])
+    with contextlib.ExitStack() as stack:
+        width, height = _ARM
+        cameras = [
+            stack.enter_context(arm_camera(replay, width=width, height=height))
+            for replay in replays
+        ]
+
+        def frames() -> Iterator[Picture]:
+            for done, time in enumerate(times, start=1):
+                yield _frame(sheet, axes, cameras, time, duration)
+                if progress is not None:
+                    progress(done, len(times), path.name)
+
+        ends = [_frame(sheet, axes, cameras, time, duration) for time in (0.0, duration)]
+        write_film(path, frames(), fps=_FPS, palette_from=ends)
+
+
+def _trial(rig: Rig, part: Comparison, signals: dict[str, FloatArray]) -> Trial:
+    """Signals as a trial that can be replayed; what it was driven by is not shown."""
+    return Trial(
+        name=part.trial,
+        protocol=part.protocol,
+        drive="valve",
+        load=0.0,
+        time=part.time,
+        command=np.zeros((part.time.size, len(rig.muscles))),
+        measured=signals,
+        muscle_names=tuple(rig.names.named_muscles),
+    )
+
+
+@styled
+def _sheet(part: Comparison, titles: Sequence[tuple[str, str]]) -> tuple[Picture, Axes]:
+    """What all frames share: titles and curves; and where the curves are."""
+    width, height = len(titles) * _ARM[0], _TITLE + _ARM[1] + _CURVES
+    figure = Figure(figsize=(width / _DPI, height / _DPI), dpi=_DPI)
+    canvas = FigureCanvasAgg(figure)
+    left, bottom, right = 62 / width, 40 / height, 26 / width
+    ax = figure.add_axes((left, bottom, 1.0 - left - right, (_CURVES - 50) / height))
+    unit, scale = shown_unit(part.channel)
+    for values, (_, colour) in zip(
+        [v for v in (part.measured, part.before, part.after) if v is not None], titles, strict=True
+    ):
+        ax.plot(part.time, values * scale, color=colour)
+    ax.set_xlim(part.time[0], part.time[-1])
+    finish_axes(ax, x="time [s]", y=f"{words(part.channel)} [{unit}]", zero=False)
+    errors = [None, *(part.rms(v) for v in (part.before, part.after) if v is not None)]
+    for place, ((title, colour), error) in enumerate(zip(titles, errors, strict=True)):
+        text = title if error is None else f"{title}: {fixed(error, 2)} {unit} RMS"
+        across = (place + 0.5) / len(titles)
+        figure.text(
+            across, 1.0 - 5 / height, text, color=colour, weight="bold", ha="center", va="top"
+        )
+    canvas.draw()
+    return np.asarray(canvas.buffer_rgba())[..., :3].copy(), ax
+
+
+def _frame(
+    sheet: Picture, ax: Axes, cameras: Sequence[ArmCamera], time: float, duration: float
+) -> Picture:
+    frame = sheet.copy()
+    width, height = _ARM
+    for place, camera in enumerate(cameras):
+        columns = slice(place * width, (place + 1) * width)
+        frame[_TITLE : _TITLE + height, columns] = camera.draw(time)
+    box = ax.get_window_extent()
+    column = round(box.x0 + min(time / duration, 1.0) * (box.width - 1.0))
+    frame[round(len(frame) - box.y1) : round(len(frame) - box.y0), column : column + 2] = 90
+    return frame
