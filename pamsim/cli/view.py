@@ -8,7 +8,15 @@ import click
 
 from pamsim.cli.command import Command
 from pamsim.cli.main import OK
-from pamsim.cli.options import KILOGRAMS, PATH, PRESSURES, RIG, effects_option, refuse
+from pamsim.cli.options import (
+    KILOGRAMS,
+    PATH,
+    PRESSURES,
+    RIG,
+    effect_names,
+    names_option,
+    refuse,
+)
 
 
 @click.command(name="view", cls=Command)
@@ -22,7 +30,11 @@ from pamsim.cli.options import KILOGRAMS, PATH, PRESSURES, RIG, effects_option, 
     help="Set points to start from, one per muscle [kPa]; 200 each if left out.",
 )
 @click.option("--load", type=KILOGRAMS, help="Mass on the arm: 1.2 or 1200g; none if left out.")
-@effects_option("--effects", help="Effects with a slider, all that the rig can have if left out")
+@names_option(
+    "--effects",
+    names=effect_names,
+    help="Effects with a slider, all that the rig can have if left out",
+)
 @click.option("--trial", help="Trial of the recording; its first if left out.")
 @click.option("--speed", type=float, help="Of the replay: 1 is real time, 0.5 slow motion.")
 def command(
