@@ -12,6 +12,7 @@ from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
 from pamsim.core.units import PA_PER_KPA
+from pamsim.fitting.result import SCHEMA
 from pamsim.report.numbers import NONE, fixed, interval, plain, quantity, significant, words
 from pamsim.report.numbers import unit as unit_text
 from pamsim.report.page import write_page
@@ -26,7 +27,6 @@ from pamsim.report.style import (
 )
 
 FloatArray = NDArray[np.float64]
-SCHEMA = "pamsim-fit/2"
 
 _MM_PER_M = 1e3
 _MOST_SERIES = 8

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import contextlib
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 
 import numpy as np
@@ -24,7 +24,6 @@ from pamsim.scene.replay import Replay, frame_times
 from pamsim.store.pictures import write_film
 
 Picture = NDArray[np.uint8]
-FloatArray = NDArray[np.float64]
 
 _FPS = 12.0
 _LONGEST = 4.0  # of the film [s]; a longer trial runs faster
@@ -51,22 +50,15 @@ def film_gap(
     missing = set(rig.names.joint_channels) - {part.channel for part in parts}
     if missing:
         raise InputError(f"{path}: {', '.join(sorted(missing))} was not compared")
-    repaired = any(part.after is not None for part in parts)
-    before = "before the repair" if repaired else "simulated"
-    shown = [
-        (title, colour, {part.channel: values for part, values in signals})
-        for title, colour, signals in (
-            ("measured", INK, [(part, part.measured) for part in parts]),
-            (before, VERMILION, [(p, p.before) for p in parts if p.before is not None]),
-            ("after it", BLUE, [(p, p.after) for p in parts if p.after is not None]),
-        )
-        if signals
-    ]
     (first,) = (part for part in parts if part.channel == rig.names.joint_channels[0])
-    replays = [Replay(rig=rig, trial=_trial(rig, first, signals)) for *_, signals in shown]
+    before = "simulated" if first.after is None else "before the repair"
+    titles = {"measured": ("measured", INK), "before": (before, VERMILION),
+              "after": ("after it", BLUE)}  # fmt: skip
+    states = [state for state in titles if getattr(first, state) is not None]
+    replays = [Replay(rig=rig, trial=_trial(rig, parts, first, state)) for state in states]
     duration = replays[0].duration
     times = frame_times(duration, fps=_FPS, speed=max(duration / _LONGEST, 1.0)).tolist()
-    sheet, axes = _sheet(first, [(title, colour) for title, colour, _ in shown])
+    sheet, axes = _sheet(first, {state: titles[state] for state in states})
     with contextlib.ExitStack() as stack:
         width, height = _ARM
         cameras = [
@@ -84,22 +76,22 @@ def film_gap(
         write_film(path, frames(), fps=_FPS, palette_from=ends)
 
 
-def _trial(rig: Rig, part: Comparison, signals: dict[str, FloatArray]) -> Trial:
-    """Signals as a trial that can be replayed; what it was driven by is not shown."""
+def _trial(rig: Rig, parts: Sequence[Comparison], first: Comparison, state: str) -> Trial:
+    """One state's signals as a trial that can be replayed; its drive is not shown."""
     return Trial(
-        name=part.trial,
-        protocol=part.protocol,
+        name=first.trial,
+        protocol=first.protocol,
         drive="valve",
         load=0.0,
-        time=part.time,
-        command=np.zeros((part.time.size, len(rig.muscles))),
-        measured=signals,
+        time=first.time,
+        command=np.zeros((first.time.size, len(rig.muscles))),
+        measured={part.channel: getattr(part, state) for part in parts},
         muscle_names=tuple(rig.names.named_muscles),
     )
 
 
 @styled
-def _sheet(part: Comparison, titles: Sequence[tuple[str, str]]) -> tuple[Picture, Axes]:
+def _sheet(part: Comparison, titles: Mapping[str, tuple[str, str]]) -> tuple[Picture, Axes]:
     """What all frames share: titles and curves; and where the curves are."""
     width, height = len(titles) * _ARM[0], _TITLE + _ARM[1] + _CURVES
     figure = Figure(figsize=(width / _DPI, height / _DPI), dpi=_DPI)
@@ -107,19 +99,17 @@ def _sheet(part: Comparison, titles: Sequence[tuple[str, str]]) -> tuple[Picture
     left, bottom, right = 62 / width, 40 / height, 26 / width
     ax = figure.add_axes((left, bottom, 1.0 - left - right, (_CURVES - 50) / height))
     unit, scale = shown_unit(part.channel)
-    for values, (_, colour) in zip(
-        [v for v in (part.measured, part.before, part.after) if v is not None], titles, strict=True
-    ):
+    for place, (state, (title, colour)) in enumerate(titles.items()):
+        values = getattr(part, state)
         ax.plot(part.time, values * scale, color=colour)
-    ax.set_xlim(part.time[0], part.time[-1])
-    finish_axes(ax, x="time [s]", y=f"{words(part.channel)} [{unit}]", zero=False)
-    errors = [None, *(part.rms(v) for v in (part.before, part.after) if v is not None)]
-    for place, ((title, colour), error) in enumerate(zip(titles, errors, strict=True)):
-        text = title if error is None else f"{title}: {fixed(error, 2)} {unit} RMS"
+        error = "" if state == "measured" else f": {fixed(part.rms(values), 2)} {unit} RMS"
         across = (place + 0.5) / len(titles)
         figure.text(
-            across, 1.0 - 5 / height, text, color=colour, weight="bold", ha="center", va="top"
-        )
+            across, 1.0 - 5 / height, f"{title}{error}",
+            color=colour, weight="bold", ha="center", va="top",
+        )  # fmt: skip
+    ax.set_xlim(part.time[0], part.time[-1])
+    finish_axes(ax, x="time [s]", y=f"{words(part.channel)} [{unit}]", zero=False)
     canvas.draw()
     return np.asarray(canvas.buffer_rgba())[..., :3].copy(), ax
 
