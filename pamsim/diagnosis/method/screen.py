@@ -30,6 +30,9 @@ _AS_GOOD = 0.8
 _FAR_MORE = 1.25
 """Factor on the gain that the usual form promises, from which another form is tried first."""
 
+_PARALLEL = 0.01
+"""Share of a signature's square that another must leave unexplained for the two to be a pair."""
+
 
 @dataclass(frozen=True, kw_only=True)
 class Trace:
@@ -221,6 +224,65 @@ def signature_similarity(a: Screened, b: Screened) -> float:
         (abs(s.signature.similarity(t.signature.projected)) for s in a.traces for t in b.traces),
         default=0.0,
     )
+
+
+@dataclass(frozen=True, kw_only=True)
+class PromisedPair:
+    """Two effects whose signatures explain a misfit together.
+
+    Attributes:
+        effects: both, each in one of its forms.
+        gain: fall of the mean loss that they promise.
+        start: where their fit begins [SI].
+    """
+
+    effects: tuple[Screened, Screened]
+    gain: float
+    start: Mapping[str, float]
+
+
+def promised_pairs(screened: Sequence[Screened], misfit: FloatArray) -> tuple[PromisedPair, ...]:
+    """What any two effects promise together, which may be far more than either does alone.
+
+    Args:
+        screened: effects in all of their forms.
+        misfit: (f,) measured minus simulated, projected, in units of noise.
+
+    Returns:
+        The best forms of every two effects with a size of their own, the most promising first.
+    """
+    traces = [(s, t) for s in screened for t in s.traces if t.signature.visible > 0.0]
+    if not traces:
+        return ()
+    projected = np.stack([t.signature.projected for _, t in traces])
+    products, along = projected @ projected.T, projected @ misfit
+    squares = np.diag(products)
+    best: dict[frozenset[str], PromisedPair] = {}
+    for i, (one, first) in enumerate(traces):
+        # Least squares of two columns: their shares, and by how much the mean loss falls.
+        rest = squares[i] * squares - products[i] ** 2
+        apart = rest > _PARALLEL * squares[i] * squares
+        safe = np.where(apart, rest, np.inf)
+        own = (along[i] * squares - along * products[i]) / safe
+        others = (along * squares[i] - along[i] * products[i]) / safe
+        gains = np.where(apart, own * along[i] + others * along, 0.0)
+        for j in range(i + 1, len(traces)):
+            two, second = traces[j]
+            key = frozenset({one.candidate.name, two.candidate.name})
+            known = best.get(key)
+            if gains[j] <= (0.0 if known is None else known.gain):
+                continue
+            signs = ((one, own[j]), (two, others[j]))
+            if len(key) < 2 or any(x < 0.0 and not s.candidate.two_sided for s, x in signs):
+                continue
+            sizes = [{p.name for p in s.candidate.parameters} for s in (one, two)]
+            if not sizes[0] & sizes[1]:
+                start = {
+                    **one.candidate.moved(first.probe, _clipped(float(own[j]))),
+                    **two.candidate.moved(second.probe, _clipped(float(others[j]))),
+                }
+                best[key] = PromisedPair(effects=(one, two), gain=float(gains[j]), start=start)
+    return tuple(sorted(best.values(), key=lambda pair: -pair.gain))
 
 
 def shortlist(

@@ -165,7 +165,7 @@ def diagnose_trials(
     steps.begin("screening")
     screened = screen(fitter, base, [c for c in candidates if not c.rare])
     perfect = perfect_losses(layout, floor)
-    search = TrialSearch(fitter, base, base_loss, screened, steps)
+    search = TrialSearch(fitter, base, base_loss, perfect, screened, steps)
     models = search.singles()
     present = [m.fit for m in models if m.all_present()]
     least = min(present, key=lambda fit: fit.cost, default=base)
@@ -203,6 +203,7 @@ def diagnose_trials(
             lambda fit: lack_of_fit(fitter, fit, screened, seed=seed),
             gap_mapped=gap_mapped,
             usual_families={c.family for c in candidates if not c.rare},
+            rivals=search.rivals,
         )
 
     conclusion = concluded()
@@ -210,7 +211,8 @@ def diagnose_trials(
     if conclusion.best is not None:
         for close in (conclusion.best, *conclusion.tied[:2]):
             steps.begin(" + ".join(close.names) + " in fine steps")
-            models[models.index(close)] = polished(fitter, base_loss, close)
+            group = search.rivals if any(close is m for m in search.rivals) else models
+            group[group.index(close)] = polished(fitter, base_loss, close)
         conclusion = concluded()
     best, nearest = conclusion.best, conclusion.nearest
     claimed = () if best is None else best.names
@@ -317,6 +319,7 @@ def conclude(
     *,
     gap_mapped: bool,
     usual_families: Collection[str] = (),
+    rivals: Sequence[TrialModel] = (),
 ) -> Conclusion:
     """Choose the best model and its rivals, and weigh the evidence.
 
@@ -332,6 +335,7 @@ def conclude(
         gap_mapped: whether residual maps show a gap, whatever these models achieve.
         usual_families: of the effects that are tried in any case: a rare kind of one of them is
             no rare cause.
+        rivals: see `TrialSearch`.
     """
     accepted = [m for m in models if m.accepted(tried)]
     if not accepted:
@@ -378,12 +382,17 @@ def conclude(
     least = best.least_gain if layout.origin else REMAINDER_LOSS
     remainder = has_remainder(left, lack, layout, best.fit.residual, floor, least=least)
     explained = share_of_trials(base_loss, best.loss, perfect, layout.protocol_of)
+    large_remainder = lack.significant or (remainder and left.gain > LARGE_REMAINDER_LOSS)
+    if large_remainder:
+        # Two other effects that leave less may be what is there.
+        tied = (*tied, *(m for m in rivals if len(m.candidates) == most + 1))
     evidence = Evidence(
         claimed=True,
         gap=True,
         explained=explained.value,
+        effects=most,
         remainder=remainder,
-        large_remainder=lack.significant or (remainder and left.gain > LARGE_REMAINDER_LOSS),
+        large_remainder=large_remainder,
         untested=not lack.testable,
         strained=best.strained(),
         rare=any(c.rare and c.family not in usual_families for c in best.candidates),

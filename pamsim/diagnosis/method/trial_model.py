@@ -64,6 +64,11 @@ class TrialModel:
         return tuple(c.label for c in self.candidates)
 
     @property
+    def families(self) -> frozenset[str]:
+        """Families of the effects."""
+        return frozenset(c.family for c in self.candidates)
+
+    @property
     def family(self) -> str:
         """Families of the effects, joined by ``+``."""
         return "+".join(dict.fromkeys(c.family for c in self.candidates))

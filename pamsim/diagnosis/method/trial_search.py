@@ -20,6 +20,7 @@ from pamsim.diagnosis.method.screen import (
     Screened,
     forms_beside,
     leading,
+    promised_pairs,
     screen_again,
     shortlist,
 )
@@ -28,6 +29,8 @@ from pamsim.diagnosis.method.verdict_thresholds import (
     ADEQUATE,
     FORM_GAIN,
     LEAST_GAIN,
+    PARTNER_SHARE,
+    SIGNIFICANCE,
     TIE_SHARE,
 )
 
@@ -37,6 +40,9 @@ SHORTLIST = 8
 _PROMISED, _PROMISED_RIVAL = 0.1, 0.3
 """Shares of the best promised gain that an effect must reach to be refitted: before and after a
 model has closed the gap."""
+
+_PROMISED_KIND = 0.3
+"""Share of what a further effect promises from which another kind of its family is tried too."""
 
 _OPEN = 0.1
 """The gap counts as open while another effect promises this share of what the best one explains."""
@@ -59,6 +65,7 @@ class Growth:
     Attributes:
         beam: number of models that are grown, the best first.
         others: number of effects tried beside each.
+        joint: number of pairs tried that contain none of these models' effects.
         significance: share of false claims allowed over all that is tried.
         least_gain: fall of the held-out loss that the further effect must bring.
     """
@@ -66,11 +73,27 @@ class Growth:
     beam: int
     others: int
     significance: float
+    joint: int = 0
     least_gain: float = 2.0 * LEAST_GAIN
 
 
-PAIRS = Growth(beam=2, others=4, significance=0.01)
+PAIRS = Growth(beam=2, others=4, joint=2, significance=0.01)
 TRIPLES = Growth(beam=1, others=3, significance=0.001)
+
+
+@dataclass(frozen=True, kw_only=True)
+class _Job:
+    """A larger model to be fitted.
+
+    Attributes:
+        candidates: its effects.
+        starts: values of their parameters to begin from [SI].
+        parents: smaller models that it must predict better than, beside the best.
+    """
+
+    candidates: Sequence[Candidate]
+    starts: Sequence[Mapping[str, float]]
+    parents: Sequence[TrialModel] = ()
 
 
 class TrialSearch:
@@ -80,8 +103,13 @@ class TrialSearch:
         fitter: of the trials.
         base: fit of the base model.
         base_loss: its loss on the held-out trials.
+        perfect: that of a perfect model.
         screened: effects in all of their forms, with their signatures; without the rare ones.
         steps: each effect that is fitted is one.
+
+    Attributes:
+        rivals: models with more effects than the best, of other causes, which predict better, but
+            not by as much as its formula may be off.
     """
 
     def __init__(
@@ -89,13 +117,17 @@ class TrialSearch:
         fitter: Fitter,
         base: Refit,
         base_loss: Mapping[str, float],
+        perfect: Mapping[str, float],
         screened: Sequence[Screened],
         steps: Steps,
     ) -> None:
         self._fitter = fitter
         self._base = base
         self._base_loss = base_loss
-        self._form_error = (1.0 - ADEQUATE) * (float(np.mean(list(base_loss.values()))) - 1.0)
+        self._perfect = float(np.mean(list(perfect.values())))
+        missed = float(np.mean(list(base_loss.values()))) - self._perfect
+        self._form_error = (1.0 - ADEQUATE) * missed
+        self.rivals: list[TrialModel] = []
         self._screened = screened
         self._steps = steps
         self._known: dict[frozenset[str], TrialModel | None] = {}
@@ -175,7 +207,8 @@ class TrialSearch:
     def grown(self, accepted: Sequence[TrialModel], growth: Growth) -> list[TrialModel]:
         """Models with one more effect that predict better than their parent and the best so far.
 
-        What is gained must be more than an error of the first effect's formula may leave.
+        What is gained must be more than an error of the first effect's formula may leave. Where
+        more than that is left, half of it is enough, but for a rare cause.
 
         Args:
             accepted: models whose effects may be claimed, the best first.
@@ -186,27 +219,38 @@ class TrialSearch:
         """
         if not accepted:
             return []
-        growth = replace(growth, least_gain=max(growth.least_gain, self._form_error))
+        left = accepted[0].mean_loss - self._perfect
+        enough = self._form_error
+        if left > self._form_error:
+            enough = min(enough, PARTNER_SHARE * left)
+        growth = replace(growth, least_gain=max(growth.least_gain, enough))
         protocol_of = self._fitter.simulator.layout.protocol_of
         least = min(m.fit.cost for m in accepted)
-        jobs = [
-            job for parent in accepted[: growth.beam] for job in self._jobs(parent, growth, least)
-        ]
+        parents = accepted[: growth.beam]
+        jobs = [job for parent in parents for job in self._jobs(parent, growth, least)]
+        jobs += self._joint_jobs(parents, growth, least)
         judged: list[tuple[TrialModel, bool]] = []
-        for parent, effect, starts in jobs:
-            candidates = [*parent.candidates, effect.candidate]
+        for job in jobs:
             worth = least - growth.least_gain
-            model = self._known.get(_key(candidates)) or self._fitted(candidates, starts, worth)
+            known = self._known.get(_key(job.candidates))
+            model = known or self._fitted(job.candidates, job.starts, worth)
             if model is None or not model.size_known():
                 continue
-            over = [compare_trials(m.loss, model.loss, protocol_of) for m in (accepted[0], parent)]
-            if all(c.gain > growth.least_gain for c in over):
-                certain = all(c.p_value * len(jobs) < growth.significance for c in over)
-                judged.append((model, certain))
+            over = [
+                compare_trials(m.loss, model.loss, protocol_of) for m in (accepted[0], *job.parents)
+            ]
+            p_value = max(c.p_value for c in over)
+            needed = self._form_error if self._of_rare_cause(model) else growth.least_gain
+            if all(c.gain > max(growth.least_gain, needed) for c in over):
+                judged.append((model, p_value * len(jobs) < growth.significance))
+            elif p_value < SIGNIFICANCE and not model.families & accepted[0].families:
+                self.rivals.append(model)
         # One that is certain shows that another effect is needed. Which one is decided by losses:
         # what predicts better may be less certain, as its gain differs more between inputs.
-        needed = min((m.mean_loss for m, certain in judged if certain), default=-np.inf)
-        larger = {frozenset(m.names): m for m, certain in judged if certain or m.mean_loss < needed}
+        least_certain = min((m.mean_loss for m, certain in judged if certain), default=-np.inf)
+        larger = {
+            frozenset(m.names): m for m, certain in judged if certain or m.mean_loss < least_certain
+        }
         ranked = sorted(larger.values(), key=lambda m: m.mean_loss)
         ranked = [self.in_best_form(m) if m in ranked[: growth.beam] else m for m in ranked]
         return [m for m in ranked if len(self.reduced(m, growth).names) == len(m.names)]
@@ -236,6 +280,11 @@ class TrialSearch:
             model = smaller
         return model
 
+    def _of_rare_cause(self, model: TrialModel) -> bool:
+        """Whether one of its effects is rare, and no kind of a usual cause."""
+        usual = {s.candidate.family for s in self._screened if not s.candidate.rare}
+        return any(c.rare and c.family not in usual for c in model.candidates)
+
     def _models(self) -> list[TrialModel]:
         """All that were fitted."""
         return [model for model in self._known.values() if model is not None]
@@ -251,9 +300,7 @@ class TrialSearch:
         others = [s for s in leading(self._screened) if s.candidate.name not in model.names]
         return max((s.gain for s in screen_again(others, space, misfit)), default=0.0)
 
-    def _jobs(
-        self, parent: TrialModel, growth: Growth, least: float
-    ) -> list[tuple[TrialModel, Screened, list[dict[str, float]]]]:
+    def _jobs(self, parent: TrialModel, growth: Growth, least: float) -> list[_Job]:
         """Effects that promise most beside a model's own, and where their fits begin.
 
         Effects that could not get below the least cost so far by the required gain are skipped.
@@ -266,15 +313,52 @@ class TrialSearch:
             if s.candidate.name not in parent.names
             and not freed & {p.name for p in s.candidate.parameters}
         ]
+        promised = leading(screen_again(others, space, misfit))
         promising = [
             s
-            for s in leading(screen_again(others, space, misfit))
+            for s in promised
             if s.gain >= growth.least_gain
             and parent.fit.cost - _LEEWAY * s.gain < least - growth.least_gain
         ]
+        # Of one cause all kinds: which of them predicts best is not seen in a signature.
+        families = {s.candidate.family for s in promising[:1]}
+        promising += [
+            s
+            for s in promised
+            if s not in promising
+            and s.candidate.family in families
+            and s.gain >= _PROMISED_KIND * promising[0].gain
+        ]
         return [
-            (parent, s, [{**parent.fit.values, **start} for start in s.starts(misfit)])
+            _Job(
+                candidates=(*parent.candidates, s.candidate),
+                starts=[{**parent.fit.values, **start} for start in s.starts(misfit)],
+                parents=(parent,),
+            )
             for s in promising[: growth.others]
+        ]
+
+    def _joint_jobs(
+        self, parents: Sequence[TrialModel], growth: Growth, least: float
+    ) -> list[_Job]:
+        """Pairs of which neither effect alone may be a parent, as their signatures promise.
+
+        A third effect, which explains little of what either does, may predict better than both
+        while it is alone: an air leak and a small reservoir look like a wrong flow of the valve.
+        """
+        if not growth.joint:
+            return []
+        _, misfit = self._fitter.unexplained(self._base)
+        grown = [set(parent.names) for parent in parents]
+        pairs = [
+            pair
+            for pair in promised_pairs(self._screened, misfit)
+            if not any(names & {s.candidate.name for s in pair.effects} for names in grown)
+            and self._base.cost - _LEEWAY * pair.gain < least - growth.least_gain
+        ]
+        return [
+            _Job(candidates=[s.candidate for s in pair.effects], starts=[{**pair.start}])
+            for pair in pairs[: growth.joint]
         ]
 
     def _fitted(

@@ -46,6 +46,7 @@ class Evidence:
         suspected: whether the base model misses much, although too little data can prove it.
         conclusive: whether there are enough repeats or rows for any verdict but `NO_GAP`.
         explained: share of what the base model misses that the best model removes, in [0, 1].
+        effects: number of effects in the best model, each with a formula of its own.
         remainder: whether what the best model leaves is significant.
         large_remainder: whether the remainder is so large, or so certain, that a name needs it
             said.
@@ -62,6 +63,7 @@ class Evidence:
     suspected: bool = False
     conclusive: bool = True
     explained: float = 0.0
+    effects: int = 1
     remainder: bool = False
     large_remainder: bool = False
     untested: bool = False
@@ -76,15 +78,18 @@ def decide(evidence: Evidence) -> Verdict:
     A model that goes to its limits and still leaves something stands for what is missing, whatever
     share of the gap it takes: a large gap is nearly closed by much that is not its cause. So does
     one with a rare effect: tried because something was left, it must leave nothing. Both must
-    explain nearly all even where the data cannot show that they leave something. What explains less
-    than half is not what is missing, however little the data show of the rest.
+    explain nearly all even where the data cannot show that they leave something. The formula of
+    each effect may be off, so that two may leave twice what one may; three take the edge off
+    anything, and may leave no more. What explains less than half is not what is missing, however
+    little the data show of the rest.
     """
     if not evidence.claimed and not evidence.gap:
         return Verdict.NOT_IDENTIFIABLE if evidence.suspected else Verdict.NO_GAP
     if not evidence.conclusive:
         return Verdict.NOT_IDENTIFIABLE
     left = evidence.remainder or evidence.large_remainder
-    enough = ADEQUATE if left or evidence.rare or evidence.strained else MOST
+    nearly_all = 1.0 - min(evidence.effects, 2) * (1.0 - ADEQUATE)
+    enough = nearly_all if left or evidence.rare or evidence.strained else MOST
     short = evidence.explained < enough
     stands_in = left and (evidence.strained or evidence.rare)
     if not evidence.claimed or short or stands_in:

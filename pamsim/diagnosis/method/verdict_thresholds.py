@@ -23,7 +23,7 @@ less stands in for an error of the first one's formula."""
 
 ADEQUATE = 0.95
 """Share of what the base model misses that a named effect must explain, where a significant
-remainder is left."""
+remainder is left. The rest is what its formula may be off by; of two effects, each may be."""
 
 MOST = 0.5
 """Share of what the base model misses that a named effect must explain in any case."""

@@ -235,6 +235,22 @@ def test_a_rare_kind_of_a_usual_family_is_no_rare_cause(usual):
     assert found_now.verdict is expected
 
 
+@pytest.mark.parametrize("remainder", [True, False])
+def test_two_other_effects_that_leave_less_make_a_name_open(remainder):
+    """Where one effect leaves something, what predicts better without it may be what is there."""
+    trials = recorded({"dry": 0.06}, repeats=3)
+    one = diagnose_trials(simulator(trials), NUISANCE, (DRY, LEAK), regressors(trials))
+    best = one.conclusion.best
+    two = dataclasses.replace(best, candidates=(LEAK, BIAS))
+    lack = LackOfFit(size=0.02, error=0.0, p_value=1e-4 if remainder else 0.5, attainable=1e-4)
+    found_now = conclude(
+        laid_out(trials), one.floor, one.base, one.base_loss, [best], 1, lambda *_: 0.0,
+        lambda _: lack, gap_mapped=False, rivals=[two],
+    )  # fmt: skip
+    assert found_now.verdict is (Verdict.AMBIGUOUS if remainder else Verdict.NAMED)
+    assert found_now.tied == ((two,) if remainder else ())
+
+
 def test_what_held_out_repeats_share_is_their_excess_over_the_noise():
     for seed in range(3):
         trials = recorded({"dry": 0.06}, seed=seed, repeats=3)

@@ -47,6 +47,17 @@ ABSENT = Evidence(claimed=False, gap=False)
         (NAMED, {"remainder": True, "explained": ADEQUATE}, Verdict.NAMED),
         (NAMED, {"remainder": True, "explained": ADEQUATE - 1e-6}, Verdict.UNEXPLAINED),
         (NAMED, {"remainder": True, "explained": 0.5, "tied": True}, Verdict.UNEXPLAINED),
+        (NAMED, {"remainder": True, "effects": 2, "explained": 2 * ADEQUATE - 1}, Verdict.NAMED),
+        (
+            NAMED,
+            {"remainder": True, "effects": 2, "explained": 2 * ADEQUATE - 1 - 1e-6},
+            Verdict.UNEXPLAINED,
+        ),
+        (
+            NAMED,
+            {"remainder": True, "effects": 3, "explained": 2 * ADEQUATE - 1 - 1e-6},
+            Verdict.UNEXPLAINED,
+        ),
         (NAMED, {"remainder": False, "explained": MOST}, Verdict.NAMED),
         (NAMED, {"remainder": False, "explained": MOST - 1e-6}, Verdict.UNEXPLAINED),
     ],
