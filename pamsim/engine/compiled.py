@@ -305,8 +305,9 @@ def compiled_kernel() -> Natives:
     declare()
     hand_to_numba(function for function in functions if function not in REPLACED)
     key = fingerprint([*functions, *CALLS])
-    natives = _compile(key, words())
-    return Natives(*(native.ctypes for native in natives), *_compile_along(key))
+    act_dot, compute, advance, clock = (native.ctypes for native in _compile(key, words()))
+    pressures, pulls = _compile_along(key)
+    return Natives(act_dot, compute, advance, clock, pressures, pulls)
 
 
 def words() -> dict[str, int]:
