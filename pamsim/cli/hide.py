@@ -58,9 +58,7 @@ from pamsim.cli.output import progress_bar, save_json
     "--variation", type=float, default=0.003, show_default=True, help="From trial to trial."
 )
 @click.option("--quantised", is_flag=True, help="In steps of the rig's encoder and converter.")
-@click.option(
-    "--measured-drive", is_flag=True, help="No commands: the measured pressures drive the rig."
-)
+@click.option("--measured-drive", is_flag=True, help="Record pressures alone, no commands.")
 @click.option("--no-forces", is_flag=True, help="Measure no muscle forces.")
 @click.option("--seed", type=int, default=0, show_default=True, help="Random seed.")
 @json_option
