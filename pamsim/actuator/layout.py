@@ -70,6 +70,8 @@ def _names() -> Iterator[str]:
 NAMES: tuple[str, ...] = tuple(_names())
 """Name of every slot of the row. Slots of a chosen law are numbered in its fields' order."""
 
+_PLACES = {name: place for place, name in enumerate(NAMES)}
+
 SIZE = len(NAMES)
 """Length of the row: what ``nuser_actuator`` must be at least."""
 
@@ -81,8 +83,8 @@ def slot(name: str) -> int:
         InputError: if there is no such slot, with the nearest name.
     """
     try:
-        return NAMES.index(_SHARED.get(name, name))
-    except ValueError:
+        return _PLACES[_SHARED.get(name, name)]
+    except KeyError:
         raise InputError(f"no muscle parameter {name!r}; {nearest(name, NAMES)}") from None
 
 

@@ -204,8 +204,8 @@ class _Counter:
         self._iterations, self._total, self.polishing = 0, 0, False
         self.simulations = 0
 
-    def simulated(self, count: int) -> None:
-        self.simulations += count
+    def simulated(self) -> None:
+        self.simulations += 1
         self.report(self._what)
 
     def reached(self, now: SearchProgress) -> None:

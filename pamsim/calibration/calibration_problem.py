@@ -26,7 +26,7 @@ class CalibrationProblem:
         freed: its free parameters, in the order of the vectors.
         channels: kinds of channel to compare: ``angle``, ``pressure``, ``force``.
         threads: simulations at a time; None for one per processor.
-        simulated: called with the number of simulations before each batch.
+        simulated: called as each simulation ends.
 
     Raises:
         InputError: see `TrialPredictor`.
@@ -40,7 +40,7 @@ class CalibrationProblem:
         *,
         channels: Sequence[str] = CHANNELS,
         threads: int | None = None,
-        simulated: Callable[[int], None] | None = None,
+        simulated: Callable[[], None] | None = None,
     ) -> None:
         self.rig = rig
         self.freed = tuple(freed)

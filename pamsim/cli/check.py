@@ -17,7 +17,7 @@ from pamsim.cli.options import (
     out_option,
     threads_option,
 )
-from pamsim.cli.output import save_json, show_page, show_summary
+from pamsim.cli.output import progress_bar, save_json, show_page, show_summary
 
 
 @click.command(name="check", cls=Command)
@@ -45,7 +45,15 @@ def command(
     """
     from pamsim.diagnosis.check import check
 
-    result = check(data, rig=rig, effects=effects, hold_out=hold_out, threads=threads)
+    with progress_bar() as progress:
+        result = check(
+            data,
+            rig=rig,
+            effects=effects,
+            hold_out=hold_out,
+            threads=threads,
+            progress=progress,
+        )
     content = result.to_dict()
     save_json(json_file, content)
     show_summary(result.summary())

@@ -22,7 +22,7 @@ from pamsim.cli.options import (
     protocol_names,
     rig_option,
 )
-from pamsim.cli.output import save_json
+from pamsim.cli.output import progress_bar, save_json
 
 
 @click.command(name="hide", cls=Command)
@@ -58,9 +58,7 @@ from pamsim.cli.output import save_json
     "--variation", type=float, default=0.003, show_default=True, help="From trial to trial."
 )
 @click.option("--quantised", is_flag=True, help="In steps of the rig's encoder and converter.")
-@click.option(
-    "--measured-drive", is_flag=True, help="No commands: the measured pressures drive the rig."
-)
+@click.option("--measured-drive", is_flag=True, help="Record pressures alone, no commands.")
 @click.option("--no-forces", is_flag=True, help="Measure no muscle forces.")
 @click.option("--seed", type=int, default=0, show_default=True, help="Random seed.")
 @json_option
@@ -99,21 +97,23 @@ def command(
     if len(sizes) != len(names):
         raise click.UsageError(f"{len(sizes)} sizes for {len(names)} effects; give one, or each")
     options: dict[str, Any] = {"protocols": protocols} if protocols else {}
-    recording = hide(
-        rig,
-        dict(zip(names, sizes, strict=True)),
-        repeats=repeats,
-        duration=duration,
-        coloured=coloured,
-        noise=noise,
-        variation=variation,
-        quantised=quantised,
-        measured_drive=measured_drive,
-        forces=not no_forces,
-        formulation=formulation,
-        seed=seed,
-        **options,
-    )
+    with progress_bar("trial") as progress:
+        recording = hide(
+            rig,
+            dict(zip(names, sizes, strict=True)),
+            progress=progress,
+            repeats=repeats,
+            duration=duration,
+            coloured=coloured,
+            noise=noise,
+            variation=variation,
+            quantised=quantised,
+            measured_drive=measured_drive,
+            forces=not no_forces,
+            formulation=formulation,
+            seed=seed,
+            **options,
+        )
     ground_truth = recording.save(out)
     save_json(json_file, recording.to_dict())
     click.echo(f"recording: {out}")

@@ -49,7 +49,7 @@ def sensed_runs(
     timestep: float | None = None,
     settle_steps: int = 1,
     threads: int | None = None,
-    simulated: Callable[[int], None] | None = None,
+    simulated: Callable[[], None] | None = None,
 ) -> list[Recording]:
     """Simulate rigs; those that differ in their sensors alone share a model and are run once.
 
@@ -58,14 +58,16 @@ def sensed_runs(
         timestep: [s]; each rig's own if left out.
         settle_steps: see `pamsim.engine.batch.simulate_batch`.
         threads: simulations at a time; None for one per processor.
-        simulated: called with the number of simulations before they begin.
+        simulated: called as each simulation ends.
     """
     keys = [(id(rig.model), identity(experiment)) for rig, experiment in jobs]
     different = dict(zip(reversed(keys), reversed(jobs), strict=True))
-    if simulated is not None:
-        simulated(len(different))
     runs = simulate_batch(
-        list(different.values()), timestep=timestep, settle_steps=settle_steps, threads=threads
+        list(different.values()),
+        timestep=timestep,
+        settle_steps=settle_steps,
+        threads=threads,
+        simulated=simulated,
     )
     of_key = dict(zip(different, runs, strict=True))
     return [

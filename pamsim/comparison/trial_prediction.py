@@ -52,7 +52,7 @@ class TrialPredictor:
         data: what is compared.
         channels: kinds of channel to compare, of `CHANNELS`.
         threads: simulations at a time; None for one per processor.
-        simulated: called with the number of simulations before each batch.
+        simulated: called as each simulation ends.
 
     Raises:
         InputError: if a trial has none of the channels, does not fit the rig, or does not give its
@@ -66,7 +66,7 @@ class TrialPredictor:
         *,
         channels: Sequence[str] = CHANNELS,
         threads: int | None = None,
-        simulated: Callable[[int], None] | None = None,
+        simulated: Callable[[], None] | None = None,
     ) -> None:
         self.rig = rig
         self.data = data

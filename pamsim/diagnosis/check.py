@@ -25,6 +25,7 @@ from pamsim.comparison.trial_residuals import TrialLayout
 from pamsim.core.blas_threads import one_blas_thread
 from pamsim.core.encoding import fields_to_dict
 from pamsim.core.errors import InputError
+from pamsim.core.progress import Progress, Steps
 from pamsim.core.signal_names import KINDS, kind_of
 from pamsim.core.trial import Trial
 from pamsim.diagnosis.about_the_rig import about_the_rig
@@ -42,6 +43,8 @@ Simulated = Mapping[str, Mapping[str, NDArray[np.float64]]]
 
 SCHEMA = "pamsim-check/2"
 FILE = "check.json"
+
+_TOO_QUICK = "at its typical size the simulation needs a shorter time step, or breaks down"
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -157,6 +160,7 @@ def check(
     effects: Sequence[str] = (),
     hold_out: Sequence[str] = (),
     threads: int | None = None,
+    progress: Progress | None = None,
 ) -> RecordingCheck:
     """Check recordings of a rig in some seconds.
 
@@ -166,6 +170,7 @@ def check(
         effects: names of those to look for; all that a diagnosis would try if left out.
         hold_out: trials or protocols to judge by.
         threads: simulations at a time; None for one per processor.
+        progress: called as each simulation ends; how many there will be is an upper estimate.
 
     Raises:
         InputError: for what cannot be read or simulated.
@@ -178,7 +183,15 @@ def check(
     loaded = rig if isinstance(rig, Rig) else load_rig(rig or measured.rig or "mas20_arm")
     beside = measured.of_rig(loaded)
     split = held_out_split(beside, hold_out)
-    predictor = TrialPredictor(loaded, beside, threads=threads)
+    tried, skipped = candidates(loaded, effects)
+    freed = [f.free for f in freed_parameters(loaded, NUISANCE)]
+    steps = Steps(progress, len(beside.trials) + len(tried))
+    predictor = TrialPredictor(
+        loaded,
+        beside,
+        threads=threads,
+        simulated=lambda: steps.begin("simulating the rig as it is"),
+    )
     predictor.linearise_starts(None)  # starts as read: their errors are small beside a slip
     (prediction,) = predictor.predictions([loaded])
     if prediction is None:
@@ -189,8 +202,6 @@ def check(
     places = TrialLayout(places=layout(blocks), held_out=frozenset())
     residual = np.concatenate([block.residual for block in blocks])
     floor = noise_floor(places, residual, {t.name: t.command for t in beside.trials})
-    tried, skipped = candidates(loaded, effects)
-    freed = [f.free for f in freed_parameters(loaded, NUISANCE)]
     of_each = effects_in_data(
         loaded,
         beside,
@@ -199,8 +210,9 @@ def check(
         freed,
         held_out=split.trials,
         threads=threads,
+        steps=steps,
     )
-    skipped |= dict.fromkeys(of_each.broken, "its simulation breaks down at the typical size")
+    skipped |= dict.fromkeys(of_each.broken, _TOO_QUICK)
     return RecordingCheck(
         rig=loaded.name,
         protocols=dict(Counter(t.protocol for t in beside.trials)),

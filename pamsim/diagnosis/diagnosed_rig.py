@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 
 import numpy as np
 from numpy.typing import NDArray
@@ -42,6 +42,7 @@ class DiagnosedRig:
         held_out: names of the trials that are kept for judging.
         channels: kinds of channel to compare.
         threads: simulations at a time; None for one per processor.
+        simulated: called as each simulation ends.
 
     Raises:
         InputError: for an unknown channel, or a trial that does not fit the rig.
@@ -55,8 +56,10 @@ class DiagnosedRig:
         *,
         channels: Sequence[str] = CHANNELS,
         threads: int | None = None,
+        simulated: Callable[[], None] | None = None,
     ) -> None:
         self.rollouts = 0
+        self._simulated = simulated
         self._rig = rig
         self._held_out = frozenset(held_out)
         self._threads = threads
@@ -105,15 +108,19 @@ class DiagnosedRig:
         muscles = len(self._rig.muscles)
         menu = [p.experiment(muscles=muscles) for p in MENU.values()]
         jobs = [(r, experiment) for r in rigs if r is not None for experiment in menu]
-        self._counted(len(jobs))
-        runs = iter(simulate_batch(jobs, timestep=self._coarse, threads=self._threads))
+        done = simulate_batch(
+            jobs, timestep=self._coarse, threads=self._threads, simulated=self._counted
+        )
+        runs = iter(done)
         return [
             None if rig is None else _signals(rig, {name: next(runs) for name in MENU})
             for rig in rigs
         ]
 
-    def _counted(self, runs: int) -> None:
-        self.rollouts += runs
+    def _counted(self) -> None:
+        self.rollouts += 1
+        if self._simulated is not None:
+            self._simulated()
 
     def _rigs(self, sets: Sequence[Values], step: float | None) -> list[Rig | None]:
         """The rig with values; those that differ in their sensors alone share a model."""

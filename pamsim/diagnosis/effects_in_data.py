@@ -18,6 +18,7 @@ from pamsim.comparison.noise_floor import NoiseFloor
 from pamsim.comparison.trial_residuals import TrialLayout, TrialSimulator
 from pamsim.core.common_unit import common_unit
 from pamsim.core.errors import InputError
+from pamsim.core.progress import Steps
 from pamsim.core.signal_names import kind_of
 from pamsim.core.trial import Trial
 from pamsim.core.units import to_si
@@ -98,6 +99,7 @@ def effects_in_data(
     *,
     held_out: Collection[str],
     threads: int | None,
+    steps: Steps,
 ) -> EffectsInData:
     """Simulate recordings with each effect.
 
@@ -110,12 +112,21 @@ def effects_in_data(
             does not count.
         held_out: trials that no fit of a diagnosis sees.
         threads: simulations at a time; None for one per processor.
+        steps: of a computation that ends with this; each simulation is one.
 
     Raises:
         InputError: if the simulation breaks down without any effect.
     """
     shown = _beginnings(data, held_out)
-    engine = DiagnosedRig(rig, shown, (), threads=threads)
+    # One of the rig, one nudged, one for each parameter's sensitivity and one with each effect.
+    steps.expect(len(shown.trials) * (2 + len(nuisance) + len(candidates)))
+    engine = DiagnosedRig(
+        rig,
+        shown,
+        (),
+        threads=threads,
+        simulated=lambda: steps.begin("simulating each effect"),
+    )
     simulator = TrialSimulator(engine.residuals)
     start = {p.name: p.start for p in nuisance}
     residual = simulator.whole(start)

@@ -136,7 +136,7 @@ def diagnose_length_loop(
     best, verdict = method.best, method.verdict
     claimed = best if verdict.claims else None
     repairs = best if verdict.repairs else None
-    models = [] if best is None else [best, *method.tied]
+    models = [] if repairs is None else [repairs, *method.tied]
     variance = float(np.mean(method.base.unseen**2))
     return Diagnosis(
         kind="loop",

@@ -87,7 +87,7 @@ def result_of(
         protocol_of = {name: protocol_of[trial] for name, trial in split.parts.origin.items()}
         judged = split.parts.signals(off[0]), split.parts.signals(off[1])
     gap = gaps(*judged, method.floor, protocol_of, split.names, repeated=split.parts is None)
-    models = [] if best is None else [best, *conclusion.tied]
+    models = [best, *conclusion.tied] if best is not None and verdict.repairs else []
     nearest = conclusion.nearest
     origin = ", ".join(Path(source).name or source for source in data.sources)
     return Diagnosis(
@@ -96,7 +96,7 @@ def result_of(
         data=data.sources,
         verdict=verdict,
         effects=() if claimed is None else _effects(rig, method, claimed, protocol_of),
-        certain=shared_names([m.names for m in models]) if verdict.repairs else (),
+        certain=shared_names([m.names for m in models]),
         resembles=_resemblance(method),
         alternatives=tuple(
             _alternative(rig, method, model, protocol_of)

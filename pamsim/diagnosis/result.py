@@ -388,7 +388,8 @@ class Diagnosis:
         effects: those claimed; none where the verdict claims none.
         certain: effects that the best model and all alternatives share.
         resembles: the effect that resembles most what is missing; None if nothing is missing.
-        alternatives: models that predict as well as the best, which comes first if none is claimed.
+        alternatives: models that predict as well as the best, which comes first if none is claimed;
+            none where every effect is rejected: the size of one would only stand in for the cause.
         where: where the base model misses, the largest first.
         maps: residual of the base model over quantities, the most significant first.
         maps_after: the same of the best model or the one that resembles most, where it was mapped.

@@ -76,8 +76,8 @@ def result_of(
     best, verdict = method.best, method.verdict
     claimed = best if verdict.claims else None
     repairs = best if verdict.repairs else None
-    models = [] if best is None else [best, *method.tied]
-    certain = shared_names([m.names for m in models]) if verdict.repairs else ()
+    models = [] if repairs is None else [repairs, *method.tied]
+    certain = shared_names([m.names for m in models])
     return Diagnosis(
         kind="table",
         rig=rig.name,

@@ -8,7 +8,7 @@ that two threads are nearly twice as fast as one.
 from __future__ import annotations
 
 import os
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from typing import TypeAlias
@@ -20,6 +20,7 @@ from numpy.typing import NDArray
 from pamsim.core.errors import InputError
 from pamsim.core.experiment import Experiment
 from pamsim.core.recording import Recording
+from pamsim.engine.engine_warnings import engine_warnings_held
 from pamsim.engine.rig import Rig
 from pamsim.engine.settle import settle
 from pamsim.engine.simulate import Run, prepare, record
@@ -44,6 +45,7 @@ def simulate_batch(
     timestep: float | None = None,
     settle_steps: int = 1,
     threads: int | None = None,
+    simulated: Callable[[], None] | None = None,
 ) -> list[Recording]:
     """Run many experiments at once.
 
@@ -58,6 +60,7 @@ def simulate_batch(
             is quicker and leaves rest where it is, but memory a little off; it is not done where
             a muscle does not allow it.
         threads: how many run at a time; one per processor if left out.
+        simulated: called as each simulation ends.
 
     Returns:
         One recording per job, in their order.
@@ -76,11 +79,17 @@ def simulate_batch(
         first.setdefault(_start(run), run)
     with (
         live(*(run.model for run in runs)),
+        engine_warnings_held(),
         ThreadPoolExecutor(threads or os.cpu_count()) as pool,
     ):
         settling = pool.map(lambda run: _settled(run, settle_steps), first.values())
         rests = dict(zip(first, settling, strict=True))
-        return list(pool.map(lambda run: _recorded(run, rests[_start(run)]), runs))
+        recordings: list[Recording] = []
+        for recording in pool.map(lambda run: _recorded(run, rests[_start(run)]), runs):
+            recordings.append(recording)
+            if simulated is not None:
+                simulated()
+        return recordings
 
 
 def _start(run: Run) -> _Key:

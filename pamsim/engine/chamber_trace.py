@@ -2,15 +2,13 @@
 
 from __future__ import annotations
 
-import functools
 from collections.abc import Callable
-from typing import Any, TypeAlias
+from typing import TypeAlias
 
 import mujoco
 import numpy as np
 
 from pamsim.actuator.kernel import sensed_pressure, tension
-from pamsim.engine.jit import fingerprint, reached_functions
 from pamsim.engine.stepping import muscle_ids
 from pamsim.engine.trace import FloatArray
 
@@ -80,31 +78,9 @@ def _interpreted(law: _Law) -> _Along:
     return along
 
 
-@functools.cache
 def _compiled(law: _Law) -> _Along:
-    # Only the compiled backend imports numba. The callbacks register all functions used here.
-    import numba
-
+    # Only the compiled backend imports numba.
     from pamsim.engine import compiled
 
-    compiled.compiled_kernel()
-    key = fingerprint(reached_functions(law))
-    mark: Any = compiled.keyed_by
-
-    if law is tension:
-
-        @numba.njit(cache=True, nogil=True, error_model="numpy")
-        def pulls(row, states, length, speed, out):
-            mark(key)
-            for k in range(length.size):
-                out[k] = tension(row, states[k], length[k], speed[k])
-
-        return pulls
-
-    @numba.njit(cache=True, nogil=True, error_model="numpy")
-    def along(row, states, length, out):
-        mark(key)
-        for k in range(length.size):
-            out[k] = sensed_pressure(row, states[k], length[k])
-
-    return along
+    natives = compiled.compiled_kernel()
+    return natives.pulls if law is tension else natives.pressures

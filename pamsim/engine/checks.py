@@ -250,7 +250,8 @@ def check_clock(before: float, after: float, expected: float) -> None:
     """
     if not abs(after - before - expected) <= 1e-9 * (abs(before) + expected):
         raise InvariantError(
-            f"time went from {before:.9g} s to {after:.9g} s in {expected:g} s of steps"
+            f"time went from {before:.9g} s to {after:.9g} s, although the steps amount to"
+            f" {expected:g} s"
         )
 
 

@@ -17,6 +17,7 @@ from pamsim.engine.backlash_check import check_backlash
 from pamsim.engine.chamber_trace import gauge_pressures, tensions
 from pamsim.engine.contacts import may_collide
 from pamsim.engine.delayed_command import arriving_commands
+from pamsim.engine.engine_warnings import engine_warnings_held
 from pamsim.engine.external import External, act, as_driven, check_range, effort, external
 from pamsim.engine.rig import Rig
 from pamsim.engine.sampling import (
@@ -112,7 +113,7 @@ def simulate(
     for above in above_supply(rig.muscles, [run.experiment]):
         raise InputError(f"{above}; lower it, or raise valve.supply_pressure")
     data = mujoco.MjData(run.model)
-    with live(run.model, backend=backend):
+    with live(run.model, backend=backend), engine_warnings_held():
         if from_state is None:
             settle(run.model, data, run.experiment, run.external, each_step=each_step)
         else:

@@ -103,8 +103,8 @@ def sampled_controller(
     correction = _correction(a, b, c, d) if back_calculation is None else back_calculation
     if np.shape(correction) != (a.shape[0],):
         raise InputError(
-            f"back_calculation has the shape {np.shape(correction)}, the sampled controller"
-            f" {a.shape[0]} states"
+            f"back_calculation has the shape {np.shape(correction)}; it needs one number for"
+            f" each of the sampled controller's {a.shape[0]} states"
         )
     return SampledController(
         period=period,

@@ -8,7 +8,7 @@ from typing import Any
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from pamsim.report.numbers import significant, unit, words
+from pamsim.report.numbers import p_is, significant, unit, words
 from pamsim.report.style import (
     BLUE,
     GREEN,
@@ -101,7 +101,7 @@ def nuisance_by_protocol(entries: Sequence[Mapping[str, Any]]) -> Figure:
         finish_axes(
             ax,
             x=f"{entry['parameter']}{f' [{shown_unit}]' if shown_unit else ''}",
-            title=f"p = {significant(entry['p_value'], 2)}",
+            title=p_is(entry["p_value"]),
             zero=False,
         )
         ax.locator_params(axis="x", nbins=3)

@@ -9,7 +9,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from pamsim.report.numbers import fixed, significant, words
+from pamsim.report.numbers import fixed, p_is, words
 from pamsim.report.style import (
     BLUE,
     GREEN,
@@ -89,7 +89,7 @@ def loop_branches(result: Mapping[str, Any]) -> Figure:
     loop.legend(loc="upper right")
     finish_axes(
         apart, x="gauge pressure [kPa]", y="rising − falling [mm]",
-        title=f"difference of the branches, p = {significant(place['p_value'], 2)}", zero=False,
+        title=f"difference of the branches, {p_is(place['p_value'])}", zero=False,
     )  # fmt: skip
     apart.use_sticky_edges = False  # or the line at zero would lie on the frame
     apart.margins(y=0.06)

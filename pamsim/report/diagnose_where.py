@@ -11,7 +11,7 @@ from matplotlib.colors import LogNorm
 from matplotlib.figure import Figure
 
 from pamsim.core.signal_names import kind_of
-from pamsim.report.numbers import significant, unit, words
+from pamsim.report.numbers import p_is, significant, unit, words
 from pamsim.report.style import (
     BLUE,
     INK,
@@ -138,6 +138,6 @@ def binned_maps(maps: Sequence[Mapping[str, Any]]) -> Figure:
             ax,
             x=f"{words(entry['quantity'])}{f' [{shown}]' if shown else ''}",
             y=f"mean residual [{entry['mean_unit']}]" if i % columns == 0 else "",
-            title=f"{words(entry['channel'])}, p = {significant(entry['p_value'], 2)}",
+            title=f"{words(entry['channel'])}, {p_is(entry['p_value'])}",
         )
     return figure

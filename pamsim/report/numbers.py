@@ -121,6 +121,12 @@ def p_value(value: Any) -> str:
     return significant(number, 2)
 
 
+def p_is(value: Any) -> str:
+    """Write a p-value in a sentence or title: ``p = 0.013``, ``p < 0.0001``."""
+    written = p_value(value)
+    return f"p {written}" if written.startswith("<") else f"p = {written}"
+
+
 def unit(name: Any) -> str:
     """Write a unit of a rig file as printed: ``dm^3/(s*bar)`` becomes ``dm³/(s·bar)``.
 
@@ -155,5 +161,17 @@ def _pretty(text: str) -> str:
     return f"{mantissa}×10{str(int(exponent)).translate(_RAISED)}"
 
 
-FILTERS = (fixed, significant, plain, interval, quantity, percent, p_value, unit, words, sentence)
+FILTERS = (
+    fixed,
+    significant,
+    plain,
+    interval,
+    quantity,
+    percent,
+    p_value,
+    p_is,
+    unit,
+    words,
+    sentence,
+)
 """What templates may write numbers with."""

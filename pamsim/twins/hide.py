@@ -15,6 +15,7 @@ from pamsim.comparison.protocols import PROTOCOLS, protocol
 from pamsim.core.drive import IMPOSED
 from pamsim.core.errors import InputError, nearest
 from pamsim.core.experiment import Experiment
+from pamsim.core.progress import Progress, Steps
 from pamsim.core.recording import Recording
 from pamsim.core.trial import HELD_OUT_SUFFIX
 from pamsim.effects.effect import AT
@@ -37,7 +38,11 @@ _Sized = Sequence[tuple[PlantEffect, float]]
 
 
 def hide(
-    rig: str | os.PathLike[str] | Rig, effects: Mapping[str, float], **options: Any
+    rig: str | os.PathLike[str] | Rig,
+    effects: Mapping[str, float],
+    *,
+    progress: Progress | None = None,
+    **options: Any,
 ) -> SyntheticRecording:
     """Simulate recordings of a rig in which effects are hidden.
 
@@ -47,6 +52,7 @@ def hide(
         rig: without the effects: name of a shipped rig, rig folder, or a loaded rig.
         effects: name -> size in units of the effect's typical one; names of the library
             (`pamsim.effects.catalog`) or of the independent plant (`pamsim.twins.hidden`).
+        progress: called as each trial is simulated.
         options: fields of `HideSettings`.
 
     Returns:
@@ -89,15 +95,18 @@ def hide(
             jobs.append((with_variation(changed, rng, settings.variation), experiment))
     for above in above_supply(changed.muscles, (experiment for _, experiment in jobs)):
         raise InputError(f"{above}; choose other protocols, or raise valve.supply_pressure")
+    steps = Steps(progress, len(jobs))
     if settings.formulation == "library":
-        runs = [one.completed() for one in simulate_batch(jobs)]
+        done = simulate_batch(jobs, simulated=lambda: steps.begin("simulating trials"))
+        runs = [one.completed() for one in done]
         if changed.sensor is not None:
             runs = [distorted(one, changed.sensor) for one in runs]
     else:
-        runs = [
-            _in_plant(there, experiment, by_plant, [settings.seed, number], settings.step)
-            for number, (there, experiment) in enumerate(jobs)
-        ]
+        runs = []
+        for number, (there, experiment) in enumerate(jobs):
+            steps.begin("simulating trials")
+            seed = [settings.seed, number]
+            runs.append(_in_plant(there, experiment, by_plant, seed, settings.step))
     trials = {
         stem: with_noise(one, rng, settings.noise, coloured=settings.coloured)
         for stem, one in zip(protocols, runs, strict=True)

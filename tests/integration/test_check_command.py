@@ -115,6 +115,23 @@ def test_a_set_point_above_the_supply_is_reported_with_the_number_used(recorded)
     assert second.startswith("muscle_2")
 
 
+def test_the_progress_counts_simulations_and_foresees_how_many_there_will_be(tmp_path):
+    steps = []
+    settings = {**SETTINGS, "protocols": ("triangle",), "repeats": 1}
+    recording = hide("mas20_arm", {}, **settings, progress=lambda *now: steps.append(now))
+    assert steps == [(done, 2, "simulating trials") for done in range(2)]
+    recording.save(tmp_path / "data")
+    steps.clear()
+    effects = ["viscous_friction", "valve_flow"]
+    pamsim.check(tmp_path / "data", effects=effects, progress=lambda *now: steps.append(now))
+    assert [done for done, _, _ in steps] == list(range(len(steps)))
+    assert [what for _, _, what in steps[:3]] == [
+        "simulating the rig as it is", "simulating the rig as it is", "simulating each effect"
+    ]  # fmt: skip
+    # The trials as they are; then of one of them the rig, nudged, its sensitivities, two effects.
+    assert len(steps) <= steps[-1][1] <= len(steps) + 3
+
+
 def test_what_the_inputs_cannot_show_is_said(tmp_path):
     hide("mas20_arm", {}, **SETTINGS, measured_drive=True).save(tmp_path / "data")
     found = pamsim.check(tmp_path / "data", effects=["viscous_friction", "air_leak", "valve_flow"])

@@ -187,6 +187,14 @@ def test_loops_and_lines_of_measured_and_simulated_signals_are_told(rig):
     assert lines["pressure_1"]["after"]["mean"] == pytest.approx(0.0, abs=0.1)
 
 
+def test_of_a_rejected_effect_the_share_is_given_and_no_size(rig):
+    made = report(rig, Verdict.UNEXPLAINED, **VERDICTS[Verdict.UNEXPLAINED])
+    assert made.method.conclusion.best.intervals
+    one = made.to_dict()
+    assert one["effects"] == one["alternatives"] == []
+    assert (one["resembles"]["name"], one["resembles"]["explained"]) == ("air_leak", 0.4)
+
+
 def test_alternatives_are_told_by_how_far_they_are_behind(rig):
     made = report(rig, Verdict.AMBIGUOUS, **VERDICTS[Verdict.AMBIGUOUS])
     one = made.to_dict()

@@ -10,6 +10,7 @@ import pytest
 
 import pamsim
 from pamsim.core.recording import Outcome
+from pamsim.engine.batch import simulate_batch
 from pamsim.engine.trace import Trace, first_breakdown
 
 SAMPLES = 10
@@ -95,3 +96,31 @@ def test_a_run_ends_before_the_sample_that_is_not_to_be_trusted(stop):
     assert f"before t = {stop * 0.002:.4g} s" in broken.message
     for name in ("angle", "pressure", "tension"):
         assert np.array_equal(getattr(broken, name), getattr(whole, name)[:stop])
+
+
+@pytest.mark.usefixtures("unchecked")
+def test_an_unstable_run_is_reported_by_its_outcome_alone(tmp_path, monkeypatch, capfd):
+    """The engine's own prints would reach the user without a word on which run they are of."""
+    monkeypatch.chdir(tmp_path)
+    rig = pamsim.load_rig("muscle_bench")
+    step = pamsim.pressure_step((2e5,), (4e5,), duration=0.1)
+    batch = simulate_batch([(rig, step)], timestep=1e-3, settle_steps=4)
+    alone = pamsim.simulate(rig, dataclasses.replace(step, sample_rate=250.0), timestep=4e-3)
+    for broken in (*batch, alone):
+        assert broken.outcome is Outcome.NOT_FINITE
+    assert "WARNING" not in "".join(capfd.readouterr())
+    assert not list(tmp_path.iterdir())
+    assert mujoco.get_mju_user_warning() is None
+
+
+@pytest.mark.usefixtures("unchecked")
+def test_a_handler_of_warnings_that_the_user_has_set_is_called():
+    found = []
+    mujoco.set_mju_user_warning(found.append)
+    try:
+        rig = pamsim.load_rig("muscle_bench")
+        step = pamsim.pressure_step((2e5,), (4e5,), duration=0.1)
+        simulate_batch([(rig, step)], timestep=1e-3, settle_steps=4)
+    finally:
+        mujoco.set_mju_user_warning(None)
+    assert "QACC" in found[0]

@@ -12,6 +12,7 @@ import pamsim
 from pamsim.core.errors import InputError
 from pamsim.diagnosis.diagnose import diagnose
 from pamsim.diagnosis.method.verdict import Verdict
+from pamsim.diagnosis.rig_estimates import estimates
 from pamsim.report.diagnose_gap import gap_bars, nuisance_by_protocol
 from pamsim.report.diagnose_loops import loop_areas, residual_lines
 from pamsim.report.diagnose_page import headline, write_diagnosis
@@ -82,7 +83,8 @@ def test_nothing_is_repaired_where_nothing_is_missing(rig, tmp_path):
 def test_a_rejected_effect_is_shown_by_its_share_and_not_by_a_size(rig, tmp_path):
     one = report(rig, Verdict.UNEXPLAINED, **VERDICTS[Verdict.UNEXPLAINED], following=following())
     page = page_of(one, tmp_path)
-    (rejected,) = one.alternatives[0].parameters.values()
+    best = one.method.conclusion.best
+    (rejected,) = estimates(rig, best, ["chamber.leak_conductance"]).values()
     assert interval(rejected.interval95, 4) == "1.260 to 1.540"
     assert "1.260 to 1.540" not in page
     assert "Most similar: air leak, with 40 % [34 %, 41 %] of the gap" in page
