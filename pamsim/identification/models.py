@@ -268,8 +268,8 @@ def _starts(structure: ContinuousStructure, fits: Sequence[RoughFit]) -> list[Fl
         if structure.order < 2 or not structure.real_lags:
             starts.append(fit.x)
         else:  # lags in the place of oscillations; apart, since the cost has a saddle where equal
-            sizes = np.sort(np.log(np.abs(constants))) + np.linspace(-_APART, _APART, constants.size)
-            starts.append(np.append(sizes, after))
+            apart = np.linspace(-_APART, _APART, constants.size)
+            starts.append(np.append(np.sort(np.log(np.abs(constants))) + apart, after))
     return starts
 
 

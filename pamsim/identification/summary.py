@@ -57,7 +57,7 @@ def _model_lines(model: Mapping[str, Any], recommended: bool, unit_output: str) 
         yield line
     drifts = [trial for trial in model["trials"] if trial["drift"] is not None]
     if drifts:
-        over = ", ".join(f"{_number(trial['drift'], '+.3g')} over {trial['name']}" for trial in drifts)
+        over = ", ".join(f"{trial['drift']:+.3g} over {trial['name']}" for trial in drifts)
         unit = "" if unit_output == "1" else f" [{unit_output}]"
         yield f"    drift of the output{unit}: {over}"
     poles = [pole for pole in model["poles_rad_per_s"] if pole is not None]

@@ -10,6 +10,7 @@ import pytest
 
 from pamsim.core.errors import InputError
 from pamsim.identification.curves import Curves, TrialCurve
+from pamsim.identification.structure_choice import AICC, LIKELIHOOD
 from pamsim.linear.response_bands import FrequencyResponse, StepResponse
 from pamsim.report.identify_figures import (
     bode,
@@ -19,7 +20,6 @@ from pamsim.report.identify_figures import (
     scan,
     step_and_poles,
 )
-from pamsim.identification.structure_choice import AICC, LIKELIHOOD
 from pamsim.report.identify_local_figure import local_map
 from pamsim.report.identify_page import page_of, pole_texts
 
