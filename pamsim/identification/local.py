@@ -72,6 +72,7 @@ def fit_operating_points(
                 dead_time=fit.structure.dead_time,
                 real_lags=fit.structure.real_lags,
                 start=fit.structure.start,
+                drift=fit.structure.drift,
             )
         except InputError as error:
             notes.append(f"{group[0][0].name}: no model of its own: {error}")

@@ -12,14 +12,19 @@ from numpy.typing import NDArray
 
 from pamsim.core.errors import InputError, nearest
 from pamsim.core.progress import Progress, Steps
-from pamsim.identification.structure_choice import StructureChoice, scan_and_judge
+from pamsim.identification.structure_choice import (
+    StructureChoice,
+    choice_by_free_run,
+    choice_by_likelihood,
+)
 from pamsim.linear.continuous_fit import fit_continuous
 from pamsim.linear.continuous_structure import STARTS, ContinuousStructure
 from pamsim.linear.discrete_fit import fit_arx_records, fit_oe
 from pamsim.linear.identified_model import FitStatus, IdentifiedModel
 from pamsim.linear.residual_independence import Independence, residual_independence
+from pamsim.linear.residual_nonlinearity import residual_nonlinearity
 from pamsim.linear.signal_record import SignalRecord
-from pamsim.linear.structure_scan import RoughFit
+from pamsim.linear.structure_scan import RoughFit, scan_structures
 
 FloatArray = NDArray[np.float64]
 
@@ -28,7 +33,9 @@ POLES = ("auto", "real", "any")
 _CLOSE = 2.0  # ratio below which two time constants may be those of an oscillation
 _ARX = ((1, 1, 1), (2, 2, 1))
 _OE = ((1, 1, 1), (2, 2, 1))  # a sampled second order has two b
+_APART = 0.1  # of logarithms of time constants
 _SCANNED = 60  # structures that a scan fits, about
+_NOISE = 1e-3  # p-value below which the residuals of a model are more than noise
 _TRIED = 10  # structures that are fitted in full until the data determine one
 
 
@@ -172,6 +179,7 @@ class _Fitting:
                 real_lags=structure.real_lags,
                 start=structure.start,
                 integrators=structure.integrators,
+                drift=structure.drift,
                 starts=starts,
                 held_out=self.held_out,
             ),
@@ -205,6 +213,7 @@ def fit_models(
     total = len(structures) + len(arx_orders) + len(oe_orders)
     total += _SCANNED if models.order is None else 0
     fitting = _Fitting(records, held_out, total, progress)
+    fits = _scanned(fitting, models) if models.order is None else []
     for order, delay in structures:
         structure = ContinuousStructure(
             order=order,
@@ -214,20 +223,15 @@ def fit_models(
             start=models.start,
             integrators=models.integrators,
         )
-        fit = fitting.continuous(structure)
+        fit = fitting.continuous(structure, _starts(structure, fits))
         if structure.real_lags and models.poles == "auto" and _merged(fit):
-            fitting.continuous(replace(structure, real_lags=False))
+            structure = replace(structure, real_lags=False)
+            fitting.continuous(structure, _starts(structure, fits))
     if not fitting.fitted:
         raise fitting.refusals[0]
     choice, chosen, why = None, "", ""
     if models.order is None:
-        choice = scan_and_judge(
-            records,
-            held_out,
-            start=models.start,
-            report=lambda structure: fitting.steps.begin(structure.sentence),
-        )
-        chosen, why = _best_determined(choice, fitting, _unwanted(choice, models))
+        choice, chosen, why = _chosen(fits, fitting, models)
     for na, nb, nk in arx_orders:
         # A single step may not separate one b from the next.
         for b in (nb,) if models.arx is not None else range(nb, 0, -1):
@@ -244,6 +248,63 @@ def fit_models(
         chosen=chosen,
         why=why,
     )
+
+
+def _scanned(fitting: _Fitting, models: ModelSet) -> list[RoughFit]:
+    def report(structure: ContinuousStructure) -> None:
+        fitting.steps.begin(structure.sentence)
+
+    return scan_structures(fitting.records, start=models.start, report=report)
+
+
+def _starts(structure: ContinuousStructure, fits: Sequence[RoughFit]) -> list[FloatArray]:
+    """Where the scan found as many poles and zeros, and the dead time; none where it did not."""
+    starts: list[FloatArray] = []
+    for fit in fits:
+        same = replace(structure, real_lags=False, drift=fit.structure.drift)
+        constants, after = fit.structure.constants(fit.x), fit.x[fit.structure.order :]
+        if fit.structure != same:
+            continue
+        if structure.order < 2 or not structure.real_lags:
+            starts.append(fit.x)
+        else:  # lags in the place of oscillations; apart, since the cost has a saddle where equal
+            apart = np.linspace(-_APART, _APART, constants.size)
+            starts.append(np.append(np.sort(np.log(np.abs(constants))) + apart, after))
+    return starts
+
+
+def _chosen(
+    fits: Sequence[RoughFit], fitting: _Fitting, models: ModelSet
+) -> tuple[StructureChoice, str, str]:
+    """The choice of a structure, the name of its candidate and the reason.
+
+    By likelihood, if that leads to a model whose residuals are noise; else, and where trials are
+    held out to judge, by free runs.
+    """
+    if not fitting.held_out:
+        choice = choice_by_likelihood(fits, fitting.records)
+        chosen, why = _best_determined(choice, fitting, _unwanted(choice, models))
+        if chosen and _leaves_noise(fitting.fitted[chosen], fitting.records):
+            return choice, chosen, why
+    choice = choice_by_free_run(fits, fitting.records, fitting.held_out)
+    return choice, *_best_determined(choice, fitting, _unwanted(choice, models))
+
+
+def _leaves_noise(candidate: Candidate, records: Sequence[SignalRecord]) -> bool:
+    """Whether the data determine a model, and neither the input nor a nonlinearity its residuals.
+
+    The level is far below that of the tests that a recommendation has to pass: one right model in
+    twenty fails these by chance, and is still the right one.
+    """
+    tested = candidate.independence
+    if candidate.fit.status is not FitStatus.CONVERGED:
+        return False
+    if tested is not None and tested.p_value < _NOISE:
+        return False
+    try:
+        return residual_nonlinearity(candidate.fit, records).p_value >= _NOISE
+    except InputError:
+        return True
 
 
 def _unwanted(choice: StructureChoice, models: ModelSet) -> set[int]:
@@ -269,7 +330,7 @@ def _best_determined(
         if len(without) == len(choice.fits):
             break
         place, why = choice.pick(without)
-        if first[0] and choice.material(place, refuted):
+        if first[0] and choice.materially_worse(place, refuted):
             break
         rough = choice.fits[place].structure
         names: list[str] = []
@@ -330,6 +391,7 @@ def _name(structure: ContinuousStructure) -> str:
     parts += [] if real else ["any_poles"]
     parts += [("", "integrator", "two_integrators")[structure.integrators]]
     parts += ["dead_time"] if structure.dead_time else []
+    parts += ["drift"] if structure.drift else []
     return "_".join(part for part in parts if part)
 
 

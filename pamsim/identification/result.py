@@ -17,7 +17,7 @@ from pamsim.identification.curves import Curves, curves_of
 from pamsim.identification.data import IdentifyData
 from pamsim.identification.models import Candidate
 from pamsim.identification.signals import Signal, UsedTrial
-from pamsim.identification.structure_choice import StructureChoice
+from pamsim.identification.structure_choice import AICC, LIKELIHOOD, StructureChoice
 from pamsim.identification.summary import summary_lines
 from pamsim.inference.estimate import Estimate
 from pamsim.linear.continuous_structure import ContinuousStructure
@@ -175,10 +175,14 @@ class Identification:
                 "zeros": fit.structure.zeros,
                 "integrators": fit.structure.integrators,
                 "dead_time": fit.structure.dead_time,
+                "drift": fit.structure.drift,
                 "shown": _same_counts(fit.structure, self.shown.fit.structure),
                 "fit_percent": choice.fit_percent[i],
                 "fit_percent_held_out": choice.held_out[i] if choice.held_out else None,
-                "aicc_above_best": choice.aicc[i] if choice.aicc else None,
+                "aicc_above_best": choice.scores[i] if choice.judged_by == AICC else None,
+                "hannan_quinn_above_best": (
+                    choice.scores[i] if choice.judged_by == LIKELIHOOD else None
+                ),
             }
             for i, fit in enumerate(choice.fits)
         ]
@@ -241,7 +245,15 @@ class Identification:
 
     def _scores(self, scores: Sequence[TrialScore]) -> list[TrialScore]:
         factor = self.output.factor
-        return [replace(s, offset=s.offset / factor, rms=s.rms / factor) for s in scores]
+        return [
+            replace(
+                s,
+                offset=s.offset / factor,
+                rms=s.rms / factor,
+                drift=None if s.drift is None else s.drift / factor,
+            )
+            for s in scores
+        ]
 
     def _local(self, local: LocalModelMap) -> dict[str, Any]:
         return {
@@ -296,10 +308,10 @@ class Identification:
 def _same_counts(
     structure: ContinuousStructure, shown: ContinuousStructure | DiscreteStructure
 ) -> bool:
-    """Whether two structures have as many poles, zeros and integrators, and a dead time or not."""
+    """Whether two structures have as many poles, zeros and integrators, and the same dead time."""
     if isinstance(shown, DiscreteStructure):
         return False
-    names = ("order", "zeros", "integrators", "dead_time")
+    names = ("order", "zeros", "integrators", "dead_time", "drift")
     return all(getattr(structure, name) == getattr(shown, name) for name in names)
 
 

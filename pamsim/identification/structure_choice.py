@@ -1,9 +1,14 @@
-"""Which structure describes the records: a scan, judged on what was not fitted, else by AICc."""
+"""Which structure of a scan describes the records.
+
+Where a linear model leaves nothing but noise, the likelihood of the noise is the most powerful
+judge. Where none does (a nonlinear plant), the likelihood would pay for every detail that the noise
+model sees one step ahead: there the free run on what was not fitted judges, else AICc.
+"""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Collection, Sequence
+from collections.abc import Collection, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -12,20 +17,22 @@ from numpy.typing import NDArray
 from pamsim.identification.improvement import p_value_of_improvement
 from pamsim.inference.aicc import aicc_above_best
 from pamsim.inference.coloured_noise import fit_ar_noise
-from pamsim.linear.continuous_structure import ContinuousStructure
 from pamsim.linear.identified_model import pooled_fit_percent
 from pamsim.linear.separable_fit import WHITE
 from pamsim.linear.signal_record import FEWEST_SAMPLES, SignalRecord
-from pamsim.linear.structure_scan import RoughFit, scan_structures
+from pamsim.linear.structure_scan import RoughFit, rough_fit
 
 FloatArray = NDArray[np.float64]
 
+AICC = "AICc"
+LIKELIHOOD = "the Hannan-Quinn criterion"
 _LAST = 1.0 / 3.0  # share of a record that judges what the rest was fitted to
 _MOVES = 0.2  # spread of the output in that share, over that of the rest, from which it can judge
 _FEW_TRIALS = 2  # of more, whole trials are not cut
 _LEVEL = 0.05  # p-value below which a simpler model is significantly worse than the best
 _MATERIAL = 1.05  # RMS error over the best one's, above which it is materially worse
-_TIE = 2.0  # difference of AICc below which two models are equally supported
+_TIE = 2.0  # difference of a criterion below which two models are equally supported
+_NO_SUPPORT = 10.0  # difference from which the data do not support the worse one at all
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -36,37 +43,40 @@ class StructureChoice:
         fits: simplest first.
         fit_percent: of each on what it was fitted to [%].
         held_out: fit percent of each on what judges, less what its own initial state takes up of
-            the noise there; empty where AICc decides [%].
+            the noise there; empty where a criterion decides [%].
         errors: of each on every record that judges, enlarged by the same [output unit].
-        aicc: of each, by effective samples; empty where held-out data decide.
-        effective: number of independent samples, of AICc.
-        judged_by: such as ``the last third of each trial``.
+        scores: criterion of each above the smallest; empty where held-out data decide.
+        judged_by: such as ``the last third of each trial`` or ``AICc``.
+        basis: of the criterion, in words; empty where held-out data decide.
+        material: score from which a fit is materially worse than the best.
     """
 
     fits: tuple[RoughFit, ...]
     fit_percent: tuple[float, ...]
-    held_out: tuple[float, ...]
-    errors: tuple[list[FloatArray], ...]
-    aicc: tuple[float, ...]
-    effective: float
     judged_by: str
+    held_out: tuple[float, ...] = ()
+    errors: tuple[list[FloatArray], ...] = ()
+    scores: tuple[float, ...] = ()
+    basis: str = ""
+    material: float = _TIE
 
     def pick(self, without: Collection[int] = ()) -> tuple[int, str]:
         """Return the place of the simplest fit that is not worse than the best, and the reason.
 
         Not worse on held-out data: the squared error is not significantly larger (test of Diebold
-        and Mariano, 5 %) and the RMS error at most 5 % larger. By AICc: within 2 of the smallest.
+        and Mariano, 5 %) and the RMS error at most 5 % larger. By a criterion: within 2 of the
+        smallest.
 
         Args:
             without: places of fits that do not count; not of all.
         """
         open_to = [i for i in range(len(self.fits)) if i not in without]
         if not self.held_out:
-            least = min(self.aicc[i] for i in open_to)
-            place = next(i for i in open_to if self.aicc[i] <= least + _TIE)
+            least = min(self.scores[i] for i in open_to)
+            place = next(i for i in open_to if self.scores[i] <= least + _TIE)
             return place, (
-                f"{self.fits[place].structure.sentence}: the smallest AICc, or simpler and within"
-                f" {_TIE:g} of it ({self.effective:.0f} effective samples; nothing was held out)"
+                f"{self.fits[place].structure.sentence}: the best by {self.judged_by}, or simpler"
+                f" and within {_TIE:g} of it ({self.basis})"
             )
         best = max(open_to, key=lambda i: self.held_out[i])
         place = next(i for i in open_to if i == best or self._as_good(i, best))
@@ -78,8 +88,8 @@ class StructureChoice:
             " best there"
         )
 
-    def material(self, place: int, without: Collection[int] = ()) -> bool:
-        """Whether a fit is materially worse than the best: by 5 % in RMS error, by 2 in AICc.
+    def materially_worse(self, place: int, without: Collection[int] = ()) -> bool:
+        """Whether a fit is materially worse than the best: by 5 % in RMS error, or in its score.
 
         Args:
             place: of the fit.
@@ -87,7 +97,7 @@ class StructureChoice:
         """
         open_to = [i for i in range(len(self.fits)) if i not in without]
         if not self.held_out:
-            return self.aicc[place] > min(self.aicc[i] for i in open_to) + _TIE
+            return self.scores[place] > min(self.scores[i] for i in open_to) + self.material
         best = max(self.held_out[i] for i in open_to)
         return 100.0 - self.held_out[place] > _MATERIAL * (100.0 - best)
 
@@ -97,44 +107,70 @@ class StructureChoice:
         return p_value_of_improvement(self.errors[place], self.errors[best]) >= _LEVEL
 
 
-def scan_and_judge(
-    records: Sequence[SignalRecord],
-    held_out: Sequence[SignalRecord],
-    *,
-    start: str,
-    report: Callable[[ContinuousStructure], None],
+def choice_by_likelihood(
+    fits: Sequence[RoughFit], records: Sequence[SignalRecord]
 ) -> StructureChoice:
-    """Scan structures and judge them on held-out data where there are any, else by AICc.
+    """Judge the fits of a scan by the criterion of Hannan and Quinn.
 
-    Without held-out trials one or two trials are judged by their last third, if the output moves
-    there: the scan fits the rest.
+    That is only right if the residuals of the model that is chosen are noise.
 
     Args:
-        records: the trials.
+        fits: simplest first.
+        records: the trials that they were fitted to.
+    """
+    least = min(fit.criterion for fit in fits)
+    samples = sum(record.output.size for record in records)
+    return StructureChoice(
+        fits=tuple(fits),
+        fit_percent=tuple(_percent(records, _runs(fit, records)) for fit in fits),
+        scores=tuple(fit.criterion - least for fit in fits),
+        judged_by=LIKELIHOOD,
+        basis=f"{samples} samples; noise predicted from its own past",
+        material=_NO_SUPPORT,
+    )
+
+
+def choice_by_free_run(
+    fits: Sequence[RoughFit],
+    records: Sequence[SignalRecord],
+    held_out: Sequence[SignalRecord],
+) -> StructureChoice:
+    """Judge the fits of a scan on held-out data where there are any, else by AICc.
+
+    Without held-out trials one or two trials are judged by their last third, if the output moves
+    there: the structures are fitted again to the rest.
+
+    Args:
+        fits: simplest first.
+        records: the trials that they were fitted to.
         held_out: trials that judge; may be none.
-        start: of every trial: ``rest`` or ``free``.
-        report: called with each structure before it is fitted.
     """
     fitted, judges, judged_by = _parts(records, held_out)
-    fits = scan_structures(fitted, start=start, report=report)
+    if judges and not held_out:
+        fits = [rough_fit(fit.structure, fitted, [fit.x]) for fit in fits]
+    percent = tuple(_percent(fitted, _runs(fit, fitted)) for fit in fits)
+    if not judges:
+        scores, effective = _aicc(fits, fitted)
+        return StructureChoice(
+            fits=tuple(fits),
+            fit_percent=percent,
+            scores=scores,
+            judged_by=judged_by,
+            basis=f"{effective:.0f} effective samples; nothing was held out",
+        )
     errors = [
         [record.output - y for record, y in zip(judges, _runs(fit, judges), strict=True)]
         for fit in fits
     ]
     errors = _without_own_degrees(fits, errors, judges)
-    scores, effective = ((), 0.0) if judges else _aicc(fits, fitted)
     return StructureChoice(
         fits=tuple(fits),
-        fit_percent=tuple(_percent(fitted, _runs(fit, fitted)) for fit in fits),
+        fit_percent=percent,
         held_out=tuple(
             _percent(judges, [r.output - e for r, e in zip(judges, own, strict=True)])
             for own in errors
-        )
-        if judges
-        else (),
+        ),
         errors=tuple(errors),
-        aicc=scores,
-        effective=effective,
         judged_by=judged_by,
     )
 
@@ -146,7 +182,7 @@ def _parts(
     if held_out:
         return records, held_out, "the held-out trials"
     if len(records) > _FEW_TRIALS:
-        return records, (), "AICc"
+        return records, (), AICC
     first: list[SignalRecord] = []
     last: list[SignalRecord] = []
     for record in records:
@@ -154,7 +190,7 @@ def _parts(
         head, tail = record.output[:cut], record.output[cut:]
         few = tail.size < FEWEST_SAMPLES or np.ptp(record.input[:cut]) == 0.0
         if few or np.std(tail) < _MOVES * np.std(head):
-            return records, (), "AICc"
+            return records, (), AICC
         first.append(record.part(slice(0, cut)))
         last.append(record.part(slice(cut, None), held_out=True))
     return first, last, "the last third of each trial"
@@ -168,8 +204,6 @@ def _without_own_degrees(
     Every model gets its own initial state there, the more numbers the more poles it has, and takes
     up noise with them: of noise that is slow much, as it has few independent samples.
     """
-    if not judges:
-        return errors
     best = min(errors, key=lambda own: sum(float(e @ e) for e in own))
     effective = _effective_samples(best, judges)
 

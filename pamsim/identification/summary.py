@@ -21,7 +21,8 @@ def summary_lines(result: Mapping[str, Any]) -> Iterator[str]:
         f" {roles.count('fitted')} trial(s) fitted{held_out}"
     )
     for model in result["models"]:
-        yield from _model_lines(model, model["name"] == result["recommended"])
+        recommended = model["name"] == result["recommended"]
+        yield from _model_lines(model, recommended, result["output"]["unit"])
     for name, reason in result["skipped"].items():
         yield f"not fitted: {name}: {reason}"
     if result["local"] is not None:
@@ -35,7 +36,7 @@ def summary_lines(result: Mapping[str, Any]) -> Iterator[str]:
         yield f"best linear model: {result['best']}: {result['reason']}"
 
 
-def _model_lines(model: Mapping[str, Any], recommended: bool) -> Iterator[str]:
+def _model_lines(model: Mapping[str, Any], recommended: bool, unit_output: str) -> Iterator[str]:
     fit = f"fits {_number(model['fit_percent'], '.2f')} %"
     if model["fit_percent_held_out"] is not None:
         fit += f", held out {model['fit_percent_held_out']:.2f} %"
@@ -54,6 +55,11 @@ def _model_lines(model: Mapping[str, Any], recommended: bool) -> Iterator[str]:
             low, high = (_number(end, ".4g") for end in item["interval95"])
             line += f"  [{low}, {high}]"
         yield line
+    drifts = [trial for trial in model["trials"] if trial["drift"] is not None]
+    if drifts:
+        over = ", ".join(f"{trial['drift']:+.3g} over {trial['name']}" for trial in drifts)
+        unit = "" if unit_output == "1" else f" [{unit_output}]"
+        yield f"    drift of the output{unit}: {over}"
     poles = [pole for pole in model["poles_rad_per_s"] if pole is not None]
     if poles:
         yield f"    poles {', '.join(_complex(*pole) for pole in poles)} rad/s"

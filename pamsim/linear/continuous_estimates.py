@@ -117,6 +117,12 @@ def continuous_status(
             "the interval of the gain contains 0, so that a zero cancels an integrator: the records"
             " do not show that the output integrates"
         )
+    zeros = np.roots(structure.numerator(x))
+    if structure.integrators and np.any(np.abs(zeros) * longest < 1.0):
+        return FitStatus.DEGENERATE, (
+            "a zero slower than the longest record cancels an integrator: the records do not show "
+            "that the output integrates so often"
+        )
     if _numerator_may_be_zero(at, structure.coefficients):
         return FitStatus.DEGENERATE, (
             "the interval of the gain contains 0: the input explains nothing of the output, or "

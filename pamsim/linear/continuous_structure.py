@@ -113,6 +113,7 @@ class ContinuousStructure:
         )
         parts = [f"{n} {what}{'s' if n > 1 else ''}" for n, what in counts if n]
         parts += ["dead time"] if self.dead_time else []
+        parts += ["drift"] if self.drift else []
         return ", ".join(parts or ["a gain"])
 
     @property

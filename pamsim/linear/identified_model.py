@@ -41,6 +41,8 @@ class TrialScore:
         fit_percent: normalised RMS fit of the free run [%].
         rms: root mean square of measured minus simulated [output unit].
         residual_lag1: autocorrelation of the residual at one sample; near 0 if it is white [-].
+        drift: of the output from the first sample to the last, along a line; None of a model
+            without drift [output unit].
     """
 
     name: str
@@ -49,6 +51,7 @@ class TrialScore:
     fit_percent: float
     rms: float
     residual_lag1: float
+    drift: float | None = None
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -205,8 +208,15 @@ def score_trials(
     """
     every = [*records, *held_out]
     runs = [structure.free_run(coordinates, record) for record in every]
+    drifts = isinstance(structure, ContinuousStructure) and structure.drift
     scores = tuple(
-        trial_score(record.name, record.output, run, float(own[0]))
+        trial_score(
+            record.name,
+            record.output,
+            run,
+            offset=float(own[0]),
+            drift=float(own[1]) if drifts else None,
+        )
         for record, (run, own) in zip(every, runs, strict=True)
     )
     pairs = [(record.output, run) for record, (run, _) in zip(every, runs, strict=True)]
@@ -220,7 +230,11 @@ def score_trials(
 
 
 def trial_score(
-    name: str, measured: FloatArray, simulated: FloatArray, offset: float = 0.0
+    name: str,
+    measured: FloatArray,
+    simulated: FloatArray,
+    offset: float = 0.0,
+    drift: float | None = None,
 ) -> TrialScore:
     """Score one free run.
 
@@ -229,6 +243,7 @@ def trial_score(
         measured: output, shape ``(n,)`` [output unit].
         simulated: free run, offset included, shape ``(n,)`` [output unit].
         offset: of this trial [output unit].
+        drift: of this trial; None of a model without drift [output unit].
     """
     with np.errstate(over="ignore", invalid="ignore"):
         residual = measured - simulated
@@ -242,6 +257,7 @@ def trial_score(
         fit_percent=fit_percent(measured, simulated),
         rms=rms,
         residual_lag1=lag1,
+        drift=drift,
     )
 
 

@@ -23,8 +23,8 @@ from pamsim.linear.signal_record import SignalRecord
 
 FloatArray = NDArray[np.float64]
 
-_ROUNDS = 6
-_SETTLED = 1e-3  # change of the poles' coordinates that ends the rounds
+_ROUNDS = 4
+_SETTLED = 1e-2  # change of the poles' coordinates that ends the rounds
 _FIRST = 3  # time constants that the first filter is tried with
 _WIDEST = 30.0  # a time constant at most, in longest records; at least, its inverse in samples
 
@@ -100,7 +100,7 @@ def _poles_by_regression(
         if theta is not None:
             blocks.append(derivatives(structure.responses(x, record) @ theta)[:, 1:])
         modes = chain_modes(filters, record.output.size, record.sample_time)
-        columns, own = np.hstack(blocks), np.hstack([span ** np.arange(q + 1), modes])
+        columns, own = np.hstack(blocks), np.hstack([span ** np.arange(q + 2), modes])
         if not (np.all(np.isfinite(columns)) and np.all(np.isfinite(own))):
             return None
         basis = np.linalg.qr(own)[0]

@@ -1,27 +1,30 @@
-"""A scan over poles, zeros, integrators and dead time: rough fits that a choice is made among."""
+"""A scan over poles, zeros, integrators, dead time and drift: rough fits to choose among."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
-from pamsim.linear.continuous_structure import HIGHEST_ORDER, ContinuousStructure
+from pamsim.inference.hannan_quinn import hannan_quinn
+from pamsim.linear.continuous_structure import HIGHEST_ORDER, MOST_INTEGRATORS, ContinuousStructure
 from pamsim.linear.instrumental_variables import instrumental_variable_starts
 from pamsim.linear.pole_coordinates import pole_coordinates
-from pamsim.linear.separable_fit import rough_minimum
+from pamsim.linear.separable_fit import WHITE, rough_minimum
 from pamsim.linear.signal_record import SignalRecord
 
 FloatArray = NDArray[np.float64]
 
 _ADDED = 3  # time constants at which a pole is added to a smaller model
-_HOPELESS = 2.0  # cost over that of as many poles without integrators: not followed up
-_WORTH = 1.05  # cost over that of one zero more, above which no further zero is taken away
+_IN_VAIN = 2  # orders one after the other that are no better: more poles are not tried
 _DELAYS = 6
 _DELAYED_POLES = 3  # process models have so many
 _INTEGRATED_POLES = 4
+_TIE = 2.0  # difference of the criterion below which two models are equally supported
+_DECISIVE = 10.0  # difference from which the data do not support the worse one at all
+_ROUNDING = 1e-9  # residual over output, RMS: below it there is only rounding
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -34,12 +37,14 @@ class RoughFit:
         theta: numerator and, of an integrating model with a free start, ``-b0 u0``, shape
             ``(unknowns - searched,)``.
         cost: sum of squares of the residual [output unit^2].
+        criterion: of Hannan and Quinn; smaller is better.
     """
 
     structure: ContinuousStructure
     x: FloatArray
     theta: FloatArray
     cost: float
+    criterion: float
 
     @property
     def coordinates(self) -> FloatArray:
@@ -68,13 +73,14 @@ class StructureScan:
     ) -> RoughFit | None:
         """Fit one structure, from starts nearby.
 
-        That with all zeros but the direct path starts from instrumental variables, too.
+        That with all zeros but the direct path starts from instrumental variables, too; they allow
+        for a drift, so that the starts of models with and without are the same.
 
         Args:
             order: poles that are no integrators.
             zeros: of all poles.
             near: starts, shape ``(searched,)``.
-            more: ``integrators``, ``dead_time``.
+            more: ``integrators``, ``dead_time``, ``drift``.
 
         Returns:
             None where there are too few samples.
@@ -86,28 +92,48 @@ class StructureScan:
             start=self.start,
             integrators=more.get("integrators", 0),
             dead_time=bool(more.get("dead_time", 0)),
+            drift=bool(more.get("drift", 0)),
         )
         unknowns = structure.unknowns + structure.per_trial * len(self.records)
         if sum(record.output.size for record in self.records) < 3 * unknowns:
             return None
         self.report(structure)
         starts = list(near)
-        if zeros == max(order + structure.integrators - 1, 0) and not structure.dead_time:
+        all_zeros = zeros == max(order + structure.integrators - 1, 0)
+        if all_zeros and not (structure.dead_time or structure.drift):
             starts += instrumental_variable_starts(structure, self.records)
-        found = rough_minimum(structure.problem(self.records), starts)
-        result = RoughFit(structure=structure, x=found.x, theta=found.theta, cost=found.cost)
+        result = rough_fit(structure, self.records, starts)
         self.fits[structure] = result
         return result
 
-    def poles(self, integrators: int, most: int) -> Iterator[RoughFit]:
-        """One pole more at a time, with as many zeros as leave no direct path."""
+    def poles(
+        self, integrators: int, most: int, beside: Sequence[RoughFit] | None = None
+    ) -> Iterator[RoughFit]:
+        """One pole more at a time, with as many zeros as leave no direct path.
+
+        Until two orders in a row are no better.
+
+        Args:
+            integrators: of all.
+            most: poles that are no integrators.
+            beside: the same without drift, where the searches begin; then the outputs drift.
+        """
         before: RoughFit | None = None
+        least, in_vain = np.inf, 0
         for order in range(0 if integrators else 1, most + 1):
             near = [] if before is None else self._one_pole_more(before)
-            before = self.fit(order, max(order + integrators - 1, 0), near, integrators=integrators)
+            zeros = max(order + integrators - 1, 0)
+            if beside is not None:
+                near += [fit.x for fit in beside if fit.structure.order == order]
+            drift = int(beside is not None)
+            before = self.fit(order, zeros, near, integrators=integrators, drift=drift)
             if before is None:
                 return
             yield before
+            in_vain = 0 if before.criterion < least else in_vain + 1
+            least = min(least, before.criterion)
+            if in_vain == _IN_VAIN:
+                return
 
     def _one_pole_more(self, fit: RoughFit) -> list[FloatArray]:
         shortest = min(record.sample_time for record in self.records)
@@ -118,36 +144,134 @@ class StructureScan:
             for added in np.geomspace(2.0 * shortest, 0.3 * longest, _ADDED)
         ]
 
-    def fewer_zeros(self, fit: RoughFit) -> Iterator[RoughFit]:
-        """One zero less at a time, as long as that costs little."""
-        structure = fit.structure
+    def fewer_zeros(self, fit: RoughFit) -> None:
+        """One zero less at a time, without and with dead time, until both are decisively worse."""
+        late = self._delayed(fit)
         while fit.structure.zeros > 0:
+            structure = fit.structure
             fewer = self.fit(
                 structure.order,
-                fit.structure.zeros - 1,
+                structure.zeros - 1,
                 [fit.x],
                 integrators=structure.integrators,
-                dead_time=structure.dead_time,
+                drift=structure.drift,
             )
             if fewer is None:
                 return
-            yield fewer
-            if fewer.cost > _WORTH * fit.cost:
+            fewer_late = self._delayed(fewer, late)
+            worse = fewer.criterion > fit.criterion + _DECISIVE
+            if late is not None and fewer_late is not None:
+                worse = worse and fewer_late.criterion > late.criterion + _DECISIVE
+            if worse:
                 return
-            fit = fewer
+            fit, late = fewer, fewer_late
 
-    def delayed(self, fit: RoughFit) -> RoughFit | None:
-        """The same with a dead time."""
+    def _delayed(self, fit: RoughFit, near: RoughFit | None = None) -> RoughFit | None:
+        """The same with a dead time; None for more poles than process models have."""
+        if fit.structure.order > _DELAYED_POLES:
+            return None
         shortest = min(record.sample_time for record in self.records)
         most = 0.25 * min(record.duration for record in self.records)
         delays = [0.5 * shortest, *np.geomspace(1.5 * shortest, most, _DELAYS)]
+        starts = [np.append(fit.x, delay) for delay in delays]
         return self.fit(
             fit.structure.order,
             fit.structure.zeros,
-            [np.append(fit.x, delay) for delay in delays],
+            starts if near is None else [near.x, *starts],
             integrators=fit.structure.integrators,
             dead_time=1,
+            drift=fit.structure.drift,
         )
+
+    def near_the_best(self) -> None:
+        """Fit what the way of the scan may have missed, beside every fit that may be chosen.
+
+        The same with drifting outputs, or without, also beside the best of every number of poles: a
+        drift may have been taken for poles. And the same with an integrator in the place of a pole
+        that is slower than the longest record: with fewer poles or without the dead time an
+        integrator may have looked hopeless.
+        """
+        falling = sorted(self.fits.values(), key=lambda fit: fit.criterion, reverse=True)
+        best = {fit.structure.order: fit for fit in falling if not fit.structure.integrators}
+        for fit in best.values():
+            self._other_drift(fit)
+        longest = max(record.duration for record in self.records)
+        for fit in self._may_be_chosen():
+            constants = fit.structure.constants(fit.x)
+            slow = np.abs(constants) > longest
+            if np.sum(slow) == 1 and fit.structure.integrators < MOST_INTEGRATORS:
+                after = fit.x[fit.structure.order :]
+                self._beside(
+                    replace(
+                        fit.structure,
+                        order=fit.structure.order - 1,
+                        integrators=fit.structure.integrators + 1,
+                        drift=False,
+                    ),
+                    np.append(pole_coordinates(constants[~slow]), after),
+                )
+        for fit in self._may_be_chosen():
+            self._other_drift(fit)
+
+    def _may_be_chosen(self) -> list[RoughFit]:
+        least = min((fit.criterion for fit in self.fits.values()), default=0.0)
+        return [fit for fit in self.fits.values() if fit.criterion < least + _DECISIVE]
+
+    def _other_drift(self, fit: RoughFit) -> None:
+        structure = fit.structure
+        if structure.start == "free" and not structure.integrators:
+            self._beside(replace(structure, drift=not structure.drift), fit.x)
+
+    def _beside(self, structure: ContinuousStructure, start: FloatArray) -> None:
+        if structure not in self.fits:
+            self.report(structure)
+            self.fits[structure] = rough_fit(structure, self.records, [start])
+
+    def stable(self) -> list[RoughFit]:
+        """One pole more at a time without integrators, with drifting outputs if that is better.
+
+        A drift that no structure has is taken for slow poles. A trial at rest at first does not
+        drift; of one that integrates the input's bias describes a drift.
+        """
+        plain = list(self.poles(0, HIGHEST_ORDER))
+        if self.start == "rest":
+            return plain
+        drifting = list(self.poles(0, HIGHEST_ORDER, beside=plain))
+        least = [min((fit.criterion for fit in fits), default=0.0) for fits in (plain, drifting)]
+        kept, dropped = plain, drifting
+        if least[1] < least[0] - _TIE:
+            kept, dropped = drifting, plain
+        for fit in dropped:
+            del self.fits[fit.structure]
+        return kept
+
+
+def rough_fit(
+    structure: ContinuousStructure, records: Sequence[SignalRecord], starts: Sequence[FloatArray]
+) -> RoughFit:
+    """Fit one structure until little is gained.
+
+    Args:
+        structure: which.
+        records: the trials.
+        starts: where the search begins, each of shape ``(searched,)``.
+    """
+    problem = structure.problem(records)
+    found = rough_minimum(problem, starts)
+    residual = problem.solved(found.x, WHITE)[1]
+    samples = np.cumsum([record.output.size for record in records])
+    moves = sum(float(np.var(record.output)) * record.output.size for record in records)
+    return RoughFit(
+        structure=structure,
+        x=found.x,
+        theta=found.theta,
+        cost=found.cost,
+        criterion=hannan_quinn(
+            np.split(residual, samples[:-1]),
+            structure.unknowns + structure.per_trial * len(records),
+            rounding=_ROUNDING**2 * moves / float(samples[-1]),
+        ),
+    )
 
 
 def scan_structures(
@@ -158,8 +282,9 @@ def scan_structures(
 ) -> list[RoughFit]:
     """Fit every structure that may describe the records, roughly.
 
-    First 1 to 6 poles, no integrator, then one, then two; then the best with the direct path, with
-    fewer zeros, with a dead time.
+    First 1 to 6 poles, no integrator, then one, then two, as long as the records support that; each
+    with the direct path, with fewer zeros, with a dead time. From a free start the outputs of
+    models without integrators may drift, if that is better without a dead time.
 
     Args:
         records: the trials.
@@ -172,13 +297,26 @@ def scan_structures(
     scan = StructureScan(records=records, start=start, report=report)
     least: dict[int, float] = {}
     for integrators, most in ((0, HIGHEST_ORDER), (1, _INTEGRATED_POLES), (2, _INTEGRATED_POLES)):
-        for fit in scan.poles(integrators, most):
+        supported = False
+        chain = list(scan.poles(integrators, most)) if integrators else scan.stable()
+        best = min(chain, key=lambda fit: fit.criterion, default=None)
+        for fit in chain:
             poles = fit.structure.order + integrators
-            least[poles] = min(fit.cost, least.get(poles, fit.cost))
-            if fit.cost > _HOPELESS * least[poles]:
+            least[poles] = min(fit.criterion, least.get(poles, fit.criterion))
+            if best is not None and fit.structure.order > best.structure.order:
+                least[poles] = min(least[poles], best.criterion)
+            if fit.criterion > least[poles] + _DECISIVE:
                 continue
-            for other in (fit, *scan.fewer_zeros(fit)):
-                if other.structure.order <= _DELAYED_POLES:
-                    scan.delayed(other)
-            scan.fit(fit.structure.order, fit.structure.zeros + 1, [fit.x], integrators=integrators)
-    return sorted(scan.fits.values(), key=lambda fit: fit.structure.unknowns)
+            supported = True
+            scan.fewer_zeros(fit)
+            scan.fit(
+                fit.structure.order,
+                fit.structure.zeros + 1,
+                [fit.x],
+                integrators=integrators,
+                drift=fit.structure.drift,
+            )
+        if not supported:
+            break
+    scan.near_the_best()
+    return sorted(scan.fits.values(), key=lambda fit: (fit.structure.unknowns, fit.structure.drift))

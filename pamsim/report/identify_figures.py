@@ -45,7 +45,7 @@ def model_title(name: str) -> str:
     kind, _, orders = name.partition("_")
     if kind in ("arx", "oe"):
         return f"{kind.upper()} {orders.replace('_', ',')}"
-    return words(name).replace(" dead time", " with dead time")
+    return words(name).replace(" dead time", " with dead time").replace(" drift", ", output drifts")
 
 
 def drawn_trials(trials: Sequence[TrialCurve]) -> list[TrialCurve]:
@@ -106,7 +106,9 @@ def scan(result: Mapping[str, Any]) -> Figure:
     """
     structures = result["scan"]["structures"]
     held_out = structures[0]["fit_percent_held_out"] is not None
-    key = "fit_percent_held_out" if held_out else "aicc_above_best"
+    likelihood = structures[0]["hannan_quinn_above_best"] is not None
+    criterion = "hannan_quinn_above_best" if likelihood else "aicc_above_best"
+    key = "fit_percent_held_out" if held_out else criterion
     figure, (ax,) = new_figure(3.2)
     for integrators, colour in enumerate((BLUE, GREEN, PURPLE)):
         for dead_time, marker in ((False, "o"), (True, "^")):
@@ -142,8 +144,10 @@ def scan(result: Mapping[str, Any]) -> Figure:
         ax.yaxis.set_major_locator(ticks)
     finish_axes(
         ax,
-        x="poles, zeros, gain and dead time",
-        y="fit where nothing was fitted [%]" if held_out else "AICc above the best",
+        x="poles, zeros, gain, dead time and drift",
+        y="fit where nothing was fitted [%]"
+        if held_out
+        else f"{'criterion' if likelihood else 'AICc'} above the best",
         zero=False,
     )
     figure.legend(loc="outside upper center", ncols=3)
@@ -234,7 +238,7 @@ def bode(result: Mapping[str, Any], curves: Curves) -> Figure:
 
 
 def _coefficients(structure: Mapping[str, Any]) -> int:
-    counted = ("poles", "zeros", "integrators", "dead_time")
+    counted = ("poles", "zeros", "integrators", "dead_time", "drift")
     return 1 + sum(int(structure[name]) for name in counted)
 
 

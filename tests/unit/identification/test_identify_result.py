@@ -113,3 +113,25 @@ def test_wrong_arguments_are_named():
     ):
         with pytest.raises(InputError, match=match):
             identify(DATA, **wrong)
+
+
+def test_a_drift_is_estimated_and_printed_in_the_unit_of_the_column(tmp_path):
+    draw = np.random.default_rng(5)
+    n = 500
+    given = np.repeat(draw.choice([-1.0, 1.0], n // 20), 20)
+    pole, output = np.exp(-TS / 0.2), np.zeros(n)
+    for k in range(1, n):
+        output[k] = pole * output[k - 1] + (1.0 - pole) * 10.0 * given[k - 1]
+    output = output + np.linspace(0.0, 6.0, n) + 0.2 * draw.normal(size=n)
+    table = np.column_stack([TS * np.arange(n), given, output])
+    np.savetxt(
+        tmp_path / "log.csv", table, delimiter=",", header="time_s,valve,travel_mm", comments=""
+    )
+    found = identify(tmp_path / "log.csv")
+    assert found.recommendation.best == "first_order_drift"
+    (line,) = [s for s in found.summary().splitlines() if "drift of the output" in s]
+    unit, value, _, trial = line.partition(": ")[0], *line.partition(": ")[2].split()
+    assert unit.endswith("[mm]")
+    assert float(value) == pytest.approx(6.0, abs=0.3)
+    assert trial == "log"
+    assert found.to_dict()["scan"]["structures"][0]["hannan_quinn_above_best"] > 0.0

@@ -1,4 +1,4 @@
-"""The simplest structure that is not worse on what was not fitted; what the records do not show."""
+"""A linear plant's structure by likelihood, others' by free runs; what the records do not show."""
 
 from __future__ import annotations
 
@@ -9,17 +9,19 @@ from pamsim.identification.choice import recommend
 from pamsim.identification.models import ModelSet, fit_models
 from pamsim.linear.residual_nonlinearity import residual_nonlinearity
 from pamsim.linear.signal_record import SignalRecord
-from tests.unit.linear.planted import sampled, steps
+from tests.unit.linear.planted import coloured, sampled, steps
 
 TS = 0.05
 
 
-def trial(numerator, denominator, seed, *, n=600, noise=0.03, bend=0.0):
+def trial(numerator, denominator, seed, *, n=600, noise=0.03, bend=0.0, slow=0.0, drift=0.0):
     draw = np.random.default_rng(seed)
     given = steps(draw, n + 100, 10)
     output = sampled(numerator, denominator, given, TS)
     output = output + bend * output**2
-    output = output + noise * np.std(output) * draw.normal(size=output.size)
+    white = draw.normal(size=output.size)
+    disturbance = noise * np.std(output) * (coloured(draw, output.size, slow) if slow else white)
+    output = output + disturbance + drift * np.arange(-100, n) / (n - 1)
     return SignalRecord(f"trial {seed}", TS * np.arange(n), given[100:], output[100:])
 
 
@@ -43,7 +45,7 @@ def test_poles_of_the_plant_are_chosen_and_leave_nothing_to_explain(name):
     numerator, denominator = PLANTS[name]
     fitted, chosen, best = identified(trial(numerator, denominator, 1))
     assert chosen.name == chosen.best == fitted.chosen
-    assert "the last third of each trial" in chosen.reason
+    assert "the Hannan-Quinn criterion" in chosen.reason
     expected = np.sort(np.abs(np.roots(denominator)))
     assert np.sort(np.abs(best.poles)) == pytest.approx(expected, rel=0.1, abs=1e-12)
 
@@ -54,6 +56,7 @@ def test_a_bent_plant_is_said_to_be_nonlinear_and_not_recommended():
     assert chosen.name == ""
     assert chosen.best != ""
     assert "the plant is not linear" in chosen.missing
+    assert "the last third of each trial" in chosen.reason
     assert residual_nonlinearity(best, [record]).p_value < 1e-4
 
 
@@ -67,14 +70,46 @@ def test_a_linear_plant_is_seldom_taken_for_a_bent_one():
     assert 0.3 < np.mean(p_values) < 0.7
 
 
-def test_a_record_that_rests_at_its_end_is_judged_by_aicc():
+def test_a_step_response_shows_one_pole():
     draw = np.random.default_rng(7)
     given = np.append(np.zeros(10), np.ones(390))
     output = sampled([2.0], [0.4, 1.0], given, TS) + 0.01 * draw.normal(size=400)
     record = SignalRecord("step", TS * np.arange(400), given, output)
-    _, chosen, best = identified(record)
-    assert "AICc" in chosen.reason
+    best = identified(record)[2]
     assert best.structure.order == 1
+    assert not best.structure.drift
+
+
+def test_a_bent_plant_whose_record_rests_at_its_end_is_judged_by_aicc():
+    draw = np.random.default_rng(7)
+    given = np.concatenate([steps(draw, 300, 10), np.zeros(200)])
+    output = sampled([2.0], [0.4, 1.0], given, TS)
+    output = output + 0.3 * output**2 + 0.01 * draw.normal(size=500)
+    record = SignalRecord("rests", TS * np.arange(500), given, output)
+    assert "the best by AICc" in identified(record)[1].reason
+
+
+def test_the_drift_of_an_output_is_estimated_instead_of_taken_for_poles():
+    record = trial([2.0], [0.4, 1.0], 4, drift=0.5)
+    _, chosen, best = identified(record)
+    assert chosen.name == "first_order_drift"
+    assert best["T"].value == pytest.approx(0.4, rel=0.05)
+    assert best.trials[0].drift == pytest.approx(0.5, abs=0.1)
+    assert chosen.reason.startswith("1 pole, drift: the best by the Hannan-Quinn criterion")
+
+
+def test_slow_noise_is_not_taken_for_poles():
+    right = 0
+    for seed in range(4):
+        best = identified(trial([2.0], [0.4, 1.0], 20 + seed, noise=0.05, slow=0.85))[2]
+        right += best.structure.order + best.structure.integrators == 1
+    assert right == 4
+
+
+def test_held_out_trials_judge_a_linear_plant_too():
+    fitted, held_out = (trial([2.0], [0.4, 1.0], seed) for seed in (5, 6))
+    models = fit_models([fitted], [held_out], ModelSet(start="free"))
+    assert models.choice.judged_by == "the held-out trials"
 
 
 def test_a_dead_time_is_chosen_where_it_is_asked_for_and_not_where_it_is_ruled_out():

@@ -125,3 +125,37 @@ def test_a_scan_finds_the_structure_and_stays_nested():
         for (fewer, less), simple in cost.items():
             if fewer <= order and less <= zeros and order - fewer <= zeros - less:
                 assert value < 1.02 * simple, ((order, zeros), (fewer, less))
+
+
+def test_an_integrator_is_found_behind_a_dead_time():
+    # Without the dead time a lag explains more than an integrator, and the zero hides both.
+    draw = np.random.default_rng(8)
+    given = steps(draw, N + 100, 8)
+    given = given - np.mean(given)
+    given[80:100] = given[100]  # a model has no input from before its record
+    output = sampled([-1.8, 1.0], [0.9, 1.0, 0.0], given, TS, delay=12 * TS)
+    output = output + 0.02 * np.std(output) * draw.normal(size=output.size)
+    record = SignalRecord("late", TS * np.arange(N), given[100:], output[100:])
+    best = min(scan_structures([record], start="free"), key=lambda fit: fit.criterion)
+    counts = best.structure.order, best.structure.integrators, best.structure.zeros
+    assert (*counts, best.structure.dead_time) == (1, 1, 1, True)
+
+
+def test_a_drift_is_in_the_scan_where_the_record_shows_it():
+    below = np.convolve([0.05, 0.1, 1.0], [0.6, 1.0])
+    for drift in (0.0, 0.05):
+        record = planted([1.0], below, 9, noise=0.02, drift=drift)
+        best = min(scan_structures([record], start="free"), key=lambda fit: fit.criterion)
+        assert (best.structure.order, best.structure.drift) == (3, drift > 0.0)
+    assert not any(fit.structure.drift for fit in scan_structures([record], start="rest"))
+
+
+def test_an_integrator_that_a_zero_cancels_within_the_record_is_not_determined():
+    given = steps(np.random.default_rng(10), N, 12)
+    output = sampled([1.5], [0.3, 1.0, 0.0], given, TS) + 0.02 * TS * np.arange(N)
+    record = SignalRecord("one integrator", TS * np.arange(N), given, output)
+    once = fit_continuous([record], order=1, start="free", integrators=1)
+    twice = fit_continuous([record], order=1, zeros=1, start="free", integrators=2)
+    assert once.status is FitStatus.CONVERGED
+    assert twice.status is FitStatus.DEGENERATE
+    assert "a zero slower than the longest record" in twice.sentence

@@ -10,6 +10,7 @@ import pytest
 
 from pamsim.core.errors import InputError
 from pamsim.identification.curves import Curves, TrialCurve
+from pamsim.identification.structure_choice import AICC, LIKELIHOOD
 from pamsim.linear.response_bands import FrequencyResponse, StepResponse
 from pamsim.report.identify_figures import (
     bode,
@@ -145,7 +146,9 @@ def test_a_result_without_recommendation_or_map_has_its_page(result, curves, tmp
     assert not (tmp_path / "local.png").exists()
 
 
-def structure(poles, zeros, held_out, *, integrators=0, dead_time=False):
+def structure(
+    poles, zeros, held_out=None, *, integrators=0, dead_time=False, drift=False, judged_by=""
+):
     return {
         "poles": poles,
         "zeros": zeros,
@@ -154,7 +157,9 @@ def structure(poles, zeros, held_out, *, integrators=0, dead_time=False):
         "shown": (poles, zeros) == (1, 0),
         "fit_percent": 90.0,
         "fit_percent_held_out": held_out,
-        "aicc_above_best": None if held_out is not None else 4.0 - poles,
+        "drift": drift,
+        "aicc_above_best": 4.0 - poles if judged_by == AICC else None,
+        "hannan_quinn_above_best": 4.0 - poles if judged_by == LIKELIHOOD else None,
     }
 
 
@@ -174,10 +179,19 @@ def test_the_best_of_a_plant_that_is_not_linear_is_shown_with_what_is_missing(
     assert (tmp_path / "scan.png").stat().st_size > 0
 
 
-def test_every_structure_of_a_scan_is_drawn_once(result):
-    structures = [structure(1, 0, None), structure(2, 0, None), structure(2, 1, None)]
-    result["scan"] = {"judged_by": "AICc", "structures": structures}
+@pytest.mark.parametrize(("judged_by", "label"), [(AICC, "AICc"), (LIKELIHOOD, "criterion")])
+def test_every_structure_of_a_scan_is_drawn_once(result, curves, tmp_path, judged_by, label):
+    structures = [
+        structure(1, 0, judged_by=judged_by),
+        structure(2, 0, judged_by=judged_by),
+        structure(2, 0, drift=True, judged_by=judged_by),
+    ]
+    result["scan"] = {"judged_by": judged_by, "structures": structures}
+    page = page_of(result, curves, tmp_path)[0].read_text(encoding="utf-8")
+    assert f"judged by {judged_by}. The choice is" in page
+    assert "by 2 at most" in page
     (ax,) = scan(result).axes
+    assert ax.get_ylabel() == f"{label} above the best"
     shown = ax.lines[-1]
     assert (list(shown.get_xdata()), list(shown.get_ydata())) == ([2], [3.0])
     drawn = [x for line in ax.lines[:-1] for x in line.get_xdata()]
@@ -195,6 +209,7 @@ def test_another_schema_and_a_bad_place_are_refused(result, curves, tmp_path):
 def test_words_and_numbers():
     assert model_title("arx_2_2_1") == "ARX 2,2,1"
     assert model_title("second_order_dead_time") == "second order with dead time"
+    assert model_title("first_order_drift") == "first order, output drifts"
     assert pole_texts([None, [0.5, 0.0]]) == ["none", "0.500"]
     assert pole_texts([[-1.0, 3.0], [-1.0, -3.0]]) == ["−1.00 ± 3.00j"]
 

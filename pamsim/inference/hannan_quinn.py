@@ -1,0 +1,34 @@
+"""Criterion of Hannan and Quinn for fits whose residuals are noise, white or coloured."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pamsim.inference.coloured_noise import fit_ar_noise
+
+FloatArray = NDArray[np.float64]
+
+
+def hannan_quinn(residuals: Sequence[FloatArray], unknowns: int, rounding: float = 0.0) -> float:
+    """Return the criterion: of two fits to the same data that with the smaller is preferred.
+
+    The residuals are predicted from their own past (autoregressive noise), so that every sample
+    counts, however slow the noise is. An unneeded coefficient is chosen ever more seldom as the
+    record grows, as with BIC; a needed one is missed less often than with BIC.
+
+    Args:
+        residuals: of the free run, one array per trial, shape ``(n_i,)`` [output unit].
+        unknowns: fitted numbers, those of the trials' own included.
+        rounding: mean square below which a residual is only rounding [output unit^2].
+
+    Source: Hannan and Quinn (Journal of the Royal Statistical Society B 41, 1979).
+    """
+    samples = sum(residual.size for residual in residuals)
+    noise = fit_ar_noise(residuals)
+    variance = max(noise.variance, rounding, float(np.finfo(float).tiny))
+    penalty = 2.0 * math.log(math.log(samples))
+    return samples * math.log(variance) + penalty * (unknowns + noise.order)

@@ -1,0 +1,46 @@
+"""Under slow noise every sample counts; what is only rounding decides nothing."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from scipy.signal import lfilter
+
+from pamsim.inference.coloured_noise import fit_ar_noise
+from pamsim.inference.hannan_quinn import hannan_quinn
+
+
+def slow_noise(seed, n=1000, phi=0.9):
+    draw = np.random.default_rng(seed)
+    return lfilter([1.0], [1.0, -phi], draw.normal(size=n + 200))[200:]
+
+
+def test_white_residuals_have_the_criterion_of_the_book():
+    residual = np.random.default_rng(2).normal(size=500)
+    assert fit_ar_noise([residual]).order == 0
+    found = hannan_quinn([residual], 3)
+    expected = 500 * np.log(np.mean(residual**2)) + 2.0 * np.log(np.log(500)) * 3
+    assert found == pytest.approx(expected, rel=1e-12)
+
+
+def test_what_takes_up_slow_noise_is_not_preferred_but_a_real_effect_is():
+    along = np.linspace(-1.0, 1.0, 1000)
+    bends = np.vander(along, 8, increasing=True)
+    preferred = detected = 0
+    for seed in range(20):
+        noise = slow_noise(seed)
+        left = noise - bends @ np.linalg.lstsq(bends, noise, rcond=None)[0]
+        preferred += hannan_quinn([left], 8) < hannan_quinn([noise], 1)
+        effect = noise + 2.0 * np.sign(np.sin(40.0 * along))
+        detected += hannan_quinn([noise], 2) < hannan_quinn([effect], 1)
+    assert preferred <= 2
+    assert detected == 20
+
+
+def test_trials_are_pooled_and_rounding_is_equal():
+    noise = slow_noise(3)
+    apart = hannan_quinn([noise[:500], noise[500:]], 2)
+    assert apart == pytest.approx(hannan_quinn([noise], 2), abs=20.0)
+    residual = 1e-12 * np.random.default_rng(2).normal(size=100)
+    assert hannan_quinn([residual], 2, rounding=1.0) > hannan_quinn([0.1 * residual], 1, 1.0)
+    assert np.isfinite(hannan_quinn([np.zeros(100)], 2))
