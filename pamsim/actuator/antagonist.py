@@ -14,8 +14,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
-from pamsim.actuator.kernel import Row
-from pamsim.actuator.layout import slot
+from pamsim.actuator.layout import Row, slot
 from pamsim.actuator.static_muscle import static_force, static_volume
 from pamsim.muscles.dispatch import pushes
 from pamsim.muscles.tension import taut

@@ -20,19 +20,18 @@ from __future__ import annotations
 
 import math
 
-from pamsim.actuator.kernel import (
-    chamber_pressure,
-    chamber_volume,
+from pamsim.actuator.chamber_pressure import chamber_pressure, chamber_volume
+from pamsim.actuator.commands import MEASURED, PULSE
+from pamsim.actuator.kernel import rubs, tension
+from pamsim.actuator.layout import AIR, AMBIENT, SAG, TUBE, MutableRow, Row, slot
+from pamsim.actuator.muscle_length import length_at_muscle
+from pamsim.actuator.muscle_valves import (
     command_at_valve,
     flow_through_valves,
     leak_flow,
     left_by_dead_zone,
-    length_at_muscle,
     reached_opening,
-    rubs,
-    tension,
 )
-from pamsim.actuator.layout import AIR, AMBIENT, SAG, TUBE, MutableRow, Row, slot
 from pamsim.actuator.static_muscle import static_volume, volume_varies
 from pamsim.muscles.dispatch import pushes
 from pamsim.pneumatics.air import GAS_CONSTANT, REFERENCE_DENSITY
@@ -41,7 +40,6 @@ NOTHING, FINITE, PRESSURE, TENSION, MASS = 0.0, 1.0, 2.0, 3.0, 4.0
 """Codes of what is broken."""
 
 _COMMAND = slot("command")
-_PULSED, _MEASURED = 1.0, 3.0
 _FORCE_LAW = slot("force.law")
 _NOMINAL_LENGTH, _LENGTH_AT_ZERO = slot("braid.nominal_length"), slot("mounting.length_at_zero")
 _HYSTERESIS_LAW, _PER_PRESSURE = slot("hysteresis.law"), slot("hysteresis.0") + 1
@@ -94,7 +92,7 @@ def broken_invariant(
         tendon_length: before it [m].
         tendon_velocity: before it [m/s].
         force: that the engine applied along the tendon, negative where the muscle pulls [N].
-        command: during it, see `pamsim.actuator.kernel.valve_opening`.
+        command: during it, see `pamsim.actuator.muscle_valves.valve_opening`.
         time: before it [s].
         timestep: [s].
         found: (2,) written where one is broken: the number, and what bounds it; of a state that is
@@ -113,7 +111,7 @@ def broken_invariant(
     if not pressure > 0.0:
         found[0], found[1] = pressure, 0.0
         return PRESSURE
-    if pressure > _MARGIN * supply and par[_COMMAND] != _MEASURED:
+    if pressure > _MARGIN * supply and par[_COMMAND] != MEASURED:
         highest = highest_pressure(par, before, tendon_length, pressure)
         if not pressure <= highest:
             found[0], found[1] = pressure, highest
@@ -125,7 +123,7 @@ def broken_invariant(
         if not pull >= 0.0:
             found[0], found[1] = pull, 0.0
             return TENSION
-    if par[_COMMAND] == _MEASURED:
+    if par[_COMMAND] == MEASURED:
         return NOTHING
     at_valve = pressure
     if par[_TUBE_RESISTANCE] > 0.0:
@@ -135,7 +133,7 @@ def broken_invariant(
     missing = math.inf
     # Valves that pulse switch at an instant, which is known to its rounding.
     for shift in (0.0, 1.0, -1.0):
-        if shift == 0.0 or (par[_COMMAND] == _PULSED and not missing <= allowed):
+        if shift == 0.0 or (par[_COMMAND] == PULSE and not missing <= allowed):
             clock = time + shift * _ROUNDING * (abs(time) + timestep)
             entered = flow_in(par, before, act, at_valve, command, clock, timestep)
             missing = abs(gained - entered + leak_flow(par, pressure))

@@ -6,6 +6,7 @@ from dataclasses import dataclass, field
 from typing import ClassVar
 
 from pamsim.actuator.chain import Chain
+from pamsim.actuator.commands import COMMANDS
 from pamsim.actuator.friction import Friction
 from pamsim.core.errors import EngineError, InputError, nearest
 from pamsim.core.parameters import ParameterGroup, parameter
@@ -21,11 +22,6 @@ from pamsim.muscles.passive import PassiveSpring
 from pamsim.muscles.tension import Threshold
 from pamsim.pneumatics.chamber import Chamber
 from pamsim.pneumatics.valves import ValvePair
-
-COMMANDS: tuple[str, ...] = ("valve", "pulse", "pressure_set", "measured")
-"""What the control of the actuator means: a signed opening, a signed duty, the set point of a
-regulator, or the gauge pressure that the chamber has after the time step, whatever valves and air
-would do."""
 
 
 @dataclass(frozen=True, kw_only=True)

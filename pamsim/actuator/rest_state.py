@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from pamsim.actuator.kernel import chain_length, chamber_volume, length_at_muscle
+from pamsim.actuator.chamber_pressure import chamber_volume
+from pamsim.actuator.commands import MEASURED, PRESSURE_SET
 from pamsim.actuator.layout import (
     AIR,
     AMBIENT,
@@ -17,13 +18,12 @@ from pamsim.actuator.layout import (
     Row,
     slot,
 )
-from pamsim.actuator.muscle import COMMANDS
+from pamsim.actuator.muscle_length import chain_length, length_at_muscle
 from pamsim.actuator.static_muscle import contraction
 from pamsim.hysteresis.parallel import BLOCKS
 from pamsim.pneumatics.chamber import air_state
 
 _COMMAND = slot("command")
-_REGULATED, _MEASURED = float(COMMANDS.index("pressure_set")), float(COMMANDS.index("measured"))
 _POLYTROPIC = slot("chamber.polytropic_index")
 _ATMOSPHERE = slot("chamber.atmosphere")
 
@@ -78,6 +78,6 @@ def quieten(par: Row, act: MutableRow, tendon_length: float, pressure: float) ->
     kappa = contraction(par, length_at_muscle(par, act, tendon_length))
     act[len(act) - CREEP] = kappa
     act[len(act) - CREEP_2] = kappa
-    act[len(act) - LINE] = pressure if par[_COMMAND] == _REGULATED else 0.0
-    if par[_COMMAND] == _MEASURED:
+    act[len(act) - LINE] = pressure if par[_COMMAND] == PRESSURE_SET else 0.0
+    if par[_COMMAND] == MEASURED:
         act[len(act) - AIR] = pressure + par[_ATMOSPHERE]

@@ -9,8 +9,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from pamsim.actuator.kernel import Row
-from pamsim.actuator.layout import slot
+from pamsim.actuator.layout import Row, slot
 from pamsim.actuator.static_muscle import static_force, static_volume
 
 _LENGTH_AT_ZERO = slot("mounting.length_at_zero")

@@ -6,8 +6,8 @@ the band, so that the pressure follows its set point as a lag does.
 
 from __future__ import annotations
 
-from pamsim.actuator.kernel import Row, air_flow, fill_valve
-from pamsim.actuator.layout import slot
+from pamsim.actuator.layout import Row, slot
+from pamsim.actuator.muscle_valves import air_flow, fill_valve
 from pamsim.actuator.static_muscle import static_volume
 from pamsim.pneumatics.air import GAS_CONSTANT
 from pamsim.pneumatics.supply import VALVE, supply_sag

@@ -16,20 +16,11 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
-from pamsim.actuator.kernel import (
-    chain_length,
-    chain_ratio,
-    dry_friction_after,
-    flow_through_valves,
-    leak_flow,
-    line_sag,
-    state_rates,
-    tendon_friction,
-    tension,
-    valve_opening,
-)
+from pamsim.actuator.kernel import dry_friction_after, state_rates, tendon_friction, tension
 from pamsim.actuator.layout import AIR, RUBBING, slot, state_size
 from pamsim.actuator.muscle_hysteresis import hysteresis_force, hysteresis_rates
+from pamsim.actuator.muscle_length import chain_length, chain_ratio
+from pamsim.actuator.muscle_valves import flow_through_valves, leak_flow, line_sag, valve_opening
 from pamsim.actuator.rest_state import charged_air_state, rest
 from pamsim.actuator.static_muscle import active_force, limited, static_force
 from pamsim.diagnosis.virtual_test_conditions import (

@@ -10,8 +10,8 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
-from pamsim.actuator.kernel import sensed_pressure
 from pamsim.actuator.layout import AIR
+from pamsim.actuator.muscle_valves import sensed_pressure
 from pamsim.engine.jit import fingerprint, reached_functions
 from pamsim.engine.stepping import muscle_ids
 

@@ -8,7 +8,8 @@ from typing import TypeAlias
 import mujoco
 import numpy as np
 
-from pamsim.actuator.kernel import sensed_pressure, tension
+from pamsim.actuator.kernel import tension
+from pamsim.actuator.muscle_valves import sensed_pressure
 from pamsim.engine.stepping import muscle_ids
 from pamsim.engine.trace import FloatArray
 

@@ -20,15 +20,9 @@ from numba import types
 from numba.core import cgutils
 from numba.extending import intrinsic, register_jitable
 
-from pamsim.actuator.kernel import (
-    fill_valve_of,
-    line_sag,
-    sensed_pressure,
-    state_rates,
-    tendon_force,
-    tension,
-)
+from pamsim.actuator.kernel import state_rates, tendon_force, tension
 from pamsim.actuator.layout import AIR, SIGNATURE, SIZE, slot
+from pamsim.actuator.muscle_valves import fill_valve_of, line_sag, sensed_pressure
 from pamsim.engine.jit import fingerprint, hand_to_numba, reached_functions
 from pamsim.engine.structs import callback_offsets
 from pamsim.engine.user_laws import CALLS, REPLACED, declare

@@ -15,8 +15,8 @@ import numpy as np
 import scipy.optimize
 from numpy.typing import NDArray
 
-from pamsim.actuator.kernel import chain_length, chain_ratio
 from pamsim.actuator.layout import slot
+from pamsim.actuator.muscle_length import chain_length, chain_ratio
 from pamsim.actuator.static_muscle import limited, static_force
 from pamsim.core.errors import InputError
 from pamsim.engine.rig import Rig

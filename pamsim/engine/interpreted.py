@@ -12,14 +12,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pamsim.actuator.invariants import FINITE, NOTHING, broken_invariant, never_charged
-from pamsim.actuator.kernel import (
-    fill_valve_of,
-    line_sag,
-    state_rates,
-    tendon_force,
-    tension,
-)
+from pamsim.actuator.kernel import state_rates, tendon_force, tension
 from pamsim.actuator.layout import AIR, is_muscle, slot
+from pamsim.actuator.muscle_valves import fill_valve_of, line_sag
 from pamsim.engine import checks
 from pamsim.engine.structs import callback_offsets
 from pamsim.pneumatics.supply import VALVE

@@ -13,6 +13,7 @@ from typing import Any
 import mujoco
 
 from pamsim.actuator.build import build_muscle, idle_groups
+from pamsim.actuator.commands import COMMANDS
 from pamsim.actuator.layout import (
     SIZE,
     has_parameter,
@@ -20,7 +21,7 @@ from pamsim.actuator.layout import (
     slot,
     unpack,
 )
-from pamsim.actuator.muscle import COMMANDS, Muscle
+from pamsim.actuator.muscle import Muscle
 from pamsim.core.catalog import MOST_PARAMETERS
 from pamsim.core.drive import MUSCLE_DRIVES
 from pamsim.core.errors import InputError, nearest

@@ -8,7 +8,7 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
-from pamsim.actuator.kernel import gauge_pressure
+from pamsim.actuator.chamber_pressure import gauge_pressure
 from pamsim.actuator.rest_state import quieten, rest
 from pamsim.core.errors import InputError
 from pamsim.engine.stepping import muscle_ids

@@ -9,8 +9,8 @@ import gymnasium
 import numpy as np
 from numpy.typing import NDArray
 
-from pamsim.actuator.kernel import valve_opening
 from pamsim.actuator.layout import slot
+from pamsim.actuator.muscle_valves import valve_opening
 from pamsim.controllers.controller import Command, Controller, JointObservation, Observation
 from pamsim.core.errors import InputError
 from pamsim.envs.rigs import Rigs

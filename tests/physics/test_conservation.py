@@ -7,14 +7,15 @@ import numpy as np
 import pytest
 
 import pamsim
-from pamsim.actuator import kernel
+from pamsim.actuator.chamber_pressure import chamber_pressure, chamber_volume, gauge_pressure
 from pamsim.actuator.layout import slot
+from pamsim.actuator.muscle_valves import air_flow
 from pamsim.pneumatics.air import GAS_CONSTANT
 
 
 def inside(row, act, length):
     """Volume of the air at its own pressure [m^3]."""
-    return kernel.chamber_volume(row, act, length, kernel.gauge_pressure(row, act, length))
+    return chamber_volume(row, act, length, gauge_pressure(row, act, length))
 
 
 def prepare(index, pressures, timestep=None):
@@ -40,17 +41,15 @@ def test_air_mass_is_the_integral_of_valve_flow_over_a_fill_vent_cycle():
         for u in cycle:
             data.ctrl[:] = (u, -0.3 * u)
             mujoco.mj_forward(model, data)
-            pressure = kernel.chamber_pressure(
-                row, states(model, data), float(data.actuator_length[0])
-            )
-            flow = kernel.air_flow(row, pressure, float(u), data.time)
+            pressure = chamber_pressure(row, states(model, data), float(data.actuator_length[0]))
+            flow = air_flow(row, pressure, float(u), data.time)
             flowed += flow * model.opt.timestep
             moved += abs(flow) * model.opt.timestep
             mujoco.mj_step(model, data)
     # mass from P V / (R T) at the end, by the ideal gas law and not by the state's own name
     mujoco.mj_fwdPosition(model, data)
     length = float(data.actuator_length[0])
-    pressure = kernel.chamber_pressure(row, states(model, data), length)
+    pressure = chamber_pressure(row, states(model, data), length)
     volume = inside(row, states(model, data), length)
     after = pressure * volume / (GAS_CONSTANT * temperature)
     assert moved > 2.0 * before, "the cycle must move more air than the muscle holds"
@@ -71,7 +70,7 @@ def test_sealed_chamber_keeps_p_v_to_the_n_under_motion_at_any_step(index, times
             length = float(data.actuator_length[0])
             volume = inside(row, states(model, data), length)
             volumes.append(volume)
-            seen.append(kernel.chamber_pressure(row, states(model, data), length) * volume**index)
+            seen.append(chamber_pressure(row, states(model, data), length) * volume**index)
     assert np.ptp(volumes) > 0.01 * np.mean(volumes), "the arm must move the muscle"
     np.testing.assert_allclose(seen, seen[0], rtol=1e-9)
 

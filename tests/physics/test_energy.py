@@ -16,8 +16,9 @@ import numpy as np
 import pytest
 
 import pamsim
-from pamsim.actuator import kernel, muscle_hysteresis, static_muscle
+from pamsim.actuator import muscle_hysteresis, static_muscle
 from pamsim.actuator.chain import Chain
+from pamsim.actuator.chamber_pressure import chamber_volume, gauge_pressure
 from pamsim.actuator.layout import pack, state_size
 from pamsim.actuator.muscle import Muscle
 from pamsim.hysteresis.arctangent import Arctangent
@@ -195,9 +196,7 @@ def test_the_kernel_takes_volume_for_what_the_operator_holds(loop):
     act = memory + [0.0] * (state_size(this) - group.state_count)
     tendon, kappa = 0.225 - 0.05, 1.0 - 0.225 / BRAID.nominal_length
     held = OPERATORS[loop].energy(group.own(), 0, act, kappa)
-    extra = kernel.chamber_volume(row, act, tendon, 3e5) - static_muscle.static_volume(
-        row, tendon, 3e5
-    )
+    extra = chamber_volume(row, act, tendon, 3e5) - static_muscle.static_volume(row, tendon, 3e5)
     assert held != 0.0
     assert extra == pytest.approx(-PER_PRESSURE * BRAID.nominal_length * held, rel=1e-9)
 
@@ -238,13 +237,13 @@ def chamber(row: list[float], data: mujoco.MjData, muscle: int) -> tuple[float, 
     act = data.act[size * muscle : size * (muscle + 1)].tolist()
     tendon = float(data.actuator_length[muscle])
     pressure, kappa = (
-        kernel.gauge_pressure(row, act, tendon),
+        gauge_pressure(row, act, tendon),
         static_muscle.contraction(row, tendon),
     )
     static = static_muscle.static_force(row, tendon, pressure)
     return (
         pressure,
-        kernel.chamber_volume(row, act, tendon, pressure),
+        chamber_volume(row, act, tendon, pressure),
         muscle_hysteresis.hysteresis_volume(row, act, kappa),
         muscle_hysteresis.hysteresis_force(row, act, kappa, pressure, static),
         -tendon,

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 import pamsim
-from pamsim.actuator import kernel
+from pamsim.actuator.chamber_pressure import chamber_volume
 from pamsim.actuator.layout import AIR, SAG, slot
 from pamsim.core.errors import InputError
 from pamsim.engine.stepping import BACKENDS
@@ -97,7 +97,7 @@ class Books:
             own = slice(first, first + model.actuator_actnum[i])
             # What the memory of hysteresis holds moves with its rates.
             near = [
-                kernel.chamber_volume(
+                chamber_volume(
                     row, data.act[own] + ahead * data.act_dot[own], at + ahead * speed, 0.0
                 )
                 for ahead in (-1e-5, 0.0, 1e-5)

@@ -9,8 +9,9 @@ import numpy as np
 import pytest
 
 import pamsim
-from pamsim.actuator import kernel
+from pamsim.actuator.chamber_pressure import chamber_pressure, chamber_volume
 from pamsim.actuator.layout import AMBIENT
+from pamsim.actuator.muscle_valves import flow_through_valves, pressure_at_valve
 from pamsim.pneumatics.air import GAS_CONSTANT
 
 TUBE = {"valve.tube_resistance": 3e8, "valve.tube_volume": 2e-5}
@@ -59,10 +60,8 @@ def test_what_passes_the_valves_is_in_the_tube_or_in_the_muscle(changes):
     def held():
         mujoco.mj_fwdPosition(model, data)
         act, length = data.act[:count].tolist(), float(data.actuator_length[0])
-        inside = kernel.chamber_pressure(row, act, length) * kernel.chamber_volume(
-            row, act, length, 0.0
-        )
-        at_valves = kernel.pressure_at_valve(row, act, length) * TUBE["valve.tube_volume"]
+        inside = chamber_pressure(row, act, length) * chamber_volume(row, act, length, 0.0)
+        at_valves = pressure_at_valve(row, act, length) * TUBE["valve.tube_volume"]
         return (inside + at_valves) / warm
 
     before, passed, moved = held(), 0.0, 0.0
@@ -71,8 +70,8 @@ def test_what_passes_the_valves_is_in_the_tube_or_in_the_muscle(changes):
             data.ctrl[:] = opening, 0.0
             mujoco.mj_forward(model, data)
             act, length = data.act[:count].tolist(), float(data.actuator_length[0])
-            at_valves = kernel.pressure_at_valve(row, act, length)
-            flow = kernel.flow_through_valves(row, at_valves, opening, 0.0)
+            at_valves = pressure_at_valve(row, act, length)
+            flow = flow_through_valves(row, at_valves, opening, 0.0)
             passed += flow * model.opt.timestep
             moved += abs(flow) * model.opt.timestep
             mujoco.mj_step(model, data)
@@ -112,7 +111,7 @@ def test_after_a_fast_fill_the_pressure_falls_to_that_of_the_air_at_ambient_temp
     mujoco.mj_fwdPosition(model, data)
     row, count = model.actuator_user[0].tolist(), model.actuator_actnum[0]
     act, length = data.act[:count].tolist(), float(data.actuator_length[0])
-    ambient = act[-AMBIENT] / kernel.chamber_volume(row, act, length, 0.0)
-    assert kernel.chamber_pressure(row, act, length) == pytest.approx(ambient, rel=1e-3)
+    ambient = act[-AMBIENT] / chamber_volume(row, act, length, 0.0)
+    assert chamber_pressure(row, act, length) == pytest.approx(ambient, rel=1e-3)
     _, polytropic = filled({"chamber.polytropic_index": 1.4}, hold=0.5)
     assert np.ptp(polytropic.pressure[shut + 5 :, 0]) < 2e3

@@ -14,8 +14,8 @@ from pamsim.actuator.antagonist import (
     muscle_stiffness,
     pressure_slope,
 )
-from pamsim.actuator.kernel import Row, gauge_pressure
-from pamsim.actuator.layout import COMMON, slot
+from pamsim.actuator.chamber_pressure import gauge_pressure
+from pamsim.actuator.layout import COMMON, Row, slot
 from pamsim.actuator.muscle import Muscle
 from pamsim.actuator.rest_state import charged_air_state
 from pamsim.actuator.static_muscle import muscle_length

@@ -7,9 +7,9 @@ from typing import Any
 
 from pamsim.actuator.chain import Chain
 from pamsim.actuator.friction import Friction
-from pamsim.actuator.kernel import length_at_muscle
 from pamsim.actuator.layout import COMMON, pack, state_size
 from pamsim.actuator.muscle import Mounting, Muscle
+from pamsim.actuator.muscle_length import length_at_muscle
 from pamsim.actuator.rest_state import charged_air_state
 from pamsim.core.parameters import ParameterGroup
 from pamsim.hysteresis.group import Hysteresis

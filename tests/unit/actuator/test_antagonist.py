@@ -15,7 +15,8 @@ from pamsim.actuator.antagonist import (
     muscle_stiffness,
     pressure_slope,
 )
-from pamsim.actuator.kernel import gauge_pressure, tension
+from pamsim.actuator.chamber_pressure import gauge_pressure
+from pamsim.actuator.kernel import tension
 from pamsim.actuator.layout import COMMON, pack
 from pamsim.actuator.muscle import Mounting, Muscle
 from pamsim.actuator.rest_state import charged_air_state

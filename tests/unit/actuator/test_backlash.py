@@ -10,6 +10,7 @@ import pytest
 from pamsim.actuator import kernel
 from pamsim.actuator.chain import Chain, shift_rate
 from pamsim.actuator.layout import pack
+from pamsim.actuator.muscle_length import length_at_muscle
 from pamsim.actuator.step_limits import chain_step_limit
 from tests.unit.actuator.muscles import LASTING, charged, make
 
@@ -104,9 +105,7 @@ def test_the_chain_extends_beside_its_shift():
     muscle = with_play(compliance=2e-6)
     row, act = pack(muscle).tolist(), charged(muscle, TENDON, PRESSURE)
     act[-3], act[-2] = 1.7e-4, 4e-4
-    assert kernel.length_at_muscle(row, act, TENDON) == pytest.approx(
-        TENDON + 1.7e-4 - 4e-4, rel=1e-15
-    )
+    assert length_at_muscle(row, act, TENDON) == pytest.approx(TENDON + 1.7e-4 - 4e-4, rel=1e-15)
 
 
 def test_between_two_muscles_it_settles_inside_its_step_limit_and_swings_up_beyond():

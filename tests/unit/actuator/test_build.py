@@ -8,7 +8,8 @@ from typing import Any
 import pytest
 
 from pamsim.actuator.build import build_muscle
-from pamsim.actuator.muscle import COMMANDS, Muscle
+from pamsim.actuator.commands import COMMANDS
+from pamsim.actuator.muscle import Muscle
 from pamsim.core.errors import ParameterError
 from pamsim.core.parameters import ParameterGroup, Sourced, specs
 from tests.unit.actuator.muscles import KINDS, make

@@ -12,8 +12,10 @@ from scipy.optimize import brentq
 
 from pamsim.actuator import kernel
 from pamsim.actuator.chain import Chain, extension_rate
+from pamsim.actuator.chamber_pressure import gauge_pressure
 from pamsim.actuator.layout import pack
 from pamsim.actuator.muscle import Muscle
+from pamsim.actuator.muscle_length import length_at_muscle
 from tests.unit.actuator.muscles import LASTING, LOOPS, charged, make
 
 COMPLIANCE, RELAXATION = 3e-6, 0.02
@@ -65,7 +67,7 @@ def test_it_passes_on_the_tension_of_the_muscle_at_its_own_length(loop, tendon, 
     act = charged(muscle, tendon, pressure)
     own = tendon - act[-2]
     assert kernel.tension(pack(muscle), act, tendon) == kernel.tension(pack(rigid), act, own)
-    assert kernel.gauge_pressure(pack(muscle), act, tendon) == pytest.approx(pressure, abs=1e-6)
+    assert gauge_pressure(pack(muscle), act, tendon) == pytest.approx(pressure, abs=1e-6)
 
 
 @pytest.mark.parametrize("relaxation", [4e-3, 0.02, 0.1])
@@ -85,7 +87,7 @@ def test_at_rest_the_tension_balances_whatever_the_time_constant(tendon, pressur
     assert balanced > 10.0
     assert tensions[-1] == pytest.approx(balanced, rel=1e-9)
     assert extensions[-1] == pytest.approx(COMPLIANCE * balanced, rel=1e-9)
-    assert kernel.length_at_muscle(row, act, tendon) == tendon - act[-2]
+    assert length_at_muscle(row, act, tendon) == tendon - act[-2]
 
 
 def cycle(muscle: Muscle, period: float, steps: int) -> tuple[float, float, float]:

@@ -10,10 +10,14 @@ import pytest
 
 from pamsim.actuator import kernel, static_muscle
 from pamsim.actuator.chain import Chain
+from pamsim.actuator.chamber_pressure import chamber_pressure, gauge_pressure
+from pamsim.actuator.commands import COMMANDS
 from pamsim.actuator.friction import Friction, dry_friction
 from pamsim.actuator.layout import EARLIER, LAST, pack
-from pamsim.actuator.muscle import COMMANDS, Mounting, Muscle
+from pamsim.actuator.muscle import Mounting, Muscle
 from pamsim.actuator.muscle_hysteresis import hysteresis_force
+from pamsim.actuator.muscle_length import length_at_muscle
+from pamsim.actuator.muscle_valves import valve_opening
 from pamsim.core.parameters import specs
 from pamsim.hysteresis.bouc_wen import BoucWen
 from pamsim.hysteresis.catalog import OPERATORS
@@ -87,7 +91,10 @@ def lost_length(muscle: Muscle, act: list[float], tendon: float) -> float:
 def composed_tension(muscle: Muscle, act: list[float], tendon: float) -> float:
     """Tension from the catalogs' laws and the muscle's groups, without any row."""
     length, kappa = geometry(muscle, tendon, lost_length(muscle, act, tendon))
-    braid, pressure = muscle.braid, kernel.gauge_pressure(pack(muscle).tolist(), act, tendon)
+    braid, pressure = (
+        muscle.braid,
+        gauge_pressure(pack(muscle).tolist(), act, tendon),
+    )
     grown = braid.nominal_length * (1.0 + braid.extensibility * pressure)
     felt = max(pressure - muscle.threshold.pressure, 0.0)
     law = FORCE_LAWS[muscle.force.law]
@@ -151,7 +158,7 @@ def test_rates_are_the_laws_put_together(loop, command):
         act = charged(muscle, tendon, pressure, z, carried=target)
         _, kappa = geometry(muscle, tendon, lost_length(muscle, act, tendon))
         row = pack(muscle).tolist()
-        p_abs = kernel.chamber_pressure(row, act, tendon)
+        p_abs = chamber_pressure(row, act, tendon)
         opening = {
             "valve": clamped_opening(target),
             "pulse": pulsed_opening(target, TIME, valve.pulse_period),
@@ -216,15 +223,13 @@ def test_commands_mean_what_the_row_says():
     valve = PLAIN_VALVE
     rows = {command: pack(make(command=command, valve=valve)).tolist() for command in COMMANDS}
     half, late = 0.4 * valve.pulse_period, 0.6 * valve.pulse_period
-    assert kernel.valve_opening(rows["valve"], 1.7, 1e5, half) == 1.0
-    assert kernel.valve_opening(rows["valve"], -0.5, 1e5, half) == -0.5
-    assert kernel.valve_opening(rows["pulse"], -0.5, 1e5, half) == -1.0
-    assert kernel.valve_opening(rows["pulse"], -0.5, 1e5, late) == 0.0
+    assert valve_opening(rows["valve"], 1.7, 1e5, half) == 1.0
+    assert valve_opening(rows["valve"], -0.5, 1e5, half) == -0.5
+    assert valve_opening(rows["pulse"], -0.5, 1e5, half) == -1.0
+    assert valve_opening(rows["pulse"], -0.5, 1e5, late) == 0.0
     error = valve.regulator_dead_band + 0.25 * valve.regulator_band
-    assert kernel.valve_opening(rows["pressure_set"], 1e5 + error, 1e5, half) == pytest.approx(0.25)
-    assert kernel.valve_opening(rows["pressure_set"], 1e5 - error, 1e5, half) == pytest.approx(
-        -0.25
-    )
+    assert valve_opening(rows["pressure_set"], 1e5 + error, 1e5, half) == pytest.approx(0.25)
+    assert valve_opening(rows["pressure_set"], 1e5 - error, 1e5, half) == pytest.approx(-0.25)
 
 
 @pytest.mark.parametrize("kind", KINDS, ids="-".join)
@@ -233,7 +238,7 @@ def test_a_chamber_that_was_never_charged_gives_nan(kind, air):
     muscle = make(*kind)
     act = [*charged(muscle, 0.2, 1e5)[:-1], air]
     row = pack(muscle).tolist()
-    assert math.isnan(kernel.gauge_pressure(row, act, 0.2))
+    assert math.isnan(gauge_pressure(row, act, 0.2))
     assert math.isnan(kernel.tension(row, act, 0.2))
     assert math.isnan(rates(muscle, act, 0.2, 0.0, 0.5)[-1])
 
@@ -251,7 +256,7 @@ def test_charging_and_reading_the_pressure_invert_each_other():
     row = pack(muscle)
     for tendon, pressure, _ in CASES:
         act = charged(muscle, tendon, pressure)
-        assert kernel.gauge_pressure(row, act, tendon) == pytest.approx(pressure, abs=1e-6)
+        assert gauge_pressure(row, act, tendon) == pytest.approx(pressure, abs=1e-6)
 
 
 @pytest.mark.parametrize("law", FORCES)
@@ -302,12 +307,12 @@ def test_the_air_fills_the_volume_at_its_own_pressure(law):
     row, chamber = pack(muscle).tolist(), muscle.chamber
     for tendon, pressure, _ in CASES:
         act = charged(muscle, tendon, pressure)
-        found = kernel.gauge_pressure(row, act, tendon)
+        found = gauge_pressure(row, act, tendon)
         if math.isnan(found):
-            assert static_muscle.contraction(row, kernel.length_at_muscle(row, act, tendon)) < 0.02
+            assert static_muscle.contraction(row, length_at_muscle(row, act, tendon)) < 0.02
             continue
         assert found == pytest.approx(pressure, abs=1e-5)
-        inside = static_muscle.static_volume(row, kernel.length_at_muscle(row, act, tendon), found)
+        inside = static_muscle.static_volume(row, length_at_muscle(row, act, tendon), found)
         filled = (found + chamber.atmosphere) ** (1.0 / chamber.polytropic_index) * inside
         assert filled == pytest.approx(act[-1], rel=1e-11)
 
@@ -326,7 +331,7 @@ def test_length_and_contraction_are_those_of_the_muscle_on_its_tendon():
         assert static_muscle.muscle_length(row, tendon) == length
         assert static_muscle.contraction(row, tendon) == kappa
         act = charged(muscle, tendon, 1e5)
-        assert kernel.length_at_muscle(row, act, tendon) == (tendon + SHIFT) - EXTENSION
+        assert length_at_muscle(row, act, tendon) == (tendon + SHIFT) - EXTENSION
 
 
 @pytest.mark.parametrize("law", [law for law in FORCES if not law.startswith("pleated")])
@@ -447,7 +452,7 @@ def test_braid_spring_and_chain_that_do_not_give_leave_the_plain_sum_of_forces(k
         act = charged(muscle, tendon, abs(pressure), z)
         kappa, gauge = (
             static_muscle.contraction(row, tendon),
-            kernel.gauge_pressure(row, act, tendon),
+            gauge_pressure(row, act, tendon),
         )
         stretch = 0.02 - kappa
         spring = 900.0 * stretch if stretch > 0.0 else 100.0 * math.expm1(9.0 * stretch)
@@ -523,7 +528,7 @@ def test_all_effects_neutral_leave_the_bare_force_law(name):
     taut = 0
     for tendon, pressure, z in CASES:
         act = charged(muscle, tendon, abs(pressure), z)
-        felt = kernel.gauge_pressure(row, act, tendon)
+        felt = gauge_pressure(row, act, tendon)
         bare = law.force_function(felt, geometry(muscle, tendon)[1], *numbers)
         taut += bare > 0.0
         expected = bare if math.isnan(bare) else max(bare, 0.0)
@@ -538,7 +543,7 @@ def test_loop_without_a_part_per_pressure_has_one_width_at_every_pressure():
         bare = make(passive=STRETCHED, **LASTING)
         air = charged(bare, tendon, pressure)
         plain = static_muscle.static_force(
-            pack(bare), tendon, kernel.gauge_pressure(pack(bare), air, tendon)
+            pack(bare), tendon, gauge_pressure(pack(bare), air, tendon)
         )
         looped = pack(dataclasses.replace(bare, hysteresis=loop)).tolist()
         assert bits([kernel.tension(looped, [z, *air], tendon)]) == bits(
@@ -558,7 +563,7 @@ def test_a_chamber_without_volume_stops_the_run():
     )
     row = pack(muscle).tolist()
     for tendon in (0.3, -0.1):  # beyond straight fibres, and shorter than nothing
-        assert math.isnan(kernel.chamber_pressure(row, [0.0, 5.0], tendon))
+        assert math.isnan(chamber_pressure(row, [0.0, 5.0], tendon))
         assert math.isnan(kernel.tension(row, [0.0, 5.0], tendon))
 
 
@@ -605,10 +610,10 @@ def test_where_the_search_begins_does_not_matter(last, earlier, pressure):
     muscle = make()
     row = pack(muscle).tolist()
     act = charged(muscle, 0.19, pressure)
-    alone = kernel.chamber_pressure(row, act, 0.19)
+    alone = chamber_pressure(row, act, 0.19)
     assert alone == pytest.approx(pressure + muscle.chamber.atmosphere, rel=1e-10)
     act[-LAST], act[-EARLIER] = last * alone, earlier * alone
-    assert kernel.chamber_pressure(row, act, 0.19) == pytest.approx(alone, rel=3e-11)
+    assert chamber_pressure(row, act, 0.19) == pytest.approx(alone, rel=3e-11)
 
 
 def test_the_last_pressures_are_kept_for_the_next_search():
@@ -616,7 +621,7 @@ def test_the_last_pressures_are_kept_for_the_next_search():
     row, act = pack(muscle).tolist(), charged(muscle, 0.19, 2e5)
     out, found = [0.0] * len(act), []
     for step in range(4):
-        found.append(kernel.chamber_pressure(row, act, 0.19 + 1e-5 * step))
+        found.append(chamber_pressure(row, act, 0.19 + 1e-5 * step))
         kernel.state_rates(row, act, out, 0.19 + 1e-5 * step, 0.01, 0.0, 0.0, 1e-3)
         for i in (LAST, EARLIER):
             act[-i] += 1e-3 * out[-i]

@@ -7,6 +7,7 @@ import dataclasses
 import numpy as np
 import pytest
 
+from pamsim.actuator.commands import COMMANDS
 from pamsim.actuator.layout import (
     COMMON,
     NAMES,
@@ -18,7 +19,6 @@ from pamsim.actuator.layout import (
     state_size,
     unpack,
 )
-from pamsim.actuator.muscle import COMMANDS
 from pamsim.core.errors import EngineError, InputError, ParameterError
 from pamsim.core.parameters import ParameterGroup, specs
 from pamsim.hysteresis.catalog import OPERATORS

@@ -9,7 +9,9 @@ import pytest
 from scipy.integrate import solve_ivp
 
 from pamsim.actuator import kernel, static_muscle
+from pamsim.actuator.chamber_pressure import chamber_pressure
 from pamsim.actuator.layout import pack
+from pamsim.actuator.muscle_valves import air_flow
 from pamsim.pneumatics.air import GAS_CONSTANT, REFERENCE_DENSITY, REFERENCE_TEMPERATURE
 from pamsim.pneumatics.laminar_gap import laminar_flow
 from tests.unit.actuator.muscles import LASTING, PLAIN_VALVE, charged, make
@@ -44,7 +46,7 @@ def emptied(muscle, pressure: float, duration: float) -> float:
         return out[-1:]
 
     found = solve_ivp(rate, (0.0, duration), [air], rtol=1e-10, atol=1e-10)
-    return kernel.chamber_pressure(row, [*still, float(found.y[0, -1])], TENDON)
+    return chamber_pressure(row, [*still, float(found.y[0, -1])], TENDON)
 
 
 @pytest.mark.parametrize("index", [1.0, 1.2, 1.4])
@@ -98,9 +100,9 @@ def test_what_the_valve_brings_comes_on_top(muscle):
     """Net flow is the valve's less the leak's, which the command does not touch."""
     tight, leaky = pack(leaking(0.0)).tolist(), pack(muscle).tolist()
     for pressure in (1.5e5, 4e5, 6.5e5):
-        lost = kernel.air_flow(leaky, pressure, 0.0, 0.0)
+        lost = air_flow(leaky, pressure, 0.0, 0.0)
         assert lost < 0.0
         for command in (-0.7, 0.3, 1.0):
-            valve = kernel.air_flow(tight, pressure, command, 0.0)
-            both = kernel.air_flow(leaky, pressure, command, 0.0)
+            valve = air_flow(tight, pressure, command, 0.0)
+            both = air_flow(leaky, pressure, command, 0.0)
             assert both - valve == pytest.approx(lost, rel=1e-9)

@@ -9,7 +9,9 @@ import pytest
 
 from pamsim.actuator import kernel, rest_state
 from pamsim.actuator.chain import Chain
+from pamsim.actuator.chamber_pressure import gauge_pressure
 from pamsim.actuator.layout import pack, state_size
+from pamsim.actuator.muscle_length import length_at_muscle
 from pamsim.actuator.static_muscle import contraction
 from pamsim.actuator.step_limits import chain_step_limit
 from pamsim.pneumatics.valves import line_rate
@@ -45,8 +47,8 @@ def test_a_muscle_at_rest_has_free_creep_middle_play_and_shut_valves(loop, comma
     muscle = dataclasses.replace(muscle, creep=make().creep, chain=Chain(backlash=5e-4))
     row, act = pack(muscle).tolist(), [9.0] * state_size(muscle)
     rest_state.rest(row, act, 0.19, 3e5)
-    assert kernel.length_at_muscle(row, act, 0.19) == 0.19
-    assert kernel.gauge_pressure(row, act, 0.19) == pytest.approx(3e5, rel=1e-12)
+    assert length_at_muscle(row, act, 0.19) == 0.19
+    assert gauge_pressure(row, act, 0.19) == pytest.approx(3e5, rel=1e-12)
     without = pack(dataclasses.replace(muscle, creep=LASTING["creep"])).tolist()
     assert kernel.tension(row, act, 0.19) == kernel.tension(without, act, 0.19)
     out = [9.0] * len(act)
@@ -64,7 +66,7 @@ def test_quieten_relaxes_creep_where_the_muscle_is_and_leaves_play_and_air():
     row, act = pack(muscle).tolist(), charged(muscle, 0.2, 3e5)
     before = list(act)
     rest_state.quieten(row, act, 0.2, 3e5)
-    assert act[-4] == contraction(row, kernel.length_at_muscle(row, act, 0.2))
+    assert act[-4] == contraction(row, length_at_muscle(row, act, 0.2))
     assert act[-5] == 0.0
     assert act[-3:] == before[-3:]
 
@@ -83,7 +85,7 @@ def test_a_chain_settles_just_inside_its_step_limit_and_swings_up_beyond(pressur
             kernel.state_rates(row, act, out, tendon, 0.0, 0.0, 0.0, 2e-4)
             act[-2] += 2e-4 * out[-2]
         at = act[-2]
-        own = kernel.gauge_pressure(row, act, tendon)
+        own = gauge_pressure(row, act, tendon)
         step = share * chain_step_limit(muscle, tendon - at, own)
         act[-2] += 1e-9
         for _ in range(60):

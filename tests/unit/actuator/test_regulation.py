@@ -8,6 +8,7 @@ import pytest
 from scipy.integrate import solve_ivp
 
 from pamsim.actuator import kernel, rest_state
+from pamsim.actuator.chamber_pressure import gauge_pressure
 from pamsim.actuator.layout import COMMON, pack
 from pamsim.actuator.regulation import regulator_time_constant
 from tests.unit.actuator.muscles import LASTING, PLAIN_VALVE, make
@@ -41,5 +42,5 @@ def test_small_errors_decay_with_the_stated_time_constant(dead_zone):
     start = rest_state.charged_air_state(row, [], 0.0, target - kept - 1e3)
     stated = regulator_time_constant(muscle)
     found = solve_ivp(rate, (0.0, stated), [*[0.0] * (COMMON - 1), start], rtol=1e-9, atol=1e-9)
-    left = target - kept - kernel.gauge_pressure(row, found.y[:, -1].tolist(), 0.0)
+    left = target - kept - gauge_pressure(row, found.y[:, -1].tolist(), 0.0)
     assert left == pytest.approx(1e3 / 2.718281828, rel=0.05)

@@ -10,8 +10,10 @@ import pytest
 
 from pamsim.actuator import kernel
 from pamsim.actuator.chain import Chain, rippled_ratio, rippled_travel
+from pamsim.actuator.chamber_pressure import gauge_pressure
 from pamsim.actuator.friction import Friction
 from pamsim.actuator.layout import pack
+from pamsim.actuator.muscle_length import chain_ratio, length_at_muscle
 from pamsim.muscles.braid import braid_friction
 from tests.unit.actuator.muscles import charged, make
 
@@ -44,7 +46,7 @@ def test_work_on_the_tendon_is_the_work_on_the_muscle():
         kernel.tendon_force(row, act, pull, x, 0.0, STEP)
         for x, pull in zip(tendons.tolist(), inside, strict=True)
     ]
-    lengths = [kernel.length_at_muscle(row, act, x) for x in tendons.tolist()]
+    lengths = [length_at_muscle(row, act, x) for x in tendons.tolist()]
     assert min(inside) > 10.0
     assert np.trapezoid(outside, tendons) == pytest.approx(np.trapezoid(inside, lengths), rel=1e-6)
     assert max(np.abs(np.array(outside) / inside - 1.0)) == pytest.approx(
@@ -58,7 +60,7 @@ def test_the_muscle_moves_at_the_speed_behind_the_teeth():
     row, act = pack(muscle).tolist(), charged(muscle, 0.19, 3e5, z=0.0)
     rates = [0.0] * len(act)
     kernel.state_rates(row, act, rates, 0.19, 0.03, 0.0, 0.0, STEP)
-    ratio = kernel.chain_ratio(row, 0.19)
+    ratio = chain_ratio(row, 0.19)
     assert abs(ratio - 1.0) > 0.02
     smooth = pack(dataclasses.replace(muscle, chain=Chain())).tolist()
     plain = [0.0] * len(act)
@@ -77,9 +79,9 @@ def test_a_rubbing_braid_pulls_less_while_it_shortens_and_the_more_the_higher_th
     muscle = dataclasses.replace(base, braid=dataclasses.replace(base.braid, friction=1e-3))
     row, act = pack(muscle).tolist(), charged(muscle, 0.19, 3e5)
     still = kernel.tension(row, act, 0.19)
-    pressure = kernel.gauge_pressure(row, act, 0.19)
+    pressure = gauge_pressure(row, act, 0.19)
     for speed in (-0.02, 0.03):
-        rate = -kernel.chain_ratio(row, 0.19) * speed / muscle.braid.nominal_length
+        rate = -chain_ratio(row, 0.19) * speed / muscle.braid.nominal_length
         moving = kernel.tension(row, act, 0.19, speed)
         assert moving == pytest.approx(still - 1e-3 * pressure * rate, rel=1e-12)
         assert (moving > still) == (speed > 0.0)

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 import pamsim
-from pamsim.actuator.kernel import air_flow
+from pamsim.actuator.muscle_valves import air_flow
 from pamsim.controllers.neural_policy import NeuralPolicy
 from pamsim.core.errors import InputError
 from pamsim.envs.closed_loop import Drive, action_of, drive

@@ -8,7 +8,7 @@ import json
 import pytest
 
 from pamsim.actuator.antagonist import antagonist_torque, muscle_stiffness
-from pamsim.actuator.kernel import gauge_pressure
+from pamsim.actuator.chamber_pressure import gauge_pressure
 from pamsim.actuator.layout import COMMON
 from pamsim.actuator.rest_state import charged_air_state
 from pamsim.core.encoding import to_dict
