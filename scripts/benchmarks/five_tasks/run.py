@@ -3,8 +3,8 @@
     python scripts/benchmarks/five_tasks/run.py [--json FILE]
 
 Needs pamsim with ``[rl]`` and python-control. The peers' sides are the ``plain_*.py`` beside
-this file, as short as a user would write them; tasks 2 to 4 build on ``plain_arm.py``, so its lines
-count there, too. A side of pamsim is one command. The data of tasks 2 to 4 are pamsim's own
+this file, as short as a user would write them; the last three build on ``plain_arm.py``, so its
+lines count there, too. A side of pamsim is one command. The data of tasks 2 to 4 are pamsim's own
 simulations, so that the true answer is known; a public tool has to model the same arm first.
 Seconds are of the processor, on one thread, imports included and with compiled code in its cache.
 """
