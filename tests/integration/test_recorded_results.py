@@ -227,3 +227,22 @@ def test_killed_runs_and_full_disks_are_as_the_document_states():
     assert int(rows["all"][0]) >= 200
     assert int(rows["all"][2]) >= 20
     assert rows["all"][1] == rows["all"][3] == "0"
+
+
+def test_the_five_tasks_are_as_recorded():
+    record = recorded("benchmarks/results/five_tasks.json")
+    _, rows = table_after("compared.md", "task")
+    _, answers = table_after("compared.md", "task, answer")
+    assert list(rows) == list(answers) == list(record["tasks"])
+    for task, both in record["tasks"].items():
+        own, peer = both["pamsim"], both["peer"]
+        command, seconds, tools, lines, others = rows[task]
+        assert command == f"`{' '.join(own['command'].split()[:2])}`"
+        assert tools == peer["tools"]
+        assert lines == str(peer["lines"])
+        assert (seconds, others) == (f"{own['cpu_s']:.1f}", f"{peer['cpu_s']:.1f}")
+        folder = ROOT / "scripts" / "benchmarks" / "five_tasks"
+        assert all((folder / name).is_file() for name in peer["scripts"])
+        for side, shown in zip((own, peer), answers[task], strict=True):
+            printed = re.findall(r"-?\d+\.?\d*", side["printed"])
+            assert set(re.findall(r"\d+\.\d+", shown)) <= set(printed), (task, shown)
