@@ -23,7 +23,7 @@ def screened(candidate, change):
     return Screened(candidate=candidate, traces=tuple(traces), similarity=0.0, gain=0.0)
 
 
-def test_two_that_explain_all_come_before_the_one_that_looks_like_both():
+def test_two_that_explain_all_come_before_one_that_is_similar_to_both():
     misfit = 2.0 * ONE + 1.5 * TWO
     mixed = ONE + TWO + 0.3 * OTHER
     found = promised_pairs([screened(DRY, ONE), screened(LEAK, TWO), screened(BIAS, mixed)], misfit)

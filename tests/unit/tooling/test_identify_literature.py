@@ -109,7 +109,7 @@ def test_the_table_in_the_document_is_that_of_the_record():
         assert own == f"{entry['pamsim']['fit_percent']:.1f}"
         bests = [peer["best"] for peer in entry["peers"].values()]
         assert peers == ["-" if best is None else f"{best['fit_percent']:.1f}" for best in bests]
-        reasoned = name in ("heating system", "robot arm")
+        reasoned = name == "robot arm"
         assert (entry["pamsim"]["recommended"] is not None) is reasoned
 
 
