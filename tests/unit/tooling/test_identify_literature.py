@@ -128,4 +128,4 @@ def test_the_counts_of_planted_systems_in_the_document_are_those_of_the_record()
         assert f"| {label} | {found['hits']} of {found['count']} |" in text
     single = [row for row in study["rows"] if row["poles"] == 1]
     more = sum(row["found"]["poles"] > 1 for row in single)
-    assert f"{more} of {len(single)} systems of one pole" in text
+    assert f"{more} of {len(single)} systems of one pole got more poles." in text
