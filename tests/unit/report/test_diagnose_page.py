@@ -303,6 +303,16 @@ def test_a_loop_gets_the_same_page_with_the_parts_that_it_has(name, tmp_path):
 
 
 @pytest.mark.usefixtures("quick")
+@pytest.mark.parametrize("gain", [1.5, None])
+def test_a_column_of_the_models_tried_is_there_if_it_has_numbers(rig, gain, tmp_path):
+    result = report(rig, Verdict.NAMED, ["air_leak"]).to_dict()
+    for row in result["tried"]:
+        row["gain"] = row["gain_error"] = gain
+    page = write_diagnosis(result, [], tmp_path)[0].read_text("utf-8")
+    assert ('<th scope="col">standard error</th>' in page) is (gain is not None)
+
+
+@pytest.mark.usefixtures("quick")
 def test_a_model_whose_size_is_not_known_carries_a_warning(rig, tmp_path):
     result = report(rig, Verdict.NAMED, ["air_leak"]).to_dict()
     result["tried"][0]["size_known"] = False
