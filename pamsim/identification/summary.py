@@ -55,7 +55,7 @@ def _model_lines(model: Mapping[str, Any], recommended: bool, unit_output: str) 
             low, high = (_number(end, ".4g") for end in item["interval95"])
             line += f"  [{low}, {high}]"
         yield line
-    drifts = [trial for trial in model["trials"] if trial["drift"] is not None]
+    drifts = [trial for trial in model.get("trials", ()) if trial["drift"] is not None]
     if drifts:
         over = ", ".join(f"{trial['drift']:+.3g} over {trial['name']}" for trial in drifts)
         unit = "" if unit_output == "1" else f" [{unit_output}]"

@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 
 import pamsim
-from pamsim.actuator import kernel, muscle_hysteresis, static_muscle
-from pamsim.actuator.layout import pack
+from pamsim.actuator import muscle_hysteresis, static_muscle
+from pamsim.actuator.layout import pack, slot
 from pamsim.hysteresis.catalog import OPERATORS
 from pamsim.muscles.catalog import FORCE_LAWS
 from pamsim.store.rig_file import shipped_rigs
@@ -139,9 +139,10 @@ relaxation_time = { value = 10, unit = "ms", source = "assumed" }
 def test_every_code_has_its_branch():
     for code in map(FORCE_LAWS.code, (law.group for law in FORCE_LAWS.values())):
         row = [0.0] * 200
-        row[kernel._FORCE_LAW] = code
-        row[kernel._FORCE_SCALE] = 1.0
-        row[kernel._NOMINAL_LENGTH : kernel._NOMINAL_LENGTH + 3] = [0.25, 0.02, 0.5]
+        row[slot("force.law")] = code
+        row[slot("force.0")] = 1.0
+        braid = slot("braid.nominal_length")
+        row[braid : braid + 3] = [0.25, 0.02, 0.5]
         row[static_muscle._FORCE_COEFFICIENTS : static_muscle._FORCE_COEFFICIENTS + 7] = [
             6.0,
             0.1,
@@ -152,7 +153,7 @@ def test_every_code_has_its_branch():
             0.0,
         ]
         assert np.isfinite(static_muscle.active_force(row, 1e5, 0.1)), FORCE_LAWS.group(code)
-    row[kernel._FORCE_LAW] = len(FORCE_LAWS)
+    row[slot("force.law")] = len(FORCE_LAWS)
     assert np.isnan(static_muscle.active_force(row, 1e5, 0.1))
     row[muscle_hysteresis._LAW] = 1 + len(OPERATORS)
     row[muscle_hysteresis._FORCE] = 1.0
