@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 from pamsim.identification.improvement import p_value_of_improvement
 from pamsim.inference.aicc import aicc_above_best
 from pamsim.inference.coloured_noise import fit_ar_noise
+from pamsim.inference.hannan_quinn import NO_SUPPORT, TIE
 from pamsim.linear.identified_model import pooled_fit_percent
 from pamsim.linear.separable_fit import WHITE
 from pamsim.linear.signal_record import FEWEST_SAMPLES, SignalRecord
@@ -31,8 +32,6 @@ _MOVES = 0.2  # spread of the output in that share, over that of the rest, from 
 _FEW_TRIALS = 2  # of more, whole trials are not cut
 _LEVEL = 0.05  # p-value below which a simpler model is significantly worse than the best
 _MATERIAL = 1.05  # RMS error over the best one's, above which it is materially worse
-_TIE = 2.0  # difference of a criterion below which two models are equally supported
-_NO_SUPPORT = 10.0  # difference from which the data do not support the worse one at all
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -58,7 +57,7 @@ class StructureChoice:
     errors: tuple[list[FloatArray], ...] = ()
     scores: tuple[float, ...] = ()
     basis: str = ""
-    material: float = _TIE
+    material: float = TIE
 
     def pick(self, without: Collection[int] = ()) -> tuple[int, str]:
         """Return the place of the simplest fit that is not worse than the best, and the reason.
@@ -73,10 +72,10 @@ class StructureChoice:
         open_to = [i for i in range(len(self.fits)) if i not in without]
         if not self.held_out:
             least = min(self.scores[i] for i in open_to)
-            place = next(i for i in open_to if self.scores[i] <= least + _TIE)
+            place = next(i for i in open_to if self.scores[i] <= least + TIE)
             return place, (
                 f"{self.fits[place].structure.sentence}: the best by {self.judged_by}, or simpler"
-                f" and within {_TIE:g} of it ({self.basis})"
+                f" and within {TIE:g} of it ({self.basis})"
             )
         best = max(open_to, key=lambda i: self.held_out[i])
         place = next(i for i in open_to if i == best or self._as_good(i, best))
@@ -126,7 +125,7 @@ def choice_by_likelihood(
         scores=tuple(fit.criterion - least for fit in fits),
         judged_by=LIKELIHOOD,
         basis=f"{samples} samples; noise predicted from its own past",
-        material=_NO_SUPPORT,
+        material=NO_SUPPORT,
     )
 
 

@@ -12,6 +12,12 @@ from pamsim.inference.coloured_noise import fit_ar_noise
 
 FloatArray = NDArray[np.float64]
 
+TIE = 2.0
+"""Difference below which two models are equally supported; of any criterion of this kind."""
+
+NO_SUPPORT = 10.0
+"""Difference from which the data do not support the worse model at all."""
+
 
 def hannan_quinn(residuals: Sequence[FloatArray], unknowns: int, rounding: float = 0.0) -> float:
     """Return the criterion: of two fits to the same data that with the smaller is preferred.

@@ -8,7 +8,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from pamsim.inference.hannan_quinn import hannan_quinn
+from pamsim.inference.hannan_quinn import NO_SUPPORT, TIE, hannan_quinn
 from pamsim.linear.continuous_structure import HIGHEST_ORDER, MOST_INTEGRATORS, ContinuousStructure
 from pamsim.linear.instrumental_variables import instrumental_variable_starts
 from pamsim.linear.pole_coordinates import pole_coordinates
@@ -22,8 +22,6 @@ _IN_VAIN = 2  # orders one after the other that are no better: more poles are no
 _DELAYS = 6
 _DELAYED_POLES = 3  # process models have so many
 _INTEGRATED_POLES = 4
-_TIE = 2.0  # difference of the criterion below which two models are equally supported
-_DECISIVE = 10.0  # difference from which the data do not support the worse one at all
 _ROUNDING = 1e-9  # residual over output, RMS: below it there is only rounding
 
 
@@ -159,9 +157,9 @@ class StructureScan:
             if fewer is None:
                 return
             fewer_late = self._delayed(fewer, late)
-            worse = fewer.criterion > fit.criterion + _DECISIVE
+            worse = fewer.criterion > fit.criterion + NO_SUPPORT
             if late is not None and fewer_late is not None:
-                worse = worse and fewer_late.criterion > late.criterion + _DECISIVE
+                worse = worse and fewer_late.criterion > late.criterion + NO_SUPPORT
             if worse:
                 return
             fit, late = fewer, fewer_late
@@ -215,7 +213,7 @@ class StructureScan:
 
     def _may_be_chosen(self) -> list[RoughFit]:
         least = min((fit.criterion for fit in self.fits.values()), default=0.0)
-        return [fit for fit in self.fits.values() if fit.criterion < least + _DECISIVE]
+        return [fit for fit in self.fits.values() if fit.criterion < least + NO_SUPPORT]
 
     def _other_drift(self, fit: RoughFit) -> None:
         structure = fit.structure
@@ -239,7 +237,7 @@ class StructureScan:
         drifting = list(self.poles(0, HIGHEST_ORDER, beside=plain))
         least = [min((fit.criterion for fit in fits), default=0.0) for fits in (plain, drifting)]
         kept, dropped = plain, drifting
-        if least[1] < least[0] - _TIE:
+        if least[1] < least[0] - TIE:
             kept, dropped = drifting, plain
         for fit in dropped:
             del self.fits[fit.structure]
@@ -305,7 +303,7 @@ def scan_structures(
             least[poles] = min(fit.criterion, least.get(poles, fit.criterion))
             if best is not None and fit.structure.order > best.structure.order:
                 least[poles] = min(least[poles], best.criterion)
-            if fit.criterion > least[poles] + _DECISIVE:
+            if fit.criterion > least[poles] + NO_SUPPORT:
                 continue
             supported = True
             scan.fewer_zeros(fit)

@@ -153,7 +153,7 @@ def diagnose_trials(
     Raises:
         InputError: if the base model's simulation breaks down, or nothing is held out.
     """
-    sets = [growth.beam * growth.others for growth in (PAIRS, TRIPLES)]
+    sets = [growth.most for growth in (PAIRS, TRIPLES)]
     steps = Steps(progress, 2 + SHORTLIST + sum(sets) + _LAST)
     steps.begin("base model")
     fitter, base = fitted_base(simulator, nuisance, commands, remembered)

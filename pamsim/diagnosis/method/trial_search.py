@@ -76,6 +76,11 @@ class Growth:
     joint: int = 0
     least_gain: float = 2.0 * LEAST_GAIN
 
+    @property
+    def most(self) -> int:
+        """Models that are fitted at most."""
+        return self.beam * self.others + self.joint
+
 
 PAIRS = Growth(beam=2, others=4, joint=2, significance=0.01)
 TRIPLES = Growth(beam=1, others=3, significance=0.001)
@@ -220,9 +225,8 @@ class TrialSearch:
         if not accepted:
             return []
         left = accepted[0].mean_loss - self._perfect
-        enough = self._form_error
-        if left > self._form_error:
-            enough = min(enough, PARTNER_SHARE * left)
+        formula = self._form_error
+        enough = formula if left <= formula else min(formula, PARTNER_SHARE * left)
         growth = replace(growth, least_gain=max(growth.least_gain, enough))
         protocol_of = self._fitter.simulator.layout.protocol_of
         least = min(m.fit.cost for m in accepted)
@@ -240,8 +244,10 @@ class TrialSearch:
                 compare_trials(m.loss, model.loss, protocol_of) for m in (accepted[0], *job.parents)
             ]
             p_value = max(c.p_value for c in over)
-            needed = self._form_error if self._of_rare_cause(model) else growth.least_gain
-            if all(c.gain > max(growth.least_gain, needed) for c in over):
+            needed = growth.least_gain
+            if self._of_rare_cause(model):
+                needed = max(needed, self._form_error)
+            if all(c.gain > needed for c in over):
                 judged.append((model, p_value * len(jobs) < growth.significance))
             elif p_value < SIGNIFICANCE and not model.families & accepted[0].families:
                 self.rivals.append(model)

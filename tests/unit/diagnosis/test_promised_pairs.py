@@ -15,12 +15,10 @@ FREE = TangentSpace(np.zeros((60, 1)))
 
 
 def screened(candidate, change):
-    """An effect whose first probe leaves this change; two-sided ones may have either sign."""
-    traces = [
-        Trace(probe=probe, change=change, signature=signature(FREE, change, probe.size))
-        for probe in candidate.probes[:1]
-    ]
-    return Screened(candidate=candidate, traces=tuple(traces), similarity=0.0, gain=0.0)
+    """An effect whose first probe leaves this change."""
+    probe = candidate.probes[0]
+    trace = Trace(probe=probe, change=change, signature=signature(FREE, change, probe.size))
+    return Screened(candidate=candidate, traces=(trace,), similarity=0.0, gain=0.0)
 
 
 def test_two_that_explain_all_come_before_one_that_is_similar_to_both():
