@@ -104,7 +104,7 @@ def second_half_fit(model: IdentifiedModel, halves: Halves, hold: str) -> float 
     """Score pamsim's model on the second half [%]; None if it has no free run."""
     given, output = halves.half(1)
     step = halves.interval
-    record = SignalRecord("second", step * np.arange(given.size), given, output, hold=hold)
+    record = SignalRecord("second", step * np.arange(given.size), given, output, holds=(hold,))
     poles = np.array(model.poles)
     sampled = np.exp(poles * step) if model.structure.kind == "continuous" else poles
     if grows(sampled, output.size):

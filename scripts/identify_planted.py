@@ -1,6 +1,6 @@
 """How often identify's defaults find the structure of planted random systems.
 
-    python scripts/identify_planted.py [--systems 200] [--workers 2] [--json FILE]
+    python scripts/identify_planted.py [--systems 200] [--inputs 1] [--workers 2] [--json FILE]
 
 System number i is drawn with seed i, before anything is fitted: 1 to 5 poles (as many systems of
 each), of which a third of the systems of two or more have one at 0; oscillating pairs (damping 0.1
@@ -9,12 +9,14 @@ tenth of the record; up to one zero in half of the systems of two or more poles;
 15 samples in a third. Each record has 1,000 samples of a random telegraph whose shortest hold is a
 third of the slowest time constant, is cut out of motion, and has an offset, an input bias where it
 integrates, in a third of the systems a drift of 10 % of the output's spread over the record, and
-white noise or noise of 5 samples' correlation, of 1 to 5 % of the output's spread.
+white noise or noise of 5 samples' correlation, of 1 to 5 % of the output's spread. With
+``--inputs 2`` a second telegraph acts through the same poles, with a gain, zero and dead time of
+its own, drawn by the same rules.
 
 The plant is scipy's exact zero-order hold of the state space. Counted: the chosen number of poles,
 integrators included, against the planted one; whether a recommended model fails its own residual
 test; and, of a fit of the planted structure, how many 95 % intervals hold the planted numbers.
-Finished rows are kept in out/identify_planted.jsonl.
+Finished rows are kept in out/identify_planted_INPUTS.jsonl.
 """
 
 from __future__ import annotations
@@ -23,6 +25,7 @@ import argparse
 import json
 import platform
 import time
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -43,7 +46,6 @@ from pamsim.linear.signal_record import SignalRecord
 
 FloatArray = NDArray[np.float64]
 
-KEPT = Path("out/identify_planted.jsonl")
 SYSTEMS = 200
 SAMPLES, BEFORE, INTERVAL = 1000, 1500, 0.01
 DRIFT = 0.1
@@ -55,8 +57,8 @@ class System:
 
     constants: NDArray[Any]
     integrators: int
-    above: FloatArray
-    dead_time: float
+    above: tuple[FloatArray, ...]
+    dead_times: tuple[float, ...]
     drift: bool
     noise: float
     correlation: float
@@ -70,8 +72,8 @@ class System:
         return np.append(np.real(result), np.zeros(self.integrators))
 
 
-def drawn(number: int) -> System:
-    """System of a number."""
+def drawn(number: int, inputs: int) -> System:
+    """System of a number, with one or two inputs."""
     draw = np.random.default_rng([number, 19])
     poles = 1 + number % 5
     integrators = int(poles > 1 and draw.random() < 1.0 / 3.0)
@@ -87,36 +89,48 @@ def drawn(number: int) -> System:
             constants += [size * np.exp(1j * angle), size * np.exp(-1j * angle)]
         else:
             constants.append(complex(size))
-    zero = poles > 1 and draw.random() < 0.5
-    above = [draw.choice([-1.0, 1.0]) * draw.uniform(0.2, 2.0) * slowest, 1.0] if zero else [1.0]
-    late = INTERVAL * draw.integers(2, 16) if draw.random() < 1.0 / 3.0 else 0.0
+    above, late, gain = numerator(draw, poles, slowest)
+    drift = bool(draw.random() < 1.0 / 3.0)
+    noise, correlation = draw.uniform(0.01, 0.05), float(draw.choice([0.0, 5.0]))
+    numerators, dead_times = [gain * above], [late]
+    for _ in range(inputs - 1):
+        more = np.random.default_rng([number, 29])
+        above, late, gain = numerator(more, poles, slowest)
+        numerators.append(gain * above)
+        dead_times.append(late)
     return System(
         constants=np.array(constants),
         integrators=integrators,
-        above=draw.uniform(0.5, 5.0) * np.array(above),
-        dead_time=late,
-        drift=bool(draw.random() < 1.0 / 3.0),
-        noise=draw.uniform(0.01, 0.05),
-        correlation=float(draw.choice([0.0, 5.0])),
+        above=tuple(numerators),
+        dead_times=tuple(dead_times),
+        drift=drift,
+        noise=noise,
+        correlation=correlation,
     )
+
+
+def numerator(
+    draw: np.random.Generator, poles: int, slowest: float
+) -> tuple[FloatArray, float, float]:
+    """Numerator of gain 1, dead time and gain of one input."""
+    zero = poles > 1 and draw.random() < 0.5
+    above = [draw.choice([-1.0, 1.0]) * draw.uniform(0.2, 2.0) * slowest, 1.0] if zero else [1.0]
+    late = INTERVAL * draw.integers(2, 16) if draw.random() < 1.0 / 3.0 else 0.0
+    return np.array(above), float(late), draw.uniform(0.5, 5.0)
 
 
 def recorded(system: System, number: int) -> SignalRecord:
     """Its record, cut out of motion."""
     draw = np.random.default_rng([number, 23])
-    hold = max(int(np.max(np.abs(system.constants)) / INTERVAL / 3.0), 5)
-    levels = draw.choice([-1.0, 1.0], (SAMPLES + BEFORE) // hold + 1)
-    given = np.repeat(levels, hold)[: SAMPLES + BEFORE]
-    if system.integrators:  # as many up as down, so that the output stays in range
-        given = given - np.mean(given)
-    late = round(system.dead_time / INTERVAL)
-    held = np.append(np.zeros(late), given)[: given.size]
-    a, b, c, d, _ = cont2discrete(tf2ss(system.above, system.below), INTERVAL)
-    x, output = np.zeros(a.shape[0]), np.empty(given.size)
-    for k, u in enumerate(held):
-        output[k] = (c @ x + d[:, 0] * u)[0]
-        x = a @ x + b[:, 0] * u
-    output = output[BEFORE:]
+    slowest = float(np.max(np.abs(system.constants)))
+    inputs = [telegraph(draw, slowest, system.integrators > 0)]
+    for i in range(1, len(system.above)):
+        more = np.random.default_rng([number, 31, i])
+        inputs.append(telegraph(more, slowest, system.integrators > 0))
+    output = sum(
+        through(system, above, late, given)
+        for above, late, given in zip(system.above, system.dead_times, inputs, strict=True)
+    )[BEFORE:]
     spread = float(np.std(output))
     phi = np.exp(-1.0 / system.correlation) if system.correlation else 0.0
     white = draw.standard_normal(SAMPLES + 500)
@@ -126,14 +140,34 @@ def recorded(system: System, number: int) -> SignalRecord:
         output = output + DRIFT * spread * np.linspace(0.0, 1.0, SAMPLES)
     bias = 0.2 if system.integrators else 0.0
     time_s = INTERVAL * np.arange(SAMPLES)
-    return SignalRecord(str(number), time_s, given[BEFORE:] + bias, output)
+    return SignalRecord(str(number), time_s, np.column_stack(inputs)[BEFORE:] + bias, output)
+
+
+def telegraph(draw: np.random.Generator, slowest: float, balanced: bool) -> FloatArray:
+    """-1 or 1, held for a third of a time constant at least."""
+    hold = max(int(slowest / INTERVAL / 3.0), 5)
+    levels = draw.choice([-1.0, 1.0], (SAMPLES + BEFORE) // hold + 1)
+    given = np.repeat(levels, hold)[: SAMPLES + BEFORE]
+    # Of what integrates as many up as down, so that the output stays in range.
+    return given - np.mean(given) if balanced else given
+
+
+def through(system: System, above: FloatArray, late: float, given: FloatArray) -> FloatArray:
+    """Output of the plant from one input."""
+    held = np.append(np.zeros(round(late / INTERVAL)), given)[: given.size]
+    a, b, c, d, _ = cont2discrete(tf2ss(above, system.below), INTERVAL)
+    x, output = np.zeros(a.shape[0]), np.empty(given.size)
+    for k, u in enumerate(held):
+        output[k] = (c @ x + d[:, 0] * u)[0]
+        x = a @ x + b[:, 0] * u
+    return output
 
 
 @one_blas_thread()
 def run_one(task: Task) -> tuple[str, str, int, dict[str, Any]]:
     """Identify one record by default, and fit its planted structure."""
     kind, name, number = task
-    system = drawn(number)
+    system = drawn(number, int(name))
     record = recorded(system, number)
     began = time.perf_counter()
     fitted = fit_models([record], [], ModelSet(start="free"))
@@ -143,8 +177,8 @@ def run_one(task: Task) -> tuple[str, str, int, dict[str, Any]]:
     row: dict[str, Any] = {
         "poles": system.constants.size + system.integrators,
         "integrators": system.integrators,
-        "zeros": system.above.size - 1,
-        "dead_time": bool(system.dead_time),
+        "zeros": _alone([above.size - 1 for above in system.above]),
+        "dead_time": _alone([bool(late) for late in system.dead_times]),
         "drift": system.drift,
         "best": chosen.best,
         "recommended": chosen.name,
@@ -157,8 +191,8 @@ def run_one(task: Task) -> tuple[str, str, int, dict[str, Any]]:
         row["found"] = {
             "poles": structure.order + structure.integrators,
             "integrators": structure.integrators,
-            "zeros": structure.zeros,
-            "dead_time": structure.dead_time,
+            "zeros": _alone(structure.numerator_zeros),
+            "dead_time": _alone([i in structure.delayed for i in range(structure.inputs)]),
             "status": best.fit.status.value,
             "passes": best.adequate,
             "fit_percent": best.fit.fit_percent,
@@ -166,25 +200,34 @@ def run_one(task: Task) -> tuple[str, str, int, dict[str, Any]]:
     return kind, name, number, row
 
 
+def _alone(each: Sequence[Any]) -> Any:
+    """What is stated of the only input, or a list of it for several."""
+    return each[0] if len(each) == 1 else list(each)
+
+
 def intervals(system: System, record: SignalRecord) -> dict[str, list[float]]:
     """Name -> planted value and 95 % interval of it, of a fit of the planted structure."""
     start = pole_coordinates(system.constants)
-    late = bool(system.dead_time)
+    late = [delay for delay in system.dead_times if delay]
     try:
         fit = fit_continuous(
             [record],
             order=system.constants.size,
-            zeros=system.above.size - 1,
-            dead_time=late,
+            zeros=tuple(above.size - 1 for above in system.above),
+            dead_time=bool(late),
+            undelayed=tuple(i for i, delay in enumerate(system.dead_times) if late and not delay),
             real_lags=False,
             start="free",
             integrators=system.integrators,
             drift=system.drift and not system.integrators,
-            starts=[np.append(start, system.dead_time) if late else start],
+            starts=[np.append(start, late)],
         )
     except InputError:
         return {}
-    values = {"K": float(system.above[-1]), "L": system.dead_time}
+    values: dict[str, float] = {}
+    for i, (above, delay) in enumerate(zip(system.above, system.dead_times, strict=True), start=1):
+        number = "" if len(system.above) == 1 else f"[{i}]"
+        values |= {f"K{number}": float(above[-1]), f"L{number}": delay}
     # The search begins at the planted poles: each pair is found in its place.
     count = int(np.sum(system.constants.imag > 0.0))
     places = {float(np.exp(x)): i for i, x in enumerate(fit.coordinates[: 2 * count])}
@@ -238,14 +281,17 @@ def main() -> None:
     """Run what is left, score, write."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--systems", type=int, default=SYSTEMS)
+    parser.add_argument("--inputs", type=int, default=1, choices=(1, 2))
     parser.add_argument("--workers", type=int, default=2)
     parser.add_argument("--json", type=Path)
     options = parser.parse_args()
-    tasks: list[Task] = [("planted", "default", i) for i in range(options.systems)]
+    tasks: list[Task] = [("planted", str(options.inputs), i) for i in range(options.systems)]
     mark = fingerprint("pamsim", __file__)
-    rows = kept_rows(run_one, tasks, KEPT, mark, options.workers)
+    kept = Path(f"out/identify_planted_{options.inputs}.jsonl")
+    rows = kept_rows(run_one, tasks, kept, mark, options.workers)
+    two = " --inputs 2" if options.inputs == 2 else ""
     result = {
-        "command": f"python scripts/identify_planted.py --systems {options.systems}",
+        "command": f"python scripts/identify_planted.py --systems {options.systems}{two}",
         "fingerprint": mark,
         "versions": {"scipy": scipy.__version__, "python": platform.python_version()},
         "scores": scores(list(rows.values())),

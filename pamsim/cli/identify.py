@@ -60,7 +60,11 @@ class _Orders(click.ParamType):
 @click.option("--pressure", type=PRESSURES, help="Set points of that step: 487,0 or 4bar,1bar.")
 @click.option("--load", type=KILOGRAMS, help="Mass on the arm in that step: 1.2 or 1200g.")
 @click.option("--duration", type=SECONDS, help="Length of that step: 6 or 800ms.")
-@click.option("--input", help="Column, or columns joined by + and -: p1_set_kpa-p2_set_kpa, u1.")
+@click.option(
+    "--input",
+    multiple=True,
+    help="Column, or columns joined by + and -: p1_set_kpa-p2_set_kpa, u1. Again for more inputs.",
+)
 @click.option("--output", help="Column or columns to explain; angle_deg if omitted.")
 @click.option("--time", help="Column of a table's clock; found by its name if omitted.")
 @click.option("--dt", type=SECONDS, help="Time between the rows of a table without a clock: 2s.")

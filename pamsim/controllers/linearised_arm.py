@@ -81,9 +81,9 @@ def linearise_arm(
     record = SignalRecord(
         name=experiment.name,
         time=run.time,
-        input=run.command[:, 0] - run.command[:, 1],
+        inputs=run.command[:, 0] - run.command[:, 1],
         output=run.angle,
-        unit_input="Pa",
+        units_input=("Pa",),
         unit_output="rad",
     )
     fit = fit_continuous([record], order=2, real_lags=False)

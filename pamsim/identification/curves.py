@@ -32,7 +32,7 @@ class TrialCurve:
         name: of the trial.
         held_out: whether it was excluded from the fit.
         time: [s].
-        input: [unit of the input].
+        inputs: shape ``(n, k)`` [unit of each input].
         output: [unit of the output].
         model: [unit of the output].
     """
@@ -40,7 +40,7 @@ class TrialCurve:
     name: str
     held_out: bool
     time: FloatArray
-    input: FloatArray
+    inputs: FloatArray
     output: FloatArray
     model: FloatArray
 
@@ -51,14 +51,14 @@ class Curves:
 
     Attributes:
         trials: fitted ones first.
-        step: response to a unit step of the input.
-        bode: frequency response.
+        steps: response to a unit step of each input.
+        bodes: frequency response to each input.
         nyquist: half the sampling rate [rad/s].
     """
 
     trials: tuple[TrialCurve, ...]
-    step: StepResponse
-    bode: FrequencyResponse
+    steps: tuple[StepResponse, ...]
+    bodes: tuple[FrequencyResponse, ...]
     nyquist: float
 
 
@@ -66,39 +66,48 @@ def curves_of(
     fit: IdentifiedModel,
     used: Sequence[UsedTrial],
     held_out: Sequence[UsedTrial],
-    into: Signal,
+    inputs: Sequence[Signal],
     out: Signal,
 ) -> Curves:
-    """Run a continuous model on every trial, and take its step and frequency response.
+    """Run a continuous model on every trial, and take its step and frequency responses.
 
     Args:
         fit: the model.
         used: trials it was fitted to.
         held_out: trials it was not fitted to.
-        into: the input.
+        inputs: the inputs.
         out: the output.
     """
     rates = np.abs(np.array([pole for pole in fit.poles if pole != 0.0]))
     if rates.size == 0:  # a gain, or integrators alone
         rates = np.array([1.0 / max(trial.record.duration for trial in used)])
     nyquist = float(np.pi / min(trial.record.sample_time for trial in used))
-    horizon = _STEP_LENGTH / float(np.min(rates)) + fit.dead_time
+    channels = [fit.channel(i) for i in range(len(inputs))]
+    gains = [into.factor / out.factor for into in inputs]
+    latest = max(channel.dead_time for channel in channels)
+    horizon = _STEP_LENGTH / float(np.min(rates)) + latest
+    times = np.linspace(0.0, horizon, _POINTS)
     high = max(min(_ABOVE * float(np.max(rates)), nyquist), 10.0 * float(np.min(rates)))
     frequencies = np.geomspace(_BELOW * float(np.min(rates)), high, _POINTS)
-    gain = into.factor / out.factor
     return Curves(
         trials=tuple(
             TrialCurve(
                 name=trial.record.name,
                 held_out=trial in held_out,
                 time=trial.record.time,
-                input=trial.record.input / into.factor,
+                inputs=trial.record.inputs / [into.factor for into in inputs],
                 output=trial.record.output / out.factor,
                 model=fit.simulate(trial.record) / out.factor,
             )
             for trial in (*used, *held_out)
         ),
-        step=step_response_band(fit, np.linspace(0.0, horizon, _POINTS)).scaled(gain),
-        bode=frequency_response(fit, frequencies).scaled(gain),
+        steps=tuple(
+            step_response_band(channel, times).scaled(gain)
+            for channel, gain in zip(channels, gains, strict=True)
+        ),
+        bodes=tuple(
+            frequency_response(channel, frequencies).scaled(gain)
+            for channel, gain in zip(channels, gains, strict=True)
+        ),
         nyquist=nyquist,
     )

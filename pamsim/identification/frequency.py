@@ -32,7 +32,7 @@ from pamsim.store.json_file import write_json
 
 FloatArray = NDArray[np.float64]
 
-SCHEMA = "pamsim-identify-frequency/1"
+SCHEMA = "pamsim-identify-frequency/2"
 _BETTER = 2.0  # in AICc, from which a richer model is preferred
 
 
@@ -119,7 +119,7 @@ class FrequencyIdentification:
             {
                 "schema": SCHEMA,
                 "data": self.source,
-                "input": {"expression": f"{self.frequency.size} frequencies", "unit": "rad/s"},
+                "inputs": [{"expression": f"{self.frequency.size} frequencies", "unit": "rad/s"}],
                 "output": {"expression": "response", "unit": "1"},
                 "trials": [{"name": Path(self.source).stem, "role": "fitted"}],
                 "models": [self._model(name, fit) for name, fit in self.models.items()],
@@ -149,7 +149,7 @@ class FrequencyIdentification:
             "fit_percent_one_step": None,
             "aicc_above_best": self.aicc[name],
             "poles_rad_per_s": fit.continuous_poles,
-            "zeros_rad_per_s": fit.zeros,
+            "zeros_rad_per_s": [fit.zeros],
             "independence": None,
         }
 

@@ -1,10 +1,12 @@
-"""Identify linear models from a recording: fit several, compare them, recommend one."""
+"""Identify linear models from recordings: fit several, compare them, recommend one."""
 
 from __future__ import annotations
 
 import os
 from collections.abc import Sequence
 from time import perf_counter
+
+import numpy as np
 
 from pamsim.core.blas_threads import one_blas_thread
 from pamsim.core.errors import InputError
@@ -23,13 +25,16 @@ from pamsim.identification.signals import (
     signal,
     used_trial,
 )
+from pamsim.linear.signal_record import SignalRecord
+
+_SAME = 1e-9  # of an input's size, below which a difference is rounding
 
 
 @one_blas_thread()
 def identify(
     data: str | os.PathLike[str] | TrialSet | Sequence[str | os.PathLike[str]],
     *,
-    input: str | None = None,
+    input: str | Sequence[str] | None = None,
     output: str | None = None,
     time: str | None = None,
     dt: float | None = None,
@@ -48,14 +53,14 @@ def identify(
     local: bool = True,
     progress: Progress | None = None,
 ) -> Identification:
-    """Fit continuous, ARX and output-error models to one input and one output.
+    """Fit continuous models to inputs and one output; ARX and output error to a single input.
 
     Args:
         data: folder of a recording, a table of any columns, trials, or several paths, whose
             trials are fitted together.
-        input: a column, or columns joined by + and -; if left out, the set pressure difference,
-            else the valves', else the first of two columns.
-        output: likewise; if left out, ``angle_deg``, the only joint, or the second column.
+        input: a column, or columns joined by + and -; several as a list; if left out, the set
+            pressure difference, else the valves', else the first of two columns.
+        output: one likewise; if left out, ``angle_deg``, the only joint, or the second column.
         time: column of a table's clock; ``time_s`` or the only one called like a clock if left
             out.
         dt: time between two rows of a table without a clock [s].
@@ -89,14 +94,17 @@ def identify(
     loaded = load_data(data, time=time, dt=dt, hold=hold)
     to_fit, to_test = select_trials(loaded, trials, protocols, hold_out)
     tables = [*to_fit, *to_test]
-    input, output, assumed = chosen_signals(tables, input, output)
-    into, out = signal(input, tables), signal(output, tables)
-    if {name for _, name in into.terms} & {name for _, name in out.terms}:
-        raise InputError(f"input {into.text!r} and output {out.text!r} share a column")
+    given = [input] if isinstance(input, str) else [*(input or ())]
+    given, output, assumed = chosen_signals(tables, given, output)
+    inputs, out = tuple(signal(text, tables) for text in given), signal(output, tables)
+    for into in inputs:
+        if {name for _, name in into.terms} & {name for _, name in out.terms}:
+            raise InputError(f"input {into.text!r} and output {out.text!r} share a column")
     notes = [*loaded.notes, *([assumed] if assumed else [])]
-    used = _used_trials(to_fit, into, out, notes)
-    held_out = _used_trials(to_test, into, out, notes) if to_test else ()
+    used = _used_trials(to_fit, inputs, out, notes)
+    held_out = _used_trials(to_test, inputs, out, notes) if to_test else ()
     records = [trial.record for trial in used]
+    _require_independent(records, inputs)
     records_held_out = [trial.record for trial in held_out]
     if any(table.moving for table in tables):
         start = "free"
@@ -123,12 +131,12 @@ def identify(
     )
     best = next((c.fit for c in candidates if c.name == recommendation.best), None)
     local_map = None
-    if local and best is not None:
+    if local and best is not None and len(inputs) == 1:
         local_map, local_notes = fit_operating_points(used, best, progress)
         notes += local_notes
     return Identification(
         data=loaded,
-        input=into,
+        inputs=inputs,
         output=out,
         used=used,
         held_out=held_out,
@@ -143,14 +151,14 @@ def identify(
 
 
 def _used_trials(
-    tables: Sequence[SignalTable], into: Signal, out: Signal, notes: list[str]
+    tables: Sequence[SignalTable], inputs: Sequence[Signal], out: Signal, notes: list[str]
 ) -> tuple[UsedTrial, ...]:
     """The trials that can be identified from; why others cannot is noted."""
     used: list[UsedTrial] = []
     refusals: list[InputError] = []
     for table in tables:
         try:
-            trial, note = used_trial(table, into, out)
+            trial, note = used_trial(table, inputs, out)
         except InputError as error:
             refusals.append(error)
             notes.append(f"not used: {error}")
@@ -160,3 +168,25 @@ def _used_trials(
     if not used:
         raise refusals[0]
     return tuple(used)
+
+
+def _require_independent(records: Sequence[SignalRecord], inputs: Sequence[Signal]) -> None:
+    """Refuse inputs of which one never changes, or does not change by itself.
+
+    Raises:
+        InputError: for such an input.
+    """
+    changes = np.concatenate([record.inputs - np.mean(record.inputs, axis=0) for record in records])
+    known = np.empty((changes.shape[0], 0))
+    for place, into in enumerate(inputs):
+        column = changes[:, place]
+        left = column - known @ (known.T @ column)
+        largest = max(float(np.max(np.abs(record.inputs[:, place]))) for record in records)
+        if np.max(np.abs(column)) <= _SAME * largest:
+            raise InputError(f"input {into.text!r} never changes within a trial; omit it")
+        if np.linalg.norm(left) <= _SAME * np.linalg.norm(column):
+            raise InputError(
+                f"input {into.text!r} follows from {', '.join(i.text for i in inputs[:place])}:"
+                " their effects cannot be told apart; omit one of them"
+            )
+        known = np.column_stack([known, left / np.linalg.norm(left)])

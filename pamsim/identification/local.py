@@ -34,7 +34,7 @@ def fit_operating_points(
     fit: IdentifiedModel,
     progress: Progress | None = None,
 ) -> tuple[LocalModelMap | None, list[str]]:
-    """Fit the structure of a model again at every operating point.
+    """Fit the structure of a model of one input again at every operating point.
 
     A trial whose input is held long enough to settle is cut into its steps, others stay whole.
     The same step of trials that repeat each other (same protocol and load) is one point.
@@ -87,7 +87,7 @@ def _pieces(trial: UsedTrial, slowest: float) -> tuple[list[tuple[int, Piece]], 
     into = record.input
     changes = np.flatnonzero(np.diff(into) != 0.0) + 1
     whole = [(0, (record, _point(table, record, 0)))]
-    if record.hold != "zoh" or changes.size < 2:
+    if record.holds != ("zoh",) or changes.size < 2:
         return [(0, (record, _point(table, record, _direction(into, changes))))], []
     ends = np.append(changes[1:], into.size)
     if np.min(ends - changes) * record.sample_time < _LONG_ENOUGH * slowest:
@@ -111,11 +111,11 @@ def _pieces(trial: UsedTrial, slowest: float) -> tuple[list[tuple[int, Piece]], 
             cut = SignalRecord(
                 name=f"{table.name} step {index + 1}",
                 time=record.time[part],
-                input=into[part],
+                inputs=into[part],
                 output=record.output[part],
-                unit_input=record.unit_input,
+                units_input=record.units_input,
                 unit_output=record.unit_output,
-                hold=record.hold,
+                holds=record.holds,
             )
         except InputError as error:
             notes.append(f"{table.name}: step {index + 1} is not used: {error}")

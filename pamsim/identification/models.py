@@ -174,8 +174,9 @@ class _Fitting:
             lambda: fit_continuous(
                 self.records,
                 order=structure.order,
-                zeros=structure.zeros,
+                zeros=structure.zeros_each or structure.zeros,
                 dead_time=structure.dead_time,
+                undelayed=structure.undelayed,
                 real_lags=structure.real_lags,
                 start=structure.start,
                 integrators=structure.integrators,
@@ -208,6 +209,11 @@ def fit_models(
     """
     arx_orders = _ARX if models.arx is None else (models.arx,)
     oe_orders = _OE if models.oe is None else (models.oe,)
+    inputs = len(records[0].units_input)
+    if inputs > 1:
+        if models.arx is not None or models.oe is not None:
+            raise InputError("`arx` and `oe` are models of one input; omit them, or give one input")
+        arx_orders = oe_orders = ()
     orders = (1, 2) if models.order is None else (models.order,)
     structures = [(order, delay) for order in orders for delay in models.delays]
     total = len(structures) + len(arx_orders) + len(oe_orders)
@@ -222,6 +228,7 @@ def fit_models(
             real_lags=order < 2 or models.poles != "any",
             start=models.start,
             integrators=models.integrators,
+            inputs=inputs,
         )
         fit = fitting.continuous(structure, _starts(structure, fits))
         if structure.real_lags and models.poles == "auto" and _merged(fit):
@@ -368,11 +375,12 @@ def _forms(rough: RoughFit) -> list[tuple[ContinuousStructure, FloatArray]]:
 
 def _larger(other: ContinuousStructure, than: ContinuousStructure) -> bool:
     """Whether a structure contains one whose numbers the data do not determine."""
+    zeros = zip(other.numerator_zeros, than.numerator_zeros, strict=True)
     return (
         other.order >= than.order
-        and other.zeros >= than.zeros
+        and all(more >= less for more, less in zeros)
         and other.integrators >= than.integrators
-        and other.dead_time >= than.dead_time
+        and set(other.delayed) >= set(than.delayed)
     )
 
 
@@ -387,10 +395,13 @@ def _name(structure: ContinuousStructure) -> str:
     poles = {1: "first_order", 2: "second_order"}.get(structure.order, f"order_{structure.order}")
     real = structure.order < 2 or structure.real_lags
     parts = [poles]
-    parts += [f"zeros_{structure.zeros}"] if structure.zeros else []
+    zeros = structure.zeros_each or (structure.zeros,)
+    parts += [f"zeros_{'_'.join(map(str, zeros))}"] if structure.zeros else []
     parts += [] if real else ["any_poles"]
     parts += [("", "integrator", "two_integrators")[structure.integrators]]
     parts += ["dead_time"] if structure.dead_time else []
+    if structure.undelayed:
+        parts.append(f"of_{'_'.join(str(i + 1) for i in structure.delayed)}")
     parts += ["drift"] if structure.drift else []
     return "_".join(part for part in parts if part)
 

@@ -8,6 +8,8 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
 from pamsim.core.encoding import to_dict
 from pamsim.core.files import complete_file
 from pamsim.core.units import PA_PER_KPA
@@ -26,16 +28,16 @@ from pamsim.linear.identified_model import TrialScore
 from pamsim.linear.local_models import Dependence, LocalModelMap
 from pamsim.store.json_file import write_json
 
-SCHEMA = "pamsim-identify/3"
+SCHEMA = "pamsim-identify/4"
 
 
 @dataclass(frozen=True, kw_only=True)
 class Identification:
-    """Linear models of one input and one output.
+    """Linear models of inputs and one output.
 
     Attributes:
         data: where the trials came from.
-        input: the input.
+        inputs: the inputs.
         output: the output.
         used: trials that were fitted, with their records.
         held_out: trials that were not.
@@ -49,7 +51,7 @@ class Identification:
     """
 
     data: IdentifyData
-    input: Signal
+    inputs: tuple[Signal, ...]
     output: Signal
     used: tuple[UsedTrial, ...]
     held_out: tuple[UsedTrial, ...]
@@ -71,7 +73,7 @@ class Identification:
         return max(continuous, key=lambda candidate: candidate.fit.fit_percent)
 
     def transfer_function(self, *, si: bool = False, pade_order: int | None = None) -> Any:
-        """Return the shown model as a continuous ``control.TransferFunction``.
+        """Return the shown model as a continuous ``control.TransferFunction``, a column per input.
 
         Args:
             si: whether between signals in SI units, as controllers of pamsim compute; otherwise
@@ -84,11 +86,11 @@ class Identification:
         from pamsim.linear.transfer_function import continuous  # takes a second
 
         system = continuous(self.shown.fit, pade_order=pade_order)
-        return system if si else self._gain * system
+        return system if si else system * np.diag([self._gain(into) for into in self.inputs])
 
     def curves(self) -> Curves:
         """Signals, residuals and responses of the shown model, for figures."""
-        return curves_of(self.shown.fit, self.used, self.held_out, self.input, self.output)
+        return curves_of(self.shown.fit, self.used, self.held_out, self.inputs, self.output)
 
     def summary(self) -> str:
         """Every model with its numbers, and which to use: some lines of text."""
@@ -117,34 +119,35 @@ class Identification:
             InputError: if the place cannot be written.
         """
         path = Path(folder) / "curves.csv"
-        into, out = (
+        *given, out = (
             "" if side.unit == "1" else f"_{side.unit.lower()}"
-            for side in (self.input, self.output)
+            for side in (*self.inputs, self.output)
         )
+        numbers = map(str, range(1, len(given) + 1)) if len(given) > 1 else [""]
+        names = [f"input{number}{unit}" for number, unit in zip(numbers, given, strict=True)]
         with complete_file(path) as part, part.open("w", newline="", encoding="utf-8") as file:
             writer = csv.writer(file)
-            writer.writerow(["trial", "time_s", f"input{into}", f"output{out}", f"model{out}"])
+            writer.writerow(["trial", "time_s", *names, f"output{out}", f"model{out}"])
             for trial in self.curves().trials:
-                columns = (trial.time, trial.input, trial.output, trial.model)
-                for row in zip(*columns, strict=True):
+                columns = (trial.time, trial.inputs, trial.output, trial.model)
+                for row in np.column_stack(columns).tolist():
                     writer.writerow([trial.name, *(f"{value:.9g}" for value in row)])
         return path
 
     def to_dict(self) -> dict[str, Any]:
         """Everything but the curves, JSON-safe.
 
-        Gains, offsets, errors and amplitudes are in the units of ``input`` and ``output``.
+        Gains, offsets, errors and amplitudes are in the units of ``inputs`` and ``output``.
         """
         return to_dict(
             {
                 "schema": SCHEMA,
                 "data": self.data.source,
                 "rig": self.data.rig,
-                "input": {
-                    "expression": self.input.text,
-                    "unit": self.input.unit,
-                    "hold": self.used[0].record.hold,
-                },
+                "inputs": [
+                    {"expression": into.text, "unit": into.unit, "hold": hold}
+                    for into, hold in zip(self.inputs, self.used[0].record.holds, strict=True)
+                ],
                 "output": {"expression": self.output.text, "unit": self.output.unit},
                 "trials": [
                     *(_trial(trial, "fitted") for trial in self.used),
@@ -172,10 +175,11 @@ class Identification:
                 "model": fit.structure.sentence,
                 "process": fit.structure.process or None,
                 "poles": fit.structure.order,
-                "zeros": fit.structure.zeros,
+                "zeros": sum(fit.structure.numerator_zeros),
                 "integrators": fit.structure.integrators,
                 "dead_time": fit.structure.dead_time,
                 "drift": fit.structure.drift,
+                "coefficients": _coefficients(fit.structure),
                 "shown": _same_counts(fit.structure, self.shown.fit.structure),
                 "fit_percent": choice.fit_percent[i],
                 "fit_percent_held_out": choice.held_out[i] if choice.held_out else None,
@@ -206,7 +210,9 @@ class Identification:
             "poles_rad_per_s": fit.continuous_poles,
             "discrete_poles": fit.poles if discrete else None,
             "delay_samples": structure.nk if isinstance(structure, DiscreteStructure) else None,
-            "zeros_rad_per_s": None if discrete else fit.zeros,
+            "zeros_rad_per_s": None
+            if discrete
+            else [fit.channel(i).zeros for i in range(len(self.inputs))],
             "independence": candidate.independence,
             "trials": self._scores(fit.trials),
             "held_out": self._scores(fit.held_out),
@@ -217,24 +223,26 @@ class Identification:
             },
         }
 
-    @property
-    def _gain(self) -> float:
-        """Gain in the columns' units per gain in SI."""
-        return self.input.factor / self.output.factor
+    def _gain(self, into: Signal) -> float:
+        """Gain from an input in the columns' units per gain in SI."""
+        return into.factor / self.output.factor
 
     def _parameters(self, estimates: Sequence[Estimate]) -> dict[str, Any]:
         """Name -> value, unit and interval; gains in the units of the columns."""
-        si_gain = f"{self.output.si_unit}/{self.input.si_unit}"
-        unit = self.output.unit
-        if self.input.unit != "1":
-            unit = f"{unit}/{self.input.unit}"
         result: dict[str, Any] = {}
         for estimate in estimates:
             factor, shown = 1.0, estimate.unit
+            number = estimate.name.partition("[")[2].rstrip("]")
+            into = self.inputs[int(number) - 1 if number else 0]
+            si_gain = f"{self.output.si_unit}/{into.si_unit}"
             if estimate.unit.startswith(si_gain):  # of an integrating output "/s" follows
-                factor, shown = self._gain, unit + estimate.unit.removeprefix(si_gain)
+                unit = self.output.unit if into.unit == "1" else f"{self.output.unit}/{into.unit}"
+                factor, shown = self._gain(into), unit + estimate.unit.removeprefix(si_gain)
             elif estimate.name == "u0":
-                factor, shown = 1.0 / self.input.factor, self.input.unit
+                factor, shown = 1.0 / into.factor, into.unit
+            elif estimate.name == "r0":
+                rate = estimate.unit.removeprefix(self.output.si_unit)
+                factor, shown = 1.0 / self.output.factor, self.output.unit + rate
             sides = estimate.interval95
             result[estimate.name] = {
                 "value": estimate.value * factor,
@@ -256,13 +264,14 @@ class Identification:
         ]
 
     def _local(self, local: LocalModelMap) -> dict[str, Any]:
+        (into,) = self.inputs
         return {
             "models": [
                 {
                     "pressure_kpa": model.point.pressure / PA_PER_KPA,
                     "load_kg": model.point.load,
                     "direction": model.point.direction,
-                    "amplitude": model.point.amplitude / self.input.factor,
+                    "amplitude": model.point.amplitude / into.factor,
                     "trials": [trial.name for trial in model.fit.trials],
                     "status": model.fit.status,
                     "sentence": model.fit.sentence,
@@ -276,12 +285,13 @@ class Identification:
 
     def _dependence(self, item: Dependence) -> dict[str, Any]:
         """A dependence with its trends per kPa, kg, direction and unit of the input."""
-        scale = self._gain if item.parameter == "K" else 1.0
+        (into,) = self.inputs
+        scale = self._gain(into) if item.parameter == "K" else 1.0
         regressors = {
             "pressure": ("kPa", PA_PER_KPA),
             "load": ("kg", 1.0),
             "direction": ("1", 1.0),
-            "amplitude": (self.input.unit, self.input.factor),
+            "amplitude": (into.unit, into.factor),
         }
         trends: dict[str, Any] = {}
         for name, trend in item.trends.items():
@@ -305,13 +315,20 @@ class Identification:
         }
 
 
+def _coefficients(structure: ContinuousStructure) -> int:
+    """Poles, zeros, gains, dead times and drift."""
+    poles = structure.order + structure.integrators
+    numerators = sum(structure.numerator_zeros) + structure.inputs
+    return poles + numerators + len(structure.delayed) + int(structure.drift)
+
+
 def _same_counts(
     structure: ContinuousStructure, shown: ContinuousStructure | DiscreteStructure
 ) -> bool:
     """Whether two structures have as many poles, zeros and integrators, and the same dead time."""
     if isinstance(shown, DiscreteStructure):
         return False
-    names = ("order", "zeros", "integrators", "dead_time", "drift")
+    names = ("order", "numerator_zeros", "integrators", "delayed", "drift")
     return all(getattr(structure, name) == getattr(shown, name) for name in names)
 
 

@@ -1,4 +1,4 @@
-"""From trials and tables to one input and one output: expressions over columns, in SI."""
+"""From trials and tables to inputs and an output: expressions over columns, in SI."""
 
 from __future__ import annotations
 
@@ -124,7 +124,7 @@ class UsedTrial:
 
     Attributes:
         table: all its columns.
-        record: input and output, uniformly sampled.
+        record: inputs and output, uniformly sampled.
     """
 
     table: SignalTable
@@ -176,43 +176,44 @@ def signal(text: str, tables: Sequence[SignalTable]) -> Signal:
 
 
 def chosen_signals(
-    tables: Sequence[SignalTable], given: str | None, explained: str | None
-) -> tuple[str, str, str]:
-    """Input and output, those that are left out by default.
+    tables: Sequence[SignalTable], given: Sequence[str], explained: str | None
+) -> tuple[tuple[str, ...], str, str]:
+    """Inputs and output, those that are left out by default.
 
     By default they are what a recording commands and measures; of two columns that are called
     otherwise, the first is the input and the second the output.
 
     Args:
         tables: of all trials.
-        given: the input; None for the default.
+        given: the inputs; empty for the default.
         explained: the output; None for the default.
 
     Returns:
-        Both, and a note on what was assumed, or nothing.
+        Inputs, output, and a note on what was assumed, or nothing.
 
     Raises:
         InputError: if there is no default.
     """
-    for text in (given, explained):
+    for text in (*given, explained):
         if text:
             signal(text, tables)  # what is given must be there
     if given and explained:
-        return given, explained, ""
+        return tuple(given), explained, ""
     have = _in_all(tables)
     try:
-        return given or default_input(tables), explained or default_output(tables), ""
+        inputs = tuple(given) or (default_input(tables),)
+        return inputs, explained or default_output(tables), ""
     except InputError as error:
         lower = {name.lower(): name for name in have}
         named = (pair for pair in _IN_AND_OUT if set(pair) <= set(lower))
         pair = next((tuple(lower[name] for name in pair) for pair in named), tuple(have))
         # One of them may be given, as it stands.
-        if len(pair) != 2 or not {given, explained} - {None} <= set(pair):
+        if len(pair) != 2 or not {*given, explained} - {None} <= set(pair) or len(given) > 1:
             raise _without_default(tables, error) from None
     first, second = pair
-    if given == second or explained == first:
+    if second in given or explained == first:
         first, second = second, first
-    return first, second, f"{first} is taken as the input and {second} as the output"
+    return (first,), second, f"{first} is taken as the input and {second} as the output"
 
 
 def _without_default(tables: Sequence[SignalTable], error: InputError) -> InputError:
@@ -297,51 +298,67 @@ def table_of(trial: Trial) -> SignalTable:
     )
 
 
-def used_trial(table: SignalTable, into: Signal, out: Signal) -> tuple[UsedTrial, str]:
-    """Input and output of one trial.
+def used_trial(table: SignalTable, inputs: Sequence[Signal], out: Signal) -> tuple[UsedTrial, str]:
+    """Inputs and output of one trial.
 
-    A held input that already differs in the first row from where the trial rests gets five rows
-    at rest before it: that is how a step at time 0 becomes visible, to ARX models as well, whose
-    first equations need rows of the past.
+    Where a held input already differs in the first row from where the trial rests, five rows at
+    rest are put before it: that is how a step at time 0 becomes visible, to ARX models as well,
+    whose first equations need rows of the past.
 
     Args:
         table: the trial.
-        into: the input.
+        inputs: the inputs.
         out: the output.
 
     Returns:
         The trial with its record, and a note if its clock was not uniform.
 
     Raises:
-        InputError: as `SignalRecord`, such as for an input that never changes.
+        InputError: as `SignalRecord`, such as for inputs that never change.
     """
-    held = all(name in table.held for _, name in into.terms)
-    time, given, output = table.time, into.of(table.columns), out.of(table.columns)
+    held = [all(name in table.held for _, name in into.terms) for into in inputs]
+    time, output = table.time, out.of(table.columns)
+    given = [into.of(table.columns) for into in inputs]
     steps = np.diff(time)
     interval, note = float(np.median(steps)), ""
     if np.max(np.abs(steps - np.mean(steps))) > UNIFORM_TOLERANCE * np.mean(steps):
         even = np.arange(int((time[-1] - time[0]) / interval) + 1) * interval + time[0]
         # A held command is that of the last row; a measured signal is interpolated.
         last = np.maximum(np.searchsorted(time, even * (1.0 + 1e-12), side="right") - 1, 0)
-        given = given[last] if held else np.interp(even, time, given)
+        given = [
+            values[last] if still else np.interp(even, time, values)
+            for values, still in zip(given, held, strict=True)
+        ]
         output = np.interp(even, time, output)
         note = f"{table.name}: interpolated to a uniform step of {interval:.4g} s"
         time = even
-    if held:
-        rest = float(into.of(table.rest))
-        span = float(np.ptp(np.append(given, rest)))
-        if abs(given[0] - rest) > max(_SMALL_JUMP * span, _SENSOR_NOISE.get(into.si_unit, 0.0)):
-            before = np.arange(-_ROWS_AT_REST, 0)
-            time = np.append(time[0] + before * np.mean(np.diff(time)), time)
-            given = np.append(np.full(_ROWS_AT_REST, rest), given)
-            output = np.append(np.full(_ROWS_AT_REST, output[0]), output)
+    at_rest = [
+        _at_rest(table, into, values) if still else float(values[0])
+        for into, values, still in zip(inputs, given, held, strict=True)
+    ]
+    if any(rest != values[0] for rest, values in zip(at_rest, given, strict=True)):
+        before = np.arange(-_ROWS_AT_REST, 0)
+        time = np.append(time[0] + before * np.mean(np.diff(time)), time)
+        given = [
+            np.append(np.full(_ROWS_AT_REST, rest), values)
+            for rest, values in zip(at_rest, given, strict=True)
+        ]
+        output = np.append(np.full(_ROWS_AT_REST, output[0]), output)
     record = SignalRecord(
         name=table.name,
         time=time,
-        input=given,
+        inputs=np.column_stack(given),
         output=output,
-        unit_input=into.si_unit,
+        units_input=tuple(into.si_unit for into in inputs),
         unit_output=out.si_unit,
-        hold="zoh" if held else "foh",
+        holds=tuple("zoh" if still else "foh" for still in held),
     )
     return UsedTrial(table=table, record=record), note
+
+
+def _at_rest(table: SignalTable, into: Signal, values: FloatArray) -> float:
+    """A held input before the trial: its first value, unless it jumps there from another."""
+    rest = float(into.of(table.rest))
+    span = float(np.ptp(np.append(values, rest)))
+    noise = _SENSOR_NOISE.get(into.si_unit, 0.0)
+    return rest if abs(values[0] - rest) > max(_SMALL_JUMP * span, noise) else float(values[0])

@@ -187,7 +187,7 @@ def _parts(
     for record in records:
         cut = round((1.0 - _LAST) * record.output.size)
         head, tail = record.output[:cut], record.output[cut:]
-        few = tail.size < FEWEST_SAMPLES or np.ptp(record.input[:cut]) == 0.0
+        few = tail.size < FEWEST_SAMPLES or not np.any(np.ptp(record.inputs[:cut], axis=0))
         if few or np.std(tail) < _MOVES * np.std(head):
             return records, (), AICC
         first.append(record.part(slice(0, cut)))

@@ -10,14 +10,14 @@ def summary_lines(result: Mapping[str, Any]) -> Iterator[str]:
     """Notes, every model with its numbers, operating points, and the recommended model.
 
     Args:
-        result: of schema ``pamsim-identify/3``.
+        result: of schema ``pamsim-identify/4``.
     """
     for note in result["notes"]:
         yield f"note: {note}"
     roles = [trial["role"] for trial in result["trials"]]
     held_out = f", {roles.count('held_out')} held out" if "held_out" in roles else ""
     yield (
-        f"{result['output']['expression']} from {result['input']['expression']}:"
+        f"{result['output']['expression']} from {inputs_in_words(result)}:"
         f" {roles.count('fitted')} trial(s) fitted{held_out}"
     )
     for model in result["models"]:
@@ -34,6 +34,18 @@ def summary_lines(result: Mapping[str, Any]) -> Iterator[str]:
     else:
         yield f"not recommended: {result['missing']}"
         yield f"best linear model: {result['best']}: {result['reason']}"
+
+
+def inputs_in_words(result: Mapping[str, Any]) -> str:
+    """The inputs; several with the numbers that their parameters carry: ``[1] u1, [2] u2``.
+
+    Args:
+        result: of schema ``pamsim-identify/4``.
+    """
+    names = [into["expression"] for into in result["inputs"]]
+    if len(names) == 1:
+        return names[0]
+    return ", ".join(f"[{i}] {name}" for i, name in enumerate(names, start=1))
 
 
 def _model_lines(model: Mapping[str, Any], recommended: bool, unit_output: str) -> Iterator[str]:

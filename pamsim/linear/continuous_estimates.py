@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping, Sequence
 from itertools import pairwise
 from typing import Any
 
@@ -23,53 +24,74 @@ _AT_BOUND = 1e-3  # distance from the bound of a logarithm
 def continuous_estimates(
     structure: ContinuousStructure,
     at: Optimum,
-    unit_gain: str,
-    unit_input: str = "-",
-    latest_dead_time: float | None = None,
+    unit_output: str,
+    units_input: Sequence[str],
+    latest_dead_times: Mapping[int, float],
 ) -> tuple[Estimate, ...]:
     """Return gain, time constants or (wn, zeta), zeros and dead time with 95 % intervals.
 
-    Of an integrating model K is the gain from the input to the output's rate (or its rate), and
-    ``u0`` the input at which the output does not run away.
+    Of several inputs K, zeros and dead time carry the input's number: ``K[1]``. Of an integrating
+    model K is the gain from the input to the output's rate (or its rate), and ``u0`` the input at
+    which the output does not run away; of several inputs ``r0`` is that rate where all are 0.
 
     Intervals of positive parameters are symmetric in the logarithm.
 
     Args:
         structure: what was fitted.
         at: the optimum.
-        unit_gain: output unit per input unit.
-        unit_input: of the input.
-        latest_dead_time: upper end of the interval of a dead time that was estimated as 0 and
-            held there [s].
+        unit_output: of the output.
+        units_input: of each input.
+        latest_dead_times: of inputs whose dead time was estimated as 0 and held there: upper end
+            of its interval [s].
 
     Returns:
         ``K`` first.
     """
     x = at.coordinates
-    first = structure.searched
-    gain = float(x[first])
+    numbers = [f"[{i + 1}]" for i in range(structure.inputs)] if structure.inputs > 1 else [""]
+    firsts = [structure.coefficients(i).start for i in range(structure.inputs)]
     per_time = ("", "/s", "/s^2")[structure.integrators]
-    result = [at.estimate("K", unit_gain + per_time, gain, at.unit(first))]
+    result: list[Estimate] = []
+    for number, first, unit in zip(numbers, firsts, units_input, strict=True):
+        ratio = "-" if unit_output == unit == "-" else f"{unit_output}/{unit}"
+        unit_gain = ratio + per_time
+        result.append(at.estimate(f"K{number}", unit_gain, float(x[first]), at.unit(first)))
     for name, unit, i in _pole_names(structure, x):
         result.append(at.estimate(name, unit, float(np.exp(x[i])), at.unit(i), positive=True))
-    for power in range(1, structure.zeros + 1):
-        name = "Tz" if structure.zeros == 1 else f"c{power}"
-        ratio = float(x[first + power]) / gain
-        gradient = (at.unit(first + power) - ratio * at.unit(first)) / gain
-        result.append(at.estimate(name, "s" if power == 1 else f"s^{power}", ratio, gradient))
+    for number, first, zeros in zip(numbers, firsts, structure.numerator_zeros, strict=True):
+        gain = float(x[first])
+        for power in range(1, zeros + 1):
+            name = "Tz" if zeros == 1 else f"c{power}"
+            ratio = float(x[first + power]) / gain
+            gradient = (at.unit(first + power) - ratio * at.unit(first)) / gain
+            unit = "s" if power == 1 else f"s^{power}"
+            result.append(at.estimate(name + number, unit, ratio, gradient))
     if structure.biased:
-        rest = -float(x[-1]) / gain
-        gradient = -(at.unit(x.size - 1) + rest * at.unit(first)) / gain
-        result.append(at.estimate("u0", unit_input, rest, gradient))
-    if structure.dead_time:
-        delay, half = structure.delay(x), at.half_width(at.unit(structure.order))
+        result.append(_bias(structure, at, unit_output, units_input))
+    delays = structure.delays(x)
+    for place, i in enumerate(structure.delayed, start=structure.order):
+        delay, half = float(delays[i]), at.half_width(at.unit(place))
         sides: Interval | None = None
-        if latest_dead_time is not None:
-            sides = (0.0, latest_dead_time)
+        if i in latest_dead_times:
+            sides = (0.0, latest_dead_times[i])
         elif half is not None:
             sides = (max(delay - half, 0.0), delay + half)
-        result.append(Estimate(name="L", unit="s", value=delay, interval95=sides))
+        result.append(Estimate(name=f"L{numbers[i]}", unit="s", value=delay, interval95=sides))
     return tuple(result)
+
+
+def _bias(
+    structure: ContinuousStructure, at: Optimum, unit_output: str, units_input: Sequence[str]
+) -> Estimate:
+    x, last = at.coordinates, at.coordinates.size - 1
+    if structure.inputs > 1:
+        per_time = ("", "/s", "/s^2")[structure.integrators]
+        return at.estimate("r0", unit_output + per_time, float(x[last]), at.unit(last))
+    first = structure.coefficients().start
+    gain = float(x[first])
+    rest = -float(x[last]) / gain
+    gradient = -(at.unit(last) + rest * at.unit(first)) / gain
+    return at.estimate("u0", units_input[0], rest, gradient)
 
 
 def continuous_status(
@@ -78,7 +100,7 @@ def continuous_status(
     fit: NoiseWeightedFit,
     shortest: float,
     longest: float,
-    latest_dead_time: float | None,
+    latest_dead_times: Mapping[int, float],
 ) -> tuple[FitStatus, str]:
     """Return whether to trust a continuous fit, and why.
 
@@ -88,7 +110,7 @@ def continuous_status(
         fit: of its coordinates.
         shortest: shortest sample time [s].
         longest: longest record [s].
-        latest_dead_time: as in `continuous_estimates`.
+        latest_dead_times: as in `continuous_estimates`.
 
     Returns:
         Status and sentence.
@@ -112,18 +134,21 @@ def continuous_status(
         )
     if at.covariance is None:
         return FitStatus.DEGENERATE, "the Jacobian is singular: parameters are not identifiable"
-    if structure.integrators and _contains_zero(at, structure.searched):
+    each = [structure.coefficients(i) for i in range(structure.inputs)]
+    if structure.integrators and all(_contains_zero(at, places.start) for places in each):
         return FitStatus.DEGENERATE, (
             "the interval of the gain contains 0, so that a zero cancels an integrator: the records"
             " do not show that the output integrates"
         )
-    zeros = np.roots(structure.numerator(x))
-    if structure.integrators and np.any(np.abs(zeros) * longest < 1.0):
+    if structure.integrators and all(
+        np.any(np.abs(np.roots(x[places][::-1])) * longest < 1.0) for places in each
+    ):
         return FitStatus.DEGENERATE, (
             "a zero slower than the longest record cancels an integrator: the records do not show "
             "that the output integrates so often"
         )
-    if _numerator_may_be_zero(at, structure.coefficients):
+    idle = [i for i, places in enumerate(each, start=1) if _numerator_may_be_zero(at, places)]
+    if len(idle) == structure.inputs:
         return FitStatus.DEGENERATE, (
             "the interval of the gain contains 0: the input explains nothing of the output, or "
             "the records are too short to show where it settles"
@@ -142,8 +167,11 @@ def continuous_status(
             "zeros than the records show, lower the order"
         )
     sentence = "converged inside the bounds"
-    if latest_dead_time is not None:
-        sentence += f"; no dead time is detected, it is below {latest_dead_time:.3g} s"
+    for i in idle:
+        sentence += f"; input {i} explains nothing of the output, its gain may be 0"
+    for i, latest in latest_dead_times.items():
+        of = f" of input {i + 1}" if structure.inputs > 1 else ""
+        sentence += f"; no dead time{of} is detected, it is below {latest:.3g} s"
     if fit.disagreement is not None and not fit.weighted:
         sentence += (
             "; weighting by the noise model moves the estimates beyond their uncertainty, so the "

@@ -29,8 +29,9 @@ def fit_continuous(
     records: Sequence[SignalRecord],
     *,
     order: int,
-    zeros: int = 0,
+    zeros: int | tuple[int, ...] = 0,
     dead_time: bool = False,
+    undelayed: tuple[int, ...] = (),
     real_lags: bool = True,
     start: str = "rest",
     integrators: int = 0,
@@ -48,8 +49,9 @@ def fit_continuous(
     Args:
         records: the trials; sample times may differ.
         order: number of poles that are no integrators, 0 to 6.
-        zeros: number of zeros, at most that of all poles.
-        dead_time: True estimates a dead time, any fraction of a sample.
+        zeros: number of zeros, at most that of all poles; of each input, or one number for all.
+        dead_time: True estimates the dead time of every input, any fraction of a sample.
+        undelayed: places of inputs that have none nevertheless.
         real_lags: True seeks real time constants, False any stable poles as (wn, zeta) pairs.
         start: ``rest``: at rest at the first sample; ``free``: an initial state for each trial.
         integrators: number of poles at 0, 0 to 2.
@@ -64,8 +66,19 @@ def fit_continuous(
     Raises:
         InputError: bad order, zeros or start, no records, repeated names, too few samples.
     """
-    structure = ContinuousStructure(order, zeros, dead_time, real_lags, start, integrators, drift)
     trials = checked_records(records)
+    structure = ContinuousStructure(
+        order=order,
+        zeros=zeros if isinstance(zeros, int) else max(zeros),
+        dead_time=dead_time,
+        real_lags=real_lags,
+        start=start,
+        integrators=integrators,
+        drift=drift,
+        inputs=len(trials[0].units_input),
+        undelayed=undelayed,
+        zeros_each=() if isinstance(zeros, int) else zeros,
+    )
     held_out = checked_records([*trials, *held_out])[len(trials) :]
     shortest = min(record.sample_time for record in trials)
     longest = max(record.duration for record in trials)
@@ -78,33 +91,35 @@ def fit_continuous(
         )
     fit = noise_weighted_fit(structure.problem(trials), starts or _starts(structure, trials))
     evaluations = fit.solution.evaluations
-    at, latest_dead_time = _optimum(fit), None
-    if dead_time and structure.delay(fit.solution.x) <= 0.0:
+    at, latest = _optimum(fit), dict[int, float]()
+    while structure.undelayed != (none := _undelayed(structure, fit)):
         # The data show no delay that is below 0: the rest is fitted without it.
-        half = at.half_width(at.unit(order))
-        if half is not None:
-            # Less than half a sample is not resolved, however narrow the interval.
-            latest_dead_time = max(structure.delay(fit.solution.x) + half, 0.5 * shortest)
-        simpler = replace(structure, dead_time=False)
-        fit = noise_weighted_fit(simpler.problem(trials), [fit.solution.x[:order]])
+        for place, i in enumerate(structure.delayed, start=order):
+            half = at.half_width(at.unit(place))
+            if i in none and half is not None:
+                # Less than half a sample is not resolved, however narrow the interval.
+                latest[i] = max(float(at.coordinates[place]) + half, 0.5 * shortest)
+        shown = [place for place, i in enumerate(structure.delayed, start=order) if i in none]
+        structure = replace(structure, undelayed=none)
+        fit = noise_weighted_fit(structure.problem(trials), [np.delete(fit.solution.x, shown)])
         evaluations += fit.solution.evaluations
-        at = _with_dead_time_of_zero(_optimum(fit), order)
-    status, sentence = continuous_status(structure, at, fit, shortest, longest, latest_dead_time)
-    unit_input, unit_output = trials[0].unit_input, trials[0].unit_output
+        at = _optimum(fit)
+    at = _with_dead_times_of_zero(at, structure, undelayed)
+    structure = replace(structure, undelayed=undelayed)
+    status, sentence = continuous_status(structure, at, fit, shortest, longest, latest)
+    units_input, unit_output = trials[0].units_input, trials[0].unit_output
     return IdentifiedModel(
         structure=structure,
         coordinates=at.coordinates,
         covariance=at.covariance,
-        estimates=continuous_estimates(
-            structure, at, f"{unit_output}/{unit_input}", unit_input, latest_dead_time
-        ),
+        estimates=continuous_estimates(structure, at, unit_output, units_input, latest),
         **score_trials(structure, at.coordinates, trials, held_out),
         noise=fit.noise,
         weighted=fit.weighted,
         status=status,
         sentence=sentence,
         evaluations=evaluations,
-        unit_input=unit_input,
+        units_input=units_input,
         unit_output=unit_output,
     )
 
@@ -114,12 +129,25 @@ def _optimum(fit: NoiseWeightedFit) -> Optimum:
     return Optimum(coordinates, fit.covariance, fit.quantile)
 
 
-def _with_dead_time_of_zero(at: Optimum, place: int) -> Optimum:
-    """Insert a dead time of 0 that was held: its row and column of the covariance are 0."""
-    covariance = at.covariance
-    if covariance is not None:
-        covariance = np.insert(np.insert(covariance, place, 0.0, axis=0), place, 0.0, axis=1)
-    return Optimum(np.insert(at.coordinates, place, 0.0), covariance, at.quantile)
+def _undelayed(structure: ContinuousStructure, fit: NoiseWeightedFit) -> tuple[int, ...]:
+    """Inputs whose dead time is 0: it was held there, or the fit puts it there or below."""
+    found = zip(structure.delayed, fit.solution.x[structure.order :], strict=True)
+    return tuple(sorted([*structure.undelayed, *(i for i, delay in found if delay <= 0.0)]))
+
+
+def _with_dead_times_of_zero(
+    at: Optimum, structure: ContinuousStructure, undelayed: tuple[int, ...]
+) -> Optimum:
+    """Insert dead times that were held at 0: their rows and columns of the covariance are 0."""
+    coordinates, covariance = at.coordinates, at.covariance
+    every = [i for i in range(structure.inputs) if i not in undelayed]
+    for place, i in enumerate(every, start=structure.order):
+        if i not in structure.undelayed:
+            continue
+        coordinates = np.insert(coordinates, place, 0.0)
+        if covariance is not None:
+            covariance = np.insert(np.insert(covariance, place, 0.0, axis=0), place, 0.0, axis=1)
+    return Optimum(coordinates, covariance, at.quantile)
 
 
 def _starts(structure: ContinuousStructure, records: Sequence[SignalRecord]) -> list[FloatArray]:
@@ -143,4 +171,25 @@ def _starts(structure: ContinuousStructure, records: Sequence[SignalRecord]) -> 
         return [np.array(p) for p in poles]
     most = 0.25 * min(record.duration for record in records)
     delays = [0.0, *np.geomspace(1.5 * shortest, max(most, 3.0 * shortest), _DELAYS)]
-    return [np.array([*p, delay]) for p, delay in product(poles, delays)]
+    late = delay_starts(delays, len(structure.delayed))
+    return [np.append(p, delay) for p, delay in product(poles, late)]
+
+
+def delay_starts(delays: Sequence[float], count: int) -> list[FloatArray]:
+    """Return dead times to start a search from: all alike, and one longer than the others.
+
+    Args:
+        delays: to try, the shortest first [s].
+        count: of the inputs with a dead time.
+
+    Returns:
+        Each of shape ``(count,)`` [s].
+    """
+    alike = [np.full(count, delay) for delay in delays]
+    if count < 2:
+        return alike
+    return alike + [
+        np.where(np.arange(count) == i, delay, delays[0])
+        for i in range(count)
+        for delay in delays[1:]
+    ]

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from math import factorial
 from typing import Any, ClassVar
 
@@ -27,20 +27,27 @@ STARTS = ("rest", "free")
 class ContinuousStructure:
     """``G(s) = (b0 + b1 s + ... + bm s^m) exp(-L s) / (s^q D(s))``, ``D(0) = 1``, D stable.
 
-    Coordinates: one logarithm per pole coordinate, then L [s] if there is a dead time, then
-    b0..bm. Pole coordinates are ``ln T`` of each lag, or ``ln wn, ln zeta`` of each pair followed
-    by ``ln T`` if the order is odd. Before a record its input is taken to have been ``input[0]``.
-    With integrators and a free start the last coordinate is ``-b0 u0``: the input at which the
-    output does not run away is u0.
+    Several inputs share the denominator; each has a numerator and a dead time of its own.
+
+    Coordinates: one logarithm per pole coordinate, then L [s] of every input if there are dead
+    times, then b0..bm of every input. Pole coordinates are ``ln T`` of each lag, or ``ln wn, ln
+    zeta`` of each pair followed by ``ln T`` if the order is odd. Before a record its input is taken
+    to have been ``input[0]``. With integrators and a free start the last coordinate is the
+    derivative of order q that the output has where all inputs are 0; of one input it is
+    ``-b0 u0``: the input at which the output does not run away is u0.
 
     Attributes:
         order: n of D, 0 to 6.
         zeros: m, at most n + q; with as many zeros as poles the input reaches the output at once.
-        dead_time: whether L is free; otherwise it is 0.
+            Of inputs that differ in it, the largest.
+        dead_time: whether every L is free; otherwise all are 0.
         real_lags: whether all poles are real.
         start: of every trial: at ``rest``, or in a ``free`` state that is fitted.
         integrators: q, 0 to 2.
         drift: whether each output drifts along a line of its own.
+        inputs: number of inputs.
+        undelayed: places of inputs whose L is 0 although those of others are free.
+        zeros_each: m of each input; empty if they do not differ.
 
     Raises:
         InputError: for an order, a number of zeros or integrators, or a start out of range.
@@ -55,6 +62,9 @@ class ContinuousStructure:
     start: str = "rest"
     integrators: int = 0
     drift: bool = False
+    inputs: int = 1
+    undelayed: tuple[int, ...] = ()
+    zeros_each: tuple[int, ...] = ()
 
     def __post_init__(self) -> None:
         if not 0 <= self.order <= HIGHEST_ORDER:
@@ -66,6 +76,16 @@ class ContinuousStructure:
             raise InputError(f"zeros = {self.zeros} of {most} poles; give 0 to {most}")
         if self.start not in STARTS:
             raise InputError(f"start {self.start!r} is not known; give one of {', '.join(STARTS)}")
+        if self.inputs < 1:
+            raise InputError(f"inputs = {self.inputs}; give at least 1")
+        each = self.zeros_each
+        if each and (len(each) != self.inputs or min(each) < 0 or max(each) != self.zeros):
+            raise InputError(
+                f"zeros_each = {each} of {self.inputs} inputs; give one number each, the largest"
+                f" {self.zeros}"
+            )
+        if len(set(each)) == 1:  # so that equal structures are equal
+            object.__setattr__(self, "zeros_each", ())
 
     @property
     def pairs(self) -> int:
@@ -75,7 +95,14 @@ class ContinuousStructure:
     @property
     def searched(self) -> int:
         """Number of coordinates in which the output is not linear."""
-        return self.order + int(self.dead_time)
+        return self.order + len(self.delayed)
+
+    @property
+    def delayed(self) -> tuple[int, ...]:
+        """Places of the inputs whose dead time is a coordinate."""
+        if not self.dead_time:
+            return ()
+        return tuple(i for i in range(self.inputs) if i not in self.undelayed)
 
     @property
     def per_trial(self) -> int:
@@ -96,12 +123,33 @@ class ContinuousStructure:
     @property
     def unknowns(self) -> int:
         """Number of coordinates."""
-        return self.searched + self.zeros + 1 + int(self.biased)
+        return self.searched + sum(self.numerator_zeros) + self.inputs + int(self.biased)
 
     @property
-    def coefficients(self) -> slice:
-        """Places of b0..bm among the coordinates."""
-        return slice(self.searched, self.searched + self.zeros + 1)
+    def numerator_zeros(self) -> tuple[int, ...]:
+        """Number of zeros of each input."""
+        return self.zeros_each or (self.zeros,) * self.inputs
+
+    def coefficients(self, given: int = 0) -> slice:
+        """Places of b0..bm of an input among the coordinates."""
+        first = self.searched + sum(self.numerator_zeros[:given]) + given
+        return slice(first, first + self.numerator_zeros[given] + 1)
+
+    def channel(self, given: int) -> tuple[ContinuousStructure, NDArray[np.intp]]:
+        """Return the structure from one input alone, and the places of its coordinates."""
+        places = list(range(self.order))
+        places += [self.order + self.delayed.index(given)] if given in self.delayed else []
+        places += range(self.unknowns)[self.coefficients(given)]
+        places += [self.unknowns - 1] if self.biased else []
+        alone = replace(
+            self,
+            zeros=self.numerator_zeros[given],
+            dead_time=given in self.delayed,
+            inputs=1,
+            undelayed=(),
+            zeros_each=(),
+        )
+        return alone, np.array(places)
 
     @property
     def sentence(self) -> str:
@@ -109,21 +157,28 @@ class ContinuousStructure:
         counts = (
             (self.order, "real lag" if self.real_lags else "pole"),
             (self.integrators, "integrator"),
-            (self.zeros, "zero"),
+            (0 if self.zeros_each else self.zeros, "zero"),
         )
         parts = [f"{n} {what}{'s' if n > 1 else ''}" for n, what in counts if n]
-        parts += ["dead time"] if self.dead_time else []
+        if self.zeros_each:
+            parts.append(f"{' and '.join(map(str, self.zeros_each))} zeros")
+        elif self.zeros and self.inputs > 1:
+            parts[-1] += " of each input"
+        if self.dead_time and self.undelayed:
+            parts.append(f"dead time of input {' and '.join(str(i + 1) for i in self.delayed)}")
+        elif self.dead_time:
+            parts.append("dead time" if self.inputs == 1 else "dead times")
         parts += ["drift"] if self.drift else []
         return ", ".join(parts or ["a gain"])
 
     @property
     def process(self) -> str:
-        """Name as a process model, such as ``P2DI``; empty beyond three lags or one zero.
+        """Name as a process model, such as ``P2DI``; empty beyond three lags, a zero, an input.
 
         Poles, then U where they may oscillate, D for a dead time, Z for a zero, I for an
         integrator.
         """
-        if self.order > 3 or self.zeros > 1 or self.integrators > 1:
+        if self.order > 3 or self.zeros > 1 or self.integrators > 1 or self.inputs > 1:
             return ""
         letters = (self.pairs, self.dead_time, self.zeros, self.integrators)
         return f"P{self.order}" + "".join(x for x, has in zip("UDZI", letters, strict=True) if has)
@@ -142,9 +197,22 @@ class ContinuousStructure:
         constants: Any = np.array(result)
         return constants.real if np.all(constants.imag == 0.0) else constants
 
+    def delays(self, coordinates: FloatArray) -> FloatArray:
+        """Return L of every input, shape ``(inputs,)`` [s]."""
+        result = np.zeros(self.inputs)
+        result[list(self.delayed)] = coordinates[self.order : self.searched]
+        return result
+
     def delay(self, coordinates: FloatArray) -> float:
-        """Return L [s]."""
-        return float(coordinates[self.order]) if self.dead_time else 0.0
+        """Return L of the only input [s]."""
+        self._require_one_input()
+        return float(self.delays(coordinates)[0])
+
+    def _require_one_input(self) -> None:
+        if self.inputs > 1:
+            raise InputError(
+                f"the model has {self.inputs} inputs where one is expected; take one by channel(i)"
+            )
 
     def denominator(self, coordinates: FloatArray) -> FloatArray:
         """Return the coefficients of s^q D, highest power first, shape ``(n + q + 1,)``."""
@@ -154,8 +222,9 @@ class ContinuousStructure:
         return np.append(np.real(result), np.zeros(self.integrators))
 
     def numerator(self, coordinates: FloatArray) -> FloatArray:
-        """Return bm..b0, shape ``(m + 1,)``."""
-        return coordinates[self.coefficients][::-1]
+        """Return bm..b0 of the only input, shape ``(m + 1,)``."""
+        self._require_one_input()
+        return coordinates[self.coefficients()][::-1]
 
     def poles(self, coordinates: FloatArray) -> tuple[complex, ...]:
         """Return the roots of the denominator, slowest first [rad/s]."""
@@ -189,26 +258,34 @@ class ContinuousStructure:
             dead_time=self.delay(coordinates),
             integrators=self.integrators,
         )
-        return (columns @ coordinates[self.coefficients])[1:]
+        return (columns @ coordinates[self.coefficients()])[1:]
 
     def responses(self, coordinates: FloatArray, record: SignalRecord) -> FloatArray:
-        """Return the outputs for b = 1 of each numerator power, from rest, shape ``(N, m + 1)``.
+        """Return the outputs for b = 1 of each numerator power of each input, from rest.
 
         With a ``biased`` structure ``t^q / q!`` follows.
+
+        Returns:
+            Shape ``(N, m_1 + 1 + m_2 + 1 + ...)``, with a bias one column more.
         """
-        columns = chain_derivatives(
-            self.constants(coordinates),
-            record.input if self.biased else record.input - record.input[0],
-            record.sample_time,
-            count=self.zeros + 1,
-            dead_time=self.delay(coordinates),
-            hold=record.hold,
-            integrators=self.integrators,
-        )
-        if not self.biased:
-            return columns
-        along = record.time - record.time[0]
-        return np.column_stack([columns, along**self.integrators / factorial(self.integrators)])
+        constants, delays = self.constants(coordinates), self.delays(coordinates)
+        given = record.inputs if self.biased else record.inputs - record.inputs[0]
+        columns = [
+            chain_derivatives(
+                constants,
+                np.ascontiguousarray(given[:, i]),
+                record.sample_time,
+                count=self.numerator_zeros[i] + 1,
+                dead_time=float(delays[i]),
+                hold=record.holds[i],
+                integrators=self.integrators,
+            )
+            for i in range(self.inputs)
+        ]
+        if self.biased:
+            along = record.time - record.time[0]
+            columns.append(along[:, np.newaxis] ** self.integrators / factorial(self.integrators))
+        return columns[0] if len(columns) == 1 else np.hstack(columns)
 
     def trial_columns(self, coordinates: FloatArray, record: SignalRecord) -> FloatArray:
         """Return what each trial adds of its own: an offset, a drift, the modes of a free start.
@@ -241,7 +318,7 @@ class ContinuousStructure:
         return forced + own @ coefficients, coefficients
 
     def problem(self, records: Sequence[SignalRecord]) -> Separable:
-        """Return the least-squares problem: x is poles and dead time, theta is b0..bm.
+        """Return the least-squares problem: x is poles and dead times, theta the rest.
 
         Time constants lie between a tenth of the shortest sample and a hundred times the longest
         record, a dead time below half the shortest record.
@@ -255,8 +332,9 @@ class ContinuousStructure:
             lower[2 * pair + 1], upper[2 * pair + 1] = np.log(1e-3), np.log(1e2)
         if self.dead_time:
             # One sample below 0, so that a search for a small delay does not crawl along a bound.
-            lower = [*lower, -shortest]
-            upper = [*upper, 0.5 * min(record.duration for record in records)]
+            late = len(self.delayed)
+            lower += [-shortest] * late
+            upper += [0.5 * min(record.duration for record in records)] * late
         return Separable(
             outputs=tuple(record.output for record in records),
             shared=lambda x, i: self.responses(x, records[i]),

@@ -134,7 +134,7 @@ def _identified(
     free_run = scores["fit_percent"]
     lost = 0.0 if one_step is None else one_step - free_run
     status, sentence = discrete_status(structure, at, settled, lost)
-    unit_input, unit_output = trials[0].unit_input, trials[0].unit_output
+    (unit_input,), unit_output = trials[0].units_input, trials[0].unit_output
     return IdentifiedModel(
         structure=structure,
         coordinates=at.coordinates,
@@ -147,7 +147,7 @@ def _identified(
         status=status,
         sentence=sentence,
         evaluations=evaluations,
-        unit_input=unit_input,
+        units_input=(unit_input,),
         unit_output=unit_output,
     )
 

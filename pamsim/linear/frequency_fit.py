@@ -116,8 +116,7 @@ def fit_frequency_response(
     starts = [_start(structure, w, g, float(delay)) for delay in delays]
     found = minimise(problem, starts, refined=_FOLLOWED)
     at, noise = _optimum(problem, found)
-    unit = "-" if unit_output == unit_input == "-" else f"{unit_output}/{unit_input}"
-    estimates = continuous_estimates(structure, at, unit)
+    estimates = continuous_estimates(structure, at, unit_output, (unit_input,), {})
     status, sentence = _status(structure, at, found, estimates, w)
     error = structure.frequency_response(at.coordinates, w) / g - 1.0
     return IdentifiedModel(
@@ -131,7 +130,7 @@ def fit_frequency_response(
         status=status,
         sentence=sentence,
         evaluations=found.evaluations,
-        unit_input=unit_input,
+        units_input=(unit_input,),
         unit_output=unit_output,
     )
 

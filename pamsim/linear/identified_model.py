@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from enum import StrEnum
 from typing import TypedDict
 
@@ -69,8 +69,9 @@ class IdentifiedModel:
         covariance: of the coordinates, shape ``(k, k)``; None if the data do not determine them.
             Rows of a coordinate that was held are zero.
         estimates: the user's parameters with 95 % intervals: ``K``; ``T`` or ``T1``, ``T2`` ...
-            rising, or ``wn``, ``zeta``; ``Tz`` (one zero) or ``c1`` ...; ``L``; of a discrete
-            model also ``a1`` ... and ``b1`` ....
+            rising, or ``wn``, ``zeta``; ``Tz`` (one zero) or ``c1`` ...; ``L``; of several inputs
+            ``K[1]`` ..., ``Tz[1]`` ..., ``L[1]`` ...; of a discrete model also ``a1`` ... and
+            ``b1`` ....
         trials: free run against each fitted trial.
         held_out: free run against each trial that was not fitted.
         fit_percent: of the free run, pooled over the fitted trials, each about its own mean [%].
@@ -82,7 +83,7 @@ class IdentifiedModel:
         status: whether to trust the numbers; quote them only if it is ``converged``.
         sentence: the same for a person.
         evaluations: model evaluations over all starts; 0 for a closed form.
-        unit_input: of the input.
+        units_input: of each input.
         unit_output: of the output.
     """
 
@@ -100,7 +101,7 @@ class IdentifiedModel:
     status: FitStatus
     sentence: str
     evaluations: int = 0
-    unit_input: str = "-"
+    units_input: tuple[str, ...] = ("-",)
     unit_output: str = "-"
 
     def __post_init__(self) -> None:
@@ -118,7 +119,7 @@ class IdentifiedModel:
 
     @property
     def gain(self) -> float:
-        """Static gain K [output unit per input unit]."""
+        """Static gain K of the only input [output unit per input unit]."""
         return self["K"].value
 
     @property
@@ -133,16 +134,48 @@ class IdentifiedModel:
 
     @property
     def _lags(self) -> tuple[Estimate, ...]:
-        return tuple(e for e in self.estimates if e.name[0] == "T" and e.name != "Tz")
+        return tuple(e for e in self.estimates if e.name[0] == "T" and e.name[:2] != "Tz")
+
+    def channel(self, given: int) -> IdentifiedModel:
+        """Return the model from one of several inputs alone, the others at rest.
+
+        Args:
+            given: place of the input, from 0.
+
+        Returns:
+            A model whose scores, noise and status are those of the whole.
+
+        Raises:
+            InputError: if there is no such input.
+        """
+        structure = self.structure
+        if not 0 <= given < len(self.units_input):
+            raise InputError(f"no input {given}; give 0 to {len(self.units_input) - 1}")
+        if isinstance(structure, DiscreteStructure) or structure.inputs == 1:
+            return self
+        alone, places = structure.channel(given)
+        number = f"[{given + 1}]"
+        return replace(
+            self,
+            structure=alone,
+            coordinates=self.coordinates[places],
+            covariance=None if self.covariance is None else self.covariance[np.ix_(places, places)],
+            estimates=tuple(
+                replace(e, name=e.name.removesuffix(number))
+                for e in self.estimates
+                if "[" not in e.name or e.name.endswith(number)
+            ),
+            units_input=(self.units_input[given],),
+        )
 
     @property
     def dead_time(self) -> float:
-        """Delay of the input [s]."""
+        """Delay of the only input [s]."""
         return self.structure.delay(self.coordinates)
 
     @property
     def numerator(self) -> tuple[float, ...]:
-        """Numerator coefficients, highest power of s or z first."""
+        """Numerator coefficients of the only input, highest power of s or z first."""
         return tuple(map(float, self.structure.numerator(self.coordinates)))
 
     @property
@@ -157,7 +190,7 @@ class IdentifiedModel:
 
     @property
     def zeros(self) -> tuple[complex, ...]:
-        """Zeros: continuous in rad/s, discrete in the z plane."""
+        """Zeros from the only input: continuous in rad/s, discrete in the z plane."""
         return tuple(complex(root) for root in np.roots(self.numerator))
 
     @property

@@ -30,14 +30,13 @@ _WIDEST = 30.0  # a time constant at most, in longest records; at least, its inv
 
 
 def instrumental_variable_starts(
-    structure: ContinuousStructure, records: Sequence[SignalRecord], delay: float = 0.0
+    structure: ContinuousStructure, records: Sequence[SignalRecord]
 ) -> list[FloatArray]:
-    """Return start values of poles (and dead time) for a search.
+    """Return start values of poles for a search.
 
     Args:
-        structure: with any stable poles (``real_lags`` False).
+        structure: with any stable poles (``real_lags`` False) and without dead time.
         records: the trials.
-        delay: dead time that is taken as known [s].
 
     Returns:
         One for each first filter up to the one from which the rounds settle, ``(searched,)``.
@@ -47,21 +46,17 @@ def instrumental_variable_starts(
     starts: list[FloatArray] = []
     for first in np.geomspace(2.0 * shortest, 0.1 * longest, _FIRST):
         spread = first * np.linspace(0.9, 1.1, structure.order)
-        x = _with_delay(structure, pole_coordinates(spread), delay)
+        x = pole_coordinates(spread)
         for instruments in (False, *[True] * _ROUNDS):
             roots = _poles_by_regression(structure, records, x, instruments)
             if roots is None:
                 break
             constants = constants_of_roots(roots, shortest / _WIDEST, longest * _WIDEST)
-            before, x = x, _with_delay(structure, pole_coordinates(constants), delay)
+            before, x = x, pole_coordinates(constants)
             if instruments and np.max(np.abs(x - before), initial=0.0) < _SETTLED:
                 return [*starts, x]
         starts.append(x)
     return starts
-
-
-def _with_delay(structure: ContinuousStructure, x: FloatArray, delay: float) -> FloatArray:
-    return np.append(x, delay) if structure.dead_time else x
 
 
 def _poles_by_regression(
@@ -71,7 +66,8 @@ def _poles_by_regression(
     instruments: bool,
 ) -> NDArray[Any] | None:
     """Poles of the model that the filters of these pole coordinates lead to; None on overflow."""
-    n, q = structure.order, structure.integrators
+    n, q, zeros = structure.order, structure.integrators, structure.zeros
+    given_columns = structure.inputs * (zeros + 1)
     constants = structure.constants(x)
     # As many filters as poles; those of the integrators are as slow as the slowest lag.
     filters = np.append(constants, np.full(q, np.max(np.abs(constants), initial=1.0)))
@@ -88,13 +84,11 @@ def _poles_by_regression(
 
         blocks = [
             derivatives(record.output - record.output[0]),
-            chain_derivatives(
-                filters,
-                record.input - record.input[0],
-                record.sample_time,
-                count=structure.zeros + 1,
-                dead_time=structure.delay(x),
-                hold=record.hold,
+            *(
+                chain_derivatives(
+                    filters, given - given[0], record.sample_time, count=zeros + 1, hold=hold
+                )
+                for given, hold in zip(record.inputs.T.copy(), record.holds, strict=True)
             ),
         ]
         if theta is not None:
@@ -109,10 +103,10 @@ def _poles_by_regression(
     target, output, given = (
         table[:, 0],
         -table[:, 1 : n + 1],
-        table[:, n + 1 : n + 2 + structure.zeros],
+        table[:, n + 1 : n + 1 + given_columns],
     )
     regressors = np.hstack([output, given])
-    clean = output if theta is None else -table[:, n + 2 + structure.zeros :]
+    clean = output if theta is None else -table[:, n + 1 + given_columns :]
     seen = np.hstack([clean, given])
     scale = np.linalg.norm(regressors, axis=0)
     scale = np.where(scale > 0.0, scale, 1.0)

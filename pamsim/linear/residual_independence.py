@@ -84,7 +84,8 @@ def residual_independence(
     trials = checked_records(records)
     if sorted(r.name for r in trials) != sorted(score.name for score in fit.trials):
         raise InputError("residual independence is tested on the fitted trials; give exactly those")
-    reach = _SETTLED * fit.structure.slowest(fit.coordinates) + fit.dead_time
+    delays = [fit.channel(i).dead_time for i in range(len(fit.units_input))]
+    reach = _SETTLED * fit.structure.slowest(fit.coordinates) + max(delays)
     most = 0.25 * min(record.duration for record in trials)
     longest = float(np.clip(reach, 2.0 * max(record.sample_time for record in trials), most))
     if 100.0 - fit.fit_percent < _ROUNDING:
@@ -93,10 +94,12 @@ def residual_independence(
     spread = np.geomspace(min(r.sample_time for r in trials), longest, lags)
     added: list[FloatArray] = []
     for record in trials:
-        given = record.input - record.input[0]
+        given = record.inputs - record.inputs[0]
         steps = np.unique(np.maximum(np.round(spread / record.sample_time).astype(int), 1))
         steps = np.pad(steps, (0, lags - steps.size), constant_values=steps[-1])
-        added.append(np.column_stack([np.append(np.zeros(k), given[:-k]) for k in steps]))
+        added.append(
+            np.hstack([np.vstack([np.zeros((k, given.shape[1])), given[:-k]]) for k in steps])
+        )
     test = added_regressors(fit, trials, added)
     independent = test.p_value >= _LEVEL
     verdict = (

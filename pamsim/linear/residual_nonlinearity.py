@@ -10,6 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
+from itertools import combinations
 
 import numpy as np
 from numpy.typing import NDArray
@@ -27,7 +28,7 @@ _POWERS = (2, 3)
 
 
 def residual_nonlinearity(fit: IdentifiedModel, records: Sequence[SignalRecord]) -> RegressorTest:
-    """Test whether powers of input and output explain part of the residuals.
+    """Test whether powers of inputs and output, or products of inputs, explain the residuals.
 
     Args:
         fit: a continuous model.
@@ -40,23 +41,39 @@ def residual_nonlinearity(fit: IdentifiedModel, records: Sequence[SignalRecord])
 
 
 def _powers(fit: IdentifiedModel, record: SignalRecord) -> FloatArray:
-    """Powers of a trial's input and output, unfiltered and through the model, ``(N, 6)``."""
+    """Powers of a trial's inputs and output, and products of inputs: ``(N, 6)`` of one input.
+
+    Each unfiltered and through the model, powers of the output through the model alone.
+    """
     structure = fit.structure
     assert isinstance(structure, ContinuousStructure)
-    numerator = fit.coordinates[structure.coefficients]
+    channels = [fit.channel(i) for i in range(structure.inputs)]
 
-    def through_model(values: FloatArray) -> FloatArray:
-        filtered = replace(record, input=values, held_out=True)
-        return structure.responses(fit.coordinates, filtered)[:, : numerator.size] @ numerator
+    def through_model(values: FloatArray, given: int) -> FloatArray:
+        alone, x = channels[given].structure, channels[given].coordinates
+        assert isinstance(alone, ContinuousStructure)
+        numerator = x[alone.coefficients()]
+        units, hold = (record.units_input[given],), (record.holds[given],)
+        filtered = replace(record, inputs=values, units_input=units, holds=hold, held_out=True)
+        return alone.responses(x, filtered)[:, : numerator.size] @ numerator
 
-    run = fit.simulate(record)
+    run = _standardised(fit.simulate(record))
+    moving = [i for i in range(structure.inputs) if np.ptp(record.inputs[:, i]) > 0.0]
+    inputs = {i: _standardised(record.inputs[:, i]) for i in moving}
     columns: list[FloatArray] = []
-    for signal, unfiltered in ((run, True), (record.input, False)):
-        centred = (signal - np.mean(signal)) / np.std(signal)
+    for power in _POWERS:
+        columns += [*(through_model(run**power, i) for i in moving), run**power]
+    for i, given in inputs.items():
         for power in _POWERS:
-            columns.append(through_model(centred**power))
-            columns += [centred**power] if unfiltered else []
+            columns.append(through_model(given**power, i))
+    for i, j in combinations(inputs, 2):
+        product = inputs[i] * inputs[j]
+        columns += [product, through_model(product, i), through_model(product, j)]
     return np.column_stack(columns)
+
+
+def _standardised(values: FloatArray) -> FloatArray:
+    return (values - np.mean(values)) / np.std(values)
 
 
 def what_is_missing(fit: IdentifiedModel, records: Sequence[SignalRecord], adequate: bool) -> str:

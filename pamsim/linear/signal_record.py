@@ -1,4 +1,4 @@
-"""One sampled trial of one input and one output, as identification of linear models reads it."""
+"""One sampled trial of some inputs and one output, as identification of linear models reads it."""
 
 from __future__ import annotations
 
@@ -20,59 +20,78 @@ FEWEST_SAMPLES = 16
 
 @dataclass(frozen=True, eq=False)
 class SignalRecord:
-    """Uniformly sampled input and output of one trial.
+    """Uniformly sampled inputs and output of one trial.
 
-    Between samples the input is held (``zoh``: a command that a computer writes) or runs straight
+    Between samples an input is held (``zoh``: a command that a computer writes) or runs straight
     to the next sample (``foh``: a measured, smooth signal such as a pressure).
 
     Attributes:
         name: such as the trial's name; distinct within one identification.
         time: shape ``(n,)``, uniform and increasing [s].
-        input: shape ``(n,)`` [unit_input].
+        inputs: shape ``(n, k)``; ``(n,)`` of one input may be given [units_input].
         output: shape ``(n,)`` [unit_output].
-        unit_input: SI unit of the input, shown to the user.
+        units_input: SI unit of each input, shown to the user; one for all may be given.
         unit_output: SI unit of the output, shown to the user.
-        hold: ``zoh`` or ``foh``.
-        held_out: whether it is only simulated: then its input may be constant.
+        holds: ``zoh`` or ``foh`` of each input; one for all may be given.
+        held_out: whether it is only simulated: then its inputs may be constant.
 
     Raises:
         InputError: lengths differ, fewer than 16 samples, non-finite samples, non-uniform time,
-            a constant input or output, or an unknown hold.
+            constant inputs or output, or an unknown hold.
     """
 
     name: str
     time: FloatArray
-    input: FloatArray
+    inputs: FloatArray
     output: FloatArray
-    unit_input: str = "-"
+    units_input: tuple[str, ...] = ("-",)
     unit_output: str = "-"
-    hold: str = "zoh"
+    holds: tuple[str, ...] = ("zoh",)
     held_out: bool = False
 
     def __post_init__(self) -> None:
-        if self.hold not in HOLDS:
-            raise InputError(f"record {self.name}: hold {self.hold!r}; give one of {HOLDS}")
+        for hold in self.holds:
+            if hold not in HOLDS:
+                raise InputError(f"record {self.name}: hold {hold!r}; give one of {HOLDS}")
         try:
             time, output = increasing_time(self.time, self.output, FEWEST_SAMPLES)
-            _, given = increasing_time(self.time, self.input, FEWEST_SAMPLES)
+            columns = np.atleast_2d(np.asarray(self.inputs, np.float64).T)
+            given = [increasing_time(self.time, column, FEWEST_SAMPLES)[1] for column in columns]
             uniform_interval(time)
             varying_output(output)
         except InputError as error:
             raise InputError(f"record {self.name}: {error}") from None
-        if not self.held_out and float(np.ptp(given)) <= 1e-12 * float(np.max(np.abs(given))):
+        if not self.held_out and all(map(_constant, given)):
             raise InputError(
-                f"record {self.name}: the input is constant ({given[0]:g}); nothing can be "
+                f"record {self.name}: the input is constant ({given[0][0]:g}); nothing can be "
                 "identified without excitation, give a trial in which it changes"
             )
-        for field, values in (("time", time), ("input", given), ("output", output)):
+        inputs = np.column_stack(given)
+        for field, values in (("time", time), ("inputs", inputs), ("output", output)):
             object.__setattr__(self, field, values)
+        for field, values in (("units_input", self.units_input), ("holds", self.holds)):
+            object.__setattr__(self, field, _one_each(self.name, field, values, len(given)))
+
+    @property
+    def input(self) -> FloatArray:
+        """The only input, shape ``(n,)``.
+
+        Raises:
+            InputError: if there are several.
+        """
+        if self.inputs.shape[1] > 1:
+            raise InputError(
+                f"record {self.name} has {self.inputs.shape[1]} inputs where one is expected; take"
+                " one of them"
+            )
+        return self.inputs[:, 0]
 
     def part(self, rows: slice, *, held_out: bool = False) -> SignalRecord:
         """Return some of its samples, which follow each other, as a record of the same name."""
         return replace(
             self,
             time=self.time[rows],
-            input=self.input[rows],
+            inputs=self.inputs[rows],
             output=self.output[rows],
             held_out=held_out,
         )
@@ -88,6 +107,18 @@ class SignalRecord:
         return float(self.time[-1] - self.time[0])
 
 
+def _constant(values: FloatArray) -> bool:
+    return float(np.ptp(values)) <= 1e-12 * float(np.max(np.abs(values)))
+
+
+def _one_each(name: str, field: str, values: tuple[str, ...], count: int) -> tuple[str, ...]:
+    if len(values) not in (1, count):
+        raise InputError(
+            f"record {name}: `{field}` has {len(values)} entries for {count} inputs; give one each"
+        )
+    return values if len(values) == count else values * count
+
+
 def checked_records(records: Sequence[SignalRecord]) -> tuple[SignalRecord, ...]:
     """Return the records of one identification: at least one, names distinct, units equal.
 
@@ -98,7 +129,7 @@ def checked_records(records: Sequence[SignalRecord]) -> tuple[SignalRecord, ...]
         The same as a tuple.
 
     Raises:
-        InputError: none given, a name twice, or units that differ.
+        InputError: none given, a name twice, or inputs or units that differ.
     """
     result = tuple(records)
     if not result:
@@ -109,9 +140,15 @@ def checked_records(records: Sequence[SignalRecord]) -> tuple[SignalRecord, ...]
         raise InputError(f"record name {twice[0]!r} is given twice; rename one of them")
     first = result[0]
     for record in result[1:]:
-        if (record.unit_input, record.unit_output) != (first.unit_input, first.unit_output):
+        if len(record.units_input) != len(first.units_input):
             raise InputError(
-                f"record {record.name} is in {record.unit_output} per {record.unit_input} but "
-                f"{first.name} in {first.unit_output} per {first.unit_input}; convert one of them"
+                f"record {record.name} has {len(record.units_input)} inputs but {first.name}"
+                f" {len(first.units_input)}; give the same ones"
+            )
+        if (record.units_input, record.unit_output) != (first.units_input, first.unit_output):
+            units, first_units = (", ".join(r.units_input) for r in (record, first))
+            raise InputError(
+                f"record {record.name} is in {record.unit_output} per {units} but "
+                f"{first.name} in {first.unit_output} per {first_units}; convert one of them"
             )
     return result

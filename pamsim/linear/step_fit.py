@@ -213,7 +213,7 @@ def fit_step(
             f"; residuals are correlated (lag 1: {score.residual_lag1:.2f}), the intervals are too"
             " narrow"
         )
-    estimates = continuous_estimates(structure, at, "-")
+    estimates = continuous_estimates(structure, at, "-", ("-",), {})
     if gain is not None:
         estimates = (replace(estimates[0], interval95=None), *estimates[1:])
     return IdentifiedModel(

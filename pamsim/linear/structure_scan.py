@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pamsim.inference.hannan_quinn import NO_SUPPORT, TIE, hannan_quinn
+from pamsim.linear.continuous_fit import delay_starts
 from pamsim.linear.continuous_structure import HIGHEST_ORDER, MOST_INTEGRATORS, ContinuousStructure
 from pamsim.linear.instrumental_variables import instrumental_variable_starts
 from pamsim.linear.pole_coordinates import pole_coordinates
@@ -31,8 +32,8 @@ class RoughFit:
 
     Attributes:
         structure: which.
-        x: poles and dead time, shape ``(searched,)``.
-        theta: numerator and, of an integrating model with a free start, ``-b0 u0``, shape
+        x: poles and dead times, shape ``(searched,)``.
+        theta: numerators and, of an integrating model with a free start, the bias, shape
             ``(unknowns - searched,)``.
         cost: sum of squares of the residual [output unit^2].
         criterion: of Hannan and Quinn; smaller is better.
@@ -91,6 +92,7 @@ class StructureScan:
             integrators=more.get("integrators", 0),
             dead_time=bool(more.get("dead_time", 0)),
             drift=bool(more.get("drift", 0)),
+            inputs=len(self.records[0].units_input),
         )
         unknowns = structure.unknowns + structure.per_trial * len(self.records)
         if sum(record.output.size for record in self.records) < 3 * unknowns:
@@ -171,7 +173,8 @@ class StructureScan:
         shortest = min(record.sample_time for record in self.records)
         most = 0.25 * min(record.duration for record in self.records)
         delays = [0.5 * shortest, *np.geomspace(1.5 * shortest, most, _DELAYS)]
-        starts = [np.append(fit.x, delay) for delay in delays]
+        late = delay_starts(delays, fit.structure.inputs)
+        starts = [np.append(fit.x, delay) for delay in late]
         return self.fit(
             fit.structure.order,
             fit.structure.zeros,
@@ -210,6 +213,19 @@ class StructureScan:
                 )
         for fit in self._may_be_chosen():
             self._other_drift(fit)
+        for fit in self._may_be_chosen():
+            self._less_of_each_input(fit)
+
+    def _less_of_each_input(self, fit: RoughFit) -> None:
+        """Drop zeros and dead times of single inputs, one at a time, as long as that is better."""
+        better = fit if fit.structure.inputs > 1 else None
+        while better is not None:
+            fit, better = better, None
+            for structure, start in _one_less(fit):
+                self._beside(structure, start)
+                less = self.fits[structure]
+                if less.criterion < (fit if better is None else better).criterion:
+                    better = less
 
     def _may_be_chosen(self) -> list[RoughFit]:
         least = min((fit.criterion for fit in self.fits.values()), default=0.0)
@@ -242,6 +258,20 @@ class StructureScan:
         for fit in dropped:
             del self.fits[fit.structure]
         return kept
+
+
+def _one_less(fit: RoughFit) -> Iterator[tuple[ContinuousStructure, FloatArray]]:
+    """Structures with a zero or a dead time less of one input, and where their search begins."""
+    structure = fit.structure
+    for i, zeros in enumerate(structure.numerator_zeros):
+        if zeros > 0:
+            each = list(structure.numerator_zeros)
+            each[i] = zeros - 1
+            yield replace(structure, zeros=max(each), zeros_each=tuple(each)), fit.x
+    for place, i in enumerate(structure.delayed, start=structure.order):
+        undelayed = tuple(sorted([*structure.undelayed, i]))
+        if len(undelayed) < structure.inputs:
+            yield replace(structure, undelayed=undelayed), np.delete(fit.x, place)
 
 
 def rough_fit(

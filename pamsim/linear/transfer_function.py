@@ -29,11 +29,12 @@ _control: Any = control
 _expm: Any = scipy.linalg.expm
 
 _ROUNDING = 1e-9  # of a period, in a dead time of whole periods; of a pole's size, at the stability
+_one: Any = _control.ss([], [], [], [[1.0]])
 _MOST_DRAWS = 100  # for each plant that is wanted
 
 
 def continuous(model: IdentifiedModel | ArxModel, *, pade_order: int | None = None) -> Any:
-    """Return the continuous transfer function of a fitted model.
+    """Return the continuous transfer function of a fitted model: a row, a column per input.
 
     Args:
         model: a continuous model, or an ARX model whose poles are those of one or two lags.
@@ -59,15 +60,11 @@ def continuous(model: IdentifiedModel | ArxModel, *, pade_order: int | None = No
         for constant in chain.time_constants:
             denominator = np.convolve(denominator, [constant, 1.0])
         return _control.TransferFunction([chain.gain], denominator)
+    if len(model.units_input) > 1:
+        channels = [model.channel(i) for i in range(len(model.units_input))]
+        return _control.combine_tf([[continuous(one, pade_order=pade_order) for one in channels]])
     result = _rational(model)
-    if model.dead_time == 0.0:
-        return result
-    if pade_order is None or pade_order < 1:
-        raise InputError(
-            f"model has a dead time of {model.dead_time:g} s, which no transfer function represents"
-            " exactly; give pade_order >= 1 (3 is usual)"
-        )
-    return result * _control.TransferFunction(*_control.pade(model.dead_time, pade_order))
+    return result if model.dead_time == 0.0 else result * _pade(model.dead_time, pade_order)
 
 
 def discrete(model: IdentifiedModel | ArxModel) -> Any:
@@ -113,11 +110,42 @@ def state_space(model: IdentifiedModel | ArxModel, *, pade_order: int | None = N
     """
     if isinstance(model, ArxModel) or isinstance(model.structure, DiscreteStructure):
         return _control.tf2ss(discrete(model))
-    return _control.tf2ss(continuous(model, pade_order=pade_order))
+    if len(model.units_input) == 1:
+        return _control.tf2ss(continuous(model, pade_order=pade_order))
+    channels = [model.channel(i) for i in range(len(model.units_input))]
+    delays = [one.dead_time for one in channels]
+    if not any(delays):
+        return _common_state_space(model)
+    late = [_control.tf2ss(_pade(delay, pade_order)) if delay else _one for delay in delays]
+    return _common_state_space(model) * _control.append(*late)
+
+
+def _common_state_space(model: IdentifiedModel) -> Any:
+    """A model of several inputs without its dead times: one state per pole, in observer form."""
+    channels = [model.channel(i) for i in range(len(model.units_input))]
+    below = np.array(channels[0].denominator)
+    order = below.size - 1
+    above = np.zeros((len(channels), order + 1))
+    for row, channel in zip(above, channels, strict=True):
+        row[order + 1 - len(channel.numerator) :] = channel.numerator
+    below, above = below / below[0], above / below[0]
+    direct = above[:, :1]
+    a = np.hstack([-below[1:, np.newaxis], np.eye(order, order - 1)]) if order else np.empty((0, 0))
+    b = (above[:, 1:] - direct * below[1:]).T
+    return _control.ss(a, b, np.eye(1, order), direct.T)
+
+
+def _pade(delay: float, pade_order: int | None) -> Any:
+    if pade_order is None or pade_order < 1:
+        raise InputError(
+            f"model has a dead time of {delay:g} s, which no transfer function represents exactly;"
+            " give pade_order >= 1 (3 is usual)"
+        )
+    return _control.TransferFunction(*_control.pade(delay, pade_order))
 
 
 def with_held_input(model: IdentifiedModel, period: float) -> Any:
-    """Return a continuous model as a computer sees it that holds its input from sample to sample.
+    """Return a continuous model as a computer sees it that holds its only input between samples.
 
     The dead time, also of parts of a period, is exact.
 
@@ -129,7 +157,7 @@ def with_held_input(model: IdentifiedModel, period: float) -> Any:
         A discrete ``control.StateSpace`` with ``dt = period``.
 
     Raises:
-        InputError: the model is discrete, or the period is not above 0.
+        InputError: the model is discrete or has several inputs, or the period is not above 0.
 
     Source: Astrom and Wittenmark, Computer-Controlled Systems, 3rd edition, section 2.3.
     """
@@ -234,7 +262,8 @@ def _draws(fit: IdentifiedModel, most: int, rng: np.random.Generator) -> Iterato
     for _ in range(most):
         x = fit.coordinates + spread @ rng.standard_normal(error.size)
         if isinstance(fit.structure, ContinuousStructure) and fit.structure.dead_time:
-            x[fit.structure.order] = max(float(x[fit.structure.order]), 0.0)
+            late = slice(fit.structure.order, fit.structure.searched)
+            x[late] = np.maximum(x[late], 0.0)
         yield replace(fit, coordinates=x)
 
 

@@ -58,7 +58,7 @@ def measured_and_model(result: Mapping[str, Any], curves: Curves) -> Figure:
     """Output and free run of the shown model, and their difference.
 
     Args:
-        result: of schema ``pamsim-identify/3``.
+        result: of schema ``pamsim-identify/4``.
         curves: what to draw.
 
     Returns:
@@ -102,7 +102,7 @@ def scan(result: Mapping[str, Any]) -> Figure:
     """Every structure of the scan by its number of coefficients, the shown model's marked.
 
     Args:
-        result: of schema ``pamsim-identify/3``, with a scan.
+        result: of schema ``pamsim-identify/4``, with a scan.
     """
     structures = result["scan"]["structures"]
     held_out = structures[0]["fit_percent_held_out"] is not None
@@ -119,7 +119,7 @@ def scan(result: Mapping[str, Any]) -> Figure:
             ]
             kind = ("no integrator", "one integrator", "two integrators")[integrators]
             ax.plot(
-                [_coefficients(s) for s in rows],
+                [s["coefficients"] for s in rows],
                 [s[key] for s in rows],
                 marker,
                 color=colour,
@@ -129,7 +129,7 @@ def scan(result: Mapping[str, Any]) -> Figure:
             )
     for s in (s for s in structures if s["shown"]):
         ax.plot(
-            [_coefficients(s)], [s[key]], "o", markersize=13, markerfacecolor="none",
+            [s["coefficients"]], [s[key]], "o", markersize=13, markerfacecolor="none",
             color=VERMILION, markeredgewidth=1.6, label="shown model",
         )  # fmt: skip
     values = np.array([s[key] for s in structures])
@@ -144,7 +144,7 @@ def scan(result: Mapping[str, Any]) -> Figure:
         ax.yaxis.set_major_locator(ticks)
     finish_axes(
         ax,
-        x="poles, zeros, gain, dead time and drift",
+        x="poles, zeros, gains, dead times and drift",
         y="fit where nothing was fitted [%]"
         if held_out
         else f"{'criterion' if likelihood else 'AICc'} above the best",
@@ -155,54 +155,74 @@ def scan(result: Mapping[str, Any]) -> Figure:
 
 
 @styled
-def step_and_poles(result: Mapping[str, Any], curves: Curves) -> Figure:
-    """Step response of the shown model with its 95 % band, and the poles of all models.
+def steps_and_poles(result: Mapping[str, Any], curves: Curves) -> Figure:
+    """Step responses of the shown model with their 95 % bands, and the poles of all models.
 
     Args:
-        result: of schema ``pamsim-identify/3``.
+        result: of schema ``pamsim-identify/4``.
         curves: what to draw.
 
     Returns:
-        Two panels side by side.
+        A panel per input, and one for the poles; two side by side.
     """
-    figure, (left, right) = new_figure(3.2, columns=2)
+    count = len(curves.steps) + 1
+    rows = (count + 1) // 2
+    figure, panels = new_figure(3.2 * rows, rows=rows, columns=2)
     model = _shown(result)
-    gain = model["parameters"]["K"]
-    step = curves.step
-    if step.band is not None:
-        left.fill_between(
-            step.time, *step.band, color=VERMILION, alpha=0.2, linewidth=0, label="95 % band"
+    settles = 0.0 not in (abs(complex(*p)) for p in model["poles_rad_per_s"] if p is not None)
+    for i, (ax, step) in enumerate(zip(panels, curves.steps, strict=False)):
+        gain = _gain(result, i)
+        if step.band is not None:
+            ax.fill_between(
+                step.time, *step.band, color=VERMILION, alpha=0.2, linewidth=0, label="95 % band"
+            )
+        ax.plot(step.time, step.output, color=VERMILION, label=model_title(model["name"]))
+        if settles:
+            ax.axhline(
+                gain["value"], color=MUTED, linewidth=0.8, linestyle=":", label="static gain K"
+            )
+        finish_axes(
+            ax,
+            x="time after a unit step [s]",
+            y=label("response", gain["unit"]),
+            title="step response" + _to_input(result, i),
         )
-    left.plot(step.time, step.output, color=VERMILION, label=model_title(model["name"]))
-    if 0.0 not in (abs(complex(*p)) for p in model["poles_rad_per_s"] if p is not None):
-        left.axhline(
-            gain["value"], color=MUTED, linewidth=0.8, linestyle=":", label="static gain K"
-        )
-    finish_axes(
-        left,
-        x="time after a unit step [s]",
-        y=label("response", gain["unit"]),
-        title="step response",
-    )
-    left.legend(loc="best")
-    _draw_poles(right, result)
+    handles, labels = panels[0].get_legend_handles_labels()
+    figure.legend(handles=handles, labels=labels, loc="outside upper center", ncols=3)
+    _draw_poles(panels[count - 1], result)
+    for ax in panels[count:]:
+        ax.set_visible(False)
     return figure
 
 
+def _gain(result: Mapping[str, Any], given: int) -> Mapping[str, Any]:
+    """Gain of the shown model from an input."""
+    parameters = _shown(result)["parameters"]
+    return parameters["K" if len(result["inputs"]) == 1 else f"K[{given + 1}]"]
+
+
+def _to_input(result: Mapping[str, Any], given: int) -> str:
+    """Which of several inputs, for a title."""
+    if len(result["inputs"]) == 1:
+        return ""
+    return f" to [{given + 1}] {words(result['inputs'][given]['expression'])}"
+
+
 @styled
-def bode(result: Mapping[str, Any], curves: Curves) -> Figure:
+def bode(result: Mapping[str, Any], curves: Curves, given: int = 0) -> Figure:
     """Magnitude and phase of the shown model.
 
     Args:
-        result: of schema ``pamsim-identify/3``.
+        result: of schema ``pamsim-identify/4``.
         curves: what to draw.
+        given: place of the input.
 
     Returns:
         Two panels on one logarithmic axis of frequency in Hz.
     """
     figure, (upper, lower) = new_figure(4.6, rows=2, sharex=True)
     model = _shown(result)
-    response = curves.bode
+    response = curves.bodes[given]
     hertz = response.frequency / (2.0 * np.pi)
     for ax, values, band, scale in (
         (upper, response.magnitude, response.magnitude_band, 1.0),
@@ -227,7 +247,7 @@ def bode(result: Mapping[str, Any], curves: Curves) -> Figure:
                 label="corner frequency" if number == 0 else None,
             )
     upper.set_yscale("log")
-    finish_axes(upper, y=label("magnitude", model["parameters"]["K"]["unit"]), zero=False)
+    finish_axes(upper, y=label("magnitude", _gain(result, given)["unit"]), zero=False)
     finish_axes(lower, x="frequency [Hz]", y="phase [deg]", zero=False)
     span = DEG_PER_RAD * float(np.ptp(response.phase))
     if span < 720.0:
@@ -235,11 +255,6 @@ def bode(result: Mapping[str, Any], curves: Curves) -> Figure:
     lower.set_xlim(hertz[0], min(hertz[-1], nyquist))
     upper.legend(loc="lower left")
     return figure
-
-
-def _coefficients(structure: Mapping[str, Any]) -> int:
-    counted = ("poles", "zeros", "integrators", "dead_time", "drift")
-    return 1 + sum(int(structure[name]) for name in counted)
 
 
 def _shown(result: Mapping[str, Any]) -> Mapping[str, Any]:

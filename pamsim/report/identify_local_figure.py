@@ -22,7 +22,7 @@ def local_map(result: Mapping[str, Any]) -> Figure:
     """One panel per parameter against the pressure level, with 95 % intervals.
 
     Args:
-        result: of schema ``pamsim-identify/2`` with ``local``.
+        result: of schema ``pamsim-identify/4`` with ``local``.
 
     Returns:
         The figure; marker by direction of the step, colour by load.

@@ -10,13 +10,14 @@ from matplotlib.figure import Figure
 
 from pamsim.identification.curves import Curves
 from pamsim.identification.result import SCHEMA, Identification
+from pamsim.identification.summary import inputs_in_words
 from pamsim.report.identify_figures import (
     bode,
     drawn_trials,
     measured_and_model,
     model_title,
     scan,
-    step_and_poles,
+    steps_and_poles,
 )
 from pamsim.report.identify_local_figure import local_map
 from pamsim.report.numbers import significant
@@ -44,7 +45,7 @@ def page_of(result: Mapping[str, Any], curves: Curves, out: Path) -> list[Path]:
     """Write page and figures.
 
     Args:
-        result: of schema ``pamsim-identify/3``.
+        result: of schema ``pamsim-identify/4``.
         curves: what the figures draw.
         out: as in `write_identification`.
     """
@@ -57,6 +58,7 @@ def page_of(result: Mapping[str, Any], curves: Curves, out: Path) -> list[Path]:
         lambda: _figures(result, curves),
         schema=SCHEMA,
         title=model_title,
+        inputs=inputs_in_words(result),
         poles=pole_texts,
         best=models.get(result["best"]),
         scores={score["name"]: score for score in (*shown["trials"], *shown["held_out"])},
@@ -85,9 +87,11 @@ def pole_texts(poles: Sequence[Sequence[float] | None]) -> list[str]:
 def _figures(result: Mapping[str, Any], curves: Curves) -> dict[str, Figure]:
     figures = {
         "fit": measured_and_model(result, curves),
-        "step": step_and_poles(result, curves),
-        "bode": bode(result, curves),
+        "step": steps_and_poles(result, curves),
     }
+    several = len(curves.bodes) > 1
+    for i in range(len(curves.bodes)):
+        figures[f"bode_{i + 1}" if several else "bode"] = bode(result, curves, i)
     if result["scan"] is not None:
         figures["scan"] = scan(result)
     if result["local"] is not None:

@@ -106,7 +106,7 @@ def test_a_planted_plant_is_found_and_recommended(monkeypatch, capsys, recording
     )
     assert (code, err) == (0, "")
     result = json.loads((tmp_path / "result.json").read_text())
-    assert result["schema"] == "pamsim-identify/3"
+    assert result["schema"] == "pamsim-identify/4"
     assert result["recommended"] == "second_order"
     assert "held-out" in result["reason"]
     assert [t["role"] for t in result["trials"]] == ["fitted", "held_out"]

@@ -106,7 +106,7 @@ def test_its_recording_is_identified_without_naming_columns(folder, tmp_path):
     noise = np.random.default_rng(2).normal(0.0, 1e-5, rising.positions.shape)
     dataclasses.replace(rising, positions=rising.positions + noise).save(tmp_path / "log", folder)
     found = pamsim.identify(tmp_path / "log")
-    assert (found.input.text, found.output.text) == ("lifter_set_kpa", "rail_mm")
+    assert (found.inputs[0].text, found.output.text) == ("lifter_set_kpa", "rail_mm")
 
 
 def test_a_step_too_coarse_for_a_rig_is_refined_and_not_the_end(folder, tmp_path):

@@ -27,7 +27,7 @@ def plant(constants, seed, noise=0.05, n=600):
         y = lfilter([0.0, 1.0 - pole], [1.0, -pole], y)
     coloured = lfilter([np.sqrt(1 - 0.8**2)], [1.0, -0.8], draw.normal(size=n + 100))[100:]
     return SignalRecord(
-        name=f"trial {seed}", time=np.arange(n) * TS, input=u, output=y[::10] + noise * coloured
+        name=f"trial {seed}", time=np.arange(n) * TS, inputs=u, output=y[::10] + noise * coloured
     )
 
 

@@ -46,7 +46,7 @@ def staircase(gain, seed, hold=2.5, load=1.0, protocol="staircase", constant=0.3
     )
     table = table_of(trial)
     into = signal("p1_set_kpa-p2_set_kpa", [table])
-    return used_trial(table, into, signal("angle_deg", [table]))[0]
+    return used_trial(table, [into], signal("angle_deg", [table]))[0]
 
 
 def first_order(trials):

@@ -90,7 +90,7 @@ def test_the_summary_names_every_model_and_the_recommended_one(result):
 def test_save_writes_the_result_and_every_curve(result, tmp_path):
     files = result.save(tmp_path / "new")
     assert [path.name for path in files] == ["identify.json", "curves.csv"]
-    assert json.loads(files[0].read_text())["schema"] == "pamsim-identify/3"
+    assert json.loads(files[0].read_text())["schema"] == "pamsim-identify/4"
     rows = files[1].read_text().splitlines()
     assert rows[0] == "trial,time_s,input_kpa,output_deg,model_deg"
     assert {row.split(",")[0] for row in rows[1:]} == {"telegraph_1", "telegraph_2"}

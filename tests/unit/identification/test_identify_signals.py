@@ -44,7 +44,7 @@ def trial(kind="pressure_set", command=None, **changes):
 def record(given, text=None, output="angle_deg"):
     table = table_of(given)
     into = signal(text or default_input([table]), [table])
-    trial_used, note = used_trial(table, into, signal(output, [table]))
+    trial_used, note = used_trial(table, [into], signal(output, [table]))
     return trial_used.record, note
 
 
@@ -57,7 +57,7 @@ def test_the_default_is_the_difference_of_what_was_commanded():
 def test_values_are_si_and_units_are_those_of_the_columns():
     used, note = record(trial())
     assert note == ""
-    assert (used.unit_input, used.unit_output, used.hold) == ("Pa", "rad", "zoh")
+    assert (used.units_input, used.unit_output, used.holds) == (("Pa",), "rad", ("zoh",))
     assert (used.input[0], used.input[-1]) == (0.0, 2e5)
     np.testing.assert_allclose(used.output, np.sin(TIME))
     table = table_of(trial())
@@ -73,7 +73,7 @@ def test_a_sum_and_a_leading_minus_are_read():
 
 def test_a_measured_input_runs_straight_between_samples():
     used, _ = record(trial(), "p1_kpa-p2_kpa")
-    assert used.hold == "foh"
+    assert used.holds == ("foh",)
     assert used.time.size == N
 
 

@@ -41,10 +41,10 @@ def table(header, clock=None, *, mark=",", point="."):
 def record(path, *, given=None, explained=None, **clock):
     """The only trial's signals, and the notes."""
     data = load_data(path, **clock)
-    given, explained, note = chosen_signals(data.tables, given, explained)
+    inputs, explained, note = chosen_signals(data.tables, [given] if given else [], explained)
     (only,) = data.tables
-    into, out = signal(given, data.tables), signal(explained, data.tables)
-    return used_trial(only, into, out)[0].record, (*data.notes, note)
+    into, out = signal(inputs[0], data.tables), signal(explained, data.tables)
+    return used_trial(only, [into], out)[0].record, (*data.notes, note)
 
 
 K = np.arange(N)
@@ -115,7 +115,7 @@ def test_every_dialect_gives_the_same_signals(name, tmp_path):
     assert found.sample_time == pytest.approx(2.0, rel=1e-9)
     np.testing.assert_array_equal(found.input, INPUT)
     np.testing.assert_array_equal(found.output, OUTPUT)
-    assert found.hold == "zoh"
+    assert found.holds == ("zoh",)
     assert bool(notes[-1]) == (len({"given", "explained"} & set(how)) < 2)
 
 
@@ -224,9 +224,9 @@ def test_few_values_are_held_unless_it_is_stated(shape, tmp_path):
     path = tmp_path / "log.csv"
     rows = zip(K.tolist(), values.tolist(), OUTPUT.tolist(), strict=True)
     path.write_text("t,u,y\n" + "".join(f"{t},{u!r},{y!r}\n" for t, u, y in rows))
-    assert record(path)[0].hold == ("zoh" if is_held else "foh")
+    assert record(path)[0].holds == (("zoh" if is_held else "foh"),)
     for hold in ("zoh", "foh"):
-        assert record(path, hold=hold)[0].hold == hold
+        assert record(path, hold=hold)[0].holds == (hold,)
 
 
 @pytest.mark.parametrize("share", [0.3, 0.5, 0.01])

@@ -62,4 +62,4 @@ def record(
     fine = 20 if delay else 1
     y = sampled(above, below, u, interval, delay, fine)
     y = offset + y + noise * coloured(rng, n, phi)
-    return SignalRecord(f"trial {seed}", interval * np.arange(n), u, y, "Pa", "rad")
+    return SignalRecord(f"trial {seed}", interval * np.arange(n), u, y, ("Pa",), "rad")

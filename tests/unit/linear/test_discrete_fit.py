@@ -26,7 +26,7 @@ def discrete(seed, a, b, nk, *, noise=0.0, through_a=False, offset=1.5, n=500):
     white = noise * rng.standard_normal(n)
     y = lfilter([0.0] * nk + list(b), [1.0, *a], u)
     y = y + (lfilter([1.0], [1.0, *a], white) if through_a else white) + offset
-    return SignalRecord(f"d{seed}", TS * np.arange(n), u, y, "Pa", "rad")
+    return SignalRecord(f"d{seed}", TS * np.arange(n), u, y, ("Pa",), "rad")
 
 
 @pytest.mark.parametrize("fit", ["arx", "oe"])

@@ -23,27 +23,39 @@ def test_interval_and_duration() -> None:
     ("changes", "word"),
     [
         ({"output": Y[:-1]}, "50 samples but response has 49"),
-        ({"input": np.append(U[:-1], np.nan)}, "not finite"),
-        ({"input": np.full(50, 3.0)}, "input is constant"),
+        ({"inputs": np.append(U[:-1], np.nan)}, "not finite"),
+        ({"inputs": np.full(50, 3.0)}, "input is constant"),
         ({"output": np.full(50, 3.0)}, "response is constant"),
         ({"time": T**2}, "not uniform"),
         ({"time": T[::-1]}, "does not increase"),
-        ({"hold": "cubic"}, "hold 'cubic'"),
-        ({"time": T[:8], "input": U[:8], "output": Y[:8]}, "too short"),
+        ({"holds": ("cubic",)}, "hold 'cubic'"),
+        ({"holds": ("zoh", "zoh")}, "2 entries for 1 inputs"),
+        ({"inputs": np.full((50, 2), 3.0)}, "input is constant"),
+        ({"time": T[:8], "inputs": U[:8], "output": Y[:8]}, "too short"),
     ],
 )
 def test_bad_records_are_refused_by_name(changes: dict[str, object], word: str) -> None:
     with pytest.raises(InputError, match=word) as caught:
-        SignalRecord(**{"name": "arm_3", "time": T, "input": U, "output": Y, **changes})
+        SignalRecord(**{"name": "arm_3", "time": T, "inputs": U, "output": Y, **changes})
     assert "arm_3" in str(caught.value)
 
 
 def test_records_of_one_identification_fit_together() -> None:
-    a, b = SignalRecord("a", T, U, Y, "Pa", "rad"), SignalRecord("b", T, U, Y, "kPa", "rad")
+    a, b = (SignalRecord(n, T, U, Y, (unit,), "rad") for n, unit in (("a", "Pa"), ("b", "kPa")))
     with pytest.raises(InputError, match="at least one"):
         checked_records([])
     with pytest.raises(InputError, match="twice"):
         checked_records([a, a])
     with pytest.raises(InputError, match="convert"):
         checked_records([a, b])
+    with pytest.raises(InputError, match="has 2 inputs but a 1"):
+        checked_records([a, SignalRecord("c", T, np.column_stack([U, Y]), Y, ("Pa",), "rad")])
     assert checked_records([a]) == (a,)
+
+
+def test_several_inputs_share_what_is_given_once_and_none_is_taken_for_the_only_one() -> None:
+    both = SignalRecord("a", T, np.column_stack([U, np.full(50, 3.0)]), Y, ("Pa",), holds=("foh",))
+    assert (both.units_input, both.holds) == (("Pa", "Pa"), ("foh", "foh"))
+    with pytest.raises(InputError, match="has 2 inputs where one is expected"):
+        _ = both.input
+    np.testing.assert_array_equal(SignalRecord("b", T, U, Y).input, U)

@@ -32,7 +32,7 @@ def planted(numerator, denominator, seed, *, noise=0.0, drift=0.0, bias=0.0):
     time = TS * np.arange(N)
     return SignalRecord(
         f"trial {seed}", time, given[100:], output[100:] + 0.7 + drift * time,
-        unit_input="V", unit_output="m",
+        units_input=("V",), unit_output="m",
     )  # fmt: skip
 
 

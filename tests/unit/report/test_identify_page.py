@@ -18,7 +18,7 @@ from pamsim.report.identify_figures import (
     measured_and_model,
     model_title,
     scan,
-    step_and_poles,
+    steps_and_poles,
 )
 from pamsim.report.identify_local_figure import local_map
 from pamsim.report.identify_page import page_of, pole_texts
@@ -73,10 +73,10 @@ def local(levels):
 def result():
     names = ("step_1", "step_2")
     return {
-        "schema": "pamsim-identify/3",
+        "schema": "pamsim-identify/4",
         "data": "data/<folder>",
         "rig": "mas20_arm",
-        "input": {"expression": "p1_kpa", "unit": "kPa"},
+        "inputs": [{"expression": "p1_kpa", "unit": "kPa"}],
         "output": {"expression": "angle_deg", "unit": "deg"},
         "trials": [
             {"name": name, "role": role, "load_kg": 1.0, "samples": 50, "duration_s": 1.0}
@@ -109,12 +109,17 @@ def curves():
     return Curves(
         trials=tuple(
             TrialCurve(
-                name=name, held_out=held_out, time=time, input=time, output=time, model=time**2
+                name=name,
+                held_out=held_out,
+                time=time,
+                inputs=time[:, np.newaxis],
+                output=time,
+                model=time**2,
             )
             for name, held_out in (("step_1", False), ("step_2", True))
         ),
-        step=StepResponse(k, 1.0 / k, band),
-        bode=FrequencyResponse(k, 1.0 / k, -np.pi / 20.0 * k, band, None),
+        steps=(StepResponse(k, 1.0 / k, band),),
+        bodes=(FrequencyResponse(k, 1.0 / k, -np.pi / 20.0 * k, band, None),),
         nyquist=31.4,
     )
 
@@ -158,6 +163,7 @@ def structure(
         "fit_percent": 90.0,
         "fit_percent_held_out": held_out,
         "drift": drift,
+        "coefficients": 1 + poles + zeros + integrators + dead_time + drift,
         "aicc_above_best": 4.0 - poles if judged_by == AICC else None,
         "hannan_quinn_above_best": 4.0 - poles if judged_by == LIKELIHOOD else None,
     }
@@ -199,7 +205,7 @@ def test_every_structure_of_a_scan_is_drawn_once(result, curves, tmp_path, judge
 
 
 def test_another_schema_and_a_bad_place_are_refused(result, curves, tmp_path):
-    with pytest.raises(InputError, match="reads 'pamsim-identify/3'"):
+    with pytest.raises(InputError, match="reads 'pamsim-identify/4'"):
         page_of({**result, "schema": "x"}, curves, tmp_path)
     (tmp_path / "file").write_text("")
     with pytest.raises(InputError, match="is a file; name a folder"):
@@ -235,7 +241,7 @@ def test_held_out_trials_are_drawn_first_and_a_single_trial_is_stacked(result, c
 
 
 def test_every_pole_has_its_marker_and_axes_have_units(result, curves):
-    left, right = step_and_poles(result, curves).axes
+    left, right = steps_and_poles(result, curves).axes
     assert left.get_ylabel() == "response [deg/kPa]"
     assert sum(len(line.get_xdata()) for line in right.lines) == 4
     upper, lower = bode(result, curves).axes
