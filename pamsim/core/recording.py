@@ -248,7 +248,7 @@ class Recording:
 
 
 def write_recording(
-    folder: Path,
+    folder: str | os.PathLike[str],
     rig: str,
     trials: Mapping[str, Recording],
     protocols: Mapping[str, str] | None = None,
@@ -270,6 +270,7 @@ def write_recording(
     Raises:
         InputError: if the folder cannot be written.
     """
+    folder = Path(folder)
     index = folder / "recording.toml"
     lines = [f'schema = "{SCHEMA}"', f"rig = {_quoted(_reference(folder, rig))}"]
     written = [index]

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import itertools
+import os
 from dataclasses import dataclass, replace
 
 import mujoco
@@ -19,7 +20,7 @@ from pamsim.engine.contacts import may_collide
 from pamsim.engine.delayed_command import arriving_commands
 from pamsim.engine.engine_warnings import engine_warnings_held
 from pamsim.engine.external import External, act, as_driven, check_range, effort, external
-from pamsim.engine.rig import Rig
+from pamsim.engine.rig import Rig, load_rig
 from pamsim.engine.sampling import (
     Plan,
     each_step_command,
@@ -63,7 +64,7 @@ class Run:
 
 
 def simulate(
-    rig: Rig,
+    rig: Rig | str | os.PathLike[str],
     experiment: Experiment,
     *,
     timestep: float | None = None,
@@ -81,7 +82,7 @@ def simulate(
     as commanded.
 
     Args:
-        rig: see `pamsim.load_rig`.
+        rig: as `pamsim.load_rig` returns it, or a name or path that it takes.
         experiment: what to do. Its sampling period must be a whole number of time steps.
         timestep: [s]; the rig's own if left out.
         integrator: MJCF name such as ``implicitfast``; the rig's own if left out.
@@ -104,6 +105,7 @@ def simulate(
         InvariantError: while `pamsim.checks` is on, if the run reaches a state that cannot be, or
             breaks down.
     """
+    rig = rig if isinstance(rig, Rig) else load_rig(rig)
     if from_state is not None and any(_delays(rig)):
         raise InputError(
             "a run with valve.delay cannot be continued: its state does not hold the commands"

@@ -187,6 +187,6 @@ def _require_independent(records: Sequence[SignalRecord], inputs: Sequence[Signa
         if np.linalg.norm(left) <= _SAME * np.linalg.norm(column):
             raise InputError(
                 f"input {into.text!r} follows from {', '.join(i.text for i in inputs[:place])}:"
-                " their effects cannot be told apart; omit one of them"
+                " their effects cannot be distinguished; omit one of them"
             )
         known = np.column_stack([known, left / np.linalg.norm(left)])

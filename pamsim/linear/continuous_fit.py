@@ -176,7 +176,7 @@ def _starts(structure: ContinuousStructure, records: Sequence[SignalRecord]) -> 
 
 
 def delay_starts(delays: Sequence[float], count: int) -> list[FloatArray]:
-    """Return dead times to start a search from: all alike, and one longer than the others.
+    """Return dead times to start a search from: all equal, and one longer than the others.
 
     Args:
         delays: to try, the shortest first [s].
@@ -185,10 +185,10 @@ def delay_starts(delays: Sequence[float], count: int) -> list[FloatArray]:
     Returns:
         Each of shape ``(count,)`` [s].
     """
-    alike = [np.full(count, delay) for delay in delays]
+    equal = [np.full(count, delay) for delay in delays]
     if count < 2:
-        return alike
-    return alike + [
+        return equal
+    return equal + [
         np.where(np.arange(count) == i, delay, delays[0])
         for i in range(count)
         for delay in delays[1:]
