@@ -291,6 +291,8 @@ def _compiled(file: RigFile, *, scene: bool = False) -> Rig:
         for name in file.tendons
     }
     path = file.scene if scene and file.scene else file.mjcf
+    for text in {path, file.mjcf}:
+        _require_utf8(text)
     try:
         spec = mujoco.MjSpec.from_file(str(path))
     except ValueError as error:
@@ -324,6 +326,21 @@ def _compiled(file: RigFile, *, scene: bool = False) -> Rig:
     except InputError as error:
         raise InputError(f"{file.folder / 'params.toml'}: {error}") from None
     return rig
+
+
+def _require_utf8(mjcf: Path) -> None:
+    """Refuse other encodings, which MuJoCo reads: their names cannot be read back.
+
+    Raises:
+        InputError: if a line is not UTF-8.
+    """
+    for number, line in enumerate(mjcf.read_bytes().splitlines(), start=1):
+        try:
+            line.decode("utf-8")
+        except UnicodeDecodeError:
+            raise InputError(
+                f"{mjcf}: line {number} is not UTF-8; save the file in UTF-8"
+            ) from None
 
 
 def _put_rod(spec: mujoco.MjSpec, joint: str, where: Path) -> None:

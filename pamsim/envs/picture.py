@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from pamsim.core.errors import InputError
 from pamsim.engine.rig import load_rig
 from pamsim.envs.rigs import Rigs
-from pamsim.scene.picture import open_renderer, render_arm
+from pamsim.scene.picture import open_renderer, render_arm, show_whole
 from pamsim.scene.pose import muscle_lengths, pose
 
 MODES = (None, "rgb_array", "human")
@@ -28,7 +28,9 @@ def check_mode(mode: str | None) -> None:
 
 
 class RigPicture:
-    """Draws the first of an environment's rigs; OpenGL starts with the first picture.
+    """Draws the first of an environment's rigs, quickly: without shadows and fine parts.
+
+    OpenGL starts with the first picture.
 
     Args:
         rigs: of the environment.
@@ -61,7 +63,9 @@ class RigPicture:
         if self._mode == "human":
             self._shown.show(model, data, pressures=pressures, lengths=lengths)
             return None
-        return render_arm(model, data, pressures=pressures, lengths=lengths, renderer=self._shown)
+        return render_arm(
+            model, data, pressures=pressures, lengths=lengths, renderer=self._shown, fine=False
+        )
 
     def close(self) -> None:
         """Close renderer or window."""
@@ -76,4 +80,5 @@ class RigPicture:
 
             return ArmViewer(self._model)
         width, height = self._size
-        return open_renderer(self._model, width=width, height=height)
+        show_whole(self._model, width=width, height=height)
+        return open_renderer(self._model, width=width, height=height, quick=True)

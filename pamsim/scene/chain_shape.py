@@ -79,7 +79,7 @@ class _Strand:
 
 
 def chain_solids(
-    model: mujoco.MjModel, data: mujoco.MjData, lengths: Sequence[float]
+    model: mujoco.MjModel, data: mujoco.MjData, lengths: Sequence[float], *, fine: bool = True
 ) -> list[Solid]:
     """Lay the chain along both strands, turned by the shaft's angle, with a tooth in every gap.
 
@@ -87,6 +87,7 @@ def chain_solids(
         model: a compiled rig with the sites the MJCF names.
         data: state after ``mj_forward``.
         lengths: (2,) active lengths of muscles 1 and 2 [m].
+        fine: whether the links have rollers and round ends.
 
     Raises:
         EngineError: the model has no such object, or the sprocket's radius cannot be drawn.
@@ -115,10 +116,11 @@ def chain_solids(
         )
         solids.append(rod(hub, tip, 0.0017, STEEL, kind="capsule", gloss=0.8))
     for pin in (ends[0], *pins, ends[1]):
-        solids.append(_upright(pin, up, _ROLLER, 0.0029, STEEL))
+        if fine:
+            solids.append(_upright(pin, up, _ROLLER, 0.0029, STEEL))
         solids.append(_upright(pin, up, _PIN, 0.0062, STEEL))
     for k, (a, b) in enumerate(pairwise((ends[0], *pins, ends[1])), start=first):
-        solids += _link(a, b, up, _INNER if k % 2 else _OUTER)
+        solids += _link(a, b, up, _INNER if k % 2 else _OUTER, round_ends=fine)
     for end in ends:
         along = strand_1.axes[:, 0]
         solids += [
@@ -129,8 +131,8 @@ def chain_solids(
     return solids
 
 
-def _link(a: Vector, b: Vector, up: Vector, height: float) -> list[Solid]:
-    """Join two pins by a plate with round ends above the chain's plane and one below."""
+def _link(a: Vector, b: Vector, up: Vector, height: float, *, round_ends: bool) -> list[Solid]:
+    """Join two pins by a plate above the chain's plane and one below."""
     reach = float(np.linalg.norm(b - a))
     if reach < 1e-6:  # the last pin may coincide with the end of the chain
         return []
@@ -138,7 +140,8 @@ def _link(a: Vector, b: Vector, up: Vector, height: float) -> list[Solid]:
     for shift in (-height * up, height * up):
         size = (reach / 2.0, 0.77 * _LINK, _THIN)
         solids.append(_box((a + b) / 2.0 + shift, (b - a) / reach, up, size, _PLATE))
-        solids += [_upright(end + shift, up, _LINK, _THIN, _PLATE) for end in (a, b)]
+        if round_ends:
+            solids += [_upright(end + shift, up, _LINK, _THIN, _PLATE) for end in (a, b)]
     return solids
 
 

@@ -96,7 +96,13 @@ def outer_radius(length: float) -> float:
 
 
 def muscle_solids(
-    anchor: Vector, axis: Vector, length: float, pressure: float, colour: Rgb
+    anchor: Vector,
+    axis: Vector,
+    length: float,
+    pressure: float,
+    colour: Rgb,
+    *,
+    braid: bool = True,
 ) -> list[Solid]:
     """Build one muscle with its two end fittings.
 
@@ -107,6 +113,7 @@ def muscle_solids(
         pressure: gauge pressure, which sets how much of its colour the tube has [Pa]; grey if NaN,
             not known.
         colour: of the muscle, as of its curves, 0 to 1 each.
+        braid: whether to draw its fibres.
 
     Returns:
         Solids in world coordinates; the chain begins at anchor + (length + MOVING_REACH) * axis.
@@ -135,7 +142,8 @@ def muscle_solids(
             )
             for at in (shoulder, length - shoulder)
         ]
-    solids += _braid(anchor, frame, length, radius, fibre)
+    if braid:
+        solids += _braid(anchor, frame, length, radius, fibre)
     tip = anchor + length * axis
     for start, end, size, metal in _FITTING:
         for foot, outward in ((anchor, -axis), (tip, axis)):

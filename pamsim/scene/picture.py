@@ -39,6 +39,10 @@ _IRON: Rgba = (0.27, 0.27, 0.28, 1.0)
 _USUAL_LOAD = 2.14  # of the MAS-20 arm in its pictures [kg]
 _IRON_DENSITY = 7300.0
 """Of the load discs, cast iron [kg/m^3]."""
+_COMPOSED_FOR = 1.6
+"""Width over height of the pictures that the scenes' cameras are placed for."""
+_QUICK_SLICES = 20
+"""Sides of a cylinder in a quick picture."""
 _NO_GL = (
     "cannot draw without a screen: set MUJOCO_GL=egl before Python starts and install libegl1 and"
     " libgl1-mesa-dri (software OpenGL)"
@@ -75,6 +79,7 @@ def picture_rest(
     rest.completed()
     model = loaded.model_for(load=load)
     require_camera(model, camera)
+    show_whole(model, width=size[0], height=size[1])
     data = mujoco.MjData(model)
     pose(model, data, loaded.position_addresses, rest.positions[-1].tolist())
     image = render_arm(
@@ -110,6 +115,7 @@ def render_arm(
     height: int = 1000,
     camera: str = "overview",
     renderer: mujoco.Renderer | None = None,
+    fine: bool = True,
 ) -> npt.NDArray[np.uint8]:
     """Draw the arm at the state in ``data``.
 
@@ -123,6 +129,7 @@ def render_arm(
         height: picture height [px].
         camera: name of a camera in the model.
         renderer: one from ``open_renderer`` to use again, for videos; its own size then counts.
+        fine: whether to draw the fibres of the muscles, and rollers and round plates of a chain.
 
     Returns:
         (height, width, 3) picture, red, green, blue from 0 to 255.
@@ -136,23 +143,48 @@ def render_arm(
         renderer = open_renderer(model, width=width, height=height)
         try:
             return render_arm(
-                model, data, pressures=pressures, lengths=lengths, camera=camera, renderer=renderer
+                model,
+                data,
+                pressures=pressures,
+                lengths=lengths,
+                camera=camera,
+                renderer=renderer,
+                fine=fine,
             )
         finally:
             renderer.close()
     object_id(model, mujoco.mjtObj.mjOBJ_CAMERA, camera)
     renderer.update_scene(data, camera=camera)
-    decorate(renderer.scene, model, data, pressures=pressures, lengths=lengths)
+    decorate(renderer.scene, model, data, pressures=pressures, lengths=lengths, fine=fine)
     return renderer.render()
 
 
-def open_renderer(model: mujoco.MjModel, *, width: int, height: int) -> mujoco.Renderer:
+def show_whole(model: mujoco.MjModel, *, width: int, height: int) -> None:
+    """Widen a model's cameras so that a narrow picture is not cut at its sides.
+
+    A camera's angle is that of the picture's height; the scenes are composed for 16:10.
+
+    Args:
+        model: of the caller's own; its cameras are changed.
+        width: picture width [px].
+        height: picture height [px].
+    """
+    narrower = max(_COMPOSED_FOR * height / width, 1.0)
+    half = np.radians(model.cam_fovy) / 2.0
+    model.cam_fovy = np.degrees(2.0 * np.arctan(narrower * np.tan(half)))
+
+
+def open_renderer(
+    model: mujoco.MjModel, *, width: int, height: int, quick: bool = False
+) -> mujoco.Renderer:
     """Start off-screen drawing; the caller closes it.
 
     Args:
         model: the model to draw.
         width: picture width [px].
         height: picture height [px].
+        quick: leave out shadows and smoothing, which take most of the time of a frame where no
+            graphics card draws it.
 
     Returns:
         A renderer large enough for the picture, whatever buffer size the model asks for.
@@ -161,11 +193,16 @@ def open_renderer(model: mujoco.MjModel, *, width: int, height: int) -> mujoco.R
         EngineError: OpenGL cannot start.
     """
     _draw_without_screen()
-    view = model.vis.global_
+    view, quality = model.vis.global_, model.vis.quality
     asked = view.offwidth, view.offheight
+    finest = quality.offsamples, quality.numslices
     view.offwidth, view.offheight = max(width, asked[0]), max(height, asked[1])
+    if quick:
+        quality.offsamples, quality.numslices = 0, min(_QUICK_SLICES, finest[1])
     try:
-        return mujoco.Renderer(model, height=height, width=width)
+        renderer = mujoco.Renderer(model, height=height, width=width)
+        renderer.scene.flags[mujoco.mjtRndFlag.mjRND_SHADOW] = not quick
+        return renderer
     except (
         Exception
     ) as error:  # each OpenGL backend fails in its own way, ImportError to FatalError
@@ -174,6 +211,7 @@ def open_renderer(model: mujoco.MjModel, *, width: int, height: int) -> mujoco.R
         ) from error
     finally:
         view.offwidth, view.offheight = asked
+        quality.offsamples, quality.numslices = finest
 
 
 def has_screen() -> bool:
@@ -182,11 +220,13 @@ def has_screen() -> bool:
 
 
 def _draw_without_screen() -> None:
-    """Have MuJoCo draw by EGL where there is no screen and ``MUJOCO_GL`` does not choose.
+    """Have MuJoCo draw by EGL where ``MUJOCO_GL`` asks for it, or nothing and there is no screen.
 
-    MuJoCo chooses when it is imported, for a screen. If EGL is not there, its error is shown.
+    MuJoCo chooses when it is imported: for a screen, whatever ``MUJOCO_GL`` is set to later. If EGL
+    is not there, its error is shown.
     """
-    if has_screen() or os.environ.get("MUJOCO_GL"):
+    chosen = os.environ.get("MUJOCO_GL", "")
+    if chosen != "egl" and (chosen or has_screen()):
         return
     os.environ.setdefault("PYOPENGL_PLATFORM", "egl")
     try:
@@ -203,6 +243,7 @@ def decorate(
     *,
     pressures: Sequence[float],
     lengths: Sequence[float],
+    fine: bool = True,
 ) -> None:
     """Add muscles, chain, teeth and load discs to a scene, such as that of a renderer.
 
@@ -212,6 +253,7 @@ def decorate(
         data: state after ``mj_forward``.
         pressures: (m,) gauge pressures [Pa].
         lengths: (m,) active lengths [m].
+        fine: whether to draw the fibres of the muscles, and rollers and round plates of a chain.
 
     Raises:
         EngineError: the model has a chain's parts only in part, or the scene is full.
@@ -226,9 +268,9 @@ def decorate(
         if has_site(model, f"muscle_{number}_anchor"):
             anchor, frame = site_pose(model, data, f"muscle_{number}_anchor")
             colour = series_rgb(number - 1)
-            solids += muscle_solids(anchor, frame[:, 2], length, pressure, colour)
+            solids += muscle_solids(anchor, frame[:, 2], length, pressure, colour, braid=fine)
     if has_site(model, "sprocket"):
-        solids += chain_solids(model, data, lengths)
+        solids += chain_solids(model, data, lengths, fine=fine)
     if has_site(model, "load_seat"):
         solids += _load_solids(scene, model, data)
     for solid in solids:

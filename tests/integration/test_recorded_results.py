@@ -175,6 +175,13 @@ def test_environments_are_as_fast_as_is_promised():
         assert row["ratio"] >= (1.0 if row["arms"] == 1 else 4.0), row
 
 
+def test_frames_are_as_quick_as_is_promised():
+    ratios = [row["ratio"] for row in recorded("benchmarks/results/frames.json")["rows"]]
+    assert max(ratios) < 3.0
+    text = (ROOT / "docs" / "control.md").read_text(encoding="utf-8")
+    assert f"take {min(ratios):.1f} to {max(ratios):.1f} times the processor time" in text
+
+
 def test_the_repaired_rig_s_table_is_that_of_its_result():
     result = recorded("results/repaired_rig_control.json")
     got = {(r["designed_on"], r["task"], r["controller"]): r for r in result["rows"]}

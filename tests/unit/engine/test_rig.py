@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import math
+import shutil
 
 import mujoco
 import numpy as np
@@ -15,6 +16,7 @@ from pamsim.core.errors import InputError, ParameterError
 from pamsim.engine.native import set_native
 from pamsim.engine.rig_parameter import rig_parameter
 from pamsim.engine.simulate import whole_steps
+from pamsim.store.rig_file import shipped_rigs
 
 
 @pytest.fixture(scope="module")
@@ -155,3 +157,13 @@ def test_a_sampling_period_must_be_whole_steps():
     for period in (0.0021, 0.0004):
         with pytest.raises(InputError, match="whole number"):
             whole_steps(period, 0.0005)
+
+
+def test_an_mjcf_in_another_encoding_is_refused_with_its_line(tmp_path):
+    shutil.copytree(shipped_rigs() / "mas20_arm", tmp_path / "rig")
+    mjcf = tmp_path / "rig" / "mas20_arm.xml"
+    text = mjcf.read_bytes().replace(b'name="shaft"', b'name="sh\xedft"', 1)
+    mjcf.write_bytes(text)
+    line = text[: text.index(b"\xed")].count(b"\n") + 1
+    with pytest.raises(InputError, match=rf"mas20_arm\.xml: line {line} is not UTF-8; save"):
+        pamsim.load_rig(tmp_path / "rig")

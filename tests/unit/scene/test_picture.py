@@ -25,7 +25,7 @@ from pamsim.scene.muscle_shape import (
     muscle_solids,
     outer_radius,
 )
-from pamsim.scene.picture import decorate, open_renderer, render_arm
+from pamsim.scene.picture import decorate, open_renderer, render_arm, show_whole
 from pamsim.scene.pose import muscle_lengths, pose
 from tests.unit.scene.films import nearest_series
 
@@ -272,6 +272,28 @@ def test_load_is_drawn_by_its_weight(model: mujoco.MjModel, load: float, discs: 
     assert len(wide) == discs
     iron = 7300.0 * math.pi * radius**2 * sum(2.0 * g.size[2] for g in wide)
     assert iron == pytest.approx(load, rel=0.1)  # short by the gaps between the discs
+
+
+@pytest.mark.parametrize(("width", "height"), [(1600, 1000), (480, 480), (300, 900), (1200, 400)])
+def test_a_picture_shows_at_least_what_the_scene_is_composed_for(width: int, height: int) -> None:
+    model = pamsim.load_rig("mas20_arm", scene=True).model
+    composed = np.tan(np.radians(model.cam_fovy) / 2.0)
+    show_whole(model, width=width, height=height)
+    up = np.tan(np.radians(model.cam_fovy) / 2.0)
+    assert np.all(up > composed - 1e-12)
+    assert np.all(up * width / height > composed * 1.6 - 1e-12)
+    assert np.all(np.isclose(up, composed) | np.isclose(up * width / height, composed * 1.6))
+
+
+def test_a_quick_picture_has_muscles_and_chain_without_their_fine_parts(
+    model: mujoco.MjModel,
+) -> None:
+    data, counts = at(model, 0.0), []
+    for fine in (True, False):
+        drawn = mujoco.MjvScene(model, maxgeom=5000)
+        decorate(drawn, model, data, pressures=(2e5, 3e5), lengths=(0.25, 0.25), fine=fine)
+        counts.append(drawn.ngeom)
+    assert 50 < counts[1] < 0.2 * counts[0]
 
 
 def test_errors_name_what_is_missing(model: mujoco.MjModel) -> None:

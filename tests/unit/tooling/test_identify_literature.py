@@ -114,7 +114,10 @@ def test_the_table_in_the_document_is_that_of_the_record():
 
 
 def test_the_counts_of_planted_systems_in_the_document_are_those_of_the_record():
-    study = json.loads((RESULTS / "identify_planted.json").read_text(encoding="utf-8"))
+    study, two = (
+        json.loads((RESULTS / f"identify_planted{inputs}.json").read_text(encoding="utf-8"))
+        for inputs in ("", "_two_inputs")
+    )
     text = (RESULTS.parents[1] / "docs" / "identify.md").read_text(encoding="utf-8")
     for label, score in (
         ("number of poles right within one", "poles_within_one"),
@@ -124,8 +127,16 @@ def test_the_counts_of_planted_systems_in_the_document_are_those_of_the_record()
         ("recommended models that fail their own residual test", "recommended_failing_their_test"),
         ("95 % intervals that hold the planted number, structure given", "intervals_that_hold"),
     ):
-        found = study["scores"][score]
-        assert f"| {label} | {found['hits']} of {found['count']} |" in text
+        cells = [
+            f"{s['scores'][score]['hits']} of {s['scores'][score]['count']}" for s in (study, two)
+        ]
+        assert f"| {label} | {' | '.join(cells)} |" in text
+    right = [row for row in two["rows"] if row["found"]["poles"] == row["poles"]]
+    zeros, late = (
+        sum(row["found"][what] == row[what] for row in right) for what in ("zeros", "dead_time")
+    )
+    assert f"Of the {len(right)} systems with two inputs" in text
+    assert f"{zeros} have the planted zeros of both inputs, and {late} both dead times" in text
     single = [row for row in study["rows"] if row["poles"] == 1]
     more = sum(row["found"]["poles"] > 1 for row in single)
     assert f"{more} of {len(single)} systems of one pole got more poles." in text

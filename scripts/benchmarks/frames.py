@@ -1,0 +1,113 @@
+"""Processor time of a 480 x 480 frame of the environments against InvertedPendulum-v5's.
+
+    python scripts/benchmarks/frames.py [--json FILE]
+
+Each environment draws in a process of its own, since one process has one current OpenGL context.
+Rounds alternate between them; a step stands before every frame and is not counted. A ratio is the
+median over rounds. Processor time, not wall time: software OpenGL takes several threads.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import os
+import platform
+import statistics
+import time
+from collections.abc import Callable
+from concurrent.futures import ProcessPoolExecutor
+from multiprocessing import get_context
+from pathlib import Path
+
+import gymnasium
+import mujoco
+import numpy as np
+
+import pamsim.envs  # registers the environments
+from pamsim.envs.registration import ARMS
+
+PEER = "InvertedPendulum-v5"
+SIZE = 480
+ROUNDS, FRAMES = 15, 8
+
+_drawn: list[Callable[[], float]] = []
+
+
+def start(name: str) -> None:
+    """Make an environment and draw its first frame, in a worker process."""
+    env = gymnasium.make(name, render_mode="rgb_array", width=SIZE, height=SIZE)
+    env.reset(seed=0)
+    env.action_space.seed(0)
+
+    def frame() -> float:
+        _, _, terminated, truncated, _ = env.step(env.action_space.sample())
+        if terminated or truncated:
+            env.reset()
+        began = time.process_time()
+        picture = env.render()
+        seconds = time.process_time() - began
+        if np.ptp(picture) == 0:
+            raise RuntimeError(f"{name} draws nothing")
+        return seconds
+
+    frame()
+    _drawn.append(frame)
+
+
+def draw() -> float:
+    """Median processor time of some frames [s], in a worker process."""
+    return statistics.median(_drawn[0]() for _ in range(FRAMES))
+
+
+def main() -> None:
+    """Time the frames, print a table, write it if asked."""
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("--json", type=Path)
+    target = parser.parse_args().json
+    os.environ.setdefault("MUJOCO_GL", "egl")  # for the workers, which import MuJoCo afresh
+    names = (PEER, *ARMS, "pamsim/Rig-v0")
+    spawn = get_context("spawn")
+    pools = {
+        name: ProcessPoolExecutor(1, mp_context=spawn, initializer=start, initargs=(name,))
+        for name in names
+    }
+    rounds = [
+        {name: pool.submit(draw).result() for name, pool in pools.items()} for _ in range(ROUNDS)
+    ]
+    rows = []
+    for name in names[1:]:
+        ratios = sorted(one[name] / one[PEER] for one in rounds)
+        seconds = statistics.median(one[name] for one in rounds)
+        ratio, spread = statistics.median(ratios), [ratios[ROUNDS // 6], ratios[-1 - ROUNDS // 6]]
+        print(
+            f"{name:26} {1e3 * seconds:6.1f} ms, {ratio:.2f} x ({spread[0]:.2f} to {spread[1]:.2f})"
+        )
+        rows.append(
+            {
+                "environment": name,
+                "milliseconds": round(1e3 * seconds, 2),
+                "ratio": round(ratio, 3),
+                "middle_two_thirds": [round(side, 3) for side in spread],
+            }
+        )
+    for pool in pools.values():
+        pool.shutdown()
+    if target:
+        page = {
+            "command": "python scripts/benchmarks/frames.py",
+            "peer": PEER,
+            "rounds": ROUNDS,
+            "rows": rows,
+            "versions": {
+                "python": platform.python_version(),
+                "pamsim": pamsim.__version__,
+                "mujoco": mujoco.__version__,
+                "gymnasium": gymnasium.__version__,
+            },
+        }
+        target.write_text(json.dumps(page, indent=1) + "\n", encoding="utf-8")
+
+
+if __name__ == "__main__":
+    main()
