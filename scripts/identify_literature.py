@@ -123,7 +123,7 @@ def own(halves: Halves) -> dict[str, Any]:
         except InputError as error:
             return {"error": str(error), "seconds": time.perf_counter() - began}
         seconds = time.perf_counter() - began
-    hold = result.used[0].record.hold
+    hold = result.used[0].record.holds[0]
     every = {c.name: second_half_fit(c.fit, halves, hold) for c in result.candidates}
     return {
         "recommended": result.recommendation.name or None,

@@ -174,7 +174,7 @@ def continuous_status(
         sentence += f"; no dead time{of} is detected, it is below {latest:.3g} s"
     if fit.disagreement is not None and not fit.weighted:
         sentence += (
-            "; weighting by the noise model moves the estimates beyond their uncertainty, so the "
+            "; weighting by the noise model moves the estimates too far, so the "
             "structure is wrong somewhere: the estimates that simulate best are kept"
         )
     return FitStatus.CONVERGED, sentence

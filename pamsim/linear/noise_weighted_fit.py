@@ -3,7 +3,8 @@
 With the right structure, whitening by the noise model gives the most precise estimates, and
 intervals at the stated coverage. With a wrong one (hysteresis, a missing lag) the residuals contain
 the model's own error, and whitening gives a model that predicts one step well and simulates badly.
-So the weighted estimates are kept only if they lie within the uncertainty of the unweighted ones.
+So the weighted estimates are kept only if they lie within the uncertainty of the unweighted ones,
+and do not simulate much worse: where that uncertainty is large, nearly everything lies within it.
 """
 
 # scipy carries no types: what it returns is Any at this file's boundary.
@@ -22,6 +23,7 @@ from numpy.typing import NDArray
 
 from pamsim.inference.coloured_noise import ArNoise, fit_ar_noise
 from pamsim.linear.separable_fit import (
+    WHITE,
     Separable,
     Solution,
     linearise,
@@ -38,6 +40,7 @@ _student_quantile: Any = scipy.special.stdtrit
 _ROUNDS = 4
 _SETTLED = 0.02  # change between rounds, in standard errors
 _DISAGREE = 0.01  # p-value below which the weighted estimates are rejected
+_MUCH_WORSE = 1.25  # RMS error of the free run over the unweighted one's: more than noise explains
 _PERFECT = 1e-9  # residual over output, RMS: below it there is only rounding
 
 
@@ -73,7 +76,7 @@ def noise_weighted_fit(problem: Separable, starts: Sequence[FloatArray]) -> Nois
         The fit.
     """
     plain = minimise(problem, starts)
-    line = linearise(problem, plain.x, plain.theta, ArNoise((), 1.0))
+    line = linearise(problem, plain.x, plain.theta, WHITE)
     total = sum(output.size for output in problem.outputs)
     free = plain.x.size + plain.theta.size + line.own
     freedom = max(total - free, 1)
@@ -103,9 +106,11 @@ def noise_weighted_fit(problem: Separable, starts: Sequence[FloatArray]) -> Nois
     moved = np.append(kept.x - plain.x, kept.theta - plain.theta)
     distance = float(moved @ np.linalg.lstsq(robust, moved, rcond=None)[0])
     p_value = float(_chi2_tail(moved.size, max(distance, 0.0)))
-    if p_value < _DISAGREE:
+    free_run = np.concatenate(linearise(problem, kept.x, kept.theta, WHITE).residuals)
+    much_worse = float(free_run @ free_run) > _MUCH_WORSE**2 * plain.cost
+    if p_value < _DISAGREE or much_worse:
         plain = replace(plain, evaluations=evaluations)
-        first = fit_ar_noise(linearise(problem, plain.x, plain.theta, ArNoise((), 1.0)).residuals)
+        first = fit_ar_noise(linearise(problem, plain.x, plain.theta, WHITE).residuals)
         return NoiseWeightedFit(plain, robust, first, False, p_value, quantile)
     kept = replace(kept, evaluations=evaluations)
     return NoiseWeightedFit(kept, covariance, noise, True, p_value, quantile)

@@ -7,6 +7,8 @@ import pytest
 
 from pamsim.inference.coloured_noise import ArNoise
 from pamsim.linear.continuous_structure import ContinuousStructure
+from pamsim.linear.noise_weighted_fit import noise_weighted_fit
+from pamsim.linear.separable_fit import Separable, minimise
 from tests.unit.linear.planted import record
 
 
@@ -42,3 +44,20 @@ def test_without_a_coordinate_there_is_no_slope(noise: ArNoise) -> None:
     problem = structure.problem([record(1), record(2)])
     part = problem.linear_part(np.empty(0), noise)
     assert problem.jacobian(np.empty(0), part).shape == (part.residual.size, 0)
+
+
+def test_weighted_estimates_that_simulate_much_worse_are_not_kept():
+    t = np.linspace(-1.0, 1.0, 150)
+    walk = np.cumsum(np.random.default_rng(6).standard_normal(t.size))
+    problem = Separable(
+        outputs=(walk,),
+        shared=lambda x, i: np.polynomial.legendre.legvander(t, 2)[:, 1:],
+        own=lambda x, i: np.ones((t.size, 1)),
+        lower=np.empty(0),
+        upper=np.empty(0),
+    )
+    fit = noise_weighted_fit(problem, [np.empty(0)])
+    # They lie within their uncertainty, which after slow noise is wide, and leave 1.38 times more.
+    assert fit.disagreement > 0.01
+    assert not fit.weighted
+    np.testing.assert_allclose(fit.solution.theta, minimise(problem, [np.empty(0)]).theta)
