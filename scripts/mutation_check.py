@@ -1,13 +1,13 @@
-"""Whether the tests notice a slip: one-line mutations, each run by the tests that reach it.
+"""Whether the tests notice a slip in a law, an effect or a verdict rule: one-line mutations.
 
-    python scripts/mutation_check.py [ROOM ...] [--count 60] [--seed 0] [--tests PATH ...]
-        [--json FILE]
+    python scripts/mutation_check.py [PART ...] [--count 20] [--seed 0] [--json FILE]
 
-A mutation changes one comparison, sign, factor, number or condition in a line that tests execute.
-Which tests reach a line is measured first, by pytest-cov, and kept in out/mutation_coverage until
-that folder is removed; --tests measures by these files and folders alone, which is quicker. A
-mutation is caught if one of those tests fails or does not end in time; survivors are listed with
-the line before and after. It works on a copy of the repository: nothing here is touched.
+A mutation changes one comparison, sign, factor, number or condition of a line. As many are drawn
+from each part: ``laws`` of muscles, hysteresis, air and actuator; ``effects``; ``verdict``, the
+rules by which recordings, tables at rest and loops come to a verdict. Each is run by the tests of
+its room, the quickest first, and is caught if one fails or if they do not end in time. Survivors
+are listed with the line before and after. It works on a copy of the repository, whose tests must
+pass before anything is changed: nothing here is touched. FILE is written after each part.
 """
 
 from __future__ import annotations
@@ -17,26 +17,70 @@ import ast
 import json
 import os
 import random
-import re
 import shutil
 import subprocess
 import sys
 import tempfile
+import time
 from collections.abc import Iterator
 from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
 
-import coverage
 from tqdm import tqdm
 
 ROOT = Path(__file__).resolve().parent.parent
-COVERAGE = ROOT / "out" / "mutation_coverage"
-ROOMS = ("inference", "comparison", "calibration", "diagnosis", "fitting", "linear", "effects")
-TIMEOUT = 300.0  # of the tests of one mutation [s]; a mutation may make a search endless
+TIMEOUT = 900.0  # of the tests of one mutation [s]; a mutation may make a search endless
 
-PYTEST = (sys.executable, "-m", "pytest", "-q")
-_MEASURED = ("--cov=pamsim", "--cov-context=test", "--cov-report=")
+
+@dataclass(frozen=True)
+class Room:
+    """Sources whose mutations the same tests are to notice.
+
+    Attributes:
+        sources: files and folders below ``pamsim``.
+        tests: files and folders below ``tests``, in the order in which they run.
+        left_out: files of the folders that state no law.
+    """
+
+    sources: tuple[str, ...]
+    tests: tuple[str, ...]
+    left_out: tuple[str, ...] = ()
+
+
+_IN_ENGINE = ("integration/test_laws_in_engine.py", "unit/engine", "physics")
+_LAWS = ("properties", "unit/actuator", *_IN_ENGINE)
+
+PARTS: dict[str, tuple[Room, ...]] = {
+    "laws": (
+        Room(("muscles",), ("unit/muscles", *_LAWS)),
+        Room(("hysteresis",), ("unit/hysteresis", *_LAWS)),
+        Room(("pneumatics",), ("unit/pneumatics", *_LAWS)),
+        Room(
+            ("actuator",),
+            ("unit/actuator", "properties", *_IN_ENGINE),
+            left_out=("invariants.py",),
+        ),
+    ),
+    "effects": (
+        Room(
+            ("effects",),
+            ("unit/tooling/test_theory_and_effects_pages.py", "unit/effects", "unit/comparison",
+             "physics/test_effects.py", "unit/diagnosis", "unit/twins"),
+        ),
+    ),
+    "verdict": (
+        Room(
+            tuple(
+                f"diagnosis/method/{name}.py"
+                for name in ("evidence", "held_out_remainder", "lack_of_fit", "loop_diagnosis",
+                             "rivals", "row_diagnosis", "trial_diagnosis", "verdict",
+                             "verdict_thresholds")
+            ),
+            ("unit/diagnosis", "unit/comparison"),
+        ),
+    ),
+}  # fmt: skip
 
 _SWAPS: dict[type[ast.AST], tuple[str, str]] = {
     ast.Lt: ("<", ">="),
@@ -131,40 +175,32 @@ def _replacements(node: ast.AST, lines: list[str]) -> Iterator[tuple[int, int, i
         yield node.lineno, node.col_offset, node.operand.col_offset, ""
 
 
-def measured_coverage(tests: list[str]) -> coverage.CoverageData:
-    """Which tests reach which line, from a run of these tests; kept for the next time."""
-    kept = COVERAGE / ".coverage"
-    if not kept.exists():
-        COVERAGE.mkdir(parents=True, exist_ok=True)
-        subprocess.run(
-            [*PYTEST, "-n", "2", "--dist", "loadfile", *_MEASURED, *tests],
-            cwd=ROOT,
-            env=_environment(ROOT, COVERAGE_FILE=str(kept)),
-            check=True,
+def passes(tests: tuple[str, ...], copy: Path) -> bool:
+    """Whether tests pass in a copy of the repository."""
+    try:
+        run = subprocess.run(
+            [sys.executable, "-m", "pytest", "-q", "-x", "-n", "0", "-p", "no:cacheprovider"]
+            + [f"tests/{name}" for name in tests],
+            cwd=copy,
+            env={
+                **os.environ,
+                "PYTHONPATH": str(copy),
+                "NUMBA_CACHE_DIR": str(copy.parent / "numba"),
+            },
+            capture_output=True,
+            timeout=TIMEOUT,
         )
-    data = coverage.CoverageData(basename=str(kept))
-    data.read()
-    return data
+    except subprocess.TimeoutExpired:
+        return False
+    return run.returncode == 0
 
 
-def reached_by(data: coverage.CoverageData) -> dict[str, dict[int, list[str]]]:
-    """File -> line -> node ids of the tests that execute it, outside of imports."""
-    reached: dict[str, dict[int, list[str]]] = {}
-    for file in data.measured_files():
-        tests = {
-            line: sorted({re.sub(r"\|\w+$", "", context) for context in contexts if context})
-            for line, contexts in data.contexts_by_lineno(file).items()
-        }
-        reached[str(Path(file).resolve().relative_to(ROOT))] = {k: v for k, v in tests.items() if v}
-    return reached
-
-
-def caught(mutation: Mutation, tests: list[str], copy: Path) -> bool:
+def caught(mutation: Mutation, tests: tuple[str, ...], copy: Path) -> bool:
     """Whether a test fails once the line is changed.
 
     Args:
         mutation: to apply.
-        tests: node ids of the tests that reach the line.
+        tests: files and folders that run.
         copy: repository to change and to put right again.
     """
     path = copy / mutation.file
@@ -173,74 +209,79 @@ def caught(mutation: Mutation, tests: list[str], copy: Path) -> bool:
     lines[mutation.line - 1] = lines[mutation.line - 1].replace(mutation.before, mutation.after)
     path.write_text("".join(lines))
     try:
-        run = subprocess.run(
-            [*PYTEST, "-x", "-n", "0", "-p", "no:cacheprovider", *tests],
-            cwd=copy,
-            env=_environment(copy),
-            capture_output=True,
-            timeout=TIMEOUT,
-        )
-        return run.returncode != 0
-    except subprocess.TimeoutExpired:
-        return True
+        return not passes(tests, copy)
     finally:
         path.write_text(original)
 
 
-def _environment(root: Path, **more: str) -> dict[str, str]:
-    return {**os.environ, "PYTHONPATH": str(root), **more}
+def possible(room: Room) -> list[Mutation]:
+    """Every mutation of a room."""
+    found: list[Mutation] = []
+    for source in room.sources:
+        path = ROOT / "pamsim" / source
+        for file in sorted(path.rglob("*.py")) if path.is_dir() else [path]:
+            if file.name not in room.left_out:
+                found += mutations(file.relative_to(ROOT), file.read_text())
+    return found
 
 
-def check(rooms: list[str], count: int, seed: int, tests: list[str]) -> dict[str, Any]:
-    """Draw mutations at random and try each.
+def check(part: str, count: int, seed: int) -> dict[str, Any]:
+    """Draw mutations of a part at random and try each.
 
     Args:
-        rooms: of pamsim, to draw from.
+        part: see `PARTS`.
         count: how many.
         seed: random seed of the draw.
-        tests: files and folders of the tests that count; all if empty.
+
+    Raises:
+        RuntimeError: if the tests fail where nothing is changed.
     """
-    reached = reached_by(measured_coverage(tests))
-    files = [f for room in rooms for f in sorted((ROOT / "pamsim" / room).rglob("*.py"))]
-    every = [
-        m
-        for file in files
-        for m in mutations(file.relative_to(ROOT), file.read_text())
-        if m.line in reached.get(m.file, {})
-    ]
-    drawn = random.Random(seed).sample(every, min(count, len(every)))
+    begun, commit = time.monotonic(), _git("rev-parse", "--short", "HEAD")
+    if _git("status", "--porcelain", "--untracked-files=no"):
+        commit += " with changes"
+    every = [(mutation, room) for room in PARTS[part] for mutation in possible(room)]
+    drawn = random.Random(f"{seed} {part}").sample(every, min(count, len(every)))
     survivors: list[Mutation] = []
     with tempfile.TemporaryDirectory() as folder:
         copy = Path(folder) / "repository"
         skipped = shutil.ignore_patterns(".git", ".venv", "out", "build", "dist", ".*_cache")
         shutil.copytree(ROOT, copy, ignore=skipped)
-        for mutation in tqdm(drawn, unit="mutation"):
-            if not caught(mutation, reached[mutation.file][mutation.line], copy):
+        if not passes(tuple(dict.fromkeys(t for room in PARTS[part] for t in room.tests)), copy):
+            raise RuntimeError(f"{part}: the tests fail where nothing is changed")
+        for mutation, room in tqdm(drawn, desc=part, unit="mutation"):
+            if not caught(mutation, room.tests, copy):
                 survivors.append(mutation)
                 tqdm.write(f"{mutation.file}:{mutation.line}: {mutation.after}")
     return {
-        "command": f"python scripts/mutation_check.py {' '.join(rooms)}"
-        f" --count {count} --seed {seed}" + (f" --tests {' '.join(tests)}" if tests else ""),
+        "command": f"python scripts/mutation_check.py {part} --count {count} --seed {seed}",
+        "commit": commit,
+        "seconds": round(time.monotonic() - begun),
         "possible": len(every),
         "tried": len(drawn),
         "caught": len(drawn) - len(survivors),
-        "survivors": [asdict(m) for m in survivors],
+        "survivors": [asdict(mutation) for mutation in survivors],
     }
+
+
+def _git(*args: str) -> str:
+    run = subprocess.run(("git", *args), cwd=ROOT, capture_output=True, text=True, check=True)
+    return run.stdout.strip()
 
 
 def main() -> None:
     """Read the arguments, check, print and write."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("rooms", nargs="*", default=list(ROOMS), metavar="ROOM")
-    parser.add_argument("--count", type=int, default=60, help="mutations to try")
+    parser.add_argument("parts", nargs="*", default=list(PARTS), metavar="PART")
+    parser.add_argument("--count", type=int, default=20, help="mutations of each part")
     parser.add_argument("--seed", type=int, default=0, help="random seed of the draw")
-    parser.add_argument("--tests", nargs="+", default=[], help="files and folders; all if left out")
-    parser.add_argument("--json", type=Path, help="write the result here")
+    parser.add_argument("--json", type=Path, help="write the result here; other parts in it stay")
     given = parser.parse_args()
-    result = check(given.rooms, given.count, given.seed, given.tests)
-    print(f"{result['caught']} of {result['tried']} mutations caught")
-    if given.json:
-        given.json.write_text(json.dumps(result, indent=1) + "\n")
+    kept = json.loads(given.json.read_text()) if given.json and given.json.exists() else {}
+    for part in given.parts:
+        kept[part] = result = check(part, given.count, given.seed)
+        print(f"{part}: {result['caught']} of {result['tried']} mutations caught", flush=True)
+        if given.json:
+            given.json.write_text(json.dumps(kept, indent=1) + "\n")
 
 
 if __name__ == "__main__":
