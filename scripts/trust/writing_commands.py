@@ -524,15 +524,19 @@ def study(
     count = getattr(options, tries)
     tqdm.tqdm.monitor_interval = 0  # no thread beside: the process forks
     out = left_out()
+    command = f"python scripts/trust/{script} --{tries} {count} --seed {options.seed}"
     result = {
-        "command": f"python scripts/trust/{script} --{tries} {count} --seed {options.seed}",
+        "command": command,
         "mujoco": mujoco.__version__,
         "python": platform.python_version(),
         "commands": {},
         "left_out": out,
     }
     if options.json is not None and options.json.exists():
-        result["commands"] = json.loads(options.json.read_text(encoding="utf-8"))["commands"]
+        before = json.loads(options.json.read_text(encoding="utf-8"))
+        result["commands"] = before["commands"]
+        if options.command != list(COMMANDS):
+            result["command"] = before["command"]
     here = {name: one.share for name, one in COMMANDS.items() if name not in out}
     failed = 0
     with tempfile.TemporaryDirectory() as folder:
@@ -542,7 +546,7 @@ def study(
             share = max(1, round(count * here[name] / sum(here.values())))
             row = row_of(name, share, options.seed, root)
             if options.command != list(COMMANDS):
-                row["command"] = f"{result['command']} --command '{name}'"
+                row["command"] = f"{command} --command '{name}'"
             failed += int(row["failed"])
             result["commands"][name] = row
             if options.json is not None:
