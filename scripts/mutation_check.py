@@ -40,7 +40,8 @@ class Room:
 
     Attributes:
         sources: files and folders below ``pamsim``.
-        tests: files and folders below ``tests``, in the order in which they run.
+        tests: files and folders below ``tests``, in the order in which they run; those of one text,
+            with blanks between, in one run of pytest.
         left_out: files of the folders that state no law.
     """
 
@@ -49,8 +50,7 @@ class Room:
     left_out: tuple[str, ...] = ()
 
 
-_IN_ENGINE = ("integration/test_laws_in_engine.py", "unit/engine", "physics")
-_LAWS = ("properties", "unit/actuator", *_IN_ENGINE)
+_LAWS = ("properties unit/actuator", "integration/test_laws_in_engine.py unit/engine physics")
 
 PARTS: dict[str, tuple[Room, ...]] = {
     "laws": (
@@ -59,15 +59,15 @@ PARTS: dict[str, tuple[Room, ...]] = {
         Room(("pneumatics",), ("unit/pneumatics", *_LAWS)),
         Room(
             ("actuator",),
-            ("unit/actuator", "properties", *_IN_ENGINE),
+            _LAWS,
             left_out=("invariants.py",),
         ),
     ),
     "effects": (
         Room(
             ("effects",),
-            ("unit/tooling/test_theory_and_effects_pages.py", "unit/effects", "unit/comparison",
-             "physics/test_effects.py", "unit/diagnosis", "unit/twins"),
+            ("unit/tooling/test_theory_and_effects_pages.py", "unit/effects",
+             "unit/comparison physics/test_effects.py unit/diagnosis unit/twins"),
         ),
     ),
     "verdict": (
@@ -78,10 +78,10 @@ PARTS: dict[str, tuple[Room, ...]] = {
                              "rivals", "row_diagnosis", "trial_diagnosis", "verdict",
                              "verdict_thresholds")
             ),
-            (*(f"unit/diagnosis/test_{name}.py" for name in ("verdict", "evidence", "lack_of_fit",
-                                                             "row_diagnosis", "loop_diagnosis",
-                                                             "trial_diagnosis", "few_repeats")),
-             "unit/diagnosis", "unit/comparison"),
+            ("unit/diagnosis/test_verdict.py unit/diagnosis/test_evidence.py"
+             " unit/diagnosis/test_lack_of_fit.py unit/diagnosis/test_trial_diagnosis.py"
+             " unit/diagnosis/test_row_diagnosis.py unit/diagnosis/test_loop_diagnosis.py",
+             "unit/diagnosis unit/comparison"),
         ),
     ),
 }  # fmt: skip
@@ -180,7 +180,11 @@ def _replacements(node: ast.AST, lines: list[str]) -> Iterator[tuple[int, int, i
 
 
 def passes(tests: tuple[str, ...], copy: Path) -> bool:
-    """Whether tests pass in a copy of the repository."""
+    """Whether tests pass in a copy of the repository, see `Room`."""
+    return all(_passes(together.split(), copy) for together in tests)
+
+
+def _passes(tests: list[str], copy: Path) -> bool:
     try:
         run = subprocess.run(
             [sys.executable, "-m", "pytest", "-q", "-x", "-n", "0", "-p", "no:cacheprovider"]
