@@ -80,7 +80,8 @@ PARTS: dict[str, tuple[Room, ...]] = {
             ),
             ("unit/diagnosis/test_verdict.py unit/diagnosis/test_evidence.py"
              " unit/diagnosis/test_lack_of_fit.py unit/diagnosis/test_trial_diagnosis.py"
-             " unit/diagnosis/test_row_diagnosis.py unit/diagnosis/test_loop_diagnosis.py",
+             " unit/diagnosis/test_rivals.py unit/diagnosis/test_row_diagnosis.py"
+             " unit/diagnosis/test_loop_diagnosis.py",
              "unit/diagnosis unit/comparison"),
         ),
     ),

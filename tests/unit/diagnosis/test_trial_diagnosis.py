@@ -89,6 +89,20 @@ def test_what_no_effect_explains_is_called_unexplained():
         assert one.conclusion.verdict is Verdict.UNEXPLAINED
 
 
+def test_what_is_left_is_stated_where_it_is_certain_and_only_there():
+    none = found({}).conclusion
+    assert none.verdict is Verdict.NO_GAP
+    assert (none.nearest, none.explained.value, none.left_for_certain) == (None, 0.0, 0.0)
+    assert found({"dry": 0.06}).conclusion.left_for_certain == 0.0
+    near = found({"wide": 0.1}, repeats=8).conclusion
+    assert near.verdict is Verdict.NAMED_WITH_REMAINDER
+    assert near.left_for_certain >= near.lack.size > 0.0
+    missed = found({"ripple": 0.05})
+    gap = np.mean([missed.base_loss[t] - loss for t, loss in missed.perfect_loss.items()])
+    assert missed.conclusion.left_for_certain == missed.conclusion.remainder
+    assert missed.conclusion.remainder == pytest.approx(gap, rel=0.1)
+
+
 def test_what_all_repeats_share_is_no_noise_however_much_the_noise_drifts():
     """Losses under drift vary too much to prove the gap; products of repeats do prove it."""
     for seed in range(4):
