@@ -188,6 +188,7 @@ def test_nothing_is_explained_where_nothing_is_gained_and_all_where_nothing_was_
     assert share(2.0, 2.0, 1.0) == share(2.0, 2.5, 1.0) == 0.0
     assert share(0.9, 0.8, 1.0) == share(1.0, 0.9, 1.0) == 1.0
     assert share(2.0, 0.5, 1.0) == 1.0
+    assert share(1.08, 1.04, 1.0) == pytest.approx(0.5)  # of a small gap
 
 
 def test_rows_are_compared_by_their_squared_errors():
