@@ -5,10 +5,10 @@
 A mutation changes one comparison, sign, factor, number or condition of a line. As many are drawn
 from each part: ``laws`` of muscles, hysteresis, air and actuator; ``effects``; ``verdict``, the
 rules by which recordings, tables at rest and loops come to a verdict. Each is run by the tests of
-its room, the quickest first, and is caught if one fails or if they do not end in time. Survivors
-are listed with the line before and after. It works on a copy of the repository: nothing here is
-touched. Where no mutation of a room survived, its tests must pass in the end with nothing changed.
-FILE is written after each part.
+its room, the quickest first, and is caught if one fails or takes too long. Survivors are listed
+with the line before and after. It works on a copy of the repository: nothing here is touched. Where
+no mutation of a room survived, its tests must pass in the end with nothing changed. FILE is written
+after each mutation, and the same command goes on from it.
 """
 
 from __future__ import annotations
@@ -18,11 +18,11 @@ import ast
 import json
 import os
 import random
+import resource
 import shutil
 import subprocess
 import sys
 import tempfile
-import time
 from collections.abc import Iterator
 from dataclasses import asdict, dataclass
 from pathlib import Path
@@ -31,7 +31,7 @@ from typing import Any
 from tqdm import tqdm
 
 ROOT = Path(__file__).resolve().parent.parent
-TIMEOUT = 900.0  # of the tests of one mutation [s]; a mutation may make a search endless
+LIMIT = 900  # on the processor time of a run of tests [s]; a mutation may make a search endless
 
 
 @dataclass(frozen=True)
@@ -186,21 +186,18 @@ def passes(tests: tuple[str, ...], copy: Path) -> bool:
 
 
 def _passes(tests: list[str], copy: Path) -> bool:
-    try:
-        run = subprocess.run(
-            [sys.executable, "-m", "pytest", "-q", "-x", "-n", "0", "-p", "no:cacheprovider"]
-            + [f"tests/{name}" for name in tests],
-            cwd=copy,
-            env={
-                **os.environ,
-                "PYTHONPATH": str(copy),
-                "NUMBA_CACHE_DIR": str(copy.parent / "numba"),
-            },
-            capture_output=True,
-            timeout=TIMEOUT,
-        )
-    except subprocess.TimeoutExpired:
-        return False
+    run = subprocess.run(
+        [sys.executable, "-m", "pytest", "-q", "-x", "-n", "0", "-p", "no:cacheprovider"]
+        + [f"tests/{name}" for name in tests],
+        cwd=copy,
+        env={
+            **os.environ,
+            "PYTHONPATH": str(copy),
+            "NUMBA_CACHE_DIR": str(copy.parent / "numba"),
+        },
+        capture_output=True,
+        preexec_fn=lambda: resource.setrlimit(resource.RLIMIT_CPU, (LIMIT, LIMIT)),
+    )
     return run.returncode == 0
 
 
@@ -234,45 +231,46 @@ def possible(room: Room) -> list[Mutation]:
     return found
 
 
-def check(part: str, count: int, seed: int) -> dict[str, Any]:
-    """Draw mutations of a part at random and try each.
+def check(part: str, count: int, seed: int, result: dict[str, Any]) -> Iterator[None]:
+    """Draw mutations of a part at random and try each that a result does not hold yet.
 
     Args:
         part: see `PARTS`.
         count: how many.
         seed: random seed of the draw.
+        result: of the part so far, or empty; filled, and complete enough to keep at each step.
 
     Raises:
-        RuntimeError: if tests that noticed every mutation fail where nothing is changed, too.
+        RuntimeError: if the result is of other sources, tests or options; if tests that noticed
+            every mutation fail where nothing is changed, too.
     """
-    begun, commit = time.monotonic(), _git("rev-parse", "--short", "HEAD")
-    if _git("status", "--porcelain", "--untracked-files=no"):
-        commit += " with changes"
     every = [(mutation, room) for room in PARTS[part] for mutation in possible(room)]
     drawn = random.Random(f"{seed} {part}").sample(every, min(count, len(every)))
-    survivors: list[Mutation] = []
-    unproven = {room.tests for _, room in drawn}
+    command = f"python scripts/mutation_check.py {part} --count {count} --seed {seed}"
+    if not result:
+        commit = _git("rev-parse", "--short", "HEAD")
+        result |= {"command": command, "commit": commit, "possible": len(every)}
+        result |= {"drawn": len(drawn), "tried": 0, "caught": 0, "survivors": []}
+    if result["command"] != command or _git("diff", result["commit"], "--", "pamsim", "tests"):
+        raise RuntimeError(f"{part}: the sources, tests or options are not those of the result")
     with tempfile.TemporaryDirectory() as folder:
         copy = Path(folder) / "repository"
         skipped = shutil.ignore_patterns(".git", ".venv", "out", "build", "dist", ".*_cache")
         shutil.copytree(ROOT, copy, ignore=skipped)
-        for mutation, room in tqdm(drawn, desc=part, unit="mutation"):
-            if not caught(mutation, room.tests, copy):
-                survivors.append(mutation)
-                unproven.discard(room.tests)
+        for mutation, room in tqdm(drawn[result["tried"] :], desc=part, unit="mutation"):
+            found = caught(mutation, room.tests, copy)
+            result["tried"] += 1
+            result["caught"] += found
+            if not found:
+                result["survivors"].append(asdict(mutation))
                 tqdm.write(f"{mutation.file}:{mutation.line}: {mutation.after}")
-        tests = tuple(dict.fromkeys(name for names in unproven for name in names))
+            yield
+        survived = {(one["file"], one["line"], one["after"]) for one in result["survivors"]}
+        proven = {room.tests for m, room in drawn if (m.file, m.line, m.after) in survived}
+        rooms = [room.tests for _, room in drawn if room.tests not in proven]
+        tests = tuple(dict.fromkeys(name for names in rooms for name in names))
         if tests and not passes(tests, copy):
             raise RuntimeError(f"{part}: the tests fail where nothing is changed")
-    return {
-        "command": f"python scripts/mutation_check.py {part} --count {count} --seed {seed}",
-        "commit": commit,
-        "seconds": round(time.monotonic() - begun),
-        "possible": len(every),
-        "tried": len(drawn),
-        "caught": len(drawn) - len(survivors),
-        "survivors": [asdict(mutation) for mutation in survivors],
-    }
 
 
 def _git(*args: str) -> str:
@@ -286,14 +284,15 @@ def main() -> None:
     parser.add_argument("parts", nargs="*", default=list(PARTS), metavar="PART")
     parser.add_argument("--count", type=int, default=20, help="mutations of each part")
     parser.add_argument("--seed", type=int, default=0, help="random seed of the draw")
-    parser.add_argument("--json", type=Path, help="write the result here; other parts in it stay")
+    parser.add_argument("--json", type=Path, help="write the result here, and go on from it")
     given = parser.parse_args()
     kept = json.loads(given.json.read_text()) if given.json and given.json.exists() else {}
     for part in given.parts:
-        kept[part] = result = check(part, given.count, given.seed)
+        result = kept.setdefault(part, {})
+        for _ in check(part, given.count, given.seed, result):
+            if given.json:
+                given.json.write_text(json.dumps(kept, indent=1) + "\n")
         print(f"{part}: {result['caught']} of {result['tried']} mutations caught", flush=True)
-        if given.json:
-            given.json.write_text(json.dumps(kept, indent=1) + "\n")
 
 
 if __name__ == "__main__":
