@@ -90,7 +90,7 @@ def test_a_best_model_that_is_wrong_by_much_rejects_no_other_that_is_nearer():
         ({"dry": 0.001, "leak": 0.001}, ["dry", "leak"]),
     ],
 )
-def test_a_rival_is_out_if_it_lacks_something_and_another_model_does_not(p_values, kept):
+def test_a_rival_that_does_not_fit_is_rejected_if_another_model_does(p_values, kept):
     best, *others = [model(name) for name in p_values]
 
     def lack(fit):
