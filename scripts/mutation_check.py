@@ -40,7 +40,7 @@ class Room:
 
     Attributes:
         sources: files and folders below ``pamsim``.
-        tests: files and folders below ``tests``, in the order in which they run; those of one text,
+        tests: files, folders and tests below ``tests``, in the order in which they run; those of one text,
             with blanks between, in one run of pytest.
         left_out: files of the folders that state no law.
     """
@@ -66,7 +66,8 @@ PARTS: dict[str, tuple[Room, ...]] = {
     "effects": (
         Room(
             ("effects",),
-            ("unit/tooling/test_theory_and_effects_pages.py", "unit/effects",
+            ("unit/tooling/test_theory_and_effects_pages.py::test_the_page_of_effects_is_that_of_"
+             "the_catalog", "unit/effects",
              "unit/comparison physics/test_effects.py unit/diagnosis unit/twins"),
         ),
     ),

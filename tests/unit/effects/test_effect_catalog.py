@@ -73,6 +73,7 @@ OTHER_FORMS = [
     "valve_dead_zone:asymmetric",
     "viscoelastic_creep:two_branch",
     "muscle_hysteresis:free_shape",
+    "muscle_hysteresis:maxwell_slip",
     "muscle_hysteresis:constant",
 ]
 EVERY = [*CONTRACT, *AT_REST, *RARE, *OTHER_FORMS]
@@ -112,6 +113,8 @@ def test_the_contract_s_names_are_all_there():
 
 
 def test_forms_of_one_physics_share_its_name_and_its_family():
+    others = [form.label for forms in FORMS.values() for form in forms[1:]]
+    assert sorted(others) == sorted(OTHER_FORMS)
     for name, forms in FORMS.items():
         assert forms[0] is effect(name) is EFFECTS[name]
         assert len({form.form for form in forms}) == len(forms)
