@@ -40,8 +40,8 @@ class Room:
 
     Attributes:
         sources: files and folders below ``pamsim``.
-        tests: files, folders and tests below ``tests``, in the order in which they run; those of one text,
-            with blanks between, in one run of pytest.
+        tests: files, folders and tests below ``tests``, in the order in which they run; those of
+            one text, with blanks between, in one run of pytest.
         left_out: files of the folders that state no law.
     """
 
@@ -253,7 +253,10 @@ def check(part: str, count: int, seed: int, result: dict[str, Any]) -> Iterator[
         result |= {"command": command, "commit": commit, "possible": len(every)}
         result |= {"drawn": len(drawn), "tried": 0, "caught": 0, "survivors": []}
     if result["command"] != command or _git("diff", result["commit"], "--", "pamsim", "tests"):
-        raise RuntimeError(f"{part}: the sources, tests or options are not those of the result")
+        raise RuntimeError(
+            f"{part}: the sources, tests or options are not those of the result; remove the part"
+            " from it to begin anew"
+        )
     with tempfile.TemporaryDirectory() as folder:
         copy = Path(folder) / "repository"
         skipped = shutil.ignore_patterns(".git", ".venv", "out", "build", "dist", ".*_cache")
