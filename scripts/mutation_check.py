@@ -1,13 +1,14 @@
-"""Whether the tests notice a slip: one-line mutations, each run by the tests that reach it.
+"""Whether the tests notice a slip in a law, an effect or a verdict rule: one-line mutations.
 
-    python scripts/mutation_check.py [ROOM ...] [--count 60] [--seed 0] [--tests PATH ...]
-        [--json FILE]
+    python scripts/mutation_check.py [PART ...] [--count 20] [--seed 0] [--json FILE]
 
-A mutation changes one comparison, sign, factor, number or condition in a line that tests execute.
-Which tests reach a line is measured first, by pytest-cov, and kept in out/mutation_coverage until
-that folder is removed; --tests measures by these files and folders alone, which is quicker. A
-mutation is caught if one of those tests fails or does not end in time; survivors are listed with
-the line before and after. It works on a copy of the repository: nothing here is touched.
+A mutation changes one comparison, sign, factor, number or condition of a line. As many are drawn
+from each part: ``laws`` of muscles, hysteresis, air and actuator; ``effects``; ``verdict``, the
+rules by which recordings, tables at rest and loops come to a verdict. Each is run by the tests of
+its room, the quickest first, and is caught if one fails or takes too long. Survivors are listed
+with the line before and after. It works on a copy of the repository: nothing here is touched. Where
+no mutation of a room survived, its tests must pass in the end with nothing changed. FILE is written
+after each mutation, and the same command goes on from it.
 """
 
 from __future__ import annotations
@@ -17,7 +18,7 @@ import ast
 import json
 import os
 import random
-import re
+import resource
 import shutil
 import subprocess
 import sys
@@ -27,16 +28,65 @@ from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
 
-import coverage
 from tqdm import tqdm
 
 ROOT = Path(__file__).resolve().parent.parent
-COVERAGE = ROOT / "out" / "mutation_coverage"
-ROOMS = ("inference", "comparison", "calibration", "diagnosis", "fitting", "linear", "effects")
-TIMEOUT = 300.0  # of the tests of one mutation [s]; a mutation may make a search endless
+LIMIT = 900  # on the processor time of a run of tests [s]; a mutation may make a search endless
 
-PYTEST = (sys.executable, "-m", "pytest", "-q")
-_MEASURED = ("--cov=pamsim", "--cov-context=test", "--cov-report=")
+
+@dataclass(frozen=True)
+class Room:
+    """Sources whose mutations the same tests are to notice.
+
+    Attributes:
+        sources: files and folders below ``pamsim``.
+        tests: files, folders and tests below ``tests``, in the order in which they run; those of
+            one text, with blanks between, in one run of pytest.
+        left_out: files of the folders that state no law.
+    """
+
+    sources: tuple[str, ...]
+    tests: tuple[str, ...]
+    left_out: tuple[str, ...] = ()
+
+
+_LAWS = ("properties unit/actuator", "integration/test_laws_in_engine.py unit/engine physics")
+
+PARTS: dict[str, tuple[Room, ...]] = {
+    "laws": (
+        Room(("muscles",), ("unit/muscles", *_LAWS)),
+        Room(("hysteresis",), ("unit/hysteresis", *_LAWS)),
+        Room(("pneumatics",), ("unit/pneumatics", *_LAWS)),
+        Room(
+            ("actuator",),
+            _LAWS,
+            left_out=("invariants.py",),
+        ),
+    ),
+    "effects": (
+        Room(
+            ("effects",),
+            ("unit/tooling/test_theory_and_effects_pages.py::test_the_page_of_effects_is_that_of_"
+             "the_catalog", "unit/effects",
+             "unit/comparison physics/test_effects.py unit/diagnosis unit/twins"),
+        ),
+    ),
+    "verdict": (
+        Room(
+            tuple(
+                f"diagnosis/method/{name}.py"
+                for name in ("evidence", "held_out_remainder", "lack_of_fit", "loop_diagnosis",
+                             "rivals", "row_diagnosis", "trial_diagnosis", "verdict",
+                             "verdict_thresholds")
+            ),
+            ("unit/diagnosis/test_verdict.py unit/diagnosis/test_evidence.py"
+             " unit/diagnosis/test_lack_of_fit.py unit/diagnosis/test_trial_diagnosis.py"
+             " unit/diagnosis/test_rivals.py unit/diagnosis/test_row_diagnosis.py"
+             " unit/diagnosis/test_loop_diagnosis.py",
+             "unit/diagnosis unit/comparison"),
+        ),
+    ),
+}  # fmt: skip
 
 _SWAPS: dict[type[ast.AST], tuple[str, str]] = {
     ast.Lt: ("<", ">="),
@@ -131,40 +181,33 @@ def _replacements(node: ast.AST, lines: list[str]) -> Iterator[tuple[int, int, i
         yield node.lineno, node.col_offset, node.operand.col_offset, ""
 
 
-def measured_coverage(tests: list[str]) -> coverage.CoverageData:
-    """Which tests reach which line, from a run of these tests; kept for the next time."""
-    kept = COVERAGE / ".coverage"
-    if not kept.exists():
-        COVERAGE.mkdir(parents=True, exist_ok=True)
-        subprocess.run(
-            [*PYTEST, "-n", "2", "--dist", "loadfile", *_MEASURED, *tests],
-            cwd=ROOT,
-            env=_environment(ROOT, COVERAGE_FILE=str(kept)),
-            check=True,
-        )
-    data = coverage.CoverageData(basename=str(kept))
-    data.read()
-    return data
+def passes(tests: tuple[str, ...], copy: Path) -> bool:
+    """Whether tests pass in a copy of the repository, see `Room`."""
+    return all(_passes(together.split(), copy) for together in tests)
 
 
-def reached_by(data: coverage.CoverageData) -> dict[str, dict[int, list[str]]]:
-    """File -> line -> node ids of the tests that execute it, outside of imports."""
-    reached: dict[str, dict[int, list[str]]] = {}
-    for file in data.measured_files():
-        tests = {
-            line: sorted({re.sub(r"\|\w+$", "", context) for context in contexts if context})
-            for line, contexts in data.contexts_by_lineno(file).items()
-        }
-        reached[str(Path(file).resolve().relative_to(ROOT))] = {k: v for k, v in tests.items() if v}
-    return reached
+def _passes(tests: list[str], copy: Path) -> bool:
+    run = subprocess.run(
+        [sys.executable, "-m", "pytest", "-q", "-x", "-n", "0", "-p", "no:cacheprovider"]
+        + [f"tests/{name}" for name in tests],
+        cwd=copy,
+        env={
+            **os.environ,
+            "PYTHONPATH": str(copy),
+            "NUMBA_CACHE_DIR": str(copy.parent / "numba"),
+        },
+        capture_output=True,
+        preexec_fn=lambda: resource.setrlimit(resource.RLIMIT_CPU, (LIMIT, LIMIT)),
+    )
+    return run.returncode == 0
 
 
-def caught(mutation: Mutation, tests: list[str], copy: Path) -> bool:
+def caught(mutation: Mutation, tests: tuple[str, ...], copy: Path) -> bool:
     """Whether a test fails once the line is changed.
 
     Args:
         mutation: to apply.
-        tests: node ids of the tests that reach the line.
+        tests: files and folders that run.
         copy: repository to change and to put right again.
     """
     path = copy / mutation.file
@@ -173,74 +216,87 @@ def caught(mutation: Mutation, tests: list[str], copy: Path) -> bool:
     lines[mutation.line - 1] = lines[mutation.line - 1].replace(mutation.before, mutation.after)
     path.write_text("".join(lines))
     try:
-        run = subprocess.run(
-            [*PYTEST, "-x", "-n", "0", "-p", "no:cacheprovider", *tests],
-            cwd=copy,
-            env=_environment(copy),
-            capture_output=True,
-            timeout=TIMEOUT,
-        )
-        return run.returncode != 0
-    except subprocess.TimeoutExpired:
-        return True
+        return not passes(tests, copy)
     finally:
         path.write_text(original)
 
 
-def _environment(root: Path, **more: str) -> dict[str, str]:
-    return {**os.environ, "PYTHONPATH": str(root), **more}
+def possible(room: Room) -> list[Mutation]:
+    """Every mutation of a room."""
+    found: list[Mutation] = []
+    for source in room.sources:
+        path = ROOT / "pamsim" / source
+        for file in sorted(path.rglob("*.py")) if path.is_dir() else [path]:
+            if file.name not in room.left_out:
+                found += mutations(file.relative_to(ROOT), file.read_text())
+    return found
 
 
-def check(rooms: list[str], count: int, seed: int, tests: list[str]) -> dict[str, Any]:
-    """Draw mutations at random and try each.
+def check(part: str, count: int, seed: int, result: dict[str, Any]) -> Iterator[None]:
+    """Draw mutations of a part at random and try each that a result does not hold yet.
 
     Args:
-        rooms: of pamsim, to draw from.
+        part: see `PARTS`.
         count: how many.
         seed: random seed of the draw.
-        tests: files and folders of the tests that count; all if empty.
+        result: of the part so far, or empty; filled, and complete enough to keep at each step.
+
+    Raises:
+        RuntimeError: if the result is of other sources, tests or options; if tests that noticed
+            every mutation fail where nothing is changed, too.
     """
-    reached = reached_by(measured_coverage(tests))
-    files = [f for room in rooms for f in sorted((ROOT / "pamsim" / room).rglob("*.py"))]
-    every = [
-        m
-        for file in files
-        for m in mutations(file.relative_to(ROOT), file.read_text())
-        if m.line in reached.get(m.file, {})
-    ]
-    drawn = random.Random(seed).sample(every, min(count, len(every)))
-    survivors: list[Mutation] = []
+    every = [(mutation, room) for room in PARTS[part] for mutation in possible(room)]
+    drawn = random.Random(f"{seed} {part}").sample(every, min(count, len(every)))
+    command = f"python scripts/mutation_check.py {part} --count {count} --seed {seed}"
+    if not result:
+        commit = _git("rev-parse", "--short", "HEAD")
+        result |= {"command": command, "commit": commit, "possible": len(every)}
+        result |= {"drawn": len(drawn), "tried": 0, "caught": 0, "survivors": []}
+    if result["command"] != command or _git("diff", result["commit"], "--", "pamsim", "tests"):
+        raise RuntimeError(
+            f"{part}: the sources, tests or options are not those of the result; remove the part"
+            " from it to begin anew"
+        )
     with tempfile.TemporaryDirectory() as folder:
         copy = Path(folder) / "repository"
         skipped = shutil.ignore_patterns(".git", ".venv", "out", "build", "dist", ".*_cache")
         shutil.copytree(ROOT, copy, ignore=skipped)
-        for mutation in tqdm(drawn, unit="mutation"):
-            if not caught(mutation, reached[mutation.file][mutation.line], copy):
-                survivors.append(mutation)
+        for mutation, room in tqdm(drawn[result["tried"] :], desc=part, unit="mutation"):
+            found = caught(mutation, room.tests, copy)
+            result["tried"] += 1
+            result["caught"] += found
+            if not found:
+                result["survivors"].append(asdict(mutation))
                 tqdm.write(f"{mutation.file}:{mutation.line}: {mutation.after}")
-    return {
-        "command": f"python scripts/mutation_check.py {' '.join(rooms)}"
-        f" --count {count} --seed {seed}" + (f" --tests {' '.join(tests)}" if tests else ""),
-        "possible": len(every),
-        "tried": len(drawn),
-        "caught": len(drawn) - len(survivors),
-        "survivors": [asdict(m) for m in survivors],
-    }
+            yield
+        survived = {(one["file"], one["line"], one["after"]) for one in result["survivors"]}
+        proven = {room.tests for m, room in drawn if (m.file, m.line, m.after) in survived}
+        rooms = [room.tests for _, room in drawn if room.tests not in proven]
+        tests = tuple(dict.fromkeys(name for names in rooms for name in names))
+        if tests and not passes(tests, copy):
+            raise RuntimeError(f"{part}: the tests fail where nothing is changed")
+
+
+def _git(*args: str) -> str:
+    run = subprocess.run(("git", *args), cwd=ROOT, capture_output=True, text=True, check=True)
+    return run.stdout.strip()
 
 
 def main() -> None:
     """Read the arguments, check, print and write."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("rooms", nargs="*", default=list(ROOMS), metavar="ROOM")
-    parser.add_argument("--count", type=int, default=60, help="mutations to try")
+    parser.add_argument("parts", nargs="*", default=list(PARTS), metavar="PART")
+    parser.add_argument("--count", type=int, default=20, help="mutations of each part")
     parser.add_argument("--seed", type=int, default=0, help="random seed of the draw")
-    parser.add_argument("--tests", nargs="+", default=[], help="files and folders; all if left out")
-    parser.add_argument("--json", type=Path, help="write the result here")
+    parser.add_argument("--json", type=Path, help="write the result here, and go on from it")
     given = parser.parse_args()
-    result = check(given.rooms, given.count, given.seed, given.tests)
-    print(f"{result['caught']} of {result['tried']} mutations caught")
-    if given.json:
-        given.json.write_text(json.dumps(result, indent=1) + "\n")
+    kept = json.loads(given.json.read_text()) if given.json and given.json.exists() else {}
+    for part in given.parts:
+        result = kept.setdefault(part, {})
+        for _ in check(part, given.count, given.seed, result):
+            if given.json:
+                given.json.write_text(json.dumps(kept, indent=1) + "\n")
+        print(f"{part}: {result['caught']} of {result['tried']} mutations caught", flush=True)
 
 
 if __name__ == "__main__":

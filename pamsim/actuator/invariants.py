@@ -39,6 +39,9 @@ from pamsim.pneumatics.air import GAS_CONSTANT, REFERENCE_DENSITY
 NOTHING, FINITE, PRESSURE, TENSION, MASS = 0.0, 1.0, 2.0, 3.0, 4.0
 """Codes of what is broken."""
 
+ABOVE_SUPPLY = 5.0
+"""Code of a set point that the supply cannot reach, which breaks nothing."""
+
 _COMMAND = slot("command")
 _FORCE_LAW = slot("force.law")
 _NOMINAL_LENGTH, _LENGTH_AT_ZERO = slot("braid.nominal_length"), slot("mounting.length_at_zero")

@@ -7,7 +7,7 @@ of `pamsim.actuator.layout`.
 from __future__ import annotations
 
 from pamsim.actuator.chamber_pressure import chamber_pressure
-from pamsim.actuator.commands import MEASURED, PULSE, VALVE
+from pamsim.actuator.commands import MEASURED, PRESSURE_SET, PULSE, VALVE
 from pamsim.actuator.layout import LINE, OPENING, SAG, TUBE, MutableRow, Row, slot
 from pamsim.pneumatics.air import GAS_CONSTANT
 from pamsim.pneumatics.laminar_gap import laminar_flow
@@ -42,6 +42,19 @@ _DEAD_ZONE = slot("valve.dead_zone")
 _DEAD_ZONE_ASYMMETRY = slot("valve.dead_zone_asymmetry")
 _TRAVEL_TIME = slot("valve.travel_time")
 _TUBE_RESISTANCE = slot("valve.tube_resistance")
+
+SENSOR_ERROR = 0.01
+"""Share of the supply's pressure by which a measured pressure may read above it."""
+
+
+def asks_too_much(par: Row, command: float) -> bool:
+    """Whether a command is a set point above the supply's pressure, errors of sensors apart.
+
+    Args:
+        par: parameter row.
+        command: signed opening, signed duty or gauge pressure [Pa], as the row specifies.
+    """
+    return par[_COMMAND] == PRESSURE_SET and command > (1.0 + SENSOR_ERROR) * par[_SUPPLY]
 
 
 def wanted_opening(par: Row, command: float, pressure: float, time: float) -> float:

@@ -84,7 +84,9 @@ class RestPredictor:
     def simulated(self, rig: Rig) -> FloatArray | None:
         """True angles at the ends of the rows' steps simulated in time, (n,) [rad]."""
         self.simulations += len(self._experiments)
-        runs = simulate_batch([(rig, e) for e in self._experiments], threads=self._threads)
+        runs = simulate_batch(
+            [(rig, e) for e in self._experiments], threads=self._threads, above_supply=True
+        )
         if any(run.outcome is not Outcome.COMPLETED for run in runs):
             return None
         return np.array([run.angle[-1] for run in runs])

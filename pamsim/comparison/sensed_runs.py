@@ -68,6 +68,7 @@ def sensed_runs(
         settle_steps=settle_steps,
         threads=threads,
         simulated=simulated,
+        above_supply=True,
     )
     of_key = dict(zip(different, runs, strict=True))
     return [

@@ -42,7 +42,9 @@ def complete_file(path: Path) -> Generator[Path]:
         finally:
             part.unlink(missing_ok=True)
     except OSError as error:
-        raise InputError(f"cannot write {path}: {error.strerror or error}") from None
+        # By its number: pyarrow gives the system's error in words of its own.
+        reason = os.strerror(error.errno) if error.errno else error
+        raise InputError(f"cannot write {path}: {reason}") from None
 
 
 def _flush(path: Path) -> None:

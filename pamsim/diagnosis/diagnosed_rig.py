@@ -109,7 +109,11 @@ class DiagnosedRig:
         menu = [p.experiment(muscles=muscles) for p in MENU.values()]
         jobs = [(r, experiment) for r in rigs if r is not None for experiment in menu]
         done = simulate_batch(
-            jobs, timestep=self._coarse, threads=self._threads, simulated=self._counted
+            jobs,
+            timestep=self._coarse,
+            threads=self._threads,
+            simulated=self._counted,
+            above_supply=True,
         )
         runs = iter(done)
         return [

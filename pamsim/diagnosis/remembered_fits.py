@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import hashlib
+import io
 import json
 from collections.abc import Iterator, Mapping, MutableMapping
 from pathlib import Path
@@ -66,8 +67,10 @@ class RememberedFits(MutableMapping[str, Mapping[str, Any]]):
 
     def __setitem__(self, key: str, value: Mapping[str, Any]) -> None:
         name = f"{ARRAYS}/{hashlib.sha256(key.encode()).hexdigest()[:16]}.npy"
+        content = io.BytesIO()  # by numpy itself, a full disk would be an error without its reason
+        np.save(content, value["jacobian"], allow_pickle=False)
         with complete_file(self._folder / name) as part:
-            np.save(part, value["jacobian"], allow_pickle=False)
+            part.write_bytes(content.getbuffer())
         self._fits[key] = {**value, "jacobian": name}
         self._file.save({"settings": self._settings, "fits": self._fits})
 

@@ -9,6 +9,7 @@ from pamsim.actuator.muscle import Muscle
 from pamsim.core.catalog import USER_DEFINED
 from pamsim.core.errors import InputError, nearest
 from pamsim.engine import plugin
+from pamsim.engine.control_range import control_range
 from pamsim.engine.stepping import muscle_ids, refuse_multistage
 from pamsim.engine.supply_check import check_supply
 
@@ -59,6 +60,7 @@ def attach(
     actuator.dyntype = mujoco.mjtDyn.mjDYN_INTEGRATOR
     actuator.actdim = state_size(muscle)
     actuator.userdata = row = pack(muscle)
+    actuator.ctrlrange = control_range(row) or (0.0, 0.0)
     codes = {float(row[_FORCE_LAW]), float(row[_HYSTERESIS_LAW])}
     if max(codes) >= USER_DEFINED:
         from pamsim.engine import user_laws  # with numba, which takes half a second to import

@@ -26,6 +26,7 @@ from pamsim.engine.settle import settle
 from pamsim.engine.simulate import Run, prepare, record
 from pamsim.engine.state import restore_state, save_state, settled
 from pamsim.engine.stepping import live
+from pamsim.engine.supply_check import refuse_above_supply
 from pamsim.engine.timestep_check import check_timestep
 
 _Key: TypeAlias = tuple[object, ...]
@@ -46,6 +47,7 @@ def simulate_batch(
     settle_steps: int = 1,
     threads: int | None = None,
     simulated: Callable[[], None] | None = None,
+    above_supply: bool = False,
 ) -> list[Recording]:
     """Run many experiments at once.
 
@@ -61,12 +63,16 @@ def simulate_batch(
             a muscle does not allow it.
         threads: how many run at a time; one per processor if left out.
         simulated: called as each simulation ends.
+        above_supply: True to simulate experiments that ask for more pressure than the supply has,
+            as recordings do whose supply is stated too low: the valves stay open, and the pressure
+            ends at the supply's. `pamsim.engine.supply_check.above_supply` says which do.
 
     Returns:
         One recording per job, in their order.
 
     Raises:
-        InputError: if an experiment does not fit its rig or the time step, or there is no thread.
+        InputError: if an experiment does not fit its rig or the time step, or asks for more
+            pressure than the supply has, or there is no thread.
         EngineError: if a rig's integrator cannot carry the muscles' memory.
         InvariantError: while `pamsim.checks` is on, if a run reaches a state that cannot be and its
             outcome does not report that it broke down.
@@ -74,6 +80,9 @@ def simulate_batch(
     if threads is not None and threads < 1:
         raise InputError(f"{threads} threads cannot run a simulation; give 1 or more")
     runs = [prepare(rig, experiment, timestep=timestep) for rig, experiment in jobs]
+    if not above_supply:
+        for run in runs:
+            refuse_above_supply(run.rig.muscles, run.experiment)
     first: dict[_Key, Run] = {}
     for run in runs:
         first.setdefault(_start(run), run)
@@ -85,7 +94,8 @@ def simulate_batch(
         settling = pool.map(lambda run: _settled(run, settle_steps), first.values())
         rests = dict(zip(first, settling, strict=True))
         recordings: list[Recording] = []
-        for recording in pool.map(lambda run: _recorded(run, rests[_start(run)]), runs):
+        recorded = pool.map(lambda run: _recorded(run, rests[_start(run)], above_supply), runs)
+        for recording in recorded:
             recordings.append(recording)
             if simulated is not None:
                 simulated()
@@ -114,9 +124,9 @@ def _settled(run: Run, steps: int) -> _Rest:
     return _Rest(save_state(run.model, data), data.warning.number.copy())
 
 
-def _recorded(run: Run, rest: _Rest) -> Recording:
+def _recorded(run: Run, rest: _Rest, above_supply: bool) -> Recording:
     data = mujoco.MjData(run.model)
     restore_state(run.model, data, rest.state)
     settled(run.model, data, run.experiment.start_pressure.tolist())  # under the run's own command
     data.warning.number[:] = rest.warnings
-    return record(run, data, tried=True)
+    return record(run, data, tried=True, above_supply=above_supply)

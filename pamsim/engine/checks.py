@@ -8,6 +8,8 @@ called.
 
 The engine cannot pass an error on. It is raised when `pamsim.simulate`, a step of an environment, a
 block of `pamsim.live` or one of `checks` ends, and what is left is printed when the process ends.
+A set point above the supply's pressure breaks nothing, since the valves then stay open: it is a
+warning, given at the same moments.
 """
 
 from __future__ import annotations
@@ -17,6 +19,7 @@ import ctypes
 import math
 import os
 import sys
+import warnings
 from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
@@ -24,7 +27,7 @@ from typing import Any
 
 import mujoco
 
-from pamsim.actuator.invariants import FINITE, MASS, PRESSURE
+from pamsim.actuator.invariants import ABOVE_SUPPLY, FINITE, MASS, PRESSURE
 from pamsim.actuator.layout import (
     AIR,
     AMBIENT,
@@ -114,6 +117,11 @@ class _Broken:
                 f"the chamber's absolute pressure is {value / 1e3:.6g} kPa, at most"
                 f" {bound / 1e3:.6g} kPa follow from its supply"
             )
+        elif self.code == ABOVE_SUPPLY:
+            what = (
+                f"a set point of {value / 1e3:.4g} kPa is above its supply; the simulation has the"
+                f" supply's {bound / 1e3:.4g} kPa at most"
+            )
         elif self.code == MASS:
             what = (
                 f"the air gained differs from what its valves and leaks passed by {value:.3g} kg/s,"
@@ -143,6 +151,7 @@ class _Switch:
 
 _switch = _Switch()
 _found: dict[int, _Broken] = {}
+_above_supply: dict[int, _Broken] = {}
 
 
 def is_on() -> bool:
@@ -162,6 +171,9 @@ def checks(on: bool = True) -> Iterator[None]:
         InvariantError: at the end of the block or in it, if a state cannot be: a number that is not
             finite, a pressure or tension that is impossible, air from nowhere, time that stands
             still. It names the step, the muscle and the numbers.
+
+    Warns:
+        RuntimeWarning: then too, of a set point above the supply's pressure.
     """
     before = _switch.on
     _switch.turn(on)
@@ -205,7 +217,8 @@ def report(model: int, data: int, code: float, actuator: int, value: float, boun
         time=ctypes.c_double.from_address(data + at["time"]).value,
         timestep=ctypes.c_double.from_address(model + at["timestep"]).value,
     )
-    _found.setdefault(data, broken)
+    found = _above_supply if code == ABOVE_SUPPLY else _found
+    found.setdefault(data, broken)
 
 
 reporter = _REPORT(report)
@@ -220,21 +233,41 @@ def raise_found(models: Iterable[mujoco.MjModel] | None = None) -> None:
 
     Raises:
         InvariantError: naming the first.
+
+    Warns:
+        RuntimeWarning: of the first set point above its supply.
     """
-    if not _found:
+    if not _found and not _above_supply:
         return
     named = None if models is None else {int(model._address): model for model in models}
-    mine = [at for at, one in _found.items() if named is None or one.model in named]
-    broken = [_found.pop(at) for at in mine]
+
+    def first(found: dict[int, _Broken]) -> str:
+        mine = [at for at, one in found.items() if named is None or one.model in named]
+        taken = [found.pop(at) for at in mine]
+        if not taken:
+            return ""
+        return taken[0].text(None if named is None else named[taken[0].model])
+
+    asked, broken = first(_above_supply), first(_found)
     if broken:
-        model = None if named is None else named[broken[0].model]
-        raise InvariantError(broken[0].text(model))
+        raise InvariantError(broken)
+    if asked:
+        warnings.warn(asked, RuntimeWarning, stacklevel=2)
 
 
 def forget(model: mujoco.MjModel) -> None:
     """Leave out what has been found in a model's runs, whose outcomes report it."""
-    for at in [at for at, one in _found.items() if one.model == int(model._address)]:
-        del _found[at]
+    _leave_out(model, _found)
+
+
+def allow_above_supply(model: mujoco.MjModel) -> None:
+    """Leave out a model's set points above its supply, of which the user has been warned."""
+    _leave_out(model, _above_supply)
+
+
+def _leave_out(model: mujoco.MjModel, found: dict[int, _Broken]) -> None:
+    for at in [at for at, one in found.items() if one.model == int(model._address)]:
+        del found[at]
 
 
 def check_clock(before: float, after: float, expected: float) -> None:
@@ -257,5 +290,5 @@ def check_clock(before: float, after: float, expected: float) -> None:
 
 @atexit.register
 def _print_left() -> None:
-    for one in _found.values():
+    for one in (*_above_supply.values(), *_found.values()):
         print(f"pamsim: {VARIABLE}: {one.text(None)}", file=sys.stderr)

@@ -13,7 +13,15 @@ import numba
 import numpy as np
 from numba import types
 
-from pamsim.actuator.invariants import FINITE, NOTHING, broken_invariant, never_charged
+from pamsim.actuator.invariants import (
+    ABOVE_SUPPLY,
+    FINITE,
+    NOTHING,
+    broken_invariant,
+    never_charged,
+)
+from pamsim.actuator.layout import slot
+from pamsim.actuator.muscle_valves import asks_too_much
 from pamsim.engine.compiled import (
     NO_ACTUATION,
     compiled_kernel,
@@ -26,6 +34,8 @@ from pamsim.engine.compiled import (
 )
 from pamsim.engine.jit import fingerprint, hand_to_numba, reached_functions
 from pamsim.engine.user_laws import CALLS, REPLACED
+
+_SUPPLY = slot("valve.supply_pressure")
 
 SYMBOL = "pamsim_broken_invariant"
 """Under which compiled code finds what reports a broken invariant."""
@@ -84,6 +94,9 @@ def _compile(key: str, word: Mapping[str, int]) -> Any:
             rates = doubles(data[act_dot], first, count)
             if never_charged(states):
                 return
+            sent = doubles(data[ctrl], entry(model[ctrladr], index), 1)[0]
+            if asks_too_much(row, sent):
+                _report(model_pointer, data_pointer, ABOVE_SUPPLY, index, sent, row[_SUPPLY])
             before = np.empty(count)
             for i in range(count):
                 before[i] = states[i] - step * rates[i]
@@ -95,7 +108,7 @@ def _compile(key: str, word: Mapping[str, int]) -> Any:
                 doubles(data[length], out, 1)[0],
                 doubles(data[velocity], out, 1)[0],
                 doubles(data[force], out, 1)[0],
-                doubles(data[ctrl], entry(model[ctrladr], index), 1)[0],
+                sent,
                 clock[time] - step,
                 step,
                 found,
@@ -125,7 +138,7 @@ def compiled_check(report: int) -> Any:
         ctypes function pointer, which stays referenced by this function's cache.
     """
     natives = compiled_kernel()  # hands the kernel's functions to numba
-    functions = reached_functions(broken_invariant, never_charged)
+    functions = reached_functions(broken_invariant, never_charged, asks_too_much)
     hand_to_numba(function for function in functions if function not in REPLACED)
     llvm.add_symbol(SYMBOL, report)
     llvm.add_symbol(ADVANCE, ctypes.cast(natives.advance, ctypes.c_void_p).value or 0)

@@ -11,16 +11,23 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
-from pamsim.actuator.invariants import FINITE, NOTHING, broken_invariant, never_charged
+from pamsim.actuator.invariants import (
+    ABOVE_SUPPLY,
+    FINITE,
+    NOTHING,
+    broken_invariant,
+    never_charged,
+)
 from pamsim.actuator.kernel import state_rates, tendon_force, tension
 from pamsim.actuator.layout import AIR, is_muscle, slot
-from pamsim.actuator.muscle_valves import fill_valve_of, line_sag
+from pamsim.actuator.muscle_valves import asks_too_much, fill_valve_of, line_sag
 from pamsim.engine import checks
 from pamsim.engine.structs import callback_offsets
 from pamsim.pneumatics.supply import VALVE
 
 _PARTNER, _BACKLASH = slot("partner"), slot("chain.backlash")
 _RESISTANCE, _SUPPLY_LINE = slot("valve.supply_resistance"), slot("valve.supply_line")
+_SUPPLY = slot("valve.supply_pressure")
 
 
 @dataclass(frozen=True)
@@ -129,6 +136,9 @@ def check(model: int, data: int, instance: int) -> None:
             continue
         if never_charged(muscle.act.tolist()):
             return
+        sent = float(muscle.command[0])
+        if asks_too_much(muscle.row, sent):
+            checks.report(model, data, ABOVE_SUPPLY, index, sent, float(muscle.row[_SUPPLY]))
         code = broken_invariant(
             muscle.row,
             (muscle.act - timestep * muscle.rates).tolist(),
@@ -137,7 +147,7 @@ def check(model: int, data: int, instance: int) -> None:
             float(muscle.length[0]),
             float(muscle.velocity[0]),
             float(muscle.force[0]),
-            float(muscle.command[0]),
+            sent,
             time - timestep,
             timestep,
             found,

@@ -28,6 +28,7 @@ from pamsim.core.errors import InputError, nearest
 from pamsim.core.parameters import FieldSpec, Sourced, check_value, specs
 from pamsim.core.signal_names import SignalNames
 from pamsim.engine.attach import attach, compile_model
+from pamsim.engine.control_range import state_control_ranges
 from pamsim.engine.dry_friction import (
     apply_friction_speed,
     make_friction_stick,
@@ -211,6 +212,7 @@ class Rig:
         if model is not self.model:
             mujoco.mj_setConst(model, mujoco.MjData(model))
             apply_friction_speed(model)
+            state_control_ranges(model)
         muscles = {
             name: unpack(model.actuator_user[index]) for index, name in enumerate(self.muscles)
         }
@@ -253,6 +255,7 @@ class Rig:
         kept = [index for index in range(SIZE) if index not in replaced]
         fresh.model.actuator_user[:, kept] = self.model.actuator_user[:, kept]
         copy_natives(self.model, fresh.model)
+        state_control_ranges(fresh.model)
         muscles = {n: unpack(fresh.model.actuator_user[i]) for i, n in enumerate(self.muscles)}
         return dataclasses.replace(fresh, muscles=muscles, sensor=self.sensor)
 
@@ -379,6 +382,7 @@ def set_command(model: mujoco.MjModel, command: str | Sequence[str]) -> None:
             raise InputError(f"no command {name!r}; {nearest(name, MUSCLE_DRIVES)}")
     codes = [COMMANDS.index("valve" if name == "sealed" else name) for name in given]
     model.actuator_user[:, slot("command")] = codes
+    state_control_ranges(model)
 
 
 def _merged(file: RigFile, name: str) -> dict[str, dict[str, Any]]:

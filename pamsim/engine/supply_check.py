@@ -8,6 +8,7 @@ import mujoco
 
 from pamsim.actuator.layout import slot
 from pamsim.actuator.muscle import Muscle
+from pamsim.actuator.muscle_valves import SENSOR_ERROR
 from pamsim.core.errors import InputError
 from pamsim.core.experiment import Experiment
 from pamsim.engine.stepping import muscle_ids
@@ -20,9 +21,6 @@ _SHARED = (
     "chamber.temperature",
     "chamber.atmosphere",
 )
-
-_SENSOR_ERROR = 0.01
-"""By how much a start pressure that was measured may read above the supply, as a share of it."""
 
 
 def above_supply(
@@ -46,8 +44,22 @@ def above_supply(
         f"{name}: a {what} of {pressure / 1e3:.4g} kPa is above its supply; the simulation has the"
         f" supply's {supply / 1e3:.4g} kPa instead"
         for (name, what), pressure in highest.items()
-        if pressure > (1.0 + _SENSOR_ERROR) * (supply := muscles[name].valve.supply_pressure)
+        if pressure > (1.0 + SENSOR_ERROR) * (supply := muscles[name].valve.supply_pressure)
     )
+
+
+def refuse_above_supply(muscles: Mapping[str, Muscle], experiment: Experiment) -> None:
+    """Refuse an experiment that asks more of the supply than it has.
+
+    Args:
+        muscles: of the rig that runs it, in actuator order.
+        experiment: commands in that order.
+
+    Raises:
+        InputError: naming the first muscle, and what the simulation would have instead.
+    """
+    for above in above_supply(muscles, [experiment]):
+        raise InputError(f"{above}; lower it, or raise valve.supply_pressure")
 
 
 def check_supply(model: mujoco.MjModel) -> None:

@@ -48,6 +48,7 @@ class RigVectorEnv(VectorEnv[FloatArray, NDArray[Any], NDArray[Any]]):
         max_episode_steps: int = EPISODE,
         **options: Any,
     ) -> None:
+        self.closed = True  # gymnasium 1.1 closes what is refused here, too
         for name, given in (("num_envs", num_envs), ("max_episode_steps", max_episode_steps)):
             if given < 1:
                 raise InputError(f"{name} = {given}; give 1 or more")
@@ -59,6 +60,7 @@ class RigVectorEnv(VectorEnv[FloatArray, NDArray[Any], NDArray[Any]]):
         }
         self.num_envs, self._steps = num_envs, max_episode_steps
         self.rigs = Rigs(env_settings(options), num_envs, threads, max_episode_steps + 1)
+        self.closed = False
         self.single_observation_space = self.rigs.observation_space
         self.single_action_space = self.rigs.action_space
         self.observation_space = batch_space(self.single_observation_space, num_envs)

@@ -2,10 +2,14 @@
 
 from __future__ import annotations
 
+import contextlib
+import errno
+import os
+import subprocess
+import tempfile
 from collections.abc import Iterable, Iterator, Sequence
 from itertools import chain
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -20,7 +24,7 @@ FILM_SUFFIXES = (".gif", ".mp4")
 _GIF_FASTEST = 50.0
 """Frames per second that every viewer of GIFs still shows at the right pace [Hz]."""
 _COLOURS = 255  # one of 256 is left for "as before", which keeps a GIF small
-_QUALITY = 8  # of 10, in imageio-ffmpeg's scale
+_CRF = 10  # constant quality of H.264, from 0, without loss, to 51
 
 
 def write_picture(path: Path, image: Picture) -> None:
@@ -119,14 +123,36 @@ def _write_mp4(path: Path, frames: Iterable[Picture], fps: float) -> None:
     height, width = first.shape[:2]
     # The common colour format halves the colours' resolution: sizes must be even.
     even = width + width % 2, height + height % 2
-    rate: Any = fps  # said to be an int, and handed on as any number
-    writer = imageio_ffmpeg.write_frames(
-        str(path), even, fps=rate, quality=_QUALITY, macro_block_size=2, ffmpeg_log_level="error"
-    )
-    writer.send(None)
-    try:
-        for frame in chain([first], rest):
-            padding = ((0, even[1] - height), (0, even[0] - width), (0, 0))
-            writer.send(np.ascontiguousarray(np.pad(frame, padding, mode="edge")))
-    finally:
-        writer.close()
+    padding = ((0, even[1] - height), (0, even[0] - width), (0, 0))
+    command = [imageio_ffmpeg.get_ffmpeg_exe(), "-y", "-v", "error"]
+    command += ["-f", "rawvideo", "-pix_fmt", "rgb24", "-s", f"{even[0]}x{even[1]}"]
+    command += ["-r", str(fps), "-i", "-", "-pix_fmt", "yuv420p", "-crf", str(_CRF), str(path)]
+    with (
+        tempfile.TemporaryFile() as log,
+        # In a session of its own, Ctrl-C does not reach it: what is begun is ended from here.
+        subprocess.Popen(
+            command, stdin=subprocess.PIPE, stderr=log, start_new_session=True
+        ) as ffmpeg,
+    ):
+        assert ffmpeg.stdin is not None
+        try:
+            for frame in chain([first], rest):
+                ffmpeg.stdin.write(np.pad(frame, padding, mode="edge").tobytes())
+            ffmpeg.stdin.close()
+        except BrokenPipeError:  # it has ended, and why stands in its log
+            with contextlib.suppress(BrokenPipeError):
+                ffmpeg.stdin.close()
+        except BaseException:
+            ffmpeg.kill()
+            raise
+        if ffmpeg.wait() != 0:
+            log.seek(0)
+            raise _error_of(log.read().decode(errors="replace"))
+
+
+def _error_of(log: str) -> OSError:
+    """What ffmpeg's log says that went wrong."""
+    for number in (errno.ENOSPC, errno.EFBIG, errno.EDQUOT):
+        if os.strerror(number) in log:
+            return OSError(number, os.strerror(number))
+    return OSError(f"ffmpeg failed: {' '.join(log.split()[-20:])}")

@@ -30,7 +30,9 @@ from typing import Any
 import imageio.v3 as iio
 import mujoco
 import numpy as np
+import pyarrow
 import tqdm
+from pyarrow import parquet
 
 import pamsim
 from pamsim.cli.main import main as pamsim_command
@@ -60,12 +62,14 @@ class Command:
         checkpoint: file that ``--resume`` goes on from; none if empty.
         near: relative difference that a resumed run may leave; 0 for none. A search that goes on
             where it was takes a trust region of the first size again, and so other steps.
+        kept: folder of what is finished, which is gone in the end; none if empty.
         needs: package without which it is left out.
     """
 
     args: tuple[str, ...]
     share: float = 1.0
     checkpoint: str = ""
+    kept: str = ""
     near: float = 0.0
     needs: str = ""
 
@@ -139,17 +143,40 @@ COMMANDS = {
     "train": Command(
         args=("train", "--steps", "6400", "--out", "policy.npz"), share=0.3, needs="torch"
     ),
+    "sweep": Command(
+        args=("sweep", f"{IN}/study.toml", "--out", "out", "--json", "all.json"),
+        checkpoint="out/study.json",
+        kept="out/chunks/",
+    ),
 }  # fmt: skip
 
 _LEFT_OUT = {"demo": "half a minute; it is hide and diagnose, which are tried"}
 """Commands that are left out everywhere -> why."""
 
+_STUDY = """
+schema = "pamsim-sweep/1"
+rig = "mas20_arm"
+design = "sobol"
+runs = 512
+seed = 1
+[experiment]
+drive = "pressure_set"
+start_pressure = [300, 300]
+final = [300, 100]
+duration = 0.1
+settle = 0.2
+[vary.load]
+low = 0
+high = 2
+unit = "kg"
+"""
+
 _TIMES = {"seconds", "wall_s"}
 """Keys of durations: what differs between two runs that nothing interrupts."""
 _COUNTS = {"evaluations", "calls", "iterations", "simulations", "steps", "diverged", "rollouts",
-           "parameter_sets"}  # fmt: skip
+           "parameter_sets", "kept"}  # fmt: skip
 """Keys of what a run took, in simulations: less where it was resumed."""
-_COUNT = re.compile(r"(?<=>)\d+(?=<)")
+_COUNT = re.compile(r"(?<=>)\d+(?=<)|\d+(?= runs kept)")
 _DURATION = re.compile(r"\d+(\.\d+)? s\b")
 
 
@@ -182,6 +209,7 @@ def prepare(root: Path) -> None:
     np.savetxt(inputs / "log.csv", log, "%.6g", ",", header="t,p1,p2,phi", comments="")
     shipped = Path(pamsim.__file__).parent / "data" / "dmsp20_300_force_map.csv"
     shutil.copyfile(shipped, inputs / "map.csv")
+    (inputs / "study.toml").write_text(_STUDY, encoding="utf-8")
     for args in INPUTS:
         Process(args, inputs).wait().check()
 
@@ -359,6 +387,8 @@ def faults(
                 yield f"{name} was left"
         elif name == command.checkpoint and not whole:
             yield from _parsed(path)
+        elif command.kept and name.startswith(command.kept) and not whole:
+            yield from _read(path)
         elif name not in right:
             yield f"{name} is not of the result"
         elif what := _difference(path, right[name], near):
@@ -373,6 +403,13 @@ def _parsed(path: Path) -> Iterator[str]:
     try:
         json.loads(path.read_text(encoding="utf-8"))
     except ValueError as error:
+        yield f"{path.name}: {error}"
+
+
+def _read(path: Path) -> Iterator[str]:
+    try:
+        parquet.read_table(path, use_threads=False, page_checksum_verification=True)
+    except (OSError, pyarrow.ArrowException) as error:
         yield f"{path.name}: {error}"
 
 
@@ -487,15 +524,19 @@ def study(
     count = getattr(options, tries)
     tqdm.tqdm.monitor_interval = 0  # no thread beside: the process forks
     out = left_out()
+    command = f"python scripts/trust/{script} --{tries} {count} --seed {options.seed}"
     result = {
-        "command": f"python scripts/trust/{script} --{tries} {count} --seed {options.seed}",
+        "command": command,
         "mujoco": mujoco.__version__,
         "python": platform.python_version(),
         "commands": {},
         "left_out": out,
     }
     if options.json is not None and options.json.exists():
-        result["commands"] = json.loads(options.json.read_text(encoding="utf-8"))["commands"]
+        before = json.loads(options.json.read_text(encoding="utf-8"))
+        result["commands"] = before["commands"]
+        if options.command != list(COMMANDS):
+            result["command"] = before["command"]
     here = {name: one.share for name, one in COMMANDS.items() if name not in out}
     failed = 0
     with tempfile.TemporaryDirectory() as folder:
@@ -504,6 +545,8 @@ def study(
         for name in [name for name in options.command if name in here]:
             share = max(1, round(count * here[name] / sum(here.values())))
             row = row_of(name, share, options.seed, root)
+            if options.command != list(COMMANDS):
+                row["command"] = f"{command} --command '{name}'"
             failed += int(row["failed"])
             result["commands"][name] = row
             if options.json is not None:

@@ -59,3 +59,18 @@ def test_the_tendon_feels_it_both_ways_and_the_muscle_s_tension_does_not():
         < 0.0
         < kernel.tendon_force(row, slack, 0.0, 0.12, 2e-3, STEP)
     )
+
+
+@pytest.mark.parametrize(
+    ("forces", "acts", "sticks"),
+    [
+        ({}, False, False),
+        ({"stribeck_force": 9.0}, True, False),
+        ({"coulomb_force": 9.0}, True, True),
+        ({"breakaway_force": 9.0}, True, True),
+        ({"tension_share": 0.02}, True, True),
+    ],
+)
+def test_any_of_its_forces_alone_is_friction_and_all_but_the_smooth_one_stick(forces, acts, sticks):
+    friction = Friction(**forces)
+    assert (friction.acts, friction.sticks) == (acts, sticks)

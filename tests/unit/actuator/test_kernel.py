@@ -569,7 +569,7 @@ def test_a_chamber_without_volume_stops_the_run():
 
 @pytest.mark.parametrize("extensibility", [0.0, 1.3e-7, 4e-7])
 @pytest.mark.parametrize("loss", [0.0, 0.6])
-@pytest.mark.parametrize("force", [law for law in FORCES if not law.startswith("pleated")])
+@pytest.mark.parametrize("force", FORCES)
 def test_static_force_and_volume_have_one_potential(force, loss, extensibility):
     """dV/dl = -dF/dp with an extensible braid and the ends' loss: no closed path gives work."""
     base = make(force, passive=STRETCHED)
@@ -579,11 +579,15 @@ def test_static_force_and_volume_have_one_potential(force, loss, extensibility):
         end_shape=EndShape(loss=loss, onset=0.02),
     )
     row = pack(muscle).tolist()
-    checked = 0
+    # The force of a pleated muscle is infinite at nominal length, near which the ends' loss begins.
+    pleated = force.startswith("pleated")
+    near, checked = 1e-3 if pleated else 1e-5, 0
     for tendon, pressure, _ in CASES:
         # Ends and the corrected law are exact where the muscle pulls, from 2 bar on.
         _, kappa = geometry(muscle, tendon)
         strained = 1.0 - (1.0 - kappa) / (1.0 + extensibility * pressure)
+        if pleated and strained < 0.02:
+            continue
         above = pressure - muscle.threshold.pressure
         if above < 2.1e5 or not static_muscle.active_force(row, above, max(strained, kappa)) > 0.0:
             continue
@@ -593,7 +597,7 @@ def test_static_force_and_volume_have_one_potential(force, loss, extensibility):
         by_pressure = static_muscle.static_force(row, tendon, pressure + step)
         by_pressure -= static_muscle.static_force(row, tendon, pressure - step)
         by_pressure /= 2.0 * step
-        assert by_length / (2.0 * h) == pytest.approx(-by_pressure, rel=1e-5, abs=1e-8)
+        assert by_length / (2.0 * h) == pytest.approx(-by_pressure, rel=near, abs=1e-8)
         checked += 1
     assert checked >= 5
 

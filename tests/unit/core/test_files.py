@@ -59,6 +59,18 @@ def test_a_full_disk_leaves_the_old_file(tmp_path, monkeypatch):
     assert list(tmp_path.iterdir()) == [path]
 
 
+@pytest.mark.parametrize(
+    ("error", "reason"),
+    [
+        (OSError(errno.ENOSPC, "Error writing bytes to file"), "No space left on device"),
+        (OSError("ffmpeg failed: Unknown encoder"), "ffmpeg failed: Unknown encoder"),
+    ],
+)
+def test_the_reason_is_the_system_s_in_whatever_words_a_library_puts_it(tmp_path, error, reason):
+    with refused(f"data.txt: {reason}"), complete_file(tmp_path / "data.txt"):
+        raise error
+
+
 def test_two_writers_of_one_file_do_not_share_their_halves(tmp_path):
     path = tmp_path / "data.txt"
     with complete_file(path) as first:

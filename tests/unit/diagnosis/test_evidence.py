@@ -8,7 +8,14 @@ from scipy import stats
 
 from pamsim.comparison.noise_floor import noise_floor
 from pamsim.comparison.trial_residuals import TrialLayout
-from pamsim.diagnosis.method.evidence import compare_trials, share_of_rows, share_of_trials
+from pamsim.diagnosis.method.evidence import (
+    compare_rows,
+    compare_trials,
+    losses,
+    perfect_losses,
+    share_of_rows,
+    share_of_trials,
+)
 from pamsim.inference.residual_block import ResidualBlock, layout
 
 
@@ -52,6 +59,42 @@ def test_without_repeats_nothing_is_sure():
     found = compare_trials({"a": 2.0, "b": 3.0}, {"a": 1.0, "b": 1.0}, {"a": "p", "b": "q"})
     assert found.p_value == 1.0
     assert found.error == np.inf
+
+
+def test_the_standard_error_is_the_scatter_of_the_gain():
+    """Of protocols of two, five and one trial; the one that is alone scatters as the others."""
+    rng = np.random.default_rng(16)
+    found = [
+        compare_trials(*table(rng, sizes=(2, 5, 1), strata=(0.0, 1.0, 2.0))) for _ in range(3000)
+    ]
+    scatter = np.std([one.gain for one in found])
+    assert np.sqrt(np.mean([one.error**2 for one in found])) == pytest.approx(scatter, rel=0.05)
+    assert found[0].standard_errors == found[0].gain / found[0].error
+
+
+def test_a_gain_without_any_scatter_is_certain_and_none_is_none():
+    before = {"a": 2.0, "b": 2.0}
+    protocol_of = dict.fromkeys(before, "p")
+    for after, p_value in ((1.0, 0.0), (2.0, 1.0), (3.0, 1.0)):
+        found = compare_trials(before, dict.fromkeys(before, after), protocol_of)
+        assert (found.gain, found.error, found.p_value) == (2.0 - after, 0.0, p_value)
+        assert found.standard_errors == 0.0
+
+
+def test_the_loss_of_a_perfect_model_is_the_noise_of_its_protocol():
+    """0.1 and 0.3 deg of noise: a fifth and nine fifths of their mean variance, in each channel."""
+    found = blocks(np.random.default_rng(17), repeats=6)
+    residual = np.concatenate([b.residual for b in found])
+    held_out = frozenset({"calm_0", "rough_0", "rough_1"})
+    places = TrialLayout(places=layout(found), held_out=held_out)
+    floor = noise_floor(places, residual)
+    expected = {"calm_0": 0.2, "rough_0": 1.8, "rough_1": 1.8}
+    assert perfect_losses(places, floor) == pytest.approx(expected, rel=0.1)
+    assert losses(places, residual, floor, held_out=True) == pytest.approx(expected, rel=0.15)
+    twice = losses(places, 2.0 * residual, floor, held_out=False)
+    once = losses(places, residual, floor, held_out=False)
+    assert set(once) == {b.trial for b in found} - held_out
+    assert twice == pytest.approx({name: 4.0 * loss for name, loss in once.items()})
 
 
 def blocks(rng, *, repeats, count=400, model=0.0):
@@ -132,3 +175,41 @@ def test_the_share_of_rows_is_that_of_their_mean_squares():
     low, high = share.interval95
     assert low < 0.75 < high
     assert share_of_rows(after, before).value == 0.0
+
+
+def test_nothing_is_explained_where_nothing_is_gained_and_all_where_nothing_was_missed():
+    names = [f"{p}_{i}" for p in "ab" for i in range(3)]
+    protocol_of = {name: name[0] for name in names}
+
+    def share(before, after, perfect):
+        levels = (dict.fromkeys(names, level) for level in (before, after, perfect))
+        return share_of_trials(*levels, protocol_of).value
+
+    assert share(2.0, 2.0, 1.0) == share(2.0, 2.5, 1.0) == 0.0
+    assert share(0.9, 0.8, 1.0) == share(1.0, 0.9, 1.0) == 1.0
+    assert share(2.0, 0.5, 1.0) == 1.0
+    assert share(1.08, 1.04, 1.0) == pytest.approx(0.5)  # of a small gap
+
+
+def test_rows_are_compared_by_their_squared_errors():
+    rng = np.random.default_rng(18)
+    before, after = rng.standard_normal(40), 0.8 * rng.standard_normal(40)
+    found = compare_rows(before, after)
+    peer = stats.ttest_rel(before**2, after**2)
+    assert found.gain == pytest.approx(np.mean(before**2) - np.mean(after**2))
+    assert found.standard_errors == pytest.approx(peer.statistic)
+    assert found.degrees == peer.df
+    order = rng.permutation(40)
+    assert compare_rows(before[order], after[order]).p_value == found.p_value
+    assert compare_rows(before[:1], after[:1]).error == np.inf
+
+
+def test_rows_in_which_neither_is_better_have_uniform_p_values():
+    runs = 300
+    p = np.array([
+        compare_rows(*np.random.default_rng([19, run]).standard_normal((2, 12))).p_value
+        for run in range(runs)
+    ])  # fmt: skip
+    for level in (0.05, 0.25, 0.5):
+        error = np.sqrt(level * (1.0 - level) / runs)
+        assert np.mean(p <= level) == pytest.approx(level, abs=3.0 * error)

@@ -66,6 +66,14 @@ def test_its_size_is_the_mean_square_of_what_is_shared():
     assert np.mean(sizes) == pytest.approx(0.5 * 0.2**2, rel=0.2)
 
 
+def test_its_standard_error_is_the_scatter_of_the_size_where_nothing_is_shared():
+    found = [lack(noisy(np.random.default_rng([21, s]), 0.0, repeats=3)) for s in range(200)]
+    scatter = np.std([one.size for one in found])
+    assert np.sqrt(np.mean([one.error**2 for one in found])) == pytest.approx(scatter, rel=0.15)
+    for one in found:
+        assert one.at_most == one.error + (one.size if one.size > 0.0 else 0.0)
+
+
 @pytest.mark.parametrize("varying", [0.0, 1.0])
 def test_chance_is_held_to_be_more_as_often_as_it_says(varying):
     found = [lack(noisy(np.random.default_rng([7, s]), 0.0, varying=varying)) for s in range(120)]

@@ -40,6 +40,24 @@ def test_an_array_that_cannot_be_read_is_said_in_one_line(tmp_path, spoil):
         RememberedFits(tmp_path, ["data", 1], resume=True)["one"]
 
 
+@pytest.fixture
+def small_files():
+    """No file may grow beyond 4 KiB, as on a disk with no more room."""
+    resource = pytest.importorskip("resource")
+    before = resource.getrlimit(resource.RLIMIT_FSIZE)
+    resource.setrlimit(resource.RLIMIT_FSIZE, (4096, before[1]))
+    yield
+    resource.setrlimit(resource.RLIMIT_FSIZE, before)
+
+
+@pytest.mark.usefixtures("small_files")
+def test_an_array_for_which_there_is_no_room_is_said_with_the_reason(tmp_path):
+    fits = RememberedFits(tmp_path, ["data", 1])
+    with pytest.raises(InputError, match=r"\Acannot write [^\n]*\.npy: File too large\Z"):
+        fits["one"] = {**FIT, "jacobian": np.zeros((1000, 3))}
+    assert not list((tmp_path / ARRAYS).iterdir())
+
+
 def test_fits_of_other_data_or_none_are_refused(tmp_path):
     with pytest.raises(InputError, match="holds no interrupted diagnosis"):
         RememberedFits(tmp_path, ["data", 1], resume=True)

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from pamsim.core.errors import InputError
-from pamsim.diagnosis.method import trial_search
+from pamsim.diagnosis.method import trial_diagnosis, trial_search
 from pamsim.diagnosis.method.evidence import compare_trials, losses
 from pamsim.diagnosis.method.lack_of_fit import LackOfFit, shared_when_held_out
 from pamsim.diagnosis.method.trial_diagnosis import conclude, diagnose_trials
@@ -87,6 +87,42 @@ def test_what_no_effect_explains_is_called_unexplained():
     for seed in range(3):
         one = found({"ripple": 0.05}, seed=seed)
         assert one.conclusion.verdict is Verdict.UNEXPLAINED
+
+
+@pytest.mark.parametrize(
+    ("p_value", "excess", "mapped", "verdict"),
+    [
+        (9e-4, 0.11, True, Verdict.UNEXPLAINED),
+        (9e-4, 0.11, False, Verdict.NO_GAP),
+        (9e-4, 0.09, True, Verdict.NO_GAP),
+        (2e-3, 0.11, True, Verdict.NO_GAP),
+    ],
+)
+def test_a_gap_in_one_cell_is_certain_if_it_is_significant_large_and_on_a_map(
+    monkeypatch, p_value, excess, mapped, verdict
+):
+    def cells(*given):
+        first, *others = real(*given)
+        return (dataclasses.replace(first, p_value=p_value, excess=excess), *others)
+
+    real = trial_diagnosis.cells
+    monkeypatch.setattr(trial_diagnosis, "cells", cells)
+    monkeypatch.setattr(trial_diagnosis, "systematic", lambda _: mapped)
+    assert found({}).conclusion.verdict is verdict
+
+
+def test_what_is_left_is_stated_where_it_is_certain_and_only_there():
+    none = found({}).conclusion
+    assert none.verdict is Verdict.NO_GAP
+    assert (none.nearest, none.explained.value, none.left_for_certain) == (None, 0.0, 0.0)
+    assert found({"dry": 0.06}).conclusion.left_for_certain == 0.0
+    near = found({"wide": 0.1}, repeats=8).conclusion
+    assert near.verdict is Verdict.NAMED_WITH_REMAINDER
+    assert near.left_for_certain >= near.lack.size > 0.0
+    missed = found({"ripple": 0.05})
+    gap = np.mean([missed.base_loss[t] - loss for t, loss in missed.perfect_loss.items()])
+    assert missed.conclusion.left_for_certain == missed.conclusion.remainder
+    assert missed.conclusion.remainder == pytest.approx(gap, rel=0.1)
 
 
 def test_what_all_repeats_share_is_no_noise_however_much_the_noise_drifts():

@@ -73,6 +73,7 @@ OTHER_FORMS = [
     "valve_dead_zone:asymmetric",
     "viscoelastic_creep:two_branch",
     "muscle_hysteresis:free_shape",
+    "muscle_hysteresis:maxwell_slip",
     "muscle_hysteresis:constant",
 ]
 EVERY = [*CONTRACT, *AT_REST, *RARE, *OTHER_FORMS]
@@ -112,6 +113,8 @@ def test_the_contract_s_names_are_all_there():
 
 
 def test_forms_of_one_physics_share_its_name_and_its_family():
+    others = [form.label for forms in FORMS.values() for form in forms[1:]]
+    assert sorted(others) == sorted(OTHER_FORMS)
     for name, forms in FORMS.items():
         assert forms[0] is effect(name) is EFFECTS[name]
         assert len({form.form for form in forms}) == len(forms)
@@ -169,6 +172,28 @@ def test_a_search_may_reach_neutral_and_every_probe(name, rig):
             assert parameter.low < probe.values[parameter.name] < parameter.high
     assert len({tuple(probe.values.values()) for probe in one.probes}) == len(one.probes)
     assert len({probe.size for probe in one.probes}) == len(effect(name).probes)
+
+
+@pytest.mark.parametrize("name", EVERY)
+def test_a_search_begins_at_different_places_inside_the_range(name):
+    for parameter in effect(name).parameters:
+        begins = [*parameter.starts, parameter.typical] if parameter.shape else parameter.starts
+        assert all(parameter.low <= begin <= parameter.high for begin in begins)
+        assert len(set(begins)) == len(begins)
+
+
+@pytest.mark.parametrize("name", EVERY)
+def test_an_effect_with_a_threshold_acts_at_one_of_its_probes(name):
+    """The first probe is small, and none is passed by: each is some three to five times the last,
+    or the last that the range holds."""
+    first, *others = effect(name).probes
+    if len(others) == 1:  # slower and faster than the trials, no threshold
+        return
+    assert first <= 0.3
+    typical, high = effect(name).parameters[0].typical, effect(name).parameters[0].high
+    for last, probe in itertools.pairwise((first, *others)):
+        assert probe <= 5.0 * last
+        assert probe >= 3.0 * last or 3.0 * last * typical > high
 
 
 def test_an_effect_may_act_on_any_one_muscle(rig):

@@ -4,11 +4,12 @@ from __future__ import annotations
 
 from dataclasses import replace
 
+import mujoco
 import numpy as np
 import pytest
 
 import pamsim
-from pamsim.core.errors import InputError
+from pamsim.core.errors import InputError, InvariantError
 from pamsim.engine.batch import simulate_batch
 from pamsim.engine.supply_check import above_supply
 
@@ -19,9 +20,12 @@ def rig():
 
 
 def test_a_set_point_and_a_start_above_the_supply_are_refused(rig):
+    below = pamsim.pressure_step((2e5, 2e5), (2e5, 3e5), duration=0.01)
     step = pamsim.pressure_step((2e5, 2e5), (2e5, 9e5), duration=0.01)
     with pytest.raises(InputError, match=r"muscle_2: a set point of 900 kPa .* 600 kPa instead"):
         pamsim.simulate(rig, step)
+    with pytest.raises(InputError, match=r"muscle_2: a set point of 900 kPa .* 600 kPa instead"):
+        simulate_batch([(rig, below), (rig, step)])
     start = pamsim.pressure_step((2e6, 2e5), (2e5, 2e5), duration=0.01)
     with pytest.raises(InputError, match=r"muscle_1: a start pressure of 2000 kPa .* raise valve"):
         pamsim.simulate(rig, start)
@@ -32,7 +36,7 @@ def test_the_number_is_what_the_simulation_has(rig):
     weak = rig.with_parameters({"valve.supply_pressure": 5e5})
     (text,) = above_supply(weak.muscles, [step])
     assert text.endswith("the simulation has the supply's 500 kPa instead")
-    (run,) = simulate_batch([(weak, step)])
+    (run,) = simulate_batch([(weak, step)], above_supply=True)
     assert run.pressure[-1, 1] == pytest.approx(5e5, rel=1e-3)
 
 
@@ -46,3 +50,54 @@ def test_the_supply_itself_noise_and_measured_pressures_are_not_above_it(rig):
     each = replace(step, drive=drives, command_value=np.array([[1.0, 7e5]]))
     (text,) = above_supply(rig.muscles, [each, step])
     assert text.startswith("muscle_2: a set point of 700 kPa")
+
+
+@pytest.mark.parametrize("backend", ["compiled", "python"])
+def test_plain_steps_with_a_set_point_above_the_supply_warn_while_steps_are_checked(rig, backend):
+    model = rig.model_for(command=("pressure_set", "valve"))
+    data = mujoco.MjData(model)
+    pamsim.reset(model, data, (2e5, 2e5))
+
+    def step(first, second=0.0):
+        data.ctrl[:] = first, second
+        with pamsim.live(model, backend=backend):
+            mujoco.mj_step(model, data, 2)
+
+    step(6.05e5)
+    message = r"'muscle_1'.* set point of 900 kPa is above its supply; .* 600 kPa at most"
+    with pytest.warns(RuntimeWarning, match=message):
+        step(9e5)
+    with pamsim.checks(False):
+        step(9e5)
+    step(6e5, 7e5)  # of a valve: open
+
+
+def test_an_error_comes_before_a_set_point_above_the_supply(rig):
+    model = rig.model_for()
+    data = mujoco.MjData(model)
+    pamsim.reset(model, data, (2e5, 2e5))
+    data.ctrl[:] = 9e5
+    mujoco.mj_step(model, data)
+    data.act[:] = np.nan
+    with pytest.raises(InvariantError, match="not finite"), pamsim.checks():
+        mujoco.mj_step(model, data)
+
+
+@pytest.mark.parametrize("made", ["rig", "attached"])
+def test_models_state_the_range_of_their_controls(rig, made):
+    if made == "rig":
+        weak = rig.with_parameters({"muscle_2:valve.supply_pressure": 5e5})
+        model, valves = weak.model_for(), weak.model_for(command=("valve", "measured"))
+        assert weak.model.actuator_ctrlrange[1, 1] == 5e5
+        assert valves.actuator_ctrlrange[0].tolist() == [-1.0, 1.0]
+        assert valves.actuator_ctrllimited.tolist() == [True, False]
+        assert weak.with_operator("maxwell_slip").model.actuator_ctrlrange[1, 1] == 5e5
+    else:
+        spec = mujoco.MjSpec.from_file(str(rig.file.mjcf))
+        for name, supply in (("muscle_1", 6e5), ("muscle_2", 5e5)):
+            valve = replace(rig.muscles[name].valve, supply_pressure=supply)
+            muscle = replace(rig.muscles[name], valve=valve)
+            pamsim.attach(spec, tendon=rig.file.tendons[name], muscle=muscle, name=name)
+        model = pamsim.compile_model(spec)
+    assert model.actuator_ctrllimited.all()
+    assert model.actuator_ctrlrange.tolist() == [[0.0, 6e5], [0.0, 5e5]]

@@ -7,8 +7,10 @@ import math
 import numpy as np
 import pytest
 
+from pamsim.core.parameters import specs
 from pamsim.pneumatics.orifice import mass_flow
 from pamsim.pneumatics.valves import (
+    ValvePair,
     clamped_opening,
     own_dead_zone,
     past_dead_zone,
@@ -135,3 +137,9 @@ def test_each_valve_connects_its_own_side(chamber):
         assert flow(-opening, chamber) == mass_flow(EXHAUST, chamber, opening * VENT, *AIR)
     assert flow(1.0, chamber) * (SUPPLY - chamber) >= 0.0
     assert flow(-1.0, chamber) * (EXHAUST - chamber) >= 0.0
+
+
+def test_fill_and_exhaust_may_be_as_large_as_each_other():
+    limits = dict(specs(ValvePair))
+    fill, exhaust = limits["conductance_fill"], limits["conductance_exhaust"]
+    assert (fill.low, fill.high, fill.unit) == (exhaust.low, exhaust.high, exhaust.unit)
