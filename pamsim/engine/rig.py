@@ -290,23 +290,7 @@ def _compiled(file: RigFile, *, scene: bool = False) -> Rig:
         )
         for name in file.tendons
     }
-    path = file.scene if scene and file.scene else file.mjcf
-    try:
-        spec = mujoco.MjSpec.from_file(str(path))
-    except ValueError as error:
-        raise InputError(f"{path}: {' '.join(str(error).split())}") from error
-    if spec.actuators:
-        raise InputError(
-            f"{path}: a rig's MJCF may not have actuators, as {spec.actuators[0].name!r}; its"
-            " muscles come from params.toml. Remove it, or use pamsim.attach for a mixed model"
-        )
-    if not scene:
-        remove_visual_geoms(spec)
-    for joint in file.rods:
-        _put_rod(spec, joint, file.folder / "params.toml")
-    for name, tendon in file.tendons.items():
-        attach(spec, tendon=tendon, muscle=muscles[name], name=name)
-    reserve_friction_speed(spec)
+    spec = rig_spec(file, muscles, scene=scene)
     model = compile_model(spec)
     make_friction_stick(model)
     for name, entry in file.native.items():
@@ -324,6 +308,37 @@ def _compiled(file: RigFile, *, scene: bool = False) -> Rig:
     except InputError as error:
         raise InputError(f"{file.folder / 'params.toml'}: {error}") from None
     return rig
+
+
+def rig_spec(file: RigFile, muscles: Mapping[str, Muscle], *, scene: bool = False) -> mujoco.MjSpec:
+    """A rig's MJCF with a muscle on each declared tendon, to be compiled.
+
+    Args:
+        file: what its folder states.
+        muscles: name -> muscle.
+        scene: see `load_rig`.
+
+    Raises:
+        InputError: for an MJCF that cannot be read, or has actuators of its own.
+    """
+    path = file.scene if scene and file.scene else file.mjcf
+    try:
+        spec = mujoco.MjSpec.from_file(str(path))
+    except ValueError as error:
+        raise InputError(f"{path}: {' '.join(str(error).split())}") from error
+    if spec.actuators:
+        raise InputError(
+            f"{path}: a rig's MJCF may not have actuators, as {spec.actuators[0].name!r}; its"
+            " muscles come from params.toml. Remove it, or use pamsim.attach for a mixed model"
+        )
+    if not scene:
+        remove_visual_geoms(spec)
+    for joint in file.rods:
+        _put_rod(spec, joint, file.folder / "params.toml")
+    for name, tendon in file.tendons.items():
+        attach(spec, tendon=tendon, muscle=muscles[name], name=name)
+    reserve_friction_speed(spec)
+    return spec
 
 
 def _put_rod(spec: mujoco.MjSpec, joint: str, where: Path) -> None:
