@@ -14,8 +14,9 @@ Models and data: ``import_log`` (a recording of a lab's own log), ``read_recordi
 (transfer functions), ``fit`` (force laws and hysteresis), ``check`` (what recordings are and could
 show), ``calibrate`` (parameters of a rig), ``diagnose`` (the effect that a simulation is missing),
 ``hide`` (synthetic recordings with a hidden effect), ``sweep`` (many simulations over varied
-parameters), ``simulate_worlds`` (many experiments at once on a GPU), ``reproduce`` and ``replicate`` (the source
-papers). Their results have ``summary()``, ``to_dict()`` and ``save(folder)``; ``plot`` draws them.
+parameters), ``simulate_worlds`` (many experiments at once on a GPU), ``reproduce`` and
+``replicate`` (the source papers). Their results have ``summary()``, ``to_dict()`` and
+``save(folder)``; ``plot`` draws them.
 
 A law or an effect of your own is written with `ForceLaw`, `Operator`, `Hysteresis`,
 `ParameterGroup`, ``parameter``, `Effect` and `EffectParameter`.

@@ -41,6 +41,8 @@ class Port:
 
     Args:
         precision: one of `PRECISIONS`.
+        name: of the Warp module, to which the precision is added. All that is in a module is
+            compiled again whenever something is added to it.
 
     Attributes:
         module: the Warp module.
@@ -50,12 +52,12 @@ class Port:
         InputError: for another precision, or if Warp is not installed.
     """
 
-    def __init__(self, precision: str) -> None:
+    def __init__(self, precision: str, name: str = "pamsim.gpu") -> None:
         if precision not in PRECISIONS:
             raise InputError(f"no precision {precision!r}; give {' or '.join(PRECISIONS)}")
         self._wp = wp = warp()
         self.scalar: Any = getattr(wp, precision)
-        self.module: Any = wp.get_module(f"pamsim.gpu.{precision}")
+        self.module: Any = wp.get_module(f"{name}.{precision}")
         # Nobody differentiates the steps, and the code for it doubles the time to compile.
         wp.set_module_options({"enable_backward": False}, module=self.module)
         self._replaced = {**OUTSIDE, **(IN_SINGLE if precision == "float32" else {})}

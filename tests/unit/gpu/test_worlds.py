@@ -175,3 +175,24 @@ def test_pamsim_does_not_import_warp():
     code = "import sys, pamsim.envs.rig_vector_env; pamsim.load_rig('mas20_arm');"
     code += "assert not {'warp', 'mujoco_warp'} & set(sys.modules)"
     subprocess.run([sys.executable, "-c", code], check=True)
+
+
+@pytest.mark.parametrize(
+    "name",
+    [
+        "muscle_bench",
+        pytest.param("two_joint_arm", marks=pytest.mark.slow),
+        pytest.param("equimus_leg", marks=pytest.mark.slow),
+    ],
+)
+def test_other_rigs_move_as_in_the_engine(name):
+    """With one muscle, with two joints, with spatial tendons and actuators that push."""
+    rig = pamsim.load_rig(name)
+    start = np.full(len(rig.muscles), 0.25 * rig.supply_pressure)
+    final = np.where(np.arange(len(start)) % 2, start, 1.6 * start)
+    move = pamsim.pressure_step(start.tolist(), final.tolist(), duration=0.3, sample_rate=100.0)
+    own = pamsim.simulate(rig, move).completed()
+    (other,) = simulate_worlds([(rig, move)], device="cpu", threads=1)
+    assert np.ptp(own.positions, axis=0).max() > 5e-3
+    assert other.positions == pytest.approx(own.positions, abs=5e-6)
+    assert other.tension == pytest.approx(own.tension, abs=0.02)
