@@ -113,7 +113,6 @@ class Worlds:
         self.count, self._wp, self._mjw = count, wp, mjw
         self._device = wp.get_device(device)
         self._kernels, self._scalar = muscle_kernels(precision), port(precision).scalar
-        self._type = np.dtype(precision)
         self._precision, self._scratch = precision, mujoco.MjData(model)
         self._base = model
         bare = engine_model(rig, model)
@@ -153,7 +152,7 @@ class Worlds:
         Raises:
             InputError: if a model differs in what all worlds share, or a law has no counterpart.
         """
-        now = {name: array.numpy() for name, array in self._state().items()}
+        now = {name: _numbers(array) for name, array in self._state().items()}
         for number, (model, state) in states.items():
             self._take(number, model)
             restore_state(self._base, self._scratch, state)
@@ -162,9 +161,9 @@ class Worlds:
             self._given[number] = True
         for name, array in self._state().items():
             array.assign(now[name])
-        self._data.act.assign(now["act"].astype(np.float32))
-        self._data.time.assign(now["time"].astype(np.float32))
-        self._par.assign(self._rows.astype(self._type))
+        self._data.act.assign(now["act"])
+        self._data.time.assign(now["time"])
+        self._par.assign(self._rows)
         for name, values in self._own.items():
             getattr(self._model, name).assign(values)
 
@@ -198,7 +197,7 @@ class Worlds:
             torque: (n, j) [N m or N].
             dofs: (j,) where each joint lies in ``qvel``.
         """
-        applied = self._data.qfrc_applied.numpy()
+        applied = _numbers(self._data.qfrc_applied)
         applied[:, dofs] = torque
         self._data.qfrc_applied.assign(applied)
 
@@ -216,7 +215,7 @@ class Worlds:
             raise InputError(
                 f"world {int(np.argmin(self._given))} has no state: give it one by put()"
             )
-        self._data.ctrl.assign(np.asarray(command, dtype=np.float32))
+        self._data.ctrl.assign(command)
         for _ in range(count):
             self._replay(self._one_step)
 

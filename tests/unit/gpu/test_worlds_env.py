@@ -20,7 +20,7 @@ COUNT = 3
     "options",
     [
         {"randomize": True, "load": (0.0, 2.0), "delay": 0.0035, "angle_noise": 1e-3},
-        {"action": "on_off", "task": "disturbance", "instruments": False},
+        {"action": "on_off", "task": "disturbance", "frame_skip": 160, "max_episode_steps": 16},
     ],
     ids=["pressures", "on_off_valves"],
 )
