@@ -14,8 +14,9 @@ Models and data: ``import_log`` (a recording of a lab's own log), ``read_recordi
 (transfer functions), ``fit`` (force laws and hysteresis), ``check`` (what recordings are and could
 show), ``calibrate`` (parameters of a rig), ``diagnose`` (the effect that a simulation is missing),
 ``hide`` (synthetic recordings with a hidden effect), ``sweep`` (many simulations over varied
-parameters), ``reproduce`` and ``replicate`` (the source
-papers). Their results have ``summary()``, ``to_dict()`` and ``save(folder)``; ``plot`` draws them.
+parameters), ``simulate_worlds`` (many experiments at once on a GPU), ``reproduce`` and
+``replicate`` (the source papers). Their results have ``summary()``, ``to_dict()`` and
+``save(folder)``; ``plot`` draws them.
 
 A law or an effect of your own is written with `ForceLaw`, `Operator`, `Hysteresis`,
 `ParameterGroup`, ``parameter``, `Effect` and `EffectParameter`.
@@ -58,6 +59,7 @@ if TYPE_CHECKING:
     from pamsim.engine.state import save_state as save_state
     from pamsim.engine.stepping import live as live
     from pamsim.fitting.fit import fit as fit
+    from pamsim.gpu.simulate_worlds import simulate_worlds as simulate_worlds
     from pamsim.hysteresis.catalog import Operator as Operator
     from pamsim.hysteresis.group import Hysteresis as Hysteresis
     from pamsim.identification.identify import identify as identify
@@ -108,6 +110,7 @@ _HOME = {
     "restore_state": "pamsim.engine.state",
     "save_state": "pamsim.engine.state",
     "simulate": "pamsim.engine.simulate",
+    "simulate_worlds": "pamsim.gpu.simulate_worlds",
     "sweep": "pamsim.sweeps.sweep",
 }
 __all__ = sorted(_HOME)  # pyright: ignore[reportUnsupportedDunderAll]

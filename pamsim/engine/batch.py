@@ -124,9 +124,38 @@ def _settled(run: Run, steps: int) -> _Rest:
     return _Rest(save_state(run.model, data), data.warning.number.copy())
 
 
-def _recorded(run: Run, rest: _Rest, above_supply: bool) -> Recording:
+def rest_states(runs: Sequence[Run], *, threads: int | None = None) -> list[NDArray[np.float64]]:
+    """States in which runs begin, as `simulate_batch` brings them to rest.
+
+    Args:
+        runs: see `pamsim.engine.simulate.prepare`.
+        threads: how many come to rest at a time; one per processor if left out.
+
+    Returns:
+        State of each, see `pamsim.restore_state`.
+    """
+    first: dict[_Key, Run] = {}
+    for run in runs:
+        first.setdefault(_start(run), run)
+    with (
+        live(*(run.model for run in runs)),
+        engine_warnings_held(),
+        ThreadPoolExecutor(threads or os.cpu_count()) as pool,
+    ):
+        rests = dict(
+            zip(first, pool.map(lambda run: _settled(run, 1), first.values()), strict=True)
+        )
+        begun = ((run, _begun(run, rests[_start(run)])) for run in runs)
+        return [save_state(run.model, data) for run, data in begun]
+
+
+def _begun(run: Run, rest: _Rest) -> mujoco.MjData:
     data = mujoco.MjData(run.model)
     restore_state(run.model, data, rest.state)
     settled(run.model, data, run.experiment.start_pressure.tolist())  # under the run's own command
     data.warning.number[:] = rest.warnings
-    return record(run, data, tried=True, above_supply=above_supply)
+    return data
+
+
+def _recorded(run: Run, rest: _Rest, above_supply: bool) -> Recording:
+    return record(run, _begun(run, rest), tried=True, above_supply=above_supply)

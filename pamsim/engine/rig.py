@@ -293,6 +293,37 @@ def _compiled(file: RigFile, *, scene: bool = False) -> Rig:
         )
         for name in file.tendons
     }
+    spec = rig_spec(file, muscles, scene=scene)
+    model = compile_model(spec)
+    make_friction_stick(model)
+    for name, entry in file.native.items():
+        set_native(model, name, native_si(model, name, entry))
+    mujoco.mj_setConst(model, mujoco.MjData(model))
+    apply_friction_speed(model)
+    for joint in file.joints:
+        _require(model, mujoco.mjtObj.mjOBJ_JOINT, "rig.joints", joint, file)
+    if file.load_body:
+        _require(model, mujoco.mjtObj.mjOBJ_BODY, "rig.load_body", file.load_body, file)
+    joints = recorded_joints(model, file.joints, file.tendons.values(), file.folder / "params.toml")
+    rig = Rig(file=file, model=model, joints=joints, muscles=muscles, sensor=_sensor(file))
+    try:
+        _ = rig.names
+    except InputError as error:
+        raise InputError(f"{file.folder / 'params.toml'}: {error}") from None
+    return rig
+
+
+def rig_spec(file: RigFile, muscles: Mapping[str, Muscle], *, scene: bool = False) -> mujoco.MjSpec:
+    """A rig's MJCF with a muscle on each declared tendon, to be compiled.
+
+    Args:
+        file: what its folder states.
+        muscles: name -> muscle.
+        scene: see `load_rig`.
+
+    Raises:
+        InputError: for an MJCF that cannot be read, or has actuators of its own.
+    """
     path = file.scene if scene and file.scene else file.mjcf
     for text in {path, file.mjcf}:
         _require_utf8(text)
@@ -312,23 +343,7 @@ def _compiled(file: RigFile, *, scene: bool = False) -> Rig:
     for name, tendon in file.tendons.items():
         attach(spec, tendon=tendon, muscle=muscles[name], name=name)
     reserve_friction_speed(spec)
-    model = compile_model(spec)
-    make_friction_stick(model)
-    for name, entry in file.native.items():
-        set_native(model, name, native_si(model, name, entry))
-    mujoco.mj_setConst(model, mujoco.MjData(model))
-    apply_friction_speed(model)
-    for joint in file.joints:
-        _require(model, mujoco.mjtObj.mjOBJ_JOINT, "rig.joints", joint, file)
-    if file.load_body:
-        _require(model, mujoco.mjtObj.mjOBJ_BODY, "rig.load_body", file.load_body, file)
-    joints = recorded_joints(model, file.joints, file.tendons.values(), file.folder / "params.toml")
-    rig = Rig(file=file, model=model, joints=joints, muscles=muscles, sensor=_sensor(file))
-    try:
-        _ = rig.names
-    except InputError as error:
-        raise InputError(f"{file.folder / 'params.toml'}: {error}") from None
-    return rig
+    return spec
 
 
 def _require_utf8(mjcf: Path) -> None:

@@ -227,7 +227,7 @@ def record(
     expected = data.time + relative
     timestep = float(model.opt.timestep)
     commands = experiment.command_at(relative)
-    plan = _plan(run, commands)
+    plan = commands_of(run, commands)
     on = run.external
     if from_rest:
         _begin_moving(run, data, plan)
@@ -326,8 +326,13 @@ def _efforts(
     return dict(zip(run.external.joints, values.T, strict=True))
 
 
-def _plan(run: Run, commands: NDArray[np.float64]) -> Plan:
-    """When which commands reach the valves, and what acts on driven joints."""
+def commands_of(run: Run, commands: NDArray[np.float64]) -> Plan:
+    """When which commands reach the valves, and what acts on driven joints.
+
+    Args:
+        run: see `prepare`.
+        commands: (n, m + j) at its samples.
+    """
     drives, start = run.experiment.drives, run.experiment.start_pressure
     muscles, timestep = len(drives.muscles), float(run.model.opt.timestep)
     pairs = list(zip(_delays(run.rig), drives.muscles, strict=True))

@@ -58,8 +58,13 @@ def _lengths(jacobian, position):
     return lengths
 
 
-def _check_open(timers: StoppedTimers) -> None:
-    if timers.closed:
+def check_open(closed: bool) -> None:
+    """Refuse to step a plant that is closed.
+
+    Raises:
+        EngineError: if it is.
+    """
+    if closed:
         raise EngineError("this environment is closed; make a new one")
 
 
@@ -143,7 +148,7 @@ class OneRig:
 
     def step(self, commands: Sequence[tuple[int, FloatArray]]) -> None:
         """See `Plant.step`."""
-        _check_open(self._timers)
+        check_open(self._timers.closed)
         for count, command in commands:
             self._ctrl[:] = command[0]
             mujoco.mj_step(self.model, self.data, count)
@@ -251,7 +256,7 @@ class ManyRigs:
         """See `Plant.step`."""
         if self._forked:
             self._start_again()
-        _check_open(self._timers)
+        check_open(self._timers.closed)
         for number, (count, command) in enumerate(commands, start=1):
             self._ctrl[:] = command
             wanted = self._jacobian is None and number == len(commands)

@@ -26,14 +26,20 @@ class RigVectorEnv(VectorEnv[FloatArray, NDArray[Any], NDArray[Any]]):
     seeded as ``SyncVectorEnv`` seeds its i-th environment. After an episode's end the next step
     begins a new one and ignores the action. A copy or pickle continues the same episodes.
 
+    With ``device`` the rigs are worlds of `pamsim.gpu.worlds.Worlds`, which agree with single
+    environments to the rounding of single precision; resets stay on the CPU.
+
     Args:
         num_envs: how many rigs.
         threads: to step them on; 0 for one per processor.
         max_episode_steps: after which an episode is truncated.
+        device: name of Warp's, such as ``cuda:0`` or ``cpu``; None for MuJoCo itself.
+        precision: of the muscles on that device: ``float64`` or ``float32``.
         **options: see `pamsim.envs.settings.EnvSettings`.
 
     Raises:
-        InputError: for an unknown option, or one that does not fit the rig.
+        InputError: for an unknown option, or one that does not fit the rig; if a device is given
+            and Warp is not installed, or the rig has what does not run on it.
         ParameterError: for a number out of range.
     """
 
@@ -46,6 +52,8 @@ class RigVectorEnv(VectorEnv[FloatArray, NDArray[Any], NDArray[Any]]):
         *,
         threads: int = 0,
         max_episode_steps: int = EPISODE,
+        device: str | None = None,
+        precision: str = "float64",
         **options: Any,
     ) -> None:
         self.closed = True  # gymnasium 1.1 closes what is refused here, too
@@ -56,10 +64,14 @@ class RigVectorEnv(VectorEnv[FloatArray, NDArray[Any], NDArray[Any]]):
             "num_envs": num_envs,
             "threads": threads,
             "max_episode_steps": max_episode_steps,
+            "device": device,
+            "precision": precision,
             **options,
         }
         self.num_envs, self._steps = num_envs, max_episode_steps
-        self.rigs = Rigs(env_settings(options), num_envs, threads, max_episode_steps + 1)
+        self.rigs = Rigs(
+            env_settings(options), num_envs, threads, max_episode_steps + 1, device, precision
+        )
         self.closed = False
         self.single_observation_space = self.rigs.observation_space
         self.single_action_space = self.rigs.action_space

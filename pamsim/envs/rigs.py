@@ -44,6 +44,8 @@ class Rigs:
         count: how many rigs.
         threads: to step them on, 0 for one per processor; None for a single rig without a pool.
         rows: of an episode that are made at first; more when it goes on.
+        device: on which they are worlds in Warp, in place of threads; None for MuJoCo itself.
+        precision: of the muscles there.
 
     Attributes:
         rig: as loaded.
@@ -68,6 +70,8 @@ class Rigs:
         count: int,
         threads: int | None = None,
         rows: int = EPISODE + 1,
+        device: str | None = None,
+        precision: str = "float64",
     ) -> None:
         self.settings = settings
         self.rig = rig = settings.loaded_rig()
@@ -100,9 +104,15 @@ class Rigs:
         self._rest = RestStates(rig, self.kind, self.period)
         self._gauge = instruments(settings, rig, count)
         _, model, state = self._rest.at({}, settings.load_range[0], start)
-        self.plant: Plant = (
-            OneRig(rig, model, state) if threads is None else ManyRigs(rig, model, count, threads)
-        )
+        self.plant: Plant
+        if device is not None:
+            from pamsim.envs.worlds_plant import ManyWorlds  # with Warp, an extra
+
+            self.plant = ManyWorlds(rig, model, count, device, precision)
+        elif threads is None:
+            self.plant = OneRig(rig, model, state)
+        else:
+            self.plant = ManyRigs(rig, model, count, threads)
         self._chambers = ChamberGauge(model, count)
         self._stiffness = JointStiffness(arms)
         self._stiff, self._pushed = settings.task == "stiffness", settings.task == "disturbance"

@@ -219,7 +219,7 @@ def chosen_work(
     if law == _EFFECTIVE_AREA:
         return work + effective_area_elastic_work(kappa, par[f + 1], par[braid])
     if law >= USER_DEFINED:
-        return _user_work(law, par, f, braid, p, kappa)
+        return user_work(law, par, f, braid, p, kappa)
     return work
 
 
@@ -288,7 +288,7 @@ def _arguments(card: ForceLaw, par: Row, f: int, braid: int) -> list[float]:
     return [par[f + i] for i in coefficients] + [par[braid + i] for i in geometry]
 
 
-def _user_work(
+def user_work(
     law: float, par: Row, f: int, braid: int, pressure: float, contraction: float
 ) -> float:
     """`chosen_work` of a law from outside the package, by ten points of Gauss."""

@@ -19,6 +19,7 @@ IN_ONE_FOLDER = {
     "walkthrough.md",
     "own_physics.md",
     "sweep.md",
+    "gpu.md",
 }  # tested block by block, in files of their own
 FENCE = re.compile(r"^```(\w+)\n(.*?)^```", re.MULTILINE | re.DOTALL)
 

@@ -1,0 +1,150 @@
+"""The muscles' step and gauges as Warp kernels: a thread for each muscle of each world."""
+
+from __future__ import annotations
+
+import functools
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any
+
+from pamsim.actuator import kernel, muscle_valves
+from pamsim.actuator.layout import slot
+from pamsim.gpu.port import port
+from pamsim.gpu.warp_package import warp
+
+_PARTNER, _BACKLASH = slot("partner"), slot("chain.backlash")
+_RESISTANCE, _SUPPLY_LINE = slot("valve.supply_resistance"), slot("valve.supply_line")
+
+
+@dataclass(frozen=True, kw_only=True)
+class MuscleKernels:
+    """Warp kernels over n worlds of m muscles, whose numbers are of one precision, F.
+
+    Attributes:
+        step: rates and forces at the start of a time step: parameters (n, m, SIZE) F, states and,
+            written, their rates (n, na) F; lengths, speeds (n, m) and commands of the engine;
+            times (n,) in double precision [s], time step [s] F; places (m, 2) of each muscle's
+            first state and their number; scratch (n, m, m, VALVE) F for the supplies' valves, or
+            (1, 1, 1, VALVE) without any; the engine's forces (n, m) [N], written.
+        read: parameters, states, lengths, speeds and places as before; gauge pressures [Pa] and
+            tensions [N] (n, m) F, written.
+        advance: an Euler step of the states (n, na) F by their rates, and of the times (n,) [s];
+            time step [s] F, and in double precision; the engine's copy of the states (n, na),
+            written. A thread for each world.
+    """
+
+    step: Any
+    read: Any
+    advance: Any
+
+
+@functools.cache
+def muscle_kernels(precision: str) -> MuscleKernels:
+    """The kernels in a precision; they are compiled when they are first launched.
+
+    Raises:
+        InputError: for an unknown precision, or if Warp is not installed.
+    """
+    wp, laws = warp(), port(precision)
+    F = laws.scalar
+    tension = laws.function(kernel.tension)
+    state_rates = laws.function(kernel.state_rates)
+    tendon_force = laws.function(kernel.tendon_force)
+    fill_valve_of = laws.function(muscle_valves.fill_valve_of)
+    line_sag = laws.function(muscle_valves.line_sag)
+    sensed_pressure = laws.function(muscle_valves.sensed_pressure)
+
+    def step(par, act, rates, length, speed, ctrl, time, timestep, place, valves, force):
+        world, muscle = wp.tid()
+        row = par[world, muscle]
+        first = place[muscle, 0]
+        end = first + place[muscle, 1]
+        states = act[world, first:end]
+        now = F(time[world])
+        at = F(length[world, muscle])
+        moving = F(speed[world, muscle])
+        opposing = F(0.0)
+        if row[_BACKLASH] > F(0.0) and row[_PARTNER] > F(0.0):
+            other = int(row[_PARTNER]) - 1
+            begin = place[other, 0]
+            opposing = tension(
+                par[world, other],
+                act[world, begin : begin + place[other, 1]],
+                F(length[world, other]),
+                F(speed[world, other]),
+            )
+        sag = F(0.0)
+        if row[_RESISTANCE] > F(0.0):
+            on_line = wp.int32(0)
+            for fed in range(par.shape[1]):
+                if par[world, fed, _SUPPLY_LINE] == row[_SUPPLY_LINE]:
+                    begin = place[fed, 0]
+                    fill_valve_of(
+                        par[world, fed],
+                        act[world, begin : begin + place[fed, 1]],
+                        F(length[world, fed]),
+                        F(ctrl[world, fed]),
+                        now,
+                        timestep,
+                        valves[world, muscle, on_line],
+                    )
+                    on_line = on_line + 1
+            sag = line_sag(row, states, valves[world, muscle, 0:on_line], timestep)
+        pull = state_rates(
+            row,
+            states,
+            rates[world, first:end],
+            at,
+            moving,
+            F(ctrl[world, muscle]),
+            now,
+            timestep,
+            opposing,
+            sag,
+        )
+        # The engine's force lengthens the tendon; a muscle shortens it.
+        force[world, muscle] = wp.float32(-tendon_force(row, states, pull, at, moving, timestep))
+
+    def read(par, act, length, speed, place, pressure, pull):
+        world, muscle = wp.tid()
+        row = par[world, muscle]
+        first = place[muscle, 0]
+        states = act[world, first : first + place[muscle, 1]]
+        at = F(length[world, muscle])
+        pressure[world, muscle] = sensed_pressure(row, states, at)
+        pull[world, muscle] = tension(row, states, at, F(speed[world, muscle]))
+
+    def advance(act, rates, time, timestep, tick, shown):
+        world = wp.tid()
+        for k in range(act.shape[1]):
+            act[world, k] = act[world, k] + timestep * rates[world, k]
+            shown[world, k] = wp.float32(act[world, k])
+        time[world] = time[world] + tick
+
+    rows, states = wp.array3d(dtype=F), wp.array2d(dtype=F)
+    engine, times = wp.array2d(dtype=wp.float32), wp.array(dtype=wp.float64)
+    places = wp.array2d(dtype=wp.int32)
+
+    def made(function: Callable[..., None], *types: Any) -> Any:
+        names = function.__code__.co_varnames[: function.__code__.co_argcount]
+        function.__annotations__ = dict(zip(names, types, strict=True))
+        return wp.kernel(function, module=laws.module, enable_backward=False)
+
+    return MuscleKernels(
+        step=made(
+            step,
+            rows,
+            states,
+            states,
+            engine,
+            engine,
+            engine,
+            times,
+            F,
+            places,
+            wp.array4d(dtype=F),
+            engine,
+        ),
+        read=made(read, rows, states, engine, engine, places, states, states),
+        advance=made(advance, states, states, times, F, wp.float64, engine),
+    )

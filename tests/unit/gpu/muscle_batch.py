@@ -1,0 +1,152 @@
+"""Muscles in random states, evaluated by Python and by the kernels in Warp."""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Sequence
+
+import numpy as np
+
+from pamsim.actuator import kernel
+from pamsim.actuator.layout import SIZE, pack, slot
+from pamsim.actuator.muscle import Muscle
+from pamsim.actuator.muscle_valves import fill_valve_of, line_sag, sensed_pressure
+from pamsim.gpu.muscle_kernels import muscle_kernels
+from pamsim.gpu.port import port
+from pamsim.gpu.warp_package import warp
+from pamsim.pneumatics.supply import VALVE
+from tests.unit.actuator.muscles import charged
+
+TIMESTEP = 0.0005
+PARTNER, BACKLASH = slot("partner"), slot("chain.backlash")
+RESISTANCE, LINE = slot("valve.supply_resistance"), slot("valve.supply_line")
+
+
+@dataclasses.dataclass(frozen=True)
+class Batch:
+    """n worlds of m muscles.
+
+    Attributes:
+        rows: (n, m, SIZE) parameters.
+        act: (n, na) states.
+        place: (m, 2) first state and number of states of each muscle.
+        length: (n, m) of tendons [m].
+        speed: (n, m) [m/s].
+        command: (n, m) signed openings.
+        time: [s].
+    """
+
+    rows: np.ndarray
+    act: np.ndarray
+    place: np.ndarray
+    length: np.ndarray
+    speed: np.ndarray
+    command: np.ndarray
+    time: float = 0.0123
+
+    def muscle(self, world: int, muscle: int) -> tuple[list[float], list[float]]:
+        first, count = self.place[muscle]
+        row = self.rows[world, muscle].tolist()
+        return row, self.act[world, first : first + count].tolist()
+
+
+@dataclasses.dataclass(frozen=True)
+class Results:
+    """Rates (n, na), the engine's forces, gauge pressures and tensions (n, m)."""
+
+    rates: np.ndarray
+    force: np.ndarray
+    pressure: np.ndarray
+    tension: np.ndarray
+
+
+def batch(muscles: Sequence[Muscle], worlds: int, precision: str, seed: int) -> Batch:
+    """Muscles on random paths, one world for each time step, with all numbers in a precision.
+
+    Every muscle is led by random commands to random lengths, so that its memory is filled.
+    """
+    rng = np.random.default_rng(seed)
+    size = worlds, len(muscles)
+    nominal = np.array([(m.braid or m.stroke).nominal_length for m in muscles])
+    contracted = nominal * (1.0 - rng.uniform(0.01, 0.1, size))
+    length = _rounded(contracted - [m.mounting.length_at_zero for m in muscles], "float32")
+    speed = _rounded(rng.uniform(-0.2, 0.2, size), "float32")
+    command = _rounded(rng.uniform(-1.0, 1.0, size), "float32")
+    start = rng.uniform(3e5, 5e5, len(muscles))
+    rows = np.array([_rounded(pack(m), precision) for m in muscles])
+    if precision == "float32":
+        rows[:, RESISTANCE] = 0.0
+    rows = np.tile(rows, (worlds, 1, 1))
+    states = [charged(m, length[0, i], start[i]) for i, m in enumerate(muscles)]
+    counts = [len(one) for one in states]
+    place = np.stack([np.cumsum([0, *counts[:-1]]), counts], axis=1)
+    act = np.empty((worlds, sum(counts)))
+    act[0] = _rounded(np.concatenate(states), precision)
+    made = Batch(rows, act, place, length, speed, command)
+    for world in range(worlds - 1):
+        rates = python_results(made, [world]).rates[0]
+        act[world + 1] = _rounded(act[world] + TIMESTEP * rates, precision)
+    return made
+
+
+def _rounded(values, precision):
+    return np.asarray(values, dtype=precision).astype(float)
+
+
+def python_results(given: Batch, worlds: Sequence[int] | None = None) -> Results:
+    """The kernel as plain Python in double precision."""
+    worlds = range(len(given.rows)) if worlds is None else worlds
+    count = len(given.place)
+    rates = np.empty((len(worlds), given.act.shape[1]))
+    force, pressure, tension = (np.empty((len(worlds), count)) for _ in range(3))
+    for number, world in enumerate(worlds):
+        muscles = [given.muscle(world, i) for i in range(count)]
+        at, speed, sent = (v[world].tolist() for v in (given.length, given.speed, given.command))
+        for i, (row, act) in enumerate(muscles):
+            opposing = sag = 0.0
+            if row[BACKLASH] > 0.0 and row[PARTNER] > 0.0:
+                other = int(row[PARTNER]) - 1
+                opposing = kernel.tension(*muscles[other], at[other], speed[other])
+            if row[RESISTANCE] > 0.0:
+                valves = []
+                for j, (fed, states) in enumerate(muscles):
+                    if fed[LINE] == row[LINE]:
+                        valves.append([0.0] * VALVE)
+                        fill_valve_of(fed, states, at[j], sent[j], given.time, TIMESTEP, valves[-1])
+                sag = line_sag(row, act, valves, TIMESTEP)
+            own = [0.0] * len(act)
+            motion = at[i], speed[i]
+            pull = kernel.state_rates(
+                row, act, own, *motion, sent[i], given.time, TIMESTEP, opposing, sag
+            )
+            first = given.place[i, 0]
+            rates[number, first : first + len(own)] = own
+            force[number, i] = -kernel.tendon_force(row, act, pull, *motion, TIMESTEP)
+            pressure[number, i] = sensed_pressure(row, act, at[i])
+            tension[number, i] = kernel.tension(row, act, *motion)
+    return Results(rates, force, pressure, tension)
+
+
+def warp_results(given: Batch, precision: str) -> Results:
+    """The kernels in Warp, on its CPU device."""
+    wp, kernels, scalar = warp(), muscle_kernels(precision), port(precision).scalar
+    worlds, count, _ = given.rows.shape
+    assert given.rows.shape[2] == SIZE
+
+    def array(values, kind):
+        return wp.array(np.ascontiguousarray(values, dtype=kind), device="cpu")
+
+    rows, act = array(given.rows, precision), array(given.act, precision)
+    length, speed = array(given.length, "float32"), array(given.speed, "float32")
+    rates, force = wp.zeros_like(act), wp.zeros_like(length)
+    pressure, tension = (wp.zeros((worlds, count), dtype=scalar, device="cpu") for _ in range(2))
+    place = array(given.place, "int32")
+    valves = wp.zeros((worlds, count, count, VALVE), dtype=scalar, device="cpu")
+    command, time = array(given.command, "float32"), array([given.time] * worlds, "float64")
+    shape, at = (worlds, count), (length, speed)
+    inputs = [rows, act, rates, *at, command, time, scalar(TIMESTEP), place, valves, force]
+    wp.launch(kernels.step, dim=shape, inputs=inputs, device="cpu")
+    wp.launch(
+        kernels.read, dim=shape, inputs=[rows, act, *at, place, pressure, tension], device="cpu"
+    )
+    return Results(*(one.numpy().astype(float) for one in (rates, force, pressure, tension)))

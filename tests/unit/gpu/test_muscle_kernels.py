@@ -1,0 +1,108 @@
+"""Every law, every operator and the step of a muscle in Warp, against Python."""
+
+from __future__ import annotations
+
+import dataclasses
+
+import numpy as np
+import pytest
+
+from pamsim.actuator.layout import slot
+from pamsim.actuator.muscle import Mounting, Muscle
+from pamsim.hysteresis.catalog import OPERATORS
+from pamsim.muscles.catalog import FORCE_LAWS
+from pamsim.muscles.effective_area import EffectiveArea, Stroke
+from tests.unit.actuator.muscles import KINDS, LOOPS, make
+from tests.unit.gpu.muscle_batch import TIMESTEP, batch, python_results, warp_results
+
+WORLDS = 12
+DOUBLE_ONLY = {"pleated_shape", "arctangent"}
+"""What `pamsim.gpu.worlds` refuses in single precision."""
+
+
+def variants(law: str, loop: str) -> Muscle:
+    """A muscle with all effects; every second one with a tube, slow valves and warm air."""
+    muscle = make(law, loop)
+    if (sum(map(ord, law + loop)) % 2) == 0:
+        return muscle
+    valve = dataclasses.replace(
+        muscle.valve, tube_resistance=2e8, tube_volume=2e-6, travel_time=0.02
+    )
+    return dataclasses.replace(
+        muscle,
+        valve=valve,
+        chamber=dataclasses.replace(muscle.chamber, heat_rate=3.0),
+        command=("pressure_set", "pulse")[len(law) % 2],
+    )
+
+
+def pushing() -> Muscle:
+    """An actuator of the one law whose force may push."""
+    own = make()
+    return Muscle(
+        mounting=Mounting(length_at_zero=0.08),
+        stroke=Stroke(nominal_length=0.1, damping=12.0),
+        force=EffectiveArea(scale=1.1, area=5e-4, stiffness=300.0),
+        chamber=dataclasses.replace(own.chamber, dead_volume=3e-5),
+        valve=own.valve,
+    )
+
+
+MUSCLES = {f"{law}-{loop}": variants(law, loop) for law, loop in KINDS} | {"pushing": pushing()}
+IN_SINGLE = [name for name in MUSCLES if not set(name.split("-")) & DOUBLE_ONLY]
+
+
+def test_every_law_and_operator_is_here():
+    assert {law for law, _ in KINDS} | {"effective_area"} == set(FORCE_LAWS)
+    assert set(LOOPS) == set(OPERATORS)
+
+
+@pytest.fixture(scope="module")
+def double():
+    """Batch, Python's results and Warp's; muscles pull against each other and share a supply."""
+    given = batch(list(MUSCLES.values()), WORLDS, "float64", seed=1)
+    for i in range(len(MUSCLES) // 2 * 2):
+        given.rows[:, i, slot("partner")] = i + 2 if i % 2 == 0 else i
+    return given, python_results(given), warp_results(given, "float64")
+
+
+@pytest.fixture(scope="module")
+def single():
+    """The same in single precision, as far as it goes."""
+    given = batch([MUSCLES[name] for name in IN_SINGLE], WORLDS, "float32", seed=2)
+    return given, python_results(given), warp_results(given, "float32")
+
+
+@pytest.mark.parametrize("name", MUSCLES)
+def test_double_precision_is_pythons(double, name):
+    """To rounding: the formulas are the same, so nothing but the order of sums may differ."""
+    given, expected, got = double
+    i = [*MUSCLES].index(name)
+    first, count = given.place[i]
+    own = slice(first, first + count)
+    # A memory's rate leads it to a value in one step: rounding of that value, over the step.
+    rounding = 1e-13 * np.abs(given.act[:, own]).max(axis=0) / TIMESTEP
+    error = np.abs(got.rates[:, own] - expected.rates[:, own])
+    assert (error <= 1e-9 * np.abs(expected.rates[:, own]) + rounding).all()
+    assert got.pressure[:, i] == pytest.approx(expected.pressure[:, i], rel=1e-12)
+    assert got.tension[:, i] == pytest.approx(expected.tension[:, i], rel=1e-11)
+    assert got.force[:, i] == pytest.approx(expected.force[:, i], rel=1e-6)  # the engine's number
+    assert np.ptp(expected.tension[:, i]) > 10.0
+
+
+@pytest.mark.parametrize("name", IN_SINGLE)
+def test_single_precision_is_pythons_to_1e_4(single, name):
+    """Relative, of pressures, tensions and forces."""
+    given, expected, got = single
+    i = IN_SINGLE.index(name)
+    assert got.pressure[:, i] == pytest.approx(expected.pressure[:, i], rel=1e-4)
+    # A tension is a difference of forces of some 100 N.
+    assert got.tension[:, i] == pytest.approx(expected.tension[:, i], rel=1e-4, abs=1e-3)
+    assert got.force[:, i] == pytest.approx(expected.force[:, i], rel=1e-4, abs=1e-3)
+    first, count = given.place[i]
+    own = slice(first, first + count)
+    # What a step adds to a state is known to the rounding of the state, or of the contraction that
+    # a memory follows, no better.
+    rounding = 2e-6 * np.maximum(np.abs(given.act[:, own]), 0.1).max(axis=0) / TIMESTEP
+    error = np.abs(got.rates[:, own] - expected.rates[:, own])
+    assert (error <= 1e-4 * np.abs(expected.rates[:, own]) + rounding).all()

@@ -1,0 +1,60 @@
+"""docs/gpu.md: its snippets run, its numbers are those of the record."""
+
+from __future__ import annotations
+
+import json
+import re
+from pathlib import Path
+
+import gymnasium
+import numpy as np
+import pytest
+
+ROOT = Path(__file__).parents[3]
+PAGE = (ROOT / "docs" / "gpu.md").read_text(encoding="utf-8")
+RECORD = json.loads((ROOT / "scripts" / "results" / "worlds.json").read_text(encoding="utf-8"))
+SNIPPETS = re.findall(r"^```python\n(.*?)^```", PAGE, re.MULTILINE | re.DOTALL)
+DRIVES = {"set points": "pressure_set", "openings of the valves": "valve"}
+
+
+@pytest.mark.parametrize("text", SNIPPETS)
+def test_a_snippet_runs(text, capsys):
+    names: dict[str, object] = {"__name__": "__main__"}
+    exec(compile(text, "snippet", "exec"), names)
+    for made in names.values():
+        if isinstance(made, gymnasium.vector.VectorEnv):
+            made.close()
+    printed = [float(line) for line in capsys.readouterr().out.split()]
+    assert np.isfinite(printed).all()
+
+
+def test_there_are_two():
+    assert len(SNIPPETS) == 2
+
+
+def test_the_table_is_that_of_the_record():
+    lines = [re.split(r"\s*\|\s*", line.strip("| ")) for line in PAGE.splitlines()]
+    rows = [cells for cells in lines if len(cells) == 5 and cells[0] in DRIVES]
+    assert len(rows) == 4
+    for drive, precision, *cells in rows:
+        found = [
+            row
+            for row in RECORD["rounding_over_10_s"]
+            if (row["drive"], row["precision"]) == (DRIVES[drive], precision.strip("`"))
+        ]
+        assert len(found) == 8
+        for name, cell in zip(("angle_deg", "pressure_pa", "tension_n"), cells, strict=True):
+            assert float(cell.split()[0]) == max(row[name] for row in found), (drive, name)
+
+
+def test_the_speed_is_that_of_the_record():
+    """Of the device that the page names."""
+    assert not RECORD["gpu"]
+    assert "No GPU was at hand" in PAGE
+    (ratio,) = (
+        row["ratio"]
+        for row in RECORD["speed"]
+        if (row["worlds"], row["precision"]) == (1024, "float64")
+    )
+    (stated,) = re.findall(r"1,024 arms make ([\d.]+) of\s+the steps per second", PAGE)
+    assert float(stated) == pytest.approx(ratio, abs=0.005)
