@@ -255,7 +255,7 @@ def check(part: str, count: int, seed: int, result: dict[str, Any]) -> Iterator[
     if result["command"] != command or _git("diff", result["commit"], "--", "pamsim", "tests"):
         raise RuntimeError(
             f"{part}: the sources, tests or options are not those of the result; remove the part"
-            " from it to begin anew"
+            " from it to begin again"
         )
     with tempfile.TemporaryDirectory() as folder:
         copy = Path(folder) / "repository"
