@@ -177,14 +177,8 @@ def test_pamsim_does_not_import_warp():
     subprocess.run([sys.executable, "-c", code], check=True)
 
 
-@pytest.mark.parametrize(
-    "name",
-    [
-        "muscle_bench",
-        pytest.param("two_joint_arm", marks=pytest.mark.slow),
-        pytest.param("equimus_leg", marks=pytest.mark.slow),
-    ],
-)
+@pytest.mark.slow
+@pytest.mark.parametrize("name", ["muscle_bench", "two_joint_arm", "equimus_leg"])
 def test_other_rigs_move_as_in_the_engine(name):
     """With one muscle, with two joints, with spatial tendons and actuators that push."""
     rig = pamsim.load_rig(name)
