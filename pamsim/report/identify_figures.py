@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Mapping, Sequence
 from typing import Any
 
@@ -45,7 +46,9 @@ def model_title(name: str) -> str:
     kind, _, orders = name.partition("_")
     if kind in ("arx", "oe"):
         return f"{kind.upper()} {orders.replace('_', ',')}"
-    return words(name).replace(" dead time", " with dead time").replace(" drift", ", output drifts")
+    text = words(name).replace(" dead time of ", " dead time of input ")
+    text = re.sub(r"(?<=zeros )\d(?: \d)+", lambda each: each[0].replace(" ", ", "), text)
+    return text.replace(" dead time", " with dead time").replace(" drift", ", output drifts")
 
 
 def drawn_trials(trials: Sequence[TrialCurve]) -> list[TrialCurve]:

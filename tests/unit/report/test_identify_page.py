@@ -215,6 +215,8 @@ def test_another_schema_and_a_bad_place_are_refused(result, curves, tmp_path):
 def test_words_and_numbers():
     assert model_title("arx_2_2_1") == "ARX 2,2,1"
     assert model_title("second_order_dead_time") == "second order with dead time"
+    several = model_title("order_3_zeros_0_1_any_poles_dead_time_of_2_drift")
+    assert several == "order 3 zeros 0, 1 any poles with dead time of input 2, output drifts"
     assert model_title("first_order_drift") == "first order, output drifts"
     assert pole_texts([None, [0.5, 0.0]]) == ["none", "0.500"]
     assert pole_texts([[-1.0, 3.0], [-1.0, -3.0]]) == ["−1.00 ± 3.00j"]
