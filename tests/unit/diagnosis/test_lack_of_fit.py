@@ -100,6 +100,15 @@ def test_what_varies_from_trial_to_trial_does_not_hide_it():
     assert missed >= 8
 
 
+def test_its_p_value_does_not_depend_on_the_unit_of_the_residuals():
+    ramp = np.tile(TIME, 4 * PROTOCOLS)
+    trials = noisy(np.random.default_rng(8), 0.4 * SHARED, varying=3.0)
+    one = lack(trials, directions=[ramp])
+    small = lack({p: [1e-3 * r for r in members] for p, members in trials.items()}, None, [ramp])
+    assert small.p_value == one.p_value < 0.01
+    assert small.size == pytest.approx(1e-6 * one.size, rel=1e-9)
+
+
 def test_what_the_model_s_own_parameters_can_make_is_no_lack():
     rng = np.random.default_rng(2)
     trials = noisy(rng, 2.0 * SHARED)
