@@ -40,7 +40,7 @@ _student_quantile: Any = scipy.special.stdtrit
 _ROUNDS = 4
 _SETTLED = 0.02  # change between rounds, in standard errors
 _DISAGREE = 0.01  # p-value below which the weighted estimates are rejected
-_MUCH_WORSE = 1.25  # RMS error of the free run over the unweighted one's: more than noise explains
+_MUCH_WORSE = 1.5  # RMS error of the free run over the unweighted one's
 _PERFECT = 1e-9  # residual over output, RMS: below it there is only rounding
 
 

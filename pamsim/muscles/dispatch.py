@@ -291,7 +291,7 @@ def _arguments(card: ForceLaw, par: Row, f: int, braid: int) -> list[float]:
 def user_work(
     law: float, par: Row, f: int, braid: int, pressure: float, contraction: float
 ) -> float:
-    """`chosen_work` of a law from outside the package, by ten points of Gauss."""
+    """`chosen_work` of a law from outside the package [N], by ten points of Gauss."""
     work = 0.0
     for node, weight in GAUSS:
         for at in (0.5 - 0.5 * node, 0.5 + 0.5 * node):
