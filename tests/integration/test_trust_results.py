@@ -87,3 +87,16 @@ def test_the_cost_of_the_checks_is_that_of_the_benchmark():
     result = recorded("benchmarks/results/checked_steps.json")
     assert f"{result['on_over_off']:.2f} times as long" in TEXT
     assert 0.95 <= result["off_over_bare"] <= 1.05
+
+
+def test_the_readers_table_is_that_of_its_result_and_nothing_failed():
+    found = recorded("results/readers.json")["readers"]
+    lines = (ROOT / "docs" / "files.md").read_text(encoding="utf-8").splitlines()
+    head = lines.index("| reader | read | failed | by the command line | failed |")
+    rows = [line.strip("| ").split(" | ") for line in lines[head + 2 : head + 2 + len(found)]]
+    assert rows == [
+        [name, f"{one['runs']:,}", "0", str(one["subprocesses"]), "0"]
+        for name, one in found.items()
+    ]
+    assert {one["runs_failed"] + one["subprocesses_failed"] for one in found.values()} == {0}
+    assert set(found) <= set(script("readers")["READERS"])
