@@ -61,6 +61,7 @@ def to_si(value: float, unit: str, si_unit: str, *, where: str) -> float:
 _TOWER = re.compile(r"(\^|\*\*)[^*/]*(\^|\*\*)")
 """A power of a power, which no unit is and which the parser would compute for ever."""
 
+_LONGEST = 200  # characters of a quantity; the search through thousands of digits takes minutes
 _QUANTITY = re.compile(
     r"\s*([+-]?(?:\d+\.?\d*|\.\d+)(?:e[+-]?\d+)?|[+-]?(?:nan|inf))\s*(.*)", re.IGNORECASE
 )
@@ -81,6 +82,10 @@ def parse_quantity(text: str, default_unit: str, si_unit: str, *, where: str) ->
     Raises:
         InputError: if it is no number, or its unit is unknown or of another quantity.
     """
+    if len(text) > _LONGEST:
+        raise InputError(
+            f"{where}: {len(text)} characters are not a number; write one such as 487 or 4.87bar"
+        )
     match = _QUANTITY.fullmatch(text)
     if match is None:
         raise InputError(f"{where}: {text!r} is not a number; write one such as 487 or 4.87bar")

@@ -6,6 +6,7 @@ import math
 
 import pytest
 
+from pamsim.core.errors import InputError
 from pamsim.core.units import DEG_PER_RAD, PA_PER_BAR, PA_PER_KPA, parse_quantity, to_si
 from tests.unit.core.refusals import refused
 
@@ -93,3 +94,8 @@ def test_a_tower_of_powers_is_refused_at_once():
     with refused("here", "'m^9^9^9'"):
         to_si(1.0, "m^9^9^9", "m", where="here")
     assert to_si(2.0, "kg*m^2/s^2", "J", where="here") == 2.0
+
+
+def test_a_quantity_of_thousands_of_digits_is_refused_at_once():
+    with pytest.raises(InputError, match="--pressure: 5002 characters are not a number"):
+        parse_quantity("9" * 5000 + "'b", "kPa", "Pa", where="--pressure")
