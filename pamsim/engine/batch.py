@@ -83,9 +83,7 @@ def simulate_batch(
     if not above_supply:
         for run in runs:
             refuse_above_supply(run.rig.muscles, run.experiment)
-    first: dict[_Key, Run] = {}
-    for run in runs:
-        first.setdefault(_start(run), run)
+    first = _first_of_each_start(runs)
     with (
         live(*(run.model for run in runs)),
         engine_warnings_held(),
@@ -108,6 +106,14 @@ def _start(run: Run) -> _Key:
     joints = start.command_value[0, len(start.drives.muscles) :]
     driven = (tuple(start.drives.joints.items()), tuple(joints.tolist()))
     return id(run.rig), start.load, tuple(start.start_pressure.tolist()), start.settle, driven
+
+
+def _first_of_each_start(runs: Sequence[Run]) -> dict[_Key, Run]:
+    """Runs that come to rest for all that begin as they do."""
+    first: dict[_Key, Run] = {}
+    for run in runs:
+        first.setdefault(_start(run), run)
+    return first
 
 
 def _settled(run: Run, steps: int) -> _Rest:
@@ -134,9 +140,7 @@ def rest_states(runs: Sequence[Run], *, threads: int | None = None) -> list[NDAr
     Returns:
         State of each, see `pamsim.restore_state`.
     """
-    first: dict[_Key, Run] = {}
-    for run in runs:
-        first.setdefault(_start(run), run)
+    first = _first_of_each_start(runs)
     with (
         live(*(run.model for run in runs)),
         engine_warnings_held(),

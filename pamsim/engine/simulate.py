@@ -5,6 +5,7 @@ from __future__ import annotations
 import itertools
 import os
 from dataclasses import dataclass, replace
+from typing import Any
 
 import mujoco
 import numpy as np
@@ -306,15 +307,25 @@ def record(
         outcome=outcome,
         message=message,
         final_state=final_state,
-        meta={
-            "rig": run.rig.name,
-            "experiment": experiment.name,
-            "timestep_s": timestep,
-            "sample_hz": experiment.sample_rate,
-            "mujoco": mujoco.__version__,
-        },
+        meta=origin(run, timestep),
         effort=_efforts(run, trace.effort[keep], commands[keep]),
     )
+
+
+def origin(run: Run, timestep: float) -> dict[str, Any]:
+    """What a recording states of where it came from.
+
+    Args:
+        run: that was recorded.
+        timestep: in which it was stepped [s].
+    """
+    return {
+        "rig": run.rig.name,
+        "experiment": run.experiment.name,
+        "timestep_s": timestep,
+        "sample_hz": run.experiment.sample_rate,
+        "mujoco": mujoco.__version__,
+    }
 
 
 def _efforts(

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
@@ -14,8 +13,8 @@ from pamsim.core.recording import Outcome, Recording
 from pamsim.engine.batch import rest_states
 from pamsim.engine.rig import Rig
 from pamsim.engine.sampling import Plan
-from pamsim.engine.simulate import Run, commands_of, prepare
-from pamsim.engine.supply_check import above_supply
+from pamsim.engine.simulate import Run, commands_of, origin, prepare
+from pamsim.engine.supply_check import refuse_above_supply
 from pamsim.gpu.worlds import Readings, Worlds
 
 FloatArray = NDArray[np.float64]
@@ -53,10 +52,9 @@ def simulate_worlds(
     """
     if not jobs:
         return []
-    for rig, experiment in jobs:
-        for above in above_supply(rig.muscles, [experiment]):
-            raise InputError(f"{above}; lower it, or raise valve.supply_pressure")
     runs = [prepare(rig, experiment, timestep=timestep) for rig, experiment in jobs]
+    for run in runs:
+        refuse_above_supply(run.rig.muscles, run.experiment)
     first = runs[0]
     worlds = Worlds(first.rig, first.model, len(runs), precision=precision, device=device)
     times = np.arange(first.samples) / first.experiment.sample_rate
@@ -145,11 +143,5 @@ def _recording(
         outcome=outcome,
         message=message,
         final_state=final_state,
-        meta={
-            "rig": run.rig.name,
-            "experiment": experiment.name,
-            "timestep_s": float(run.model.opt.timestep),
-            "sample_hz": experiment.sample_rate,
-            "mujoco": mujoco.__version__,
-        },
+        meta=origin(run, float(run.model.opt.timestep)),
     )

@@ -82,7 +82,7 @@ def curves_of(
     if rates.size == 0:  # a gain, or integrators alone
         rates = np.array([1.0 / max(trial.record.duration for trial in used)])
     nyquist = float(np.pi / min(trial.record.sample_time for trial in used))
-    channels = [fit.channel(i) for i in range(len(inputs))]
+    channels = fit.channels
     gains = [into.factor / out.factor for into in inputs]
     latest = max(channel.dead_time for channel in channels)
     horizon = _STEP_LENGTH / float(np.min(rates)) + latest

@@ -210,9 +210,7 @@ class Identification:
             "poles_rad_per_s": fit.continuous_poles,
             "discrete_poles": fit.poles if discrete else None,
             "delay_samples": structure.nk if isinstance(structure, DiscreteStructure) else None,
-            "zeros_rad_per_s": None
-            if discrete
-            else [fit.channel(i).zeros for i in range(len(self.inputs))],
+            "zeros_rad_per_s": None if discrete else [channel.zeros for channel in fit.channels],
             "independence": candidate.independence,
             "trials": self._scores(fit.trials),
             "held_out": self._scores(fit.held_out),

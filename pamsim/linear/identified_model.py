@@ -169,6 +169,11 @@ class IdentifiedModel:
         )
 
     @property
+    def channels(self) -> tuple[IdentifiedModel, ...]:
+        """The model from each input alone; of one input the model itself."""
+        return tuple(self.channel(i) for i in range(len(self.units_input)))
+
+    @property
     def dead_time(self) -> float:
         """Delay of the only input [s]."""
         return self.structure.delay(self.coordinates)

@@ -84,8 +84,8 @@ def residual_independence(
     trials = checked_records(records)
     if sorted(r.name for r in trials) != sorted(score.name for score in fit.trials):
         raise InputError("residual independence is tested on the fitted trials; give exactly those")
-    delays = [fit.channel(i).dead_time for i in range(len(fit.units_input))]
-    reach = _SETTLED * fit.structure.slowest(fit.coordinates) + max(delays)
+    latest = max(channel.dead_time for channel in fit.channels)
+    reach = _SETTLED * fit.structure.slowest(fit.coordinates) + latest
     most = 0.25 * min(record.duration for record in trials)
     longest = float(np.clip(reach, 2.0 * max(record.sample_time for record in trials), most))
     if 100.0 - fit.fit_percent < _ROUNDING:

@@ -47,7 +47,7 @@ def _powers(fit: IdentifiedModel, record: SignalRecord) -> FloatArray:
     """
     structure = fit.structure
     assert isinstance(structure, ContinuousStructure)
-    channels = [fit.channel(i) for i in range(structure.inputs)]
+    channels = fit.channels
 
     def through_model(values: FloatArray, given: int) -> FloatArray:
         alone, x = channels[given].structure, channels[given].coordinates

@@ -29,7 +29,6 @@ _control: Any = control
 _expm: Any = scipy.linalg.expm
 
 _ROUNDING = 1e-9  # of a period, in a dead time of whole periods; of a pole's size, at the stability
-_one: Any = _control.ss([], [], [], [[1.0]])
 _MOST_DRAWS = 100  # for each plant that is wanted
 
 
@@ -61,8 +60,8 @@ def continuous(model: IdentifiedModel | ArxModel, *, pade_order: int | None = No
             denominator = np.convolve(denominator, [constant, 1.0])
         return _control.TransferFunction([chain.gain], denominator)
     if len(model.units_input) > 1:
-        channels = [model.channel(i) for i in range(len(model.units_input))]
-        return _control.combine_tf([[continuous(one, pade_order=pade_order) for one in channels]])
+        row = [continuous(one, pade_order=pade_order) for one in model.channels]
+        return _control.combine_tf([row])
     result = _rational(model)
     return result if model.dead_time == 0.0 else result * _pade(model.dead_time, pade_order)
 
@@ -112,17 +111,17 @@ def state_space(model: IdentifiedModel | ArxModel, *, pade_order: int | None = N
         return _control.tf2ss(discrete(model))
     if len(model.units_input) == 1:
         return _control.tf2ss(continuous(model, pade_order=pade_order))
-    channels = [model.channel(i) for i in range(len(model.units_input))]
-    delays = [one.dead_time for one in channels]
+    delays = [one.dead_time for one in model.channels]
     if not any(delays):
         return _common_state_space(model)
-    late = [_control.tf2ss(_pade(delay, pade_order)) if delay else _one for delay in delays]
+    at_once = _control.ss([], [], [], [[1.0]])
+    late = [_control.tf2ss(_pade(delay, pade_order)) if delay else at_once for delay in delays]
     return _common_state_space(model) * _control.append(*late)
 
 
 def _common_state_space(model: IdentifiedModel) -> Any:
     """A model of several inputs without its dead times: one state per pole, in observer form."""
-    channels = [model.channel(i) for i in range(len(model.units_input))]
+    channels = model.channels
     below = np.array(channels[0].denominator)
     order = below.size - 1
     above = np.zeros((len(channels), order + 1))

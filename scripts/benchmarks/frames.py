@@ -12,7 +12,6 @@ from __future__ import annotations
 import argparse
 import json
 import os
-import platform
 import statistics
 import time
 from collections.abc import Callable
@@ -21,10 +20,9 @@ from multiprocessing import get_context
 from pathlib import Path
 
 import gymnasium
-import mujoco
 import numpy as np
 
-import pamsim.envs  # registers the environments
+from pamsim.core.versions import versions
 from pamsim.envs.registration import ARMS
 
 PEER = "InvertedPendulum-v5"
@@ -99,12 +97,7 @@ def main() -> None:
             "peer": PEER,
             "rounds": ROUNDS,
             "rows": rows,
-            "versions": {
-                "python": platform.python_version(),
-                "pamsim": pamsim.__version__,
-                "mujoco": mujoco.__version__,
-                "gymnasium": gymnasium.__version__,
-            },
+            "versions": versions("gymnasium"),
         }
         target.write_text(json.dumps(page, indent=1) + "\n", encoding="utf-8")
 
