@@ -10,6 +10,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from pamsim.core.drive import IMPOSED, Drive, DriveLike
 from pamsim.core.errors import InputError
+from pamsim.core.limits import RUN_SAMPLES
 from pamsim.core.parameters import FieldSpec, check_value
 
 _LOWEST_READING = -2e4  # of a gauge pressure [Pa]
@@ -81,6 +82,12 @@ class Experiment:
         for name, high, unit in (("load", 1e4, "kg"), ("settle", 1e4, "s")):
             spec = FieldSpec(unit=unit, high=high, doc=name, low=0.0, low_open=False)
             check_value(f"experiment.{name}", getattr(self, name), spec)
+        samples = self.duration * self.sample_rate
+        if samples > RUN_SAMPLES:
+            raise InputError(
+                f"{self.duration:g} s at {self.sample_rate:g} Hz are {samples:,.0f} samples; a run"
+                f" has {RUN_SAMPLES:,} at most: lower the sample rate, or simulate parts"
+            )
         object.__setattr__(self, "command_time", time)
         object.__setattr__(self, "command_value", value)
         object.__setattr__(self, "start_pressure", start)

@@ -8,6 +8,7 @@ import re
 from typing import Any
 
 from pamsim.core.errors import InputError
+from pamsim.core.limits import QUANTITY_CHARACTERS
 
 PA_PER_KPA = 1e3
 PA_PER_BAR = 1e5
@@ -61,7 +62,6 @@ def to_si(value: float, unit: str, si_unit: str, *, where: str) -> float:
 _TOWER = re.compile(r"(\^|\*\*)[^*/]*(\^|\*\*)")
 """A power of a power, which no unit is and which the parser would compute for ever."""
 
-_LONGEST = 200  # characters of a quantity; the search through thousands of digits takes minutes
 _QUANTITY = re.compile(
     r"\s*([+-]?(?:\d+\.?\d*|\.\d+)(?:e[+-]?\d+)?|[+-]?(?:nan|inf))\s*(.*)", re.IGNORECASE
 )
@@ -82,7 +82,7 @@ def parse_quantity(text: str, default_unit: str, si_unit: str, *, where: str) ->
     Raises:
         InputError: if it is no number, or its unit is unknown or of another quantity.
     """
-    if len(text) > _LONGEST:
+    if len(text) > QUANTITY_CHARACTERS:
         raise InputError(
             f"{where}: {len(text)} characters are not a number; write one such as 487 or 4.87bar"
         )

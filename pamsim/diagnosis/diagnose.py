@@ -153,10 +153,10 @@ def kind_of(sources: Sequence[Source]) -> Kind:
 def _has_length(path: Path) -> bool:
     """Whether a CSV has a column of lengths, which a table of angles has not."""
     try:
-        lines = path.read_text(encoding="utf-8-sig").splitlines()
+        with path.open(encoding="utf-8-sig") as lines:
+            header = next((line for line in lines if line.strip() and not line.startswith("#")), "")
     except (OSError, UnicodeDecodeError) as error:
         raise InputError(f"cannot read {path}: {error}") from None
-    header = next((line for line in lines if line.strip() and not line.startswith("#")), "")
     return any(cell.strip().startswith("length") for cell in header.split(","))
 
 

@@ -25,6 +25,7 @@ from pamsim.core.files import complete_file, refuse_existing
 from pamsim.core.parameters import FieldSpec, ParameterGroup, specs
 from pamsim.core.units import to_si
 from pamsim.engine.joints import recorded_joints
+from pamsim.engine.mjcf_size import require_size
 from pamsim.engine.native import native_field
 from pamsim.engine.rig import load_rig
 from pamsim.hysteresis.bouc_wen import BoucWen
@@ -107,6 +108,7 @@ def new_rig(
         target, source = folder / given.name, given.name
         if not given.is_file():
             raise InputError(f"no MJCF at {given}")
+        require_size(given)
         model = _compiled(lambda: mujoco.MjModel.from_xml_path(str(given)), str(given))
         text = "" if target.is_file() and target.samefile(given) else _alone(given)
     what = KINDS.get(kind, f"A rig made from {source}")

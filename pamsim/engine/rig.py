@@ -35,6 +35,7 @@ from pamsim.engine.dry_friction import (
     reserve_friction_speed,
 )
 from pamsim.engine.joints import recorded_joints
+from pamsim.engine.mjcf_size import require_size
 from pamsim.engine.native import copy_natives, is_native, native_si, set_native
 from pamsim.engine.stepping import set_integrator
 from pamsim.engine.visual_geoms import remove_visual_geoms
@@ -326,6 +327,7 @@ def rig_spec(file: RigFile, muscles: Mapping[str, Muscle], *, scene: bool = Fals
     """
     path = file.scene if scene and file.scene else file.mjcf
     for text in {path, file.mjcf}:
+        require_size(text)
         _require_utf8(text)
     try:
         spec = mujoco.MjSpec.from_file(str(path))

@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from pamsim.core.errors import InputError, InvariantError
 from pamsim.core.experiment import Experiment
+from pamsim.core.limits import RUN_STEPS
 from pamsim.core.recording import Outcome, Recording
 from pamsim.engine import checks
 from pamsim.engine.backlash_check import check_backlash
@@ -144,6 +145,12 @@ def prepare(
         timestep=timestep,
         integrator=integrator,
     )
+    steps = (experiment.settle + experiment.duration) / model.opt.timestep
+    if steps > RUN_STEPS:
+        raise InputError(
+            f"{experiment.duration:g} s in steps of {model.opt.timestep * 1e3:g} ms are"
+            f" {steps:,.0f} steps; a run has {RUN_STEPS:,} at most"
+        )
     on = external(model, drives)
     check_timestep(as_driven(model, on), rig.muscles)
     check_backlash(model, rig.muscles)

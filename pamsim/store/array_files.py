@@ -14,10 +14,13 @@ import numpy as np
 import scipy.io
 from numpy.typing import NDArray
 
+from pamsim.core.bounded_read import read_bounded
 from pamsim.core.errors import InputError
+from pamsim.core.limits import ARRAY_BYTES
 from pamsim.store.matlab_elements import check_elements
 
 _loadmat: Any = scipy.io.loadmat
+_BYTES_OF_NUMBER = 8
 
 
 def read_arrays(path: Path) -> Mapping[str, NDArray[Any]]:
@@ -46,13 +49,22 @@ def read_arrays(path: Path) -> Mapping[str, NDArray[Any]]:
         raise InputError(f"{path} cannot be read as {path.suffix}: {why}") from None
 
 
+def _check_unfolded(path: Path, size: int) -> None:
+    if size > ARRAY_BYTES:
+        raise InputError(
+            f"{path}: its arrays have {size / 2**20:,.0f} MiB, of {ARRAY_BYTES / 2**20:,.0f} that"
+            " are read; cut it into several files, or leave out columns"
+        )
+
+
 def _of_numpy(path: Path) -> Mapping[str, NDArray[Any]]:
     with path.open("rb") as stream, np.load(stream, allow_pickle=False) as file:
+        _check_unfolded(path, sum(part.file_size for part in file.zip.infolist()))
         return {name: np.asarray(file[name]) for name in file.files}
 
 
 def _of_matlab(path: Path) -> Mapping[str, NDArray[Any]]:
-    content = path.read_bytes()
+    content = read_bounded(path, ARRAY_BYTES)
     check_elements(content)
     found = _loadmat(io.BytesIO(content))
     return {k: np.asarray(v) for k, v in found.items() if not k.startswith("__")}
@@ -67,7 +79,9 @@ def _of_parquet(path: Path) -> Mapping[str, NDArray[Any]]:
             f"{path}: Parquet needs the package pyarrow; install it with pip install"
             " 'pamsim[parquet]', or save the log as a CSV"
         ) from None
-    table: Any = parquet.read_table(path)
+    with parquet.ParquetFile(path) as file:
+        _check_unfolded(path, _BYTES_OF_NUMBER * file.metadata.num_rows * file.metadata.num_columns)
+        table: Any = file.read()
     found: dict[str, NDArray[Any]] = {}
     for name, column in zip(table.column_names, table.columns, strict=True):
         values = column.to_numpy()

@@ -21,12 +21,17 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from pamsim.core.bounded_read import read_bounded
 from pamsim.core.errors import InputError, nearest
+from pamsim.core.limits import LINE_CHARACTERS, TABLE_BYTES, TABLE_CELLS, TABLE_COLUMNS
 from pamsim.core.units import DEG_PER_RAD, MM_PER_M, PA_PER_KPA, to_si
 from pamsim.store.array_files import ARRAY_FILES, read_arrays
 
 FloatArray = NDArray[np.float64]
 
+_SMALLER = "cut it into several files, or leave out columns"
+_LARGER = f"save it as Parquet or .npz, or {_SMALLER}"
+_MARKS = ";\t,|"
 _DECIMAL_COMMA = re.compile(r"[-+]?\d+,\d*([eE][-+]?\d+)?")
 
 # Fixed names, {} being the number of a muscle -> other spellings of them, which are refused.
@@ -193,9 +198,11 @@ class Columns:
         return f"{self.path}: line {self.header}: column {name!r}"
 
     def _refuse_twice(self, names: Sequence[str]) -> None:
-        for i, name in enumerate(names):
-            if name in names[:i]:
+        seen: set[str] = set()
+        for name in names:
+            if name in seen:
                 raise InputError(f"{self._column(name)} is there twice; keep one")
+            seen.add(name)
 
 
 def read_columns(path: Path, *, numbers_only: bool = False) -> Columns:
@@ -217,17 +224,26 @@ def read_columns(path: Path, *, numbers_only: bool = False) -> Columns:
     """
     if path.suffix.lower() in ARRAY_FILES:
         return _of_arrays(path)
+    text = _text(path)
+    _check_size(path, max(map(text.count, _MARKS)) + text.count("\n"))
     rows = [
         (number, line)
-        for number, line in enumerate(_text(path).splitlines(), start=1)
+        for number, line in enumerate(text.splitlines(), start=1)
         if line.strip() and not line.lstrip().startswith("#")
     ]
+    for number, line in rows:
+        if len(line) > LINE_CHARACTERS:
+            raise InputError(
+                f"{path}: line {number} has {len(line):,} characters; a table's have"
+                f" {LINE_CHARACTERS:,} at most"
+            )
     if not rows:
         raise InputError(f"{path}: no header; name the columns in the first line, such as time_s")
     if len(rows) == 1:
         raise InputError(f"{path}: no rows below the header in line {rows[0][0]}")
     start, separator = _header(rows)
     first, header = rows[start][0], _cells(rows[start][1], separator)
+    _check_columns(path, len(header))
     if numbers_only and all(map(_is_number, header)):
         start, first = start - 1, 0
         header = [f"column_{i}" for i in range(1, len(header) + 1)]
@@ -256,9 +272,21 @@ def read_columns(path: Path, *, numbers_only: bool = False) -> Columns:
     return columns
 
 
+def _check_size(path: Path, cells: int) -> None:
+    if cells > TABLE_CELLS:
+        raise InputError(
+            f"{path} has about {cells:,} cells; a table has {TABLE_CELLS:,} at most: {_SMALLER}"
+        )
+
+
+def _check_columns(path: Path, columns: int) -> None:
+    if columns > TABLE_COLUMNS:
+        raise InputError(f"{path} has {columns:,} columns; a table has {TABLE_COLUMNS:,} at most")
+
+
 def _text(path: Path) -> str:
     try:
-        written = path.read_bytes()
+        written = read_bounded(path, TABLE_BYTES, instead=_LARGER)
     except OSError as error:
         raise InputError(f"cannot read {path}: {error.strerror}") from None
     # UTF-8, or what spreadsheets write beside it; almost any bytes can be read as cp1252.
@@ -281,13 +309,13 @@ def _header(rows: Sequence[tuple[int, str]]) -> tuple[int, str | None]:
     """
     among = rows[len(rows) // 2][1]
     for start, (_, line) in enumerate(rows[: len(rows) // 2]):
-        separator = next((mark for mark in ";\t,|" if mark in line), None)
+        separator = next((mark for mark in _MARKS if mark in line), None)
         cells = _cells(line, separator)
         if all(map(_is_number, cells)):
             break
         if len(cells) == len(_cells(among, separator)) > 1:
             return start, separator
-    return 0, next((mark for mark in ";\t,|" if mark in rows[0][1]), None)
+    return 0, next((mark for mark in _MARKS if mark in rows[0][1]), None)
 
 
 def _is_number(cell: str) -> bool:
@@ -319,6 +347,8 @@ def _of_arrays(path: Path) -> Columns:
     }
     if not lists:
         raise InputError(f"{path}: no array of numbers; give one per column, all of one length")
+    _check_columns(path, len(lists))
+    _check_size(path, sum(map(len, lists.values())))
     longest = max(lists.values(), key=len)
     for name, array in lists.items():
         if len(array) != len(longest):

@@ -8,8 +8,10 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from pamsim.core.bounded_read import read_bounded
 from pamsim.core.errors import InputError
 from pamsim.core.files import complete_file
+from pamsim.core.limits import JSON_BYTES
 
 
 def write_json(path: Path, result: Mapping[str, Any]) -> None:
@@ -38,7 +40,7 @@ def read_json(path: Path, schema: str) -> dict[str, Any]:
         InputError: if it cannot be read, is not JSON, or states another schema.
     """
     try:
-        content = json.loads(path.read_text(encoding="utf-8"))
+        content = json.loads(read_bounded(path, JSON_BYTES).decode("utf-8"))
     except OSError as error:
         raise InputError(f"cannot read {path}: {error.strerror}") from None
     except (ValueError, RecursionError) as error:
@@ -66,7 +68,7 @@ class CheckpointFile:
             InputError: if the file cannot be read as one.
         """
         try:
-            state = json.loads(self.path.read_text(encoding="utf-8"))
+            state = json.loads(read_bounded(self.path, JSON_BYTES).decode("utf-8"))
         except FileNotFoundError:
             return None
         except (OSError, ValueError, RecursionError) as error:

@@ -10,16 +10,16 @@ from __future__ import annotations
 import struct
 import zlib
 
+from pamsim.core.limits import ARRAY_BYTES, ARRAY_DEPTH
+
 HEADER = 128
 _MATRIX, _COMPRESSED = 14, 15
 _NUMBERS = frozenset({1, 2, 3, 4, 5, 6, 7, 9, 12, 13, 16, 17, 18})
 """Types of elements that hold numbers or characters."""
 
-MOST_INFLATED = 1 << 30
-"""Bytes that a compressed array may have, and a file's arrays together."""
-
-DEEPEST = 20
-"""Cells in cells, or structures in structures."""
+_SPARSE, _COMPLEX = 5, 0x0800
+_ARRAYS_OF_NUMBERS = frozenset({4, *range(6, 16)})
+"""Classes of arrays in the first of their elements, the flags."""
 
 
 def check_elements(content: bytes) -> None:
@@ -34,7 +34,7 @@ def check_elements(content: bytes) -> None:
     order = {b"IM": "<", b"MI": ">"}.get(content[HEADER - 2 : HEADER])
     if order is None or 0 in content[:4]:  # four zero-free bytes set MAT 5 apart from MAT 4
         return
-    left = MOST_INFLATED
+    left = ARRAY_BYTES
     at = HEADER
     while at < len(content):
         kind, start, end, at = _element(content, at, len(content), order)
@@ -72,18 +72,35 @@ def _inflated(content: bytes, most: int) -> bytes:
     except zlib.error as error:
         raise ValueError(f"a compressed array is damaged ({error})") from None
     if len(whole) >= most:
-        raise ValueError(f"its arrays are larger than {MOST_INFLATED} bytes")
+        raise ValueError(f"its arrays are larger than {ARRAY_BYTES} bytes")
     return whole
 
 
 def _check_array(content: bytes, order: str, depth: int) -> None:
     """Check the elements of an array, and of the arrays in it."""
-    if depth > DEEPEST:
-        raise ValueError(f"arrays more than {DEEPEST} deep in each other")
-    at = 0
+    if depth > ARRAY_DEPTH:
+        raise ValueError(f"arrays more than {ARRAY_DEPTH} deep in each other")
+    at, count, least = 0, 0, 0
     while at < len(content):
         kind, start, end, at = _element(content, at, len(content), order)
+        if count == 0 and end - start >= 4:
+            least = _least_elements(struct.unpack_from(f"{order}I", content, start)[0])
+        count += 1
         if kind == _MATRIX:
             _check_array(content[start:end], order, depth + 1)
         elif kind not in _NUMBERS:
             raise ValueError(f"a data element of unknown type {kind}")
+    if count < least:
+        raise ValueError(f"an array of {count} data elements where its flags ask for {least}")
+
+
+def _least_elements(flags: int) -> int:
+    """Elements that an array of numbers has at least: without them scipy reads what is not there."""
+    kind = flags & 0xFF
+    if kind in _ARRAYS_OF_NUMBERS:  # flags, dimensions, name, values
+        least = 4
+    elif kind == _SPARSE:  # and rows and columns of the values
+        least = 6
+    else:
+        return 0
+    return least + 1 if flags & _COMPLEX else least

@@ -23,6 +23,7 @@ import numpy as np
 from pamsim.core.drive import JOINT_DRIVES, MUSCLE_DRIVES, DriveLike, checked
 from pamsim.core.errors import InputError, nearest
 from pamsim.core.files import is_file
+from pamsim.core.limits import HEAVIEST_LOAD
 from pamsim.core.recording import SCHEMA
 from pamsim.core.trial import Trial, TrialSet
 from pamsim.store import even_clock, recording_checks, segments
@@ -35,7 +36,6 @@ INDEX = "recording.toml"
 WITH_COLUMNS = "pamsim-recording/2"
 _TOP = {"schema", "rig", "columns", "trial"}
 _TRIAL = {"file", "protocol", "drive", "load_kg", even_clock.KEY, *segments.KEYS}
-_MOST_LOAD_KG = 100.0  # what no arm of such muscles lifts
 
 
 def read_recordings(path: str | os.PathLike[str]) -> TrialSet:
@@ -140,7 +140,7 @@ def _check_entry(where: str, entry: Mapping[str, Any]) -> None:
     load = entry.get("load_kg", 0.0)
     if isinstance(load, bool) or not isinstance(load, int | float) or not load >= 0.0:
         raise InputError(f"{where} needs load_kg = ..., the mass on the arm, 0 for none: {load!r}")
-    if load > _MOST_LOAD_KG:
+    if load > HEAVIEST_LOAD:
         raise InputError(f"{where}: load_kg = {load:g} is no load for an arm; write kg, not g")
 
 

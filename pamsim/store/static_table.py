@@ -16,6 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pamsim.core.errors import InputError
+from pamsim.core.limits import HEAVIEST_LOAD
 from pamsim.store.columns import Columns, read_columns
 from pamsim.store.printed import distinct_steps
 
@@ -27,7 +28,6 @@ PRINTED = "mas20"
 _COLUMNS = ("p{}_kpa", "start_p{}_kpa", "angle_deg", "load_kg")
 _HIGHEST_KPA = 5e3
 _LEAST_KPA = 20.0
-_MOST_LOAD_KG = 100.0
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -125,7 +125,7 @@ def _plausible(columns: Columns) -> None:
         )
     for name, most, why in (
         ("angle_deg", 360.0, "is more than a turn; the column must hold deg"),
-        ("load_kg", _MOST_LOAD_KG, "is no load for an arm; write kg, not g"),
+        ("load_kg", HEAVIEST_LOAD, "is no load for an arm; write kg, not g"),
     ):
         if name not in values:
             continue

@@ -6,7 +6,9 @@ import tomllib
 from pathlib import Path
 from typing import Any
 
+from pamsim.core.bounded_read import read_bounded
 from pamsim.core.errors import InputError
+from pamsim.core.limits import TOML_BYTES
 
 
 def read_toml(path: Path) -> dict[str, Any]:
@@ -14,10 +16,10 @@ def read_toml(path: Path) -> dict[str, Any]:
 
     Raises:
         FileNotFoundError: if there is no such file.
-        InputError: if it cannot be read, or is not valid TOML.
+        InputError: if it cannot be read, is too large, or is not valid TOML.
     """
     try:
-        return tomllib.loads(path.read_text(encoding="utf-8-sig"))
+        return tomllib.loads(read_bounded(path, TOML_BYTES).decode("utf-8-sig"))
     except FileNotFoundError:
         raise
     except OSError as error:

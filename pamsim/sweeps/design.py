@@ -14,12 +14,12 @@ from numpy.typing import NDArray
 from scipy.stats import qmc
 
 from pamsim.core.errors import InputError
+from pamsim.core.limits import SWEEP_RUNS
 from pamsim.sweeps.factor import Factor, Value
 
 Runs = list[dict[str, Value]]
 """Factor -> value in its unit, of each run."""
 
-_MOST = 10_000_000
 _qmc: Any = qmc
 
 
@@ -63,8 +63,8 @@ def runs_of(design: Design, factors: Sequence[Factor], runs: int, seed: int) -> 
     if runs < 1:
         raise InputError(f"runs is {runs}; a design {design.value!r} needs 1 or more")
     shares = _shares(design, len(factors), runs, seed)
-    if shares.shape[0] > _MOST:
-        raise InputError(f"{shares.shape[0]:,} runs; a sweep has {_MOST:,} at most")
+    if shares.shape[0] > SWEEP_RUNS:
+        raise InputError(f"{shares.shape[0]:,} runs; a sweep has {SWEEP_RUNS:,} at most")
     columns = [f.at(shares[:, i]).tolist() for i, f in enumerate(factors)]
     names = [f.name for f in factors]
     return [dict(zip(names, row, strict=True)) for row in zip(*columns, strict=True)]
@@ -86,8 +86,8 @@ def _listed(design: Design, factors: Sequence[Factor]) -> Runs:
             dict(zip(names, v, strict=True)) for v in zip(*(f.values for f in factors), strict=True)
         ]
     total = math.prod(len(f.values) for f in factors)
-    if total > _MOST:
-        raise InputError(f"{total:,} combinations; a sweep has {_MOST:,} at most")
+    if total > SWEEP_RUNS:
+        raise InputError(f"{total:,} combinations; a sweep has {SWEEP_RUNS:,} at most")
     grid = itertools.product(*(f.values for f in factors))
     return [dict(zip(names, values, strict=True)) for values in grid]
 

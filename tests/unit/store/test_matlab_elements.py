@@ -9,6 +9,7 @@ import zlib
 import numpy as np
 import pytest
 import scipy.io
+import scipy.sparse
 
 from pamsim.core.errors import InputError
 from pamsim.store.array_files import read_arrays
@@ -46,6 +47,16 @@ def test_every_type_that_does_not_exist_is_refused():
             check_elements(damaged)
 
 
+@pytest.mark.parametrize("array", [np.arange(50.0), scipy.sparse.csc_array(np.eye(20))])
+def test_an_array_said_to_be_complex_without_imaginary_part_is_refused(array):
+    content = bytearray(saved({"t": array}))
+    flags = content.index(struct.pack("<II", 6, 8)) + 8
+    content[flags + 1] |= 0x08
+    with pytest.raises(ValueError, match=r"an array of [46] data elements where .* ask for [57]"):
+        check_elements(bytes(content))
+    check_elements(saved({"t": array * (1.0 + 2.0j)}))
+
+
 @pytest.mark.parametrize("size", [HEADER + 4, HEADER + 20, -8, -100])
 def test_a_file_cut_off_is_refused(size):
     with pytest.raises(ValueError, match="ends in the middle"):
@@ -53,7 +64,7 @@ def test_a_file_cut_off_is_refused(size):
 
 
 def test_what_inflates_without_end_is_refused(monkeypatch):
-    monkeypatch.setattr("pamsim.store.matlab_elements.MOST_INFLATED", 10_000)
+    monkeypatch.setattr("pamsim.store.matlab_elements.ARRAY_BYTES", 10_000)
     with pytest.raises(ValueError, match="larger than 10000 bytes"):
         check_elements(saved(LOG, do_compression=True))
 

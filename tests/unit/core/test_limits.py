@@ -1,0 +1,171 @@
+"""What is beyond `pamsim.core.limits` is refused in one line, before it costs anything."""
+
+from __future__ import annotations
+
+import re
+import shutil
+import time
+from pathlib import Path
+
+import numpy as np
+import pyarrow
+import pytest
+from pyarrow import parquet
+
+import pamsim
+from pamsim.core import limits
+from pamsim.core.errors import InputError
+from pamsim.engine.mjcf_size import require_size
+from pamsim.store.columns import read_columns
+from pamsim.store.json_file import read_json
+from pamsim.store.rig_file import shipped_rigs
+from pamsim.store.toml_file import read_toml
+
+PAGE = Path(__file__).parents[3] / "docs" / "files.md"
+
+
+def test_the_page_lists_every_limit_with_its_value():
+    text = PAGE.read_text(encoding="utf-8")
+    rows = re.findall(r"^\| .+ \| `([A-Z_]+)` \| ([\d,]+) ?(MiB)?.* \|$", text, re.MULTILINE)
+    listed = {
+        name: int(number.replace(",", "")) << (20 if unit else 0) for name, number, unit in rows
+    }
+    stated = {name: value for name, value in vars(limits).items() if name.isupper()}
+    assert listed == stated
+
+
+@pytest.mark.parametrize(
+    ("name", "what", "read"),
+    [
+        ("TOML_BYTES", "pamsim.store.toml_file", read_toml),
+        ("JSON_BYTES", "pamsim.store.json_file", lambda path: read_json(path, "any")),
+        ("TABLE_BYTES", "pamsim.store.columns", read_columns),
+        ("MJCF_BYTES", "pamsim.engine.mjcf_size", require_size),
+    ],
+)
+def test_a_file_that_is_too_large_is_refused(name, what, read, tmp_path, monkeypatch):
+    monkeypatch.setattr(f"{what}.{name}", 1 << 20)
+    path = tmp_path / "file"
+    path.write_bytes(b" " * ((1 << 20) + 1))
+    with pytest.raises(InputError, match=r"file has more than 1 MiB, the most read"):
+        read(path)
+
+
+def test_a_file_without_end_is_refused():
+    with pytest.raises(InputError, match="/dev/zero has more than 4 MiB"):
+        read_toml(Path("/dev/zero"))
+
+
+def test_a_table_of_too_many_cells_is_refused(tmp_path, monkeypatch):
+    monkeypatch.setattr("pamsim.store.columns.TABLE_CELLS", 300)
+    text, packed = tmp_path / "log.csv", tmp_path / "log.npz"
+    text.write_text("time_s,a,b\n" + "0.1;1,2,3\n" * 100)
+    np.savez(packed, a=np.zeros(200), b=np.zeros(200))
+    for path in (text, packed):
+        with pytest.raises(InputError, match=r"log\.\w+ has about \d+ cells"):
+            read_columns(path)
+
+
+def test_a_table_of_too_many_columns_or_too_long_lines_is_refused(tmp_path):
+    path = tmp_path / "log.csv"
+    many = limits.TABLE_COLUMNS + 1
+    header = ",".join(f"c{i}" for i in range(many))
+    path.write_text(header + "\n" + ",".join("1" * many) + "\n")
+    with pytest.raises(InputError, match=r"has 1,001 columns; a table has 1,000 at most"):
+        read_columns(path)
+    # Longer than a cell that Python's reader takes.
+    path.write_text("time_s,a\n0.1," + "1" * 140_000 + "\n0.2,1\n")
+    with pytest.raises(InputError, match=r"line 2 has 140,004 characters"):
+        read_columns(path)
+
+
+@pytest.mark.parametrize("ending", ["npz", "parquet"])
+def test_arrays_that_unfold_to_more_than_allowed_are_refused(ending, tmp_path, monkeypatch):
+    monkeypatch.setattr("pamsim.store.array_files.ARRAY_BYTES", 1 << 20)
+    path = tmp_path / f"log.{ending}"
+    values = np.zeros(140_000)
+    if ending == "npz":
+        np.savez_compressed(path, a=values)
+    else:
+        parquet.write_table(pyarrow.table({"a": values}), path)
+    assert path.stat().st_size < 10_000
+    with pytest.raises(InputError, match=r"its arrays have 1 MiB, of 1 that are read"):
+        read_columns(path)
+
+
+@pytest.fixture
+def rig_with(tmp_path):
+    """The arm's folder with a text in front of the end of its MJCF."""
+    folder = tmp_path / "rig"
+    shutil.copytree(shipped_rigs() / "mas20_arm", folder)
+    mjcf = folder / "mas20_arm.xml"
+    text = mjcf.read_text(encoding="utf-8")
+
+    def put(inside: str) -> Path:
+        mjcf.write_text(text.replace("</mujoco>", inside + "</mujoco>"), encoding="utf-8")
+        return folder
+
+    return put
+
+
+@pytest.mark.parametrize(
+    ("inside", "said"),
+    [
+        (
+            '<worldbody><replicate count="3000000"><geom size="1"/></replicate></worldbody>',
+            r"asks for 3,000,\d+ elements",
+        ),
+        (
+            '<worldbody><replicate count="200"><replicate count="200"><site/></replicate>'
+            "</replicate></worldbody>",
+            r"asks for 40,\d+ elements",
+        ),
+        (
+            '<worldbody><body><composite prefix="x" type="cable" count="100 100 100" size="1"/>'
+            "</body></worldbody>",
+            r"asks for 1,000,\d+ elements",
+        ),
+        (
+            '<size nkey="100000000"/>',
+            r"<size> nkey='100000000' is 100,000,000; 100,000 is",
+        ),
+        ('<size nuser_geom="1e9"/>', r"<size> nuser_geom='1e9' is 1,000,000,000"),
+        (
+            '<asset><texture name="t" builtin="flat" width="99999" height="99999"/></asset>',
+            r"<texture> width times height is 9,999,800,001",
+        ),
+    ],
+)
+def test_an_mjcf_that_asks_for_too_much_is_refused(rig_with, inside, said):
+    folder = rig_with(inside)
+    began = time.process_time()
+    with pytest.raises(InputError, match=said):
+        pamsim.load_rig(folder)
+    assert time.process_time() - began < 1.0
+
+
+def test_included_files_count_and_may_form_a_circle(rig_with):
+    folder = rig_with('<include file="more.xml"/>')
+    more = folder / "more.xml"
+    more.write_text(
+        '<mujoco><worldbody><replicate count="20000"><site/></replicate></worldbody></mujoco>'
+    )
+    with pytest.raises(InputError, match=r"asks for 20,\d+ elements"):
+        pamsim.load_rig(folder)
+    more.write_text('<mujoco><include file="mas20_arm.xml"/></mujoco>')
+    require_size(folder / "mas20_arm.xml")
+
+
+def test_every_shipped_rig_is_far_below_the_limits():
+    shipped = list(shipped_rigs().glob("*/*.xml"))
+    assert shipped
+    for mjcf in shipped:
+        require_size(mjcf)
+
+
+def test_a_run_of_too_many_samples_or_steps_is_refused():
+    with pytest.raises(InputError, match=r"100000 s at 500 Hz are 50,000,000 samples"):
+        pamsim.pressure_step((1e5, 1e5), (1e5, 0.0), duration=1e5)
+    step = pamsim.pressure_step((1e5, 1e5), (1e5, 0.0), duration=1.0)
+    with pytest.raises(InputError, match=r"are 5,000,000,000,000 steps; a run has 1,000,000,000"):
+        pamsim.simulate("mas20_arm", step, timestep=1e-12)
