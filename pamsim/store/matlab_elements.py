@@ -95,7 +95,7 @@ def _check_array(content: bytes, order: str, depth: int) -> None:
 
 
 def _least_elements(flags: int) -> int:
-    """Elements that an array of numbers has at least: without them scipy reads what is not there."""
+    """Elements that an array of numbers has at least: scipy reads on where they are missing."""
     kind = flags & 0xFF
     if kind in _ARRAYS_OF_NUMBERS:  # flags, dimensions, name, values
         least = 4
