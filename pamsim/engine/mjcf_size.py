@@ -15,7 +15,7 @@ from pamsim.core.limits import MJCF_BYTES, MJCF_NUMBERS, MJCF_PARTS, MJCF_PIXELS
 
 _GENERATING = frozenset({"composite", "flexcomp"})
 _REPEATING = _GENERATING | {"replicate"}
-"""Elements whose ``count`` says how often MuJoCo makes what is inside; several are multiplied."""
+"""Elements that MuJoCo repeats ``count`` times; several counts are multiplied."""
 
 _INSERTED = frozenset({"include", "model"})
 """Elements that name another MJCF."""
@@ -28,7 +28,7 @@ _PLANES = (("width", "height"), ("nrow", "ncol"))
 def require_size(mjcf: Path) -> None:
     """Refuse an MJCF that asks for more than `pamsim.core.limits` allow.
 
-    What is not XML, or no number, is left to MuJoCo, which says so in its own words.
+    What is not XML, or no number, is left to MuJoCo.
 
     Args:
         mjcf: the file; those that it includes are counted with it.

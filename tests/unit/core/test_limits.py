@@ -109,7 +109,7 @@ def rig_with(tmp_path):
 
 
 @pytest.mark.parametrize(
-    ("inside", "said"),
+    ("inside", "message"),
     [
         (
             '<worldbody><replicate count="3000000"><geom size="1"/></replicate></worldbody>',
@@ -136,10 +136,10 @@ def rig_with(tmp_path):
         ),
     ],
 )
-def test_an_mjcf_that_asks_for_too_much_is_refused(rig_with, inside, said):
+def test_an_mjcf_that_asks_for_too_much_is_refused(rig_with, inside, message):
     folder = rig_with(inside)
     began = time.process_time()
-    with pytest.raises(InputError, match=said):
+    with pytest.raises(InputError, match=message):
         pamsim.load_rig(folder)
     assert time.process_time() - began < 1.0
 
