@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from pamsim.actuator.layout import slot
 from pamsim.core.catalog import USER_DEFINED
+from pamsim.core.compile_notice import compile_notice
 from pamsim.core.errors import InputError
 from pamsim.engine.rig import Rig
 from pamsim.engine.state import restore_state, save_state
@@ -269,7 +270,8 @@ class Worlds:
             if graph is not None:
                 self._wp.capture_launch(graph)
                 return
-            work()
+            with compile_notice("the step for the device", "about a minute"):
+                work()
             with self._wp.ScopedCapture(force_module_load=False) as capture:
                 work()
         self._graphs[work] = capture.graph
