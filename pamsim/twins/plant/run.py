@@ -96,7 +96,7 @@ def run(
         raise InputError("the independent plant takes pressures and valve openings, not pulses")
     count = len(numbers.muscles)
     start = np.asarray(experiment.start_pressure, dtype=float)
-    states, plays = _at_zero(numbers, start)
+    states, plays = at_zero(numbers, start)
     integrate = compiled_integrator()
     by_pressure = experiment.drive == "pressure_set"
     numbers = numbers.copy()
@@ -162,7 +162,7 @@ def _bristle_step(numbers: Numbers) -> float:
     return float(min(slips, default=math.inf)) / _FASTEST
 
 
-def _at_zero(numbers: Numbers, start: FloatArray) -> tuple[FloatArray, FloatArray]:
+def at_zero(numbers: Numbers, start: FloatArray) -> tuple[FloatArray, FloatArray]:
     """States and play operators at angle 0 and the start pressures, without memory."""
     m: Record = numbers.muscles
     states = np.zeros(state_count(len(m)))

@@ -1,0 +1,178 @@
+"""64 step responses: `simulate_batch` against scipy's LSODA at equal error of the final angle.
+
+    python scripts/benchmarks/batch_vs_lsoda.py [--json FILE] [--rounds 5]
+
+LSODA integrates the equations of the independent plant (`pamsim.twins.plant`), compiled, which
+share no line with the engine's muscles and describe the same arm. Its relative tolerance is the
+loosest that brings the median error of the final angles to that of pamsim at the rig's own time
+step, or below. The error of each is that against its own solution in steps of 25 us. Both come to
+rest at the start pressures and then take the step, on one thread. The script fails where no
+tolerance is as good.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import os
+import platform
+import statistics
+import time
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numba
+import numpy as np
+import scipy
+from numba.extending import register_jitable
+from numpy.typing import NDArray
+from scipy.integrate import solve_ivp
+
+import pamsim
+from pamsim.engine.batch import simulate_batch
+from pamsim.engine.jit import reached_functions
+from pamsim.twins.plant.rates import write_rates
+from pamsim.twins.plant.read_rig import Numbers, read_rig
+from pamsim.twins.plant.records import ANGLE
+from pamsim.twins.plant.run import at_zero, run
+
+COUNT = 64
+SETTLE, DURATION = 2.0, 2.0
+TOLERANCES = (1e-2, 3e-3, 1e-3, 3e-4, 1e-4, 3e-5, 1e-5, 3e-6, 1e-6, 1e-7, 1e-8)
+REFERENCE_STEP = 2.5e-5
+FloatArray = NDArray[np.float64]
+
+
+def experiments() -> list[pamsim.Experiment]:
+    """Steps between pressures drawn evenly, with loads up to 2 kg."""
+    rng = np.random.default_rng(0)
+    return [
+        replace(
+            pamsim.pressure_step(
+                rng.uniform(1e5, 4e5, 2),
+                rng.uniform(0.5e5, 4.5e5, 2),
+                duration=DURATION,
+                load=float(rng.uniform(0.0, 2.0)),
+            ),
+            settle=SETTLE,
+        )
+        for _ in range(COUNT)
+    ]
+
+
+def compiled_rates() -> Any:
+    """``rates(t, y, joint, muscles, plays, commands, work, out)`` of the plant, as machine code."""
+    for function in reached_functions(write_rates):
+        register_jitable(function)
+
+    @numba.njit(error_model="numpy")
+    def rates(t, y, joint, muscles, plays, commands, work, out):
+        write_rates(joint[0], muscles, plays, y, t, commands, True, 0.0, False, work, out)
+
+    return rates
+
+
+def by_lsoda(
+    rates: Any, numbers: Numbers, start: FloatArray, final: FloatArray, tolerance: float
+) -> float:
+    """Final angle [rad]."""
+    states, plays = at_zero(numbers, start)
+    work, out = np.zeros((3, len(start))), np.zeros(len(states))
+
+    def right_side(t: float, y: FloatArray, command: FloatArray) -> FloatArray:
+        rates(t, y, numbers.joint, numbers.muscles, plays, command, work, out)
+        return out.copy()
+
+    scale = np.maximum(np.abs(states), 1e-3)
+    for command, duration in ((start, SETTLE), (final, DURATION)):
+        solution = solve_ivp(
+            right_side,
+            (0.0, duration),
+            states,
+            method="LSODA",
+            rtol=tolerance,
+            atol=tolerance * 1e-3 * scale,
+            args=(command,),
+        )
+        if not solution.success:
+            return float("nan")
+        states = solution.y[:, -1]
+    return float(states[ANGLE])
+
+
+def main() -> None:
+    """Find the tolerance, time both in turn, print and write."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--json", type=Path)
+    parser.add_argument("--rounds", type=int, default=5)
+    args = parser.parse_args()
+    rig, steps = pamsim.load_rig("mas20_arm"), experiments()
+    jobs = [(rig, step) for step in steps]
+    plants = [read_rig(rig, step.load) for step in steps]
+    ends = [step.start_pressure for step in steps], [step.command_value[-1] for step in steps]
+    rates, names = compiled_rates(), tuple(rig.muscles)
+
+    def batch(timestep: float | None = None) -> FloatArray:
+        runs = simulate_batch(jobs, threads=1, timestep=timestep)
+        return np.array([one.completed().angle[-1] for one in runs])
+
+    def lsoda(tolerance: float) -> FloatArray:
+        return np.array(
+            [
+                by_lsoda(rates, plant, *end, tolerance)
+                for plant, end in zip(plants, ends, strict=True)
+            ]
+        )
+
+    true_batch = batch(REFERENCE_STEP)
+    true_plant = np.array(
+        [
+            run(plant, step, rig=rig.name, muscles=names, step=REFERENCE_STEP).angle[-1]
+            for plant, step in zip(plants, steps, strict=True)
+        ]
+    )
+    allowed = float(np.median(np.abs(batch() - true_batch)))
+    tried: dict[float, float] = {}
+    for tolerance in TOLERANCES:
+        tried[tolerance] = float(np.median(np.abs(lsoda(tolerance) - true_plant)))
+        if tried[tolerance] <= allowed:
+            break
+    else:
+        raise SystemExit(f"no tolerance brings LSODA to {np.degrees(allowed):g} deg: {tried}")
+    seconds: dict[str, list[float]] = {"pamsim": [], "LSODA": []}
+    for _ in range(args.rounds):
+        for name, work in (("pamsim", batch), ("LSODA", lambda: lsoda(tolerance))):
+            began = time.process_time()
+            work()
+            seconds[name].append(time.process_time() - began)
+    ratios = np.divide(seconds["LSODA"], seconds["pamsim"])
+    result = {
+        "command": "python scripts/benchmarks/batch_vs_lsoda.py",
+        "simulations": COUNT,
+        "simulated_seconds_each": SETTLE + DURATION,
+        "median_error_deg": {
+            "pamsim": float(np.degrees(allowed)),
+            "LSODA": float(np.degrees(tried[tolerance])),
+        },
+        "largest_difference_of_the_references_deg": float(
+            np.degrees(np.abs(true_batch - true_plant).max())
+        ),
+        "lsoda_relative_tolerance": tolerance,
+        "lsoda_median_error_deg_by_tolerance": {
+            f"{t:g}": float(np.degrees(error)) for t, error in tried.items()
+        },
+        "processor_seconds": {name: statistics.median(s) for name, s in seconds.items()},
+        "lsoda_over_pamsim": float(np.median(ratios)),
+        "lsoda_over_pamsim_range": [float(ratios.min()), float(ratios.max())],
+        "rounds": args.rounds,
+        "load_of_the_machine": os.getloadavg()[0],
+        "versions": {"scipy": scipy.__version__, "python": platform.python_version()},
+    }
+    print(json.dumps(result, indent=1))
+    if args.json is not None:
+        args.json.write_text(json.dumps(result, indent=1) + "\n", encoding="utf-8")
+
+
+if __name__ == "__main__":
+    main()
