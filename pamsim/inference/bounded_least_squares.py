@@ -154,6 +154,8 @@ def bounded_least_squares(
     followed = [i for i in np.argsort(costs, kind="stable")[:follow] if first[i] is not None]
     if not followed:
         raise BreakdownError(f"the simulation breaks down at all {len(starts)} starts")
+    if size == 0:  # which scipy takes only from 1.16 on
+        return _without_search(begins[followed[0]], first[followed[0]], len(begins))
     best: Fit | None = None
     ends: list[StartEnd] = []
     evaluations = len(begins)
@@ -225,6 +227,26 @@ def bounded_least_squares(
             best = fit
     assert best is not None
     return replace(best, evaluations=evaluations, starts=tuple(ends))
+
+
+def _without_search(place: FloatArray, residual: FloatArray | None, evaluations: int) -> Fit:
+    """The fit of nothing."""
+    assert residual is not None
+    cost = float(residual @ residual)
+    return Fit(
+        x=place,
+        cost=cost,
+        residual=residual,
+        jacobian=np.empty((len(residual), 0)),
+        converged=True,
+        moved_to_bound=False,
+        steps=1,
+        evaluations=evaluations,
+        start_cost=cost,
+        starts=(
+            StartEnd(start=place, start_cost=cost, x=place, cost=cost, converged=True, steps=1),
+        ),
+    )
 
 
 class _Remembering:

@@ -61,7 +61,9 @@ def continuous(model: IdentifiedModel | ArxModel, *, pade_order: int | None = No
         return _control.TransferFunction([chain.gain], denominator)
     if len(model.units_input) > 1:
         row = [continuous(one, pade_order=pade_order) for one in model.channels]
-        return _control.combine_tf([row])
+        above = [[one.num[0][0] for one in row]]
+        below = [[one.den[0][0] for one in row]]
+        return _control.TransferFunction(above, below)
     result = _rational(model)
     return result if model.dead_time == 0.0 else result * _pade(model.dead_time, pade_order)
 

@@ -31,6 +31,7 @@ SMALLEST = 400, 320
 """Width and height below which labels run into each other [px]."""
 
 _PANEL_SHARE = 1 / 3
+_SLIVER = 0.01  # px
 _WIDTH_IN = 8.0  # at any number of pixels, so that letters keep their share of the width
 _ABOVE, _BELOW = 0.045, -0.075
 """From a muscle's fixed end up to its label, in heights of the arm's picture."""
@@ -252,7 +253,9 @@ def _writing(
 
 def _figure(width: int, height: int) -> Figure:
     dpi = width / _WIDTH_IN
-    figure = Figure(figsize=(_WIDTH_IN, height / dpi), dpi=dpi, layout="constrained")
+    # A little more: matplotlib before 3.11 cuts off, and 426.9999 would be 426 pixels.
+    size = (width + _SLIVER) / dpi, (height + _SLIVER) / dpi
+    figure = Figure(figsize=size, dpi=dpi, layout="constrained")
     FigureCanvasAgg(figure)
     return figure
 
