@@ -30,6 +30,9 @@ TABLE_CELLS = 20_000_000
 """Rows times columns of a table, of any format: 33 min at 1 kHz with ten columns. Each takes about
 100 bytes while the table is read."""
 
+NAME_CHARACTERS = 200
+"""Of a column's name, which may hold a number."""
+
 LINE_CHARACTERS = 100_000
 """Of a line of a table in text; Python's reader refuses cells of 131,072."""
 

@@ -313,7 +313,7 @@ def _owner(words: Sequence[str], owners: Sequence[str]) -> tuple[str, str]:
         common = set.intersection(*map(set, parts.values()))
         whole = set(parts[best[0]]) - common <= set(words)
         return best[0], "" if whole else f"{best[0]} is what its name fits best"
-    digits = [int(word) for word in words if word.isdigit()]
+    digits = [int(word) for word in words if word.isdecimal()]
     letters = [ord(word) - ord("a") + 1 for word in words if re.fullmatch("[a-d]", word)]
     number = next(iter(digits or letters), 0)
     if 1 <= number <= len(owners):

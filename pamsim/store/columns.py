@@ -23,7 +23,13 @@ from numpy.typing import NDArray
 
 from pamsim.core.bounded_read import read_bounded
 from pamsim.core.errors import InputError, nearest
-from pamsim.core.limits import LINE_CHARACTERS, TABLE_BYTES, TABLE_CELLS, TABLE_COLUMNS
+from pamsim.core.limits import (
+    LINE_CHARACTERS,
+    NAME_CHARACTERS,
+    TABLE_BYTES,
+    TABLE_CELLS,
+    TABLE_COLUMNS,
+)
 from pamsim.core.units import DEG_PER_RAD, MM_PER_M, PA_PER_KPA, to_si
 from pamsim.store.array_files import ARRAY_FILES, read_arrays
 
@@ -243,7 +249,7 @@ def read_columns(path: Path, *, numbers_only: bool = False) -> Columns:
         raise InputError(f"{path}: no rows below the header in line {rows[0][0]}")
     start, separator = _header(rows)
     first, header = rows[start][0], _cells(rows[start][1], separator)
-    _check_columns(path, len(header))
+    _check_columns(path, header)
     if numbers_only and all(map(_is_number, header)):
         start, first = start - 1, 0
         header = [f"column_{i}" for i in range(1, len(header) + 1)]
@@ -279,9 +285,12 @@ def _check_size(path: Path, cells: int) -> None:
         )
 
 
-def _check_columns(path: Path, columns: int) -> None:
-    if columns > TABLE_COLUMNS:
-        raise InputError(f"{path} has {columns:,} columns; a table has {TABLE_COLUMNS:,} at most")
+def _check_columns(path: Path, names: Sequence[str]) -> None:
+    count, longest = len(names), max(map(len, names))
+    if count > TABLE_COLUMNS:
+        raise InputError(f"{path} has {count:,} columns; a table has {TABLE_COLUMNS:,} at most")
+    if longest > NAME_CHARACTERS:
+        raise InputError(f"{path}: the name of a column has {longest:,} characters; shorten it")
 
 
 def _text(path: Path) -> str:
@@ -347,7 +356,7 @@ def _of_arrays(path: Path) -> Columns:
     }
     if not lists:
         raise InputError(f"{path}: no array of numbers; give one per column, all of one length")
-    _check_columns(path, len(lists))
+    _check_columns(path, list(lists))
     _check_size(path, sum(map(len, lists.values())))
     longest = max(lists.values(), key=len)
     for name, array in lists.items():

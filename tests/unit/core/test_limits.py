@@ -73,6 +73,9 @@ def test_a_table_of_too_many_columns_or_too_long_lines_is_refused(tmp_path):
     path.write_text(header + "\n" + ",".join("1" * many) + "\n")
     with pytest.raises(InputError, match=r"has 1,001 columns; a table has 1,000 at most"):
         read_columns(path)
+    path.write_text("time_s,p" + "9" * 5000 + "_kpa\n0.1,1\n0.2,1\n")
+    with pytest.raises(InputError, match=r"the name of a column has 5,005 characters"):
+        read_columns(path)
     # Longer than a cell that Python's reader takes.
     path.write_text("time_s,a\n0.1," + "1" * 140_000 + "\n0.2,1\n")
     with pytest.raises(InputError, match=r"line 2 has 140,004 characters"):

@@ -31,6 +31,13 @@ class Counted:
         return [None if self.breaks_down(x) else decay(x) - decay(self.truth) for x in places]
 
 
+def test_of_no_coordinate_the_fit_is_what_is_there():
+    fit = bounded_least_squares(one_by_one(lambda x: np.full(3, 2.0)), [np.empty(0)])
+    assert (fit.x.shape, fit.jacobian.shape, fit.cost) == ((0,), (3, 0), 12.0)
+    assert fit.converged
+    assert (fit.steps, fit.evaluations, len(fit.starts)) == (1, 1, 1)
+
+
 @pytest.mark.parametrize("jacobian", ["2-point", "3-point", 1e-6])
 def test_a_planted_optimum_is_found_and_described(jacobian):
     residuals = Counted([0.7, 0.3])
