@@ -100,3 +100,36 @@ def test_the_readers_table_is_that_of_its_result_and_nothing_failed():
     ]
     assert {one["runs_failed"] + one["subprocesses_failed"] for one in found.values()} == {0}
     assert set(found) <= set(script("readers")["READERS"])
+
+
+def test_the_page_counts_what_the_records_hold():
+    text = (ROOT / "docs" / "trust.md").read_text(encoding="utf-8")
+    rows = [line.strip("| ").split(" | ") for line in text.splitlines() if line.startswith("| ")]
+    shown = [(row[1], row[2]) for row in rows[1:]]
+    threads, functions = (
+        recorded("results/threads.json"),
+        recorded("results/stepping_functions.json"),
+    )
+    steps, readers = recorded("results/random_steps.json"), recorded("results/readers.json")
+    kills, disk = recorded("results/kills.json"), recorded("results/disk_full.json")
+    slips, mutations = recorded("results/unit_slips.json"), recorded("results/mutation_check.json")
+    read = readers["readers"].values()
+    killed, filled = kills["commands"].values(), disk["commands"].values()
+    counts = [
+        (sum(threads["runs"].values()), sum(threads["failed"].values())),
+        (sum(map(len, functions["functions"].values())), len(functions["bad"])),
+        (steps["steps"], len(steps["failed"])),
+        (sum(one["runs"] for one in read), sum(one["runs_failed"] for one in read)),
+        (sum(one["subprocesses"] for one in read), sum(one["subprocesses_failed"] for one in read)),
+        (sum(one["kills"] for one in killed), sum(one["failed"] for one in killed)),
+        (sum(one["points"] for one in filled), sum(one["failed"] for one in filled)),
+    ]
+    expected = [(f"{tried:,}", str(failed)) for tried, failed in counts]
+    missed = slips["mistakes"] - slips["found"]
+    expected.append((f"{slips['found']} of {slips['mistakes']}", str(missed)))
+    expected.append((f"{slips['false_alarms']} of {slips['valid']}", "0"))
+    tried, caught = (sum(part[key] for part in mutations.values()) for key in ("tried", "caught"))
+    expected.append((str(tried), str(tried - caught)))
+    assert shown == expected
+    assert sum(one["subprocesses"] for one in read) >= 1000
+    assert {one["runs"] for one in read} == {100_000}
