@@ -12,7 +12,6 @@ from numpy.typing import NDArray
 
 from pamsim.actuator.layout import AIR
 from pamsim.actuator.muscle_valves import sensed_pressure
-from pamsim.engine.jit import fingerprint, reached_functions
 from pamsim.engine.stepping import muscle_ids
 
 FloatArray = NDArray[np.float64]
@@ -61,21 +60,22 @@ def _compiled() -> _Read:
     import numba
 
     from pamsim.engine import compiled
+    from pamsim.engine.laws import Laws
 
-    compiled.compiled_kernel()  # hands the kernel's functions to numba
-    key = fingerprint(reached_functions(sensed_pressure))
+    compiled.compiled_kernel()  # with the laws from outside the package
+    key = Laws((sensed_pressure,)).key
     mark: Any = compiled.keyed_by
 
     @numba.njit(cache=True, nogil=True, error_model="numpy")
     def read(rows, act, length, first, count, out, pressure):
         mark(key)
+        states = np.empty(count.max())  # in one piece, which those of a batch are not
         for arm in range(pressure.shape[0]):
             for muscle in range(pressure.shape[1]):
-                begin = first[muscle]
+                begin, size = first[muscle], count[muscle]
+                states[:size] = act[arm, begin : begin + size]
                 pressure[arm, muscle] = sensed_pressure(
-                    rows[arm, muscle],
-                    act[arm, begin : begin + count[muscle]],
-                    length[arm, out[muscle]],
+                    rows[arm, muscle], states[:size], length[arm, out[muscle]]
                 )
 
     return read

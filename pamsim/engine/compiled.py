@@ -23,9 +23,13 @@ from numba.extending import intrinsic, register_jitable
 from pamsim.actuator.kernel import state_rates, tendon_force, tension
 from pamsim.actuator.layout import AIR, SIGNATURE, SIZE, slot
 from pamsim.actuator.muscle_valves import fill_valve_of, line_sag, sensed_pressure
-from pamsim.engine.jit import fingerprint, hand_to_numba, reached_functions
+from pamsim.engine.laws import Laws
 from pamsim.engine.structs import callback_offsets
-from pamsim.engine.user_laws import CALLS, REPLACED, declare
+from pamsim.engine.user_laws import declare
+from pamsim.hysteresis.bouc_wen import BoucWen
+from pamsim.hysteresis.catalog import OPERATORS
+from pamsim.muscles.catalog import FORCE_LAWS
+from pamsim.muscles.exponential import SixParameter
 from pamsim.pneumatics.supply import VALVE
 
 _POINTER_SIZE, _INT_SIZE = 8, 4
@@ -34,6 +38,39 @@ NO_ACTUATION = int(mujoco.mjtDisableBit.mjDSBL_ACTUATION)
 """Option of a model whose actuators the engine leaves out."""
 _PARTNER, _BACKLASH = slot("partner"), slot("chain.backlash")
 _RESISTANCE, _SUPPLY_LINE = slot("valve.supply_resistance"), slot("valve.supply_line")
+
+_MOSTLY_OFF = (
+    "chain.ripple",
+    "chain.backlash",
+    "chain.compliance",
+    "friction.stribeck_force",
+    "friction.coulomb_force",
+    "friction.breakaway_force",
+    "friction.tension_share",
+    "braid.friction",
+    "creep.stiffness",
+    "creep.stiffness_2",
+    "parallel_hysteresis.force",
+    "parallel_hysteresis.force_per_pressure",
+    "end_shape.loss",
+    "threshold.pressure",
+    "chamber.heat_rate",
+    "chamber.leak_conductance",
+    "chamber.laminar_leak_conductance",
+    "valve.line_lag",
+    "valve.travel_time",
+    "valve.dead_zone",
+    "valve.tube_resistance",
+    "valve.supply_resistance",
+)
+"""Parameters that leave an effect out when they are 0."""
+
+_USUAL = {
+    slot("force.law"): FORCE_LAWS.code(SixParameter),
+    slot("hysteresis.law"): OPERATORS.code(BoucWen),
+    **dict.fromkeys(map(slot, _MOSTLY_OFF), 0.0),
+}
+"""What the rows of most muscles hold, for which the time step is compiled a second time."""
 
 
 @dataclass(frozen=True)
@@ -293,12 +330,10 @@ def compiled_kernel() -> Natives:
         Its functions. They must stay referenced while the engine may call them, which this
         function's cache does.
     """
-    functions = reached_functions(
-        state_rates, tension, tendon_force, fill_valve_of, line_sag, sensed_pressure
-    )
     declare()
-    hand_to_numba(function for function in functions if function not in REPLACED)
-    key = fingerprint([*functions, *CALLS])
+    each_step = Laws((state_rates, tendon_force), _USUAL)
+    others = Laws((tension, fill_valve_of, line_sag, sensed_pressure))
+    key = each_step.key + others.key
     act_dot, compute, advance, clock = (native.ctypes for native in _compile(key, words()))
     pressures, pulls = _compile_along(key)
     return Natives(act_dot, compute, advance, clock, pressures, pulls)

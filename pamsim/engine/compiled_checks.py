@@ -32,8 +32,7 @@ from pamsim.engine.compiled import (
     switched_off,
     words,
 )
-from pamsim.engine.jit import fingerprint, hand_to_numba, reached_functions
-from pamsim.engine.user_laws import CALLS, REPLACED
+from pamsim.engine.laws import Laws
 
 _SUPPLY = slot("valve.supply_pressure")
 
@@ -137,9 +136,8 @@ def compiled_check(report: int) -> Any:
     Returns:
         ctypes function pointer, which stays referenced by this function's cache.
     """
-    natives = compiled_kernel()  # hands the kernel's functions to numba
-    functions = reached_functions(broken_invariant, never_charged, asks_too_much)
-    hand_to_numba(function for function in functions if function not in REPLACED)
+    natives = compiled_kernel()
+    laws = Laws((broken_invariant, never_charged, asks_too_much))
     llvm.add_symbol(SYMBOL, report)
     llvm.add_symbol(ADVANCE, ctypes.cast(natives.advance, ctypes.c_void_p).value or 0)
-    return _compile(fingerprint([*functions, *CALLS]), words()).ctypes
+    return _compile(laws.key, words()).ctypes

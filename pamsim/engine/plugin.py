@@ -138,7 +138,7 @@ def _load() -> Natives:
 
     structs.verified_layout()
     natives = compiled.compiled_kernel()
-    entry = _entry(slot())
+    entry = engine_entry(slot())
     entry.actuator_act_dot = ctypes.cast(natives.act_dot, _ADDRESS)
     entry.compute = ctypes.cast(natives.compute, _ADDRESS)
     checks.watch(entry, natives.advance, _compiled_check)
@@ -170,7 +170,7 @@ def _interpreted_slot() -> int:
     found = slot(INTERPRETED)
     usual, checking = _RATES(_guarded(interpreted.advance)), _RATES(_guarded(interpreted.check))
     _kept.append((usual, checking))
-    checks.watch(_entry(found), usual, lambda: checking)
+    checks.watch(engine_entry(found), usual, lambda: checking)
     return found
 
 
@@ -190,7 +190,7 @@ def _guarded(function: Callable[..., None]) -> Callable[..., None]:
 
 def _first_rates(model: int, data: int, instance: int) -> None:
     if not _compiling.now and _loaded(model, data):
-        _RATES(_entry(slot()).actuator_act_dot)(model, data, instance)
+        _RATES(engine_entry(slot()).actuator_act_dot)(model, data, instance)
 
 
 def first_forces(model: int, data: int, instance: int, capability: int) -> None:
@@ -203,7 +203,7 @@ def first_forces(model: int, data: int, instance: int, capability: int) -> None:
         capability: what is computed.
     """
     if not _compiling.now and _loaded(model, data):
-        _FORCES(_entry(slot()).compute)(model, data, instance, capability)
+        _FORCES(engine_entry(slot()).compute)(model, data, instance, capability)
 
 
 def _loaded(model: int, data: int) -> bool:
@@ -236,8 +236,12 @@ class _Unraisable:
     object: Any = None
 
 
-def _entry(number: int) -> _Plugin:
-    """The engine's own entry of a plugin."""
+def engine_entry(number: int) -> _Plugin:
+    """The engine's own entry of a plugin, whose functions may be exchanged.
+
+    Args:
+        number: see `slot`.
+    """
     library = engine_library()
     library.mjp_getPluginAtSlot.restype = ctypes.POINTER(_Plugin)
     return library.mjp_getPluginAtSlot(number).contents

@@ -17,25 +17,21 @@ import llvmlite.binding as llvm
 import numba
 import numpy as np
 from numba import types
-from numba.core import cgutils
 from numba.core.errors import NumbaError
 from numba.cpython.unsafe.tuple import tuple_setitem
-from numba.extending import intrinsic, overload
 from numpy.typing import NDArray
 
 from pamsim.core.catalog import USER_DEFINED
 from pamsim.core.errors import InputError
 from pamsim.core.parameters import specs
 from pamsim.engine.jit import hand_to_numba, reached_functions
+from pamsim.engine.machine_code import full_name
 from pamsim.hysteresis.catalog import OPERATORS, Operator
 from pamsim.hysteresis.dispatch import user_energy, user_output, user_rates
 from pamsim.hysteresis.group import COMMON_FIELDS
 from pamsim.muscles.catalog import FORCE_LAWS
 from pamsim.muscles.dispatch import user_force, user_volume
 from pamsim.muscles.force_law import ForceLaw
-
-REPLACED = frozenset({user_force, user_volume, user_output, user_energy, user_rates})
-"""Python functions in whose place compiled code calls those of `TARGETS`."""
 
 _D, _P, _N = types.float64, types.voidptr, types.intp
 
@@ -53,7 +49,7 @@ TARGETS = {
 """Functions that the kernel calls, with their signatures."""
 
 _C = {_D: ctypes.c_double, _P: ctypes.c_void_p, _N: ctypes.c_ssize_t}
-_IR = {_D: "double", _P: "i8*", _N: "i64"}
+_IR = {_D: "double", _P: "ptr", _N: "i64"}
 
 _pointers = (ctypes.c_void_p * len(TARGETS))()
 _kept: list[Any] = []  # what the engine may call until the process ends
@@ -69,13 +65,12 @@ def declare() -> None:
     text: list[str] = []
     for number, (name, signature) in enumerate(TARGETS.items()):
         inside = [_IR[one] for one in signature.args]
-        kind = f"double ({', '.join(inside)})*"
         given = ", ".join(f"{one} %a{i}" for i, one in enumerate(inside))
         at = ctypes.addressof(_pointers) + number * ctypes.sizeof(ctypes.c_void_p)
         text.append(f"""
             define double @{name}({given}) {{
-                %place = inttoptr i64 {at} to {kind}*
-                %function = load {kind}, {kind}* %place
+                %place = inttoptr i64 {at} to ptr
+                %function = load ptr, ptr %place
                 %result = tail call double %function({given})
                 ret double %result
             }}
@@ -211,63 +206,45 @@ def _native_rates(code: float, own: Any, others: Any, size: int) -> Any:
     return native
 
 
-def _entry(typingctx: Any, array: Any, index: Any) -> Any:
-    """Address of an entry of an array of numbers."""
-
-    def generate(context: Any, builder: Any, signature: Any, args: Any) -> Any:
-        data = context.make_array(signature.args[0])(context, builder, args[0]).data
-        return builder.bitcast(builder.gep(data, [args[1]]), cgutils.voidptr_t)
-
-    return types.voidptr(array, types.intp), generate
-
-
-_address: Any = intrinsic(_entry)  # numba supplies the typing context
 _set: Any = tuple_setitem
 
-_call = {name: types.ExternalFunction(name, signature) for name, signature in TARGETS.items()}
-_call_force, _call_volume, _call_output, _call_energy, _call_rates = _call.values()
+_CALLED = {
+    user_force: """
+        define internal double @{name}(double %law, ptr %par, i64 %size, i64 %f, i64 %braid,
+                                            double %pressure, double %contraction) {{
+            %first = getelementptr double, ptr %par, i64 %f
+            %geometry = getelementptr double, ptr %par, i64 %braid
+            %r = call double @{target}(double %law, ptr %first, ptr %geometry, double %pressure,
+                                       double %contraction)
+            ret double %r
+        }}""",
+    user_output: """
+        define internal double @{name}(double %law, ptr %par, i64 %size, i64 %first,
+                                            ptr %act, i64 %count, double %x) {{
+            %fields = getelementptr double, ptr %par, i64 %first
+            %r = call double @{target}(double %law, ptr %fields, ptr %act, i64 %count, double %x)
+            ret double %r
+        }}""",
+    user_rates: """
+        define internal void @{name}(double %law, ptr %par, i64 %size, i64 %first,
+                                          ptr %act, i64 %count, ptr %rates, i64 %same, double %x,
+                                          double %x_rate, double %timestep) {{
+            %fields = getelementptr double, ptr %par, i64 %first
+            %r = call double @{target}(double %law, ptr %fields, ptr %act, ptr %rates, i64 %count,
+                                       double %x, double %x_rate, double %timestep)
+            ret void
+        }}""",
+}
+_SAME = {user_force: user_force, user_volume: user_force, user_output: user_output,
+         user_energy: user_output, user_rates: user_rates}  # fmt: skip
 
 
-@overload(user_force)
-def _force(law, par, f, braid, pressure, contraction):
-    def compiled(law, par, f, braid, pressure, contraction):
-        return _call_force(law, _address(par, f), _address(par, braid), pressure, contraction)
-
-    return compiled
+def _declared(name: str) -> str:
+    return f"declare double @{name}({', '.join(_IR[one] for one in TARGETS[name].args)})\n"
 
 
-@overload(user_volume)
-def _volume(law, par, f, braid, pressure, contraction):
-    def compiled(law, par, f, braid, pressure, contraction):
-        return _call_volume(law, _address(par, f), _address(par, braid), pressure, contraction)
-
-    return compiled
-
-
-@overload(user_output)
-def _output(law, par, first, act, x):
-    def compiled(law, par, first, act, x):
-        return _call_output(law, _address(par, first), _address(act, 0), act.size, x)
-
-    return compiled
-
-
-@overload(user_energy)
-def _energy(law, par, first, act, x):
-    def compiled(law, par, first, act, x):
-        return _call_energy(law, _address(par, first), _address(act, 0), act.size, x)
-
-    return compiled
-
-
-@overload(user_rates)
-def _rates(law, par, first, act, rates, x, x_rate, timestep):
-    def compiled(law, par, first, act, rates, x, x_rate, timestep):
-        fields, states = _address(par, first), _address(act, 0)
-        _call_rates(law, fields, states, _address(rates, 0), act.size, x, x_rate, timestep)
-
-    return compiled
-
-
-CALLS = (_force, _volume, _output, _energy, _rates)
-"""How compiled code calls the functions of `TARGETS`."""
+OUTSIDE = {
+    function: _declared(target) + _CALLED[like].format(name=full_name(function), target=target)
+    for (function, like), target in zip(_SAME.items(), TARGETS, strict=True)
+}
+"""How machine code calls the functions of `TARGETS`, in the place of Python's."""

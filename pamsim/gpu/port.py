@@ -8,9 +8,9 @@ from types import FunctionType
 from typing import Any
 
 from pamsim.core.errors import InputError
+from pamsim.engine.translate import Translation, translate, translated_name
 from pamsim.gpu import arithmetic
 from pamsim.gpu.replaced_functions import IN_SINGLE, OUTSIDE
-from pamsim.gpu.translate import Translation, translate, translated_name
 from pamsim.gpu.warp_package import warp
 
 PRECISIONS = ("float32", "float64")

@@ -251,20 +251,67 @@ def held_by_relays(levels: int, c: float, d: float, act: Row, reached: int, u: f
         reached: levels that the input has reached, see `levels_reached`.
         u: input [-].
     """
+    # Sums over columns of the weight's factor of beta, and of beta times it, with the two forms of
+    # `staircase_sums`: over all that are reached, up to the line alpha + beta = 0, and over those
+    # that are up. The last two grow from row to row.
+    all_plus = 0.0
+    all_plus_beta = 0.0
+    for j in range(reached):
+        beta = (2.0 * j + 1.0) / levels - 1.0
+        all_plus += lower_factor(beta, c, d)
+        all_plus_beta += beta * lower_factor(beta, c, d)
+    line_minus = 0.0
+    line_minus_beta = 0.0
+    line_plus = 0.0
+    line_plus_beta = 0.0
+    up_minus = 0.0
+    up_minus_beta = 0.0
+    up_plus = 0.0
+    up_plus_beta = 0.0
+    p = 0
     total = 0.0
-    for i in range(reached, levels):
+    for step in range(levels - reached):
+        i = levels - 1 - step
         alpha = (2.0 * i + 1.0) / levels - 1.0
-        count = updated_count(levels, i, act, reached)
         upper = upper_factor(alpha, c, d)
         lower = lower_factor(-alpha, c, d)
-        for j in range(reached):
-            beta = (2.0 * j + 1.0) / levels - 1.0
-            if i + j >= levels - 1:
-                weight = upper * lower_factor(beta, c, d)
-            else:
+        count = updated_count(levels, i, act, reached)
+        while p + 1.0 <= count:
+            beta = (2.0 * p + 1.0) / levels - 1.0
+            up_minus += upper_factor(-beta, c, d)
+            up_minus_beta += beta * upper_factor(-beta, c, d)
+            up_plus += lower_factor(beta, c, d)
+            up_plus_beta += beta * lower_factor(beta, c, d)
+            p += 1
+        while p > 0 and p > count:  # only if the memory was written by hand
+            p -= 1
+            beta = (2.0 * p + 1.0) / levels - 1.0
+            up_minus -= upper_factor(-beta, c, d)
+            up_minus_beta -= beta * upper_factor(-beta, c, d)
+            up_plus -= lower_factor(beta, c, d)
+            up_plus_beta -= beta * lower_factor(beta, c, d)
+        if p < step:
+            risen = lower * up_minus
+            fallen = lower * (u * (line_minus - up_minus) - (line_minus_beta - up_minus_beta))
+            fallen += upper * (u * (all_plus - line_plus) - (all_plus_beta - line_plus_beta))
+        else:
+            risen = lower * line_minus + upper * (up_plus - line_plus)
+            fallen = upper * (u * (all_plus - up_plus) - (all_plus_beta - up_plus_beta))
+        # A relay that is partly up, as those of the virgin state on the line are; NaN stays NaN.
+        partly = max(count - p, 0.0)
+        beta = (2.0 * p + 1.0) / levels - 1.0
+        weight = 0.0
+        if p < reached:
+            weight = upper * lower_factor(beta, c, d)
+            if p < step:
                 weight = lower * upper_factor(-beta, c, d)
-            up = min(max(count - j, 0.0), 1.0)
-            total += weight * (up * (alpha - u) + (1.0 - up) * (u - beta))
+        total += risen * (alpha - u) + fallen + partly * weight * (alpha + beta - 2.0 * u)
+        if step < reached:  # the line's column of the next row
+            beta = (2.0 * step + 1.0) / levels - 1.0
+            line_minus += upper_factor(-beta, c, d)
+            line_minus_beta += beta * upper_factor(-beta, c, d)
+            line_plus += lower_factor(beta, c, d)
+            line_plus_beta += beta * lower_factor(beta, c, d)
     return total
 
 

@@ -30,7 +30,7 @@ ROUNDS, STEPS = 101, 2000
 def bare() -> Iterator[None]:
     """Without any function of the plugin after a step."""
     with pamsim.checks(False):
-        entry = plugin._entry(plugin.slot())
+        entry = plugin.engine_entry(plugin.slot())
         kept, entry.advance = entry.advance, None
         try:
             yield

@@ -4,27 +4,41 @@
 
 Peers: the built-in ``<muscle>`` on the same two tendons, and the same kernel as Python callback.
 Rounds alternate between the peers in one process, so that a slow phase of the machine hits all of
-them; the ratio is the median over rounds.
+them; a ratio is the median over rounds, and the record holds that of several runs.
+
+Two more figures bound what a quicker kernel could reach: the engine with the muscles' plugin and
+states and an empty law, and that with the exponentials and powers that the law takes from the C
+library.
 """
 
 from __future__ import annotations
 
 import argparse
 import json
+import math
+import os
 import platform
 import statistics
 import time
+from collections.abc import Iterator
+from contextlib import AbstractContextManager, contextmanager, nullcontext
 from pathlib import Path
+from typing import Any
 
 import mujoco
+import numba
 import numpy as np
+from numba import types
 
 import pamsim
+from pamsim.engine import plugin
 from pamsim.engine.rig import Rig
 from pamsim.engine.visual_geoms import remove_visual_geoms
 
-ROUNDS = 15
-SECONDS_PER_RUN = 0.2
+RUNS = 3
+ROUNDS = 150
+SECONDS_PER_RUN = 0.02
+EMPTY = "pamsim, empty law"
 
 
 def builtin_arm(rig: Rig) -> mujoco.MjModel:
@@ -54,6 +68,55 @@ def builtin_arm(rig: Rig) -> mujoco.MjModel:
     return model
 
 
+@numba.cfunc(types.void(types.voidptr, types.voidptr, types.intc))
+def no_rates(model: int, data: int, instance: int) -> None:
+    """Rates of muscles whose law is empty."""
+
+
+@numba.cfunc(types.void(types.voidptr, types.voidptr, types.intc, types.intc))
+def no_forces(model: int, data: int, instance: int, capability: int) -> None:
+    """Forces of them."""
+
+
+@contextmanager
+def empty_law() -> Iterator[None]:
+    """Let the engine call functions that do nothing in the place of the kernel's."""
+    entry = plugin.engine_entry(plugin.slot())
+    kept = entry.actuator_act_dot, entry.compute
+    entry.actuator_act_dot, entry.compute = no_rates.address, no_forces.address
+    try:
+        yield
+    finally:
+        entry.actuator_act_dot, entry.compute = kept
+
+
+@numba.njit(error_model="numpy")
+def c_library(steps: int, muscles: int, kappa: float, pressure: float) -> float:
+    """What the law of one muscle takes from the C library in a step, and nothing else.
+
+    Its pressure is mostly found in one round: four exponentials and a power. Force and flow take
+    two exponentials and a power.
+    """
+    total = 0.0
+    for step in range(steps):
+        for muscle in range(muscles):
+            x = -32.0 * (kappa + 1e-9 * step + 1e-3 * muscle)
+            total += math.expm1(x) + math.expm1(0.9 * x) + math.expm1(0.8 * x) + math.expm1(0.7 * x)
+            total += math.exp(0.6 * x) + math.expm1(0.5 * x)
+            total += (pressure + step + muscle) ** 1.2
+            total += (2.0 * pressure + step + muscle) ** (1.0 / 1.2 - 1.0)
+    return total
+
+
+def seconds_in_c_library(muscles: int) -> float:
+    """Time per step that `c_library` takes [s]."""
+    steps = 20_000
+    c_library(1, muscles, 0.03, 3e5)
+    began = time.perf_counter()
+    c_library(steps, muscles, 0.03, 3e5)
+    return (time.perf_counter() - began) / steps
+
+
 def rate(model: mujoco.MjModel, data: mujoco.MjData, steps: int) -> float:
     """Steps per second of one run."""
     began = time.perf_counter()
@@ -66,46 +129,76 @@ def calibrated_steps(model: mujoco.MjModel, data: mujoco.MjData) -> int:
     return max(200, round(rate(model, data, 2000) * SECONDS_PER_RUN))
 
 
-def main() -> None:
-    """Time the peers and print steps per second and ratios."""
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--json", type=Path)
-    target = parser.parse_args().json
+def law_of(peer: str) -> AbstractContextManager[None]:
+    """What a peer's muscles are computed by."""
+    return empty_law() if peer == EMPTY else nullcontext()
+
+
+def one_run() -> dict[str, Any]:
+    """Time all peers in turn."""
     rig = pamsim.load_rig("mas20_arm")
     ours = rig.model_for(command="valve")
     theirs = builtin_arm(rig)
+    idle = rig.model_for(command="valve")
+    idle.opt.gravity[:] = 0.0  # nothing holds the arm, which must not come to its stop
     ours_data, theirs_data = mujoco.MjData(ours), mujoco.MjData(theirs)
     pamsim.reset(ours, ours_data, (3e5, 2e5))
     ours_data.ctrl[:] = (0.02, -0.01)
     theirs_data.ctrl[:] = (0.4, 0.2)
-    runs = {
+    peers = {
         "pamsim, compiled": (ours, ours_data, "compiled"),
         "mujoco <muscle>": (theirs, theirs_data, "compiled"),
+        EMPTY: (idle, mujoco.MjData(idle), "compiled"),
         "pamsim, python": (ours, ours_data, "python"),
     }
     steps = {}
-    for name, (model, data, backend) in runs.items():
-        with pamsim.live(ours, backend=backend):
+    for name, (model, data, backend) in peers.items():
+        with pamsim.live(ours, backend=backend), law_of(name):
             steps[name] = calibrated_steps(model, data)
-    rates: dict[str, list[float]] = {name: [] for name in runs}
+    rates: dict[str, list[float]] = {name: [] for name in peers}
+    in_library: list[float] = []
     for _ in range(ROUNDS):
-        for name, (model, data, backend) in runs.items():
-            with pamsim.live(ours, backend=backend):
+        for name, (model, data, backend) in peers.items():
+            with pamsim.live(ours, backend=backend), law_of(name):
                 rates[name].append(rate(model, data, steps[name]))
+        in_library.append(seconds_in_c_library(ours.nu))
     assert np.isfinite(ours_data.act).all()
-    full = np.array(rates["pamsim, compiled"])
-    result = {
+    full, builtin_rate, bare, python = map(np.array, rates.values())
+    with_library = 1.0 / (1.0 / bare + in_library)
+    return {
         "steps_per_second": {name: statistics.median(values) for name, values in rates.items()},
-        "full_law_over_builtin_muscle": float(np.median(full / rates["mujoco <muscle>"])),
-        "full_law_over_python_callback": float(np.median(full / rates["pamsim, python"])),
+        "full_law_over_builtin_muscle": float(np.median(full / builtin_rate)),
+        "full_law_over_python_callback": float(np.median(full / python)),
+        "empty_law_over_builtin_muscle": float(np.median(bare / builtin_rate)),
+        "c_library_alone_over_builtin_muscle": float(np.median(with_library / builtin_rate)),
+        "load_average": os.getloadavg()[0],
+    }
+
+
+def main() -> None:
+    """Time the peers in several runs and print steps per second and ratios."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--json", type=Path)
+    target = parser.parse_args().json
+    runs = [one_run() for _ in range(RUNS)]
+    result: dict[str, Any] = {
+        name: statistics.median(run[name] for run in runs)
+        for name in runs[0]
+        if name.endswith(("_muscle", "_callback"))
+    }
+    result |= {
+        "runs": runs,
         "rounds": ROUNDS,
         "versions": {"mujoco": mujoco.__version__, "python": platform.python_version()},
         "command": "python scripts/benchmarks/steps_per_second.py",
     }
-    for name, value in result["steps_per_second"].items():
-        print(f"{name:20s} {value:12,.0f} steps/s")
-    print(f"full law / built-in <muscle>  {result['full_law_over_builtin_muscle']:.2f}")
-    print(f"full law / Python callback    {result['full_law_over_python_callback']:.1f}")
+    for run in runs:
+        for name, value in run["steps_per_second"].items():
+            print(f"{name:20s} {value:12,.0f} steps/s")
+    print(f"full law / built-in <muscle>   {result['full_law_over_builtin_muscle']:.2f}")
+    print(f"full law / Python callback     {result['full_law_over_python_callback']:.1f}")
+    print(f"empty law / built-in <muscle>  {result['empty_law_over_builtin_muscle']:.2f}")
+    print(f"C library / built-in <muscle>  {result['c_library_alone_over_builtin_muscle']:.2f}")
     if target is not None:
         target.write_text(json.dumps(result, indent=1) + "\n", encoding="utf-8")
 

@@ -154,7 +154,7 @@ def test_every_way_of_air_balances_and_results_are_the_same_to_the_bit(rig, chan
     with pamsim.checks(False):
         natives = plugin.load_kernel()
         usual = ctypes.cast(natives.advance, ctypes.c_void_p).value
-        assert plugin._entry(plugin.slot()).advance == usual  # no check is called
+        assert plugin.engine_entry(plugin.slot()).advance == usual  # no check is called
         unchecked = pamsim.simulate(rig, experiment)
     assert np.array_equal(checked.final_state, unchecked.final_state)
     assert np.array_equal(checked.pressure, unchecked.pressure)

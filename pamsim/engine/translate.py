@@ -1,9 +1,9 @@
-"""The source of a law, rewritten into the part of Python that Warp compiles.
+"""The source of a law, rewritten into a part of Python as strict as C.
 
-The laws are ordinary Python. Warp takes the same text but for a few points, on which it is as
-strict as C: it does not mix integers with floats, a variable that a loop changes may not begin as a
-literal, and a loop runs over a range. The formula stays what the law states: this file adds casts,
-writes short loops out and gives each call its full arguments.
+The laws are ordinary Python. LLVM (`pamsim.engine.machine_code`) and Warp (`pamsim.gpu`) take the
+same text but for a few points: they do not mix integers with floats, a variable that a loop changes
+may not begin as a literal, and a loop runs over a range. The formula stays what the law states:
+this file adds casts, writes short loops out and gives each call its full arguments.
 """
 
 from __future__ import annotations
@@ -41,7 +41,7 @@ _TESTS = frozenset({"isnan", "isfinite", "isinf"})
 
 @dataclass(frozen=True, kw_only=True)
 class Translation:
-    """A function in the source that Warp compiles.
+    """A function in the strict source.
 
     Attributes:
         name: of the function in it.
@@ -73,13 +73,24 @@ def translated_name(function: FunctionType) -> str:
     return f"{function.__module__}.{function.__qualname__}".replace(".", "_")
 
 
-def _kind_of(annotation: Any, where: str) -> str | tuple[str, ...]:
+def kind_of(annotation: Any, where: str) -> str | tuple[str, ...]:
+    """Kind of an argument or a result by its annotation; of several results each one's.
+
+    Args:
+        annotation: of the argument or the result.
+        where: it stands, for the message.
+
+    Raises:
+        InputError: if it has no counterpart.
+    """
     text = annotation if isinstance(annotation, str) else getattr(annotation, "__name__", "")
     if text.startswith("tuple["):
         inner = text.removeprefix("tuple[").removesuffix("]").split(",")
         return tuple(_KINDS[one.strip()] for one in inner)
     if text not in _KINDS:
-        raise InputError(f"{where}: {annotation!r} has no counterpart on a GPU; use float or int")
+        raise InputError(
+            f"{where}: {annotation!r} has no counterpart in compiled code; use float or int"
+        )
     return _KINDS[text]
 
 
@@ -98,7 +109,7 @@ class _Translator:
         self._globals = function.__globals__
         self._callees: dict[str, FunctionType] = {}
         self._kinds: dict[str, str] = {}
-        self._returned = _kind_of(
+        self._returned = kind_of(
             inspect.signature(function).return_annotation, function.__qualname__
         )
         self._before: list[ast.stmt] = []
@@ -108,10 +119,10 @@ class _Translator:
         source = textwrap.dedent(inspect.getsource(self._function))
         definition = ast.parse(source).body[0]
         if not isinstance(definition, ast.FunctionDef):
-            raise InputError(f"{self._function.__qualname__} is no function that a GPU can run")
+            raise InputError(f"{self._function.__qualname__} is no function that can be compiled")
         arguments: list[ast.arg] = []
         for name, parameter in inspect.signature(self._function).parameters.items():
-            kind = _kind_of(parameter.annotation, f"{self._function.__qualname__}({name})")
+            kind = kind_of(parameter.annotation, f"{self._function.__qualname__}({name})")
             assert isinstance(kind, str)
             self._kinds[name] = kind
             arguments.append(ast.arg(arg=name, annotation=_name(_TYPES[kind])))
@@ -127,7 +138,7 @@ class _Translator:
         text = ast.unparse(ast.fix_missing_locations(ast.Module(body=[result], type_ignores=[])))
         return Translation(name=self._name, source=text + "\n", callees=self._callees)
 
-    def _refuse(self, node: ast.AST, why: str = "has no counterpart on a GPU") -> NoReturn:
+    def _refuse(self, node: ast.AST, why: str = "has no counterpart in compiled code") -> NoReturn:
         text = ast.unparse(node).splitlines()[0]
         raise InputError(f"{self._function.__qualname__}: {text!r} {why}")
 
@@ -161,7 +172,7 @@ class _Translator:
             case ast.While(test=test, body=body):
                 asked = self._expression(test).node
                 if self._before:
-                    self._refuse(test, "cannot be a loop's condition on a GPU")
+                    self._refuse(test, "cannot be a loop's condition in compiled code")
                 yield ast.While(asked, self._nonempty(body), [])
             case ast.Return(value=value):
                 yield from self._return(value)
@@ -268,7 +279,7 @@ class _Translator:
         for statement in body:
             for inner in ast.walk(statement):
                 if isinstance(inner, ast.Break | ast.Continue):
-                    self._refuse(inner, "cannot leave a loop over a tuple on a GPU")
+                    self._refuse(inner, "cannot leave a loop over a tuple in compiled code")
         if isinstance(target, ast.Name) and isinstance(value, ast.Constant | ast.Name):
             # An index stays a constant.
             body = [
@@ -395,7 +406,7 @@ class _Translator:
         given |= {str(k.arg): self._expression(k.value) for k in node.keywords}
         numbers: list[ast.expr] = []
         for parameter in inspect.signature(callee).parameters.values():
-            kind = _kind_of(parameter.annotation, callee.__qualname__)
+            kind = kind_of(parameter.annotation, callee.__qualname__)
             assert isinstance(kind, str)
             default = parameter.default
             value = given.get(parameter.name) or self._number(default, node)
@@ -416,7 +427,7 @@ class _Translator:
         if not isinstance(call.func, ast.Name):
             self._refuse(call)
         callee = self._callee(call.func.id, call)
-        return _kind_of(inspect.signature(callee).return_annotation, callee.__qualname__)
+        return kind_of(inspect.signature(callee).return_annotation, callee.__qualname__)
 
     def _common(self, left: _Typed, right: _Typed) -> tuple[ast.expr, ast.expr, str]:
         """Two operands as one kind, which is float if either is."""

@@ -1,0 +1,218 @@
+"""How the cost of pamsim grows with the amount of work, as exponents.
+
+    python scripts/benchmarks/scaling.py [--json FILE] [--rounds 30]
+
+Of each kind of work several sizes are timed in turn, so that a slow phase of the machine hits all
+of them; the best round of each counts, since a shared machine only ever adds time. The exponent is
+the slope of log time by log size over all sizes, with its standard error. Time is the processor's,
+in which waiting for it does not count.
+
+Two threads of `simulate_batch` are timed against one by the clock on the wall.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import os
+import platform
+import time
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import mujoco
+import numpy as np
+
+import pamsim
+from pamsim.actuator.muscle import Muscle
+from pamsim.comparison.measurements import CalibrationData
+from pamsim.comparison.trial_prediction import TrialPredictor
+from pamsim.core.experiment import Experiment
+from pamsim.core.trial import Trial
+from pamsim.engine.attach import attach, compile_model
+from pamsim.engine.batch import simulate_batch
+from pamsim.hysteresis.fractional_maxwell import FractionalMaxwell
+from pamsim.hysteresis.preisach import Preisach
+
+Work = Callable[[], object]
+STEPS = 400
+DURATION = 0.2
+
+
+def arm(joints: int, muscles: Sequence[Muscle]) -> mujoco.MjModel:
+    """A chain of links, one joint each; the muscles pull on the first joint from both sides."""
+    spec = mujoco.MjSpec()
+    spec.option.timestep = 5e-4
+    body = spec.worldbody
+    for i in range(joints):
+        body = body.add_body(name=f"link_{i}", pos=[0.0, 0.0, 0.1 if i else 0.0])
+        body.add_joint(name=f"joint_{i}", axis=[0.0, 1.0, 0.0])
+        body.add_geom(size=[0.02, 0.0, 0.0], mass=0.1, contype=0, conaffinity=0)
+    for i, muscle in enumerate(muscles):
+        tendon = spec.add_tendon(name=f"tendon_{i}")
+        tendon.wrap_joint("joint_0", -0.012 if i % 2 else 0.012)
+        attach(spec, tendon=f"tendon_{i}", muscle=muscle)
+    model = compile_model(spec)
+    model.dof_damping[:] = 0.3
+    return model
+
+
+def steps_of(model: mujoco.MjModel) -> Work:
+    """Time steps of a model from rest under pressure."""
+    data = mujoco.MjData(model)
+
+    def run() -> None:
+        pamsim.reset(model, data, (2e5,) * model.nu)
+        data.ctrl[:] = 0.02
+        with pamsim.live(model):
+            mujoco.mj_step(model, data, STEPS)
+        assert np.isfinite(data.act).all()
+
+    return run
+
+
+def experiment(number: int) -> Experiment:
+    """A short experiment at rest under set points of its own."""
+    start = np.array([2e5 + 1e3 * number, 2e5])
+    return Experiment(
+        drive="pressure_set",
+        command_time=np.zeros(1),
+        command_value=start[np.newaxis],
+        start_pressure=start,
+        duration=DURATION,
+        settle=0.0,
+        name=f"trial_{number}",
+    )
+
+
+def batch(rig: pamsim.Rig, count: int, threads: int) -> Work:
+    """A batch of simulations."""
+    jobs = [(rig, experiment(number)) for number in range(count)]
+    return lambda: simulate_batch(jobs, threads=threads)
+
+
+def trial(rig: pamsim.Rig, number: int) -> Trial:
+    """What a simulation of the rig measures."""
+    planned = experiment(number)
+    run = pamsim.simulate(rig, planned)
+    return Trial(
+        name=planned.name,
+        protocol="constant",
+        drive="pressure_set",
+        load=0.0,
+        time=run.time,
+        command=np.repeat(planned.command_value, run.time.size, axis=0),
+        measured={"angle": run.angle},
+    )
+
+
+def prediction(rig: pamsim.Rig, trials: tuple[Trial, ...]) -> Work:
+    """The prediction that `calibrate` and `diagnose` make of trials for one set of parameters."""
+    data = CalibrationData(sources=(), rig=rig.name, trials=trials, tables=())
+    predictor = TrialPredictor(rig, data, threads=1)
+    predictor.linearise_starts(rig)
+    return lambda: predictor.predictions([rig])
+
+
+def kinds() -> dict[str, tuple[tuple[int, ...], Callable[[int], Work]]]:
+    """Kind of work -> sizes, and what does one size of it."""
+    rig = pamsim.load_rig("mas20_arm")
+    one, two = (replace(muscle, command="valve") for muscle in rig.muscles.values())
+    assert one.hysteresis is not None
+    loop = {"force_per_pressure": one.hysteresis.force_per_pressure}
+    trials = tuple(trial(rig, number) for number in range(32))
+
+    def with_levels(levels: int) -> Work:
+        operator = Preisach(levels=levels, low_contraction=-0.05, high_contraction=0.3, **loop)
+        return steps_of(arm(1, [replace(one, hysteresis=operator)] * 2))
+
+    def with_branches(branches: int) -> Work:
+        operator = FractionalMaxwell(
+            branches=branches, order=0.3, time_constant=1.0, span=0.05, **loop
+        )
+        return steps_of(arm(1, [replace(one, hysteresis=operator)] * 2))
+
+    doubling = (1, 2, 4, 8, 16, 32)
+    return {
+        "muscles": (doubling, lambda size: steps_of(arm(1, [one, two] * (size // 2) or [one]))),
+        "joints": (doubling, lambda size: steps_of(arm(size, [one, two]))),
+        "simulations": (doubling, lambda size: batch(rig, size, 1)),
+        "trials": (doubling, lambda size: prediction(rig, trials[:size])),
+        "preisach_levels": ((12, 25, 50, 100, 200), with_levels),
+        "fractional_branches": ((4, 8, 16, 32, 64), with_branches),
+    }
+
+
+def seconds(work: Work, clock: Callable[[], float]) -> float:
+    """Time of one call [s]."""
+    began = clock()
+    work()
+    return clock() - began
+
+
+def best_of(
+    works: Sequence[Work], rounds: int, clock: Callable[[], float] = time.process_time
+) -> list[float]:
+    """Least time of each [s] over rounds in which they alternate."""
+    for work in works:
+        work()
+    times = [[seconds(work, clock) for work in works] for _ in range(rounds)]
+    return np.min(times, axis=0).tolist()
+
+
+def exponent(sizes: Sequence[int], times: Sequence[float]) -> tuple[float, float]:
+    """Slope of log time by log size, and its standard error."""
+    x, y = np.log(sizes), np.log(times)
+    x = x - x.mean()
+    slope = float(x @ y / (x @ x))
+    left = y - y.mean() - slope * x
+    return slope, float(np.sqrt(left @ left / (len(sizes) - 2) / (x @ x)))
+
+
+def threads_gain(rounds: int) -> float:
+    """How much quicker a batch is on two threads than on one."""
+    rig = pamsim.load_rig("mas20_arm")
+    one, two = best_of([batch(rig, 16, 1), batch(rig, 16, 2)], 5 * rounds, time.perf_counter)
+    return one / two
+
+
+def main() -> None:
+    """Time every kind of work and print its exponents."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--json", type=Path)
+    parser.add_argument("--rounds", type=int, default=30)
+    options = parser.parse_args()
+    rows: list[dict[str, Any]] = []
+    for name, (sizes, of_size) in kinds().items():
+        times = best_of([of_size(size) for size in sizes], options.rounds)
+        slope, error = exponent(sizes, times)
+        rows.append(
+            {
+                "work": name,
+                "sizes": sizes,
+                "seconds": times,
+                "exponent": slope,
+                "standard_error": error,
+            }
+        )
+        print(f"{name:20s} {sizes[0]:3d} to {sizes[-1]:3d}  {slope:5.2f} +- {error:.2f}")
+    load = os.getloadavg()[0]
+    gain = threads_gain(options.rounds)
+    print(f"simulate_batch, two threads over one: {gain:.2f} at a load of {load:.1f}")
+    result = {
+        "rows": rows,
+        "two_threads_over_one": gain,
+        "load_average": load,
+        "processors": os.cpu_count(),
+        "rounds": options.rounds,
+        "versions": {"mujoco": mujoco.__version__, "python": platform.python_version()},
+        "command": "python scripts/benchmarks/scaling.py",
+    }
+    if options.json is not None:
+        options.json.write_text(json.dumps(result, indent=1) + "\n", encoding="utf-8")
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,53 @@
+"""What the documents state about speed is what the benchmarks recorded."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+ROOT = Path(__file__).parents[2]
+RESULTS = ROOT / "scripts" / "benchmarks" / "results"
+LINES = (ROOT / "docs" / "callback.md").read_text(encoding="utf-8").splitlines()
+TEXT = " ".join(LINES)
+HIGHEST = 1.1
+"""No cost is meant to grow by a higher power of the work."""
+
+
+def test_the_ratios_of_a_step_are_those_of_the_benchmark():
+    result = json.loads((RESULTS / "steps_per_second.json").read_text(encoding="utf-8"))
+    full = result["full_law_over_builtin_muscle"]
+    python, bound = (
+        result["full_law_over_python_callback"],
+        result["c_library_alone_over_builtin_muscle"],
+    )
+    assert f"The arm takes {full:.2f} times as many steps per second" in TEXT
+    assert f"and {python:.0f} times as many as with the laws in Python" in TEXT
+    assert f"More than {bound:.2f} times is out of reach" in TEXT
+    assert f"reaches {result['empty_law_over_builtin_muscle']:.2f} times" in TEXT
+    assert f"bring that down to {bound:.2f}" in TEXT
+    assert full < bound < result["empty_law_over_builtin_muscle"]
+    assert len(result["runs"]) == 3
+    assert result["rounds"] >= 15
+
+
+def test_no_cost_grows_faster_than_the_work():
+    result = json.loads((RESULTS / "scaling.json").read_text(encoding="utf-8"))
+    head = LINES.index("| work | sizes | exponent |")
+    table = [line.strip("| ").split(" | ")[1:] for line in LINES[head + 2 :]]
+    rows = result["rows"]
+    assert {row["work"] for row in rows} == {
+        "muscles",
+        "joints",
+        "simulations",
+        "trials",
+        "preisach_levels",
+        "fractional_branches",
+    }
+    for row, printed in zip(rows, table, strict=False):
+        sizes = row["sizes"]
+        assert len(sizes) == len(row["seconds"]) >= 5
+        slope = f"{row['exponent']:.2f} ± {row['standard_error']:.2f}"
+        assert printed == [f"{sizes[0]} to {sizes[-1]}", slope]
+        assert row["exponent"] <= HIGHEST, row["work"]
+    assert result["two_threads_over_one"] > 0.0
+    assert result["load_average"] >= 0.0
