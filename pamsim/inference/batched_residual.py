@@ -109,7 +109,7 @@ class BatchedResidual:
     def followed(self, place: FloatArray, weight: FloatArray) -> FloatArray:
         """The Jacobian along a search: updated by each step that went nearly as it had said.
 
-        Where it missed more of a step, differences are taken anew.
+        Where it missed more of a step, differences are taken again.
 
         Args:
             place: shape (p,), where the simulation does not diverge.
