@@ -46,7 +46,7 @@ def fit_simulator(
     is a trust-region method within the ranges (`bounded_least_squares`), from the nominal values
     and further starts; a simulation that diverges shortens its step. The same seed gives the same
     result. The simulator is called with all vectors of a Jacobian at once. A step that goes as the
-    Jacobian said updates it (`secant_update`); after one that does not, differences are taken again.
+    Jacobian said updates it (`secant_update`); after any other, differences are taken again.
 
     Args:
         simulate: parameter vectors, shape (k, p) [parameter units], to the residual blocks of each.
