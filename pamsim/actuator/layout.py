@@ -17,6 +17,7 @@ be added to a compiled model.
 
 from __future__ import annotations
 
+import functools
 from collections.abc import Iterator, MutableSequence, Sequence
 from typing import TypeAlias
 
@@ -125,7 +126,7 @@ def pack(muscle: Muscle) -> NDArray[np.float64]:
     # Groups without meaning are there as well: the kernel divides by some of their neutral values.
     for group in vars(muscle).values():
         if isinstance(group, ParameterGroup):
-            for index, name in _slots_of(group):
+            for index, name in _slots_of(type(group)):
                 row[index] = getattr(group, name)
     return row
 
@@ -168,15 +169,19 @@ def _slots(group: type[ParameterGroup], row: Row) -> dict[str, float]:
 
 def _slots_by_name(muscle: Muscle) -> dict[str, int]:
     """Slot of every parameter that has a meaning for a muscle."""
-    return {
-        f"{group.group}.{name}": index
-        for group in muscle.groups
-        for index, name in _slots_of(group)
-    }
+    return _slots_of_all(tuple(type(group) for group in muscle.groups))
 
 
-def _slots_of(group: ParameterGroup) -> Iterator[tuple[int, str]]:
+@functools.cache
+def _slots_of_all(groups: tuple[type[ParameterGroup], ...]) -> dict[str, int]:
+    return {f"{group.group}.{name}": index for group in groups for index, name in _slots_of(group)}
+
+
+@functools.cache
+def _slots_of(group: type[ParameterGroup]) -> tuple[tuple[int, str], ...]:
     """Slot and name of every field of a group."""
-    chosen = type(group) not in PLAIN_GROUPS
-    for i, (name, _) in enumerate(specs(type(group))):
-        yield slot(f"{group.group}.{i if chosen else name}"), name
+    chosen = group not in PLAIN_GROUPS
+    return tuple(
+        (slot(f"{group.group}.{i if chosen else name}"), name)
+        for i, (name, _) in enumerate(specs(group))
+    )

@@ -176,23 +176,28 @@ def _at_the_optimum(
     for what the rig does, and the fit is biased by several of its standard errors.
     """
     counter.polishing = True
-    for _ in range(_ROUNDS):
-        if problem.predictor.starts_matter:
-            problem.linearise_starts(fit.values)
-        begin = [replace(p, start=v) for p, v in zip(parameters, fit.values, strict=True)]
+
+    def onward(fit: SimulatorFit, *, rough: bool) -> SimulatorFit:
         again = fit_simulator(
-            problem, begin, max_iterations=max_iterations, progress=counter.reached
+            problem,
+            [replace(p, start=v) for p, v in zip(parameters, fit.values, strict=True)],
+            max_iterations=max_iterations,
+            central=not rough,
+            rough=rough,
+            jacobian=fit.linearisation.jacobian,
+            progress=counter.reached,
         )
-        error = np.sqrt(np.maximum(np.diag(again.covariance), 0.0))
-        moved = np.abs(again.values - fit.values)[error > 0.0] / error[error > 0.0]
-        fit = replace(
-            again,
-            starts=fit.starts,
-            **{count: getattr(fit, count) + getattr(again, count) for count in _COUNTS},
-        )
-        if not problem.predictor.starts_matter or not np.any(moved > _STILL):
+        counts = {count: getattr(fit, count) + getattr(again, count) for count in _COUNTS}
+        return replace(again, starts=fit.starts, **counts)
+
+    for _ in range(_ROUNDS if problem.predictor.starts_matter else 0):
+        problem.linearise_starts(fit.values)
+        before, fit = fit.values, onward(fit, rough=True)
+        error = np.sqrt(np.maximum(np.diag(fit.covariance), 0.0))
+        moved = np.abs(fit.values - before)[error > 0.0] / error[error > 0.0]
+        if not np.any(moved > _STILL):
             break
-    return fit
+    return onward(fit, rough=False)
 
 
 class _Counter:

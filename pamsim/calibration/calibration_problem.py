@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import OrderedDict
 from collections.abc import Callable, Sequence
 
 import numpy as np
@@ -15,6 +16,9 @@ from pamsim.engine.rig import Rig
 from pamsim.inference.residual_block import Blocks
 
 FloatArray = NDArray[np.float64]
+
+_REMEMBERED = 4
+"""Simulated vectors: those that a fit comes back to with other starts are the last ones."""
 
 
 class CalibrationProblem:
@@ -47,7 +51,9 @@ class CalibrationProblem:
         self.predictor = TrialPredictor(
             rig, data, channels=channels, threads=threads, simulated=simulated
         )
+        self._start = np.array([one.free.start for one in freed])
         self._linearised = False
+        self._simulated: OrderedDict[bytes, Prediction | None] = OrderedDict()
 
     @property
     def data(self) -> CalibrationData:
@@ -71,8 +77,31 @@ class CalibrationProblem:
     def predictions(self, vectors: FloatArray) -> list[Prediction | None]:
         """Predictions of many parameter vectors; None where a run broke down."""
         if not self._linearised:
-            self.linearise_starts(np.array([freed.free.start for freed in self.freed]))
-        return self.predictor.predictions([self._rig(v) for v in np.atleast_2d(vectors)])
+            self.linearise_starts(self._start)
+        return [
+            None if found is None else self.predictor.adjusted(found)
+            for found in self._as_simulated(np.atleast_2d(vectors))
+        ]
+
+    def _as_simulated(self, vectors: FloatArray) -> list[Prediction | None]:
+        """Predictions from the starts as read; those of the last few vectors are remembered."""
+        keys = [vector.tobytes() for vector in vectors]
+        new = {
+            key: vector
+            for key, vector in zip(keys, vectors, strict=True)
+            if key not in self._simulated
+        }
+        if new:
+            found = self.predictor.as_simulated([self._rig(vector) for vector in new.values()])
+            self._simulated.update(zip(new, found, strict=True))
+        for key in keys:
+            self._simulated.move_to_end(key)
+        answer = [self._simulated[key] for key in keys]
+        if (start := self._start.tobytes()) in self._simulated:  # with which a fit is compared
+            self._simulated.move_to_end(start)
+        while len(self._simulated) > _REMEMBERED:
+            self._simulated.popitem(last=False)
+        return answer
 
     def linearise_starts(self, vector: FloatArray) -> None:
         """Take the trials' starts at a parameter vector, (p,) [SI]; see `TrialPredictor`.
@@ -81,7 +110,11 @@ class CalibrationProblem:
         a fit has ended.
         """
         self._linearised = True
-        self.predictor.linearise_starts(self._rig(vector))
+        (simulated,) = self._as_simulated(np.atleast_2d(vector))
+        if simulated is None:
+            self.predictor.linearise_starts(None)
+        else:
+            self.predictor.linearise_starts(self._rig(vector), simulated=simulated)
 
     def values(self, vector: Sequence[float] | FloatArray) -> dict[str, float]:
         """Rig parameters that a vector stands for [SI]."""

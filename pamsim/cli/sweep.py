@@ -1,4 +1,4 @@
-"""``pamsim sweep``: many simulations over varied parameters, inputs, effects and rigs."""
+"""``pamsim sweep``: runs of a rig over varied parameters, inputs, effects and rigs."""
 
 from __future__ import annotations
 
@@ -40,7 +40,7 @@ def command(
     scheduler: str | None,
     json_file: Path | None,
 ) -> int:
-    """Simulate a rig's step response over everything that STUDY, a TOML file, varies.
+    """Simulate, diagnose or calibrate a rig over everything that STUDY, a TOML file, varies.
 
     The table has a row for every run, failed ones included. An interrupted sweep goes on with
     --resume where it stopped.

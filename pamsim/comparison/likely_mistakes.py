@@ -23,6 +23,7 @@ from pamsim.core.recording import Outcome
 from pamsim.core.signal_names import JOINT_KINDS, kind_of
 from pamsim.core.trial import Trial
 from pamsim.engine.rig import Rig
+from pamsim.engine.simulate import whole_steps
 
 FloatArray = NDArray[np.float64]
 Signals = Mapping[str, FloatArray]
@@ -159,7 +160,9 @@ def _helpful(rig: Rig, tried: Sequence[_Tried], threads: int | None) -> Iterator
         try:
             before = [as_read(rig, experiment_of(t)) for t in one.before]
             after = [as_read(rig, experiment_of(t)) for t in one.after]
-        except InputError:  # such as a set point below the atmosphere
+            for experiment in (*before, *after):
+                whole_steps(1.0 / experiment.sample_rate, rig.model.opt.timestep)
+        except InputError:  # such as a set point below the atmosphere, or a clock between steps
             continue
         if all(_within_supply(rig, experiment) for experiment in after):
             possible.append((one, before, after))

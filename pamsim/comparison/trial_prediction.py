@@ -153,6 +153,40 @@ class TrialPredictor:
         """
         if self._sensitivities is None:
             self.linearise_starts(next((rig for rig in rigs if rig is not None), None))
+        return [
+            None if found is None else self.adjusted(found)
+            for found in self.as_simulated(
+                rigs, left_out=left_out, timestep=timestep, settle_steps=settle_steps
+            )
+        ]
+
+    def adjusted(self, simulated: Prediction) -> Prediction:
+        """A prediction from the starts that fit the trials best.
+
+        Args:
+            simulated: as `as_simulated` returns it.
+        """
+        assert self._sensitivities is not None
+        trials: dict[str, dict[str, FloatArray]] = {}
+        for trial, start, sensitivities in zip(
+            self.data.trials, self._starts, self._sensitivities, strict=True
+        ):
+            if trial.name in simulated.trials:
+                signals = simulated.trials[trial.name]
+                if sensitivities:
+                    signals = start.adjusted(trial, signals, sensitivities, self.compared(trial))
+                trials[trial.name] = signals
+        return replace(simulated, trials=trials)
+
+    def as_simulated(
+        self,
+        rigs: Sequence[Rig | None],
+        *,
+        left_out: frozenset[str] = frozenset(),
+        timestep: float | None = None,
+        settle_steps: int = 1,
+    ) -> list[Prediction | None]:
+        """Predictions from the starts as they were read; arguments as of `predictions`."""
         numbers = {
             number
             for trial, number in zip(self.data.trials, self._of_trial, strict=True)
@@ -174,7 +208,7 @@ class TrialPredictor:
         return [
             None
             if rig is None
-            else self._prediction({n: next(runs) for n in sorted(numbers)}, left_out)
+            else self._read_off({n: next(runs) for n in sorted(numbers)}, left_out)
             for rig in rigs
         ]
 
@@ -183,26 +217,40 @@ class TrialPredictor:
         """Whether a trial starts at a pressure that a sensor has read."""
         return any(np.any(start.spread > 0.0) for start in self._starts)
 
-    def linearise_starts(self, rig: Rig | None, *, timestep: float | None = None) -> None:
+    def linearise_starts(
+        self,
+        rig: Rig | None,
+        *,
+        timestep: float | None = None,
+        simulated: Prediction | None = None,
+    ) -> None:
         """Compute the starts' noise and the sensitivities to them at a rig.
 
         Call it before the first prediction, and again where a fit has ended. If a run breaks down
         there, or for None, starts are used as read.
+
+        Args:
+            rig: where, or None.
+            timestep: [s]; the rig's own if left out.
+            simulated: its trials from the starts as read, if known: see `as_simulated`.
         """
         self._sensitivities = [{} for _ in self.data.trials]
         self._starts = list(map(start_error, self.data.trials, self._start_of))
         if rig is None:
             return
+        shifts = STEP * np.eye(len(rig.muscles))
+        if simulated is None:
+            shifts = np.vstack([np.zeros(len(rig.muscles)), shifts])
         for number in set(self._of_trial):
             experiment = self._experiments[number]
             if experiment.drives.all_measured:
                 continue
-            moved = [
-                experiment.start_pressure,
-                *(experiment.start_pressure + STEP * row for row in np.eye(len(rig.muscles))),
-            ]
+            start = experiment.start_pressure
             runs = self._run(
-                [(rig, as_read(rig, replace(experiment, start_pressure=s))) for s in moved],
+                [
+                    (rig, as_read(rig, replace(experiment, start_pressure=start + shift)))
+                    for shift in shifts
+                ],
                 timestep,
             )
             if any(run.outcome is not Outcome.COMPLETED for run in runs):
@@ -211,11 +259,12 @@ class TrialPredictor:
                 zip(self.data.trials, self._of_trial, self._sensitivities, strict=True)
             ):
                 if of == number:
-                    base, *moved_starts = (at_times(run, trial, self.rig.sensor) for run in runs)
+                    signals = [at_times(run, trial, self.rig.sensor) for run in runs]
+                    base = signals.pop(0) if simulated is None else simulated.trials[trial.name]
                     self._starts[i] = start_error(trial, self._start_of[i], base)
                     for name, signal in base.items():
                         sensitivities[name] = np.column_stack(
-                            [(other[name] - signal) / STEP for other in moved_starts]
+                            [(other[name] - signal) / STEP for other in signals]
                         )
 
     def _run(
@@ -232,24 +281,15 @@ class TrialPredictor:
             simulated=self._simulated,
         )
 
-    def _prediction(
-        self, runs: dict[int, Recording], left_out: frozenset[str]
-    ) -> Prediction | None:
+    def _read_off(self, runs: dict[int, Recording], left_out: frozenset[str]) -> Prediction | None:
         if any(run.outcome is not Outcome.COMPLETED for run in runs.values()):
             return None
-        assert self._sensitivities is not None
-        trials: dict[str, dict[str, FloatArray]] = {}
-        for trial, number, start, sensitivities in zip(
-            self.data.trials, self._of_trial, self._starts, self._sensitivities, strict=True
-        ):
-            if trial.name in left_out:
-                continue
-            simulated = at_times(runs[number], trial, self.rig.sensor)
-            if sensitivities:
-                simulated = start.adjusted(trial, simulated, sensitivities, self.compared(trial))
-            trials[trial.name] = simulated
         return Prediction(
-            trials=trials,
+            trials={
+                trial.name: at_times(runs[number], trial, self.rig.sensor)
+                for trial, number in zip(self.data.trials, self._of_trial, strict=True)
+                if trial.name not in left_out
+            },
             tables={
                 table.name: np.array([runs[index].angle[-1] for index in rows])
                 for table, rows in zip(self.data.tables, self._of_row, strict=True)

@@ -99,7 +99,7 @@ class Catalog(Mapping[str, AnyCard], Generic[AnyCard]):
         """
         if law.name in self._own:
             raise InputError(f"{where}: pamsim has a law {law.name!r} of its own; rename yours")
-        count = len(list(specs(law.group)))
+        count = len(specs(law.group))
         if count > MOST_PARAMETERS:
             raise InputError(
                 f"{where}: the law {law.name!r} has {count} parameters; there is room for"

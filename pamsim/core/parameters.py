@@ -13,8 +13,8 @@ so it travels beside the value in `Sourced`, which is what a rig's ``params.toml
 from __future__ import annotations
 
 import dataclasses
+import functools
 import math
-from collections.abc import Iterator
 from dataclasses import dataclass
 from numbers import Real
 from typing import Any, ClassVar
@@ -90,12 +90,11 @@ class ParameterGroup:
             check_value(f"{self.group}.{name}", getattr(self, name), spec)
 
 
-def specs(group: type[ParameterGroup]) -> Iterator[tuple[str, FieldSpec]]:
-    """Yield ``(field name, FieldSpec)`` in declaration order."""
-    for field in dataclasses.fields(group):
-        spec = field.metadata.get(_META)
-        if isinstance(spec, FieldSpec):
-            yield field.name, spec
+@functools.cache
+def specs(group: type[ParameterGroup]) -> tuple[tuple[str, FieldSpec], ...]:
+    """``(field name, FieldSpec)`` of each field, in declaration order."""
+    found = ((field.name, field.metadata.get(_META)) for field in dataclasses.fields(group))
+    return tuple((name, spec) for name, spec in found if isinstance(spec, FieldSpec))
 
 
 def check_value(name: str, value: object, spec: FieldSpec) -> float:

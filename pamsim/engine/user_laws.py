@@ -172,7 +172,7 @@ def _native_law(code: float, own: Any, others: Any, count: int, places: NDArray[
 
 
 def _add_operator(code: float, operator: Operator) -> None:
-    size = len(list(specs(operator.group))) - COMMON_FIELDS
+    size = len(specs(operator.group)) - COMMON_FIELDS
     for name, function in (
         ("pamsim_user_output", operator.output),
         ("pamsim_user_energy", operator.energy),

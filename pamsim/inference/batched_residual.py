@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
 from pamsim.core.errors import InputError
-from pamsim.inference.difference_jacobian import difference_jacobian
+from pamsim.inference.difference_jacobian import difference_jacobian, secant_update
 from pamsim.inference.free_parameter import FreeParameter, SearchScale
 from pamsim.inference.residual_block import BlockPlace, Simulate, layout, stacked
 
@@ -16,6 +17,18 @@ FloatArray = NDArray[np.float64]
 
 _FORWARD = 1e-5  # step of the search's differences, in ranges: its error is far below the noise
 _CENTRAL = 1e-4  # step at the optimum; wide enough to bridge the kinks of switching valves
+_STRAIGHT = 0.2  # of a change: by how much a Jacobian may miss it and still be updated
+_NO_CHANGE = 1e-6  # weighted: a change of rounding, from which nothing is learnt
+
+
+@dataclass(frozen=True)
+class _Linear:
+    """Residual (n,) and Jacobian (n, p) at a place (p,); whether from differences there."""
+
+    place: FloatArray
+    residual: FloatArray
+    jacobian: FloatArray
+    differenced: bool
 
 
 class BatchedResidual:
@@ -43,7 +56,7 @@ class BatchedResidual:
         self.evaluations = self.calls = self.diverged = 0
         self._places = places
         self._last: tuple[FloatArray, FloatArray | None] | None = None
-        self._linear: tuple[FloatArray, FloatArray, FloatArray] | None = None
+        self._linear: _Linear | None = None
 
     @property
     def places(self) -> tuple[BlockPlace, ...]:
@@ -77,15 +90,50 @@ class BatchedResidual:
 
     def at(self, place: FloatArray) -> FloatArray | None:
         """Residual at one place, shape (n,), or None if the simulation diverged."""
-        if self._linear is not None and np.array_equal(self._linear[0], place):
-            return self._linear[1]
+        if self._linear is not None and np.array_equal(self._linear.place, place):
+            return self._linear.residual
         if self._last is None or not np.array_equal(self._last[0], place):
             self._last = place.copy(), self.many(place[np.newaxis])[0]
         return self._last[1]
 
     def remember(self, place: FloatArray, residual: FloatArray) -> None:
-        """Take note of a residual from `many`, so that it is not simulated again."""
-        self._last = place.copy(), residual
+        """Begin at a place: take note of its residual, so that it is not simulated again."""
+        self._last, self._linear = (place.copy(), residual), None
+
+    def linearise(self, place: FloatArray, jacobian: FloatArray) -> None:
+        """Begin with a Jacobian (n, p) that holds nearly, as of data that changed a little."""
+        residual = self.at(place)
+        if residual is not None:
+            self._linear = _Linear(place.copy(), residual, jacobian, differenced=False)
+
+    def followed(self, place: FloatArray, weight: FloatArray) -> FloatArray:
+        """The Jacobian along a search: updated by each step that went nearly as it had said.
+
+        Where it missed more of a step, differences are taken again.
+
+        Args:
+            place: shape (p,), where the simulation does not diverge.
+            weight: of each row, by which a step is judged, shape (n,).
+
+        Returns:
+            Change of the residual per range, shape (n, p).
+        """
+        here, known = self.at(place), self._linear
+        assert here is not None
+        if known is None:
+            return self.jacobian(place)
+        if np.array_equal(known.place, place):
+            return known.jacobian
+        step, change = place - known.place, here - known.residual
+        missed = float(np.linalg.norm(weight * (change - known.jacobian @ step)))
+        size = float(np.linalg.norm(weight * change))
+        if missed > max(_STRAIGHT * size, _NO_CHANGE):
+            return self.jacobian(place)
+        matrix = known.jacobian
+        if size > _NO_CHANGE:
+            matrix = secant_update(matrix, step, change)
+        self._linear = _Linear(place.copy(), here, matrix, differenced=False)
+        return matrix
 
     def jacobian(self, place: FloatArray, *, central: bool = False) -> FloatArray:
         """Differences of the residual, see `difference_jacobian`.
@@ -97,12 +145,12 @@ class BatchedResidual:
         Returns:
             Change of the residual per range, shape (n, p).
         """
-        if not central and self._linear is not None and np.array_equal(self._linear[0], place):
-            return self._linear[2]
+        known = self._linear
+        if not central and known and known.differenced and np.array_equal(known.place, place):
+            return known.jacobian
         middle = self.at(place)
         assert middle is not None
         step = _CENTRAL if central else _FORWARD
         matrix = difference_jacobian(self.many, place, middle, step, central=central)
-        if not central:
-            self._linear = place.copy(), middle, matrix
+        self._linear = _Linear(place.copy(), middle, matrix, differenced=True)
         return matrix

@@ -53,13 +53,24 @@ def difference_jacobian(
     return np.stack(columns, axis=1) if columns else np.empty((middle.size, 0))
 
 
+def secant_update(known: FloatArray, step: FloatArray, change: FloatArray) -> FloatArray:
+    """A Jacobian changed by as little as makes it agree with a step.
+
+    Broyden, Mathematics of Computation 19, 1965: it needs no simulation of its own.
+
+    Args:
+        known: before, shape (n, p).
+        step: shape (p,).
+        change: of the residual over the step, shape (n,).
+    """
+    square = float(step @ step)
+    return known + np.outer(change - known @ step, step) / square if square > 0.0 else known
+
+
 def secant_updated(
     compute: Callable[[FloatArray, FloatArray], FloatArray],
 ) -> Callable[[FloatArray, FloatArray], FloatArray]:
-    """A Jacobian that is computed once; each further place updates it by what the step changed.
-
-    The update of least change that agrees with the step (Broyden, Mathematics of Computation 19,
-    1965): it needs no simulation of its own.
+    """A Jacobian that is computed once; each further place updates it by `secant_update`.
 
     Args:
         compute: place (p,) and residual there (n,) to the Jacobian (n, p).
@@ -75,10 +86,7 @@ def secant_updated(
             jacobian = compute(place, here)
         else:
             before, there, known = last
-            step = place - before
-            square = float(step @ step)
-            surprise = here - there - known @ step
-            jacobian = known + np.outer(surprise, step) / square if square > 0.0 else known
+            jacobian = secant_update(known, place - before, here - there)
         last = place.copy(), here.copy(), jacobian
         return jacobian
 

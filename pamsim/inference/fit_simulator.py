@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -10,16 +11,19 @@ from numpy.typing import NDArray
 from pamsim.core.errors import InputError
 from pamsim.inference.batched_residual import BatchedResidual
 from pamsim.inference.fit_checkpoint import FitState, identity
-from pamsim.inference.fit_summary import summarise_fit
+from pamsim.inference.fit_summary import judged, summarise_fit
 from pamsim.inference.free_parameter import FreeParameter
 from pamsim.inference.noise_model import NoiseModel
 from pamsim.inference.residual_block import Simulate
 from pamsim.inference.row_weights import RowWeights
-from pamsim.inference.search import SearchState, search
+from pamsim.inference.search import NEAR, SearchEnd, SearchState, search
 from pamsim.inference.simulator_fit import Checkpoint, SearchProgress, SimulatorFit
 from pamsim.inference.starts import starting_places
 
 FloatArray = NDArray[np.float64]
+
+_SHARPENED = 3  # times that differences are taken at the optimum
+_STRAIGHT = 0.5  # standard errors over which a Jacobian is as good as one taken after them
 
 
 def fit_simulator(
@@ -32,6 +36,7 @@ def fit_simulator(
     weights: Mapping[str, float] | None = None,
     central: bool = True,
     rough: bool = False,
+    jacobian: FloatArray | None = None,
     progress: Callable[[SearchProgress], None] | None = None,
     checkpoint: Checkpoint | None = None,
 ) -> SimulatorFit:
@@ -40,7 +45,8 @@ def fit_simulator(
     Every residual counts in units of its channel's noise, which is estimated on the way. The search
     is a trust-region method within the ranges (`bounded_least_squares`), from the nominal values
     and further starts; a simulation that diverges shortens its step. The same seed gives the same
-    result. The simulator is called with all vectors of a Jacobian at once.
+    result. The simulator is called with all vectors of a Jacobian at once. A step that goes as the
+    Jacobian said updates it (`secant_update`); after any other, differences are taken again.
 
     Args:
         simulate: parameter vectors, shape (k, p) [parameter units], to the residual blocks of each.
@@ -49,10 +55,12 @@ def fit_simulator(
         seed: of the starts.
         max_iterations: steps tried per start.
         weights: channel -> factor on its residuals in units of noise; 1 where not named.
-        central: True takes central differences at the optimum, for 2 p more simulations; False
-            judges from the one-sided ones of the search.
-        rough: True ends each search near the optimum, with the noise estimated once: a place to
-            begin a better fit from.
+        central: differences at the optimum, from which it is sharpened and judged, to both sides,
+            for 2 p simulations, rather than to one.
+        rough: True ends each search near the optimum, with the noise estimated once, and judges
+            from the Jacobian of the search: a place to begin a better fit from.
+        jacobian: of the residual per range where the parameters start, (n, p), known nearly; the
+            first differences if left out.
         progress: called after each Jacobian.
         checkpoint: keeps finished starts and the current one; an interrupted fit that is called
             again with it goes on from there.
@@ -106,10 +114,37 @@ def fit_simulator(
         if begin is None:
             place, miss = starting[len(state.finished)]
             residual.remember(place, miss)
+            if jacobian is not None and not state.finished:
+                residual.linearise(place, jacobian)
             begin = SearchState(place, noise.estimate(miss))
-        state.finish(search(cost, begin, max_iterations, note, rough=rough))
+        state.finish(search(cost, begin, max_iterations, note, rough=rough, arrived=NEAR))
     places = [place for place, _ in starting]
-    return summarise_fit(cost, parameters, places, state.finished, central=central)
+    best = min(state.finished, key=lambda end: end.objective)
+    if not rough:
+        best = _sharpened(cost, parameters, best, max_iterations, note, central=central)
+    followed = residual.followed(best.state.place, cost.weight(best.state.noise))
+    return summarise_fit(cost, parameters, places, state.finished, best, followed)
+
+
+def _sharpened(
+    cost: RowWeights,
+    parameters: Sequence[FreeParameter],
+    end: SearchEnd,
+    max_iterations: int,
+    note: Callable[[SearchState], None],
+    *,
+    central: bool,
+) -> SearchEnd:
+    """Search on from an end until differences taken there agree that it is the optimum."""
+    for _ in range(_SHARPENED):
+        jacobian = cost.residual.jacobian(end.state.place, central=central)
+        _, short = judged(cost, parameters, end, jacobian)
+        if not end.converged or end.state.steps >= max_iterations:
+            break
+        end = search(cost, replace(end.state, round=1), max_iterations, note)
+        if short < _STRAIGHT:
+            break
+    return end
 
 
 def _check(parameters: Sequence[FreeParameter], starts: int, steps: int) -> None:

@@ -12,7 +12,7 @@ from pamsim.inference.flags import Identified, identified, parameter_flags
 from pamsim.inference.free_parameter import FreeParameter
 from pamsim.inference.intervals import ParameterCovariance, parameter_covariance
 from pamsim.inference.row_weights import RowWeights
-from pamsim.inference.search import SearchEnd
+from pamsim.inference.search import SearchEnd, short_of_optimum
 from pamsim.inference.simulator_fit import (
     ChannelNoise,
     FitStatus,
@@ -33,49 +33,45 @@ def summarise_fit(
     parameters: Sequence[FreeParameter],
     places: Sequence[FloatArray],
     ends: Sequence[SearchEnd],
-    *,
-    central: bool,
+    best: SearchEnd,
+    jacobian: FloatArray,
 ) -> SimulatorFit:
-    """Summarise the best of several ends.
+    """Summarise a fit.
 
     Args:
         cost: what was minimised.
         parameters: p of them.
         places: where the starts began, each (p,) in the unit cube.
         ends: where they ended.
-        central: True takes central differences.
+        best: the optimum.
+        jacobian: of the residual per range there, shape (n, p).
 
     Returns:
         The fit.
     """
-    best = min(ends, key=lambda end: end.objective)
     place, scale = best.state.place, cost.residual.scale
     residual = cost.residual.at(place)
     assert residual is not None
     linear = Linearisation(
         places=cost.residual.places,
         residual=residual,
-        jacobian=cost.residual.jacobian(place, central=central),
+        jacobian=jacobian,
         weight=cost.weight(best.state.noise),
     )
-    prior_residual, prior_jacobian = cost.priors(place)
-    information = np.sum(prior_jacobian**2, axis=0)
-    weighted = linear.jacobian * linear.weight[:, np.newaxis]
-    split = identified(parameters, place, weighted, information)
+    split, short = judged(cost, parameters, best, jacobian)
+    information = np.sum(cost.priors(place)[1] ** 2, axis=0)
     spread = parameter_covariance(linear, split.basis, np.diag(information))
-    short = _short(
-        np.vstack([weighted, prior_jacobian]) @ split.basis,
-        np.concatenate([linear.weight * residual, prior_residual]),
-    )
     without = split.open | split.at_bound
     slope = np.where(without, np.nan, scale.slope(place))
     covariance = spread.matrix * np.outer(slope, slope)
     errors = np.sqrt(np.diag(covariance))
+    with np.errstate(invalid="ignore"):  # a fit that leaves nothing has no errors
+        correlation = covariance / np.outer(errors, errors)
     status, sentence = _status(parameters, split, best, short)
     return SimulatorFit(
         parameters=_parameters(cost, parameters, split, spread, place, information),
         covariance=covariance,
-        correlation=covariance / np.outer(errors, errors),
+        correlation=correlation,
         determined=split.combinations,
         weights=cost.weights,
         noise=_noise(cost, best, residual),
@@ -102,13 +98,30 @@ def summarise_fit(
     )
 
 
-def _short(jacobian: FloatArray, residual: FloatArray) -> float:
-    """How far the last linearisation sees the optimum, in standard errors under white noise."""
-    if jacobian.shape[1] == 0:
-        return 0.0
-    # Where the simulator misses more than noise, that is what blurs the optimum.
-    rms = max(float(np.sqrt(np.mean(residual**2))), 1.0)
-    return float(np.linalg.norm(np.linalg.qr(jacobian)[0].T @ residual)) / rms
+def judged(
+    cost: RowWeights, parameters: Sequence[FreeParameter], end: SearchEnd, jacobian: FloatArray
+) -> tuple[Identified, float]:
+    """What a Jacobian says of the end of a search.
+
+    Args:
+        cost: what was minimised.
+        parameters: p of them.
+        end: of the search.
+        jacobian: of the residual per range there, shape (n, p).
+
+    Returns:
+        What is determined, and how far off the optimum of that is, see `short_of_optimum`.
+    """
+    place, weight = end.state.place, cost.weight(end.state.noise)
+    residual = cost.residual.at(place)
+    assert residual is not None
+    prior_residual, prior_jacobian = cost.priors(place)
+    weighted = jacobian * weight[:, np.newaxis]
+    split = identified(parameters, place, weighted, np.sum(prior_jacobian**2, axis=0))
+    return split, short_of_optimum(
+        np.vstack([weighted, prior_jacobian]) @ split.basis,
+        np.concatenate([weight * residual, prior_residual]),
+    )
 
 
 def _parameters(

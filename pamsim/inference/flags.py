@@ -10,13 +10,11 @@ from numpy.typing import NDArray
 
 from pamsim.inference.estimate import Flag
 from pamsim.inference.free_parameter import FreeParameter
-from pamsim.inference.identifiability import determined, members, trade_offs
+from pamsim.inference.identifiability import DEAD, FLAT, determined, members, trade_offs
 
 FloatArray = NDArray[np.float64]
 BoolArray = NDArray[np.bool_]
 
-_DEAD = 1e-6  # column norm of the Jacobian relative to the largest
-_FLAT = 1e-3  # singular value of the column-scaled Jacobian relative to the largest
 _AT_BOUND = 1e-6  # of the range
 _ZERO = 1e-2  # coefficient of a combination, relative to its first, that is not written
 
@@ -63,7 +61,7 @@ def identified(
     """
     count = len(parameters)
     norms = np.linalg.norm(jacobian, axis=0)
-    dead = norms <= _DEAD * np.max(norms)
+    dead = norms <= DEAD * np.max(norms)
     at_bound = ~dead & (np.minimum(place, 1.0 - place) < _AT_BOUND)
     inner = np.flatnonzero(~dead & ~at_bound)
     flat, open_ = np.zeros(count, dtype=bool), dead & (information < 1.0)
@@ -71,7 +69,7 @@ def identified(
     basis = [np.eye(count)[:, held] / np.sqrt(information[held])]
     combinations: tuple[str, ...] = ()
     if inner.size:
-        split = determined(jacobian[:, inner], _FLAT)
+        split = determined(jacobian[:, inner], FLAT)
         flat[inner] = split.members
         basis.append(_embedded(split.basis, inner, count))
         if split.flat.size:

@@ -10,6 +10,12 @@ from numpy.typing import NDArray
 FloatArray = NDArray[np.float64]
 BoolArray = NDArray[np.bool_]
 
+DEAD = 1e-6
+"""Column norm of the Jacobian relative to the largest, up to which it counts as none."""
+
+FLAT = 1e-3
+"""Singular value of the column-scaled Jacobian relative to the largest, up to which it is flat."""
+
 _MEMBER = 0.05  # share in a flat direction from which a parameter belongs to it
 _CORRELATED = 0.95
 

@@ -13,6 +13,7 @@ from pamsim.inference.bounded_least_squares import (
     bounded_least_squares,
     one_by_one,
 )
+from pamsim.inference.identifiability import DEAD, FLAT, determined
 from pamsim.inference.row_weights import RowWeights
 
 FloatArray = NDArray[np.float64]
@@ -20,6 +21,9 @@ FloatArray = NDArray[np.float64]
 _ROUNDS = 12  # of noise estimation; two or three are usual
 _SETTLED = 0.01  # relative change of noise that no longer moves the optimum
 _LOOSE, _TIGHT = 1e-3, 1e-8  # relative change of the cost that ends a search
+
+NEAR, SHARP = 0.1, 1e-3
+"""Standard errors from the optimum at which a search ends: one that goes on, and the last."""
 
 
 @dataclass(frozen=True)
@@ -64,6 +68,7 @@ def search(
     *,
     free: NDArray[np.bool_] | None = None,
     rough: bool = False,
+    arrived: float = SHARP,
 ) -> SearchEnd:
     """Follow one start to its end, the noise estimated again after each round.
 
@@ -74,6 +79,7 @@ def search(
         report_progress: called after each Jacobian.
         free: parameters to move, shape (p,); None for all.
         rough: True ends with the first round, near the optimum.
+        arrived: standard errors from the optimum, as the Jacobian sees it, at which it ends.
 
     Returns:
         The end.
@@ -84,7 +90,13 @@ def search(
         # Weights from a start far away are rough: no use in a sharp optimum for them.
         loose = state.round == 0 and (rough or not cost.frozen)
         state, ended = _round(
-            cost, state, max_steps, report_progress, moved, _LOOSE if loose else _TIGHT
+            cost,
+            state,
+            max_steps,
+            report_progress,
+            moved,
+            _LOOSE if loose else _TIGHT,
+            NEAR if loose else arrived,
         )
         residual = cost.residual.at(state.place)
         assert residual is not None
@@ -105,10 +117,11 @@ def _round(
     report_progress: Callable[[SearchState], None],
     moved: NDArray[np.bool_],
     tolerance: float,
+    arrived: float,
 ) -> tuple[SearchState, bool]:
     """Search with fixed noise."""
     weight = cost.weight(state.noise)
-    iterations = state.iterations
+    iterations, there = state.iterations, False
 
     def at(x: FloatArray) -> FloatArray:
         place = state.place.copy()
@@ -126,11 +139,16 @@ def _round(
         nonlocal iterations
         place = at(x)
         calls = cost.residual.calls
-        columns = weight[:, np.newaxis] * cost.residual.jacobian(place)
-        if cost.residual.calls > calls:  # else known from the round before
+        columns = weight[:, np.newaxis] * cost.residual.followed(place, weight)
+        if cost.residual.calls > calls:  # else followed from the Jacobian before
             iterations += 1
             report_progress(SearchState(place, state.noise, state.round, state.steps, iterations))
         return np.vstack([columns, cost.priors(place)[1]])[:, moved]
+
+    def has_arrived(residual: FloatArray, columns: FloatArray) -> bool:
+        nonlocal there
+        there = short_of_optimum(columns, residual) < arrived
+        return there
 
     try:
         fit = bounded_least_squares(
@@ -140,8 +158,30 @@ def _round(
             tolerance=tolerance,
             max_steps=max(max_steps - state.steps, 1),
             try_bounds=True,
+            give_up=has_arrived,
         )
     except BreakdownError:  # the bound itself is the rim of what breaks down
         return state, False
     steps = state.steps + fit.steps
-    return SearchState(at(fit.x), state.noise, state.round, steps, iterations), fit.converged
+    return SearchState(at(fit.x), state.noise, state.round, steps, iterations), (
+        there or fit.converged
+    )
+
+
+def short_of_optimum(jacobian: FloatArray, residual: FloatArray) -> float:
+    """How far a linearisation sees its optimum, in standard errors under white noise.
+
+    Directions that the data leave flat do not count.
+
+    Args:
+        jacobian: in units of the noise, shape (n, p).
+        residual: in units of the noise, shape (n,).
+    """
+    norms = np.linalg.norm(jacobian, axis=0)
+    moving = jacobian[:, norms > DEAD * np.max(norms, initial=0.0)]
+    if not moving.size:
+        return 0.0
+    directions = moving @ determined(moving, FLAT).basis
+    seen = directions.T @ residual / np.linalg.norm(directions, axis=0)
+    # Where the simulator misses more than noise, that is what blurs the optimum.
+    return float(np.linalg.norm(seen)) / max(float(np.sqrt(np.mean(residual**2))), 1.0)

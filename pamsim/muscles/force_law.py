@@ -89,7 +89,7 @@ class ForceLaw:
         Counted from the first coefficient after the scale, and from the first field of `Braid`.
         """
         names = [field.name for field in fields(Braid)]
-        count = len(list(specs(self.group)))
+        count = len(specs(self.group))
         return list(range(count - 1)), [names.index(name) for name in self.braid_fields]
 
     @property

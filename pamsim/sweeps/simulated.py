@@ -23,6 +23,7 @@ from pamsim.sweeps.job import Row
 from pamsim.sweeps.varied_rig import RIG, check_names, loaded, with_values
 
 _Pair: TypeAlias = tuple[Rig, Experiment]
+_Varied: TypeAlias = tuple[str, tuple[tuple[str, Value], ...]]
 
 _INPUT = re.compile(r"(start_pressure|final)_([1-9]\d*)")
 _UNITS = {"pressure_set": "kPa", "valve": "1"}
@@ -73,11 +74,12 @@ class SimulateStep:
     def rows(self, runs: Sequence[Mapping[str, Value]], threads: int | None) -> list[Row]:
         """One row per run, failed runs included; see `pamsim.sweeps.job.Job`."""
         rigs = loaded(str(run.get(RIG, self.rig)) for run in runs)
+        varied: dict[_Varied, Rig] = {}
         found: list[Row | None] = [None] * len(runs)
         jobs: list[tuple[int, _Pair]] = []
         for place, run in enumerate(runs):
             try:
-                jobs.append((place, self._prepared(rigs[str(run.get(RIG, self.rig))], run)))
+                jobs.append((place, self._prepared(rigs[str(run.get(RIG, self.rig))], run, varied)))
             except PamsimError as error:
                 found[place] = self._failed(str(error))
         for (place, _), result in zip(
@@ -88,8 +90,8 @@ class SimulateStep:
             )
         return [row for row in found if row is not None]
 
-    def _prepared(self, rig: Rig, run: Mapping[str, Value]) -> _Pair:
-        """Rig and experiment of a run."""
+    def _prepared(self, rig: Rig, run: Mapping[str, Value], known: dict[_Varied, Rig]) -> _Pair:
+        """Rig and experiment of a run; runs with equal numbers share a rig, and its rest."""
         load, start, final = self.load, list(self.start_pressure), list(self.final)
         rest: dict[str, Value] = {}
         for name, value in run.items():
@@ -104,7 +106,10 @@ class SimulateStep:
             elif name != RIG:
                 rest[name] = value
         scale = PA_PER_KPA if self.drive == "pressure_set" else 1.0
-        varied = with_values(rig, rest, self.units)
+        key = str(run.get(RIG, self.rig)), tuple(rest.items())
+        if key not in known:
+            known[key] = with_values(rig, rest, self.units)
+        varied = known[key]
         experiment = Experiment(
             drive=self.drive,
             command_time=np.zeros(1),

@@ -15,13 +15,15 @@ from pamsim.core.versions import versions
 from pamsim.engine.rig_digest import rig_digest
 from pamsim.store.toml_file import read_toml
 from pamsim.sweeps.design import Design, Runs, runs_of
+from pamsim.sweeps.examined import examine
 from pamsim.sweeps.factor import Factor, factor
 from pamsim.sweeps.job import Job
 from pamsim.sweeps.simulated import simulate_step
 from pamsim.sweeps.varied_rig import RIG, loaded
 
 SCHEMA = "pamsim-sweep/1"
-_KEYS = ("schema", "rig", "design", "runs", "seed", "experiment", "vary")
+_KEYS = ("schema", "rig", "job", "design", "runs", "seed", "experiment", "vary")
+_JOBS = ("simulate", "diagnose", "calibrate")
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -80,6 +82,9 @@ def _study(table: Mapping[str, Any]) -> Study:
     vary, experiment = table.get("vary"), table.get("experiment")
     if not isinstance(vary, Mapping) or not isinstance(experiment, Mapping):
         raise InputError("a study needs a table [experiment] and tables [vary.NAME]")
+    what = table.get("job", "simulate")
+    if what not in _JOBS:
+        raise InputError(f"no job {what!r}; {nearest(str(what), _JOBS)}")
     rig, design = table.get("rig", "mas20_arm"), table.get("design", "grid")
     if not isinstance(rig, str):
         raise InputError("rig must be the name of a shipped rig, or a rig folder")
@@ -90,7 +95,11 @@ def _study(table: Mapping[str, Any]) -> Study:
     runs = runs_of(Design(design), factors, base, seed)
     rigs = [str(name) for f in factors if f.name == RIG for name in f.values]
     units = {f.name: f.unit for f in factors if f.name != RIG}
-    job = simulate_step(experiment, rig, rigs, units)
+    job = (
+        simulate_step(experiment, rig, rigs, units)
+        if what == "simulate"
+        else examine(what, experiment, rig, rigs, units)
+    )
     content = [rig_digest(one) for one in loaded(rigs or [rig]).values()]
     stated = json.loads(json.dumps({"design": design, "rig": rig, **table}))
     text = json.dumps([stated, content, versions("scipy")], sort_keys=True)

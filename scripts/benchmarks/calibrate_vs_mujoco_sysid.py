@@ -166,9 +166,8 @@ def by_pamsim(given: Case) -> dict[str, Any]:
     """Calibrate with pamsim."""
     bounds = {}
     for name, value in zip(given.names, given.start.tolist(), strict=True):
-        unit = rig_parameter(given.rig, name).spec.unit
         low, high = sorted((value / REACH, value * REACH))
-        bounds[name] = f"{low!r} {unit}:{high!r} {unit}"
+        bounds[name] = low, high
     wanted: dict[str, Any] = {"free": given.names, "bounds": bounds, "threads": 1}
     calibration = calibrate([given.folder], rig=given.rig, channels=("angle", "pressure"), **wanted)
     found = calibration.fit

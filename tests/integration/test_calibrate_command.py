@@ -11,7 +11,10 @@ import pytest
 
 import pamsim
 from pamsim.calibration.calibrate import calibrate
+from pamsim.calibration.calibration_problem import CalibrationProblem
 from pamsim.cli.main import main
+from pamsim.comparison.free_parameters import freed_parameters
+from pamsim.comparison.measurements import read_calibration_data
 from pamsim.core.recording import write_recording
 from pamsim.core.units import DEG_PER_RAD
 
@@ -156,6 +159,36 @@ def test_a_start_read_from_one_noisy_sample_does_not_bias_the_fit(rig, tmp_path)
     for parameter in found.parameters:
         assert parameter.value == pytest.approx(PLANTED[parameter.name], rel=0.01)
     assert found.noise["pressure_1"].rms == pytest.approx(PRESSURE_NOISE, rel=0.15)
+
+
+def test_a_rig_of_coarse_steps_is_calibrated(recording):
+    coarse = pamsim.load_rig("mas20_arm")
+    coarse.model.opt.timestep = 1e-3  # other clocks, tried as mistakes, fall between its steps
+    found = calibrate([recording], rig=coarse, free=["joint.shaft.damping"])
+    assert found.fit.parameters[0].interval95 is not None
+
+
+def test_coming_back_to_a_vector_with_other_starts_simulates_nothing_again(recording, rig):
+    simulated = []
+    problem = CalibrationProblem(
+        rig,
+        read_calibration_data([recording]).of_rig(rig),
+        freed_parameters(rig, list(PLANTED)),
+        simulated=lambda: simulated.append(1),
+    )
+    near, far = np.array(list(PLANTED.values())), 1.1 * np.array(list(PLANTED.values()))
+    problem(np.array([near, far]))
+    before = len(simulated)
+    problem.linearise_starts(far)
+    moved = len(simulated) - before
+    assert moved == 2 * len(problem.predictor.experiments)  # one for each muscle's start
+    (again,) = problem(far[np.newaxis])
+    assert len(simulated) == before + moved
+    fresh = CalibrationProblem(rig, problem.data, problem.freed)
+    fresh.linearise_starts(far)
+    (same,) = fresh(far[np.newaxis])
+    for one, other in zip(again, same, strict=True):
+        np.testing.assert_array_equal(one.residual, other.residual)
 
 
 def test_result_does_not_hang_on_the_rig_it_starts_from(recording, rig, report):

@@ -247,7 +247,7 @@ def test_every_law_says_what_it_is(name):
     assert "=" in law.equation
     assert law.notes
     assert re.search(r"Sarosi, equation|\d{4}", law.source)  # an equation, or a year
-    fields = list(specs(law.group))
+    fields = specs(law.group)
     assert fields[0][0] == "scale"
     assert law.group.__dataclass_fields__["scale"].default == 1.0
     assert len(fields) == len(EXAMPLES[name])

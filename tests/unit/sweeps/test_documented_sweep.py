@@ -6,6 +6,7 @@ import json
 import re
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 from pamsim.cli.main import main
@@ -16,7 +17,7 @@ BLOCKS = re.findall(r"^```(\w+)\n(.*?)^```", PAGE.read_text(encoding="utf-8"), r
 
 
 def test_the_page_runs(tmp_path, monkeypatch, capsys):
-    assert [kind for kind, _ in BLOCKS] == ["toml", "sh", "python"]
+    assert [kind for kind, _ in BLOCKS] == ["toml", "sh", "python", "python"]
     monkeypatch.chdir(tmp_path)
     texts = dict(BLOCKS)
     (tmp_path / "study.toml").write_text(texts["toml"], encoding="utf-8")
@@ -31,8 +32,15 @@ def test_the_page_runs(tmp_path, monkeypatch, capsys):
     page = (tmp_path / "out" / "index.html").read_text(encoding="utf-8")
     assert "<b>32</b> 0 of them failed" in page
     check_page(page)
-    exec(compile(texts["python"], "snippet", "exec"), {"__name__": "__main__"})
+    simulated, calibrated = (text for kind, text in BLOCKS if kind == "python")
+    exec(compile(simulated, "snippet", "exec"), {"__name__": "__main__"})
     assert "6 runs, 0 of them failed" in capsys.readouterr().out
+    names: dict[str, object] = {"__name__": "__main__"}
+    exec(compile(calibrated, "snippet", "exec"), names)
+    found = names["found"]
+    np.testing.assert_allclose(
+        found["found.joint.shaft.damping"], found["true.joint.shaft.damping"], rtol=0.1
+    )
     monkeypatch.setattr("sys.argv", [*texts["sh"].split(), "--resume"])
     with pytest.raises(SystemExit) as ended:
         main()

@@ -13,6 +13,7 @@ from pyarrow import parquet
 
 import pamsim
 from pamsim.core.errors import EngineError, InputError
+from pamsim.engine import batch
 from pamsim.engine.batch import simulate_batch
 from pamsim.report.sweep_figure import sweep_figure
 from pamsim.signals.step_metrics import step_figures
@@ -64,6 +65,18 @@ def test_every_row_is_the_simulation_of_its_values(finished):
     assert "6 runs, 0 of them failed" in finished.summary()
     drawn = min(len(finished.rank_correlations), 4)  # outputs, beside two factors
     assert len(sweep_figure(finished).axes) == 2 * drawn > 0
+
+
+def test_runs_of_equal_rigs_come_to_rest_once(monkeypatch, tmp_path):
+    settled = []
+    real = batch.settle
+    monkeypatch.setattr(batch, "settle", lambda *args: (settled.append(1), real(*args)))
+    volumes = {"chamber.dead_volume": {"values": [5, 10]}}
+    found = sweep(
+        {**STUDY, "vary": {**volumes, "final_2": {"values": [50, 100, 150]}}}, out=tmp_path
+    )
+    assert len(settled) == 2  # one for each dead volume, not for each of the six runs
+    assert set(found.columns()["outcome"]) == {"completed"}
 
 
 def test_columns_carry_their_units(finished):

@@ -1,0 +1,220 @@
+"""The jobs ``diagnose`` and ``calibrate``: recordings of a varied rig, examined with its model."""
+
+from __future__ import annotations
+
+import math
+import tempfile
+import time
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, TypeAlias
+
+from pamsim.calibration.calibrate import calibrate
+from pamsim.comparison.effects_on_rig import at_size, rig_effect
+from pamsim.comparison.readable_unit import readable, readable_interval, readable_unit
+from pamsim.core.errors import InputError, PamsimError, nearest
+from pamsim.core.units import to_si
+from pamsim.diagnosis.diagnose import diagnose
+from pamsim.engine.rig import Rig
+from pamsim.engine.rig_parameter import rig_parameter
+from pamsim.sweeps.factor import Value, number
+from pamsim.sweeps.job import Row
+from pamsim.sweeps.varied_rig import RIG, check_names, is_effect, loaded, with_values
+from pamsim.twins.hide import hide
+
+_Interval: TypeAlias = tuple[float, float] | None
+_Found: TypeAlias = tuple[dict[str, str], dict[str, tuple[float, _Interval]]]
+"""Texts of a row; parameter -> estimate and 95 % interval [SI]."""
+
+_RECORDED = {
+    "protocols": list, "repeats": int, "duration": float, "coloured": bool, "noise": float,
+    "variation": float, "forces": bool, "quantised": bool, "measured_drive": bool,
+    "formulation": str, "seed": int,
+}  # fmt: skip
+"""Options of `pamsim.twins.hide.hide`."""
+
+_EXAMINED: Mapping[str, Mapping[str, type]] = {
+    "diagnose": {
+        "effects": list, "without": list, "nuisance": list, "channels": list, "hold_out": list,
+    },
+    "calibrate": {
+        "free": list, "bounds": dict, "prior": bool, "channels": list, "hold_out": list,
+        "starts": int,
+    },
+}  # fmt: skip
+"""Options of `pamsim.diagnosis.diagnose.diagnose` and `pamsim.calibration.calibrate.calibrate`."""
+
+_TEXTS = {"diagnose": ("verdict", "named"), "calibrate": ("status",)}
+_INPUTS = {"seed": "1", "repeats": "1", "duration": "s", "noise": "1", "variation": "1"}
+"""Options of the recordings that may vary -> unit."""
+
+_PARTS = ("found", "low", "high", "true", "inside")
+
+
+@dataclass(frozen=True, kw_only=True)
+class Examine:
+    """Synthetic recordings of a rig with other parameters and effects, diagnosed or calibrated.
+
+    Attributes:
+        job: ``diagnose`` or ``calibrate``.
+        rig: name or folder, where no factor chooses it.
+        recorded: options of the recordings.
+        examined: options of the diagnosis or calibration.
+        units: factor -> unit of its values.
+        parameters: rig parameter whose estimate is compared with its true value -> unit.
+    """
+
+    job: str
+    rig: str
+    recorded: Mapping[str, Any]
+    examined: Mapping[str, Any]
+    units: Mapping[str, str]
+    parameters: Mapping[str, str]
+
+    @property
+    def columns(self) -> Mapping[str, str]:
+        """Column of its rows -> unit; ``text`` for text."""
+        numbers = {
+            f"{part}.{name}": "1" if part == "inside" else unit
+            for name, unit in self.parameters.items()
+            for part in _PARTS
+        }
+        texts = dict.fromkeys((*_TEXTS[self.job], "outcome", "message"), "text")
+        return {**numbers, "seconds": "s", **texts}
+
+    @property
+    def runs_in_block(self) -> int:
+        """Runs that are worth a task of their own."""
+        return 1
+
+    def rows(self, runs: Sequence[Mapping[str, Value]], threads: int | None) -> list[Row]:
+        """One row per run, failed runs included; see `pamsim.sweeps.job.Job`."""
+        return [self._row(run, threads) for run in runs]
+
+    def _row(self, run: Mapping[str, Value], threads: int | None) -> Row:
+        empty = {name: "" if unit == "text" else math.nan for name, unit in self.columns.items()}
+        (rig,) = loaded([str(run.get(RIG, self.rig))]).values()
+        began = time.perf_counter()
+        try:
+            truth, (texts, estimates) = self._examined(rig, run, threads)
+        except PamsimError as error:
+            return {**empty, "outcome": "refused", "message": str(error)}
+        row: dict[str, float | str] = {**empty, **texts, "outcome": "completed", "message": ""}
+        for name in self.parameters:
+            planted = rig_parameter(truth, name)
+            true = row[f"true.{name}"] = readable(planted, planted.value)
+            if name in estimates:
+                value, interval = estimates[name]
+                row[f"found.{name}"] = readable(planted, value)
+                ends = readable_interval(planted, interval)
+                if ends is not None:
+                    row[f"low.{name}"], row[f"high.{name}"] = ends
+                    row[f"inside.{name}"] = float(ends[0] <= true <= ends[1])
+        return {**row, "seconds": time.perf_counter() - began}
+
+    def _examined(
+        self, rig: Rig, run: Mapping[str, Value], threads: int | None
+    ) -> tuple[Rig, _Found]:
+        """The rig that was recorded, and what was found in its recordings."""
+        options = dict(self.recorded)
+        effects: dict[str, float] = {}
+        changed: dict[str, Value] = {}
+        for name, value in run.items():
+            if name in _INPUTS:
+                given = to_si(float(value), self.units[name], _INPUTS[name], where=f"vary.{name}")
+                options[name] = round(given) if _RECORDED[name] is int else given
+            elif name != RIG and is_effect(rig, name):
+                effects[name] = float(value)
+            elif name != RIG:
+                changed[name] = value
+        recording = hide(
+            with_values(rig, changed, self.units),
+            {name: size for name, size in effects.items() if size},
+            **options,
+        )
+        with tempfile.TemporaryDirectory() as folder:
+            place = Path(folder) / "recording"
+            recording.save(place)
+            find = _FIND[self.job]
+            found = find([place], rig=rig, threads=threads, **self.examined)
+        return recording.rig.with_parameters(recording.hidden), found
+
+
+def _diagnosed(places: Sequence[Path], **options: Any) -> _Found:
+    result = diagnose(places, **options)
+    estimates = {
+        name: (one.value_si, one.interval95_si)
+        for effect in result.effects
+        for name, one in effect.parameters.items()
+    }
+    named = " + ".join(name for effect in result.effects for name in effect.members)
+    return {"verdict": result.verdict.value, "named": named}, estimates
+
+
+def _calibrated(places: Sequence[Path], **options: Any) -> _Found:
+    fit = calibrate(places, **options).fit
+    return {"status": fit.status.value}, {p.name: (p.value, p.interval95) for p in fit.parameters}
+
+
+_FIND: Mapping[str, Callable[..., _Found]] = {"diagnose": _diagnosed, "calibrate": _calibrated}
+
+
+def examine(
+    job: str, table: Mapping[str, Any], rig: str, rigs: Sequence[str], units: Mapping[str, str]
+) -> Examine:
+    """The job as a study states it.
+
+    Args:
+        job: ``diagnose`` or ``calibrate``.
+        table: its table ``experiment``.
+        rig: name or folder of the rig.
+        rigs: those that a factor chooses from; empty where none does.
+        units: factor -> unit as stated, without ``rig``.
+
+    Raises:
+        InputError: for an option or a factor that does not fit the job or the rig.
+    """
+    known = {**_RECORDED, **_EXAMINED[job]}
+    for key in table:
+        if key not in known:
+            raise InputError(f"experiment.{key}: no such option; {nearest(str(key), known)}")
+    options = {key: _checked(f"experiment.{key}", table[key], known[key]) for key in table}
+    first = next(iter(loaded(rigs or [rig]).values()))
+    own = {name: unit for name, unit in units.items() if name not in _INPUTS}
+    found = {name: units[name] or unit for name, unit in _INPUTS.items() if name in units}
+    for name, unit in found.items():
+        to_si(1.0, unit, _INPUTS[name], where=f"vary.{name}")
+    own = check_names(first, own)
+    effects = [name for name in own if is_effect(first, name)]
+    if job == "calibrate":
+        free = options.setdefault("free", [name for name in own if name not in effects])
+        if not free:
+            raise InputError("experiment.free is missing: the parameters to calibrate")
+        judged = [name for name in free if "=" not in name]
+    else:
+        judged = [p for e in effects for p in at_size(first, rig_effect(first, e), 1.0)]
+    return Examine(
+        job=job,
+        rig=rig,
+        recorded={key: value for key, value in options.items() if key in _RECORDED},
+        examined={key: value for key, value in options.items() if key not in _RECORDED},
+        units={**found, **own},
+        parameters={name: readable_unit(rig_parameter(first, name)) for name in judged},
+    )
+
+
+def _checked(where: str, value: Any, kind: type) -> Any:
+    """An option of a study as its function takes it."""
+    if kind is float:
+        return number(where, value)
+    if kind is int and number(where, value) != int(value):
+        raise InputError(f"{where} is {value!r}; it must be a whole number")
+    if not isinstance(value, kind) or (kind is not bool and isinstance(value, bool)):
+        words = {list: "a list of names", bool: "true or false", str: "text", dict: "a table"}
+        raise InputError(f"{where} is {value!r}; it must be {words.get(kind, 'a whole number')}")
+    if kind is dict:
+        return {name: tuple(ends) for name, ends in value.items()}
+    if kind is list and not all(isinstance(one, str) for one in value):
+        raise InputError(f"{where} is {value!r}; it must be a list of names")
+    return value
