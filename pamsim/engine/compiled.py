@@ -23,6 +23,7 @@ from numba.extending import intrinsic, register_jitable
 from pamsim.actuator.kernel import state_rates, tendon_force, tension
 from pamsim.actuator.layout import AIR, SIGNATURE, SIZE, slot
 from pamsim.actuator.muscle_valves import fill_valve_of, line_sag, sensed_pressure
+from pamsim.core.compile_notice import compile_notice
 from pamsim.engine.laws import Laws
 from pamsim.engine.structs import callback_offsets
 from pamsim.engine.user_laws import declare
@@ -330,6 +331,11 @@ def compiled_kernel() -> Natives:
         Its functions. They must stay referenced while the engine may call them, which this
         function's cache does.
     """
+    with compile_notice("the muscles", "about ten seconds"):
+        return _compiled_kernel()
+
+
+def _compiled_kernel() -> Natives:
     declare()
     each_step = Laws((state_rates, tendon_force), _USUAL)
     others = Laws((tension, fill_valve_of, line_sag, sensed_pressure))
