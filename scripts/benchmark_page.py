@@ -1,0 +1,124 @@
+"""Write docs/benchmarks.md from the records of scripts/benchmarks.
+
+python scripts/benchmark_page.py
+"""
+
+from __future__ import annotations
+
+import json
+import statistics
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+ROOT = Path(__file__).resolve().parents[1]
+PAGE = ROOT / "docs" / "benchmarks.md"
+
+INTRODUCTION = """# How fast it is
+
+Each figure is a ratio of two things timed in turn in one run, so that it holds on another
+machine, too. `make benchmark` runs all scripts; each writes its record with `--json`. This page
+is written from the records in `scripts/benchmarks/results` by `scripts/benchmark_page.py`. The
+machine was shared, with two cores: spreads are wide, and a ratio of 1.1 is no difference.
+
+| what | against | ratio | spread | script |
+|---|---|---|---|---|
+"""
+
+NOTES = """
+A ratio above 1 means that pamsim is quicker, or takes as many times as many steps per second;
+only of a frame it is the time.
+
+- **Time step**: why the muscle's own law cannot be reached, and how costs grow with muscles,
+  joints, trials, levels and branches: [what a step costs](callback.md#what-a-step-costs).
+- **LSODA** integrates the equations of the [independent plant](architecture.md), compiled by
+  numba, at the loosest tolerance whose error of the final angle is no larger than pamsim's at the
+  rig's own step: {error:.1g} deg against {lsoda:.1g} deg. Its right-hand side is called from
+  Python, as `scipy.integrate.solve_ivp` wants it.
+- **Relays one by one** are quicker than the engine's operator: their weights are tabulated
+  beforehand, where the operator finds them from the parameters in each step, since a rig's
+  parameters may change at any time. It needs one state per level instead of one per relay.
+- **Gruenwald-Letnikov sum**: over the whole past of {seconds} at 1 ms, with which its cost grows;
+  the branches' does not. Their relative error of the complex stiffness is {branches:.0e}, that of
+  the sum {sum:.0e}.
+- **`mujoco.sysid`**: {own} simulations against {other}; both find the same optimum. More:
+  [calibrate](calibrate.md).
+- Worlds on a GPU: [gpu.md](gpu.md). Five whole tasks beside public tools:
+  [compared.md](compared.md).
+"""
+
+
+def recorded(name: str) -> dict[str, Any]:
+    """A record."""
+    path = ROOT / "scripts" / "benchmarks" / "results" / f"{name}.json"
+    return json.loads(path.read_text(encoding="utf-8"))
+
+
+def rows() -> Iterator[tuple[str, str, float, str, str]]:
+    """Of the table: what, against what, ratio, spread, script."""
+    steps = recorded("steps_per_second")
+    for key, peer in (
+        ("full_law_over_builtin_muscle", "MuJoCo's `<muscle>`, the same arm"),
+        ("full_law_over_python_callback", "the same laws as a Python callback"),
+    ):
+        each = [run[key] for run in steps["runs"]]
+        spread = f"{min(each):.3g} to {max(each):.3g}"
+        yield "time step, full law", peer, steps[key], spread, "steps_per_second.py"
+    lsoda = recorded("batch_vs_lsoda")
+    low, high = lsoda["lsoda_over_pamsim_range"]
+    what = f"{lsoda['simulations']} step responses"
+    peer = "scipy's LSODA at equal error"
+    yield what, peer, lsoda["lsoda_over_pamsim"], f"{low:.3g} to {high:.3g}", "batch_vs_lsoda.py"
+    for row in recorded("operator_steps")["rows"]:
+        what = f"{row['operator'].replace('_', ' ')}, {row['size']}"
+        yield what, row["peer"], row["ratio"], "", "operator_steps.py"
+    each = [row["ratio"] for row in recorded("environment_steps")["rows"]]
+    spread = f"{min(each):.3g} to {max(each):.3g}"
+    peer = "`InvertedPendulum-v5` at equal frame skip"
+    what = f"environment's step, {len(each)} cases"
+    yield what, peer, statistics.median(each), spread, "environment_steps.py"
+    frames = recorded("frames")["rows"]
+    each = [row["ratio"] for row in frames]
+    spread = f"{min(each):.3g} to {max(each):.3g}"
+    what = f"frame of 480 x 480 pixels, {len(each)} environments"
+    yield what, "`InvertedPendulum-v5`, time", statistics.median(each), spread, "frames.py"
+    sysid = recorded("calibrate_vs_mujoco_sysid")
+    runs = sysid["white_noise"]
+    each = [
+        theirs["seconds"] / own["seconds"]
+        for own, theirs in zip(runs["pamsim"], runs["mujoco.sysid"], strict=True)
+    ]
+    spread = f"{min(each):.3g} to {max(each):.3g}"
+    ratio = 1.0 / sysid["summary"]["seconds_pamsim_over_sysid"]
+    script = "calibrate_vs_mujoco_sysid.py"
+    yield "calibration of 8 parameters", "`mujoco.sysid`", ratio, spread, script
+    checked = recorded("checked_steps")
+    what = "time step with `pamsim.checks`"
+    yield what, "without", 1.0 / checked["on_over_off"], "", "checked_steps.py"
+
+
+def page() -> str:
+    """The page."""
+    table = "".join(
+        f"| {what} | {peer} | {ratio:.2g} | {spread} | `{script}` |\n"
+        for what, peer, ratio, spread, script in rows()
+    )
+    lsoda, summary = recorded("batch_vs_lsoda"), recorded("calibrate_vs_mujoco_sysid")["summary"]
+    fractional = recorded("operator_steps")["rows"][-1]
+    return (
+        INTRODUCTION
+        + table
+        + NOTES.format(
+            error=lsoda["median_error_deg"]["pamsim"],
+            lsoda=lsoda["median_error_deg"]["LSODA"],
+            seconds=fractional["size"].split(", ")[1],
+            branches=fractional["engine_error"],
+            sum=fractional["peer_error"],
+            own=summary["pamsim"]["simulations"],
+            other=summary["mujoco.sysid"]["simulations"],
+        )
+    )
+
+
+if __name__ == "__main__":
+    PAGE.write_text(page(), encoding="utf-8")
