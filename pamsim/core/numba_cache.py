@@ -29,8 +29,8 @@ def choose_cache(package: Path) -> bool:
     os.environ[VARIABLE] = str(folder)
     warnings.warn(
         f"neither {package} nor {_users()} can be written; compiled code is kept in {folder}, and"
-        f" compiled again, for about ten seconds, once that is gone. Set {VARIABLE} to a folder that"
-        " stays",
+        f" compiled again, for about ten seconds, once that is gone. Set {VARIABLE} to a folder"
+        " that stays",
         RuntimeWarning,
         stacklevel=3,
     )

@@ -19,7 +19,7 @@ from pamsim.diagnosis.method.absent_limits import AbsentLimit, supported
 from pamsim.diagnosis.method.evidence import Share, share_of_rows
 from pamsim.diagnosis.method.row_fit import RowSimulator
 from pamsim.diagnosis.method.row_model import RowEffect, RowModel, RowModels
-from pamsim.diagnosis.method.row_search import MOST_PARENTS, Attempt, RowSearch
+from pamsim.diagnosis.method.row_search import MOST_STEPS, Attempt, RowSearch
 from pamsim.diagnosis.method.verdict import Evidence, Verdict, decide
 from pamsim.diagnosis.method.verdict_thresholds import FEWEST_ROWS
 from pamsim.diagnosis.method.where import ResidualMap, row_maps, systematic
@@ -88,7 +88,7 @@ def diagnose_rows(
     Raises:
         InputError: if the base model predicts nothing, or the rows are fewer than its parameters.
     """
-    steps = Steps(progress, 2 + MOST_PARENTS)
+    steps = Steps(progress, 1 + MOST_STEPS)
     steps.begin("base model")
     models = RowModels(simulator, nuisance, seed)
     base = models.base()

@@ -22,8 +22,9 @@ from pamsim.diagnosis.method.verdict_thresholds import SIGNIFICANCE, TIE_ERRORS,
 from pamsim.inference.permutation import best_of_many_p_values
 
 _BEAM = (2, 1, 1, 1)  # models that are carried on from each round, one effect more in each
-MOST_PARENTS = 1 + sum(_BEAM[:-1])
-"""Most models beside which `RowSearch.forward` tries further effects."""
+MOST_STEPS = 1 + sum(_BEAM[:-1]) + len(_BEAM) + 1
+"""Steps that a search announces at most: models beside which further effects are tried, effects in
+whose place others are, and limits."""
 _REFITTED = 5  # models of a round that are refitted without each row
 _NEAR = 2.0  # times the best model's error, up to which an effect may be a rival
 

@@ -55,6 +55,15 @@ def test_two_hidden_effects_are_both_named():
     assert sorted(found.best.names) == ["lock", "soften"]
 
 
+@pytest.mark.parametrize("hidden", [{}, {"lock": 1.5}, {"lock": 1.5, "soften": 0.1}])
+def test_the_steps_announced_are_never_too_few_and_the_last_is_the_last(hidden):
+    steps = []
+    diagnosed(TABLE, measured(TABLE, hidden), progress=lambda *step: steps.append(step))
+    totals = [total for _, total, _ in steps]
+    assert totals == sorted(totals, reverse=True)
+    assert steps[-1][0] + 1 == totals[-1]
+
+
 def test_nothing_is_named_for_noise_alone():
     verdicts = [diagnosed(TABLE, measured(TABLE, {}, seed=s)).verdict for s in range(6)]
     assert sum(v is not Verdict.NO_GAP for v in verdicts) <= 1

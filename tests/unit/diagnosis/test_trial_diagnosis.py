@@ -150,6 +150,21 @@ def test_two_effects_are_both_named():
         assert set(one.conclusion.best.names) == {"dry", "leak"}
 
 
+@pytest.mark.parametrize("hidden", [{}, {"dry": 0.06}, {"dry": 0.06, "leak": 0.05}])
+def test_the_steps_announced_are_never_too_few_and_the_last_is_the_last(hidden):
+    trials, steps = recorded(hidden), []
+    diagnose_trials(
+        simulator(trials),
+        NUISANCE,
+        LIBRARY,
+        regressors(trials),
+        progress=lambda *step: steps.append(step),
+    )
+    totals = [total for _, total, _ in steps]
+    assert totals == sorted(totals, reverse=True)
+    assert steps[-1][0] + 1 == totals[-1]
+
+
 def test_a_single_effect_gets_no_companion():
     for seed in range(3):
         one = found({"dry": 0.06}, seed=seed)

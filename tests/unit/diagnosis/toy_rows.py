@@ -65,7 +65,7 @@ def measured(table, hidden, *, noise=NOISE, seed=0):
     )
 
 
-def diagnosed(table, angle, effects=LIBRARY, *, simulator=None, nuisance=NUISANCE):
+def diagnosed(table, angle, effects=LIBRARY, *, simulator=None, nuisance=NUISANCE, progress=None):
     simulator = simulator or RowSimulator(
         predict=lambda sets: [table.angle(values) - angle for values in sets]
     )
@@ -76,4 +76,5 @@ def diagnosed(table, angle, effects=LIBRARY, *, simulator=None, nuisance=NUISANC
         {"low": table.low, "step": np.abs(table.step), "load": table.load},
         table.names,
         along=np.sign(table.step),
+        progress=progress,
     )
