@@ -66,7 +66,8 @@ from pamsim.sweeps.study import read_study
 from pamsim.sweeps.varied_rig import loaded
 plan = read_study(sys.argv[1])
 rig = loaded([plan.job.rig])[plan.job.rig]
-jobs = [plan.job._prepared(rig, run) for run in plan.runs]
+known = {}
+jobs = [plan.job._prepared(rig, run, known) for run in plan.runs]
 simulate_batch(jobs[:2])
 began = time.perf_counter()
 simulate_batch(jobs)
