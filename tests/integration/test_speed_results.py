@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import runpy
 from pathlib import Path
 
 ROOT = Path(__file__).parents[2]
@@ -51,3 +52,9 @@ def test_no_cost_grows_faster_than_the_work():
         assert row["exponent"] <= HIGHEST, row["work"]
     assert result["two_threads_over_one"] > 0.0
     assert result["load_average"] >= 0.0
+
+
+def test_the_page_of_benchmarks_is_that_of_the_records():
+    written = runpy.run_path(str(ROOT / "scripts" / "benchmark_page.py"))["page"]()
+    shown = (ROOT / "docs" / "benchmarks.md").read_text(encoding="utf-8")
+    assert shown == written, "python scripts/benchmark_page.py"

@@ -3,10 +3,17 @@
 from __future__ import annotations
 
 import pytest
+import scipy.integrate
 
 from pamsim.actuator.layout import pack, slot
 from pamsim.actuator.muscle import Mounting, Muscle
-from pamsim.muscles.dispatch import chosen_force, chosen_volume, chosen_work
+from pamsim.muscles.dispatch import (
+    chosen_force,
+    chosen_volume,
+    chosen_work,
+    user_force,
+    user_work,
+)
 from pamsim.muscles.effective_area import EffectiveArea, Stroke
 from tests.unit.actuator.muscles import FORCES, make
 
@@ -42,3 +49,15 @@ def test_work_is_the_integral_of_the_force_and_volume_that_of_its_slope(law, pre
         rise = (gained(kappa + near) - gained(kappa - near)) / (2.0 * near)
         slope = (force(pressure + step, kappa) - force(pressure - step, kappa)) / (2.0 * step)
         assert rise == pytest.approx(slope, rel=1e-4)
+
+
+def test_work_of_a_law_from_outside_is_the_integral_of_its_force_from_zero():
+    """Any law that is known can stand for one."""
+    par = pack(MUSCLES["six_parameter"]).tolist()
+    code = par[slot("force.law")]
+    for kappa in (0.02, 0.15):
+        work = user_work(code, par, FIRST, BRAID, 3e5, kappa)
+        expected, _ = scipy.integrate.quad(
+            lambda at: user_force(code, par, FIRST, BRAID, 3e5, at), 0.0, kappa, epsabs=1e-12
+        )
+        assert work == pytest.approx(expected, rel=1e-8)
