@@ -165,6 +165,21 @@ def test_the_steps_announced_are_never_too_few_and_the_last_is_the_last(hidden):
     assert steps[-1][0] + 1 == totals[-1]
 
 
+def test_only_a_best_model_that_is_wrong_itself_lets_others_be_wrong_too(monkeypatch):
+    import pamsim.diagnosis.method.trial_diagnosis as method
+
+    allowed, tied_with = [], method.tied_with
+
+    def noted(*args, wrong_by):
+        allowed.append(wrong_by)
+        return tied_with(*args, wrong_by=wrong_by)
+
+    monkeypatch.setattr(method, "tied_with", noted)
+    assert found({"dry": 0.06}).conclusion.verdict is Verdict.NAMED
+    assert allowed
+    assert set(allowed) == {0.0}
+
+
 def test_a_single_effect_gets_no_companion():
     for seed in range(3):
         one = found({"dry": 0.06}, seed=seed)
