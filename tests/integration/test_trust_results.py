@@ -133,3 +133,16 @@ def test_the_page_counts_what_the_records_hold():
     assert shown == expected
     assert sum(one["subprocesses"] for one in read) >= 1000
     assert {one["runs"] for one in read} == {100_000}
+
+
+def test_the_page_of_sweeps_is_that_of_its_study():
+    result = recorded("results/sweeps.json")
+    text = " ".join((ROOT / "docs" / "sweep.md").read_text(encoding="utf-8").split())
+    assert result["runs"] == 10_000
+    assert result["killed_twice_equal"]
+    assert result["dask_worker_killed_equal"]
+    assert result["blocks_run_again"] == 0
+    before, after = result["memory_mb_quarter_of_the_runs"], result["memory_mb"]
+    assert f"grew from {before:.0f} to {after:.0f} MB" in text
+    low, high = (round(100 * (share - 1)) for share in result["processor_seconds_sweep_over_batch"])
+    assert f"{low} to {high} % more processor time" in text
