@@ -11,10 +11,10 @@ import numpy as np
 import pytest
 
 from pamsim.engine.laws import Laws
+from tests.unit.strict_laws import between, fibonacci, weighted
 
 Row = Sequence[float]
 MutableRow = MutableSequence[float]
-WEIGHTS = ((0.5, 2), (0.25, 3))
 OFF, LAW = 2, 3
 
 
@@ -31,25 +31,6 @@ def whole_numbers(a: float, b: float) -> float:
 
 def remainder(a: float, b: float) -> float:
     return a % b + 1.0 % a
-
-
-def fibonacci(a: float, b: float) -> float:
-    for _ in range(5):
-        a, b = b, a + b
-    return a - b
-
-
-def between(a: float, b: float) -> float:
-    return 1.0 if -1.0 < a <= b < math.inf else -1.0
-
-
-def weighted(a: float, b: float) -> float:
-    total, count = a, 0
-    for weight, power in WEIGHTS:
-        for sign in (1.0, -1.0):
-            total += sign * weight * b**power * (1 + count)
-            count += 1
-    return total
 
 
 def early(a: float, b: float) -> float:
