@@ -15,7 +15,7 @@ from numba.core import cgutils
 from numba.core.typing.templates import AbstractTemplate, infer_global, signature
 from numba.extending import lower_builtin
 
-from pamsim.engine import machine_code, translate
+from pamsim.engine import law_writer, machine_code, translate
 from pamsim.engine.jit import fingerprint, reached_functions
 from pamsim.engine.user_laws import OUTSIDE
 
@@ -62,7 +62,7 @@ class Laws:
             fingerprint(reached_functions(*self._laws)),
             *OUTSIDE.values(),
             repr(self._known),
-            *(inspect.getsource(module) for module in (machine_code, translate)),
+            *(inspect.getsource(module) for module in (law_writer, machine_code, translate)),
         )
         self.key = hashlib.sha256("\n".join(parts).encode()).hexdigest()
         for law in self._laws:
@@ -101,8 +101,8 @@ class Laws:
                 given += _parts(context, builder, kind, type_, value)
             result = ir.VoidType()
             if returned != translate.NOTHING:
-                result = _LLVM[machine_code.TYPES[returned][0]]
-            taken = [_LLVM[part] for kind in kinds for part in machine_code.TYPES[kind]]
+                result = _LLVM[law_writer.TYPES[returned][0]]
+            taken = [_LLVM[part] for kind in kinds for part in law_writer.TYPES[kind]]
             callee = cgutils.get_or_insert_function(
                 builder.module, ir.FunctionType(result, taken), translate.translated_name(law)
             )

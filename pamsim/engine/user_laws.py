@@ -25,7 +25,7 @@ from pamsim.core.catalog import USER_DEFINED
 from pamsim.core.errors import InputError
 from pamsim.core.parameters import specs
 from pamsim.engine.jit import hand_to_numba, reached_functions
-from pamsim.engine.machine_code import full_name
+from pamsim.engine.law_writer import full_name
 from pamsim.hysteresis.catalog import OPERATORS, Operator
 from pamsim.hysteresis.dispatch import user_energy, user_output, user_rates
 from pamsim.hysteresis.group import COMMON_FIELDS
