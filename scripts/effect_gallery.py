@@ -72,8 +72,9 @@ of `pamsim hide` in which the change is largest in units of the sensors' noise
 separate effects with similar pictures: the experiment of the card does.
 
 In the **tables** the range is what a search may try, and an effect is absent at its neutral value.
-"own" is the rig's own value; a number with x is a factor of it, one with + or - is added to it. A
-shape has no influence while the effect is absent.
+A search starts from the typical value, and from others where they are given. "own" is the rig's
+own value; a number with x is a factor of it, one with + or - is added to it. A shape has no
+influence while the effect is absent.
 
 | input | what it shows |
 |---|---|
@@ -130,9 +131,11 @@ def _row(rig: Rig, parameter: EffectParameter) -> str:
     )
     if not parameter.relative and parameter.neutral:
         typical = f"{parameter.neutral + parameter.typical:g}"
+    starts = ", ".join(f"{value:g}" for value in parameter.starts)
+    searched = f"{low} to {high}" + (f", started from {starts} too" if starts else "")
     unit = f"{spec.unit} per {parameter.scaled_by}" if parameter.scaled_by else spec.unit
     name = re.sub(r"\{(\w+)\}", lambda place: place[1].upper(), parameter.name)
-    return f"| `{name}` | {spec.doc} | {unit} | {typical} | {low} to {high} | {neutral} |\n"
+    return f"| `{name}` | {spec.doc} | {unit} | {typical} | {searched} | {neutral} |\n"
 
 
 def _picture(one: Effect) -> Path:

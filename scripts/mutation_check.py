@@ -50,24 +50,25 @@ class Room:
     left_out: tuple[str, ...] = ()
 
 
+_PAGES = "unit/tooling/test_theory_and_effects_pages.py::test_the_page_of_"
+_FIELDS = f"{_PAGES}parameters_is_that_of_the_classes"
 _LAWS = ("properties unit/actuator", "integration/test_laws_in_engine.py unit/engine physics")
 
 PARTS: dict[str, tuple[Room, ...]] = {
     "laws": (
-        Room(("muscles",), ("unit/muscles", *_LAWS)),
-        Room(("hysteresis",), ("unit/hysteresis", *_LAWS)),
-        Room(("pneumatics",), ("unit/pneumatics", *_LAWS)),
+        Room(("muscles",), (_FIELDS, "unit/muscles", *_LAWS)),
+        Room(("hysteresis",), (_FIELDS, "unit/hysteresis", *_LAWS)),
+        Room(("pneumatics",), (_FIELDS, "unit/pneumatics", *_LAWS)),
         Room(
             ("actuator",),
-            _LAWS,
+            (_FIELDS, *_LAWS),
             left_out=("invariants.py",),
         ),
     ),
     "effects": (
         Room(
             ("effects",),
-            ("unit/tooling/test_theory_and_effects_pages.py::test_the_page_of_effects_is_that_of_"
-             "the_catalog", "unit/effects",
+            (f"{_PAGES}effects_is_that_of_the_catalog", "unit/effects",
              "unit/comparison physics/test_effects.py unit/diagnosis unit/twins"),
         ),
     ),

@@ -11,18 +11,30 @@ from typing import Any
 import numpy as np
 import pytest
 
+from pamsim.actuator.muscle import PLAIN_GROUPS
 from pamsim.effects.catalog import FORMS, effect
 from pamsim.hysteresis.catalog import OPERATORS
 from pamsim.muscles.catalog import FORCE_LAWS
 
 ROOT = Path(__file__).parents[3]
 GALLERY: dict[str, Any] = runpy.run_path(str(ROOT / "scripts" / "effect_gallery.py"))
+FIELDS: dict[str, Any] = runpy.run_path(str(ROOT / "scripts" / "parameter_page.py"))
 LABELS = [one.label for forms in FORMS.values() for one in forms]
 
 
 def test_the_page_of_effects_is_that_of_the_catalog():
     again = "python scripts/effect_gallery.py"
     assert GALLERY["PAGE"].read_text(encoding="utf-8") == GALLERY["page"](), again
+
+
+def test_the_page_of_parameters_is_that_of_the_classes():
+    again = "python scripts/parameter_page.py"
+    assert FIELDS["PAGE"].read_text(encoding="utf-8") == FIELDS["page"](), again
+
+
+def test_the_page_of_parameters_leaves_no_group_out():
+    text = FIELDS["PAGE"].read_text(encoding="utf-8")
+    assert [one.group for one in PLAIN_GROUPS if f"\n## muscle.{one.group}\n" not in text] == []
 
 
 def test_every_effect_has_a_small_picture():

@@ -1,0 +1,112 @@
+"""Write docs/parameters.md: every field that a rig's params.toml can state.
+
+python scripts/parameter_page.py
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+from pathlib import Path
+
+from pamsim.actuator.chain import Chain
+from pamsim.actuator.friction import Friction
+from pamsim.actuator.muscle import Mounting
+from pamsim.core.parameters import ParameterGroup, specs
+from pamsim.hysteresis.catalog import OPERATORS
+from pamsim.hysteresis.parallel import ParallelHysteresis
+from pamsim.muscles.braid import Braid
+from pamsim.muscles.catalog import FORCE_LAWS
+from pamsim.muscles.creep import Creep
+from pamsim.muscles.effective_area import Stroke
+from pamsim.muscles.end_shape import EndShape
+from pamsim.muscles.force_law import ForceLaw
+from pamsim.muscles.passive import PassiveSpring
+from pamsim.muscles.tension import Threshold
+from pamsim.pneumatics.chamber import Chamber
+from pamsim.pneumatics.valves import ValvePair
+from pamsim.signals.sensors import MeasurementChain
+
+PAGE = Path(__file__).resolve().parent.parent / "docs" / "parameters.md"
+
+INTRODUCTION = """\
+# Every field of params.toml
+
+Written by `scripts/parameter_page.py` from the classes that read the file. How the file is
+written: [describe your own rig](rig.md). Equations and sources of the laws: [theory](theory.md).
+
+Values may be in any unit of the same quantity; ranges and defaults here are in SI units. A field
+with a default may be left out. A value outside its range is refused with the range.
+"""
+
+HEADER = "\n| field | meaning | unit | range | default |\n|---|---|---|---|---|\n"
+
+NEEDED = "Every muscle needs it."
+OPTIONAL = "Optional."
+
+GROUPS: tuple[tuple[type[ParameterGroup], str], ...] = (
+    (Mounting, NEEDED),
+    (Braid, "Every muscle needs it; a bellows or piston has `stroke` instead."),
+    (Stroke, "A bellows or piston needs it, in place of `braid`."),
+    (Chamber, NEEDED),
+    (ValvePair, NEEDED),
+    (PassiveSpring, OPTIONAL),
+    (Threshold, OPTIONAL),
+    (EndShape, OPTIONAL),
+    (Creep, OPTIONAL),
+    (Chain, OPTIONAL),
+    (Friction, OPTIONAL),
+    (
+        ParallelHysteresis,
+        "Optional: hysteresis beside that of `muscle.hysteresis`, by Maxwell slip.",
+    ),
+)
+
+
+def page() -> str:
+    """The text of docs/parameters.md."""
+    parts = [INTRODUCTION]
+    for group, when in GROUPS:
+        parts.append(_table(f"muscle.{group.group}", group, when))
+    parts.append("\n## muscle.force\n\nEvery muscle needs it, with `law` as one of these.\n")
+    parts += [
+        _table(card.name, card.group, f"{card.title}{_validity(card)}.", level=3)
+        for card in FORCE_LAWS.values()
+    ]
+    parts.append("\n## muscle.hysteresis\n\nOptional, with `law` as one of these.\n")
+    parts += [
+        _table(card.name, card.group, f"{card.title}.", level=3) for card in OPERATORS.values()
+    ]
+    parts.append(_table("sensor", MeasurementChain, "Optional: the sensors of the rig."))
+    return "".join(parts)
+
+
+def _table(title: str, group: type[ParameterGroup], text: str, level: int = 2) -> str:
+    defaults = {field.name: field.default for field in dataclasses.fields(group)}
+    rows = "".join(
+        f"| `{name}` | {spec.doc.replace('|', '&#124;')} | {spec.unit} |"
+        f" {'above ' if spec.low_open else ''}{spec.low:g} to {spec.high:g} |"
+        f" {_default(defaults[name])} |\n"
+        for name, spec in specs(group)
+    )
+    return f"\n{'#' * level} {title}\n\n{text}\n{HEADER}{rows}"
+
+
+def _validity(card: ForceLaw) -> str:
+    if card.pressure_range is None:
+        return ", at the pressure of its fit"
+    low, high = (1e-3 * pressure for pressure in card.pressure_range)
+    return ", at any pressure" if high == math.inf else f", for {low:g} to {high:g} kPa"
+
+
+def _default(value: object) -> str:
+    return f"{value:g}" if isinstance(value, float | int) else ""
+
+
+def main() -> None:
+    """Write the page."""
+    PAGE.write_text(page(), encoding="utf-8")
+
+
+if __name__ == "__main__":
+    main()
