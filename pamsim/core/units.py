@@ -42,11 +42,9 @@ def to_si(value: float, unit: str, si_unit: str, *, where: str) -> float:
     """
     import pint
 
-    ureg = _registry()
     try:
-        if _TOWER.search(unit):
-            raise ValueError(unit)
-        return float(ureg.Quantity(value, unit).to(si_unit).magnitude)
+        factor = _factor(unit, si_unit)
+        return value * factor if factor is not None else _converted(value, unit, si_unit)
     except pint.DimensionalityError:
         raise InputError(
             f"{where}: unit {unit!r} does not measure what is wanted here;"
@@ -57,6 +55,24 @@ def to_si(value: float, unit: str, si_unit: str, *, where: str) -> float:
             f"{where}: unit {unit!r} is not known; write one such as kPa, bar, mm, deg, kg, N/bar"
             f" that converts to {si_unit!r}"
         ) from None
+
+
+@functools.lru_cache(maxsize=1024)
+def _factor(unit: str, si_unit: str) -> float | None:
+    """SI units in a unit; None for a unit with another zero, such as degC.
+
+    Raises:
+        Exception: of many kinds, for text that is no unit.
+    """
+    if _TOWER.search(unit):
+        raise ValueError(unit)
+    if _converted(0.0, unit, si_unit) != 0.0:
+        return None
+    return _converted(1.0, unit, si_unit)
+
+
+def _converted(value: float, unit: str, si_unit: str) -> float:
+    return float(_registry().Quantity(value, unit).to(si_unit).magnitude)
 
 
 _TOWER = re.compile(r"(\^|\*\*)[^*/]*(\^|\*\*)")

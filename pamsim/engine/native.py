@@ -84,6 +84,9 @@ _ARRAYS = (
 )
 """Fields of a compiled model that native parameters set."""
 
+_FORCES = ("damping", "frictionloss", "friction_speed", "stiffness")
+"""Fields from which the engine derives no constant of a model."""
+
 
 def native_si(model: mujoco.MjModel, name: str, entry: Sourced) -> float:
     """Value of a native parameter in SI.
@@ -161,8 +164,15 @@ def _is_of_body(model: mujoco.MjModel, index: int, field: str) -> bool:
     return field == "tilt" and index > 0
 
 
+def changes_constants(name: str) -> bool:
+    """Whether ``mj_setConst`` is due after a native parameter is set."""
+    return name.rpartition(".")[2] not in _FORCES
+
+
 def set_native(model: mujoco.MjModel, name: str, value: float) -> None:
-    """Set a native parameter of a compiled model; call ``mj_setConst`` after the last one.
+    """Set a native parameter of a compiled model.
+
+    Call ``mj_setConst`` after the last one that `changes_constants`.
 
     Args:
         model: changed in place.

@@ -20,6 +20,7 @@ from pamsim.actuator.layout import (
     parameter_slot,
     slot,
     unpack,
+    with_row,
 )
 from pamsim.actuator.muscle import Muscle
 from pamsim.core.catalog import MOST_PARAMETERS
@@ -36,7 +37,13 @@ from pamsim.engine.dry_friction import (
 )
 from pamsim.engine.joints import recorded_joints
 from pamsim.engine.mjcf_size import require_size
-from pamsim.engine.native import copy_natives, is_native, native_si, set_native
+from pamsim.engine.native import (
+    changes_constants,
+    copy_natives,
+    is_native,
+    native_si,
+    set_native,
+)
 from pamsim.engine.stepping import set_integrator
 from pamsim.engine.visual_geoms import remove_visual_geoms
 from pamsim.hysteresis.group import COMMON_FIELDS, Hysteresis
@@ -210,13 +217,19 @@ class Rig:
                     continue  # a bellows beside muscles has no braid
                 if only in ("", muscle_name):
                     model.actuator_user[index, parameter_slot(muscle, parameter)] = value
-        if model is not self.model:
+        natives = [name for name in values if is_native(name)]
+        if any(map(changes_constants, natives)):
             mujoco.mj_setConst(model, mujoco.MjData(model))
+        if natives:
             apply_friction_speed(model)
+        muscles = self.muscles
+        if model is not self.model:
             state_control_ranges(model)
-        muscles = {
-            name: unpack(model.actuator_user[index]) for index, name in enumerate(self.muscles)
-        }
+            rows, before = model.actuator_user, self.model.actuator_user
+            muscles = {
+                name: with_row(muscle, rows[index], before[index])
+                for index, (name, muscle) in enumerate(self.muscles.items())
+            }
         sensor = self.sensor
         if sensing:
             sensor = dataclasses.replace(sensor or MeasurementChain(), **sensing)

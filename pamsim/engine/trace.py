@@ -43,7 +43,6 @@ class Trace:
 
 def empty_trace(model: mujoco.MjModel, samples: int, driven: int = 0) -> Trace:
     """A trace with room for a number of samples, of a number of driven joints."""
-    kinds = len(mujoco.MjData(model).warning)
     return Trace(
         time=np.empty(samples),
         position=np.empty((samples, model.nq)),
@@ -53,7 +52,7 @@ def empty_trace(model: mujoco.MjModel, samples: int, driven: int = 0) -> Trace:
         speed=np.empty((samples, model.nactuator)),
         force=np.empty((samples, model.nactuator)),
         effort=np.empty((samples, driven)),
-        warnings=np.empty((samples, kinds), dtype=np.int32),
+        warnings=np.empty((samples, int(mujoco.mjtWarning.mjNWARNING)), dtype=np.int32),
     )
 
 

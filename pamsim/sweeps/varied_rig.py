@@ -8,8 +8,8 @@ from pamsim.comparison.effects_on_rig import at_size, forms, rig_effect
 from pamsim.comparison.readable_unit import readable_unit
 from pamsim.core.errors import InputError
 from pamsim.core.units import to_si
-from pamsim.effects.effect import AT
-from pamsim.engine.rig import Rig, load_rig
+from pamsim.effects.effect import AT, Effect
+from pamsim.engine.rig import Rig, load_rig, operator_field
 from pamsim.engine.rig_parameter import rig_parameter
 from pamsim.sweeps.factor import Value
 
@@ -67,12 +67,20 @@ def with_values(rig: Rig, values: Mapping[str, Value], units: Mapping[str, str])
             continue
         spec = rig_parameter(rig, name).spec
         changed[name] = to_si(float(value), units[name], spec.unit, where=f"vary.{name}")
-    rig = rig.with_parameters(changed) if changed else rig
-    hidden: dict[str, float] = {}
-    for name, value in values.items():
-        if is_effect(rig, name):
-            hidden |= at_size(rig, rig_effect(rig, name), float(value))
-    return rig.with_parameters(hidden) if hidden else rig
+    effects = [(rig_effect(rig, n), float(v)) for n, v in values.items() if is_effect(rig, n)]
+    if changed and any(map(_starts_from_own, (effect for effect, _ in effects))):
+        rig, changed = rig.with_parameters(changed), {}
+    for effect, size in effects:
+        changed |= at_size(rig, effect, size)
+    return rig.with_parameters(changed) if changed else rig
+
+
+def _starts_from_own(effect: Effect) -> bool:
+    """Whether an effect changes the rig's own numbers, which other factors may change."""
+    return any(
+        p.relative or p.neutral is None or p.scaled_by or operator_field(p.name)[0]
+        for p in effect.parameters
+    )
 
 
 def loaded(names: Iterable[str]) -> dict[str, Rig]:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -11,7 +12,7 @@ from pamsim.core.errors import InputError
 from pamsim.diagnosis.method import trial_diagnosis, trial_search
 from pamsim.diagnosis.method.evidence import compare_trials, losses
 from pamsim.diagnosis.method.lack_of_fit import LackOfFit, shared_when_held_out
-from pamsim.diagnosis.method.trial_diagnosis import conclude, diagnose_trials
+from pamsim.diagnosis.method.trial_diagnosis import beyond_form, conclude, diagnose_trials
 from pamsim.diagnosis.method.verdict import Verdict
 from tests.unit.diagnosis.toy_arm import (
     BIAS,
@@ -37,6 +38,13 @@ def laid_out(trials):
     arm = simulator(trials)
     arm.anchor({"gain": 1.0})
     return arm.layout
+
+
+@pytest.mark.parametrize(("larger", "more"), [(6.2, False), (5.8, True)])
+def test_further_effects_must_remove_half_of_what_the_best_one_leaves(larger, more):
+    """Losses: 11 with one effect, of which a perfect model has 1 left."""
+    one, several = SimpleNamespace(mean_loss=11.0), SimpleNamespace(mean_loss=larger)
+    assert beyond_form(one, several, {"held": 1.0}) is more
 
 
 @pytest.mark.parametrize("drift", [False, True])

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import mujoco
 import pytest
 
 from pamsim.core.parameters import Sourced
@@ -77,3 +78,22 @@ def test_a_card_of_a_parameter_has_value_range_and_source():
     assert card["stated"]["interval95"] == list(stated.interval95)
     assert card["low"] < card["value"] < card["high"]
     assert parameter_cards("joint.shaft.armature")["parameters"][0]["source"] == "mas20_arm.xml"
+
+
+def saved(model, path):
+    mujoco.mj_saveModel(model, str(path))
+    return path.read_bytes()
+
+
+@pytest.mark.parametrize("rig", ["mas20_arm", "two_joint_arm"])
+def test_no_constant_of_the_model_is_stale_after_any_parameter(rig, tmp_path):
+    """`with_parameters` leaves `mj_setConst` out after fields from which no constant follows."""
+    own = load_rig(rig)
+    for one in rig_parameters(own):
+        if one.name in CONVERTER:
+            continue
+        value = one.value + 1e-3 * (one.spec.high - one.value)
+        changed = own.with_parameters({one.name: value}).model
+        stale = saved(changed, tmp_path / "model.mjb")
+        mujoco.mj_setConst(changed, mujoco.MjData(changed))
+        assert saved(changed, tmp_path / "model.mjb") == stale, one.name
