@@ -22,12 +22,11 @@ from pamsim.core.experiment import Experiment
 from pamsim.core.recording import Recording
 from pamsim.engine.engine_warnings import engine_warnings_held
 from pamsim.engine.rig import Rig
-from pamsim.engine.settle import settle
+from pamsim.engine.settle import settle_quickly
 from pamsim.engine.simulate import Run, prepare, record
 from pamsim.engine.state import restore_state, save_state, settled
 from pamsim.engine.stepping import live
 from pamsim.engine.supply_check import refuse_above_supply
-from pamsim.engine.timestep_check import check_timestep
 
 _Key: TypeAlias = tuple[object, ...]
 
@@ -118,15 +117,7 @@ def _first_of_each_start(runs: Sequence[Run]) -> dict[_Key, Run]:
 
 def _settled(run: Run, steps: int) -> _Rest:
     data = mujoco.MjData(run.model)
-    timestep = float(run.model.opt.timestep)
-    if steps > 1:
-        run.model.opt.timestep = steps * timestep
-        try:
-            check_timestep(run.model, run.rig.muscles)
-        except InputError:
-            run.model.opt.timestep = timestep
-    settle(run.model, data, run.experiment, run.external)
-    run.model.opt.timestep = timestep
+    settle_quickly(run.model, data, run.experiment, run.rig.muscles, steps, run.external)
     return _Rest(save_state(run.model, data), data.warning.number.copy())
 
 

@@ -8,13 +8,17 @@ from numpy.typing import NDArray
 
 from pamsim.core.experiment import Experiment
 from pamsim.engine.rig import Rig
-from pamsim.engine.settle import settle
+from pamsim.engine.settle import settle_quickly
 from pamsim.engine.state import save_state
 from pamsim.engine.stepping import live
 from pamsim.engine.timestep_check import check_timestep
 from pamsim.envs.actions import ActionKind
 
 FloatArray = NDArray[np.float64]
+
+_STEPS = 4
+"""Time steps in one in which a rig whose parameters are drawn comes to rest: its angle is within
+0.003 deg of that in single steps, far below what the draw changes."""
 
 
 class RestStates:
@@ -57,7 +61,7 @@ class RestStates:
         check_timestep(model, rig.muscles)
         data = mujoco.MjData(model)
         with live(model):
-            settle(model, data, start)
+            settle_quickly(model, data, start, rig.muscles, _STEPS if values else 1)
         data.ctrl[:] = command[0]
         rest = rig, model, save_state(model, data)
         if not values:
