@@ -11,6 +11,8 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
+from pamsim.core.limits import SWEEP_RUNS
+
 ROOT = Path(__file__).resolve().parents[1]
 PAGE = ROOT / "docs" / "benchmarks.md"
 
@@ -48,6 +50,26 @@ only of a frame it is the time.
 """
 
 
+LARGE = """
+## What a large study costs
+
+On paper, from the records: {rate:,.0f} steps per second and core, 2,000 steps to the second of an
+arm; as a sweep of runs of 2 s also each rig's {rest:g} s to rest, {more:.0f} % for its own numbers,
+and {memory:.1f} kB of memory per run.
+
+| seconds of an arm | core-hours of steps | core-hours as a sweep | days on 64 cores | memory |
+|---|---|---|---|---|
+{rows}
+The next limit is the list of runs, which a sweep holds in memory: it takes {most:,} runs at
+most, so that 10^9 seconds are {studies:,} studies. There a GPU pays, if its worlds step faster than
+all cores, which is not measured yet ([gpu.md](gpu.md)). Two threads of one process are {gain:.2g}
+times as quick as one; worker processes do not wait for each other.
+"""
+
+REST = 1.8
+"""Time until `mas20_arm` is at rest (docs/architecture.md) [s]."""
+
+
 def recorded(name: str) -> dict[str, Any]:
     """A record."""
     path = ROOT / "scripts" / "benchmarks" / "results" / f"{name}.json"
@@ -64,6 +86,10 @@ def rows() -> Iterator[tuple[str, str, float, str, str]]:
         each = [run[key] for run in steps["runs"]]
         spread = f"{min(each):.3g} to {max(each):.3g}"
         yield "time step, full law", peer, steps[key], spread, "steps_per_second.py"
+    batch = recorded("scaling")
+    low, high = batch["range"]
+    spread, gain = f"{low:.3g} to {high:.3g}", batch["two_threads_over_one"]
+    yield "batch of 16 step responses on two threads", "on one", gain, spread, "scaling.py"
     lsoda = recorded("batch_vs_lsoda")
     for row in lsoda["rows"]:
         low, high = row["range"]
@@ -79,6 +105,11 @@ def rows() -> Iterator[tuple[str, str, float, str, str]]:
     peer = "`InvertedPendulum-v5` at equal frame skip"
     what = f"environment's step, {len(each)} cases"
     yield what, peer, statistics.median(each), spread, "environment_steps.py"
+    task = recorded("myosuite_steps")
+    each = task["ratios"]
+    what, peer = "environment's step", f"MyoSuite's `{task['peer']}` at equal frame skip"
+    spread = f"{min(each):.3g} to {max(each):.3g}"
+    yield what, peer, statistics.median(each), spread, "myosuite_steps.py"
     frames = recorded("frames")["rows"]
     each = [row["ratio"] for row in frames]
     spread = f"{min(each):.3g} to {max(each):.3g}"
@@ -99,6 +130,36 @@ def rows() -> Iterator[tuple[str, str, float, str, str]]:
     yield what, "without", 1.0 / checked["on_over_off"], "", "checked_steps.py"
 
 
+def large() -> str:
+    """What 10^6 and 10^9 seconds of an arm cost."""
+    runs = recorded("steps_per_second")["runs"]
+    rate = statistics.median(run["steps_per_second"]["pamsim, compiled"] for run in runs)
+    path = ROOT / "scripts" / "results" / "sweeps.json"
+    sweep = json.loads(path.read_text(encoding="utf-8"))
+    grown = sweep["memory_mb"] - sweep["memory_mb_quarter_of_the_runs"]
+    memory = 1e3 * grown / (0.75 * sweep["runs"])
+    cost = statistics.mean(sweep["cost"]["sweep_over_batch"])
+    rows: list[str] = []
+    for power in (6, 9):
+        steps = 2000.0 * 10**power
+        hours = steps / rate / 3600.0
+        swept = hours * cost * (2.0 + REST) / 2.0
+        rows.append(
+            f"| 10^{power} | {hours:,.1f} | {swept:,.1f} | {swept / 64 / 24:.2g} |"
+            f" {0.5 * 10**power * memory / 1e6:,.1f} GB |\n"
+        )
+    return LARGE.format(
+        rate=rate,
+        rest=REST,
+        more=100.0 * (cost - 1.0),
+        memory=memory,
+        rows="".join(rows),
+        most=SWEEP_RUNS,
+        studies=-(-(10**9 // 2) // SWEEP_RUNS),
+        gain=recorded("scaling")["two_threads_over_one"],
+    )
+
+
 def page() -> str:
     """The page."""
     table = "".join(
@@ -117,6 +178,7 @@ def page() -> str:
             own=summary["pamsim"]["simulations"],
             other=summary["mujoco.sysid"]["simulations"],
         )
+        + large()
     )
 
 

@@ -40,7 +40,7 @@ from pamsim.engine.supply_check import check_supply, refuse_above_supply
 from pamsim.engine.timestep_check import check_timestep
 from pamsim.engine.trace import empty_trace, first_breakdown
 
-_CHECK_EVERY = 64
+_CHECK_EVERY = 512
 """Samples between two checks for a breakdown."""
 
 

@@ -7,8 +7,8 @@ of them; the best round of each counts, since a shared machine only ever adds ti
 the slope of log time by log size over all sizes, with its standard error. Time is the processor's,
 in which waiting for it does not count.
 
-Two threads of `simulate_batch` are timed against one by the clock on the wall, on runs of 2 s: of
-shorter ones, setting up a run under Python's lock is a large part.
+Two threads of `simulate_batch` are timed against one by the clock on the wall, on step responses of
+2 s: of shorter runs, setting up under Python's lock is a large part.
 """
 
 from __future__ import annotations
@@ -173,13 +173,18 @@ def exponent(sizes: Sequence[int], times: Sequence[float]) -> tuple[float, float
     return slope, float(np.sqrt(left @ left / (len(sizes) - 2) / (x @ x)))
 
 
-def threads_gain(rounds: int) -> float:
-    """How much quicker a batch of 16 runs of 2 s is on two threads than on one."""
+def threads_gains(rounds: int) -> list[float]:
+    """How much quicker 16 step responses of 2 s, each from a rest of its own, are on two threads.
+
+    Of each round, ascending: their median counts, since two threads are slowed more often than one.
+    """
     rig = pamsim.load_rig("mas20_arm")
-    jobs = [(rig, replace(experiment(number), duration=2.0)) for number in range(16)]
+    starts = [2e5 + 1e3 * number for number in range(16)]
+    jobs = [(rig, pamsim.pressure_step((p, p), (p, 1e5), duration=2.0)) for p in starts]
     works = [functools.partial(simulate_batch, jobs, threads=threads) for threads in (1, 2)]
-    one, two = best_of(works, rounds, time.perf_counter)
-    return one / two
+    simulate_batch(jobs)
+    times = [[seconds(work, time.perf_counter) for work in works] for _ in range(rounds)]
+    return sorted(one / two for one, two in times)
 
 
 def main() -> None:
@@ -203,11 +208,13 @@ def main() -> None:
         )
         print(f"{name:20s} {sizes[0]:3d} to {sizes[-1]:3d}  {slope:5.2f} +- {error:.2f}")
     load = os.getloadavg()[0]
-    gain = threads_gain(options.rounds)
+    gains = threads_gains(options.rounds)
+    gain = float(np.median(gains))
     print(f"simulate_batch, two threads over one: {gain:.2f} at a load of {load:.1f}")
     result = {
         "rows": rows,
         "two_threads_over_one": gain,
+        "range": [gains[len(gains) // 4], gains[-1 - len(gains) // 4]],
         "load_average": load,
         "processors": os.cpu_count(),
         "rounds": options.rounds,

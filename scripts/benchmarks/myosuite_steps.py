@@ -1,0 +1,69 @@
+"""Steps per second of the arm's environment against a task of MyoSuite, at its frame skip.
+
+    pip install myosuite
+    python scripts/benchmarks/myosuite_steps.py [--json FILE]
+
+The task moves an elbow by six of MuJoCo's muscles on spatial tendons; the arm's joint is moved by
+two pneumatic muscles on fixed ones. Both as `gymnasium.make` gives them, timed in turn as in
+`environment_steps.py`, whose remarks hold here, too. MyoSuite is no requirement of pamsim.
+"""
+
+from __future__ import annotations
+
+import argparse
+import importlib
+import importlib.metadata
+import json
+import os
+import platform
+from pathlib import Path
+
+import gymnasium
+import mujoco
+from environment_steps import ROUNDS, compare, single
+
+import pamsim
+import pamsim.envs
+
+OURS, PEER = "pamsim/PamArmPressure-v0", "myoElbowPose1D6MRandom-v0"
+FRAME_SKIP = 10
+"""The peer's own."""
+
+
+def main() -> None:
+    """Time both, print, write."""
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("--json", type=Path)
+    target = parser.parse_args().json
+    try:
+        importlib.import_module("myosuite")  # registers its tasks
+    except ModuleNotFoundError:
+        print("MyoSuite is not installed: nothing is timed")
+        return
+    if gymnasium.make(PEER).unwrapped.frame_skip != FRAME_SKIP:
+        raise ValueError(f"{PEER} has another frame skip than {FRAME_SKIP}")
+    ours, theirs = single(OURS, FRAME_SKIP), single(PEER, FRAME_SKIP)
+    runs = [compare(ours, theirs) for _ in range(3)]
+    result = {
+        "command": "python scripts/benchmarks/myosuite_steps.py",
+        "environment": OURS,
+        "peer": PEER,
+        "frame_skip": FRAME_SKIP,
+        "rounds": ROUNDS,
+        "ratios": [round(ratio, 3) for _, ratio in runs],
+        "steps_per_second": [round(1.0 / seconds) for seconds, _ in runs],
+        "load_average": os.getloadavg()[0],
+        "versions": {
+            "python": platform.python_version(),
+            "pamsim": pamsim.__version__,
+            "mujoco": mujoco.__version__,
+            "myosuite": importlib.metadata.version("myosuite"),
+        },
+    }
+    print(json.dumps(result, indent=1))
+    if target is not None:
+        target.write_text(json.dumps(result, indent=1) + "\n", encoding="utf-8")
+
+
+if __name__ == "__main__":
+    main()
