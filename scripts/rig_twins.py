@@ -82,6 +82,24 @@ class Group:
     one_log: bool = False
 
 
+MEASURED = Group(
+    rig="mas20_arm",
+    drive="measured pressures",
+    hidden={
+        "coulomb_friction": 0.11,
+        "viscous_friction": 0.28,
+        "muscle_hysteresis": 0.055,
+        "viscoelastic_creep": 0.07,
+    },
+    seeds=(1,),
+    options={
+        "protocols": ("triangle", "multisine"),
+        "duration": 3.0,
+        "repeats": 3,
+        "measured_drive": True,
+    },
+)
+
 GROUPS = {
     "arm": Group(
         rig="two_joint_arm",
@@ -117,39 +135,11 @@ GROUPS = {
             "repeats": 3,
         },
     ),
-    "measured": Group(
-        rig="mas20_arm",
-        drive="measured pressures",
-        hidden={
-            "coulomb_friction": 0.11,
-            "viscous_friction": 0.28,
-            "muscle_hysteresis": 0.055,
-            "viscoelastic_creep": 0.07,
-        },
-        seeds=(1,),
-        options={
-            "protocols": ("triangle", "multisine"),
-            "duration": 3.0,
-            "repeats": 3,
-            "measured_drive": True,
-        },
-    ),
-    "measured_larger": Group(
-        rig="mas20_arm",
+    "measured": MEASURED,
+    "measured_larger": dataclasses.replace(
+        MEASURED,
         drive="measured pressures, effects twice as large",
-        hidden={
-            "coulomb_friction": 0.22,
-            "viscous_friction": 0.56,
-            "muscle_hysteresis": 0.11,
-            "viscoelastic_creep": 0.14,
-        },
-        seeds=(1,),
-        options={
-            "protocols": ("triangle", "multisine"),
-            "duration": 3.0,
-            "repeats": 3,
-            "measured_drive": True,
-        },
+        hidden={effect: 2.0 * size for effect, size in MEASURED.hidden.items()},
     ),
     "log": Group(
         rig="mas20_arm",
