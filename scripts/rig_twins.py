@@ -20,9 +20,11 @@ diagnosis had a part in it; what it states of the gap is ``excess``: mean square
 repair over the noise floor, minus 1.
 
 A name is right if this effect, and nothing else, is claimed, whatever its form; a place, if it is
-claimed there. Spurious is a claim of an effect of another family. The record
-results/rig_twins.json is written after every case, and a stopped run goes on where it was; a case
-takes one to two minutes.
+claimed there. Spurious is a claim of an effect of another family. Tied: the verdict leaves open
+which of several effects it is, and the hidden one, at its place, is among them.
+
+The record results/rig_twins.json is written after every case, and a stopped run goes on where it
+was; a case takes one to two minutes.
 """
 
 from __future__ import annotations
@@ -252,6 +254,7 @@ def counts(rows: Sequence[Mapping[str, Any]]) -> list[dict[str, Any]]:
                 "runs": len(own),
                 "planned": len(group.hidden) * len(group.seeds),
                 "name_right": sum(row["name_right"] for row in own),
+                "tied": sum(row["hidden"].partition(":")[0] in row["tied"] for row in own),
                 "placed": len(placed),
                 "place_right": sum(row["place_right"] for row in placed),
                 "spurious": sum(row["spurious"] for row in own),
@@ -261,6 +264,17 @@ def counts(rows: Sequence[Mapping[str, Any]]) -> list[dict[str, Any]]:
             }
         )
     return found
+
+
+def record(rows: Sequence[Mapping[str, Any]]) -> dict[str, Any]:
+    """The result: counts, and the rows that they were counted from."""
+    return {
+        "schema": SCHEMA,
+        "command": "python scripts/rig_twins.py",
+        "versions": {"mujoco": mujoco.__version__, "python": platform.python_version()},
+        "groups": counts(rows),
+        "rows": rows,
+    }
 
 
 def main() -> None:
@@ -275,16 +289,8 @@ def main() -> None:
     left = [one for one in tasks([chosen] if chosen else list(GROUPS)) if one not in done]
     for task in tqdm(left, desc="rig twins", unit="case"):
         rows.append(run_one(task))
-        write_json(
-            RESULTS,
-            {
-                "schema": SCHEMA,
-                "command": "python scripts/rig_twins.py",
-                "versions": {"mujoco": mujoco.__version__, "python": platform.python_version()},
-                "groups": counts(rows),
-                "rows": rows,
-            },
-        )
+        write_json(RESULTS, record(rows))
+    write_json(RESULTS, record(rows))
     for group in counts(rows):
         print(group)
 

@@ -100,6 +100,30 @@ def test_the_table_of_the_independent_plant_is_that_of_its_record():
     assert [row["name"] for row in study["rows"]] == names[before:end], "not all in their order"
 
 
+def test_the_table_of_twins_is_that_of_its_record():
+    study = recorded("results/rig_twins.json")
+    _, table = table_after("diagnose.md", "rig and drive")
+    assert len(table) == len(study["groups"])
+    for group in study["groups"]:
+        placed = f"{group['place_right']} of {group['placed']}" if group["placed"] else "-"
+        assert table[f"{group['rig']}, {group['drive']}"] == [
+            str(group["joints"]),
+            str(group["muscles"]),
+            f"{group['trials']} of {group['seconds_of_a_trial']:g} s",
+            str(group["runs"]),
+            str(group["name_right"]),
+            placed,
+            str(group["tied"]),
+            str(group["spurious"]),
+            f"{group['median_processor_seconds']:.0f}",
+        ]
+    text = (ROOT / "docs" / "diagnose.md").read_text(encoding="utf-8")
+    section = text.partition("### On the shipped rigs")[2].partition("\n## ")[0]
+    missed = [row["hidden"] for row in study["rows"] if not row["name_right"]]
+    assert re.findall(r"^- `([^`]+)`", section, re.MULTILINE) == missed
+    assert f"None of the {len(study['rows'])} runs claims a wrong effect" in section
+
+
 def table_after(document, first_cell):
     """Rows of the table of a document whose head begins with a cell: first cell -> others."""
     text = (ROOT / "docs" / document).read_text(encoding="utf-8")
