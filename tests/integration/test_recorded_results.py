@@ -121,6 +121,9 @@ def test_the_table_of_twins_is_that_of_its_record():
     section = text.partition("### On the shipped rigs")[2].partition("\n## ")[0]
     missed = [row["hidden"] for row in study["rows"] if not row["name_right"]]
     assert re.findall(r"^- `([^`]+)`", section, re.MULTILINE) == missed
+    for log, words in ((False, "loss is {} to {} above"), (True, "in the log {} to {}")):
+        excess = [row["excess"] for row in study["rows"] if (row["group"] == "log") == log]
+        assert words.format(f"{min(excess):.1f}", f"{max(excess):.1f}") in section
     assert f"None of the {len(study['rows'])} runs claims a wrong effect" in section
 
 
