@@ -52,6 +52,7 @@ def test_friction_is_named_and_what_valves_do_is_not_claimed_to_be_seen(rig, tmp
     found = result.to_dict()
     assert {place["channel"] for place in found["where"]} == {"angle", "force_1", "force_2"}
     assert found["where_with_measured_pressures"] == []
+    assert "chamber.dead_volume" not in {one.parameter for one in result.nuisance}
     for name in ("air_leak", "valve_delay"):
         assert "ruled_out_above" not in found["absent"][name]
     assert any("valves, air and supply" in warning for warning in result.warnings)
