@@ -9,22 +9,14 @@ import dataclasses
 import math
 from pathlib import Path
 
-from pamsim.actuator.chain import Chain
-from pamsim.actuator.friction import Friction
-from pamsim.actuator.muscle import Mounting
+from pamsim.actuator.muscle import PLAIN_GROUPS, Muscle
 from pamsim.core.parameters import ParameterGroup, specs
 from pamsim.hysteresis.catalog import OPERATORS
 from pamsim.hysteresis.parallel import ParallelHysteresis
 from pamsim.muscles.braid import Braid
 from pamsim.muscles.catalog import FORCE_LAWS
-from pamsim.muscles.creep import Creep
 from pamsim.muscles.effective_area import Stroke
-from pamsim.muscles.end_shape import EndShape
 from pamsim.muscles.force_law import ForceLaw
-from pamsim.muscles.passive import PassiveSpring
-from pamsim.muscles.tension import Threshold
-from pamsim.pneumatics.chamber import Chamber
-from pamsim.pneumatics.valves import ValvePair
 from pamsim.signals.sensors import MeasurementChain
 
 PAGE = Path(__file__).resolve().parent.parent / "docs" / "parameters.md"
@@ -44,30 +36,21 @@ HEADER = "\n| field | meaning | unit | range | default |\n|---|---|---|---|---|\
 NEEDED = "Every muscle needs it."
 OPTIONAL = "Optional."
 
-GROUPS: tuple[tuple[type[ParameterGroup], str], ...] = (
-    (Mounting, NEEDED),
-    (Braid, "Every muscle needs it; a bellows or piston has `stroke` instead."),
-    (Stroke, "A bellows or piston needs it, in place of `braid`."),
-    (Chamber, NEEDED),
-    (ValvePair, NEEDED),
-    (PassiveSpring, OPTIONAL),
-    (Threshold, OPTIONAL),
-    (EndShape, OPTIONAL),
-    (Creep, OPTIONAL),
-    (Chain, OPTIONAL),
-    (Friction, OPTIONAL),
-    (
-        ParallelHysteresis,
-        "Optional: hysteresis beside that of `muscle.hysteresis`, by Maxwell slip.",
-    ),
-)
+WHEN: dict[type[ParameterGroup], str] = {
+    Braid: "Every muscle needs it; a bellows or piston has `stroke` instead.",
+    Stroke: "A bellows or piston needs it, in place of `braid`.",
+    ParallelHysteresis: "Optional: hysteresis beside that of `muscle.hysteresis`, by Maxwell slip.",
+}
+"""Groups of which more is to be stated than whether every muscle needs them."""
 
 
 def page() -> str:
     """The text of docs/parameters.md."""
     parts = [INTRODUCTION]
-    for group, when in GROUPS:
-        parts.append(_table(f"muscle.{group.group}", group, when))
+    needed = {field.name for field in dataclasses.fields(Muscle) if _is_needed(field)}
+    for group in PLAIN_GROUPS:
+        when = NEEDED if group.group in needed else OPTIONAL
+        parts.append(_table(f"muscle.{group.group}", group, WHEN.get(group, when)))
     parts.append("\n## muscle.force\n\nEvery muscle needs it, with `law` as one of these.\n")
     parts += [
         _table(card.name, card.group, f"{card.title}{_validity(card)}.", level=3)
@@ -79,6 +62,11 @@ def page() -> str:
     ]
     parts.append(_table("sensor", MeasurementChain, "Optional: the sensors of the rig."))
     return "".join(parts)
+
+
+def _is_needed(field: dataclasses.Field[object]) -> bool:
+    missing = dataclasses.MISSING
+    return field.default is missing and field.default_factory is missing
 
 
 def _table(title: str, group: type[ParameterGroup], text: str, level: int = 2) -> str:

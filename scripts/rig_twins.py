@@ -16,9 +16,9 @@ are tried and, besides, this one at each muscle.
 
 Cases, sizes and seeds were fixed before any of them was run. A size is that at which simulations
 with and without the effect differ, after a linear refit of the nuisance parameters, by a mean
-square of about 1 variance of what repeats differ by, in a log of about 5 of the sensors' noise. No
-diagnosis had a part in it; what it states of the gap is ``excess``: mean square misfit before the
-repair over the noise floor, minus 1.
+square of about 1 variance of what repeats differ by, in a log of about 5 of the sensors' noise.
+Sizes were found by hand, and no diagnosis had a part in it; what it states of the gap is
+``excess``: mean square misfit before the repair over the noise floor, minus 1.
 
 A name is right if this effect, and nothing else, is claimed, whatever its form; a place, if it is
 claimed there. Spurious is a claim of an effect of another family. Tied: the verdict leaves open

@@ -58,3 +58,9 @@ def test_the_page_of_benchmarks_is_that_of_the_records():
     written = runpy.run_path(str(ROOT / "scripts" / "benchmark_page.py"))["page"]()
     shown = (ROOT / "docs" / "benchmarks.md").read_text(encoding="utf-8")
     assert shown == written, "python scripts/benchmark_page.py"
+
+
+def test_what_the_checks_cost_is_that_of_the_record():
+    cost = json.loads((RESULTS / "checked_steps.json").read_text(encoding="utf-8"))["on_over_off"]
+    text = " ".join((ROOT / "docs" / "callback.md").read_text(encoding="utf-8").split())
+    assert f"takes {cost:.2f} times as long" in text
