@@ -49,6 +49,7 @@ from pamsim.diagnosis.method.held_out_remainder import has_remainder
 from pamsim.diagnosis.method.lack_of_fit import lack_of_fit
 from pamsim.diagnosis.method.loop_effects import LOOP_EFFECTS, LoopEffect
 from pamsim.diagnosis.method.loop_fit import Loop, LoopFitter
+from pamsim.diagnosis.method.trial_variation import TrialVariation, held_out_excess
 from pamsim.diagnosis.method.verdict_thresholds import (
     GAP_LOSS,
     GAP_P_VALUE,
@@ -252,6 +253,10 @@ def trial_tests(arm: Arm, rng: np.random.Generator) -> Found:
         fitter, base, [SimpleNamespace(traces=traces)], seed=int(rng.integers(2**31))
     )
     excess = compare_trials(base_loss, perfect_losses(places, floor), protocol_of)
+    variation = TrialVariation(
+        changes=np.stack([arm.gain, *arm.effects.values()], axis=1), nuisance=1
+    )
+    left = held_out_excess(places, base.residual, floor, variation)
     named = {(cell.channel, cell.protocol): cell for cell in table}
     mapped = {(m.channel, m.quantity): m for m in maps}
     certain = table[0].p_value < GAP_P_VALUE and table[0].excess > GAP_LOSS
@@ -279,7 +284,13 @@ def trial_tests(arm: Arm, rng: np.random.Generator) -> Found:
             "gap by what repeats share": lack.significant and lack.size > GAP_LOSS,
             "gap by a cell and a map": certain and systematic(maps),
             "remainder by held-out losses": has_remainder(
-                excess, lack, places, base.residual, floor, least=REMAINDER_LOSS
+                compare_trials(left, dict.fromkeys(left, 0.0), protocol_of),
+                lack,
+                places,
+                base.residual,
+                floor,
+                variation,
+                least=REMAINDER_LOSS,
             ),
             "remainder by lack of fit": lack.significant,
             "rival rejected": lack.p_value < RIVAL_REJECTED,

@@ -177,8 +177,12 @@ class TrialSimulator:
 
     def whole(self, values: Values) -> FloatArray | None:
         """Residual of all trials in coarse steps, corrected, (n,) [SI], or None."""
-        (residual,) = self._run([values], held_out=True, fine=False)
-        return None if residual is None else residual + self._correction
+        return self.wholes([values])[0]
+
+    def wholes(self, sets: Sequence[Values]) -> list[FloatArray | None]:
+        """The same for several parameter sets in one call."""
+        residuals = self._run(sets, held_out=True, fine=False)
+        return [None if r is None else r + self._correction for r in residuals]
 
     def fit_rows(self, sets: Sequence[Values], *, fine: bool = False) -> list[FloatArray | None]:
         """Residuals of the fitted trials, for several parameter sets in one call.

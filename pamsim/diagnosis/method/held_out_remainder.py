@@ -8,7 +8,8 @@ from numpy.typing import NDArray
 from pamsim.comparison.noise_floor import NoiseFloor
 from pamsim.comparison.trial_residuals import TrialLayout
 from pamsim.diagnosis.method.evidence import Improvement
-from pamsim.diagnosis.method.lack_of_fit import LackOfFit, shared_when_held_out
+from pamsim.diagnosis.method.lack_of_fit import LackOfFit, shared_by_repeats
+from pamsim.diagnosis.method.trial_variation import TrialVariation, without_variation
 from pamsim.diagnosis.method.verdict_thresholds import LACK_OF_FIT_LOSS, REMAINDER_ERRORS
 
 
@@ -18,6 +19,7 @@ def has_remainder(
     layout: TrialLayout,
     residual: NDArray[np.float64],
     floor: NoiseFloor,
+    variation: TrialVariation | None = None,
     *,
     least: float,
 ) -> bool:
@@ -33,11 +35,13 @@ def has_remainder(
         layout: of the residual.
         residual: (n,) of the model [SI].
         floor: of the noise.
+        variation: from trial to trial; None where it is not known.
         least: loss over the noise variance from which an excess counts.
     """
     if left.gain <= max(REMAINDER_ERRORS * left.error, least):
         return False
     if layout.origin or not lack.testable or lack.size >= LACK_OF_FIT_LOSS:
         return True
-    unseen = shared_when_held_out(layout, residual, floor)
+    known = variation or TrialVariation(changes=np.zeros((residual.size, 0)))
+    unseen = shared_by_repeats(without_variation(layout, residual, floor, known))
     return unseen.significant or not unseen.testable

@@ -224,6 +224,15 @@ class Fitter:
         Returns:
             The end; None if the simulation breaks down at the beginning.
         """
+        judged = 0
+
+        def give_up(residual: FloatArray, columns: FloatArray) -> bool:
+            # Not before the first step: some effects, such as a slow valve, grow with the square
+            # of their size, so that a small start promises next to nothing.
+            nonlocal judged
+            judged += 1
+            return judged > 1 and _promised(residual, columns) > worth
+
         try:
             return bounded_least_squares(
                 self._residuals(parameters, {}, fine=fine),
@@ -232,7 +241,7 @@ class Fitter:
                 tolerance=_LAST_TOLERANCE if fine else _TOLERANCE,
                 gradient_tolerance=1e-10,
                 max_steps=most,
-                give_up=lambda residual, columns: _promised(residual, columns) > worth,
+                give_up=give_up,
             )
         except BreakdownError:
             return None

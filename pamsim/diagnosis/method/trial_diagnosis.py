@@ -30,6 +30,7 @@ from pamsim.diagnosis.method.rivals import Similarity, reject_rivals, tied_with
 from pamsim.diagnosis.method.screen import Screened, screen, signature_similarity
 from pamsim.diagnosis.method.trial_model import TrialModel, polished
 from pamsim.diagnosis.method.trial_search import PAIRS, SHORTLIST, TRIPLES, TrialSearch
+from pamsim.diagnosis.method.trial_variation import TrialVariation, trial_variation
 from pamsim.diagnosis.method.verdict import Evidence, Verdict, decide
 from pamsim.diagnosis.method.verdict_thresholds import (
     GAP_LOSS,
@@ -165,7 +166,8 @@ def diagnose_trials(
     steps.begin("screening")
     screened = screen(fitter, base, [c for c in candidates if not c.rare])
     perfect = perfect_losses(layout, floor)
-    search = TrialSearch(fitter, base, base_loss, perfect, screened, steps)
+    variation = trial_variation(fitter, base, screened)
+    search = TrialSearch(fitter, base, base_loss, perfect, screened, variation, steps)
     models = search.singles()
     present = [m.fit for m in models if m.all_present()]
     least = min(present, key=lambda fit: fit.cost, default=base)
@@ -185,7 +187,7 @@ def diagnose_trials(
         if layout.origin and accepted:
             growth = replace(growth, least_gain=accepted[0].least_gain)
         accepted = search.grown(accepted, growth)
-        models += [m for m in accepted if beyond_form(first[0], m, perfect)]
+        models += [m for m in accepted if beyond_form(first[0], m)]
     by_label = {s.candidate.label: s for s in screened}
     certain = where[0].p_value < GAP_P_VALUE and where[0].excess > GAP_LOSS
     # Parts of one trial share what varies from trial to trial: a map of it is no gap.
@@ -204,6 +206,7 @@ def diagnose_trials(
             gap_mapped=gap_mapped,
             usual_families={c.family for c in candidates if not c.rare},
             rivals=search.rivals,
+            variation=variation,
         )
 
     conclusion = concluded()
@@ -212,7 +215,7 @@ def diagnose_trials(
         for close in (conclusion.best, *conclusion.tied[:2]):
             steps.begin(" + ".join(close.names) + " in fine steps")
             group = search.rivals if any(close is m for m in search.rivals) else models
-            group[group.index(close)] = polished(fitter, base_loss, close)
+            group[group.index(close)] = polished(fitter, base_loss, close, variation)
         conclusion = concluded()
     best, nearest = conclusion.best, conclusion.nearest
     claimed = () if best is None else best.names
@@ -292,7 +295,7 @@ def fitted_base(
     return fitter, base
 
 
-def beyond_form(single: TrialModel, larger: TrialModel, perfect: Mapping[str, float]) -> bool:
+def beyond_form(single: TrialModel, larger: TrialModel) -> bool:
     """Whether the further effects of a model do more than mend the formula of the first.
 
     What the best single effect leaves may be the error of its formula, which some other effect
@@ -301,10 +304,20 @@ def beyond_form(single: TrialModel, larger: TrialModel, perfect: Mapping[str, fl
     Args:
         single: the best model with one effect.
         larger: with several.
-        perfect: held-out trial -> loss of a perfect model.
     """
-    left = single.mean_loss - float(np.mean(list(perfect.values())))
-    return single.mean_loss - larger.mean_loss > PARTNER_SHARE * left
+    return single.mean_loss - larger.mean_loss > PARTNER_SHARE * single.left.gain
+
+
+def explained_by(model: TrialModel, base_loss: Mapping[str, float], layout: TrialLayout) -> Share:
+    """Share of what the base model misses that a model removes.
+
+    Args:
+        model: with effects.
+        base_loss: held-out trial -> loss of the base model.
+        layout: of the trials.
+    """
+    perfect = {trial: loss - model.excess[trial] for trial, loss in model.loss.items()}
+    return share_of_trials(base_loss, model.loss, perfect, layout.protocol_of)
 
 
 def conclude(
@@ -320,6 +333,7 @@ def conclude(
     gap_mapped: bool,
     usual_families: Collection[str] = (),
     rivals: Sequence[TrialModel] = (),
+    variation: TrialVariation | None = None,
 ) -> Conclusion:
     """Choose the best model and its rivals, and weigh the evidence.
 
@@ -336,6 +350,7 @@ def conclude(
         usual_families: of the effects that are tried in any case: a rare kind of one of them is
             no rare cause.
         rivals: see `TrialSearch`.
+        variation: from trial to trial; None where it is not known.
     """
     accepted = [m for m in models if m.accepted(tried)]
     if not accepted:
@@ -365,7 +380,7 @@ def conclude(
             tied=(),
             explained=Share(value=0.0, interval95=None)
             if nearest is None
-            else share_of_trials(base_loss, nearest.loss, perfect, layout.protocol_of),
+            else explained_by(nearest, base_loss, layout),
             remainder=over,
             left_for_certain=over if verdict is Verdict.UNEXPLAINED else 0.0,
             lack=lack,
@@ -377,11 +392,10 @@ def conclude(
     wrong_by = own.size if own.significant else 0.0
     tied = tied_with(best, others, layout, similarity, wrong_by=wrong_by)
     best, tied, lack = reject_rivals(best, tied, lack_of_fit)
-    perfect = perfect_losses(layout, floor_beside(floor, layout, best.fit.residual))
-    left = compare_trials(best.loss, perfect, layout.protocol_of)
+    left = best.left
     least = best.least_gain if layout.origin else REMAINDER_LOSS
-    remainder = has_remainder(left, lack, layout, best.fit.residual, floor, least=least)
-    explained = share_of_trials(base_loss, best.loss, perfect, layout.protocol_of)
+    remainder = has_remainder(left, lack, layout, best.fit.residual, floor, variation, least=least)
+    explained = explained_by(best, base_loss, layout)
     large_remainder = lack.significant or (remainder and left.gain > LARGE_REMAINDER_LOSS)
     if large_remainder:
         # Two other effects that leave less may be what is there.

@@ -18,6 +18,7 @@ from pamsim.diagnosis.method.evidence import (
 )
 from pamsim.diagnosis.method.polish import polish
 from pamsim.diagnosis.method.refit import Fitter, Refit
+from pamsim.diagnosis.method.trial_variation import TrialVariation, held_out_excess
 from pamsim.diagnosis.method.verdict_thresholds import (
     FAR_NUISANCE,
     LEAST_GAIN,
@@ -41,6 +42,9 @@ class TrialModel:
         candidates: the effects.
         fit: the best over the starts.
         loss: held-out trial -> loss, 1 for a perfect model.
+        excess: held-out trial -> what the model leaves beyond noise and what varies from trial to
+            trial, see `held_out_excess`.
+        left: the same over all of them, with its error.
         improvement: over the base model on the held-out trials.
         intervals: name of each parameter -> 95 % interval [SI].
         least_gain: fall of the loss from which the effects may be claimed.
@@ -49,6 +53,8 @@ class TrialModel:
     candidates: tuple[Candidate, ...]
     fit: Refit
     loss: Mapping[str, float]
+    excess: Mapping[str, float]
+    left: Improvement
     improvement: Improvement
     intervals: Mapping[str, tuple[float, float]]
     least_gain: float = LEAST_GAIN
@@ -143,6 +149,7 @@ def fit_effects(
     candidates: Sequence[Candidate],
     starts: Sequence[Mapping[str, float]],
     *,
+    variation: TrialVariation | None = None,
     worth: float = np.inf,
 ) -> TrialModel | None:
     """Fit the base model with effects freed, from several starts, and judge it.
@@ -153,6 +160,7 @@ def fit_effects(
         base_loss: its loss on the held-out trials.
         candidates: effects to free.
         starts: values of their parameters to begin from [SI].
+        variation: from trial to trial; None where it is not known.
         worth: cost that the fit must come to, see `Fitter.fit`.
 
     Returns:
@@ -164,24 +172,36 @@ def fit_effects(
         fit = fitter.fit(parameters, begins, worth=worth)
     except InputError:
         return None
-    return _judged(fitter, base_loss, candidates, fit)
+    return _judged(fitter, base_loss, candidates, fit, variation)
 
 
-def polished(fitter: Fitter, base_loss: Mapping[str, float], model: TrialModel) -> TrialModel:
+def polished(
+    fitter: Fitter,
+    base_loss: Mapping[str, float],
+    model: TrialModel,
+    variation: TrialVariation | None = None,
+) -> TrialModel:
     """A model fitted to convergence in fine time steps, judged again."""
-    return _judged(fitter, base_loss, model.candidates, polish(fitter, model.fit))
+    return _judged(fitter, base_loss, model.candidates, polish(fitter, model.fit), variation)
 
 
 def _judged(
-    fitter: Fitter, base_loss: Mapping[str, float], candidates: Sequence[Candidate], fit: Refit
+    fitter: Fitter,
+    base_loss: Mapping[str, float],
+    candidates: Sequence[Candidate],
+    fit: Refit,
+    variation: TrialVariation | None,
 ) -> TrialModel:
     """A fit with its losses and intervals."""
     layout = fitter.simulator.layout
     loss = losses(layout, fit.residual, fitter.floor, held_out=True)
+    excess = held_out_excess(layout, fit.residual, fitter.floor, variation)
     return TrialModel(
         candidates=tuple(candidates),
         fit=fit,
         loss=loss,
+        excess=excess,
+        left=compare_trials(excess, dict.fromkeys(excess, 0.0), layout.protocol_of),
         improvement=compare_trials(base_loss, loss, layout.protocol_of),
         intervals=_intervals95(fitter, fit),
         least_gain=_least_gain(fitter, fit),

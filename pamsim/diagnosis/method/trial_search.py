@@ -25,6 +25,7 @@ from pamsim.diagnosis.method.screen import (
     shortlist,
 )
 from pamsim.diagnosis.method.trial_model import TrialModel, fit_effects
+from pamsim.diagnosis.method.trial_variation import TrialVariation
 from pamsim.diagnosis.method.verdict_thresholds import (
     ADEQUATE,
     FORM_GAIN,
@@ -110,6 +111,7 @@ class TrialSearch:
         base_loss: its loss on the held-out trials.
         perfect: that of a perfect model.
         screened: effects in all of their forms, with their signatures; without the rare ones.
+        variation: from trial to trial; None where it is not known.
         steps: each effect that is fitted is one.
 
     Attributes:
@@ -124,16 +126,17 @@ class TrialSearch:
         base_loss: Mapping[str, float],
         perfect: Mapping[str, float],
         screened: Sequence[Screened],
+        variation: TrialVariation | None,
         steps: Steps,
     ) -> None:
         self._fitter = fitter
         self._base = base
         self._base_loss = base_loss
-        self._perfect = float(np.mean(list(perfect.values())))
-        missed = float(np.mean(list(base_loss.values()))) - self._perfect
+        missed = float(np.mean(list(base_loss.values())) - np.mean(list(perfect.values())))
         self._form_error = (1.0 - ADEQUATE) * missed
         self.rivals: list[TrialModel] = []
         self._screened = screened
+        self._variation = variation
         self._steps = steps
         self._known: dict[frozenset[str], TrialModel | None] = {}
 
@@ -224,7 +227,7 @@ class TrialSearch:
         """
         if not accepted:
             return []
-        left = accepted[0].mean_loss - self._perfect
+        left = accepted[0].left.gain
         formula = self._form_error
         enough = formula if left <= formula else min(formula, PARTNER_SHARE * left)
         growth = replace(growth, least_gain=max(growth.least_gain, enough))
@@ -376,7 +379,13 @@ class TrialSearch:
         """The model with these effects; it is known from then on. See `Fitter.fit` for worth."""
         self._steps.begin(" + ".join(sorted(c.label for c in candidates)))
         self._known[_key(candidates)] = fit_effects(
-            self._fitter, self._base, self._base_loss, candidates, starts, worth=worth
+            self._fitter,
+            self._base,
+            self._base_loss,
+            candidates,
+            starts,
+            variation=self._variation,
+            worth=worth,
         )
         return self._known[_key(candidates)]
 

@@ -105,6 +105,7 @@ def test_an_interrupted_diagnosis_goes_on_to_the_same_end():
 
 
 def test_trials_that_are_held_out_are_not_simulated_while_fitting():
+    """Only where a fit ended, at the anchor, and once for what varies from trial to trial."""
     trials = recorded({"dry": 0.06})
     exact = simulator(trials)
     seen = []
@@ -115,4 +116,4 @@ def test_trials_that_are_held_out_are_not_simulated_while_fitting():
 
     diagnose_trials(TrialSimulator(simulate, exact.held_out), NUISANCE, LIBRARY, regressors(trials))
     whole = sum(count for count, held_out in seen if held_out)
-    assert whole < 0.3 * sum(count for count, _ in seen)
+    assert whole < 0.35 * sum(count for count, _ in seen)

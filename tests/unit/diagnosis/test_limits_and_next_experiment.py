@@ -205,13 +205,15 @@ def test_a_parameter_that_stands_in_for_an_effect_differs_between_protocols():
 def test_an_effect_that_is_not_needed_is_left_out_again():
     fitter, base, screened = fitted({"dry": 0.06}, (DRY, BIAS))
     base_loss = losses(fitter.simulator.layout, base.residual, fitter.floor, held_out=True)
-    search = TrialSearch(fitter, base, base_loss, base_loss, screened, Steps(None, 0))
+    search = TrialSearch(fitter, base, base_loss, base_loss, screened, None, Steps(None, 0))
     both = fit_effects(fitter, base, base_loss, [DRY, BIAS], [{"dry": 0.05, "bias": 0.001}])
     assert search.reduced(both, PAIRS).names == ("dry",)
     needed = fitted({"dry": 0.06, "bias": 0.03}, (DRY, BIAS))
     base_loss = losses(needed[0].simulator.layout, needed[1].residual, needed[0].floor,
                        held_out=True)  # fmt: skip
-    search = TrialSearch(needed[0], needed[1], base_loss, base_loss, needed[2], Steps(None, 0))
+    search = TrialSearch(
+        needed[0], needed[1], base_loss, base_loss, needed[2], None, Steps(None, 0)
+    )
     both = fit_effects(needed[0], needed[1], base_loss, [DRY, BIAS], [{"dry": 0.05, "bias": 0.02}])
     assert set(search.reduced(both, PAIRS).names) == {"dry", "bias"}
 

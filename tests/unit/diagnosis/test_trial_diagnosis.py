@@ -11,8 +11,13 @@ import pytest
 from pamsim.core.errors import InputError
 from pamsim.diagnosis.method import trial_diagnosis, trial_search
 from pamsim.diagnosis.method.evidence import compare_trials, losses
-from pamsim.diagnosis.method.lack_of_fit import LackOfFit, shared_when_held_out
+from pamsim.diagnosis.method.lack_of_fit import LackOfFit, shared_by_repeats
 from pamsim.diagnosis.method.trial_diagnosis import beyond_form, conclude, diagnose_trials
+from pamsim.diagnosis.method.trial_variation import (
+    TrialVariation,
+    held_out_excess,
+    without_variation,
+)
 from pamsim.diagnosis.method.verdict import Verdict
 from tests.unit.diagnosis.toy_arm import (
     BIAS,
@@ -26,6 +31,7 @@ from tests.unit.diagnosis.toy_arm import (
 )
 
 LIBRARY = (DRY, BIAS, LEAK)
+NO_VARIATION = TrialVariation(changes=np.zeros((1, 0)))
 
 
 def found(hidden, library=LIBRARY, **options):
@@ -43,8 +49,8 @@ def laid_out(trials):
 @pytest.mark.parametrize(("larger", "more"), [(6.2, False), (5.8, True)])
 def test_further_effects_must_remove_half_of_what_the_best_one_leaves(larger, more):
     """Losses: 11 with one effect, of which a perfect model has 1 left."""
-    one, several = SimpleNamespace(mean_loss=11.0), SimpleNamespace(mean_loss=larger)
-    assert beyond_form(one, several, {"held": 1.0}) is more
+    one = SimpleNamespace(mean_loss=11.0, left=SimpleNamespace(gain=10.0))
+    assert beyond_form(one, SimpleNamespace(mean_loss=larger)) is more
 
 
 @pytest.mark.parametrize("drift", [False, True])
@@ -276,9 +282,15 @@ def test_repeats_that_vary_the_same_way_by_chance_leave_no_remainder(protocols, 
         if place.block.protocol in ("slow_check", "fast_check", "high_check")[:protocols]:
             residual[place.rows] += 0.8 * one.floor.sd[place.block.channel]
     loss = losses(layout, residual, one.floor, held_out=True)
+    excess = held_out_excess(layout, residual, one.floor, None)
     fit = dataclasses.replace(best.fit, residual=residual)
     moved = dataclasses.replace(
-        best, fit=fit, loss=loss, improvement=dataclasses.replace(best.improvement, gain=5.0)
+        best,
+        fit=fit,
+        loss=loss,
+        excess=excess,
+        left=compare_trials(excess, dict.fromkeys(excess, 0.0), layout.protocol_of),
+        improvement=dataclasses.replace(best.improvement, gain=5.0),
     )
     for fitted in (-0.02, 0.02):  # what repeats share where the model was fitted
         lack = LackOfFit(size=fitted, error=0.0, p_value=0.3, attainable=0.002)
@@ -330,7 +342,9 @@ def test_what_held_out_repeats_share_is_their_excess_over_the_noise():
         trials = recorded({"dry": 0.06}, seed=seed, repeats=3)
         one = diagnose_trials(simulator(trials), NUISANCE, (LEAK,), regressors(trials))
         layout = laid_out(trials)
-        shared = shared_when_held_out(layout, one.base.residual, one.floor)
+        shared = shared_by_repeats(
+            without_variation(layout, one.base.residual, one.floor, NO_VARIATION)
+        )
         excess = compare_trials(one.base_loss, one.perfect_loss, layout.protocol_of)
         assert shared.size == pytest.approx(excess.gain, rel=1e-9)
         assert shared.significant
