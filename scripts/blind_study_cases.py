@@ -52,7 +52,7 @@ FILE = Path(__file__).parent / "blind_study_cases.json"
 INPUTS = ("levels", "ramps", "tones", "pulses", "loaded_levels")
 DURATION = 5.0
 
-SEED = 20261123
+SEED = 20261124
 """Of all that is drawn here."""
 
 RIG = "mas20_arm"
@@ -98,14 +98,15 @@ RANGES = {
 }
 """Tier -> least and largest E that are drawn, of each effect [noise variance]."""
 
-GRID, _MIDDLE, _RATIO = (0.0078125, 0.03125, 0.125, 0.5, 2.0, 8.0), 3, 4.0
-"""Sizes at which the plant is run [typical sizes], the one that comes first, and their ratio; in
-between, log E is linear in log size."""
+_RATIO, _MIDDLE = 4.0, 6
+GRID = tuple(0.5 * _RATIO ** (k - _MIDDLE) for k in range(_MIDDLE + 3))
+"""Sizes at which the plant is run, from 1.2e-4 to 8 typical sizes, the one that comes first, and
+their ratio; in between, log E is linear in log size."""
 
 NOTHING, PAIRS, REMOVED = 62, 24, 30
 """Cases of these tiers."""
 
-OF_EACH = {"sized": 5, "other": 2, "outside": 10, "similar": 3}
+OF_EACH = {"sized": 6, "other": 2, "outside": 10, "similar": 3}
 """Cases of each effect of these kinds."""
 
 ABOUT = """Cases of scripts/blind_study.py, all drawn by the rule of scripts/blind_study_cases.py
@@ -261,12 +262,14 @@ def size_that_leaves(effect: str, wanted: float, forces: bool, rig: str) -> floa
     up, down = range(_MIDDLE, len(GRID) - 1), range(_MIDDLE - 1, -1, -1)
     first = excess(effect, GRID[_MIDDLE], forces, rig) < wanted
     for k in (*up, *down) if first else (*down, *up):
-        low, high = (math.log(excess(effect, GRID[i], forces, rig)) for i in (k, k + 1))
+        try:
+            low, high = (math.log(excess(effect, GRID[i], forces, rig)) for i in (k, k + 1))
+        except SimulationError:  # a lag too short for the plant's steps
+            break
         share = (math.log(wanted) - low) / (high - low) if high != low else -1.0
         if 0.0 <= share <= 1.0:
             return GRID[k] * _RATIO**share
-    least = min(excess(effect, size, forces, rig) for size in (GRID[0], GRID[-1]))
-    return GRID[_MIDDLE] if least > wanted else GRID[-1]
+    return GRID[-1] if first else GRID[_MIDDLE]
 
 
 def answered(asked: tuple[str, Sequence[Case]]) -> list[tuple[float, float]]:

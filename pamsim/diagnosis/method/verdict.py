@@ -77,21 +77,22 @@ def decide(evidence: Evidence) -> Verdict:
 
     A model that goes to its limits and still leaves something stands for what is missing, whatever
     share of the gap it takes: a large gap is nearly closed by much that is not its cause. So does
-    one with a rare effect: tried because something was left, it must leave nothing. Both must
+    a rare effect by itself: tried because something was left, it must leave nothing. Both must
     explain nearly all even where the data cannot show that they leave something. The formula of
-    each effect may be off, so that two may leave twice what one may; three take the edge off
-    anything, and may leave no more. What explains less than half is not what is missing, however
-    little the data show of the rest.
+    each effect may be off, so that two may leave twice what one may, but not with a rare one among
+    them; three take the edge off anything, and may leave no more. What explains less than half is
+    not what is missing, however little the data show of the rest.
     """
     if not evidence.claimed and not evidence.gap:
         return Verdict.NOT_IDENTIFIABLE if evidence.suspected else Verdict.NO_GAP
     if not evidence.conclusive:
         return Verdict.NOT_IDENTIFIABLE
     left = evidence.remainder or evidence.large_remainder
-    nearly_all = 1.0 - min(evidence.effects, 2) * (1.0 - ADEQUATE)
+    formulas = 1 if evidence.rare else min(evidence.effects, 2)
+    nearly_all = 1.0 - formulas * (1.0 - ADEQUATE)
     enough = nearly_all if left or evidence.rare or evidence.strained else MOST
     short = evidence.explained < enough
-    stands_in = left and (evidence.strained or evidence.rare)
+    stands_in = left and (evidence.strained or (evidence.rare and evidence.effects == 1))
     if not evidence.claimed or short or stands_in:
         return Verdict.UNEXPLAINED
     if evidence.tied:

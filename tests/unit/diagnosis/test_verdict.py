@@ -61,6 +61,16 @@ ABSENT = Evidence(claimed=False, gap=False)
             {"remainder": True, "effects": 3, "explained": 2 * ADEQUATE - 1 - 1e-6},
             Verdict.UNEXPLAINED,
         ),
+        (
+            NAMED,
+            {"remainder": True, "effects": 2, "rare": True, "explained": ADEQUATE},
+            Verdict.NAMED,
+        ),
+        (
+            NAMED,
+            {"remainder": True, "effects": 2, "rare": True, "explained": ADEQUATE - 1e-6},
+            Verdict.UNEXPLAINED,
+        ),
         (NAMED, {"remainder": False, "explained": MOST}, Verdict.NAMED),
         (NAMED, {"remainder": False, "explained": MOST - 1e-6}, Verdict.UNEXPLAINED),
     ],
