@@ -98,8 +98,8 @@ RANGES = {
 }
 """Tier -> least and largest E that are drawn, of each effect [noise variance]."""
 
-_RATIO, _MIDDLE = 4.0, 6
-GRID = tuple(0.5 * _RATIO ** (k - _MIDDLE) for k in range(_MIDDLE + 3))
+MIDDLE, _RATIO, _BELOW = 0.5, 4.0, 6
+GRID = tuple(MIDDLE * _RATIO ** (k - _BELOW) for k in range(_BELOW + 3))
 """Sizes at which the plant is run, from 1.2e-4 to 8 typical sizes, the one that comes first, and
 their ratio; in between, log E is linear in log size."""
 
@@ -259,8 +259,8 @@ def between(effect: str, size: float, forces: bool, rig: str) -> float:
 
 def size_that_leaves(effect: str, wanted: float, forces: bool, rig: str) -> float:
     """Size of an effect that leaves an E, as far as `GRID` goes [typical sizes]."""
-    up, down = range(_MIDDLE, len(GRID) - 1), range(_MIDDLE - 1, -1, -1)
-    first = excess(effect, GRID[_MIDDLE], forces, rig) < wanted
+    up, down = range(_BELOW, len(GRID) - 1), range(_BELOW - 1, -1, -1)
+    first = excess(effect, MIDDLE, forces, rig) < wanted
     for k in (*up, *down) if first else (*down, *up):
         try:
             low, high = (math.log(excess(effect, GRID[i], forces, rig)) for i in (k, k + 1))
@@ -269,7 +269,7 @@ def size_that_leaves(effect: str, wanted: float, forces: bool, rig: str) -> floa
         share = (math.log(wanted) - low) / (high - low) if high != low else -1.0
         if 0.0 <= share <= 1.0:
             return GRID[k] * _RATIO**share
-    return GRID[-1] if first else GRID[_MIDDLE]
+    return GRID[-1] if first else MIDDLE
 
 
 def answered(asked: tuple[str, Sequence[Case]]) -> list[tuple[float, float]]:

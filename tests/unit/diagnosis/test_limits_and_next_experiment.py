@@ -247,3 +247,16 @@ def test_the_next_experiment_is_the_one_at_which_tied_effects_differ():
     named = recorded({"bias": 0.04})
     found = diagnose_trials(simulator(named), NUISANCE, (DRY, BIAS), regressors(named), menu=menu)
     assert found.next_experiment is None
+
+
+def test_a_fit_that_is_not_worth_its_time_is_given_up_after_a_step_and_not_before():
+    """What a start promises is of first order: a slow valve's grows with the square of its size."""
+    fitter, base, screened = fitted({"dry": 0.06}, (DRY,))
+    parameters = (*NUISANCE, *DRY.parameters)
+    before = fitter.simulator.evaluations
+    whole = fitter.fit(parameters, [{**base.values, "dry": 0.01}])
+    took = fitter.simulator.evaluations - before
+    fitter.simulator.evaluations = 0
+    given_up = fitter.fit(parameters, [{**base.values, "dry": 0.011}], worth=-1.0)
+    assert fitter.simulator.evaluations < took
+    assert whole.cost <= given_up.cost < base.cost - 0.5 * (base.cost - whole.cost)

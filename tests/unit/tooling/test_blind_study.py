@@ -65,7 +65,7 @@ def test_sizes_leave_the_excess_that_was_drawn_or_are_the_nearest_that_the_gener
             assert low <= drawn <= high
             size, left = case["effects"][effect], case["excess"][effect]
             if not 0.95 * drawn <= left <= 1.05 * drawn:
-                assert size == (generator.GRID[3] if left > drawn else generator.GRID[-1])
+                assert size == (generator.MIDDLE if left > drawn else generator.GRID[-1])
                 off.append(case["name"])
     assert len(off) <= 0.08 * len(CASES), off
 
