@@ -18,12 +18,13 @@ from pamsim.cli.options import PATH, completed, force_option, forced, listed
     default="",
     shell_complete=completed(listed("pamsim.engine.new_rig", "KINDS")),
     help="joint: one joint, two muscles; leg: hip and knee, four muscles; bench: one muscle that"
-    " lifts a weight.",
+    " lifts a weight; bellows: one joint, two bellows that push.",
 )
 @click.option("--mjcf", type=PATH, help="Your own model instead; each tendon gets a muscle.")
+@click.option("--pushing", is_flag=True, help="Its tendons get bellows or pistons, which push.")
 @click.option("--out", type=PATH, help="Folder to write; NAME if left out.")
 @force_option
-def command(name: str, kind: str, mjcf: Path | None, out: Path | None) -> int:
+def command(name: str, kind: str, mjcf: Path | None, pushing: bool, out: Path | None) -> int:
     """Write a rig folder to start from: MJCF, params.toml and README.
 
     It runs as it is. Every effect that a muscle can have is there and off, so that you change
@@ -34,7 +35,7 @@ def command(name: str, kind: str, mjcf: Path | None, out: Path | None) -> int:
     from pamsim.engine.rig import load_rig
 
     with results_folder(out or Path(name), resume=True):  # beside the MJCF, which may lie there
-        folder = new_rig(name, kind, mjcf=mjcf, out=out, force=forced())
+        folder = new_rig(name, kind, mjcf=mjcf, pushing=pushing, out=out, force=forced())
     rig = load_rig(folder)
     click.echo(f"rig {rig.name}: joints {', '.join(rig.joints)}; muscles {', '.join(rig.muscles)}")
     answer(f"wrote {folder}; next: correct the numbers in {folder / 'params.toml'}")

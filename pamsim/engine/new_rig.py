@@ -18,7 +18,7 @@ from pathlib import Path
 import mujoco
 import numpy as np
 
-from pamsim.actuator.muscle import MUSCLE_GROUPS
+from pamsim.actuator.muscle import MUSCLE_GROUPS, MUSCLE_ONLY, PLAIN_GROUPS
 from pamsim.core.common_unit import COMMON
 from pamsim.core.errors import InputError, PamsimError, nearest
 from pamsim.core.files import complete_file, refuse_existing
@@ -29,6 +29,7 @@ from pamsim.engine.mjcf_size import require_size
 from pamsim.engine.native import native_field
 from pamsim.engine.rig import load_rig
 from pamsim.hysteresis.bouc_wen import BoucWen
+from pamsim.muscles.effective_area import EffectiveArea
 from pamsim.muscles.mckibben import IdealMcKibben
 from pamsim.signals.sensors import MeasurementChain
 from pamsim.store.rig_file import SCHEMA
@@ -37,11 +38,17 @@ KINDS = {
     "joint": "One joint that turns, two muscles that pull on it from both sides",
     "leg": "Hip and knee under gravity, two muscles at each",
     "bench": "One muscle that lifts a weight along a rail",
+    "bellows": "One joint that turns, two bellows that push on it from both sides",
 }
 """Template -> what it is."""
 
+_BELLOWS = "bellows"
+
 _WORKING_RANGE = 0.25
 """Contraction of a muscle where its tendon is shortest; it is 0 where the tendon is longest."""
+
+_SHORTEST_STROKE = 0.5
+"""Stroke of a bellows where its tendon is shortest, over that at which its wall is free."""
 
 _LENGTH_STEP = 0.005  # of an assumed muscle length [m]
 _STOPS_WITHIN = 0.5  # time constant of free motion where the MJCF states no damping [s]
@@ -64,6 +71,13 @@ _ASSUMED: Mapping[str, tuple[float, str, str]] = {
     "valve.critical_ratio": (0.3, "1", "typical of small valves, ISO 6358"),
     "valve.supply_pressure": (600, "kPa", "usual in labs"),
     "hysteresis.yield_contraction": (0.5, "percent", "loops turn over within a few millimetres"),
+    "stroke.damping": (20, "N*s/m", "of the order of a printed bellows, see models/equimus_leg"),
+    "force.area": (
+        4,
+        "cm^2",
+        "effective area, from a data sheet or a force at a known pressure",
+    ),
+    "force.stiffness": (1000, "N/m", "of a printed bellows of some 40 mm; 0 for a piston"),
 }
 """Field without a neutral value, or with one at which nothing can be fitted -> value, unit, why."""
 
@@ -73,6 +87,7 @@ def new_rig(
     kind: str = "",
     *,
     mjcf: str | os.PathLike[str] | None = None,
+    pushing: bool = False,
     out: str | os.PathLike[str] | None = None,
     force: bool = False,
 ) -> Path:
@@ -83,6 +98,8 @@ def new_rig(
         kind: template, one of `KINDS`; not with ``mjcf``.
         mjcf: an existing model without actuators; each of its tendons gets a muscle. If it lies in
             the folder ``out`` it stays where it is, otherwise it is copied.
+        pushing: whether its tendons get bellows or pistons, which push, instead of muscles; only
+            with ``mjcf``.
         out: folder to write; one named as the rig if left out.
         force: replace files that are there.
 
@@ -96,7 +113,10 @@ def new_rig(
         raise InputError(f"{name!r} is no name for a rig; use letters, digits, _ and -")
     if (mjcf is None) == (not kind):
         raise InputError(f"give a `kind` ({', '.join(KINDS)}) or an `mjcf`")
+    if kind and pushing:
+        raise InputError("`pushing` goes with an `mjcf`; a kind that pushes is bellows")
     folder = Path(out or name)
+    pushing = pushing or kind == _BELLOWS
     if mjcf is None:
         if kind not in KINDS:
             raise InputError(f"no kind {kind!r}; {nearest(kind, KINDS)}")
@@ -116,7 +136,9 @@ def new_rig(
     files = {
         target: text,
         folder / "scene.xml": scene,
-        folder / "params.toml": _params(name, what, target, model, source, bool(scene)),
+        folder / "params.toml": _params(
+            name, what, target, model, source, scene=bool(scene), pushing=pushing
+        ),
         folder / "README.md": _template("README.md", NAME=name, MJCF=target.name, WHAT=what),
     }
     wanted = {path: content for path, content in files.items() if content}
@@ -181,7 +203,14 @@ def _alone(mjcf: Path) -> str:
 
 
 def _params(
-    name: str, what: str, mjcf: Path, model: mujoco.MjModel, source: str, scene: bool
+    name: str,
+    what: str,
+    mjcf: Path,
+    model: mujoco.MjModel,
+    source: str,
+    *,
+    scene: bool,
+    pushing: bool,
 ) -> str:
     """Text of ``params.toml``."""
     tendons = {_muscle(model.tendon(i).name): i for i in range(model.ntendon)}
@@ -201,30 +230,58 @@ def _params(
         *(f'load_body = "{body}"  # of 1 kg in the MJCF; load_kg of a trial' for body in loads),
     ]
     spans = _tendon_spans(model)
+    lengths = _bellows_lengths if pushing else _muscle_lengths
     for muscle, index in tendons.items():
-        shortest, longest = spans[index]
-        nominal = _nominal_length(model, index, shortest, longest)
-        why = (
-            f"{100 * (longest - shortest) / nominal:.0f} % contracted where its tendon is shortest"
-        )
         lines += [
             "",
             f"[muscles.{muscle}]",
             f'tendon = "{model.tendon(index).name}"',
-            f"[muscles.{muscle}.mounting]",
-            _entry("length_at_zero", nominal - longest, "mm", "m", "assumed: so that the muscle"
-                   " has its nominal length where the tendon is longest"),
-            f"[muscles.{muscle}.braid]",
-            _entry("nominal_length", nominal, "mm", "m", f"assumed: {why}"),
-        ]  # fmt: skip
-    lines += ["", "# What all muscles share; [muscles.NAME.<group>] holds what differs in one."]
-    for group in (*MUSCLE_GROUPS, IdealMcKibben, BoucWen):
+            *lengths(muscle, model, index, *spans[index]),
+        ]
+    lines += ["", "# What all of them share; [muscles.NAME.<group>] holds what differs in one."]
+    groups = (*MUSCLE_GROUPS, IdealMcKibben, BoucWen)
+    if pushing:
+        kept = (group for group in PLAIN_GROUPS if group not in MUSCLE_ONLY)
+        groups = (*kept, EffectiveArea, BoucWen)
+    for group in groups:
         if fields := list(_fields(group)):
             law = [f'law = "{group.law}"'] if group.law else []
             lines += ["", f"[muscle.{group.group}]", *law, *fields]
     lines += ["", "[native]  # fields of the MJCF", *_natives(model, joints, source)]
     lines += ["", "[sensor]", *_fields(MeasurementChain)]
     return "\n".join(lines) + "\n"
+
+
+def _muscle_lengths(
+    name: str, model: mujoco.MjModel, tendon: int, shortest: float, longest: float
+) -> list[str]:
+    """Lines on the length of a muscle."""
+    nominal = _nominal_length(model, tendon, shortest, longest)
+    why = f"{100 * (longest - shortest) / nominal:.0f} % contracted where its tendon is shortest"
+    return [
+        f"[muscles.{name}.mounting]",
+        _entry("length_at_zero", nominal - longest, "mm", "m", "assumed: so that the muscle"
+               " has its nominal length where the tendon is longest"),
+        f"[muscles.{name}.braid]",
+        _entry("nominal_length", nominal, "mm", "m", f"assumed: {why}"),
+    ]  # fmt: skip
+
+
+def _bellows_lengths(
+    name: str, model: mujoco.MjModel, tendon: int, shortest: float, longest: float
+) -> list[str]:
+    """Lines on the stroke of a bellows: on a spatial tendon from pin to pin."""
+    middle = 0.5 * (shortest + longest)
+    free, at_zero, why = middle, 0.0, "the length from pin to pin"
+    if model.wrap_type[model.tendon_adr[tendon]] == mujoco.mjtWrap.mjWRAP_JOINT:
+        free = max(middle - shortest, _LENGTH_STEP) / (1.0 - _SHORTEST_STROKE)
+        at_zero, why = free - middle, "half as long as free where its tendon is shortest"
+    return [
+        f"[muscles.{name}.mounting]",
+        _entry("length_at_zero", at_zero, "mm", "m", f"assumed: {why}"),
+        f"[muscles.{name}.stroke]",
+        _entry("nominal_length", free, "mm", "m", "assumed: free in the middle of its way"),
+    ]
 
 
 def _muscle(tendon: str) -> str:

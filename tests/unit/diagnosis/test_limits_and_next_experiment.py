@@ -251,7 +251,7 @@ def test_the_next_experiment_is_the_one_at_which_tied_effects_differ():
 
 def test_a_fit_that_is_not_worth_its_time_is_given_up_after_a_step_and_not_before():
     """What a start promises is of first order: a slow valve's grows with the square of its size."""
-    fitter, base, screened = fitted({"dry": 0.06}, (DRY,))
+    fitter, base, _ = fitted({"dry": 0.06}, (DRY,))
     parameters = (*NUISANCE, *DRY.parameters)
     before = fitter.simulator.evaluations
     whole = fitter.fit(parameters, [{**base.values, "dry": 0.01}])

@@ -44,7 +44,7 @@ def own(tmp_path):
     return path
 
 
-@pytest.mark.parametrize("kind", KINDS)
+@pytest.mark.parametrize("kind", [kind for kind in KINDS if kind != "bellows"])
 def test_a_template_runs_and_every_effect_can_be_tried_on_it(kind, tmp_path):
     rig = pamsim.load_rig(new_rig("mine", kind, out=tmp_path / "mine"))
     count = len(rig.muscles)
@@ -54,6 +54,46 @@ def test_a_template_runs_and_every_effect_can_be_tried_on_it(kind, tmp_path):
     assert np.all(run.tension >= 0.0)
     _, skipped = candidates(rig)
     assert set(skipped) == ({"muscle_mismatch"} if kind == "bench" else set())
+
+
+def pushed(rig):
+    """Where a joint goes as the first bellows gets more pressure than the others [rad, m]."""
+    count = len(rig.muscles)
+    step = pamsim.pressure_step([3e4] * count, [8e4] + [2e4] * (count - 1), duration=1.0)
+    run = pamsim.simulate(rig, step).completed()
+    assert run.tension[-1, 0] < 0.0, "bellows push"
+    return run.positions[-1, 0] - run.positions[0, 0]
+
+
+def test_bellows_push_their_joint_and_what_needs_a_braid_is_left_out(tmp_path):
+    rig = pamsim.load_rig(new_rig("mine", "bellows", out=tmp_path / "mine"))
+    assert 0.1 < pushed(rig) < 0.5
+    _, skipped = candidates(rig)
+    assert set(skipped) == {
+        "braid_friction", "threshold_pressure", "passive_stiffness", "end_shape",
+        "chain_backlash", "chain_compliance", "sprocket_ripple",
+    }  # fmt: skip
+    data = mujoco.MjData(rig.model)
+    for angle in rig.model.joint("elbow").range:
+        data.qpos[0] = angle
+        mujoco.mj_forward(rig.model, data)
+        strokes = [m.mounting.length_at_zero for m in rig.muscles.values()] + data.ten_length
+        free = [m.stroke.nominal_length for m in rig.muscles.values()]
+        assert sorted(strokes / free) == pytest.approx([0.5, 1.5])
+
+
+def test_bellows_on_the_tendons_of_an_mjcf(own, tmp_path):
+    own.write_text(SPATIAL.replace("-40 40", "-20 60"))
+    rig = pamsim.load_rig(new_rig("my_knee", mjcf=own, pushing=True, out=tmp_path / "rig"))
+    assert all(muscle.pushes for muscle in rig.muscles.values())
+    extensor = rig.muscles["extensor"]
+    assert extensor.mounting.length_at_zero == 0.0  # a spatial tendon, from pin to pin
+    flexor = rig.muscles["flexor"]
+    ends = flexor.mounting.length_at_zero + 0.02 * rig.model.joint("knee").range
+    assert ends / flexor.stroke.nominal_length == pytest.approx([0.5, 1.5])
+    assert pushed(rig) != 0.0
+    with pytest.raises(PamsimError, match="a kind that pushes is bellows"):
+        new_rig("mine", "joint", pushing=True, out=tmp_path / "mine")
 
 
 def test_every_field_is_there_and_what_has_a_neutral_value_has_it(tmp_path):

@@ -222,7 +222,7 @@ def test_a_shell_completes_commands_rigs_and_effects():
         (["reproduce", "--start", "v"], {"vent"}),
         (["step", "--backend", "py"], {"python"}),
         (["fit", "map.csv", "--hold-out", "l"], {"length"}),
-        (["new-rig", "mine", "--kind", "b"], {"bench"}),
+        (["new-rig", "mine", "--kind", "b"], {"bench", "bellows"}),
         (["train", "--task", "reg"], {"regulation"}),
     ],
 )
