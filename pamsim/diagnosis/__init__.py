@@ -24,6 +24,7 @@ excess per channel and protocol, residual maps      method/where.py
 the same with the arm driven by measured pressures  measured_pressures.py
 p-value of a better held-out prediction             method/evidence.py
 p-value of lack of fit, from repeats                method/lack_of_fit.py
+what varies from trial to trial, projected out      method/trial_variation.py
 models that predict as well                         method/rivals.py
 the verdict from all of that                        method/verdict.py
 thresholds of the verdict                           method/verdict_thresholds.py
