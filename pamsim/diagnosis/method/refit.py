@@ -151,6 +151,7 @@ class Fitter:
         *,
         most: int = 12,
         worth: float = np.inf,
+        trial_steps: int = 1,
     ) -> Refit:
         """Fit from one or more starts; the best end counts.
 
@@ -159,6 +160,8 @@ class Fitter:
             starts: name -> value for each [SI].
             most: steps tried.
             worth: cost that a fit must come to. One that promises less ends where it is.
+            trial_steps: steps that it takes before that. Some effects, such as a slow valve, grow
+                with the square of their size, so that a small start promises next to nothing.
 
         Raises:
             InputError: if the simulation breaks down at every start.
@@ -168,7 +171,7 @@ class Fitter:
         if known is not None:
             place = np.array(known["place"], dtype=np.float64)
             return self._finished(parameters, place, float(known["cost"]), known["jacobian"])
-        fits = [self._search(parameters, start, most, worth) for start in starts]
+        fits = [self._search(parameters, start, most, worth, trial_steps) for start in starts]
         best = min((f for f in fits if f is not None), key=lambda f: f.cost, default=None)
         if best is None:
             names = ", ".join(p.name for p in parameters)
@@ -187,6 +190,7 @@ class Fitter:
         start: Mapping[str, float],
         most: int,
         worth: float,
+        trial_steps: int,
     ) -> Fit | None:
         scale = SearchScale(parameters)
         begin = np.clip(scale.place(start), EDGE, 1.0 - EDGE)
@@ -196,9 +200,14 @@ class Fitter:
                 lambda place, here: self._columns(parameters, scale.values(place), here, kept)
             )
 
-        fit = self.steps(parameters, begin, jacobian(self._jacobian), most, worth=worth)
+        def descended(place: FloatArray, kept: Mapping[str, FloatArray]) -> Fit | None:
+            return self.steps(
+                parameters, place, jacobian(kept), most, worth=worth, trial_steps=trial_steps
+            )
+
+        fit = descended(begin, self._jacobian)
         if fit is not None and self._jacobian and fit.start_cost - fit.cost > _FAR:
-            return self.steps(parameters, fit.x, jacobian({}), most, worth=worth) or fit
+            return descended(fit.x, {}) or fit
         return fit
 
     def steps(
@@ -210,6 +219,7 @@ class Fitter:
         *,
         fine: bool = False,
         worth: float = np.inf,
+        trial_steps: int = 1,
     ) -> Fit | None:
         """Descend from a place.
 
@@ -220,6 +230,7 @@ class Fitter:
             most: steps tried.
             fine: whether in fine steps, and to the last of what they resolve.
             worth: see `fit`.
+            trial_steps: see `fit`.
 
         Returns:
             The end; None if the simulation breaks down at the beginning.
@@ -227,11 +238,9 @@ class Fitter:
         judged = 0
 
         def give_up(residual: FloatArray, columns: FloatArray) -> bool:
-            # Not before the first step: some effects, such as a slow valve, grow with the square
-            # of their size, so that a small start promises next to nothing.
             nonlocal judged
             judged += 1
-            return judged > 1 and _promised(residual, columns) > worth
+            return judged > trial_steps and _promised(residual, columns) > worth
 
         try:
             return bounded_least_squares(

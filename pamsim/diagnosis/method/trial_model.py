@@ -151,6 +151,7 @@ def fit_effects(
     *,
     variation: TrialVariation | None = None,
     worth: float = np.inf,
+    trial_steps: int = 1,
 ) -> TrialModel | None:
     """Fit the base model with effects freed, from several starts, and judge it.
 
@@ -162,6 +163,7 @@ def fit_effects(
         starts: values of their parameters to begin from [SI].
         variation: from trial to trial; None where it is not known.
         worth: cost that the fit must come to, see `Fitter.fit`.
+        trial_steps: that it takes before it may be given up.
 
     Returns:
         The result, or None if the simulation breaks down.
@@ -169,7 +171,7 @@ def fit_effects(
     parameters = (*base.parameters, *(p for c in candidates for p in c.parameters))
     try:
         begins = [{**base.values, **start} for start in starts]
-        fit = fitter.fit(parameters, begins, worth=worth)
+        fit = fitter.fit(parameters, begins, worth=worth, trial_steps=trial_steps)
     except InputError:
         return None
     return _judged(fitter, base_loss, candidates, fit, variation)
