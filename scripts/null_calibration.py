@@ -43,6 +43,7 @@ from pamsim.diagnosis.method.evidence import (
     compare_rows,
     compare_trials,
     losses,
+    mean_over_trials,
     perfect_losses,
 )
 from pamsim.diagnosis.method.held_out_remainder import has_remainder
@@ -284,7 +285,7 @@ def trial_tests(arm: Arm, rng: np.random.Generator) -> Found:
             "gap by what repeats share": lack.significant and lack.size > GAP_LOSS,
             "gap by a cell and a map": certain and systematic(maps),
             "remainder by held-out losses": has_remainder(
-                compare_trials(left, dict.fromkeys(left, 0.0), protocol_of),
+                mean_over_trials(left, protocol_of),
                 lack,
                 places,
                 base.residual,

@@ -42,8 +42,6 @@ KINDS = {
 }
 """Template -> what it is."""
 
-_BELLOWS = "bellows"
-
 _WORKING_RANGE = 0.25
 """Contraction of a muscle where its tendon is shortest; it is 0 where the tendon is longest."""
 
@@ -77,7 +75,7 @@ _ASSUMED: Mapping[str, tuple[float, str, str]] = {
         "cm^2",
         "effective area, from a data sheet or a force at a known pressure",
     ),
-    "force.stiffness": (1000, "N/m", "of a printed bellows of some 40 mm; 0 for a piston"),
+    "force.stiffness": (1000, "N/m", "models/equimus_leg at a fifth of its length; 0: a piston"),
 }
 """Field without a neutral value, or with one at which nothing can be fitted -> value, unit, why."""
 
@@ -116,7 +114,7 @@ def new_rig(
     if kind and pushing:
         raise InputError("`pushing` goes with an `mjcf`; a kind that pushes is bellows")
     folder = Path(out or name)
-    pushing = pushing or kind == _BELLOWS
+    pushing = pushing or kind == "bellows"
     if mjcf is None:
         if kind not in KINDS:
             raise InputError(f"no kind {kind!r}; {nearest(kind, KINDS)}")
@@ -275,7 +273,8 @@ def _bellows_lengths(
     free, at_zero, why = middle, 0.0, "the length from pin to pin"
     if model.wrap_type[model.tendon_adr[tendon]] == mujoco.mjtWrap.mjWRAP_JOINT:
         free = max(middle - shortest, _LENGTH_STEP) / (1.0 - _SHORTEST_STROKE)
-        at_zero, why = free - middle, "half as long as free where its tendon is shortest"
+        at_zero = free - middle
+        why = f"{_SHORTEST_STROKE:g} of its free stroke where its tendon is shortest"
     return [
         f"[muscles.{name}.mounting]",
         _entry("length_at_zero", at_zero, "mm", "m", f"assumed: {why}"),

@@ -127,6 +127,16 @@ def compare_trials(
     return Improvement(gain=gain, error=error, degrees=degrees, p_value=p_value)
 
 
+def mean_over_trials(values: Mapping[str, float], protocol_of: Mapping[str, str]) -> Improvement:
+    """Mean of what is known of each trial, with its error as in `compare_trials`.
+
+    Args:
+        values: trial -> value.
+        protocol_of: trial -> protocol.
+    """
+    return compare_trials(values, dict.fromkeys(values, 0.0), protocol_of)
+
+
 def share_of_trials(
     before: Mapping[str, float],
     after: Mapping[str, float],
@@ -165,16 +175,15 @@ def _share(
     removed: Mapping[str, float], missed: Mapping[str, float], stratum_of: Mapping[str, str]
 ) -> Share:
     """Ratio of two means over the same units, with its interval by the delta method."""
-    none = dict.fromkeys(removed, 0.0)
-    whole = compare_trials(missed, none, stratum_of).gain
-    part = compare_trials(removed, none, stratum_of).gain
+    whole = mean_over_trials(missed, stratum_of).gain
+    part = mean_over_trials(removed, stratum_of).gain
     if part <= 0.0:
         return Share(value=0.0, interval95=None)
     if whole <= 0.0:  # less than the noise floor is missed in all: what is removed is all of it
         return Share(value=1.0, interval95=None)
     ratio = part / whole
     scatter = {unit: (value - ratio * missed[unit]) / whole for unit, value in removed.items()}
-    spread = compare_trials(scatter, none, stratum_of)
+    spread = mean_over_trials(scatter, stratum_of)
     value = min(ratio, 1.0)
     if not np.isfinite(spread.error):
         return Share(value=value, interval95=None)

@@ -42,6 +42,5 @@ def has_remainder(
         return False
     if layout.origin or not lack.testable or lack.size >= LACK_OF_FIT_LOSS:
         return True
-    known = variation or TrialVariation(changes=np.zeros((residual.size, 0)))
-    unseen = shared_by_repeats(without_variation(layout, residual, floor, known))
+    unseen = shared_by_repeats(without_variation(layout, residual, floor, variation))
     return unseen.significant or not unseen.testable

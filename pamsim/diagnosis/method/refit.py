@@ -151,7 +151,7 @@ class Fitter:
         *,
         most: int = 12,
         worth: float = np.inf,
-        trial_steps: int = 1,
+        least_steps: int = 1,
     ) -> Refit:
         """Fit from one or more starts; the best end counts.
 
@@ -160,7 +160,7 @@ class Fitter:
             starts: name -> value for each [SI].
             most: steps tried.
             worth: cost that a fit must come to. One that promises less ends where it is.
-            trial_steps: steps that it takes before that. Some effects, such as a slow valve, grow
+            least_steps: steps that it takes before that. Some effects, such as a slow valve, grow
                 with the square of their size, so that a small start promises next to nothing.
 
         Raises:
@@ -171,7 +171,7 @@ class Fitter:
         if known is not None:
             place = np.array(known["place"], dtype=np.float64)
             return self._finished(parameters, place, float(known["cost"]), known["jacobian"])
-        fits = [self._search(parameters, start, most, worth, trial_steps) for start in starts]
+        fits = [self._search(parameters, start, most, worth, least_steps) for start in starts]
         best = min((f for f in fits if f is not None), key=lambda f: f.cost, default=None)
         if best is None:
             names = ", ".join(p.name for p in parameters)
@@ -190,7 +190,7 @@ class Fitter:
         start: Mapping[str, float],
         most: int,
         worth: float,
-        trial_steps: int,
+        least_steps: int,
     ) -> Fit | None:
         scale = SearchScale(parameters)
         begin = np.clip(scale.place(start), EDGE, 1.0 - EDGE)
@@ -202,7 +202,7 @@ class Fitter:
 
         def descended(place: FloatArray, kept: Mapping[str, FloatArray]) -> Fit | None:
             return self.steps(
-                parameters, place, jacobian(kept), most, worth=worth, trial_steps=trial_steps
+                parameters, place, jacobian(kept), most, worth=worth, least_steps=least_steps
             )
 
         fit = descended(begin, self._jacobian)
@@ -219,7 +219,7 @@ class Fitter:
         *,
         fine: bool = False,
         worth: float = np.inf,
-        trial_steps: int = 1,
+        least_steps: int = 1,
     ) -> Fit | None:
         """Descend from a place.
 
@@ -230,7 +230,7 @@ class Fitter:
             most: steps tried.
             fine: whether in fine steps, and to the last of what they resolve.
             worth: see `fit`.
-            trial_steps: see `fit`.
+            least_steps: see `fit`.
 
         Returns:
             The end; None if the simulation breaks down at the beginning.
@@ -240,7 +240,7 @@ class Fitter:
         def give_up(residual: FloatArray, columns: FloatArray) -> bool:
             nonlocal judged
             judged += 1
-            return judged > trial_steps and _promised(residual, columns) > worth
+            return judged > least_steps and _promised(residual, columns) > worth
 
         try:
             return bounded_least_squares(

@@ -14,6 +14,7 @@ from pamsim.diagnosis.method.evidence import (
     Improvement,
     compare_trials,
     losses,
+    mean_over_trials,
     perfect_losses,
 )
 from pamsim.diagnosis.method.polish import polish
@@ -151,7 +152,7 @@ def fit_effects(
     *,
     variation: TrialVariation | None = None,
     worth: float = np.inf,
-    trial_steps: int = 1,
+    least_steps: int = 1,
 ) -> TrialModel | None:
     """Fit the base model with effects freed, from several starts, and judge it.
 
@@ -163,7 +164,7 @@ def fit_effects(
         starts: values of their parameters to begin from [SI].
         variation: from trial to trial; None where it is not known.
         worth: cost that the fit must come to, see `Fitter.fit`.
-        trial_steps: that it takes before it may be given up.
+        least_steps: that it takes before it may be given up.
 
     Returns:
         The result, or None if the simulation breaks down.
@@ -171,7 +172,7 @@ def fit_effects(
     parameters = (*base.parameters, *(p for c in candidates for p in c.parameters))
     try:
         begins = [{**base.values, **start} for start in starts]
-        fit = fitter.fit(parameters, begins, worth=worth, trial_steps=trial_steps)
+        fit = fitter.fit(parameters, begins, worth=worth, least_steps=least_steps)
     except InputError:
         return None
     return _judged(fitter, base_loss, candidates, fit, variation)
@@ -203,7 +204,7 @@ def _judged(
         fit=fit,
         loss=loss,
         excess=excess,
-        left=compare_trials(excess, dict.fromkeys(excess, 0.0), layout.protocol_of),
+        left=mean_over_trials(excess, layout.protocol_of),
         improvement=compare_trials(base_loss, loss, layout.protocol_of),
         intervals=_intervals95(fitter, fit),
         least_gain=_least_gain(fitter, fit),

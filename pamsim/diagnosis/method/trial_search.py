@@ -210,7 +210,7 @@ class TrialSearch:
                 # No step before it is given up: the model's own fit is a loose one, and another
                 # form would be preferred for the better descent alone.
                 other = self._known.get(_key(candidates)) or self._fitted(
-                    candidates, starts, worth, trial_steps=0
+                    candidates, starts, worth, least_steps=0
                 )
                 if other is not None and other.fit.cost < model.fit.cost - FORM_GAIN:
                     model = other
@@ -379,7 +379,7 @@ class TrialSearch:
         candidates: Sequence[Candidate],
         starts: Sequence[Mapping[str, float]],
         worth: float = np.inf,
-        trial_steps: int = 1,
+        least_steps: int = 1,
     ) -> TrialModel | None:
         """The model with these effects, known from then on. See `Fitter.fit` for the last two."""
         self._steps.begin(" + ".join(sorted(c.label for c in candidates)))
@@ -391,7 +391,7 @@ class TrialSearch:
             starts,
             variation=self._variation,
             worth=worth,
-            trial_steps=trial_steps,
+            least_steps=least_steps,
         )
         return self._known[_key(candidates)]
 

@@ -61,15 +61,15 @@ def trial_variation(fitter: Fitter, base: Refit, screened: Sequence[Screened]) -
     sets += [{**base.values, **traces[k].probe.values} for k in varying]
     # In coarse steps, as these are: the base fit's residual may be in fine ones.
     here, *there = fitter.simulator.wholes([base.values, *sets])
-    none = np.zeros(base.residual.size)
-    columns = [none if one is None or here is None else one - here for one in there]
-    return TrialVariation(
-        changes=np.stack([*columns, none], axis=1)[:, :-1], nuisance=len(base.parameters)
-    )
+    changes = np.zeros((base.residual.size, len(sets)))
+    for k, one in enumerate(there):
+        if here is not None and one is not None:
+            changes[:, k] = one - here
+    return TrialVariation(changes=changes, nuisance=len(base.parameters))
 
 
 def without_variation(
-    layout: TrialLayout, residual: FloatArray, floor: NoiseFloor, variation: TrialVariation
+    layout: TrialLayout, residual: FloatArray, floor: NoiseFloor, variation: TrialVariation | None
 ) -> list[RepeatedTrial]:
     """Held-out trials that have repeats, without what varies from trial to trial.
 
@@ -77,8 +77,10 @@ def without_variation(
         layout: of the residual.
         residual: (n,) of a model [SI].
         floor: of the noise.
-        variation: from trial to trial.
+        variation: from trial to trial; None where it is not known: it then stays.
     """
+    if variation is None:
+        variation = TrialVariation(changes=np.zeros((residual.size, 0)))
     held_out = [p for p in layout.places if p.block.trial in layout.held_out]
     weights = layout.weights(floor.sd)
     weighted, directions = residual * weights, variation.changes * weights[:, np.newaxis]
@@ -115,14 +117,10 @@ def _refit(trials: Sequence[RepeatedTrial], count: int) -> None:
         return
     columns = np.concatenate([trial.directions[:, :count] for trial in trials])
     residual = np.concatenate([trial.residual for trial in trials])
-    left = iter(np.split(TangentSpace(columns).project_out(residual), _ends(trials)))
-    for trial in trials:
-        trial.residual = next(left)
-
-
-def _ends(trials: Sequence[RepeatedTrial]) -> NDArray[np.intp]:
-    """Where the trials' rows end in their stack."""
-    return np.cumsum([trial.residual.size for trial in trials])[:-1]
+    ends = np.cumsum([trial.residual.size for trial in trials])[:-1]
+    left = np.split(TangentSpace(columns).project_out(residual), ends)
+    for trial, own in zip(trials, left, strict=True):
+        trial.residual = own
 
 
 def held_out_excess(

@@ -10,14 +10,10 @@ import pytest
 
 from pamsim.core.errors import InputError
 from pamsim.diagnosis.method import trial_diagnosis, trial_search
-from pamsim.diagnosis.method.evidence import compare_trials, losses
+from pamsim.diagnosis.method.evidence import compare_trials, losses, mean_over_trials
 from pamsim.diagnosis.method.lack_of_fit import LackOfFit, shared_by_repeats
 from pamsim.diagnosis.method.trial_diagnosis import beyond_form, conclude, diagnose_trials
-from pamsim.diagnosis.method.trial_variation import (
-    TrialVariation,
-    held_out_excess,
-    without_variation,
-)
+from pamsim.diagnosis.method.trial_variation import held_out_excess, without_variation
 from pamsim.diagnosis.method.verdict import Verdict
 from tests.unit.diagnosis.toy_arm import (
     BIAS,
@@ -31,7 +27,6 @@ from tests.unit.diagnosis.toy_arm import (
 )
 
 LIBRARY = (DRY, BIAS, LEAK)
-NO_VARIATION = TrialVariation(changes=np.zeros((1, 0)))
 
 
 def found(hidden, library=LIBRARY, **options):
@@ -289,7 +284,7 @@ def test_repeats_that_vary_the_same_way_by_chance_leave_no_remainder(protocols, 
         fit=fit,
         loss=loss,
         excess=excess,
-        left=compare_trials(excess, dict.fromkeys(excess, 0.0), layout.protocol_of),
+        left=mean_over_trials(excess, layout.protocol_of),
         improvement=dataclasses.replace(best.improvement, gain=5.0),
     )
     for fitted in (-0.02, 0.02):  # what repeats share where the model was fitted
@@ -342,9 +337,7 @@ def test_what_held_out_repeats_share_is_their_excess_over_the_noise():
         trials = recorded({"dry": 0.06}, seed=seed, repeats=3)
         one = diagnose_trials(simulator(trials), NUISANCE, (LEAK,), regressors(trials))
         layout = laid_out(trials)
-        shared = shared_by_repeats(
-            without_variation(layout, one.base.residual, one.floor, NO_VARIATION)
-        )
+        shared = shared_by_repeats(without_variation(layout, one.base.residual, one.floor, None))
         excess = compare_trials(one.base_loss, one.perfect_loss, layout.protocol_of)
         assert shared.size == pytest.approx(excess.gain, rel=1e-9)
         assert shared.significant
