@@ -10,7 +10,7 @@ from __future__ import annotations
 
 from pamsim.actuator.chain import extension_rate, shift_rate
 from pamsim.actuator.chamber_pressure import chamber_pressure, chamber_volume
-from pamsim.actuator.commands import MEASURED, PRESSURE_SET
+from pamsim.actuator.commands import MEASURED
 from pamsim.actuator.friction import dry_friction, stribeck_friction
 from pamsim.actuator.layout import (
     AIR,
@@ -35,8 +35,10 @@ from pamsim.actuator.muscle_length import chain_ratio, length_at_muscle
 from pamsim.actuator.muscle_valves import (
     command_at_valve,
     flow_through_valves,
+    lags,
     leak_flow,
     left_by_dead_zone,
+    line_change,
     reached_opening,
 )
 from pamsim.actuator.static_muscle import contraction, limited, static_force, volume_varies
@@ -47,7 +49,6 @@ from pamsim.muscles.tension import effective_pressure
 from pamsim.pneumatics.air import GAS_CONSTANT
 from pamsim.pneumatics.chamber import air_state_rate, relaxing_rate
 from pamsim.pneumatics.tube import line_outflow, near_end_pressure
-from pamsim.pneumatics.valves import clamped_opening, line_rate
 
 _COMMAND = slot("command")
 _FORCE_LAW = slot("force.law")
@@ -77,7 +78,6 @@ _FLOOR = slot("chamber.floor")
 _HEAT_RATE = slot("chamber.heat_rate")
 _SUPPLY = slot("valve.supply_pressure")
 _RESISTANCE = slot("valve.supply_resistance")
-_LINE_LAG = slot("valve.line_lag")
 _TRAVEL_TIME = slot("valve.travel_time")
 _TUBE_RESISTANCE = slot("valve.tube_resistance")
 _TUBE_VOLUME = slot("valve.tube_volume")
@@ -270,9 +270,8 @@ def state_rates(
         return pull
     rates[count - LINE] = 0.0
     at_valve = command_at_valve(par, act, command)
-    if par[_LINE_LAG] > 0.0:
-        sent = command if par[_COMMAND] == PRESSURE_SET else clamped_opening(command)
-        rates[count - LINE] = line_rate(sent, at_valve, par[_LINE_LAG], timestep)
+    if lags(par):
+        rates[count - LINE] = line_change(par, command, at_valve, timestep)
     rates[count - SAG] = 0.0
     if par[_RESISTANCE] > 0.0:
         share = sag / (par[_SUPPLY] + par[_ATMOSPHERE])

@@ -15,6 +15,7 @@ from pamsim.pneumatics.orifice import mass_flow
 from pamsim.pneumatics.supply import Valves, supply_sag
 from pamsim.pneumatics.valves import (
     clamped_opening,
+    line_rate,
     past_dead_zone,
     pulsed_opening,
     regulated_opening,
@@ -34,7 +35,7 @@ _LAMINAR = slot("valve.laminar_ratio")
 _SUPPLY = slot("valve.supply_pressure")
 _RESISTANCE = slot("valve.supply_resistance")
 _SUPPLY_VOLUME = slot("valve.supply_volume")
-_LINE_LAG = slot("valve.line_lag")
+_LINE_LAG, _LINE_SLEW_TIME = slot("valve.line_lag"), slot("valve.line_slew_time")
 _PULSE_PERIOD = slot("valve.pulse_period")
 _BAND = slot("valve.regulator_band")
 _DEAD_BAND = slot("valve.regulator_dead_band")
@@ -42,6 +43,9 @@ _DEAD_ZONE = slot("valve.dead_zone")
 _DEAD_ZONE_ASYMMETRY = slot("valve.dead_zone_asymmetry")
 _TRAVEL_TIME = slot("valve.travel_time")
 _TUBE_RESISTANCE = slot("valve.tube_resistance")
+
+BAR = 1e5
+"""Change of a set point that a line's limited rate refers to [Pa]."""
 
 SENSOR_ERROR = 0.01
 """Share of the supply's pressure by which a measured pressure may read above it."""
@@ -104,11 +108,31 @@ def reached_opening(
     return slewed_opening(wanted, act[len(act) - OPENING], par[_TRAVEL_TIME], timestep)
 
 
+def lags(par: Row) -> bool:
+    """Whether the command's line follows with a lag or at a limited rate."""
+    return par[_LINE_LAG] + par[_LINE_SLEW_TIME] > 0.0
+
+
 def command_at_valve(par: Row, act: Row, command: float) -> float:
-    """The command behind the lag of its line; any unit."""
-    if par[_LINE_LAG] > 0.0:
+    """The command behind its line; any unit."""
+    if lags(par):
         return act[len(act) - LINE]
     return command
+
+
+def line_change(par: Row, command: float, carried: float, timestep: float) -> float:
+    """Rate of the command on its line, see `line_rate`; any unit per second.
+
+    Args:
+        par: parameter row.
+        command: as sent.
+        carried: at the line's other end.
+        timestep: [s].
+    """
+    sent, full = command, BAR
+    if par[_COMMAND] != PRESSURE_SET:
+        sent, full = clamped_opening(command), 1.0
+    return line_rate(sent, carried, par[_LINE_LAG], par[_LINE_SLEW_TIME], full, timestep)
 
 
 def pressure_at_valve(par: Row, act: Row, tendon_length: float) -> float:

@@ -3,13 +3,19 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from pamsim.effects.effect import Effect
 from pamsim.inference.free_parameter import FreeParameter
 
 INSIDE = 1e-3
 """Distance of starts from the ends of a range, as a share of it: friction at 0 has no gradient."""
+
+
+def of_all(name: str) -> str:
+    """Name for all muscles of a parameter of one, ``muscle:group.field``; empty for any other."""
+    muscle, _, common = name.partition(":")
+    return common if muscle else ""
 
 
 def inside(parameters: Sequence[FreeParameter], values: Mapping[str, float]) -> dict[str, float]:
@@ -92,6 +98,35 @@ class Candidate:
         """Whether the effect may have either sign."""
         size = self.parameters[0]
         return size.low < self.neutral[size.name] < size.high
+
+    def beside(self, values: Mapping[str, float]) -> Candidate:
+        """The candidate where a parameter of all muscles has another value than the rig states.
+
+        What is of one muscle, such as ``muscle_2:force.scale``, is neutral at the value of all.
+
+        Args:
+            values: name -> value [SI], such as ``force.scale``.
+        """
+        moved = {
+            name: values[common] - own
+            for name, own in self.neutral.items()
+            if (common := of_all(name)) in values
+        }
+        if not moved:
+            return self
+        return replace(
+            self,
+            neutral={name: own + moved.get(name, 0.0) for name, own in self.neutral.items()},
+            probes=tuple(
+                replace(
+                    p,
+                    values=inside(
+                        self.parameters, {n: v + moved.get(n, 0.0) for n, v in p.values.items()}
+                    ),
+                )
+                for p in self.probes
+            ),
+        )
 
     def moved(self, probe: Probe, factor: float) -> dict[str, float]:
         """A probe made larger or smaller, within the ranges and off their ends.

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
@@ -99,6 +100,8 @@ def _at(rig: Rig, found: Effect, place: str) -> Effect:
             raise InputError(f"{found.name} does not act on a {what}: it changes {own}")
         name = own.replace(JOINT, place) if at_joint else f"{place}:{own}"
         parameters.append(replace(parameter, name=name))
+    if len({parameter.name for parameter in parameters}) < len(parameters):
+        raise InputError(f"{found.label} acts on two muscles together, not on one")
     return replace(found, place=place, parameters=tuple(parameters))
 
 
@@ -162,7 +165,11 @@ def candidate(rig: Rig, effect: Effect) -> Candidate:
     }
     shapes = [r.name for p, r in parts if p.shape]
     variants: list[dict[str, float]] = [{}]
-    variants += [{r.name: value} for p, r in parts if p.shape for value in p.starts]
+    if effect.crossed:
+        axes = [[(r.name, value) for value in (p.typical, *p.starts)] for p, r in parts if p.shape]
+        variants = [dict(shape) for shape in itertools.product(*axes)]
+    else:
+        variants += [{r.name: value} for p, r in parts if p.shape for value in p.starts]
     probes: list[Probe] = []
     for number, size in enumerate(effect.probes):
         # Other shapes are tried at one size only: the shape shows at any size.

@@ -62,9 +62,15 @@ def _value(value: float, unit: str) -> str:
 def sized(name: str, estimate: Estimate) -> str:
     """A fitted parameter as text, such as ``leak conductance 2.00 [1.92, 2.07] mm^3/(s*kPa)``."""
     label = name.rpartition(".")[2].replace("_", " ")
-    text = f"{label} {estimate.value:.{_DIGITS}g}"
+    digits = _DIGITS
     if estimate.interval95 is not None:
-        text += f" [{', '.join(f'{end:.{_DIGITS}g}' for end in estimate.interval95)}]"
+        low, high = estimate.interval95
+        largest = max(abs(low), abs(high), abs(estimate.value))
+        if low < high:  # two digits of half its width
+            digits = max(digits, 2 + math.floor(math.log10(2.0 * largest / (high - low))))
+    text = f"{label} {estimate.value:.{digits}g}"
+    if estimate.interval95 is not None:
+        text += f" [{', '.join(f'{end:.{digits}g}' for end in estimate.interval95)}]"
     return text if estimate.unit == "1" else f"{text} {estimate.unit}"
 
 

@@ -54,6 +54,7 @@ _NOMINAL_LENGTH = slot("braid.nominal_length")
 _ATMOSPHERE = slot("chamber.atmosphere")
 _TEMPERATURE = slot("chamber.temperature")
 _SUPPLY = slot("valve.supply_pressure")
+_LINE_LAG, _LINE_SLEW_TIME = slot("valve.line_lag"), slot("valve.line_slew_time")
 _PITCH = slot("chain.ripple_pitch")
 
 
@@ -417,6 +418,14 @@ def _stated(parameter: str, name: str, unit: str) -> VirtualTest:
     return test
 
 
+def _line(there: Bench, without: Bench, muscle: int) -> Quantities:
+    """What a full-scale step waits for on the command's line: the area above its response."""
+    one, other = there.muscles[muscle], without.muscles[muscle]
+    lag, slew_time = (one[i] - other[i] for i in (_LINE_LAG, _LINE_SLEW_TIME))
+    found = {"sum_of_time_constants": (lag + 0.5 * slew_time, "s")}
+    return found if slew_time == 0.0 else {**found, "time_for_full_scale": (slew_time, "s")}
+
+
 def _sensed(field: str, name: str, unit: str) -> VirtualTest:
     """The test of a sensor's error: a difference, or of scales a ratio less 1."""
 
@@ -451,10 +460,11 @@ TESTS: Mapping[str, VirtualTest] = {
     "valve_dead_zone": _dead_zones,
     "valve_flow": _choked_flow,
     "valve_asymmetry": _choked_flow,
+    "valve_mismatch": _choked_flow,
     "tube_resistance": _stated("valve.tube_resistance", "pressure_drop_per_flow", "Pa*s/kg"),
     "thermal_relaxation": _heat,
     "valve_delay": _stated("valve.delay", "mean_dead_time", "s"),
-    "line_lag": _stated("valve.line_lag", "sum_of_time_constants", "s"),
+    "line_lag": _line,
     "valve_slew": _stated("valve.travel_time", "time_for_full_scale", "s"),
     "chain_backlash": _stated("chain.backlash", "lost_travel", "m"),
     "chain_compliance": _stated("chain.compliance", "compliance_at_700_N", "m/N"),

@@ -17,12 +17,29 @@ EFFECTS = (
     ),
     Effect(
         name="line_lag",
+        form="first_order",
         family="command_delay",
         missing="a lag between the command and the valves",
         equation="tau u_valve' = u - u_valve",
         parameters=(EffectParameter(name="valve.line_lag", typical=0.02, low=0.0, high=0.5),),
         look_alikes=("valve_delay", "pressure_lag", "valve_flow"),
         separating="sharp steps at a high sampling rate: a lag responds at once",
+        upstream_of_pressure=True,
+    ),
+    Effect(
+        name="line_lag",
+        form="limited_rate",
+        family="command_delay",
+        missing="a limit on the rate at which the command on its way to the valves changes",
+        equation="u_valve' = (u - u_valve) / tau, |u_valve'| <= 1 bar / t_slew of set points, 1 /"
+        " t_slew of openings",
+        parameters=(
+            EffectParameter(name="valve.line_slew_time", typical=0.03, low=0.0, high=1.0),
+            EffectParameter(name="valve.line_lag", typical=2e-3, low=0.0, high=0.5),
+        ),
+        look_alikes=("valve_delay", "valve_slew", "valve_flow"),
+        separating="steps of different height: a limited rate takes the longer, the higher the"
+        " step, a lag takes the same time",
         upstream_of_pressure=True,
     ),
     Effect(

@@ -237,6 +237,7 @@ EFFECTS = (
     ),
     Effect(
         name="muscle_mismatch",
+        form="strength",
         family="muscle_mismatch",
         missing="a difference between the two muscles",
         equation="F_2 = scale F(p, kappa) of the second muscle",
@@ -252,5 +253,34 @@ EFFECTS = (
         ),
         look_alikes=("angle_bias", "load_torque"),
         separating="raise both pressures together: the arm turns only if the muscles are unequal",
+    ),
+    Effect(
+        name="muscle_mismatch",
+        form="strength_and_stroke",
+        family="muscle_mismatch",
+        missing="a difference between the two muscles, in strength and in stroke",
+        equation="F_2 = scale F(p, kappa) of the second muscle, whose d is free: its force falls"
+        " with contraction by d p kappa",
+        parameters=(
+            EffectParameter(
+                name=f"{SECOND_MUSCLE}:force.scale",
+                typical=1.04,
+                low=0.7,
+                high=1.4,
+                neutral=None,
+                relative=True,
+            ),
+            EffectParameter(
+                name=f"{SECOND_MUSCLE}:force.d",
+                unit="N/Pa",
+                typical=1e-4,
+                low=-6e-3,
+                high=6e-3,
+                neutral=None,
+            ),
+        ),
+        look_alikes=("angle_bias", "load_torque"),
+        separating="raise both pressures together at several angles: the torque that they leave"
+        " depends on the angle as the muscles' strokes differ",
     ),
 )

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from pamsim.effects.effect import Effect, EffectParameter
+from pamsim.effects.effect import SECOND_MUSCLE, Effect, EffectParameter
 
 EFFECTS = (
     Effect(
@@ -36,6 +36,7 @@ EFFECTS = (
     ),
     Effect(
         name="supply_sag",
+        form="resistance",
         family="supply",
         missing="a supply whose pressure falls with the flow that the muscles draw from it",
         equation="P_line = P_supply - R_s (mdot_1 + mdot_2 + ...)",
@@ -45,6 +46,28 @@ EFFECTS = (
         look_alikes=("valve_flow", "air_leak"),
         separating="a gauge on the supply while a muscle is filled from empty",
         probes=(0.1, 0.5, 2.0),
+        upstream_of_pressure=True,
+    ),
+    Effect(
+        name="supply_sag",
+        form="reservoir",
+        family="supply",
+        missing="a supply whose reservoir is drawn down by the muscles and refilled slowly",
+        equation="V_s / (R T) P_line' = (P_supply - P_line) / R_s - (mdot_1 + mdot_2 + ...)",
+        parameters=(
+            EffectParameter(name="valve.supply_resistance", typical=2e8, low=0.0, high=5e9),
+            EffectParameter(
+                name="valve.supply_volume",
+                typical=1e-4,
+                low=0.0,
+                high=1e-2,
+                shape=True,
+                starts=(1e-5, 1e-3),
+            ),
+        ),
+        look_alikes=("valve_flow", "air_leak"),
+        separating="a gauge on the supply while a muscle is filled from empty, and afterwards",
+        probes=(0.3,),
         upstream_of_pressure=True,
     ),
     Effect(
@@ -128,6 +151,34 @@ EFFECTS = (
         ),
         look_alikes=("valve_flow", "air_leak", "supply_sag"),
         separating="fill from empty and vent from full with a valve wide open, and compare the two",
+        upstream_of_pressure=True,
+        rare=True,
+    ),
+    Effect(
+        name="valve_mismatch",
+        family="valve",
+        missing="another flow through the valves of one muscle than through the others'",
+        equation="mdot of the second muscle's valves, with a C_fill and a C_exhaust of its own",
+        parameters=(
+            EffectParameter(
+                name=f"{SECOND_MUSCLE}:valve.conductance_fill",
+                typical=0.8,
+                low=0.1,
+                high=5.0,
+                neutral=None,
+                relative=True,
+            ),
+            EffectParameter(
+                name=f"{SECOND_MUSCLE}:valve.conductance_exhaust",
+                typical=1.0,
+                low=0.1,
+                high=5.0,
+                neutral=None,
+                relative=True,
+            ),
+        ),
+        look_alikes=("valve_flow", "supply_sag", "valve_asymmetry"),
+        separating="fill and vent one muscle after the other with its valves wide open",
         upstream_of_pressure=True,
         rare=True,
     ),

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from pamsim.effects.effect import Effect, EffectParameter
+from pamsim.effects.effect import SECOND_MUSCLE, Effect, EffectParameter
 
 EFFECTS = (
     Effect(
@@ -30,6 +30,7 @@ EFFECTS = (
     ),
     Effect(
         name="sprocket_ripple",
+        form="one_phase",
         family="sprocket_ripple",
         missing="travel of the chain that ripples from tooth to tooth of the sprocket",
         equation="x_muscle = x + a sin(2 pi x / pitch + phase)",
@@ -56,5 +57,46 @@ EFFECTS = (
         look_alikes=("angle_scale", "chain_backlash"),
         separating="turn the arm slowly through several teeth at one pressure and read the angle",
         rare=True,
+    ),
+    Effect(
+        name="sprocket_ripple",
+        form="two_phases",
+        family="sprocket_ripple",
+        missing="travel of the chain that ripples from tooth to tooth of the sprocket, with a phase"
+        " of its own at either end, as where a torque ripples with the angle",
+        equation="x_muscle = x + a sin(2 pi x / pitch + phase), with a phase for each muscle",
+        parameters=(
+            EffectParameter(name="chain.ripple", typical=5e-5, low=0.0, high=3e-4),
+            EffectParameter(
+                name="chain.ripple_pitch",
+                typical=9.525e-3,
+                low=4e-3,
+                high=1e-2,  # longer ones with two phases take any smooth shape
+                shape=True,
+                starts=(5e-3, 7e-3),
+            ),
+            EffectParameter(
+                name="chain.ripple_phase",
+                typical=0.0,
+                low=-3.2,
+                high=3.2,
+                shape=True,
+                starts=(-2.1, 2.1),
+                natural_ends=True,
+            ),
+            EffectParameter(
+                name=f"{SECOND_MUSCLE}:chain.ripple_phase",
+                typical=0.0,
+                low=-3.2,
+                high=3.2,
+                shape=True,
+                starts=(-2.1, 2.1),
+                natural_ends=True,
+            ),
+        ),
+        look_alikes=("angle_scale", "chain_backlash"),
+        separating="turn the arm slowly through several teeth at one pressure and read the angle",
+        rare=True,
+        crossed=True,
     ),
 )

@@ -59,6 +59,7 @@ _MOSTLY_OFF = (
     "chamber.leak_conductance",
     "chamber.laminar_leak_conductance",
     "valve.line_lag",
+    "valve.line_slew_time",
     "valve.travel_time",
     "valve.dead_zone",
     "valve.tube_resistance",

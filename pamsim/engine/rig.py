@@ -201,7 +201,8 @@ class Rig:
         else:
             model = copy.copy(self.model)
         sensing: dict[str, float] = {}
-        for name, value in values.items():
+        # What is of one muscle comes after what is of all.
+        for name, value in sorted(values.items(), key=lambda item: ":" in item[0]):
             if name.startswith(_SENSOR):
                 sensing[_sensor_field(name.removeprefix(_SENSOR))] = value
                 continue

@@ -86,6 +86,13 @@ class ValvePair(ParameterGroup):
     line_lag: float = parameter(
         unit="s", low=0.0, high=10.0, doc="time constant from command to valve", default=0.0
     )
+    line_slew_time: float = parameter(
+        unit="s",
+        low=0.0,
+        high=10.0,
+        doc="in which the command's line moves by 1 bar or a full opening at its limited rate",
+        default=0.0,
+    )
     travel_time: float = parameter(
         unit="s",
         low=0.0,
@@ -165,19 +172,30 @@ def regulated_opening(set_point: float, pressure: float, band: float, dead_band:
     return 0.0 * error  # not a plain 0: a NaN error must not shut the valve silently
 
 
-def line_rate(command: float, carried: float, lag: float, timestep: float) -> float:
-    """Rate of a command on a line that follows with a first-order lag, over an Euler step.
+def line_rate(
+    command: float, carried: float, lag: float, slew_time: float, full: float, timestep: float
+) -> float:
+    """Rate of a command on a line with a first-order lag and a limited rate, over an Euler step.
 
     Args:
         command: at the line's one end, held during the step [any unit].
         carried: at its other end, in the same unit.
-        lag: time constant [s].
+        lag: time constant [s]; 0 for none.
+        slew_time: in which the line moves by ``full`` at most [s]; 0 for no limit.
+        full: that the limit refers to, in the same unit.
         timestep: [s].
 
     Returns:
-        Rate, in that unit per second, that takes ``carried`` in one step to where it is exactly.
+        Rate, in that unit per second; without a limit it takes ``carried`` in one step to where it
+        is exactly. NaN stays NaN.
     """
-    return (command - carried) * -math.expm1(-timestep / lag) / timestep
+    share = 1.0
+    if lag > 0.0:
+        share = -math.expm1(-timestep / lag)
+    rate = (command - carried) * share / timestep
+    if abs(rate) * slew_time > full:
+        return math.copysign(full / slew_time, rate)
+    return rate
 
 
 def slewed_opening(opening: float, before: float, travel_time: float, timestep: float) -> float:

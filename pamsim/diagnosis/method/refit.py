@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from pamsim.comparison.candidate import of_all
 from pamsim.comparison.noise_floor import NoiseFloor
 from pamsim.comparison.trial_residuals import TrialSimulator
 from pamsim.core.errors import InputError
@@ -151,7 +152,7 @@ class Fitter:
         *,
         most: int = 12,
         worth: float = np.inf,
-        least_steps: int = 1,
+        anew: bool = False,
     ) -> Refit:
         """Fit from one or more starts; the best end counts.
 
@@ -159,9 +160,10 @@ class Fitter:
             parameters: p of them.
             starts: name -> value for each [SI].
             most: steps tried.
-            worth: cost that a fit must come to. One that promises less ends where it is.
-            least_steps: steps that it takes before that. Some effects, such as a slow valve, grow
-                with the square of their size, so that a small start promises next to nothing.
+            worth: cost that a fit must come to. One that promises less ends where it is, but not
+                before its first step: some effects, such as a slow valve, grow with the square of
+                their size, so that a small start promises next to nothing.
+            anew: whether the Jacobian of the nuisance parameters is computed where it begins.
 
         Raises:
             InputError: if the simulation breaks down at every start.
@@ -171,7 +173,7 @@ class Fitter:
         if known is not None:
             place = np.array(known["place"], dtype=np.float64)
             return self._finished(parameters, place, float(known["cost"]), known["jacobian"])
-        fits = [self._search(parameters, start, most, worth, least_steps) for start in starts]
+        fits = [self._search(parameters, start, most, worth, anew) for start in starts]
         best = min((f for f in fits if f is not None), key=lambda f: f.cost, default=None)
         if best is None:
             names = ", ".join(p.name for p in parameters)
@@ -190,7 +192,7 @@ class Fitter:
         start: Mapping[str, float],
         most: int,
         worth: float,
-        least_steps: int,
+        anew: bool,
     ) -> Fit | None:
         scale = SearchScale(parameters)
         begin = np.clip(scale.place(start), EDGE, 1.0 - EDGE)
@@ -201,10 +203,10 @@ class Fitter:
             )
 
         def descended(place: FloatArray, kept: Mapping[str, FloatArray]) -> Fit | None:
-            return self.steps(
-                parameters, place, jacobian(kept), most, worth=worth, least_steps=least_steps
-            )
+            return self.steps(parameters, place, jacobian(kept), most, worth=worth)
 
+        if anew:
+            return descended(begin, {})
         fit = descended(begin, self._jacobian)
         if fit is not None and self._jacobian and fit.start_cost - fit.cost > _FAR:
             return descended(fit.x, {}) or fit
@@ -219,7 +221,6 @@ class Fitter:
         *,
         fine: bool = False,
         worth: float = np.inf,
-        least_steps: int = 1,
     ) -> Fit | None:
         """Descend from a place.
 
@@ -230,7 +231,6 @@ class Fitter:
             most: steps tried.
             fine: whether in fine steps, and to the last of what they resolve.
             worth: see `fit`.
-            least_steps: see `fit`.
 
         Returns:
             The end; None if the simulation breaks down at the beginning.
@@ -240,7 +240,7 @@ class Fitter:
         def give_up(residual: FloatArray, columns: FloatArray) -> bool:
             nonlocal judged
             judged += 1
-            return judged > least_steps and _promised(residual, columns) > worth
+            return judged > 1 and _promised(residual, columns) > worth
 
         try:
             return bounded_least_squares(
@@ -282,6 +282,9 @@ class Fitter:
         kept: Mapping[str, FloatArray],
     ) -> FloatArray:
         """The Jacobian (f, p), with the columns that are kept instead of fresh ones."""
+        # Where one muscle has a value of its own, the one for all acts on the others only.
+        own_values = {of_all(p.name) for p in parameters}
+        kept = {name: column for name, column in kept.items() if name not in own_values}
         fresh = [p for p in parameters if p.name not in kept]
         own = iter(self.jacobian(fresh, values, here).T)
         columns = [kept[p.name] if p.name in kept else next(own) for p in parameters]

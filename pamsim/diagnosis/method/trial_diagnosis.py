@@ -35,6 +35,8 @@ from pamsim.diagnosis.method.verdict import Evidence, Verdict, decide
 from pamsim.diagnosis.method.verdict_thresholds import (
     GAP_LOSS,
     GAP_P_VALUE,
+    LACK_IN_DOUBT,
+    LACK_OF_FIT_LOSS,
     LARGE_REMAINDER_LOSS,
     LEFT_FOR_RARE,
     PARTNER_SHARE,
@@ -158,6 +160,7 @@ def diagnose_trials(
     steps = Steps(progress, 2 + SHORTLIST + sum(sets) + _LAST)
     steps.begin("base model")
     fitter, base = fitted_base(simulator, nuisance, commands, remembered)
+    candidates = [c.beside(base.values) for c in candidates]
     floor, layout = fitter.floor, simulator.layout
     base_loss = losses(layout, base.residual, floor, held_out=True)
     every = [*layout.trials(held_out=False), *layout.trials(held_out=True)]
@@ -395,6 +398,7 @@ def conclude(
     left = best.left
     least = best.least_gain if layout.origin else REMAINDER_LOSS
     remainder = has_remainder(left, lack, layout, best.fit.residual, floor, variation, least=least)
+    doubtful = lack.p_value < LACK_IN_DOUBT and lack.size > LACK_OF_FIT_LOSS
     explained = explained_by(best, base_loss, layout)
     large_remainder = lack.significant or (remainder and left.gain > LARGE_REMAINDER_LOSS)
     if large_remainder:
@@ -405,7 +409,7 @@ def conclude(
         gap=True,
         explained=explained.value,
         effects=most,
-        remainder=remainder,
+        remainder=remainder or doubtful,
         large_remainder=large_remainder,
         untested=not lack.testable,
         strained=best.strained(),

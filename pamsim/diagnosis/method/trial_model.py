@@ -7,12 +7,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from pamsim.comparison.candidate import Candidate
+from pamsim.comparison.candidate import Candidate, of_all
 from pamsim.comparison.noise_floor import floor_beside
 from pamsim.core.errors import InputError
 from pamsim.diagnosis.method.evidence import (
     Improvement,
-    compare_trials,
+    compare_models,
     losses,
     mean_over_trials,
     perfect_losses,
@@ -48,6 +48,8 @@ class TrialModel:
         left: the same over all of them, with its error.
         improvement: over the base model on the held-out trials.
         intervals: name of each parameter -> 95 % interval [SI].
+        apart: name of each parameter of one muscle whose value for all was fitted, too -> 95 %
+            interval of the difference [SI].
         least_gain: fall of the loss from which the effects may be claimed.
     """
 
@@ -58,6 +60,7 @@ class TrialModel:
     left: Improvement
     improvement: Improvement
     intervals: Mapping[str, tuple[float, float]]
+    apart: Mapping[str, tuple[float, float]]
     least_gain: float = LEAST_GAIN
 
     @property
@@ -93,8 +96,11 @@ class TrialModel:
         """
         for candidate in self.candidates:
             size = candidate.parameters[0].name
-            low, high = self.intervals[size]
-            if low <= candidate.neutral[size] <= high:
+            if size in self.apart:
+                absent = _holds(self.apart[size], 0.0)
+            else:
+                absent = _holds(self.intervals[size], candidate.neutral[size])
+            if absent:
                 return False
         return True
 
@@ -152,7 +158,7 @@ def fit_effects(
     *,
     variation: TrialVariation | None = None,
     worth: float = np.inf,
-    least_steps: int = 1,
+    anew: bool = False,
 ) -> TrialModel | None:
     """Fit the base model with effects freed, from several starts, and judge it.
 
@@ -164,7 +170,7 @@ def fit_effects(
         starts: values of their parameters to begin from [SI].
         variation: from trial to trial; None where it is not known.
         worth: cost that the fit must come to, see `Fitter.fit`.
-        least_steps: that it takes before it may be given up.
+        anew: see `Fitter.fit`.
 
     Returns:
         The result, or None if the simulation breaks down.
@@ -172,7 +178,7 @@ def fit_effects(
     parameters = (*base.parameters, *(p for c in candidates for p in c.parameters))
     try:
         begins = [{**base.values, **start} for start in starts]
-        fit = fitter.fit(parameters, begins, worth=worth, least_steps=least_steps)
+        fit = fitter.fit(parameters, begins, worth=worth, anew=anew)
     except InputError:
         return None
     return _judged(fitter, base_loss, candidates, fit, variation)
@@ -199,14 +205,16 @@ def _judged(
     layout = fitter.simulator.layout
     loss = losses(layout, fit.residual, fitter.floor, held_out=True)
     excess = held_out_excess(layout, fit.residual, fitter.floor, variation)
+    intervals, apart = _intervals95(fitter, fit)
     return TrialModel(
         candidates=tuple(candidates),
         fit=fit,
         loss=loss,
         excess=excess,
         left=mean_over_trials(excess, layout.protocol_of),
-        improvement=compare_trials(base_loss, loss, layout.protocol_of),
-        intervals=_intervals95(fitter, fit),
+        improvement=compare_models(base_loss, loss, layout),
+        intervals=intervals,
+        apart=apart,
         least_gain=_least_gain(fitter, fit),
     )
 
@@ -220,18 +228,25 @@ def _least_gain(fitter: Fitter, fit: Refit) -> float:
     return UNREPEATED_GAIN * float(np.mean(list(noise.values())))
 
 
-def _intervals95(fitter: Fitter, fit: Refit) -> dict[str, tuple[float, float]]:
-    """Name -> 95 % interval [SI] from the scatter of trials about the mean of their protocol.
+Intervals = dict[str, tuple[float, float]]
 
-    It holds for noise that drifts within trials. A parameter that the data do not show gets its
+
+def _intervals95(fitter: Fitter, fit: Refit) -> tuple[Intervals, Intervals]:
+    """95 % intervals [SI] from the scatter of trials about the mean of their protocol.
+
+    They hold for noise that drifts within trials. A parameter that the data do not show gets its
     whole range.
+
+    Returns:
+        Name -> interval of each parameter, and of the difference between each of one muscle and
+        that of all, see `TrialModel.apart`.
     """
     norms = np.linalg.norm(fit.jacobian, axis=0)
     shown = norms > 1e-9 * max(float(norms.max(initial=0.0)), np.finfo(float).tiny)
     scale = SearchScale(fit.parameters)
-    reach = np.full(norms.size, np.inf)
-    count = int(shown.sum())
-    if count:
+    covariance = np.diag(np.full(norms.size, np.inf))
+    if shown.any():
+        count = int(shown.sum())
         spread = parameter_covariance(
             Linearisation(
                 places=fitter.simulator.layout.fitted_places,
@@ -243,8 +258,25 @@ def _intervals95(fitter: Fitter, fit: Refit) -> dict[str, tuple[float, float]]:
             np.zeros((count, count)),
             fewest_repeats=_FEWEST_REPEATS,
         )
-        reach[shown] = spread.quantile * np.sqrt(np.diag(spread.matrix))
+        factor = np.broadcast_to(spread.quantile, count)
+        covariance[np.ix_(shown, shown)] = spread.matrix * np.outer(factor, factor)
+    reach = np.sqrt(np.diag(covariance))
     at = scale.place(fit.values)
     low = scale.values(np.clip(at - reach, 0.0, 1.0))
     high = scale.values(np.clip(at + reach, 0.0, 1.0))
-    return {name: (low[name], high[name]) for name in low}
+    index = {p.name: i for i, p in enumerate(fit.parameters)}
+    width = np.array([p.high - p.low for p in fit.parameters])
+    apart: Intervals = {}
+    for name, i in index.items():
+        j = index.get(of_all(name))
+        if j is not None and shown[i] and shown[j]:
+            own, common = width[i], width[j]
+            variance = (
+                own**2 * covariance[i, i]
+                + common**2 * covariance[j, j]
+                - 2.0 * own * common * covariance[i, j]
+            )
+            difference = fit.values[name] - fit.values[of_all(name)]
+            far = float(np.sqrt(variance))
+            apart[name] = (difference - far, difference + far)
+    return {name: (low[name], high[name]) for name in low}, apart

@@ -14,7 +14,7 @@ import numpy as np
 
 from pamsim.comparison.candidate import Candidate
 from pamsim.core.progress import Steps
-from pamsim.diagnosis.method.evidence import compare_trials
+from pamsim.diagnosis.method.evidence import compare_models
 from pamsim.diagnosis.method.refit import Fitter, Refit
 from pamsim.diagnosis.method.screen import (
     Screened,
@@ -27,7 +27,7 @@ from pamsim.diagnosis.method.screen import (
 from pamsim.diagnosis.method.trial_model import TrialModel, fit_effects
 from pamsim.diagnosis.method.trial_variation import TrialVariation
 from pamsim.diagnosis.method.verdict_thresholds import (
-    ADEQUATE,
+    FORM_ERROR,
     FORM_GAIN,
     LEAST_GAIN,
     PARTNER_SHARE,
@@ -133,7 +133,7 @@ class TrialSearch:
         self._base = base
         self._base_loss = base_loss
         missed = float(np.mean(list(base_loss.values())) - np.mean(list(perfect.values())))
-        self._form_error = (1.0 - ADEQUATE) * missed
+        self._form_error = FORM_ERROR * missed
         self.rivals: list[TrialModel] = []
         self._screened = screened
         self._variation = variation
@@ -191,6 +191,7 @@ class TrialSearch:
             least: cost of the best model; forms that could not get there are left out.
         """
         _, misfit = self._fitter.unexplained(self._base)
+        converged = False
         for name in model.names:
             space, left = self._fitter.unexplained(model.fit)
             forms = forms_beside(self._screened, model.labels, name, space, left)
@@ -198,6 +199,8 @@ class TrialSearch:
                 most = _FORM_LEEWAY * gain
                 if most < FORM_GAIN or model.fit.cost - most > least:
                     continue
+                if not converged:
+                    model, converged = self._descended(model), True
                 candidates = [form.candidate if c.name == name else c for c in model.candidates]
                 others = {
                     p.name: model.fit.values[p.name]
@@ -207,11 +210,8 @@ class TrialSearch:
                 }
                 starts = [{**others, **start} for start in form.starts(misfit)]
                 worth = model.fit.cost - FORM_GAIN
-                # No step before it is given up: the model's own fit is a loose one, and another
-                # form would be preferred for the better descent alone.
-                other = self._known.get(_key(candidates)) or self._fitted(
-                    candidates, starts, worth, least_steps=0
-                )
+                known = self._known.get(_key(candidates))
+                other = known or self._fitted(candidates, starts, worth)
                 if other is not None and other.fit.cost < model.fit.cost - FORM_GAIN:
                     model = other
         return model
@@ -235,7 +235,7 @@ class TrialSearch:
         formula = self._form_error
         enough = formula if left <= formula else min(formula, PARTNER_SHARE * left)
         growth = replace(growth, least_gain=max(growth.least_gain, enough))
-        protocol_of = self._fitter.simulator.layout.protocol_of
+        layout = self._fitter.simulator.layout
         least = min(m.fit.cost for m in accepted)
         parents = accepted[: growth.beam]
         jobs = [job for parent in parents for job in self._jobs(parent, growth, least)]
@@ -247,9 +247,7 @@ class TrialSearch:
             model = known or self._fitted(job.candidates, job.starts, worth)
             if model is None or not model.size_known():
                 continue
-            over = [
-                compare_trials(m.loss, model.loss, protocol_of) for m in (accepted[0], *job.parents)
-            ]
+            over = [compare_models(m.loss, model.loss, layout) for m in (accepted[0], *job.parents)]
             p_value = max(c.p_value for c in over)
             needed = growth.least_gain
             if self._of_rare_cause(model):
@@ -275,7 +273,7 @@ class TrialSearch:
             model: with two effects or more.
             growth: how it was grown; its thresholds apply to what stays.
         """
-        protocol_of = self._fitter.simulator.layout.protocol_of
+        layout = self._fitter.simulator.layout
         screened = {s.candidate.name for s in self._screened}
         for name in model.names:
             if len(model.candidates) == 1:
@@ -287,7 +285,7 @@ class TrialSearch:
             smaller = self._best({c.name for c in kept})
             if smaller is None or name not in screened:
                 continue
-            step = compare_trials(smaller.loss, model.loss, protocol_of)
+            step = compare_models(smaller.loss, model.loss, layout)
             if step.p_value < growth.significance and step.gain > growth.least_gain:
                 continue
             model = smaller
@@ -306,6 +304,17 @@ class TrialSearch:
         """The known model with these effects, in whichever forms fit best."""
         known = [model for model in self._models() if set(model.names) == names]
         return min(known, key=lambda m: m.fit.cost, default=None)
+
+    def _descended(self, model: TrialModel) -> TrialModel:
+        """The model, its fit carried on with a new Jacobian.
+
+        A fit that ends early would lose to another form for the better descent alone.
+        """
+        further = self._fitted(model.candidates, [model.fit.values], anew=True)
+        if further is None or further.fit.cost > model.fit.cost:
+            self._known[_key(model.candidates)] = model
+            return model
+        return further
 
     def _promised_beside(self, model: TrialModel) -> float:
         """Largest fall of the mean loss that an effect promises beside those of a model."""
@@ -379,7 +388,7 @@ class TrialSearch:
         candidates: Sequence[Candidate],
         starts: Sequence[Mapping[str, float]],
         worth: float = np.inf,
-        least_steps: int = 1,
+        anew: bool = False,
     ) -> TrialModel | None:
         """The model with these effects, known from then on. See `Fitter.fit` for the last two."""
         self._steps.begin(" + ".join(sorted(c.label for c in candidates)))
@@ -391,7 +400,7 @@ class TrialSearch:
             starts,
             variation=self._variation,
             worth=worth,
-            least_steps=least_steps,
+            anew=anew,
         )
         return self._known[_key(candidates)]
 

@@ -21,7 +21,11 @@ PARTNER_SHARE = 0.5
 """Share of what the best smaller model leaves that a further effect must remove: one that removes
 less stands in for an error of the first one's formula."""
 
-ADEQUATE = 0.95
+FORM_ERROR = 0.05
+"""Share of what the base model misses that the formula of an effect may leave: a further effect
+must remove more."""
+
+ADEQUATE = 0.97
 """Share of what the base model misses that a named effect must explain, where a significant
 remainder is left. The rest is what its formula may be off by; of two effects, each may be."""
 
@@ -48,6 +52,10 @@ second."""
 LACK_OF_FIT, LACK_OF_FIT_LOSS = 0.001, 0.005
 """p-value and size of a remainder that all repeats share, from which it counts. Numerical errors of
 a good simulation reach this size."""
+
+LACK_IN_DOUBT = 0.01
+"""The same p-value for what explains less than `ADEQUATE`: other causes of a similar shape leave a
+few per cent."""
 
 LEFT_FOR_RARE = 0.05
 """p-value of lack of fit of the best single effect below which the rare effects are tried too."""

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import math
 
 import numpy as np
 import pytest
@@ -23,9 +24,39 @@ def test_the_line_closes_in_exponentially_at_any_time_step(timestep):
     carried, seen = 0.2, []
     for _ in range(30):
         seen.append(carried)
-        carried += timestep * line_rate(0.9, carried, 0.05, timestep)
+        carried += timestep * line_rate(0.9, carried, 0.05, 0.0, 1.0, timestep)
     expected = 0.9 - 0.7 * np.exp(-timestep * np.arange(30) / 0.05)
     assert seen == pytest.approx(expected, rel=1e-9)
+
+
+@pytest.mark.parametrize("lag", [0.0, 0.05])
+def test_a_line_of_limited_rate_moves_by_its_full_scale_in_its_time(lag):
+    """A high step at the limit, down as up; what is left of it as without one."""
+    slew_time, full, timestep = 0.2, 1e5, 1e-3
+    for height in (4e5, -4e5):
+        carried, seen = 0.0, []
+        for _ in range(2000):
+            seen.append(carried)
+            carried += timestep * line_rate(height, carried, lag, slew_time, full, timestep)
+        rates = np.diff(seen) / timestep
+        limited = np.abs(height - np.array(seen[:-1])) > max(lag, timestep) * full / slew_time
+        assert np.sum(limited) > 500
+        assert rates[limited] == pytest.approx(math.copysign(full / slew_time, height))
+        assert np.abs(rates).max() <= full / slew_time * (1.0 + 1e-9)
+        assert carried == pytest.approx(height, rel=1e-9)
+    assert math.isnan(line_rate(math.nan, 0.0, lag, slew_time, full, timestep))
+
+
+@pytest.mark.parametrize(
+    ("command", "sent", "full"), [("pressure_set", 3e5, 1e5), ("valve", 0.9, 1.0)]
+)
+def test_a_limited_rate_refers_to_1_bar_of_a_set_point_and_to_a_full_opening(command, sent, full):
+    valve = dataclasses.replace(PLAIN_VALVE, line_slew_time=0.25)
+    muscle = make(valve=valve, command=command)
+    act = charged(muscle, 0.19, 1e5, carried=0.0)
+    out = [0.0] * len(act)
+    kernel.state_rates(pack(muscle), act, out, 0.19, 0.0, sent, 0.0, 1e-3)
+    assert out[-5] == pytest.approx(full / 0.25, rel=1e-12)
 
 
 def test_the_valve_hears_what_the_line_carries_and_not_the_command():

@@ -32,7 +32,7 @@ def tried(rig):
     [
         ("viscous_friction", ["shoulder", "elbow"]),
         ("added_inertia", ["shoulder", "elbow"]),
-        ("muscle_mismatch", ["shoulder_flexor", "shoulder_extensor", "biceps", "triceps"]),
+        ("muscle_mismatch:strength", ["shoulder_flexor", "shoulder_extensor", "biceps", "triceps"]),
         ("viscoelastic_creep:one_branch", [""]),
         ("angle_bias", [""]),
     ],

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 from scipy import stats
@@ -9,6 +11,7 @@ from scipy import stats
 from pamsim.comparison.noise_floor import noise_floor
 from pamsim.comparison.trial_residuals import TrialLayout
 from pamsim.diagnosis.method.evidence import (
+    compare_models,
     compare_rows,
     compare_trials,
     losses,
@@ -46,6 +49,38 @@ def test_false_alarms_are_as_rare_as_promised():
     p = np.array([compare_trials(*table(rng)).p_value for _ in range(800)])
     assert np.mean(p < 0.05) == pytest.approx(0.05, abs=0.025)
     assert np.mean(p < 0.5) == pytest.approx(0.5, abs=0.06)
+
+
+def repeated(protocol_of, origin=None):
+    return SimpleNamespace(protocol_of=protocol_of, origin=origin or {})
+
+
+def test_of_two_models_false_alarms_are_no_more_than_promised():
+    """In five protocols with three trials each, one of which scatters most."""
+    rng = np.random.default_rng(3)
+    found: list[float] = []
+    for _ in range(600):
+        before, after, protocol_of = table(rng, sizes=(3,) * 5, strata=(0.0,) * 5)
+        after = {t: b + (10.0 if t[0] == "0" else 1.0) * (after[t] - b) for t, b in before.items()}
+        found.append(compare_models(before, after, repeated(protocol_of)).p_value)
+    p = np.array(found)
+    assert np.mean(p < 0.05) <= 0.05 + 2.5 * np.sqrt(0.05 * 0.95 / p.size)
+    assert np.mean(p < 0.01) <= 0.01 + 2.5 * np.sqrt(0.01 * 0.99 / p.size)
+
+
+def test_a_gain_in_every_trial_is_certain_though_one_protocol_has_most_of_it():
+    gains = {"a": (0.6, 0.5, 0.6), "b": (0.3, 0.3, 0.3), "c": (4.8, 5.6, 3.1), "d": (0.4, 0.4, 0.3)}
+    after = {f"{p}{k}": 1.0 for p in gains for k in range(3)}
+    before = {f"{p}{k}": 1.0 + gain for p, own in gains.items() for k, gain in enumerate(own)}
+    protocol_of = {trial: trial[0] for trial in after}
+    alone = compare_trials(before, after, protocol_of)
+    both = compare_models(before, after, repeated(protocol_of))
+    assert alone.p_value > 0.004
+    assert both.p_value < 0.0015
+    assert (both.gain, both.error, both.degrees) == (alone.gain, alone.error, alone.degrees)
+    # Parts of one trial agree on what varies from trial to trial.
+    parts = compare_models(before, after, repeated(protocol_of, {"a0": "one trial"}))
+    assert parts == alone
 
 
 def test_a_protocol_with_more_trials_has_no_more_say():

@@ -49,7 +49,7 @@ def arm(rig):
 
 @pytest.mark.parametrize("effect", ALL_FORMS, ids=lambda e: f"{e.name}:{e.form}".rstrip(":"))
 def test_a_size_is_nothing_without_the_effect_and_grows_with_it(rig, effect):
-    muscle = 1 if effect.name == "muscle_mismatch" else 0
+    muscle = 1 if effect.name in ("muscle_mismatch", "valve_mismatch") else 0
     absent = alone(sized(rig, effect.name, at_size(rig, effect, 0.0), muscle))
     ratio = absent.pop("force_per_pressure_ratio", 1.0)
     assert ratio == 1.0

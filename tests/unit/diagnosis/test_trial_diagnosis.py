@@ -253,14 +253,14 @@ def test_of_two_partners_the_one_that_predicts_better_is_claimed(monkeypatch):
         effect=dataclasses.replace(LEAK.effect, name="seep", family="seep", parameters=(size,)),
         parameters=(dataclasses.replace(parameter, high=0.035),),
     )
-    plain = trial_search.compare_trials
+    plain = trial_search.compare_models
 
-    def less_certain(before, after, protocol_of):
-        one = plain(before, after, protocol_of)
+    def less_certain(before, after, layout):
+        one = plain(before, after, layout)
         closed = np.mean(list(after.values())) < 1.05
         return dataclasses.replace(one, p_value=max(one.p_value, 0.006)) if closed else one
 
-    monkeypatch.setattr(trial_search, "compare_trials", less_certain)
+    monkeypatch.setattr(trial_search, "compare_models", less_certain)
     one = found({"dry": 0.06, "leak": 0.05}, library=(DRY, BIAS, LEAK, seep))
     assert {frozenset(m.names) for m in one.models} >= {frozenset(("dry", "leak"))}
     assert set(one.conclusion.best.names) == {"dry", "leak"}

@@ -60,6 +60,7 @@ RARE = [
     "load_dependent_friction",
     "braid_friction",
     "valve_asymmetry",
+    "valve_mismatch",
     "valve_slew",
     "tube_resistance",
     "sprocket_ripple",
@@ -75,6 +76,10 @@ OTHER_FORMS = [
     "muscle_hysteresis:free_shape",
     "muscle_hysteresis:maxwell_slip",
     "muscle_hysteresis:constant",
+    "line_lag:limited_rate",
+    "muscle_mismatch:strength_and_stroke",
+    "supply_sag:reservoir",
+    "sprocket_ripple:two_phases",
 ]
 EVERY = [*CONTRACT, *AT_REST, *RARE, *OTHER_FORMS]
 NOISE = {"angle": np.radians(0.05), "pressure": 400.0, "tension": 1.5}
@@ -212,9 +217,9 @@ def test_an_effect_may_act_on_any_one_muscle(rig):
     for name in ("added_inertia at muscle_1", "angle_bias at muscle_1"):
         with pytest.raises(InputError, match=r"\A[^\n]*does not act on a muscle[^\n]*\Z"):
             rig_effect(rig, name)
-    wanted = ["muscle_mismatch at muscle_1", "muscle_mismatch at muscle_2"]
+    wanted = ["muscle_mismatch:strength at muscle_1", "muscle_mismatch:strength at muscle_2"]
     both, _ = candidates(rig, wanted)
-    assert [one.name for one in both] == [one.label for one in both] == wanted
+    assert [one.label for one in both] == wanted
     with pytest.raises(InputError, match="no such joint or muscle; did you mean 'muscle_"):
         rig_effect(rig, "air_leak at muscle_9")
 

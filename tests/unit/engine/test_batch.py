@@ -177,3 +177,11 @@ def test_a_rig_that_still_moves_does_not_count_as_at_rest(rig):
         for settle in (1.0, 3.0)
     )
     assert abs(long.angle[0] - short.angle[0]) > 1e-3
+
+
+def test_one_muscle_s_own_value_counts_in_either_order():
+    rig = pamsim.load_rig("mas20_arm")
+    values = {"valve.conductance_fill": 4e-10, "muscle_2:valve.conductance_fill": 3e-10}
+    for order in (values, dict(reversed(values.items()))):
+        found = [m.valve.conductance_fill for m in rig.with_parameters(order).muscles.values()]
+        assert found == [4e-10, 3e-10]
