@@ -52,7 +52,7 @@ FILE = Path(__file__).parent / "blind_study_cases.json"
 INPUTS = ("levels", "ramps", "tones", "pulses", "loaded_levels")
 DURATION = 5.0
 
-SEED = 20261124
+SEED = 20261125
 """Of all that is drawn here."""
 
 RIG = "mas20_arm"
