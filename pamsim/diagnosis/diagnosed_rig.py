@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
+from collections import OrderedDict
 from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
 
 from pamsim.comparison.measurements import CalibrationData
-from pamsim.comparison.trial_prediction import CHANNELS, TrialPredictor, check_channels
+from pamsim.comparison.trial_prediction import CHANNELS, Prediction, TrialPredictor, check_channels
 from pamsim.comparison.trial_residuals import Values
 from pamsim.core.errors import InputError, ParameterError
 from pamsim.core.recording import Outcome, Recording
@@ -31,6 +33,10 @@ _SETTLE = 4
 """Coarse steps in one of those in which rigs come to rest."""
 
 _SENSOR = "sensor."
+
+_KEPT = 32
+"""Predictions of the fitted trials that are kept: where a fit ends is asked for once more with the
+held-out trials, and the next fit often begins there."""
 
 
 class DiagnosedRig:
@@ -62,6 +68,7 @@ class DiagnosedRig:
         self._simulated = simulated
         self._rig = rig
         self._held_out = frozenset(held_out)
+        self._fitted = frozenset(t.name for t in data.trials) - self._held_out
         self._threads = threads
         self._predictor = TrialPredictor(
             rig, data, channels=check_channels(channels), threads=threads, simulated=self._counted
@@ -69,6 +76,7 @@ class DiagnosedRig:
         rates = [e.sample_rate for e in self._predictor.experiments]
         self._coarse = _coarse_step(rig, rates)
         self._coarse_runs, self._settle = False, _SETTLE
+        self._kept: OrderedDict[tuple[object, ...], Prediction] = OrderedDict()
         self._predictor.linearise_starts(rig, timestep=self._coarse)
 
     def residuals(
@@ -77,11 +85,8 @@ class DiagnosedRig:
         """See `pamsim.comparison.trial_residuals.SimulateValues`."""
         while True:
             step = None if fine else self._coarse
-            predictions = self._predictor.predictions(
-                self._rigs(sets, step),
-                left_out=frozenset() if held_out else self._held_out,
-                timestep=step,
-                settle_steps=1 if fine else self._settle,
+            predictions = self._predictions(
+                sets, step, 1 if fine else self._settle, held_out=held_out
             )
             if step is None or self._coarse_runs:
                 break
@@ -96,6 +101,42 @@ class DiagnosedRig:
                 self._coarse = half
             self._predictor.linearise_starts(self._rig, timestep=self._coarse)
         return [None if p is None else self._predictor.blocks(p) for p in predictions]
+
+    def _predictions(
+        self, sets: Sequence[Values], step: float | None, settle_steps: int, *, held_out: bool
+    ) -> list[Prediction | None]:
+        """Predictions of the fitted trials or of all; what is kept is not simulated again."""
+        rigs = self._rigs(sets, step)
+        keys = [(step, settle_steps, tuple(sorted(values.items()))) for values in sets]
+        kept = [self._kept.get(key) for key in keys]
+
+        def simulated(again: bool, left_out: frozenset[str]) -> list[Prediction | None]:
+            wanted = [
+                rig if (one is not None) == again else None
+                for rig, one in zip(rigs, kept, strict=True)
+            ]
+            return self._predictor.predictions(
+                wanted, left_out=left_out, timestep=step, settle_steps=settle_steps
+            )
+
+        new = simulated(False, frozenset() if held_out else self._held_out)
+        rest = simulated(True, self._fitted) if held_out else kept
+        found: list[Prediction | None] = []
+        for key, fitted, own, other in zip(keys, kept, new, rest, strict=True):
+            one = own
+            if fitted is not None and other is not None:
+                one = replace(fitted, trials={**fitted.trials, **other.trials})
+            found.append(one)
+            if one is not None:
+                self._keep(key, one)
+        return found
+
+    def _keep(self, key: tuple[object, ...], one: Prediction) -> None:
+        trials = {name: found for name, found in one.trials.items() if name in self._fitted}
+        self._kept[key] = replace(one, trials=trials)
+        self._kept.move_to_end(key)
+        if len(self._kept) > _KEPT:
+            self._kept.popitem(last=False)
 
     def signals(self, values: Values) -> Mapping[str, Mapping[str, FloatArray]]:
         """Simulated signals of every trial at its own times, trial -> channel -> (n,) [SI]."""

@@ -58,6 +58,32 @@ def test_sensors_that_read_otherwise_take_no_simulation(rig, tmp_path):
             assert np.mean(biased.residual - one.residual) == pytest.approx(0.01, rel=0.1)
 
 
+@pytest.mark.parametrize("fine", [False, True])
+def test_where_a_fit_ended_only_the_held_out_trials_are_simulated(rig, tmp_path, fine):
+    settings = SETTINGS | {"protocols": ("triangle", "bursts"), "duration": 0.5, "repeats": 1}
+    data = recorded(rig, [], tmp_path, settings)
+    held_out = [trial.name for trial in data.trials if trial.protocol == "bursts_check"]
+    values = {"force.scale": 0.99}
+
+    def counted(engine, **options):
+        before = engine.rollouts
+        (blocks,) = engine.residuals([values], fine=fine, **options)
+        return engine.rollouts - before, [(b.trial, b.channel, b.residual.tolist()) for b in blocks]
+
+    every, whole = counted(DiagnosedRig(rig, data, held_out), held_out=True)
+    engine = DiagnosedRig(rig, data, held_out)
+    first, fitted = counted(engine, held_out=False)
+    rest, together = counted(engine, held_out=True)
+    none, again = counted(engine, held_out=False)
+    assert first + rest == every > first > rest > none == 0
+    assert together == whole
+    assert fitted == again == [block for block in whole if block[0] not in held_out]
+    engine.residuals(
+        [{"force.scale": 0.98 + 1e-4 * k} for k in range(40)], held_out=False, fine=fine
+    )
+    assert counted(engine, held_out=False) == (first, fitted)  # so many are not kept
+
+
 @pytest.mark.parametrize("quantised", [True, False])
 def test_an_encoder_that_counts_whole_increments_has_no_bias(rig, tmp_path, quantised):
     """It reads half an increment low: unknown to the prediction, that was an offset."""
