@@ -34,6 +34,8 @@ def tried(rig):
         ("added_inertia", ["shoulder", "elbow"]),
         ("muscle_mismatch:strength", ["shoulder_flexor", "shoulder_extensor", "biceps", "triceps"]),
         ("viscoelastic_creep:one_branch", [""]),
+        ("sprocket_ripple:one_phase", [""]),
+        ("sprocket_ripple:two_phases", []),  # which of four muscles is at the chain's other end?
         ("angle_bias", [""]),
     ],
 )

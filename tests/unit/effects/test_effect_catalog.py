@@ -201,6 +201,18 @@ def test_an_effect_with_a_threshold_acts_at_one_of_its_probes(name):
         assert probe >= 3.0 * last or 3.0 * last * typical > high
 
 
+def test_a_search_begins_from_every_combination_of_shapes_where_one_needs_the_other(rig):
+    def shapes(name):
+        return [probe.shape for probe in candidate(rig, effect(name)).probes]
+
+    crossed = shapes("sprocket_ripple:two_phases")
+    assert len(crossed) == len(set(crossed)) == 27
+    assert [len(set(values)) for values in zip(*crossed, strict=True)] == [3, 3, 3]
+    plain = shapes("sprocket_ripple:one_phase")
+    usual = plain[0]
+    assert all(sum(a != b for a, b in zip(usual, other, strict=True)) == 1 for other in plain[1:])
+
+
 def test_an_effect_may_act_on_any_one_muscle(rig):
     for muscle in rig.muscles:
         one = candidate(rig, rig_effect(rig, f"rest_length at {muscle}"))
@@ -214,6 +226,8 @@ def test_an_effect_may_act_on_any_one_muscle(rig):
         leaking = rig.with_parameters(at_size(rig, rig_effect(rig, f"air_leak at {muscle}"), 1.0))
         leaks = {m: parts.chamber.leak_conductance > 0.0 for m, parts in leaking.muscles.items()}
         assert leaks == {m: m == muscle for m in rig.muscles}
+    with pytest.raises(InputError, match="sprocket_ripple:two_phases acts on two muscles together"):
+        rig_effect(rig, "sprocket_ripple:two_phases at muscle_1")
     for name in ("added_inertia at muscle_1", "angle_bias at muscle_1"):
         with pytest.raises(InputError, match=r"\A[^\n]*does not act on a muscle[^\n]*\Z"):
             rig_effect(rig, name)
