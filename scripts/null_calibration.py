@@ -40,6 +40,7 @@ import pamsim
 from pamsim.comparison.noise_floor import NoiseFloor, noise_floor
 from pamsim.comparison.trial_residuals import TrialLayout
 from pamsim.diagnosis.method.evidence import (
+    compare_models,
     compare_rows,
     compare_trials,
     losses,
@@ -238,7 +239,7 @@ def trial_tests(arm: Arm, rng: np.random.Generator) -> Found:
     more = [
         arm.fit(residual, [arm.gain, arm.effects[e]], floor) for e in ("friction", "bias", "leak")
     ]
-    seen = [compare_trials(base_loss, loss(fit.residual), protocol_of) for fit in more]
+    seen = [compare_models(base_loss, loss(fit.residual), places) for fit in more]
     every = [*places.trials(held_out=False), *places.trials(held_out=True)]
     table = cells(places, base.residual, floor, every)
     maps = trial_maps(places, base.residual, floor, arm.regressors, seed=int(rng.integers(2**31)))
@@ -263,11 +264,11 @@ def trial_tests(arm: Arm, rng: np.random.Generator) -> Found:
     certain = table[0].p_value < GAP_P_VALUE and table[0].excess > GAP_LOSS
     return (
         {
-            EQUALLY_WRONG: compare_trials(
-                loss(residual + friction), loss(residual - friction), protocol_of
+            EQUALLY_WRONG: compare_models(
+                loss(residual + friction), loss(residual - friction), places
             ).p_value,
-            WRONG_IN_ONE: compare_trials(
-                loss(residual + fast), loss(residual - fast), protocol_of
+            WRONG_IN_ONE: compare_models(
+                loss(residual + fast), loss(residual - fast), places
             ).p_value,
             BEST_EFFECT: min(1.0, len(seen) * min(one.p_value for one in seen)),
             EXCESS: excess.p_value,
