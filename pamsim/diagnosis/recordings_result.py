@@ -11,7 +11,7 @@ from pamsim.comparison.measurements import CalibrationData
 from pamsim.comparison.readable_unit import readable, readable_interval, readable_unit
 from pamsim.diagnosis.experiment_menu import MENU
 from pamsim.diagnosis.held_out_split import HeldOutSplit
-from pamsim.diagnosis.method.evidence import Improvement, compare_trials
+from pamsim.diagnosis.method.evidence import Improvement, compare_models
 from pamsim.diagnosis.method.gap import ChannelGap, Level, Residuals, gaps
 from pamsim.diagnosis.method.next_experiment import NextExperiment
 from pamsim.diagnosis.method.recorded_loops import Signals
@@ -95,13 +95,11 @@ def result_of(
         rig=rig.name,
         data=data.sources,
         verdict=verdict,
-        effects=() if claimed is None else _effects(rig, method, claimed, protocol_of),
+        effects=() if claimed is None else _effects(rig, method, claimed),
         certain=shared_names([m.names for m in models]),
         resembles=_resemblance(method),
         alternatives=tuple(
-            _alternative(rig, method, model, protocol_of)
-            for model in models
-            if model is not claimed
+            _alternative(rig, method, model) for model in models if model is not claimed
         ),
         where=cell_places(method.cells, method.maps),
         maps=tuple(map_entry(m, "noise SD", 1.0) for m in method.maps),
@@ -171,9 +169,7 @@ def _comparisons(
     )
 
 
-def _effects(
-    rig: Rig, method: TrialDiagnosis, best: TrialModel, protocol_of: Mapping[str, str]
-) -> tuple[FoundEffect, ...]:
+def _effects(rig: Rig, method: TrialDiagnosis, best: TrialModel) -> tuple[FoundEffect, ...]:
     """The claimed effects, each with what it explains beyond the others."""
     effects: list[FoundEffect] = []
     for candidate in best.candidates:
@@ -181,7 +177,7 @@ def _effects(
         if len(best.candidates) > 1:
             rest = {name for name in best.names if name != candidate.name}
             parents = [m for m in method.models if set(m.names) == rest]
-            step = compare_trials(parents[0].loss, best.loss, protocol_of) if parents else None
+            step = compare_models(parents[0].loss, best.loss, method.layout) if parents else None
         share = None
         if step is not None and best.improvement.gain > 0.0:
             share = method.conclusion.explained.value * step.gain / best.improvement.gain
@@ -201,12 +197,10 @@ def _effects(
     return tuple(effects)
 
 
-def _alternative(
-    rig: Rig, method: TrialDiagnosis, model: TrialModel, protocol_of: Mapping[str, str]
-) -> FoundEffect:
+def _alternative(rig: Rig, method: TrialDiagnosis, model: TrialModel) -> FoundEffect:
     best = method.conclusion.best
     assert best is not None
-    behind = compare_trials(model.loss, best.loss, protocol_of)
+    behind = compare_models(model.loss, best.loss, method.layout)
     errors = None
     if model is best:
         errors = 0.0

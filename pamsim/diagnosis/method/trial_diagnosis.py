@@ -93,6 +93,7 @@ class TrialDiagnosis:
 
     Attributes:
         conclusion: the verdict.
+        layout: of the trials.
         floor: of the noise.
         base: fit of the base model.
         base_loss: held-out trial -> its loss.
@@ -110,6 +111,7 @@ class TrialDiagnosis:
     """
 
     conclusion: Conclusion
+    layout: TrialLayout
     floor: NoiseFloor
     base: Refit
     base_loss: Mapping[str, float]
@@ -226,6 +228,7 @@ def diagnose_trials(
     steps.begin("limits of absent effects")
     return TrialDiagnosis(
         conclusion=conclusion,
+        layout=layout,
         floor=floor,
         base=base,
         base_loss=base_loss,

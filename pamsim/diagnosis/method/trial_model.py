@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
@@ -277,6 +278,6 @@ def _intervals95(fitter: Fitter, fit: Refit) -> tuple[Intervals, Intervals]:
                 - 2.0 * own * common * covariance[i, j]
             )
             difference = fit.values[name] - fit.values[of_all(name)]
-            far = float(np.sqrt(variance))
+            far = math.sqrt(max(variance, 0.0))
             apart[name] = (difference - far, difference + far)
     return {name: (low[name], high[name]) for name in low}, apart
