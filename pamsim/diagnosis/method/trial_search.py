@@ -185,6 +185,7 @@ class TrialSearch:
         """A model with each of its effects in the form that fits best.
 
         Forms are refitted that may explain more than the model does, as their signatures promise.
+        One whose size stays unknown, as a rate that ends near 0, is no better.
 
         Args:
             model: whose effects stay.
@@ -212,7 +213,9 @@ class TrialSearch:
                 worth = model.fit.cost - FORM_GAIN
                 known = self._known.get(_key(candidates))
                 other = known or self._fitted(candidates, starts, worth)
-                if other is not None and other.fit.cost < model.fit.cost - FORM_GAIN:
+                if other is None or (model.size_known() and not other.size_known()):
+                    continue
+                if other.fit.cost < model.fit.cost - FORM_GAIN:
                     model = other
         return model
 

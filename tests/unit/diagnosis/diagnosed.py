@@ -163,6 +163,7 @@ def report(
     left = Cell(channel="angle", protocol="swing_check", excess=0.2, p_value=0.01)
     method = SimpleNamespace(
         conclusion=conclusion,
+        layout=SimpleNamespace(protocol_of=protocol_of, origin={}),
         floor=NoiseFloor(
             sd=NOISE,
             variance={(c, p): NOISE[c] ** 2 for c, p in channels},

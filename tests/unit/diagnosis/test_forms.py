@@ -59,6 +59,23 @@ def test_forms_of_one_effect_are_never_rivals_nor_partners():
         assert one.tied == ()
 
 
+def test_a_form_whose_size_stays_unknown_is_not_preferred():
+    """It fits by its second number; its size is the offset, and there is none."""
+    vague = dataclasses.replace(
+        WIDE,
+        parameters=(*BIAS.parameters, *WIDE.parameters),
+        neutral={**BIAS.neutral, **WIDE.neutral},
+        probes=tuple(
+            dataclasses.replace(probe, values={**probe.values, **other.values})
+            for probe, other in zip(BIAS.probes, WIDE.probes, strict=True)
+        ),
+    )
+    one = found({"wide": 0.15}, (SHARP, vague, LEAK))
+    assert one.conclusion.nearest.labels == ("dry:dry",)
+    assert one.conclusion.nearest.size_known()
+    assert found({"wide": 0.15}, (vague, LEAK)).conclusion.nearest.labels == ("dry:wide",)
+
+
 def test_a_partner_must_beat_the_other_forms_of_the_main_effect(monkeypatch):
     """`stick` is a small effect that takes the edge off a wrong form."""
     stick = candidate("ripple", -1.0, 1.0, 0.03)
