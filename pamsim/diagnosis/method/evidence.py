@@ -24,6 +24,10 @@ FloatArray = NDArray[np.float64]
 
 _FLIPS = 9_999
 
+_FEWEST_SIGNS = 10
+"""Held-out trials from which the signs of their gains count: so many agree by chance in one of
+1,000 cases."""
+
 
 @dataclass(frozen=True, kw_only=True)
 class Improvement:
@@ -103,8 +107,8 @@ def compare_models(
 
     The t test of `compare_trials` has few degrees of freedom where one protocol shows most of the
     gain. A gain in trial after trial is as unlikely without an effect: the signs of the trials'
-    gains are flipped as well, and the smaller p-value counts twice. Parts of one trial, which stand
-    in for repeats, share what varies from trial to trial: their signs are no evidence.
+    gains are flipped as well, and the smaller p-value counts twice. Signs are no evidence where few
+    trials agree by chance, and of parts of one trial, which share what varies from trial to trial.
 
     Args:
         before: trial -> loss.
@@ -113,7 +117,7 @@ def compare_models(
     """
     protocol_of = layout.protocol_of
     found = compare_trials(before, after, protocol_of)
-    if layout.origin:
+    if layout.origin or len(before) < _FEWEST_SIGNS:
         return found
     repeats = Counter(protocol_of[trial] for trial in before)
     gains = np.array([(before[t] - after[t]) / repeats[protocol_of[t]] for t in before])

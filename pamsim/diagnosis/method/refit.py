@@ -152,7 +152,6 @@ class Fitter:
         *,
         most: int = 12,
         worth: float = np.inf,
-        anew: bool = False,
     ) -> Refit:
         """Fit from one or more starts; the best end counts.
 
@@ -163,7 +162,6 @@ class Fitter:
             worth: cost that a fit must come to. One that promises less ends where it is, but not
                 before its first step: some effects, such as a slow valve, grow with the square of
                 their size, so that a small start promises next to nothing.
-            anew: whether the Jacobian of the nuisance parameters is computed where it begins.
 
         Raises:
             InputError: if the simulation breaks down at every start.
@@ -173,7 +171,7 @@ class Fitter:
         if known is not None:
             place = np.array(known["place"], dtype=np.float64)
             return self._finished(parameters, place, float(known["cost"]), known["jacobian"])
-        fits = [self._search(parameters, start, most, worth, anew) for start in starts]
+        fits = [self._search(parameters, start, most, worth) for start in starts]
         best = min((f for f in fits if f is not None), key=lambda f: f.cost, default=None)
         if best is None:
             names = ", ".join(p.name for p in parameters)
@@ -192,7 +190,6 @@ class Fitter:
         start: Mapping[str, float],
         most: int,
         worth: float,
-        anew: bool,
     ) -> Fit | None:
         scale = SearchScale(parameters)
         begin = np.clip(scale.place(start), EDGE, 1.0 - EDGE)
@@ -205,8 +202,6 @@ class Fitter:
         def descended(place: FloatArray, kept: Mapping[str, FloatArray]) -> Fit | None:
             return self.steps(parameters, place, jacobian(kept), most, worth=worth)
 
-        if anew:
-            return descended(begin, {})
         fit = descended(begin, self._jacobian)
         if fit is not None and self._jacobian and fit.start_cost - fit.cost > _FAR:
             return descended(fit.x, {}) or fit

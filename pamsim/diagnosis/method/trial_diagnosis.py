@@ -28,7 +28,7 @@ from pamsim.diagnosis.method.nuisance_by_protocol import NuisanceByProtocol, nui
 from pamsim.diagnosis.method.refit import Fitter, Refit, Remembered
 from pamsim.diagnosis.method.rivals import Similarity, reject_rivals, tied_with
 from pamsim.diagnosis.method.screen import Screened, screen, signature_similarity
-from pamsim.diagnosis.method.trial_model import TrialModel, polished
+from pamsim.diagnosis.method.trial_model import TrialModel
 from pamsim.diagnosis.method.trial_search import PAIRS, SHORTLIST, TRIPLES, TrialSearch
 from pamsim.diagnosis.method.trial_variation import TrialVariation, trial_variation
 from pamsim.diagnosis.method.verdict import Evidence, Verdict, decide
@@ -218,9 +218,8 @@ def diagnose_trials(
     steps.expect(0 if conclusion.best is None else 2 + len(conclusion.tied[:2]))
     if conclusion.best is not None:
         for close in (conclusion.best, *conclusion.tied[:2]):
-            steps.begin(" + ".join(close.names) + " in fine steps")
             group = search.rivals if any(close is m for m in search.rivals) else models
-            group[group.index(close)] = polished(fitter, base_loss, close, variation)
+            group[group.index(close)] = search.polished(close)
         conclusion = concluded()
     best, nearest = conclusion.best, conclusion.nearest
     claimed = () if best is None else best.names

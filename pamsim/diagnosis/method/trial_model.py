@@ -159,7 +159,6 @@ def fit_effects(
     *,
     variation: TrialVariation | None = None,
     worth: float = np.inf,
-    anew: bool = False,
 ) -> TrialModel | None:
     """Fit the base model with effects freed, from several starts, and judge it.
 
@@ -171,7 +170,6 @@ def fit_effects(
         starts: values of their parameters to begin from [SI].
         variation: from trial to trial; None where it is not known.
         worth: cost that the fit must come to, see `Fitter.fit`.
-        anew: see `Fitter.fit`.
 
     Returns:
         The result, or None if the simulation breaks down.
@@ -179,7 +177,7 @@ def fit_effects(
     parameters = (*base.parameters, *(p for c in candidates for p in c.parameters))
     try:
         begins = [{**base.values, **start} for start in starts]
-        fit = fitter.fit(parameters, begins, worth=worth, anew=anew)
+        fit = fitter.fit(parameters, begins, worth=worth)
     except InputError:
         return None
     return _judged(fitter, base_loss, candidates, fit, variation)

@@ -24,7 +24,7 @@ from pamsim.diagnosis.method.screen import (
     screen_again,
     shortlist,
 )
-from pamsim.diagnosis.method.trial_model import TrialModel, fit_effects
+from pamsim.diagnosis.method.trial_model import TrialModel, fit_effects, polished
 from pamsim.diagnosis.method.trial_variation import TrialVariation
 from pamsim.diagnosis.method.verdict_thresholds import (
     FORM_ERROR,
@@ -139,6 +139,7 @@ class TrialSearch:
         self._variation = variation
         self._steps = steps
         self._known: dict[frozenset[str], TrialModel | None] = {}
+        self._polished: dict[frozenset[str], TrialModel] = {}
 
     def rare_singles(self, rare: Sequence[Screened]) -> list[TrialModel]:
         """The same of those rare effects that may be rivals; all may be partners from then on."""
@@ -192,7 +193,6 @@ class TrialSearch:
             least: cost of the best model; forms that could not get there are left out.
         """
         _, misfit = self._fitter.unexplained(self._base)
-        converged = False
         for name in model.names:
             space, left = self._fitter.unexplained(model.fit)
             forms = forms_beside(self._screened, model.labels, name, space, left)
@@ -200,8 +200,6 @@ class TrialSearch:
                 most = _FORM_LEEWAY * gain
                 if most < FORM_GAIN or model.fit.cost - most > least:
                     continue
-                if not converged:
-                    model, converged = self._descended(model), True
                 candidates = [form.candidate if c.name == name else c for c in model.candidates]
                 others = {
                     p.name: model.fit.values[p.name]
@@ -216,7 +214,19 @@ class TrialSearch:
                 if other is None or (model.size_known() and not other.size_known()):
                     continue
                 if other.fit.cost < model.fit.cost - FORM_GAIN:
-                    model = other
+                    # Loose fits differ by where they ended, coarse steps by what they get wrong.
+                    model, other = self.polished(model), self.polished(other)
+                    if other.fit.cost < model.fit.cost - FORM_GAIN:
+                        model = other
+        return model
+
+    def polished(self, model: TrialModel) -> TrialModel:
+        """The model fitted to convergence in fine time steps, known from then on."""
+        key = _key(model.candidates)
+        if model is not self._polished.get(key):
+            self._steps.begin(" + ".join(model.names) + " in fine steps")
+            model = polished(self._fitter, self._base_loss, model, self._variation)
+            self._known[key] = self._polished[key] = model
         return model
 
     def grown(self, accepted: Sequence[TrialModel], growth: Growth) -> list[TrialModel]:
@@ -308,17 +318,6 @@ class TrialSearch:
         known = [model for model in self._models() if set(model.names) == names]
         return min(known, key=lambda m: m.fit.cost, default=None)
 
-    def _descended(self, model: TrialModel) -> TrialModel:
-        """The model, its fit carried on with a new Jacobian.
-
-        A fit that ends early would lose to another form for the better descent alone.
-        """
-        further = self._fitted(model.candidates, [model.fit.values], anew=True)
-        if further is None or further.fit.cost > model.fit.cost:
-            self._known[_key(model.candidates)] = model
-            return model
-        return further
-
     def _promised_beside(self, model: TrialModel) -> float:
         """Largest fall of the mean loss that an effect promises beside those of a model."""
         space, misfit = self._fitter.unexplained(model.fit)
@@ -391,9 +390,8 @@ class TrialSearch:
         candidates: Sequence[Candidate],
         starts: Sequence[Mapping[str, float]],
         worth: float = np.inf,
-        anew: bool = False,
     ) -> TrialModel | None:
-        """The model with these effects, known from then on. See `Fitter.fit` for the last two."""
+        """The model with these effects, known from then on. See `Fitter.fit` for the last."""
         self._steps.begin(" + ".join(sorted(c.label for c in candidates)))
         self._known[_key(candidates)] = fit_effects(
             self._fitter,
@@ -403,7 +401,6 @@ class TrialSearch:
             starts,
             variation=self._variation,
             worth=worth,
-            anew=anew,
         )
         return self._known[_key(candidates)]
 
