@@ -9,8 +9,8 @@ intervals of the fit, its correlations those of the fit's Jacobian. What nuisanc
 size, a change of a change, is left out.
 
 Where the model leaves something for certain, its formula is not that of the cause, and the size is
-wrong by about as much: the interval is widened by the error of the form, the amplitude of what is
-left over the amplitude of what the effect explains.
+wrong by about as much: the interval is widened by the error of the form, twice the amplitude of
+what is left over the amplitude of what the effect explains.
 """
 
 from __future__ import annotations

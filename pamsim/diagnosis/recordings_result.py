@@ -221,15 +221,19 @@ def _alternative(rig: Rig, method: TrialDiagnosis, model: TrialModel) -> FoundEf
 
 
 def _form_error(method: TrialDiagnosis, step: Improvement | None) -> float:
-    """Amplitude of what a model may leave over that of what an effect explains [-].
+    """By how much the formula may falsify a size, as a share of it [-], in 95 % of cases.
 
-    Repeats that do not show a remainder limit it. At most 1: beyond, the size is not known to
-    within itself.
+    Taken as twice the amplitude of what the model may leave over that of what the effect explains:
+    what a formula leaves is what no size of it could take, and the size that fits best is off by
+    about as much, either way. Repeats that do not show a remainder limit it. At most 1: beyond, the
+    size is not known to within itself.
     """
     left = max(method.conclusion.left_for_certain, method.conclusion.lack.at_most)
     if left <= 0.0:
         return 0.0
-    return min(math.sqrt(left / step.gain), 1.0) if step is not None and step.gain > 0.0 else 1.0
+    if step is None or step.gain <= 0.0:
+        return 1.0
+    return min(2.0 * math.sqrt(left / step.gain), 1.0)
 
 
 def _corrected(method: TrialDiagnosis, improvement: Improvement) -> float:
