@@ -35,8 +35,8 @@ from pamsim.diagnosis.method.verdict import Evidence, Verdict, decide
 from pamsim.diagnosis.method.verdict_thresholds import (
     GAP_LOSS,
     GAP_P_VALUE,
-    LACK_IN_DOUBT,
     LACK_OF_FIT_LOSS,
+    LACK_OF_FIT_SHORT,
     LARGE_REMAINDER_LOSS,
     LEFT_FOR_RARE,
     PARTNER_SHARE,
@@ -400,7 +400,7 @@ def conclude(
     left = best.left
     least = best.least_gain if layout.origin else REMAINDER_LOSS
     remainder = has_remainder(left, lack, layout, best.fit.residual, floor, variation, least=least)
-    doubtful = lack.p_value < LACK_IN_DOUBT and lack.size > LACK_OF_FIT_LOSS
+    shared = lack.p_value < LACK_OF_FIT_SHORT and lack.size > LACK_OF_FIT_LOSS
     explained = explained_by(best, base_loss, layout)
     large_remainder = lack.significant or (remainder and left.gain > LARGE_REMAINDER_LOSS)
     if large_remainder:
@@ -411,7 +411,7 @@ def conclude(
         gap=True,
         explained=explained.value,
         effects=most,
-        remainder=remainder or doubtful,
+        remainder=remainder or shared,
         large_remainder=large_remainder,
         untested=not lack.testable,
         strained=best.strained(),

@@ -53,7 +53,7 @@ LACK_OF_FIT, LACK_OF_FIT_LOSS = 0.001, 0.005
 """p-value and size of a remainder that all repeats share, from which it counts. Numerical errors of
 a good simulation reach this size."""
 
-LACK_IN_DOUBT = 0.01
+LACK_OF_FIT_SHORT = 0.01
 """The same p-value for what explains less than `ADEQUATE`: other causes of a similar shape leave a
 few per cent."""
 
