@@ -9,6 +9,7 @@ from __future__ import annotations
 from pamsim.actuator.chamber_pressure import chamber_pressure
 from pamsim.actuator.commands import MEASURED, PRESSURE_SET, PULSE, VALVE
 from pamsim.actuator.layout import LINE, OPENING, SAG, TUBE, MutableRow, Row, slot
+from pamsim.core.units import PA_PER_BAR
 from pamsim.pneumatics.air import GAS_CONSTANT
 from pamsim.pneumatics.laminar_gap import laminar_flow
 from pamsim.pneumatics.orifice import mass_flow
@@ -43,9 +44,6 @@ _DEAD_ZONE = slot("valve.dead_zone")
 _DEAD_ZONE_ASYMMETRY = slot("valve.dead_zone_asymmetry")
 _TRAVEL_TIME = slot("valve.travel_time")
 _TUBE_RESISTANCE = slot("valve.tube_resistance")
-
-BAR = 1e5
-"""Change of a set point that a line's limited rate refers to [Pa]."""
 
 SENSOR_ERROR = 0.01
 """Share of the supply's pressure by which a measured pressure may read above it."""
@@ -123,13 +121,15 @@ def command_at_valve(par: Row, act: Row, command: float) -> float:
 def line_change(par: Row, command: float, carried: float, timestep: float) -> float:
     """Rate of the command on its line, see `line_rate`; any unit per second.
 
+    A limited rate refers to 1 bar of a set point or to a full opening.
+
     Args:
         par: parameter row.
         command: as sent.
         carried: at the line's other end.
         timestep: [s].
     """
-    sent, full = command, BAR
+    sent, full = command, PA_PER_BAR
     if par[_COMMAND] != PRESSURE_SET:
         sent, full = clamped_opening(command), 1.0
     return line_rate(sent, carried, par[_LINE_LAG], par[_LINE_SLEW_TIME], full, timestep)

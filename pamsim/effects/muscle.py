@@ -49,6 +49,15 @@ _SLIP = (
     ),
 )
 
+_STRENGTH = EffectParameter(
+    name=f"{SECOND_MUSCLE}:force.scale",
+    typical=1.04,
+    low=0.7,
+    high=1.4,
+    neutral=None,
+    relative=True,
+)
+
 EFFECTS = (
     Effect(
         name="muscle_hysteresis",
@@ -241,16 +250,7 @@ EFFECTS = (
         family="muscle_mismatch",
         missing="a difference between the two muscles",
         equation="F_2 = scale F(p, kappa) of the second muscle",
-        parameters=(
-            EffectParameter(
-                name=f"{SECOND_MUSCLE}:force.scale",
-                typical=1.04,
-                low=0.7,
-                high=1.4,
-                neutral=None,
-                relative=True,
-            ),
-        ),
+        parameters=(_STRENGTH,),
         look_alikes=("angle_bias", "load_torque"),
         separating="raise both pressures together: the arm turns only if the muscles are unequal",
     ),
@@ -262,14 +262,7 @@ EFFECTS = (
         equation="F_2 = scale F(p, kappa) of the second muscle, whose d is free: its force falls"
         " with contraction by d p kappa",
         parameters=(
-            EffectParameter(
-                name=f"{SECOND_MUSCLE}:force.scale",
-                typical=1.04,
-                low=0.7,
-                high=1.4,
-                neutral=None,
-                relative=True,
-            ),
+            _STRENGTH,
             EffectParameter(
                 name=f"{SECOND_MUSCLE}:force.d",
                 unit="N/Pa",

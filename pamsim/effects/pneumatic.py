@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from pamsim.effects.effect import SECOND_MUSCLE, Effect, EffectParameter
 
+_SUPPLY_RESISTANCE = EffectParameter(name="valve.supply_resistance", typical=2e8, low=0.0, high=5e9)
+
 EFFECTS = (
     Effect(
         name="air_leak",
@@ -40,9 +42,7 @@ EFFECTS = (
         family="supply",
         missing="a supply whose pressure falls with the flow that the muscles draw from it",
         equation="P_line = P_supply - R_s (mdot_1 + mdot_2 + ...)",
-        parameters=(
-            EffectParameter(name="valve.supply_resistance", typical=2e8, low=0.0, high=5e9),
-        ),
+        parameters=(_SUPPLY_RESISTANCE,),
         look_alikes=("valve_flow", "air_leak"),
         separating="a gauge on the supply while a muscle is filled from empty",
         probes=(0.1, 0.5, 2.0),
@@ -55,7 +55,7 @@ EFFECTS = (
         missing="a supply whose reservoir is drawn down by the muscles and refilled slowly",
         equation="V_s / (R T) P_line' = (P_supply - P_line) / R_s - (mdot_1 + mdot_2 + ...)",
         parameters=(
-            EffectParameter(name="valve.supply_resistance", typical=2e8, low=0.0, high=5e9),
+            _SUPPLY_RESISTANCE,
             EffectParameter(
                 name="valve.supply_volume",
                 typical=1e-4,

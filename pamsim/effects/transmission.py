@@ -2,7 +2,30 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 from pamsim.effects.effect import SECOND_MUSCLE, Effect, EffectParameter
+
+_RIPPLE = EffectParameter(name="chain.ripple", typical=5e-5, low=0.0, high=3e-4)
+
+_PITCH = EffectParameter(
+    name="chain.ripple_pitch",
+    typical=9.525e-3,
+    low=4e-3,
+    high=1.3e-2,  # of fewer than some six teeth no sprocket is made
+    shape=True,
+    starts=(5e-3, 6.35e-3, 8e-3, 1.27e-2),
+)
+
+_PHASE = EffectParameter(
+    name="chain.ripple_phase",
+    typical=0.0,
+    low=-3.2,
+    high=3.2,
+    shape=True,
+    starts=(-1.6, 1.6, 3.1),
+    natural_ends=True,
+)
 
 EFFECTS = (
     Effect(
@@ -35,24 +58,9 @@ EFFECTS = (
         missing="travel of the chain that ripples from tooth to tooth of the sprocket",
         equation="x_muscle = x + a sin(2 pi x / pitch + phase)",
         parameters=(
-            EffectParameter(name="chain.ripple", typical=5e-5, low=0.0, high=3e-4),
-            EffectParameter(
-                name="chain.ripple_pitch",
-                typical=9.525e-3,
-                low=4e-3,
-                high=1.3e-2,  # of fewer than some six teeth no sprocket is made
-                shape=True,
-                starts=(5e-3, 6.35e-3, 8e-3, 1.27e-2),
-            ),
-            EffectParameter(
-                name="chain.ripple_phase",
-                typical=0.0,
-                low=-3.2,
-                high=3.2,
-                shape=True,
-                starts=(-1.6, 1.6, 3.1),
-                natural_ends=True,
-            ),
+            _RIPPLE,
+            _PITCH,
+            _PHASE,
         ),
         look_alikes=("angle_scale", "chain_backlash"),
         separating="turn the arm slowly through several teeth at one pressure and read the angle",
@@ -66,33 +74,11 @@ EFFECTS = (
         " of its own at either end, as where a torque ripples with the angle",
         equation="x_muscle = x + a sin(2 pi x / pitch + phase), with a phase for each muscle",
         parameters=(
-            EffectParameter(name="chain.ripple", typical=5e-5, low=0.0, high=3e-4),
-            EffectParameter(
-                name="chain.ripple_pitch",
-                typical=9.525e-3,
-                low=4e-3,
-                high=1e-2,  # longer ones with two phases take any smooth shape
-                shape=True,
-                starts=(5e-3, 7e-3),
-            ),
-            EffectParameter(
-                name="chain.ripple_phase",
-                typical=0.0,
-                low=-3.2,
-                high=3.2,
-                shape=True,
-                starts=(-2.1, 2.1),
-                natural_ends=True,
-            ),
-            EffectParameter(
-                name=f"{SECOND_MUSCLE}:chain.ripple_phase",
-                typical=0.0,
-                low=-3.2,
-                high=3.2,
-                shape=True,
-                starts=(-2.1, 2.1),
-                natural_ends=True,
-            ),
+            _RIPPLE,
+            # Longer ones with two phases take any smooth shape.
+            replace(_PITCH, high=1e-2, starts=(5e-3, 7e-3)),
+            replace(_PHASE, starts=(-2.1, 2.1)),
+            replace(_PHASE, name=f"{SECOND_MUSCLE}:{_PHASE.name}", starts=(-2.1, 2.1)),
         ),
         look_alikes=("angle_scale", "chain_backlash"),
         separating="turn the arm slowly through several teeth at one pressure and read the angle",

@@ -223,8 +223,8 @@ class TrialSearch:
     def polished(self, model: TrialModel) -> TrialModel:
         """The model fitted to convergence in fine time steps, known from then on."""
         key = _key(model.candidates)
+        self._steps.begin(" + ".join(model.names) + " in fine steps")
         if model is not self._polished.get(key):
-            self._steps.begin(" + ".join(model.names) + " in fine steps")
             model = polished(self._fitter, self._base_loss, model, self._variation)
             self._known[key] = self._polished[key] = model
         return model

@@ -33,6 +33,19 @@ def found(hidden, library, **options):
     return diagnose_trials(simulator(trials), NUISANCE, library, regressors(trials))
 
 
+def offset_with_width(named):
+    """An effect under a name whose size is an offset and whose second number is wide friction."""
+    return dataclasses.replace(
+        named,
+        parameters=(*BIAS.parameters, *WIDE.parameters),
+        neutral={**BIAS.neutral, **WIDE.neutral},
+        probes=tuple(
+            dataclasses.replace(probe, values={**probe.values, **other.values})
+            for probe, other in zip(BIAS.probes, WIDE.probes, strict=True)
+        ),
+    )
+
+
 @pytest.mark.parametrize("hidden", ["dry", "wide"])
 def test_one_name_in_the_form_that_fits(hidden):
     for seed in range(3):
@@ -61,15 +74,7 @@ def test_forms_of_one_effect_are_never_rivals_nor_partners():
 
 def test_a_form_whose_size_stays_unknown_is_not_preferred():
     """It fits by its second number; its size is the offset, and there is none."""
-    vague = dataclasses.replace(
-        WIDE,
-        parameters=(*BIAS.parameters, *WIDE.parameters),
-        neutral={**BIAS.neutral, **WIDE.neutral},
-        probes=tuple(
-            dataclasses.replace(probe, values={**probe.values, **other.values})
-            for probe, other in zip(BIAS.probes, WIDE.probes, strict=True)
-        ),
-    )
+    vague = offset_with_width(WIDE)
     one = found({"wide": 0.15}, (SHARP, vague, LEAK))
     assert one.conclusion.nearest.labels == ("dry:dry",)
     assert one.conclusion.nearest.size_known()
@@ -115,15 +120,7 @@ def test_rare_effects_are_tried_only_where_the_others_leave_a_remainder():
 def test_rare_effects_are_tried_where_the_one_that_fits_cannot_be_named():
     """What fits is carried by its second number; alone, that is the rare effect."""
     rare = dataclasses.replace(WIDE, effect=dataclasses.replace(WIDE.effect, name="odd", rare=True))
-    together = dataclasses.replace(
-        BIAS,
-        parameters=(*BIAS.parameters, *WIDE.parameters),
-        neutral={**BIAS.neutral, **WIDE.neutral},
-        probes=tuple(
-            dataclasses.replace(probe, values={**probe.values, **other.values})
-            for probe, other in zip(BIAS.probes, WIDE.probes, strict=True)
-        ),
-    )
+    together = offset_with_width(BIAS)
     one = found({"wide": 0.2}, (together, LEAK, rare))
     assert not next(m for m in one.models if m.names == ("bias",)).all_present()
     assert one.conclusion.best.names == ("odd",)
