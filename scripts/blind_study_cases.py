@@ -52,7 +52,7 @@ FILE = Path(__file__).parent / "blind_study_cases.json"
 INPUTS = ("levels", "ramps", "tones", "pulses", "loaded_levels")
 DURATION = 5.0
 
-SEED = 20261125
+SEED = 20261126
 """Of all that is drawn here."""
 
 RIG = "mas20_arm"
@@ -103,10 +103,10 @@ GRID = tuple(MIDDLE * _RATIO ** (k - _BELOW) for k in range(_BELOW + 3))
 """Sizes at which the plant is run, from 1.2e-4 to 8 typical sizes, the one that comes first, and
 their ratio; in between, log E is linear in log size."""
 
-NOTHING, PAIRS, REMOVED = 62, 24, 30
+NOTHING, PAIRS, REMOVED = 60, 24, 30
 """Cases of these tiers."""
 
-OF_EACH = {"sized": 6, "other": 2, "outside": 10, "similar": 3}
+OF_EACH = {"library": 2, "sized": 5, "other": 2, "outside": 10, "similar": 1}
 """Cases of each effect of these kinds."""
 
 ABOUT = """Cases of scripts/blind_study.py, all drawn by the rule of scripts/blind_study_cases.py
@@ -134,7 +134,7 @@ def planned() -> list[Case]:
     """The cases, with the E of each effect that was drawn in place of its size."""
     rng = np.random.default_rng(SEED)
     found: list[tuple[str, tuple[str, ...]]] = [("nothing", ())] * NOTHING
-    found += [("library", (name,)) for name in LIBRARY]
+    found += [("library", (name,)) for name in LIBRARY for _ in range(OF_EACH["library"])]
     found += [("other_formula", (name,)) for name in SIZED for _ in range(OF_EACH["sized"])]
     found += [("other_formula", (name,)) for name in OTHER for _ in range(OF_EACH["other"])]
     found += [("outside", (name,)) for name in OUTSIDE for _ in range(OF_EACH["outside"])]
