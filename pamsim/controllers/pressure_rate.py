@@ -17,6 +17,7 @@ _TEMPERATURE = slot("chamber.temperature")
 _ATMOSPHERE = slot("chamber.atmosphere")
 _COMMAND = slot("command")
 _RESISTANCE = slot("valve.supply_resistance")
+_TURBULENCE = slot("valve.supply_turbulence")
 _BAND = slot("valve.regulator_band")
 
 
@@ -38,7 +39,7 @@ def full_rates(par: Row, tendon_length: float, pressure: float) -> tuple[float, 
     sag, valve = 0.0, [0.0] * VALVE
     if row[_RESISTANCE] > 0.0:
         fill_valve(row, absolute, 1.0, valve)
-        sag = supply_sag([valve], row[_RESISTANCE], 0.0, 0.0)
+        sag = supply_sag([valve], row[_RESISTANCE], 0.0, 0.0, row[_TURBULENCE])
     fill = air_flow(row, absolute, 1.0, 0.0, sag)
     return scale * fill, scale * air_flow(row, absolute, -1.0, 0.0)
 

@@ -275,5 +275,6 @@ EFFECTS = (
         look_alikes=("angle_bias", "load_torque"),
         separating="raise both pressures together at several angles: the torque that they leave"
         " depends on the angle as the muscles' strokes differ",
+        either=True,
     ),
 )

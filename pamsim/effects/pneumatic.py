@@ -6,6 +6,15 @@ from pamsim.effects.effect import SECOND_MUSCLE, Effect, EffectParameter
 
 _SUPPLY_RESISTANCE = EffectParameter(name="valve.supply_resistance", typical=2e8, low=0.0, high=5e9)
 
+_SUPPLY_VOLUME = EffectParameter(
+    name="valve.supply_volume",
+    typical=1e-4,
+    low=0.0,
+    high=1e-2,
+    shape=True,
+    starts=(1e-5, 1e-3),
+)
+
 EFFECTS = (
     Effect(
         name="air_leak",
@@ -54,15 +63,30 @@ EFFECTS = (
         family="supply",
         missing="a supply whose reservoir is drawn down by the muscles and refilled slowly",
         equation="V_s / (R T) P_line' = (P_supply - P_line) / R_s - (mdot_1 + mdot_2 + ...)",
+        parameters=(_SUPPLY_RESISTANCE, _SUPPLY_VOLUME),
+        look_alikes=("valve_flow", "air_leak"),
+        separating="a gauge on the supply while a muscle is filled from empty, and afterwards",
+        probes=(0.3,),
+        upstream_of_pressure=True,
+    ),
+    Effect(
+        name="supply_sag",
+        form="turbulent_reservoir",
+        family="supply",
+        missing="a supply whose reservoir is drawn down by the muscles and refilled slowly, through"
+        " turbulent fittings",
+        equation="V_s / (R T) P_line' = q - (mdot_1 + mdot_2 + ...),"
+        " P_supply - P_line = R_s q ((1 - t) + t |q| / (0.2 g/s))",
         parameters=(
             _SUPPLY_RESISTANCE,
+            _SUPPLY_VOLUME,
             EffectParameter(
-                name="valve.supply_volume",
-                typical=1e-4,
+                name="valve.supply_turbulence",
+                typical=1.0,
                 low=0.0,
-                high=1e-2,
+                high=1.0,
                 shape=True,
-                starts=(1e-5, 1e-3),
+                natural_ends=True,
             ),
         ),
         look_alikes=("valve_flow", "air_leak"),

@@ -17,6 +17,7 @@ _LINE, _RESISTANCE = slot("valve.supply_line"), slot("valve.supply_resistance")
 _SHARED = (
     "valve.supply_pressure",
     "valve.supply_resistance",
+    "valve.supply_turbulence",
     "valve.supply_volume",
     "chamber.temperature",
     "chamber.atmosphere",

@@ -39,7 +39,9 @@ def no_rates(
     rates[0] = math.nan
 
 
-def no_sag(valves: Valves, resistance: float, storage: float, before: float) -> float:
+def no_sag(
+    valves: Valves, resistance: float, storage: float, before: float, turbulence: float
+) -> float:
     """In the place of `supply_sag` in single precision."""
     return math.nan
 

@@ -69,6 +69,14 @@ class ValvePair(ParameterGroup):
         doc="fall of the supply's pressure per mass flow drawn by all its muscles",
         default=0.0,
     )
+    supply_turbulence: float = parameter(
+        unit="1",
+        low=0.0,
+        high=1.0,
+        doc="share of the supply's fall of pressure that grows with the square of the flow; its"
+        " resistance is then that at 0.2 g/s",
+        default=0.0,
+    )
     supply_volume: float = parameter(
         unit="m^3",
         low=0.0,

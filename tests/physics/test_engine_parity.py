@@ -53,6 +53,11 @@ CASES = {
         "valve.line_lag": 0.15,
     },
     "supply of small volume": {"valve.supply_resistance": 1e9, "valve.supply_volume": 2e-5},
+    "turbulent supply": {
+        "valve.supply_resistance": 3e8,
+        "valve.supply_turbulence": 0.8,
+        "valve.supply_volume": 1e-4,
+    },
 }
 
 

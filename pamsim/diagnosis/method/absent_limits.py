@@ -4,10 +4,14 @@ A nuisance parameter that was refitted far from what the rig states may have tak
 effect, whose signature there is another than where the rig is. The effect is therefore sized a
 second time with such parameters held to what is known of them. Where that contradicts the limit,
 there is none.
+
+Nor are the formulas of the effects that are claimed quite right. What they may leave
+(`FORM_ERROR`) may hide an effect that leaves as much, and the limit is wider by that.
 """
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
@@ -60,6 +64,8 @@ def absent_limits(
     screened: Sequence[Screened],
     fit: Refit,
     nuisance: Sequence[FreeParameter],
+    *,
+    form_error: float = 0.0,
 ) -> tuple[AbsentLimit, ...]:
     """Limits from each effect's smallest signature, to first order.
 
@@ -72,6 +78,7 @@ def absent_limits(
         fit: of the model.
         nuisance: parameters of the model that belong to no effect, each starting at the rig's own
             value.
+        form_error: loss that the formulas of the model's effects may leave.
     """
     space, misfit = fitter.unexplained(fit)
     held = _held(nuisance, fit.values)
@@ -90,7 +97,7 @@ def absent_limits(
             probe = trace.probe
             if probe.size == smallest:
                 share, error = _sized(candidate, own, misfit, places)
-                most = share + _ERRORS * error
+                most = share + _ERRORS * error + _hidden_by(form_error, own)
                 away = abs(probe.values[parameter] - candidate.neutral[parameter])
                 bounds.append((most * probe.size, most * away))
                 if held_misfit is not None:
@@ -117,6 +124,19 @@ def absent_limits(
     return tuple(limits)
 
 
+def widest(limits: Sequence[Sequence[AbsentLimit]]) -> tuple[AbsentLimit, ...]:
+    """Of each effect the limit that holds beside every one of several models.
+
+    Args:
+        limits: one sequence per model, of the same effects in the same order.
+    """
+    return tuple(max(same, key=_order) for same in zip(*limits, strict=True))
+
+
+def _order(limit: AbsentLimit) -> tuple[bool, float]:
+    return limit.cannot_tell is not None, limit.limit
+
+
 def supported(
     limits: Sequence[AbsentLimit],
     verdict: Verdict,
@@ -126,25 +146,26 @@ def supported(
     """Limits as far as the verdict supports the model that they were taken beside.
 
     A model that leaves something may have taken up an effect in another's name, and of effects of
-    one family each takes up the others. Only a clean name, or no gap, leaves every limit.
+    one family each takes up the others. Only a clean name, or no gap, leaves every limit, but of
+    effects in a model that predicts as well.
 
     Args:
-        limits: beside the best model.
+        limits: beside the best model and those tied with it.
         verdict: of the diagnosis.
         families: effect -> its family.
-        models: names of the effects of the best model and of those tied with it.
+        models: names of the effects of the best model and of those that predict as well.
     """
-    if verdict in (Verdict.NO_GAP, Verdict.NAMED):
-        return tuple(limits)
     standing = {name: families.get(name) for names in models for name in names}
 
     def why(limit: AbsentLimit) -> str | None:
         if limit.cannot_tell is not None:
             return limit.cannot_tell
-        if verdict is not Verdict.AMBIGUOUS:
+        if verdict not in (Verdict.NO_GAP, Verdict.NAMED, Verdict.AMBIGUOUS):
             return UNEXPLAINED_PART
         if limit.effect in standing:
             return TIED
+        if verdict is not Verdict.AMBIGUOUS:
+            return None
         same = [n for n, family in standing.items() if family == families.get(limit.effect)]
         return f"{same[0]} is of the same family and may stand in for it" if same else None
 
@@ -185,6 +206,11 @@ def _sized(
     square = float(own.projected @ own.projected)
     error = _error(own, misfit, places) if square > 0.0 else np.inf
     return abs(share) if candidate.two_sided else max(share, 0.0), error
+
+
+def _hidden_by(form_error: float, own: Signature) -> float:
+    """Size of an effect, in units of its signature, that leaves a given loss."""
+    return math.sqrt(form_error / float(own.projected @ own.projected))
 
 
 def _error(signature: Signature, misfit: FloatArray, places: Sequence[BlockPlace]) -> float:

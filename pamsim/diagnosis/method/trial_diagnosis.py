@@ -13,7 +13,7 @@ from pamsim.comparison.noise_floor import NoiseFloor, floor_beside, noise_floor
 from pamsim.comparison.trial_residuals import TrialLayout, TrialSimulator
 from pamsim.core.errors import InputError
 from pamsim.core.progress import Progress, Steps
-from pamsim.diagnosis.method.absent_limits import AbsentLimit, absent_limits, supported
+from pamsim.diagnosis.method.absent_limits import AbsentLimit, absent_limits, supported, widest
 from pamsim.diagnosis.method.evidence import (
     Share,
     compare_trials,
@@ -174,10 +174,14 @@ def diagnose_trials(
     variation = trial_variation(fitter, base, screened)
     search = TrialSearch(fitter, base, base_loss, perfect, screened, variation, steps)
     models = search.singles()
-    present = [m.fit for m in models if m.all_present()]
-    least = min(present, key=lambda fit: fit.cost, default=base)
-    left = lack_of_fit(fitter, least, screened, seed=seed)
-    if left.p_value < LEFT_FOR_RARE or not left.testable:
+    present = [m for m in models if m.all_present()]
+    first_best = min(present, key=lambda m: m.fit.cost, default=None)
+    left_by = base if first_best is None else first_best.fit
+    lack = lack_of_fit(fitter, left_by, screened, seed=seed)
+    leaves = first_best is not None and has_remainder(
+        first_best.left, lack, layout, left_by.residual, floor, variation, least=REMAINDER_LOSS
+    )
+    if leaves or lack.p_value < LEFT_FOR_RARE or not lack.testable:
         steps.begin("screening of rare effects")
         rare = screen(fitter, base, [c for c in candidates if c.rare])
         screened = (*screened, *rare)
@@ -225,6 +229,17 @@ def diagnose_trials(
     claimed = () if best is None else best.names
     floor = floor_beside(floor, layout, (base if nearest is None else nearest.fit).residual)
     steps.begin("limits of absent effects")
+    unclaimed = [s for s in screened if s.candidate.usual and s.candidate.name not in claimed]
+    standing = [] if best is None else [best, *conclusion.tied]
+    better = [m for m in models if best is not None and m.mean_loss < best.mean_loss]
+    limits = widest(
+        [absent_limits(fitter, unclaimed, base, nuisance)]
+        if best is None
+        else [
+            absent_limits(fitter, unclaimed, m.fit, nuisance, form_error=search.form_error)
+            for m in standing
+        ]
+    )
     return TrialDiagnosis(
         conclusion=conclusion,
         layout=layout,
@@ -245,15 +260,10 @@ def diagnose_trials(
         models=tuple(models),
         tried=tried,
         absent=supported(
-            absent_limits(
-                fitter,
-                [s for s in screened if s.candidate.usual and s.candidate.name not in claimed],
-                base if best is None else best.fit,
-                nuisance,
-            ),
+            limits,
             conclusion.verdict,
             {s.candidate.name: s.candidate.family for s in screened},
-            [m.names for m in (best, *conclusion.tied) if m is not None],
+            [m.names for m in (*standing, *better)],
         ),
         next_experiment=None
         if menu is None or best is None

@@ -93,17 +93,21 @@ class TrialModel:
         """Whether every effect's interval excludes neutral.
 
         Where one does not, the others of its parameters may carry the model, as the sliding
-        friction of a Stribeck curve does.
+        friction of a Stribeck curve does. They count where each is a size of its own
+        (`pamsim.effects.effect.Effect.either`).
         """
-        for candidate in self.candidates:
-            size = candidate.parameters[0].name
-            if size in self.apart:
-                absent = _holds(self.apart[size], 0.0)
-            else:
-                absent = _holds(self.intervals[size], candidate.neutral[size])
-            if absent:
-                return False
-        return True
+        return all(
+            any(self._off_neutral(c, p.name) for p in c.parameters if p.name in c.neutral)
+            if c.effect.either
+            else self._off_neutral(c, c.parameters[0].name)
+            for c in self.candidates
+        )
+
+    def _off_neutral(self, candidate: Candidate, name: str) -> bool:
+        """Whether the interval of one of an effect's parameters excludes neutral."""
+        if name in self.apart:
+            return not _holds(self.apart[name], 0.0)
+        return not _holds(self.intervals[name], candidate.neutral[name])
 
     def size_known(self) -> bool:
         """Whether every effect's interval excludes neutral and its size is off arbitrary ends."""

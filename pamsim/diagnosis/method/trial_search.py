@@ -117,6 +117,7 @@ class TrialSearch:
     Attributes:
         rivals: models with more effects than the best, of other causes, which predict better, but
             not by as much as its formula may be off.
+        form_error: loss that the formula of an effect may leave.
     """
 
     def __init__(
@@ -133,7 +134,7 @@ class TrialSearch:
         self._base = base
         self._base_loss = base_loss
         missed = float(np.mean(list(base_loss.values())) - np.mean(list(perfect.values())))
-        self._form_error = FORM_ERROR * missed
+        self.form_error = FORM_ERROR * missed
         self.rivals: list[TrialModel] = []
         self._screened = screened
         self._variation = variation
@@ -245,7 +246,7 @@ class TrialSearch:
         if not accepted:
             return []
         left = accepted[0].left.gain
-        formula = self._form_error
+        formula = self.form_error
         enough = formula if left <= formula else min(formula, PARTNER_SHARE * left)
         growth = replace(growth, least_gain=max(growth.least_gain, enough))
         layout = self._fitter.simulator.layout
@@ -264,7 +265,7 @@ class TrialSearch:
             p_value = max(c.p_value for c in over)
             needed = growth.least_gain
             if self._of_rare_cause(model):
-                needed = max(needed, self._form_error)
+                needed = max(needed, self.form_error)
             if all(c.gain > needed for c in over):
                 judged.append((model, p_value * len(jobs) < growth.significance))
             elif p_value < SIGNIFICANCE and not model.families & accepted[0].families:

@@ -17,6 +17,9 @@ from pamsim.engine.native import native_value
 from pamsim.engine.rig import Rig
 from pamsim.twins.plant.records import JOINT, MUSCLE, FloatArray, Record
 
+_SUPPLY_STATED_AT = 2e-4
+"""Flow at which a rig states the resistance of its supply [kg/s]."""
+
 _HINGE, _ON_JOINT = 3, 1
 """Codes of a hinge and of a tendon that is proportional to a joint's angle in a compiled model."""
 
@@ -85,6 +88,9 @@ def read_rig(rig: Rig, load: float) -> Numbers:
             raise InputError(f"{rig.name}: the independent plant has one {name} for all muscles")
         for field, value in zip(fields, *stated, strict=True):
             joint[field] = value
+    turbulent = joint.refill_square.copy()  # as the rig states it: a share
+    joint.refill_square = turbulent * joint.refill / _SUPPLY_STATED_AT
+    joint.refill *= np.maximum(1.0 - turbulent, 1e-9)
     lines = {(m.valve.supply_line, m.valve.supply_pressure) for m in rig.muscles.values()}
     if float(joint.refill[0]) > 0.0 and len(lines) != 1:
         raise InputError(f"{rig.name}: the independent plant has one supply for all muscles")
@@ -132,7 +138,11 @@ _SHARED = {
     "backlash": ("chain", {"backlash": "backlash", "shift_damping": "seating_damping"}),
     "supply": (
         "valve",
-        {"refill": "supply_resistance", "reservoir": "supply_volume"},
+        {
+            "refill": "supply_resistance",
+            "refill_square": "supply_turbulence",
+            "reservoir": "supply_volume",
+        },
     ),
 }
 """What all muscles share -> group, and field of the joint's record -> parameter of the group."""

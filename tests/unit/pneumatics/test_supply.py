@@ -9,7 +9,7 @@ import pytest
 from scipy.optimize import brentq
 
 from pamsim.pneumatics.orifice import mass_flow
-from pamsim.pneumatics.supply import supply_sag
+from pamsim.pneumatics.supply import STATED_AT, supply_sag
 
 RNG = np.random.default_rng(8)
 ORIFICE = (4e-9, 0.3, 0.999, 293.15)
@@ -54,6 +54,44 @@ def test_source_and_storage_give_what_the_valves_pass_in_a_thousand_stiff_cases(
         assert found == pytest.approx(expected, rel=1e-12, abs=2e-8)
         directions |= {(v[1] > v[0] - found) for v in valves if v[2] > 0.0}
     assert directions == {True, False}, "air flows into muscles and out of them"
+
+
+def test_a_turbulent_source_gives_what_the_valves_pass_too():
+    """s = R q ((1 - t) + t |q| / q_0), the flow q that which the valves pass and the line lacks."""
+    for _ in range(300):
+        valves, resistance, storage, before = random_supply()
+        share = RNG.choice([RNG.uniform(0.0, 1.0), 1.0])
+
+        def short(sag, valves=valves, given=(resistance, storage, before, share)):
+            r, c, s_0, t = given
+            a, b = r * (1.0 - t), r * t / STATED_AT
+            flow = 2.0 * sag / (a + math.sqrt(a * a + 4.0 * b * abs(sag)) or 1.0)
+            return flow + c * (sag - s_0) - drawn(sag, valves)
+
+        ends = [0.0, before, *(v[0] - v[1] for v in valves)]
+        expected = brentq(short, min(ends) - 1.0, max(ends) + 1.0, xtol=1e-9, rtol=1e-14)
+        found = supply_sag(valves, resistance, storage, before, share)
+        assert found == pytest.approx(expected, rel=1e-11, abs=1e-7)
+
+
+def test_turbulence_leaves_the_fall_at_the_flow_where_resistance_is_stated():
+    """A valve that chokes there: any share gives the same fall, more above it and less below."""
+    for factor, sense in ((1.0, 0), (0.3, -1), (2.0, 1)):
+        pressures = (7e5, 1e4)
+        falls = []
+        for share in (0.0, 0.5, 1.0):
+            conductance = 1e-9
+            for _ in range(60):  # opened until it passes the wanted flow
+                valve = (*pressures, conductance, *ORIFICE[1:])
+                fall = supply_sag([valve], 1e8, 0.0, 0.0, share)
+                conductance *= factor * STATED_AT / drawn(fall, [valve])
+            falls.append(fall)
+        assert falls[0] == pytest.approx(factor * 1e8 * STATED_AT, rel=1e-9)
+        assert sense * (falls[2] - falls[0]) == pytest.approx(
+            abs(factor**2 - factor) * 1e8 * STATED_AT, rel=1e-6, abs=1e-3
+        ) or sense == 0
+        if sense == 0:
+            assert falls == pytest.approx([falls[0]] * 3, rel=1e-9)
 
 
 def test_another_open_valve_lets_the_supply_sag_more():
