@@ -6,6 +6,13 @@ from pamsim.effects.effect import SECOND_MUSCLE, Effect, EffectParameter
 
 _SUPPLY_RESISTANCE = EffectParameter(name="valve.supply_resistance", typical=2e8, low=0.0, high=5e9)
 
+_CONDUCTANCES = tuple(
+    EffectParameter(
+        name=f"valve.conductance_{way}", typical=0.8, low=0.2, high=5.0, neutral=None, relative=True
+    )
+    for way in ("fill", "exhaust")
+)
+
 _SUPPLY_VOLUME = EffectParameter(
     name="valve.supply_volume",
     typical=1e-4,
@@ -132,31 +139,34 @@ EFFECTS = (
     ),
     Effect(
         name="valve_flow",
+        form="conductances",
         family="valve",
         missing="a different flow through the valves",
         equation="mdot = u C_fill rho_0 P_s phi(P / P_s) sqrt(T_0 / T), or u C_exhaust rho_0 P"
         " phi(P_a / P) sqrt(T_0 / T)",
-        parameters=(
-            EffectParameter(
-                name="valve.conductance_fill",
-                typical=0.8,
-                low=0.2,
-                high=5.0,
-                neutral=None,
-                relative=True,
-            ),
-            EffectParameter(
-                name="valve.conductance_exhaust",
-                typical=0.8,
-                low=0.2,
-                high=5.0,
-                neutral=None,
-                relative=True,
-            ),
-        ),
+        parameters=_CONDUCTANCES,
         look_alikes=("supply_sag", "line_lag", "thermal_relaxation"),
         separating="fill from empty and vent from full with a valve wide open",
         upstream_of_pressure=True,
+    ),
+    Effect(
+        name="valve_flow",
+        form="critical_ratio",
+        family="valve",
+        missing="a different flow through the valves, choked up to another pressure ratio",
+        equation="mdot = u C_fill rho_0 P_s phi(P / P_s) sqrt(T_0 / T), or u C_exhaust rho_0 P"
+        " phi(P_a / P) sqrt(T_0 / T), with phi choked up to the critical ratio b",
+        parameters=(
+            *_CONDUCTANCES,
+            EffectParameter(
+                name="valve.critical_ratio", typical=0.2, low=-0.3, high=0.4, neutral=None
+            ),
+        ),
+        look_alikes=("supply_sag", "line_lag", "thermal_relaxation"),
+        separating="fill from empty and vent from full with a valve wide open: the flow falls off"
+        " where the pressures come within the critical ratio",
+        upstream_of_pressure=True,
+        either=True,
     ),
     Effect(
         name="valve_asymmetry",

@@ -134,7 +134,7 @@ class TrialSearch:
         self._base = base
         self._base_loss = base_loss
         missed = float(np.mean(list(base_loss.values())) - np.mean(list(perfect.values())))
-        self.form_error = FORM_ERROR * missed
+        self.form_error = FORM_ERROR * max(missed, 0.0)
         self.rivals: list[TrialModel] = []
         self._screened = screened
         self._variation = variation

@@ -126,6 +126,16 @@ def test_rare_effects_are_tried_where_the_one_that_fits_cannot_be_named():
     assert one.conclusion.best.names == ("odd",)
 
 
+def test_either_of_two_sizes_is_enough_where_an_effect_says_so():
+    """Muscles that differ in stroke and not in strength differ."""
+    together = offset_with_width(BIAS)
+    either = dataclasses.replace(together, effect=dataclasses.replace(BIAS.effect, either=True))
+    for library, present in (((together,), False), ((either,), True)):
+        one = found({"wide": 0.2}, library)
+        assert one.models[0].all_present() is present
+    assert not found({}, (either,)).models or not found({}, (either,)).models[0].all_present()
+
+
 def test_a_model_that_is_wrong_itself_does_not_reject_one_that_is_wrong_by_as_much_again():
     fitter, base, _ = fitted({"wide": 0.3}, (SHARP, BIAS))
     layout = fitter.simulator.layout

@@ -18,6 +18,7 @@ from pamsim.diagnosis.method.absent_limits import (
     AbsentLimit,
     absent_limits,
     supported,
+    widest,
 )
 from pamsim.diagnosis.method.evidence import losses
 from pamsim.diagnosis.method.nuisance_by_protocol import nuisance_by_protocol
@@ -27,6 +28,7 @@ from pamsim.diagnosis.method.trial_diagnosis import diagnose_trials
 from pamsim.diagnosis.method.trial_model import fit_effects
 from pamsim.diagnosis.method.trial_search import PAIRS, TrialSearch
 from pamsim.diagnosis.method.verdict import Verdict
+from pamsim.diagnosis.method.verdict_thresholds import FORM_ERROR
 from pamsim.inference.residual_block import ResidualBlock
 from tests.unit.diagnosis.toy_arm import (
     BIAS,
@@ -88,6 +90,33 @@ def test_what_is_there_is_within_the_bound_and_little_more_is():
         limits.append(bound.limit)
     assert beyond <= 2
     assert np.median(limits) < 0.008
+
+
+def test_a_limit_is_wider_by_the_size_that_leaves_what_a_formula_may_leave():
+    """Of 0.03 nuisance parameters leave some loss: a formula off by as much may hide 0.03."""
+    fitter, base, screened = fitted({}, (BIAS,))
+    space, _ = fitter.unexplained(base)
+    (change,) = fitter.changes([{**base.values, "bias": 0.03}], fitter.weighted(base.residual))
+    left = float(np.sum(space.project_out(change) ** 2))
+    (bare,) = absent_limits(fitter, screened, base, NUISANCE)
+    (wide,) = absent_limits(fitter, screened, base, NUISANCE, form_error=left)
+    assert wide.limit - bare.limit == pytest.approx(0.03, rel=0.02)
+
+
+def test_a_base_model_that_predicts_better_than_a_perfect_one_by_chance_leaves_no_form_error():
+    fitter, base, screened = fitted({}, (BIAS,))
+    lucky = losses(fitter.simulator.layout, base.residual, fitter.floor, held_out=True)
+    for worse, expected in ((2.0, 0.0), (0.5, 0.5 * FORM_ERROR * np.mean(list(lucky.values())))):
+        perfect = {trial: worse * loss for trial, loss in lucky.items()}
+        search = TrialSearch(fitter, base, lucky, perfect, screened, None, Steps(None, 0))
+        assert search.form_error == pytest.approx(expected)
+
+
+def test_of_several_models_the_widest_limit_holds():
+    small, large = (dataclasses.replace(LIMITS[0], limit=limit) for limit in (1.0, 3.0))
+    none = dataclasses.replace(small, cannot_tell=OUT_OF_RANGE)
+    assert widest([[small], [large]]) == (large,)
+    assert widest([[large], [none]]) == (none,)
 
 
 def test_what_leaves_no_trace_has_no_bound():
@@ -175,6 +204,11 @@ FAMILIES = {"dry": "friction", "load_dependent": "friction", "leak": "air"}
 @pytest.mark.parametrize("verdict", [Verdict.NO_GAP, Verdict.NAMED])
 def test_a_clean_verdict_leaves_every_limit(verdict):
     assert supported(LIMITS, verdict, FAMILIES, [["load_dependent"]]) == tuple(LIMITS)
+
+
+def test_a_clean_name_leaves_no_limit_of_an_effect_whose_model_predicts_better():
+    dry, leak = supported(LIMITS, Verdict.NAMED, FAMILIES, [["load_dependent"], ["leak"]])
+    assert (dry.cannot_tell, leak.cannot_tell) == (None, TIED)
 
 
 @pytest.mark.parametrize("verdict", [Verdict.UNEXPLAINED, Verdict.NAMED_WITH_REMAINDER])

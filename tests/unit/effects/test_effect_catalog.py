@@ -79,6 +79,7 @@ OTHER_FORMS = [
     "line_lag:limited_rate",
     "muscle_mismatch:strength_and_stroke",
     "supply_sag:reservoir",
+    "valve_flow:critical_ratio",
     "supply_sag:turbulent_reservoir",
     "sprocket_ripple:two_phases",
 ]
