@@ -126,8 +126,8 @@ class Effect:
             remainder, or where it is asked for by name.
         path_dependent: whether its force depends on the path, not on the present state alone.
         upstream_of_pressure: whether it acts through the pressures alone.
-        either: whether any of its sizes off neutral means that it is there, as muscles may differ in
-            strength, in stroke or in both; else the first must be.
+        either: whether any of its sizes off neutral means that it is there, as muscles may differ
+            in strength, in stroke or in both; else the first must be.
         crossed: whether searches begin from every combination of its shapes' starts, as where a
             wave begins matters only with its right length; else from one shape after the other.
     """

@@ -6,8 +6,8 @@ sag s. Air enters the line at s / R and leaves it through the open valves (ISO 6
 
     V / (R_air T) ds/dt = w_1(P_0 - s) + w_2(P_0 - s) + ... - s / R
 
-Narrow lines resist so. In fittings and regulators the fall grows with the square of the flow q. With
-a share t of such turbulence at q_0 = 0.2 g/s, the flow at which R is stated, it is
+Narrow lines resist so. In fittings and regulators the fall grows with the square of the flow q.
+With a share t of such turbulence at q_0 = 0.2 g/s, the flow at which R is stated, it is
 
     s = R q ((1 - t) + t |q| / q_0)
 
@@ -36,8 +36,8 @@ VALVE = 6
 """Numbers that describe one fill valve, see `supply_sag`."""
 
 STATED_AT = 2e-4
-"""Mass flow at which a turbulent supply's resistance is stated [kg/s]; 0.2 g/s fills a MAS-20 muscle
-of 0.1 litres to 2 bar in about a second."""
+"""Mass flow at which a turbulent supply's resistance is stated [kg/s]: it fills a MAS-20 muscle of
+0.1 litres to 2 bar in about a second."""
 
 _TINY = 1e-300  # in the place of 0, where nothing flows
 _PRECISION = 4e-15  # of the pressures, about their rounding
