@@ -57,7 +57,7 @@ def test_source_and_storage_give_what_the_valves_pass_in_a_thousand_stiff_cases(
 
 
 def test_a_turbulent_source_gives_what_the_valves_pass_too():
-    """s = R q ((1 - t) + t |q| / q_0), the flow q that which the valves pass and the line is missing."""
+    """s = R q ((1 - t) + t |q| / q_0), where q fills the line and what the valves pass."""
     for _ in range(300):
         valves, resistance, storage, before = random_supply()
         share = RNG.choice([RNG.uniform(0.0, 1.0), 1.0])
