@@ -8,6 +8,7 @@ import pytest
 
 from pamsim.diagnosis.method import trial_diagnosis, trial_search
 from pamsim.diagnosis.method.evidence import losses
+from pamsim.diagnosis.method.lack_of_fit import LackOfFit
 from pamsim.diagnosis.method.rivals import tied_with
 from pamsim.diagnosis.method.trial_diagnosis import diagnose_trials
 from pamsim.diagnosis.method.trial_model import fit_effects
@@ -115,6 +116,17 @@ def test_rare_effects_are_tried_only_where_the_others_leave_a_remainder():
     asked = dataclasses.replace(rare, asked_for=True)
     one = found({"dry": 0.06}, (SHARP, asked, BIAS))
     assert ("odd",) in {m.names for m in one.models}
+
+
+@pytest.mark.parametrize(("left", "tried"), [(0.03, True), (0.0, False)])
+def test_rare_effects_are_tried_where_losses_alone_show_a_remainder(monkeypatch, left, tried):
+    """Repeats do not prove it (p = 0.06), but held-out losses are beyond those of a perfect model."""
+    unproven = LackOfFit(size=left, error=0.01, p_value=0.06, attainable=1e-3)
+    monkeypatch.setattr(trial_diagnosis, "lack_of_fit", lambda *_, **__: unproven)
+    rare = dataclasses.replace(WIDE, effect=dataclasses.replace(WIDE.effect, name="odd", rare=True))
+    hidden = {"wide": 0.2} if left else {"dry": 0.06}
+    one = found(hidden, (SHARP, rare, BIAS))
+    assert any("odd" in m.names for m in one.models) is tried
 
 
 def test_rare_effects_are_tried_where_the_one_that_fits_cannot_be_named():
