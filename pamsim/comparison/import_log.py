@@ -12,6 +12,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from pamsim.comparison.periodicity import samples_per_period
 from pamsim.core.drive import JOINT_DRIVES, MUSCLE_DRIVES, DriveLike, checked, in_toml
@@ -302,33 +303,60 @@ def _index(rig: str, guesses: Sequence[Guess], entries: Sequence[Mapping[str, An
 def _turned(
     guesses: tuple[Guess, ...], stated: Sequence[str], trials: Sequence[Trial], rig: Rig
 ) -> tuple[Guess, ...]:
-    """The guesses, the signs of joints turned that move against what their muscles pull."""
+    """The guesses, the signs of joints turned that move against what drives them."""
     shortening = -moment_arms(rig, rig.model.qpos0)
-    arms = dict(zip(rig.names.joint_channels, shortening.T, strict=True))
-    pulls: dict[str, list[float]] = {}
-    for channel, arm in arms.items():
+    arms = dict(zip(rig.joints, shortening.T, strict=True))
+    along: dict[str, list[float]] = {}
+    for joint, channel in zip(rig.joints, rig.names.joint_channels, strict=True):
         for trial in trials:
-            pressures = [trial.measured.get(name) for name in rig.names.of_muscles("pressure")]
-            if channel not in trial.measured or any(p is None for p in pressures):
+            pull, angle = _driving(trial, joint, arms[joint], rig), trial.measured.get(channel)
+            if pull is None or angle is None:
                 continue
-            pull = np.column_stack([p for p in pressures if p is not None]) @ arm
-            angle = trial.measured[channel]
             if np.ptp(pull) > 0.0 and np.ptp(angle) > 0.0:
-                pulls.setdefault(channel, []).append(float(np.corrcoef(pull, angle)[0, 1]))
-    against = {
-        joint
-        for joint, channel in zip(rig.joints, arms, strict=True)
-        if channel in pulls and np.mean(pulls[channel]) < _AGAINST
-    }
-    why = "sign turned, because it falls where the muscles pull it up; or the muscles are swapped"
+                along.setdefault(joint, []).append(float(np.corrcoef(pull, angle)[0, 1]))
+    against = {joint for joint, found in along.items() if np.mean(found) < _AGAINST}
+    by_itself = {joint for trial in trials for joint in trial.drives.joints}
+
+    def why(joint: str) -> str:
+        if joint in by_itself:
+            return f"sign turned, because it falls where {joint} is driven up"
+        return "sign turned, because it falls where the muscles pull it up; or they are swapped"
+
     return tuple(
-        replace(one, sign=-one.sign, warnings=(*one.warnings, why))
+        replace(one, sign=-one.sign, warnings=(*one.warnings, why(owner_of(one.quantity))))
         if owner_of(one.quantity) in against
         and kind_of(one.quantity) in JOINT_KINDS
         and one.quantity not in stated
         else one
         for one in guesses
     )
+
+
+def _driving(
+    trial: Trial, joint: str, arm: NDArray[np.float64], rig: Rig
+) -> NDArray[np.float64] | None:
+    """What drives a joint in a trial, up to a factor: its own torque or force, or its muscles.
+
+    Args:
+        trial: one.
+        joint: of the rig.
+        arm: (m,) by which each muscle shortens as the joint moves up.
+        rig: that the trial was recorded on.
+
+    Returns:
+        (n,), or None: the pressures of muscles that drive nothing, as sealed ones, follow the
+        joint and say nothing of its sign; nor does a motion that is imposed.
+    """
+    drives = trial.drives
+    if joint in drives.imposed:
+        return None
+    if joint in drives.joints:
+        return trial.command[:, len(drives.muscles) + list(drives.joints).index(joint)]
+    pressures = [trial.measured.get(name) for name in rig.names.of_muscles("pressure")]
+    known = [p for p in pressures if p is not None]
+    if len(known) < len(pressures) or set(drives.muscles) == {"sealed"}:
+        return None
+    return np.column_stack(known) @ arm
 
 
 def _notes(trials: Sequence[Trial], kind: DriveLike, cut: bool) -> tuple[str, ...]:

@@ -113,6 +113,21 @@ def test_a_torque_on_the_joint_drives_it_and_the_motion_where_that_is_stated(rig
         imported(tmp_path / "c", rig, log, drive="elbo=angle")
 
 
+def test_sealed_muscles_say_nothing_of_the_sign_of_a_joint_that_its_torque_drives(rig, tmp_path):
+    """Their pressures follow the joint: they rise where it turns against them."""
+    torque = 0.5 * np.sin(TIME)
+    pressures = {"P flexor [Pa]": 2.5e5 - 2e4 * torque, "P extensor [Pa]": 2.5e5 + 2e4 * torque}
+    for sense in (1.0, -1.0):
+        log = {"t [s]": TIME, **pressures, "phi [rad]": sense * 0.2 * torque, "tau [Nm]": torque}
+        folder = tmp_path / f"sense {sense:g}"
+        found, (trial,) = imported(
+            folder, rig, log, drive="flexor=sealed,extensor=sealed,elbow=torque"
+        )
+        np.testing.assert_allclose(trial.measured["elbow.angle"], 0.2 * torque, atol=1e-9)
+        (phi,) = (one for one in found.columns if one.column == "phi")
+        assert any("elbow is driven up" in warning for warning in phi.warnings) is (sense < 0.0)
+
+
 def test_the_command_prints_what_it_understood_and_replaces_nothing_unasked(
     rig, tmp_path, monkeypatch, capsys
 ):
