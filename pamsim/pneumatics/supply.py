@@ -94,6 +94,8 @@ def supply_sag(
         sag = high - above * (high - low) / (above - below)
         if not low < sag < high:
             sag = 0.5 * (low + high)
+            if not low < sag < high:  # no number is left between them
+                break
         excess = _missing(sag, valves, narrow, square, storage, kept) / slope
         if abs(excess) <= enough:
             break

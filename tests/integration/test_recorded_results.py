@@ -8,6 +8,7 @@ from pathlib import Path
 
 import gymnasium
 import numpy as np
+import pytest
 
 from pamsim.controllers.neural_policy import NeuralPolicy
 from pamsim.engine.rig import load_rig
@@ -98,6 +99,31 @@ def test_the_table_of_the_independent_plant_is_that_of_its_record():
     end = before + len(study["rows"])
     assert f"Cases {before + 1} to {end} of the {study['planned']}" in text
     assert [row["name"] for row in study["rows"]] == names[before:end], "not all in their order"
+
+
+@pytest.mark.parametrize(
+    ("record", "data"), [("2_repeats", "2 repeats only"), ("one_log", "one log without repeats")]
+)
+def test_the_table_of_fewer_repeats_is_that_of_the_records(record, data):
+    study = recorded(f"results/blind_study_{record}.json")
+    _, table = table_after("diagnose.md", "fewer repeats, independent plant")
+    found = {row["quantity"]: row for row in study["must_show"]}
+
+    def counted(row):
+        return f"{row['hits']} of {row['count']}"
+
+    right = found[f"{data}: right family"]
+    low, high = right["interval95"]
+    assert table[data] == [
+        str(len(study["rows"])),
+        f"{100 * right['share']:.1f} %, {counted(right)}",
+        f"{100 * low:.1f} to {100 * high:.1f} %",
+        counted(found["wrong confident name, all tiers"]),
+        counted(found["claim on data without effect"]),
+        f"{found['median seconds per diagnosis']['median']:.4g} s",
+    ]
+    cases = [case["name"] for case in recorded("blind_study_cases.json")["cases"]]
+    assert [row["name"] for row in study["rows"]] == cases[: len(study["rows"])]
 
 
 def test_the_table_of_twins_is_that_of_its_record():

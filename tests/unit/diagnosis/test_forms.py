@@ -120,7 +120,7 @@ def test_rare_effects_are_tried_only_where_the_others_leave_a_remainder():
 
 @pytest.mark.parametrize(("left", "tried"), [(0.03, True), (0.0, False)])
 def test_rare_effects_are_tried_where_losses_alone_show_a_remainder(monkeypatch, left, tried):
-    """Repeats do not prove it (p = 0.06), but held-out losses are beyond those of a perfect model."""
+    """Repeats do not prove it (p = 0.06), but held-out losses are above a perfect model's."""
     unproven = LackOfFit(size=left, error=0.01, p_value=0.06, attainable=1e-3)
     monkeypatch.setattr(trial_diagnosis, "lack_of_fit", lambda *_, **__: unproven)
     rare = dataclasses.replace(WIDE, effect=dataclasses.replace(WIDE.effect, name="odd", rare=True))

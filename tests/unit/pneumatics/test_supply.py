@@ -74,6 +74,19 @@ def test_a_turbulent_source_gives_what_the_valves_pass_too():
         assert found == pytest.approx(expected, rel=1e-11, abs=1e-7)
 
 
+def test_a_turbulent_line_on_shut_valves_refills():
+    """C (s_0 - s) = q(s), however little of the sag is left: the search must end."""
+    shut = (7e5, 1e5, 0.0, *ORIFICE[1:])
+    for _ in range(2000):
+        resistance, storage = 10.0 ** RNG.uniform(3.0, 11.0), 10.0 ** RNG.uniform(-16.0, -4.0)
+        before = RNG.choice([-1.0, 1.0]) * 10.0 ** RNG.uniform(-6.0, 5.7)
+        sag = supply_sag([shut], resistance, storage, before, 1.0)
+        given = math.copysign(math.sqrt(abs(sag) * STATED_AT / resistance), sag)
+        assert storage * (before - sag) == pytest.approx(
+            given, rel=1e-6, abs=storage * abs(before) * 1e-10
+        )
+
+
 def fall_at(flow, share):
     """Fall of a supply of 1e8 Pa s/kg whose valve is opened until it passes a flow."""
     conductance = 1e-9
