@@ -75,16 +75,17 @@ def test_a_turbulent_source_gives_what_the_valves_pass_too():
 
 
 def test_a_turbulent_line_on_shut_valves_refills():
-    """C (s_0 - s) = q(s), however little of the sag is left: the search must end."""
+    """C (s_0 - s) = sqrt(s q_0 / R), a square in sqrt(s), however little of the sag is left."""
     shut = (7e5, 1e5, 0.0, *ORIFICE[1:])
-    for _ in range(2000):
+    for _ in range(5000):
         resistance, storage = 10.0 ** RNG.uniform(3.0, 11.0), 10.0 ** RNG.uniform(-16.0, -4.0)
-        before = RNG.choice([-1.0, 1.0]) * 10.0 ** RNG.uniform(-6.0, 5.7)
-        sag = supply_sag([shut], resistance, storage, before, 1.0)
-        given = math.copysign(math.sqrt(abs(sag) * STATED_AT / resistance), sag)
-        assert storage * (before - sag) == pytest.approx(
-            given, rel=1e-6, abs=storage * abs(before) * 1e-10
-        )
+        before = 10.0 ** RNG.uniform(-6.0, 5.7)
+        root = math.sqrt(STATED_AT / resistance)
+        kept = storage * before
+        left = (2.0 * kept / (root + math.sqrt(root**2 + 4.0 * storage * kept))) ** 2
+        for sign in (1.0, -1.0):
+            sag = supply_sag([shut], resistance, storage, sign * before, 1.0)
+            assert sag == pytest.approx(sign * left, rel=1e-9, abs=1e-12 * before)
 
 
 def fall_at(flow, share):
