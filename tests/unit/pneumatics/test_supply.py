@@ -88,6 +88,15 @@ def test_a_turbulent_line_on_shut_valves_refills():
             assert sag == pytest.approx(sign * left, rel=1e-9, abs=1e-12 * before)
 
 
+def test_a_search_ends_where_no_number_is_left_between_its_ends():
+    """Of this sag far more is left than a resistance without turbulence would leave."""
+    resistance, storage, before, share = 5466.97708, 7.773535843818119e-07, 489566.35172455816, 0.9
+    shut = (7e5, 1e5, 0.0, *ORIFICE[1:])
+    for k in range(300):
+        sag = supply_sag([shut], resistance, storage, before * (1.0 - 1e-4 * k), share)
+        assert 0.68 < sag / (before * (1.0 - 1e-4 * k)) < 0.7
+
+
 def fall_at(flow, share):
     """Fall of a supply of 1e8 Pa s/kg whose valve is opened until it passes a flow."""
     conductance = 1e-9
