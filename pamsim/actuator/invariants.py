@@ -55,6 +55,7 @@ _LEAK, _LAMINAR_LEAK = slot("chamber.leak_conductance"), slot("chamber.laminar_l
 _FILL, _EXHAUST = slot("valve.conductance_fill"), slot("valve.conductance_exhaust")
 _LAMINAR, _BAND = slot("valve.laminar_ratio"), slot("valve.regulator_band")
 _SUPPLY, _RESISTANCE = slot("valve.supply_pressure"), slot("valve.supply_resistance")
+_SQUARE = slot("valve.supply_square")
 _TUBE_RESISTANCE, _TUBE_VOLUME = slot("valve.tube_resistance"), slot("valve.tube_volume")
 _RIPPLE, _STRIBECK = slot("chain.ripple"), slot("friction.stribeck_force")
 
@@ -235,7 +236,7 @@ def flow_in(
     sent, gauge = command_at_valve(par, before, command), at_valve - par[_ATMOSPHERE]
     opening = reached_opening(par, before, sent, gauge, time, timestep)
     sag = 0.0
-    if par[_RESISTANCE] > 0.0:  # the valves see the sag at the end of the step
+    if par[_RESISTANCE] + par[_SQUARE] > 0.0:  # the valves see the sag at the end of the step
         sag = act[len(act) - SAG] * (par[_SUPPLY] + par[_ATMOSPHERE])
     return flow_through_valves(par, at_valve, left_by_dead_zone(par, opening), sag)
 

@@ -35,7 +35,7 @@ _CRITICAL = slot("valve.critical_ratio")
 _LAMINAR = slot("valve.laminar_ratio")
 _SUPPLY = slot("valve.supply_pressure")
 _RESISTANCE = slot("valve.supply_resistance")
-_TURBULENCE = slot("valve.supply_turbulence")
+_SQUARE = slot("valve.supply_square")
 _SUPPLY_VOLUME = slot("valve.supply_volume")
 _LINE_LAG, _LINE_SLEW_TIME = slot("valve.line_lag"), slot("valve.line_slew_time")
 _PULSE_PERIOD = slot("valve.pulse_period")
@@ -204,7 +204,7 @@ def line_sag(par: Row, act: Row, valves: Valves, timestep: float) -> float:
     full = par[_SUPPLY] + par[_ATMOSPHERE]
     storage = par[_SUPPLY_VOLUME] / (GAS_CONSTANT * par[_TEMPERATURE] * timestep)
     before = full * act[len(act) - SAG]
-    return supply_sag(valves, par[_RESISTANCE], storage, before, par[_TURBULENCE])
+    return supply_sag(valves, par[_RESISTANCE], par[_SQUARE], storage, before)
 
 
 def air_flow(par: Row, pressure_abs: float, command: float, time: float, sag: float = 0.0) -> float:

@@ -17,7 +17,7 @@ _TEMPERATURE = slot("chamber.temperature")
 _ATMOSPHERE = slot("chamber.atmosphere")
 _COMMAND = slot("command")
 _RESISTANCE = slot("valve.supply_resistance")
-_TURBULENCE = slot("valve.supply_turbulence")
+_SQUARE = slot("valve.supply_square")
 _BAND = slot("valve.regulator_band")
 
 
@@ -37,9 +37,9 @@ def full_rates(par: Row, tendon_length: float, pressure: float) -> tuple[float, 
     inside = static_volume(row, tendon_length, pressure)
     scale = row[_POLYTROPIC] * GAS_CONSTANT * row[_TEMPERATURE] / inside
     sag, valve = 0.0, [0.0] * VALVE
-    if row[_RESISTANCE] > 0.0:
+    if row[_RESISTANCE] + row[_SQUARE] > 0.0:
         fill_valve(row, absolute, 1.0, valve)
-        sag = supply_sag([valve], row[_RESISTANCE], 0.0, 0.0, row[_TURBULENCE])
+        sag = supply_sag([valve], row[_RESISTANCE], row[_SQUARE], 0.0, 0.0)
     fill = air_flow(row, absolute, 1.0, 0.0, sag)
     return scale * fill, scale * air_flow(row, absolute, -1.0, 0.0)
 

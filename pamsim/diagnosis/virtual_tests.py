@@ -35,13 +35,14 @@ from pamsim.diagnosis.virtual_test_conditions import (
 from pamsim.engine.rig import Rig
 from pamsim.muscles.tension import effective_pressure
 from pamsim.pneumatics.orifice import mass_flow
-from pamsim.pneumatics.supply import STATED_AT
 from pamsim.signals.sensors import MeasurementChain
 
 FloatArray = NDArray[np.float64]
 
 Quantities: TypeAlias = dict[str, tuple[float, str]]
 """Name -> value [unit] and SI unit."""
+
+_FLOW = 2e-4  # [kg/s]
 
 _JOINT_STEPS, _MUSCLE_STEPS = 400, 300  # of a quarter of a cycle
 _SUDDEN = 1e-3  # contraction [-]
@@ -320,7 +321,7 @@ def _leak(there: Bench, without: Bench, muscle: int) -> Quantities:
 def _sag(rig: Bench, muscle: int) -> float:
     """Steady fall of the supply's pressure per flow, at a flow into an empty muscle [Pa s/kg]."""
     par = rig.muscles[muscle]
-    if par[slot("valve.supply_resistance")] == 0.0:
+    if par[slot("valve.supply_resistance")] + par[slot("valve.supply_square")] == 0.0:
         return 0.0
     act = [0.0] * rig.states[muscle]
     full, empty = par[_SUPPLY] + par[_ATMOSPHERE], par[_ATMOSPHERE]
@@ -329,7 +330,7 @@ def _sag(rig: Bench, muscle: int) -> float:
     for _ in range(20):  # opens the valve until it passes that flow, or all it can
         sag = line_sag(par, act, [(full, empty, conductance, *air)], _LONG)
         flow = mass_flow(full - sag, empty, conductance, *air)
-        conductance = min(conductance * STATED_AT / flow, 1e-6)
+        conductance = min(conductance * _FLOW / flow, 1e-6)
     return sag / flow
 
 

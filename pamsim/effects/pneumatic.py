@@ -82,19 +82,10 @@ EFFECTS = (
         family="supply",
         missing="a supply whose reservoir is drawn down by the muscles and refilled slowly, through"
         " turbulent fittings",
-        equation="V_s / (R T) P_line' = q - (mdot_1 + mdot_2 + ...),"
-        " P_supply - P_line = R_s q ((1 - t) + t |q| / (0.2 g/s))",
+        equation="V_s / (R T) P_line' = sqrt((P_supply - P_line) / S_s) - (mdot_1 + mdot_2 + ...)",
         parameters=(
-            _SUPPLY_RESISTANCE,
+            EffectParameter(name="valve.supply_square", typical=1e12, low=0.0, high=2.5e13),
             _SUPPLY_VOLUME,
-            EffectParameter(
-                name="valve.supply_turbulence",
-                typical=1.0,
-                low=0.0,
-                high=1.0,
-                shape=True,
-                natural_ends=True,
-            ),
         ),
         look_alikes=("valve_flow", "air_leak"),
         separating="a gauge on the supply while a muscle is filled from empty, and afterwards",

@@ -39,6 +39,7 @@ NO_ACTUATION = int(mujoco.mjtDisableBit.mjDSBL_ACTUATION)
 """Option of a model whose actuators the engine leaves out."""
 _PARTNER, _BACKLASH = slot("partner"), slot("chain.backlash")
 _RESISTANCE, _SUPPLY_LINE = slot("valve.supply_resistance"), slot("valve.supply_line")
+_SQUARE = slot("valve.supply_square")
 
 _MOSTLY_OFF = (
     "chain.ripple",
@@ -64,6 +65,7 @@ _MOSTLY_OFF = (
     "valve.dead_zone",
     "valve.tube_resistance",
     "valve.supply_resistance",
+    "valve.supply_square",
 )
 """Parameters that leave an effect out when they are 0."""
 
@@ -206,7 +208,7 @@ def _compile(key: str, word: Mapping[str, int]) -> tuple[Any, Any, Any, Any]:
                     doubles(data[velocity], entry(model[outadr], other), 1)[0],
                 )
             sag = 0.0
-            if row[_RESISTANCE] > 0.0:
+            if row[_RESISTANCE] + row[_SQUARE] > 0.0:
                 valves = np.empty((model[actuators], VALVE))
                 on_line = 0
                 for other in range(model[actuators]):

@@ -27,6 +27,7 @@ from pamsim.pneumatics.supply import VALVE
 
 _PARTNER, _BACKLASH = slot("partner"), slot("chain.backlash")
 _RESISTANCE, _SUPPLY_LINE = slot("valve.supply_resistance"), slot("valve.supply_line")
+_SQUARE = slot("valve.supply_square")
 _SUPPLY = slot("valve.supply_pressure")
 
 
@@ -185,7 +186,7 @@ def _opposing(muscle: _Muscle, every: dict[int, _Muscle]) -> float:
 
 def _sag(muscle: _Muscle, every: dict[int, _Muscle], time: float, timestep: float) -> float:
     """Fall of the supply's pressure by the flow to all muscles on it [Pa]."""
-    if muscle.row[_RESISTANCE] == 0.0:
+    if muscle.row[_RESISTANCE] + muscle.row[_SQUARE] == 0.0:
         return 0.0
     valves: list[list[float]] = []
     for other in every.values():

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping
 
 import mujoco
+import numpy as np
 
 from pamsim.actuator.layout import slot
 from pamsim.actuator.muscle import Muscle
@@ -13,11 +14,12 @@ from pamsim.core.errors import InputError
 from pamsim.core.experiment import Experiment
 from pamsim.engine.stepping import muscle_ids
 
-_LINE, _RESISTANCE = slot("valve.supply_line"), slot("valve.supply_resistance")
+_LINE = slot("valve.supply_line")
+_FALL = [slot("valve.supply_resistance"), slot("valve.supply_square")]
 _SHARED = (
     "valve.supply_pressure",
     "valve.supply_resistance",
-    "valve.supply_turbulence",
+    "valve.supply_square",
     "valve.supply_volume",
     "chamber.temperature",
     "chamber.atmosphere",
@@ -73,7 +75,7 @@ def check_supply(model: mujoco.MjModel) -> None:
     rows = model.actuator_user
     for index in muscle_ids(model):
         other = first.setdefault(float(rows[index, _LINE]), index)
-        if max(rows[index, _RESISTANCE], rows[other, _RESISTANCE]) == 0.0:
+        if not np.any(rows[[[index], [other]], _FALL]):
             continue
         for name in _SHARED:
             if rows[index, slot(name)] != rows[other, slot(name)]:

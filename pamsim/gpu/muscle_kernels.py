@@ -14,6 +14,7 @@ from pamsim.gpu.warp_package import warp
 
 _PARTNER, _BACKLASH = slot("partner"), slot("chain.backlash")
 _RESISTANCE, _SUPPLY_LINE = slot("valve.supply_resistance"), slot("valve.supply_line")
+_SQUARE = slot("valve.supply_square")
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -74,7 +75,7 @@ def muscle_kernels(precision: str) -> MuscleKernels:
                 F(speed[world, other]),
             )
         sag = F(0.0)
-        if row[_RESISTANCE] > F(0.0):
+        if row[_RESISTANCE] + row[_SQUARE] > F(0.0):
             on_line = wp.int32(0)
             for fed in range(par.shape[1]):
                 if par[world, fed, _SUPPLY_LINE] == row[_SUPPLY_LINE]:

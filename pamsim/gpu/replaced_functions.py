@@ -40,7 +40,7 @@ def no_rates(
 
 
 def no_sag(
-    valves: Valves, resistance: float, storage: float, before: float, turbulence: float
+    valves: Valves, resistance: float, square: float, storage: float, before: float
 ) -> float:
     """In the place of `supply_sag` in single precision."""
     return math.nan

@@ -1,15 +1,13 @@
 """Supply that several muscles share: a source behind a resistance, and the volume of the line.
 
 The source's pressure P_0 is constant; that of the line, which the fill valves see, is lower by the
-sag s. Air enters the line at s / R and leaves it through the open valves (ISO 6358, see
+sag s. Air enters the line at a flow q and leaves it through the open valves (ISO 6358, see
 `pamsim.pneumatics.orifice`); its volume V, at constant temperature, stores the difference:
 
-    V / (R_air T) ds/dt = w_1(P_0 - s) + w_2(P_0 - s) + ... - s / R
+    V / (R_air T) ds/dt = w_1(P_0 - s) + w_2(P_0 - s) + ... - q,    s = R q + S q |q|
 
-Narrow lines resist so. In fittings and regulators the fall grows with the square of the flow q.
-With a share t of such turbulence at q_0 = 0.2 g/s, the flow at which R is stated, it is
-
-    s = R q ((1 - t) + t |q| / q_0)
+The fall is proportional to the flow in narrow lines (R) and to its square in fittings and
+regulators (S).
 
 Over a time step the equation is solved for the sag at its end (implicit Euler), so a line of small
 volume needs no short step, and without volume the sag follows the flow at once. The flows w fall as
@@ -35,10 +33,6 @@ Valves: TypeAlias = Sequence[Sequence[float]] | NDArray[np.float64]
 VALVE = 6
 """Numbers that describe one fill valve, see `supply_sag`."""
 
-STATED_AT = 2e-4
-"""Mass flow at which a turbulent supply's resistance is stated [kg/s]: it fills a MAS-20 muscle of
-0.1 litres to 2 bar in about a second."""
-
 _TINY = 1e-300  # in the place of 0, where nothing flows
 _PRECISION = 4e-15  # of the pressures, about their rounding
 
@@ -46,9 +40,9 @@ _PRECISION = 4e-15  # of the pressures, about their rounding
 def supply_sag(
     valves: Valves,
     resistance: float,
+    square: float,
     storage: float,
     before: float,
-    turbulence: float = 0.0,
 ) -> float:
     """Fall of a supply's pressure at the end of a time step.
 
@@ -56,32 +50,33 @@ def supply_sag(
         valves: (m, VALVE) for each fill valve the absolute pressures of source and chamber [Pa],
             sonic conductance as far as it is open [m^3/(s Pa)], critical ratio, laminar ratio and
             air temperature [K].
-        resistance: R > 0 from source to line [Pa s/kg].
+        resistance: R from source to line [Pa s/kg].
+        square: S, which or R must be above 0 [Pa s^2/kg^2].
         storage: V / (R_air T dt), mass flow per change of pressure over the step [kg/(s Pa)]; 0 for
             a line without volume.
         before: sag at the start of the step; of no influence without storage [Pa].
-        turbulence: share t of the fall that grows with the square of the flow, at `STATED_AT` [-].
 
     Returns:
         s [Pa], negative where a muscle fills the line; NaN if a valve's numbers are.
     """
     kept = storage * before
-    # The sag with all valves shut. From a turbulent source it lies between this and 0.
-    idle = kept / (1.0 / resistance + storage)
-    low, high, enough = idle, idle, _PRECISION * abs(idle)
-    if turbulence > 0.0 and storage > 0.0:
-        low, high = min(before, 0.0), max(before, 0.0)
+    if square == 0.0:
+        idle = kept / (1.0 / resistance + storage)  # the sag with all valves shut
+        low, high = idle, idle
+    else:  # it lies between that before and 0
+        idle = before if storage > 0.0 else 0.0
+        low, high = min(idle, 0.0), max(idle, 0.0)
+    enough = _PRECISION * abs(idle)
     for valve in valves:
         if valve[2] != 0.0:
             low = min(low, valve[0] - valve[1])
             high = max(high, valve[0] - valve[1])
             enough = max(enough, _PRECISION * valve[0], _PRECISION * valve[1])
-    narrow, square = (1.0 - turbulence) * resistance, turbulence * resistance / STATED_AT
     # Least slope of what source and storage give, at the largest sag.
-    steepest = max(narrow * narrow + 4.0 * square * max(-low, high), _TINY)
+    steepest = max(resistance * resistance + 4.0 * square * max(-low, high), _TINY)
     slope = 1.0 / math.sqrt(steepest) + storage
-    below = _missing(low, valves, narrow, square, storage, kept) / slope
-    above = _missing(high, valves, narrow, square, storage, kept) / slope
+    below = _missing(low, valves, resistance, square, storage, kept) / slope
+    above = _missing(high, valves, resistance, square, storage, kept) / slope
     if math.isnan(below + above):
         return math.nan
     if below >= 0.0:
@@ -94,9 +89,7 @@ def supply_sag(
         sag = high - above * (high - low) / (above - below)
         if not low < sag < high:
             sag = 0.5 * (low + high)
-            if not low < sag < high:  # no number is left between them
-                break
-        excess = _missing(sag, valves, narrow, square, storage, kept) / slope
+        excess = _missing(sag, valves, resistance, square, storage, kept) / slope
         if abs(excess) <= enough:
             break
         if excess > 0.0:
@@ -115,7 +108,7 @@ def supply_sag(
 def _missing(
     sag: float,
     valves: Valves,
-    narrow: float,
+    resistance: float,
     square: float,
     storage: float,
     kept: float,
@@ -124,18 +117,18 @@ def _missing(
     drawn = 0.0
     for valve in valves:
         drawn += mass_flow(valve[0] - sag, valve[1], valve[2], valve[3], valve[4], valve[5])
-    return source_flow(sag, narrow, square) + storage * sag - kept - drawn
+    return source_flow(sag, resistance, square) + storage * sag - kept - drawn
 
 
-def source_flow(sag: float, narrow: float, square: float) -> float:
-    """Mass flow through a source whose pressure has fallen, the root of narrow q + square q |q|.
+def source_flow(sag: float, resistance: float, square: float) -> float:
+    """Mass flow q through a source [kg/s], the root of s = R q + S q |q|.
 
     Args:
-        sag: fall of the pressure [Pa].
-        narrow: fall per flow [Pa s/kg].
-        square: fall per square of the flow [Pa s^2/kg^2].
+        sag: s, the fall of the pressure [Pa].
+        resistance: R [Pa s/kg].
+        square: S [Pa s^2/kg^2].
     """
     if square == 0.0:
-        return sag / narrow
-    root = narrow + math.sqrt(narrow * narrow + 4.0 * square * abs(sag))
+        return sag / resistance
+    root = resistance + math.sqrt(resistance * resistance + 4.0 * square * abs(sag))
     return 2.0 * sag / root if root > 0.0 else 0.0

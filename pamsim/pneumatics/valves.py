@@ -69,12 +69,11 @@ class ValvePair(ParameterGroup):
         doc="fall of the supply's pressure per mass flow drawn by all its muscles",
         default=0.0,
     )
-    supply_turbulence: float = parameter(
-        unit="1",
+    supply_square: float = parameter(
+        unit="Pa*s^2/kg^2",
         low=0.0,
-        high=1.0,
-        doc="share of the supply's fall of pressure that grows with the square of the flow; its"
-        " resistance is then that at 0.2 g/s",
+        high=1e16,
+        doc="fall of the supply's pressure per square of that flow, as in fittings and regulators",
         default=0.0,
     )
     supply_volume: float = parameter(

@@ -54,8 +54,8 @@ CASES = {
     },
     "supply of small volume": {"valve.supply_resistance": 1e9, "valve.supply_volume": 2e-5},
     "turbulent supply": {
-        "valve.supply_resistance": 3e8,
-        "valve.supply_turbulence": 0.8,
+        "valve.supply_resistance": 5e7,
+        "valve.supply_square": 1e12,
         "valve.supply_volume": 1e-4,
     },
 }

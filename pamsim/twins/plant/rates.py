@@ -133,7 +133,7 @@ def write_rates(
         arrived = line_rates(m, states, rates, first, commands[i])
         openings[i] = opening(m, arrived, by_pressure, pressures[i] - m.atmosphere, time)
     line = states[RESERVOIR]
-    if j.refill > 0.0 and j.reservoir == 0.0:
+    if j.refill + j.refill_square > 0.0 and j.reservoir == 0.0:
         line = line_pressure(j, muscles, openings, pressures)
     drawn = 0.0
     for i in range(len(muscles)):
@@ -157,7 +157,7 @@ def write_rates(
         if m.rub_travel > 0.0:
             rates[first + RUB] = rub_rate(m, states[first + RUB], m.arm * speed, tensions[i])
         branch_rates(m, states, rates, first, shortening)
-        supply = line if j.refill > 0.0 else m.supply + m.atmosphere
+        supply = line if j.refill + j.refill_square > 0.0 else m.supply + m.atmosphere
         into, out = flows(m, openings[i], inside, supply)
         drawn += into
         if j.cross > 0.0 and i < 2:

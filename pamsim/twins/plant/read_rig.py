@@ -17,9 +17,6 @@ from pamsim.engine.native import native_value
 from pamsim.engine.rig import Rig
 from pamsim.twins.plant.records import JOINT, MUSCLE, FloatArray, Record
 
-_SUPPLY_STATED_AT = 2e-4
-"""Flow at which a rig states the resistance of its supply [kg/s]."""
-
 _HINGE, _ON_JOINT = 3, 1
 """Codes of a hinge and of a tendon that is proportional to a joint's angle in a compiled model."""
 
@@ -88,11 +85,8 @@ def read_rig(rig: Rig, load: float) -> Numbers:
             raise InputError(f"{rig.name}: the independent plant has one {name} for all muscles")
         for field, value in zip(fields, *stated, strict=True):
             joint[field] = value
-    turbulent = joint.refill_square.copy()  # as the rig states it: a share
-    joint.refill_square = turbulent * joint.refill / _SUPPLY_STATED_AT
-    joint.refill *= np.maximum(1.0 - turbulent, 1e-9)
     lines = {(m.valve.supply_line, m.valve.supply_pressure) for m in rig.muscles.values()}
-    if float(joint.refill[0]) > 0.0 and len(lines) != 1:
+    if float(joint.refill[0] + joint.refill_square[0]) > 0.0 and len(lines) != 1:
         raise InputError(f"{rig.name}: the independent plant has one supply for all muscles")
     return Numbers(joint=joint, muscles=muscles)
 
@@ -140,7 +134,7 @@ _SHARED = {
         "valve",
         {
             "refill": "supply_resistance",
-            "refill_square": "supply_turbulence",
+            "refill_square": "supply_square",
             "reservoir": "supply_volume",
         },
     ),
