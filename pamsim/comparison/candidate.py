@@ -94,6 +94,12 @@ class Candidate:
         return self.effect.family
 
     @property
+    def sizes(self) -> tuple[str, ...]:
+        """Parameters of which one off neutral is enough for the effect to be there."""
+        others = zip(self.effect.parameters[1:], self.parameters[1:], strict=True)
+        return (self.parameters[0].name, *(p.name for own, p in others if own.another_size))
+
+    @property
     def two_sided(self) -> bool:
         """Whether the effect may have either sign."""
         size = self.parameters[0]

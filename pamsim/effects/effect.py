@@ -42,6 +42,8 @@ class EffectParameter:
             are multiplied, such as a length that they are shares of; empty for none.
         unit: SI unit that the rig's parameter must have, where other force laws use the same letter
             for another quantity; empty if any will do.
+        another_size: True if the effect is there where this parameter alone is off neutral, as
+            muscles may differ in stroke and not in strength.
         natural_ends: True if no rig can lie beyond the ends of the range, so that a fit that ends
             there may be right; elsewhere it is a sign that the effect stands for another one.
     """
@@ -56,6 +58,7 @@ class EffectParameter:
     starts: tuple[float, ...] = ()
     scaled_by: str = ""
     unit: str = ""
+    another_size: bool = False
     natural_ends: bool = False
 
     def at(self, size: float, own: float) -> float:
@@ -126,8 +129,6 @@ class Effect:
             remainder, or where it is asked for by name.
         path_dependent: whether its force depends on the path, not on the present state alone.
         upstream_of_pressure: whether it acts through the pressures alone.
-        either: whether any of its sizes off neutral means that it is there, as muscles may differ
-            in strength, in stroke or in both; else the first must be.
         crossed: whether searches begin from every combination of its shapes' starts, as where a
             wave begins matters only with its right length; else from one shape after the other.
     """
@@ -146,7 +147,6 @@ class Effect:
     rare: bool = False
     path_dependent: bool = False
     upstream_of_pressure: bool = False
-    either: bool = False
     crossed: bool = False
 
     @property

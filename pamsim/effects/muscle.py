@@ -270,11 +270,11 @@ EFFECTS = (
                 low=-6e-3,
                 high=6e-3,
                 neutral=None,
+                another_size=True,
             ),
         ),
         look_alikes=("angle_bias", "load_torque"),
         separating="raise both pressures together at several angles: the torque that they leave"
         " depends on the angle as the muscles' strokes differ",
-        either=True,
     ),
 )

@@ -150,14 +150,18 @@ EFFECTS = (
         parameters=(
             *_CONDUCTANCES,
             EffectParameter(
-                name="valve.critical_ratio", typical=0.2, low=-0.3, high=0.4, neutral=None
+                name="valve.critical_ratio",
+                typical=0.2,
+                low=-0.3,
+                high=0.4,
+                neutral=None,
+                another_size=True,
             ),
         ),
         look_alikes=("supply_sag", "line_lag", "thermal_relaxation"),
         separating="fill from empty and vent from full with a valve wide open: the flow falls off"
         " where the pressures come within the critical ratio",
         upstream_of_pressure=True,
-        either=True,
     ),
     Effect(
         name="valve_asymmetry",

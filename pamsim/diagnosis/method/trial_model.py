@@ -93,15 +93,9 @@ class TrialModel:
         """Whether every effect's interval excludes neutral.
 
         Where one does not, the others of its parameters may carry the model, as the sliding
-        friction of a Stribeck curve does. They count where each is a size of its own
-        (`pamsim.effects.effect.Effect.either`).
+        friction of a Stribeck curve does, but for those that are another size.
         """
-        return all(
-            any(self._off_neutral(c, p.name) for p in c.parameters if p.name in c.neutral)
-            if c.effect.either
-            else self._off_neutral(c, c.parameters[0].name)
-            for c in self.candidates
-        )
+        return all(any(self._off_neutral(c, name) for name in c.sizes) for c in self.candidates)
 
     def _off_neutral(self, candidate: Candidate, name: str) -> bool:
         """Whether the interval of one of an effect's parameters excludes neutral."""

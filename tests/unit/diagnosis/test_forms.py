@@ -34,10 +34,13 @@ def found(hidden, library, **options):
     return diagnose_trials(simulator(trials), NUISANCE, library, regressors(trials))
 
 
-def offset_with_width(named):
+def offset_with_width(named, *, another_size=False):
     """An effect under a name whose size is an offset and whose second number is wide friction."""
+    (offset,), (width,) = BIAS.effect.parameters, WIDE.effect.parameters
+    both = (offset, dataclasses.replace(width, another_size=another_size))
     return dataclasses.replace(
         named,
+        effect=dataclasses.replace(named.effect, parameters=both),
         parameters=(*BIAS.parameters, *WIDE.parameters),
         neutral={**BIAS.neutral, **WIDE.neutral},
         probes=tuple(
@@ -138,14 +141,13 @@ def test_rare_effects_are_tried_where_the_one_that_fits_cannot_be_named():
     assert one.conclusion.best.names == ("odd",)
 
 
-def test_either_of_two_sizes_is_enough_where_an_effect_says_so():
+@pytest.mark.parametrize("another_size", [False, True])
+def test_either_of_two_sizes_is_enough_where_both_are_sizes(another_size):
     """Muscles that differ in stroke and not in strength differ."""
-    together = offset_with_width(BIAS)
-    either = dataclasses.replace(together, effect=dataclasses.replace(BIAS.effect, either=True))
-    for library, present in (((together,), False), ((either,), True)):
-        one = found({"wide": 0.2}, library)
-        assert one.models[0].all_present() is present
-    assert not found({}, (either,)).models or not found({}, (either,)).models[0].all_present()
+    together = offset_with_width(BIAS, another_size=another_size)
+    (model,) = found({"wide": 0.2}, (together,)).models
+    assert model.all_present() is another_size
+    assert not any(m.all_present() for m in found({}, (together,)).models)
 
 
 def test_a_model_that_is_wrong_itself_does_not_reject_one_that_is_wrong_by_as_much_again():
