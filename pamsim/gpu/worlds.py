@@ -30,7 +30,7 @@ from pamsim.pneumatics.supply import VALVE
 FloatArray = NDArray[np.float64]
 
 _LAW, _OPERATOR = slot("force.law"), slot("hysteresis.law")
-_SUPPLY_FALL = [slot("valve.supply_resistance"), slot("valve.supply_square")]
+_SUPPLY_FALL = {name: slot(name) for name in ("valve.supply_resistance", "valve.supply_square")}
 _SHAPE, _ARCTANGENT = FORCE_LAWS.code(PleatedShape), OPERATORS.code(Arctangent)
 
 _OWN = (
@@ -130,7 +130,7 @@ class Worlds:
             self._rates = wp.zeros((count, model.na), dtype=self._scalar)
             places = np.stack([model.actuator_actadr, model.actuator_actnum], axis=1)
             self._place = wp.array(places, dtype=wp.int32)
-            feeds = (count, muscles, muscles) if model.actuator_user[:, _SUPPLY_FALL].any() else ()
+            feeds = (count, muscles, muscles) if _falls(model) else ()
             self._valves = wp.zeros((*(feeds or (1, 1, 1)), VALVE), dtype=self._scalar)
         self._model.callback.act_bias = self._pull
         self._rows = np.zeros(self._par.shape)
@@ -177,9 +177,10 @@ class Worlds:
                     " lengths are the same in all worlds; simulate such rigs one after another"
                 )
         _check_laws(model.actuator_user, self._precision)
-        if self._valves.shape[0] == 1 and model.actuator_user[:, _SUPPLY_FALL].any():
+        if self._valves.shape[0] == 1 and _falls(model):
             raise InputError(
-                f"world {number} has a valve.supply_resistance and the first has none; give it one"
+                f"world {number} has a supply whose pressure falls with the flow, and the first has"
+                " none; give it a valve.supply_resistance"
             )
         self._rows[number] = model.actuator_user
         for name, values in self._own.items():
@@ -323,6 +324,11 @@ def _numbers(array: Any) -> FloatArray:
     return array.numpy().astype(float)
 
 
+def _falls(model: mujoco.MjModel) -> bool:
+    """Whether some supply's pressure falls with the flow drawn from it."""
+    return bool(model.actuator_user[:, list(_SUPPLY_FALL.values())].any())
+
+
 def _check_laws(rows: FloatArray, precision: str) -> None:
     """Refuse muscles that a GPU cannot evaluate, or not in a precision.
 
@@ -339,7 +345,7 @@ def _check_laws(rows: FloatArray, precision: str) -> None:
     close = {
         "the force law 'pleated_shape'": rows[:, _LAW] == _SHAPE,
         "the hysteresis 'arctangent'": rows[:, _OPERATOR] == _ARCTANGENT,
-        "valve.supply_resistance": rows[:, _SUPPLY_FALL] > 0.0,
+        **{name: rows[:, place] > 0.0 for name, place in _SUPPLY_FALL.items()},
     }
     for what, has in close.items():
         if precision == "float32" and has.any():
