@@ -31,6 +31,7 @@ from pamsim.actuator.muscle_valves import (
     leak_flow,
     left_by_dead_zone,
     reached_opening,
+    sags,
 )
 from pamsim.actuator.static_muscle import static_volume, volume_varies
 from pamsim.muscles.dispatch import pushes
@@ -54,8 +55,7 @@ _ATMOSPHERE, _HEAT_RATE = slot("chamber.atmosphere"), slot("chamber.heat_rate")
 _LEAK, _LAMINAR_LEAK = slot("chamber.leak_conductance"), slot("chamber.laminar_leak_conductance")
 _FILL, _EXHAUST = slot("valve.conductance_fill"), slot("valve.conductance_exhaust")
 _LAMINAR, _BAND = slot("valve.laminar_ratio"), slot("valve.regulator_band")
-_SUPPLY, _RESISTANCE = slot("valve.supply_pressure"), slot("valve.supply_resistance")
-_SQUARE = slot("valve.supply_square")
+_SUPPLY = slot("valve.supply_pressure")
 _TUBE_RESISTANCE, _TUBE_VOLUME = slot("valve.tube_resistance"), slot("valve.tube_volume")
 _RIPPLE, _STRIBECK = slot("chain.ripple"), slot("friction.stribeck_force")
 
@@ -236,7 +236,7 @@ def flow_in(
     sent, gauge = command_at_valve(par, before, command), at_valve - par[_ATMOSPHERE]
     opening = reached_opening(par, before, sent, gauge, time, timestep)
     sag = 0.0
-    if par[_RESISTANCE] + par[_SQUARE] > 0.0:  # the valves see the sag at the end of the step
+    if sags(par):  # the valves see the sag at the end of the step
         sag = act[len(act) - SAG] * (par[_SUPPLY] + par[_ATMOSPHERE])
     return flow_through_valves(par, at_valve, left_by_dead_zone(par, opening), sag)
 

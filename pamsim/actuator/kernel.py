@@ -40,6 +40,7 @@ from pamsim.actuator.muscle_valves import (
     left_by_dead_zone,
     line_change,
     reached_opening,
+    sags,
 )
 from pamsim.actuator.static_muscle import contraction, limited, static_force, volume_varies
 from pamsim.muscles.braid import braid_friction
@@ -77,7 +78,6 @@ _ATMOSPHERE = slot("chamber.atmosphere")
 _FLOOR = slot("chamber.floor")
 _HEAT_RATE = slot("chamber.heat_rate")
 _SUPPLY = slot("valve.supply_pressure")
-_RESISTANCE, _SQUARE = slot("valve.supply_resistance"), slot("valve.supply_square")
 _TRAVEL_TIME = slot("valve.travel_time")
 _TUBE_RESISTANCE = slot("valve.tube_resistance")
 _TUBE_VOLUME = slot("valve.tube_volume")
@@ -273,7 +273,7 @@ def state_rates(
     if lags(par):
         rates[count - LINE] = line_change(par, command, at_valve, timestep)
     rates[count - SAG] = 0.0
-    if par[_RESISTANCE] + par[_SQUARE] > 0.0:
+    if sags(par):
         share = sag / (par[_SUPPLY] + par[_ATMOSPHERE])
         rates[count - SAG] = (share - act[count - SAG]) / timestep
     at_valve_abs = pressure_abs

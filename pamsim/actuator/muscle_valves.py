@@ -192,6 +192,11 @@ def fill_valve_of(
     fill_valve(par, pressure_abs, left_by_dead_zone(par, opening), valve)
 
 
+def sags(par: Row) -> bool:
+    """Whether the supply's pressure falls with the flow drawn from it."""
+    return par[_RESISTANCE] + par[_SQUARE] > 0.0
+
+
 def line_sag(par: Row, act: Row, valves: Valves, timestep: float) -> float:
     """Fall of a muscle's supply during a time step [Pa].
 

@@ -7,7 +7,7 @@ the band, so that the pressure follows its set point as a lag does.
 from __future__ import annotations
 
 from pamsim.actuator.layout import Row, slot
-from pamsim.actuator.muscle_valves import air_flow, fill_valve
+from pamsim.actuator.muscle_valves import air_flow, fill_valve, sags
 from pamsim.actuator.static_muscle import static_volume
 from pamsim.pneumatics.air import GAS_CONSTANT
 from pamsim.pneumatics.supply import VALVE, supply_sag
@@ -37,7 +37,7 @@ def full_rates(par: Row, tendon_length: float, pressure: float) -> tuple[float, 
     inside = static_volume(row, tendon_length, pressure)
     scale = row[_POLYTROPIC] * GAS_CONSTANT * row[_TEMPERATURE] / inside
     sag, valve = 0.0, [0.0] * VALVE
-    if row[_RESISTANCE] + row[_SQUARE] > 0.0:
+    if sags(row):
         fill_valve(row, absolute, 1.0, valve)
         sag = supply_sag([valve], row[_RESISTANCE], row[_SQUARE], 0.0, 0.0)
     fill = air_flow(row, absolute, 1.0, 0.0, sag)

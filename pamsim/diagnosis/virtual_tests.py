@@ -20,7 +20,13 @@ from pamsim.actuator.kernel import dry_friction_after, state_rates, tendon_frict
 from pamsim.actuator.layout import AIR, RUBBING, slot, state_size
 from pamsim.actuator.muscle_hysteresis import hysteresis_force, hysteresis_rates
 from pamsim.actuator.muscle_length import chain_length, chain_ratio
-from pamsim.actuator.muscle_valves import flow_through_valves, leak_flow, line_sag, valve_opening
+from pamsim.actuator.muscle_valves import (
+    flow_through_valves,
+    leak_flow,
+    line_sag,
+    sags,
+    valve_opening,
+)
 from pamsim.actuator.rest_state import charged_air_state, rest
 from pamsim.actuator.static_muscle import active_force, limited, static_force
 from pamsim.diagnosis.virtual_test_conditions import (
@@ -321,7 +327,7 @@ def _leak(there: Bench, without: Bench, muscle: int) -> Quantities:
 def _sag(rig: Bench, muscle: int) -> float:
     """Steady fall of the supply's pressure per flow, at a flow into an empty muscle [Pa s/kg]."""
     par = rig.muscles[muscle]
-    if par[slot("valve.supply_resistance")] + par[slot("valve.supply_square")] == 0.0:
+    if not sags(par):
         return 0.0
     act = [0.0] * rig.states[muscle]
     full, empty = par[_SUPPLY] + par[_ATMOSPHERE], par[_ATMOSPHERE]

@@ -20,14 +20,13 @@ from pamsim.actuator.invariants import (
 )
 from pamsim.actuator.kernel import state_rates, tendon_force, tension
 from pamsim.actuator.layout import AIR, is_muscle, slot
-from pamsim.actuator.muscle_valves import asks_too_much, fill_valve_of, line_sag
+from pamsim.actuator.muscle_valves import asks_too_much, fill_valve_of, line_sag, sags
 from pamsim.engine import checks
 from pamsim.engine.structs import callback_offsets
 from pamsim.pneumatics.supply import VALVE
 
 _PARTNER, _BACKLASH = slot("partner"), slot("chain.backlash")
-_RESISTANCE, _SUPPLY_LINE = slot("valve.supply_resistance"), slot("valve.supply_line")
-_SQUARE = slot("valve.supply_square")
+_SUPPLY_LINE = slot("valve.supply_line")
 _SUPPLY = slot("valve.supply_pressure")
 
 
@@ -186,7 +185,7 @@ def _opposing(muscle: _Muscle, every: dict[int, _Muscle]) -> float:
 
 def _sag(muscle: _Muscle, every: dict[int, _Muscle], time: float, timestep: float) -> float:
     """Fall of the supply's pressure by the flow to all muscles on it [Pa]."""
-    if muscle.row[_RESISTANCE] + muscle.row[_SQUARE] == 0.0:
+    if not sags(muscle.row):
         return 0.0
     valves: list[list[float]] = []
     for other in every.values():

@@ -232,12 +232,11 @@ def diagnose_trials(
     unclaimed = [s for s in screened if s.candidate.usual and s.candidate.name not in claimed]
     standing = [] if best is None else [best, *conclusion.tied]
     better = [m for m in models if best is not None and m.mean_loss < best.mean_loss]
+    form_error = search.form_error if standing else 0.0
     limits = widest(
-        [absent_limits(fitter, unclaimed, base, nuisance)]
-        if best is None
-        else [
-            absent_limits(fitter, unclaimed, m.fit, nuisance, form_error=search.form_error)
-            for m in standing
+        [
+            absent_limits(fitter, unclaimed, fit, nuisance, form_error=form_error)
+            for fit in [m.fit for m in standing] or [base]
         ]
     )
     return TrialDiagnosis(
