@@ -68,6 +68,7 @@ if TYPE_CHECKING:
     from pamsim.papers.reproduce import reproduce as reproduce
     from pamsim.report.plot import plot as plot
     from pamsim.store.recording_reader import read_recordings as read_recordings
+    from pamsim.sweeps.own_function import function_study as function_study
     from pamsim.sweeps.sweep import sweep as sweep
     from pamsim.twins.hide import hide as hide
 
@@ -93,6 +94,7 @@ _HOME = {
     "checks": "pamsim.engine.checks",
     "diagnose": "pamsim.diagnosis.diagnose",
     "fit": "pamsim.fitting.fit",
+    "function_study": "pamsim.sweeps.own_function",
     "hide": "pamsim.twins.hide",
     "import_log": "pamsim.comparison.import_log",
     "identify": "pamsim.identification.identify",

@@ -8,7 +8,7 @@ contains, in two settings, 5 s at 100 Hz) of a rig as the independent plant simu
 equations, integrator and steps. It is diagnosed through files, as `pamsim diagnose` does. With
 ``--repeats 1`` a case is a single log of 20 s: one input, once. Sizes, seeds and order of the cases
 were fixed before any was run (blind_study_cases.py); the thresholds are those of the package; what
-is counted is defined in blind_study_scores.py. Finished rows are kept in out/blind_study.jsonl: a
+is counted is defined in blind_study_scores.py. Finished rows are kept in out/blind_study: a
 stopped study goes on where it was, as long as the code is the same.
 """
 
@@ -30,7 +30,7 @@ import mujoco
 from blind_study_cases import DURATION, INPUTS
 from blind_study_cases import FILE as CASES
 from blind_study_scores import must_show, printed, scores
-from kept_rows import Task, fingerprint, kept_rows
+from kept_rows import Task, as_text, fingerprint, kept_rows
 
 import pamsim
 from pamsim.comparison.effects_on_rig import rig_effect, rig_name
@@ -40,7 +40,7 @@ from pamsim.engine.rig_parameter import rig_parameter
 from pamsim.twins.hide import hide
 from pamsim.twins.synthetic_recording import SyntheticRecording
 
-KEPT = Path("out/blind_study.jsonl")
+KEPT = Path("out/blind_study")
 REPEATS = (1, 2, 3, 4)
 LOG, LOG_DURATION = "levels", 20.0
 """Input of a single log, and its length [s]."""
@@ -96,9 +96,8 @@ def recorded(rig: Rig, case: Case, repeats: int) -> SyntheticRecording:
     )
 
 
-def run_one(task: Task) -> tuple[str, str, int, dict[str, Any]]:
+def run_one(kind: str, name: str, seed: int) -> dict[str, str]:
     """Hide, diagnose, and write down what a score needs."""
-    kind, name, seed = task
     (case,) = [c for c in cases() if c["name"] == name]
     rig = pamsim.load_rig(case["rig"])
     with tempfile.TemporaryDirectory() as folder:
@@ -112,7 +111,7 @@ def run_one(task: Task) -> tuple[str, str, int, dict[str, Any]]:
             found = {**REFUSED, "refused": str(error)}
         seconds = time.perf_counter() - began
     row = found_row(found, truth, distances(rig, truth))
-    return kind, name, seed, {**row, "seconds": round(seconds, 1)}
+    return as_text({**row, "seconds": round(seconds, 1)})
 
 
 def distances(rig: Rig, truth: Mapping[str, Any]) -> dict[str, dict[str, Any]]:
@@ -266,12 +265,9 @@ def main() -> None:
     some = cases()[options.begin - 1 : options.first]
     chosen = [c for c in some if options.tier in ("", c["tier"])]
     tasks = [_key(f"repeats {options.repeats}", case) for case in chosen]
-    if options.stopped:
-        lines = KEPT.read_text(encoding="utf-8").splitlines() if KEPT.exists() else []
-        kept = [json.loads(line) for line in lines]
-        done = {(r["kind"], r["name"], r["seed"]) for r in kept if r["fingerprint"] == mark}
-        tasks = [task for task in tasks if task in done]
-    rows = kept_rows(run_one, tasks, KEPT, mark, options.workers)
+    end = options.begin + len(some) - 1
+    folder = KEPT / f"repeats_{options.repeats}_cases_{options.begin}_to_{end}{options.tier}"
+    rows = kept_rows(run_one, tasks, folder, mark, options.workers, stopped=options.stopped)
     result = study(options.repeats, chosen, rows, mark, options.begin)
     print(json.dumps(result["scores"], indent=1))
     print(printed(result["must_show"]))

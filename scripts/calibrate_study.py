@@ -10,7 +10,7 @@ Then experiments that cannot show what is asked: valves that only fill, from whi
 of exhaust is wanted; and angles at rest without load, from which active and passive forces are both
 wanted, though only their ratio turns the arm.
 
-Finished runs are kept in out/calibrate_study.jsonl: a stopped study goes on where it was.
+Finished runs are kept in out/calibrate_study: a stopped study goes on where it was.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ from typing import Any
 
 import mujoco
 import numpy as np
-from kept_rows import fingerprint, kept_rows
+from kept_rows import as_text, fingerprint, kept_rows
 from numpy.typing import NDArray
 from scipy.signal import lfilter
 
@@ -37,7 +37,7 @@ from pamsim.core.recording import write_recording
 FloatArray = NDArray[np.float64]
 
 RESULTS = Path("scripts/results")
-KEPT = Path("out/calibrate_study.jsonl")
+KEPT = Path("out/calibrate_study")
 RUNS, BLIND_RUNS = 200, 20
 REPEATS = 4  # from here on intervals rest on the scatter of trials, not on a model of the noise
 RATE, HOLD = 100.0, 0.3
@@ -114,9 +114,8 @@ def at_rest(rig: pamsim.Rig, seed: int, path: Path) -> None:
     path.write_text("\n".join(rows) + "\n", encoding="utf-8")
 
 
-def run_one(task: tuple[str, str, int]) -> tuple[str, str, int, dict[str, Any]]:
+def run_one(kind: str, name: str, seed: int) -> dict[str, str]:
     """Run one task of either kind, in a worker."""
-    kind, name, seed = task
     rig = pamsim.load_rig("mas20_arm")
     rig.model.opt.timestep = TIMESTEP
     free = list(PLANTED) if kind == "cover" else BLIND[name]
@@ -147,7 +146,7 @@ def run_one(task: tuple[str, str, int]) -> tuple[str, str, int, dict[str, Any]]:
             for p in result.parameters
         },
     }
-    return kind, name, seed, row
+    return as_text(row)
 
 
 def coverage(rows: list[dict[str, Any]]) -> dict[str, Any]:

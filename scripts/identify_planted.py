@@ -16,7 +16,7 @@ its own, drawn by the same rules.
 The plant is scipy's exact zero-order hold of the state space. Counted: the chosen number of poles,
 integrators included, against the planted one; whether a recommended model fails its own residual
 test; and, of a fit of the planted structure, how many 95 % intervals hold the planted numbers.
-Finished rows are kept in out/identify_planted_INPUTS.jsonl.
+Finished rows are kept in out/identify_planted_INPUTS.
 """
 
 from __future__ import annotations
@@ -32,7 +32,7 @@ from typing import Any
 
 import numpy as np
 import scipy
-from kept_rows import Task, fingerprint, kept_rows
+from kept_rows import Task, as_text, fingerprint, kept_rows
 from numpy.typing import NDArray
 from scipy.signal import cont2discrete, lfilter, tf2ss
 
@@ -164,11 +164,11 @@ def through(system: System, above: FloatArray, late: float, given: FloatArray) -
 
 
 @one_blas_thread()
-def run_one(task: Task) -> tuple[str, str, int, dict[str, Any]]:
+def run_one(kind: str, name: str, seed: int) -> dict[str, str]:
     """Identify one record by default, and fit its planted structure."""
-    kind, name, number = task
-    system = drawn(number, int(name))
-    record = recorded(system, number)
+    del kind
+    system = drawn(seed, int(name))
+    record = recorded(system, seed)
     began = time.perf_counter()
     fitted = fit_models([record], [], ModelSet(start="free"))
     chosen = recommend(fitted.candidates, [record], [], chosen=fitted.chosen, why=fitted.why)
@@ -197,7 +197,7 @@ def run_one(task: Task) -> tuple[str, str, int, dict[str, Any]]:
             "passes": best.adequate,
             "fit_percent": best.fit.fit_percent,
         }
-    return kind, name, number, row
+    return as_text(row)
 
 
 def _alone(each: Sequence[Any]) -> Any:
@@ -287,7 +287,7 @@ def main() -> None:
     options = parser.parse_args()
     tasks: list[Task] = [("planted", str(options.inputs), i) for i in range(options.systems)]
     mark = fingerprint("pamsim", __file__)
-    kept = Path(f"out/identify_planted_{options.inputs}.jsonl")
+    kept = Path(f"out/identify_planted_{options.inputs}")
     rows = kept_rows(run_one, tasks, kept, mark, options.workers)
     two = " --inputs 2" if options.inputs == 2 else ""
     result = {

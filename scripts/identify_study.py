@@ -6,7 +6,7 @@ Plant: K = 1, T1 = 0.0926 s, T2 = 0.57873 s (the slow constant of Matiskova 2021
 0.16), sampled at 100 Hz for 20 s. Input: rest for 0.5 s, a step held for 2.5 s, then random levels
 -1 and 1 held for 0.2 s each. Noise is white, or AR(1) with a correlation time of 0.1 or 0.3 s; dB
 is the variance of the clean output over that of the noise. 200 seeds each. Finished runs are in
-out/identify_study.jsonl, so that a stopped study goes on where it was.
+out/identify_study, so that a stopped study goes on where it was.
 
 Public peers need an environment of their own, since pamsim does not depend on them:
 
@@ -32,7 +32,7 @@ from typing import Any
 
 import numpy as np
 import scipy
-from kept_rows import fingerprint, kept_rows
+from kept_rows import as_text, fingerprint, kept_rows
 from numpy.typing import NDArray
 from scipy.optimize import curve_fit
 from scipy.signal import cont2discrete, lfilter, ss2tf, tf2ss
@@ -45,7 +45,7 @@ from pamsim.linear.signal_record import SignalRecord
 FloatArray = NDArray[np.float64]
 
 RESULTS = Path("scripts/results")
-KEPT = Path("out/identify_study.jsonl")
+KEPT = Path("out/identify_study")
 RUNS, PEER_RUNS = 200, 25
 INTERVAL, SAMPLES = 0.01, 2000
 GAIN, FAST, SLOW, DELAY = 1.0, 0.0926, 0.57873, 0.0437
@@ -159,10 +159,9 @@ def compared(name: str, seed: int) -> dict[str, Any]:
     return rows
 
 
-def run_one(task: tuple[str, str, int]) -> tuple[str, str, int, dict[str, Any]]:
+def run_one(kind: str, name: str, seed: int) -> dict[str, str]:
     """Run one task of either kind, in a worker."""
-    kind, name, seed = task
-    return kind, name, seed, (fitted if kind == "fit" else compared)(name, seed)
+    return as_text((fitted if kind == "fit" else compared)(name, seed))
 
 
 def summary(name: str, rows: list[dict[str, Any]]) -> dict[str, Any]:

@@ -1,4 +1,7 @@
-"""Rows of a study over many seeds: run in parallel, kept line by line, run once when resumed."""
+"""Rows of a study over many seeds: a sweep of a function, resumed as long as its code is as it was.
+
+What `pamsim.sweep` keeps of a row here is one text, JSON, since rows of studies are nested.
+"""
 
 from __future__ import annotations
 
@@ -7,12 +10,15 @@ import json
 import multiprocessing
 import os
 import sys
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import ProcessPoolExecutor
 from pathlib import Path
 from typing import Any
 
 from tqdm import tqdm
+
+import pamsim
+from pamsim.sweeps.sweep import finished_rows, is_begun
 
 Task = tuple[str, str, int]
 """Kind, name and seed."""
@@ -27,40 +33,49 @@ def fingerprint(prefix: str, *files: Path | str) -> str:
     return hashlib.sha256(b"".join(Path(path).read_bytes() for path in paths)).hexdigest()[:16]
 
 
+def as_text(row: Mapping[str, Any]) -> dict[str, str]:
+    """What the function of a task returns."""
+    return {"row": json.dumps(row)}
+
+
 def kept_rows(
-    run_one: Callable[[Task], tuple[str, str, int, dict[str, Any]]],
+    run_one: Callable[[str, str, int], dict[str, str]],
     tasks: Sequence[Task],
-    kept: Path,
+    folder: Path,
     mark: str,
     workers: int,
+    *,
+    stopped: bool = False,
 ) -> Rows:
     """Rows of all tasks; those kept under the same fingerprint are not run again.
 
     Args:
-        run_one: task to itself and its row; a function of a module, for it runs in a worker.
+        run_one: kind, name and seed to the row, by `as_text`; a function of a module, for it runs
+            in a worker.
         tasks: to run.
-        kept: file of one JSON line per row; lines of other fingerprints are passed over.
+        folder: of the sweep; one of other tasks, or of another fingerprint, is begun again.
         mark: see `fingerprint`.
         workers: processes.
+        stopped: True to run nothing, and return what is there.
     """
-    rows: Rows = {}
-    if kept.exists():
-        for line in kept.read_text(encoding="utf-8").splitlines():
-            page = json.loads(line)
-            if page["fingerprint"] == mark:
-                rows[page["kind"], page["name"], page["seed"]] = page["row"]
-    left = [task for task in tasks if task not in rows]
-    kept.parent.mkdir(parents=True, exist_ok=True)
-    # The workers are the parallel part; threads inside each would only fight over the cores.
-    os.environ.setdefault("OMP_NUM_THREADS", "1")
-    spawned = multiprocessing.get_context("spawn")
-    with (
-        ProcessPoolExecutor(workers, mp_context=spawned) as pool,
-        kept.open("a", encoding="utf-8") as file,
-    ):
-        for kind, name, seed, row in tqdm(pool.map(run_one, left), total=len(left), desc="rows"):
-            rows[kind, name, seed] = row
-            page = {"fingerprint": mark, "kind": kind, "name": name, "seed": seed, "row": row}
-            file.write(json.dumps(page) + "\n")
-            file.flush()
-    return rows
+    runs = [{"kind": kind, "name": name, "seed": seed} for kind, name, seed in tasks]
+    study = pamsim.function_study(run_one, runs, columns={"row": "text"}, depends=mark)
+    if not stopped:
+        # The workers are the parallel part; threads inside each would only fight over the cores.
+        os.environ.setdefault("OMP_NUM_THREADS", "1")
+        spawned = multiprocessing.get_context("spawn")
+        with (
+            ProcessPoolExecutor(workers, mp_context=spawned) as pool,
+            tqdm(total=len(tasks), desc="rows") as bar,
+        ):
+
+            def shown(done: int, _total: int, _what: str) -> None:
+                bar.update(done - bar.n)
+
+            pamsim.sweep(
+                study, out=folder, executor=pool, resume=is_begun(study, folder), progress=shown
+            )
+    return {
+        (one["kind"], one["name"], int(one["seed"])): json.loads(one["row"])
+        for one in finished_rows(study, folder)
+    }

@@ -26,7 +26,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from kept_rows import Task, fingerprint, kept_rows
+from kept_rows import as_text, fingerprint, kept_rows
 from PIL import Image
 
 from pamsim.comparison.rest_prediction import RestPredictor
@@ -53,7 +53,7 @@ from pamsim.store.static_table import read_static_table
 
 RESULTS = Path(__file__).parent / "results" / "real_data_diagnoses.json"
 PICTURES = Path(__file__).parents[1] / "docs" / "images"
-KEPT = Path("out") / "real_data_synthetic.jsonl"
+KEPT = Path("out") / "real_data_synthetic"
 SCHEMA = "pamsim-real-data/2"
 
 NOISE_DEG = 0.5
@@ -109,9 +109,9 @@ def in_time(report: Diagnosis) -> dict[str, float] | None:
     }
 
 
-def synthetic_table(task: Task) -> tuple[str, str, int, dict[str, Any]]:
+def synthetic_table(kind: str, name: str, seed: int) -> dict[str, str]:
     """Hide an effect in simulated rows and diagnose them."""
-    kind, name, seed = task
+    del kind
     hidden, removed = SYNTHETIC[name]
     table, rig = read_static_table("mas20"), published_rig()
     ends = RestPredictor(lambda _: None, table, threads=1).simulated(rig.with_parameters(hidden))
@@ -126,7 +126,7 @@ def synthetic_table(task: Task) -> tuple[str, str, int, dict[str, Any]]:
         threads=1,
     ).to_dict()
     keep = ("verdict", "effects", "certain", "resembles", "alternatives", "gap", "seconds")
-    return kind, name, seed, {key: result[key] for key in keep}
+    return as_text({key: result[key] for key in keep})
 
 
 def synthetic_tables(seeds: int, workers: int) -> list[dict[str, Any]]:

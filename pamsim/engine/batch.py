@@ -21,6 +21,7 @@ from pamsim.core.errors import InputError
 from pamsim.core.experiment import Experiment
 from pamsim.core.recording import Recording
 from pamsim.engine.engine_warnings import engine_warnings_held
+from pamsim.engine.reused_data import ReusedData
 from pamsim.engine.rig import Rig
 from pamsim.engine.settle import settle_quickly
 from pamsim.engine.simulate import Run, prepare, record
@@ -78,7 +79,10 @@ def simulate_batch(
     """
     if threads is not None and threads < 1:
         raise InputError(f"{threads} threads cannot run a simulation; give 1 or more")
-    runs = [prepare(rig, experiment, timestep=timestep) for rig, experiment in jobs]
+    reused = ReusedData()
+    runs = [
+        prepare(rig, experiment, timestep=timestep, data=reused.of(rig)) for rig, experiment in jobs
+    ]
     if not above_supply:
         for run in runs:
             refuse_above_supply(run.rig.muscles, run.experiment)
@@ -88,10 +92,15 @@ def simulate_batch(
         engine_warnings_held(),
         ThreadPoolExecutor(threads or os.cpu_count()) as pool,
     ):
-        settling = pool.map(lambda run: _settled(run, settle_steps), first.values())
+        settling = pool.map(lambda run: _settled(run, settle_steps, reused), first.values())
         rests = dict(zip(first, settling, strict=True))
         recordings: list[Recording] = []
-        recorded = pool.map(lambda run: _recorded(run, rests[_start(run)], above_supply), runs)
+
+        def recorded_from_rest(run: Run) -> Recording:
+            data = _begun(run, rests[_start(run)], reused)
+            return record(run, data, tried=True, above_supply=above_supply)
+
+        recorded = pool.map(recorded_from_rest, runs)
         for recording in recorded:
             recordings.append(recording)
             if simulated is not None:
@@ -115,8 +124,8 @@ def _first_of_each_start(runs: Sequence[Run]) -> dict[_Key, Run]:
     return first
 
 
-def _settled(run: Run, steps: int) -> _Rest:
-    data = mujoco.MjData(run.model)
+def _settled(run: Run, steps: int, reused: ReusedData) -> _Rest:
+    data = reused.of(run.rig)
     settle_quickly(run.model, data, run.experiment, run.rig.muscles, steps, run.external)
     return _Rest(save_state(run.model, data), data.warning.number.copy())
 
@@ -131,26 +140,22 @@ def rest_states(runs: Sequence[Run], *, threads: int | None = None) -> list[NDAr
     Returns:
         State of each, see `pamsim.restore_state`.
     """
-    first = _first_of_each_start(runs)
+    first, reused = _first_of_each_start(runs), ReusedData()
     with (
         live(*(run.model for run in runs)),
         engine_warnings_held(),
         ThreadPoolExecutor(threads or os.cpu_count()) as pool,
     ):
-        rests = dict(
-            zip(first, pool.map(lambda run: _settled(run, 1), first.values()), strict=True)
-        )
-        begun = ((run, _begun(run, rests[_start(run)])) for run in runs)
+        settling = pool.map(lambda run: _settled(run, 1, reused), first.values())
+        rests = dict(zip(first, settling, strict=True))
+        begun = ((run, _begun(run, rests[_start(run)], reused)) for run in runs)
         return [save_state(run.model, data) for run, data in begun]
 
 
-def _begun(run: Run, rest: _Rest) -> mujoco.MjData:
-    data = mujoco.MjData(run.model)
+def _begun(run: Run, rest: _Rest, reused: ReusedData) -> mujoco.MjData:
+    data = reused.of(run.rig)
+    mujoco.mj_resetData(run.model, data)
     restore_state(run.model, data, rest.state)
     settled(run.model, data, run.experiment.start_pressure.tolist())  # under the run's own command
     data.warning.number[:] = rest.warnings
     return data
-
-
-def _recorded(run: Run, rest: _Rest, above_supply: bool) -> Recording:
-    return record(run, _begun(run, rest), tried=True, above_supply=above_supply)

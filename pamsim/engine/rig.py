@@ -138,6 +138,7 @@ class Rig:
         command: str | Sequence[str] = "pressure_set",
         timestep: float | None = None,
         integrator: str | None = None,
+        data: mujoco.MjData | None = None,
     ) -> mujoco.MjModel:
         """A copy of the model set up for one experiment.
 
@@ -146,6 +147,7 @@ class Rig:
             command: what the control of all muscles, or of each, means, see `set_command`.
             timestep: [s]; the rig's own if left out.
             integrator: MJCF name such as ``implicitfast``; the rig's own if left out.
+            data: of a model of this rig file, overwritten; saves making one.
 
         Raises:
             InputError: if the rig takes no load, or command or integrator is unknown.
@@ -158,11 +160,11 @@ class Rig:
             set_integrator(model, integrator)
         if timestep is not None:
             model.opt.timestep = check_value("time step", timestep, _TIMESTEP)
-        self._put_load(model, load)
+        self._put_load(model, load, data)
         apply_friction_speed(model)
         return model
 
-    def _put_load(self, model: mujoco.MjModel, load: float) -> None:
+    def _put_load(self, model: mujoco.MjModel, load: float, data: mujoco.MjData | None) -> None:
         """Set the load body's mass [kg], and its inertia in proportion to the MJCF's 1 kg."""
         body = self.file.load_body
         if body is None:
@@ -174,9 +176,11 @@ class Rig:
         model.body_inertia[index] = (
             load * self.model.body_inertia[index] / self.model.body_mass[index]
         )
-        mujoco.mj_setConst(model, mujoco.MjData(model))
+        mujoco.mj_setConst(model, data or mujoco.MjData(model))
 
-    def with_parameters(self, values: Mapping[str, float]) -> Rig:
+    def with_parameters(
+        self, values: Mapping[str, float], *, data: mujoco.MjData | None = None
+    ) -> Rig:
         """The rig with some parameters changed, such as ``{"passive.stiffness": 3e4}``.
 
         Args:
@@ -185,6 +189,7 @@ class Rig:
                 MJCF field, and ``sensor.field`` what `pamsim.signals.sensors` makes of a recording.
                 ``hysteresis.maxwell_slip.full_slip`` gives the muscles this hysteresis operator,
                 as wide as their own.
+            data: of a model of this rig file, overwritten; saves making one.
 
         Raises:
             InputError: for an unknown name, or several operators.
@@ -220,7 +225,7 @@ class Rig:
                     model.actuator_user[index, parameter_slot(muscle, parameter)] = value
         natives = [name for name in values if is_native(name)]
         if any(map(changes_constants, natives)):
-            mujoco.mj_setConst(model, mujoco.MjData(model))
+            mujoco.mj_setConst(model, data or mujoco.MjData(model))
         if natives:
             apply_friction_speed(model)
         muscles = self.muscles

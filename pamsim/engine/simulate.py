@@ -113,9 +113,9 @@ def simulate(
             "a run with valve.delay cannot be continued: its state does not hold the commands"
             " under way; simulate the whole experiment at once"
         )
-    run = prepare(rig, experiment, timestep=timestep, integrator=integrator)
+    data = mujoco.MjData(rig.model)
+    run = prepare(rig, experiment, timestep=timestep, integrator=integrator, data=data)
     refuse_above_supply(rig.muscles, run.experiment)
-    data = mujoco.MjData(run.model)
     with live(run.model, backend=backend), engine_warnings_held():
         if from_state is None:
             settle(run.model, data, run.experiment, run.external, each_step=each_step)
@@ -130,8 +130,16 @@ def prepare(
     *,
     timestep: float | None = None,
     integrator: str | None = None,
+    data: mujoco.MjData | None = None,
 ) -> Run:
     """Check an experiment against a rig and set up its model.
+
+    Args:
+        rig: to run it on.
+        experiment: what is done.
+        timestep: [s]; the rig's own if left out.
+        integrator: MJCF name; the rig's own if left out.
+        data: of a model of this rig file, overwritten; saves making one.
 
     Raises:
         InputError: if the experiment does not fit the rig or the time step, or the rig not itself.
@@ -144,6 +152,7 @@ def prepare(
         command=drives.muscles,
         timestep=timestep,
         integrator=integrator,
+        data=data,
     )
     steps = (experiment.settle + experiment.duration) / model.opt.timestep
     if steps > RUN_STEPS:

@@ -14,7 +14,7 @@ from numpy.typing import ArrayLike, NDArray
 from pamsim.core.errors import InputError, nearest
 
 Value: TypeAlias = float | str
-"""Of a factor in one run: a number in the factor's unit, or the name of a rig."""
+"""Of a factor in one run: a number in the factor's unit, or text, such as the name of a rig."""
 
 _stats: Any = scipy.stats
 

@@ -17,7 +17,6 @@ from pamsim.store.json_file import write_json
 from pamsim.sweeps.design import Design
 from pamsim.sweeps.sensitivity import SobolIndex, rank_correlations, sobol_indices
 from pamsim.sweeps.study import Study
-from pamsim.sweeps.varied_rig import RIG
 
 SCHEMA = "pamsim-sweep-result/1"
 FILE = "sweep.json"
@@ -50,7 +49,7 @@ class SweepResult:
 
     Attributes:
         study: as it was given.
-        factors: name -> unit; empty for names of rigs.
+        factors: name -> unit; empty where values are text, such as names of rigs.
         runs: in the table.
         failed: of these, with another outcome than ``completed``.
         kept: that a run before had finished.
@@ -132,7 +131,8 @@ def result_of(plan: Study, table: Path, *, kept: int, seconds: float) -> SweepRe
     columns = read_arrays(table)
     numbers = {name: unit for name, unit in plan.job.columns.items() if unit != "text"}
     outputs = {name: columns[name].astype(float) for name in numbers}
-    factors = {f.name: columns[f.name].astype(float) for f in plan.factors if f.name != RIG}
+    numeric = [f.name for f in plan.factors if plan.units[f.name]]
+    factors = {name: columns[name].astype(float) for name in numeric}
     sobol: dict[str, dict[str, SobolIndex]] = {}
     if plan.design is Design.SENSITIVITY:
         sobol = sobol_indices(list(factors), outputs, plan.base, plan.seed)

@@ -74,6 +74,12 @@ class RunTable:
         """Numbers of the blocks, out of ``count``, that are there and undamaged."""
         return {block for block in range(count) if self._read(block) is not None}
 
+    def rows(self, count: int) -> list[dict[str, Any]]:
+        """Rows of the finished table, or of the complete blocks out of ``count``, in order."""
+        whole = self._table(self.path)
+        found = [whole] if whole is not None else [self._read(block) for block in range(count)]
+        return [row for table in found if table is not None for row in table.to_pylist()]
+
     def finish(self, count: int) -> Path:
         """Make one file of all blocks, in their order, and remove the chunks.
 

@@ -33,7 +33,7 @@ class Study:
     Attributes:
         stated: as it was given, JSON-safe.
         factors: what varies.
-        units: factor -> unit of its values; empty for names of rigs.
+        units: factor -> unit of its values; empty where they are text, such as names of rigs.
         design: how runs are chosen.
         base: ``runs`` as stated: the base sample of a sensitivity design.
         seed: of the draws.

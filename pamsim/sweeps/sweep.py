@@ -58,11 +58,9 @@ def sweep(
     plan = study if isinstance(study, Study) else read_study(study)
     if executor is not None and threads is not None:
         raise InputError("`threads` is for this process; an executor has workers of its own")
-    folder, job = Path(out), plan.job
-    size = max(job.runs_in_block, -(-len(plan.runs) // _MOST_BLOCKS))
+    folder, job, size = Path(out), plan.job, _runs_in_block(plan)
     blocks = [plan.runs[i : i + size] for i in range(0, len(plan.runs), size)]
-    columns = {f.name: plan.units[f.name] or "text" for f in plan.factors}
-    table = RunTable(folder, {**columns, **job.columns})
+    table = _table(plan, folder)
     done = _begun(plan, folder, table, len(blocks), resume=resume)
     kept = sum(len(blocks[block]) for block in done)
     left = [block for block in range(len(blocks)) if block not in done]
@@ -82,6 +80,37 @@ def sweep(
     if not table.is_finished(len(plan.runs)):
         table.finish(len(blocks))
     return result_of(plan, table.path, kept=kept, seconds=time.perf_counter() - began)
+
+
+def is_begun(study: Study, out: str | os.PathLike[str]) -> bool:
+    """Whether a folder holds a sweep of a study, which `sweep` can resume."""
+    state = CheckpointFile(Path(out) / STUDY).load()
+    return state is not None and state.get("fingerprint") == study.fingerprint
+
+
+def finished_rows(study: Study, out: str | os.PathLike[str]) -> list[dict[str, Any]]:
+    """What a sweep has so far, also while it runs elsewhere or after it was stopped.
+
+    Args:
+        study: of the sweep.
+        out: its folder.
+
+    Returns:
+        A row for each run that is finished, in the order of the runs: column -> value, None for a
+        number that the run did not come to; empty if the folder holds no sweep of the study.
+    """
+    if not is_begun(study, out):
+        return []
+    return _table(study, Path(out)).rows(-(-len(study.runs) // _runs_in_block(study)))
+
+
+def _runs_in_block(plan: Study) -> int:
+    return max(plan.job.runs_in_block, -(-len(plan.runs) // _MOST_BLOCKS))
+
+
+def _table(plan: Study, folder: Path) -> RunTable:
+    factors = {f.name: plan.units[f.name] or "text" for f in plan.factors}
+    return RunTable(folder, {**factors, **plan.job.columns})
 
 
 def _begun(plan: Study, folder: Path, table: RunTable, count: int, *, resume: bool) -> set[int]:

@@ -28,8 +28,9 @@ def at_rest(rig, steps):
 @pytest.mark.parametrize("name", ["mas20_arm", "two_joint_arm"])
 def test_rest_in_longer_steps_is_the_same(name):
     rig = pamsim.load_rig(name)
-    slow, quick = at_rest(rig, 0), at_rest(rig, 4)
-    assert quick[0] == pytest.approx(slow[0], abs=np.deg2rad(0.003))
+    slow, quick = at_rest(rig, 0), at_rest(rig, 16)
+    assert quick[0] == pytest.approx(slow[0], abs=np.deg2rad(0.02))
+    assert not np.array_equal(quick[0], slow[0])  # it did settle in longer steps
     assert abs(quick[1]).max() < 1e-9
     assert quick[2:] == slow[2:]
 

@@ -1,0 +1,141 @@
+"""A study of a function of one's own, such as a closed-loop experiment, run as a sweep."""
+
+from __future__ import annotations
+
+import hashlib
+import inspect
+import json
+import math
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TypeAlias
+
+from pamsim.core.errors import InputError, PamsimError
+from pamsim.core.limits import SWEEP_RUNS
+from pamsim.core.versions import versions
+from pamsim.sweeps.design import Design
+from pamsim.sweeps.factor import Factor, Value
+from pamsim.sweeps.job import Row
+from pamsim.sweeps.study import Study
+
+Function: TypeAlias = Callable[..., Mapping[str, float | str]]
+"""Takes the factors of a run as keywords and returns its row."""
+
+_TEXTS = ("outcome", "message")
+
+
+@dataclass(frozen=True, kw_only=True)
+class OwnFunction:
+    """A function that makes the row of a run; see `pamsim.sweeps.job.Job`.
+
+    Attributes:
+        function: of a module, so that it can run in another process.
+        returned: column of its row -> unit; ``text`` for text.
+        runs_in_block: runs that are worth a task of their own.
+    """
+
+    function: Function
+    returned: Mapping[str, str]
+    runs_in_block: int
+
+    @property
+    def columns(self) -> Mapping[str, str]:
+        """Column of its rows -> unit; ``text`` for text."""
+        return {**self.returned, **dict.fromkeys(_TEXTS, "text")}
+
+    def rows(self, runs: Sequence[Mapping[str, Value]], threads: int | None) -> list[Row]:
+        """One row per run, one after another; see `pamsim.sweeps.job.Job`.
+
+        Raises:
+            InputError: if the function returns other columns than were stated.
+        """
+        del threads
+        return [self._row(run) for run in runs]
+
+    def _row(self, run: Mapping[str, Value]) -> Row:
+        try:
+            found = self.function(**run)
+        except PamsimError as error:
+            empty = {n: "" if unit == "text" else math.nan for n, unit in self.returned.items()}
+            return {**empty, "outcome": "refused", "message": str(error)}
+        if set(found) != set(self.returned):
+            raise InputError(
+                f"{self.function.__qualname__} returned {', '.join(sorted(found)) or 'nothing'};"
+                f" `columns` states {', '.join(sorted(self.returned))}"
+            )
+        return {**found, "outcome": "completed", "message": ""}
+
+
+def function_study(
+    function: Function,
+    runs: Sequence[Mapping[str, Value]],
+    *,
+    columns: Mapping[str, str],
+    units: Mapping[str, str] | None = None,
+    depends: str = "",
+    runs_in_block: int = 1,
+) -> Study:
+    """A study for `pamsim.sweeps.sweep.sweep` whose runs are calls of a function.
+
+    A run in which the function raises a `PamsimError` is a row with the outcome ``refused``; any
+    other exception ends the sweep, which keeps what is finished.
+
+    Args:
+        function: called with the values of a run as keywords; of a module, if an executor with
+            processes runs it. It runs one call at a time in a process.
+        runs: factor -> value, of each run; the same factors in all, each numbers or text.
+        columns: what the function returns: name -> unit, ``text`` for text.
+        units: factor -> unit, where it is a number that has one.
+        depends: whatever else rows depend on, such as a digest of data. A sweep is resumed only if
+            it, runs, columns, versions and the function's file are as before.
+        runs_in_block: calls that are worth a task of their own.
+
+    Raises:
+        InputError: for no runs or too many, runs of other factors, or a column with the name of a
+            factor.
+    """
+    if not runs:
+        raise InputError("`runs` is empty; give one mapping of factors to values or more")
+    if len(runs) > SWEEP_RUNS:
+        raise InputError(f"{len(runs):,} runs; a sweep has {SWEEP_RUNS:,} at most")
+    names = list(runs[0])
+    for i, run in enumerate(runs):
+        if list(run) != names:
+            raise InputError(
+                f"runs[{i}] has the factors {', '.join(run)}; runs[0] has {', '.join(names)}"
+            )
+    taken = {"run", *names, *_TEXTS} & set(columns)
+    if taken:
+        raise InputError(f"columns: {', '.join(sorted(taken))} is taken; choose other names")
+    factors = tuple(Factor(name=n, unit="", values=tuple(run[n] for run in runs)) for n in names)
+    for one in factors:
+        if len({isinstance(value, str) for value in one.values}) > 1:
+            raise InputError(f"runs: {one.name} is a number in some and text in others")
+    is_text = {one.name: isinstance(one.values[0], str) for one in factors}
+    given = units or {}
+    called = f"{function.__module__}.{function.__qualname__}"
+    stated = {"design": Design.ROWS.value, "job": called, "columns": dict(columns)}
+    content = [stated, [dict(run) for run in runs], depends, versions("scipy")]
+    digest = hashlib.sha256(json.dumps(content, sort_keys=True).encode())
+    digest.update(_source(function))
+    return Study(
+        stated=stated,
+        factors=factors,
+        units={name: "" if text else given.get(name, "1") for name, text in is_text.items()},
+        design=Design.ROWS,
+        base=0,
+        seed=0,
+        runs=[dict(run) for run in runs],
+        job=OwnFunction(function=function, returned=dict(columns), runs_in_block=runs_in_block),
+        fingerprint=digest.hexdigest(),
+    )
+
+
+def _source(function: Function) -> bytes:
+    """Text that a function is written in; nothing where it was typed into a session."""
+    try:
+        path = inspect.getsourcefile(inspect.unwrap(function))
+        return b"" if path is None else Path(path).read_bytes()
+    except (OSError, TypeError):
+        return b""

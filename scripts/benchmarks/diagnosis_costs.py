@@ -1,0 +1,144 @@
+"""How the time of a diagnosis grows with joints, muscles and trials, as exponents.
+
+    python scripts/benchmarks/diagnosis_costs.py [--json FILE]
+
+Every case hides viscous friction at one joint and diagnoses the recordings by the public
+`pamsim.diagnose` in one thread, all usual effects tried. Time is the processor's, of one diagnosis
+each: it is minutes for the largest. Rigs are planar arms from the templates of `pamsim new-rig`:
+
+- joints: 1 to 3, with two muscles at each, 12 trials;
+- muscles: 2 to 6 at one joint, 12 trials;
+- trials: 6 to 24 of one joint and two muscles, by more repeats of the same inputs.
+
+Beside the time stands the number of parameter sets that were simulated, each for all trials: what
+grows in a diagnosis is how many effects are tried, and what one set costs.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import platform
+import tempfile
+import time
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import mujoco
+from scaling import exponent
+from tqdm import tqdm
+
+import pamsim
+from pamsim.engine.new_rig import new_rig
+from pamsim.store.json_file import write_json
+
+PROTOCOLS = ("triangle", "multisine", "bursts")
+DURATION = 3.0
+FRICTION = 1.5
+"""Hidden, in typical sizes: many times what repeats differ by."""
+
+Case = tuple[str, int, int, int, int]
+"""Work, its size, joints, muscles and repeats."""
+
+
+def cases() -> Iterator[Case]:
+    """All cases; those of one joint, two muscles and two repeats are the same one."""
+    for joints in (1, 2, 3):
+        yield "joints", joints, joints, 2 * joints, 2
+    for muscles in (2, 4, 6):
+        yield "muscles", muscles, 1, muscles, 2
+    for repeats in (1, 2, 4):
+        yield "trials", 6 * repeats, 1, 2, repeats
+
+
+def arm(folder: Path, joints: int, muscles: int) -> Path:
+    """A rig of some links in a chain, each shorter and lighter, the muscles shared out in pairs."""
+    bodies, ends, tendons = "", "", ""
+    for i in range(joints):
+        long, mass = 0.2 / 1.3**i, 0.3 / 1.5**i
+        at = 0.0 if i == 0 else 0.2 / 1.3 ** (i - 1)
+        inertia = mass * long * long / 10.0
+        bodies += (
+            f'<body name="link_{i}" pos="{at:.6g} 0 0">'
+            f'<joint name="joint_{i}" axis="0 0 1" range="-1 1"/>'
+            f'<inertial pos="{long / 2.0:.6g} 0 0" mass="{mass:.6g}"'
+            f' diaginertia="1e-4 {inertia:.6g} {inertia:.6g}"/>'
+        )
+        ends += "</body>"
+    for i in range(muscles):
+        radius = (-0.025 if i % 2 == 0 else 0.025) / 1.2 ** (i // 2 % joints)
+        tendons += (
+            f'<fixed name="muscle_{i}"><joint joint="joint_{i // 2 % joints}"'
+            f' coef="{radius:.6g}"/></fixed>'
+        )
+    path = folder / "arm.xml"
+    path.write_text(
+        '<mujoco><compiler angle="radian"/><option timestep="0.0005" integrator="Euler"/>'
+        f"<worldbody>{bodies}{ends}</worldbody><tendon>{tendons}</tendon></mujoco>",
+        encoding="utf-8",
+    )
+    return new_rig("arm", mjcf=path, out=folder / "rig")
+
+
+def run(joints: int, muscles: int, repeats: int) -> dict[str, Any]:
+    """Hide and diagnose; what was found, and how long that took."""
+    with tempfile.TemporaryDirectory() as place:
+        rig = arm(Path(place), joints, muscles)
+        folder = Path(place) / "data"
+        made = pamsim.hide(
+            rig,
+            {"viscous_friction at joint_0": FRICTION},
+            protocols=PROTOCOLS,
+            duration=DURATION,
+            repeats=repeats,
+            seed=1,
+        )
+        made.save(folder)
+        began = time.process_time()
+        found = pamsim.diagnose(folder, threads=1).to_dict()
+        seconds = time.process_time() - began
+    return {
+        "trials": len(made.trials),
+        "processor_seconds": round(seconds, 1),
+        "parameter_sets": found["parameter_sets"],
+        "verdict": found["verdict"],
+        "named": [one["name"] for one in found["effects"]],
+    }
+
+
+def main() -> None:
+    """Run every case once, print and write."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--json", type=Path)
+    options = parser.parse_args()
+    done: dict[tuple[int, int, int], dict[str, Any]] = {}
+    rows: list[dict[str, Any]] = []
+    for work, size, joints, muscles, repeats in tqdm(list(cases()), unit="diagnosis"):
+        key = joints, muscles, repeats
+        if key not in done:
+            done[key] = run(*key)
+        rows.append({"work": work, "size": size, "joints": joints, "muscles": muscles, **done[key]})
+        print(rows[-1], flush=True)
+    exponents: dict[str, dict[str, float]] = {}
+    for work in ("joints", "muscles", "trials"):
+        own = [row for row in rows if row["work"] == work]
+        sizes, seconds = [row["size"] for row in own], [row["processor_seconds"] for row in own]
+        slope, error = exponent(sizes, seconds)
+        exponents[work] = {"exponent": slope, "standard_error": error}
+        print(f"{work:8s} {slope:.2f} +- {error:.2f}")
+    result = {
+        "command": "python scripts/benchmarks/diagnosis_costs.py",
+        "seconds_of_a_trial": DURATION,
+        "rows": rows,
+        "exponents": exponents,
+        "versions": {"mujoco": mujoco.__version__, "python": platform.python_version()},
+    }
+    if options.json is not None:
+        write_json(options.json, result)
+    else:
+        print(json.dumps(result, indent=1))
+
+
+if __name__ == "__main__":
+    main()
