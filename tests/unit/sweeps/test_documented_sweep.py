@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 
 from pamsim.cli.main import main
+from pamsim.store.array_files import read_arrays
 from tests.unit.report.page_laws import check_page
 
 PAGE = Path(__file__).parents[3] / "docs" / "sweep.md"
@@ -17,7 +18,7 @@ BLOCKS = re.findall(r"^```(\w+)\n(.*?)^```", PAGE.read_text(encoding="utf-8"), r
 
 
 def test_the_page_runs(tmp_path, monkeypatch, capsys):
-    assert [kind for kind, _ in BLOCKS] == ["toml", "sh", "python", "python"]
+    assert [kind for kind, _ in BLOCKS] == ["toml", "sh", "python", "python", "python"]
     monkeypatch.chdir(tmp_path)
     texts = dict(BLOCKS)
     (tmp_path / "study.toml").write_text(texts["toml"], encoding="utf-8")
@@ -32,7 +33,7 @@ def test_the_page_runs(tmp_path, monkeypatch, capsys):
     page = (tmp_path / "out" / "index.html").read_text(encoding="utf-8")
     assert "<b>32</b> 0 of them failed" in page
     check_page(page)
-    simulated, calibrated = (text for kind, text in BLOCKS if kind == "python")
+    simulated, calibrated, own = (text for kind, text in BLOCKS if kind == "python")
     exec(compile(simulated, "snippet", "exec"), {"__name__": "__main__"})
     assert "6 runs, 0 of them failed" in capsys.readouterr().out
     names: dict[str, object] = {"__name__": "__main__"}
@@ -41,6 +42,10 @@ def test_the_page_runs(tmp_path, monkeypatch, capsys):
     np.testing.assert_allclose(
         found["found.joint.shaft.damping"], found["true.joint.shaft.damping"], rtol=0.1
     )
+    exec(compile(own, "snippet", "exec"), {"__name__": "__main__"})
+    low, high, *loaded = read_arrays(tmp_path / "tracking" / "runs.parquet")["rmse"]
+    assert 0.0 < low < high  # of the PID with the smaller gain, and the larger
+    assert loaded == pytest.approx([low, high], rel=0.1)
     monkeypatch.setattr("sys.argv", [*texts["sh"].split(), "--resume"])
     with pytest.raises(SystemExit) as ended:
         main()
