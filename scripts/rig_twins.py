@@ -9,12 +9,15 @@ formulas, and diagnoses the files by the public `pamsim.diagnose` with its defau
 - ``bench``: one muscle in a tensile machine that imposes its length;
 - ``measured``: one joint that is driven by its measured pressures, without commands;
 - ``measured_larger``: the same effects twice as large, added after ``measured`` had named none;
-- ``log``: the same joint, 60 s of one log without repeats.
+- ``measured_common``: the effects of ``measured``, with a further input in which the common
+  pressure varies, which the verdicts of ``measured`` had asked for;
+- ``log``: the same joint, 60 s of one log without repeats;
+- ``log_common``: the same, its common pressure varied.
 
 Of an effect that no diagnosis tries at single muscles unless asked (`BY_MUSCLE`), all usual effects
 are tried and, besides, this one at each muscle.
 
-Cases, sizes and seeds were fixed before any of them was run. A size is that at which simulations
+Cases, sizes and seeds of a group were fixed before any of it was run. A size is that at which simulations
 with and without the effect differ, after a linear refit of the nuisance parameters, by a mean
 square of about 1 variance of what repeats differ by, in a log of about 5 of the sensors' noise.
 Sizes were found by hand, and no diagnosis had a part in it; what it states of the gap is
@@ -100,6 +103,15 @@ MEASURED = Group(
     },
 )
 
+LOG = Group(
+    rig="mas20_arm",
+    drive="one log of 60 s",
+    hidden={"coulomb_friction": 0.18, "muscle_hysteresis": 0.07, "air_leak": 4.3},
+    seeds=(1,),
+    options={"protocols": ("staircase",), "duration": 60.0, "repeats": 1},
+    one_log=True,
+)
+
 GROUPS = {
     "arm": Group(
         rig="two_joint_arm",
@@ -141,13 +153,16 @@ GROUPS = {
         drive="measured pressures, effects twice as large",
         hidden={effect: 2.0 * size for effect, size in MEASURED.hidden.items()},
     ),
-    "log": Group(
-        rig="mas20_arm",
-        drive="one log of 60 s",
-        hidden={"coulomb_friction": 0.18, "muscle_hysteresis": 0.07, "air_leak": 4.3},
-        seeds=(1,),
-        options={"protocols": ("staircase",), "duration": 60.0, "repeats": 1},
-        one_log=True,
+    "measured_common": dataclasses.replace(
+        MEASURED,
+        drive="measured pressures, the common one varied",
+        options={**MEASURED.options, "protocols": ("triangle", "multisine", "cocontraction")},
+    ),
+    "log": LOG,
+    "log_common": dataclasses.replace(
+        LOG,
+        drive="one log of 60 s, the common pressure varied",
+        options={**LOG.options, "protocols": ("cocontraction",)},
     ),
 }
 """The cases, the most wanted first."""
