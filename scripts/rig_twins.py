@@ -17,10 +17,10 @@ formulas, and diagnoses the files by the public `pamsim.diagnose` with its defau
 Of an effect that no diagnosis tries at single muscles unless asked (`BY_MUSCLE`), all usual effects
 are tried and, besides, this one at each muscle.
 
-Cases, sizes and seeds of a group were fixed before any of it was run. A size is that at which simulations
-with and without the effect differ, after a linear refit of the nuisance parameters, by a mean
-square of about 1 variance of what repeats differ by, in a log of about 5 of the sensors' noise.
-Sizes were found by hand, and no diagnosis had a part in it; what it states of the gap is
+Cases, sizes and seeds of a group were fixed before any of it was run. A size is that at which
+simulations with and without the effect differ, after a linear refit of the nuisance parameters, by
+a mean square of about 1 variance of what repeats differ by, in a log of about 5 of the sensors'
+noise. Sizes were found by hand, and no diagnosis had a part in it; what it states of the gap is
 ``excess``: mean square misfit before the repair over the noise floor, minus 1.
 
 A name is right if this effect, and nothing else, is claimed, whatever its form; a place, if it is
