@@ -175,7 +175,7 @@ def with_row(muscle: Muscle, row: NDArray[np.float64], before: NDArray[np.float6
     groups: dict[str, ParameterGroup] = {}
     for group in muscle.groups if changed else ():
         slots = _slots_of(type(group))
-        if any(index in changed for index, _ in slots):
+        if not changed.isdisjoint(index for index, _ in slots):
             fields = {name: float(row[index]) for index, name in slots}
             groups[group.group] = dataclasses.replace(group, **fields)
     return dataclasses.replace(muscle, **groups) if groups else muscle

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 from dataclasses import dataclass, field
 from typing import ClassVar
 
@@ -134,7 +135,7 @@ class Muscle:
             raise EngineError(f"an actuator with the force law {self.force.law!r} has no braid")
         return self.braid
 
-    @property
+    @functools.cached_property
     def groups(self) -> tuple[ParameterGroup, ...]:
         """Its parameter groups, without those that have no meaning for it."""
         idle = MUSCLE_ONLY if self.pushes else PUSHING_ONLY

@@ -74,22 +74,20 @@ def rig_parameter(rig: Rig, name: str) -> RigParameter:
     if only and only not in rig.muscles:
         raise InputError(f"no muscle {only!r}; {nearest(only, rig.muscles)}")
     index, muscle = _owner(rig, only, parameter)
-    known = {
-        f"{group.group}.{field}": spec
-        for group in rig.muscles[muscle].groups
-        for field, spec in specs(type(group))
-    }
-    if parameter not in known:
+    group, _, field = parameter.partition(".")
+    groups = rig.muscles[muscle].groups
+    fields = next((dict(specs(type(one))) for one in groups if one.group == group), {})
+    if field not in fields:
+        known = [f"{one.group}.{field}" for one in groups for field, _ in specs(type(one))]
         raise InputError(f"no parameter {name!r}; {nearest(name, [*known, *rig.file.native])}")
     slot = parameter_slot(rig.muscles[muscle], parameter)
-    group, _, field = parameter.partition(".")
     shared = rig.file.muscle.get(group, {}).get(field)
     own = rig.file.overrides[muscle].get(group, {}).get(field) if only else None
     stated = own or shared
     return RigParameter(
         name=name,
         value=float(rig.model.actuator_user[index, slot]),
-        spec=known[parameter],
+        spec=fields[field],
         stated=stated if isinstance(stated, Sourced) else None,
     )
 

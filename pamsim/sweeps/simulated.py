@@ -30,7 +30,7 @@ _UNITS = {"pressure_set": "kPa", "valve": "1"}
 _KEYS = {
     "drive", "start_pressure", "final", "duration", "load", "sample_hz", "settle",
 }  # fmt: skip
-_BLOCK = 64
+_BLOCK = 128
 
 
 @dataclass(frozen=True, kw_only=True)
