@@ -147,8 +147,9 @@ class DiagnosedRig:
         """See `pamsim.diagnosis.method.next_experiment.SimulateMenu`."""
         rigs = self._rigs(sets, self._coarse)
         muscles = len(self._rig.muscles)
-        menu = [p.experiment(muscles=muscles) for p in MENU.values()]
-        jobs = [(r, experiment) for r in rigs if r is not None for experiment in menu]
+        loads = self._rig.file.load_body is not None
+        menu = {n: p.experiment(muscles=muscles) for n, p in MENU.items() if loads or not p.load}
+        jobs = [(r, experiment) for r in rigs if r is not None for experiment in menu.values()]
         done = simulate_batch(
             jobs,
             timestep=self._coarse,
@@ -158,7 +159,7 @@ class DiagnosedRig:
         )
         runs = iter(done)
         return [
-            None if rig is None else _signals(rig, {name: next(runs) for name in MENU})
+            None if rig is None else _signals(rig, {name: next(runs) for name in menu})
             for rig in rigs
         ]
 

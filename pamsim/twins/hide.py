@@ -119,7 +119,7 @@ def hide(
         reference=_reference(rig),
         effects=tuple(hidden),
         hidden=values,
-        settings=dataclasses.replace(settings, protocols=tuple(_names(settings))),
+        settings=dataclasses.replace(settings, protocols=tuple(_names(base, settings))),
         trials=trials,
         protocols=protocols,
     )
@@ -188,15 +188,21 @@ def _measured_size(
     return found, known
 
 
-def _names(settings: HideSettings) -> Sequence[str]:
-    return settings.protocols or list(PROTOCOLS if settings.formulation == "library" else INPUTS)
+def _names(rig: Rig, settings: HideSettings) -> Sequence[str]:
+    """The inputs: those asked for, else all that the rig can take."""
+    if settings.protocols:
+        return settings.protocols
+    if settings.formulation != "library":
+        return list(INPUTS)
+    loads = rig.file.load_body is not None
+    return [name for name, one in PROTOCOLS.items() if loads or not one.load]
 
 
 def _experiments(rig: Rig, settings: HideSettings) -> Iterator[tuple[str, Experiment]]:
     """Every input in its two settings, the second of which is held out."""
     numbers = None if settings.formulation == "library" else read_rig(rig, 0.0)
     muscles = len(rig.muscles)
-    for name in _names(settings):
+    for name in _names(rig, settings):
         for setting, end in enumerate(("", HELD_OUT_SUFFIX)):
             seed = 2 * settings.seed + setting
             if name in IMPOSED_MOTIONS:

@@ -6,9 +6,9 @@ Every case hides viscous friction at one joint and diagnoses the recordings by t
 `pamsim.diagnose` in one thread, all usual effects tried. Time is the processor's, of one diagnosis
 each: it is minutes for the largest. Rigs are planar arms from the templates of `pamsim new-rig`:
 
-- joints: 1 to 3, with two muscles at each, 12 trials;
-- muscles: 2 to 6 at one joint, 12 trials;
-- trials: 6 to 24 of one joint and two muscles, by more repeats of the same inputs.
+- joints: 1 to 3, with two muscles at each, 18 trials;
+- muscles: 2 to 6 at one joint, 18 trials;
+- trials: 18 to 72 of one joint and two muscles, by more repeats of the same inputs.
 
 Beside the time stands the number of parameter sets that were simulated, each for all trials: what
 grows in a diagnosis is how many effects are tried, and what one set costs.
@@ -35,7 +35,7 @@ from pamsim.store.json_file import write_json
 
 PROTOCOLS = ("triangle", "multisine", "bursts")
 DURATION = 3.0
-FRICTION = 1.5
+FRICTION = 12.0
 """Hidden, in typical sizes: many times what repeats differ by."""
 
 Case = tuple[str, int, int, int, int]
@@ -43,12 +43,12 @@ Case = tuple[str, int, int, int, int]
 
 
 def cases() -> Iterator[Case]:
-    """All cases; those of one joint, two muscles and two repeats are the same one."""
+    """All cases; those of one joint, two muscles and three repeats are the same one."""
     for joints in (1, 2, 3):
-        yield "joints", joints, joints, 2 * joints, 2
+        yield "joints", joints, joints, 2 * joints, 3
     for muscles in (2, 4, 6):
-        yield "muscles", muscles, 1, muscles, 2
-    for repeats in (1, 2, 4):
+        yield "muscles", muscles, 1, muscles, 3
+    for repeats in (3, 6, 12):
         yield "trials", 6 * repeats, 1, 2, repeats
 
 

@@ -8,6 +8,7 @@ import pytest
 import pamsim
 from pamsim.comparison.measurements import read_calibration_data
 from pamsim.comparison.noise_floor import noise_floor
+from pamsim.comparison.protocols import PROTOCOLS
 from pamsim.comparison.trial_residuals import TrialSimulator
 from pamsim.core.recording import write_recording
 from pamsim.diagnosis.diagnosed_rig import DiagnosedRig
@@ -145,6 +146,32 @@ def test_the_menu_is_safe_and_runs(rig, tmp_path):
     (found,) = engine.menu([{}])
     assert set(found) == set(MENU)
     assert all(np.all(np.isfinite(v)) for signals in found.values() for v in signals.values())
+
+
+def test_a_rig_that_carries_no_load_is_offered_experiments_without_one(tmp_path):
+    rig = pamsim.load_rig(pamsim.new_rig("arm", mjcf=unloaded(tmp_path), out=tmp_path / "arm"))
+    made = hide(rig, {}, duration=1.0, repeats=1)
+    assert set(made.protocols.values()) == {
+        name + end for name, one in PROTOCOLS.items() if not one.load for end in ("", "_check")
+    }
+    write_recording(tmp_path / "data", "arm", made.trials, made.protocols)
+    engine = DiagnosedRig(rig, read_calibration_data([tmp_path / "data"]), [])
+    (found,) = engine.menu([{}])
+    assert set(found) == {name for name, protocol in MENU.items() if not protocol.load}
+    assert set(found) < set(MENU)
+
+
+def unloaded(folder):
+    """MJCF of one joint between two tendons, without a body for the load."""
+    path = folder / "arm.xml"
+    path.write_text(
+        '<mujoco><worldbody><body><joint name="elbow" axis="0 0 1" range="-60 60"/>'
+        '<geom size="0.02" mass="0.5" pos="0.1 0 0" contype="0" conaffinity="0"/></body>'
+        '</worldbody><tendon><fixed name="flexor"><joint joint="elbow" coef="-0.025"/></fixed>'
+        '<fixed name="extensor"><joint joint="elbow" coef="0.025"/></fixed></tendon></mujoco>',
+        encoding="utf-8",
+    )
+    return path
 
 
 def test_what_sets_muscles_apart_survives_the_variation_of_trials(rig):
