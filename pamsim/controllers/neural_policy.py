@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -29,7 +30,7 @@ class NeuralPolicy:
         return self.policy.command
 
     @classmethod
-    def read(cls, path: Path, rig: Rig) -> NeuralPolicy:
+    def read(cls, path: str | os.PathLike[str], rig: Rig) -> NeuralPolicy:
         """Read a policy from the ``.npz`` that ``pamsim train`` writes.
 
         Args:
@@ -40,7 +41,7 @@ class NeuralPolicy:
         Raises:
             InputError: if it is missing, no policy, or one for another rig.
         """
-        policy = read_policy(path)
+        policy = read_policy(Path(path))
         own, needed = (*rig.joints, *rig.muscles), (*policy.joints, *policy.muscles)
         if own != needed:
             raise InputError(

@@ -160,7 +160,7 @@ def written(path, **changed):
 def test_a_policy_sees_what_the_environment_shows(tmp_path, made):
     numbers = written(tmp_path / "p.npz")
     env = made(task="sine")
-    policy = NeuralPolicy.read(tmp_path / "p.npz", RIG)
+    policy = NeuralPolicy.read(str(tmp_path / "p.npz"), RIG)
     run = drive(env, policy, seed=4)
     signals = env.unwrapped.rigs.signals
     observation, _ = env.reset(seed=4)
