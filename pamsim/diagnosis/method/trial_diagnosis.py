@@ -174,14 +174,25 @@ def diagnose_trials(
     variation = trial_variation(fitter, base, screened)
     search = TrialSearch(fitter, base, base_loss, perfect, screened, variation, steps)
     models = search.singles()
+
+    def leaves_something(usual: TrialModel | None) -> bool:
+        left_by = base if usual is None else usual.fit
+        lack = lack_of_fit(fitter, left_by, screened, seed=seed)
+        if lack.p_value < LEFT_FOR_RARE or not lack.testable:
+            return True
+        return usual is not None and has_remainder(
+            usual.left, lack, layout, left_by.residual, floor, variation, least=REMAINDER_LOSS
+        )
+
     present = [m for m in models if m.all_present()]
     first_best = min(present, key=lambda m: m.fit.cost, default=None)
-    left_by = base if first_best is None else first_best.fit
-    lack = lack_of_fit(fitter, left_by, screened, seed=seed)
-    leaves = first_best is not None and has_remainder(
-        first_best.left, lack, layout, left_by.residual, floor, variation, least=REMAINDER_LOSS
-    )
-    if leaves or lack.p_value < LEFT_FOR_RARE or not lack.testable:
+    some_left = leaves_something(first_best)
+    if some_left and first_best is not None:
+        # A loose fit may have ended where its effect still had something to explain.
+        polished = search.polished(first_best)
+        models[models.index(first_best)] = polished
+        some_left = leaves_something(polished)
+    if some_left:
         steps.begin("screening of rare effects")
         rare = screen(fitter, base, [c for c in candidates if c.rare])
         screened = (*screened, *rare)
