@@ -35,8 +35,8 @@ from pamsim.store.json_file import write_json
 
 PROTOCOLS = ("triangle", "multisine", "bursts")
 DURATION = 3.0
-FRICTION = 12.0
-"""Hidden, in typical sizes: many times what repeats differ by."""
+FRICTION = 1.5
+"""Hidden, in typical sizes: several times what repeats differ by."""
 
 Case = tuple[str, int, int, int, int]
 """Work, its size, joints, muscles and repeats."""

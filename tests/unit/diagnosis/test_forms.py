@@ -6,7 +6,7 @@ import dataclasses
 
 import pytest
 
-from pamsim.diagnosis.method import trial_diagnosis, trial_search
+from pamsim.diagnosis.method import trial_diagnosis, trial_model, trial_search
 from pamsim.diagnosis.method.evidence import losses
 from pamsim.diagnosis.method.lack_of_fit import LackOfFit
 from pamsim.diagnosis.method.rivals import tied_with
@@ -130,6 +130,27 @@ def test_rare_effects_are_tried_where_losses_alone_show_a_remainder(monkeypatch,
     hidden = {"wide": 0.2} if left else {"dry": 0.06}
     one = found(hidden, (SHARP, rare, BIAS))
     assert any("odd" in m.names for m in one.models) is tried
+
+
+def test_a_loose_fit_of_a_usual_effect_is_no_reason_to_try_rare_ones(monkeypatch):
+    """A fit that ended half-way leaves what a rare effect would explain."""
+
+    def half_way(fitter, base, base_loss, candidates, starts, **options):
+        model = fit_effects(fitter, base, base_loss, candidates, starts, **options)
+        if model is None or model.names != ("dry",):
+            return model
+        values = {**model.fit.values, "dry": 0.5 * model.fit.values["dry"]}
+        loose = dataclasses.replace(
+            model.fit, values=values, residual=fitter.simulator.fine(values)
+        )
+        return trial_model._judged(fitter, base_loss, model.candidates, loose, options["variation"])
+
+    monkeypatch.setattr(trial_search, "fit_effects", half_way)
+    rare = dataclasses.replace(WIDE, effect=dataclasses.replace(WIDE.effect, name="odd", rare=True))
+    one = found({"dry": 0.15}, (SHARP, rare, BIAS))
+    assert not any("odd" in m.names for m in one.models)
+    assert one.conclusion.best.names == ("dry",)
+    assert one.conclusion.best.fit.values["dry"] == pytest.approx(0.15, rel=0.05)
 
 
 def test_rare_effects_are_tried_where_the_one_that_fits_cannot_be_named():
