@@ -129,6 +129,23 @@ def test_the_table_of_fewer_repeats_is_that_of_the_records(record, data):
     assert f"cases from {begin + 1} on" in text
 
 
+def test_what_is_stated_of_four_repeats_is_that_of_the_record():
+    study = recorded("results/blind_study_4_repeats.json")
+    found = {row["quantity"]: row for row in study["must_show"]}
+    text = " ".join((ROOT / "docs" / "diagnose.md").read_text(encoding="utf-8").split())
+    stated = text.partition("4 repeats, ")[2].partition("intervals")[0]
+    assert stated.startswith(f"{len(study['rows'])} cases from {study['command'].split()[-1]} on")
+    for words, quantity in (
+        ("wrong names", "wrong confident name, all tiers"),
+        ("claims without effect", "claim on data without effect"),
+        ("library", "library's formula, E >= 0.5: unique correct name, separable"),
+        ("another formula", "another formula, E >= 0.5: right effect or family"),
+        ("outside", "outside the library: no confident name"),
+        ("pairs", "pairs, at least one of another formula"),
+    ):
+        assert f"{words} {found[quantity]['hits']} of {found[quantity]['count']}" in stated
+
+
 def test_the_table_of_twins_is_that_of_its_record():
     study = recorded("results/rig_twins.json")
     _, table = table_after("diagnose.md", "rig and drive")
@@ -153,7 +170,8 @@ def test_the_table_of_twins_is_that_of_its_record():
     for groups, words in (
         (("arm", "bench", "measured"), "loss is {} to {} above"),
         (("measured_larger",), "{} to {} for those twice as large"),
-        (("log",), "in the log {} to {}"),
+        (("measured_common",), "{} to {} with the common pressure varied"),
+        (("log",), "in the log {} to {} and"),
     ):
         excess = [row["excess"] for row in study["rows"] if row["group"] in groups]
         assert words.format(f"{min(excess):.1f}", f"{max(excess):.1f}") in section
