@@ -38,8 +38,8 @@ from pamsim.report.style import (
     VERMILION,
     finish_axes,
     new_figure,
+    save_png,
     styled,
-    write_png,
 )
 from pamsim.store.json_file import write_json
 
@@ -436,7 +436,8 @@ def cycle_figure(record: dict[str, Any]) -> Figure:
 
 def draw(record: dict[str, Any]) -> None:
     """Write the picture of docs/real_data.md."""
-    path = write_png(cycle_figure(record), PICTURES / "equimus_leg.png")
+    path = PICTURES / "equimus_leg.png"
+    save_png(cycle_figure(record), path)
     with Image.open(path) as picture:
         few = picture.convert("RGB").quantize(64, dither=Image.Dither.NONE)
     few.save(path, optimize=True)

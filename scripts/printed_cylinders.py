@@ -27,7 +27,7 @@ from PIL import Image
 import pamsim
 from pamsim.comparison.measurements import read_calibration_data
 from pamsim.comparison.trial_prediction import TrialPredictor
-from pamsim.report.style import finish_axes, new_figure, series_look, styled, write_png
+from pamsim.report.style import finish_axes, new_figure, save_png, series_look, styled
 from pamsim.store.json_file import write_json
 
 FloatArray = NDArray[np.float64]
@@ -242,10 +242,10 @@ def main() -> None:
     for seal in SEALS:
         record["seals"][seal] = seal_result(asked.folder, seal, asked.workers)
         write_json(RESULTS, json.loads(json.dumps(record)))
-    path = write_png(friction_figure(json.loads(json.dumps(record))), PICTURE)
-    with Image.open(path) as picture:
+    save_png(friction_figure(json.loads(json.dumps(record))), PICTURE)
+    with Image.open(PICTURE) as picture:
         few = picture.convert("RGB").quantize(64, dither=Image.Dither.NONE)
-    few.save(path, optimize=True)
+    few.save(PICTURE, optimize=True)
 
 
 if __name__ == "__main__":

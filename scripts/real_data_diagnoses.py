@@ -47,7 +47,7 @@ from pamsim.papers.torque_law import printed_rows_law
 from pamsim.report.diagnose_page import first_figure
 from pamsim.report.diagnose_where import binned_maps, significant_maps
 from pamsim.report.replication_statics import arctangent_loop, static_law
-from pamsim.report.style import write_png
+from pamsim.report.style import save_png
 from pamsim.store.json_file import write_json
 from pamsim.store.static_table import read_static_table
 
@@ -216,7 +216,8 @@ def draw(record: dict[str, Any]) -> None:
         ("alraouf2025_equations", first_figure(loops["alraouf2025_equations"])),
         ("alraouf2025_law", arctangent_loop(curves["alraouf2025"])),
     ):
-        path = write_png(figure, PICTURES / f"{name}.png")
+        path = PICTURES / f"{name}.png"
+        save_png(figure, path)
         with Image.open(path) as picture:  # a third of the size, and no difference to be seen
             few = picture.convert("RGB").quantize(COLOURS, dither=Image.Dither.NONE)
         few.save(path, optimize=True)

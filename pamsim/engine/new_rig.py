@@ -49,7 +49,7 @@ _SHORTEST_STROKE = 0.5
 """Stroke of a bellows where its tendon is shortest, over that at which its wall is free."""
 
 _LENGTH_STEP = 0.005  # of an assumed muscle length [m]
-_STOPS_WITHIN = 0.05
+_STOPS_WITHIN = 0.15
 """Time constant of free motion where the MJCF states no damping [s]; 0.03 to 0.2 s in the rigs that
 ship."""
 
