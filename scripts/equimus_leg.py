@@ -7,7 +7,7 @@ TriStatic recording: three steps in turn, a month earlier.
     python scripts/equimus_leg.py FOLDER [--only PART] [--workers 2]
 
 PART is open, static, calibrate, diagnose, judge or pictures. Calibration takes a quarter of an hour
-of one processor, the diagnosis an hour.
+of one processor, the diagnosis a minute.
 """
 
 from __future__ import annotations

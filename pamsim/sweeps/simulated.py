@@ -30,7 +30,8 @@ _UNITS = {"pressure_set": "kPa", "valve": "1"}
 _KEYS = {
     "drive", "start_pressure", "final", "duration", "load", "sample_hz", "settle",
 }  # fmt: skip
-_BLOCK = 128
+BLOCK = 128
+"""Runs in a block: each block loads the rig anew."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -69,7 +70,7 @@ class SimulateStep:
     @property
     def runs_in_block(self) -> int:
         """Runs that are worth a task of their own."""
-        return _BLOCK
+        return BLOCK
 
     def rows(self, runs: Sequence[Mapping[str, Value]], threads: int | None) -> list[Row]:
         """One row per run, failed runs included; see `pamsim.sweeps.job.Job`."""

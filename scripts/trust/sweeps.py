@@ -35,6 +35,7 @@ import mujoco
 from pyarrow import parquet
 
 from pamsim.sweeps.run_table import CHUNKS, FILE
+from pamsim.sweeps.simulated import BLOCK
 
 COST_RUNS = 1500
 
@@ -182,7 +183,7 @@ def main() -> None:
         for path, runs in ((study, options.runs), (quarter, options.runs // 4)):
             text = STUDY.format(runs=runs, duration=options.duration)
             path.write_text(text, encoding="utf-8")
-        blocks = -(-options.runs // 64)
+        blocks = -(-options.runs // BLOCK)
         _, memory_quarter = child(SWEEP, str(quarter), str(folder / "quarter"))
         _, memory = child(SWEEP, str(study), str(folder / "whole"))
         whole = parquet.read_table(folder / "whole" / FILE)

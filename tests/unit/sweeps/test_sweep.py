@@ -40,7 +40,7 @@ def finished(tmp_path_factory):
 
 @pytest.fixture
 def small_blocks(monkeypatch):
-    monkeypatch.setattr(simulated, "_BLOCK", 2)
+    monkeypatch.setattr(simulated, "BLOCK", 2)
 
 
 def bytes_of(result):
