@@ -31,7 +31,7 @@ _KEYS = {
     "drive", "start_pressure", "final", "duration", "load", "sample_hz", "settle",
 }  # fmt: skip
 BLOCK = 128
-"""Runs in a block: each block loads the rig anew."""
+"""Runs in a block: each block loads the rig."""
 
 
 @dataclass(frozen=True, kw_only=True)
