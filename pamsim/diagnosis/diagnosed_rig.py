@@ -147,7 +147,7 @@ class DiagnosedRig:
         """See `pamsim.diagnosis.method.next_experiment.SimulateMenu`."""
         rigs = self._rigs(sets, self._coarse)
         muscles = len(self._rig.muscles)
-        loads = self._rig.file.load_body is not None
+        loads = self._rig.takes_load
         menu = {n: p.experiment(muscles=muscles) for n, p in MENU.items() if loads or not p.load}
         jobs = [(r, experiment) for r in rigs if r is not None for experiment in menu.values()]
         done = simulate_batch(

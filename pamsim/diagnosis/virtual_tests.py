@@ -48,7 +48,9 @@ FloatArray = NDArray[np.float64]
 Quantities: TypeAlias = dict[str, tuple[float, str]]
 """Name -> value [unit] and SI unit."""
 
-_FLOW = 2e-4  # [kg/s]
+_FLOW = 2e-4
+"""Flow at which a supply's sag is stated [kg/s]: it fills a MAS-20 muscle of 0.1 litres to 2 bar in
+about a second."""
 
 _JOINT_STEPS, _MUSCLE_STEPS = 400, 300  # of a quarter of a cycle
 _SUDDEN = 1e-3  # contraction [-]

@@ -8,7 +8,7 @@ that two threads are nearly twice as fast as one.
 from __future__ import annotations
 
 import os
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from typing import TypeAlias
@@ -92,8 +92,7 @@ def simulate_batch(
         engine_warnings_held(),
         ThreadPoolExecutor(threads or os.cpu_count()) as pool,
     ):
-        settling = pool.map(lambda run: _settled(run, settle_steps, reused), first.values())
-        rests = dict(zip(first, settling, strict=True))
+        rests = _rests(first, settle_steps, reused, pool)
         recordings: list[Recording] = []
 
         def recorded_from_rest(run: Run) -> Recording:
@@ -124,6 +123,14 @@ def _first_of_each_start(runs: Sequence[Run]) -> dict[_Key, Run]:
     return first
 
 
+def _rests(
+    first: Mapping[_Key, Run], steps: int, reused: ReusedData, pool: ThreadPoolExecutor
+) -> dict[_Key, _Rest]:
+    """Runs brought to rest, several at a time."""
+    settling = pool.map(lambda run: _settled(run, steps, reused), first.values())
+    return dict(zip(first, settling, strict=True))
+
+
 def _settled(run: Run, steps: int, reused: ReusedData) -> _Rest:
     data = reused.of(run.rig)
     settle_quickly(run.model, data, run.experiment, run.rig.muscles, steps, run.external)
@@ -146,8 +153,7 @@ def rest_states(runs: Sequence[Run], *, threads: int | None = None) -> list[NDAr
         engine_warnings_held(),
         ThreadPoolExecutor(threads or os.cpu_count()) as pool,
     ):
-        settling = pool.map(lambda run: _settled(run, 1, reused), first.values())
-        rests = dict(zip(first, settling, strict=True))
+        rests = _rests(first, 1, reused, pool)
         begun = ((run, _begun(run, rests[_start(run)], reused)) for run in runs)
         return [save_state(run.model, data) for run, data in begun]
 

@@ -127,6 +127,11 @@ class Rig:
         return int(self.model.joint(self.only_joint).dofadr[0])
 
     @property
+    def takes_load(self) -> bool:
+        """Whether it has a body that carries a load."""
+        return self.file.load_body is not None
+
+    @property
     def supply_pressure(self) -> float:
         """Gauge pressure of the supply, the lowest if the muscles' differ [Pa]."""
         return min(muscle.valve.supply_pressure for muscle in self.muscles.values())

@@ -74,7 +74,7 @@ def picture_rest(
     """
     loaded = load_rig(rig, scene=True)
     if load is None:
-        load = _USUAL_LOAD if loaded.file.load_body else 0.0
+        load = _USUAL_LOAD if loaded.takes_load else 0.0
     rest = simulate(loaded, pressure_step(pressures, pressures, duration=0.01, load=load))
     rest.completed()
     model = loaded.model_for(load=load)

@@ -17,6 +17,7 @@ from pamsim.core.versions import versions
 from pamsim.sweeps.design import Design
 from pamsim.sweeps.factor import Factor, Value
 from pamsim.sweeps.job import Row
+from pamsim.sweeps.run_table import INDEX
 from pamsim.sweeps.study import Study
 
 Function: TypeAlias = Callable[..., Mapping[str, float | str]]
@@ -105,7 +106,7 @@ def function_study(
             raise InputError(
                 f"runs[{i}] has the factors {', '.join(run)}; runs[0] has {', '.join(names)}"
             )
-    taken = {"run", *names, *_TEXTS} & set(columns)
+    taken = {INDEX, *names, *_TEXTS} & set(columns)
     if taken:
         raise InputError(f"columns: {', '.join(sorted(taken))} is taken; choose other names")
     factors = tuple(Factor(name=n, unit="", values=tuple(run[n] for run in runs)) for n in names)

@@ -194,8 +194,7 @@ def _names(rig: Rig, settings: HideSettings) -> Sequence[str]:
         return settings.protocols
     if settings.formulation != "library":
         return list(INPUTS)
-    loads = rig.file.load_body is not None
-    return [name for name, one in PROTOCOLS.items() if loads or not one.load]
+    return [name for name, one in PROTOCOLS.items() if rig.takes_load or not one.load]
 
 
 def _experiments(rig: Rig, settings: HideSettings) -> Iterator[tuple[str, Experiment]]:
@@ -211,8 +210,9 @@ def _experiments(rig: Rig, settings: HideSettings) -> Iterator[tuple[str, Experi
                 made = protocol(name).experiment(seed, settings.duration, muscles=muscles)
                 yield f"{name}{end}", made
             elif name in INPUTS:
-                loads = rig.file.load_body is not None
-                made = INPUTS[name].experiment(numbers, seed, settings.duration, loads=loads)
+                made = INPUTS[name].experiment(
+                    numbers, seed, settings.duration, loads=rig.takes_load
+                )
                 yield f"{name}{end}", made
             else:
                 known = [*INPUTS, *PROTOCOLS, *IMPOSED_MOTIONS]
