@@ -34,15 +34,11 @@ from typing import TYPE_CHECKING, Any
 from pamsim.core.numba_cache import choose_cache
 
 if TYPE_CHECKING:
-    from pamsim.actuator.muscle import Muscle as Muscle
     from pamsim.calibration.calibrate import calibrate as calibrate
     from pamsim.comparison.import_log import import_log as import_log
     from pamsim.core.errors import PamsimError as PamsimError
-    from pamsim.core.experiment import Experiment as Experiment
-    from pamsim.core.experiment import pressure_step as pressure_step
     from pamsim.core.parameters import ParameterGroup as ParameterGroup
     from pamsim.core.parameters import parameter as parameter
-    from pamsim.core.recording import Recording as Recording
     from pamsim.diagnosis.check import check as check
     from pamsim.diagnosis.diagnose import diagnose as diagnose
     from pamsim.effects.effect import Effect as Effect
@@ -60,14 +56,18 @@ if TYPE_CHECKING:
     from pamsim.engine.stepping import live as live
     from pamsim.fitting.fit import fit as fit
     from pamsim.gpu.simulate_worlds import simulate_worlds as simulate_worlds
-    from pamsim.hysteresis.catalog import Operator as Operator
-    from pamsim.hysteresis.group import Hysteresis as Hysteresis
     from pamsim.identification.identify import identify as identify
-    from pamsim.muscles.force_law import ForceLaw as ForceLaw
     from pamsim.papers.replicate import replicate as replicate
     from pamsim.papers.reproduce import reproduce as reproduce
+    from pamsim.physics.force_laws.force_law import ForceLaw as ForceLaw
+    from pamsim.physics.hysteresis.catalog import Operator as Operator
+    from pamsim.physics.hysteresis.group import Hysteresis as Hysteresis
+    from pamsim.physics.muscle import Muscle as Muscle
+    from pamsim.recordings.experiment import Experiment as Experiment
+    from pamsim.recordings.experiment import pressure_step as pressure_step
+    from pamsim.recordings.recording import Recording as Recording
+    from pamsim.recordings.recording_reader import read_recordings as read_recordings
     from pamsim.report.plot import plot as plot
-    from pamsim.store.recording_reader import read_recordings as read_recordings
     from pamsim.sweeps.own_function import function_study as function_study
     from pamsim.sweeps.sweep import sweep as sweep
     from pamsim.twins.hide import hide as hide
@@ -79,14 +79,14 @@ choose_cache(Path(__file__).parent)  # before anything imports numba
 _HOME = {
     "Effect": "pamsim.effects.effect",
     "EffectParameter": "pamsim.effects.effect",
-    "Experiment": "pamsim.core.experiment",
-    "ForceLaw": "pamsim.muscles.force_law",
-    "Hysteresis": "pamsim.hysteresis.group",
-    "Muscle": "pamsim.actuator.muscle",
-    "Operator": "pamsim.hysteresis.catalog",
+    "Experiment": "pamsim.recordings.experiment",
+    "ForceLaw": "pamsim.physics.force_laws.force_law",
+    "Hysteresis": "pamsim.physics.hysteresis.group",
+    "Muscle": "pamsim.physics.muscle",
+    "Operator": "pamsim.physics.hysteresis.catalog",
     "PamsimError": "pamsim.core.errors",
     "ParameterGroup": "pamsim.core.parameters",
-    "Recording": "pamsim.core.recording",
+    "Recording": "pamsim.recordings.recording",
     "attach": "pamsim.engine.attach",
     "calibrate": "pamsim.calibration.calibrate",
     "compile_model": "pamsim.engine.attach",
@@ -103,9 +103,9 @@ _HOME = {
     "new_rig": "pamsim.engine.new_rig",
     "parameter": "pamsim.core.parameters",
     "plot": "pamsim.report.plot",
-    "pressure_step": "pamsim.core.experiment",
+    "pressure_step": "pamsim.recordings.experiment",
     "pressures": "pamsim.engine.state",
-    "read_recordings": "pamsim.store.recording_reader",
+    "read_recordings": "pamsim.recordings.recording_reader",
     "replicate": "pamsim.papers.replicate",
     "reproduce": "pamsim.papers.reproduce",
     "reset": "pamsim.engine.state",

@@ -32,7 +32,7 @@ from scipy.signal import lfilter
 
 import pamsim
 from pamsim.calibration.calibrate import calibrate
-from pamsim.core.recording import write_recording
+from pamsim.recordings.recording import write_recording
 
 FloatArray = NDArray[np.float64]
 

@@ -29,8 +29,9 @@ from PIL import Image
 import pamsim
 from pamsim.comparison.measurements import read_calibration_data
 from pamsim.comparison.trial_prediction import TrialPredictor
-from pamsim.core.experiment import Experiment
 from pamsim.engine.rig import Rig
+from pamsim.recordings.experiment import Experiment
+from pamsim.recordings.json_file import write_json
 from pamsim.report.style import (
     BLUE,
     INK,
@@ -41,7 +42,6 @@ from pamsim.report.style import (
     save_png,
     styled,
 )
-from pamsim.store.json_file import write_json
 
 FloatArray = NDArray[np.float64]
 

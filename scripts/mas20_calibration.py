@@ -43,9 +43,9 @@ from pamsim.papers.static_models import (
     Term,
     fit_static_models,
 )
-from pamsim.signals.step_metrics import step_metrics
-from pamsim.store.json_file import write_json
-from pamsim.store.printed import mas20_models, mas20_steps
+from pamsim.recordings.json_file import write_json
+from pamsim.recordings.printed import mas20_models, mas20_steps
+from pamsim.recordings.step_metrics import step_metrics
 
 RECORD = Path(__file__).parent.parent / "models" / "mas20_arm" / "calibration.json"
 SCHEMA = "pamsim-rig-calibration/1"

@@ -9,15 +9,15 @@ import dataclasses
 import math
 from pathlib import Path
 
-from pamsim.actuator.muscle import PLAIN_GROUPS, Muscle
 from pamsim.core.parameters import ParameterGroup, specs
-from pamsim.hysteresis.catalog import OPERATORS
-from pamsim.hysteresis.parallel import ParallelHysteresis
-from pamsim.muscles.braid import Braid
-from pamsim.muscles.catalog import FORCE_LAWS
-from pamsim.muscles.effective_area import Stroke
-from pamsim.muscles.force_law import ForceLaw
-from pamsim.signals.sensors import MeasurementChain
+from pamsim.physics.braid import Braid
+from pamsim.physics.force_laws.catalog import FORCE_LAWS
+from pamsim.physics.force_laws.effective_area import Stroke
+from pamsim.physics.force_laws.force_law import ForceLaw
+from pamsim.physics.hysteresis.catalog import OPERATORS
+from pamsim.physics.hysteresis.parallel import ParallelHysteresis
+from pamsim.physics.muscle import PLAIN_GROUPS, Muscle
+from pamsim.recordings.sensors import MeasurementChain
 
 PAGE = Path(__file__).resolve().parent.parent / "docs" / "parameters.md"
 

@@ -27,8 +27,8 @@ from PIL import Image
 import pamsim
 from pamsim.comparison.measurements import read_calibration_data
 from pamsim.comparison.trial_prediction import TrialPredictor
+from pamsim.recordings.json_file import write_json
 from pamsim.report.style import finish_axes, new_figure, save_png, series_look, styled
-from pamsim.store.json_file import write_json
 
 FloatArray = NDArray[np.float64]
 

@@ -44,12 +44,12 @@ from pamsim.papers.alraouf2025.loop import loop_scores
 from pamsim.papers.claim import evaluate, recomputed
 from pamsim.papers.replication_figures import replication_figures
 from pamsim.papers.torque_law import printed_rows_law
+from pamsim.recordings.json_file import write_json
+from pamsim.recordings.static_table import read_static_table
 from pamsim.report.diagnose_page import first_figure
 from pamsim.report.diagnose_where import binned_maps, significant_maps
 from pamsim.report.replication_statics import arctangent_loop, static_law
 from pamsim.report.style import save_png
-from pamsim.store.json_file import write_json
-from pamsim.store.static_table import read_static_table
 
 RESULTS = Path(__file__).parent / "results" / "real_data_diagnoses.json"
 PICTURES = Path(__file__).parents[1] / "docs" / "images"

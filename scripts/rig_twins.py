@@ -54,7 +54,7 @@ from pamsim.comparison.effects_on_rig import rig_effect
 from pamsim.effects.catalog import TRIAL_EFFECTS
 from pamsim.effects.effect import AT
 from pamsim.engine.rig import Rig
-from pamsim.store.json_file import write_json
+from pamsim.recordings.json_file import write_json
 from pamsim.twins.hide import hide
 
 RESULTS = Path(__file__).parent / "results" / "rig_twins.json"

@@ -15,7 +15,7 @@ import pamsim
 from pamsim.engine.batch import simulate_batch
 from pamsim.linear.step_identification import identify_step
 from pamsim.papers.printed_steps import find_start, printed_experiment
-from pamsim.store.printed import mas20_steps
+from pamsim.recordings.printed import mas20_steps
 
 ROWS = 24  # in a test: 2
 

@@ -18,7 +18,7 @@ from pamsim.controllers.joint_control import JointControl
 from pamsim.controllers.neural_policy import NeuralPolicy
 from pamsim.envs.closed_loop import drive
 from pamsim.envs.scores import score
-from pamsim.store.policy_file import PolicyFile
+from pamsim.recordings.policy_file import PolicyFile
 
 GENERATIONS = 30  # in a test: 1
 UNSEEN = 5  # in a test: 1

@@ -39,7 +39,7 @@ from pamsim.inference.fit_simulator import fit_simulator
 from pamsim.inference.free_parameter import FreeParameter
 from pamsim.inference.profile_likelihood import profile
 from pamsim.inference.simulator_fit import SearchProgress, SimulatorFit
-from pamsim.store.json_file import CheckpointFile
+from pamsim.recordings.json_file import CheckpointFile
 
 FloatArray = NDArray[np.float64]
 

@@ -10,7 +10,7 @@ from pamsim.core.parameters import Sourced
 from pamsim.engine.rig import Rig
 from pamsim.inference.estimate import Flag
 from pamsim.inference.simulator_fit import SimulatorFit
-from pamsim.store.rig_writer import write_rig
+from pamsim.recordings.rig_writer import write_rig
 
 RIG_FOLDER = "rig"
 

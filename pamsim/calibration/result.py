@@ -19,7 +19,7 @@ from pamsim.engine.rig import Rig
 from pamsim.inference.estimate import Estimate
 from pamsim.inference.profile_likelihood import Profile
 from pamsim.inference.simulator_fit import FitStatus, SimulatorFit
-from pamsim.store.json_file import write_json
+from pamsim.recordings.json_file import write_json
 
 FloatArray = NDArray[np.float64]
 SCHEMA = "pamsim-calibrate/1"

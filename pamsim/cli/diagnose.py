@@ -126,7 +126,7 @@ def show(
         The exit code.
     """
     from pamsim.diagnosis.result import FILE, SCHEMA
-    from pamsim.store.json_file import read_json
+    from pamsim.recordings.json_file import read_json
 
     if out is None:
         result = report.to_dict()
@@ -154,9 +154,9 @@ def _filmed(
     """Film the trial with the largest gap; the diagnosis stands if it cannot be filmed."""
     from pamsim.core.errors import PamsimError
     from pamsim.engine.rig import load_rig
+    from pamsim.recordings.recording_reader import read_recordings
     from pamsim.report.diagnose_page import shown_trials
     from pamsim.report.gap_film import film_gap
-    from pamsim.store.recording_reader import read_recordings
 
     path = out / "gap.gif"
     shown = shown_trials(result, report.comparisons)

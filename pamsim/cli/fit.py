@@ -78,7 +78,7 @@ def command(
     """
     from pamsim.fitting.fit import fit
     from pamsim.fitting.summary import answer_lines, detail_lines
-    from pamsim.store.rig_file import add_rigs_laws
+    from pamsim.recordings.rig_file import add_rigs_laws
 
     add_rigs_laws(rig)
     with progress_bar() if compare else contextlib.nullcontext() as progress:

@@ -26,7 +26,7 @@ from pamsim.cli.output import progress_bar, save_json, show_page, show_summary
 from pamsim.core.errors import InputError
 
 if TYPE_CHECKING:
-    from pamsim.core.trial import TrialSet
+    from pamsim.recordings.trial import TrialSet
 
 
 class _Orders(click.ParamType):
@@ -141,7 +141,7 @@ def command(
 
 def _is_over_frequency(path: Path) -> bool:
     from pamsim.identification.frequency_table import is_over_frequency
-    from pamsim.store.columns import read_columns
+    from pamsim.recordings.columns import read_columns
 
     return path.is_file() and path.suffix != ".toml" and is_over_frequency(read_columns(path))
 

@@ -132,7 +132,7 @@ class RigName(click.ParamType):
         self, ctx: click.Context, param: click.Parameter, incomplete: str
     ) -> list[CompletionItem]:
         """Shipped rigs that begin so, and folders."""
-        from pamsim.store.rig_file import shipped_rig_names
+        from pamsim.recordings.rig_file import shipped_rig_names
 
         found = [
             CompletionItem(name) for name in shipped_rig_names() if name.startswith(incomplete)
@@ -202,8 +202,8 @@ def effect_names(context: click.Context) -> Mapping[str, str]:
 
 def law_names(context: click.Context) -> Mapping[str, str]:
     """Force laws and hysteresis operators of the package."""
-    from pamsim.hysteresis.catalog import OPERATORS
-    from pamsim.muscles.catalog import FORCE_LAWS
+    from pamsim.physics.force_laws.catalog import FORCE_LAWS
+    from pamsim.physics.hysteresis.catalog import OPERATORS
 
     return {one.name: one.title for one in (*FORCE_LAWS.values(), *OPERATORS.values())}
 

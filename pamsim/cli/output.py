@@ -14,7 +14,7 @@ import click
 from pamsim.cli.command import STANDARD_OUTPUT, answer, log, quiet, standard_output, verbose, warn
 from pamsim.cli.options import OPENED
 from pamsim.core.progress import Progress
-from pamsim.store.json_file import write_json
+from pamsim.recordings.json_file import write_json
 
 
 def save_json(path: Path | None, result: Mapping[str, Any]) -> None:

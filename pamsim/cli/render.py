@@ -62,7 +62,7 @@ def command(
     """
     from pamsim.core.errors import InputError
     from pamsim.core.files import refuse_existing
-    from pamsim.store.pictures import FILM_SUFFIXES
+    from pamsim.recordings.pictures import FILM_SUFFIXES
 
     refuse_existing(picture, forced())
     film = picture.suffix.lower() in FILM_SUFFIXES

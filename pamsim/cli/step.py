@@ -26,8 +26,8 @@ from pamsim.cli.options import (
 from pamsim.cli.output import save_json, show_page
 
 if TYPE_CHECKING:
-    from pamsim.core.recording import Recording
-    from pamsim.signals.step_metrics import StepMetrics
+    from pamsim.recordings.recording import Recording
+    from pamsim.recordings.step_metrics import StepMetrics
 
 
 @click.command(name="step", cls=Command)
@@ -92,13 +92,13 @@ def command(
     import numpy as np
 
     from pamsim.core.errors import InputError
-    from pamsim.core.experiment import Experiment
-    from pamsim.core.signal_names import KINDS
     from pamsim.core.units import PA_PER_KPA
     from pamsim.engine.rig import load_rig
     from pamsim.engine.simulate import simulate
-    from pamsim.signals.sensors import measured
-    from pamsim.signals.step_metrics import step_metrics
+    from pamsim.recordings.experiment import Experiment
+    from pamsim.recordings.sensors import measured
+    from pamsim.recordings.signal_names import KINDS
+    from pamsim.recordings.step_metrics import step_metrics
 
     if pressure is not None and valve is None:
         kind, value, began = "pressure_set", pressure, start or [max(pressure)] * len(pressure)
@@ -129,7 +129,7 @@ def command(
     if sensors:
         recording = measured(recording, loaded.sensor)
     if out is not None:  # before anything can fail: a broken run is worth looking at
-        from pamsim.core.recording import write_recording
+        from pamsim.recordings.recording import write_recording
 
         for path in write_recording(out, rig, {"step": recording}):
             click.echo(f"wrote {path}")
@@ -170,9 +170,9 @@ def _result(
     rig: str, experiment: Any, recording: Recording, metrics: Mapping[str, StepMetrics]
 ) -> dict[str, Any]:
     from pamsim.core.encoding import to_dict
-    from pamsim.core.signal_names import KINDS
     from pamsim.core.units import PA_PER_KPA
-    from pamsim.signals.step_metrics import joint_figures
+    from pamsim.recordings.signal_names import KINDS
+    from pamsim.recordings.step_metrics import joint_figures
 
     joints = {
         name: joint_figures(found, KINDS[recording.joints[name]]) for name, found in metrics.items()

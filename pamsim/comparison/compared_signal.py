@@ -8,9 +8,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from pamsim.core.signal_names import KINDS, kind_of
 from pamsim.core.units import PA_PER_KPA
-from pamsim.store.static_table import StaticTable
+from pamsim.recordings.signal_names import KINDS, kind_of
+from pamsim.recordings.static_table import StaticTable
 
 FloatArray = NDArray[np.float64]
 

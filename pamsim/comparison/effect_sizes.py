@@ -9,7 +9,7 @@ from pamsim.comparison.effects_on_rig import at_size, candidates
 from pamsim.effects.effect import Effect
 from pamsim.engine.rig import Rig
 from pamsim.engine.rig_parameter import rig_parameter
-from pamsim.signals.sensors import MeasurementChain
+from pamsim.recordings.sensors import MeasurementChain
 
 
 @dataclass(frozen=True, kw_only=True)

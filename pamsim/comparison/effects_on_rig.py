@@ -15,8 +15,8 @@ from pamsim.engine.native import is_native
 from pamsim.engine.rig import Rig
 from pamsim.engine.rig_parameter import RigParameter, rig_parameter
 from pamsim.inference.free_parameter import FreeParameter
-from pamsim.signals.sensors import MeasurementChain
-from pamsim.store.effects_file import FILE
+from pamsim.recordings.effects_file import FILE
+from pamsim.recordings.sensors import MeasurementChain
 
 
 def rig_name(rig: Rig, name: str, place: str = "") -> str:

@@ -8,12 +8,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pamsim.core.errors import InputError
-from pamsim.core.experiment import Experiment, pressure_step
-from pamsim.core.recording import Recording
-from pamsim.core.signal_names import kind_of
-from pamsim.core.trial import Trial
-from pamsim.signals.sensors import MeasurementChain, encoder_offset
-from pamsim.store.static_table import StaticTable
+from pamsim.recordings.experiment import Experiment, pressure_step
+from pamsim.recordings.recording import Recording
+from pamsim.recordings.sensors import MeasurementChain, encoder_offset
+from pamsim.recordings.signal_names import kind_of
+from pamsim.recordings.static_table import StaticTable
+from pamsim.recordings.trial import Trial
 
 GRID_HZ = 2000
 """Steps of the shipped rigs per second; a sampling rate must divide it."""

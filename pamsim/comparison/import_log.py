@@ -15,19 +15,19 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pamsim.comparison.periodicity import samples_per_period
-from pamsim.core.drive import JOINT_DRIVES, MUSCLE_DRIVES, DriveLike, checked, in_toml
 from pamsim.core.encoding import fields_to_dict
 from pamsim.core.errors import InputError, nearest
 from pamsim.core.files import complete_file, refuse_existing
-from pamsim.core.rig_trial import of_rig
-from pamsim.core.signal_names import EFFORTS, JOINT_KINDS, kind_of, owner_of
-from pamsim.core.trial import Trial
 from pamsim.engine.moment_arms import moment_arms
 from pamsim.engine.rig import Rig, load_rig
-from pamsim.store.column_guess import Guess, guess_columns, unit_of
-from pamsim.store.columns import read_columns
-from pamsim.store.recording_reader import INDEX, WITH_COLUMNS, read_recordings
-from pamsim.store.rig_file import shipped_rigs
+from pamsim.recordings.column_guess import Guess, guess_columns, unit_of
+from pamsim.recordings.columns import read_columns
+from pamsim.recordings.drive import JOINT_DRIVES, MUSCLE_DRIVES, DriveLike, checked, in_toml
+from pamsim.recordings.recording_reader import INDEX, WITH_COLUMNS, read_recordings
+from pamsim.recordings.rig_file import shipped_rigs
+from pamsim.recordings.rig_trial import of_rig
+from pamsim.recordings.signal_names import EFFORTS, JOINT_KINDS, kind_of, owner_of
+from pamsim.recordings.trial import Trial
 
 _AGAINST = -0.7
 """Correlation of a joint with what its muscles' pressures pull from which its sign is turned."""
@@ -106,7 +106,7 @@ def import_log(
         out: folder to write.
         columns: what is known of some, ``knee.angle=-phi:deg``: quantity, sign, name and, if
             known, unit; the others are guessed.
-        drive: what drives the simulation, one of `pamsim.core.drive.MUSCLE_DRIVES`; if
+        drive: what drives the simulation, one of `pamsim.recordings.drive.MUSCLE_DRIVES`; if
             left out what was commanded, and the measured pressure of a muscle if nothing was.
         protocol: of all logs, which makes them repeats; the file's name without a number at its
             end if left out.

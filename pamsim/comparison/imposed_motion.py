@@ -11,9 +11,9 @@ from numpy.typing import NDArray
 
 from pamsim.comparison.protocols import DURATION, RATE
 from pamsim.core.errors import InputError
-from pamsim.core.experiment import Experiment
 from pamsim.engine.rig import Rig
-from pamsim.signals.excitation import held_levels, triangle
+from pamsim.recordings.excitation import held_levels, triangle
+from pamsim.recordings.experiment import Experiment
 
 FloatArray = NDArray[np.float64]
 Input = Callable[[FloatArray, np.random.Generator], FloatArray]

@@ -18,12 +18,12 @@ from pamsim.comparison.experiments import at_times, experiment_of
 from pamsim.comparison.sensed_runs import as_read, sensed_runs
 from pamsim.comparison.trial_corrections import Correction, corrections
 from pamsim.core.errors import InputError
-from pamsim.core.experiment import Experiment
-from pamsim.core.recording import Outcome
-from pamsim.core.signal_names import JOINT_KINDS, kind_of
-from pamsim.core.trial import Trial
 from pamsim.engine.rig import Rig
 from pamsim.engine.simulate import whole_steps
+from pamsim.recordings.experiment import Experiment
+from pamsim.recordings.recording import Outcome
+from pamsim.recordings.signal_names import JOINT_KINDS, kind_of
+from pamsim.recordings.trial import Trial
 
 FloatArray = NDArray[np.float64]
 Signals = Mapping[str, FloatArray]

@@ -10,8 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pamsim.core.errors import InputError, nearest
-from pamsim.core.experiment import Experiment
-from pamsim.signals.excitation import bursts, held_levels, multisine, triangle
+from pamsim.recordings.excitation import bursts, held_levels, multisine, triangle
+from pamsim.recordings.experiment import Experiment
 
 FloatArray = NDArray[np.float64]
 Drive = Callable[[FloatArray, np.random.Generator], FloatArray]

@@ -7,12 +7,12 @@ from dataclasses import replace
 
 import numpy as np
 
-from pamsim.core.drive import IMPOSED
-from pamsim.core.experiment import Experiment
-from pamsim.core.recording import Recording
 from pamsim.engine.batch import simulate_batch
 from pamsim.engine.rig import Rig
-from pamsim.signals.sensors import distorted, true_position, true_pressure
+from pamsim.recordings.drive import IMPOSED
+from pamsim.recordings.experiment import Experiment
+from pamsim.recordings.recording import Recording
+from pamsim.recordings.sensors import distorted, true_position, true_pressure
 
 
 def identity(experiment: Experiment) -> tuple[object, ...]:

@@ -15,8 +15,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pamsim.comparison.experiments import start_pressures
-from pamsim.core.trial import Trial
-from pamsim.signals.roughness import rough_noise
+from pamsim.recordings.roughness import rough_noise
+from pamsim.recordings.trial import Trial
 
 FloatArray = NDArray[np.float64]
 Signals = Mapping[str, FloatArray]

@@ -12,10 +12,10 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from pamsim.core.drive import command_columns
-from pamsim.core.signal_names import KINDS, column_of, kind_of
-from pamsim.core.trial import Trial
 from pamsim.core.units import PA_PER_KPA
+from pamsim.recordings.drive import command_columns
+from pamsim.recordings.signal_names import KINDS, column_of, kind_of
+from pamsim.recordings.trial import Trial
 
 FloatArray = NDArray[np.float64]
 

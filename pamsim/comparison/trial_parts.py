@@ -14,8 +14,8 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
-from pamsim.core.trial import Trial
 from pamsim.inference.residual_block import Blocks
+from pamsim.recordings.trial import Trial
 
 FloatArray = NDArray[np.float64]
 

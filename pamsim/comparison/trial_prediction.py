@@ -13,12 +13,12 @@ from pamsim.comparison.measurements import CalibrationData
 from pamsim.comparison.sensed_runs import as_read, identity, sensed_runs
 from pamsim.comparison.start_errors import STEP, StartError, start_error, start_groups
 from pamsim.core.errors import InputError, nearest
-from pamsim.core.experiment import Experiment
-from pamsim.core.recording import Outcome, Recording
-from pamsim.core.signal_names import KINDS, kind_of
-from pamsim.core.trial import Trial
 from pamsim.engine.rig import Rig
 from pamsim.inference.residual_block import Blocks, ResidualBlock
+from pamsim.recordings.experiment import Experiment
+from pamsim.recordings.recording import Outcome, Recording
+from pamsim.recordings.signal_names import KINDS, kind_of
+from pamsim.recordings.trial import Trial
 
 FloatArray = NDArray[np.float64]
 

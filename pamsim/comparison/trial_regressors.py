@@ -11,8 +11,8 @@ from collections.abc import Mapping
 import numpy as np
 from numpy.typing import NDArray
 
-from pamsim.core.signal_names import JOINT_KINDS, kind_of, owner_of
-from pamsim.core.trial import Trial
+from pamsim.recordings.signal_names import JOINT_KINDS, kind_of, owner_of
+from pamsim.recordings.trial import Trial
 
 FloatArray = NDArray[np.float64]
 

@@ -13,10 +13,10 @@ from dataclasses import dataclass
 import mujoco
 import numpy as np
 
-from pamsim.actuator.layout import slot
 from pamsim.core.errors import InputError
 from pamsim.engine.rig import Rig
 from pamsim.engine.stepping import muscle_ids
+from pamsim.physics.layout import slot
 
 _SUPPLY = slot("valve.supply_pressure")
 
@@ -32,7 +32,7 @@ class Arm:
     """An arm of one hinge between two equal-armed muscles.
 
     Attributes:
-        pair: parameter rows of muscles 1 and 2, see `pamsim.actuator.layout`.
+        pair: parameter rows of muscles 1 and 2, see `pamsim.physics.layout`.
         radius: moment arm of both [m].
         rest_torque: (c, a, b, -k) of c + a cos(beta) + b sin(beta) - k beta, the torque on the arm
             at rest but for the muscles' [N m].

@@ -8,12 +8,12 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from pamsim.actuator.layout import pack
 from pamsim.controllers.controller import Command, Controller, Memory, Observation
 from pamsim.controllers.pressure_rate import full_rates
 from pamsim.core.errors import InputError
 from pamsim.engine.rig import Rig
-from pamsim.pneumatics.valves import clamped_opening
+from pamsim.physics.layout import pack
+from pamsim.physics.valves import clamped_opening
 
 
 @dataclass(frozen=True, kw_only=True)

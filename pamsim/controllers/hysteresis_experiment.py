@@ -11,11 +11,11 @@ import numpy as np
 
 from pamsim.controllers.play_sum_fit import PlaySumFit, identify_play_sum
 from pamsim.controllers.pressure_split import PressureSplit
-from pamsim.core.experiment import Experiment
-from pamsim.core.recording import Recording
 from pamsim.engine.equilibrium import rest_angles
 from pamsim.engine.rig import Rig
-from pamsim.signals.excitation import triangle
+from pamsim.recordings.excitation import triangle
+from pamsim.recordings.experiment import Experiment
+from pamsim.recordings.recording import Recording
 
 _RATE = 20.0
 """Of commands and samples [Hz]: a step of the set points is then below the regulator's band."""

@@ -10,7 +10,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from pamsim.hysteresis.prandtl_ishlinskii import PlaySum
+from pamsim.physics.hysteresis.prandtl_ishlinskii import PlaySum
 
 
 @dataclass(frozen=True, kw_only=True)

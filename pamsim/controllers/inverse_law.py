@@ -3,7 +3,7 @@
 At a common pressure p0 the torque of the pair rises with the pressure difference; among the pairs
 of pressures that give one torque, the stiffness rises with p0. So each is the root of a function of
 one unknown, sought inside the limits of the supply. Hysteresis is left out, as in
-`pamsim.actuator.antagonist`.
+`pamsim.physics.antagonist`.
 """
 
 from __future__ import annotations
@@ -13,10 +13,10 @@ from typing import Any
 
 import scipy.optimize
 
-from pamsim.actuator.antagonist import antagonist_torque, joint_stiffness, muscle_stiffness
 from pamsim.controllers.arm import Arm
 from pamsim.controllers.controller import Command
 from pamsim.controllers.pressure_split import PressureSplit
+from pamsim.physics.antagonist import antagonist_torque, joint_stiffness, muscle_stiffness
 
 # scipy carries no types: what it returns is Any at this file's boundary.
 _root: Any = scipy.optimize.brentq

@@ -11,13 +11,13 @@ import numpy as np
 
 from pamsim.controllers.linearisation_point import LinearisationPoint
 from pamsim.controllers.pressure_split import PressureSplit
-from pamsim.core.experiment import Experiment
 from pamsim.engine.rig import Rig
 from pamsim.engine.simulate import simulate
 from pamsim.linear.continuous_fit import fit_continuous
 from pamsim.linear.identified_model import IdentifiedModel
 from pamsim.linear.second_order_model import SecondOrderModel
 from pamsim.linear.signal_record import SignalRecord
+from pamsim.recordings.experiment import Experiment
 
 _STEPS = (0.0, 1.0, 0.0, -1.0, 0.0)
 _RATE = 50.0  # Hz

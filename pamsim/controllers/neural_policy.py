@@ -11,7 +11,7 @@ import numpy as np
 from pamsim.controllers.controller import Command, Observation
 from pamsim.core.errors import InputError
 from pamsim.engine.rig import Rig
-from pamsim.store.policy_file import PolicyFile, read_policy
+from pamsim.recordings.policy_file import PolicyFile, read_policy
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)

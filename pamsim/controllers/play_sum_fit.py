@@ -17,9 +17,9 @@ import scipy.optimize
 from numpy.typing import ArrayLike, NDArray
 
 from pamsim.core.errors import InputError
-from pamsim.hysteresis.play import play
-from pamsim.hysteresis.prandtl_ishlinskii import PlaySum
 from pamsim.inference.record_checks import finite_samples
+from pamsim.physics.hysteresis.play import play
+from pamsim.physics.hysteresis.prandtl_ishlinskii import PlaySum
 
 FloatArray = NDArray[np.float64]
 _nnls: Any = scipy.optimize.nnls

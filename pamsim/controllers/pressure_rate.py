@@ -6,11 +6,11 @@ the band, so that the pressure follows its set point as a lag does.
 
 from __future__ import annotations
 
-from pamsim.actuator.layout import Row, slot
-from pamsim.actuator.muscle_valves import air_flow, fill_valve, sags
-from pamsim.actuator.static_muscle import static_volume
-from pamsim.pneumatics.air import GAS_CONSTANT
-from pamsim.pneumatics.supply import VALVE, supply_sag
+from pamsim.physics.air import GAS_CONSTANT
+from pamsim.physics.layout import Row, slot
+from pamsim.physics.muscle_valves import air_flow, fill_valve, sags
+from pamsim.physics.static_muscle import static_volume
+from pamsim.physics.supply import VALVE, supply_sag
 
 _POLYTROPIC = slot("chamber.polytropic_index")
 _TEMPERATURE = slot("chamber.temperature")

@@ -7,10 +7,10 @@ from collections.abc import Iterator, Mapping, Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from pamsim.core.signal_names import KINDS, kind_of
-from pamsim.core.trial import Trial
 from pamsim.engine.contacts import contacts, may_collide
 from pamsim.engine.rig import Rig
+from pamsim.recordings.signal_names import KINDS, kind_of
+from pamsim.recordings.trial import Trial
 
 FloatArray = NDArray[np.float64]
 Simulated = Mapping[str, Mapping[str, FloatArray]]

@@ -26,8 +26,6 @@ from pamsim.core.blas_threads import one_blas_thread
 from pamsim.core.encoding import fields_to_dict
 from pamsim.core.errors import InputError
 from pamsim.core.progress import Progress, Steps
-from pamsim.core.signal_names import KINDS, kind_of
-from pamsim.core.trial import Trial
 from pamsim.diagnosis.about_the_rig import about_the_rig
 from pamsim.diagnosis.compared_recordings import about_the_drive
 from pamsim.diagnosis.effects_in_data import EffectInData, effects_in_data
@@ -36,7 +34,9 @@ from pamsim.diagnosis.recordings import NUISANCE
 from pamsim.engine.rig import Rig, load_rig
 from pamsim.engine.supply_check import above_supply
 from pamsim.inference.residual_block import layout
-from pamsim.store.json_file import write_json
+from pamsim.recordings.json_file import write_json
+from pamsim.recordings.signal_names import KINDS, kind_of
+from pamsim.recordings.trial import Trial
 
 Simulated = Mapping[str, Mapping[str, NDArray[np.float64]]]
 """Trial -> channel -> (n,) [SI]."""

@@ -14,8 +14,8 @@ from pamsim.diagnosis.diagnosed_rig import DiagnosedRig
 from pamsim.diagnosis.held_out_split import HeldOutSplit, held_out_split
 from pamsim.engine.rig import Rig
 from pamsim.inference.free_parameter import FreeParameter
-from pamsim.pneumatics.chamber import Chamber
-from pamsim.pneumatics.valves import ValvePair
+from pamsim.physics.chamber import Chamber
+from pamsim.physics.valves import ValvePair
 
 
 @dataclass(frozen=True, kw_only=True)

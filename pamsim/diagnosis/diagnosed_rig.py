@@ -13,14 +13,14 @@ from pamsim.comparison.measurements import CalibrationData
 from pamsim.comparison.trial_prediction import CHANNELS, Prediction, TrialPredictor, check_channels
 from pamsim.comparison.trial_residuals import Values
 from pamsim.core.errors import InputError, ParameterError
-from pamsim.core.recording import Outcome, Recording
 from pamsim.diagnosis.experiment_menu import MENU
 from pamsim.diagnosis.method.next_experiment import Signals
 from pamsim.engine.batch import simulate_batch
 from pamsim.engine.rig import Rig
 from pamsim.engine.timestep_check import check_timestep
 from pamsim.inference.residual_block import Blocks
-from pamsim.signals.sensors import distorted
+from pamsim.recordings.recording import Outcome, Recording
+from pamsim.recordings.sensors import distorted
 
 FloatArray = NDArray[np.float64]
 

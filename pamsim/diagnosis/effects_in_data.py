@@ -19,8 +19,6 @@ from pamsim.comparison.trial_residuals import TrialLayout, TrialSimulator
 from pamsim.core.common_unit import common_unit
 from pamsim.core.errors import InputError
 from pamsim.core.progress import Steps
-from pamsim.core.signal_names import kind_of
-from pamsim.core.trial import Trial
 from pamsim.core.units import to_si
 from pamsim.diagnosis.diagnosed_rig import DiagnosedRig
 from pamsim.diagnosis.method.refit import Fitter
@@ -28,7 +26,9 @@ from pamsim.diagnosis.method.screen import VISIBLE
 from pamsim.diagnosis.method.signature import TangentSpace, signature
 from pamsim.engine.rig import Rig
 from pamsim.inference.free_parameter import FreeParameter
-from pamsim.store.recording_checks import FEWEST_ROWS
+from pamsim.recordings.recording_checks import FEWEST_ROWS
+from pamsim.recordings.signal_names import kind_of
+from pamsim.recordings.trial import Trial
 
 FloatArray = NDArray[np.float64]
 

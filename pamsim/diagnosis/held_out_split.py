@@ -9,8 +9,8 @@ from dataclasses import dataclass
 from pamsim.comparison.measurements import CalibrationData
 from pamsim.comparison.trial_parts import TrialParts, cut_trials
 from pamsim.core.errors import InputError, nearest
-from pamsim.core.trial import HELD_OUT_SUFFIX
 from pamsim.diagnosis.method.verdict_thresholds import UNREPEATED_GAIN
+from pamsim.recordings.trial import HELD_OUT_SUFFIX
 
 FEW_REPEATS = (
     "fewer than two repeats of any input are held out, so parts of trials are judged instead of"

@@ -30,9 +30,9 @@ from pamsim.diagnosis.result import (
 )
 from pamsim.effects.catalog import EFFECTS
 from pamsim.inference.permutation import rms_interval95
-from pamsim.signals.static_law import arctangent_law
-from pamsim.store.measured_table import LengthLoop
-from pamsim.store.printed import BRANCHES, loop_equation, loop_rows
+from pamsim.recordings.measured_table import LengthLoop
+from pamsim.recordings.printed import BRANCHES, loop_equation, loop_rows
+from pamsim.recordings.static_law import arctangent_law
 
 FloatArray = NDArray[np.float64]
 

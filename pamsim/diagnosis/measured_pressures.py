@@ -16,14 +16,14 @@ from pamsim.comparison.experiments import at_times, experiment_of
 from pamsim.comparison.measurements import CalibrationData
 from pamsim.comparison.noise_floor import NoiseFloor
 from pamsim.comparison.trial_residuals import TrialLayout
-from pamsim.core.experiment import Experiment
-from pamsim.core.recording import Outcome
-from pamsim.core.signal_names import kind_of
-from pamsim.core.trial import Trial
 from pamsim.diagnosis.method.where import Cell, cells
 from pamsim.engine.batch import simulate_batch
 from pamsim.engine.rig import Rig
 from pamsim.inference.residual_block import ResidualBlock, layout, stacked
+from pamsim.recordings.experiment import Experiment
+from pamsim.recordings.recording import Outcome
+from pamsim.recordings.signal_names import kind_of
+from pamsim.recordings.trial import Trial
 
 
 def cells_with_measured_pressures(

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from pamsim.engine.rig import Rig, load_rig
-from pamsim.muscles.published import PUBLISHED
+from pamsim.physics.force_laws.published import PUBLISHED
 
 NAME = "published"
 """What `pamsim.diagnosis.diagnose.diagnose` calls it."""

@@ -10,7 +10,6 @@ import numpy as np
 
 from pamsim.comparison.compared_signal import shown_unit
 from pamsim.comparison.readable_unit import readable, readable_interval, readable_unit
-from pamsim.core.trial import Trial
 from pamsim.core.units import DEG_PER_RAD, PA_PER_KPA
 from pamsim.diagnosis.method.gap import Residuals
 from pamsim.diagnosis.method.nuisance_by_protocol import NuisanceByProtocol
@@ -23,6 +22,7 @@ from pamsim.diagnosis.result import Details
 from pamsim.diagnosis.where_entries import cell_places
 from pamsim.engine.rig import Rig
 from pamsim.engine.rig_parameter import rig_parameter
+from pamsim.recordings.trial import Trial
 
 
 def recordings_details(

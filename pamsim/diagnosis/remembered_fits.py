@@ -13,7 +13,7 @@ import numpy as np
 
 from pamsim.core.errors import InputError
 from pamsim.core.files import complete_file
-from pamsim.store.json_file import CheckpointFile
+from pamsim.recordings.json_file import CheckpointFile
 
 FILE, ARRAYS = "fits.json", "fits"
 _FORMAT = 2

@@ -14,8 +14,8 @@ from pamsim.core.parameters import Sourced
 from pamsim.diagnosis.method.trial_model import TrialModel
 from pamsim.engine.rig import Rig
 from pamsim.engine.rig_parameter import rig_parameter
-from pamsim.store.rig_file import RigFile, find_rig
-from pamsim.store.rig_writer import write_rig
+from pamsim.recordings.rig_file import RigFile, find_rig
+from pamsim.recordings.rig_writer import write_rig
 
 RIG_FOLDER = "rig"
 _WIDTH = 98  # of the comment at the top of the file

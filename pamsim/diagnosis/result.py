@@ -19,7 +19,7 @@ from pamsim.diagnosis.physical_size import PhysicalSize
 from pamsim.diagnosis.repaired_rig import RIG_FOLDER, Repair, write_repaired_rig
 from pamsim.diagnosis.sentence import verdict_sentence
 from pamsim.diagnosis.shared_family import shared_families
-from pamsim.store.json_file import write_json
+from pamsim.recordings.json_file import write_json
 
 FloatArray = NDArray[np.float64]
 

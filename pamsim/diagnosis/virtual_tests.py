@@ -16,19 +16,6 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
-from pamsim.actuator.kernel import dry_friction_after, state_rates, tendon_friction, tension
-from pamsim.actuator.layout import AIR, RUBBING, slot, state_size
-from pamsim.actuator.muscle_hysteresis import hysteresis_force, hysteresis_rates
-from pamsim.actuator.muscle_length import chain_length, chain_ratio
-from pamsim.actuator.muscle_valves import (
-    flow_through_valves,
-    leak_flow,
-    line_sag,
-    sags,
-    valve_opening,
-)
-from pamsim.actuator.rest_state import charged_air_state, rest
-from pamsim.actuator.static_muscle import active_force, limited, static_force
 from pamsim.diagnosis.virtual_test_conditions import (
     CONDITIONS,
     CONTRACTION_RATE,
@@ -39,9 +26,22 @@ from pamsim.diagnosis.virtual_test_conditions import (
     TURN,
 )
 from pamsim.engine.rig import Rig
-from pamsim.muscles.tension import effective_pressure
-from pamsim.pneumatics.orifice import mass_flow
-from pamsim.signals.sensors import MeasurementChain
+from pamsim.physics.kernel import dry_friction_after, state_rates, tendon_friction, tension
+from pamsim.physics.layout import AIR, RUBBING, slot, state_size
+from pamsim.physics.muscle_hysteresis import hysteresis_force, hysteresis_rates
+from pamsim.physics.muscle_length import chain_length, chain_ratio
+from pamsim.physics.muscle_valves import (
+    flow_through_valves,
+    leak_flow,
+    line_sag,
+    sags,
+    valve_opening,
+)
+from pamsim.physics.orifice import mass_flow
+from pamsim.physics.rest_state import charged_air_state, rest
+from pamsim.physics.static_muscle import active_force, limited, static_force
+from pamsim.physics.tension import effective_pressure
+from pamsim.recordings.sensors import MeasurementChain
 
 FloatArray = NDArray[np.float64]
 

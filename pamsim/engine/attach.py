@@ -4,14 +4,14 @@ from __future__ import annotations
 
 import mujoco
 
-from pamsim.actuator.layout import SIZE, pack, slot, state_size
-from pamsim.actuator.muscle import Muscle
 from pamsim.core.catalog import USER_DEFINED
 from pamsim.core.errors import InputError, nearest
 from pamsim.engine import plugin
 from pamsim.engine.control_range import control_range
 from pamsim.engine.stepping import muscle_ids, refuse_multistage
 from pamsim.engine.supply_check import check_supply
+from pamsim.physics.layout import SIZE, pack, slot, state_size
+from pamsim.physics.muscle import Muscle
 
 _PARTNER = slot("partner")
 _FORCE_LAW, _HYSTERESIS_LAW = slot("force.law"), slot("hysteresis.law")

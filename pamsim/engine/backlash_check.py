@@ -6,10 +6,10 @@ from collections.abc import Mapping
 
 import mujoco
 
-from pamsim.actuator.layout import slot
-from pamsim.actuator.muscle import Muscle
 from pamsim.core.errors import InputError
 from pamsim.engine.stepping import muscle_ids
+from pamsim.physics.layout import slot
+from pamsim.physics.muscle import Muscle
 
 _PARTNER = slot("partner")
 

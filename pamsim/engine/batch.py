@@ -18,8 +18,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pamsim.core.errors import InputError
-from pamsim.core.experiment import Experiment
-from pamsim.core.recording import Recording
 from pamsim.engine.engine_warnings import engine_warnings_held
 from pamsim.engine.reused_data import ReusedData
 from pamsim.engine.rig import Rig
@@ -28,6 +26,8 @@ from pamsim.engine.simulate import Run, prepare, record
 from pamsim.engine.state import restore_state, save_state, settled
 from pamsim.engine.stepping import live
 from pamsim.engine.supply_check import refuse_above_supply
+from pamsim.recordings.experiment import Experiment
+from pamsim.recordings.recording import Recording
 
 _Key: TypeAlias = tuple[object, ...]
 

@@ -10,9 +10,9 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
-from pamsim.actuator.layout import AIR
-from pamsim.actuator.muscle_valves import sensed_pressure
 from pamsim.engine.stepping import muscle_ids
+from pamsim.physics.layout import AIR
+from pamsim.physics.muscle_valves import sensed_pressure
 
 FloatArray = NDArray[np.float64]
 _Read: TypeAlias = Callable[..., None]

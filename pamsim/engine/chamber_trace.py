@@ -8,10 +8,10 @@ from typing import TypeAlias
 import mujoco
 import numpy as np
 
-from pamsim.actuator.kernel import tension
-from pamsim.actuator.muscle_valves import sensed_pressure
 from pamsim.engine.stepping import muscle_ids
 from pamsim.engine.trace import FloatArray
+from pamsim.physics.kernel import tension
+from pamsim.physics.muscle_valves import sensed_pressure
 
 _Law: TypeAlias = Callable[..., float]
 _Along: TypeAlias = Callable[..., None]

@@ -2,7 +2,7 @@
 
 While it is on, the engine calls a function of the muscles' plugin at the end of each step, on every
 path and in every thread: `pamsim.simulate`, environments, ``mujoco.rollout`` or plain ``mj_step``.
-What is checked stands in `pamsim.actuator.invariants`; positions and speeds have to be finite too.
+What is checked stands in `pamsim.physics.invariants`; positions and speeds have to be finite too.
 The function only reads, so results are the same to the bit. While the switch is off it is not
 called.
 
@@ -27,8 +27,10 @@ from typing import Any
 
 import mujoco
 
-from pamsim.actuator.invariants import ABOVE_SUPPLY, FINITE, MASS, PRESSURE
-from pamsim.actuator.layout import (
+from pamsim.core.errors import InvariantError
+from pamsim.engine.structs import callback_offsets
+from pamsim.physics.invariants import ABOVE_SUPPLY, FINITE, MASS, PRESSURE
+from pamsim.physics.layout import (
     AIR,
     AMBIENT,
     CREEP,
@@ -43,8 +45,6 @@ from pamsim.actuator.layout import (
     SHIFT,
     TUBE,
 )
-from pamsim.core.errors import InvariantError
-from pamsim.engine.structs import callback_offsets
 
 VARIABLE = "PAMSIM_CHECK"
 """Environment variable that has the switch on from the start, unless it is empty or 0."""
@@ -202,7 +202,7 @@ def report(model: int, data: int, code: float, actuator: int, value: float, boun
     Args:
         model: address of it.
         data: address of it.
-        code: see `pamsim.actuator.invariants`.
+        code: see `pamsim.physics.invariants`.
         actuator: id, or -1 for the joints.
         value: that cannot be.
         bound: of it.

@@ -20,18 +20,18 @@ from numba import types
 from numba.core import cgutils
 from numba.extending import intrinsic, register_jitable
 
-from pamsim.actuator.kernel import state_rates, tendon_force, tension
-from pamsim.actuator.layout import AIR, SIGNATURE, SIZE, slot
-from pamsim.actuator.muscle_valves import fill_valve_of, line_sag, sensed_pressure
 from pamsim.core.compile_notice import compile_notice
 from pamsim.engine.laws import Laws
 from pamsim.engine.structs import callback_offsets
 from pamsim.engine.user_laws import declare
-from pamsim.hysteresis.bouc_wen import BoucWen
-from pamsim.hysteresis.catalog import OPERATORS
-from pamsim.muscles.catalog import FORCE_LAWS
-from pamsim.muscles.exponential import SixParameter
-from pamsim.pneumatics.supply import VALVE
+from pamsim.physics.force_laws.catalog import FORCE_LAWS
+from pamsim.physics.force_laws.exponential import SixParameter
+from pamsim.physics.hysteresis.bouc_wen import BoucWen
+from pamsim.physics.hysteresis.catalog import OPERATORS
+from pamsim.physics.kernel import state_rates, tendon_force, tension
+from pamsim.physics.layout import AIR, SIGNATURE, SIZE, slot
+from pamsim.physics.muscle_valves import fill_valve_of, line_sag, sensed_pressure
+from pamsim.physics.supply import VALVE
 
 _POINTER_SIZE, _INT_SIZE = 8, 4
 _RK4 = int(mujoco.mjtIntegrator.mjINT_RK4)

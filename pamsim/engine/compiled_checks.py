@@ -13,15 +13,6 @@ import numba
 import numpy as np
 from numba import types
 
-from pamsim.actuator.invariants import (
-    ABOVE_SUPPLY,
-    FINITE,
-    NOTHING,
-    broken_invariant,
-    never_charged,
-)
-from pamsim.actuator.layout import slot
-from pamsim.actuator.muscle_valves import asks_too_much
 from pamsim.engine.compiled import (
     NO_ACTUATION,
     compiled_kernel,
@@ -33,6 +24,15 @@ from pamsim.engine.compiled import (
     words,
 )
 from pamsim.engine.laws import Laws
+from pamsim.physics.invariants import (
+    ABOVE_SUPPLY,
+    FINITE,
+    NOTHING,
+    broken_invariant,
+    never_charged,
+)
+from pamsim.physics.layout import slot
+from pamsim.physics.muscle_valves import asks_too_much
 
 _SUPPLY = slot("valve.supply_pressure")
 

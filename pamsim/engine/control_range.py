@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import mujoco
 
-from pamsim.actuator.commands import MEASURED, PRESSURE_SET
-from pamsim.actuator.layout import Row, slot
 from pamsim.engine.stepping import muscle_ids
+from pamsim.physics.commands import MEASURED, PRESSURE_SET
+from pamsim.physics.layout import Row, slot
 
 _COMMAND, _SUPPLY = slot("command"), slot("valve.supply_pressure")
 

@@ -15,13 +15,13 @@ import numpy as np
 import scipy.optimize
 from numpy.typing import NDArray
 
-from pamsim.actuator.layout import slot
-from pamsim.actuator.muscle_length import chain_length, chain_ratio
-from pamsim.actuator.static_muscle import limited, static_force
 from pamsim.core.errors import InputError
 from pamsim.engine.rig import Rig
 from pamsim.engine.stepping import muscle_ids
-from pamsim.muscles.tension import taut
+from pamsim.physics.layout import slot
+from pamsim.physics.muscle_length import chain_length, chain_ratio
+from pamsim.physics.static_muscle import limited, static_force
+from pamsim.physics.tension import taut
 
 FloatArray = NDArray[np.float64]
 # scipy carries no types: what it returns is Any at this file's boundary.

@@ -21,8 +21,8 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
-from pamsim.core.drive import IMPOSED, Drive
 from pamsim.core.errors import InputError
+from pamsim.recordings.drive import IMPOSED, Drive
 
 FloatArray = NDArray[np.float64]
 

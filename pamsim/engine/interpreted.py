@@ -11,19 +11,19 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
-from pamsim.actuator.invariants import (
+from pamsim.engine import checks
+from pamsim.engine.structs import callback_offsets
+from pamsim.physics.invariants import (
     ABOVE_SUPPLY,
     FINITE,
     NOTHING,
     broken_invariant,
     never_charged,
 )
-from pamsim.actuator.kernel import state_rates, tendon_force, tension
-from pamsim.actuator.layout import AIR, is_muscle, slot
-from pamsim.actuator.muscle_valves import asks_too_much, fill_valve_of, line_sag, sags
-from pamsim.engine import checks
-from pamsim.engine.structs import callback_offsets
-from pamsim.pneumatics.supply import VALVE
+from pamsim.physics.kernel import state_rates, tendon_force, tension
+from pamsim.physics.layout import AIR, is_muscle, slot
+from pamsim.physics.muscle_valves import asks_too_much, fill_valve_of, line_sag, sags
+from pamsim.physics.supply import VALVE
 
 _PARTNER, _BACKLASH = slot("partner"), slot("chain.backlash")
 _SUPPLY_LINE = slot("valve.supply_line")

@@ -18,7 +18,6 @@ from pathlib import Path
 import mujoco
 import numpy as np
 
-from pamsim.actuator.muscle import MUSCLE_GROUPS, MUSCLE_ONLY, PLAIN_GROUPS
 from pamsim.core.common_unit import COMMON
 from pamsim.core.errors import InputError, PamsimError, nearest
 from pamsim.core.files import complete_file, refuse_existing
@@ -28,11 +27,12 @@ from pamsim.engine.joints import recorded_joints
 from pamsim.engine.mjcf_size import require_size
 from pamsim.engine.native import native_field
 from pamsim.engine.rig import load_rig
-from pamsim.hysteresis.bouc_wen import BoucWen
-from pamsim.muscles.effective_area import EffectiveArea
-from pamsim.muscles.mckibben import IdealMcKibben
-from pamsim.signals.sensors import MeasurementChain
-from pamsim.store.rig_file import SCHEMA
+from pamsim.physics.force_laws.effective_area import EffectiveArea
+from pamsim.physics.force_laws.mckibben import IdealMcKibben
+from pamsim.physics.hysteresis.bouc_wen import BoucWen
+from pamsim.physics.muscle import MUSCLE_GROUPS, MUSCLE_ONLY, PLAIN_GROUPS
+from pamsim.recordings.rig_file import SCHEMA
+from pamsim.recordings.sensors import MeasurementChain
 
 KINDS = {
     "joint": "One joint that turns, two muscles that pull on it from both sides",

@@ -7,7 +7,7 @@ import threading
 import mujoco
 
 from pamsim.engine.rig import Rig
-from pamsim.store.rig_file import RigFile
+from pamsim.recordings.rig_file import RigFile
 
 
 class ReusedData(threading.local):

@@ -12,22 +12,9 @@ from typing import Any
 
 import mujoco
 
-from pamsim.actuator.build import build_muscle, idle_groups
-from pamsim.actuator.commands import COMMANDS
-from pamsim.actuator.layout import (
-    SIZE,
-    has_parameter,
-    parameter_slot,
-    slot,
-    unpack,
-    with_row,
-)
-from pamsim.actuator.muscle import Muscle
 from pamsim.core.catalog import MOST_PARAMETERS
-from pamsim.core.drive import MUSCLE_DRIVES
 from pamsim.core.errors import InputError, nearest
 from pamsim.core.parameters import FieldSpec, Sourced, check_value, specs
-from pamsim.core.signal_names import SignalNames
 from pamsim.engine.attach import attach, compile_model
 from pamsim.engine.control_range import state_control_ranges
 from pamsim.engine.dry_friction import (
@@ -46,9 +33,22 @@ from pamsim.engine.native import (
 )
 from pamsim.engine.stepping import set_integrator
 from pamsim.engine.visual_geoms import remove_visual_geoms
-from pamsim.hysteresis.group import COMMON_FIELDS, Hysteresis
-from pamsim.signals.sensors import MeasurementChain
-from pamsim.store.rig_file import RigFile, read_rig
+from pamsim.physics.build import build_muscle, idle_groups
+from pamsim.physics.commands import COMMANDS
+from pamsim.physics.hysteresis.group import COMMON_FIELDS, Hysteresis
+from pamsim.physics.layout import (
+    SIZE,
+    has_parameter,
+    parameter_slot,
+    slot,
+    unpack,
+    with_row,
+)
+from pamsim.physics.muscle import Muscle
+from pamsim.recordings.drive import MUSCLE_DRIVES
+from pamsim.recordings.rig_file import RigFile, read_rig
+from pamsim.recordings.sensors import MeasurementChain
+from pamsim.recordings.signal_names import SignalNames
 
 _SENSOR = f"{MeasurementChain.group}."
 
@@ -191,9 +191,9 @@ class Rig:
         Args:
             values: name -> value in SI. ``group.field`` sets all muscles that have it,
                 ``muscle:group.field`` one of them, a native name such as ``joint.shaft.damping`` an
-                MJCF field, and ``sensor.field`` what `pamsim.signals.sensors` makes of a recording.
-                ``hysteresis.maxwell_slip.full_slip`` gives the muscles this hysteresis operator,
-                as wide as their own.
+                MJCF field, and ``sensor.field`` what `pamsim.recordings.sensors` makes of a
+                recording. ``hysteresis.maxwell_slip.full_slip`` gives the muscles this hysteresis
+                operator, as wide as their own.
             data: of a model of this rig file, overwritten; saves making one.
 
         Raises:

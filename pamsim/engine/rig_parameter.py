@@ -5,13 +5,13 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
 
-from pamsim.actuator.layout import has_parameter, parameter_slot
 from pamsim.core.errors import InputError, nearest
 from pamsim.core.parameters import FieldSpec, Sourced, specs
 from pamsim.core.units import to_si
 from pamsim.engine.native import is_native, native_field, native_names, native_value
 from pamsim.engine.rig import Rig, operator_field
-from pamsim.signals.sensors import MeasurementChain
+from pamsim.physics.layout import has_parameter, parameter_slot
+from pamsim.recordings.sensors import MeasurementChain
 
 
 @dataclass(frozen=True, kw_only=True)

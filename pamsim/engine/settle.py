@@ -9,15 +9,15 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
-from pamsim.actuator.layout import slot
-from pamsim.actuator.muscle import Muscle
 from pamsim.core.errors import InputError
-from pamsim.core.experiment import Experiment
 from pamsim.engine import checks
 from pamsim.engine.external import NOTHING, External, place
 from pamsim.engine.rig import set_command
 from pamsim.engine.state import charge, settled
 from pamsim.engine.timestep_check import check_timestep
+from pamsim.physics.layout import slot
+from pamsim.physics.muscle import Muscle
+from pamsim.recordings.experiment import Experiment
 
 EachStep: TypeAlias = Callable[[mujoco.MjModel, mujoco.MjData], None]
 """Called with model and data before every time step: physics that the rig does not contain."""

@@ -12,9 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pamsim.core.errors import InputError, InvariantError
-from pamsim.core.experiment import Experiment
 from pamsim.core.limits import RUN_STEPS
-from pamsim.core.recording import Outcome, Recording
 from pamsim.engine import checks
 from pamsim.engine.backlash_check import check_backlash
 from pamsim.engine.chamber_trace import gauge_pressures, tensions
@@ -39,6 +37,8 @@ from pamsim.engine.stepping import live
 from pamsim.engine.supply_check import check_supply, refuse_above_supply
 from pamsim.engine.timestep_check import check_timestep
 from pamsim.engine.trace import empty_trace, first_breakdown
+from pamsim.recordings.experiment import Experiment
+from pamsim.recordings.recording import Outcome, Recording
 
 _CHECK_EVERY = 512
 """Samples between two checks for a breakdown."""

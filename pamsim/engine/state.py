@@ -8,10 +8,10 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
-from pamsim.actuator.chamber_pressure import gauge_pressure
-from pamsim.actuator.rest_state import quieten, rest
 from pamsim.core.errors import InputError
 from pamsim.engine.stepping import muscle_ids
+from pamsim.physics.chamber_pressure import gauge_pressure
+from pamsim.physics.rest_state import quieten, rest
 
 _FULL = mujoco.mjtState.mjSTATE_INTEGRATION
 

@@ -11,10 +11,10 @@ from collections.abc import Iterator
 
 import mujoco
 
-from pamsim.actuator.layout import is_muscle
 from pamsim.core.errors import EngineError, InputError, nearest
 from pamsim.engine import checks, plugin
 from pamsim.engine.timers import StoppedTimers
+from pamsim.physics.layout import is_muscle
 
 BACKENDS = ("compiled", "python")
 

@@ -7,12 +7,12 @@ from collections.abc import Iterable, Mapping
 import mujoco
 import numpy as np
 
-from pamsim.actuator.layout import slot
-from pamsim.actuator.muscle import Muscle
-from pamsim.actuator.muscle_valves import SENSOR_ERROR
 from pamsim.core.errors import InputError
-from pamsim.core.experiment import Experiment
 from pamsim.engine.stepping import muscle_ids
+from pamsim.physics.layout import slot
+from pamsim.physics.muscle import Muscle
+from pamsim.physics.muscle_valves import SENSOR_ERROR
+from pamsim.recordings.experiment import Experiment
 
 _LINE = slot("valve.supply_line")
 _FALL = [slot("valve.supply_resistance"), slot("valve.supply_square")]

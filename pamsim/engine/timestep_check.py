@@ -6,12 +6,12 @@ from collections.abc import Mapping
 
 import mujoco
 
-from pamsim.actuator.friction import stribeck_damping
-from pamsim.actuator.muscle import Muscle
-from pamsim.actuator.regulation import regulator_time_constant
-from pamsim.actuator.step_limits import bristle_stiffness, chain_step_limit
 from pamsim.core.errors import InputError
 from pamsim.engine.stepping import muscle_ids
+from pamsim.physics.friction import stribeck_damping
+from pamsim.physics.muscle import Muscle
+from pamsim.physics.regulation import regulator_time_constant
+from pamsim.physics.step_limits import bristle_stiffness, chain_step_limit
 
 _MOST_BENDING = 2.0  # half of where an arm on its bristles becomes unstable
 

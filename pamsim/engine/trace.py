@@ -9,7 +9,7 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
-from pamsim.core.recording import Outcome
+from pamsim.recordings.recording import Outcome
 
 FloatArray: TypeAlias = NDArray[np.float64]
 

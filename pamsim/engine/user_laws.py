@@ -26,12 +26,12 @@ from pamsim.core.errors import InputError
 from pamsim.core.parameters import specs
 from pamsim.engine.jit import hand_to_numba, reached_functions
 from pamsim.engine.law_writer import full_name
-from pamsim.hysteresis.catalog import OPERATORS, Operator
-from pamsim.hysteresis.dispatch import user_energy, user_output, user_rates
-from pamsim.hysteresis.group import COMMON_FIELDS
-from pamsim.muscles.catalog import FORCE_LAWS
-from pamsim.muscles.dispatch import user_force, user_volume
-from pamsim.muscles.force_law import ForceLaw
+from pamsim.physics.force_laws.catalog import FORCE_LAWS
+from pamsim.physics.force_laws.dispatch import user_force, user_volume
+from pamsim.physics.force_laws.force_law import ForceLaw
+from pamsim.physics.hysteresis.catalog import OPERATORS, Operator
+from pamsim.physics.hysteresis.dispatch import user_energy, user_output, user_rates
+from pamsim.physics.hysteresis.group import COMMON_FIELDS
 
 _D, _P, _N = types.float64, types.voidptr, types.intp
 

@@ -22,7 +22,7 @@ class ActionKind:
     """How actions become commands.
 
     Attributes:
-        command: what the muscles' control means then, see `pamsim.core.experiment`.
+        command: what the muscles' control means then, see `pamsim.recordings.experiment`.
         quantities: of each muscle that its actions set.
         space: makes the space of a rig's action, of a number of muscles.
         fill: actions (n, ...), supply pressure [Pa], commands (n, m) to write: set points [Pa] or

@@ -9,12 +9,12 @@ import gymnasium
 import numpy as np
 from numpy.typing import NDArray
 
-from pamsim.actuator.layout import slot
-from pamsim.actuator.muscle_valves import valve_opening
 from pamsim.controllers.controller import Command, Controller, JointObservation, Observation
 from pamsim.core.errors import InputError
 from pamsim.envs.rigs import Rigs
-from pamsim.pneumatics.air import GAS_CONSTANT
+from pamsim.physics.air import GAS_CONSTANT
+from pamsim.physics.layout import slot
+from pamsim.physics.muscle_valves import valve_opening
 
 FloatArray = NDArray[np.float64]
 

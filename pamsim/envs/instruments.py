@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from pamsim.engine.rig import Rig
 from pamsim.envs.settings import EnvSettings
-from pamsim.signals.sensors import MeasurementChain
+from pamsim.recordings.sensors import MeasurementChain
 
 FloatArray = NDArray[np.float64]
 

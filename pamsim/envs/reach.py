@@ -8,12 +8,12 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from pamsim.actuator.antagonist import joint_stiffness, muscle_stiffness
-from pamsim.actuator.static_muscle import static_force
 from pamsim.core.errors import InputError
 from pamsim.engine.equilibrium import rest_positions
 from pamsim.engine.moment_arms import tendon_lengths
 from pamsim.engine.rig import Rig
+from pamsim.physics.antagonist import joint_stiffness, muscle_stiffness
+from pamsim.physics.static_muscle import static_force
 
 FloatArray = NDArray[np.float64]
 

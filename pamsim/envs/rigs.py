@@ -288,7 +288,7 @@ class Rigs:
         return self.plant.warnings()
 
     def air(self) -> FloatArray:
-        """(n, m) air states y of the chambers, see `pamsim.pneumatics.chamber`."""
+        """(n, m) air states y of the chambers, see `pamsim.physics.chamber`."""
         return self.plant.act[:, self._chambers.air]
 
     @property

@@ -17,8 +17,8 @@ from pamsim.core.progress import Progress
 from pamsim.core.versions import versions
 from pamsim.envs.registration import ENVIRONMENT, register
 from pamsim.envs.settings import EnvSettings
-from pamsim.store.json_file import write_json
-from pamsim.store.policy_file import PolicyFile, write_policy
+from pamsim.recordings.json_file import write_json
+from pamsim.recordings.policy_file import PolicyFile, write_policy
 
 RIGS = 32
 """Stepped together."""

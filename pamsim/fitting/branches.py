@@ -13,11 +13,11 @@ from pamsim.core.parameters import specs
 from pamsim.fitting.curve_fit import fit_curve, search_curve
 from pamsim.fitting.held_out import Rows, grouped, leave_one_group_out
 from pamsim.fitting.result import FittedLaw
-from pamsim.hysteresis.arctangent import Arctangent
-from pamsim.hysteresis.catalog import OPERATORS
 from pamsim.inference.coefficient import Coefficient, held_coefficients
-from pamsim.signals.static_law import arctangent_law
-from pamsim.store.measured_table import LengthLoop
+from pamsim.physics.hysteresis.arctangent import Arctangent
+from pamsim.physics.hysteresis.catalog import OPERATORS
+from pamsim.recordings.measured_table import LengthLoop
+from pamsim.recordings.static_law import arctangent_law
 
 FloatArray = NDArray[np.float64]
 

@@ -18,9 +18,9 @@ from pamsim.fitting.force_map import (
 )
 from pamsim.fitting.maxwell import fit_maxwell, maxwell_section, searches_on
 from pamsim.fitting.result import FitResult
-from pamsim.muscles.braid import Braid
-from pamsim.muscles.catalog import FORCE_LAWS
-from pamsim.store.measured_table import ForceMap, LengthLoop, read_measured
+from pamsim.physics.braid import Braid
+from pamsim.physics.force_laws.catalog import FORCE_LAWS
+from pamsim.recordings.measured_table import ForceMap, LengthLoop, read_measured
 
 HOLD_OUT = ("length", "pressure", "none")
 LOOP_MODELS = {"length_loop": "arctangent", "force_loops": "fractional_maxwell"}
@@ -45,7 +45,7 @@ def fit(
 
     Args:
         data: CSV of a force map, a length-pressure loop or force-displacement loops
-            (`pamsim.store.measured_table`).
+            (`pamsim.recordings.measured_table`).
         model: name of the law; or None with ``compare``.
         compare: fit every law that suits the data and rank them by held-out error; for
             force-displacement loops, compare three searches of the one model instead.

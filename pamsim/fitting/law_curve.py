@@ -13,10 +13,10 @@ from pamsim.core.errors import InputError, nearest
 from pamsim.core.parameters import specs
 from pamsim.fitting.held_out import Rows
 from pamsim.inference.coefficient import Coefficient
-from pamsim.muscles.braid import Braid
-from pamsim.muscles.catalog import FORCE_LAWS
-from pamsim.muscles.force_law import ForceLaw
-from pamsim.store.measured_table import ForceMap
+from pamsim.physics.braid import Braid
+from pamsim.physics.force_laws.catalog import FORCE_LAWS
+from pamsim.physics.force_laws.force_law import ForceLaw
+from pamsim.recordings.measured_table import ForceMap
 
 FloatArray = NDArray[np.float64]
 

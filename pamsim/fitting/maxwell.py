@@ -13,9 +13,9 @@ from pamsim.fitting.loop_cost import MAXWELL, LoopPoints, loop_points, maxwell_r
 from pamsim.fitting.params_section import coefficient_entries
 from pamsim.fitting.result import FittedLaw
 from pamsim.fitting.search_comparison import SearchRun, compare_searches
-from pamsim.hysteresis.catalog import OPERATORS
 from pamsim.inference.coefficient import held_coefficients
-from pamsim.store.measured_table import ForceLoops
+from pamsim.physics.hysteresis.catalog import OPERATORS
+from pamsim.recordings.measured_table import ForceLoops
 
 _NEAR = 1e-3  # of the optimum of (16): near enough [N^2]
 

@@ -9,9 +9,9 @@ from typing import Any
 from pamsim.core.encoding import fields_to_dict, to_dict
 from pamsim.core.errors import InputError, nearest
 from pamsim.core.parameters import ParameterGroup, specs
-from pamsim.hysteresis.catalog import OPERATORS
-from pamsim.muscles.catalog import FORCE_LAWS
-from pamsim.store.rig_file import add_rigs_laws
+from pamsim.physics.force_laws.catalog import FORCE_LAWS
+from pamsim.physics.hysteresis.catalog import OPERATORS
+from pamsim.recordings.rig_file import add_rigs_laws
 
 SCHEMA = "pamsim-models/1"
 

@@ -17,7 +17,7 @@ from pamsim.fitting.held_out import HeldOut
 from pamsim.fitting.params_section import params_text
 from pamsim.fitting.search_comparison import SearchRun
 from pamsim.fitting.summary import summary_lines
-from pamsim.store.json_file import write_json
+from pamsim.recordings.json_file import write_json
 
 FloatArray = NDArray[np.float64]
 SCHEMA = "pamsim-fit/2"

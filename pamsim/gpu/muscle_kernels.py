@@ -7,10 +7,10 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
-from pamsim.actuator import kernel, muscle_valves
-from pamsim.actuator.layout import slot
 from pamsim.gpu.port import port
 from pamsim.gpu.warp_package import warp
+from pamsim.physics import kernel, muscle_valves
+from pamsim.physics.layout import slot
 
 _PARTNER, _BACKLASH = slot("partner"), slot("chain.backlash")
 _RESISTANCE, _SUPPLY_LINE = slot("valve.supply_resistance"), slot("valve.supply_line")

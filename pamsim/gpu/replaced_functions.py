@@ -9,10 +9,10 @@ from __future__ import annotations
 import math
 from types import FunctionType
 
-from pamsim.actuator.layout import MutableRow, Row
-from pamsim.hysteresis.dispatch import user_energy, user_output, user_rates
-from pamsim.muscles.dispatch import user_force, user_volume, user_work
-from pamsim.pneumatics.supply import Valves, supply_sag
+from pamsim.physics.force_laws.dispatch import user_force, user_volume, user_work
+from pamsim.physics.hysteresis.dispatch import user_energy, user_output, user_rates
+from pamsim.physics.layout import MutableRow, Row
+from pamsim.physics.supply import Valves, supply_sag
 
 
 def no_law(law: float, par: Row, f: int, braid: int, pressure: float, contraction: float) -> float:

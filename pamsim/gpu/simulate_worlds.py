@@ -8,14 +8,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pamsim.core.errors import InputError
-from pamsim.core.experiment import Experiment
-from pamsim.core.recording import Outcome, Recording
 from pamsim.engine.batch import rest_states
 from pamsim.engine.rig import Rig
 from pamsim.engine.sampling import Plan
 from pamsim.engine.simulate import Run, commands_of, origin, prepare
 from pamsim.engine.supply_check import refuse_above_supply
 from pamsim.gpu.worlds import Readings, Worlds
+from pamsim.recordings.experiment import Experiment
+from pamsim.recordings.recording import Outcome, Recording
 
 FloatArray = NDArray[np.float64]
 

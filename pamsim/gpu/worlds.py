@@ -10,7 +10,6 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
-from pamsim.actuator.layout import slot
 from pamsim.core.catalog import USER_DEFINED
 from pamsim.core.compile_notice import compile_notice
 from pamsim.core.errors import InputError
@@ -21,11 +20,12 @@ from pamsim.gpu.engine_model import engine_model
 from pamsim.gpu.muscle_kernels import muscle_kernels
 from pamsim.gpu.port import port
 from pamsim.gpu.warp_package import mujoco_warp, warp
-from pamsim.hysteresis.arctangent import Arctangent
-from pamsim.hysteresis.catalog import OPERATORS
-from pamsim.muscles.catalog import FORCE_LAWS
-from pamsim.muscles.pleated_shape import PleatedShape
-from pamsim.pneumatics.supply import VALVE
+from pamsim.physics.force_laws.catalog import FORCE_LAWS
+from pamsim.physics.force_laws.pleated_shape import PleatedShape
+from pamsim.physics.hysteresis.arctangent import Arctangent
+from pamsim.physics.hysteresis.catalog import OPERATORS
+from pamsim.physics.layout import slot
+from pamsim.physics.supply import VALVE
 
 FloatArray = NDArray[np.float64]
 

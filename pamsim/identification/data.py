@@ -8,14 +8,14 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 from pamsim.core.errors import InputError, nearest
-from pamsim.core.experiment import pressure_step
-from pamsim.core.recording import Recording
-from pamsim.core.trial import Trial, TrialSet
 from pamsim.engine.rig import load_rig
 from pamsim.engine.simulate import simulate
 from pamsim.identification.plain_table import plain_trials
 from pamsim.identification.signals import SignalTable, table_of
-from pamsim.store.recording_reader import read_recordings
+from pamsim.recordings.experiment import pressure_step
+from pamsim.recordings.recording import Recording
+from pamsim.recordings.recording_reader import read_recordings
+from pamsim.recordings.trial import Trial, TrialSet
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -54,7 +54,7 @@ def load_data(
             if None.
 
     Raises:
-        InputError: as `pamsim.store.recording_reader.read_recordings` and
+        InputError: as `pamsim.recordings.recording_reader.read_recordings` and
             `pamsim.identification.plain_table.plain_trials`; for a trial's name twice.
     """
     stated = {"time": time, "dt": dt, "hold": hold}

@@ -27,8 +27,8 @@ from pamsim.inference.aicc import aicc_above_best
 from pamsim.linear.continuous_structure import HIGHEST_ORDER
 from pamsim.linear.frequency_fit import fit_frequency_response
 from pamsim.linear.identified_model import FitStatus, IdentifiedModel
-from pamsim.store.columns import read_columns
-from pamsim.store.json_file import write_json
+from pamsim.recordings.columns import read_columns
+from pamsim.recordings.json_file import write_json
 
 FloatArray = NDArray[np.float64]
 

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from pamsim.core.errors import InputError
 from pamsim.core.units import DEG_PER_RAD
-from pamsim.store.columns import Columns
+from pamsim.recordings.columns import Columns
 
 _MEANS: Mapping[str, re.Pattern[str]] = {
     quantity: re.compile(rf"(?:{names})_?(?P<unit>{units})?")

@@ -11,7 +11,6 @@ import numpy as np
 from pamsim.core.blas_threads import one_blas_thread
 from pamsim.core.errors import InputError
 from pamsim.core.progress import Progress
-from pamsim.core.trial import TrialSet
 from pamsim.identification.choice import recommend
 from pamsim.identification.data import load_data, select_trials
 from pamsim.identification.local import fit_operating_points
@@ -26,6 +25,7 @@ from pamsim.identification.signals import (
     used_trial,
 )
 from pamsim.linear.signal_record import SignalRecord
+from pamsim.recordings.trial import TrialSet
 
 _SAME = 1e-9  # of an input's size, below which a difference is rounding
 

@@ -20,9 +20,9 @@ from pamsim.core.units import to_si
 from pamsim.identification.frequency_table import is_over_frequency
 from pamsim.identification.signals import SignalTable, Unit
 from pamsim.linear.signal_record import HOLDS
-from pamsim.store.column_guess import kind_of_unit, unit_in_name, unit_of
-from pamsim.store.columns import Columns, read_columns
-from pamsim.store.recording_checks import LONGEST_GAP
+from pamsim.recordings.column_guess import kind_of_unit, unit_in_name, unit_of
+from pamsim.recordings.columns import Columns, read_columns
+from pamsim.recordings.recording_checks import LONGEST_GAP
 
 FloatArray = NDArray[np.float64]
 
@@ -64,7 +64,8 @@ def plain_trials(
     """Read a table of any columns.
 
     Args:
-        path: as `pamsim.store.columns.read_columns`; a file without a header may have numbers only.
+        path: as `pamsim.recordings.columns.read_columns`; a file without a header may have numbers
+            only.
         time: column of the clock; ``time_s`` or the only one that is called like a clock if None.
         dt: time between two rows, of a table without a clock [s].
         hold: of all columns from row to row: ``zoh`` (held) or ``foh`` (straight); if None, those

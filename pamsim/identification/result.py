@@ -26,7 +26,7 @@ from pamsim.linear.continuous_structure import ContinuousStructure
 from pamsim.linear.discrete_structure import DiscreteStructure
 from pamsim.linear.identified_model import TrialScore
 from pamsim.linear.local_models import Dependence, LocalModelMap
-from pamsim.store.json_file import write_json
+from pamsim.recordings.json_file import write_json
 
 SCHEMA = "pamsim-identify/4"
 

@@ -10,12 +10,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pamsim.comparison.experiments import start_pressures
-from pamsim.core.drive import MUSCLE_DRIVES, command_columns
 from pamsim.core.errors import InputError, nearest
-from pamsim.core.signal_names import KINDS, column_of
-from pamsim.core.trial import Trial
 from pamsim.inference.record_checks import UNIFORM_TOLERANCE
 from pamsim.linear.signal_record import SignalRecord
+from pamsim.recordings.drive import MUSCLE_DRIVES, command_columns
+from pamsim.recordings.signal_names import KINDS, column_of
+from pamsim.recordings.trial import Trial
 
 FloatArray = NDArray[np.float64]
 

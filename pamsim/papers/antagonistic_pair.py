@@ -5,17 +5,17 @@ from __future__ import annotations
 import dataclasses
 import functools
 
-from pamsim.actuator.antagonist import antagonist_torque
-from pamsim.actuator.build import build_muscle
-from pamsim.actuator.layout import pack
-from pamsim.actuator.muscle import Mounting, Muscle
-from pamsim.muscles.braid import max_contraction
-from pamsim.muscles.mckibben import IdealMcKibben
-from pamsim.muscles.passive import PassiveSpring
-from pamsim.muscles.published import PUBLISHED
-from pamsim.muscles.tension import Threshold
 from pamsim.papers.numerics import root
-from pamsim.store.rig_file import RigFile, read_rig
+from pamsim.physics.antagonist import antagonist_torque
+from pamsim.physics.braid import max_contraction
+from pamsim.physics.build import build_muscle
+from pamsim.physics.force_laws.mckibben import IdealMcKibben
+from pamsim.physics.force_laws.published import PUBLISHED
+from pamsim.physics.layout import pack
+from pamsim.physics.muscle import Mounting, Muscle
+from pamsim.physics.passive import PassiveSpring
+from pamsim.physics.tension import Threshold
+from pamsim.recordings.rig_file import RigFile, read_rig
 
 MILLIMETRE = 1e-3
 """[m]."""

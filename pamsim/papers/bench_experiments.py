@@ -13,10 +13,10 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from pamsim.core.experiment import Experiment
 from pamsim.engine.rig import Rig, load_rig
 from pamsim.engine.simulate import simulate
-from pamsim.store.rig_file import shipped_rigs
+from pamsim.recordings.experiment import Experiment
+from pamsim.recordings.rig_file import shipped_rigs
 
 FloatArray = NDArray[np.float64]
 

@@ -21,8 +21,8 @@ from pamsim.core.parameters import Sourced
 from pamsim.engine.rig import Rig
 from pamsim.inference.leave_one_out import FittedForm, nested_leave_one_out
 from pamsim.papers.static_models import SMALL_STEPS
-from pamsim.store.json_file import read_json
-from pamsim.store.rig_file import RigFile
+from pamsim.recordings.json_file import read_json
+from pamsim.recordings.rig_file import RigFile
 
 SCHEMA = "pamsim-rig-calibration/1"
 FILE = "calibration.json"

@@ -48,7 +48,7 @@ from enum import StrEnum
 from typing import Any
 
 from pamsim.core.errors import InputError, nearest
-from pamsim.store.printed import Printed, printed_document
+from pamsim.recordings.printed import Printed, printed_document
 
 Value = float | str | tuple[float, ...]
 Number = float | Printed

@@ -9,12 +9,12 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import minimize_scalar
 
-from pamsim.core.recording import Recording
 from pamsim.core.units import DEG_PER_RAD, PA_PER_BAR, PA_PER_KPA
 from pamsim.linear.first_second_order import first_order_step, second_order_step, unit_step
 from pamsim.linear.step_identification import StepIdentification
 from pamsim.linear.transfer_function import continuous, step_response
-from pamsim.store.printed import distinct_steps, mas20_models
+from pamsim.recordings.printed import distinct_steps, mas20_models
+from pamsim.recordings.recording import Recording
 
 _CURVE_POINTS = 301
 

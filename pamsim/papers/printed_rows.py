@@ -7,10 +7,10 @@ from dataclasses import dataclass
 from typing import Any
 
 from pamsim.core.encoding import to_dict
-from pamsim.core.recording import Recording
 from pamsim.core.units import DEG_PER_RAD, PA_PER_KPA
-from pamsim.signals.step_metrics import StepMetrics
-from pamsim.store.printed import PrintedStep
+from pamsim.recordings.printed import PrintedStep
+from pamsim.recordings.recording import Recording
+from pamsim.recordings.step_metrics import StepMetrics
 
 IDENTIFIED_ROW = 1
 """Large step without load, the kind the paper identified G1 and G2 from."""

@@ -11,8 +11,8 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 from pamsim.core.errors import InputError, nearest
-from pamsim.core.experiment import Experiment, pressure_step
-from pamsim.store.printed import PrintedStep, mas20_steps
+from pamsim.recordings.experiment import Experiment, pressure_step
+from pamsim.recordings.printed import PrintedStep, mas20_steps
 
 DURATION = 6.0
 """Length of a simulated response [s]: ten times the paper's slower time constant."""

@@ -14,8 +14,8 @@ from pamsim.core.errors import InputError, nearest
 from pamsim.core.progress import Progress
 from pamsim.core.versions import versions
 from pamsim.papers.claim import Claim, Note, Verdict, claim_ids, evaluate
-from pamsim.store.json_file import write_json
-from pamsim.store.printed import printed_document
+from pamsim.recordings.json_file import write_json
+from pamsim.recordings.printed import printed_document
 
 SCHEMA = "pamsim-replicate/2"
 

@@ -14,8 +14,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pamsim.core.units import PA_PER_BAR
-from pamsim.muscles.pleated import FIT_RANGE, SLENDERNESS_6, pleated_function
-from pamsim.muscles.pleated_shape import pleated_max_contraction, pleated_shape_function
 from pamsim.papers.vandamme2008.numbers import value
 from pamsim.papers.vandamme2008.relays import (
     RelaySum,
@@ -25,6 +23,8 @@ from pamsim.papers.vandamme2008.relays import (
     printed_weight,
     relay_weights,
 )
+from pamsim.physics.force_laws.pleated import FIT_RANGE, SLENDERNESS_6, pleated_function
+from pamsim.physics.force_laws.pleated_shape import pleated_max_contraction, pleated_shape_function
 
 FloatArray = NDArray[np.float64]
 

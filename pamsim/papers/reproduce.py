@@ -10,12 +10,9 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from pamsim.actuator.layout import pack
-from pamsim.actuator.work_cycle import work_ratio
 from pamsim.core.encoding import to_dict
 from pamsim.core.errors import InputError
 from pamsim.core.progress import Progress
-from pamsim.core.recording import Outcome, Recording
 from pamsim.core.units import DEG_PER_RAD
 from pamsim.core.versions import versions
 from pamsim.engine.rig import Rig, load_rig
@@ -32,10 +29,13 @@ from pamsim.papers.printed_rows import IDENTIFIED_ROW, Row, rms_error
 from pamsim.papers.printed_steps import Start, find_start, printed_experiment, start_pressures
 from pamsim.papers.reproduce_checks import Check, checks
 from pamsim.papers.torque_law import best_torque_laws, torque_laws
-from pamsim.signals.sensors import measured
-from pamsim.signals.step_metrics import step_metrics
-from pamsim.store.json_file import write_json
-from pamsim.store.printed import PrintedStep, mas20_models, mas20_steps
+from pamsim.physics.layout import pack
+from pamsim.physics.work_cycle import work_ratio
+from pamsim.recordings.json_file import write_json
+from pamsim.recordings.printed import PrintedStep, mas20_models, mas20_steps
+from pamsim.recordings.recording import Outcome, Recording
+from pamsim.recordings.sensors import measured
+from pamsim.recordings.step_metrics import step_metrics
 
 SCHEMA = "pamsim-reproduce/1"
 

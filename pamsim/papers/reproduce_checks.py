@@ -6,14 +6,14 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from pamsim.core.recording import Recording
 from pamsim.core.units import DEG_PER_RAD
 from pamsim.linear.first_second_order import second_order_step
 from pamsim.linear.step_identification import StepIdentification
 from pamsim.papers.calibration_record import CalibrationRecord
 from pamsim.papers.printed_rows import IDENTIFIED_ROW, Row, rms_error
 from pamsim.papers.torque_law import best_torque_laws
-from pamsim.store.printed import mas20_models
+from pamsim.recordings.printed import mas20_models
+from pamsim.recordings.recording import Recording
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -6,7 +6,7 @@ from collections.abc import Callable, Sequence
 
 import numpy as np
 
-from pamsim.store.printed import Printed
+from pamsim.recordings.printed import Printed
 
 
 def propagated(function: Callable[..., float], *numbers: Printed) -> Printed:

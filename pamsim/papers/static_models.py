@@ -17,7 +17,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pamsim.core.errors import InputError
-from pamsim.core.recording import Outcome, Recording
 from pamsim.core.units import DEG_PER_RAD
 from pamsim.engine.batch import simulate_batch
 from pamsim.engine.rig import Rig
@@ -28,7 +27,8 @@ from pamsim.inference.leave_one_out import LeftOut, leave_one_out
 from pamsim.inference.residual_block import Blocks, ResidualBlock
 from pamsim.inference.simulator_fit import SimulatorFit
 from pamsim.papers.printed_steps import STARTS, printed_experiment
-from pamsim.store.printed import PrintedStep, distinct_steps
+from pamsim.recordings.printed import PrintedStep, distinct_steps
+from pamsim.recordings.recording import Outcome, Recording
 
 FloatArray = NDArray[np.float64]
 

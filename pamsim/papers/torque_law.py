@@ -18,7 +18,7 @@ from scipy.special import stdtrit
 from pamsim.core.encoding import NOT_IN_JSON, json_key
 from pamsim.core.units import DEG_PER_RAD, PA_PER_BAR
 from pamsim.papers.numerics import curve_fit, root
-from pamsim.store.printed import PrintedStep, distinct_steps
+from pamsim.recordings.printed import PrintedStep, distinct_steps
 
 FloatArray = NDArray[np.float64]
 

@@ -11,10 +11,10 @@ from numpy.typing import NDArray
 
 from pamsim.core.errors import InputError
 from pamsim.core.progress import Progress
+from pamsim.recordings.pictures import check_film, write_film, write_picture
 from pamsim.report.film_sheet import arm_size, film_sheet
 from pamsim.scene.arm_camera import arm_camera
 from pamsim.scene.replay import Replay, frame_times
-from pamsim.store.pictures import check_film, write_film, write_picture
 
 Picture = NDArray[np.uint8]
 

@@ -15,13 +15,13 @@ from numpy.typing import NDArray
 from pamsim.comparison.compared_signal import Comparison, shown_unit
 from pamsim.core.errors import InputError
 from pamsim.core.progress import Progress
-from pamsim.core.trial import Trial
 from pamsim.engine.rig import Rig
+from pamsim.recordings.pictures import write_film
+from pamsim.recordings.trial import Trial
 from pamsim.report.numbers import fixed, words
 from pamsim.report.style import BLUE, INK, VERMILION, finish_axes, styled
 from pamsim.scene.arm_camera import ArmCamera, arm_camera
 from pamsim.scene.replay import Replay, frame_times
-from pamsim.store.pictures import write_film
 
 Picture = NDArray[np.uint8]
 

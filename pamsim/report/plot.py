@@ -7,7 +7,7 @@ from typing import Any
 from matplotlib.figure import Figure
 
 from pamsim.core.errors import InputError
-from pamsim.core.recording import Recording
+from pamsim.recordings.recording import Recording
 from pamsim.report.calibrate_numbers import parameter_ranges
 from pamsim.report.calibrate_signals import trial_signals
 from pamsim.report.diagnose_page import first_figure

@@ -15,7 +15,7 @@ from typing import Any
 from matplotlib.figure import Figure
 
 from pamsim.core.files import complete_file
-from pamsim.core.recording import Recording
+from pamsim.recordings.recording import Recording
 from pamsim.report import reproduce_figures, reproduce_steps
 from pamsim.report.numbers import fixed, significant, words
 from pamsim.report.page import write_page

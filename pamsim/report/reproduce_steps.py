@@ -11,8 +11,8 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.ticker import MaxNLocator
 
-from pamsim.core.recording import Recording
 from pamsim.core.units import DEG_PER_RAD, PA_PER_KPA
+from pamsim.recordings.recording import Recording
 from pamsim.report.style import (
     BLUE,
     FAINT,

@@ -20,14 +20,14 @@ import numpy as np
 import numpy.typing as npt
 
 from pamsim.core.errors import EngineError, InputError, nearest
-from pamsim.core.experiment import pressure_step
 from pamsim.engine.rig import load_rig
 from pamsim.engine.simulate import simulate
+from pamsim.recordings.experiment import pressure_step
+from pamsim.recordings.pictures import write_picture
 from pamsim.scene.chain_shape import STEEL, chain_solids
 from pamsim.scene.muscle_shape import Rgba, Solid, muscle_solids, rod
 from pamsim.scene.pose import has_site, muscle_lengths, object_id, pose, site_pose
 from pamsim.scene.series_colours import series_rgb
-from pamsim.store.pictures import write_picture
 
 _KINDS = {
     "cylinder": mujoco.mjtGeom.mjGEOM_CYLINDER,

@@ -6,9 +6,9 @@ from collections.abc import Sequence
 
 import mujoco
 
-from pamsim.actuator.static_muscle import muscle_length
 from pamsim.core.errors import EngineError
 from pamsim.engine.stepping import muscle_ids
+from pamsim.physics.static_muscle import muscle_length
 from pamsim.scene.muscle_shape import Vector
 
 

@@ -10,11 +10,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pamsim.core.errors import InputError, nearest
-from pamsim.core.rig_trial import of_rig
-from pamsim.core.signal_names import column_of
-from pamsim.core.trial import Trial
 from pamsim.engine.rig import Rig, load_rig
-from pamsim.store.recording_reader import read_recordings
+from pamsim.recordings.recording_reader import read_recordings
+from pamsim.recordings.rig_trial import of_rig
+from pamsim.recordings.signal_names import column_of
+from pamsim.recordings.trial import Trial
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -12,8 +12,8 @@ from numpy.typing import NDArray
 
 from pamsim.core.encoding import NOT_IN_JSON, fields_to_dict
 from pamsim.core.versions import versions
-from pamsim.store.array_files import read_arrays
-from pamsim.store.json_file import write_json
+from pamsim.recordings.array_files import read_arrays
+from pamsim.recordings.json_file import write_json
 from pamsim.sweeps.design import Design
 from pamsim.sweeps.sensitivity import SobolIndex, rank_correlations, sobol_indices
 from pamsim.sweeps.study import Study

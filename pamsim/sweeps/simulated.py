@@ -11,13 +11,13 @@ from typing import Any, TypeAlias
 import numpy as np
 
 from pamsim.core.errors import InputError, PamsimError
-from pamsim.core.experiment import Experiment
-from pamsim.core.recording import Outcome, Recording
 from pamsim.core.units import PA_PER_KPA, to_si
 from pamsim.engine.batch import simulate_batch
 from pamsim.engine.rig import Rig
 from pamsim.engine.supply_check import refuse_above_supply
-from pamsim.signals.step_metrics import step_figure_units, step_figures
+from pamsim.recordings.experiment import Experiment
+from pamsim.recordings.recording import Outcome, Recording
+from pamsim.recordings.step_metrics import step_figure_units, step_figures
 from pamsim.sweeps.factor import Value, number
 from pamsim.sweeps.job import Row
 from pamsim.sweeps.varied_rig import RIG, check_names, loaded, with_values

@@ -12,7 +12,7 @@ from typing import Any
 
 from pamsim.core.errors import EngineError, InputError
 from pamsim.core.progress import Progress
-from pamsim.store.json_file import CheckpointFile
+from pamsim.recordings.json_file import CheckpointFile
 from pamsim.sweeps.factor import Value
 from pamsim.sweeps.job import Job, Row
 from pamsim.sweeps.result import SweepResult, result_of

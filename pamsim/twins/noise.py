@@ -9,12 +9,12 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.signal import lfilter
 
-from pamsim.actuator.layout import has_parameter
-from pamsim.core.recording import Recording
 from pamsim.core.units import DEG_PER_RAD
 from pamsim.engine.rig import Rig
 from pamsim.engine.rig_parameter import rig_parameter
-from pamsim.signals.sensors import MeasurementChain, convert_pressure, encoded
+from pamsim.physics.layout import has_parameter
+from pamsim.recordings.recording import Recording
+from pamsim.recordings.sensors import MeasurementChain, convert_pressure, encoded
 
 FloatArray = NDArray[np.float64]
 

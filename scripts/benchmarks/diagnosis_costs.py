@@ -31,7 +31,7 @@ from tqdm import tqdm
 
 import pamsim
 from pamsim.engine.new_rig import new_rig
-from pamsim.store.json_file import write_json
+from pamsim.recordings.json_file import write_json
 
 PROTOCOLS = ("triangle", "multisine", "bursts")
 DURATION = 3.0

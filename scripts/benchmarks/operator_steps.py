@@ -25,9 +25,9 @@ from types import FunctionType
 import numba
 import numpy as np
 
-from pamsim.hysteresis import fractional_maxwell, preisach
 from pamsim.papers.nguyen2024.fractional_reference import complex_stiffness
 from pamsim.papers.vandamme2008.relays import levels_of, printed_weight, relay_weights
+from pamsim.physics.hysteresis import fractional_maxwell, preisach
 
 ROUNDS = 9
 LEVELS = (25, 100)

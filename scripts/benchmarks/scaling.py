@@ -28,15 +28,15 @@ import mujoco
 import numpy as np
 
 import pamsim
-from pamsim.actuator.muscle import Muscle
 from pamsim.comparison.measurements import CalibrationData
 from pamsim.comparison.trial_prediction import TrialPredictor
-from pamsim.core.experiment import Experiment
-from pamsim.core.trial import Trial
 from pamsim.engine.attach import attach, compile_model
 from pamsim.engine.batch import simulate_batch
-from pamsim.hysteresis.fractional_maxwell import FractionalMaxwell
-from pamsim.hysteresis.preisach import Preisach
+from pamsim.physics.hysteresis.fractional_maxwell import FractionalMaxwell
+from pamsim.physics.hysteresis.preisach import Preisach
+from pamsim.physics.muscle import Muscle
+from pamsim.recordings.experiment import Experiment
+from pamsim.recordings.trial import Trial
 
 Work = Callable[[], object]
 STEPS = 400

@@ -27,7 +27,6 @@ import mujoco
 import numpy as np
 
 import pamsim
-from pamsim.core.experiment import Experiment
 from pamsim.engine.batch import simulate_batch
 from pamsim.engine.simulate import prepare
 from pamsim.envs.plant import ManyRigs
@@ -35,6 +34,7 @@ from pamsim.gpu.port import PRECISIONS
 from pamsim.gpu.simulate_worlds import simulate_worlds
 from pamsim.gpu.warp_package import mujoco_warp, warp
 from pamsim.gpu.worlds import Worlds
+from pamsim.recordings.experiment import Experiment
 
 STEPS, ROUNDS = 40, 5
 COMMAND = np.array([3e5, 1e5])

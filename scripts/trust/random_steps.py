@@ -34,8 +34,8 @@ import pamsim
 import pamsim.envs  # registers the environments
 from pamsim.comparison.effects_on_rig import candidates
 from pamsim.core.errors import InputError, InvariantError
-from pamsim.core.recording import Outcome
 from pamsim.engine.rig import Rig
+from pamsim.recordings.recording import Outcome
 
 sys.path.insert(0, str(Path(__file__).parents[1]))
 from kept_rows import Task, fingerprint, kept_rows

@@ -43,13 +43,13 @@ from tqdm import tqdm
 
 import pamsim
 from pamsim.core.errors import PamsimError
-from pamsim.core.recording import write_recording
 from pamsim.core.units import parse_quantity
-from pamsim.store.columns import read_columns
-from pamsim.store.json_file import CheckpointFile
-from pamsim.store.measured_table import read_measured
-from pamsim.store.policy_file import read_policy
-from pamsim.store.rig_file import shipped_rigs
+from pamsim.recordings.columns import read_columns
+from pamsim.recordings.json_file import CheckpointFile
+from pamsim.recordings.measured_table import read_measured
+from pamsim.recordings.policy_file import read_policy
+from pamsim.recordings.recording import write_recording
+from pamsim.recordings.rig_file import shipped_rigs
 
 SECONDS, BYTES = 1.0, 1 << 30
 BATCH = 50

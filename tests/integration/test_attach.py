@@ -36,7 +36,7 @@ TWO_JOINTS = """
 def muscle(length_at_zero):
     from dataclasses import replace
 
-    from pamsim.actuator.muscle import Mounting
+    from pamsim.physics.muscle import Mounting
 
     shipped = pamsim.load_rig("mas20_arm").muscles["muscle_1"]
     return replace(
@@ -76,8 +76,8 @@ def test_each_muscle_moves_its_own_joint():
 
 
 def test_force_on_the_cable_is_the_muscle_law_at_its_length():
-    from pamsim.actuator import kernel
-    from pamsim.actuator.layout import pack
+    from pamsim.physics import kernel
+    from pamsim.physics.layout import pack
 
     model = build()
     data = settle(model, (2e5, 1e5))

@@ -15,8 +15,8 @@ from pamsim.calibration.calibration_problem import CalibrationProblem
 from pamsim.cli.main import main
 from pamsim.comparison.free_parameters import freed_parameters
 from pamsim.comparison.measurements import read_calibration_data
-from pamsim.core.recording import write_recording
 from pamsim.core.units import DEG_PER_RAD
+from pamsim.recordings.recording import write_recording
 
 RATE = 100.0
 ANGLE_NOISE, PRESSURE_NOISE = 0.05 / DEG_PER_RAD, 400.0

@@ -13,7 +13,7 @@ import pytest
 import pamsim
 from pamsim.cli.main import main
 from pamsim.diagnosis.diagnosed_rig import DiagnosedRig
-from pamsim.store.rig_file import shipped_rigs
+from pamsim.recordings.rig_file import shipped_rigs
 from pamsim.twins.hide import hide
 
 SETTINGS = {"protocols": ("triangle", "bursts"), "duration": 2.0, "repeats": 3, "seed": 3}

@@ -29,7 +29,7 @@ def run(monkeypatch, capsys, *args):
 
 def broken_rig(tmp_path, old, new):
     """A copy of the shipped rig with one text replaced in its params.toml or MJCF."""
-    from pamsim.store.rig_file import shipped_rigs
+    from pamsim.recordings.rig_file import shipped_rigs
 
     folder = tmp_path / "rig"
     folder.mkdir()

@@ -12,11 +12,11 @@ import pamsim.envs
 from pamsim.controllers.linearisation_point import LinearisationPoint
 from pamsim.controllers.lti import Lti
 from pamsim.controllers.pressure_split import PressureSplit
-from pamsim.core.trial import Trial, TrialSet
 from pamsim.envs.closed_loop import drive
 from pamsim.linear.imc_tuning import imc_gains_of_fit
 from pamsim.linear.sampled_controller import sampled_controller
 from pamsim.linear.transfer_function import sampled_plants
+from pamsim.recordings.trial import Trial, TrialSet
 
 COMMON, GOAL = 300e3, 0.05  # Pa, rad
 LEVELS = 20e3 * np.array([0, 1, 2, 1, 0, -1, -2, -1, 0])

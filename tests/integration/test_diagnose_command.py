@@ -9,8 +9,8 @@ import pytest
 import pamsim
 from pamsim.cli.main import main
 from pamsim.diagnosis.method.verdict import Verdict
+from pamsim.recordings.rig_file import shipped_rigs
 from pamsim.report.page import PageImage
-from pamsim.store.rig_file import shipped_rigs
 from tests.unit.diagnosis.diagnosed import VERDICTS, following, report
 
 TRIED = ("--effects", "air_leak,pressure_bias", "--nuisance", "force.scale")

@@ -15,8 +15,8 @@ from pamsim.diagnosis.published_rig import published_rig
 from pamsim.diagnosis.pulley_radius import PULLEY
 from pamsim.diagnosis.table_at_rest import diagnose_table, rig_with
 from pamsim.diagnosis.table_at_rest_result import repaired_rows
+from pamsim.recordings.static_table import read_static_table
 from pamsim.report.diagnose_page import write_diagnosis
-from pamsim.store.static_table import read_static_table
 
 TRIED = ("load_torque", "muscle_hysteresis", "viscous_friction", "passive_stiffness")
 TILT = -0.12

@@ -6,9 +6,9 @@ import pytest
 
 import pamsim
 from pamsim.core.errors import InputError
-from pamsim.core.recording import write_recording
 from pamsim.diagnosis.diagnose import diagnose
 from pamsim.diagnosis.method.verdict import Verdict
+from pamsim.recordings.recording import write_recording
 from pamsim.twins.hide import hide
 
 TRIED = ("air_leak", "coulomb_friction")

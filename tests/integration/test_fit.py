@@ -14,8 +14,8 @@ from pamsim.cli.main import main
 from pamsim.fitting.fit import fit
 from pamsim.fitting.law_curve import named_law
 from pamsim.fitting.loop_cost import maxwell_loop
-from pamsim.muscles.braid import Braid
-from pamsim.store.printed import loop_equation
+from pamsim.physics.braid import Braid
+from pamsim.recordings.printed import loop_equation
 from tests.unit.report.page_laws import check_page
 
 DATA = resources.files("pamsim") / "data"
@@ -78,7 +78,7 @@ def test_fit_writes_figure_and_parameters_that_parse_back(tmp_path, monkeypatch,
 @pytest.mark.parametrize("model", ["six_parameter", "mooney_rivlin"])
 def test_fitted_parameters_run_in_a_rig(tmp_path, monkeypatch, capsys, model):
     """The section replaces the one of the shipped rig, word for word."""
-    from pamsim.store.rig_file import shipped_rigs
+    from pamsim.recordings.rig_file import shipped_rigs
 
     run(monkeypatch, capsys, "fit", DMSP_20, "--model", model, "--hold-out", "none",
         "--out", tmp_path / "o")  # fmt: skip

@@ -12,8 +12,8 @@ from pamsim.fitting.curve_fit import search_curve
 from pamsim.fitting.fit import fit
 from pamsim.fitting.force_map import fit_force_law, warnings_about
 from pamsim.fitting.law_curve import law_coefficients, law_curve, named_law
-from pamsim.muscles.braid import Braid
-from pamsim.store.measured_table import read_measured
+from pamsim.physics.braid import Braid
+from pamsim.recordings.measured_table import read_measured
 
 DATA = resources.files("pamsim") / "data"
 DMSP_20, DMSP_10 = DATA / "dmsp20_300_force_map.csv", DATA / "dmsp10_250_force_map.csv"

@@ -11,7 +11,7 @@ import pamsim
 from pamsim.cli.main import main
 from pamsim.comparison.protocols import PROTOCOLS
 from pamsim.core.errors import InputError
-from pamsim.store.recording_reader import read_recordings
+from pamsim.recordings.recording_reader import read_recordings
 from pamsim.twins.hide import hide
 from pamsim.twins.noise import ANGLE_NOISE
 

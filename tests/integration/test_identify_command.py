@@ -10,7 +10,7 @@ import pytest
 from scipy.signal import lfilter
 
 from pamsim.cli.main import main
-from pamsim.core.recording import Outcome, Recording, write_recording
+from pamsim.recordings.recording import Outcome, Recording, write_recording
 from tests.unit.report.page_laws import check_page
 
 GAIN, FAST, SLOW = 0.05, 0.08, 0.5  # deg/kPa, s, s

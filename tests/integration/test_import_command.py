@@ -16,7 +16,7 @@ import scipy.io
 import pamsim
 from pamsim.cli.main import main
 from pamsim.core.errors import InputError
-from pamsim.store.recording_reader import read_recordings
+from pamsim.recordings.recording_reader import read_recordings
 
 TIME = np.arange(400) * 0.01
 FLEXOR = np.where(np.arange(400) % 100 < 50, 3e5, 1e5)  # [Pa], repeats in a second

@@ -6,7 +6,7 @@ import numpy as np
 
 from pamsim.fitting.loop_cost import maxwell_loop
 from pamsim.fitting.maxwell import fit_maxwell
-from pamsim.store.measured_table import ForceLoops
+from pamsim.recordings.measured_table import ForceLoops
 
 PLANTED = (0.45, 0.05, 5e3)  # alpha [-], beta [s], Ke [N/m]
 FREQUENCIES = (0.5, 1.0, 2.0, 3.5, 5.0, 10.0)  # Hz

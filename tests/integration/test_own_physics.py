@@ -15,19 +15,19 @@ import numpy as np
 import pytest
 
 import pamsim
-from pamsim.actuator import kernel
-from pamsim.actuator.chamber_pressure import chamber_volume
-from pamsim.actuator.layout import pack, slot, unpack
 from pamsim.cli.main import main
 from pamsim.comparison.effects_on_rig import candidates, forms
 from pamsim.core import catalog
 from pamsim.core.errors import EngineError, InputError
 from pamsim.engine.rig import _compiled
-from pamsim.hysteresis.catalog import OPERATORS
-from pamsim.muscles.catalog import FORCE_LAWS
-from pamsim.muscles.exponential import SixParameter, six_parameter_force
-from pamsim.store import effects_file
-from pamsim.store.rig_writer import write_rig
+from pamsim.physics import kernel
+from pamsim.physics.chamber_pressure import chamber_volume
+from pamsim.physics.force_laws.catalog import FORCE_LAWS
+from pamsim.physics.force_laws.exponential import SixParameter, six_parameter_force
+from pamsim.physics.hysteresis.catalog import OPERATORS
+from pamsim.physics.layout import pack, slot, unpack
+from pamsim.recordings import effects_file
+from pamsim.recordings.rig_writer import write_rig
 
 PAGE = Path(__file__).resolve().parents[2] / "docs" / "own_physics.md"
 BLOCK = re.compile(r"^```(\w+)\n(.*?)^```", re.MULTILINE | re.DOTALL)
@@ -223,7 +223,9 @@ FAULTS = {
     "import pamsim\nx = 1 / 0": "line 2: ZeroDivisionError",
     "EFFECTS = [3]": "EFFECTS holds 3",
     "LAWS = 3": "LAWS must be a list of ForceLaw and Operator",
-    "import pamsim.muscles.catalog as c\nLAWS = [c.FORCE_LAWS['pleated']]": "'pleated' of its own",
+    "import pamsim.physics.force_laws.catalog as c\nLAWS = [c.FORCE_LAWS['pleated']]": (
+        "'pleated' of its own"
+    ),
 }
 
 

@@ -8,8 +8,6 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from pamsim.muscles.pleated import SLENDERNESS_6
-from pamsim.muscles.published import PUBLISHED
 from pamsim.papers.alraouf2025 import on_bench as alraouf
 from pamsim.papers.alraouf2025.hung_muscle import fit_hung_muscle
 from pamsim.papers.bench_experiments import bench, hanging_weight, hung, stretched
@@ -19,6 +17,8 @@ from pamsim.papers.nguyen2024.numbers import element, muscle, omega
 from pamsim.papers.sarosi import on_bench as sarosi
 from pamsim.papers.vandamme2008 import on_bench as vandamme
 from pamsim.papers.vandamme2008.numbers import value
+from pamsim.physics.force_laws.pleated import SLENDERNESS_6
+from pamsim.physics.force_laws.published import PUBLISHED
 
 PAPERS = Path(__file__).parents[2] / "docs" / "papers.md"
 

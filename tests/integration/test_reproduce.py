@@ -12,13 +12,13 @@ import numpy as np
 import pytest
 
 from pamsim.cli.main import cli
-from pamsim.core.experiment import pressure_step
-from pamsim.core.recording import Outcome
 from pamsim.engine.rig import load_rig
 from pamsim.engine.simulate import simulate
 from pamsim.papers.printed_steps import STARTS, start_pressures
 from pamsim.papers.reproduce import reproduce
-from pamsim.store.printed import distinct_steps, mas20_models, mas20_steps
+from pamsim.recordings.experiment import pressure_step
+from pamsim.recordings.printed import distinct_steps, mas20_models, mas20_steps
+from pamsim.recordings.recording import Outcome
 
 
 @pytest.fixture(scope="module")

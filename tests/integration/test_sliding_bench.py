@@ -10,10 +10,10 @@ import pytest
 import pamsim
 from pamsim.comparison.measurements import read_calibration_data
 from pamsim.core.errors import InputError
-from pamsim.core.experiment import pressure_step
 from pamsim.diagnosis.diagnosed_rig import DiagnosedRig
 from pamsim.engine.rig_parameter import rig_parameter
-from pamsim.store.rig_file import shipped_rigs
+from pamsim.recordings.experiment import pressure_step
+from pamsim.recordings.rig_file import shipped_rigs
 
 MASS, WEIGHT = 5.0, 5.0 * 9.81  # [kg, N]
 MJCF = f"""

@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 
 import pamsim
-from pamsim.actuator.layout import slot
 from pamsim.core.errors import InputError
+from pamsim.physics.layout import slot
 
 PLAY = 3e-4
 RADIUS = 12.1276e-3

@@ -11,7 +11,7 @@ import pytest
 from scipy.optimize import brentq
 
 import pamsim
-from pamsim.actuator.layout import EXTENSION
+from pamsim.physics.layout import EXTENSION
 from pamsim.twins.plant.muscle import steady_pull
 from pamsim.twins.plant.read_rig import read_rig
 

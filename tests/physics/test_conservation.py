@@ -7,10 +7,10 @@ import numpy as np
 import pytest
 
 import pamsim
-from pamsim.actuator.chamber_pressure import chamber_pressure, chamber_volume, gauge_pressure
-from pamsim.actuator.layout import slot
-from pamsim.actuator.muscle_valves import air_flow
-from pamsim.pneumatics.air import GAS_CONSTANT
+from pamsim.physics.air import GAS_CONSTANT
+from pamsim.physics.chamber_pressure import chamber_pressure, chamber_volume, gauge_pressure
+from pamsim.physics.layout import slot
+from pamsim.physics.muscle_valves import air_flow
 
 
 def inside(row, act, length):

@@ -16,25 +16,25 @@ import numpy as np
 import pytest
 
 import pamsim
-from pamsim.actuator import muscle_hysteresis, static_muscle
-from pamsim.actuator.chain import Chain
-from pamsim.actuator.chamber_pressure import chamber_volume, gauge_pressure
-from pamsim.actuator.layout import pack, state_size
-from pamsim.actuator.muscle import Muscle
-from pamsim.hysteresis.arctangent import Arctangent
-from pamsim.hysteresis.bouc_wen import BoucWen
-from pamsim.hysteresis.catalog import OPERATORS
-from pamsim.hysteresis.fractional_maxwell import FractionalMaxwell
-from pamsim.hysteresis.group import Hysteresis
-from pamsim.hysteresis.maxwell_slip import MaxwellSlip
-from pamsim.hysteresis.pleated_factor import PleatedFactor
-from pamsim.hysteresis.prandtl_ishlinskii import PrandtlIshlinskii
-from pamsim.hysteresis.preisach import Preisach
-from pamsim.muscles.braid import Braid
-from pamsim.muscles.creep import Creep
-from pamsim.muscles.end_shape import EndShape
-from pamsim.muscles.tension import Threshold
-from tests.unit.actuator.muscles import FORCES, make
+from pamsim.physics import muscle_hysteresis, static_muscle
+from pamsim.physics.braid import Braid
+from pamsim.physics.chain import Chain
+from pamsim.physics.chamber_pressure import chamber_volume, gauge_pressure
+from pamsim.physics.creep import Creep
+from pamsim.physics.end_shape import EndShape
+from pamsim.physics.hysteresis.arctangent import Arctangent
+from pamsim.physics.hysteresis.bouc_wen import BoucWen
+from pamsim.physics.hysteresis.catalog import OPERATORS
+from pamsim.physics.hysteresis.fractional_maxwell import FractionalMaxwell
+from pamsim.physics.hysteresis.group import Hysteresis
+from pamsim.physics.hysteresis.maxwell_slip import MaxwellSlip
+from pamsim.physics.hysteresis.pleated_factor import PleatedFactor
+from pamsim.physics.hysteresis.prandtl_ishlinskii import PrandtlIshlinskii
+from pamsim.physics.hysteresis.preisach import Preisach
+from pamsim.physics.layout import pack, state_size
+from pamsim.physics.muscle import Muscle
+from pamsim.physics.tension import Threshold
+from tests.unit.physics.muscles import FORCES, make
 
 POINTS, FIGURES = 240, range(10)
 GRID = ("preisach", "pleated_factor")

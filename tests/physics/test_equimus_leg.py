@@ -15,7 +15,7 @@ import pytest
 from scipy.optimize import root
 
 import pamsim
-from pamsim.store.rig_file import shipped_rigs
+from pamsim.recordings.rig_file import shipped_rigs
 
 A1, A2, B1, B2, D1, D2 = 0.25, 0.25, 0.21213, 0.1, 0.06, 0.10
 BETA_1, BETA_2 = math.radians(8.13), math.radians(30.0)

@@ -10,15 +10,15 @@ import pytest
 from scipy.integrate import solve_ivp
 
 import pamsim
-from pamsim.actuator.friction import stribeck_friction
-from pamsim.actuator.layout import pack
-from pamsim.actuator.static_muscle import static_force
-from pamsim.core.drive import Drive
 from pamsim.core.errors import InputError
-from pamsim.core.experiment import Experiment, pressure_step
 from pamsim.engine.batch import simulate_batch
 from pamsim.engine.external import act, effort, external
 from pamsim.engine.simulate import simulate
+from pamsim.physics.friction import stribeck_friction
+from pamsim.physics.layout import pack
+from pamsim.physics.static_muscle import static_force
+from pamsim.recordings.drive import Drive
+from pamsim.recordings.experiment import Experiment, pressure_step
 
 GRAVITY, ROD = 9.81, 0.5
 """Of muscle_bench [m/s^2, kg]."""

@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 
 import pamsim
-from pamsim.core.experiment import Experiment, pressure_step
 from pamsim.engine.simulate import simulate
-from pamsim.store.rig_file import find_rig
+from pamsim.recordings.experiment import Experiment, pressure_step
+from pamsim.recordings.rig_file import find_rig
 
 
 @pytest.fixture(scope="module")

@@ -10,12 +10,12 @@ import numpy as np
 import pytest
 
 import pamsim
-from pamsim.actuator.chamber_pressure import chamber_volume
-from pamsim.actuator.layout import AIR, SAG, slot
 from pamsim.core.errors import InputError
 from pamsim.engine.stepping import BACKENDS
-from pamsim.pneumatics.air import GAS_CONSTANT
-from pamsim.pneumatics.orifice import mass_flow
+from pamsim.physics.air import GAS_CONSTANT
+from pamsim.physics.chamber_pressure import chamber_volume
+from pamsim.physics.layout import AIR, SAG, slot
+from pamsim.physics.orifice import mass_flow
 from pamsim.twins.plant.read_rig import read_rig
 from pamsim.twins.plant.run import run
 

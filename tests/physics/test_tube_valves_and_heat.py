@@ -9,10 +9,10 @@ import numpy as np
 import pytest
 
 import pamsim
-from pamsim.actuator.chamber_pressure import chamber_pressure, chamber_volume
-from pamsim.actuator.layout import AMBIENT
-from pamsim.actuator.muscle_valves import flow_through_valves, pressure_at_valve
-from pamsim.pneumatics.air import GAS_CONSTANT
+from pamsim.physics.air import GAS_CONSTANT
+from pamsim.physics.chamber_pressure import chamber_pressure, chamber_volume
+from pamsim.physics.layout import AMBIENT
+from pamsim.physics.muscle_valves import flow_through_valves, pressure_at_valve
 
 TUBE = {"valve.tube_resistance": 3e8, "valve.tube_volume": 2e-5}
 

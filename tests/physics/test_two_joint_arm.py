@@ -10,11 +10,11 @@ import pytest
 
 import pamsim
 from pamsim.core.errors import InputError
-from pamsim.core.experiment import Experiment, pressure_step
 from pamsim.engine.rig_parameter import rig_parameter
 from pamsim.engine.state import charge
 from pamsim.engine.stepping import live
-from pamsim.store.rig_file import find_rig
+from pamsim.recordings.experiment import Experiment, pressure_step
+from pamsim.recordings.rig_file import find_rig
 
 ARMS = np.array([[-25e-3, 0.0], [25e-3, 0.0], [-16e-3, -24e-3], [16e-3, 24e-3]])
 """Change of each muscle's length per angle of shoulder and elbow [m/rad], as the README states."""

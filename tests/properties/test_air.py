@@ -8,9 +8,9 @@ import pytest
 from hypothesis import assume, given
 from hypothesis import strategies as st
 
-from pamsim.pneumatics.air import GAS_CONSTANT, REFERENCE_DENSITY, REFERENCE_TEMPERATURE
-from pamsim.pneumatics.chamber import absolute_pressure, air_state, air_state_rate
-from pamsim.pneumatics.orifice import flow_function, mass_flow
+from pamsim.physics.air import GAS_CONSTANT, REFERENCE_DENSITY, REFERENCE_TEMPERATURE
+from pamsim.physics.chamber import absolute_pressure, air_state, air_state_rate
+from pamsim.physics.orifice import flow_function, mass_flow
 from tests.properties.strategies import SHARES, between
 
 ORIFICES = st.tuples(between(0.0, 0.9), between(0.95, 0.9999))

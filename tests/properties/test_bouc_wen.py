@@ -10,7 +10,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from pamsim.hysteresis.bouc_wen import bouc_wen_rate
+from pamsim.physics.hysteresis.bouc_wen import bouc_wen_rate
 from tests.properties.strategies import between
 
 Shape = tuple[float, float, float]

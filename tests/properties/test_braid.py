@@ -7,13 +7,13 @@ import math
 import pytest
 from hypothesis import given
 
-from pamsim.muscles.braid import (
+from pamsim.physics.braid import (
     max_contraction,
     pressurised_contraction,
     volume,
     volume_slope,
 )
-from pamsim.muscles.mckibben import ideal_force
+from pamsim.physics.force_laws.mckibben import ideal_force
 from tests.properties.strategies import BRAIDS, SHARES, between
 
 Braid = tuple[float, float, float]

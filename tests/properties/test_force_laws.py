@@ -16,20 +16,20 @@ from numba.extending import register_jitable
 from pamsim.core.parameters import ParameterGroup, specs
 from pamsim.core.units import to_si
 from pamsim.engine.jit import reached_functions
-from pamsim.muscles.braid import Braid, volume
-from pamsim.muscles.catalog import FORCE_LAWS
-from pamsim.muscles.corrected_mckibben import CorrectedMcKibben
-from pamsim.muscles.dispatch import volume_depends_on_pressure
-from pamsim.muscles.effective_area import EffectiveArea
-from pamsim.muscles.elastic_energy import ElasticEnergy
-from pamsim.muscles.force_law import ForceLaw, coefficients_of
-from pamsim.muscles.invertible_exponential import InvertibleExponential
-from pamsim.muscles.mckibben import IdealMcKibben
-from pamsim.muscles.mooney_rivlin import MooneyRivlin
-from pamsim.muscles.pleated import SLENDERNESS_6
-from pamsim.muscles.pleated_shape import PleatedShape
-from pamsim.muscles.published import PUBLISHED
 from pamsim.papers.sarosi.equations import isobar
+from pamsim.physics.braid import Braid, volume
+from pamsim.physics.force_laws.catalog import FORCE_LAWS
+from pamsim.physics.force_laws.corrected_mckibben import CorrectedMcKibben
+from pamsim.physics.force_laws.dispatch import volume_depends_on_pressure
+from pamsim.physics.force_laws.effective_area import EffectiveArea
+from pamsim.physics.force_laws.elastic_energy import ElasticEnergy
+from pamsim.physics.force_laws.force_law import ForceLaw, coefficients_of
+from pamsim.physics.force_laws.invertible_exponential import InvertibleExponential
+from pamsim.physics.force_laws.mckibben import IdealMcKibben
+from pamsim.physics.force_laws.mooney_rivlin import MooneyRivlin
+from pamsim.physics.force_laws.pleated import SLENDERNESS_6
+from pamsim.physics.force_laws.pleated_shape import PleatedShape
+from pamsim.physics.force_laws.published import PUBLISHED
 
 from .strategies import SHARES, between
 

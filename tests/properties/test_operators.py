@@ -9,10 +9,10 @@ import pytest
 from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
-from pamsim.hysteresis.catalog import OPERATORS
-from pamsim.hysteresis.preisach import Preisach
+from pamsim.physics.hysteresis.catalog import OPERATORS
+from pamsim.physics.hysteresis.preisach import Preisach
 from tests.properties.strategies import between
-from tests.unit.hysteresis.operator_runs import GROUPS, TIMESTEP, area, label, path, run
+from tests.unit.physics.hysteresis.operator_runs import GROUPS, TIMESTEP, area, label, path, run
 
 DISCRETE = [g for g in GROUPS if OPERATORS[g.law].rate_independent and g.law != "bouc_wen"]
 """Rate-independent to rounding; Bouc-Wen is so only in the limit of small steps."""

@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from scipy.integrate import quad
 
 from pamsim.core.parameters import specs
-from pamsim.muscles.passive import PassiveSpring, locking_force, tube_force
+from pamsim.physics.passive import PassiveSpring, locking_force, tube_force
 from tests.properties.strategies import between
 
 Spring = tuple[float, float, float, float]

@@ -12,8 +12,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from pamsim.hysteresis.bouc_wen import bouc_wen_rate
-from pamsim.hysteresis.play import play
+from pamsim.physics.hysteresis.bouc_wen import bouc_wen_rate
+from pamsim.physics.hysteresis.play import play
 
 FloatArray = NDArray[np.float64]
 

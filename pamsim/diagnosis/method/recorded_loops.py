@@ -12,7 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from pamsim.core.trial import Trial
+from pamsim.recordings.trial import Trial
 
 FloatArray = NDArray[np.float64]
 Signals = Mapping[str, Mapping[str, FloatArray]]

@@ -14,8 +14,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pamsim.comparison.periodicity import samples_per_period
-from pamsim.core.trial import Trial
 from pamsim.diagnosis.method.gap import Residuals
+from pamsim.recordings.trial import Trial
 
 FloatArray = NDArray[np.float64]
 

@@ -15,12 +15,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pamsim.core.units import PA_PER_KPA
-from pamsim.hysteresis.arctangent import Arctangent, half_width
-from pamsim.muscles.mckibben import ideal_force
-from pamsim.muscles.passive import tube_force
-from pamsim.muscles.tension import effective_pressure
 from pamsim.papers.alraouf2025.loop import branch_data
 from pamsim.papers.numerics import curve_fit, root
+from pamsim.physics.force_laws.mckibben import ideal_force
+from pamsim.physics.hysteresis.arctangent import Arctangent, half_width
+from pamsim.physics.passive import tube_force
+from pamsim.physics.tension import effective_pressure
 
 FloatArray = NDArray[np.float64]
 

@@ -6,7 +6,7 @@ Arctangent: y = a0 arctan(a1 p + a2) + a3 for each branch, 4 + 4 parameters.
 Bouc-Wen: y = c0 + c1 p + c2 z for both branches, with dz/dp = (1 - |z|^n (sigma sign(z dp) + 1 -
 sigma)) / D followed from z0 at 0 kPa up and down again, 7 parameters: c0, c1, c2, D, sigma, n, z0.
 At sigma = 0 it has no memory: both branches are one curve. From sigma = 1/2 on it is the passive
-hysteresis of `pamsim.hysteresis`.
+hysteresis of `pamsim.physics.hysteresis`.
 """
 
 from __future__ import annotations
@@ -23,8 +23,8 @@ from scipy.special import stdtrit
 
 from pamsim.inference.bounded_least_squares import bounded_least_squares, one_by_one
 from pamsim.papers.numerics import curve_fit, jacobian
-from pamsim.signals.static_law import arctangent_law
-from pamsim.store.printed import Printed, loop_equation, loop_rows, printed_table
+from pamsim.recordings.printed import Printed, loop_equation, loop_rows, printed_table
+from pamsim.recordings.static_law import arctangent_law
 
 FloatArray = NDArray[np.float64]
 

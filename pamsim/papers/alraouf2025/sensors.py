@@ -13,7 +13,7 @@ from pamsim.core.units import DEG_PER_RAD
 from pamsim.papers.alraouf2025.loop import measured_width
 from pamsim.papers.claim import Recomputed, recomputes
 from pamsim.papers.rounding import half_unit, propagated
-from pamsim.store.printed import Printed, printed_document
+from pamsim.recordings.printed import Printed, printed_document
 
 _LABORATORY = (20.0, 30.0)  # deg C, printed
 _ICE_POINT = 273.15  # K

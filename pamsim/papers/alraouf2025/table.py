@@ -11,8 +11,7 @@ from scipy.special import stdtrit
 from pamsim.papers.alraouf2025.loop import SCORES, branch_data, loop_scores, published
 from pamsim.papers.claim import Recomputed, recomputes
 from pamsim.papers.rounding import half_unit, propagated
-from pamsim.signals.static_law import arctangent_law
-from pamsim.store.printed import (
+from pamsim.recordings.printed import (
     BRANCHES,
     LoopRow,
     Printed,
@@ -20,6 +19,7 @@ from pamsim.store.printed import (
     loop_rows,
     printed_document,
 )
+from pamsim.recordings.static_law import arctangent_law
 
 FloatArray = NDArray[np.float64]
 

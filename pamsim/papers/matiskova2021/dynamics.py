@@ -14,7 +14,7 @@ from pamsim.linear.step_identification import StepIdentification, identify_step
 from pamsim.papers.claim import Recomputed, recomputes
 from pamsim.papers.numerics import root
 from pamsim.papers.rounding import propagated
-from pamsim.store.printed import Printed, mas20_models, mas20_steps, printed_document
+from pamsim.recordings.printed import Printed, mas20_models, mas20_steps, printed_document
 
 SAMPLE_RATE = 500.0
 """[Hz], as printed in section 2.4."""

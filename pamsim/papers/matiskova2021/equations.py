@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import numpy as np
 
-from pamsim.actuator.static_muscle import static_force
 from pamsim.core.units import DEG_PER_RAD, PA_PER_KPA
 from pamsim.papers.antagonistic_pair import (
     MILLIMETRE,
@@ -19,7 +18,8 @@ from pamsim.papers.antagonistic_pair import (
 from pamsim.papers.claim import AGREES, Recomputed, agreeing, recomputes
 from pamsim.papers.numerics import root
 from pamsim.papers.torque_law import printed_rows_law
-from pamsim.store.printed import Printed, distinct_steps, mas20_steps
+from pamsim.physics.static_muscle import static_force
+from pamsim.recordings.printed import Printed, distinct_steps, mas20_steps
 
 
 @recomputes("matiskova2021-17")

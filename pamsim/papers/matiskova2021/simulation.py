@@ -13,7 +13,7 @@ from pamsim.papers.claim import Recomputed, recomputes
 from pamsim.papers.printed_rows import Row, rms_error
 from pamsim.papers.reproduce import Reproduction, reproduce
 from pamsim.papers.torque_law import printed_rows_law
-from pamsim.store.printed import mas20_models
+from pamsim.recordings.printed import mas20_models
 
 _GRAVITY = 9.81  # m/s^2
 

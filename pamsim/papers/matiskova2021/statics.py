@@ -14,7 +14,7 @@ from pamsim.papers.claim import Order, Recomputed, recomputes
 from pamsim.papers.paper_models import odd_exponential_basis, static_characteristic
 from pamsim.papers.rounding import propagated
 from pamsim.papers.torque_law import printed_rows_law
-from pamsim.store.printed import Printed, distinct_steps, printed_document
+from pamsim.recordings.printed import Printed, distinct_steps, printed_document
 
 FloatArray = NDArray[np.float64]
 

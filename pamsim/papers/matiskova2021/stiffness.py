@@ -7,21 +7,7 @@ from collections.abc import Callable
 
 import numpy as np
 
-from pamsim.actuator.antagonist import (
-    Stiffness,
-    antagonist_torque,
-    joint_stiffness,
-    muscle_stiffness,
-    pressure_slope,
-)
-from pamsim.actuator.chamber_pressure import gauge_pressure
-from pamsim.actuator.layout import COMMON, Row, slot
-from pamsim.actuator.muscle import Muscle
-from pamsim.actuator.rest_state import charged_air_state
-from pamsim.actuator.static_muscle import muscle_length
 from pamsim.core.units import DEG_PER_RAD, PA_PER_KPA
-from pamsim.muscles.braid import volume_slope
-from pamsim.muscles.mckibben import ideal_force
 from pamsim.papers.antagonistic_pair import (
     ideal_muscle,
     rest_angle,
@@ -33,7 +19,21 @@ from pamsim.papers.claim import AGREES, Recomputed, agreeing, recomputes
 from pamsim.papers.numerics import derivative
 from pamsim.papers.rounding import half_unit
 from pamsim.papers.torque_law import printed_rows_law
-from pamsim.store.printed import Printed, PrintedStep, distinct_steps
+from pamsim.physics.antagonist import (
+    Stiffness,
+    antagonist_torque,
+    joint_stiffness,
+    muscle_stiffness,
+    pressure_slope,
+)
+from pamsim.physics.braid import volume_slope
+from pamsim.physics.chamber_pressure import gauge_pressure
+from pamsim.physics.force_laws.mckibben import ideal_force
+from pamsim.physics.layout import COMMON, Row, slot
+from pamsim.physics.muscle import Muscle
+from pamsim.physics.rest_state import charged_air_state
+from pamsim.physics.static_muscle import muscle_length
+from pamsim.recordings.printed import Printed, PrintedStep, distinct_steps
 
 _FULL = 487.0 * PA_PER_KPA  # Table 1, row 1
 _LOW, _HIGH = 100.0 * PA_PER_KPA, 490.0 * PA_PER_KPA  # that the rows span

@@ -6,7 +6,7 @@ from statistics import median_high
 
 from pamsim.papers.claim import Recomputed, recomputes
 from pamsim.papers.rounding import half_unit, propagated
-from pamsim.store.printed import Printed, mas20_models, mas20_steps, printed_table
+from pamsim.recordings.printed import Printed, mas20_models, mas20_steps, printed_table
 
 _FIGURES = ("p1_kpa", "p2_kpa", "p_svd_kpa", "load_kg", "beta_increment", "beta_deg")
 # The tables print 183.3 and 253 beside each other: counts are meant to one decimal in Table 1.

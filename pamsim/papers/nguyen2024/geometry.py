@@ -7,13 +7,13 @@ import math
 import numpy as np
 
 from pamsim.core.units import DEG_PER_RAD, PA_PER_BAR
-from pamsim.muscles.braid import max_contraction, volume, volume_slope
-from pamsim.muscles.elastic_energy import contractive_force, elastic_energy_force
-from pamsim.muscles.mckibben import ideal_force
 from pamsim.papers.claim import AGREES, Order, Recomputed, recomputes
 from pamsim.papers.nguyen2024.numbers import MILLIMETRE, PERCENT, digits, muscle, value
 from pamsim.papers.rounding import propagated
-from pamsim.store.printed import printed_table
+from pamsim.physics.braid import max_contraction, volume, volume_slope
+from pamsim.physics.force_laws.elastic_energy import contractive_force, elastic_energy_force
+from pamsim.physics.force_laws.mckibben import ideal_force
+from pamsim.recordings.printed import printed_table
 
 _ATMOSPHERE = 101325.0
 """[Pa]."""

@@ -25,7 +25,7 @@ from pamsim.papers.nguyen2024.fractional_reference import (
 )
 from pamsim.papers.nguyen2024.numbers import element, omega, printed_element, value
 from pamsim.papers.rounding import propagated, propagated_each
-from pamsim.store.printed import Printed
+from pamsim.recordings.printed import Printed
 
 FloatArray = NDArray[np.float64]
 

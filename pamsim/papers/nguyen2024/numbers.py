@@ -6,9 +6,9 @@ import math
 
 from pamsim.core.units import DEG_PER_RAD
 from pamsim.fitting.loop_cost import LoopPoints, maxwell_loop
-from pamsim.muscles.braid import Braid
 from pamsim.papers.claim import printed_number, printed_values
-from pamsim.store.printed import Printed
+from pamsim.physics.braid import Braid
+from pamsim.recordings.printed import Printed
 
 MILLIMETRE = 1e-3
 """[m]."""

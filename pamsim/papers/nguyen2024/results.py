@@ -8,7 +8,6 @@ import numpy as np
 
 from pamsim.core.units import PA_PER_BAR
 from pamsim.fitting.loop_cost import maxwell_loop
-from pamsim.muscles.braid import volume, volume_slope
 from pamsim.papers.claim import AGREES, Order, Recomputed, printed_values, recomputes
 from pamsim.papers.nguyen2024.fractional_reference import complex_stiffness
 from pamsim.papers.nguyen2024.loop import simulated_loop
@@ -22,6 +21,7 @@ from pamsim.papers.nguyen2024.numbers import (
     value,
 )
 from pamsim.papers.numerics import derivative
+from pamsim.physics.braid import volume, volume_slope
 
 _ATMOSPHERE = 101325.0
 """[Pa]."""

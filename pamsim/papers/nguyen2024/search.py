@@ -19,7 +19,7 @@ from pamsim.papers.nguyen2024.numbers import (
     value,
 )
 from pamsim.papers.rounding import half_unit, propagated
-from pamsim.store.printed import Printed
+from pamsim.recordings.printed import Printed
 
 FloatArray = NDArray[np.float64]
 

@@ -7,15 +7,6 @@ import math
 import numpy as np
 
 from pamsim.core.units import DEG_PER_RAD, PA_PER_BAR
-from pamsim.muscles.braid import max_contraction
-from pamsim.muscles.corrected_mckibben import corrected_mckibben_force
-from pamsim.muscles.exponential import SixParameter, six_parameter_force
-from pamsim.muscles.mckibben import ideal_force
-from pamsim.muscles.published import PUBLISHED
-from pamsim.muscles.single_pressure_exponential import (
-    SinglePressureExponential,
-    single_pressure_force,
-)
 from pamsim.papers.claim import (
     AGREES,
     Recomputed,
@@ -25,6 +16,15 @@ from pamsim.papers.claim import (
     recomputes,
 )
 from pamsim.papers.numerics import root
+from pamsim.physics.braid import max_contraction
+from pamsim.physics.force_laws.corrected_mckibben import corrected_mckibben_force
+from pamsim.physics.force_laws.exponential import SixParameter, six_parameter_force
+from pamsim.physics.force_laws.mckibben import ideal_force
+from pamsim.physics.force_laws.published import PUBLISHED
+from pamsim.physics.force_laws.single_pressure_exponential import (
+    SinglePressureExponential,
+    single_pressure_force,
+)
 
 _PERCENT = 1e-2
 _ANGLES = tuple(np.radians([15.0, 20.0, 25.0, 28.6, 32.0, 40.0]).tolist())

@@ -6,10 +6,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pamsim.core.units import PA_PER_BAR
-from pamsim.muscles.force_law import coefficients_of
-from pamsim.muscles.published import PUBLISHED
 from pamsim.papers.claim import Order, Recomputed, printed_number, recomputes
 from pamsim.papers.sarosi.maps import fitted_residual, measured, predicted, rms
+from pamsim.physics.force_laws.force_law import coefficients_of
+from pamsim.physics.force_laws.published import PUBLISHED
 
 
 @recomputes("sarosi-14")

@@ -9,11 +9,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pamsim.core.units import DEG_PER_RAD, PA_PER_BAR
-from pamsim.muscles.braid import Braid
-from pamsim.muscles.catalog import FORCE_LAWS
 from pamsim.papers.claim import printed_number
 from pamsim.papers.numerics import curve_fit
-from pamsim.store.printed import printed_table
+from pamsim.physics.braid import Braid
+from pamsim.physics.force_laws.catalog import FORCE_LAWS
+from pamsim.recordings.printed import printed_table
 
 FloatArray = NDArray[np.float64]
 

@@ -10,13 +10,13 @@ from numpy.typing import NDArray
 
 from pamsim.core.units import PA_PER_BAR
 from pamsim.engine.rig import Rig
-from pamsim.muscles.exponential import six_parameter_force
-from pamsim.muscles.force_law import coefficients_of
-from pamsim.muscles.published import PUBLISHED
 from pamsim.papers.bench_experiments import bench, hanging_weight, hung, stretched
 from pamsim.papers.numerics import root
 from pamsim.papers.sarosi.inverse import pressure_for
 from pamsim.papers.sarosi.maps import measured, rms
+from pamsim.physics.force_laws.exponential import six_parameter_force
+from pamsim.physics.force_laws.force_law import coefficients_of
+from pamsim.physics.force_laws.published import PUBLISHED
 
 FloatArray = NDArray[np.float64]
 

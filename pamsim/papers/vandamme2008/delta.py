@@ -18,7 +18,7 @@ from pamsim.papers.vandamme2008.factor import (
     static,
 )
 from pamsim.papers.vandamme2008.numbers import length, pressures
-from pamsim.store.printed import Printed
+from pamsim.recordings.printed import Printed
 
 FloatArray = NDArray[np.float64]
 

@@ -7,7 +7,6 @@ import functools
 import numpy as np
 from numpy.typing import NDArray
 
-from pamsim.muscles.pleated import SLENDERNESS_6, pleated_function
 from pamsim.papers.claim import AGREES, Order, Recomputed, agreeing, printed_values, recomputes
 from pamsim.papers.vandamme2008.numbers import (
     PERCENT,
@@ -17,6 +16,7 @@ from pamsim.papers.vandamme2008.numbers import (
     value,
 )
 from pamsim.papers.vandamme2008.preisach import output, relay_history, weight_table
+from pamsim.physics.force_laws.pleated import SLENDERNESS_6, pleated_function
 
 FloatArray = NDArray[np.float64]
 

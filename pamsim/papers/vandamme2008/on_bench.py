@@ -10,7 +10,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pamsim.core.units import PA_PER_BAR
-from pamsim.muscles.pleated import SLENDERNESS_6, pleated_function
 from pamsim.papers.bench_experiments import bench, stretched
 from pamsim.papers.vandamme2008.numbers import PERCENT, largest, length, pressures, value
 from pamsim.papers.vandamme2008.relays import (
@@ -19,6 +18,7 @@ from pamsim.papers.vandamme2008.relays import (
     printed_weight,
     relay_weights,
 )
+from pamsim.physics.force_laws.pleated import SLENDERNESS_6, pleated_function
 
 FloatArray = NDArray[np.float64]
 

@@ -8,12 +8,6 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from pamsim.hysteresis.preisach import (
-    levels_reached,
-    staircase_sums,
-    updated_count,
-    virgin_count,
-)
 from pamsim.papers.claim import (
     AGREES,
     Recomputed,
@@ -30,6 +24,12 @@ from pamsim.papers.vandamme2008.relays import (
     printed_weight,
     relay_weights,
     triangle_integral,
+)
+from pamsim.physics.hysteresis.preisach import (
+    levels_reached,
+    staircase_sums,
+    updated_count,
+    virgin_count,
 )
 
 FloatArray = NDArray[np.float64]

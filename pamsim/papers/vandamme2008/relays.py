@@ -1,8 +1,8 @@
 """The Preisach operator by its definition (Van Damme 2008, section III.C), with any weight.
 
 `RelaySum` keeps every relay of a triangular grid and switches it on its own; the engine's operator
-(`pamsim.hysteresis.preisach`) gives the same numbers at a cost of order n per step. It starts
-demagnetised; a relay with alpha + beta = 0 counts as 0 until it first switches.
+(`pamsim.physics.hysteresis.preisach`) gives the same numbers at a cost of order n per step. It
+starts demagnetised; a relay with alpha + beta = 0 counts as 0 until it first switches.
 """
 
 from __future__ import annotations

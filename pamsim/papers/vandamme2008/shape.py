@@ -4,8 +4,6 @@ from __future__ import annotations
 
 import numpy as np
 
-from pamsim.muscles.pleated import pleated_function
-from pamsim.muscles.pleated_shape import pleated_max_contraction, pleated_shape_function
 from pamsim.papers.claim import AGREES, Order, Recomputed, printed_number, recomputes
 from pamsim.papers.numerics import root
 from pamsim.papers.rounding import propagated, propagated_each
@@ -17,6 +15,8 @@ from pamsim.papers.vandamme2008.numbers import (
     pressures,
     value,
 )
+from pamsim.physics.force_laws.pleated import pleated_function
+from pamsim.physics.force_laws.pleated_shape import pleated_max_contraction, pleated_shape_function
 
 
 def _span() -> tuple[float, float]:

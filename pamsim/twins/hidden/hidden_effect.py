@@ -6,8 +6,8 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import TypeAlias
 
-from pamsim.core.recording import Recording
 from pamsim.effects.catalog import EFFECTS
+from pamsim.recordings.recording import Recording
 from pamsim.twins.plant.read_rig import Numbers
 from pamsim.twins.plant.run import Timing
 

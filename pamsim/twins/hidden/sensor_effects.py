@@ -9,8 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.signal import lsim
 
-from pamsim.core.recording import Recording
-from pamsim.signals.sensors import MeasurementChain
+from pamsim.recordings.recording import Recording
+from pamsim.recordings.sensors import MeasurementChain
 from pamsim.twins.hidden.hidden_effect import PlantEffect, Quantities, Quantity, stated
 from pamsim.twins.plant.read_rig import Numbers
 

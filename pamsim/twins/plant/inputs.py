@@ -12,7 +12,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from pamsim.core.experiment import Experiment
+from pamsim.recordings.experiment import Experiment
 from pamsim.twins.plant.read_rig import Numbers
 from pamsim.twins.plant.records import FloatArray
 

@@ -8,8 +8,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from pamsim.core.errors import InputError, SimulationError
-from pamsim.core.experiment import Experiment
-from pamsim.core.recording import Outcome, Recording
+from pamsim.recordings.experiment import Experiment
+from pamsim.recordings.recording import Outcome, Recording
 from pamsim.twins.plant.compiled import compiled_integrator
 from pamsim.twins.plant.rates import on_teeth
 from pamsim.twins.plant.read_rig import Numbers

@@ -10,9 +10,9 @@ from pamsim.comparison.effects_on_rig import at_size, candidates, rig_effect
 from pamsim.comparison.free_parameters import default_names
 from pamsim.comparison.trial_regressors import regressors
 from pamsim.core.errors import InputError
-from pamsim.core.trial import Trial
 from pamsim.diagnosis import physical_size
 from pamsim.diagnosis.virtual_tests import TESTS, bench
+from pamsim.recordings.trial import Trial
 
 
 @pytest.fixture(scope="module")

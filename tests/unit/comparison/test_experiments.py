@@ -10,10 +10,10 @@ import pytest
 import pamsim
 from pamsim.comparison.experiments import at_times, experiment_of, grid_rate
 from pamsim.core.errors import InputError, SimulationError
-from pamsim.core.experiment import Experiment
-from pamsim.core.recording import Outcome, write_recording
-from pamsim.core.trial import Trial
-from pamsim.store.recording_reader import read_recordings
+from pamsim.recordings.experiment import Experiment
+from pamsim.recordings.recording import Outcome, write_recording
+from pamsim.recordings.recording_reader import read_recordings
+from pamsim.recordings.trial import Trial
 
 
 def trial(**changes):

@@ -7,7 +7,7 @@ import pytest
 from scipy.signal import lfilter
 
 from pamsim.comparison.start_errors import start_error, start_groups
-from pamsim.core.trial import Trial
+from pamsim.recordings.trial import Trial
 
 COUNT, NOISE = 400, 500.0
 TIME = 0.01 * np.arange(COUNT)

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from pamsim.comparison.trial_corrections import corrections
-from pamsim.core.trial import Trial, TrialLead
+from pamsim.recordings.trial import Trial, TrialLead
 
 TIME = np.linspace(0.0, 1.0, 11)
 SET = np.column_stack([2e5 + 1e5 * TIME, 3e5 - 1e5 * TIME])

@@ -12,9 +12,9 @@ from scipy.stats import kstest
 from pamsim.comparison.noise_floor import NoiseFloor
 from pamsim.comparison.trial_parts import cut_trials
 from pamsim.comparison.trial_residuals import TrialSimulator
-from pamsim.core.trial import Trial
 from pamsim.diagnosis.method.evidence import compare_trials, losses
 from pamsim.inference.residual_block import ResidualBlock
+from pamsim.recordings.trial import Trial
 
 INTERVAL = 0.02
 

@@ -17,7 +17,7 @@ from pamsim.controllers.pid import Pid
 from pamsim.controllers.pressure_rate import regulated_lag
 from pamsim.controllers.pressure_split import PressureSplit
 from pamsim.core.errors import InputError
-from pamsim.hysteresis.prandtl_ishlinskii import PlaySum
+from pamsim.physics.hysteresis.prandtl_ishlinskii import PlaySum
 from tests.unit.controllers.closed_loop import LEVEL, PERIOD, SUPPLY, miss, observe, run, sine
 
 SPLIT = PressureSplit(common=LEVEL, supply=SUPPLY)

@@ -7,8 +7,8 @@ import pytest
 
 from pamsim.controllers.play_sum_fit import identify_play_sum
 from pamsim.core.errors import InputError
-from pamsim.hysteresis.prandtl_ishlinskii import PlaySum
-from pamsim.signals.excitation import triangle
+from pamsim.physics.hysteresis.prandtl_ishlinskii import PlaySum
+from pamsim.recordings.excitation import triangle
 
 INPUT = 0.4 * triangle(np.linspace(0.0, 6.0, 1200), 1.0, 0.75)
 

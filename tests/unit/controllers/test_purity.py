@@ -20,11 +20,11 @@ from pamsim.controllers.lti import Lti
 from pamsim.controllers.pid import Pid
 from pamsim.controllers.pressure_split import PressureSplit
 from pamsim.controllers.sliding_mode import SlidingMode
-from pamsim.hysteresis.prandtl_ishlinskii import PlaySum
 from pamsim.linear.imc_tuning import PidGains
 from pamsim.linear.lead_lag_design import design_lead_lag
 from pamsim.linear.regulator_design import design_regulator
 from pamsim.linear.sampled_controller import sampled_controller
+from pamsim.physics.hysteresis.prandtl_ishlinskii import PlaySum
 from tests.unit.controllers.closed_loop import LEVEL, PERIOD, SUPPLY, observe
 from tests.unit.controllers.linear_plant import MODEL, POINT
 

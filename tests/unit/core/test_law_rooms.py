@@ -48,8 +48,8 @@ def takes_its_unit(function) -> bool:
 
 def test_the_walk_finds_the_rooms():
     rooms = {name.removeprefix("pamsim.") for name in law_rooms.rooms()}
-    assert {"core", "muscles", "hysteresis", "pneumatics", "signals", "actuator"} <= rooms
-    assert {"pamsim.muscles.braid", "pamsim.actuator.kernel"} <= set(law_rooms.modules())
+    assert {"core", "physics"} <= rooms
+    assert {"pamsim.physics.braid", "pamsim.physics.kernel"} <= set(law_rooms.modules())
     assert len(FUNCTIONS) > 30
 
 

@@ -8,7 +8,6 @@ import numpy as np
 
 from pamsim.comparison.effects_on_rig import at_size, candidate
 from pamsim.comparison.noise_floor import NoiseFloor
-from pamsim.core.trial import Trial
 from pamsim.diagnosis.held_out_split import HeldOutSplit
 from pamsim.diagnosis.method.absent_limits import AbsentLimit
 from pamsim.diagnosis.method.evidence import Share, compare_trials
@@ -19,6 +18,7 @@ from pamsim.diagnosis.method.verdict import Verdict
 from pamsim.diagnosis.method.where import Cell, ResidualMap
 from pamsim.diagnosis.recordings_result import result_of
 from pamsim.effects.catalog import EFFECTS
+from pamsim.recordings.trial import Trial
 
 NOISE = {"pressure_1": 400.0, "pressure_2": 400.0, "angle": 1e-3}
 PROTOCOLS = ("swing", "swing_check")

@@ -7,10 +7,10 @@ import shutil
 import numpy as np
 import pytest
 
-from pamsim.core.trial import Trial
 from pamsim.diagnosis.about_the_rig import about_the_rig
 from pamsim.engine.rig import load_rig
-from pamsim.store.rig_file import shipped_rigs
+from pamsim.recordings.rig_file import shipped_rigs
+from pamsim.recordings.trial import Trial
 
 STOP, REACH, THICK = 1.2, 0.2, 0.02 + 0.010  # angle [rad], distance [m], radius and half a bar [m]
 

@@ -10,10 +10,10 @@ from pamsim.comparison.measurements import read_calibration_data
 from pamsim.comparison.noise_floor import noise_floor
 from pamsim.comparison.protocols import PROTOCOLS
 from pamsim.comparison.trial_residuals import TrialSimulator
-from pamsim.core.recording import write_recording
 from pamsim.diagnosis.diagnosed_rig import DiagnosedRig
 from pamsim.diagnosis.experiment_menu import MENU
 from pamsim.diagnosis.measured_pressures import cells_with_measured_pressures
+from pamsim.recordings.recording import write_recording
 from pamsim.twins.hide import hide
 
 SETTINGS = {"protocols": ("triangle",), "duration": 2.0, "repeats": 3, "seed": 2}

@@ -10,7 +10,7 @@ import pytest
 from pamsim.core.errors import InputError
 from pamsim.diagnosis.diagnose import Kind, diagnose, kind_of
 from pamsim.diagnosis.length_pressure_loop import PRINTED_LOOPS, measured_loop, printed_loop
-from pamsim.store.measured_table import LengthLoop
+from pamsim.recordings.measured_table import LengthLoop
 
 
 @pytest.fixture(scope="module")

@@ -13,9 +13,9 @@ from scipy.stats import binom, ttest_1samp
 
 from pamsim.comparison.noise_floor import noise_floor
 from pamsim.comparison.trial_regressors import regressors
-from pamsim.core.trial import Trial
 from pamsim.diagnosis.method.evidence import compare_trials
 from pamsim.diagnosis.method.where import trial_maps
+from pamsim.recordings.trial import Trial
 
 ROOT = Path(__file__).parents[3]
 SCRIPT = runpy.run_path(str(ROOT / "scripts/null_calibration.py"), run_name="null_calibration")

@@ -9,7 +9,6 @@ import numpy as np
 import pytest
 
 import pamsim
-from pamsim.actuator.layout import pack, state_size
 from pamsim.comparison.effects_on_rig import at_size, candidate, rig_name
 from pamsim.diagnosis.physical_size import correlation, physical_sizes
 from pamsim.diagnosis.pulley_radius import PULLEY, pulleys
@@ -17,7 +16,8 @@ from pamsim.diagnosis.virtual_test_conditions import CONDITIONS
 from pamsim.diagnosis.virtual_tests import TESTS, bench
 from pamsim.effects.catalog import EFFECTS, FORMS
 from pamsim.engine.rig_parameter import rig_parameter
-from pamsim.hysteresis.maxwell_slip import MaxwellSlip
+from pamsim.physics.hysteresis.maxwell_slip import MaxwellSlip
+from pamsim.physics.layout import pack, state_size
 from pamsim.twins.hidden import virtual_tests as plant
 from pamsim.twins.hidden.catalog import PLANT_EFFECTS
 from pamsim.twins.plant.air import orifice

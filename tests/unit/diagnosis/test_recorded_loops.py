@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from pamsim.core.trial import Trial
 from pamsim.diagnosis.method.recorded_loops import cycles, loop_area, loop_areas
-from pamsim.signals.excitation import held_levels, triangle
+from pamsim.recordings.excitation import held_levels, triangle
+from pamsim.recordings.trial import Trial
 
 TIME = np.arange(800) / 100.0
 TURN = np.linspace(0.0, 2.0 * np.pi, 2000, endpoint=False)

@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 from pamsim.comparison.periodicity import samples_per_period
-from pamsim.core.trial import Trial
 from pamsim.diagnosis.method.spectrum_split import spectrum_splits
-from pamsim.signals.excitation import held_levels, multisine, triangle
+from pamsim.recordings.excitation import held_levels, multisine, triangle
+from pamsim.recordings.trial import Trial
 
 RATE, PERIOD, COUNT = 100.0, 4.0, 800
 TIME = np.arange(COUNT) / RATE

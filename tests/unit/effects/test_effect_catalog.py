@@ -19,7 +19,7 @@ from pamsim.effects.catalog import EFFECTS, FORMS, ROW_EFFECTS, TRIAL_EFFECTS, e
 from pamsim.effects.effect import FAMILIES
 from pamsim.engine.rig_parameter import rig_parameter
 from pamsim.engine.timestep_check import check_timestep
-from pamsim.signals.sensors import distorted
+from pamsim.recordings.sensors import distorted
 
 CONTRACT = [
     "coulomb_friction",

@@ -11,8 +11,8 @@ import pytest
 
 import pamsim
 from pamsim.core.errors import InputError
-from pamsim.core.recording import Outcome
 from pamsim.engine.batch import simulate_batch
+from pamsim.recordings.recording import Outcome
 
 SIGNALS = ("time", "angle", "velocity", "pressure", "tension", "command", "final_state")
 

@@ -9,9 +9,9 @@ import numpy as np
 import pytest
 
 import pamsim
-from pamsim.core.recording import Outcome
 from pamsim.engine.batch import simulate_batch
 from pamsim.engine.trace import Trace, first_breakdown
+from pamsim.recordings.recording import Outcome
 
 SAMPLES = 10
 TIME = 0.5 + 0.01 * np.arange(SAMPLES)

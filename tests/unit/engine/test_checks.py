@@ -12,11 +12,11 @@ import pytest
 
 import pamsim
 import pamsim.envs  # registers the environments
-from pamsim.actuator import kernel
-from pamsim.actuator.layout import AIR, CREEP, parameter_slot
 from pamsim.core.errors import InvariantError
-from pamsim.core.recording import Outcome
 from pamsim.engine import checks, plugin
+from pamsim.physics import kernel
+from pamsim.physics.layout import AIR, CREEP, parameter_slot
+from pamsim.recordings.recording import Outcome
 
 STEP = dataclasses.replace(
     pamsim.pressure_step((3e5, 2e5), (4e5, 0.0), duration=0.04, load=1.2), settle=0.1

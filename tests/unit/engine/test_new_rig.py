@@ -10,12 +10,12 @@ import numpy as np
 import pytest
 
 import pamsim
-from pamsim.actuator.muscle import MUSCLE_GROUPS
 from pamsim.comparison.effects_on_rig import candidates
 from pamsim.core.errors import PamsimError
 from pamsim.core.parameters import specs
 from pamsim.engine.new_rig import _ASSUMED, KINDS, new_rig
-from pamsim.hysteresis.bouc_wen import BoucWen
+from pamsim.physics.hysteresis.bouc_wen import BoucWen
+from pamsim.physics.muscle import MUSCLE_GROUPS
 
 SPATIAL = """
 <mujoco>

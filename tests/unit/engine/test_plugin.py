@@ -9,10 +9,10 @@ import mujoco
 import numpy as np
 import pytest
 
-from pamsim.actuator import kernel
 from pamsim.core.errors import EngineError
 from pamsim.engine import plugin, sampling, structs
 from pamsim.engine.jit import fingerprint, reached_functions
+from pamsim.physics import kernel
 
 TINY = """<mujoco>
 <extension><plugin plugin='pamsim.muscle'><instance name='p'/></plugin></extension>
@@ -58,7 +58,7 @@ def _copy(function, source_globals):
 
 
 def test_cache_key_changes_with_a_number_a_law_takes_from_its_module():
-    from pamsim.pneumatics import orifice
+    from pamsim.physics import orifice
 
     before = fingerprint([orifice.mass_flow])
     changed = _copy(orifice.mass_flow, {**vars(orifice), "REFERENCE_DENSITY": 1.2})

@@ -11,12 +11,12 @@ import numpy as np
 import pytest
 
 import pamsim
-from pamsim.actuator.layout import parameter_slot, unpack
 from pamsim.core.errors import InputError, ParameterError
 from pamsim.engine.native import set_native
 from pamsim.engine.rig_parameter import rig_parameter
 from pamsim.engine.simulate import whole_steps
-from pamsim.store.rig_file import shipped_rigs
+from pamsim.physics.layout import parameter_slot, unpack
+from pamsim.recordings.rig_file import shipped_rigs
 
 
 @pytest.fixture(scope="module")

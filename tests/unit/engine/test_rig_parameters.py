@@ -9,7 +9,7 @@ from pamsim.core.parameters import Sourced
 from pamsim.engine.rig import load_rig
 from pamsim.engine.rig_cards import parameter_cards, rig_cards
 from pamsim.engine.rig_parameter import rig_parameter, rig_parameters
-from pamsim.store.rig_file import shipped_rig_names
+from pamsim.recordings.rig_file import shipped_rig_names
 
 RIGS = shipped_rig_names()
 CONVERTER = ("sensor.converter_bits", "sensor.converter_span", "sensor.transducer_gain")

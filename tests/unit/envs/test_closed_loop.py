@@ -10,13 +10,13 @@ import numpy as np
 import pytest
 
 import pamsim
-from pamsim.actuator.muscle_valves import air_flow
 from pamsim.controllers.neural_policy import NeuralPolicy
 from pamsim.core.errors import InputError
 from pamsim.envs.closed_loop import Drive, action_of, drive
 from pamsim.envs.registration import ENVIRONMENT
 from pamsim.envs.scores import mean_score, score
-from pamsim.store.policy_file import read_policy
+from pamsim.physics.muscle_valves import air_flow
+from pamsim.recordings.policy_file import read_policy
 
 RIG = pamsim.load_rig("mas20_arm")
 

@@ -15,12 +15,12 @@ from gymnasium.utils.env_checker import check_env
 
 import pamsim
 from pamsim.core.errors import EngineError, InputError, ParameterError
-from pamsim.core.experiment import Experiment
 from pamsim.envs.actions import KINDS
 from pamsim.envs.registration import ENVIRONMENT
 from pamsim.envs.reset_options import ResetOptions
 from pamsim.envs.rig_env import RigEnv
 from pamsim.envs.tasks import TASKS
+from pamsim.recordings.experiment import Experiment
 
 PRESSURE = "pamsim/PamArmPressure-v0"
 VALVE = "pamsim/PamArmValve-v0"
@@ -190,7 +190,7 @@ def test_a_lagging_instrument_shows_what_a_recording_would(made):
     )
     env = made(rig=rig)
     rows = played(env, actions(30))
-    from pamsim.signals.sensors import lagged
+    from pamsim.recordings.sensors import lagged
 
     time = env.rigs.period * np.arange(31)
     assert rows[:, 0] == pytest.approx(lagged(time, rows[:, -1], 0.05) + 0.01, abs=1e-12)

@@ -13,7 +13,7 @@ from pamsim.controllers.neural_policy import NeuralPolicy
 from pamsim.core.errors import EngineError, InputError
 from pamsim.envs.closed_loop import drive
 from pamsim.envs.train import Training, train
-from pamsim.store.policy_file import PolicyFile, read_policy, write_policy
+from pamsim.recordings.policy_file import PolicyFile, read_policy, write_policy
 
 
 def test_without_the_extra_it_is_named_in_one_line(monkeypatch):

@@ -10,8 +10,8 @@ import pytest
 
 from pamsim.core.errors import InputError
 from pamsim.fitting.fit import fit
-from pamsim.muscles.exponential import six_parameter_force
-from pamsim.muscles.published import PUBLISHED
+from pamsim.physics.force_laws.exponential import six_parameter_force
+from pamsim.physics.force_laws.published import PUBLISHED
 from pamsim.report.fit_figure import fit_figure
 
 LAW = PUBLISHED["DMSP-20-200"]

@@ -7,15 +7,15 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from pamsim.actuator import kernel
-from pamsim.actuator.layout import SIZE, pack, slot
-from pamsim.actuator.muscle import Muscle
-from pamsim.actuator.muscle_valves import fill_valve_of, line_sag, sensed_pressure
 from pamsim.gpu.muscle_kernels import muscle_kernels
 from pamsim.gpu.port import port
 from pamsim.gpu.warp_package import warp
-from pamsim.pneumatics.supply import VALVE
-from tests.unit.actuator.muscles import charged
+from pamsim.physics import kernel
+from pamsim.physics.layout import SIZE, pack, slot
+from pamsim.physics.muscle import Muscle
+from pamsim.physics.muscle_valves import fill_valve_of, line_sag, sensed_pressure
+from pamsim.physics.supply import VALVE
+from tests.unit.physics.muscles import charged
 
 TIMESTEP = 0.0005
 PARTNER, BACKLASH = slot("partner"), slot("chain.backlash")

@@ -7,13 +7,13 @@ import dataclasses
 import numpy as np
 import pytest
 
-from pamsim.actuator.layout import slot
-from pamsim.actuator.muscle import Mounting, Muscle
-from pamsim.hysteresis.catalog import OPERATORS
-from pamsim.muscles.catalog import FORCE_LAWS
-from pamsim.muscles.effective_area import EffectiveArea, Stroke
-from tests.unit.actuator.muscles import KINDS, LOOPS, make
+from pamsim.physics.force_laws.catalog import FORCE_LAWS
+from pamsim.physics.force_laws.effective_area import EffectiveArea, Stroke
+from pamsim.physics.hysteresis.catalog import OPERATORS
+from pamsim.physics.layout import slot
+from pamsim.physics.muscle import Mounting, Muscle
 from tests.unit.gpu.muscle_batch import TIMESTEP, batch, python_results, warp_results
+from tests.unit.physics.muscles import KINDS, LOOPS, make
 
 WORLDS = 12
 DOUBLE_ONLY = {"pleated_shape", "arctangent"}

@@ -11,13 +11,13 @@ import numpy as np
 import pytest
 
 import pamsim
-from pamsim.actuator.layout import slot
 from pamsim.core.errors import InputError
-from pamsim.core.recording import Outcome
 from pamsim.engine.batch import simulate_batch
 from pamsim.engine.simulate import prepare
 from pamsim.gpu.simulate_worlds import simulate_worlds
 from pamsim.gpu.worlds import Worlds
+from pamsim.physics.layout import slot
+from pamsim.recordings.recording import Outcome
 
 RIG = pamsim.load_rig("mas20_arm")
 VARIED = (

@@ -7,10 +7,10 @@ import itertools
 import numpy as np
 import pytest
 
-from pamsim.core.trial import Trial
 from pamsim.identification.local import fit_operating_points
 from pamsim.identification.signals import signal, table_of, used_trial
 from pamsim.linear.continuous_fit import fit_continuous
+from pamsim.recordings.trial import Trial
 
 TS = 0.02
 LEVELS = (2e5, 3e5, 4e5, 3e5, 2e5)

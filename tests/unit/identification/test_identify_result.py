@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 from pamsim.core.errors import InputError
-from pamsim.core.trial import Trial, TrialSet
 from pamsim.identification.identify import identify
+from pamsim.recordings.trial import Trial, TrialSet
 from pamsim.report.identify_figures import measured_and_model
 
 TS, GAIN, LAG = 0.02, 1e-6, 0.4

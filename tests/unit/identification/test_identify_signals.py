@@ -6,7 +6,6 @@ import numpy as np
 import pytest
 
 from pamsim.core.errors import InputError
-from pamsim.core.trial import Trial
 from pamsim.identification.signals import (
     default_input,
     default_output,
@@ -14,6 +13,7 @@ from pamsim.identification.signals import (
     table_of,
     used_trial,
 )
+from pamsim.recordings.trial import Trial
 
 N = 100
 TIME = np.arange(N) / 100.0

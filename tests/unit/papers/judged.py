@@ -15,7 +15,7 @@ import pytest
 from pamsim.papers import claim as room
 from pamsim.papers.claim import Claim, Note, Order, Verdict, judge, note
 from pamsim.papers.replicate import Replication
-from pamsim.store.printed import Printed
+from pamsim.recordings.printed import Printed
 
 ROOT = Path(__file__).resolve().parents[3]
 INCONSISTENCIES = runpy.run_path(str(ROOT / "scripts" / "inconsistencies.py"))

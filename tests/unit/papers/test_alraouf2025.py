@@ -5,7 +5,6 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from pamsim.hysteresis.bouc_wen import bouc_wen_rate
 from pamsim.papers.alraouf2025 import loop as printed_loop
 from pamsim.papers.alraouf2025.loop import (
     branch_data,
@@ -17,7 +16,8 @@ from pamsim.papers.alraouf2025.loop import (
 )
 from pamsim.papers.alraouf2025.sensors import ranger_speed, speed_of_sound
 from pamsim.papers.claim import Verdict
-from pamsim.store.printed import BRANCHES, Printed, loop_equation, loop_rows, printed_document
+from pamsim.physics.hysteresis.bouc_wen import bouc_wen_rate
+from pamsim.recordings.printed import BRANCHES, Printed, loop_equation, loop_rows, printed_document
 from tests.unit.papers.judged import (
     assert_documented,
     assert_every_claim_can_fail,

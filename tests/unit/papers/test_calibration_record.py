@@ -20,7 +20,7 @@ from pamsim.papers.calibration_record import (
     identified_parameters,
     stated_parameters,
 )
-from pamsim.store.printed import Printed
+from pamsim.recordings.printed import Printed
 from tests.unit.core.refusals import cases, refused
 
 MEASURED = np.random.default_rng(3).standard_normal(12)

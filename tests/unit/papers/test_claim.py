@@ -12,7 +12,7 @@ from pamsim.papers import claim as room
 from pamsim.papers.claim import Order, Recomputed, Verdict, evaluate, judge, recomputes
 from pamsim.papers.replicate import PAPERS, Replication, citation, replicate
 from pamsim.papers.rounding import propagated
-from pamsim.store.printed import Printed
+from pamsim.recordings.printed import Printed
 
 ROW = {
     "statement": "x", "place": "text", "unit": "s", "reason": "because of {cause}",

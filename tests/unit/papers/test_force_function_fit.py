@@ -5,9 +5,9 @@ from __future__ import annotations
 import pytest
 
 from pamsim.core.errors import ParameterError
-from pamsim.muscles.force_law import coefficients_of
-from pamsim.muscles.pleated import FIT_RANGE, SLENDERNESS_6
 from pamsim.papers.vandamme2008.force_function_fit import fit_pleated, worst_relative_error
+from pamsim.physics.force_laws.force_law import coefficients_of
+from pamsim.physics.force_laws.pleated import FIT_RANGE, SLENDERNESS_6
 
 
 def test_the_fit_for_slenderness_6_is_within_0_21_percent():

@@ -17,17 +17,17 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from pamsim.actuator.static_muscle import static_force
 from pamsim.effects.catalog import effect
 from pamsim.engine.equilibrium import rest_angles
 from pamsim.engine.rig import load_rig
 from pamsim.inference.leave_one_out import FittedForm, nested_leave_one_out
-from pamsim.muscles.published import PUBLISHED
 from pamsim.papers.antagonistic_pair import ideal_muscle, rig_muscle, row
 from pamsim.papers.matiskova2021.equations import mounted
 from pamsim.papers.matiskova2021.stiffness import rig_stiffness
 from pamsim.papers.numerics import root
-from pamsim.store.printed import distinct_steps, printed_document
+from pamsim.physics.force_laws.published import PUBLISHED
+from pamsim.physics.static_muscle import static_force
+from pamsim.recordings.printed import distinct_steps, printed_document
 
 FOLDER = Path(__file__).parents[3] / "models" / "mas20_arm"
 TEETH, PITCH = 8, 9.525  # mm, ISO 606, 06B

@@ -7,16 +7,16 @@ import json
 
 import pytest
 
-from pamsim.actuator.antagonist import antagonist_torque, muscle_stiffness
-from pamsim.actuator.chamber_pressure import gauge_pressure
-from pamsim.actuator.layout import COMMON
-from pamsim.actuator.rest_state import charged_air_state
 from pamsim.core.encoding import to_dict
 from pamsim.core.errors import InputError
 from pamsim.papers.antagonistic_pair import ideal_muscle, rig_muscle, row, sprocket_radius
 from pamsim.papers.claim import Claim, Verdict, evaluate
 from pamsim.papers.matiskova2021 import equations, simulation, stiffness
 from pamsim.papers.matiskova2021.stiffness import ideal_stiffness, stiffness_over_pressure
+from pamsim.physics.antagonist import antagonist_torque, muscle_stiffness
+from pamsim.physics.chamber_pressure import gauge_pressure
+from pamsim.physics.layout import COMMON
+from pamsim.physics.rest_state import charged_air_state
 from tests.unit.papers.judged import (
     assert_documented,
     assert_every_claim_can_fail,

@@ -8,7 +8,6 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from pamsim.core.recording import Outcome, Recording
 from pamsim.core.units import DEG_PER_RAD
 from pamsim.linear.first_second_order import second_order_step
 from pamsim.papers.calibration_record import SAME_RMS_DEG, CalibrationRecord
@@ -20,8 +19,9 @@ from pamsim.papers.reproduce_checks import (
     checks,
 )
 from pamsim.papers.torque_law import best_torque_laws, torque_laws
-from pamsim.signals.step_metrics import step_metrics
-from pamsim.store.printed import mas20_models, mas20_steps
+from pamsim.recordings.printed import mas20_models, mas20_steps
+from pamsim.recordings.recording import Outcome, Recording
+from pamsim.recordings.step_metrics import step_metrics
 
 PRINTED = mas20_models()
 TIME = np.arange(3001) / 500.0

@@ -10,7 +10,6 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from pamsim.core.recording import Outcome
 from pamsim.core.units import DEG_PER_RAD
 from pamsim.engine.rig import load_rig
 from pamsim.engine.rig_parameter import rig_parameter
@@ -18,7 +17,8 @@ from pamsim.engine.simulate import simulate
 from pamsim.papers import static_models
 from pamsim.papers.printed_steps import STARTS, printed_experiment
 from pamsim.papers.static_models import StaticModel, Term, fit_static_models, row_blocks
-from pamsim.store.printed import distinct_steps
+from pamsim.recordings.printed import distinct_steps
+from pamsim.recordings.recording import Outcome
 from tests.unit.core.refusals import refused
 
 LOCKING = Term(

@@ -10,7 +10,7 @@ import pytest
 
 from pamsim.core.units import DEG_PER_RAD, PA_PER_BAR
 from pamsim.papers.torque_law import EXTRA_TERMS, fit_torque_law, torque_laws
-from pamsim.store.printed import distinct_steps
+from pamsim.recordings.printed import distinct_steps
 
 PLANTED = {"k1": 3.4, "k5": 25.0, "t": 0.1, "c": 0.2, "o": 0.05}
 

@@ -5,7 +5,7 @@ import pytest
 
 from pamsim.papers.claim import Verdict, evaluate
 from pamsim.papers.vandamme2008 import delta, factor, preisach, shape
-from pamsim.store.printed import Printed
+from pamsim.recordings.printed import Printed
 from tests.unit.papers.judged import (
     assert_documented,
     assert_every_claim_can_fail,

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from matplotlib.figure import Figure
 
-from pamsim.core.recording import Outcome, Recording
+from pamsim.recordings.recording import Outcome, Recording
 from pamsim.report.page import PageImage
 from tests.unit.report.page_laws import check_page
 

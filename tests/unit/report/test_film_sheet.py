@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from pamsim.core.errors import InputError
-from pamsim.core.trial import Trial
+from pamsim.recordings.trial import Trial
 from pamsim.report.film_sheet import arm_size, film_sheet
 
 SIZE = {"width": 480, "height": 384}

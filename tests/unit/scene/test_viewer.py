@@ -12,11 +12,11 @@ import pytest
 
 from pamsim.comparison.effect_sizes import movable_effects
 from pamsim.core.errors import EngineError, InputError
-from pamsim.core.experiment import pressure_step
 from pamsim.engine.rig import load_rig
 from pamsim.engine.simulate import simulate
 from pamsim.engine.state import pressures, reset
 from pamsim.engine.stepping import live
+from pamsim.recordings.experiment import pressure_step
 from pamsim.scene import viewer as viewer_module
 from pamsim.scene.pose import muscle_lengths, pose
 from pamsim.scene.replay import read_replay

@@ -15,8 +15,8 @@ import pamsim
 from pamsim.core.errors import EngineError, InputError
 from pamsim.engine import batch
 from pamsim.engine.batch import simulate_batch
+from pamsim.recordings.step_metrics import step_figures
 from pamsim.report.sweep_figure import sweep_figure
-from pamsim.signals.step_metrics import step_figures
 from pamsim.sweeps import simulated
 from pamsim.sweeps.run_table import CHUNKS
 from pamsim.sweeps.study import read_study

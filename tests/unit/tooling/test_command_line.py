@@ -18,7 +18,7 @@ from click.shell_completion import ShellComplete
 from pamsim.cli.command import Command
 from pamsim.cli.main import cli, main
 from pamsim.cli.output import progress_bar, show_page
-from pamsim.store.rig_file import shipped_rigs
+from pamsim.recordings.rig_file import shipped_rigs
 
 MAP = resources.files("pamsim") / "data" / "dmsp20_300_force_map.csv"
 

@@ -11,10 +11,10 @@ from typing import Any
 import numpy as np
 import pytest
 
-from pamsim.actuator.muscle import PLAIN_GROUPS
 from pamsim.effects.catalog import FORMS, effect
-from pamsim.hysteresis.catalog import OPERATORS
-from pamsim.muscles.catalog import FORCE_LAWS
+from pamsim.physics.force_laws.catalog import FORCE_LAWS
+from pamsim.physics.hysteresis.catalog import OPERATORS
+from pamsim.physics.muscle import PLAIN_GROUPS
 
 ROOT = Path(__file__).parents[3]
 GALLERY: dict[str, Any] = runpy.run_path(str(ROOT / "scripts" / "effect_gallery.py"))

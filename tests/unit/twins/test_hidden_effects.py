@@ -8,10 +8,10 @@ import numpy as np
 import pytest
 
 import pamsim
-from pamsim.actuator.layout import pack
 from pamsim.comparison.effects_on_rig import rig_name
 from pamsim.effects.catalog import EFFECTS, TRIAL_EFFECTS
 from pamsim.engine.rig_parameter import rig_parameter
+from pamsim.physics.layout import pack
 from pamsim.twins.hidden.catalog import PLANT_EFFECTS
 from pamsim.twins.hidden.virtual_tests import PRESSURE, joint_friction, muscle_loop
 from pamsim.twins.noise import with_variation

@@ -13,8 +13,8 @@ import pytest
 import pamsim
 from pamsim.comparison.protocols import PROTOCOLS
 from pamsim.core.errors import InputError
-from pamsim.muscles.catalog import FORCE_LAWS
-from pamsim.muscles.force_law import coefficients_of
+from pamsim.physics.force_laws.catalog import FORCE_LAWS
+from pamsim.physics.force_laws.force_law import coefficients_of
 from pamsim.twins.plant.air import GAMMA, R_AIR, isentropic, orifice, pressure_rate
 from pamsim.twins.plant.compiled import compiled_integrator
 from pamsim.twins.plant.inputs import INPUTS

@@ -1,1 +1,0 @@
-"""One muscle composed of all laws; owner of parameter row and state layout."""

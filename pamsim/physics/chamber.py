@@ -1,0 +1,149 @@
+"""Polytropic air chamber of changing volume.
+
+dP/dt = n (R T mdot - P dV/dt) / V. With the state y = P^(1/n) V this becomes
+dy/dt = P^(1/n - 1) R T mdot, in which dV/dt has cancelled: with the valves shut y, and so P V^n, is
+constant exactly, at any step size and under any motion. P follows from y and V algebraically.
+For n = 1, y / (R T) is the mass of air.
+
+All air flows at the temperature T. The energy of the air, P V / (g - 1) with g = 1.4, then changes
+by the enthalpy of the flow, the work on the braid and the heat through the walls:
+
+    d/dt P V / (g - 1) = g / (g - 1) R T mdot - P dV/dt + (g - n) / (g - 1) (P dV/dt - R T mdot)
+
+The index states the last term: no heat for n = 1.4, and for n = 1 as much as keeps the air at T.
+
+With heat exchange at a rate h as well, the pressure returns to that of the same air m at the
+ambient temperature, dP/dt = ... - h (P - m R T / V): after a fast fill it falls, and after a fast
+vent it rises, while the valves are shut. The air m R T [J] is then a second state.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import ClassVar
+
+from pamsim.core.parameters import ParameterGroup, parameter
+from pamsim.physics.air import ATMOSPHERE, GAS_CONSTANT
+
+
+@dataclass(frozen=True, kw_only=True)
+class Chamber(ParameterGroup):
+    """The air in the muscle and in the tubing that is always open to it."""
+
+    group: ClassVar[str] = "chamber"
+    polytropic_index: float = parameter(
+        unit="1", low=1.0, high=1.4, doc="n: 1 isothermal, 1.4 adiabatic"
+    )
+    temperature: float = parameter(unit="K", low=200.0, high=400.0, doc="temperature of the air")
+    dead_volume: float = parameter(
+        unit="m^3", low=0.0, high=1e-2, doc="volume of fittings and tubing"
+    )
+    atmosphere: float = parameter(
+        unit="Pa", low=3e4, high=1.2e5, doc="absolute ambient pressure", default=ATMOSPHERE
+    )
+    floor: float = parameter(
+        unit="Pa",
+        low=1.0,
+        high=3e4,
+        doc="absolute pressure below which the chamber is never evaluated",
+        default=1e3,
+    )
+    heat_rate: float = parameter(
+        unit="1/s",
+        low=0.0,
+        high=1e3,
+        doc="h, at which air that a change made warm or cold returns to the ambient temperature",
+        default=0.0,
+    )
+    leak_conductance: float = parameter(
+        unit="m^3/(s*Pa)",
+        low=0.0,
+        high=1e-8,
+        doc="sonic conductance C of a leak to the atmosphere",
+        default=0.0,
+    )
+    laminar_leak_conductance: float = parameter(
+        unit="m^3/(s*Pa)",
+        low=0.0,
+        high=1e-8,
+        doc="g of a narrow leak to the atmosphere: volume flow at its mean pressure per difference",
+        default=0.0,
+    )
+
+
+def absolute_pressure(
+    air_state: float, volume: float, polytropic_index: float, floor: float
+) -> float:
+    """Absolute pressure P = (y / V)^n, kept above a floor.
+
+    Args:
+        air_state: y = P^(1/n) V.
+        volume: V > 0 [m^3].
+        polytropic_index: n [-].
+        floor: smallest absolute pressure returned [Pa].
+
+    Returns:
+        P [Pa, absolute].
+    """
+    pressure = (air_state / volume) ** polytropic_index
+    if pressure < floor:
+        return floor
+    return pressure
+
+
+def air_state(pressure_abs: float, volume: float, polytropic_index: float) -> float:
+    """State y of a chamber filled to a pressure: the inverse of `absolute_pressure`.
+
+    Args:
+        pressure_abs: P [Pa, absolute].
+        volume: V [m^3].
+        polytropic_index: n [-].
+
+    Returns:
+        y = P^(1/n) V.
+    """
+    return pressure_abs ** (1.0 / polytropic_index) * volume
+
+
+def air_state_rate(
+    pressure_abs: float, polytropic_index: float, temperature: float, mass_flow: float
+) -> float:
+    """Rate dy/dt = P^(1/n - 1) R T mdot of the air state.
+
+    Args:
+        pressure_abs: P [Pa, absolute].
+        polytropic_index: n [-].
+        temperature: T [K].
+        mass_flow: mdot into the chamber [kg/s].
+
+    Returns:
+        dy/dt.
+    """
+    per_air = pressure_abs ** (1.0 / polytropic_index - 1.0)
+    return per_air * GAS_CONSTANT * temperature * mass_flow
+
+
+def relaxing_rate(
+    air: float,
+    pressure_abs: float,
+    ambient_pressure: float,
+    polytropic_index: float,
+    heat_rate: float,
+    timestep: float,
+) -> float:
+    """Part of dy/dt that heat exchange makes, over an Euler step.
+
+    Args:
+        air: y = P^(1/n) V.
+        pressure_abs: P [Pa, absolute].
+        ambient_pressure: of the same air at the ambient temperature, m R T / V [Pa, absolute].
+        polytropic_index: n [-].
+        heat_rate: h [1/s].
+        timestep: [s].
+
+    Returns:
+        Rate that in one step takes P to where it is exactly, if nothing else changes.
+    """
+    after = ambient_pressure + (pressure_abs - ambient_pressure) * math.exp(-heat_rate * timestep)
+    return air * ((after / pressure_abs) ** (1.0 / polytropic_index) - 1.0) / timestep

@@ -1,0 +1,139 @@
+"""What a force law is to the rest of the package: one signature for all of them.
+
+A law is two scalar functions in its own file, force and volume, which the actuator kernel calls and
+the engine compiles. They belong together: a muscle without losses has one energy G(l, p) with
+F = dG/dl and V = -dG/dp, so dV/dl = -dF/dp. Their arguments are pressure, contraction, the fields
+of its parameter group after the scale, and the numbers of `ForceLaw.braid_fields`. `ForceLaw.force`
+and `ForceLaw.volume` wrap them, so that every law takes the same arguments.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import astuple, dataclass, fields
+from typing import TypeAlias
+
+from pamsim.core.errors import InputError
+from pamsim.core.parameters import ParameterGroup, specs
+from pamsim.physics.braid import Braid, volume
+from pamsim.physics.force_laws.swept_volume import swept_volume
+
+Range: TypeAlias = tuple[float, float]
+Scalars: TypeAlias = Callable[..., float]
+"""A law's own function of scalars; each law has its own number of arguments."""
+
+
+def _to_a_quarter(coefficients: Sequence[float], braid: Braid) -> Range:
+    """Contractions of common fluidic muscles."""
+    return 0.0, 0.25
+
+
+@dataclass(frozen=True, kw_only=True)
+class ForceLaw:
+    """A force law: equation, source, range of validity, and function.
+
+    Attributes:
+        title: name for a reader.
+        equation: the law in plain text.
+        source: paper and equation.
+        group: parameter group; its ``law`` is the law's name.
+        force_function: scalar force.
+        volume_function: scalar volume gained since nominal length, per nominal length [m^2]: the
+            integral of dF/dp by contraction, so that force and volume do the same work; if left
+            out, `swept_volume` of the force.
+        braid_fields: fields of `Braid` that the scalar function takes after the coefficients.
+        pressure_range: gauge pressures for which the source claims validity [Pa]; None if the law
+            holds at the one pressure it was fitted at.
+        limits: contractions for which the source claims validity, from coefficients and braid;
+            0 to 25 % if left out.
+        notes: what a user must know before relying on the law.
+        pushes: whether the force may push. Such an actuator is empty where its stroke is zero.
+    """
+
+    title: str
+    equation: str
+    source: str
+    group: type[ParameterGroup]
+    force_function: Scalars
+    volume_function: Scalars = None  # pyright: ignore[reportAssignmentType]
+    braid_fields: tuple[str, ...] = ()
+    pressure_range: Range | None
+    limits: Callable[[Sequence[float], Braid], Range] = _to_a_quarter
+    notes: str = ""
+    pushes: bool = False
+
+    def __post_init__(self) -> None:
+        """Check the group, and integrate the volume from the force where it is not stated.
+
+        Raises:
+            InputError: if the group is not one of a force law, which begins with a scale.
+        """
+        first = next((name for name, _ in specs(self.group)), "")
+        if self.group.group != "force" or not self.group.law or first != "scale":
+            raise InputError(
+                f"{self.group.__name__}: the parameters of a force law need group = 'force', a name"
+                " as law, and scale as their first field"
+            )
+        if self.volume_function is None:  # pyright: ignore[reportUnnecessaryComparison]
+            object.__setattr__(self, "volume_function", swept_volume(self.force_function))
+
+    @property
+    def functions(self) -> tuple[Scalars, ...]:
+        """The functions that the kernel calls."""
+        return self.force_function, self.volume_function
+
+    @property
+    def argument_places(self) -> tuple[list[int], list[int]]:
+        """Where the arguments after pressure and contraction lie, coefficients and geometry.
+
+        Counted from the first coefficient after the scale, and from the first field of `Braid`.
+        """
+        names = [field.name for field in fields(Braid)]
+        count = len(specs(self.group))
+        return list(range(count - 1)), [names.index(name) for name in self.braid_fields]
+
+    @property
+    def name(self) -> str:
+        """Name of the law in files."""
+        return self.group.law
+
+    def force(
+        self, pressure: float, contraction: float, coefficients: Sequence[float], braid: Braid
+    ) -> float:
+        """Force [N], positive where it pulls, not limited to tension.
+
+        Args:
+            pressure: gauge pressure [Pa].
+            contraction: kappa = 1 - l/l0 [-].
+            coefficients: fields of `group` in declared order, the scale first [SI].
+            braid: geometry.
+        """
+        rest = self._rest(coefficients, braid)
+        return coefficients[0] * self.force_function(pressure, contraction, *rest)
+
+    def volume(
+        self, pressure: float, contraction: float, coefficients: Sequence[float], braid: Braid
+    ) -> float:
+        """Volume of the air in the muscle [m^3]: dV/dl = -dF/dp, at nominal length the braid's.
+
+        The arguments are those of `force`.
+        """
+        nominal, rest = braid.nominal_length, self._rest(coefficients, braid)
+        start = volume(nominal, nominal, braid.diameter, braid.fibre_angle)
+        if self.pushes:
+            start = -coefficients[0] * nominal * self.volume_function(pressure, 1.0, *rest)
+        gained = self.volume_function(pressure, contraction, *rest)
+        return start + coefficients[0] * nominal * gained
+
+    def contraction_range(self, coefficients: Sequence[float], braid: Braid) -> Range:
+        """Contractions for which the source claims validity, lowest and highest [-]."""
+        return self.limits(coefficients, braid)
+
+    def _rest(self, coefficients: Sequence[float], braid: Braid) -> tuple[float, ...]:
+        geometry = (float(getattr(braid, name)) for name in self.braid_fields)
+        return (*coefficients[1:], *geometry)
+
+
+def coefficients_of(group: ParameterGroup) -> tuple[float, ...]:
+    """A law's fields in declared order and in SI, as the functions of the catalog take them."""
+    return astuple(group)

@@ -1,0 +1,98 @@
+"""Bouc-Wen hysteresis in its normalised form (Ikhouane and Rodellar 2007).
+
+dz/dt = (dx/dt) / D * (1 - |z|^n (sigma sign(z dx/dt) + 1 - sigma)), |z| <= 1. The normalised form
+has no redundant parameter and is rate-independent. The muscle pulls less while it shortens than
+while it lengthens, so z, with x = kappa, is the output of the operator as it stands.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+from types import MappingProxyType
+from typing import ClassVar
+
+from pamsim.core.parameters import ParameterGroup, parameter
+from pamsim.physics.hysteresis.group import Hysteresis, MutableRow, Row
+
+
+@dataclass(frozen=True, kw_only=True)
+class BoucWen(Hysteresis, ParameterGroup):
+    """Half-width of the force loop and the travel that turns it over; width 0 turns it off."""
+
+    law: ClassVar[str] = "bouc_wen"
+    states: ClassVar[int] = 1
+    # Loops of fluidic muscles turn over within a few millimetres.
+    usual: ClassVar[Mapping[str, float]] = MappingProxyType({"yield_contraction": 5e-3})
+    yield_contraction: float = parameter(
+        unit="1", low=0.0, high=0.5, low_open=True, doc="travel D that turns the loop over"
+    )
+    sigma: float = parameter(
+        unit="1", low=0.5, high=10.0, doc="shape: 0.5 unloads along the initial slope", default=0.5
+    )
+    sharpness: float = parameter(
+        unit="1", low=1.0, high=20.0, doc="exponent n of the knee", default=1.0
+    )
+
+
+def bouc_wen_rate(
+    z: float, velocity: float, yield_travel: float, sigma: float, sharpness: float
+) -> float:
+    """Rate of the internal variable (Ikhouane and Rodellar 2007, normalised Bouc-Wen model).
+
+    Args:
+        z: internal variable, in [-1, 1].
+        velocity: rate of the input, here d(kappa)/dt [1/s].
+        yield_travel: D, in units of the input.
+        sigma: shape, >= 1/2 (below it the model is not passive).
+        sharpness: n >= 1.
+
+    Returns:
+        dz/dt [1/s].
+    """
+    size = abs(z) ** sharpness
+    along = sigma * size + (1.0 - sigma) * size
+    against = -sigma * size + (1.0 - sigma) * size
+    blocked = along if z * velocity > 0.0 else against
+    return velocity / yield_travel * (1.0 - blocked)
+
+
+def bouc_wen_output(par: Row, first: int, act: Row, x: float) -> float:
+    """The internal variable itself, which follows its rate and needs no update.
+
+    Args:
+        par: parameters; from ``first`` on: yield_contraction, sigma, sharpness.
+        first: place of the operator's own parameters.
+        act: internal variable z.
+        x: contraction [-].
+
+    Returns:
+        w = z in [-1, 1].
+    """
+    return x if math.isnan(x) else act[0]
+
+
+def bouc_wen_rates(
+    par: Row, first: int, act: Row, rates: MutableRow, x: float, x_rate: float, timestep: float
+) -> None:
+    """Write dz/dt, see `bouc_wen_rate`.
+
+    Args:
+        par: see `bouc_wen_output`.
+        first: place of the operator's own parameters.
+        act: internal variable z.
+        rates: (1,) written [1/s].
+        x: not used: only its rate moves z.
+        x_rate: rate of the contraction [1/s].
+        timestep: not used: the rate is that of the equation.
+    """
+    rates[0] = bouc_wen_rate(act[0], x_rate, par[first], par[first + 1], par[first + 2])
+
+
+def bouc_wen_energy(par: Row, first: int, act: Row, x: float) -> float:
+    """Energy that the operator holds, D z^2 / 2 [contraction]; arguments as `bouc_wen_output`.
+
+    Unloading gives back at most this much: with sigma >= 1/2 the rest of z dx is never negative.
+    """
+    return 0.5 * par[first] * act[0] * act[0]

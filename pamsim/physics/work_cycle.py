@@ -1,0 +1,45 @@
+"""Work that a muscle gives over the work that its air does, in one cycle of length and pressure.
+
+A muscle that shortens at a pressure, is vented, lengthens without pressure and is filled again
+gives the difference of its force's work on the two ways. Its air does the integral of p dV. Without
+hysteresis, which is left out here, both must be equal.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from pamsim.physics.layout import Row, slot
+from pamsim.physics.static_muscle import static_force, static_volume
+
+_LENGTH_AT_ZERO = slot("mounting.length_at_zero")
+_NOMINAL_LENGTH = slot("braid.nominal_length")
+
+_POINTS = 401  # on each side of the cycle; the trapezium rule is right to 1e-6 there
+
+
+def work_ratio(par: Row, pressure: float, contraction: float) -> float:
+    """Mechanical over pneumatic work of the cycle [-]; 1 if no energy is made or lost.
+
+    Args:
+        par: parameter row of a muscle.
+        pressure: gauge, at which it shortens [Pa].
+        contraction: it goes from minus to plus this [-].
+    """
+    stroke = np.linspace(-contraction, contraction, _POINTS)
+    filling = np.linspace(0.0, pressure, _POINTS)
+    still = np.ones(_POINTS)
+    sides = (
+        (stroke, pressure * still),
+        (contraction * still, filling[::-1]),
+        (stroke[::-1], 0.0 * still),
+        (-contraction * still, filling),
+    )
+    given = done = 0.0
+    for kappa, p in sides:
+        length = (1.0 - kappa) * par[_NOMINAL_LENGTH]
+        tendon = length - par[_LENGTH_AT_ZERO]
+        points = list(zip(tendon.tolist(), p.tolist(), strict=True))
+        given -= float(np.trapezoid([static_force(par, *point) for point in points], length))
+        done += float(np.trapezoid(p, [static_volume(par, *point) for point in points]))
+    return given / done

@@ -1,1 +1,0 @@
-"""Air: chambers, orifices, valves."""

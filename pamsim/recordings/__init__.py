@@ -1,0 +1,1 @@
+"""Experiments, logs, tables and files: what was commanded and measured, and how it is stored."""

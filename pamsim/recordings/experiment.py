@@ -1,0 +1,209 @@
+"""An experiment: commands, start and sampling of a run, independent of any engine."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from pamsim.core.errors import InputError
+from pamsim.core.limits import RUN_SAMPLES
+from pamsim.core.parameters import FieldSpec, check_value
+from pamsim.recordings.drive import IMPOSED, Drive, DriveLike
+
+_LOWEST_READING = -2e4  # of a gauge pressure [Pa]
+
+
+@dataclass(frozen=True, kw_only=True)
+class Experiment:
+    """Commands over time, the state they start from, and how the run is sampled.
+
+    Attributes:
+        drive: what drives the rig, see `pamsim.recordings.drive`: one kind for all muscles, or
+            muscle or driven joint -> kind. Joints that are not named move freely.
+        command_time: (k,) times at which the command takes a new value [s], increasing from 0.
+        command_value: (k, m + j) values, a column per muscle, then one per driven joint, in the
+            order of ``drive``, which is the rig's if the muscles are not named there: opening or
+            duty in [-1, 1], gauge pressure [Pa], 0 of a sealed muscle, torque [N m], force [N],
+            angle [rad] or position [m]. A value is held until the next; between measured pressures,
+            torques and forces it runs straight, and an imposed motion is smooth.
+        start_pressure: (m,) gauge pressures the rig rests at before time 0 [Pa], under the first of
+            the torques, forces and positions.
+        duration: [s].
+        sample_rate: of recording and of changes of command [Hz].
+        load: mass on the arm [kg].
+        settle: time allowed to come to rest at the start pressures [s].
+        name: for messages and legends.
+    """
+
+    drive: DriveLike
+    command_time: NDArray[np.float64]
+    command_value: NDArray[np.float64]
+    start_pressure: NDArray[np.float64]
+    duration: float
+    sample_rate: float = 500.0
+    load: float = 0.0
+    settle: float = 4.0
+    name: str = ""
+
+    def __post_init__(self) -> None:
+        """Check everything that can be checked without the rig.
+
+        Raises:
+            InputError: for an unknown drive, NaN, unsorted times, impossible pressures.
+            ParameterError: for a number out of range.
+        """
+        time = np.atleast_1d(np.asarray(self.command_time, dtype=float))
+        value = np.atleast_2d(np.asarray(self.command_value, dtype=float))
+        start = np.atleast_1d(np.asarray(self.start_pressure, dtype=float))
+        drives = Drive.of(self.drive, value.shape[1])
+        _require_finite("command time", time)
+        _require_finite("command value", value)
+        _require_finite("start pressure", start)
+        if len(time) == 0 or len(start) == 0:
+            raise InputError("an experiment needs a command: give a time and a value per muscle")
+        columns = len(start) + len(drives.joints)
+        if time.ndim != 1 or value.shape != (len(time), columns):
+            raise InputError(
+                f"command values have shape {value.shape}; {len(time)} times and {len(start)}"
+                f" muscles need ({len(time)}, {columns})"
+            )
+        if time[0] != 0.0 or np.any(np.diff(time) <= 0.0):
+            raise InputError("command times must start at 0 and increase")
+        _check_values(drives, value, start)
+        for name, high, unit in (
+            ("duration", 1e6, "s"),
+            ("sample_rate", 1e5, "Hz"),
+        ):
+            spec = FieldSpec(unit=unit, high=high, doc=name, low=0.0, low_open=True)
+            check_value(f"experiment.{name}", getattr(self, name), spec)
+        for name, high, unit in (("load", 1e4, "kg"), ("settle", 1e4, "s")):
+            spec = FieldSpec(unit=unit, high=high, doc=name, low=0.0, low_open=False)
+            check_value(f"experiment.{name}", getattr(self, name), spec)
+        samples = self.duration * self.sample_rate
+        if samples > RUN_SAMPLES:
+            raise InputError(
+                f"{self.duration:g} s at {self.sample_rate:g} Hz are {samples:,.0f} samples; a run"
+                f" has {RUN_SAMPLES:,} at most: lower the sample rate, or simulate parts"
+            )
+        object.__setattr__(self, "command_time", time)
+        object.__setattr__(self, "command_value", value)
+        object.__setattr__(self, "start_pressure", start)
+
+    @cached_property
+    def drives(self) -> Drive:
+        """``drive`` of every column."""
+        return Drive.of(self.drive, self.command_value.shape[1])
+
+    def command_at(self, times: ArrayLike) -> NDArray[np.float64]:
+        """Command at given times: the last value, or between two values as ``command_value`` says.
+
+        Args:
+            times: (n,) times [s], not before 0 where values are held.
+
+        Returns:
+            (n, m + j) command values.
+        """
+        at = np.asarray(times, dtype=float)
+        # A breakpoint written k * 0.002 must not miss the sample k / 500 by rounding.
+        late = at * (1.0 + 1e-12) + 1e-12
+        index = np.searchsorted(self.command_time, late, side="right") - 1
+        found = self.command_value[np.maximum(index, 0)]
+        for column, (kind, between) in enumerate(
+            zip(self.drives.kinds, self.drives.between, strict=True)
+        ):
+            values = self.command_value[:, column]
+            if kind in IMPOSED and len(values) > 1:
+                found[:, column] = _smooth(self.command_time, values, at)
+            elif between:
+                found[:, column] = np.interp(at, self.command_time, values)
+        return found
+
+
+def _smooth(
+    time: NDArray[np.float64], values: NDArray[np.float64], at: NDArray[np.float64]
+) -> NDArray[np.float64]:
+    """Values on cubics with one slope where they meet; held after the last.
+
+    A motion whose speed jumped would take an infinite force. The slope is that of the parabola
+    through a value and its neighbours.
+    """
+    slope: NDArray[np.float64]
+    if len(time) > 2:
+        slope = np.gradient(values, time, edge_order=2)
+    else:
+        slope = np.gradient(values, time, edge_order=1)
+    index = np.clip(np.searchsorted(time, at, side="right") - 1, 0, len(time) - 2)
+    width, rise = np.diff(time)[index], np.diff(values)[index]
+    share = np.minimum((at - time[index]) / width, 1.0)
+    bend = (slope[index] * width - rise) * (1.0 - share) - (slope[index + 1] * width - rise) * share
+    return values[index] + share * (rise + (1.0 - share) * bend)
+
+
+def _check_values(drives: Drive, value: NDArray[np.float64], start: NDArray[np.float64]) -> None:
+    """Refuse values that their column's drive cannot have."""
+    kinds = np.array(drives.kinds)
+    pressures = np.concatenate([start, value[:, kinds == "pressure_set"].ravel()])
+    if np.any(pressures < 0.0):
+        raise InputError(
+            f"pressure {pressures.min() / 1e3:g} kPa is negative; pressures are gauge, 0 is the"
+            " atmosphere, and the rig has no vacuum"
+        )
+    # A sensor at a vented muscle may read a little below the atmosphere, but never a vacuum.
+    readings = value[:, kinds == "measured"]
+    if np.any(readings < _LOWEST_READING):
+        raise InputError(
+            f"a measured pressure of {readings.min() / 1e3:g} kPa is no gauge pressure of a"
+            " muscle; give gauge pressures, 0 at the atmosphere"
+        )
+    shares = value[:, np.isin(kinds, ("valve", "pulse"))]
+    if np.any(np.abs(shares) > 1.0):
+        raise InputError(
+            f"valve command {shares.flat[np.argmax(np.abs(shares))]:g} is outside [-1, 1]"
+        )
+    if np.any(value[:, kinds == "sealed"] != 0.0):
+        raise InputError("a sealed muscle takes no command: give 0 in its column")
+
+
+def pressure_step(
+    start_pressure: ArrayLike,
+    final_pressure: ArrayLike,
+    *,
+    duration: float,
+    load: float = 0.0,
+    sample_rate: float = 500.0,
+    name: str = "",
+) -> Experiment:
+    """Experiment in which the set points jump from one pair of pressures to another at time 0.
+
+    Args:
+        start_pressure: (m,) gauge pressures at rest [Pa].
+        final_pressure: (m,) gauge pressures from time 0 [Pa].
+        duration: [s].
+        load: [kg].
+        sample_rate: [Hz].
+        name: for messages and legends.
+
+    Raises:
+        InputError: as `Experiment`.
+    """
+    return Experiment(
+        drive="pressure_set",
+        command_time=np.zeros(1),
+        command_value=np.atleast_2d(np.asarray(final_pressure, dtype=float)),
+        start_pressure=np.asarray(start_pressure, dtype=float),
+        duration=duration,
+        load=load,
+        sample_rate=sample_rate,
+        name=name,
+    )
+
+
+def _require_finite(what: str, values: NDArray[np.float64]) -> None:
+    if not np.all(np.isfinite(values)):
+        where = int(np.flatnonzero(~np.isfinite(values.ravel()))[0])
+        raise InputError(
+            f"{what} has {values.ravel()[where]} at entry {where}; give finite numbers"
+        )

@@ -1,0 +1,91 @@
+"""A trained policy as plain numbers: an ``.npz`` of weights."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from itertools import pairwise
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pamsim.core.errors import InputError
+from pamsim.recordings.array_files import read_arrays
+
+FloatArray = NDArray[np.float64]
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class PolicyFile:
+    """Layers from a scaled observation of j joints and m muscles to an action, tanh between them.
+
+    Attributes:
+        joints: names of the rig's.
+        muscles: names of the rig's.
+        command: ``pressure_set`` or ``valve``.
+        supply: pressure that is commanded by an action of 1 [Pa].
+        centre: (6j + m,) subtracted from the observation [SI] first.
+        scale: (6j + m,) that it is divided by then [SI].
+        weights: of each layer, (out, in).
+        biases: of each layer, (out,).
+    """
+
+    joints: tuple[str, ...]
+    muscles: tuple[str, ...]
+    command: str
+    supply: float
+    centre: FloatArray
+    scale: FloatArray
+    weights: tuple[FloatArray, ...]
+    biases: tuple[FloatArray, ...]
+
+
+def write_policy(path: Path, policy: PolicyFile) -> None:
+    """Write a policy as an ``.npz``."""
+    arrays: dict[str, Any] = {
+        "joints": policy.joints,
+        "muscles": policy.muscles,
+        "command": policy.command,
+        "supply": policy.supply,
+        "centre": policy.centre,
+        "scale": policy.scale,
+    }
+    for k, (weight, bias) in enumerate(zip(policy.weights, policy.biases, strict=True)):
+        arrays[f"w_{k}"], arrays[f"b_{k}"] = weight, bias
+    np.savez_compressed(path, **arrays)
+
+
+def read_policy(path: Path) -> PolicyFile:
+    """Read a policy.
+
+    Raises:
+        InputError: if the file is missing, no policy, or its layers do not fit each other.
+    """
+    arrays = read_arrays(path)
+    depth = sum(name.startswith("w_") for name in arrays)
+    try:
+        policy = PolicyFile(
+            joints=tuple(arrays["joints"].tolist()),
+            muscles=tuple(arrays["muscles"].tolist()),
+            command=str(arrays["command"]),
+            supply=float(arrays["supply"]),
+            centre=arrays["centre"].astype(np.float64),
+            scale=arrays["scale"].astype(np.float64),
+            weights=tuple(arrays[f"w_{k}"].astype(np.float64) for k in range(depth)),
+            biases=tuple(arrays[f"b_{k}"].astype(np.float64) for k in range(depth)),
+        )
+    except KeyError as error:
+        raise InputError(f"{path} is no policy: it has no array {error}") from None
+    except (TypeError, ValueError):
+        raise InputError(f"{path} is no policy: an array is not what its name says") from None
+    inputs = 6 * len(policy.joints) + len(policy.muscles)
+    sizes = [(inputs,), *(bias.shape for bias in policy.biases)]
+    fit = [
+        weight.shape == (*out, *into)
+        for weight, (into, out) in zip(policy.weights, pairwise(sizes), strict=True)
+    ]
+    scaled = policy.centre.shape == policy.scale.shape == sizes[0]
+    if not depth or not scaled or not all(fit) or sizes[-1] != (len(policy.muscles),):
+        raise InputError(f"{path} is no policy: its layers do not fit each other or its rig")
+    return policy

@@ -1,0 +1,326 @@
+"""A recording: what a rig did, sampled in time, and its folder of one CSV file per trial."""
+
+from __future__ import annotations
+
+import csv
+import enum
+import json
+import os
+import re
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pamsim.core.encoding import to_dict
+from pamsim.core.errors import InputError, SimulationError, nearest
+from pamsim.core.files import complete_file
+from pamsim.core.units import PA_PER_KPA
+from pamsim.recordings.drive import MUSCLE_DRIVES, Drive, DriveLike, command_columns, in_toml
+from pamsim.recordings.signal_names import KINDS, SignalNames, column_of
+
+SCHEMA = "pamsim-recording/1"
+"""Of ``recording.toml``."""
+
+
+class Outcome(enum.Enum):
+    """How a simulation ended."""
+
+    COMPLETED = "completed"
+    NOT_FINITE = "not_finite"
+    ENGINE_WARNING = "engine_warning"
+    TIME_STALLED = "time_stalled"
+
+
+@dataclass(frozen=True, kw_only=True)
+class Recording:
+    """Sampled signals of one run, in SI.
+
+    Attributes:
+        time: (n,) [s], uniform, from 0.
+        joints: recorded joint -> ``angle`` or ``position``, in column order.
+        positions: (n, j) of the joints [rad or m].
+        velocities: (n, j) their rates [rad/s or m/s].
+        pressure: (n, m) gauge pressures [Pa], one column per muscle.
+        tension: (n, m) muscle tensions [N].
+        command: (n, m + j) command of each muscle, then of each driven joint, as in an experiment.
+        drive: one kind for all muscles, or muscle or driven joint -> kind, see
+            `pamsim.recordings.drive`.
+        load: mass on the arm [kg].
+        muscles: names of the muscles, in column order.
+        outcome: how the run ended; anything but COMPLETED means the signals stop early.
+        message: the outcome as a sentence.
+        final_state: the engine's whole state at the last sample, to continue from; of a run that
+            broke down, the state it started from.
+        meta: what else is worth keeping: rig, time step, versions, name.
+        effort: driven joint -> (n,) torque [N m] or force [N] that acts on it from outside,
+            positive in the joint's direction: as given, or what an imposed motion takes.
+    """
+
+    time: NDArray[np.float64]
+    joints: Mapping[str, str]
+    positions: NDArray[np.float64]
+    velocities: NDArray[np.float64]
+    pressure: NDArray[np.float64]
+    tension: NDArray[np.float64]
+    command: NDArray[np.float64]
+    drive: DriveLike
+    load: float
+    muscles: tuple[str, ...]
+    outcome: Outcome
+    message: str
+    final_state: NDArray[np.float64]
+    meta: Mapping[str, str | float] = field(default_factory=dict[str, str | float])
+    effort: Mapping[str, NDArray[np.float64]] = field(
+        default_factory=dict[str, NDArray[np.float64]]
+    )
+
+    @property
+    def drives(self) -> Drive:
+        """``drive`` of every column of the command."""
+        return Drive.of(self.drive, self.command.shape[1])
+
+    @property
+    def names(self) -> SignalNames:
+        """Names of the signals."""
+        return SignalNames(joints=self.joints, muscles=self.muscles)
+
+    @property
+    def angle(self) -> NDArray[np.float64]:
+        """Position (n,) of the only joint [rad, of one that slides m].
+
+        Raises:
+            InputError: if the rig has several joints.
+        """
+        return self.positions[:, self._only("angle")]
+
+    @property
+    def velocity(self) -> NDArray[np.float64]:
+        """Rate (n,) of the only joint [rad/s, of one that slides m/s].
+
+        Raises:
+            InputError: if the rig has several joints.
+        """
+        return self.velocities[:, self._only("velocity")]
+
+    def _only(self, what: str) -> int:
+        if len(self.joints) != 1:
+            raise InputError(
+                f"`{what}` is of a rig with one joint, this one has {', '.join(self.joints)}: take"
+                f" a joint's signal, such as signal({self.names.joint_channels[0]!r})"
+            )
+        return 0
+
+    def with_angle(self, angle: NDArray[np.float64]) -> Recording:
+        """The recording with another position (n,) of its only joint [rad or m].
+
+        Raises:
+            InputError: if the rig has several joints.
+        """
+        self._only("angle")
+        return replace(self, positions=angle[:, np.newaxis])
+
+    def signals(self) -> dict[str, NDArray[np.float64]]:
+        """Channel -> (n,) [SI]: of the joints, then each muscle's pressure and force.
+
+        A rig with one joint that turns has ``angle``, ``pressure_1``, ``force_1`` ...; any other
+        ``knee.angle``, ``flexor.pressure``, ``flexor.force`` ... A driven joint has ``torque`` or
+        ``force``, too.
+        """
+        names = self.names
+        found = dict(zip(names.joint_channels, self.positions.T, strict=True))
+        found |= {names.effort_channel(joint): values for joint, values in self.effort.items()}
+        for i, (pressure, force) in enumerate(
+            zip(names.of_muscles("pressure"), names.of_muscles("force"), strict=True)
+        ):
+            found[pressure] = self.pressure[:, i]
+            found[force] = self.tension[:, i]
+        return found
+
+    def signal(self, channel: str) -> NDArray[np.float64]:
+        """One of `signals`, shape (n,) [SI].
+
+        Raises:
+            InputError: if there is none of that name, with the nearest.
+        """
+        signals = self.signals()
+        if channel not in signals:
+            raise InputError(f"no signal {channel!r}; {nearest(channel, signals)}")
+        return signals[channel]
+
+    def completed(self) -> Recording:
+        """Return the recording itself if the run completed.
+
+        Raises:
+            SimulationError: otherwise, carrying this partial recording.
+        """
+        if self.outcome is not Outcome.COMPLETED:
+            raise SimulationError(self.message, recording=self)
+        return self
+
+    def columns(self) -> dict[str, NDArray[np.float64]]:
+        """The signals in the units of the CSV format.
+
+        Returns:
+            Name -> (n,): ``time_s``, commands, pressures [kPa], joints [deg or mm], forces [N].
+        """
+        names = self.names
+        commands: dict[str, NDArray[np.float64]] = {}
+        drives = self.drives
+        driven = command_columns(drives, names.named_muscles)
+        for i, kind in enumerate(drives.muscles):
+            if driven[i]:
+                per_unit = PA_PER_KPA if MUSCLE_DRIVES[kind].unit == "Pa" else 1.0
+                commands[driven[i]] = self.command[:, i] / per_unit
+        joints = zip(names.joint_columns(), self.joints.values(), self.positions.T, strict=True)
+        efforts = {column_of(names.effort_channel(j)): v for j, v in self.effort.items()}
+        return {
+            "time_s": self.time,
+            **commands,
+            **_by_column(names.muscle_columns("pressure"), self.pressure / PA_PER_KPA),
+            **{column: values * KINDS[kind].scale for column, kind, values in joints},
+            **efforts,
+            **_by_column(names.muscle_columns("force"), self.tension),
+        }
+
+    def summary(self) -> str:
+        """One sentence: rig, length, how angle and pressures changed, and the outcome."""
+        rig = self.meta.get("rig", "recording")
+        if not len(self.time):
+            return f"{rig}: no samples; {self.message or self.outcome.value}"
+        first, last = self.pressure[[0, -1]] / PA_PER_KPA
+        changes = ", ".join(
+            f"{name} {before:.1f} -> {after:.1f} kPa"
+            for name, before, after in zip(self.muscles, first, last, strict=True)
+        )
+        return (
+            f"{rig}: {self.time[-1]:g} s, load {self.load:g} kg,"
+            f" {', '.join(self._moves())}, {changes};"
+            f" {self.message or self.outcome.value}"
+        )
+
+    def _moves(self) -> list[str]:
+        """How each joint moved, in words."""
+        moves: list[str] = []
+        names = ("angle",) if self.names.short else tuple(self.joints)
+        for name, kind, column in zip(names, self.joints.values(), self.positions.T, strict=True):
+            start, end = column[[0, -1]] * KINDS[kind].scale
+            moves.append(f"{name} {start:.2f} -> {end:.2f} {KINDS[kind].shown}")
+        return moves
+
+    def to_dict(self) -> dict[str, Any]:
+        """Signals with their unit in the key, as in the CSV format, and what else is known.
+
+        Returns:
+            JSON-safe dict: ``rig``, ``load_kg``, ``muscles``, ``drive``, ``outcome``, ``message``,
+            ``signals`` (name -> list of n numbers), ``meta``.
+        """
+        return to_dict(
+            {
+                "rig": self.meta.get("rig"),
+                "load_kg": self.load,
+                "muscles": self.muscles,
+                "drive": self.drive,
+                "outcome": self.outcome,
+                "message": self.message,
+                "signals": self.columns(),
+                "meta": self.meta,
+            }
+        )
+
+    def save(self, folder: str | Path, rig: str | None = None) -> list[Path]:
+        """Write a folder that `pamsim.read_recordings` reads: ``recording.toml`` and one CSV.
+
+        Args:
+            folder: created if need be.
+            rig: name of a shipped rig or path of a rig folder; the recording's own if left out.
+
+        Returns:
+            The paths written.
+
+        Raises:
+            InputError: if the folder cannot be written.
+        """
+        name = re.sub(r"[^\w.-]+", "_", str(self.meta.get("experiment") or "trial"))
+        return write_recording(Path(folder), rig or str(self.meta.get("rig", "")), {name: self})
+
+
+def write_recording(
+    folder: str | os.PathLike[str],
+    rig: str,
+    trials: Mapping[str, Recording],
+    protocols: Mapping[str, str] | None = None,
+    *,
+    forces: bool = True,
+) -> list[Path]:
+    """Write trials of one rig.
+
+    Args:
+        folder: created if need be.
+        rig: name or path of the rig; the path of a rig folder is written relative to ``folder``.
+        trials: file stem -> recording.
+        protocols: file stem -> protocol, where that is not the stem without its trailing number.
+        forces: False leaves the muscles' forces out, as most rigs do.
+
+    Returns:
+        The paths written, ``recording.toml`` first.
+
+    Raises:
+        InputError: if the folder cannot be written.
+    """
+    folder = Path(folder)
+    index = folder / "recording.toml"
+    lines = [f'schema = "{SCHEMA}"', f"rig = {_quoted(_reference(folder, rig))}"]
+    written = [index]
+    for stem, recording in trials.items():
+        path = folder / f"{stem}.csv"
+        _write_csv(path, recording, forces)
+        written.append(path)
+        protocol = (protocols or {}).get(stem) or re.sub(r"_?\d+$", "", stem) or stem
+        lines += [
+            "",
+            "[[trial]]",
+            f"file = {_quoted(path.name)}",
+            f"protocol = {_quoted(protocol)}",
+            f"drive = {in_toml(recording.drives.stated(recording.muscles))}",
+            f"load_kg = {recording.load:.9g}",
+        ]
+    with complete_file(index) as part:
+        part.write_text("\n".join(lines) + "\n", encoding="utf-8")
+    return written
+
+
+def _by_column(
+    columns: tuple[str, ...], values: NDArray[np.float64]
+) -> dict[str, NDArray[np.float64]]:
+    return dict(zip(columns, values.T, strict=True))
+
+
+def _quoted(text: str) -> str:
+    # A JSON string is a TOML basic string.
+    return json.dumps(text, ensure_ascii=False)
+
+
+def _reference(folder: Path, rig: str) -> str:
+    """A rig as a reader of the folder finds it: by name, or by a path relative to the folder."""
+    if not (Path(rig) / "params.toml").is_file():
+        return rig
+    try:
+        return Path(os.path.relpath(rig, folder)).as_posix()
+    except ValueError:  # on another drive there is no relative path
+        return Path(rig).resolve().as_posix()
+
+
+def _write_csv(path: Path, recording: Recording, forces: bool) -> None:
+    named = recording.columns()
+    if not forces:
+        left_out = recording.names.muscle_columns("force")
+        named = {name: values for name, values in named.items() if name not in left_out}
+    with complete_file(path) as part, part.open("w", newline="", encoding="utf-8") as file:
+        writer = csv.writer(file)
+        writer.writerow(named)
+        for row in zip(*named.values(), strict=True):
+            writer.writerow([f"{value:.9g}" for value in row])

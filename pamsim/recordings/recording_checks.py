@@ -1,0 +1,226 @@
+"""What a recorded trial must satisfy: commands, an increasing clock, values in their named units.
+
+Nothing is rescaled without a word: a likely wrong unit is refused with the factor that corrects it.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Sequence
+
+import numpy as np
+
+from pamsim.core.errors import InputError
+from pamsim.recordings.columns import Columns
+
+FEWEST_ROWS = 8
+LONGEST_GAP = 5.0
+"""Longest step of the clock, in median steps."""
+
+_JITTER = 0.01  # share of the median step from which a clock is said not to be uniform
+_LOWEST_GAUGE_KPA = -20.0  # zero errors of sensors are smaller, and the rigs have no vacuum
+_HIGHEST_KPA = 5e3
+_LEAST_KPA = 20.0  # fluidic muscles work at some bar
+_FEW_DEG = 1.6  # what a quarter turn reads if written in rad
+_WIDE_KPA = 200.0  # pressure difference that turns any free arm by more than that
+# Unit, how many of it make a kPa, and how far a held pressure may be from its set point.
+_MEANT = (
+    ("bar", 0.01, 2.0),
+    ("MPa", 0.001, 2.0),
+    ("Pa", 1e3, 2.0),
+    ("psi", 0.145038, 1.05),
+    ("mbar", 10.0, 1.05),
+    ("mmHg", 7.50062, 1.05),
+)
+
+
+def clock(columns: Columns) -> str:
+    """Check the clock of a trial.
+
+    Args:
+        columns: of the trial.
+
+    Returns:
+        A note if the clock is not uniform, otherwise nothing.
+
+    Raises:
+        InputError: too few rows, time that does not increase, a gap, milliseconds for seconds.
+    """
+    time, lines, path = columns.values["time_s"], columns.lines, columns.path
+    if time.size < FEWEST_ROWS:
+        raise InputError(
+            f"{path}: {time.size} rows are too few to compare with anything; a trial needs"
+            f" {FEWEST_ROWS} or more"
+        )
+    steps = np.diff(time)
+    stuck = np.flatnonzero(steps <= 0.0)
+    if stuck.size:
+        row = int(stuck[0]) + 1
+        raise InputError(
+            f"{columns.where('time_s', row)} does not come after {time[row - 1]:g} in line"
+            f" {lines[row - 1]}; sort the rows and drop repeated times"
+        )
+    median = float(np.median(steps))
+    longest = int(np.argmax(steps))
+    if steps[longest] > LONGEST_GAP * median:
+        raise InputError(
+            f"{path}: line {lines[longest + 1]}: the clock jumps from {time[longest]:g} to"
+            f" {time[longest + 1]:g} s, {steps[longest] / median:.3g} times its usual step; split"
+            " the trial there into two files"
+        )
+    if median >= 0.5 and time[-1] - time[0] > 1e3:
+        raise InputError(
+            f"{path}: time_s steps by {median:g} and runs to {time[-1]:g}: no muscle can be seen"
+            " moving at that pace; if the column holds milliseconds, divide it by 1000"
+        )
+    if np.max(np.abs(steps - median)) <= _JITTER * median:
+        return ""
+    shortest = float(np.min(steps))
+    return f"steps of the clock are not uniform: {shortest:.4g} to {steps[longest]:.4g} s"
+
+
+def commands(columns: Columns, drives: Sequence[tuple[str, str]]) -> None:
+    """Check that commands lie in their range.
+
+    Args:
+        columns: of the trial.
+        drives: command column and kind of its drive; others than valves and set points are
+            measured, and `units` checks them.
+
+    Raises:
+        InputError: for a valve beyond 1, or a set point below the atmosphere.
+    """
+    for name, kind in drives:
+        if kind not in ("valve", "pulse", "pressure_set"):
+            continue
+        value = columns.values[name]
+        if kind == "pressure_set":
+            row = int(np.argmin(value))
+            if value[row] < 0.0:
+                raise InputError(
+                    f"{columns.where(name, row)} is negative; set points are gauge, and a muscle"
+                    " has no vacuum"
+                )
+            continue
+        row = int(np.argmax(np.abs(value)))
+        if abs(value[row]) > 1.0:
+            hint = "; if it is percent, divide the column by 100" if abs(value[row]) > 2.0 else ""
+            raise InputError(f"{columns.where(name, row)} is outside [-1, 1]{hint}")
+
+
+def units(columns: Columns, set_points: Sequence[str]) -> None:
+    """Refuse pressures and angles that cannot be in the unit their column names.
+
+    Args:
+        columns: of the trial.
+        set_points: columns of commanded pressures; none for valves.
+
+    Raises:
+        InputError: naming the unit that was probably meant.
+    """
+    pressures = [name for name in columns.values if _is_pressure(name)]
+    for name in set_points:
+        measured = f"{name.removesuffix('_set_kpa')}_kpa"
+        if measured in columns.values:
+            _against_set_point(columns, name, measured)
+    for name in pressures:
+        value = columns.values[name]
+        high, low = int(np.argmax(value)), int(np.argmin(value))
+        if value[high] > _HIGHEST_KPA:
+            raise InputError(
+                f"{columns.where(name, high)} is {value[high] / 100.0:.4g} bar, too much for a"
+                " muscle; if the column holds mbar, divide it by 10, if Pa by 1000"
+            )
+        if value[low] < _LOWEST_GAUGE_KPA:
+            raise InputError(
+                f"{columns.where(name, low)} lies far below the atmosphere; pressures are gauge:"
+                " correct the sensor's zero"
+            )
+    for name in (name for name in columns.values if name.endswith("_deg")):
+        angle = columns.values[name]
+        row = int(np.argmax(np.abs(angle)))
+        if abs(angle[row]) > 360.0:
+            raise InputError(
+                f"{columns.where(name, row)} is more than a turn; the column must hold deg,"
+                " not counts of an encoder"
+            )
+
+
+def units_of_all(trials: Sequence[Columns]) -> None:
+    """Refuse a whole recording whose pressures or angles are too small for their unit.
+
+    One trial may well be a small one; all of them together are not.
+
+    Raises:
+        InputError: naming the unit that was probably meant.
+    """
+    tops = [
+        (float(np.max(value)), name, columns)
+        for columns in trials
+        if _fills(columns)
+        for name, value in columns.values.items()
+        if _is_pressure(name)
+    ]
+    if tops:
+        top, name, columns = max(tops, key=lambda entry: entry[0])
+        if 0.0 < top < _LEAST_KPA:
+            raise InputError(
+                f"{columns.path}: no pressure of any trial is above {name} = {top:g}, too little"
+                " for a muscle; if the columns hold bar, multiply them by 100, if MPa by 1000"
+            )
+    # A held arm that is pulled at barely turns: then there are forces to see.
+    if any(name.startswith("force") for columns in trials for name in columns.values):
+        return
+    turned = [columns for columns in trials if "angle_deg" in columns.values]
+    widest = max((_turning(columns) for columns in turned), default=0.0)
+    most = max((float(np.ptp(columns.values["angle_deg"])) for columns in turned), default=0.0)
+    if widest > _WIDE_KPA and 0.1 < most < _FEW_DEG:
+        raise InputError(
+            f"{turned[0].path}: angle_deg never moves by more than {most:.3g}, though the"
+            f" pressures move {widest:.0f} kPa apart; if the columns hold rad, multiply them by"
+            " 57.29578"
+        )
+
+
+def _against_set_point(columns: Columns, set_point: str, measured: str) -> None:
+    """A held pressure follows its set point; a constant ratio far from 1 is another unit."""
+    wanted, got = columns.values[set_point], columns.values[measured]
+    high = wanted > max(0.5 * float(np.max(wanted)), 1e-9)
+    if np.count_nonzero(high) < FEWEST_ROWS:
+        return
+    # Quartiles, because the pressure takes its time to follow, and because the noise of a sensor
+    # without supply has no ratio that stays.
+    low, middle, top = np.quantile(got[high] / wanted[high], (0.25, 0.5, 0.75))
+    for unit, ratio, slack in _MEANT:
+        for name, expected in ((measured, ratio), (set_point, 1.0 / ratio)):
+            # Measured in Pa and set in MPa are one ratio: only one gives a muscle's pressure.
+            meant = float(np.max(columns.values[name])) / ratio
+            likely = _LEAST_KPA < meant < _HIGHEST_KPA
+            if likely and expected / slack < low and top < expected * slack:
+                raise InputError(
+                    f"{columns.path}: {measured} is {middle:.3g} times {set_point}, so that one of"
+                    f" them is not kPa: {name} looks like {unit}; multiply it by {1 / ratio:.4g}"
+                )
+
+
+def _turning(columns: Columns) -> float:
+    """By how much the difference between the pressures of two muscles changes [kPa]."""
+    widths = [0.0]
+    for shape in ("p{}_kpa", "p{}_set_kpa"):
+        pair = [columns.values.get(shape.format(muscle)) for muscle in (1, 2)]
+        if pair[0] is not None and pair[1] is not None:
+            widths.append(float(np.ptp(pair[0] - pair[1])))
+    return max(widths)
+
+
+def _fills(columns: Columns) -> bool:
+    """Whether any command asks for pressure; a trial of vented muscles shows nothing but noise."""
+    return any(
+        float(np.max(value)) > 0.0
+        for name, value in columns.values.items()
+        if re.fullmatch(r"u\d+|.+_set_kpa|.+_valve", name)
+    )
+
+
+def _is_pressure(name: str) -> bool:
+    return name.endswith("_kpa")

@@ -1,0 +1,212 @@
+"""Write a rig with changed parameters: a copy of its folder, its ``params.toml`` revised in place.
+
+Comments, order and units of the original stay; each changed number states its new source.
+"""
+
+from __future__ import annotations
+
+import shutil
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+import tomlkit
+from tomlkit.items import Comment, InlineTable, Item, Table
+
+from pamsim.core.errors import InputError, nearest
+from pamsim.core.files import LOCK, complete_file, is_part
+from pamsim.core.parameters import Sourced, specs
+from pamsim.core.units import to_si
+from pamsim.physics.hysteresis.group import Hysteresis
+from pamsim.recordings.rig_file import RigFile
+
+_SENSOR = "sensor"
+_DIGITS = 10
+_RANGE_DIGITS = 5
+# Files that describe the old parameters.
+_LEFT_BEHIND = {"params.toml", "README.md", "calibration.json", "__pycache__", LOCK}
+
+
+def write_rig(
+    source: RigFile, folder: Path, values: Mapping[str, Sourced], *, heading: str = ""
+) -> Path:
+    """Write a rig in which some parameters have new values.
+
+    Args:
+        source: the rig to start from.
+        folder: of the new rig, created if need be; files of the same name are replaced.
+        values: name -> number, in any unit that measures the parameter; it is converted to the unit
+            in the file, and keeps its own if the parameter is new there. Names are those of
+            `pamsim.engine.rig.Rig.with_parameters`: ``group.field`` (it replaces what single
+            muscles had of their own), ``muscle:group.field``, ``hysteresis.operator.field``,
+            ``sensor.field``, or a native name.
+            The old value's 95 % interval and note are removed; bounds stay unless new ones are
+            given.
+        heading: comment for the top of the file.
+
+    Returns:
+        Path of the new ``params.toml``.
+
+    Raises:
+        InputError: for an unknown muscle, a unit that does not fit, a folder that is the source's
+            own or lies inside it, or a place that cannot be written.
+    """
+    old, new = source.folder.resolve(), folder.resolve()
+    if new == old or old in new.parents:
+        raise InputError(
+            f"cannot write a rig to {folder}: it is the folder it is made from, or inside it"
+        )
+    document = tomlkit.parse((source.folder / "params.toml").read_text(encoding="utf-8"))
+    # Shared numbers first: they clear what single muscles had, which may follow again.
+    for name in sorted(values, key=lambda name: ":" in name):
+        _put(document, source, name, values[name])
+    outside = [key for key in ("mjcf", "scene") if _is_outside(source, document["rig"].get(key))]
+    files = [(source.folder / document["rig"][key]).resolve() for key in outside]
+    for key, file in zip(outside, files, strict=True):
+        document["rig"][key] = file.name
+    text = tomlkit.dumps(document)
+    if heading:
+        text = "".join(f"# {line}\n" for line in heading.splitlines()) + text
+    path = folder / "params.toml"
+    try:
+        shutil.copytree(
+            source.folder,
+            folder,
+            dirs_exist_ok=True,
+            ignore=_left_behind,
+            copy_function=_copy,
+        )
+        for file in files:
+            _copy(str(file), str(folder / file.name))
+    except (OSError, shutil.Error) as error:
+        raise InputError(f"cannot write {folder}: {error}") from None
+    with complete_file(path) as part:
+        part.write_text(text, encoding="utf-8")
+    return path
+
+
+def _is_outside(source: RigFile, name: str | None) -> bool:
+    """Whether a file that a rig names lies outside its folder, as rigs may share an MJCF."""
+    if name is None:
+        return False
+    return not (source.folder / name).resolve().is_relative_to(source.folder.resolve())
+
+
+def _left_behind(folder: str, names: list[str]) -> set[str]:
+    """What is not copied: files about the old parameters, and folders of other rigs."""
+    rigs = {name for name in names if (Path(folder) / name / "params.toml").is_file()}
+    return rigs | (_LEFT_BEHIND & set(names)) | set(filter(is_part, names))
+
+
+def _copy(source: str, target: str) -> None:
+    with complete_file(Path(target)) as part:
+        shutil.copyfile(source, part)
+
+
+def _put(document: Any, source: RigFile, name: str, number: Sourced) -> None:
+    muscle, _, parameter = name.rpartition(":")
+    if muscle:
+        if muscle not in source.tendons:
+            raise InputError(f"no muscle {muscle!r}; {nearest(muscle, source.tendons)}")
+        group, _, field = parameter.partition(".")
+        _revise(_table(_own_tables(document)[muscle], group), field, number)
+        return
+    group, _, field = parameter.partition(".")
+    law, _, own = field.partition(".")
+    if group == Hysteresis.group and own:
+        section = _operator(
+            _table(document, "muscle"), document["muscles"], source.operators[law].group
+        )
+        _revise(section, own, number)
+    elif name in source.native or "." in field:
+        _revise(_table(document, "native"), name, number)
+    elif group == _SENSOR:
+        _revise(_table(document, _SENSOR), field, number)
+    else:
+        _revise(_table(_table(document, "muscle"), group), field, number)
+        for own in document["muscles"].values():
+            own.get(group, {}).pop(field, None)
+
+
+def _operator(muscle: Any, own: Any, group: type[Hysteresis]) -> Any:
+    """The table of a hysteresis operator; that of another keeps only what all operators share."""
+    law, section = group.law, _table(muscle, Hysteresis.group)
+    if section.get("law") == law:
+        return section
+    shared = [name for name, _ in specs(Hysteresis)]
+    for key in [key for key in section if key not in shared]:
+        section.remove(key)
+    for entries in own.values():
+        entries.pop(Hysteresis.group, None)
+    section["law"] = law
+    units = {name: spec.unit for name, spec in specs(group)}
+    for name, value in group.usual.items():
+        _revise(section, name, Sourced(value=value, unit=units[name], source="assumed", where=law))
+    return section
+
+
+def _own_tables(document: Any) -> Any:
+    """The muscles' tables, each under a header of its own, which an inline table cannot have."""
+    muscles = document["muscles"]
+    if any(isinstance(entry, InlineTable) for entry in muscles.values()):
+        # All of them: a header comes after every inline entry, and their order is the actuators'.
+        headed = tomlkit.table(is_super_table=True)
+        for name, entry in muscles.items():
+            headed.append(name, _with_header(entry))
+        last = headed[list(headed)[-1]]
+        for item in (item for _, item in muscles.value.body if isinstance(item, Comment)):
+            last.add(tomlkit.comment(item.trivia.comment.removeprefix("#").strip()))
+        document["muscles"] = headed
+    return document["muscles"]
+
+
+def _with_header(muscle: Any) -> Table:
+    table = tomlkit.table()
+    for key, value in muscle.unwrap().items():
+        table.append(key, _group(value) if isinstance(value, dict) else value)
+    return table
+
+
+def _group(fields: Mapping[str, Any]) -> Table:
+    table = tomlkit.table()
+    for field, value in fields.items():
+        table.append(field, _entry(value) if isinstance(value, dict) else value)
+    return table
+
+
+def _table(parent: Any, key: str) -> Any:
+    if key not in parent:
+        parent[key] = tomlkit.table()
+    return parent[key]
+
+
+def _revise(section: Any, key: str, number: Sourced) -> None:
+    """Change an entry, keeping the comment behind it, or add it."""
+    before = section[key].unwrap() if key in section else {"unit": number.unit}
+
+    def written(value: float, digits: int) -> float:
+        return float(f"{to_si(value, number.unit, before['unit'], where=key):.{digits}g}")
+
+    def pair(ends: tuple[float, float] | None) -> list[float] | None:
+        return [written(end, _RANGE_DIGITS) for end in ends] if ends else None
+
+    section[key] = _entry(
+        {
+            "value": written(number.value, _DIGITS),
+            "unit": before["unit"],
+            "source": number.source,
+            "interval95": pair(number.interval95),
+            "bounds": pair(number.bounds) or before.get("bounds"),
+            "note": number.note or None,
+        }
+    )
+
+
+def _entry(fields: Mapping[str, Any]) -> Item:
+    """An inline table with the spaces people write; None stands for a key that is left out."""
+    inside = ", ".join(
+        f"{key} = {tomlkit.item(value).as_string()}"
+        for key, value in fields.items()
+        if value is not None
+    )
+    return tomlkit.value(f"{{ {inside} }}")

@@ -1,0 +1,160 @@
+"""One long log as several trials: by segments of time or by period, each with its lead-in.
+
+    period = "9.93 s"                  # or segments = [[12.0, 22.0], [31.5, 41.5]]
+    lead_in = "2 s"                    # simulated before each, not compared
+
+Times count from the log's first row. Periods are repeats of each other; so are segments, but for
+those whose commands are held at other levels: they are inputs of their own, ``protocol_2`` and so
+on.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+
+from pamsim.core.errors import InputError
+from pamsim.core.units import parse_quantity
+from pamsim.recordings.recording_checks import FEWEST_ROWS
+from pamsim.recordings.trial import HELD_OUT_SUFFIX, Trial, TrialLead
+
+KEYS = ("period", "segments", "lead_in")
+"""Of a trial's entry in ``recording.toml``."""
+
+_LEAD_IN = 2.0  # before a segment, if nothing is stated [s]: valves, friction and hysteresis
+# forget within it, the slow creep of fluidic muscles does not
+_ROUNDING = 1e-6  # of times written by hand [s]
+_BRIEF = 3  # rows at one level that may be the end of the level before
+
+
+def trials_of(trial: Trial, entry: Mapping[str, Any], where: str) -> tuple[Trial, ...]:
+    """Cut a log into the trials that its entry names.
+
+    Args:
+        trial: the whole log.
+        entry: its table in ``recording.toml``.
+        where: file and trial, for errors.
+
+    Returns:
+        The trials, numbered if there are several; the log itself if its entry names none.
+
+    Raises:
+        InputError: for a time without meaning, a segment outside the log or of too few rows.
+    """
+    if not any(key in entry for key in KEYS):
+        return (trial,)
+    if "period" in entry and "segments" in entry:
+        raise InputError(f"{where}: give period or segments, not both")
+    end = float(trial.time[-1])
+    cut = "period" in entry or "segments" in entry
+    lead = _seconds(entry.get("lead_in", _LEAD_IN if cut else 0.0), f"{where}: lead_in")
+    if "period" in entry:
+        period = _seconds(entry["period"], f"{where}: period")
+        whole = end + trial.sample_interval - lead  # the last row lasts as long as the others
+        count = math.floor((whole + _ROUNDING) / period) if period > 0.0 else 0
+        if count < 1:
+            raise InputError(
+                f"{where}: no period of {period:g} s fits into {end:g} s after a lead-in of"
+                f" {lead:g} s"
+            )
+        spans = [(lead + k * period, lead + (k + 1) * period) for k in range(count)]
+    elif "segments" in entry:
+        spans = _spans(entry["segments"], f"{where}: segments")
+    else:
+        spans = [(lead, math.inf)]
+    trials = [_part(trial, span, lead, where) for span in spans]
+    if len(trials) == 1:
+        return (trials[0],)
+    if "segments" in entry:
+        trials = _inputs_apart(trials)
+    return tuple(replace(t, name=f"{trial.name}_{k}") for k, t in enumerate(trials, start=1))
+
+
+def _part(trial: Trial, span: tuple[float, float], lead: float, where: str) -> Trial:
+    begin, end = span
+    last = float(trial.time[-1])
+    if begin > last or (math.isfinite(end) and end > last + trial.sample_interval + _ROUNDING):
+        raise InputError(
+            f"{where}: {begin:g} to {end:g} s is not in the log, which ends at {last:g} s"
+        )
+    rows = (trial.time >= begin - _ROUNDING) & (trial.time < end - _ROUNDING)
+    if np.count_nonzero(rows) < FEWEST_ROWS:
+        raise InputError(
+            f"{where}: {begin:g} to {end:g} s has {np.count_nonzero(rows)} rows; a trial needs"
+            f" {FEWEST_ROWS} or more"
+        )
+    first = float(trial.time[rows][0])
+    before = (trial.time >= begin - lead - _ROUNDING) & (trial.time < first)
+    lead_in = None
+    if np.any(before):
+        start = [
+            trial.measured[channel][before][0] if channel in trial.measured else math.nan
+            for channel in trial.pressure_channels
+        ]
+        lead_in = TrialLead(
+            time=trial.time[before] - trial.time[before][0],
+            duration=first - float(trial.time[before][0]),
+            command=trial.command[before],
+            start_pressure=np.array(start),
+        )
+    return replace(
+        trial,
+        time=trial.time[rows] - first,
+        command=trial.command[rows],
+        measured={channel: values[rows] for channel, values in trial.measured.items()},
+        lead_in=lead_in,
+    )
+
+
+def _inputs_apart(trials: list[Trial]) -> list[Trial]:
+    """Trials with a protocol of their own for each input, where there are several."""
+    levels = [_levels(trial) for trial in trials]
+    inputs = list(dict.fromkeys(levels))
+    if len(inputs) == 1:
+        return trials
+    named: list[Trial] = []
+    for trial, own in zip(trials, levels, strict=True):
+        stem = trial.protocol.removesuffix(HELD_OUT_SUFFIX)
+        end = trial.protocol.removeprefix(stem)
+        named.append(replace(trial, protocol=f"{stem}_{inputs.index(own) + 1}{end}"))
+    return named
+
+
+def _levels(trial: Trial) -> tuple[tuple[float, ...], ...]:
+    """Levels at which the commands of a trial are held, one after the other, but for brief ones."""
+    held = trial.command[:, [not between for between in trial.drives.between]]
+    changes = np.flatnonzero(np.any(np.diff(held, axis=0) != 0.0, axis=1)) + 1
+    edges = np.concatenate([[0], changes, [len(held)]])
+    longer = edges[:-1][np.diff(edges) > _BRIEF]
+    return tuple(tuple(held[row].tolist()) for row in longer)
+
+
+def _seconds(value: object, where: str) -> float:
+    if isinstance(value, str):
+        seconds = parse_quantity(value, "s", "s", where=where)
+    elif isinstance(value, int | float) and not isinstance(value, bool):
+        seconds = float(value)
+    else:
+        raise InputError(f'{where} = {value!r}; write a time such as "2 s"')
+    if not (math.isfinite(seconds) and seconds >= 0.0):
+        raise InputError(f"{where} = {value!r} is no time; write 0 s or more")
+    return seconds
+
+
+def _spans(value: object, where: str) -> list[tuple[float, float]]:
+    pairs = value if isinstance(value, list) else []
+    if not pairs or not all(isinstance(pair, list) and len(pair) == 2 for pair in pairs):
+        raise InputError(
+            f"{where}: write pairs of times in s, such as [[12.0, 22.0], [31.5, 41.5]]"
+        )
+    spans = [(_seconds(a, where), _seconds(b, where)) for a, b in pairs]
+    for begin, end in spans:
+        if not begin < end:
+            raise InputError(
+                f"{where}: {begin:g} to {end:g} s is no span; the later time comes last"
+            )
+    return spans

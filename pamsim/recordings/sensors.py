@@ -1,0 +1,258 @@
+"""Signals as the rig's instruments report them: lag, scale, bias, encoder and converter."""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+from dataclasses import dataclass
+from typing import ClassVar
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from pamsim.core.errors import InputError, ParameterError
+from pamsim.core.parameters import ParameterGroup, parameter
+from pamsim.recordings.recording import Recording
+
+_ON_INCREMENT = 0.02
+"""Share of an increment by which written angles may miss it, as rounded in a file."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class MeasurementChain(ParameterGroup):
+    """Encoder and pressure conversion of a rig, and their errors."""
+
+    group: ClassVar[str] = "sensor"
+    encoder_increments: float = parameter(
+        unit="1",
+        low=0.0,
+        high=1e7,
+        doc="encoder increments per revolution; 0 if unknown",
+        default=0.0,
+    )
+    converter_bits: float = parameter(
+        unit="1", low=0.0, high=32.0, doc="bits of the converter; 0 if unknown", default=0.0
+    )
+    converter_span: float = parameter(
+        unit="V", low=0.0, high=100.0, doc="width of the converter's input range", default=0.0
+    )
+    transducer_gain: float = parameter(
+        unit="Pa/V", low=0.0, high=1e7, doc="pressure per volt of the transducer", default=0.0
+    )
+    angle_bias: float = parameter(
+        unit="rad", low=-3.2, high=3.2, doc="reported less true angle at zero", default=0.0
+    )
+    angle_scale: float = parameter(
+        unit="1", low=0.1, high=10.0, doc="reported per true change of angle", default=1.0
+    )
+    angle_lag: float = parameter(
+        unit="s", low=0.0, high=10.0, doc="time constant of the reported angle", default=0.0
+    )
+    pressure_bias: float = parameter(
+        unit="Pa", low=-1e6, high=1e6, doc="reported less true pressure at zero", default=0.0
+    )
+    pressure_scale: float = parameter(
+        unit="1", low=0.1, high=10.0, doc="reported per true change of pressure", default=1.0
+    )
+    pressure_lag: float = parameter(
+        unit="s", low=0.0, high=10.0, doc="time constant of the reported pressures", default=0.0
+    )
+
+    def __post_init__(self) -> None:
+        """Check every field, and that a converter is stated whole.
+
+        Raises:
+            ParameterError: naming what is out of range or missing.
+        """
+        super().__post_init__()
+        names = ("converter_bits", "converter_span", "transducer_gain")
+        missing = [name for name in names if getattr(self, name) == 0.0]
+        if missing and len(missing) < len(names):
+            raise ParameterError(
+                f"sensor.{missing[0]} is missing: a converter is stated by {', '.join(names)}, all"
+                " above 0, or by none of them"
+            )
+
+    @property
+    def pressure_step(self) -> float:
+        """Resolution of the converter as a pressure [Pa]; 0 if unknown."""
+        return self.converter_span / 2.0**self.converter_bits * self.transducer_gain
+
+
+def lagged(time: ArrayLike, signal: ArrayLike, lag: float) -> NDArray[np.float64]:
+    """A sampled signal behind a first-order lag, at rest before its first sample.
+
+    Exact at the given times, uniform or not, for a signal that is straight between them.
+
+    Args:
+        time: (n,) increasing [s].
+        signal: (n,) or (n, m), in any unit.
+        lag: time constant [s]; 0 gives the signal itself.
+
+    Returns:
+        Array of the signal's shape and unit.
+    """
+    true = np.asarray(signal, dtype=float)
+    if lag == 0.0 or len(true) == 0:
+        return true
+    ratio = np.diff(np.asarray(time, dtype=float)) / lag
+    done = -np.expm1(-ratio)  # share of a jump that is made up within an interval
+    along = 1.0 - done / ratio  # share of a change that is spread evenly over it
+    reported = np.empty_like(true)
+    reported[0] = held = true[0]
+    for k, (share, part) in enumerate(zip(done.tolist(), along.tolist(), strict=True)):
+        held = held + share * (true[k] - held) + part * (true[k + 1] - true[k])
+        reported[k + 1] = held
+    return reported
+
+
+def encode_angle(angle: ArrayLike, increments: float) -> NDArray[np.float64]:
+    """Angle an incremental encoder reports: whole increments, counted towards zero-crossing edges.
+
+    Args:
+        angle: (...) true angle [rad].
+        increments: per revolution.
+
+    Returns:
+        (...) reported angle [rad], at most one increment below the true one.
+    """
+    step = 2.0 * math.pi / increments
+    return np.floor(np.asarray(angle, dtype=float) / step) * step
+
+
+def encoded(recording: Recording, chain: MeasurementChain) -> NDArray[np.float64]:
+    """Positions (n, j) of a recording in whole increments of the encoder [rad or m].
+
+    An encoder's increments are of a turn, so that a joint which slides keeps its position.
+    """
+    if chain.encoder_increments == 0.0:
+        return recording.positions
+    turns = np.array([kind == "angle" for kind in recording.joints.values()])
+    counted = encode_angle(recording.positions, chain.encoder_increments)
+    return np.where(turns, counted, recording.positions)
+
+
+def encoder_offset(reading: ArrayLike, increments: float) -> float:
+    """Mean of reported less true angle of an encoder that counts whole increments [rad].
+
+    Half an increment below, whatever the sensor's zero: what is left of the steps has mean 0, as
+    has the error of a converter that rounds.
+
+    Args:
+        reading: (n,) angles as reported [rad].
+        increments: per revolution; 0 if unknown.
+
+    Returns:
+        The offset; 0 for readings that do not come in whole increments, such as simulated ones.
+    """
+    if increments == 0.0:
+        return 0.0
+    step = 2.0 * math.pi / increments
+    counts = np.asarray(reading, dtype=float) / step
+    whole = np.abs(counts - np.round(counts)) <= _ON_INCREMENT
+    return -0.5 * step if whole.all() and np.ptp(np.round(counts)) > 0.0 else 0.0
+
+
+def convert_pressure(pressure: ArrayLike, step: float) -> NDArray[np.float64]:
+    """Pressure behind a converter that rounds to its step.
+
+    Args:
+        pressure: (...) true pressure [Pa].
+        step: of the converter [Pa].
+
+    Returns:
+        (...) reported pressure [Pa], at most half a step off.
+    """
+    return np.round(np.asarray(pressure, dtype=float) / step) * step
+
+
+def distorted(recording: Recording, chain: MeasurementChain) -> Recording:
+    """A recording as instruments with errors report it: lag first, then scale, then bias.
+
+    Args:
+        recording: of the true signals.
+        chain: their errors.
+
+    Returns:
+        A copy with other positions and pressures; the same arrays for instruments without errors.
+    """
+    return dataclasses.replace(
+        recording,
+        positions=_with_errors(
+            recording.time,
+            recording.positions,
+            chain.angle_lag,
+            chain.angle_scale,
+            chain.angle_bias,
+        ),
+        pressure=_with_errors(
+            recording.time,
+            recording.pressure,
+            chain.pressure_lag,
+            chain.pressure_scale,
+            chain.pressure_bias,
+        ),
+    )
+
+
+def true_pressure(reading: ArrayLike, chain: MeasurementChain) -> NDArray[np.float64]:
+    """True pressure at rest from a sensor's reading.
+
+    Args:
+        reading: (...) [Pa].
+        chain: the sensor's errors.
+
+    Returns:
+        (...) true pressure [Pa]; the reading itself for an instrument without errors.
+    """
+    return _without_errors(reading, chain.pressure_scale, chain.pressure_bias)
+
+
+def true_position(reading: ArrayLike, chain: MeasurementChain) -> NDArray[np.float64]:
+    """True position at rest of a joint from a sensor's reading, as `true_pressure` [rad or m]."""
+    return _without_errors(reading, chain.angle_scale, chain.angle_bias)
+
+
+def _without_errors(reading: ArrayLike, scale: float, bias: float) -> NDArray[np.float64]:
+    true = np.asarray(reading, dtype=float)
+    if bias != 0.0:
+        true = true - bias
+    return true / scale if scale != 1.0 else true
+
+
+def _with_errors(
+    time: NDArray[np.float64], true: NDArray[np.float64], lag: float, scale: float, bias: float
+) -> NDArray[np.float64]:
+    reported = lagged(time, true, lag)
+    if scale != 1.0:
+        reported = scale * reported
+    if bias != 0.0:
+        reported = reported + bias
+    return reported
+
+
+def measured(recording: Recording, chain: MeasurementChain | None) -> Recording:
+    """A recording as the rig's instruments would have measured it.
+
+    Args:
+        recording: of the true signals.
+        chain: errors, encoder and converter of the instruments. An unknown encoder or converter
+            does not round.
+
+    Returns:
+        A copy with positions and pressures as reported; velocities and tensions, which the rig does
+        not measure, stay as they are.
+
+    Raises:
+        InputError: if the rig declares no measurement chain.
+    """
+    if chain is None:
+        raise InputError("this rig declares no sensors; add a [sensor] table to its params.toml")
+    reported = distorted(recording, chain)
+    if chain.encoder_increments > 0.0:
+        reported = dataclasses.replace(reported, positions=encoded(reported, chain))
+    if chain.pressure_step > 0.0:
+        reported = dataclasses.replace(
+            reported, pressure=convert_pressure(reported.pressure, chain.pressure_step)
+        )
+    return reported

@@ -1,0 +1,148 @@
+"""What a control engineer reads off a step response: rest value, settling, overshoot, reversals."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from pamsim.recordings.recording import Recording
+from pamsim.recordings.signal_names import KINDS, Kind, SignalNames
+
+_BAND = 0.02
+"""Share of the travel within which a response counts as settled."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class StepMetrics:
+    """Figures of one step response, in the units of the response.
+
+    Attributes:
+        start: first value.
+        final: mean over the last 2 % of the record.
+        settling_time: from when on the response stays within 2 % of its travel of the final value
+            [s]; NaN if it has not settled by the last tenth of the record, or is still on its way
+            then: a decay as over the last three tenths would lead out of these 2 %.
+        overshoot: largest travel beyond the final value, as a share of the travel [-].
+        reversal: largest turn back against the direction of the step.
+    """
+
+    start: float
+    final: float
+    settling_time: float
+    overshoot: float
+    reversal: float
+
+    def monotonic(self, tolerance: float) -> bool:
+        """Whether the response never turns back by more than a tolerance, in its own units."""
+        return self.reversal <= tolerance
+
+
+def step_metrics(time: ArrayLike, response: ArrayLike) -> StepMetrics:
+    """Read the figures off a step response.
+
+    Args:
+        time: (n,) [s], increasing from the step on.
+        response: (n,) in any unit.
+
+    Returns:
+        The figures; a response without travel has no overshoot and settles at once.
+    """
+    t = np.asarray(time, dtype=float)
+    y = np.asarray(response, dtype=float)
+    final = float(y[-max(1, len(y) // 50) :].mean())
+    start = float(y[0])
+    travel = final - start
+    if travel == 0.0:
+        return StepMetrics(
+            start=start, final=final, settling_time=0.0, overshoot=0.0, reversal=float(np.ptp(y))
+        )
+    forward = (y - start) * np.sign(travel)
+    outside = np.flatnonzero(np.abs(y - final) > _BAND * abs(travel))
+    last = int(outside[-1]) + 1 if len(outside) else 0
+    return StepMetrics(
+        start=start,
+        final=final,
+        settling_time=float(t[last])
+        if last < 0.9 * len(t) and not _on_its_way(y, final, _BAND * abs(travel))
+        else float("nan"),
+        overshoot=max(0.0, float(forward.max() / abs(travel)) - 1.0),
+        reversal=_largest_drop(forward),
+    )
+
+
+def _on_its_way(y: NDArray[np.float64], final: float, band: float) -> bool:
+    """Whether a response that decays as over its last three tenths ends outside a band."""
+    tenth = len(y) // 10
+    if not tenth:
+        return False
+    first, second, third = y[-3 * tenth :].reshape(3, tenth).mean(axis=1)
+    earlier, later = second - first, third - second
+    # Such a drift needs another record as long to leave the band; noise drifts as little.
+    if abs(later) <= 0.1 * band or earlier * later < 0.0:
+        return False
+    if abs(later) >= abs(earlier):
+        return True
+    end = third + later**2 / (earlier - later)  # of a geometric series
+    return bool(abs(end - final) > band)
+
+
+def _largest_drop(forward: NDArray[np.float64]) -> float:
+    return float(np.max(np.maximum.accumulate(forward) - forward))
+
+
+def joint_figures(found: StepMetrics, kind: Kind) -> dict[str, float]:
+    """Figures of one joint's step response by name, in the units of files.
+
+    Args:
+        found: in SI.
+        kind: of the joint's position.
+    """
+    return {
+        f"start_{kind.suffix}": found.start * kind.scale,
+        f"final_{kind.suffix}": found.final * kind.scale,
+        "settling_s": found.settling_time,
+        "overshoot_percent": 100.0 * found.overshoot,
+    }
+
+
+def step_figures(recording: Recording) -> dict[str, float]:
+    """Figures of a step response of a rig by name, in the units of files.
+
+    Args:
+        recording: from the step on, complete.
+
+    Returns:
+        Of each joint start, final value, settling time and overshoot, and of each muscle pressure
+        and tension at the end; the names are those of `step_figure_units`, in its order.
+    """
+    values: list[float] = []
+    for joint, position in zip(recording.joints, recording.positions.T, strict=True):
+        kind = KINDS[recording.joints[joint]]
+        values += joint_figures(step_metrics(recording.time, position), kind).values()
+    for pressure, force in zip(recording.pressure[-1], recording.tension[-1], strict=True):
+        values += [pressure * KINDS["pressure"].scale, force * KINDS["force"].scale]
+    return dict(zip(step_figure_units(recording.names), map(float, values), strict=True))
+
+
+def step_figure_units(names: SignalNames) -> dict[str, str]:
+    """Name of each figure of a step response -> its unit.
+
+    Args:
+        names: of the rig's signals.
+    """
+    units: dict[str, str] = {}
+    for joint, kind in names.joints.items():
+        own, shown = "" if names.short else f"{joint}_", KINDS[kind].shown
+        units |= {
+            f"{own}start_{KINDS[kind].suffix}": shown,
+            f"{own}final_{KINDS[kind].suffix}": shown,
+            f"{own}settling_s": "s",
+            f"{own}overshoot_percent": "%",
+        }
+    for number, muscle in enumerate(names.muscles, start=1):
+        for kind in ("pressure", "force"):
+            owner = f"{kind}_{number}" if names.short else f"{muscle}_{kind}"
+            units[f"final_{owner}_{KINDS[kind].suffix}"] = KINDS[kind].shown
+    return units

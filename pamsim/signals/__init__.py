@@ -1,1 +1,0 @@
-"""Measurement chains and figures read off signals."""

@@ -1,1 +1,0 @@
-"""Files on disk, and nothing else: rigs, printed tables, recordings, results."""

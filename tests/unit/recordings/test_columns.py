@@ -1,0 +1,67 @@
+"""Columns of a CSV file: names with units, SI values, and one line for each error."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from pamsim.recordings.columns import read_columns
+from tests.unit.core.refusals import refused
+
+NAMES = ("time_s", "angle_deg", "p{}_set_kpa", "p{}_kpa")
+
+
+@pytest.fixture
+def columns(tmp_path):
+    def read(text):
+        path = tmp_path / "log.csv"
+        path.write_text(text, encoding="utf-8")
+        return read_columns(path)
+
+    return read
+
+
+def test_cells_keep_their_line_numbers_and_values_are_read_in_si(columns):
+    found = columns("# by hand\ntime_s,p1_kpa,angle_deg\n0,100,90\n\n1,200,-90\n")
+    assert (found.header, found.lines) == (2, [3, 5])
+    assert found.si("p1_kpa").tolist() == [1e5, 2e5]
+    np.testing.assert_allclose(found.si("angle_deg"), [np.pi / 2, -np.pi / 2])
+    assert found.values["angle_deg"].tolist() == [90.0, -90.0]
+    assert found.where("p1_kpa", 1).endswith("log.csv: line 5: p1_kpa = 200")
+
+
+def test_a_format_selects_its_columns_under_their_own_names(columns):
+    found = columns("time_s,beta_deg,p12_kpa,remark\n0,1,2,x\n").select(NAMES)
+    assert list(found.cells) == ["time_s", "angle_deg", "p12_kpa"]
+    assert found.ignored == ("remark",)
+    found.require("angle_deg")
+    with refused("no column 'p1_kpa', at rest", "there are: time_s, angle_deg, p12_kpa, remark"):
+        found.require("p1_kpa", ", at rest")
+
+
+@pytest.mark.parametrize(
+    ("name", "words"),
+    [
+        ("P1_kPa", "convert it if need be and name it 'p1_kpa'"),
+        ("p3_set_bar", "name it 'p3_set_kpa'"),
+        ("t_ms", "name it 'time_s'"),
+        ("tmie_s", "did you mean 'time_s'"),
+    ],
+)
+def test_a_name_that_must_mean_a_known_column_is_refused(columns, name, words):
+    with refused("log.csv: line 1: column", words):
+        columns(f"{name},remark\n1,2\n").select(NAMES)
+
+
+@pytest.mark.parametrize("header", ["time_s,time_s", "angle_deg,beta_deg"])
+def test_a_column_twice_is_refused(columns, header):
+    with refused("is there twice; keep one"):
+        columns(f"{header}\n1,2\n").select(NAMES)
+
+
+def test_a_quantity_may_have_any_unit_that_measures_it(columns):
+    found = columns("p_bar,kappa,remark\n1.5,0.1,x\n").quantities()
+    assert {q: (c.column, pytest.approx(c.scale)) for q, c in found.items()} == {
+        "pressure": ("p_bar", 1e5),
+        "contraction": ("kappa", 1.0),
+    }

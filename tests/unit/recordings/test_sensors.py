@@ -1,0 +1,172 @@
+"""What encoder and converter make of a signal."""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+from itertools import pairwise
+
+import numpy as np
+import pytest
+from scipy.integrate import solve_ivp
+
+from pamsim.core.errors import InputError, ParameterError
+from pamsim.recordings.recording import Outcome, Recording
+from pamsim.recordings.sensors import (
+    MeasurementChain,
+    convert_pressure,
+    distorted,
+    encode_angle,
+    encoder_offset,
+    lagged,
+    measured,
+)
+
+# Matiskova 2021, sections 2.3 and 2.4: 2500 increments, 14 bits over 20 V, 100 kPa/V
+CHAIN = MeasurementChain(
+    encoder_increments=2500.0, converter_bits=14.0, converter_span=20.0, transducer_gain=1e5
+)
+
+
+def test_the_papers_chain_has_the_papers_steps():
+    assert CHAIN.pressure_step == pytest.approx(122.0703125, rel=1e-15)  # 0.12207 kPa
+    increment = 2.0 * math.pi / CHAIN.encoder_increments
+    assert math.degrees(increment) == pytest.approx(0.144, rel=1e-14)
+    reported = encode_angle([0.5 * increment, 1.5 * increment], CHAIN.encoder_increments)
+    assert np.degrees(reported) == pytest.approx([0.0, 0.144])
+
+
+@pytest.mark.parametrize("increments", [4.0, 360.0, 2500.0, 1e7])
+def test_encoder_reports_whole_increments_at_most_one_below(increments):
+    angle = np.random.default_rng(2).uniform(-7.0, 7.0, 5000)
+    step = 2.0 * math.pi / increments
+    reported = encode_angle(angle, increments)
+    lag = (angle - reported) / step
+    assert np.all(lag > -1e-7)  # 1e-7: rounding of an angle that is an increment itself
+    assert np.all(lag < 1.0 + 1e-7)
+    assert lag.min() < 0.1 < 0.9 < lag.max()
+    counts = reported / step
+    assert counts == pytest.approx(np.round(counts), abs=1e-7)
+
+
+@pytest.mark.parametrize("step", [CHAIN.pressure_step, 610.0])
+def test_converter_is_at_most_half_a_step_off(step):
+    pressure = np.random.default_rng(3).uniform(0.0, 7e5, 5000)
+    reported = convert_pressure(pressure, step)
+    error = (reported - pressure) / step
+    assert np.all(np.abs(error) <= 0.5 + 1e-9)
+    assert error.min() < -0.45
+    assert error.max() > 0.45
+    assert reported / step == pytest.approx(np.round(reported / step), abs=1e-9)
+
+
+def test_shape_is_kept():
+    assert encode_angle(np.ones((3, 2)), 2500.0).shape == (3, 2)
+    assert convert_pressure(np.ones((3, 2)), 100.0).shape == (3, 2)
+
+
+def recording() -> Recording:
+    rng = np.random.default_rng(4)
+    return Recording(
+        time=np.arange(50) / 500.0,
+        joints={"shaft": "angle"},
+        positions=rng.uniform(-0.6, 0.6, (50, 1)),
+        velocities=rng.normal(size=(50, 1)),
+        pressure=rng.uniform(0.0, 6e5, (50, 2)),
+        tension=rng.uniform(0.0, 1e3, (50, 2)),
+        command=np.zeros((50, 2)),
+        drive="valve",
+        load=0.0,
+        muscles=("muscle_1", "muscle_2"),
+        outcome=Outcome.COMPLETED,
+        message="",
+        final_state=np.zeros(3),
+    )
+
+
+def test_a_measured_recording_differs_only_in_what_the_rig_measures():
+    true = recording()
+    seen = measured(true, CHAIN)
+    assert np.array_equal(seen.angle, encode_angle(true.angle, 2500.0))
+    assert np.array_equal(seen.pressure, convert_pressure(true.pressure, CHAIN.pressure_step))
+    assert not np.array_equal(seen.angle, true.angle)
+    for field in dataclasses.fields(Recording):
+        if field.name not in ("positions", "pressure"):
+            assert getattr(seen, field.name) is getattr(true, field.name)
+
+
+def test_a_rig_without_sensors_measures_nothing():
+    with pytest.raises(InputError, match=r"\A[^\n]*\[sensor\][^\n]*\Z"):
+        measured(recording(), None)
+
+
+def test_instruments_that_do_not_err_give_the_signals_themselves():
+    true = recording()
+    seen = distorted(true, MeasurementChain())
+    assert seen.positions is true.positions
+    assert seen.pressure is true.pressure
+    assert np.array_equal(measured(true, MeasurementChain()).angle, true.angle)  # nothing rounds
+    half = measured(true, MeasurementChain(encoder_increments=2500.0))
+    assert np.array_equal(half.angle, encode_angle(true.angle, 2500.0))
+    assert np.array_equal(half.pressure, true.pressure)
+
+
+def test_lag_scale_and_bias_act_on_their_own_signal_in_that_order():
+    true = recording()
+    angle = {"angle_lag": 0.03, "angle_scale": 1.1, "angle_bias": 0.02}
+    pressure = {"pressure_lag": 0.01, "pressure_scale": 0.9, "pressure_bias": -4e3}
+    seen = distorted(true, MeasurementChain(**angle, **pressure))
+    np.testing.assert_allclose(
+        seen.angle, 0.02 + 1.1 * lagged(true.time, true.angle, 0.03), rtol=1e-13
+    )
+    np.testing.assert_allclose(
+        seen.pressure, 0.9 * lagged(true.time, true.pressure, 0.01) - 4e3, rtol=1e-13
+    )
+    assert distorted(true, MeasurementChain(**angle)).pressure is true.pressure
+    assert distorted(true, MeasurementChain(**pressure)).positions is true.positions
+    seen = measured(true, dataclasses.replace(CHAIN, angle_bias=0.02))
+    assert np.array_equal(seen.angle, encode_angle(true.angle + 0.02, 2500.0))  # erring, then round
+
+
+@pytest.mark.parametrize("lag", [1e-4, 0.02, 3.0])
+def test_lag_is_the_differential_equation_at_any_times(lag):
+    """y' = (x - y) / tau with x straight between samples, by scipy's integrator."""
+    rng = np.random.default_rng(7)
+    time = np.cumsum(rng.uniform(1e-3, 0.05, 8))
+    true = rng.normal(size=8)
+
+    def rate(t, y):
+        return (np.interp(t, time, true) - y) / lag
+
+    options = {"method": "Radau", "rtol": 1e-9, "atol": 1e-10, "jac": [[-1.0 / lag]]}
+    expected = [true[0]]
+    for one, two in pairwise(time):  # no interval hides a kink
+        expected.append(solve_ivp(rate, (one, two), expected[-1:], **options).y[0, -1])
+    np.testing.assert_allclose(lagged(time, true, lag), expected, atol=1e-8)
+
+
+def test_a_ramp_is_seen_later_by_the_lag_and_a_step_falls_short_by_an_e_th():
+    time = np.linspace(0.0, 2.0, 401)
+    assert lagged(time, 3.0 * time, 0.05)[-1] == pytest.approx(3.0 * (2.0 - 0.05), rel=1e-12)
+    jump = np.column_stack([np.ones(401), np.zeros(401)])
+    jump[0] = 0.0, 1.0
+    seen = lagged(np.concatenate([[-1e-9], time[:-1]]), jump, 0.1)
+    at = 21  # 0.1 s after the jump
+    assert seen[at] == pytest.approx([1.0 - math.exp(-1.0), math.exp(-1.0)], rel=1e-6)
+
+
+def test_half_a_converter_is_refused():
+    with pytest.raises(ParameterError, match=r"\A[^\n]*sensor\.converter_span[^\n]*\Z"):
+        MeasurementChain(converter_bits=14.0, transducer_gain=1e5)
+
+
+def test_the_offset_of_an_encoder_is_the_mean_of_its_error():
+    rng = np.random.default_rng(3)
+    true = 0.2 * np.sin(np.linspace(0.0, 9.0, 4000)) + 1e-3 * rng.standard_normal(4000)
+    reading = np.round(encode_angle(true, 2500.0), 6)  # as in a file
+    offset = encoder_offset(reading, 2500.0)
+    assert offset == pytest.approx(-math.pi / 2500.0, rel=1e-12)
+    assert np.mean(reading - true) == pytest.approx(offset, abs=0.02 * abs(offset))
+    assert encoder_offset(true, 2500.0) == 0.0  # not in steps
+    assert encoder_offset(np.zeros(50), 2500.0) == 0.0  # no steps to see
+    assert encoder_offset(reading, 0.0) == 0.0

@@ -1,0 +1,41 @@
+"""Whatever a TOML file holds, the answer is a table or one line."""
+
+from __future__ import annotations
+
+import pytest
+
+import pamsim
+from pamsim.core.errors import InputError
+from pamsim.core.files import is_file
+from pamsim.recordings.toml_file import read_toml
+from tests.unit.core.refusals import refused
+
+
+@pytest.mark.parametrize(
+    "content",
+    [
+        b"a = " + b"9" * 5000,
+        b"a = " + b"[" * 3000,
+        b"a = \xff",
+        b"a = 1\n\x00",
+        b"a = {" * 2000,
+    ],
+    ids=["digits", "nesting", "no UTF-8", "NUL", "tables"],
+)
+def test_what_is_no_table_is_refused_in_one_line(tmp_path, content):
+    (tmp_path / "x.toml").write_bytes(content)
+    with pytest.raises(InputError, match="not valid TOML") as error:
+        read_toml(tmp_path / "x.toml")
+    assert len(str(error.value)) <= 1000
+    assert str(error.value).isprintable()
+
+
+def test_a_byte_order_mark_is_left_out(tmp_path):
+    (tmp_path / "x.toml").write_text("a = 1", encoding="utf-8-sig")
+    assert read_toml(tmp_path / "x.toml") == {"a": 1}
+
+
+def test_a_name_that_no_file_can_have_is_none(tmp_path):
+    assert not is_file(tmp_path / ("x" * 5000))
+    with refused("no rig"):
+        pamsim.load_rig("x" * 5000)
