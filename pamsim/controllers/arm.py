@@ -16,9 +16,7 @@ import numpy as np
 from pamsim.core.errors import InputError
 from pamsim.engine.rig import Rig
 from pamsim.engine.stepping import muscle_ids
-from pamsim.physics.layout import slot
-
-_SUPPLY = slot("valve.supply_pressure")
+from pamsim.physics.record import view
 
 _ANGLES = np.linspace(-1.0, 1.0, 9)  # rad
 _EXACT = 1e-9  # of the largest torque or length: rounding lies far below
@@ -101,7 +99,7 @@ class Arm:
             )
         inertia = np.empty((1, 1))
         mujoco.mj_fullM(model, data, inertia)
-        first, second = (tuple(model.actuator_user[i].tolist()) for i in muscles)
+        first, second = (view(model.actuator_user[i]) for i in muscles)
         return cls(
             pair=(first, second),
             radius=radius,
@@ -109,7 +107,7 @@ class Arm:
             inertia=float(inertia[0, 0]),
             damping=float(model.dof_damping[0]),
             friction=float(model.dof_frictionloss[0]),
-            supply=min(first[_SUPPLY], second[_SUPPLY]),
+            supply=min(first.valve.supply_pressure, second.valve.supply_pressure),
         )
 
 

@@ -12,7 +12,7 @@ from pamsim.controllers.controller import Command, Controller, Memory, Observati
 from pamsim.controllers.pressure_rate import full_rates
 from pamsim.core.errors import InputError
 from pamsim.engine.rig import Rig
-from pamsim.physics.layout import pack
+from pamsim.physics.record import parameters
 from pamsim.physics.valves import clamped_opening
 
 
@@ -60,7 +60,7 @@ class PressureLoop:
                 f" {closed_loop_time * 5e2:g} ms at least; got {period * 1e3:g} ms"
             )
         muscle = next(iter(rig.muscles.values()))
-        fill, exhaust = full_rates(pack(muscle), 0.0, common_pressure)
+        fill, exhaust = full_rates(parameters(muscle), 0.0, common_pressure)
         rate = max(fill, -exhaust)
         return cls(
             period=period,

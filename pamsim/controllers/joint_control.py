@@ -26,6 +26,7 @@ from pamsim.engine.rig import Rig
 from pamsim.engine.stepping import muscle_ids
 from pamsim.linear.imc_tuning import imc_gains
 from pamsim.linear.second_order_model import SecondOrderModel
+from pamsim.physics.record import view
 
 FloatArray = NDArray[np.float64]
 # scipy carries no types: what it returns is Any at this file's boundary.
@@ -158,7 +159,7 @@ class JointControl:
         mujoco.mj_fullM(model, data, inertia)
         at = model.qpos0[rig.position_addresses].tolist()
         lag = max(
-            regulated_lag(model.actuator_user[i].tolist(), 0.0, max(common, 1.0))
+            regulated_lag(view(model.actuator_user[i]), 0.0, max(common, 1.0))
             for i in muscle_ids(model)
         )
         most = np.abs(statics.per_pressure(at, statics.common)).sum(axis=1) * rig.supply_pressure

@@ -6,51 +6,46 @@ the band, so that the pressure follows its set point as a lag does.
 
 from __future__ import annotations
 
+import copy
+
+from pamsim.physics import commands
 from pamsim.physics.air import GAS_CONSTANT
-from pamsim.physics.layout import Row, slot
 from pamsim.physics.muscle_valves import air_flow, fill_valve, sags
+from pamsim.physics.record import Parameters
 from pamsim.physics.static_muscle import static_volume
 from pamsim.physics.supply import VALVE, supply_sag
 
-_POLYTROPIC = slot("chamber.polytropic_index")
-_TEMPERATURE = slot("chamber.temperature")
-_ATMOSPHERE = slot("chamber.atmosphere")
-_COMMAND = slot("command")
-_RESISTANCE = slot("valve.supply_resistance")
-_SQUARE = slot("valve.supply_square")
-_BAND = slot("valve.regulator_band")
 
-
-def full_rates(par: Row, tendon_length: float, pressure: float) -> tuple[float, float]:
+def full_rates(m: Parameters, tendon_length: float, pressure: float) -> tuple[float, float]:
     """Rates of pressure with the fill and with the exhaust valve fully open [Pa/s].
 
     The supply sags by the flow to this muscle alone.
 
     Args:
-        par: parameter row of the muscle.
+        m: parameters of the muscle.
         tendon_length: held [m].
         pressure: gauge [Pa].
     """
-    row = list(par)
-    row[_COMMAND] = 0.0  # a signed opening
-    absolute = pressure + row[_ATMOSPHERE]
-    inside = static_volume(row, tendon_length, pressure)
-    scale = row[_POLYTROPIC] * GAS_CONSTANT * row[_TEMPERATURE] / inside
+    m = copy.copy(m)
+    m.command = commands.VALVE
+    absolute = pressure + m.chamber.atmosphere
+    inside = static_volume(m, tendon_length, pressure)
+    scale = m.chamber.polytropic_index * GAS_CONSTANT * m.chamber.temperature / inside
     sag, valve = 0.0, [0.0] * VALVE
-    if sags(row):
-        fill_valve(row, absolute, 1.0, valve)
-        sag = supply_sag([valve], row[_RESISTANCE], row[_SQUARE], 0.0, 0.0)
-    fill = air_flow(row, absolute, 1.0, 0.0, sag)
-    return scale * fill, scale * air_flow(row, absolute, -1.0, 0.0)
+    if sags(m):
+        fill_valve(m, absolute, 1.0, valve)
+        sag = supply_sag([valve], m.valve.supply_resistance, m.valve.supply_square, 0.0, 0.0)
+    fill = air_flow(m, absolute, 1.0, 0.0, sag)
+    return scale * fill, scale * air_flow(m, absolute, -1.0, 0.0)
 
 
-def regulated_lag(par: Row, tendon_length: float, pressure: float) -> float:
+def regulated_lag(m: Parameters, tendon_length: float, pressure: float) -> float:
     """Time constant of a regulated pressure, mean of filling and venting [s].
 
     Args:
-        par: parameter row of the muscle.
+        m: parameters of the muscle.
         tendon_length: held [m].
         pressure: gauge [Pa].
     """
-    fill, exhaust = full_rates(par, tendon_length, pressure)
-    return 0.5 * par[_BAND] * (1.0 / fill - 1.0 / exhaust)
+    fill, exhaust = full_rates(m, tendon_length, pressure)
+    return 0.5 * m.valve.regulator_band * (1.0 / fill - 1.0 / exhaust)

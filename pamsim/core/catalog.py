@@ -137,6 +137,18 @@ class Catalog(Mapping[str, AnyCard], Generic[AnyCard]):
             )
         return self._groups[code]
 
+    def own(self) -> tuple[AnyCard, ...]:
+        """The package's own laws."""
+        return tuple(self._laws[name] for name in self._own)
+
+    def card(self, group: type[ParameterGroup]) -> AnyCard:
+        """The law with a parameter group.
+
+        Raises:
+            EngineError: if there is none.
+        """
+        return self._by_code[self.code(group)]
+
     def with_code(self, code: float) -> AnyCard | None:
         """The law with a code, also one that a newer of its name has replaced; None if unknown."""
         return self._by_code.get(code)

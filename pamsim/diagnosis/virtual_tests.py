@@ -8,6 +8,8 @@ those that a simulation is made of, so that a size means the same whichever form
 
 from __future__ import annotations
 
+import copy
+import operator
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import TypeAlias
@@ -27,7 +29,6 @@ from pamsim.diagnosis.virtual_test_conditions import (
 )
 from pamsim.engine.rig import Rig
 from pamsim.physics.kernel import dry_friction_after, state_rates, tendon_friction, tension
-from pamsim.physics.layout import AIR, RUBBING, slot, state_size
 from pamsim.physics.muscle_hysteresis import hysteresis_force, hysteresis_rates
 from pamsim.physics.muscle_length import chain_length, chain_ratio
 from pamsim.physics.muscle_valves import (
@@ -38,6 +39,7 @@ from pamsim.physics.muscle_valves import (
     valve_opening,
 )
 from pamsim.physics.orifice import mass_flow
+from pamsim.physics.record import COMMON, Parameters, slot, split_states, state_size, view
 from pamsim.physics.rest_state import charged_air_state, rest
 from pamsim.physics.static_muscle import active_force, limited, static_force
 from pamsim.physics.tension import effective_pressure
@@ -57,21 +59,13 @@ _SUDDEN = 1e-3  # contraction [-]
 _CREEP_TIMES = np.concatenate([[0.0], np.geomspace(1e-3, 1e3, 300)])  # [s]
 _LONG = 1e9  # a time step after which a supply is steady [s]
 
-_LENGTH_AT_ZERO = slot("mounting.length_at_zero")
-_NOMINAL_LENGTH = slot("braid.nominal_length")
-_ATMOSPHERE = slot("chamber.atmosphere")
-_TEMPERATURE = slot("chamber.temperature")
-_SUPPLY = slot("valve.supply_pressure")
-_LINE_LAG, _LINE_SLEW_TIME = slot("valve.line_lag"), slot("valve.line_slew_time")
-_PITCH = slot("chain.ripple_pitch")
-
 
 @dataclass(frozen=True, kw_only=True)
 class Bench:
     """A rig taken apart.
 
     Attributes:
-        muscles: parameter row of each, as Python reads it fastest.
+        muscles: parameters of each.
         states: number of states of each muscle.
         lengths: of each tendon at angle 0 [m].
         arms: change of each tendon's length with the angle, there [m].
@@ -83,7 +77,7 @@ class Bench:
         sensor: the measurement chain.
     """
 
-    muscles: tuple[list[float], ...]
+    muscles: tuple[Parameters, ...]
     states: tuple[int, ...]
     lengths: tuple[float, ...]
     arms: tuple[float, ...]
@@ -126,7 +120,7 @@ def bench(rig: Rig, name: str = "") -> Bench:
     turned[joint] = 1.0
     mujoco.mj_mulM(model, data, inertia, turned)
     return Bench(
-        muscles=tuple(model.actuator_user[i].tolist() for i in range(len(rig.muscles))),
+        muscles=tuple(view(model.actuator_user[i]) for i in range(len(rig.muscles))),
         states=tuple(state_size(muscle) for muscle in rig.muscles.values()),
         lengths=tuple(places[2].tolist()),
         arms=tuple(arms.tolist()),
@@ -157,13 +151,13 @@ def _friction(rig: Bench, speed: float) -> FloatArray:
     sliding = min(speed / rig.dry_speed, 1.0) if rig.dry_speed > 0.0 else 1.0
     taken = sliding * rig.dry * np.sign(moved)
     timestep = float(np.abs(moved[0])) / speed
-    for par, length, arm in zip(rig.muscles, rig.lengths, rig.arms, strict=True):
-        pull = abs(limited(par, static_force(par, length, PRESSURE)))
-        act = [0.0] * RUBBING
+    for m, length, arm in zip(rig.muscles, rig.lengths, rig.arms, strict=True):
+        pull = abs(limited(m, static_force(m, length, PRESSURE)))
+        s = split_states([0.0] * COMMON)[0]
         for k, sense in enumerate(np.sign(moved).tolist()):
             velocity = arm * speed * sense
-            taken[k] += arm * tendon_friction(par, act, pull, velocity, timestep)
-            act[0] = dry_friction_after(par, act[0], pull, velocity, timestep)
+            taken[k] += arm * tendon_friction(m, s, pull, velocity, timestep)
+            s.friction = dry_friction_after(m, s.friction, pull, velocity, timestep)
     return taken
 
 
@@ -201,25 +195,26 @@ def _inertia(there: Bench, without: Bench, _: int) -> Quantities:
     return {"inertia": (there.inertia - without.inertia, "kg*m^2")}
 
 
-def _tendon(par: list[float], kappa: float) -> float:
+def _tendon(m: Parameters, kappa: float) -> float:
     """Length of the tendon at which a muscle without chain has a contraction [m]."""
-    return (1.0 - kappa) * par[_NOMINAL_LENGTH] - par[_LENGTH_AT_ZERO]
+    return (1.0 - kappa) * m.braid.nominal_length - m.mounting.length_at_zero
 
 
 def _loop(rig: Bench, muscle: int, path: FloatArray) -> FloatArray:
     """Force that hysteresis takes along a path of contractions at a held pressure [N]."""
-    par = rig.muscles[muscle]
-    act, rates = [0.0] * rig.states[muscle], [0.0] * rig.states[muscle]
+    m = rig.muscles[muscle]
+    z = split_states([0.0] * rig.states[muscle])[1]
+    dz = [0.0] * len(z)
     forces: list[float] = []
     timestep = float(path[1] - path[0]) / CONTRACTION_RATE
     before = 0.0
     for kappa in path.tolist():
         rate = (kappa - before) / timestep
-        hysteresis_rates(par, act, rates, before, rate, timestep)
-        for k, change in enumerate(rates):
-            act[k] += timestep * change
-        force = static_force(par, _tendon(par, kappa), PRESSURE)
-        forces.append(hysteresis_force(par, act, kappa, PRESSURE, force))
+        hysteresis_rates(m, z, dz, before, rate, timestep)
+        for k, change in enumerate(dz):
+            z[k] += timestep * change
+        force = static_force(m, _tendon(m, kappa), PRESSURE)
+        forces.append(hysteresis_force(m, z, kappa, PRESSURE, force))
         before = kappa
     return np.array(forces)
 
@@ -235,35 +230,35 @@ def _muscle_loop(there: Bench, without: Bench, muscle: int) -> Quantities:
         {
             # Of the larger sign, for a rig that has too much hysteresis.
             "loop_half_width": (0.5 * float(apart[np.argmax(np.abs(apart))]), "N"),
-            "energy_per_cycle": (energy * there.muscles[muscle][_NOMINAL_LENGTH], "J"),
+            "energy_per_cycle": (energy * there.muscles[muscle].braid.nominal_length, "J"),
         },
         "at_pressure",
         "contraction_amplitude",
     )
 
 
-def _alone(rig: Bench, muscle: int) -> list[float]:
-    """Parameter row of a muscle held by its ends, with air at the ambient temperature."""
-    par = list(rig.muscles[muscle])
-    for name in ("chain.compliance", "chain.backlash", "chain.ripple", "chamber.heat_rate"):
-        par[slot(name)] = 0.0
-    return par
+def _alone(rig: Bench, muscle: int) -> Parameters:
+    """Parameters of a muscle held by its ends, with air at the ambient temperature."""
+    m = copy.deepcopy(rig.muscles[muscle])
+    m.chain.compliance = m.chain.backlash = m.chain.ripple = m.chamber.heat_rate = 0.0
+    return m
 
 
 def _relaxing(rig: Bench, muscle: int) -> FloatArray:
     """Tension after a sudden contraction that is held, at a held pressure, over `_CREEP_TIMES`."""
-    par, count = _alone(rig, muscle), rig.states[muscle]
-    act, rates = [0.0] * count, [0.0] * count
-    rest(par, act, _tendon(par, 0.0), PRESSURE)
-    length = _tendon(par, _SUDDEN)
+    m = _alone(rig, muscle)
+    s, z = split_states(rest(m, rig.states[muscle], _tendon(m, 0.0), PRESSURE))
+    ds, dz = split_states([0.0] * rig.states[muscle])
+    length = _tendon(m, _SUDDEN)
     tensions: list[float] = []
     for timestep in np.diff(_CREEP_TIMES, prepend=0.0).tolist():
         if timestep > 0.0:
-            state_rates(par, act, rates, length, 0.0, 0.0, 0.0, timestep)
-            for k, change in enumerate(rates):
-                act[k] += timestep * change
-        act[count - AIR] = charged_air_state(par, act, length, PRESSURE)
-        tensions.append(tension(par, act, length))
+            state_rates(m, s, z, ds, dz, length, 0.0, 0.0, 0.0, timestep)
+            for name, change in vars(ds).items():
+                setattr(s, name, getattr(s, name) + timestep * change)
+            z = [held + timestep * change for held, change in zip(z, dz, strict=True)]
+        s.air = charged_air_state(m, z, length, PRESSURE)
+        tensions.append(tension(m, s, z, length))
     return np.array(tensions)
 
 
@@ -297,7 +292,10 @@ def _pull_change(there: Bench, without: Bench, muscle: int) -> Quantities:
 
 
 def _rest_length(there: Bench, without: Bench, muscle: int) -> Quantities:
-    longer = there.muscles[muscle][_LENGTH_AT_ZERO] - without.muscles[muscle][_LENGTH_AT_ZERO]
+    longer = (
+        there.muscles[muscle].mounting.length_at_zero
+        - without.muscles[muscle].mounting.length_at_zero
+    )
     return {"length_change": (longer, "m"), **_pull_change(there, without, muscle)}
 
 
@@ -305,38 +303,38 @@ def _braid_friction(there: Bench, without: Bench, muscle: int) -> Quantities:
     """Pull that a muscle loses while it contracts at a held pressure."""
     pulls: list[float] = []
     for rig in (without, there):
-        par, act = _alone(rig, muscle), [0.0] * rig.states[muscle]
-        rest(par, act, _tendon(par, 0.0), PRESSURE)
-        velocity = -CONTRACTION_RATE * par[_NOMINAL_LENGTH]
-        pulls.append(tension(par, act, _tendon(par, 0.0), velocity))
+        m = _alone(rig, muscle)
+        s, z = split_states(rest(m, rig.states[muscle], _tendon(m, 0.0), PRESSURE))
+        velocity = -CONTRACTION_RATE * m.braid.nominal_length
+        pulls.append(tension(m, s, z, _tendon(m, 0.0), velocity))
     return _chosen({"force_lost": (pulls[0] - pulls[1], "N")}, "at_pressure", "at_contraction_rate")
 
 
 def _lost_pressure(there: Bench, without: Bench, muscle: int) -> Quantities:
     left, whole = (
-        effective_pressure(PRESSURE, rig.muscles[muscle][slot("threshold.pressure")])
+        effective_pressure(PRESSURE, rig.muscles[muscle].threshold.pressure)
         for rig in (there, without)
     )
     return _chosen({"pressure_lost": (whole - left, "Pa")}, "at_pressure")
 
 
 def _leak(there: Bench, without: Bench, muscle: int) -> Quantities:
-    pars = there.muscles[muscle], without.muscles[muscle]
-    one, other = (leak_flow(par, PRESSURE + par[_ATMOSPHERE]) for par in pars)
+    muscles = there.muscles[muscle], without.muscles[muscle]
+    one, other = (leak_flow(m, PRESSURE + m.chamber.atmosphere) for m in muscles)
     return _chosen({"mass_flow": (one - other, "kg/s")}, "at_pressure")
 
 
 def _sag(rig: Bench, muscle: int) -> float:
     """Steady fall of the supply's pressure per flow, at a flow into an empty muscle [Pa s/kg]."""
-    par = rig.muscles[muscle]
-    if not sags(par):
+    m = rig.muscles[muscle]
+    if not sags(m):
         return 0.0
-    act = [0.0] * rig.states[muscle]
-    full, empty = par[_SUPPLY] + par[_ATMOSPHERE], par[_ATMOSPHERE]
-    air = (par[slot("valve.critical_ratio")], par[slot("valve.laminar_ratio")], par[_TEMPERATURE])
+    s = split_states([0.0] * rig.states[muscle])[0]
+    full, empty = m.valve.supply_pressure + m.chamber.atmosphere, m.chamber.atmosphere
+    air = (m.valve.critical_ratio, m.valve.laminar_ratio, m.chamber.temperature)
     conductance, sag, flow = 1e-10, 0.0, 1.0
     for _ in range(20):  # opens the valve until it passes that flow, or all it can
-        sag = line_sag(par, act, [(full, empty, conductance, *air)], _LONG)
+        sag = line_sag(m, s, [(full, empty, conductance, *air)], _LONG)
         flow = mass_flow(full - sag, empty, conductance, *air)
         conductance = min(conductance * _FLOW / flow, 1e-6)
     return sag / flow
@@ -347,12 +345,12 @@ def _supply(there: Bench, without: Bench, muscle: int) -> Quantities:
     return {"pressure_drop_per_flow_at_0.2_g/s": (drop, "Pa*s/kg")}
 
 
-def _shut_up_to(par: list[float], sense: float) -> float:
+def _shut_up_to(m: Parameters, sense: float) -> float:
     """Opening up to which a valve stays shut [-]."""
     shut, opens = 0.0, 1.0
     while opens - shut > 1e-12:
         middle = 0.5 * (shut + opens)
-        if valve_opening(par, sense * middle, PRESSURE, 0.0) == 0.0:
+        if valve_opening(m, sense * middle, PRESSURE, 0.0) == 0.0:
             shut = middle
         else:
             opens = middle
@@ -373,9 +371,9 @@ def _choked_flow(there: Bench, without: Bench, muscle: int) -> Quantities:
     for sense in (1.0, -1.0):
         flows: list[float] = []
         for rig in (there, without):
-            par = rig.muscles[muscle]
-            inside = par[_ATMOSPHERE] + (0.0 if sense > 0.0 else par[_SUPPLY])
-            flows.append(flow_through_valves(par, inside, sense, 0.0))
+            m = rig.muscles[muscle]
+            inside = m.chamber.atmosphere + (0.0 if sense > 0.0 else m.valve.supply_pressure)
+            flows.append(flow_through_valves(m, inside, sense, 0.0))
         changes.append(flows[0] / flows[1] - 1.0)
     return {
         "relative_change_of_choked_flow": (0.5 * (changes[0] + changes[1]), "1"),
@@ -386,25 +384,26 @@ def _choked_flow(there: Bench, without: Bench, muscle: int) -> Quantities:
 
 def _heat(there: Bench, without: Bench, muscle: int) -> Quantities:
     """Rise of pressure per sudden compression, both relative, and the time in which it dies."""
-    index, rate = slot("chamber.polytropic_index"), slot("chamber.heat_rate")
-    one, other = there.muscles[muscle], without.muscles[muscle]
-    found: Quantities = {"pressure_rise_per_compression": (one[index] - other[index], "1")}
-    if one[rate] > 0.0:
-        found["temperature_time_constant"] = (1.0 / one[rate], "s")
+    one, other = there.muscles[muscle].chamber, without.muscles[muscle].chamber
+    found: Quantities = {
+        "pressure_rise_per_compression": (one.polytropic_index - other.polytropic_index, "1")
+    }
+    if one.heat_rate > 0.0:
+        found["temperature_time_constant"] = (1.0 / one.heat_rate, "s")
     return found
 
 
 def _ripple(there: Bench, without: Bench, _: int) -> Quantities:
     """Half the peak-to-peak torque and travel over a tooth, all muscles at one pressure."""
     teeth = there.muscles[0]
-    reach = 0.5 * teeth[_PITCH] / abs(there.arms[0])
+    reach = 0.5 * teeth.chain.ripple_pitch / abs(there.arms[0])
     torque, travel = np.zeros(181), np.zeros(181)
     for k, angle in enumerate(np.linspace(-reach, reach, 181).tolist()):
         for rig, sign in ((there, 1.0), (without, -1.0)):
-            for par, length, arm in zip(rig.muscles, rig.lengths, rig.arms, strict=True):
+            for m, length, arm in zip(rig.muscles, rig.lengths, rig.arms, strict=True):
                 at = length + arm * angle
-                pull = limited(par, static_force(par, chain_length(par, at), PRESSURE))
-                torque[k] -= sign * arm * chain_ratio(par, at) * pull
+                pull = limited(m, static_force(m, chain_length(m, at), PRESSURE))
+                torque[k] -= sign * arm * chain_ratio(m, at) * pull
         at = there.lengths[0] + there.arms[0] * angle
         travel[k] = chain_length(teeth, at) - chain_length(without.muscles[0], at)
     return _chosen(
@@ -418,18 +417,18 @@ def _ripple(there: Bench, without: Bench, _: int) -> Quantities:
 
 def _stated(parameter: str, name: str, unit: str) -> VirtualTest:
     """The test of an effect whose parameter is a physical quantity already."""
-    index = slot(parameter)
+    read = operator.attrgetter(parameter)
 
     def test(there: Bench, without: Bench, muscle: int) -> Quantities:
-        return {name: (there.muscles[muscle][index] - without.muscles[muscle][index], unit)}
+        return {name: (read(there.muscles[muscle]) - read(without.muscles[muscle]), unit)}
 
     return test
 
 
 def _line(there: Bench, without: Bench, muscle: int) -> Quantities:
     """What a full-scale step waits for on the command's line: the area above its response."""
-    one, other = there.muscles[muscle], without.muscles[muscle]
-    lag, slew_time = (one[i] - other[i] for i in (_LINE_LAG, _LINE_SLEW_TIME))
+    one, other = there.muscles[muscle].valve, without.muscles[muscle].valve
+    lag, slew_time = one.line_lag - other.line_lag, one.line_slew_time - other.line_slew_time
     found = {"sum_of_time_constants": (lag + 0.5 * slew_time, "s")}
     return found if slew_time == 0.0 else {**found, "time_for_full_scale": (slew_time, "s")}
 

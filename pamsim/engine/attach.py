@@ -4,17 +4,15 @@ from __future__ import annotations
 
 import mujoco
 
-from pamsim.core.catalog import USER_DEFINED
 from pamsim.core.errors import InputError, nearest
 from pamsim.engine import plugin
 from pamsim.engine.control_range import control_range
 from pamsim.engine.stepping import muscle_ids, refuse_multistage
 from pamsim.engine.supply_check import check_supply
-from pamsim.physics.layout import SIZE, pack, slot, state_size
 from pamsim.physics.muscle import Muscle
+from pamsim.physics.record import SIZE, pack, slot, state_size
 
 _PARTNER = slot("partner")
-_FORCE_LAW, _HYSTERESIS_LAW = slot("force.law"), slot("hysteresis.law")
 _INSTANCE = "pneumatic muscles"
 
 
@@ -61,11 +59,6 @@ def attach(
     actuator.actdim = state_size(muscle)
     actuator.userdata = row = pack(muscle)
     actuator.ctrlrange = control_range(row) or (0.0, 0.0)
-    codes = {float(row[_FORCE_LAW]), float(row[_HYSTERESIS_LAW])}
-    if max(codes) >= USER_DEFINED:
-        from pamsim.engine import user_laws  # with numba, which takes half a second to import
-
-        user_laws.make_ready(codes)
     return actuator
 
 

@@ -8,8 +8,8 @@ import mujoco
 
 from pamsim.core.errors import InputError
 from pamsim.engine.stepping import muscle_ids
-from pamsim.physics.layout import slot
 from pamsim.physics.muscle import Muscle
+from pamsim.physics.record import slot
 
 _PARTNER = slot("partner")
 

@@ -29,49 +29,17 @@ import mujoco
 
 from pamsim.core.errors import InvariantError
 from pamsim.engine.structs import callback_offsets
-from pamsim.physics.invariants import ABOVE_SUPPLY, FINITE, MASS, PRESSURE
-from pamsim.physics.layout import (
-    AIR,
-    AMBIENT,
-    CREEP,
-    CREEP_2,
-    EARLIER,
-    EXTENSION,
-    LAST,
-    LINE,
-    OPENING,
-    RUBBING,
-    SAG,
-    SHIFT,
-    TUBE,
-)
+from pamsim.physics.invariants import ABOVE_SUPPLY, FINITE, MASS, PRESSURE, state_name
 
 VARIABLE = "PAMSIM_CHECK"
 """Environment variable that has the switch on from the start, unless it is empty or 0."""
 
-_STATES = {
-    AIR: "air (a chamber without air or volume has no pressure)",
-    EXTENSION: "chain's extension",
-    SHIFT: "chain's shift",
-    CREEP: "creep",
-    LINE: "command's line",
-    RUBBING: "dry friction",
-    SAG: "supply's sag",
-    OPENING: "valves' opening",
-    TUBE: "pressure in the tube",
-    CREEP_2: "creep",
-    AMBIENT: "air at ambient temperature",
-    LAST: "pressure before",
-    EARLIER: "pressure before",
-}
-"""States that every muscle has, by their place from the end."""
-
 _REPORT = ctypes.CFUNCTYPE(
     None,
-    ctypes.c_void_p,
-    ctypes.c_void_p,
+    ctypes.c_int64,
+    ctypes.c_int64,
     ctypes.c_double,
-    ctypes.c_int,
+    ctypes.c_int64,
     ctypes.c_double,
     ctypes.c_double,
 )
@@ -108,7 +76,7 @@ class _Broken:
         if self.code == FINITE and self.actuator < 0:
             what = "a position or speed is not finite"
         elif self.code == FINITE:
-            name = _STATES.get(round(bound), "hysteresis")
+            name = state_name(round(bound))
             what = f"its {name} is {value:g}, not finite"
         elif self.code == PRESSURE and bound == 0.0:
             what = f"the chamber's absolute pressure is {value:g} Pa, not above 0"

@@ -6,7 +6,7 @@ import mujoco
 
 from pamsim.engine.stepping import muscle_ids
 from pamsim.physics.commands import MEASURED, PRESSURE_SET
-from pamsim.physics.layout import Row, slot
+from pamsim.physics.record import Row, slot
 
 _COMMAND, _SUPPLY = slot("command"), slot("valve.supply_pressure")
 

@@ -18,8 +18,8 @@ from numpy.typing import NDArray
 from pamsim.core.errors import InputError
 from pamsim.engine.rig import Rig
 from pamsim.engine.stepping import muscle_ids
-from pamsim.physics.layout import slot
 from pamsim.physics.muscle_length import chain_length, chain_ratio
+from pamsim.physics.record import Parameters, view
 from pamsim.physics.static_muscle import limited, static_force
 from pamsim.physics.tension import taut
 
@@ -27,7 +27,6 @@ FloatArray = NDArray[np.float64]
 # scipy carries no types: what it returns is Any at this file's boundary.
 _root: Any = scipy.optimize.brentq
 
-_COMPLIANCE = slot("chain.compliance")
 
 _STRIDE = 0.1
 """Longest step of the search for the first balance [rad]."""
@@ -162,7 +161,7 @@ class StillRig:
         self._model = model = rig.model_for(load=load)
         self._data = data
         self._muscles = [
-            (int(model.actuator_trnid[i, 0]), model.actuator_user[i].tolist())
+            (int(model.actuator_trnid[i, 0]), view(model.actuator_user[i]))
             for i in muscle_ids(model)
         ]
 
@@ -181,10 +180,10 @@ class StillRig:
             mujoco.mj_fwdPosition(model, data)
             mujoco.mj_fwdVelocity(model, data)
             total = (passive - bias).tolist()
-            for (tendon, row), own, held in zip(self._muscles, places, pressure, strict=True):
+            for (tendon, m), own, held in zip(self._muscles, places, pressure, strict=True):
                 at_tendon = float(length[tendon])
-                pull = _tension(row, chain_length(row, at_tendon), held)
-                pull *= chain_ratio(row, at_tendon)
+                pull = _tension(m, chain_length(m, at_tendon), held)
+                pull *= chain_ratio(m, at_tendon)
                 for joint, place in own:
                     total[joint] -= float(moment[place]) * pull
             return total
@@ -200,15 +199,15 @@ def _places(model: mujoco.MjModel, data: mujoco.MjData, tendon: int) -> list[tup
     return [(int(model.ten_J_colind[k]), k) for k in range(first, first + count)]
 
 
-def _tension(row: list[float], length: float, pressure: float) -> float:
+def _tension(m: Parameters, length: float, pressure: float) -> float:
     """Tension of a muscle behind its chain [N] at a length of its tendon behind the teeth [m]."""
-    most = limited(row, static_force(row, length, pressure))
-    give = row[_COMPLIANCE]
+    most = limited(m, static_force(m, length, pressure))
+    give = m.chain.compliance
     if give == 0.0 or not most > 0.0:
         return most
 
     def miss(pull: float) -> float:
-        return taut(static_force(row, length - give * pull, pressure)) - pull
+        return taut(static_force(m, length - give * pull, pressure)) - pull
 
     for _ in range(_DOUBLINGS):
         if miss(most) <= 0.0:

@@ -8,36 +8,65 @@ from collections.abc import Callable, Iterable
 from types import FunctionType
 from typing import Any
 
+from pamsim.physics.chosen_law import CHOICES
 
-def reached_functions(*roots: Callable[..., Any]) -> list[FunctionType]:
-    """The Python functions that some functions call by name, callees before callers."""
-    functions: dict[tuple[str, str], FunctionType] = {}
+_CHOICES = frozenset(CHOICES)
 
-    def visit(function: Any) -> None:
+
+OPTIONS: dict[str, Any] = {
+    # No law makes an array, and counting references to the records costs more than most laws.
+    # Nobody calls one from C, and a wrapper for that takes a fifth of the time to compile.
+    "_nrt": False,
+    "no_cfunc_wrapper": True,
+    "error_model": "numpy",
+    "forceinline": True,
+}
+"""Of functions that compiled code calls, for numba."""
+
+ARRAYS = {**OPTIONS, "_nrt": True}
+"""Of those that make arrays or views."""
+
+
+def reached_functions(
+    *roots: Callable[..., Any], leave: Iterable[Callable[..., Any]] = ()
+) -> list[FunctionType]:
+    """The Python functions that some functions call by name, callees before callers.
+
+    Args:
+        roots: functions, included.
+        leave: functions that compiled code has in another form; `CHOICES` are left out as well.
+    """
+    functions: dict[FunctionType, None] = {}
+    left = _CHOICES.union(leave)
+
+    def visit(function: FunctionType) -> None:
+        if function in functions or function in left:
+            return
         enclosed = (cell.cell_contents for cell in function.__closure__ or ())
         named = map(function.__globals__.get, function.__code__.co_names)
         for callee in (*named, *enclosed):
-            if isinstance(callee, FunctionType) and _name(callee) not in functions:
+            if isinstance(callee, FunctionType) and callee is not function:
                 visit(callee)
-        functions.setdefault(_name(function), function)
+        functions[function] = None
 
     for root in roots:
-        visit(root)
-    return list(functions.values())
+        visit(root)  # pyright: ignore[reportArgumentType]
+    return list(functions)
 
 
-def _name(function: FunctionType) -> tuple[str, str]:
-    return function.__module__, function.__qualname__
-
-
-def fingerprint(functions: list[FunctionType]) -> str:
-    """Digest of the functions' source and of the numbers they take from their modules."""
+def fingerprint(functions: Iterable[FunctionType]) -> str:
+    """Digest of the functions' source and of the constants they take from outside."""
     digest = hashlib.sha256()
     for function in functions:
         digest.update(inspect.getsource(function).encode())
-        for name in function.__code__.co_names:
-            value = function.__globals__.get(name)
-            if isinstance(value, int | float):
+        code = function.__code__
+        enclosed = (cell.cell_contents for cell in function.__closure__ or ())
+        constants = {
+            **{name: function.__globals__.get(name) for name in code.co_names},
+            **dict(zip(code.co_freevars, enclosed, strict=True)),
+        }
+        for name, value in constants.items():
+            if isinstance(value, int | float | tuple | str):
                 digest.update(f"{name}={value!r}".encode())
     return digest.hexdigest()
 
@@ -45,13 +74,16 @@ def fingerprint(functions: list[FunctionType]) -> str:
 _handed: set[FunctionType] = set()
 
 
-def hand_to_numba(functions: Iterable[FunctionType]) -> None:
-    """Let compiled functions call some Python functions; each is handed over once."""
+def hand_to_numba(functions: Iterable[FunctionType], *, arrays: bool = False) -> None:
+    """Let compiled functions call some Python functions; each is handed over once.
+
+    Args:
+        functions: callees before callers.
+        arrays: whether they may make arrays.
+    """
     from numba.extending import register_jitable
 
     for function in functions:
         if function not in _handed:
-            # No law makes an array, and counting references to the rows costs more than most laws.
-            # Nobody calls one from C, and a wrapper for that takes a fifth of the compilation.
-            register_jitable(_nrt=False, no_cfunc_wrapper=True)(function)
+            register_jitable(**(ARRAYS if arrays else OPTIONS))(function)
             _handed.add(function)

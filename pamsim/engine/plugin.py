@@ -21,9 +21,7 @@ import sys
 import threading
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
-from dataclasses import dataclass
 from pathlib import Path
-from types import TracebackType
 from typing import TYPE_CHECKING, Any
 
 import mujoco
@@ -35,7 +33,7 @@ if TYPE_CHECKING:
     from pamsim.engine.compiled import Natives
 
 NAME = "pamsim.muscle"
-INTERPRETED = "pamsim.muscle.python"
+PYTHON = "pamsim.muscle.python"
 
 _ADDRESS, _INT = ctypes.c_void_p, ctypes.c_int
 _ACTUATOR = 1  # mjPLUGIN_ACTUATOR
@@ -120,6 +118,12 @@ def slot(name: str = NAME) -> int:
     return found.value
 
 
+def slots() -> set[int]:
+    """Numbers under which the engine has the muscles' plugins."""
+    register()
+    return {slot()} | ({python_slot()} if _python_slot.cache_info().currsize else set())
+
+
 def load_kernel() -> Natives:
     """Compile the kernel, or load it, and hand it to the engine; once in the process.
 
@@ -141,41 +145,54 @@ def _load() -> Natives:
     entry = engine_entry(slot())
     entry.actuator_act_dot = ctypes.cast(natives.act_dot, _ADDRESS)
     entry.compute = ctypes.cast(natives.compute, _ADDRESS)
-    checks.watch(entry, natives.advance, _compiled_check)
+    checks.watch(entry, natives.advance, compiled.checked_end)
     return natives
 
 
-def _compiled_check() -> Any:
-    from pamsim.engine import checks, compiled_checks
-
-    return compiled_checks.compiled_check(ctypes.cast(checks.reporter, _ADDRESS).value or 0)
-
-
-def interpreted_slot() -> int:
-    """Slot of the plugin that evaluates the kernel as plain Python."""
+def python_slot() -> int:
+    """Slot of the plugin that runs the same functions in Python."""
     with _once:
-        return _interpreted_slot()
+        return _python_slot()
 
 
 @functools.cache
-def _interpreted_slot() -> int:
-    from pamsim.engine import checks, interpreted, structs
+def _python_slot() -> int:
+    from pamsim.engine import checks, muscle_step, structs
 
     structs.verified_layout()
-    _add(
-        INTERPRETED,
-        _guarded(interpreted.rates),
-        _guarded(lambda model, data, instance, _: interpreted.forces(model, data, instance)),
-    )
-    found = slot(INTERPRETED)
-    usual, checking = _RATES(_guarded(interpreted.advance)), _RATES(_guarded(interpreted.check))
+    model_record, data_record = structs.model_dtype(), structs.data_dtype()
+
+    def viewing(step: Callable[..., None], *more: str) -> Callable[..., None]:
+        def call(model: int, data: int, instance: int, *_: int) -> None:
+            places = ((model, data),) if more else ()
+            view = structs.struct_at
+            step(view(model_record, model), view(data_record, data), instance, *places)
+
+        return _guarded(call)
+
+    _add(PYTHON, viewing(muscle_step.step_rates), viewing(muscle_step.step_forces))
+    usual = _RATES(viewing(muscle_step.step_end))
+    check = viewing(muscle_step.check_step, "addresses")
+    checking = _RATES(lambda *step: (usual(*step), check(*step))[0])
     _kept.append((usual, checking))
+    found = slot(PYTHON)
     checks.watch(engine_entry(found), usual, lambda: checking)
     return found
 
 
 failures: list[BaseException] = []
-"""What the interpreted kernel has raised: the engine cannot pass an exception on."""
+"""What the muscles have raised in Python: the engine cannot pass an exception on."""
+
+
+def raise_failure() -> None:
+    """Raise what a model's muscles have raised since the last call."""
+    from pamsim.engine import compiled
+
+    found = [*failures, *compiled.failures]
+    failures.clear()
+    compiled.failures.clear()
+    if found:
+        raise found[0]
 
 
 def _guarded(function: Callable[..., None]) -> Callable[..., None]:
@@ -207,33 +224,22 @@ def first_forces(model: int, data: int, instance: int, capability: int) -> None:
 
 
 def _loaded(model: int, data: int) -> bool:
-    """Load the kernel; where that fails, the forces of all actuators are no number.
+    """Load the kernel; where that fails, the forces of all outputs are no number.
 
-    The engine cannot pass an exception on. It is reported as one that nobody has caught.
+    The engine cannot pass an exception on. It is printed.
     """
-    from pamsim.engine.structs import callback_offsets
+    from pamsim.engine import structs
 
     try:
         load_kernel()
     except Exception as error:
-        sys.unraisablehook(_Unraisable(type(error), error, error.__traceback__))
-        at = callback_offsets()
-        count = ctypes.c_int64.from_address(model + at["nactuator"]).value
+        print(f"pamsim: the muscles cannot be evaluated: {error}", file=sys.stderr)
+        at = structs.callback_offsets()
+        count = ctypes.c_int64.from_address(model + at["nout"]).value
         forces = ctypes.c_void_p.from_address(data + at["actuator_force"]).value or 0
         (ctypes.c_double * count).from_address(forces)[:] = [math.nan] * count
         return False
     return True
-
-
-@dataclass
-class _Unraisable:
-    """As Python's own reports of exceptions that nobody can catch."""
-
-    exc_type: type[BaseException]
-    exc_value: BaseException | None
-    exc_traceback: TracebackType | None
-    err_msg: str | None = "the muscles cannot be evaluated"
-    object: Any = None
 
 
 def engine_entry(number: int) -> _Plugin:

@@ -36,15 +36,14 @@ from pamsim.engine.visual_geoms import remove_visual_geoms
 from pamsim.physics.build import build_muscle, idle_groups
 from pamsim.physics.commands import COMMANDS
 from pamsim.physics.hysteresis.group import COMMON_FIELDS, Hysteresis
-from pamsim.physics.layout import (
+from pamsim.physics.muscle import Muscle
+from pamsim.physics.record import (
     SIZE,
     has_parameter,
-    parameter_slot,
     slot,
     unpack,
     with_row,
 )
-from pamsim.physics.muscle import Muscle
 from pamsim.recordings.drive import MUSCLE_DRIVES
 from pamsim.recordings.rig_file import RigFile, read_rig
 from pamsim.recordings.sensors import MeasurementChain
@@ -227,7 +226,7 @@ class Rig:
                 if shared and not has_parameter(muscle, parameter):
                     continue  # a bellows beside muscles has no braid
                 if only in ("", muscle_name):
-                    model.actuator_user[index, parameter_slot(muscle, parameter)] = value
+                    model.actuator_user[index, slot(parameter, muscle)] = value
         natives = [name for name in values if is_native(name)]
         if any(map(changes_constants, natives)):
             mujoco.mj_setConst(model, data or mujoco.MjData(model))
@@ -275,8 +274,9 @@ class Rig:
         }
         sections = {**self.file.muscle, "hysteresis": {"law": law, **fields}}
         fresh = _compiled(dataclasses.replace(self.file, muscle=sections, overrides=overrides))
-        first = slot("hysteresis.0")
-        replaced = {slot("hysteresis.law"), *range(first + COMMON_FIELDS, first + MOST_PARAMETERS)}
+        law = slot("hysteresis.law")
+        own = range(law + 1 + COMMON_FIELDS, law + 1 + MOST_PARAMETERS)
+        replaced = {law, *own}
         kept = [index for index in range(SIZE) if index not in replaced]
         fresh.model.actuator_user[:, kept] = self.model.actuator_user[:, kept]
         copy_natives(self.model, fresh.model)

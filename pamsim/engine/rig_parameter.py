@@ -10,7 +10,7 @@ from pamsim.core.parameters import FieldSpec, Sourced, specs
 from pamsim.core.units import to_si
 from pamsim.engine.native import is_native, native_field, native_names, native_value
 from pamsim.engine.rig import Rig, operator_field
-from pamsim.physics.layout import has_parameter, parameter_slot
+from pamsim.physics.record import has_parameter, slot
 from pamsim.recordings.sensors import MeasurementChain
 
 
@@ -80,13 +80,13 @@ def rig_parameter(rig: Rig, name: str) -> RigParameter:
     if field not in fields:
         known = [f"{one.group}.{field}" for one in groups for field, _ in specs(type(one))]
         raise InputError(f"no parameter {name!r}; {nearest(name, [*known, *rig.file.native])}")
-    slot = parameter_slot(rig.muscles[muscle], parameter)
+    place = slot(parameter, rig.muscles[muscle])
     shared = rig.file.muscle.get(group, {}).get(field)
     own = rig.file.overrides[muscle].get(group, {}).get(field) if only else None
     stated = own or shared
     return RigParameter(
         name=name,
-        value=float(rig.model.actuator_user[index, slot]),
+        value=float(rig.model.actuator_user[index, place]),
         spec=fields[field],
         stated=stated if isinstance(stated, Sourced) else None,
     )

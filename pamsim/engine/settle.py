@@ -15,8 +15,8 @@ from pamsim.engine.external import NOTHING, External, place
 from pamsim.engine.rig import set_command
 from pamsim.engine.state import charge, settled
 from pamsim.engine.timestep_check import check_timestep
-from pamsim.physics.layout import slot
 from pamsim.physics.muscle import Muscle
+from pamsim.physics.record import slot
 from pamsim.recordings.experiment import Experiment
 
 EachStep: TypeAlias = Callable[[mujoco.MjModel, mujoco.MjData], None]

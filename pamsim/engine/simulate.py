@@ -15,11 +15,11 @@ from pamsim.core.errors import InputError, InvariantError
 from pamsim.core.limits import RUN_STEPS
 from pamsim.engine import checks
 from pamsim.engine.backlash_check import check_backlash
-from pamsim.engine.chamber_trace import gauge_pressures, tensions
 from pamsim.engine.contacts import may_collide
 from pamsim.engine.delayed_command import arriving_commands
 from pamsim.engine.engine_warnings import engine_warnings_held
 from pamsim.engine.external import External, act, as_driven, check_range, effort, external
+from pamsim.engine.gauges import Gauges
 from pamsim.engine.rig import Rig, load_rig
 from pamsim.engine.sampling import (
     Plan,
@@ -256,9 +256,9 @@ def record(
 
     def pull(sample: int) -> None:
         now = slice(sample, sample + 1)
-        pulls[sample] = tensions(
-            model, trace.act[now], trace.length[now], trace.speed[now], backend=backend
-        )
+        pulls[sample] = Gauges(model, backend=backend).tensions(
+            trace.act[now], trace.length[now], trace.speed[now]
+        )[0]
 
     # A hook may change the muscles from step to step, so their tension is computed at once.
     hooked = each_step is not None
@@ -302,11 +302,10 @@ def record(
             checks.raise_found([model])
             raise InvariantError(message)
     keep = slice(0, recorded)
+    gauges = Gauges(model, backend=backend)
     tension = -trace.force[keep]
     if braked and each_step is None:
-        tension = tensions(
-            model, trace.act[keep], trace.length[keep], trace.speed[keep], backend=backend
-        )
+        tension = gauges.tensions(trace.act[keep], trace.length[keep], trace.speed[keep])
     elif braked:
         tension = pulls[keep]
     return Recording(
@@ -314,7 +313,7 @@ def record(
         joints=run.rig.joints,
         positions=trace.position[keep, run.rig.position_addresses],
         velocities=trace.velocity[keep, run.rig.velocity_addresses],
-        pressure=gauge_pressures(model, trace.act[keep], trace.length[keep], backend=backend),
+        pressure=gauges.pressures(trace.act[keep], trace.length[keep]),
         tension=tension,
         command=commands[keep],
         drive=experiment.drives.stated(tuple(run.rig.muscles)),

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from pamsim.core.errors import InputError
 from pamsim.engine.stepping import muscle_ids
 from pamsim.physics.chamber_pressure import gauge_pressure
+from pamsim.physics.record import joined_states, split_states, view
 from pamsim.physics.rest_state import quieten, rest
 
 _FULL = mujoco.mjtState.mjSTATE_INTEGRATION
@@ -21,7 +22,7 @@ def reset(
 ) -> None:
     """Reset to the model's initial position with every chamber charged.
 
-    Use it in place of ``mj_resetData``, after which the chambers hold no air at all.
+    After a bare ``mj_resetData`` the chambers are at the atmosphere and creep is not relaxed.
 
     Args:
         model: a model with pamsim muscles.
@@ -61,9 +62,8 @@ def charge(model: mujoco.MjModel, data: mujoco.MjData, pressures: float | Sequen
     for index, pressure in zip(ids, wanted, strict=True):
         row = model.actuator_user[index]
         first, count = model.actuator_actadr[index], model.actuator_actnum[index]
-        states = [0.0] * count
         length = float(data.actuator_length[model.actuator_outadr[index]])
-        rest(row.tolist(), states, length, float(pressure))
+        states = rest(view(row), count, length, float(pressure))
         air = states[-1]
         if not (isinstance(air, float) and np.isfinite(air) and air > 0.0):
             raise InputError(
@@ -88,12 +88,9 @@ def settled(model: mujoco.MjModel, data: mujoco.MjData, pressures: Sequence[floa
     for index, pressure in zip(muscle_ids(model), pressures, strict=True):
         first, count = model.actuator_actadr[index], model.actuator_actnum[index]
         length = float(data.actuator_length[model.actuator_outadr[index]])
-        quieten(
-            model.actuator_user[index].tolist(),
-            data.act[first : first + count],
-            length,
-            float(pressure),
-        )
+        s, z = split_states(data.act[first : first + count])
+        quieten(view(model.actuator_user[index]), s, length, float(pressure))
+        data.act[first : first + count] = joined_states(s, z)
 
 
 def _measure_tendons(model: mujoco.MjModel, data: mujoco.MjData) -> None:
@@ -113,13 +110,9 @@ def pressures(model: mujoco.MjModel, data: mujoco.MjData) -> NDArray[np.float64]
     values: list[float] = []
     for index in muscle_ids(model):
         first = model.actuator_actadr[index]
-        values.append(
-            gauge_pressure(
-                model.actuator_user[index].tolist(),
-                data.act[first : first + model.actuator_actnum[index]].tolist(),
-                float(data.actuator_length[model.actuator_outadr[index]]),
-            )
-        )
+        s, z = split_states(data.act[first : first + model.actuator_actnum[index]])
+        length = float(data.actuator_length[model.actuator_outadr[index]])
+        values.append(gauge_pressure(view(model.actuator_user[index]), s, z, length))
     return np.array(values)
 
 

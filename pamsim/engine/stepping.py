@@ -13,8 +13,7 @@ import mujoco
 
 from pamsim.core.errors import EngineError, InputError, nearest
 from pamsim.engine import checks, plugin
-from pamsim.engine.timers import StoppedTimers
-from pamsim.physics.layout import is_muscle
+from pamsim.physics.record import is_muscle
 
 BACKENDS = ("compiled", "python")
 
@@ -32,21 +31,55 @@ def check_steppable(model: mujoco.MjModel) -> None:
 
 
 def muscle_ids(model: mujoco.MjModel) -> list[int]:
-    """Actuator ids of the pamsim muscles of a model, in order."""
-    return [i for i in range(model.nactuator) if is_muscle(model.actuator_user[i])]
+    """Actuator ids of the pamsim muscles of a model, in order.
+
+    Raises:
+        EngineError: if the model was written as MJCF and read again, which loses digits.
+    """
+    muscles = [i for i in range(model.nactuator) if is_muscle(model.actuator_user[i])]
+    if len(muscles) < model.nactuator and model.nplugin:
+        _check_rows(model, muscles)
+    return muscles
+
+
+def _check_rows(model: mujoco.MjModel, muscles: list[int]) -> None:
+    """Refuse actuators that the plugin evaluates and whose numbers are not those of a muscle."""
+    for index in range(model.nactuator):
+        instance = int(model.actuator_plugin[index])
+        if index in muscles or instance < 0 or model.plugin[instance] not in plugin.slots():
+            continue
+        raise EngineError(
+            f"actuator {model.actuator(index).name!r} is a pamsim muscle whose parameters are no"
+            " longer exact, as MJCF keeps six digits: load the rig with pamsim.load_rig, or attach"
+            " the muscle again with pamsim.attach"
+        )
+
+
+def prepare(*models: mujoco.MjModel) -> None:
+    """Compile the laws of the muscles of some models, or load them from numba's cache.
+
+    Raises:
+        InputError: if a law cannot be compiled.
+        EngineError: if a law is not known here, or the engine's structs are not as declared.
+    """
+    plugin.load_kernel()
+    from pamsim.engine import compiled
+
+    for model in models:
+        compiled.prepare(compiled.laws_in(model.actuator_user[muscle_ids(model)]))
 
 
 @contextlib.contextmanager
 def live(*models: mujoco.MjModel, backend: str = "compiled") -> Iterator[None]:
-    """Step some models quickly, or with a debugger, for the duration of a ``with`` block.
+    """Step some models with their laws compiled, or in Python, in a ``with`` block.
 
-    Models step without it as well, with the same results. Inside, the engine's own timers
-    (``data.timer``) stand still, which saves a seventh of each step.
+    Models step without it as well, with the same results; their laws are then compiled at the first
+    step.
 
     Args:
         models: the models to be stepped inside the block.
-        backend: ``compiled`` (no Python per step) or ``python`` (the same source interpreted, for
-            debugging).
+        backend: ``compiled`` (no Python per step) or ``python`` (the same functions interpreted, of
+            which laws may be anything that can be called).
 
     Raises:
         InputError: if the backend is unknown or a model has no pamsim muscle.
@@ -59,20 +92,20 @@ def live(*models: mujoco.MjModel, backend: str = "compiled") -> Iterator[None]:
     if backend not in BACKENDS:
         raise InputError(f"no backend {backend!r}; {nearest(backend, BACKENDS)}")
     if backend == "compiled":
-        with StoppedTimers():
-            yield
+        prepare(*models)
+        yield
+        plugin.raise_failure()
         checks.raise_found(models)
         return
-    usual, interpreted = plugin.slot(), plugin.interpreted_slot()
+    usual, python = plugin.slot(), plugin.python_slot()
     for model in models:
-        model.plugin[model.plugin == usual] = interpreted
+        model.plugin[model.plugin == usual] = python
     try:
         yield
     finally:
         for model in models:
-            model.plugin[model.plugin == interpreted] = usual
-        if plugin.failures:
-            raise plugin.failures.pop()
+            model.plugin[model.plugin == python] = usual
+        plugin.raise_failure()
     checks.raise_found(models)
 
 

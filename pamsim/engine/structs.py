@@ -11,9 +11,11 @@ from __future__ import annotations
 import ctypes
 import functools
 from collections.abc import Mapping
+from types import SimpleNamespace
 from typing import Any
 
 import mujoco
+import numpy as np
 from mujoco.introspect import structs as declarations
 
 from pamsim.core.errors import EngineError
@@ -97,6 +99,7 @@ MODEL_FIELDS = (
     "nq",
     "nv",
     "nactuator",
+    "nout",
     "nuser_actuator",
     "actuator_user",
     "actuator_actadr",
@@ -129,6 +132,37 @@ def callback_offsets() -> Mapping[str, int]:
     option = offset("mjModel", "opt")
     offsets |= {name: option + offset("mjOption", name) for name in OPTION_FIELDS}
     return offsets
+
+
+def model_dtype() -> np.dtype[Any]:
+    """Record of the fields of mjModel that the plugin reads; arrays are addresses."""
+    return _record((*MODEL_FIELDS, *OPTION_FIELDS))
+
+
+def data_dtype() -> np.dtype[Any]:
+    """Record of the fields of mjData that the plugin reads; arrays are addresses."""
+    return _record(DATA_FIELDS)
+
+
+def _record(names: tuple[str, ...]) -> np.dtype[Any]:
+    kinds = {"time": "<f8", "timestep": "<f8"} | dict.fromkeys(OPTION_FIELDS[1:], "<i4")
+    offsets = [callback_offsets()[name] for name in names]
+    formats = [kinds.get(name, "<i8") for name in names]
+    return np.dtype(
+        {"names": names, "formats": formats, "offsets": offsets, "itemsize": max(offsets) + 8}
+    )
+
+
+def struct_at(record: np.dtype[Any], address: int) -> Any:
+    """The fields of a struct of the engine as they are now, as attributes.
+
+    Args:
+        record: `model_dtype` or `data_dtype`.
+        address: of the struct.
+    """
+    memory = (ctypes.c_char * record.itemsize).from_address(address)
+    fields = np.frombuffer(memory, dtype=record)[0].tolist()
+    return SimpleNamespace(**dict(zip(record.names or (), fields, strict=True)))
 
 
 def verify_offsets(model: mujoco.MjModel, data: mujoco.MjData) -> None:

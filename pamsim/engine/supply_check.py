@@ -9,9 +9,9 @@ import numpy as np
 
 from pamsim.core.errors import InputError
 from pamsim.engine.stepping import muscle_ids
-from pamsim.physics.layout import slot
 from pamsim.physics.muscle import Muscle
 from pamsim.physics.muscle_valves import SENSOR_ERROR
+from pamsim.physics.record import slot
 from pamsim.recordings.experiment import Experiment
 
 _LINE = slot("valve.supply_line")

@@ -13,8 +13,8 @@ from pamsim.controllers.controller import Command, Controller, JointObservation,
 from pamsim.core.errors import InputError
 from pamsim.envs.rigs import Rigs
 from pamsim.physics.air import GAS_CONSTANT
-from pamsim.physics.layout import slot
 from pamsim.physics.muscle_valves import valve_opening
+from pamsim.physics.record import slot, view
 
 FloatArray = NDArray[np.float64]
 
@@ -175,7 +175,7 @@ def drive(
 
 def _openings(rigs: Rigs, command: Command, pressure: FloatArray) -> list[float]:
     return [
-        valve_opening(row, opening, at, 0.0)
+        valve_opening(view(row), opening, at, 0.0)
         for row, opening, at in zip(rigs.rows[0], command, pressure.tolist(), strict=True)
     ]
 

@@ -18,7 +18,6 @@ from pamsim.core.errors import EngineError
 from pamsim.engine.rig import Rig
 from pamsim.engine.state import restore_state, save_state
 from pamsim.engine.stepping import check_steppable
-from pamsim.engine.timers import StoppedTimers
 
 FloatArray = NDArray[np.float64]
 
@@ -125,7 +124,7 @@ class OneRig:
 
     def __init__(self, rig: Rig, model: mujoco.MjModel, state: FloatArray) -> None:
         self._dofs = rig.velocity_addresses
-        self._timers = StoppedTimers()
+        self._closed = False
         self.put({0: (model, state)})
 
     def put(self, states: dict[int, tuple[mujoco.MjModel, FloatArray]]) -> None:
@@ -148,7 +147,7 @@ class OneRig:
 
     def step(self, commands: Sequence[tuple[int, FloatArray]]) -> None:
         """See `Plant.step`."""
-        check_open(self._timers.closed)
+        check_open(self._closed)
         for count, command in commands:
             self._ctrl[:] = command[0]
             mujoco.mj_step(self.model, self.data, count)
@@ -176,7 +175,7 @@ class OneRig:
 
     def close(self) -> None:
         """See `Plant.close`."""
-        self._timers.close()
+        self._closed = True
 
 
 class ManyRigs:
@@ -192,10 +191,10 @@ class ManyRigs:
     _alive: ClassVar[weakref.WeakSet[ManyRigs]] = weakref.WeakSet()
 
     def __init__(self, rig: Rig, model: mujoco.MjModel, count: int, threads: int) -> None:
-        self._timers = StoppedTimers()
         self._models, self._threads = [model] * count, threads
         self._scratch = mujoco.MjData(model)
         self._dofs = rig.velocity_addresses
+        self._closed = False
         own = fixed_tendons(model)
         self._jacobian = None if own is None else np.tile(own, (count, 1, 1))
         self._open()
@@ -256,7 +255,7 @@ class ManyRigs:
         """See `Plant.step`."""
         if self._forked:
             self._start_again()
-        check_open(self._timers.closed)
+        check_open(self._closed)
         for number, (count, command) in enumerate(commands, start=1):
             self._ctrl[:] = command
             wanted = self._jacobian is None and number == len(commands)
@@ -284,7 +283,7 @@ class ManyRigs:
 
     def close(self) -> None:
         """See `Plant.close`."""
-        self._timers.close()
+        self._closed = True
 
 
 if hasattr(os, "register_at_fork"):

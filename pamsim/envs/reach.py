@@ -13,6 +13,7 @@ from pamsim.engine.equilibrium import rest_positions
 from pamsim.engine.moment_arms import tendon_lengths
 from pamsim.engine.rig import Rig
 from pamsim.physics.antagonist import joint_stiffness, muscle_stiffness
+from pamsim.physics.record import view
 from pamsim.physics.static_muscle import static_force
 
 FloatArray = NDArray[np.float64]
@@ -70,7 +71,7 @@ class JointStiffness:
     ) -> list[float]:
         """(j,) stiffness [N m/rad or N/m] at tendon lengths [m] and gauge pressures [Pa]."""
         muscles = [
-            muscle_stiffness(row, at, max(held, 0.0))
+            muscle_stiffness(view(row), at, max(held, 0.0))
             for row, at, held in zip(rows, length, pressure, strict=True)
         ]
         return [joint_stiffness(muscles, arms).total for arms in self._arms]
@@ -94,8 +95,8 @@ def reaches_of(rig: Rig, top: float, rest: FloatArray, arms: FloatArray) -> tupl
     each = np.array([stiffness(rows, length, [share * top] * len(rows)) for share in _COMMON])
     low, high = each[np.argmax((each > 0.0).all(axis=1))].tolist(), each[-1].tolist()
     change = [
-        static_force(row, at, (0.5 + 0.5 * _PUSH) * top)
-        - static_force(row, at, (0.5 - 0.5 * _PUSH) * top)
+        static_force(view(row), at, (0.5 + 0.5 * _PUSH) * top)
+        - static_force(view(row), at, (0.5 - 0.5 * _PUSH) * top)
         for row, at in zip(rows, length, strict=True)
     ]
     found = []

@@ -15,8 +15,8 @@ from numpy.typing import NDArray
 
 from pamsim.core.errors import InputError
 from pamsim.engine import checks
-from pamsim.engine.chamber_gauge import ChamberGauge
 from pamsim.engine.equilibrium import rest_positions
+from pamsim.engine.gauges import Gauges
 from pamsim.engine.moment_arms import moment_arms
 from pamsim.envs.actions import KINDS
 from pamsim.envs.episode import STIFFNESS, TORQUE, Episode, Episodes
@@ -113,7 +113,7 @@ class Rigs:
             self.plant = OneRig(rig, model, state)
         else:
             self.plant = ManyRigs(rig, model, count, threads)
-        self._chambers = ChamberGauge(model, count)
+        self._chambers = Gauges(model, count)
         self._stiffness = JointStiffness(arms)
         self._stiff, self._pushed = settings.task == "stiffness", settings.task == "disturbance"
         delays = [muscle.valve.delay + settings.delay for muscle in rig.muscles.values()]
@@ -326,7 +326,7 @@ class Rigs:
     def _read(self) -> FloatArray:
         readings = np.empty_like(self.true)
         readings[:, : self._joints] = self.plant.position[:, self._positions]
-        self._chambers.read(self.plant.act, self.plant.length, readings[:, self._joints :])
+        readings[:, self._joints :] = self._chambers.pressures(self.plant.act, self.plant.length)
         return readings
 
 

@@ -9,12 +9,14 @@ from typing import Any
 
 from pamsim.gpu.port import port
 from pamsim.gpu.warp_package import warp
+from pamsim.physics import chamber_pressure as chamber
 from pamsim.physics import kernel, muscle_valves
-from pamsim.physics.layout import slot
+from pamsim.physics.record import STATE_NAMES, slot
 
 _PARTNER, _BACKLASH = slot("partner"), slot("chain.backlash")
 _RESISTANCE, _SUPPLY_LINE = slot("valve.supply_resistance"), slot("valve.supply_line")
 _SQUARE = slot("valve.supply_square")
+_NAMED = len(STATE_NAMES)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -49,6 +51,7 @@ def muscle_kernels(precision: str) -> MuscleKernels:
     wp, laws = warp(), port(precision)
     F = laws.scalar
     tension = laws.function(kernel.tension)
+    chamber_pressure = laws.function(chamber.chamber_pressure)
     state_rates = laws.function(kernel.state_rates)
     tendon_force = laws.function(kernel.tendon_force)
     fill_valve_of = laws.function(muscle_valves.fill_valve_of)
@@ -57,44 +60,55 @@ def muscle_kernels(precision: str) -> MuscleKernels:
 
     def step(par, act, rates, length, speed, ctrl, time, timestep, place, valves, force):
         world, muscle = wp.tid()
-        row = par[world, muscle]
+        m = par[world, muscle]
         first = place[muscle, 0]
-        end = first + place[muscle, 1]
-        states = act[world, first:end]
+        named = first + place[muscle, 1] - _NAMED
+        s, z = act[world, named : named + _NAMED], act[world, first:named]
         now = F(time[world])
         at = F(length[world, muscle])
         moving = F(speed[world, muscle])
         opposing = F(0.0)
-        if row[_BACKLASH] > F(0.0) and row[_PARTNER] > F(0.0):
-            other = int(row[_PARTNER]) - 1
+        if m[_BACKLASH] > F(0.0) and m[_PARTNER] > F(0.0):
+            other = int(m[_PARTNER]) - 1
             begin = place[other, 0]
+            apart = begin + place[other, 1] - _NAMED
             opposing = tension(
                 par[world, other],
-                act[world, begin : begin + place[other, 1]],
+                act[world, apart : apart + _NAMED],
+                act[world, begin:apart],
                 F(length[world, other]),
                 F(speed[world, other]),
             )
         sag = F(0.0)
-        if row[_RESISTANCE] + row[_SQUARE] > F(0.0):
+        if m[_RESISTANCE] + m[_SQUARE] > F(0.0):
             on_line = wp.int32(0)
             for fed in range(par.shape[1]):
-                if par[world, fed, _SUPPLY_LINE] == row[_SUPPLY_LINE]:
+                if par[world, fed, _SUPPLY_LINE] == m[_SUPPLY_LINE]:
                     begin = place[fed, 0]
+                    apart = begin + place[fed, 1] - _NAMED
+                    inside = chamber_pressure(
+                        par[world, fed],
+                        act[world, apart : apart + _NAMED],
+                        act[world, begin:apart],
+                        F(length[world, fed]),
+                    )
                     fill_valve_of(
                         par[world, fed],
-                        act[world, begin : begin + place[fed, 1]],
-                        F(length[world, fed]),
+                        act[world, apart : apart + _NAMED],
+                        inside,
                         F(ctrl[world, fed]),
                         now,
                         timestep,
                         valves[world, muscle, on_line],
                     )
                     on_line = on_line + 1
-            sag = line_sag(row, states, valves[world, muscle, 0:on_line], timestep)
+            sag = line_sag(m, s, valves[world, muscle, 0:on_line], timestep)
         pull = state_rates(
-            row,
-            states,
-            rates[world, first:end],
+            m,
+            s,
+            z,
+            rates[world, named : named + _NAMED],
+            rates[world, first:named],
             at,
             moving,
             F(ctrl[world, muscle]),
@@ -104,16 +118,17 @@ def muscle_kernels(precision: str) -> MuscleKernels:
             sag,
         )
         # The engine's force lengthens the tendon; a muscle shortens it.
-        force[world, muscle] = wp.float32(-tendon_force(row, states, pull, at, moving, timestep))
+        force[world, muscle] = wp.float32(-tendon_force(m, s, pull, at, moving, timestep))
 
     def read(par, act, length, speed, place, pressure, pull):
         world, muscle = wp.tid()
-        row = par[world, muscle]
+        m = par[world, muscle]
         first = place[muscle, 0]
-        states = act[world, first : first + place[muscle, 1]]
+        named = first + place[muscle, 1] - _NAMED
+        s, z = act[world, named : named + _NAMED], act[world, first:named]
         at = F(length[world, muscle])
-        pressure[world, muscle] = sensed_pressure(row, states, at)
-        pull[world, muscle] = tension(row, states, at, F(speed[world, muscle]))
+        pressure[world, muscle] = sensed_pressure(m, s, z, at)
+        pull[world, muscle] = tension(m, s, z, at, F(speed[world, muscle]))
 
     def advance(act, rates, time, timestep, tick, shown):
         world = wp.tid()

@@ -8,9 +8,9 @@ from types import FunctionType
 from typing import Any
 
 from pamsim.core.errors import InputError
-from pamsim.engine.translate import Translation, translate, translated_name
 from pamsim.gpu import arithmetic
-from pamsim.gpu.replaced_functions import IN_SINGLE, OUTSIDE
+from pamsim.gpu.replaced_functions import IN_SINGLE, ladders
+from pamsim.gpu.translate import Translation, translate, translated_name
 from pamsim.gpu.warp_package import warp
 
 PRECISIONS = ("float32", "float64")
@@ -60,7 +60,7 @@ class Port:
         self.module: Any = wp.get_module(f"{name}.{precision}")
         # Nobody differentiates the steps, and the code for it doubles the time to compile.
         wp.set_module_options({"enable_backward": False}, module=self.module)
-        self._replaced = {**OUTSIDE, **(IN_SINGLE if precision == "float32" else {})}
+        self._replaced = {**ladders(), **(IN_SINGLE if precision == "float32" else {})}
         self._known: dict[str, Any] = {}
         self._names: dict[str, Any] = {
             "_float": self.scalar,

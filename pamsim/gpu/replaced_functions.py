@@ -1,60 +1,72 @@
-"""Functions of the kernel that have no counterpart on a GPU: their result is no number.
-
-Laws from outside the package reach the CPU's kernel by a pointer. The sag of a shared supply is
-searched to the rounding of double precision, which single precision never reaches.
-"""
+"""Functions of the kernel that are others on a GPU: the choice of a law, and what needs doubles."""
 
 from __future__ import annotations
 
+import functools
+import inspect
+import linecache
 import math
+from collections.abc import Callable
 from types import FunctionType
+from typing import Any
 
-from pamsim.physics.force_laws.dispatch import user_force, user_volume, user_work
-from pamsim.physics.hysteresis.dispatch import user_energy, user_output, user_rates
-from pamsim.physics.layout import MutableRow, Row
+from pamsim.physics.chosen_law import CHOICES, chosen
+from pamsim.physics.force_laws.catalog import FORCE_LAWS
+from pamsim.physics.hysteresis.catalog import OPERATORS
 from pamsim.physics.supply import Valves, supply_sag
-
-
-def no_law(law: float, par: Row, f: int, braid: int, pressure: float, contraction: float) -> float:
-    """In the place of `user_force`, `user_volume` and `user_work`."""
-    return math.nan
-
-
-def no_output(law: float, par: Row, first: int, act: Row, x: float) -> float:
-    """In the place of `user_output` and `user_energy`."""
-    return math.nan
-
-
-def no_rates(
-    law: float,
-    par: Row,
-    first: int,
-    act: Row,
-    rates: MutableRow,
-    x: float,
-    x_rate: float,
-    timestep: float,
-) -> None:
-    """In the place of `user_rates`."""
-    rates[0] = math.nan
 
 
 def no_sag(
     valves: Valves, resistance: float, square: float, storage: float, before: float
 ) -> float:
-    """In the place of `supply_sag` in single precision."""
+    """In the place of `supply_sag` in single precision, which never reaches its tolerance."""
     return math.nan
 
 
-OUTSIDE: dict[FunctionType, FunctionType] = {
-    user_force: no_law,
-    user_volume: no_law,
-    user_work: no_law,
-    user_output: no_output,
-    user_energy: no_output,
-    user_rates: no_rates,
-}
-"""Function of the kernel -> the one in its place, in any precision."""
-
 IN_SINGLE: dict[FunctionType, FunctionType] = {supply_sag: no_sag}
-"""The same, in single precision."""
+"""Function of the kernel -> the one in its place in single precision."""
+
+
+@functools.cache
+def ladders() -> dict[Callable[..., Any], FunctionType]:
+    """Function of `CHOICES` -> one that asks for the code of each law of the package in turn."""
+    laws = sorted({FORCE_LAWS.code(law.group) for law in FORCE_LAWS.own()})
+    operators = sorted({OPERATORS.code(operator.group) for operator in OPERATORS.own()})
+    made: dict[Callable[..., Any], FunctionType] = {}
+    for place in CHOICES:
+        of_law = place.__name__.startswith("law_")
+        codes = [(law, 0.0) for law in laws]
+        asked = "m.force.law"
+        if not of_law:
+            codes, asked = [(laws[0], code) for code in (*operators, 0.0)], "m.hysteresis.law"
+        made[place] = _ladder(place, asked, codes)
+    return made
+
+
+def _ladder(
+    place: Callable[..., Any], asked: str, codes: list[tuple[float, float]]
+) -> FunctionType:
+    names = ", ".join(inspect.signature(place).parameters)
+    lines = [f"def {place.__name__}{inspect.signature(place)}:"]
+    space: dict[str, Any] = {"__name__": __name__}
+    for number, (law, operator) in enumerate(codes):
+        space[f"_{number}"] = chosen(law, operator)[place]
+        code = law if asked == "m.force.law" else operator
+        # The last one answers for codes that no law has.
+        lines += [f"    if {asked} == {code!r}:"] if number < len(codes) - 1 else []
+        indent = "        " if number < len(codes) - 1 else "    "
+        lines.append(f"{indent}return _{number}({names})")
+    text = "\n".join(lines).replace("'", "") + "\n"
+    if "-> None" in lines[0]:
+        text = text.replace("return ", "")
+        text = text.replace("    if m", "    if m", 1).replace("\n    if m", "\n    elif m")
+        text = text.replace("    elif m", "    if m", 1)
+        head, last = text.rstrip("\n").rsplit("\n", 1)
+        text = f"{head}\n    else:\n    {last}\n"
+    where = f"<ladder of {place.__name__}>"
+    linecache.cache[where] = (len(text), None, text.splitlines(keepends=True), where)
+    exec(compile("from __future__ import annotations\n" + text, where, "exec"), space)
+    function = space[place.__name__]
+    function.__code__ = function.__code__.replace(co_firstlineno=1)
+    function.__qualname__ = f"ladder_{place.__name__}"
+    return function

@@ -24,7 +24,7 @@ from pamsim.physics.force_laws.catalog import FORCE_LAWS
 from pamsim.physics.force_laws.pleated_shape import PleatedShape
 from pamsim.physics.hysteresis.arctangent import Arctangent
 from pamsim.physics.hysteresis.catalog import OPERATORS
-from pamsim.physics.layout import slot
+from pamsim.physics.record import slot
 from pamsim.physics.supply import VALVE
 
 FloatArray = NDArray[np.float64]

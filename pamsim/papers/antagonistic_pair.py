@@ -11,9 +11,9 @@ from pamsim.physics.braid import max_contraction
 from pamsim.physics.build import build_muscle
 from pamsim.physics.force_laws.mckibben import IdealMcKibben
 from pamsim.physics.force_laws.published import PUBLISHED
-from pamsim.physics.layout import pack
 from pamsim.physics.muscle import Mounting, Muscle
 from pamsim.physics.passive import PassiveSpring
+from pamsim.physics.record import parameters
 from pamsim.physics.tension import Threshold
 from pamsim.recordings.rig_file import RigFile, read_rig
 
@@ -24,8 +24,6 @@ _HAIR = 1e-6
 """Pull that moves nothing [N]."""
 
 _STRIDE = 4.0 * MILLIMETRE
-
-Row = list[float]
 
 
 @functools.cache
@@ -75,11 +73,6 @@ def published_muscle(length: float) -> Muscle:
     )
 
 
-def row(muscle: Muscle) -> Row:
-    """Parameter row of a muscle, as the kernel takes it."""
-    return [float(value) for value in pack(muscle)]
-
-
 def sprocket_radius() -> float:
     """Radius of the rig's sprocket [m]; assumed, the paper prints none."""
     return _file().native["tendon.chain_1.coef"].si("m")
@@ -99,7 +92,10 @@ def rest_travel(muscle: Muscle, pressures: tuple[float, float]) -> float:
         muscle: either of them.
         pressures: gauge, of muscles 1 and 2 [Pa].
     """
-    pair, way = (row(muscle), row(muscle)), 1.0 if pressures[0] > pressures[1] else -1.0
+    pair, way = (
+        (parameters(muscle), parameters(muscle)),
+        1.0 if pressures[0] > pressures[1] else -1.0,
+    )
 
     def drive(travel: float) -> float:
         return way * antagonist_torque(pair, 1.0, way * travel, pressures) - _HAIR
@@ -117,7 +113,7 @@ def rest_angle(muscle: Muscle, pressures: tuple[float, float]) -> float:
         muscle: either of them.
         pressures: gauge, of muscles 1 and 2 [Pa].
     """
-    pair, radius = (row(muscle), row(muscle)), sprocket_radius()
+    pair, radius = (parameters(muscle), parameters(muscle)), sprocket_radius()
     limit = 0.5 * stroke(muscle) / radius
 
     def torque(angle: float) -> float:

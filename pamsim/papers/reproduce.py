@@ -29,7 +29,7 @@ from pamsim.papers.printed_rows import IDENTIFIED_ROW, Row, rms_error
 from pamsim.papers.printed_steps import Start, find_start, printed_experiment, start_pressures
 from pamsim.papers.reproduce_checks import Check, checks
 from pamsim.papers.torque_law import best_torque_laws, torque_laws
-from pamsim.physics.layout import pack
+from pamsim.physics.record import parameters
 from pamsim.physics.work_cycle import work_ratio
 from pamsim.recordings.json_file import write_json
 from pamsim.recordings.printed import PrintedStep, mas20_models, mas20_steps
@@ -236,7 +236,7 @@ def reproduce(
 
 def _work(rig: Rig) -> float:
     """Work ratio of the muscle that is further from 1."""
-    ratios = [work_ratio(pack(m).tolist(), _PRESSURE, _CONTRACTION) for m in rig.muscles.values()]
+    ratios = [work_ratio(parameters(m), _PRESSURE, _CONTRACTION) for m in rig.muscles.values()]
     return max(ratios, key=lambda ratio: abs(ratio - 1.0))
 
 

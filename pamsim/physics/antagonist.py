@@ -14,15 +14,10 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
-from pamsim.physics.force_laws.dispatch import pushes
-from pamsim.physics.layout import Row, slot
+from pamsim.physics.chosen_law import law_pushes
+from pamsim.physics.record import Parameters
 from pamsim.physics.static_muscle import static_force, static_volume
 from pamsim.physics.tension import taut
-
-_FORCE_LAW = slot("force.law")
-_NOMINAL_LENGTH = slot("braid.nominal_length")
-_POLYTROPIC = slot("chamber.polytropic_index")
-_ATMOSPHERE = slot("chamber.atmosphere")
 
 _LENGTH_STEP = 1e-4  # of the nominal length: rounding and the stencil's h^4 error both below 1e-8
 _PRESSURE_STEP = 100.0  # [Pa]; the laws are linear in pressure but for kinks
@@ -46,63 +41,69 @@ class Stiffness:
         return self.compressibility + self.geometric
 
 
-def pressure_slope(par: Row, tendon_length: float, pressure: float) -> float:
+def pressure_slope(m: Parameters, tendon_length: float, pressure: float) -> float:
     """Change of pressure with length of a shut chamber [Pa/m].
 
     It keeps P V^n, so dP/dl = -n P (dV/dl) / (V + n P dV/dp), with the derivatives of the kernel's
     volume by finite differences.
 
     Args:
-        par: parameter row of one muscle.
+        m: parameters of one muscle.
         tendon_length: [m].
         pressure: gauge [Pa].
     """
-    inside = static_volume(par, tendon_length, pressure)
-    by_length = _by_length(static_volume, par, tendon_length, pressure)
-    by_pressure = _by_pressure(static_volume, par, tendon_length, pressure)
-    stiffness = par[_POLYTROPIC] * (pressure + par[_ATMOSPHERE])
+    inside = static_volume(m, tendon_length, pressure)
+    by_length = _by_length(static_volume, m, tendon_length, pressure)
+    by_pressure = _by_pressure(static_volume, m, tendon_length, pressure)
+    stiffness = m.chamber.polytropic_index * (pressure + m.chamber.atmosphere)
     return -stiffness * by_length / (inside + stiffness * by_pressure)
 
 
-def muscle_stiffness(par: Row, tendon_length: float, pressure: float) -> Stiffness:
+def muscle_stiffness(m: Parameters, tendon_length: float, pressure: float) -> Stiffness:
     """Stiffness dF/dl of one shut muscle under any force law of the kernel.
 
     The derivatives of the law are taken by finite differences, so that a new law needs no change
     here. At the kink of a pressure threshold they average both sides.
 
     Args:
-        par: parameter row of the muscle.
+        m: parameters of the muscle.
         tendon_length: [m].
         pressure: gauge [Pa].
 
     Returns:
         [N/m]; zero for a slack muscle.
     """
-    if not pushes(par[_FORCE_LAW]) and static_force(par, tendon_length, pressure) <= 0.0:
+    if not law_pushes(m) and static_force(m, tendon_length, pressure) <= 0.0:
         return Stiffness(compressibility=0.0, geometric=0.0)
-    by_pressure = _by_pressure(static_force, par, tendon_length, pressure)
+    by_pressure = _by_pressure(static_force, m, tendon_length, pressure)
     return Stiffness(
-        compressibility=by_pressure * pressure_slope(par, tendon_length, pressure),
-        geometric=_by_length(static_force, par, tendon_length, pressure),
+        compressibility=by_pressure * pressure_slope(m, tendon_length, pressure),
+        geometric=_by_length(static_force, m, tendon_length, pressure),
     )
 
 
 def _by_length(
-    law: Callable[[Row, float, float], float], par: Row, tendon_length: float, pressure: float
+    law: Callable[[Parameters, float, float], float],
+    m: Parameters,
+    tendon_length: float,
+    pressure: float,
 ) -> float:
     """Derivative of force or volume by length, at a held pressure."""
-    h = _LENGTH_STEP * par[_NOMINAL_LENGTH]
-    near = law(par, tendon_length + h, pressure) - law(par, tendon_length - h, pressure)
-    far = law(par, tendon_length + 2.0 * h, pressure) - law(par, tendon_length - 2.0 * h, pressure)
+    h = _LENGTH_STEP * m.braid.nominal_length
+    near = law(m, tendon_length + h, pressure) - law(m, tendon_length - h, pressure)
+    far = law(m, tendon_length + 2.0 * h, pressure) - law(m, tendon_length - 2.0 * h, pressure)
     return (8.0 * near - far) / (12.0 * h)
 
 
 def _by_pressure(
-    law: Callable[[Row, float, float], float], par: Row, tendon_length: float, pressure: float
+    law: Callable[[Parameters, float, float], float],
+    m: Parameters,
+    tendon_length: float,
+    pressure: float,
 ) -> float:
     """Derivative of force or volume by pressure, at a held length."""
     up, down = pressure + _PRESSURE_STEP, pressure - _PRESSURE_STEP
-    return (law(par, tendon_length, up) - law(par, tendon_length, down)) / (2.0 * _PRESSURE_STEP)
+    return (law(m, tendon_length, up) - law(m, tendon_length, down)) / (2.0 * _PRESSURE_STEP)
 
 
 def joint_stiffness(muscles: Sequence[Stiffness], radii: Sequence[float]) -> Stiffness:
@@ -123,12 +124,12 @@ def joint_stiffness(muscles: Sequence[Stiffness], radii: Sequence[float]) -> Sti
 
 
 def antagonist_torque(
-    pair: Sequence[Row], radius: float, angle: float, pressures: Sequence[float]
+    pair: Sequence[Parameters], radius: float, angle: float, pressures: Sequence[float]
 ) -> float:
     """Torque of two muscles on one sprocket, towards positive angles (Matiskova 2021, (4)).
 
     Args:
-        pair: (2,) parameter rows of muscles 1 and 2, each at tendon length 0 at angle 0.
+        pair: (2,) parameters of muscles 1 and 2, each at tendon length 0 at angle 0.
         radius: of the sprocket [m].
         angle: beta [rad]; muscle 1 shortens by r beta, muscle 2 lengthens by the same.
         pressures: (2,) gauge [Pa].

@@ -9,7 +9,6 @@ from pamsim.core.catalog import Catalog
 from pamsim.core.errors import InputError, nearest
 from pamsim.core.parameters import ParameterGroup, Sourced, specs
 from pamsim.physics.force_laws.catalog import FORCE_LAWS
-from pamsim.physics.force_laws.dispatch import pushes
 from pamsim.physics.force_laws.force_law import ForceLaw
 from pamsim.physics.hysteresis.bouc_wen import BoucWen
 from pamsim.physics.hysteresis.catalog import OPERATORS, Operator
@@ -63,7 +62,7 @@ def build_muscle(
                     f"{where}: {name}.law = {law!r} is not known; {nearest(str(law), laws)}"
                 )
             groups[name] = _build(laws[law].group, section, where)
-    pushing = "force" in groups and pushes(FORCE_LAWS.code(groups["force"].__class__))
+    pushing = "force" in groups and FORCE_LAWS.card(groups["force"].__class__).pushes
     needed, idle = ("stroke", MUSCLE_ONLY) if pushing else ("braid", PUSHING_ONLY)
     kind = "pushing actuator" if pushing else "muscle"
     for name in ("mounting", needed, "force", "chamber", "valve"):

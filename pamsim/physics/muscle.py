@@ -15,7 +15,6 @@ from pamsim.physics.commands import COMMANDS
 from pamsim.physics.creep import Creep
 from pamsim.physics.end_shape import EndShape
 from pamsim.physics.force_laws.catalog import FORCE_LAWS
-from pamsim.physics.force_laws.dispatch import pushes
 from pamsim.physics.force_laws.effective_area import Stroke
 from pamsim.physics.friction import Friction
 from pamsim.physics.hysteresis.group import Hysteresis
@@ -122,7 +121,7 @@ class Muscle:
     @property
     def pushes(self) -> bool:
         """Whether it may push."""
-        return pushes(FORCE_LAWS.code(type(self.force)))
+        return FORCE_LAWS.card(type(self.force)).pushes
 
     @property
     def braided(self) -> Braid:

@@ -1,112 +1,108 @@
 """Hysteresis of a muscle: its own operator, and Maxwell slip in parallel.
 
-Every function takes the parameter row ``par`` and the states ``act`` of one actuator in the layout
-of `pamsim.physics.layout`.
+``m`` are the parameters of one actuator and ``z`` its memory of hysteresis, see
+`pamsim.physics.record`: the operator's own states, then the blocks of the one in parallel.
 """
 
 from __future__ import annotations
 
-from pamsim.physics.hysteresis.dispatch import chosen_energy, chosen_output, chosen_rates
-from pamsim.physics.hysteresis.group import COMMON_FIELDS
+from pamsim.physics.chosen_law import operator_energy, operator_output, operator_rates
 from pamsim.physics.hysteresis.maxwell_slip import slip_energy, slip_output, slip_rates
 from pamsim.physics.hysteresis.parallel import BLOCKS
-from pamsim.physics.layout import COMMON, PARALLEL, MutableRow, Row, slot
-
-_LAW = slot("hysteresis.law")
-_FORCE = slot("hysteresis.0")
-_PER_PRESSURE, _SHARE, _CHORD = _FORCE + 1, _FORCE + 2, _FORCE + 3
-_OWN = _FORCE + COMMON_FIELDS
-_PARALLEL_FORCE = slot("parallel_hysteresis.force")
-_PARALLEL_PER_PRESSURE = slot("parallel_hysteresis.force_per_pressure")
-_PARALLEL_CHORD = slot("parallel_hysteresis.chord")
-_FULL_SLIP = slot("parallel_hysteresis.full_slip")
-_DECAY = slot("parallel_hysteresis.decay")
-_NOMINAL_LENGTH = slot("braid.nominal_length")
+from pamsim.physics.record import MutableRow, Parameters, Row
 
 
 def hysteresis_force(
-    par: Row, act: Row, contraction: float, pressure: float, static_force: float
+    m: Parameters, z: Row, contraction: float, pressure: float, static_force: float
 ) -> float:
     """Force that hysteresis takes from the static force [N]; 0 without width.
 
     Args:
-        par: parameter row.
-        act: states.
+        m: parameters.
+        z: memory.
         contraction: kappa [-].
         pressure: gauge pressure, not below 0 [Pa].
         static_force: signed force without hysteresis [N].
     """
     taken = 0.0
-    if _has_own(par):
-        width = par[_FORCE] + par[_PER_PRESSURE] * pressure + par[_SHARE] * static_force
-        output = chosen_output(par[_LAW], par, _OWN, act, contraction)
-        taken = width * (output - par[_CHORD] * contraction)
-    if _has_parallel(par):
-        width = par[_PARALLEL_FORCE] + par[_PARALLEL_PER_PRESSURE] * pressure
-        at = len(act) - PARALLEL
-        output = slip_output(BLOCKS, par[_FULL_SLIP], par[_DECAY], act, at, contraction)
-        taken += width * (output - par[_PARALLEL_CHORD] * contraction)
+    if _has_own(m):
+        width = (
+            m.hysteresis.force
+            + m.hysteresis.force_per_pressure * pressure
+            + m.hysteresis.force_share * static_force
+        )
+        output = operator_output(m, z, contraction)
+        taken = width * (output - m.hysteresis.chord * contraction)
+    if _has_parallel(m):
+        width = m.parallel_hysteresis.force + m.parallel_hysteresis.force_per_pressure * pressure
+        at = len(z) - BLOCKS
+        output = slip_output(
+            BLOCKS, m.parallel_hysteresis.full_slip, m.parallel_hysteresis.decay, z, at, contraction
+        )
+        taken += width * (output - m.parallel_hysteresis.chord * contraction)
     return taken
 
 
-def hysteresis_volume(par: Row, act: Row, contraction: float) -> float:
+def hysteresis_volume(m: Parameters, z: Row, contraction: float) -> float:
     """Volume that the energy in the hysteresis takes [m^3]: minus its derivative by pressure.
 
     Without it a loop that is wider at a higher pressure could be loaded at a low one and unloaded
     at a high one, and give energy in every cycle. See `pamsim.physics.hysteresis.group`.
 
     Args:
-        par: parameter row.
-        act: states.
+        m: parameters.
+        z: memory.
         contraction: kappa [-].
     """
     volume, square = 0.0, contraction * contraction
-    per_pressure = par[_PER_PRESSURE]
-    if par[_LAW] != 0.0 and per_pressure != 0.0:
-        held = chosen_energy(par[_LAW], par, _OWN, act, contraction)
-        held -= 0.5 * par[_CHORD] * square
-        volume = -per_pressure * par[_NOMINAL_LENGTH] * held
-    per_pressure = par[_PARALLEL_PER_PRESSURE]
+    per_pressure = m.hysteresis.force_per_pressure
+    if m.hysteresis.law != 0.0 and per_pressure != 0.0:
+        held = operator_energy(m, z, contraction)
+        held -= 0.5 * m.hysteresis.chord * square
+        volume = -per_pressure * m.braid.nominal_length * held
+    per_pressure = m.parallel_hysteresis.force_per_pressure
     if per_pressure != 0.0:
-        at = len(act) - PARALLEL
-        held = slip_energy(BLOCKS, par[_FULL_SLIP], par[_DECAY], act, at, contraction)
-        held -= 0.5 * par[_PARALLEL_CHORD] * square
-        volume -= per_pressure * par[_NOMINAL_LENGTH] * held
+        at = len(z) - BLOCKS
+        held = slip_energy(
+            BLOCKS, m.parallel_hysteresis.full_slip, m.parallel_hysteresis.decay, z, at, contraction
+        )
+        held -= 0.5 * m.parallel_hysteresis.chord * square
+        volume -= per_pressure * m.braid.nominal_length * held
     return volume
 
 
 def hysteresis_rates(
-    par: Row, act: Row, rates: MutableRow, contraction: float, rate: float, timestep: float
+    m: Parameters, z: Row, dz: MutableRow, contraction: float, rate: float, timestep: float
 ) -> None:
     """Write the rates of the memory; where there is no width, it is not kept up.
 
     Args:
-        par: parameter row.
-        act: states.
-        rates: of all states [1/s], of which the memory's are written.
+        m: parameters.
+        z: memory.
+        dz: written [1/s].
         contraction: kappa [-].
         rate: of the contraction [1/s].
         timestep: of the explicit Euler step that follows [s].
     """
-    count = len(act)
-    if _has_own(par):
-        chosen_rates(par[_LAW], par, _OWN, act, rates, contraction, rate, timestep)
+    count = len(z)
+    if _has_own(m):
+        operator_rates(m, z, dz, contraction, rate, timestep)
     else:
-        for i in range(count - COMMON):
-            rates[i] = 0.0
-    at = count - PARALLEL
-    if _has_parallel(par):
-        slip_rates(BLOCKS, par[_FULL_SLIP], act, rates, at, contraction, timestep)
+        for i in range(count - BLOCKS):
+            dz[i] = 0.0
+    at = count - BLOCKS
+    if _has_parallel(m):
+        slip_rates(BLOCKS, m.parallel_hysteresis.full_slip, z, dz, at, contraction, timestep)
     else:
         for i in range(BLOCKS):
-            rates[at + i] = 0.0
+            dz[at + i] = 0.0
 
 
-def _has_own(par: Row) -> bool:
+def _has_own(m: Parameters) -> bool:
     """Whether the muscle's own operator takes any force."""
-    return par[_FORCE] + par[_PER_PRESSURE] + par[_SHARE] > 0.0
+    return m.hysteresis.force + m.hysteresis.force_per_pressure + m.hysteresis.force_share > 0.0
 
 
-def _has_parallel(par: Row) -> bool:
+def _has_parallel(m: Parameters) -> bool:
     """Whether the one in parallel does."""
-    return par[_PARALLEL_FORCE] + par[_PARALLEL_PER_PRESSURE] > 0.0
+    return m.parallel_hysteresis.force + m.parallel_hysteresis.force_per_pressure > 0.0

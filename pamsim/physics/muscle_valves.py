@@ -1,7 +1,7 @@
 """Valves of a muscle: from a command to their opening, and from that to the flow of air.
 
-Every function takes the parameter row ``par`` and the states ``act`` of one actuator in the layout
-of `pamsim.physics.layout`.
+``m`` are the parameters of one actuator, ``s`` its states and ``z`` its memory of hysteresis, see
+`pamsim.physics.record`.
 """
 
 from __future__ import annotations
@@ -11,8 +11,8 @@ from pamsim.physics.air import GAS_CONSTANT
 from pamsim.physics.chamber_pressure import chamber_pressure
 from pamsim.physics.commands import MEASURED, PRESSURE_SET, PULSE, VALVE
 from pamsim.physics.laminar_gap import laminar_flow
-from pamsim.physics.layout import LINE, OPENING, SAG, TUBE, MutableRow, Row, slot
 from pamsim.physics.orifice import mass_flow
+from pamsim.physics.record import MutableRow, Parameters, Row, States
 from pamsim.physics.supply import Valves, supply_sag
 from pamsim.physics.valves import (
     clamped_opening,
@@ -24,151 +24,136 @@ from pamsim.physics.valves import (
     valve_flow,
 )
 
-_COMMAND = slot("command")
-_TEMPERATURE = slot("chamber.temperature")
-_ATMOSPHERE = slot("chamber.atmosphere")
-_LEAK = slot("chamber.leak_conductance")
-_LAMINAR_LEAK = slot("chamber.laminar_leak_conductance")
-_FILL = slot("valve.conductance_fill")
-_EXHAUST = slot("valve.conductance_exhaust")
-_CRITICAL = slot("valve.critical_ratio")
-_LAMINAR = slot("valve.laminar_ratio")
-_SUPPLY = slot("valve.supply_pressure")
-_RESISTANCE = slot("valve.supply_resistance")
-_SQUARE = slot("valve.supply_square")
-_SUPPLY_VOLUME = slot("valve.supply_volume")
-_LINE_LAG, _LINE_SLEW_TIME = slot("valve.line_lag"), slot("valve.line_slew_time")
-_PULSE_PERIOD = slot("valve.pulse_period")
-_BAND = slot("valve.regulator_band")
-_DEAD_BAND = slot("valve.regulator_dead_band")
-_DEAD_ZONE = slot("valve.dead_zone")
-_DEAD_ZONE_ASYMMETRY = slot("valve.dead_zone_asymmetry")
-_TRAVEL_TIME = slot("valve.travel_time")
-_TUBE_RESISTANCE = slot("valve.tube_resistance")
-
 SENSOR_ERROR = 0.01
 """Share of the supply's pressure by which a measured pressure may read above it."""
 
 
-def asks_too_much(par: Row, command: float) -> bool:
+def asks_too_much(m: Parameters, command: float) -> bool:
     """Whether a command is a set point above the supply's pressure, errors of sensors apart.
 
     Args:
-        par: parameter row.
+        m: parameters.
         command: signed opening, signed duty or gauge pressure [Pa], as the row specifies.
     """
-    return par[_COMMAND] == PRESSURE_SET and command > (1.0 + SENSOR_ERROR) * par[_SUPPLY]
+    return m.command == PRESSURE_SET and command > (1.0 + SENSOR_ERROR) * m.valve.supply_pressure
 
 
-def wanted_opening(par: Row, command: float, pressure: float, time: float) -> float:
+def wanted_opening(m: Parameters, command: float, pressure: float, time: float) -> float:
     """Signed opening in [-1, 1] to which a command moves the valve pair, dead zone included.
 
     Args:
-        par: parameter row.
+        m: parameters.
         command: signed opening, signed duty or gauge pressure [Pa], as the row specifies.
         pressure: gauge pressure at the valves [Pa].
         time: [s].
     """
-    if par[_COMMAND] == VALVE:
+    if m.command == VALVE:
         return clamped_opening(command)
-    if par[_COMMAND] == PULSE:
-        return pulsed_opening(command, time, par[_PULSE_PERIOD])
-    if par[_COMMAND] == MEASURED:
+    if m.command == PULSE:
+        return pulsed_opening(command, time, m.valve.pulse_period)
+    if m.command == MEASURED:
         return 0.0
-    return regulated_opening(command, pressure, par[_BAND], par[_DEAD_BAND])
+    return regulated_opening(command, pressure, m.valve.regulator_band, m.valve.regulator_dead_band)
 
 
-def valve_opening(par: Row, command: float, pressure: float, time: float) -> float:
+def valve_opening(m: Parameters, command: float, pressure: float, time: float) -> float:
     """Signed opening of the valve pair that a command means, dead zone passed, in [-1, 1].
 
     Args:
-        par: parameter row.
+        m: parameters.
         command: signed opening, signed duty or gauge pressure [Pa], as the row specifies.
         pressure: gauge pressure at the valves [Pa].
         time: [s].
     """
-    return left_by_dead_zone(par, wanted_opening(par, command, pressure, time))
+    return left_by_dead_zone(m, wanted_opening(m, command, pressure, time))
 
 
-def left_by_dead_zone(par: Row, opening: float) -> float:
+def left_by_dead_zone(m: Parameters, opening: float) -> float:
     """Signed opening that the dead zone leaves of one, in [-1, 1]."""
-    if par[_DEAD_ZONE] == 0.0:
+    if m.valve.dead_zone == 0.0:
         return opening
-    return past_dead_zone(opening, par[_DEAD_ZONE], par[_DEAD_ZONE_ASYMMETRY])
+    return past_dead_zone(opening, m.valve.dead_zone, m.valve.dead_zone_asymmetry)
 
 
 def reached_opening(
-    par: Row, act: Row, command: float, pressure: float, time: float, timestep: float
+    m: Parameters, s: States, command: float, pressure: float, time: float, timestep: float
 ) -> float:
     """Opening [-] reached in a time step, dead zone included; see `wanted_opening`."""
-    wanted = wanted_opening(par, command, pressure, time)
-    if par[_TRAVEL_TIME] == 0.0:
+    wanted = wanted_opening(m, command, pressure, time)
+    if m.valve.travel_time == 0.0:
         return wanted
-    return slewed_opening(wanted, act[len(act) - OPENING], par[_TRAVEL_TIME], timestep)
+    return slewed_opening(wanted, s.opening, m.valve.travel_time, timestep)
 
 
-def lags(par: Row) -> bool:
+def lags(m: Parameters) -> bool:
     """Whether the command's line follows with a lag or at a limited rate."""
-    return par[_LINE_LAG] + par[_LINE_SLEW_TIME] > 0.0
+    return m.valve.line_lag + m.valve.line_slew_time > 0.0
 
 
-def command_at_valve(par: Row, act: Row, command: float) -> float:
+def command_at_valve(m: Parameters, s: States, command: float) -> float:
     """The command behind its line; any unit."""
-    if lags(par):
-        return act[len(act) - LINE]
+    if lags(m):
+        return s.line
     return command
 
 
-def line_change(par: Row, command: float, carried: float, timestep: float) -> float:
+def line_change(m: Parameters, command: float, carried: float, timestep: float) -> float:
     """Rate of the command on its line, see `line_rate`; any unit per second.
 
     A limited rate refers to 1 bar of a set point or to a full opening.
 
     Args:
-        par: parameter row.
+        m: parameters.
         command: as sent.
         carried: at the line's other end.
         timestep: [s].
     """
     sent, full = command, PA_PER_BAR
-    if par[_COMMAND] != PRESSURE_SET:
+    if m.command != PRESSURE_SET:
         sent, full = clamped_opening(command), 1.0
-    return line_rate(sent, carried, par[_LINE_LAG], par[_LINE_SLEW_TIME], full, timestep)
+    return line_rate(sent, carried, m.valve.line_lag, m.valve.line_slew_time, full, timestep)
 
 
-def pressure_at_valve(par: Row, act: Row, tendon_length: float) -> float:
-    """Absolute pressure at the valves [Pa]: the chamber's, or that at the near end of a tube."""
-    if par[_TUBE_RESISTANCE] > 0.0 and par[_COMMAND] != MEASURED:
-        return act[len(act) - TUBE]
-    return chamber_pressure(par, act, tendon_length)
+def pressure_at_valve(m: Parameters, s: States, pressure_abs: float) -> float:
+    """Absolute pressure at the valves [Pa]: the chamber's, or that at the near end of a tube.
+
+    Args:
+        m: parameters.
+        s: states.
+        pressure_abs: in the chamber [Pa].
+    """
+    if m.valve.tube_resistance > 0.0 and m.command != MEASURED and s.tube_pressure != 0.0:
+        return s.tube_pressure
+    return pressure_abs
 
 
-def sensed_pressure(par: Row, act: Row, tendon_length: float) -> float:
+def sensed_pressure(m: Parameters, s: States, z: Row, tendon_length: float) -> float:
     """Gauge pressure that a sensor at the valves sees [Pa]."""
-    return pressure_at_valve(par, act, tendon_length) - par[_ATMOSPHERE]
+    pressure_abs = chamber_pressure(m, s, z, tendon_length)
+    return pressure_at_valve(m, s, pressure_abs) - m.chamber.atmosphere
 
 
-def fill_valve(par: Row, pressure_abs: float, opening: float, valve: MutableRow) -> None:
+def fill_valve(m: Parameters, pressure_abs: float, opening: float, valve: MutableRow) -> None:
     """Write what a muscle's fill valve means to its supply.
 
     Args:
-        par: parameter row.
+        m: parameters.
         pressure_abs: absolute pressure behind it [Pa].
         opening: signed, of the pair, dead zone passed.
         valve: (VALVE,) written, see `pamsim.physics.supply.supply_sag`.
     """
-    valve[0] = par[_SUPPLY] + par[_ATMOSPHERE]
+    valve[0] = m.valve.supply_pressure + m.chamber.atmosphere
     valve[1] = pressure_abs
-    valve[2] = 0.0 if opening <= 0.0 else opening * par[_FILL]
-    valve[3] = par[_CRITICAL]
-    valve[4] = par[_LAMINAR]
-    valve[5] = par[_TEMPERATURE]
+    valve[2] = 0.0 if opening <= 0.0 else opening * m.valve.conductance_fill
+    valve[3] = m.valve.critical_ratio
+    valve[4] = m.valve.laminar_ratio
+    valve[5] = m.chamber.temperature
 
 
 def fill_valve_of(
-    par: Row,
-    act: Row,
-    tendon_length: float,
+    m: Parameters,
+    s: States,
+    pressure_abs: float,
     command: float,
     time: float,
     timestep: float,
@@ -177,60 +162,61 @@ def fill_valve_of(
     """Write what the fill valve of a muscle in a given state means to its supply.
 
     Args:
-        par: parameter row.
-        act: states.
-        tendon_length: [m].
+        m: parameters.
+        s: states.
+        pressure_abs: in the chamber [Pa].
         command: as sent, before the lag of its line.
         time: [s].
         timestep: [s].
         valve: (VALVE,) written.
     """
-    pressure_abs = pressure_at_valve(par, act, tendon_length)
-    gauge = pressure_abs - par[_ATMOSPHERE]
-    sent = command_at_valve(par, act, command)
-    opening = reached_opening(par, act, sent, gauge, time, timestep)
-    fill_valve(par, pressure_abs, left_by_dead_zone(par, opening), valve)
+    at_valve = pressure_at_valve(m, s, pressure_abs)
+    sent = command_at_valve(m, s, command)
+    opening = reached_opening(m, s, sent, at_valve - m.chamber.atmosphere, time, timestep)
+    fill_valve(m, at_valve, left_by_dead_zone(m, opening), valve)
 
 
-def sags(par: Row) -> bool:
+def sags(m: Parameters) -> bool:
     """Whether the supply's pressure falls with the flow drawn from it."""
-    return par[_RESISTANCE] + par[_SQUARE] > 0.0
+    return m.valve.supply_resistance + m.valve.supply_square > 0.0
 
 
-def line_sag(par: Row, act: Row, valves: Valves, timestep: float) -> float:
+def line_sag(m: Parameters, s: States, valves: Valves, timestep: float) -> float:
     """Fall of a muscle's supply during a time step [Pa].
 
     Args:
-        par: parameter row of the muscle.
-        act: its states.
+        m: parameters of the muscle.
+        s: its states.
         valves: (m, VALVE) fill valves of all muscles on its supply, see `fill_valve`.
         timestep: [s].
     """
-    full = par[_SUPPLY] + par[_ATMOSPHERE]
-    storage = par[_SUPPLY_VOLUME] / (GAS_CONSTANT * par[_TEMPERATURE] * timestep)
-    before = full * act[len(act) - SAG]
-    return supply_sag(valves, par[_RESISTANCE], par[_SQUARE], storage, before)
+    full = m.valve.supply_pressure + m.chamber.atmosphere
+    storage = m.valve.supply_volume / (GAS_CONSTANT * m.chamber.temperature * timestep)
+    before = full * s.sag
+    return supply_sag(valves, m.valve.supply_resistance, m.valve.supply_square, storage, before)
 
 
-def air_flow(par: Row, pressure_abs: float, command: float, time: float, sag: float = 0.0) -> float:
+def air_flow(
+    m: Parameters, pressure_abs: float, command: float, time: float, sag: float = 0.0
+) -> float:
     """Mass flow into a chamber right behind quick valves [kg/s], minus the leak.
 
     Args:
-        par: parameter row.
+        m: parameters.
         pressure_abs: absolute pressure in the chamber [Pa].
         command: see `valve_opening`.
         time: [s].
         sag: fall of the supply's pressure [Pa].
     """
-    opening = valve_opening(par, command, pressure_abs - par[_ATMOSPHERE], time)
-    return flow_through_valves(par, pressure_abs, opening, sag) - leak_flow(par, pressure_abs)
+    opening = valve_opening(m, command, pressure_abs - m.chamber.atmosphere, time)
+    return flow_through_valves(m, pressure_abs, opening, sag) - leak_flow(m, pressure_abs)
 
 
-def flow_through_valves(par: Row, pressure_abs: float, opening: float, sag: float) -> float:
+def flow_through_valves(m: Parameters, pressure_abs: float, opening: float, sag: float) -> float:
     """Mass flow through the valves [kg/s].
 
     Args:
-        par: parameter row.
+        m: parameters.
         pressure_abs: absolute pressure behind them [Pa].
         opening: signed, dead zone passed, in [-1, 1].
         sag: fall of the supply's pressure [Pa].
@@ -238,28 +224,33 @@ def flow_through_valves(par: Row, pressure_abs: float, opening: float, sag: floa
     return valve_flow(
         opening,
         pressure_abs,
-        par[_SUPPLY] + par[_ATMOSPHERE] - sag,
-        par[_ATMOSPHERE],
-        par[_FILL],
-        par[_EXHAUST],
-        par[_CRITICAL],
-        par[_LAMINAR],
-        par[_TEMPERATURE],
+        m.valve.supply_pressure + m.chamber.atmosphere - sag,
+        m.chamber.atmosphere,
+        m.valve.conductance_fill,
+        m.valve.conductance_exhaust,
+        m.valve.critical_ratio,
+        m.valve.laminar_ratio,
+        m.chamber.temperature,
     )
 
 
-def leak_flow(par: Row, pressure_abs: float) -> float:
+def leak_flow(m: Parameters, pressure_abs: float) -> float:
     """Mass flow out of the chamber through its leaks, orifice and narrow gap [kg/s]."""
     lost = 0.0
-    if par[_LEAK] > 0.0:
+    if m.chamber.leak_conductance > 0.0:
         lost += mass_flow(
             pressure_abs,
-            par[_ATMOSPHERE],
-            par[_LEAK],
-            par[_CRITICAL],
-            par[_LAMINAR],
-            par[_TEMPERATURE],
+            m.chamber.atmosphere,
+            m.chamber.leak_conductance,
+            m.valve.critical_ratio,
+            m.valve.laminar_ratio,
+            m.chamber.temperature,
         )
-    if par[_LAMINAR_LEAK] > 0.0:
-        lost += laminar_flow(pressure_abs, par[_ATMOSPHERE], par[_LAMINAR_LEAK], par[_TEMPERATURE])
+    if m.chamber.laminar_leak_conductance > 0.0:
+        lost += laminar_flow(
+            pressure_abs,
+            m.chamber.atmosphere,
+            m.chamber.laminar_leak_conductance,
+            m.chamber.temperature,
+        )
     return lost

@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 from pamsim.physics.air import GAS_CONSTANT
-from pamsim.physics.layout import pack
 from pamsim.physics.muscle import Muscle
 from pamsim.physics.orifice import mass_flow
+from pamsim.physics.record import parameters
 from pamsim.physics.static_muscle import volume_at_nominal_length
 from pamsim.physics.valves import own_dead_zone
 
@@ -36,7 +36,7 @@ def regulator_time_constant(muscle: Muscle) -> float:
     rate = chamber.polytropic_index * GAS_CONSTANT * chamber.temperature * flow
     widest = own_dead_zone(valve.dead_zone, 1.0 + abs(valve.dead_zone_asymmetry))
     band = valve.regulator_band * (1.0 - widest)
-    room = volume_at_nominal_length(pack(muscle))
+    room = volume_at_nominal_length(parameters(muscle))
     if valve.tube_resistance > 0.0:
         # The regulator then sees the pressure in the tube, whose air stays at its temperature.
         room = min(room, valve.tube_volume * chamber.polytropic_index)

@@ -6,78 +6,66 @@ from pamsim.physics.chamber import air_state
 from pamsim.physics.chamber_pressure import chamber_volume
 from pamsim.physics.commands import MEASURED, PRESSURE_SET
 from pamsim.physics.hysteresis.parallel import BLOCKS
-from pamsim.physics.layout import (
-    AIR,
-    AMBIENT,
-    CREEP,
-    CREEP_2,
-    EARLIER,
-    LAST,
-    LINE,
-    PARALLEL,
-    TUBE,
-    MutableRow,
-    Row,
-    slot,
-)
 from pamsim.physics.muscle_length import chain_length, length_at_muscle
+from pamsim.physics.record import (
+    STATE_NAMES,
+    Parameters,
+    Row,
+    States,
+    joined_states,
+    split_states,
+)
 from pamsim.physics.static_muscle import contraction
 
-_COMMAND = slot("command")
-_POLYTROPIC = slot("chamber.polytropic_index")
-_ATMOSPHERE = slot("chamber.atmosphere")
 
-
-def charged_air_state(par: Row, act: Row, tendon_length: float, pressure: float) -> float:
+def charged_air_state(m: Parameters, z: Row, tendon_length: float, pressure: float) -> float:
     """Air state y that gives a gauge pressure.
 
     Args:
-        par: (SIZE,) parameter row.
-        act: states, of which the hysteresis operator's count.
+        m: parameters.
+        z: memory of hysteresis.
         tendon_length: at the muscle [m].
         pressure: gauge [Pa].
     """
-    inside = chamber_volume(par, act, tendon_length, pressure)
-    return air_state(pressure + par[_ATMOSPHERE], inside, par[_POLYTROPIC])
+    inside = chamber_volume(m, z, tendon_length, pressure)
+    return air_state(pressure + m.chamber.atmosphere, inside, m.chamber.polytropic_index)
 
 
-def rest(par: Row, act: MutableRow, tendon_length: float, pressure: float) -> None:
-    """Write the states of a muscle that has long been at rest.
+def rest(m: Parameters, count: int, tendon_length: float, pressure: float) -> list[float]:
+    """States of a muscle that has long been at rest.
 
     Args:
-        par: (SIZE,) parameter row.
-        act: (n,) written: the operators free of memory, the chain free of force and in the middle
-            of its backlash, the creep relaxed, the command's line at what keeps the valves shut,
-            the tube at the chamber's pressure, the air at the ambient temperature.
+        m: parameters.
+        count: number n of its states.
         tendon_length: [m].
         pressure: gauge pressure [Pa].
+
+    Returns:
+        (n,) ``act``: the operators free of memory, the chain free of force and in the middle of its
+        backlash, the creep relaxed, the command's line at what keeps the valves shut, the tube at
+        the chamber's pressure, the air at the ambient temperature.
     """
-    for i in range(len(act)):
-        act[i] = 0.0
-    length = chain_length(par, tendon_length)
-    first, kappa = len(act) - PARALLEL, contraction(par, length)
-    for i in range(BLOCKS):
-        act[first + i] = kappa
-    act[len(act) - AIR] = charged_air_state(par, act, length, pressure)
-    for i in (TUBE, LAST, EARLIER):
-        act[len(act) - i] = pressure + par[_ATMOSPHERE]
-    inside = chamber_volume(par, act, length, pressure)
-    act[len(act) - AMBIENT] = (pressure + par[_ATMOSPHERE]) * inside
-    quieten(par, act, tendon_length, pressure)
+    length = chain_length(m, tendon_length)
+    kappa, pressure_abs = contraction(m, length), pressure + m.chamber.atmosphere
+    z = [0.0] * (count - len(STATE_NAMES) - BLOCKS) + [kappa] * BLOCKS
+    s = split_states([0.0] * count)[0]
+    s.air = charged_air_state(m, z, length, pressure)
+    s.tube_pressure = s.last_pressure = s.earlier_pressure = pressure_abs
+    s.ambient_air = pressure_abs * chamber_volume(m, z, length, pressure)
+    quieten(m, s, tendon_length, pressure)
+    return joined_states(s, z)
 
 
-def quieten(par: Row, act: MutableRow, tendon_length: float, pressure: float) -> None:
+def quieten(m: Parameters, s: States, tendon_length: float, pressure: float) -> None:
     """Relax the creep, and set line or pressure to what keeps the valves shut, or is measured.
 
     Args:
-        par: (SIZE,) parameter row.
-        act: (n,) states, of which these are written.
+        m: parameters.
+        s: states, of which these are written.
         tendon_length: [m].
         pressure: gauge pressure [Pa].
     """
-    kappa = contraction(par, length_at_muscle(par, act, tendon_length))
-    act[len(act) - CREEP] = kappa
-    act[len(act) - CREEP_2] = kappa
-    act[len(act) - LINE] = pressure if par[_COMMAND] == PRESSURE_SET else 0.0
-    if par[_COMMAND] == MEASURED:
-        act[len(act) - AIR] = pressure + par[_ATMOSPHERE]
+    s.creep = s.creep_2 = contraction(m, length_at_muscle(m, s, tendon_length))
+    s.line = pressure if m.command == PRESSURE_SET else 0.0
+    if m.command == MEASURED:
+        s.air = pressure + m.chamber.atmosphere

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 from pamsim.physics.antagonist import muscle_stiffness
-from pamsim.physics.layout import pack
 from pamsim.physics.muscle import Muscle
+from pamsim.physics.record import parameters
 from pamsim.physics.static_muscle import limited, static_force
 
 
@@ -26,7 +26,7 @@ def chain_step_limit(muscle: Muscle, tendon_length: float, pressure: float) -> f
     chain, limit = muscle.chain, float("inf")
     if chain.compliance == 0.0 and chain.backlash == 0.0:
         return limit
-    stiffness = max(muscle_stiffness(pack(muscle), tendon_length, pressure).total, 0.0)
+    stiffness = max(muscle_stiffness(parameters(muscle), tendon_length, pressure).total, 0.0)
     if chain.compliance > 0.0:
         limit = 2.0 * chain.relaxation_time / (1.0 + chain.compliance * stiffness)
     if chain.backlash > 0.0 and stiffness > 0.0:
@@ -45,7 +45,7 @@ def bristle_stiffness(muscle: Muscle, tendon_length: float, pressure: float) -> 
     friction = muscle.friction
     if not friction.sticks:
         return 0.0
-    row = pack(muscle)
+    row = parameters(muscle)
     pull = abs(limited(row, static_force(row, tendon_length, pressure)))
     level = friction.coulomb_force + friction.breakaway_force + friction.tension_share * pull
     return level / friction.presliding

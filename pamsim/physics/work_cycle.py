@@ -9,20 +9,17 @@ from __future__ import annotations
 
 import numpy as np
 
-from pamsim.physics.layout import Row, slot
+from pamsim.physics.record import Parameters
 from pamsim.physics.static_muscle import static_force, static_volume
-
-_LENGTH_AT_ZERO = slot("mounting.length_at_zero")
-_NOMINAL_LENGTH = slot("braid.nominal_length")
 
 _POINTS = 401  # on each side of the cycle; the trapezium rule is right to 1e-6 there
 
 
-def work_ratio(par: Row, pressure: float, contraction: float) -> float:
+def work_ratio(m: Parameters, pressure: float, contraction: float) -> float:
     """Mechanical over pneumatic work of the cycle [-]; 1 if no energy is made or lost.
 
     Args:
-        par: parameter row of a muscle.
+        m: parameters of a muscle.
         pressure: gauge, at which it shortens [Pa].
         contraction: it goes from minus to plus this [-].
     """
@@ -37,9 +34,9 @@ def work_ratio(par: Row, pressure: float, contraction: float) -> float:
     )
     given = done = 0.0
     for kappa, p in sides:
-        length = (1.0 - kappa) * par[_NOMINAL_LENGTH]
-        tendon = length - par[_LENGTH_AT_ZERO]
+        length = (1.0 - kappa) * m.braid.nominal_length
+        tendon = length - m.mounting.length_at_zero
         points = list(zip(tendon.tolist(), p.tolist(), strict=True))
-        given -= float(np.trapezoid([static_force(par, *point) for point in points], length))
-        done += float(np.trapezoid(p, [static_volume(par, *point) for point in points]))
+        given -= float(np.trapezoid([static_force(m, *point) for point in points], length))
+        done += float(np.trapezoid(p, [static_volume(m, *point) for point in points]))
     return given / done

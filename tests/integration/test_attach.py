@@ -76,8 +76,8 @@ def test_each_muscle_moves_its_own_joint():
 
 
 def test_force_on_the_cable_is_the_muscle_law_at_its_length():
-    from pamsim.physics import kernel
-    from pamsim.physics.layout import pack
+    from pamsim.physics.record import pack
+    from tests.unit.physics.flat import kernel
 
     model = build()
     data = settle(model, (2e5, 1e5))

@@ -18,7 +18,7 @@ import pamsim
 from pamsim.core.errors import EngineError, InputError
 from pamsim.engine import interpreted
 from pamsim.engine.state import charge
-from pamsim.physics.layout import parameter_slot
+from tests.unit.physics.flat import parameter_slot
 
 STEP = pamsim.pressure_step((487e3, 487e3), (487e3, 0.0), duration=0.6, load=1.2)
 

@@ -9,11 +9,11 @@ import numpy as np
 import pytest
 
 import pamsim
-from pamsim.physics import muscle_hysteresis, static_muscle
 from pamsim.physics.force_laws.catalog import FORCE_LAWS
 from pamsim.physics.hysteresis.catalog import OPERATORS
-from pamsim.physics.layout import pack, slot
+from pamsim.physics.record import pack, slot
 from pamsim.recordings.rig_file import shipped_rigs
+from tests.unit.physics.flat import muscle_hysteresis, static_muscle
 
 # Numbers of the right size for a 20 mm muscle of 250 mm (written as they stand in params.toml).
 FORCES = {

@@ -20,14 +20,13 @@ from pamsim.comparison.effects_on_rig import candidates, forms
 from pamsim.core import catalog
 from pamsim.core.errors import EngineError, InputError
 from pamsim.engine.rig import _compiled
-from pamsim.physics import kernel
-from pamsim.physics.chamber_pressure import chamber_volume
 from pamsim.physics.force_laws.catalog import FORCE_LAWS
 from pamsim.physics.force_laws.exponential import SixParameter, six_parameter_force
 from pamsim.physics.hysteresis.catalog import OPERATORS
-from pamsim.physics.layout import pack, slot, unpack
+from pamsim.physics.record import pack, slot, unpack
 from pamsim.recordings import effects_file
 from pamsim.recordings.rig_writer import write_rig
+from tests.unit.physics.flat import chamber_volume, kernel
 
 PAGE = Path(__file__).resolve().parents[2] / "docs" / "own_physics.md"
 BLOCK = re.compile(r"^```(\w+)\n(.*?)^```", re.MULTILINE | re.DOTALL)

@@ -10,7 +10,7 @@ import pytest
 
 import pamsim
 from pamsim.core.errors import InputError
-from pamsim.physics.layout import slot
+from pamsim.physics.record import slot
 
 PLAY = 3e-4
 RADIUS = 12.1276e-3

@@ -11,9 +11,9 @@ import pytest
 from scipy.optimize import brentq
 
 import pamsim
-from pamsim.physics.layout import EXTENSION
 from pamsim.twins.plant.muscle import steady_pull
 from pamsim.twins.plant.read_rig import read_rig
+from tests.unit.physics.flat import EXTENSION
 
 COMPLIANCE = 2e-6
 LOAD = 1.2

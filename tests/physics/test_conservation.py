@@ -8,9 +8,8 @@ import pytest
 
 import pamsim
 from pamsim.physics.air import GAS_CONSTANT
-from pamsim.physics.chamber_pressure import chamber_pressure, chamber_volume, gauge_pressure
-from pamsim.physics.layout import slot
-from pamsim.physics.muscle_valves import air_flow
+from pamsim.physics.record import slot
+from tests.unit.physics.flat import air_flow, chamber_pressure, chamber_volume, gauge_pressure
 
 
 def inside(row, act, length):

@@ -16,10 +16,8 @@ import numpy as np
 import pytest
 
 import pamsim
-from pamsim.physics import muscle_hysteresis, static_muscle
 from pamsim.physics.braid import Braid
 from pamsim.physics.chain import Chain
-from pamsim.physics.chamber_pressure import chamber_volume, gauge_pressure
 from pamsim.physics.creep import Creep
 from pamsim.physics.end_shape import EndShape
 from pamsim.physics.hysteresis.arctangent import Arctangent
@@ -31,9 +29,10 @@ from pamsim.physics.hysteresis.maxwell_slip import MaxwellSlip
 from pamsim.physics.hysteresis.pleated_factor import PleatedFactor
 from pamsim.physics.hysteresis.prandtl_ishlinskii import PrandtlIshlinskii
 from pamsim.physics.hysteresis.preisach import Preisach
-from pamsim.physics.layout import pack, state_size
 from pamsim.physics.muscle import Muscle
+from pamsim.physics.record import pack, state_size
 from pamsim.physics.tension import Threshold
+from tests.unit.physics.flat import chamber_volume, gauge_pressure, muscle_hysteresis, static_muscle
 from tests.unit.physics.muscles import FORCES, make
 
 POINTS, FIGURES = 240, range(10)

@@ -15,10 +15,10 @@ from pamsim.engine.batch import simulate_batch
 from pamsim.engine.external import act, effort, external
 from pamsim.engine.simulate import simulate
 from pamsim.physics.friction import stribeck_friction
-from pamsim.physics.layout import pack
-from pamsim.physics.static_muscle import static_force
+from pamsim.physics.record import pack
 from pamsim.recordings.drive import Drive
 from pamsim.recordings.experiment import Experiment, pressure_step
+from tests.unit.physics.flat import static_force
 
 GRAVITY, ROD = 9.81, 0.5
 """Of muscle_bench [m/s^2, kg]."""

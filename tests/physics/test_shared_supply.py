@@ -13,11 +13,11 @@ import pamsim
 from pamsim.core.errors import InputError
 from pamsim.engine.stepping import BACKENDS
 from pamsim.physics.air import GAS_CONSTANT
-from pamsim.physics.chamber_pressure import chamber_volume
-from pamsim.physics.layout import AIR, SAG, slot
 from pamsim.physics.orifice import mass_flow
+from pamsim.physics.record import slot
 from pamsim.twins.plant.read_rig import read_rig
 from pamsim.twins.plant.run import run
+from tests.unit.physics.flat import AIR, SAG, chamber_volume
 
 LINE = {"valve.supply_resistance": 8e8}
 TANK = LINE | {"valve.supply_volume": 2e-5}

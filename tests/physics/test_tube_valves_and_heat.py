@@ -10,9 +10,13 @@ import pytest
 
 import pamsim
 from pamsim.physics.air import GAS_CONSTANT
-from pamsim.physics.chamber_pressure import chamber_pressure, chamber_volume
-from pamsim.physics.layout import AMBIENT
-from pamsim.physics.muscle_valves import flow_through_valves, pressure_at_valve
+from tests.unit.physics.flat import AMBIENT_AIR as AMBIENT
+from tests.unit.physics.flat import (
+    chamber_pressure,
+    chamber_volume,
+    flow_through_valves,
+    pressure_at_valve,
+)
 
 TUBE = {"valve.tube_resistance": 3e8, "valve.tube_volume": 2e-5}
 

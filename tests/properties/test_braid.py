@@ -7,12 +7,7 @@ import math
 import pytest
 from hypothesis import given
 
-from pamsim.physics.braid import (
-    max_contraction,
-    pressurised_contraction,
-    volume,
-    volume_slope,
-)
+from pamsim.physics.braid import max_contraction, pressurised_contraction, volume, volume_slope
 from pamsim.physics.force_laws.mckibben import ideal_force
 from tests.properties.strategies import BRAIDS, SHARES, between
 

@@ -12,7 +12,6 @@ from pamsim.papers.antagonistic_pair import (
     ideal_muscle,
     rest_angle,
     rig_muscle,
-    row,
     sprocket_radius,
 )
 from pamsim.papers.claim import AGREES, Recomputed, agreeing, recomputes
@@ -29,8 +28,8 @@ from pamsim.physics.antagonist import (
 from pamsim.physics.braid import volume_slope
 from pamsim.physics.chamber_pressure import gauge_pressure
 from pamsim.physics.force_laws.mckibben import ideal_force
-from pamsim.physics.layout import COMMON, Row, slot
 from pamsim.physics.muscle import Muscle
+from pamsim.physics.record import COMMON, Parameters, parameters, split_states
 from pamsim.physics.rest_state import charged_air_state
 from pamsim.physics.static_muscle import muscle_length
 from pamsim.recordings.printed import Printed, PrintedStep, distinct_steps
@@ -40,29 +39,29 @@ _LOW, _HIGH = 100.0 * PA_PER_KPA, 490.0 * PA_PER_KPA  # that the rows span
 _POINTS = 40
 
 
-def ideal_stiffness(par: Row, tendon_length: float, pressure: float) -> Stiffness:
+def ideal_stiffness(m: Parameters, tendon_length: float, pressure: float) -> Stiffness:
     """Stiffness of one shut muscle if its force were F = -p dV/dl (Matiskova 2021, equation (5)).
 
     Args:
-        par: parameter row of a muscle with the ideal law, so that its volume is the braid's.
+        m: parameters of a muscle with the ideal law, so that its volume is the braid's.
         tendon_length: [m].
         pressure: gauge [Pa].
 
     Returns:
         -dP/dV (dV/dl)^2 and -p d2V/dl2 [N/m].
     """
-    length = muscle_length(par, tendon_length)
-    braid = [par[slot(f"braid.{name}")] for name in ("nominal_length", "diameter", "fibre_angle")]
+    length = muscle_length(m, tendon_length)
+    braid = m.braid.nominal_length, m.braid.diameter, m.braid.fibre_angle
     per_pressure = -volume_slope(length, *braid)
     return Stiffness(
-        compressibility=per_pressure * pressure_slope(par, tendon_length, pressure),
+        compressibility=per_pressure * pressure_slope(m, tendon_length, pressure),
         geometric=derivative(lambda at: ideal_force(pressure, at, *braid), length),
     )
 
 
 def _parts(pressure: float) -> Stiffness:
     """Parts of (5) at the reference point with both muscles at one pressure [N m/rad]."""
-    muscle = row(ideal_muscle())
+    muscle = parameters(ideal_muscle())
     each = ideal_stiffness(muscle, 0.0, pressure)
     return joint_stiffness([each, each], [sprocket_radius()] * 2)
 
@@ -79,7 +78,7 @@ def rig_stiffness(pressure: float) -> Stiffness:
     Returns:
         [N m/rad].
     """
-    each = muscle_stiffness(row(rig_muscle()), 0.0, pressure)
+    each = muscle_stiffness(parameters(rig_muscle()), 0.0, pressure)
     return joint_stiffness([each, each], [sprocket_radius()] * 2)
 
 
@@ -103,12 +102,13 @@ def stiffness_over_pressure() -> dict[str, list[float]]:
 
 def _shut_stiffness(pressure: float) -> float:
     """The same by turning the arm with both chambers shut [N m/rad]."""
-    muscle, radius, h = row(ideal_muscle()), sprocket_radius(), 1e-4
-    air = [*[0.0] * (COMMON - 1), charged_air_state(muscle, [], 0.0, pressure)]
+    muscle, radius, h = parameters(ideal_muscle()), sprocket_radius(), 1e-4
+    s, z = split_states([0.0] * COMMON)
+    s.air = charged_air_state(muscle, z, 0.0, pressure)
 
     def torque(angle: float) -> float:
         ways = -radius * angle, radius * angle
-        first, second = (gauge_pressure(muscle, air, way) for way in ways)
+        first, second = (gauge_pressure(muscle, s, z, way) for way in ways)
         return antagonist_torque((muscle, muscle), radius, angle, (first, second))
 
     return -(torque(h) - torque(-h)) / (2.0 * h)
@@ -195,14 +195,16 @@ def _same_difference() -> Recomputed:
     return Recomputed(apart, high=0.0, scatter=[half] * len(apart), named=named, half=half)
 
 
-def _stiffness_ratio(muscle: Muscle, stiffness: Callable[[Row, float, float], Stiffness]) -> float:
+def _stiffness_ratio(
+    muscle: Muscle, stiffness: Callable[[Parameters, float, float], Stiffness]
+) -> float:
     """Joint stiffness with muscle 2 vented to 0.6 of muscle 1's pressure, over that at E [-]."""
     radius, found = sprocket_radius(), list[float]()
     for share in (0.6, 1.0):
         pressures = _FULL, share * _FULL
         way = radius * rest_angle(muscle, pressures)
         pair = [
-            stiffness(row(muscle), sign * way, pressure)
+            stiffness(parameters(muscle), sign * way, pressure)
             for sign, pressure in zip((-1.0, 1.0), pressures, strict=True)
         ]
         found.append(joint_stiffness(pair, [radius] * 2).total)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import functools
 import math
 from collections.abc import Sequence
 
@@ -13,9 +12,11 @@ from pamsim.physics.force_laws.corrected_mckibben import (
     CorrectedMcKibben,
     corrected_mckibben_force,
     corrected_mckibben_volume,
+    corrected_mckibben_work,
 )
 from pamsim.physics.force_laws.effective_area import (
     EffectiveArea,
+    effective_area_elastic_work,
     effective_area_force,
     effective_area_volume,
 )
@@ -23,25 +24,30 @@ from pamsim.physics.force_laws.elastic_energy import (
     ElasticEnergy,
     elastic_energy_force,
     elastic_energy_volume,
+    elastic_energy_work,
 )
 from pamsim.physics.force_laws.exponential import (
     SixParameter,
+    six_parameter_derivatives,
+    six_parameter_elastic_work,
     six_parameter_force,
     six_parameter_volume,
 )
-from pamsim.physics.force_laws.force_law import ForceLaw, Range, Scalars
+from pamsim.physics.force_laws.force_law import ForceLaw, Range
 from pamsim.physics.force_laws.invertible_exponential import (
     InvertibleExponential,
+    invertible_exponential_elastic_work,
     invertible_exponential_force,
     invertible_exponential_volume,
 )
 from pamsim.physics.force_laws.mckibben import (
     IdealMcKibben,
-    ideal_force,
+    ideal_tension,
     ideal_volume,
 )
 from pamsim.physics.force_laws.mooney_rivlin import (
     MooneyRivlin,
+    mooney_rivlin_elastic_work,
     mooney_rivlin_force,
     mooney_rivlin_volume,
 )
@@ -61,19 +67,8 @@ from pamsim.physics.force_laws.single_pressure_exponential import (
     SinglePressureExponential,
     single_pressure_force,
     single_pressure_volume,
+    single_pressure_work,
 )
-
-
-def _by_length(function: Scalars) -> Scalars:
-    """A function of muscle length and nominal length as one of contraction and nominal length."""
-
-    @functools.wraps(function)
-    def by_contraction(
-        first: float, contraction: float, nominal_length: float, *rest: float
-    ) -> float:
-        return function(first, (1.0 - contraction) * nominal_length, nominal_length, *rest)
-
-    return by_contraction
 
 
 def _festo(coefficients: Sequence[float], braid: Braid) -> Range:
@@ -110,8 +105,9 @@ _LAWS: tuple[ForceLaw, ...] = (
         equation="F = p pi r0^2 (3 (1 - kappa)^2 / tan^2(alpha0) - 1 / sin^2(alpha0)) = -p dV/dl",
         source="Sarosi, equation (1); Matiskova 2021, equation (3)",
         group=IdealMcKibben,
-        force_function=_by_length(ideal_force),
+        force_function=ideal_tension,
         volume_function=ideal_volume,
+        volume_varies=False,
         braid_fields=("nominal_length", "diameter", "fibre_angle"),
         pressure_range=(0.0, math.inf),
         limits=_to_largest,
@@ -125,6 +121,9 @@ _LAWS: tuple[ForceLaw, ...] = (
         group=SixParameter,
         force_function=six_parameter_force,
         volume_function=six_parameter_volume,
+        work_function=six_parameter_elastic_work,
+        derivatives_function=six_parameter_derivatives,
+        volume_varies=False,
         pressure_range=_FESTO_PRESSURES,
         limits=_festo,
         notes="A fit to Festo DMSP muscles; constants in published.py. exp(c kappa)"
@@ -139,6 +138,7 @@ _LAWS: tuple[ForceLaw, ...] = (
         group=CorrectedMcKibben,
         force_function=corrected_mckibben_force,
         volume_function=corrected_mckibben_volume,
+        work_function=corrected_mckibben_work,
         braid_fields=("diameter", "fibre_angle"),
         pressure_range=(VALID_FROM, _FESTO_PRESSURES[1]),
         limits=_festo,
@@ -154,6 +154,8 @@ _LAWS: tuple[ForceLaw, ...] = (
         group=SinglePressureExponential,
         force_function=single_pressure_force,
         volume_function=single_pressure_volume,
+        work_function=single_pressure_work,
+        volume_varies=False,
         pressure_range=None,
         limits=_festo,
         notes="One isobar: the force does not change with pressure, so the law fits a force map at"
@@ -166,6 +168,8 @@ _LAWS: tuple[ForceLaw, ...] = (
         group=InvertibleExponential,
         force_function=invertible_exponential_force,
         volume_function=invertible_exponential_volume,
+        work_function=invertible_exponential_elastic_work,
+        volume_varies=False,
         pressure_range=_FESTO_PRESSURES,
         limits=_festo,
         notes="The six-parameter law and one term more, f kappa. No constants are published.",
@@ -177,6 +181,8 @@ _LAWS: tuple[ForceLaw, ...] = (
         group=ElasticEnergy,
         force_function=elastic_energy_force,
         volume_function=elastic_energy_volume,
+        work_function=elastic_energy_work,
+        volume_varies=False,
         braid_fields=("diameter", "fibre_angle"),
         pressure_range=(0.0, math.inf),
         limits=_to_largest,
@@ -190,6 +196,7 @@ _LAWS: tuple[ForceLaw, ...] = (
         group=Pleated,
         force_function=pleated_force,
         volume_function=pleated_volume,
+        volume_varies=False,
         braid_fields=("nominal_length",),
         pressure_range=_PLEATED_PRESSURES,
         limits=_fitted,
@@ -205,6 +212,7 @@ _LAWS: tuple[ForceLaw, ...] = (
         group=PleatedShape,
         force_function=pleated_shape_force,
         volume_function=pleated_shape_volume,
+        volume_varies=False,
         braid_fields=("nominal_length",),
         pressure_range=_PLEATED_PRESSURES,
         limits=_pleated_to_largest,
@@ -220,6 +228,8 @@ _LAWS: tuple[ForceLaw, ...] = (
         group=MooneyRivlin,
         force_function=mooney_rivlin_force,
         volume_function=mooney_rivlin_volume,
+        work_function=mooney_rivlin_elastic_work,
+        volume_varies=False,
         braid_fields=("diameter", "fibre_angle"),
         pressure_range=_FESTO_PRESSURES,
         limits=_festo,
@@ -234,6 +244,8 @@ _LAWS: tuple[ForceLaw, ...] = (
         group=EffectiveArea,
         force_function=effective_area_force,
         volume_function=effective_area_volume,
+        work_function=effective_area_elastic_work,
+        volume_varies=False,
         braid_fields=("nominal_length",),
         pressure_range=(0.0, math.inf),
         limits=_half_stroke,

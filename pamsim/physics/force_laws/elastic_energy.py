@@ -92,3 +92,18 @@ def elastic_energy_volume(
         have no influence.
     """
     return volume_gained(contraction, diameter, fibre_angle)
+
+
+def elastic_energy_work(
+    contraction: float,
+    working_pressure: float,
+    working_contraction: float,
+    diameter: float,
+    fibre_angle: float,
+) -> float:
+    """Work of the constant part from nominal length on, per nominal length [N].
+
+    The arguments are those of `elastic_energy_force`.
+    """
+    held = contractive_force(working_pressure, working_contraction, diameter, fibre_angle)
+    return -held * contraction

@@ -10,13 +10,13 @@ and `ForceLaw.volume` wrap them, so that every law takes the same arguments.
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import astuple, dataclass, fields
+from dataclasses import astuple, dataclass
 from typing import TypeAlias
 
 from pamsim.core.errors import InputError
 from pamsim.core.parameters import ParameterGroup, specs
 from pamsim.physics.braid import Braid, volume
-from pamsim.physics.force_laws.swept_volume import swept_volume
+from pamsim.physics.force_laws.swept_volume import swept_volume, swept_work
 
 Range: TypeAlias = tuple[float, float]
 Scalars: TypeAlias = Callable[..., float]
@@ -41,7 +41,15 @@ class ForceLaw:
         volume_function: scalar volume gained since nominal length, per nominal length [m^2]: the
             integral of dF/dp by contraction, so that force and volume do the same work; if left
             out, `swept_volume` of the force.
-        braid_fields: fields of `Braid` that the scalar function takes after the coefficients.
+        work_function: work of the force at one pressure from nominal length on, per nominal length
+            [N]; without pressure times volume gained, which is added, where the force is linear in
+            pressure. Its arguments are named as those of the force. If left out there is no such
+            part, or `swept_work` of a force that is not linear.
+        derivatives_function: force, its derivatives by contraction and by pressure, volume and
+            work, where they come cheaper together; arguments as those of the force.
+        braid_fields: fields of `Braid` that the scalar functions take after the coefficients.
+        volume_varies: whether the volume changes with pressure at a held length, which it does
+            unless the force is linear in pressure.
         pressure_range: gauge pressures for which the source claims validity [Pa]; None if the law
             holds at the one pressure it was fitted at.
         limits: contractions for which the source claims validity, from coefficients and braid;
@@ -56,7 +64,10 @@ class ForceLaw:
     group: type[ParameterGroup]
     force_function: Scalars
     volume_function: Scalars = None  # pyright: ignore[reportAssignmentType]
+    work_function: Scalars | None = None
+    derivatives_function: Callable[..., tuple[float, float, float, float, float]] | None = None
     braid_fields: tuple[str, ...] = ()
+    volume_varies: bool = True
     pressure_range: Range | None
     limits: Callable[[Sequence[float], Braid], Range] = _to_a_quarter
     notes: str = ""
@@ -76,21 +87,13 @@ class ForceLaw:
             )
         if self.volume_function is None:  # pyright: ignore[reportUnnecessaryComparison]
             object.__setattr__(self, "volume_function", swept_volume(self.force_function))
+        if self.work_function is None and self.volume_varies:
+            object.__setattr__(self, "work_function", swept_work(self.force_function))
 
     @property
     def functions(self) -> tuple[Scalars, ...]:
         """The functions that the kernel calls."""
         return self.force_function, self.volume_function
-
-    @property
-    def argument_places(self) -> tuple[list[int], list[int]]:
-        """Where the arguments after pressure and contraction lie, coefficients and geometry.
-
-        Counted from the first coefficient after the scale, and from the first field of `Braid`.
-        """
-        names = [field.name for field in fields(Braid)]
-        count = len(specs(self.group))
-        return list(range(count - 1)), [names.index(name) for name in self.braid_fields]
 
     @property
     def name(self) -> str:

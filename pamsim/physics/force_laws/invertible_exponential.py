@@ -18,7 +18,11 @@ from dataclasses import dataclass
 from typing import ClassVar
 
 from pamsim.core.parameters import ParameterGroup, parameter
-from pamsim.physics.force_laws.exponential import six_parameter_force, six_parameter_volume
+from pamsim.physics.force_laws.exponential import (
+    six_parameter_elastic_work,
+    six_parameter_force,
+    six_parameter_volume,
+)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -78,3 +82,14 @@ def invertible_exponential_volume(
         Volume gained since nominal length, per nominal length [m^2]: that of the six-parameter law.
     """
     return six_parameter_volume(pressure, contraction, a, b, c, e, g, h)
+
+
+def invertible_exponential_elastic_work(
+    contraction: float, b: float, c: float, f: float, h: float
+) -> float:
+    """Work of the part without pressure from nominal length on, per nominal length [N].
+
+    The arguments are those of `invertible_exponential_force`.
+    """
+    elastic = six_parameter_elastic_work(contraction, b, c, h)
+    return elastic + 0.5 * f * contraction * contraction

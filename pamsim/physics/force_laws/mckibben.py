@@ -38,6 +38,14 @@ def ideal_force(
     return -pressure * volume_slope(length, nominal_length, diameter, fibre_angle)
 
 
+def ideal_tension(
+    pressure: float, contraction: float, nominal_length: float, diameter: float, fibre_angle: float
+) -> float:
+    """`ideal_force` [N] at a contraction kappa = 1 - l/l0 [-] instead of a length."""
+    length = (1.0 - contraction) * nominal_length
+    return ideal_force(pressure, length, nominal_length, diameter, fibre_angle)
+
+
 def ideal_volume(
     pressure: float, contraction: float, nominal_length: float, diameter: float, fibre_angle: float
 ) -> float:

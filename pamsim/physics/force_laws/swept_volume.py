@@ -1,4 +1,4 @@
-"""Volume under a force law that states the force alone, so that both do the same work."""
+"""Volume and work under a force law that states the force alone, so that they agree with it."""
 
 from __future__ import annotations
 
@@ -37,3 +37,19 @@ def swept_volume(force: Callable[..., float]) -> Callable[..., float]:
         return 0.25 * gained * contraction / _APART
 
     return volume
+
+
+def swept_work(force: Callable[..., float]) -> Callable[..., float]:
+    """Work at one pressure from nominal length on, per nominal length [N], from a force law.
+
+    By the same rule as `swept_volume`, whose argument it takes.
+    """
+
+    def work(pressure: float, contraction: float, *rest: float) -> float:
+        done = 0.0
+        for node, weight in GAUSS:
+            for at in (0.5 - 0.5 * node, 0.5 + 0.5 * node):
+                done += weight * force(pressure, at * contraction, *rest)
+        return 0.5 * done * contraction
+
+    return work

@@ -82,18 +82,18 @@ def branch_shape(t: float, steepness: float, middle: float) -> float:
     return (math.atan(steepness * (t - middle)) - start) / (end - start)
 
 
-def span_fraction(par: Row, first: int, x: float) -> float:
+def span_fraction(h: Arctangent, x: float) -> float:
     """Contraction as a fraction of the span, limited to [0, 1]; NaN stays NaN."""
-    t = (x - par[first + 1]) / (par[first + 2] - par[first + 1])
+    t = (x - h.low_contraction) / (h.high_contraction - h.low_contraction)
     if t < 0.0:
         return 0.0
     return 1.0 if t > 1.0 else t
 
 
-def half_width(par: Row, first: int, t: float) -> float:
+def half_width(h: Arctangent, t: float) -> float:
     """Half the distance of the falling branch above the rising one, a pure number."""
-    rising = branch_shape(t, par[first + 3], par[first + 4])
-    return 0.5 * (branch_shape(t, par[first + 5], par[first + 6]) - rising)
+    rising = branch_shape(t, h.steepness_rising, h.middle_rising)
+    return 0.5 * (branch_shape(t, h.steepness_falling, h.middle_falling) - rising)
 
 
 def branch_integral(t: float, steepness: float, middle: float) -> float:
@@ -106,13 +106,13 @@ def branch_integral(t: float, steepness: float, middle: float) -> float:
     return (under / steepness - start * t) / (end - start)
 
 
-def half_width_integral(par: Row, first: int, t: float) -> float:
+def half_width_integral(h: Arctangent, t: float) -> float:
     """Integral of `half_width` from 0 to t, a pure number."""
-    rising = branch_integral(t, par[first + 3], par[first + 4])
-    return 0.5 * (branch_integral(t, par[first + 5], par[first + 6]) - rising)
+    rising = branch_integral(t, h.steepness_rising, h.middle_rising)
+    return 0.5 * (branch_integral(t, h.steepness_falling, h.middle_falling) - rising)
 
 
-def distance_to_middle(par: Row, first: int, act: Row, t: float, kept: int, added: int) -> float:
+def distance_to_middle(h: Arctangent, z: Row, t: float, kept: int, added: int) -> float:
     """Distance of the output below the middle of the major loop at t, a pure number.
 
     It starts from the rising branch of the major loop between 0 and 1. Every turning point narrows
@@ -120,9 +120,9 @@ def distance_to_middle(par: Row, first: int, act: Row, t: float, kept: int, adde
     """
     low = 0.0
     high = 1.0
-    distance = half_width(par, first, t)
+    distance = half_width(h, t)
     for k in range(kept + added):
-        turn = act[1 + k] if k < kept else act[0]
+        turn = z[1 + k] if k < kept else z[0]
         if k % 2 == 0:
             high = turn
             side = -2.0
@@ -130,72 +130,69 @@ def distance_to_middle(par: Row, first: int, act: Row, t: float, kept: int, adde
             low = turn
             side = 2.0
         size = high - low
-        distance += side * size * half_width(par, first, (t - low) / size)
+        distance += side * size * half_width(h, (t - low) / size)
     return distance
 
 
-def arctangent_output(par: Row, first: int, act: Row, x: float) -> float:
+def arctangent_output(h: Arctangent, z: Row, x: float) -> float:
     """Distance of the operator below the middle of its major loop.
 
     The paper's contraction lags the pressure; as a force the distance to the middle leads.
 
     Args:
-        par: parameters; from ``first`` on: turning_points, low_contraction, high_contraction,
-            steepness_rising, middle_rising, steepness_falling, middle_falling.
-        first: place of the operator's own parameters.
-        act: last input and turning points, as fractions of the span; 0 is an empty slot.
+        h: parameters.
+        z: last input and turning points, as fractions of the span; 0 is an empty slot.
         x: contraction [-].
 
     Returns:
         w in units of the major loop's half width between the steepest points of its branches.
     """
-    for k in range(int(par[first]) + 1):
-        if math.isnan(act[k]):
+    for k in range(int(h.turning_points) + 1):
+        if math.isnan(z[k]):
             return math.nan
     if math.isnan(x):
         return x
-    t = span_fraction(par, first, x)
-    kept, added = kept_and_added(int(par[first]), act, t)
-    widest = half_width(par, first, 0.5 * (par[first + 4] + par[first + 6]))
+    t = span_fraction(h, x)
+    kept, added = kept_and_added(int(h.turning_points), z, t)
+    widest = half_width(h, 0.5 * (h.middle_rising + h.middle_falling))
     if widest == 0.0:
         return 0.0  # equal branches: there is no loop
-    return distance_to_middle(par, first, act, t, kept, added) / widest
+    return distance_to_middle(h, z, t, kept, added) / widest
 
 
 def arctangent_rates(
-    par: Row, first: int, act: Row, rates: MutableRow, x: float, x_rate: float, timestep: float
+    h: Arctangent, z: Row, dz: MutableRow, x: float, x_rate: float, timestep: float
 ) -> None:
     """Write the rates that make the memory what input x leaves of it.
 
     Args:
-        par: see `arctangent_output`.
-        first: place of the operator's own parameters.
-        act: last input and turning points, as fractions of the span; 0 is an empty slot.
-        rates: (1 + turning_points,) written [1/s].
+        h: parameters.
+        z: last input and turning points, as fractions of the span; 0 is an empty slot.
+        dz: (1 + turning_points,) written [1/s].
         x: contraction [-].
         x_rate: not used; the operator does not know time.
         timestep: of the explicit Euler step [s].
     """
-    slots = int(par[first])
+    slots = int(h.turning_points)
     if math.isnan(x):
         for k in range(slots + 1):
-            rates[k] = x
+            dz[k] = x
         return
-    t = span_fraction(par, first, x)
-    kept, added = kept_and_added(int(par[first]), act, t)
+    t = span_fraction(h, x)
+    kept, added = kept_and_added(int(h.turning_points), z, t)
     for k in range(slots):
         if k < kept:
-            rates[1 + k] = 0.0
+            dz[1 + k] = 0.0
         elif k < kept + added:
-            rates[1 + k] = (act[0] - act[1 + k]) / timestep
+            dz[1 + k] = (z[0] - z[1 + k]) / timestep
         else:
-            rates[1 + k] = (0.0 - act[1 + k]) / timestep
+            dz[1 + k] = (0.0 - z[1 + k]) / timestep
     # Within SMALLEST_MOVE the last input stays, so that a slow reversal adds up until it is seen.
-    moved = abs(t - act[0]) > SMALLEST_MOVE
-    rates[0] = (t - act[0]) / timestep if moved else 0.0
+    moved = abs(t - z[0]) > SMALLEST_MOVE
+    dz[0] = (t - z[0]) / timestep if moved else 0.0
 
 
-def arctangent_energy(par: Row, first: int, act: Row, x: float) -> float:
+def arctangent_energy(h: Arctangent, z: Row, x: float) -> float:
     """Energy that the operator holds [contraction]; the arguments are those of `arctangent_output`.
 
     A loop of a share s of the span costs 2 s^2 times the integral of the half width. That is lost
@@ -204,16 +201,16 @@ def arctangent_energy(par: Row, first: int, act: Row, x: float) -> float:
     """
     if math.isnan(x):
         return x
-    t = span_fraction(par, first, x)
-    kept, added = kept_and_added(int(par[first]), act, t)
-    widest = half_width(par, first, 0.5 * (par[first + 4] + par[first + 6]))
+    t = span_fraction(h, x)
+    kept, added = kept_and_added(int(h.turning_points), z, t)
+    widest = half_width(h, 0.5 * (h.middle_rising + h.middle_falling))
     if widest == 0.0:
         return 0.0
     low = 0.0
     high = 1.0
-    held = half_width_integral(par, first, t)
+    held = half_width_integral(h, t)
     for k in range(kept + added):
-        turn = act[1 + k] if k < kept else act[0]
+        turn = z[1 + k] if k < kept else z[0]
         if k % 2 == 0:
             high = turn
             side = -2.0
@@ -221,7 +218,7 @@ def arctangent_energy(par: Row, first: int, act: Row, x: float) -> float:
             low = turn
             side = 2.0
         size = high - low
-        held += side * size * size * half_width_integral(par, first, (t - low) / size)
+        held += side * size * size * half_width_integral(h, (t - low) / size)
     if (kept + added) % 2 == 0:
-        held -= 2.0 * (t - low) * (t - low) * half_width_integral(par, first, 1.0)
-    return (par[first + 2] - par[first + 1]) * held / widest
+        held -= 2.0 * (t - low) * (t - low) * half_width_integral(h, 1.0)
+    return (h.high_contraction - h.low_contraction) * held / widest

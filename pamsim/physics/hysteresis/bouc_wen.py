@@ -58,41 +58,39 @@ def bouc_wen_rate(
     return velocity / yield_travel * (1.0 - blocked)
 
 
-def bouc_wen_output(par: Row, first: int, act: Row, x: float) -> float:
+def bouc_wen_output(h: BoucWen, z: Row, x: float) -> float:
     """The internal variable itself, which follows its rate and needs no update.
 
     Args:
-        par: parameters; from ``first`` on: yield_contraction, sigma, sharpness.
-        first: place of the operator's own parameters.
-        act: internal variable z.
+        h: parameters.
+        z: internal variable z.
         x: contraction [-].
 
     Returns:
         w = z in [-1, 1].
     """
-    return x if math.isnan(x) else act[0]
+    return x if math.isnan(x) else z[0]
 
 
 def bouc_wen_rates(
-    par: Row, first: int, act: Row, rates: MutableRow, x: float, x_rate: float, timestep: float
+    h: BoucWen, z: Row, dz: MutableRow, x: float, x_rate: float, timestep: float
 ) -> None:
     """Write dz/dt, see `bouc_wen_rate`.
 
     Args:
-        par: see `bouc_wen_output`.
-        first: place of the operator's own parameters.
-        act: internal variable z.
-        rates: (1,) written [1/s].
+        h: parameters.
+        z: internal variable z.
+        dz: (1,) written [1/s].
         x: not used: only its rate moves z.
         x_rate: rate of the contraction [1/s].
         timestep: not used: the rate is that of the equation.
     """
-    rates[0] = bouc_wen_rate(act[0], x_rate, par[first], par[first + 1], par[first + 2])
+    dz[0] = bouc_wen_rate(z[0], x_rate, h.yield_contraction, h.sigma, h.sharpness)
 
 
-def bouc_wen_energy(par: Row, first: int, act: Row, x: float) -> float:
+def bouc_wen_energy(h: BoucWen, z: Row, x: float) -> float:
     """Energy that the operator holds, D z^2 / 2 [contraction]; arguments as `bouc_wen_output`.
 
     Unloading gives back at most this much: with sigma >= 1/2 the rest of z dx is never negative.
     """
-    return 0.5 * par[first] * act[0] * act[0]
+    return 0.5 * h.yield_contraction * z[0] * z[0]

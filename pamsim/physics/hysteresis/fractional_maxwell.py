@@ -80,16 +80,16 @@ def density_slope(rate: float, order: float, time_constant: float) -> float:
     return order * math.sin(turn) / math.pi * v * (1.0 - v * v) / (below * below)
 
 
-def branch_rate(par: Row, first: int, k: int) -> float:
+def branch_rate(h: FractionalMaxwell, k: int) -> float:
     """Rate of branch k [1/s]: the last two stand for all rates below and above the others.
 
     Their rates match the tails of the density to first order, where it goes as r^alpha below and
     as r^-alpha above.
     """
-    inner = int(par[first]) - 2
-    order = par[first + 1]
-    low = par[first + 4]
-    high = par[first + 5]
+    inner = int(h.branches) - 2
+    order = h.order
+    low = h.slowest_rate
+    high = h.fastest_rate
     if k == inner:
         return low * order / (1.0 + order)
     if k == inner + 1:
@@ -97,17 +97,17 @@ def branch_rate(par: Row, first: int, k: int) -> float:
     return low * (high / low) ** ((k + 0.5) / inner)
 
 
-def branch_weight(par: Row, first: int, k: int) -> float:
+def branch_weight(h: FractionalMaxwell, k: int) -> float:
     """Weight of branch k [-]; over all branches they add up to 1 but for the midpoint rule's error.
 
     The midpoint rule cut off at both ends misses h^2/24 times the density's slope there
     (Euler-Maclaurin), which the two outer branches carry.
     """
-    inner = int(par[first]) - 2
-    order = par[first + 1]
-    beta = par[first + 2]
-    low = par[first + 4]
-    high = par[first + 5]
+    inner = int(h.branches) - 2
+    order = h.order
+    beta = h.time_constant
+    low = h.slowest_rate
+    high = h.fastest_rate
     width = math.log(high / low) / inner
     if k == inner:
         missed = width * width / 24.0 * density_slope(low, order, beta)
@@ -115,30 +115,28 @@ def branch_weight(par: Row, first: int, k: int) -> float:
     if k == inner + 1:
         missed = width * width / 24.0 * density_slope(high, order, beta)
         return 1.0 - density_below(high, order, beta) + missed
-    return width * density(branch_rate(par, first, k), order, beta)
+    return width * density(branch_rate(h, k), order, beta)
 
 
-def fractional_maxwell_output(par: Row, first: int, act: Row, x: float) -> float:
+def fractional_maxwell_output(h: FractionalMaxwell, z: Row, x: float) -> float:
     """Force of the branches over the instantaneous one at a contraction of ``span``.
 
     Args:
-        par: parameters; from ``first`` on: branches, order, time_constant, span, slowest_rate,
-            fastest_rate.
-        first: place of the operator's own parameters.
-        act: dashpots' positions q_k [contraction].
+        h: parameters.
+        z: dashpots' positions q_k [contraction].
         x: contraction [-].
 
     Returns:
         w = sum of weight_k (x - q_k) / span [-].
     """
     total = 0.0
-    for k in range(int(par[first])):
-        total += branch_weight(par, first, k) * (x - act[k])
-    return total / par[first + 3]
+    for k in range(int(h.branches)):
+        total += branch_weight(h, k) * (x - z[k])
+    return total / h.span
 
 
 def fractional_maxwell_rates(
-    par: Row, first: int, act: Row, rates: MutableRow, x: float, x_rate: float, timestep: float
+    h: FractionalMaxwell, z: Row, dz: MutableRow, x: float, x_rate: float, timestep: float
 ) -> None:
     """Write the mean rates of the dashpots over one step, dq/dt = r (x - q).
 
@@ -146,25 +144,24 @@ def fractional_maxwell_rates(
     equation itself would blow up in the fast branches.
 
     Args:
-        par: see `fractional_maxwell_output`.
-        first: place of the operator's own parameters.
-        act: dashpots' positions [contraction].
-        rates: (branches,) written [1/s].
+        h: parameters.
+        z: dashpots' positions [contraction].
+        dz: (branches,) written [1/s].
         x: contraction [-].
         x_rate: its rate [1/s].
         timestep: of the explicit Euler step [s].
     """
-    for k in range(int(par[first])):
-        rate = branch_rate(par, first, k)
+    for k in range(int(h.branches)):
+        rate = branch_rate(h, k)
         gone = -math.expm1(-rate * timestep)
-        step = gone * (x - act[k]) + x_rate * (timestep - gone / rate)
-        rates[k] = step / timestep
+        step = gone * (x - z[k]) + x_rate * (timestep - gone / rate)
+        dz[k] = step / timestep
 
 
-def fractional_maxwell_energy(par: Row, first: int, act: Row, x: float) -> float:
+def fractional_maxwell_energy(h: FractionalMaxwell, z: Row, x: float) -> float:
     """Energy in the branches' springs [contraction]; arguments as `fractional_maxwell_output`."""
     total = 0.0
-    for k in range(int(par[first])):
-        stretch = x - act[k]
-        total += 0.5 * branch_weight(par, first, k) * stretch * stretch
-    return total / par[first + 3]
+    for k in range(int(h.branches)):
+        stretch = x - z[k]
+        total += 0.5 * branch_weight(h, k) * stretch * stretch
+    return total / h.span

@@ -38,16 +38,14 @@ class MaxwellSlip(Hysteresis):
     )
 
 
-def slip_output(
-    elements: int, full_slip: float, decay: float, act: Row, at: int, x: float
-) -> float:
+def slip_output(elements: int, full_slip: float, decay: float, z: Row, at: int, x: float) -> float:
     """Sum of the elements' forces over the largest possible (Iwan 1966).
 
     Args:
         elements: number n of them.
         full_slip: contraction at which every block slips [-].
         decay: ratio of the shares of neighbours, late slipping over early.
-        act: states, among them the positions of the blocks x_k [contraction].
+        z: states, among them the positions of the blocks x_k [contraction].
         at: place of the first block's in them.
         x: contraction [-].
 
@@ -60,7 +58,7 @@ def slip_output(
     total = 0.0
     for k in range(elements):
         slip = limit * (k + 1)
-        total += share * (x - play(x, act[at + k], slip)) / slip
+        total += share * (x - play(x, z[at + k], slip)) / slip
         shares += share
         share *= decay
     return total / shares
@@ -69,8 +67,8 @@ def slip_output(
 def slip_rates(
     elements: int,
     full_slip: float,
-    act: Row,
-    rates: MutableRow,
+    z: Row,
+    dz: MutableRow,
     at: int,
     x: float,
     timestep: float,
@@ -80,20 +78,18 @@ def slip_rates(
     Args:
         elements: number n of them.
         full_slip: contraction at which every block slips [-].
-        act: states, among them the positions of the blocks [contraction].
-        rates: of all states [1/s], of which the blocks' are written.
+        z: states, among them the positions of the blocks [contraction].
+        dz: of all states [1/s], of which the blocks' are written.
         at: place of the first block's.
         x: contraction [-].
         timestep: of the explicit Euler step [s].
     """
     limit = full_slip / elements
     for k in range(elements):
-        rates[at + k] = (play(x, act[at + k], limit * (k + 1)) - act[at + k]) / timestep
+        dz[at + k] = (play(x, z[at + k], limit * (k + 1)) - z[at + k]) / timestep
 
 
-def slip_energy(
-    elements: int, full_slip: float, decay: float, act: Row, at: int, x: float
-) -> float:
+def slip_energy(elements: int, full_slip: float, decay: float, z: Row, at: int, x: float) -> float:
     """Energy in the springs [contraction]; the arguments are those of `slip_output`."""
     limit = full_slip / elements
     share = 1.0
@@ -101,42 +97,40 @@ def slip_energy(
     total = 0.0
     for k in range(elements):
         slip = limit * (k + 1)
-        stretch = x - play(x, act[at + k], slip)
+        stretch = x - play(x, z[at + k], slip)
         total += 0.5 * share * stretch * stretch / slip
         shares += share
         share *= decay
     return total / shares
 
 
-def maxwell_slip_output(par: Row, first: int, act: Row, x: float) -> float:
+def maxwell_slip_output(h: MaxwellSlip, z: Row, x: float) -> float:
     """Output w in [-1, 1], see `slip_output` and `pamsim.physics.hysteresis.group`.
 
     Args:
-        par: parameters; from ``first`` on: elements, full_slip, decay.
-        first: place of the operator's own parameters.
-        act: positions of the blocks [contraction].
+        h: parameters.
+        z: positions of the blocks [contraction].
         x: contraction [-].
     """
-    return slip_output(int(par[first]), par[first + 1], par[first + 2], act, 0, x)
+    return slip_output(int(h.elements), h.full_slip, h.decay, z, 0, x)
 
 
 def maxwell_slip_rates(
-    par: Row, first: int, act: Row, rates: MutableRow, x: float, x_rate: float, timestep: float
+    h: MaxwellSlip, z: Row, dz: MutableRow, x: float, x_rate: float, timestep: float
 ) -> None:
-    """Write the blocks' rates, see `slip_rates`.
+    """Write the blocks' dz, see `slip_rates`.
 
     Args:
-        par: see `maxwell_slip_output`.
-        first: place of the operator's own parameters.
-        act: positions of the blocks [contraction].
-        rates: (elements,) written [1/s].
+        h: parameters.
+        z: positions of the blocks [contraction].
+        dz: (elements,) written [1/s].
         x: contraction [-].
         x_rate: not used; the operator does not know time.
         timestep: of the explicit Euler step [s].
     """
-    slip_rates(int(par[first]), par[first + 1], act, rates, 0, x, timestep)
+    slip_rates(int(h.elements), h.full_slip, z, dz, 0, x, timestep)
 
 
-def maxwell_slip_energy(par: Row, first: int, act: Row, x: float) -> float:
+def maxwell_slip_energy(h: MaxwellSlip, z: Row, x: float) -> float:
     """Energy in the springs [contraction]; the arguments are those of `maxwell_slip_output`."""
-    return slip_energy(int(par[first]), par[first + 1], par[first + 2], act, 0, x)
+    return slip_energy(int(h.elements), h.full_slip, h.decay, z, 0, x)

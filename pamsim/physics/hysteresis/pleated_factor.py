@@ -35,13 +35,12 @@ class PleatedFactor(Preisach):
     law: ClassVar[str] = "pleated_factor"
 
 
-def pleated_factor_output(par: Row, first: int, act: Row, x: float) -> float:
+def pleated_factor_output(h: PleatedFactor, z: Row, x: float) -> float:
     """W_fit - W of Van Damme 2008, (6): relative loss of force over delta.
 
     Args:
-        par: parameters; from ``first`` on: levels, low_contraction, high_contraction, c, d.
-        first: place of the operator's own parameters.
-        act: counts of relays that are up, less those of the virgin state.
+        h: parameters.
+        z: counts of relays that are up, less those of the virgin state.
         x: contraction eps [-].
 
     Returns:
@@ -49,22 +48,20 @@ def pleated_factor_output(par: Row, first: int, act: Row, x: float) -> float:
     """
     if math.isnan(x):
         return x
-    levels = int(par[first])
-    u = scaled_input(par, first, x)
-    output, _, _, slope, _, _ = staircase_sums(
-        levels, par[first + 3], par[first + 4], act, levels_reached(levels, u)
-    )
+    levels = int(h.levels)
+    u = scaled_input(h, x)
+    output, _, _, slope, _, _ = staircase_sums(levels, h.c, h.d, z, levels_reached(levels, u))
     return slope * min(max(u, -1.0), 1.0) - output
 
 
 def pleated_factor_rates(
-    par: Row, first: int, act: Row, rates: MutableRow, x: float, x_rate: float, timestep: float
+    h: PleatedFactor, z: Row, dz: MutableRow, x: float, x_rate: float, timestep: float
 ) -> None:
     """Write the rates [1/s] of the counts as `preisach_rates` does, whose arguments it takes."""
-    preisach_rates(par, first, act, rates, x, x_rate, timestep)
+    preisach_rates(h, z, dz, x, x_rate, timestep)
 
 
-def pleated_factor_energy(par: Row, first: int, act: Row, x: float) -> float:
+def pleated_factor_energy(h: PleatedFactor, z: Row, x: float) -> float:
     """Energy that the operator holds [contraction]; arguments as `pleated_factor_output`.
 
     It is that of the relays and of what does not depend on the path, the distance of the straight
@@ -72,11 +69,15 @@ def pleated_factor_energy(par: Row, first: int, act: Row, x: float) -> float:
     """
     if math.isnan(x):
         return x
-    levels = int(par[first])
-    c, d = par[first + 3], par[first + 4]
-    u = scaled_input(par, first, x)
+    levels = int(h.levels)
+    c, d = h.c, h.d
+    u = scaled_input(h, x)
     reached = levels_reached(levels, u)
-    _, middle, _, slope, below, total = staircase_sums(levels, c, d, act, reached)
-    held = held_by_relays(levels, c, d, act, reached, u) / total
+    _, middle, _, slope, below, total = staircase_sums(levels, c, d, z, reached)
+    held = held_by_relays(levels, c, d, z, reached, u) / total
     line = abs(u) - 0.5 if abs(u) > 1.0 else 0.5 * u * u
-    return 0.5 * (par[first + 2] - par[first + 1]) * (slope * line - (u * middle - below) + held)
+    return (
+        0.5
+        * (h.high_contraction - h.low_contraction)
+        * (slope * line - (u * middle - below) + held)
+    )

@@ -112,14 +112,14 @@ class PlaySum:
         return sums
 
 
-def input_scale(par: Row, first: int) -> float:
+def input_scale(h: PrandtlIshlinskii) -> float:
     """Factor [-] from contraction to the output of P, so that contraction ``span`` gives w = 1.
 
     It is P's initial curve at 1, w_0 + sum of w_k (1 - r_k), over ``span``.
     """
-    elements = int(par[first])
-    decay = par[first + 2]
-    linear = par[first + 3]
+    elements = int(h.elements)
+    decay = h.decay
+    linear = h.linear_share
     weight = 1.0
     weights = 0.0
     reached = 0.0
@@ -127,35 +127,34 @@ def input_scale(par: Row, first: int) -> float:
         weights += weight
         reached += weight * (1.0 - (k + 0.5) / elements)
         weight *= decay
-    return (linear + (1.0 - linear) * reached / weights) / par[first + 1]
+    return (linear + (1.0 - linear) * reached / weights) / h.span
 
 
-def first_weight(par: Row, first: int) -> float:
+def first_weight(h: PrandtlIshlinskii) -> float:
     """Weight w_1 [-] of the first play; the others follow by the factor ``decay``."""
     weight = 1.0
     weights = 0.0
-    for _ in range(int(par[first])):
+    for _ in range(int(h.elements)):
         weights += weight
-        weight *= par[first + 2]
-    return (1.0 - par[first + 3]) / weights
+        weight *= h.decay
+    return (1.0 - h.linear_share) / weights
 
 
-def prandtl_ishlinskii_output(par: Row, first: int, act: Row, x: float) -> float:
+def prandtl_ishlinskii_output(h: PrandtlIshlinskii, z: Row, x: float) -> float:
     """Inverse Prandtl-Ishlinskii operator of the contraction (Kuhnen 2003).
 
     Args:
-        par: parameters; from ``first`` on: elements, span, decay, linear_share.
-        first: place of the operator's own parameters.
-        act: outputs of the inverse's plays [scaled contraction].
+        h: parameters.
+        z: outputs of the inverse's plays [scaled contraction].
         x: contraction [-].
 
     Returns:
         w, 1 where a virgin muscle has contracted by ``span``; outside it grows on.
     """
-    elements = int(par[first])
-    y = x * input_scale(par, first)
-    weight = first_weight(par, first)
-    slope = par[first + 3]
+    elements = int(h.elements)
+    y = x * input_scale(h)
+    weight = first_weight(h)
+    slope = h.linear_share
     result = y / slope
     threshold = 0.0
     before = 0.0
@@ -163,52 +162,51 @@ def prandtl_ishlinskii_output(par: Row, first: int, act: Row, x: float) -> float
         limit = (k + 0.5) / elements
         threshold += slope * (limit - before)
         before = limit
-        result -= weight / (slope * (slope + weight)) * play(y, act[k], threshold)
+        result -= weight / (slope * (slope + weight)) * play(y, z[k], threshold)
         slope += weight
-        weight *= par[first + 2]
+        weight *= h.decay
     return result
 
 
 def prandtl_ishlinskii_rates(
-    par: Row, first: int, act: Row, rates: MutableRow, x: float, x_rate: float, timestep: float
+    h: PrandtlIshlinskii, z: Row, dz: MutableRow, x: float, x_rate: float, timestep: float
 ) -> None:
     """Write the rates that bring every play to where input x leaves it.
 
     Args:
-        par: see `prandtl_ishlinskii_output`.
-        first: place of the operator's own parameters.
-        act: outputs of the inverse's plays [scaled contraction].
-        rates: (elements,) written [1/s].
+        h: parameters.
+        z: outputs of the inverse's plays [scaled contraction].
+        dz: (elements,) written [1/s].
         x: contraction [-].
         x_rate: not used; the operator does not know time.
         timestep: of the explicit Euler step [s].
     """
-    elements = int(par[first])
-    y = x * input_scale(par, first)
-    weight = first_weight(par, first)
-    slope = par[first + 3]
+    elements = int(h.elements)
+    y = x * input_scale(h)
+    weight = first_weight(h)
+    slope = h.linear_share
     threshold = 0.0
     before = 0.0
     for k in range(elements):
         limit = (k + 0.5) / elements
         threshold += slope * (limit - before)
         before = limit
-        rates[k] = (play(y, act[k], threshold) - act[k]) / timestep
+        dz[k] = (play(y, z[k], threshold) - z[k]) / timestep
         slope += weight
-        weight *= par[first + 2]
+        weight *= h.decay
 
 
-def prandtl_ishlinskii_energy(par: Row, first: int, act: Row, x: float) -> float:
+def prandtl_ishlinskii_energy(h: PrandtlIshlinskii, z: Row, x: float) -> float:
     """Energy that the operator holds [contraction]; arguments as `prandtl_ishlinskii_output`.
 
     With plays y - stop, the inverse is a spring of unit stiffness and stops with positive weights:
     each holds half its stiffness times its stretch squared.
     """
-    elements = int(par[first])
-    scale = input_scale(par, first)
+    elements = int(h.elements)
+    scale = input_scale(h)
     y = x * scale
-    weight = first_weight(par, first)
-    slope = par[first + 3]
+    weight = first_weight(h)
+    slope = h.linear_share
     total = y * y
     threshold = 0.0
     before = 0.0
@@ -216,8 +214,8 @@ def prandtl_ishlinskii_energy(par: Row, first: int, act: Row, x: float) -> float
         limit = (k + 0.5) / elements
         threshold += slope * (limit - before)
         before = limit
-        stretch = y - play(y, act[k], threshold)
+        stretch = y - play(y, z[k], threshold)
         total += weight / (slope * (slope + weight)) * stretch * stretch
         slope += weight
-        weight *= par[first + 2]
+        weight *= h.decay
     return 0.5 * total / scale

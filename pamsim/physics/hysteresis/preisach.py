@@ -75,9 +75,9 @@ def virgin_count(levels: int, i: int) -> float:
     return min(i + 1.0, levels - i - 0.5)
 
 
-def updated_count(levels: int, i: int, act: Row, reached: int) -> float:
+def updated_count(levels: int, i: int, z: Row, reached: int) -> float:
     """Number of relays [-] that are up in row i once the input has reached a number of levels."""
-    count = virgin_count(levels, i) + act[i]
+    count = virgin_count(levels, i) + z[i]
     if reached > i:
         return i + 1.0
     if count > reached:
@@ -86,7 +86,7 @@ def updated_count(levels: int, i: int, act: Row, reached: int) -> float:
 
 
 def staircase_sums(
-    levels: int, c: float, d: float, act: Row, reached: int
+    levels: int, c: float, d: float, z: Row, reached: int
 ) -> tuple[float, float, float, float, float, float]:
     """Output of the relays and of their major loop, in one pass over the rows.
 
@@ -98,7 +98,7 @@ def staircase_sums(
         levels: n.
         c: of weight (5).
         d: of weight (5).
-        act: counts of relays that are up, less those of the virgin state.
+        z: counts of relays that are up, less those of the virgin state.
         reached: levels that the input has reached, see `levels_reached`.
 
     Returns:
@@ -142,7 +142,7 @@ def staircase_sums(
             row = lower_mirror * (full_minus + 0.5 * upper_mirror)
         else:
             row = lower_mirror * line_minus + upper * (full_plus - line_plus + 0.5 * lower)
-        count = updated_count(levels, i, act, reached)
+        count = updated_count(levels, i, z, reached)
         if count >= i + 1.0:
             up += row
         else:
@@ -186,20 +186,19 @@ def staircase_sums(
     )
 
 
-def scaled_input(par: Row, first: int, x: float) -> float:
+def scaled_input(h: Preisach, x: float) -> float:
     """Input u [-]: contraction mapped so that its saturations are -1, 1 (Van Damme 2008, (6))."""
-    return 2.0 * (x - par[first + 1]) / (par[first + 2] - par[first + 1]) - 1.0
+    return 2.0 * (x - h.low_contraction) / (h.high_contraction - h.low_contraction) - 1.0
 
 
-def preisach_output(par: Row, first: int, act: Row, x: float) -> float:
+def preisach_output(h: Preisach, z: Row, x: float) -> float:
     """Distance of the Preisach output below the middle of its major loop.
 
     W itself lags the contraction and would give energy; its distance to the middle leads.
 
     Args:
-        par: parameters; from ``first`` on: levels, low_contraction, high_contraction, c, d.
-        first: place of the operator's own parameters.
-        act: counts of relays that are up, less those of the virgin state.
+        h: parameters.
+        z: counts of relays that are up, less those of the virgin state.
         x: contraction [-].
 
     Returns:
@@ -207,36 +206,33 @@ def preisach_output(par: Row, first: int, act: Row, x: float) -> float:
     """
     if math.isnan(x):
         return x
-    levels = int(par[first])
-    reached = levels_reached(levels, scaled_input(par, first, x))
-    output, middle, half_width, _, _, _ = staircase_sums(
-        levels, par[first + 3], par[first + 4], act, reached
-    )
+    levels = int(h.levels)
+    reached = levels_reached(levels, scaled_input(h, x))
+    output, middle, half_width, _, _, _ = staircase_sums(levels, h.c, h.d, z, reached)
     return (middle - output) / half_width
 
 
 def preisach_rates(
-    par: Row, first: int, act: Row, rates: MutableRow, x: float, x_rate: float, timestep: float
+    h: Preisach, z: Row, dz: MutableRow, x: float, x_rate: float, timestep: float
 ) -> None:
     """Write the rates that move every count to where input x leaves it.
 
     Args:
-        par: see `preisach_output`.
-        first: place of the operator's own parameters.
-        act: counts of relays that are up, less those of the virgin state.
-        rates: (levels,) written [1/s].
+        h: parameters.
+        z: counts of relays that are up, less those of the virgin state.
+        dz: (levels,) written [1/s].
         x: contraction [-].
         x_rate: not used; the operator does not know time.
         timestep: of the explicit Euler step [s].
     """
-    levels = int(par[first])
-    reached = 0 if math.isnan(x) else levels_reached(levels, scaled_input(par, first, x))
+    levels = int(h.levels)
+    reached = 0 if math.isnan(x) else levels_reached(levels, scaled_input(h, x))
     for i in range(levels):
-        count = x if math.isnan(x) else updated_count(levels, i, act, reached)
-        rates[i] = (count - virgin_count(levels, i) - act[i]) / timestep
+        count = x if math.isnan(x) else updated_count(levels, i, z, reached)
+        dz[i] = (count - virgin_count(levels, i) - z[i]) / timestep
 
 
-def held_by_relays(levels: int, c: float, d: float, act: Row, reached: int, u: float) -> float:
+def held_by_relays(levels: int, c: float, d: float, z: Row, reached: int, u: float) -> float:
     """Energy that the relays hold, times their total weight [-].
 
     Between its thresholds, beta < u < alpha, a relay is half a step off its middle, down or up: it
@@ -247,7 +243,7 @@ def held_by_relays(levels: int, c: float, d: float, act: Row, reached: int, u: f
         levels: n.
         c: of weight (5).
         d: of weight (5).
-        act: counts of relays that are up, less those of the virgin state.
+        z: counts of relays that are up, less those of the virgin state.
         reached: levels that the input has reached, see `levels_reached`.
         u: input [-].
     """
@@ -275,7 +271,7 @@ def held_by_relays(levels: int, c: float, d: float, act: Row, reached: int, u: f
         alpha = (2.0 * i + 1.0) / levels - 1.0
         upper = upper_factor(alpha, c, d)
         lower = lower_factor(-alpha, c, d)
-        count = updated_count(levels, i, act, reached)
+        count = updated_count(levels, i, z, reached)
         while p + 1.0 <= count:
             beta = (2.0 * p + 1.0) / levels - 1.0
             up_minus += upper_factor(-beta, c, d)
@@ -315,14 +311,14 @@ def held_by_relays(levels: int, c: float, d: float, act: Row, reached: int, u: f
     return total
 
 
-def preisach_energy(par: Row, first: int, act: Row, x: float) -> float:
+def preisach_energy(h: Preisach, z: Row, x: float) -> float:
     """Energy that the relays hold [contraction]; the arguments are those of `preisach_output`."""
     if math.isnan(x):
         return x
-    levels = int(par[first])
-    c, d = par[first + 3], par[first + 4]
-    u = scaled_input(par, first, x)
+    levels = int(h.levels)
+    c, d = h.c, h.d
+    u = scaled_input(h, x)
     reached = levels_reached(levels, u)
-    _, _, half_width, _, _, total = staircase_sums(levels, c, d, act, reached)
-    held = held_by_relays(levels, c, d, act, reached, u) / total
-    return 0.5 * (par[first + 2] - par[first + 1]) * held / half_width
+    _, _, half_width, _, _, total = staircase_sums(levels, c, d, z, reached)
+    held = held_by_relays(levels, c, d, z, reached, u) / total
+    return 0.5 * (h.high_contraction - h.low_contraction) * held / half_width

@@ -15,7 +15,7 @@ from pamsim.controllers.pid import Pid
 from pamsim.controllers.pressure_rate import full_rates, regulated_lag
 from pamsim.controllers.pressure_split import PressureSplit
 from pamsim.core.errors import InputError
-from pamsim.physics.layout import pack
+from pamsim.physics.record import pack
 from tests.unit.controllers.closed_loop import (
     LEVEL,
     PERIOD,

@@ -17,7 +17,7 @@ from pamsim.diagnosis.virtual_tests import TESTS, bench
 from pamsim.effects.catalog import EFFECTS, FORMS
 from pamsim.engine.rig_parameter import rig_parameter
 from pamsim.physics.hysteresis.maxwell_slip import MaxwellSlip
-from pamsim.physics.layout import pack, state_size
+from pamsim.physics.record import pack, state_size
 from pamsim.twins.hidden import virtual_tests as plant
 from pamsim.twins.hidden.catalog import PLANT_EFFECTS
 from pamsim.twins.plant.air import orifice

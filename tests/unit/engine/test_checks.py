@@ -14,9 +14,8 @@ import pamsim
 import pamsim.envs  # registers the environments
 from pamsim.core.errors import InvariantError
 from pamsim.engine import checks, plugin
-from pamsim.physics import kernel
-from pamsim.physics.layout import AIR, CREEP, parameter_slot
 from pamsim.recordings.recording import Outcome
+from tests.unit.physics.flat import AIR, CREEP, kernel, parameter_slot
 
 STEP = dataclasses.replace(
     pamsim.pressure_step((3e5, 2e5), (4e5, 0.0), duration=0.04, load=1.2), settle=0.1

@@ -12,7 +12,7 @@ import pytest
 import pamsim
 from pamsim.engine.dry_friction import make_friction_stick
 from pamsim.engine.native import native_value
-from pamsim.physics.layout import parameter_slot
+from tests.unit.physics.flat import parameter_slot
 
 LEVEL, TORQUE = 0.5, 0.45
 LOOSE = {"solref": [0.02, 1.0], "solimp": [0.9, 0.95, 1e-3, 0.5, 2.0]}

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import pamsim
-from pamsim.physics.layout import parameter_slot
+from tests.unit.physics.flat import parameter_slot
 
 SIGNALS = ("angle", "velocity", "pressure", "tension", "final_state")
 

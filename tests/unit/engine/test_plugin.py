@@ -12,7 +12,7 @@ import pytest
 from pamsim.core.errors import EngineError
 from pamsim.engine import plugin, sampling, structs
 from pamsim.engine.jit import fingerprint, reached_functions
-from pamsim.physics import kernel
+from tests.unit.physics.flat import kernel
 
 TINY = """<mujoco>
 <extension><plugin plugin='pamsim.muscle'><instance name='p'/></plugin></extension>

@@ -15,8 +15,9 @@ from pamsim.core.errors import InputError, ParameterError
 from pamsim.engine.native import set_native
 from pamsim.engine.rig_parameter import rig_parameter
 from pamsim.engine.simulate import whole_steps
-from pamsim.physics.layout import parameter_slot, unpack
+from pamsim.physics.record import unpack
 from pamsim.recordings.rig_file import shipped_rigs
+from tests.unit.physics.flat import parameter_slot
 
 
 @pytest.fixture(scope="module")

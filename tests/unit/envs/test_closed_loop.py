@@ -15,8 +15,8 @@ from pamsim.core.errors import InputError
 from pamsim.envs.closed_loop import Drive, action_of, drive
 from pamsim.envs.registration import ENVIRONMENT
 from pamsim.envs.scores import mean_score, score
-from pamsim.physics.muscle_valves import air_flow
 from pamsim.recordings.policy_file import read_policy
+from tests.unit.physics.flat import air_flow
 
 RIG = pamsim.load_rig("mas20_arm")
 

@@ -10,11 +10,10 @@ import numpy as np
 from pamsim.gpu.muscle_kernels import muscle_kernels
 from pamsim.gpu.port import port
 from pamsim.gpu.warp_package import warp
-from pamsim.physics import kernel
-from pamsim.physics.layout import SIZE, pack, slot
 from pamsim.physics.muscle import Muscle
-from pamsim.physics.muscle_valves import fill_valve_of, line_sag, sensed_pressure
+from pamsim.physics.record import SIZE, pack, slot
 from pamsim.physics.supply import VALVE
+from tests.unit.physics.flat import fill_valve_of, kernel, line_sag, sensed_pressure
 from tests.unit.physics.muscles import charged
 
 TIMESTEP = 0.0005

@@ -10,8 +10,8 @@ import pytest
 from pamsim.physics.force_laws.catalog import FORCE_LAWS
 from pamsim.physics.force_laws.effective_area import EffectiveArea, Stroke
 from pamsim.physics.hysteresis.catalog import OPERATORS
-from pamsim.physics.layout import slot
 from pamsim.physics.muscle import Mounting, Muscle
+from pamsim.physics.record import slot
 from tests.unit.gpu.muscle_batch import TIMESTEP, batch, python_results, warp_results
 from tests.unit.physics.muscles import KINDS, LOOPS, make
 

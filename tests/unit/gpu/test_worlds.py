@@ -16,7 +16,7 @@ from pamsim.engine.batch import simulate_batch
 from pamsim.engine.simulate import prepare
 from pamsim.gpu.simulate_worlds import simulate_worlds
 from pamsim.gpu.worlds import Worlds
-from pamsim.physics.layout import slot
+from pamsim.physics.record import slot
 from pamsim.recordings.recording import Outcome
 
 RIG = pamsim.load_rig("mas20_arm")

@@ -26,8 +26,8 @@ from pamsim.papers.matiskova2021.equations import mounted
 from pamsim.papers.matiskova2021.stiffness import rig_stiffness
 from pamsim.papers.numerics import root
 from pamsim.physics.force_laws.published import PUBLISHED
-from pamsim.physics.static_muscle import static_force
 from pamsim.recordings.printed import distinct_steps, printed_document
+from tests.unit.physics.flat import static_force
 
 FOLDER = Path(__file__).parents[3] / "models" / "mas20_arm"
 TEETH, PITCH = 8, 9.525  # mm, ISO 606, 06B

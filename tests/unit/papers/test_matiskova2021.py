@@ -13,10 +13,8 @@ from pamsim.papers.antagonistic_pair import ideal_muscle, rig_muscle, row, sproc
 from pamsim.papers.claim import Claim, Verdict, evaluate
 from pamsim.papers.matiskova2021 import equations, simulation, stiffness
 from pamsim.papers.matiskova2021.stiffness import ideal_stiffness, stiffness_over_pressure
-from pamsim.physics.antagonist import antagonist_torque, muscle_stiffness
-from pamsim.physics.chamber_pressure import gauge_pressure
-from pamsim.physics.layout import COMMON
-from pamsim.physics.rest_state import charged_air_state
+from pamsim.physics.antagonist import antagonist_torque
+from pamsim.physics.record import COMMON
 from tests.unit.papers.judged import (
     assert_documented,
     assert_every_claim_can_fail,
@@ -24,6 +22,7 @@ from tests.unit.papers.judged import (
     judged,
     with_verdict,
 )
+from tests.unit.physics.flat import charged_air_state, gauge_pressure, muscle_stiffness
 
 PAPER = "matiskova2021"
 

@@ -24,13 +24,12 @@ from pamsim.physics.friction import Friction
 from pamsim.physics.hysteresis.group import Hysteresis
 from pamsim.physics.hysteresis.parallel import BLOCKS
 from pamsim.physics.hysteresis.preisach import Preisach
-from pamsim.physics.layout import COMMON, pack, state_size
 from pamsim.physics.muscle import Mounting, Muscle
-from pamsim.physics.muscle_length import length_at_muscle
 from pamsim.physics.passive import PassiveSpring
-from pamsim.physics.rest_state import charged_air_state
+from pamsim.physics.record import COMMON, pack, state_size
 from pamsim.physics.tension import Threshold
 from pamsim.physics.valves import ValvePair
+from tests.unit.physics.flat import charged_air_state, length_at_muscle
 from tests.unit.physics.hysteresis.operator_runs import GROUPS
 
 FORCES: dict[str, ParameterGroup] = {

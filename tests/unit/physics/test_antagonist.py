@@ -8,26 +8,24 @@ import math
 import numpy as np
 import pytest
 
-from pamsim.physics.antagonist import (
-    Stiffness,
-    antagonist_torque,
-    joint_stiffness,
-    muscle_stiffness,
-    pressure_slope,
-)
+from pamsim.physics.antagonist import Stiffness, antagonist_torque, joint_stiffness
 from pamsim.physics.braid import Braid
 from pamsim.physics.chamber import Chamber
-from pamsim.physics.chamber_pressure import gauge_pressure
 from pamsim.physics.force_laws.exponential import SixParameter
 from pamsim.physics.force_laws.mckibben import IdealMcKibben
-from pamsim.physics.kernel import tension
-from pamsim.physics.layout import COMMON, pack
 from pamsim.physics.muscle import Mounting, Muscle
 from pamsim.physics.passive import PassiveSpring
-from pamsim.physics.rest_state import charged_air_state
-from pamsim.physics.static_muscle import static_force
+from pamsim.physics.record import COMMON, pack
 from pamsim.physics.tension import Threshold
 from pamsim.physics.valves import ValvePair
+from tests.unit.physics.flat import (
+    charged_air_state,
+    gauge_pressure,
+    muscle_stiffness,
+    pressure_slope,
+    static_force,
+    tension,
+)
 
 IDEAL = Muscle(
     mounting=Mounting(length_at_zero=0.22),

@@ -7,11 +7,10 @@ import math
 import numpy as np
 import pytest
 
-from pamsim.physics import kernel
 from pamsim.physics.chain import Chain, shift_rate
-from pamsim.physics.layout import pack
-from pamsim.physics.muscle_length import length_at_muscle
+from pamsim.physics.record import pack
 from pamsim.physics.step_limits import chain_step_limit
+from tests.unit.physics.flat import kernel, length_at_muscle
 from tests.unit.physics.muscles import LASTING, charged, make
 
 PLAY, DAMPING = 6e-4, 1e3

@@ -10,12 +10,10 @@ import pytest
 from numpy.typing import NDArray
 from scipy.optimize import brentq
 
-from pamsim.physics import kernel
 from pamsim.physics.chain import Chain, extension_rate
-from pamsim.physics.chamber_pressure import gauge_pressure
-from pamsim.physics.layout import pack
 from pamsim.physics.muscle import Muscle
-from pamsim.physics.muscle_length import length_at_muscle
+from pamsim.physics.record import pack
+from tests.unit.physics.flat import gauge_pressure, kernel, length_at_muscle
 from tests.unit.physics.muscles import LASTING, LOOPS, charged, make
 
 COMPLIANCE, RELAXATION = 3e-6, 0.02

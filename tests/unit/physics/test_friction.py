@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 from scipy.optimize import minimize_scalar
 
-from pamsim.physics import kernel
 from pamsim.physics.friction import Friction, stribeck_damping, stribeck_friction
-from pamsim.physics.layout import pack
+from pamsim.physics.record import pack
+from tests.unit.physics.flat import kernel
 from tests.unit.physics.muscles import charged, make
 
 FORCE, SPEED = 12.0, 4e-3

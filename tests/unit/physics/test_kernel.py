@@ -9,11 +9,9 @@ import numpy as np
 import pytest
 
 from pamsim.core.parameters import specs
-from pamsim.physics import kernel, static_muscle
 from pamsim.physics.braid import Braid
 from pamsim.physics.chain import Chain
 from pamsim.physics.chamber import Chamber, air_state_rate
-from pamsim.physics.chamber_pressure import chamber_pressure, gauge_pressure
 from pamsim.physics.commands import COMMANDS
 from pamsim.physics.creep import Creep
 from pamsim.physics.end_shape import EndShape
@@ -25,13 +23,10 @@ from pamsim.physics.hysteresis.bouc_wen import BoucWen
 from pamsim.physics.hysteresis.catalog import OPERATORS
 from pamsim.physics.hysteresis.parallel import BLOCKS
 from pamsim.physics.laminar_gap import laminar_flow
-from pamsim.physics.layout import EARLIER, LAST, pack
 from pamsim.physics.muscle import Mounting, Muscle
-from pamsim.physics.muscle_hysteresis import hysteresis_force
-from pamsim.physics.muscle_length import length_at_muscle
-from pamsim.physics.muscle_valves import valve_opening
 from pamsim.physics.orifice import mass_flow
 from pamsim.physics.passive import PassiveSpring, locking_force, tube_force
+from pamsim.physics.record import pack
 from pamsim.physics.tension import Threshold
 from pamsim.physics.valves import (
     ValvePair,
@@ -39,6 +34,17 @@ from pamsim.physics.valves import (
     past_dead_zone,
     pulsed_opening,
     regulated_opening,
+)
+from tests.unit.physics.flat import EARLIER_PRESSURE as EARLIER
+from tests.unit.physics.flat import LAST_PRESSURE as LAST
+from tests.unit.physics.flat import (
+    chamber_pressure,
+    gauge_pressure,
+    hysteresis_force,
+    kernel,
+    length_at_muscle,
+    static_muscle,
+    valve_opening,
 )
 from tests.unit.physics.muscles import (
     EXTENSION,

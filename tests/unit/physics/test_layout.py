@@ -12,18 +12,9 @@ from pamsim.core.parameters import ParameterGroup, specs
 from pamsim.physics.commands import COMMANDS
 from pamsim.physics.force_laws.catalog import FORCE_LAWS
 from pamsim.physics.hysteresis.catalog import OPERATORS
-from pamsim.physics.layout import (
-    COMMON,
-    NAMES,
-    SIZE,
-    is_muscle,
-    pack,
-    parameter_slot,
-    slot,
-    state_size,
-    unpack,
-)
+from pamsim.physics.record import COMMON, NAMES, SIZE, is_muscle, pack, slot, state_size, unpack
 from tests.unit.core.refusals import refused
+from tests.unit.physics.flat import parameter_slot
 from tests.unit.physics.muscles import FORCES, KINDS, LOOPS, make
 
 GROUP_FIELDS = {

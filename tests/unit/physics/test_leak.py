@@ -8,12 +8,10 @@ import math
 import pytest
 from scipy.integrate import solve_ivp
 
-from pamsim.physics import kernel, static_muscle
 from pamsim.physics.air import GAS_CONSTANT, REFERENCE_DENSITY, REFERENCE_TEMPERATURE
-from pamsim.physics.chamber_pressure import chamber_pressure
 from pamsim.physics.laminar_gap import laminar_flow
-from pamsim.physics.layout import pack
-from pamsim.physics.muscle_valves import air_flow
+from pamsim.physics.record import pack
+from tests.unit.physics.flat import air_flow, chamber_pressure, kernel, static_muscle
 from tests.unit.physics.muscles import LASTING, PLAIN_VALVE, charged, make
 
 TENDON = 0.19

@@ -8,14 +8,17 @@ import math
 import numpy as np
 import pytest
 
-from pamsim.physics import kernel, rest_state
 from pamsim.physics.chain import Chain
-from pamsim.physics.chamber_pressure import gauge_pressure
-from pamsim.physics.layout import pack, state_size
-from pamsim.physics.muscle_length import length_at_muscle
-from pamsim.physics.static_muscle import contraction
+from pamsim.physics.record import pack, state_size
 from pamsim.physics.step_limits import chain_step_limit
 from pamsim.physics.valves import line_rate
+from tests.unit.physics.flat import (
+    contraction,
+    gauge_pressure,
+    kernel,
+    length_at_muscle,
+    rest_state,
+)
 from tests.unit.physics.muscles import LASTING, LOOPS, PLAIN_VALVE, charged, make
 
 

@@ -8,13 +8,8 @@ import pytest
 from pamsim.physics.hysteresis.bouc_wen import BoucWen
 from pamsim.physics.hysteresis.maxwell_slip import MaxwellSlip
 from pamsim.physics.hysteresis.parallel import BLOCKS, ParallelHysteresis
-from pamsim.physics.layout import pack, state_size
-from pamsim.physics.muscle_hysteresis import (
-    hysteresis_force,
-    hysteresis_rates,
-    hysteresis_volume,
-)
-from pamsim.physics.rest_state import rest
+from pamsim.physics.record import pack, state_size
+from tests.unit.physics.flat import hysteresis_force, hysteresis_rates, hysteresis_volume, rest
 from tests.unit.physics.muscles import make
 
 PRESSURE, STATIC, STEP = 3e5, 400.0, 1e-3

@@ -12,15 +12,19 @@ import pamsim
 from pamsim.comparison.effects_on_rig import candidates
 from pamsim.core.errors import InputError
 from pamsim.engine.rig_parameter import rig_parameter
-from pamsim.physics import kernel, static_muscle
 from pamsim.physics.force_laws.catalog import FORCE_LAWS
 from pamsim.physics.force_laws.effective_area import EffectiveArea, Stroke
 from pamsim.physics.hysteresis.bouc_wen import BoucWen
-from pamsim.physics.layout import COMMON, SIZE, pack, parameter_slot, slot, unpack
 from pamsim.physics.muscle import Mounting, Muscle
-from pamsim.physics.rest_state import charged_air_state
+from pamsim.physics.record import COMMON, SIZE, pack, slot, unpack
 from pamsim.physics.step_limits import bristle_stiffness
-from pamsim.physics.work_cycle import work_ratio
+from tests.unit.physics.flat import (
+    charged_air_state,
+    kernel,
+    parameter_slot,
+    static_muscle,
+    work_ratio,
+)
 from tests.unit.physics.muscles import make
 
 AREA, STIFFNESS, FREE, DAMPING, MASS, DEAD = 5e-4, 300.0, 0.10, 12.0, 0.4, 3e-5

@@ -7,10 +7,9 @@ import dataclasses
 import pytest
 from scipy.integrate import solve_ivp
 
-from pamsim.physics import kernel, rest_state
-from pamsim.physics.chamber_pressure import gauge_pressure
-from pamsim.physics.layout import COMMON, pack
+from pamsim.physics.record import COMMON, pack
 from pamsim.physics.regulation import regulator_time_constant
+from tests.unit.physics.flat import gauge_pressure, kernel, rest_state
 from tests.unit.physics.muscles import LASTING, PLAIN_VALVE, make
 
 

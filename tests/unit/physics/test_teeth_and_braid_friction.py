@@ -8,13 +8,11 @@ import math
 import numpy as np
 import pytest
 
-from pamsim.physics import kernel
 from pamsim.physics.braid import braid_friction
 from pamsim.physics.chain import Chain, rippled_ratio, rippled_travel
-from pamsim.physics.chamber_pressure import gauge_pressure
 from pamsim.physics.friction import Friction
-from pamsim.physics.layout import pack
-from pamsim.physics.muscle_length import chain_ratio, length_at_muscle
+from pamsim.physics.record import pack
+from tests.unit.physics.flat import chain_ratio, gauge_pressure, kernel, length_at_muscle
 from tests.unit.physics.muscles import charged, make
 
 TEETH = Chain(ripple=3e-4, ripple_pitch=8e-3, ripple_phase=0.4)

@@ -8,9 +8,9 @@ import pytest
 
 from pamsim.papers.antagonistic_pair import ideal_muscle, rig_muscle
 from pamsim.physics import work_cycle
-from pamsim.physics.layout import pack
+from pamsim.physics.record import pack
 from pamsim.physics.tension import taut
-from pamsim.physics.work_cycle import work_ratio
+from tests.unit.physics.flat import work_ratio
 
 PRESSURE, CONTRACTION = 4.87e5, 0.0316
 

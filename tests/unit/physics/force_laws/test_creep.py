@@ -8,10 +8,9 @@ import math
 import numpy as np
 import pytest
 
-from pamsim.physics import kernel
 from pamsim.physics.creep import Creep, creep_force, creep_rate
-from pamsim.physics.layout import CREEP, CREEP_2, pack
-from pamsim.physics.static_muscle import contraction
+from pamsim.physics.record import pack
+from tests.unit.physics.flat import CREEP, CREEP_2, contraction, kernel
 from tests.unit.physics.muscles import LASTING, PLAIN_VALVE, RELAXED, RELAXED_2, charged, make
 
 STIFFNESS, TAU = 2500.0, 0.7

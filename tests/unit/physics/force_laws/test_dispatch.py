@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import pytest
 import scipy.integrate
-
 from pamsim.physics.force_laws.dispatch import (
     chosen_force,
     chosen_volume,
@@ -12,9 +11,10 @@ from pamsim.physics.force_laws.dispatch import (
     user_force,
     user_work,
 )
+
 from pamsim.physics.force_laws.effective_area import EffectiveArea, Stroke
-from pamsim.physics.layout import pack, slot
 from pamsim.physics.muscle import Mounting, Muscle
+from pamsim.physics.record import pack, slot
 from tests.unit.physics.muscles import FORCES, make
 
 FIRST, BRAID = slot("force.1"), slot("braid.nominal_length")

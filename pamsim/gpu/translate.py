@@ -1,9 +1,10 @@
 """The source of a law, rewritten into a part of Python as strict as C.
 
-The laws are ordinary Python. LLVM (`pamsim.engine.machine_code`) and Warp (`pamsim.gpu`) take the
-same text but for a few points: they do not mix integers with floats, a variable that a loop changes
+The laws are ordinary Python. Warp takes the same text but for a few points: it has no records of
+numbers that are written, does not mix integers with floats, a variable that a loop changes
 may not begin as a literal, and a loop runs over a range. The formula stays what the law states:
-this file adds casts, writes short loops out and gives each call its full arguments.
+this file adds casts, replaces a record's names by places in its row, writes short loops out and
+gives each call its full arguments.
 """
 
 from __future__ import annotations
@@ -18,6 +19,8 @@ from types import FunctionType
 from typing import Any, NoReturn
 
 from pamsim.core.errors import InputError
+from pamsim.physics.hysteresis.catalog import OPERATORS
+from pamsim.physics.record import STATE_NAMES, places_in_row
 
 FLOAT, INT, BOOL, ROW, ROWS, NOTHING = "float", "int", "bool", "row", "rows", "none"
 
@@ -27,6 +30,8 @@ _KINDS = {
     "bool": BOOL,
     "Row": ROW,
     "MutableRow": ROW,
+    "Parameters": ROW,
+    "States": ROW,
     "Valves": ROWS,
     "None": NOTHING,
 }
@@ -34,6 +39,9 @@ _KINDS = {
 
 _TYPES = {FLOAT: "_float", INT: "_int", BOOL: "_bool", ROW: "_row", ROWS: "_rows"}
 """Name, in the rewritten source, of the type of each kind."""
+
+_OPERATORS = {operator.group.__name__: operator.group for operator in OPERATORS.values()}
+"""Groups that an operator's functions take, by their names in annotations."""
 
 _CONSTANTS = {"pi": math.pi, "inf": math.inf, "nan": math.nan}
 _TESTS = frozenset({"isnan", "isfinite", "isinf"})
@@ -87,6 +95,8 @@ def kind_of(annotation: Any, where: str) -> str | tuple[str, ...]:
     if text.startswith("tuple["):
         inner = text.removeprefix("tuple[").removesuffix("]").split(",")
         return tuple(_KINDS[one.strip()] for one in inner)
+    if text in _OPERATORS:
+        return ROW
     if text not in _KINDS:
         raise InputError(
             f"{where}: {annotation!r} has no counterpart in compiled code; use float or int"
@@ -126,6 +136,7 @@ class _Translator:
             assert isinstance(kind, str)
             self._kinds[name] = kind
             arguments.append(ast.arg(arg=name, annotation=_name(_TYPES[kind])))
+        _Places(self._function).visit(definition)
         body = list(self._block(definition.body)) or [ast.Pass()]
         result = ast.FunctionDef(
             name=self._name,
@@ -446,6 +457,37 @@ class _Translator:
         if kind in (ROW, ROWS, NOTHING):
             return value.node
         return ast.Call(_name(_TYPES[kind]), [value.node], [])
+
+
+class _Places(ast.NodeTransformer):
+    """Names of parameters and states replaced by their places in the rows."""
+
+    def __init__(self, function: FunctionType) -> None:
+        self._rows: dict[str, dict[str, int]] = {}
+        laws = getattr(function, "laws", (None, None))
+        for name, one in inspect.signature(function).parameters.items():
+            text = one.annotation if isinstance(one.annotation, str) else ""
+            if text == "Parameters":
+                self._rows[name] = places_in_row(*laws)
+            elif text == "States":
+                self._rows[name] = {state: place for place, state in enumerate(STATE_NAMES)}
+            elif text in _OPERATORS:
+                every = places_in_row(None, _OPERATORS[text])
+                own = {k: v for k, v in every.items() if k.startswith("hysteresis.")}
+                self._rows[name] = {k.removeprefix("hysteresis."): v for k, v in own.items()}
+
+    def visit_Attribute(self, node: ast.Attribute) -> ast.expr:
+        """A number's place; the row itself for the record of a group."""
+        parts: list[str] = [node.attr]
+        inner = node.value
+        while isinstance(inner, ast.Attribute):
+            parts.insert(0, inner.attr)
+            inner = inner.value
+        if not isinstance(inner, ast.Name) or inner.id not in self._rows:
+            return node
+        row = ast.Name(inner.id, ast.Load())
+        place = self._rows[inner.id].get(".".join(parts))
+        return row if place is None else ast.Subscript(row, ast.Constant(place), node.ctx)
 
 
 class _Replaced(ast.NodeTransformer):

@@ -1,0 +1,403 @@
+"""The muscles' part of an engine step: one text, which numba compiles and Python runs.
+
+The engine hands a plugin the addresses of mjModel and mjData. `pamsim.engine.structs` views both as
+records, so ``data.time`` here is that of the struct, and arrays are read through `doubles` and
+`integer`. What depends on a muscle's force law and hysteresis operator goes through the functions
+`rates_of`, `tension_of`, `pressure_of` and `broken_in`: in Python they run the kernel as it stands,
+in compiled code they call the one that is compiled for the muscle's pair of laws.
+"""
+
+from __future__ import annotations
+
+import ctypes
+import functools
+import math
+from types import SimpleNamespace
+from typing import Any
+
+import mujoco
+import numpy as np
+from numpy.typing import NDArray
+
+from pamsim.physics.chamber_pressure import chamber_pressure
+from pamsim.physics.invariants import (
+    ABOVE_SUPPLY,
+    FINITE,
+    NOTHING,
+    broken_invariant,
+    not_finite,
+)
+from pamsim.physics.kernel import state_rates, tendon_force, tension
+from pamsim.physics.muscle_valves import asks_too_much, fill_valve_of, line_sag, sags
+from pamsim.physics.record import SIGNATURE, SIZE, STATE_NAMES, view
+from pamsim.physics.supply import VALVE
+
+FloatArray = NDArray[np.float64]
+
+COUNT = len(STATE_NAMES)
+"""States of a muscle that have a name; they are the last of its ``act``."""
+
+_RK4 = int(mujoco.mjtIntegrator.mjINT_RK4)
+_NO_ACTUATION = int(mujoco.mjtDisableBit.mjDSBL_ACTUATION)
+
+
+# --- memory: each has a compiled counterpart in `pamsim.engine.compiled` ---
+
+
+def doubles(address: int, first: int, count: int) -> FloatArray:
+    """View of some numbers of the array at an address; any unit."""
+    numbers = (ctypes.c_double * count).from_address(address + 8 * first)
+    return np.ctypeslib.as_array(numbers)
+
+
+def integer(address: int, index: int) -> int:
+    """One number of the array of C integers at an address."""
+    return ctypes.c_int.from_address(address + 4 * index).value
+
+
+class _StatesView:
+    """States of a muscle by name, read and written in place."""
+
+    __slots__ = ("_numbers",)
+
+    def __init__(self, numbers: FloatArray) -> None:
+        self._numbers = numbers
+
+
+def _state(place: int) -> property:
+    def read(states: Any) -> float:
+        return states._numbers.item(place)
+
+    def write(states: Any, value: float) -> None:
+        states._numbers[place] = value
+
+    return property(read, write)
+
+
+for _place, _name in enumerate(STATE_NAMES):
+    setattr(_StatesView, _name, _state(_place))
+
+
+@functools.lru_cache(maxsize=256)
+def _viewed(row: bytes) -> SimpleNamespace:
+    return view(np.frombuffer(row))
+
+
+def muscle_at(address: int) -> Any:
+    """Parameters of the muscle whose row is at an address; not to be written."""
+    return _viewed(ctypes.string_at(address, 8 * SIZE))
+
+
+def states_at(address: int) -> Any:
+    """Named states of the muscle, the first of which is at an address."""
+    return _StatesView(doubles(address, 0, COUNT))
+
+
+# --- what depends on the laws: likewise ---
+
+
+def rates_of(
+    row: int,
+    act: int,
+    act_dot: int,
+    count: int,
+    length: float,
+    velocity: float,
+    command: float,
+    time: float,
+    timestep: float,
+    opposing: float,
+    sag: float,
+) -> float:
+    """Write the rates of the states at an address; tension [N]. See `state_rates`."""
+    named = 8 * (count - COUNT)
+    return state_rates(
+        muscle_at(row),
+        states_at(act + named),
+        doubles(act, 0, count - COUNT).tolist(),
+        states_at(act_dot + named),
+        doubles(act_dot, 0, count - COUNT),
+        length,
+        velocity,
+        command,
+        time,
+        timestep,
+        opposing,
+        sag,
+    )
+
+
+def tension_of(row: int, act: int, count: int, length: float, velocity: float) -> float:
+    """Tension of a muscle with its states at an address [N]."""
+    z = doubles(act, 0, count - COUNT).tolist()
+    return tension(muscle_at(row), states_at(act + 8 * (count - COUNT)), z, length, velocity)
+
+
+def pressure_of(row: int, act: int, count: int, length: float) -> float:
+    """Absolute pressure in the chamber of a muscle with its states at an address [Pa]."""
+    z = doubles(act, 0, count - COUNT).tolist()
+    return chamber_pressure(muscle_at(row), states_at(act + 8 * (count - COUNT)), z, length)
+
+
+def broken_in(
+    row: int,
+    before: int,
+    act: int,
+    act_dot: int,
+    count: int,
+    length: float,
+    velocity: float,
+    force: float,
+    command: float,
+    time: float,
+    timestep: float,
+    found: FloatArray,
+) -> float:
+    """Code of the first invariant that a step has broken, see `broken_invariant`."""
+    named = 8 * (count - COUNT)
+    return broken_invariant(
+        muscle_at(row),
+        states_at(before + named),
+        doubles(before, 0, count - COUNT).tolist(),
+        states_at(act + named),
+        doubles(act, 0, count - COUNT).tolist(),
+        states_at(act_dot + named),
+        length,
+        velocity,
+        force,
+        command,
+        time,
+        timestep,
+        found,
+    )
+
+
+def fall_of(model: Any, data: Any, index: int) -> float:
+    """`supply_fall` [Pa], which is compiled once a supply sags: most do not."""
+    return supply_fall(model, data, index)
+
+
+def report(model: int, data: int, code: float, actuator: int, value: float, bound: float) -> None:
+    """Note a broken invariant, see `pamsim.engine.checks`."""
+    from pamsim.engine import checks
+
+    checks.report(model, data, code, actuator, value, bound)
+
+
+# --- the step ---
+
+
+def row_of(model: Any, index: int) -> int:
+    """Address of an actuator's parameters; 0 if it is no pamsim muscle."""
+    if model.nuser_actuator < SIZE:
+        return 0
+    row = model.actuator_user + 8 * index * model.nuser_actuator
+    return row if doubles(row, 0, 1)[0] == SIGNATURE else 0
+
+
+def act_of(model: Any, states: int, index: int) -> int:
+    """Address of an actuator's states in ``act`` or in its rates."""
+    return states + 8 * integer(model.actuator_actadr, index)
+
+
+def number_of(values: int, places: int, index: int) -> float:
+    """An actuator's entry of an array that is addressed by another; any unit."""
+    return doubles(values, integer(places, index), 1)[0]
+
+
+def switched_off(model: Any, index: int) -> bool:
+    """Whether the group of an actuator is among the disabled ones."""
+    group = integer(model.actuator_group, index)
+    return 0 <= group < 31 and (model.disableactuator >> group) & 1 == 1
+
+
+def opposing_tension(model: Any, data: Any, m: Any) -> float:
+    """Tension of the muscle at the other end of a chain with backlash [N]; 0 without."""
+    if m.chain.backlash == 0.0 or m.partner == 0.0:
+        return 0.0
+    other = int(m.partner) - 1
+    return tension_of(
+        row_of(model, other),
+        act_of(model, data.act, other),
+        integer(model.actuator_actnum, other),
+        number_of(data.actuator_length, model.actuator_outadr, other),
+        number_of(data.actuator_velocity, model.actuator_outadr, other),
+    )
+
+
+def supply_fall(model: Any, data: Any, index: int) -> float:
+    """Fall of a muscle's supply by the flow to all muscles on it [Pa].
+
+    Args:
+        model: struct of the engine.
+        data: struct of the engine.
+        index: of the muscle's actuator.
+    """
+    m = muscle_at(row_of(model, index))
+    valves = np.empty((model.nactuator, VALVE))
+    on_line = 0
+    for other in range(model.nactuator):
+        row = row_of(model, other)
+        if row == 0:
+            continue
+        fed = muscle_at(row)
+        if fed.valve.supply_line != m.valve.supply_line:
+            continue
+        states, size = act_of(model, data.act, other), integer(model.actuator_actnum, other)
+        length = number_of(data.actuator_length, model.actuator_outadr, other)
+        fill_valve_of(
+            fed,
+            states_at(states + 8 * (size - COUNT)),
+            pressure_of(row, states, size, length),
+            number_of(data.ctrl, model.actuator_ctrladr, other),
+            data.time,
+            model.timestep,
+            valves[on_line],
+        )
+        on_line += 1
+    named = integer(model.actuator_actnum, index) - COUNT
+    s = states_at(act_of(model, data.act, index) + 8 * named)
+    return line_sag(m, s, valves[:on_line], model.timestep)
+
+
+def step_rates(model: Any, data: Any, instance: int) -> None:
+    """Write the rates of all states of the muscles of a plugin instance.
+
+    The tension is left in ``actuator_force`` until `step_forces` runs.
+
+    Args:
+        model: struct of the engine.
+        data: struct of the engine.
+        instance: of the plugin.
+    """
+    doubles(data.plugin_data, instance, 1)[0] = data.time
+    for index in range(model.nactuator):
+        if integer(model.actuator_plugin, index) != instance:
+            continue
+        count = integer(model.actuator_actnum, index)
+        act, act_dot = act_of(model, data.act, index), act_of(model, data.act_dot, index)
+        row = row_of(model, index)
+        if row == 0 or switched_off(model, index):
+            rates = doubles(act_dot, 0, count)
+            for i in range(count):
+                rates[i] = 0.0
+            continue
+        m = muscle_at(row)
+        pull = rates_of(
+            row,
+            act,
+            act_dot,
+            count,
+            number_of(data.actuator_length, model.actuator_outadr, index),
+            number_of(data.actuator_velocity, model.actuator_outadr, index),
+            number_of(data.ctrl, model.actuator_ctrladr, index),
+            data.time,
+            model.timestep,
+            opposing_tension(model, data, m),
+            fall_of(model, data, index) if sags(m) else 0.0,
+        )
+        # Minus 0 for a slack muscle: a plain 0 is the engine's own.
+        doubles(data.actuator_force, integer(model.actuator_outadr, index), 1)[0] = -pull
+
+
+def step_forces(model: Any, data: Any, instance: int) -> None:
+    """Write the forces of the muscles of a plugin instance; arguments as `step_rates`.
+
+    The engine's force lengthens the tendon; a muscle shortens it. The force is no number where the
+    actuator's parameters are not those of a muscle, as after a way through a file with six digits,
+    and under an integrator that evaluates the muscles between time points.
+    """
+    for index in range(model.nactuator):
+        if integer(model.actuator_plugin, index) != instance:
+            continue
+        force = doubles(data.actuator_force, integer(model.actuator_outadr, index), 1)
+        if switched_off(model, index):
+            force[0] = 0.0
+            continue
+        row = row_of(model, index)
+        if row == 0 or model.integrator == _RK4:
+            force[0] = math.nan
+            continue
+        count, act = integer(model.actuator_actnum, index), act_of(model, data.act, index)
+        length = number_of(data.actuator_length, model.actuator_outadr, index)
+        velocity = number_of(data.actuator_velocity, model.actuator_outadr, index)
+        pull = -force[0]
+        if pull == 0.0 and math.copysign(1.0, pull) < 0.0:
+            pull = tension_of(row, act, count, length, velocity)
+        s = states_at(act + 8 * (count - COUNT))
+        force[0] = -tendon_force(muscle_at(row), s, pull, length, velocity, model.timestep)
+
+
+def step_end(model: Any, data: Any, instance: int) -> None:
+    """Leave no air after a step that began at another time than its rates were evaluated at.
+
+    Such a step has evaluated the muscles between time points, as ``mj_RungeKutta`` does. Arguments
+    as `step_rates`.
+    """
+    began = doubles(data.plugin_data, instance, 1)[0]
+    if began + model.timestep == data.time or model.disableflags & _NO_ACTUATION:
+        return
+    for index in range(model.nactuator):
+        if integer(model.actuator_plugin, index) == instance:
+            count = integer(model.actuator_actnum, index)
+            doubles(act_of(model, data.act, index), count - 1, 1)[0] = math.nan
+
+
+def check_step(model: Any, data: Any, instance: int, addresses: tuple[int, int]) -> None:
+    """Report what the last step has broken, see `pamsim.engine.checks`.
+
+    Args:
+        model: struct of the engine.
+        data: struct of the engine.
+        instance: of the plugin.
+        addresses: of both.
+    """
+    if model.disableflags & _NO_ACTUATION:
+        return
+    found = np.empty(2)
+    for index in range(model.nactuator):
+        row = row_of(model, index)
+        if integer(model.actuator_plugin, index) != instance or row == 0:
+            continue
+        if switched_off(model, index):
+            continue
+        count, act = integer(model.actuator_actnum, index), act_of(model, data.act, index)
+        act_dot, out = act_of(model, data.act_dot, index), integer(model.actuator_outadr, index)
+        sent = number_of(data.ctrl, model.actuator_ctrladr, index)
+        m = muscle_at(row)
+        if asks_too_much(m, sent):
+            supply = m.valve.supply_pressure
+            report(addresses[0], addresses[1], ABOVE_SUPPLY, index, sent, supply)
+        states, rates = doubles(act, 0, count), doubles(act_dot, 0, count)
+        place = not_finite(states)
+        if place > 0:
+            value = states[count - place]
+            report(addresses[0], addresses[1], FINITE, index, value, float(place))
+            return
+        before = np.empty(count)
+        for i in range(count):
+            before[i] = states[i] - model.timestep * rates[i]
+        code = broken_in(
+            row,
+            before.ctypes.data,
+            act,
+            act_dot,
+            count,
+            doubles(data.actuator_length, out, 1)[0],
+            doubles(data.actuator_velocity, out, 1)[0],
+            doubles(data.actuator_force, out, 1)[0],
+            sent,
+            data.time - model.timestep,
+            model.timestep,
+            found,
+        )
+        if code != NOTHING:
+            report(addresses[0], addresses[1], code, index, found[0], found[1])
+            return
+    moving = 0.0
+    for place in doubles(data.qpos, 0, model.nq):
+        moving += place
+    for speed in doubles(data.qvel, 0, model.nv):
+        moving += speed
+    if not math.isfinite(moving):
+        report(addresses[0], addresses[1], FINITE, -1, moving, 0.0)

@@ -1,0 +1,250 @@
+"""The force law and the hysteresis operator that a muscle's record names, for the kernel.
+
+The kernel calls the functions of this module, which are the same for all laws. In plain Python they
+look up the law by its code at every call, so a law may be anything that can be called. Compiled
+code has one kernel for each pair of law and operator, and Warp one for those of its rig: there the
+functions of `chosen` stand in their place.
+"""
+
+from __future__ import annotations
+import __future__
+
+import functools
+import inspect
+import linecache
+import math
+from collections.abc import Callable
+from types import FunctionType
+from typing import Any
+
+from pamsim.core.parameters import ParameterGroup, specs
+from pamsim.physics.force_laws.catalog import FORCE_LAWS
+from pamsim.physics.force_laws.force_law import ForceLaw
+from pamsim.physics.hysteresis.catalog import OPERATORS
+from pamsim.physics.record import MutableRow, Parameters, Row
+
+_APART, _ABOVE = 1e-6, 10.0  # steps of difference quotients: contraction [-], pressure [Pa]
+
+
+def law_force(m: Parameters, pressure: float, contraction: float) -> float:
+    """Force of the law, without its scale [N].
+
+    Args:
+        m: parameters of the muscle.
+        pressure: gauge pressure that reaches the braid [Pa].
+        contraction: kappa [-].
+    """
+    return chosen(m.force.law, 0.0)[law_force](m, pressure, contraction)
+
+
+def law_volume(m: Parameters, pressure: float, contraction: float) -> float:
+    """Volume gained since nominal length, per nominal length, without the scale [m^2]."""
+    return chosen(m.force.law, 0.0)[law_volume](m, pressure, contraction)
+
+
+def law_work(m: Parameters, pressure: float, contraction: float, gained: float) -> float:
+    """Work at one pressure from nominal length on [N], per nominal length and without the scale.
+
+    Args:
+        m: parameters of the muscle.
+        pressure: as `law_force` [Pa].
+        contraction: kappa [-].
+        gained: `law_volume` of the same place [m^2], so that it need not be computed again.
+    """
+    return chosen(m.force.law, 0.0)[law_work](m, pressure, contraction, gained)
+
+
+def law_derivatives(
+    m: Parameters, pressure: float, contraction: float
+) -> tuple[float, float, float, float, float]:
+    """Force [N], its derivatives by contraction [N] and pressure [m^2], volume [m^2], work [N].
+
+    For a search by Newton's method: where a law has no quicker way the derivatives are difference
+    quotients. The arguments are those of `law_force`.
+    """
+    return chosen(m.force.law, 0.0)[law_derivatives](m, pressure, contraction)
+
+
+def law_pushes(m: Parameters) -> bool:
+    """Whether the law's force may push; that of a muscle is limited to tension."""
+    return chosen(m.force.law, 0.0)[law_pushes](m)
+
+
+def law_volume_varies(m: Parameters) -> bool:
+    """Whether the law's volume changes with pressure at a held length."""
+    return chosen(m.force.law, 0.0)[law_volume_varies](m)
+
+
+def operator_output(m: Parameters, z: Row, x: float) -> float:
+    """Output w of the operator, about in [-1, 1].
+
+    Args:
+        m: parameters of the muscle.
+        z: its memory, of which the operator's states come first.
+        x: contraction kappa [-].
+    """
+    return chosen(m.force.law, m.hysteresis.law)[operator_output](m, z, x)
+
+
+def operator_energy(m: Parameters, z: Row, x: float) -> float:
+    """Energy that the operator holds [contraction]; the arguments are those of its output."""
+    return chosen(m.force.law, m.hysteresis.law)[operator_energy](m, z, x)
+
+
+def operator_rates(
+    m: Parameters, z: Row, dz: MutableRow, x: float, x_rate: float, timestep: float
+) -> None:
+    """Write the rates of the operator's memory [1/s].
+
+    Args:
+        m: parameters of the muscle.
+        z: its memory.
+        dz: written, as many as the operator has states.
+        x: contraction kappa [-].
+        x_rate: [1/s].
+        timestep: of the explicit Euler step that follows [s].
+    """
+    chosen(m.force.law, m.hysteresis.law)[operator_rates](m, z, dz, x, x_rate, timestep)
+
+
+CHOICES: tuple[Callable[..., Any], ...] = (
+    law_force,
+    law_volume,
+    law_work,
+    law_derivatives,
+    law_pushes,
+    law_volume_varies,
+    operator_output,
+    operator_energy,
+    operator_rates,
+)
+"""The functions that stand for another one in each muscle."""
+
+_AT = "m: Parameters, pressure: float, contraction: float"
+_WORK = f"def law_work({_AT}, gained: float) -> float:"
+_FIVE = "tuple[float, float, float, float, float]"
+_QUOTIENTS = f"""def law_derivatives({_AT}) -> {_FIVE}:
+    force = law_force(m, pressure, contraction)
+    rising = (law_force(m, pressure, contraction + apart) - force) / apart
+    per_pressure = (law_force(m, pressure + above, contraction) - force) / above
+    gained = law_volume(m, pressure, contraction)
+    work = law_work(m, pressure, contraction, gained)
+    return force, rising, per_pressure, gained, work
+"""
+
+
+@functools.cache
+def chosen(law: float, operator: float) -> dict[Callable[..., Any], FunctionType]:
+    """The functions of one force law and one operator.
+
+    Each has the arguments and annotations of the function that it stands for, and takes the law's
+    own arguments from the muscle's record by their names.
+
+    Args:
+        law: code of the force law, see `pamsim.core.catalog.Catalog.code`.
+        operator: code of the operator; 0 for none, whose output is no number.
+
+    Returns:
+        Function of `CHOICES` -> the one in its place.
+
+    Raises:
+        EngineError: if a code stands for no law that is known here.
+    """
+    own = _force_law(law, FORCE_LAWS.card(FORCE_LAWS.group(law)))
+    if operator == 0.0:
+        group: type[ParameterGroup] | None = None
+        functions: tuple[Callable[..., Any], ...] = (_no_output, _no_output, _no_rates)
+    else:
+        group = OPERATORS.group(operator)
+        found = OPERATORS.card(group)
+        functions = (found.output, found.energy, found.rates)
+    at = "m: Parameters, z: Row"
+    texts = (
+        f"def operator_output({at}, x: float) -> float:\n    return own(m.hysteresis, z, x)\n",
+        f"def operator_energy({at}, x: float) -> float:\n    return own(m.hysteresis, z, x)\n",
+        f"def operator_rates({at}, dz: MutableRow, x: float, x_rate: float, timestep: float)"
+        " -> None:\n    own(m.hysteresis, z, dz, x, x_rate, timestep)\n",
+    )
+    places = (operator_output, operator_energy, operator_rates)
+    for place, text, function in zip(places, texts, functions, strict=True):
+        own[place] = _made(place, text, operator, {"own": function}, (None, group))
+    return own
+
+
+def _force_law(code: float, card: ForceLaw) -> dict[Callable[..., Any], FunctionType]:
+    fields = [name for name, _ in specs(card.group)][1:]
+    every = {name: f"m.force.{name}" for name in fields}
+    every |= {name: f"m.braid.{name}" for name in card.braid_fields}
+    rest = "".join(f", {place}" for place in every.values())
+    known = {"pressure": "pressure", "contraction": "contraction", **every}
+    made: dict[Callable[..., Any], FunctionType] = {}
+
+    def add(place: Callable[..., Any], text: str, **names: Any) -> None:
+        made[place] = _made(place, text, code, names, (card.group, None))
+
+    def named(function: Callable[..., Any]) -> str:
+        """Arguments of a function by their names, those of the force if it has no names."""
+        kinds = [one.kind for one in inspect.signature(function).parameters.values()]
+        if inspect.Parameter.VAR_POSITIONAL in kinds:
+            return f"pressure, contraction{rest}"
+        return ", ".join(known[name] for name in inspect.signature(function).parameters)
+
+    call = f"return own(pressure, contraction{rest})"
+    add(law_force, f"def law_force({_AT}) -> float:\n    {call}\n", own=card.force_function)
+    add(law_volume, f"def law_volume({_AT}) -> float:\n    {call}\n", own=card.volume_function)
+    work = card.work_function
+    if work is None:
+        add(law_work, f"{_WORK}\n    return pressure * gained\n")
+    elif card.volume_varies:
+        add(law_work, f"{_WORK}\n    return own({named(work)})\n", own=work)
+    else:
+        add(law_work, f"{_WORK}\n    return pressure * gained + own({named(work)})\n", own=work)
+    together = card.derivatives_function
+    if together is None:
+        parts = {place.__name__: made[place] for place in (law_force, law_volume, law_work)}
+        add(law_derivatives, _QUOTIENTS, apart=_APART, above=_ABOVE, **parts)
+    else:
+        text = f"def law_derivatives({_AT}) -> {_FIVE}:\n    {call}\n"
+        add(law_derivatives, text, own=together)
+    for place, value in ((law_pushes, card.pushes), (law_volume_varies, card.volume_varies)):
+        add(place, f"def {place.__name__}(m: Parameters) -> bool:\n    return {value}\n")
+    return made
+
+
+def _made(
+    place: Callable[..., Any],
+    text: str,
+    code: float,
+    names: dict[str, Any],
+    laws: tuple[type[ParameterGroup] | None, type[ParameterGroup] | None],
+) -> FunctionType:
+    """The function of a text, which a debugger and Warp read as that of a file.
+
+    Args:
+        place: that it stands for.
+        text: its definition.
+        code: of the law.
+        names: what it refers to.
+        laws: groups whose fields it takes from the record.
+    """
+    where = f"<{place.__name__} of law {code:.0f}>"
+    linecache.cache[where] = (len(text), None, text.splitlines(keepends=True), where)
+    space: dict[str, Any] = {"__name__": __name__, "math": math, **names}
+    exec(
+        compile(text, where, "exec", dont_inherit=True, flags=__future__.annotations.compiler_flag),
+        space,
+    )
+    function = space[place.__name__]
+    function.__qualname__ = f"{place.__name__}_{code:.0f}"  # where laws meet, each has a name
+    function.laws = laws
+    return function
+
+
+def _no_output(h: Parameters, z: Row, x: float) -> float:
+    return math.nan
+
+
+def _no_rates(
+    h: Parameters, z: Row, dz: MutableRow, x: float, x_rate: float, timestep: float
+) -> None:
+    pass

@@ -1,0 +1,337 @@
+"""Parameters and states of one actuator as records, which the kernel reads by name.
+
+``model.actuator_user`` holds the parameters of an actuator and ``data.act`` its memory, so a saved
+model and a saved state replay bit for bit, and a batch can give every simulation its own
+parameters. Both are plain rows of numbers to the engine. Here each is a record: the parameter
+groups give the names, so ``m.valve.supply_pressure`` is the one of a rig's file.
+Compiled code views the row itself; plain Python reads a namespace of the same names.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import functools
+from collections.abc import Iterator, MutableSequence, Sequence
+from types import SimpleNamespace
+from typing import Any, TypeAlias
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pamsim.core.catalog import MOST_PARAMETERS
+from pamsim.core.errors import EngineError, InputError, nearest
+from pamsim.core.parameters import ParameterGroup, specs
+from pamsim.physics.braid import Braid
+from pamsim.physics.force_laws.catalog import FORCE_LAWS
+from pamsim.physics.force_laws.effective_area import Stroke
+from pamsim.physics.hysteresis.catalog import OPERATORS
+from pamsim.physics.hysteresis.group import Hysteresis
+from pamsim.physics.hysteresis.parallel import BLOCKS
+from pamsim.physics.muscle import COMMANDS, MUSCLE_ONLY, PLAIN_GROUPS, PUSHING_ONLY, Muscle
+
+Row: TypeAlias = Sequence[float] | NDArray[np.float64]
+MutableRow: TypeAlias = MutableSequence[float] | NDArray[np.float64]
+Parameters: TypeAlias = Any
+"""``m``: a record of `record_dtype` in compiled code, in Python what `view` returns."""
+States: TypeAlias = Any
+"""``s``: a record of `STATES`, or a namespace of the same names."""
+
+SIGNATURE = 7240.288
+"""First number of every pamsim muscle's row. MJCF is written with six digits, so the numbers of a
+model that was saved as MJCF are no longer exact, and this one shows it."""
+
+STATE_NAMES = (
+    "earlier_pressure",  # absolute, of the step before last; used if it has to be searched for
+    "last_pressure",  # of the last step
+    "ambient_air",  # pressure times volume that the air would have at ambient temperature
+    "creep_2",  # contraction of the second creep element's dashpot
+    "tube_pressure",  # absolute, at the valves' end of the tube
+    "opening",  # of slow valves
+    "sag",  # of the supply, as a share; the same in all muscles on it
+    "friction",  # dry, along the tendon [N]
+    "line",  # the command as it leaves its line
+    "creep",
+    "shift",  # of the chain on the sprocket [m]
+    "extension",  # of the chain [m]
+    "air",  # air state y = P^(1/n) V; the pressure itself where that is measured
+)
+"""States that every muscle has, at the end of its ``act``. All exist even where an effect is off,
+so that any effect can be added to a compiled model. Before them lies the memory: the hysteresis
+operator's states, then the blocks of the one in parallel."""
+
+STATES = np.dtype([(name, np.float64) for name in STATE_NAMES])
+
+COMMON = BLOCKS + len(STATE_NAMES)
+"""Number of states that every muscle has."""
+
+
+def _group(names: Sequence[str], first: int) -> tuple[np.dtype[Any], int]:
+    """A record of numbers that follow each other from a place on, and where it ends."""
+    offsets = [8 * (first + i) for i in range(len(names))]
+    end = first + len(names)
+    layout = {"names": names, "formats": ["<f8"] * len(names), "offsets": offsets}
+    return np.dtype({**layout, "itemsize": 8 * end}), end
+
+
+@functools.cache
+def record_dtype(
+    force: type[ParameterGroup] | None = None, hysteresis: type[ParameterGroup] | None = None
+) -> np.dtype[Any]:
+    """Nested record of a muscle's row.
+
+    Args:
+        force: group of its force law, whose fields are then named; None for a row of any law.
+        hysteresis: group of its hysteresis operator, likewise.
+
+    Returns:
+        Record with ``signature``, ``command``, ``partner`` (the id of the actuator at the other end
+        of the chain plus 1, 0 for none) and one record per group. The records of ``force`` and
+        ``hysteresis`` begin with ``law``, the code of the law; that number is also called
+        ``law_<code>``, so that the records of two laws are different types.
+    """
+    head = ("signature", "command", "partner")
+    fields: dict[str, tuple[Any, int]] = {name: ("<f8", 8 * i) for i, name in enumerate(head)}
+    end = len(head)
+    for group in PLAIN_GROUPS:
+        names, start = [name for name, _ in specs(group)], end
+        if group is Stroke:
+            # What contraction is taken against is one number: `stroke` continues `braid`.
+            own = {"names": names, "formats": ["<f8"] * len(names)}
+            start = fields[Braid.group][1] // 8
+            places = [0, *range(end - start, end - start + len(names) - 1)]
+            assert names[0] == "nominal_length"
+            end += len(names) - 1
+            size = 8 * (end - start)
+            record = np.dtype({**own, "offsets": [8 * i for i in places], "itemsize": size})
+        else:
+            record, count = _group(names, 0)
+            end += count
+        fields[group.group] = (record, 8 * start)
+    # Without an operator the width of its loop is there all the same, and is 0.
+    for name, chosen, common, catalog in (
+        ("force", force, None, FORCE_LAWS),
+        ("hysteresis", hysteresis, Hysteresis, OPERATORS),
+    ):
+        group = chosen or common
+        names = ["law", *(field for field, _ in specs(group))] if group else ["law"]
+        record, _ = _group(names, 0)
+        if group is not None:
+            alias = f"law_{int(catalog.code(group)) if chosen else 0}"
+            places = [*range(len(names)), 0]
+            record = np.dtype(
+                {
+                    "names": [*names, alias],
+                    "formats": ["<f8"] * len(places),
+                    "offsets": [8 * i for i in places],
+                    "itemsize": 8 * (1 + MOST_PARAMETERS),
+                }
+            )
+        fields[name] = (record, 8 * end)
+        end += 1 + MOST_PARAMETERS
+    return np.dtype(
+        {
+            "names": list(fields),
+            "formats": [kind for kind, _ in fields.values()],
+            "offsets": [offset for _, offset in fields.values()],
+            "itemsize": 8 * end,
+        }
+    )
+
+
+SIZE = record_dtype().itemsize // 8
+"""Length of the row: what ``nuser_actuator`` must be at least."""
+
+
+def _places(record: np.dtype[Any], first: int = 0) -> Iterator[tuple[str, int]]:
+    """Name and place in the row of every number of a record."""
+    for name in record.names or ():
+        kind, offset = (record.fields or {})[name][:2]
+        at = first + offset // 8
+        if kind.names is None:
+            yield name, at
+        else:
+            yield from ((f"{name}.{inner}", place) for inner, place in _places(kind, at))
+
+
+@functools.cache
+def places_in_row(*laws: type[ParameterGroup] | None) -> dict[str, int]:
+    """Place in the row of every number of `record_dtype`, whose arguments it takes."""
+    return dict(_places(record_dtype(*laws)))
+
+
+def slot(name: str, muscle: Muscle | None = None) -> int:
+    """Place of a parameter in the row by its name, such as ``chamber.dead_volume``.
+
+    Args:
+        name: ``group.field``, ``command`` or ``partner``.
+        muscle: whose laws' parameters are known as well, such as ``force.scale``, and only groups
+            that have a meaning for it; None for any.
+
+    Raises:
+        InputError: if there is no such parameter, with the nearest name.
+    """
+    known = places_in_row() if muscle is None else _slots_of(muscle)
+    if name not in known:
+        raise InputError(f"no muscle parameter {name!r}; {nearest(name, known)}")
+    return known[name]
+
+
+def has_parameter(muscle: Muscle, name: str) -> bool:
+    """Whether a muscle has a parameter of a name, as `slot` takes it."""
+    return name in _slots_of(muscle)
+
+
+def _slots_of(muscle: Muscle) -> dict[str, int]:
+    return _slots_of_groups(tuple(type(group) for group in muscle.groups))
+
+
+@functools.cache
+def _slots_of_groups(groups: tuple[type[ParameterGroup], ...]) -> dict[str, int]:
+    chosen = {group.group: group for group in groups}
+    every = places_in_row(chosen.get("force"), chosen.get("hysteresis"))
+    names = (f"{group.group}.{name}" for group in groups for name, _ in specs(group))
+    return {name: every[name] for name in names}
+
+
+def _laws(muscle: Muscle) -> tuple[type[ParameterGroup], type[ParameterGroup] | None]:
+    return type(muscle.force), None if muscle.hysteresis is None else type(muscle.hysteresis)
+
+
+def state_size(muscle: Muscle) -> int:
+    """Number of states of one muscle: its hysteresis operator's and those that all have."""
+    return (muscle.hysteresis.state_count if muscle.hysteresis else 0) + COMMON
+
+
+def pack(muscle: Muscle) -> NDArray[np.float64]:
+    """Write a muscle into a row.
+
+    Returns:
+        (SIZE,) parameters in SI, for ``model.actuator_user``.
+    """
+    row = np.zeros(SIZE)
+    places = places_in_row(*_laws(muscle))
+    row[places["signature"]] = SIGNATURE
+    row[places["command"]] = COMMANDS.index(muscle.command)
+    row[places["force.law"]] = FORCE_LAWS.code(type(muscle.force))
+    if muscle.hysteresis is not None:
+        row[places["hysteresis.law"]] = OPERATORS.code(type(muscle.hysteresis))
+    # Groups without meaning are there as well: the kernel divides by some of their neutral values.
+    for group in vars(muscle).values():
+        if isinstance(group, ParameterGroup):
+            for name, _ in specs(type(group)):
+                row[places[f"{group.group}.{name}"]] = getattr(group, name)
+    return row
+
+
+def laws_of(row: Row) -> tuple[type[ParameterGroup], type[ParameterGroup] | None]:
+    """Groups of the force law and of the hysteresis operator that a row names.
+
+    Raises:
+        EngineError: if a code stands for no law.
+    """
+    law, operator = float(row[slot("force.law")]), float(row[slot("hysteresis.law")])
+    return FORCE_LAWS.group(law), OPERATORS.group(operator) if operator else None
+
+
+def unpack(row: Row) -> Muscle:
+    """Read a muscle back from a row; the inverse of `pack`.
+
+    Raises:
+        EngineError: if the row is not a pamsim muscle, or a code in it stands for no law.
+        ParameterError: if a number in it has been set out of range.
+    """
+    if not is_muscle(row):
+        raise EngineError("this actuator is not a pamsim muscle: its user data has no signature")
+    force, hysteresis = laws_of(row)
+    places = places_in_row(force, hysteresis)
+    idle = MUSCLE_ONLY if FORCE_LAWS.card(force).pushes else PUSHING_ONLY
+    chosen = [force] if hysteresis is None else [force, hysteresis]
+    groups = {
+        group.group: group(
+            **{name: float(row[places[f"{group.group}.{name}"]]) for name, _ in specs(group)}
+        )
+        for group in (*(plain for plain in PLAIN_GROUPS if plain not in idle), *chosen)
+    }
+    command = float(row[slot("command")])
+    if command not in range(len(COMMANDS)):
+        raise EngineError(f"command = {command:g} in an actuator's user data stands for nothing")
+    return Muscle(command=COMMANDS[int(command)], **groups)  # pyright: ignore[reportArgumentType]
+
+
+def with_row(muscle: Muscle, row: NDArray[np.float64], before: NDArray[np.float64]) -> Muscle:
+    """A muscle with the numbers of a row, as `unpack` reads them; its laws stay.
+
+    Groups whose numbers do not change are the muscle's own, so it is much quicker than `unpack`.
+
+    Args:
+        muscle: as packed in ``before``.
+        row: (SIZE,) with the same laws.
+        before: (SIZE,).
+
+    Raises:
+        ParameterError: if a number has been set out of range.
+    """
+    changed = set(np.flatnonzero(row != before).tolist())
+    if not changed:
+        return muscle
+    places = _slots_of(muscle)
+    groups: dict[str, ParameterGroup] = {}
+    for group in muscle.groups:
+        own = {name: places[f"{group.group}.{name}"] for name, _ in specs(type(group))}
+        if not changed.isdisjoint(own.values()):
+            fields = {name: float(row[place]) for name, place in own.items()}
+            groups[group.group] = dataclasses.replace(group, **fields)
+    return dataclasses.replace(muscle, **groups) if groups else muscle
+
+
+def is_muscle(row: Row) -> bool:
+    """Whether an actuator's user data is a pamsim muscle."""
+    return len(row) >= SIZE and float(row[0]) == SIGNATURE
+
+
+def view(row: Row) -> Parameters:
+    """The record of a row for the kernel in plain Python.
+
+    Args:
+        row: (SIZE,) of any law that is known here.
+
+    Returns:
+        Namespace of numbers and, per group, namespaces; a copy, whose numbers may be changed.
+
+    Raises:
+        EngineError: if a code stands for no law.
+    """
+    return _namespace(record_dtype(*laws_of(row)), np.asarray(row, dtype=float).tolist(), 0)
+
+
+def _namespace(record: np.dtype[Any], row: list[float], first: int) -> SimpleNamespace:
+    fields: dict[str, Any] = {}
+    for name in record.names or ():
+        kind, offset = (record.fields or {})[name][:2]
+        at = first + offset // 8
+        fields[name] = row[at] if kind.names is None else _namespace(kind, row, at)
+    return SimpleNamespace(**fields)
+
+
+def parameters(muscle: Muscle) -> Parameters:
+    """The record of a muscle for the kernel in plain Python, see `view`."""
+    return view(pack(muscle))
+
+
+def split_states(act: Row) -> tuple[States, list[float]]:
+    """States of a muscle by name, and its memory, for the kernel in plain Python.
+
+    Args:
+        act: (n,) of one actuator.
+
+    Returns:
+        Namespace of `STATE_NAMES`, and (n - 13,) the hysteresis; copies.
+    """
+    numbers = np.asarray(act, dtype=float).tolist()
+    count = len(numbers) - len(STATE_NAMES)
+    return SimpleNamespace(**dict(zip(STATE_NAMES, numbers[count:], strict=True))), numbers[:count]
+
+
+def joined_states(states: States, memory: Sequence[float]) -> list[float]:
+    """``act`` of one actuator from what `split_states` returns."""
+    return [*memory, *(getattr(states, name) for name in STATE_NAMES)]

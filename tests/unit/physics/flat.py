@@ -1,0 +1,116 @@
+"""The kernel's functions over rows of numbers, as the engine keeps them, for tests.
+
+``from tests.unit.physics.flat import tension`` gives the function of that name with a parameter row
+in the place of ``m``, and one ``act`` in the place of ``s`` and ``z``; rates are written back.
+"""
+
+from __future__ import annotations
+
+import functools
+import importlib
+import inspect
+import pkgutil
+from types import ModuleType, SimpleNamespace
+
+import pamsim.physics
+from pamsim.physics.muscle import Muscle
+from pamsim.physics.record import (
+    STATE_NAMES,
+    joined_states,
+    parameters,
+    record_dtype,
+    slot,
+    split_states,
+    view,
+)
+
+PLACES = {name.upper(): len(STATE_NAMES) - i for i, name in enumerate(STATE_NAMES)}
+"""Places of the states in ``act``, counted from its end, such as ``AIR``."""
+
+_RECORDS = {"m", "par"}
+_SPLIT = {("s", "z"): "act", ("ds", "dz"): "rates", ("before", "memory_before"): "before"}
+
+
+def record(given) -> SimpleNamespace:
+    """Parameters from a row, a muscle, or themselves."""
+    if isinstance(given, SimpleNamespace):
+        return given
+    return parameters(given) if isinstance(given, Muscle) else view(given)
+
+
+def parameter_slot(muscle: Muscle, name: str) -> int:
+    return slot(name, muscle)
+
+
+def law_places(muscle: Muscle) -> dict[str, int]:
+    dtype = record_dtype(type(muscle.force))["force"]
+    first = slot("force.law")
+    return {name: first + dtype.fields[name][1] // 8 for name in dtype.names}
+
+
+def flat(function):
+    """A function of records as one of rows."""
+    names = list(inspect.signature(function).parameters)
+
+    @functools.wraps(function)
+    def call(*given, **named):
+        arguments, written, taken = [], [], iter(given)
+        at = 0
+        while at < len(names):
+            pair = tuple(names[at : at + 2])
+            try:
+                one = next(taken)
+            except StopIteration:
+                break
+            if names[at] == "m":
+                arguments.append(record(one))
+            elif pair in _SPLIT:
+                s, z = split_states(one)
+                arguments += [s, z]
+                if pair == ("ds", "dz"):
+                    written.append((one, s, z))
+                at += 1
+            elif names[at] in ("s", "ds", "before"):
+                arguments.append(split_states(one)[0])
+            elif names[at] in ("z", "memory_before"):
+                arguments.append(split_states(one)[1])
+            elif names[at] == "dz":
+                dz = [0.0] * (len(one) - len(STATE_NAMES))
+                arguments.append(dz)
+                written.append((one, None, dz))
+            else:
+                arguments.append(one)
+            at += 1
+        result = function(*arguments, **named)
+        for one, s, z in written:
+            if s is None:
+                one[: len(z)] = z
+            else:
+                one[:] = joined_states(s, z)
+        return result
+
+    return call
+
+
+def __getattr__(name: str):
+    if name in PLACES:
+        return PLACES[name]
+    modules = [m.name for m in pkgutil.iter_modules(pamsim.physics.__path__)]
+    if name in modules:
+        return _Flat(importlib.import_module(f"pamsim.physics.{name}"))
+    for module in modules:
+        found = getattr(importlib.import_module(f"pamsim.physics.{module}"), name, None)
+        if inspect.isfunction(found):
+            return flat(found)
+    raise AttributeError(name)
+
+
+class _Flat:
+    """A module of the kernel, over rows."""
+
+    def __init__(self, module: ModuleType) -> None:
+        self._module = module
+
+    def __getattr__(self, name: str):
+        found = getattr(self._module, name)
+        return flat(found) if inspect.isfunction(found) else found
