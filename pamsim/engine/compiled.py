@@ -189,7 +189,7 @@ def find(row: Any) -> Any:
 def called(row: Any, which: Any, arguments: Any) -> Any:
     """Result of one of the functions of a muscle's pair; no number where it has none."""
     pair = find(row)
-    if pair == 0:
+    if pair == 0 or integers(pair)[which] == 0:
         return math.nan
     return call_at(integers(pair)[which], arguments)
 
@@ -339,6 +339,7 @@ def prepare(pairs: Iterable[tuple[float, float]], *, checked: bool = False) -> N
         EngineError: if a code stands for no law that is known here.
         InputError: if a law cannot be compiled.
     """
+    checked = checked or checking
     with _once:
         for pair in sorted(set(pairs)):
             if pair not in _loaded or (checked and len(_loaded[pair]) < 4):

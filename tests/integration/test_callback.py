@@ -1,4 +1,4 @@
-"""Muscles in the engine: the same numbers on every path, compiled and interpreted."""
+"""Muscles in the engine: the same numbers on every path, compiled and in Python."""
 
 from __future__ import annotations
 
@@ -16,9 +16,9 @@ from mujoco.batch import Batch
 
 import pamsim
 from pamsim.core.errors import EngineError, InputError
-from pamsim.engine import interpreted
+from pamsim.engine import muscle_step
 from pamsim.engine.state import charge
-from tests.unit.physics.flat import parameter_slot
+from pamsim.physics.record import slot
 
 STEP = pamsim.pressure_step((487e3, 487e3), (487e3, 0.0), duration=0.6, load=1.2)
 
@@ -47,11 +47,11 @@ def drive(model, data, steps, seed=0):
 
 
 @pytest.mark.parametrize("command", ["valve", "pulse", "pressure_set"])
-def test_compiled_and_python_callbacks_agree(rig, command):
+def test_compiled_and_python_steps_agree(rig, command):
     start, end = (3e5, 3e5), (4.5e5, 1e5)
     if command == "pressure_set":
         step = pamsim.pressure_step(start, end, duration=0.5, load=2.14)
-        experiment = replace(step, settle=0.3)  # the interpreted kernel is slow
+        experiment = replace(step, settle=0.3)  # Python is slow
     else:
         experiment = pamsim.Experiment(
             drive=command,
@@ -65,7 +65,7 @@ def test_compiled_and_python_callbacks_agree(rig, command):
     slow = pamsim.simulate(rig, experiment, backend="python").completed()
     for name in ("angle", "velocity", "pressure", "tension"):
         np.testing.assert_allclose(getattr(fast, name), getattr(slow, name), rtol=1e-9, atol=1e-12)
-    if sys.platform == "linux":  # there, machine code and interpreter call one mathematics library
+    if sys.platform == "linux":  # there both call one mathematics library
         assert np.array_equal(fast.final_state, slow.final_state)
 
 
@@ -187,6 +187,30 @@ def test_a_process_without_pamsim_refuses_the_model(rig, tmp_path):
     assert "pamsim.muscle" in done.stderr
 
 
+def test_a_model_that_was_written_as_mjcf_is_refused_and_never_without_force(rig, tmp_path):
+    """MJCF keeps six digits of each parameter, so the muscle would be another one."""
+    spec = mujoco.MjSpec.from_file(str(rig.file.mjcf))
+    tendon = next(iter(rig.file.tendons.values()))
+    pamsim.attach(spec, tendon=tendon, muscle=rig.muscles["muscle_1"], name="puller")
+    pamsim.compile_model(spec)
+    path = tmp_path / "model.xml"
+    path.write_text(spec.to_xml(), encoding="utf-8")
+    model = mujoco.MjModel.from_xml_path(str(path))
+    data = mujoco.MjData(model)
+    for refused in (
+        lambda: pamsim.reset(model, data, 2e5),
+        lambda: pamsim.pressures(model, data),
+        lambda: pamsim.live(model).__enter__(),
+        lambda: pamsim.live(model, backend="python").__enter__(),
+    ):
+        with pytest.raises(EngineError, match="'puller' .* six digits: load the rig with"):
+            refused()
+    data.act[:] = 1.0
+    for evaluate in (mujoco.mj_forward, mujoco.mj_step):
+        evaluate(model, data)
+        assert np.isnan(data.actuator_force).all()
+
+
 def test_muscles_of_a_group_that_is_switched_off_neither_pull_nor_change(rig):
     model, data = charged(rig)
     data.ctrl[:] = (0.5, 0.5)
@@ -203,12 +227,25 @@ def test_muscles_of_a_group_that_is_switched_off_neither_pull_nor_change(rig):
         assert data.act[first.stop :].tolist() != before[first.stop :].tolist()
 
 
-def test_a_chamber_that_was_never_charged_is_noticed(rig):
-    model = rig.model_for(command="valve")
-    data = mujoco.MjData(model)
-    with pamsim.live(model):
-        mujoco.mj_step(model, data)
-    assert np.isnan(data.actuator_force).all()
+@pytest.mark.parametrize("command", ["valve", "pressure_set"])
+def test_after_a_reset_of_the_engine_alone_the_chambers_are_at_the_atmosphere(rig, command):
+    model, data = charged(rig, command=command)
+    ends = []
+    for backend in ("compiled", "python"):
+        mujoco.mj_resetData(model, data)
+        mujoco.mj_forward(model, data)
+        np.testing.assert_allclose(pamsim.pressures(model, data), 0.0, atol=1e-6)
+        with pamsim.live(model, backend=backend):
+            for _ in range(20):
+                mujoco.mj_step(model, data)
+                assert np.isfinite(data.actuator_force).all()
+        ends.append(pamsim.save_state(model, data))
+    pressure = pamsim.pressures(model, data)
+    assert np.all(data.act[model.actuator_actadr + model.actuator_actnum - 1] > 0.0)
+    # The arm has moved a little, and shut valves keep the air in.
+    assert np.abs(pressure).max() < 5e3
+    assert np.array_equal(*ends) or sys.platform != "linux"
+    np.testing.assert_allclose(*ends, rtol=1e-9, atol=1e-12)
 
 
 def test_charging_forgets_the_hysteresis_of_before(rig):
@@ -295,27 +332,6 @@ def test_another_model_in_the_same_process_is_unaffected(rig):
     assert np.array_equal(run(), alone)
 
 
-def test_timers_stand_still_inside_a_scope_only(rig):
-    model, data = charged(rig)
-    step = mujoco.mjtTimer.mjTIMER_STEP
-
-    def timed():
-        before = data.timer[step].duration
-        mujoco.mj_step(model, data, 20)
-        return data.timer[step].duration > before
-
-    outer, inner = pamsim.live(model), pamsim.live(model)
-    outer.__enter__()
-    inner.__enter__()
-    outer.__exit__(None, None, None)  # not in the order of entering, as threads leave
-    assert not timed()
-    inner.__exit__(None, None, None)
-    assert mujoco.get_mjcb_time() is None
-    with pytest.raises(RuntimeError, match="on purpose"), pamsim.live(model):
-        raise RuntimeError("on purpose")
-    assert mujoco.get_mjcb_time() is None
-
-
 def test_a_clock_of_somebody_else_is_left_alone(rig):
     model, _ = charged(rig)
 
@@ -331,13 +347,13 @@ def test_a_clock_of_somebody_else_is_left_alone(rig):
         mujoco.set_mjcb_time(None)
 
 
-def test_an_error_of_the_interpreted_kernel_reaches_the_caller(rig, monkeypatch):
+def test_an_error_of_the_kernel_in_python_reaches_the_caller(rig, monkeypatch):
     model, data = charged(rig)
 
     def broken(*_):
         raise ZeroDivisionError("on purpose")
 
-    monkeypatch.setattr(interpreted, "state_rates", broken)
+    monkeypatch.setattr(muscle_step, "state_rates", broken)
     with (
         pytest.raises(ZeroDivisionError, match="on purpose"),
         pamsim.live(model, backend="python"),
@@ -378,7 +394,7 @@ def test_every_allowed_integrator_gives_the_same_motion(rig, integrator):
 
 def test_batch_gives_every_simulation_its_own_parameters(rig):
     scales = (0.5, 1.0, 1.5)
-    index = parameter_slot(rig.muscles["muscle_1"], "force.scale")
+    index = slot("force.scale", rig.muscles["muscle_1"])
     model, data = charged(rig, command="pressure_set")
     one_by_one = []
     for scale in scales:

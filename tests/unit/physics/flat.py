@@ -13,8 +13,10 @@ import pkgutil
 from types import ModuleType, SimpleNamespace
 
 import pamsim.physics
+from pamsim.physics import rest_state as _rest_state
 from pamsim.physics.muscle import Muscle
 from pamsim.physics.record import (
+    COMMON,
     STATE_NAMES,
     joined_states,
     parameters,
@@ -48,6 +50,12 @@ def law_places(muscle: Muscle) -> dict[str, int]:
     return {name: first + dtype.fields[name][1] // 8 for name in dtype.names}
 
 
+def split(act):
+    """States by name and memory; a short ``act`` has zeros before its numbers."""
+    numbers = [float(one) for one in act]
+    return split_states([*[0.0] * (COMMON - len(numbers)), *numbers])
+
+
 def flat(function):
     """A function of records as one of rows."""
     names = list(inspect.signature(function).parameters)
@@ -65,15 +73,15 @@ def flat(function):
             if names[at] == "m":
                 arguments.append(record(one))
             elif pair in _SPLIT:
-                s, z = split_states(one)
+                s, z = split(one)
                 arguments += [s, z]
                 if pair == ("ds", "dz"):
                     written.append((one, s, z))
                 at += 1
-            elif names[at] in ("s", "ds", "before"):
-                arguments.append(split_states(one)[0])
+            elif names[at] in ("s", "ds") or (names[at] == "before" and not isinstance(one, float)):
+                arguments.append(split(one)[0])
             elif names[at] in ("z", "memory_before"):
-                arguments.append(split_states(one)[1])
+                arguments.append(split(one)[1])
             elif names[at] == "dz":
                 dz = [0.0] * (len(one) - len(STATE_NAMES))
                 arguments.append(dz)
@@ -92,16 +100,27 @@ def flat(function):
     return call
 
 
+def rest(row, act, tendon_length, pressure):
+    """Write the states of `pamsim.physics.rest_state.rest`."""
+    act[:] = _rest_state.rest(record(row), len(act), tendon_length, pressure)
+
+
+def quieten(row, act, tendon_length, pressure):
+    s, z = split(act)
+    _rest_state.quieten(record(row), s, tendon_length, pressure)
+    act[:] = joined_states(s, z)
+
+
 def __getattr__(name: str):
     if name in PLACES:
         return PLACES[name]
     modules = [m.name for m in pkgutil.iter_modules(pamsim.physics.__path__)]
-    if name in modules:
-        return _Flat(importlib.import_module(f"pamsim.physics.{name}"))
     for module in modules:
         found = getattr(importlib.import_module(f"pamsim.physics.{module}"), name, None)
         if inspect.isfunction(found):
             return flat(found)
+    if name in modules:
+        return _Flat(importlib.import_module(f"pamsim.physics.{name}"))
     raise AttributeError(name)
 
 
@@ -112,5 +131,7 @@ class _Flat:
         self._module = module
 
     def __getattr__(self, name: str):
+        if name in ("rest", "quieten"):
+            return globals()[name]
         found = getattr(self._module, name)
         return flat(found) if inspect.isfunction(found) else found

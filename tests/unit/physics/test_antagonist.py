@@ -15,7 +15,7 @@ from pamsim.physics.force_laws.exponential import SixParameter
 from pamsim.physics.force_laws.mckibben import IdealMcKibben
 from pamsim.physics.muscle import Mounting, Muscle
 from pamsim.physics.passive import PassiveSpring
-from pamsim.physics.record import COMMON, pack
+from pamsim.physics.record import COMMON, parameters
 from pamsim.physics.tension import Threshold
 from pamsim.physics.valves import ValvePair
 from tests.unit.physics.flat import (
@@ -60,7 +60,7 @@ STATES = [(0.0, 3e5), (-0.01, 5e5), (0.004, 1.5e5)]
 
 
 def row(muscle: Muscle) -> list[float]:
-    return [float(value) for value in pack(muscle)]
+    return parameters(muscle)
 
 
 def shut(par: list[float], length: float, pressure: float) -> list[float]:

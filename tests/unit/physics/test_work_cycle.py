@@ -8,7 +8,7 @@ import pytest
 
 from pamsim.papers.antagonistic_pair import ideal_muscle, rig_muscle
 from pamsim.physics import work_cycle
-from pamsim.physics.record import pack
+from pamsim.physics.record import pack, parameters
 from pamsim.physics.tension import taut
 from tests.unit.physics.flat import work_ratio
 
@@ -37,7 +37,7 @@ def test_with_the_braid_s_volume_the_earlier_calibration_gave_a_third_more(monke
     braid = dataclasses.replace(earlier.braid, extensibility=0.0)
     spring = dataclasses.replace(earlier.passive, softening=10.0)
     earlier = dataclasses.replace(earlier, braid=braid, passive=spring)
-    ideal = pack(ideal_muscle()).tolist()
+    ideal = parameters(ideal_muscle())
     shift = ideal_muscle().mounting.length_at_zero - rig_muscle().mounting.length_at_zero
     law = work_cycle.static_volume
     monkeypatch.setattr(
