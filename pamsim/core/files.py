@@ -1,4 +1,4 @@
-"""Write a file completely or not at all, and none over another without being asked to."""
+"""Read a file up to a size; write one completely or not at all, and none over another unasked."""
 
 from __future__ import annotations
 
@@ -54,6 +54,25 @@ def _flush(path: Path) -> None:
         os.fsync(handle)
     finally:
         os.close(handle)
+
+
+def read_bounded(path: Path, most: int, *, instead: str = "is it the right file?") -> bytes:
+    """The content of a file that anyone may have written.
+
+    Args:
+        path: of the file, which may be a pipe.
+        most: bytes that it may have.
+        instead: what to do about a larger one, for the error.
+
+    Raises:
+        OSError: if it cannot be read.
+        InputError: if it is larger.
+    """
+    with path.open("rb") as file:
+        content = file.read(most + 1)
+    if len(content) > most:
+        raise InputError(f"{path} has more than {most / 2**20:,.0f} MiB, the most read; {instead}")
+    return content
 
 
 def is_part(name: str) -> bool:

@@ -9,18 +9,16 @@ from pathlib import Path
 
 from pamsim.comparison.measurements import read_calibration_data
 from pamsim.comparison.trial_prediction import CHANNELS
-from pamsim.core.blas_threads import one_blas_thread
+from pamsim.core.computation import Progress, one_blas_thread
 from pamsim.core.errors import InputError
-from pamsim.core.progress import Progress
 from pamsim.diagnosis import length_pressure_loop, recordings, table_at_rest
 from pamsim.diagnosis.length_pressure_loop import PRINTED_LOOPS
 from pamsim.diagnosis.published_rig import NAME as PUBLISHED
 from pamsim.diagnosis.published_rig import published_rig
 from pamsim.diagnosis.result import Diagnosis
 from pamsim.engine.rig import Rig, load_rig
-from pamsim.recordings.measured_table import LengthLoop, read_measured
-from pamsim.recordings.static_table import PRINTED as PRINTED_TABLE
-from pamsim.recordings.static_table import read_static_table
+from pamsim.recordings.measured_table import PRINTED as PRINTED_TABLE
+from pamsim.recordings.measured_table import LengthLoop, read_measured, read_static_table
 
 Source = str | os.PathLike[str]
 

@@ -11,13 +11,12 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from pamsim.core.errors import InputError
-from pamsim.core.units import to_si
+from pamsim.core.units import FloatArray, to_si
 from pamsim.recordings.columns import Columns
-from pamsim.recordings.log_columns import ATMOSPHERE
-from pamsim.recordings.signal_names import EFFORTS, JOINT_KINDS, SignalNames
+from pamsim.recordings.signals import EFFORTS, JOINT_KINDS, SignalNames
+from pamsim.recordings.trial_columns import ATMOSPHERE
 
 _WORDS: Mapping[str, frozenset[str]] = {
     kind: frozenset(words.split())
@@ -120,7 +119,7 @@ class _Named:
     kind: str
     column: str
     name: _Name
-    values: NDArray[np.float64]
+    values: FloatArray
     warning: str
 
 
@@ -357,7 +356,7 @@ def _guess(one: _Named, others: Sequence[_Named], supply: float) -> Guess:
     )
 
 
-def _plausible(values: NDArray[np.float64], unit: str, kind: str, supply: float) -> bool:
+def _plausible(values: FloatArray, unit: str, kind: str, supply: float) -> bool:
     """Whether numbers may be in a unit."""
     top = float(np.abs(values).max())
     if kind == "time":

@@ -8,7 +8,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-FloatArray = NDArray[np.float64]
+from pamsim.core.units import FloatArray
 
 
 def triangle(time: FloatArray, period: float, shrink: float = 1.0) -> FloatArray:

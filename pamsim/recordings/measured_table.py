@@ -1,15 +1,21 @@
-"""Read a user's measured CSV: a force map, a length-pressure loop, or force-displacement loops.
+"""Read a user's measured table: a force map, a loop, loops of force, or angles at rest.
 
-Which of the three a file is shows in its columns; each name carries its unit:
+Which of the first three a file is shows in its columns; each name carries its unit:
 
 - force map: pressure (``p_kpa``, ``p_gauge_pa``, ``p_bar``), ``contraction`` or
   ``contraction_percent`` or ``length_mm``, and ``force_n``;
 - length-pressure loop: pressure and ``length_cm``, perhaps ``branch`` (up, down) and ``repeat``;
 - force-displacement loops: ``time_s``, ``force_n``, ``displacement_mm``, perhaps ``loop``.
+
+A static table holds the angles at which a rig came to rest, one row each: ``p1_kpa``, ``p2_kpa``
+... (gauge, one per muscle, at rest), ``angle_deg`` (``beta_deg`` is the same), and, if they are
+known, ``load_kg`` and the pressures before the step, ``start_p1_kpa``, ``start_p2_kpa`` ...
 """
 
 from __future__ import annotations
 
+import os
+import re
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TypeAlias
@@ -18,12 +24,20 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pamsim.core.errors import InputError, nearest
-from pamsim.recordings.columns import Columns, read_columns
+from pamsim.core.limits import HEAVIEST_LOAD
+from pamsim.core.units import FloatArray
+from pamsim.recordings.columns import Columns
+from pamsim.recordings.printed import distinct_steps
+from pamsim.recordings.table_reader import read_columns
 
-FloatArray = NDArray[np.float64]
+PRINTED = "mas20"
+"""Name of the packaged static table: the 21 distinct rows of Matiskova 2021, Tables 1 and 2."""
 
 _WORDS = ("branch", "repeat", "loop")
 _MOST_CONTRACTION = 0.6
+_STATIC_COLUMNS = ("p{}_kpa", "start_p{}_kpa", "angle_deg", "load_kg")
+_HIGHEST_KPA = 5e3
+_LEAST_KPA = 20.0  # fluidic muscles work at some bar
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -103,8 +117,31 @@ class ForceLoops:
 MeasuredTable: TypeAlias = ForceMap | LengthLoop | ForceLoops
 
 
+@dataclass(frozen=True, kw_only=True)
+class StaticTable:
+    """Angles at rest, in SI.
+
+    Attributes:
+        name: of the file, or ``mas20``.
+        rows: what to call each row.
+        pressure: (n, m) gauge pressures at rest [Pa].
+        load: (n,) [kg].
+        angle: (n,) [rad].
+        start: (n, m) gauge pressures before the step [Pa], or None if the table has none.
+        notes: what a reader should know, one sentence each.
+    """
+
+    name: str
+    rows: tuple[str, ...]
+    pressure: FloatArray
+    load: FloatArray
+    angle: FloatArray
+    start: FloatArray | None = None
+    notes: tuple[str, ...] = ()
+
+
 def read_measured(path: Path, nominal_length: float | None = None) -> MeasuredTable:
-    """Read a measured CSV.
+    """Read a force map, a length-pressure loop or force-displacement loops.
 
     Args:
         path: of the file.
@@ -119,15 +156,21 @@ def read_measured(path: Path, nominal_length: float | None = None) -> MeasuredTa
             without a nominal length or at odds with the contraction beside them.
     """
     table = _Table(read_columns(path))
-    notes = [f"column {name!r} is not used" for name in table.ignored]
     if "displacement" in table.names or "time" in table.names:
-        return _force_loops(table, notes)
+        return _force_loops(table)
     pressure = table.si("pressure")
-    _plausible_pressure(table)
+    _check_pressure(table, pressure)
     if "force" in table.names:
-        return _force_map(table, pressure, nominal_length, notes)
+        contraction, nominal = _contraction(table, nominal_length)
+        return ForceMap(
+            pressure=pressure,
+            contraction=contraction,
+            force=table.si("force"),
+            nominal_length=nominal,
+            notes=table.notes,
+        )
     if "length" in table.names:
-        return _length_loop(table, pressure, notes)
+        return _length_loop(table, pressure)
     raise table.columns.no_quantity("force" if "contraction" in table.names else "length")
 
 
@@ -136,7 +179,6 @@ class _Table:
 
     def __init__(self, columns: Columns) -> None:
         self.columns = columns
-        self.lines = columns.lines
         self.quantities = columns.quantities()
         self.names = {quantity: q.column for quantity, q in self.quantities.items()}
         self.words = {
@@ -144,10 +186,9 @@ class _Table:
             for name, cells in columns.cells.items()
             if name.lower() in _WORDS
         }
-        used = {*self.names.values()}
-        self.ignored = [
-            name for name in columns.cells if name not in used and name.lower() not in _WORDS
-        ]
+        used = self.names.values()
+        unused = (n for n in columns.cells if n not in used and n.lower() not in _WORDS)
+        self.notes = tuple(f"column {name!r} is not used" for name in unused)
 
     def si(self, quantity: str) -> FloatArray:
         """Values of a quantity, shape (n,) [SI]; InputError if it has no column."""
@@ -158,17 +199,15 @@ class _Table:
 
     def line(self, row: int) -> str:
         """File and line of a row, to begin an error with."""
-        return f"{self.columns.path}: line {self.lines[row]}"
+        return f"{self.columns.path}: line {self.columns.lines[row]}"
 
     def cell(self, quantity: str, row: int) -> str:
         """File, line, column and value as written, to begin an error with."""
-        name = self.names[quantity]
-        return f"{self.line(row)}: {name} = {self.columns.numbers(name)[row]:g}"
+        return self.columns.where(self.names[quantity], row)
 
 
-def _force_map(
-    table: _Table, pressure: FloatArray, nominal: float | None, notes: list[str]
-) -> ForceMap:
+def _contraction(table: _Table, nominal: float | None) -> tuple[FloatArray, float | None]:
+    """Contraction of a force map, and the nominal length [m] if that is known."""
     if "contraction" in table.names:
         contraction = table.si("contraction")
         bad = np.flatnonzero(np.abs(contraction) > _MOST_CONTRACTION)
@@ -187,44 +226,37 @@ def _force_map(
                     f" nominal length of {1e3 * nominal:.4g} mm; correct one of the columns or drop"
                     " it"
                 )
-    elif "length" not in table.names:
+        return contraction, nominal
+    if "length" not in table.names:
         raise table.columns.no_quantity("contraction")
-    elif nominal is None:
+    if nominal is None:
         raise InputError(
             f"{table.columns.path}: {table.names['length']!r} needs the nominal length of the"
             " muscle; give `nominal_length`"
         )
+    length = table.si("length")
+    contraction = 1.0 - length / nominal
+    far = np.flatnonzero(np.abs(contraction) > _MOST_CONTRACTION)
+    if far.size:
+        raise InputError(
+            f"{table.line(int(far[0]))}: length {1e3 * length[far[0]]:.4g} mm of nominal"
+            f" {1e3 * nominal:.4g} mm is beyond any muscle; check both units"
+        )
+    return contraction, nominal
+
+
+def _length_loop(table: _Table, pressure: FloatArray) -> LengthLoop:
+    branch, notes = table.words.get("branch"), table.notes
+    if branch is None:
+        rising = _rising(pressure)
+        notes = (*notes, "no column 'branch': taken from whether the pressure rises or falls")
     else:
-        length = table.si("length")
-        contraction = 1.0 - length / nominal
-        far = np.flatnonzero(np.abs(contraction) > _MOST_CONTRACTION)
-        if far.size:
-            raise InputError(
-                f"{table.line(int(far[0]))}: length {1e3 * length[far[0]]:.4g} mm of nominal"
-                f" {1e3 * nominal:.4g} mm is beyond any muscle; check both units"
-            )
-    return ForceMap(
-        pressure=pressure,
-        contraction=contraction,
-        force=table.si("force"),
-        nominal_length=nominal,
-        notes=tuple(notes),
-    )
-
-
-def _length_loop(table: _Table, pressure: FloatArray, notes: list[str]) -> LengthLoop:
-    if "branch" in table.words:
-        for row, word in enumerate(table.words["branch"]):
+        for row, word in enumerate(branch):
             if word not in ("up", "down"):
                 hint = nearest(word, ("up", "down"))
                 raise InputError(f"{table.line(row)}: branch = {word!r}; {hint}")
-        rising = np.array([word == "up" for word in table.words["branch"]])
-    else:
-        rising = _rising(pressure)
-        notes.append("no column 'branch': taken from whether the pressure rises or falls")
-    return LengthLoop(
-        pressure=pressure, length=table.si("length"), rising=rising, notes=tuple(notes)
-    )
+        rising = np.array([word == "up" for word in branch])
+    return LengthLoop(pressure=pressure, length=table.si("length"), rising=rising, notes=notes)
 
 
 def _rising(pressure: FloatArray) -> NDArray[np.bool_]:
@@ -239,8 +271,8 @@ def _rising(pressure: FloatArray) -> NDArray[np.bool_]:
     return np.concatenate([steps[:1], steps])
 
 
-def _force_loops(table: _Table, notes: list[str]) -> ForceLoops:
-    label = table.words.get("loop", ["1"] * len(table.lines))
+def _force_loops(table: _Table) -> ForceLoops:
+    label = table.words.get("loop", ["1"] * len(table.columns.lines))
     names = tuple(dict.fromkeys(label))
     rows = [np.flatnonzero(np.array(label) == name) for name in names]
     time, force, displacement = (
@@ -248,29 +280,94 @@ def _force_loops(table: _Table, notes: list[str]) -> ForceLoops:
         for values in map(table.si, ("time", "force", "displacement"))
     )
     return ForceLoops(
-        names=names, time=time, force=force, displacement=displacement, notes=tuple(notes)
+        names=names, time=time, force=force, displacement=displacement, notes=table.notes
     )
 
 
-def _plausible_pressure(table: _Table) -> None:
-    """Refuse pressures that can only be in another unit than the column's name states.
-
-    Fluidic muscles work at some bar; a whole table below 20 kPa or above 50 bar is implausible.
-    """
-    pressure, name = table.si("pressure"), table.names["pressure"]
-    written = table.columns.numbers(name)
+def _check_pressure(table: _Table, pressure: FloatArray) -> None:
+    """Refuse pressures that can only be in another unit than the column's name states."""
+    name = table.names["pressure"]
     low, high = int(np.argmin(pressure)), int(np.argmax(pressure))
     if pressure[low] < -101325.0:
         raise InputError(f"{table.cell('pressure', low)} lies below vacuum; pressures are gauge")
-    if pressure[high] < 2e4:
+    if pressure[high] < 1e3 * _LEAST_KPA:
         unit = name.lower().rpartition("_")[2]
         meant = "kpa" if unit == "pa" else "bar"
         raise InputError(
-            f"{table.line(0)} and below: no {name!r} is above {np.max(written):g} {unit}, too"
-            f" little for a muscle; if it is {meant}, name the column 'p_{meant}'"
+            f"{table.line(0)} and below: no {name!r} is above"
+            f" {table.columns.numbers(name)[high]:g} {unit}, too little for a muscle; if it is"
+            f" {meant}, name the column 'p_{meant}'"
         )
-    if pressure[high] > 5e6:
+    if pressure[high] > 1e3 * _HIGHEST_KPA:
         raise InputError(
             f"{table.cell('pressure', high)} is {pressure[high] / 1e5:.4g} bar, too much for a"
             " muscle; check the unit in the column's name"
+        )
+
+
+def read_static_table(source: str | os.PathLike[str]) -> StaticTable:
+    """Read a static table.
+
+    Args:
+        source: path of a CSV, or ``mas20`` for the packaged table.
+
+    Raises:
+        InputError: in one line with file, line and column: a missing or mistyped column, a cell
+            that is no finite number, numbers that must be in another unit than their column says.
+    """
+    if str(source) == PRINTED and not Path(source).exists():
+        steps = distinct_steps()
+        return StaticTable(
+            name=PRINTED,
+            rows=tuple(f"row {step.row}" for step in steps),
+            pressure=np.array([step.pressure for step in steps]),
+            load=np.array([step.load for step in steps]),
+            angle=np.array([step.angle for step in steps]),
+        )
+    path = Path(source)
+    columns = read_columns(path).select(_STATIC_COLUMNS)
+    numbers = [int(name[1:-4]) for name in columns.cells if re.fullmatch(r"p\d+_kpa", name)]
+    pressures = [f"p{i}_kpa" for i in range(1, max(numbers, default=1) + 1)]
+    for name in (*pressures, "angle_deg"):
+        columns.require(name, ": a table of angles at rest needs p1_kpa, p2_kpa, angle_deg")
+    _check_static(columns)
+    starts = [f"start_{name}" for name in pressures]
+    given = [name for name in starts if name in columns.cells]
+    if given and given != starts:
+        raise InputError(f"{path}: {', '.join(given)} alone: give all of {', '.join(starts)}")
+    notes = [f"{path.name}: column {name!r} is not used" for name in columns.ignored]
+    loaded = "load_kg" in columns.cells
+    return StaticTable(
+        name=path.stem,
+        rows=tuple(f"line {number}" for number in columns.lines),
+        pressure=np.column_stack([columns.si(name) for name in pressures]),
+        load=columns.si("load_kg") if loaded else np.zeros(len(columns.lines)),
+        angle=columns.si("angle_deg"),
+        start=np.column_stack([columns.si(name) for name in starts]) if given else None,
+        notes=(*notes, *([] if loaded else [f"{path.name}: no column load_kg, so no load"])),
+    )
+
+
+def _check_static(columns: Columns) -> None:
+    kpa = [name for name in columns.values if name.endswith("_kpa")]
+    vacuum = "is negative; pressures are gauge, and a muscle has no vacuum"
+    pascal = "is too much for a muscle; if it is Pa, divide it by 1000"
+    counts = "is more than a turn; the column must hold deg"
+    for name, low, high, below, above in (
+        *((name, 0.0, _HIGHEST_KPA, vacuum, pascal) for name in kpa),
+        ("angle_deg", -360.0, 360.0, counts, counts),
+        ("load_kg", 0.0, HEAVIEST_LOAD, "is negative", "is no load for an arm; write kg, not g"),
+    ):
+        if name in columns.values:
+            values = columns.values[name]
+            least, most = int(np.argmin(values)), int(np.argmax(values))
+            if values[least] < low:
+                raise InputError(f"{columns.where(name, least)} {below}")
+            if values[most] > high:
+                raise InputError(f"{columns.where(name, most)} {above}")
+    top = max(float(columns.values[name].max()) for name in kpa)
+    if 0.0 < top < _LEAST_KPA:
+        raise InputError(
+            f"{columns.path}: no pressure is above {top:g}, too little for a muscle; if the columns"
+            " hold bar, multiply them by 100"
         )

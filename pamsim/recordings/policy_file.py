@@ -8,12 +8,10 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from pamsim.core.errors import InputError
-from pamsim.recordings.array_files import read_arrays
-
-FloatArray = NDArray[np.float64]
+from pamsim.core.units import FloatArray
+from pamsim.recordings.table_reader import read_arrays
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)

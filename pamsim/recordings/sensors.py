@@ -8,10 +8,11 @@ from dataclasses import dataclass
 from typing import ClassVar
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from pamsim.core.errors import InputError, ParameterError
 from pamsim.core.parameters import ParameterGroup, parameter
+from pamsim.core.units import FloatArray
 from pamsim.recordings.recording import Recording
 
 _ON_INCREMENT = 0.02
@@ -79,7 +80,7 @@ class MeasurementChain(ParameterGroup):
         return self.converter_span / 2.0**self.converter_bits * self.transducer_gain
 
 
-def lagged(time: ArrayLike, signal: ArrayLike, lag: float) -> NDArray[np.float64]:
+def lagged(time: ArrayLike, signal: ArrayLike, lag: float) -> FloatArray:
     """A sampled signal behind a first-order lag, at rest before its first sample.
 
     Exact at the given times, uniform or not, for a signal that is straight between them.
@@ -106,7 +107,7 @@ def lagged(time: ArrayLike, signal: ArrayLike, lag: float) -> NDArray[np.float64
     return reported
 
 
-def encode_angle(angle: ArrayLike, increments: float) -> NDArray[np.float64]:
+def encode_angle(angle: ArrayLike, increments: float) -> FloatArray:
     """Angle an incremental encoder reports: whole increments, counted towards zero-crossing edges.
 
     Args:
@@ -120,7 +121,7 @@ def encode_angle(angle: ArrayLike, increments: float) -> NDArray[np.float64]:
     return np.floor(np.asarray(angle, dtype=float) / step) * step
 
 
-def encoded(recording: Recording, chain: MeasurementChain) -> NDArray[np.float64]:
+def encoded(recording: Recording, chain: MeasurementChain) -> FloatArray:
     """Positions (n, j) of a recording in whole increments of the encoder [rad or m].
 
     An encoder's increments are of a turn, so that a joint which slides keeps its position.
@@ -153,7 +154,7 @@ def encoder_offset(reading: ArrayLike, increments: float) -> float:
     return -0.5 * step if whole.all() and np.ptp(np.round(counts)) > 0.0 else 0.0
 
 
-def convert_pressure(pressure: ArrayLike, step: float) -> NDArray[np.float64]:
+def convert_pressure(pressure: ArrayLike, step: float) -> FloatArray:
     """Pressure behind a converter that rounds to its step.
 
     Args:
@@ -195,7 +196,7 @@ def distorted(recording: Recording, chain: MeasurementChain) -> Recording:
     )
 
 
-def true_pressure(reading: ArrayLike, chain: MeasurementChain) -> NDArray[np.float64]:
+def true_pressure(reading: ArrayLike, chain: MeasurementChain) -> FloatArray:
     """True pressure at rest from a sensor's reading.
 
     Args:
@@ -208,12 +209,12 @@ def true_pressure(reading: ArrayLike, chain: MeasurementChain) -> NDArray[np.flo
     return _without_errors(reading, chain.pressure_scale, chain.pressure_bias)
 
 
-def true_position(reading: ArrayLike, chain: MeasurementChain) -> NDArray[np.float64]:
+def true_position(reading: ArrayLike, chain: MeasurementChain) -> FloatArray:
     """True position at rest of a joint from a sensor's reading, as `true_pressure` [rad or m]."""
     return _without_errors(reading, chain.angle_scale, chain.angle_bias)
 
 
-def _without_errors(reading: ArrayLike, scale: float, bias: float) -> NDArray[np.float64]:
+def _without_errors(reading: ArrayLike, scale: float, bias: float) -> FloatArray:
     true = np.asarray(reading, dtype=float)
     if bias != 0.0:
         true = true - bias
@@ -221,8 +222,8 @@ def _without_errors(reading: ArrayLike, scale: float, bias: float) -> NDArray[np
 
 
 def _with_errors(
-    time: NDArray[np.float64], true: NDArray[np.float64], lag: float, scale: float, bias: float
-) -> NDArray[np.float64]:
+    time: FloatArray, true: FloatArray, lag: float, scale: float, bias: float
+) -> FloatArray:
     reported = lagged(time, true, lag)
     if scale != 1.0:
         reported = scale * reported

@@ -1,17 +1,21 @@
-"""What a control engineer reads off a step response: rest value, settling, overshoot, reversals."""
+"""What is read off a sampled signal: figures of a step response, and the noise of the signal."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from pamsim.core.units import FloatArray
 from pamsim.recordings.recording import Recording
-from pamsim.recordings.signal_names import KINDS, Kind, SignalNames
+from pamsim.recordings.signals import KINDS, Kind, SignalNames
 
 _BAND = 0.02
 """Share of the travel within which a response counts as settled."""
+
+_SECOND_DIFFERENCE = np.sqrt(6.0)  # of white noise, in its standard deviations
+_MEDIAN_TO_SD = 1.4826
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -72,7 +76,7 @@ def step_metrics(time: ArrayLike, response: ArrayLike) -> StepMetrics:
     )
 
 
-def _on_its_way(y: NDArray[np.float64], final: float, band: float) -> bool:
+def _on_its_way(y: FloatArray, final: float, band: float) -> bool:
     """Whether a response that decays as over its last three tenths ends outside a band."""
     tenth = len(y) // 10
     if not tenth:
@@ -88,7 +92,7 @@ def _on_its_way(y: NDArray[np.float64], final: float, band: float) -> bool:
     return bool(abs(end - final) > band)
 
 
-def _largest_drop(forward: NDArray[np.float64]) -> float:
+def _largest_drop(forward: FloatArray) -> float:
     return float(np.max(np.maximum.accumulate(forward) - forward))
 
 
@@ -146,3 +150,21 @@ def step_figure_units(names: SignalNames) -> dict[str, str]:
             owner = f"{kind}_{number}" if names.short else f"{muscle}_{kind}"
             units[f"final_{owner}_{KINDS[kind].suffix}"] = KINDS[kind].shown
     return units
+
+
+def rough_noise(*signals: FloatArray, lag: int = 1) -> float:
+    """Standard deviation of the noise of signals that share it, over a lag in samples.
+
+    From second differences, in which what is smooth over the lag all but cancels, by their median,
+    which the few samples at a switching valve do not move.
+
+    Args:
+        signals: (n,) each, evenly sampled, in any unit.
+        lag: [samples]; noise that drifts more slowly than this is not seen.
+
+    Returns:
+        Standard deviation [unit of the signal]; 0 for fewer than 2 lag + 1 samples.
+    """
+    bends = [s[2 * lag :] - 2.0 * s[lag:-lag] + s[: -2 * lag] for s in signals]
+    bend = np.abs(np.concatenate(bends))
+    return _MEDIAN_TO_SD * float(np.median(bend)) / _SECOND_DIFFERENCE if len(bend) else 0.0

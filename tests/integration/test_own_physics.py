@@ -26,7 +26,7 @@ from pamsim.physics.force_laws.catalog import FORCE_LAWS
 from pamsim.physics.force_laws.exponential import SixParameter, six_parameter_force
 from pamsim.physics.hysteresis.catalog import OPERATORS
 from pamsim.physics.layout import pack, slot, unpack
-from pamsim.recordings import effects_file
+from pamsim.recordings import rig_file
 from pamsim.recordings.rig_writer import write_rig
 
 PAGE = Path(__file__).resolve().parents[2] / "docs" / "own_physics.md"
@@ -44,7 +44,7 @@ def _as_before():
     yield
     for one, dicts in kept:
         vars(one).update(dicts)
-    effects_file._own_physics.cache_clear()
+    rig_file._own_physics.cache_clear()
 
 
 def run(line, monkeypatch):

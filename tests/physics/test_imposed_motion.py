@@ -17,8 +17,8 @@ from pamsim.engine.simulate import simulate
 from pamsim.physics.friction import stribeck_friction
 from pamsim.physics.layout import pack
 from pamsim.physics.static_muscle import static_force
-from pamsim.recordings.drive import Drive
 from pamsim.recordings.experiment import Experiment, pressure_step
+from pamsim.recordings.signals import Drive
 
 GRAVITY, ROD = 9.81, 0.5
 """Of muscle_bench [m/s^2, kg]."""

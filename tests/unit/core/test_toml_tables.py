@@ -7,7 +7,7 @@ import pytest
 import pamsim
 from pamsim.core.errors import InputError
 from pamsim.core.files import is_file
-from pamsim.recordings.toml_file import read_toml
+from pamsim.core.toml_tables import read_toml
 from tests.unit.core.refusals import refused
 
 
