@@ -181,6 +181,25 @@ class Columns:
             have = ", ".join((*self.cells, *self.ignored))
             raise InputError(f"{self.path}: no column {name!r}{why} (there are: {have})")
 
+    def require_range(self, name: str, bounds: tuple[float, float], below: str, above: str) -> None:
+        """Check that the numbers of a column lie in a range.
+
+        Args:
+            name: of the column.
+            bounds: of its numbers, in its unit.
+            below: what is wrong with the lowest number, if that is too low, for the error.
+            above: with the highest, if that is too high.
+
+        Raises:
+            InputError: if one does not.
+        """
+        values = self.values[name]
+        low, high = int(np.argmin(values)), int(np.argmax(values))
+        if values[high] > bounds[1]:
+            raise InputError(f"{self.where(name, high)} {above}")
+        if values[low] < bounds[0]:
+            raise InputError(f"{self.where(name, low)} {below}")
+
     def refuse_twice(self, names: Sequence[str]) -> None:
         """Refuse names of columns of which one is there twice.
 

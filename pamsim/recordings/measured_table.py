@@ -28,6 +28,7 @@ from pamsim.core.limits import HEAVIEST_LOAD
 from pamsim.core.units import FloatArray
 from pamsim.recordings.columns import Columns
 from pamsim.recordings.printed import distinct_steps
+from pamsim.recordings.recording_checks import HIGHEST_KPA, LEAST_KPA
 from pamsim.recordings.table_reader import read_columns
 
 PRINTED = "mas20"
@@ -36,8 +37,6 @@ PRINTED = "mas20"
 _WORDS = ("branch", "repeat", "loop")
 _MOST_CONTRACTION = 0.6
 _STATIC_COLUMNS = ("p{}_kpa", "start_p{}_kpa", "angle_deg", "load_kg")
-_HIGHEST_KPA = 5e3
-_LEAST_KPA = 20.0  # fluidic muscles work at some bar
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -290,7 +289,7 @@ def _check_pressure(table: _Table, pressure: FloatArray) -> None:
     low, high = int(np.argmin(pressure)), int(np.argmax(pressure))
     if pressure[low] < -101325.0:
         raise InputError(f"{table.cell('pressure', low)} lies below vacuum; pressures are gauge")
-    if pressure[high] < 1e3 * _LEAST_KPA:
+    if pressure[high] < 1e3 * LEAST_KPA:
         unit = name.lower().rpartition("_")[2]
         meant = "kpa" if unit == "pa" else "bar"
         raise InputError(
@@ -298,7 +297,7 @@ def _check_pressure(table: _Table, pressure: FloatArray) -> None:
             f" {table.columns.numbers(name)[high]:g} {unit}, too little for a muscle; if it is"
             f" {meant}, name the column 'p_{meant}'"
         )
-    if pressure[high] > 1e3 * _HIGHEST_KPA:
+    if pressure[high] > 1e3 * HIGHEST_KPA:
         raise InputError(
             f"{table.cell('pressure', high)} is {pressure[high] / 1e5:.4g} bar, too much for a"
             " muscle; check the unit in the column's name"
@@ -354,19 +353,14 @@ def _check_static(columns: Columns) -> None:
     pascal = "is too much for a muscle; if it is Pa, divide it by 1000"
     counts = "is more than a turn; the column must hold deg"
     for name, low, high, below, above in (
-        *((name, 0.0, _HIGHEST_KPA, vacuum, pascal) for name in kpa),
+        *((name, 0.0, HIGHEST_KPA, vacuum, pascal) for name in kpa),
         ("angle_deg", -360.0, 360.0, counts, counts),
         ("load_kg", 0.0, HEAVIEST_LOAD, "is negative", "is no load for an arm; write kg, not g"),
     ):
         if name in columns.values:
-            values = columns.values[name]
-            least, most = int(np.argmin(values)), int(np.argmax(values))
-            if values[least] < low:
-                raise InputError(f"{columns.where(name, least)} {below}")
-            if values[most] > high:
-                raise InputError(f"{columns.where(name, most)} {above}")
+            columns.require_range(name, (low, high), below, above)
     top = max(float(columns.values[name].max()) for name in kpa)
-    if 0.0 < top < _LEAST_KPA:
+    if 0.0 < top < LEAST_KPA:
         raise InputError(
             f"{columns.path}: no pressure is above {top:g}, too little for a muscle; if the columns"
             " hold bar, multiply them by 100"

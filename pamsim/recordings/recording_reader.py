@@ -145,9 +145,7 @@ def _trial(table: Mapping[str, Any], found: TrialColumns, notes: list[str]) -> T
     name = Path(table["file"]).with_suffix("").as_posix()
     columns = found.columns
     jitter = recording_checks.clock(columns)
-    commands = list(zip(found.command, found.drives.kinds, strict=True))
-    recording_checks.commands(columns, commands)
-    recording_checks.units(columns, [c for c, kind in commands if kind == "pressure_set"])
+    recording_checks.units(columns, list(zip(found.command, found.drives.kinds, strict=True)))
     notes += [f"{name}: {jitter}"] if jitter else []
     used = {"time_s", *found.command, *found.channels}
     unused = [*columns.ignored, *(column for column in columns.cells if column not in used)]
