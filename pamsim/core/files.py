@@ -48,7 +48,7 @@ def complete_file(path: Path) -> Generator[Path]:
 
 
 def _flush(path: Path) -> None:
-    """Have the system put a file on the disk, before it takes the place of another."""
+    """Put a file on the disk, before it takes the place of another."""
     handle = os.open(path, os.O_RDWR)
     try:
         os.fsync(handle)
@@ -89,17 +89,10 @@ def is_file(path: Path) -> bool:
 
 
 def refuse_existing(path: Path, force: bool) -> Path:
-    """Refuse to write over a file.
-
-    Args:
-        path: to be written.
-        force: whether it may be replaced.
-
-    Returns:
-        The path.
+    """A path to be written, unless a file is there that may not be replaced.
 
     Raises:
-        InputError: if it is there and may not.
+        InputError: if one is, and not ``force``.
     """
     if path.exists() and not force:
         raise InputError(f"{path} is there already; `force` replaces it")
@@ -107,13 +100,10 @@ def refuse_existing(path: Path, force: bool) -> Path:
 
 
 def refuse_file(folder: Path) -> Path:
-    """Refuse a file where a folder is to be.
-
-    Returns:
-        The folder.
+    """A path where a folder is to be, unless a file is there.
 
     Raises:
-        InputError: if it is a file.
+        InputError: if one is.
     """
     if folder.exists() and not folder.is_dir():
         raise InputError(f"cannot write {folder}: it is a file; name a folder")

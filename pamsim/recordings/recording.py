@@ -138,11 +138,10 @@ class Recording:
         names = self.names
         found = dict(zip(names.joint_channels, self.positions.T, strict=True))
         found |= {names.effort_channel(joint): values for joint, values in self.effort.items()}
-        for i, (pressure, force) in enumerate(
-            zip(names.of_muscles("pressure"), names.of_muscles("force"), strict=True)
-        ):
-            found[pressure] = self.pressure[:, i]
-            found[force] = self.tension[:, i]
+        muscles = zip(self.pressure.T, self.tension.T, strict=True)
+        channels = zip(names.of_muscles("pressure"), names.of_muscles("force"), strict=True)
+        for (pressure, force), values in zip(channels, muscles, strict=True):
+            found[pressure], found[force] = values
         return found
 
     def signal(self, channel: str) -> FloatArray:
@@ -193,9 +192,9 @@ class Recording:
 
     def summary(self) -> str:
         """One sentence: rig, length, how angle and pressures changed, and the outcome."""
-        rig = self.meta.get("rig", "recording")
+        rig, ending = self.meta.get("rig", "recording"), self.message or self.outcome.value
         if not len(self.time):
-            return f"{rig}: no samples; {self.message or self.outcome.value}"
+            return f"{rig}: no samples; {ending}"
         names = ("angle",) if self.names.short else tuple(self.joints)
         moves = [
             (name, KINDS[kind].shown, position * KINDS[kind].scale)
@@ -208,7 +207,7 @@ class Recording:
         muscles = [f"{name} {p[0]:.1f} -> {p[-1]:.1f} kPa" for name, p in pressures]
         return (
             f"{rig}: {self.time[-1]:g} s, load {self.load:g} kg,"
-            f" {', '.join([*joints, *muscles])}; {self.message or self.outcome.value}"
+            f" {', '.join([*joints, *muscles])}; {ending}"
         )
 
     def to_dict(self) -> dict[str, Any]:

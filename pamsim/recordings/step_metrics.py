@@ -65,14 +65,13 @@ def step_metrics(time: ArrayLike, response: ArrayLike) -> StepMetrics:
     forward = (y - start) * np.sign(travel)
     outside = np.flatnonzero(np.abs(y - final) > _BAND * abs(travel))
     last = int(outside[-1]) + 1 if len(outside) else 0
+    settled = last < 0.9 * len(t) and not _on_its_way(y, final, _BAND * abs(travel))
     return StepMetrics(
         start=start,
         final=final,
-        settling_time=float(t[last])
-        if last < 0.9 * len(t) and not _on_its_way(y, final, _BAND * abs(travel))
-        else float("nan"),
+        settling_time=float(t[last]) if settled else float("nan"),
         overshoot=max(0.0, float(forward.max() / abs(travel)) - 1.0),
-        reversal=_largest_drop(forward),
+        reversal=float(np.max(np.maximum.accumulate(forward) - forward)),
     )
 
 
@@ -92,17 +91,8 @@ def _on_its_way(y: FloatArray, final: float, band: float) -> bool:
     return bool(abs(end - final) > band)
 
 
-def _largest_drop(forward: FloatArray) -> float:
-    return float(np.max(np.maximum.accumulate(forward) - forward))
-
-
 def joint_figures(found: StepMetrics, kind: Kind) -> dict[str, float]:
-    """Figures of one joint's step response by name, in the units of files.
-
-    Args:
-        found: in SI.
-        kind: of the joint's position.
-    """
+    """Figures, found in SI, of one joint's step response by name, in the units of files."""
     return {
         f"start_{kind.suffix}": found.start * kind.scale,
         f"final_{kind.suffix}": found.final * kind.scale,
@@ -122,20 +112,15 @@ def step_figures(recording: Recording) -> dict[str, float]:
         and tension at the end; the names are those of `step_figure_units`, in its order.
     """
     values: list[float] = []
-    for joint, position in zip(recording.joints, recording.positions.T, strict=True):
-        kind = KINDS[recording.joints[joint]]
-        values += joint_figures(step_metrics(recording.time, position), kind).values()
+    for kind, position in zip(recording.joints.values(), recording.positions.T, strict=True):
+        values += joint_figures(step_metrics(recording.time, position), KINDS[kind]).values()
     for pressure, force in zip(recording.pressure[-1], recording.tension[-1], strict=True):
         values += [pressure * KINDS["pressure"].scale, force * KINDS["force"].scale]
     return dict(zip(step_figure_units(recording.names), map(float, values), strict=True))
 
 
 def step_figure_units(names: SignalNames) -> dict[str, str]:
-    """Name of each figure of a step response -> its unit.
-
-    Args:
-        names: of the rig's signals.
-    """
+    """Name of each figure of a step response of a rig -> its unit."""
     units: dict[str, str] = {}
     for joint, kind in names.joints.items():
         own, shown = "" if names.short else f"{joint}_", KINDS[kind].shown

@@ -208,11 +208,7 @@ class TrialColumns:
 
 
 def trial_columns(columns: Columns, drive: DriveLike) -> TrialColumns:
-    """Find the columns of a trial.
-
-    Args:
-        columns: of its file.
-        drive: of all its muscles, or of each of them and of driven joints.
+    """Find the columns of a trial in those of its file, by what drives it.
 
     Raises:
         InputError: if there is no command, a muscle is left out of it, or a column's name is so
