@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import struct
+
 import numpy as np
 import pytest
 import scipy.io
@@ -105,4 +107,24 @@ def test_of_a_matlab_file_only_lists_of_numbers_are_read(tmp_path):
         assert found.numbers("t").tolist() == log["t"].tolist()
     path.write_bytes(path.read_bytes()[:-8])
     with refused("log.mat cannot be read as .mat"):
+        read_columns(path)
+
+
+@pytest.mark.parametrize(
+    ("mark", "byte", "value", "message"),
+    [
+        *(
+            (struct.pack("<II", 9, 400), 0, kind, f"unknown type {kind}")
+            for kind in (0, 10, 14, 200)
+        ),
+        (struct.pack("<II", 6, 8), 9, 0x08, "an array of 4 parts where its flags ask for 5"),
+    ],
+)
+def test_a_damaged_array_is_refused_before_scipy_would_crash(tmp_path, mark, byte, value, message):
+    path = tmp_path / "log.mat"
+    scipy.io.savemat(path, {"t": np.arange(50.0)})
+    content = bytearray(path.read_bytes())
+    content[content.index(mark) + byte] = value
+    path.write_bytes(content)
+    with refused("log.mat cannot be read as .mat", message):
         read_columns(path)
