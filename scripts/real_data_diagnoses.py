@@ -45,7 +45,7 @@ from pamsim.papers.alraouf2025.loop import loop_scores
 from pamsim.papers.claim import evaluate, recomputed
 from pamsim.papers.replication_figures import replication_figures
 from pamsim.papers.torque_law import printed_rows_law
-from pamsim.recordings.measured_table import read_static_table
+from pamsim.recordings.static_table import read_static_table
 from pamsim.report.diagnose_page import first_figure
 from pamsim.report.diagnose_where import binned_maps, significant_maps
 from pamsim.report.replication_statics import arctangent_loop, static_law

@@ -9,10 +9,10 @@ from numpy.typing import NDArray
 
 from pamsim.core.errors import InputError
 from pamsim.recordings.experiment import Experiment, pressure_step
-from pamsim.recordings.measured_table import StaticTable
 from pamsim.recordings.recording import Recording
 from pamsim.recordings.sensors import MeasurementChain, encoder_offset
 from pamsim.recordings.signals import kind_of
+from pamsim.recordings.static_table import StaticTable
 from pamsim.recordings.trial import Trial
 
 GRID_HZ = 2000

@@ -9,8 +9,8 @@ from pathlib import Path
 
 from pamsim.core.errors import InputError, nearest
 from pamsim.engine.rig import Rig
-from pamsim.recordings.measured_table import StaticTable, read_static_table
 from pamsim.recordings.recording_reader import read_recordings
+from pamsim.recordings.static_table import StaticTable, read_static_table
 from pamsim.recordings.trial import Trial, of_rig
 
 

@@ -16,9 +16,9 @@ from pamsim.core.errors import InputError
 from pamsim.engine.batch import simulate_batch
 from pamsim.engine.equilibrium import rest_angles
 from pamsim.engine.rig import Rig
-from pamsim.recordings.measured_table import StaticTable
 from pamsim.recordings.recording import Outcome
 from pamsim.recordings.sensors import MeasurementChain, true_pressure
+from pamsim.recordings.static_table import StaticTable
 
 FloatArray = NDArray[np.float64]
 Values = Mapping[str, float]

@@ -17,8 +17,9 @@ from pamsim.diagnosis.published_rig import NAME as PUBLISHED
 from pamsim.diagnosis.published_rig import published_rig
 from pamsim.diagnosis.result import Diagnosis
 from pamsim.engine.rig import Rig, load_rig
-from pamsim.recordings.measured_table import PRINTED as PRINTED_TABLE
-from pamsim.recordings.measured_table import LengthLoop, read_measured, read_static_table
+from pamsim.recordings.measured_table import LengthLoop, read_measured
+from pamsim.recordings.static_table import PRINTED as PRINTED_TABLE
+from pamsim.recordings.static_table import read_static_table
 
 Source = str | os.PathLike[str]
 

@@ -22,7 +22,7 @@ from pamsim.diagnosis.table_at_rest_result import result_of
 from pamsim.engine.rig import Rig
 from pamsim.engine.rig_parameter import rig_parameter
 from pamsim.inference.free_parameter import FreeParameter
-from pamsim.recordings.measured_table import StaticTable
+from pamsim.recordings.static_table import StaticTable
 
 FloatArray = NDArray[np.float64]
 
@@ -47,7 +47,7 @@ def diagnose_table(
     """Diagnose a rig by the angles at which the arm came to rest.
 
     Args:
-        table: see `pamsim.recordings.measured_table.read_static_table`.
+        table: see `pamsim.recordings.static_table.read_static_table`.
         rig: without effects.
         effects: names of those that may be missing; all that act at rest if left out.
         nuisance: rig parameters that are refitted with every effect; ``pulley radius`` is the

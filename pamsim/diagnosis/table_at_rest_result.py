@@ -39,7 +39,7 @@ from pamsim.diagnosis.where_entries import map_entry, region
 from pamsim.engine.rig import Rig
 from pamsim.engine.rig_parameter import rig_parameter
 from pamsim.inference.permutation import rms_interval95
-from pamsim.recordings.measured_table import StaticTable
+from pamsim.recordings.static_table import StaticTable
 
 FloatArray = NDArray[np.float64]
 

@@ -1,9 +1,9 @@
 """Columns whose names carry quantity and unit, such as ``time_s`` or ``p1_kpa``.
 
 All formats of measurements are columns: trials of a recording and angles at rest by fixed names
-(`Columns.select`), force maps and loops by quantity with any unit (`Columns.quantities`), a log
-for ``pamsim identify`` as it is (`Columns.values`), a lab's own log by what its recording says of
-its columns (`pamsim.recordings.trial_columns`).
+(`Columns.select`), force maps and loops by quantity with any unit
+(`pamsim.recordings.measured_table`), a log for ``pamsim identify`` as it is (`Columns.values`), a
+lab's own log by what its recording says of its columns (`pamsim.recordings.trial_columns`).
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ from pathlib import Path
 import numpy as np
 
 from pamsim.core.errors import InputError, nearest
-from pamsim.core.units import DEG_PER_RAD, MM_PER_M, PA_PER_KPA, FloatArray, to_si
+from pamsim.core.units import DEG_PER_RAD, MM_PER_M, PA_PER_KPA, FloatArray
 
 # Fixed names, {} being the number of a muscle -> other spellings of them, which are refused.
 _SPELLINGS = {
@@ -35,19 +35,6 @@ _SPELLINGS = {
 _SAME = {"beta_deg": "angle_deg"}
 _CLOSE = 0.8  # similarity at which another name is taken for a mistyped one
 _SI = {"kpa": PA_PER_KPA, "deg": 1.0 / DEG_PER_RAD, "mm": 1.0 / MM_PER_M}
-
-# Quantity -> what a column name may begin with, the SI unit, an example.
-_QUANTITIES: Mapping[str, tuple[tuple[str, ...], str, str]] = {
-    "pressure": (("p", "p_gauge", "pressure", "pressure_gauge"), "Pa", "p_kpa"),
-    "contraction": (("contraction", "kappa"), "1", "contraction_percent"),
-    "length": (("length",), "m", "length_mm"),
-    "force": (("force",), "N", "force_n"),
-    "displacement": (("displacement",), "m", "displacement_mm"),
-    "time": (("time",), "s", "time_s"),
-}
-_PURE = {"": "1", "ratio": "1", "percent": "percent"}
-# Files write units in lower case, the unit library does not.
-_SPELLED = {"kpa": "kPa", "pa": "Pa", "mpa": "MPa", "hpa": "hPa", "n": "N", "kn": "kN"}
 
 
 class Cells:
@@ -81,14 +68,6 @@ def cells_of(columns: Mapping[str, FloatArray]) -> dict[str, Cells]:
         return Cells(values, len(values), lambda row: repr(float(values[row])))
 
     return {name: cells(values) for name, values in columns.items()}
-
-
-@dataclass(frozen=True)
-class Quantity:
-    """A column as a quantity: its name in the file and its factor to SI."""
-
-    column: str
-    scale: float
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -157,7 +136,7 @@ class Columns:
         }
         ignored = [name for name in self.cells if name not in known]
         for name in ignored:
-            _refuse_near(name, names, self._column(name))
+            _refuse_near(name, names, self.place(name))
         self.refuse_twice(list(known.values()))
         return Columns(
             path=self.path,
@@ -208,38 +187,10 @@ class Columns:
         """
         for name in names:
             if names.count(name) > 1:
-                raise InputError(f"{self._column(name)} is there twice; keep one")
+                raise InputError(f"{self.place(name)} is there twice; keep one")
 
-    def quantities(self) -> Mapping[str, Quantity]:
-        """The columns whose names begin like a quantity: pressure, contraction, length and so on.
-
-        Returns:
-            Quantity -> column and scale; the unit may be any that measures the quantity.
-
-        Raises:
-            InputError: for a missing, unknown or wrong unit, and two columns of one quantity.
-        """
-        quantities: dict[str, Quantity] = {}
-        for name in self.cells:
-            quantity, unit = _quantity(name, self._column(name))
-            if not quantity:
-                continue
-            if quantity in quantities:
-                there = quantities[quantity].column
-                raise InputError(f"{self._column(name)}: there is {there!r} already; keep one")
-            where = f"{self.path}: column {name!r}"
-            scale = to_si(1.0, unit, _QUANTITIES[quantity][1], where=where)
-            quantities[quantity] = Quantity(name, scale)
-        return quantities
-
-    def no_quantity(self, quantity: str) -> InputError:
-        """The error for a quantity without a column."""
-        return InputError(
-            f"{self.path}: no column for {quantity}; name one such as {_QUANTITIES[quantity][2]!r}"
-            f" (there are: {', '.join(self.cells)})"
-        )
-
-    def _column(self, name: str) -> str:
+    def place(self, name: str) -> str:
+        """File, line of the header and name of a column, to begin an error with."""
         return f"{self.path}: line {self.header}: column {name!r}"
 
 
@@ -268,23 +219,3 @@ def _refuse_near(name: str, names: Sequence[str], where: str) -> None:
     known = {fixed.format(muscle) for fixed in names for muscle in ("1", "2")}
     if difflib.get_close_matches(lower, known, n=1, cutoff=_CLOSE):
         raise InputError(f"{where} is not known; {nearest(lower, known)}")
-
-
-def _quantity(name: str, where: str) -> tuple[str, str]:
-    """Quantity and unit of a column name; empty if the name begins like no quantity."""
-    lower = name.lower()
-    # The longest beginning first: p_gauge_pa is a pressure in Pa and not in gauge_pa.
-    known = [(stem, q) for q, (stems, _, _) in _QUANTITIES.items() for stem in stems]
-    for stem, quantity in sorted(known, key=lambda pair: -len(pair[0])):
-        if lower != stem and not lower.startswith(stem + "_"):
-            continue
-        unit = lower[len(stem) + 1 :]
-        if quantity == "contraction":
-            if unit not in _PURE:
-                raise InputError(f"{where}: unit {unit!r} is not known; {nearest(unit, _PURE)}")
-            return quantity, _PURE[unit]
-        if not unit:
-            example = _QUANTITIES[quantity][2]
-            raise InputError(f"{where} has no unit; write it in the name: {example!r}")
-        return quantity, _SPELLED.get(unit, unit)
-    return "", ""

@@ -1,21 +1,16 @@
-"""Read a user's measured table: a force map, a loop, loops of force, or angles at rest.
+"""Read a user's measured CSV: a force map, a length-pressure loop, or force-displacement loops.
 
-Which of the first three a file is shows in its columns; each name carries its unit:
+Which of the three a file is shows in its columns; each name carries its unit:
 
 - force map: pressure (``p_kpa``, ``p_gauge_pa``, ``p_bar``), ``contraction`` or
   ``contraction_percent`` or ``length_mm``, and ``force_n``;
 - length-pressure loop: pressure and ``length_cm``, perhaps ``branch`` (up, down) and ``repeat``;
 - force-displacement loops: ``time_s``, ``force_n``, ``displacement_mm``, perhaps ``loop``.
-
-A static table holds the angles at which a rig came to rest, one row each: ``p1_kpa``, ``p2_kpa``
-... (gauge, one per muscle, at rest), ``angle_deg`` (``beta_deg`` is the same), and, if they are
-known, ``load_kg`` and the pressures before the step, ``start_p1_kpa``, ``start_p2_kpa`` ...
 """
 
 from __future__ import annotations
 
-import os
-import re
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TypeAlias
@@ -24,19 +19,26 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pamsim.core.errors import InputError, nearest
-from pamsim.core.limits import HEAVIEST_LOAD
-from pamsim.core.units import FloatArray
+from pamsim.core.units import FloatArray, to_si
 from pamsim.recordings.columns import Columns
-from pamsim.recordings.printed import distinct_steps
 from pamsim.recordings.recording_checks import HIGHEST_KPA, LEAST_KPA
 from pamsim.recordings.table_reader import read_columns
 
-PRINTED = "mas20"
-"""Name of the packaged static table: the 21 distinct rows of Matiskova 2021, Tables 1 and 2."""
-
 _WORDS = ("branch", "repeat", "loop")
 _MOST_CONTRACTION = 0.6
-_STATIC_COLUMNS = ("p{}_kpa", "start_p{}_kpa", "angle_deg", "load_kg")
+
+# Quantity -> what a column name may begin with, the SI unit, an example.
+_QUANTITIES: Mapping[str, tuple[tuple[str, ...], str, str]] = {
+    "pressure": (("p", "p_gauge", "pressure", "pressure_gauge"), "Pa", "p_kpa"),
+    "contraction": (("contraction", "kappa"), "1", "contraction_percent"),
+    "length": (("length",), "m", "length_mm"),
+    "force": (("force",), "N", "force_n"),
+    "displacement": (("displacement",), "m", "displacement_mm"),
+    "time": (("time",), "s", "time_s"),
+}
+_PURE = {"": "1", "ratio": "1", "percent": "percent"}
+# Files write units in lower case, the unit library does not.
+_SPELLED = {"kpa": "kPa", "pa": "Pa", "mpa": "MPa", "hpa": "hPa", "n": "N", "kn": "kN"}
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -116,29 +118,6 @@ class ForceLoops:
 MeasuredTable: TypeAlias = ForceMap | LengthLoop | ForceLoops
 
 
-@dataclass(frozen=True, kw_only=True)
-class StaticTable:
-    """Angles at rest, in SI.
-
-    Attributes:
-        name: of the file, or ``mas20``.
-        rows: what to call each row.
-        pressure: (n, m) gauge pressures at rest [Pa].
-        load: (n,) [kg].
-        angle: (n,) [rad].
-        start: (n, m) gauge pressures before the step [Pa], or None if the table has none.
-        notes: what a reader should know, one sentence each.
-    """
-
-    name: str
-    rows: tuple[str, ...]
-    pressure: FloatArray
-    load: FloatArray
-    angle: FloatArray
-    start: FloatArray | None = None
-    notes: tuple[str, ...] = ()
-
-
 def read_measured(path: Path, nominal_length: float | None = None) -> MeasuredTable:
     """Read a force map, a length-pressure loop or force-displacement loops.
 
@@ -170,31 +149,48 @@ def read_measured(path: Path, nominal_length: float | None = None) -> MeasuredTa
         )
     if "length" in table.names:
         return _length_loop(table, pressure)
-    raise table.columns.no_quantity("force" if "contraction" in table.names else "length")
+    raise table.missing("force" if "contraction" in table.names else "length")
 
 
 class _Table:
-    """A file's columns by quantity."""
+    """A file's columns by quantity; the unit may be any that measures the quantity.
+
+    Raises:
+        InputError: for a missing, unknown or wrong unit, and two columns of one quantity.
+    """
 
     def __init__(self, columns: Columns) -> None:
         self.columns = columns
-        self.quantities = columns.quantities()
-        self.names = {quantity: q.column for quantity, q in self.quantities.items()}
-        self.words = {
-            name.lower(): [cell.lower() for cell in cells]
-            for name, cells in columns.cells.items()
-            if name.lower() in _WORDS
-        }
-        used = self.names.values()
-        unused = (n for n in columns.cells if n not in used and n.lower() not in _WORDS)
-        self.notes = tuple(f"column {name!r} is not used" for name in unused)
+        self.names: dict[str, str] = {}
+        self.words: dict[str, list[str]] = {}
+        self.notes: tuple[str, ...] = ()
+        self._scales: dict[str, float] = {}
+        for name, cells in columns.cells.items():
+            quantity, unit = _quantity(name, columns.place(name))
+            if name.lower() in _WORDS:
+                self.words[name.lower()] = [cell.lower() for cell in cells]
+            elif not quantity:
+                self.notes += (f"column {name!r} is not used",)
+            elif quantity in self.names:
+                there = self.names[quantity]
+                raise InputError(f"{columns.place(name)}: there is {there!r} already; keep one")
+            else:
+                where = f"{columns.path}: column {name!r}"
+                self.names[quantity] = name
+                self._scales[quantity] = to_si(1.0, unit, _QUANTITIES[quantity][1], where=where)
 
     def si(self, quantity: str) -> FloatArray:
         """Values of a quantity, shape (n,) [SI]; InputError if it has no column."""
-        if quantity not in self.quantities:
-            raise self.columns.no_quantity(quantity)
-        measured = self.quantities[quantity]
-        return self.columns.numbers(measured.column) * measured.scale
+        if quantity not in self.names:
+            raise self.missing(quantity)
+        return self.columns.numbers(self.names[quantity]) * self._scales[quantity]
+
+    def missing(self, quantity: str) -> InputError:
+        """The error for a quantity without a column."""
+        return InputError(
+            f"{self.columns.path}: no column for {quantity}; name one such as"
+            f" {_QUANTITIES[quantity][2]!r} (there are: {', '.join(self.columns.cells)})"
+        )
 
     def line(self, row: int) -> str:
         """File and line of a row, to begin an error with."""
@@ -203,6 +199,26 @@ class _Table:
     def cell(self, quantity: str, row: int) -> str:
         """File, line, column and value as written, to begin an error with."""
         return self.columns.where(self.names[quantity], row)
+
+
+def _quantity(name: str, where: str) -> tuple[str, str]:
+    """Quantity and unit of a column name; empty if the name begins like no quantity."""
+    lower = name.lower()
+    # The longest beginning first: p_gauge_pa is a pressure in Pa and not in gauge_pa.
+    known = [(stem, q) for q, (stems, _, _) in _QUANTITIES.items() for stem in stems]
+    for stem, quantity in sorted(known, key=lambda pair: -len(pair[0])):
+        if lower != stem and not lower.startswith(stem + "_"):
+            continue
+        unit = lower[len(stem) + 1 :]
+        if quantity == "contraction":
+            if unit not in _PURE:
+                raise InputError(f"{where}: unit {unit!r} is not known; {nearest(unit, _PURE)}")
+            return quantity, _PURE[unit]
+        if not unit:
+            example = _QUANTITIES[quantity][2]
+            raise InputError(f"{where} has no unit; write it in the name: {example!r}")
+        return quantity, _SPELLED.get(unit, unit)
+    return "", ""
 
 
 def _contraction(table: _Table, nominal: float | None) -> tuple[FloatArray, float | None]:
@@ -227,7 +243,7 @@ def _contraction(table: _Table, nominal: float | None) -> tuple[FloatArray, floa
                 )
         return contraction, nominal
     if "length" not in table.names:
-        raise table.columns.no_quantity("contraction")
+        raise table.missing("contraction")
     if nominal is None:
         raise InputError(
             f"{table.columns.path}: {table.names['length']!r} needs the nominal length of the"
@@ -301,67 +317,4 @@ def _check_pressure(table: _Table, pressure: FloatArray) -> None:
         raise InputError(
             f"{table.cell('pressure', high)} is {pressure[high] / 1e5:.4g} bar, too much for a"
             " muscle; check the unit in the column's name"
-        )
-
-
-def read_static_table(source: str | os.PathLike[str]) -> StaticTable:
-    """Read a static table.
-
-    Args:
-        source: path of a CSV, or ``mas20`` for the packaged table.
-
-    Raises:
-        InputError: in one line with file, line and column: a missing or mistyped column, a cell
-            that is no finite number, numbers that must be in another unit than their column says.
-    """
-    if str(source) == PRINTED and not Path(source).exists():
-        steps = distinct_steps()
-        return StaticTable(
-            name=PRINTED,
-            rows=tuple(f"row {step.row}" for step in steps),
-            pressure=np.array([step.pressure for step in steps]),
-            load=np.array([step.load for step in steps]),
-            angle=np.array([step.angle for step in steps]),
-        )
-    path = Path(source)
-    columns = read_columns(path).select(_STATIC_COLUMNS)
-    numbers = [int(name[1:-4]) for name in columns.cells if re.fullmatch(r"p\d+_kpa", name)]
-    pressures = [f"p{i}_kpa" for i in range(1, max(numbers, default=1) + 1)]
-    for name in (*pressures, "angle_deg"):
-        columns.require(name, ": a table of angles at rest needs p1_kpa, p2_kpa, angle_deg")
-    _check_static(columns)
-    starts = [f"start_{name}" for name in pressures]
-    given = [name for name in starts if name in columns.cells]
-    if given and given != starts:
-        raise InputError(f"{path}: {', '.join(given)} alone: give all of {', '.join(starts)}")
-    notes = [f"{path.name}: column {name!r} is not used" for name in columns.ignored]
-    loaded = "load_kg" in columns.cells
-    return StaticTable(
-        name=path.stem,
-        rows=tuple(f"line {number}" for number in columns.lines),
-        pressure=np.column_stack([columns.si(name) for name in pressures]),
-        load=columns.si("load_kg") if loaded else np.zeros(len(columns.lines)),
-        angle=columns.si("angle_deg"),
-        start=np.column_stack([columns.si(name) for name in starts]) if given else None,
-        notes=(*notes, *([] if loaded else [f"{path.name}: no column load_kg, so no load"])),
-    )
-
-
-def _check_static(columns: Columns) -> None:
-    kpa = [name for name in columns.values if name.endswith("_kpa")]
-    vacuum = "is negative; pressures are gauge, and a muscle has no vacuum"
-    pascal = "is too much for a muscle; if it is Pa, divide it by 1000"
-    counts = "is more than a turn; the column must hold deg"
-    for name, low, high, below, above in (
-        *((name, 0.0, HIGHEST_KPA, vacuum, pascal) for name in kpa),
-        ("angle_deg", -360.0, 360.0, counts, counts),
-        ("load_kg", 0.0, HEAVIEST_LOAD, "is negative", "is no load for an arm; write kg, not g"),
-    ):
-        if name in columns.values:
-            columns.require_range(name, (low, high), below, above)
-    top = max(float(columns.values[name].max()) for name in kpa)
-    if 0.0 < top < LEAST_KPA:
-        raise InputError(
-            f"{columns.path}: no pressure is above {top:g}, too little for a muscle; if the columns"
-            " hold bar, multiply them by 100"
         )

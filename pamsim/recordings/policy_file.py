@@ -11,7 +11,7 @@ import numpy as np
 
 from pamsim.core.errors import InputError
 from pamsim.core.units import FloatArray
-from pamsim.recordings.table_reader import read_arrays
+from pamsim.recordings.array_files import read_arrays
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)

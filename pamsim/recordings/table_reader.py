@@ -4,29 +4,18 @@ The first line of a text names the columns; blank lines and lines that begin wit
 out.
 """
 
-# scipy carries no types.
-# pyright: reportMissingTypeStubs=false
-
 from __future__ import annotations
 
 import csv
-import io
-import math
 import re
-import struct
-import zlib
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from pathlib import Path
-from typing import Any
 
 import numpy as np
-import scipy.io
-from numpy.typing import NDArray
 
 from pamsim.core.errors import InputError
 from pamsim.core.files import read_bounded
 from pamsim.core.limits import (
-    ARRAY_BYTES,
     LINE_CHARACTERS,
     NAME_CHARACTERS,
     TABLE_BYTES,
@@ -34,23 +23,14 @@ from pamsim.core.limits import (
     TABLE_COLUMNS,
 )
 from pamsim.core.units import FloatArray
+from pamsim.recordings.array_files import ARRAY_FILES, read_arrays
 from pamsim.recordings.columns import Cells, Columns, cells_of
-
-_whosmat: Any = scipy.io.whosmat
-_loadmat: Any = scipy.io.loadmat
 
 _SMALLER = "cut it into several files, or leave out columns"
 _LARGER = f"save it as Parquet or .npz, or {_SMALLER}"
 _MARKS = ";\t,|"
 _NONE = ("", "-", "--")  # in a line of units
 _DECIMAL_COMMA = re.compile(r"[-+]?\d+,\d*([eE][-+]?\d+)?")
-_BYTES_OF_NUMBER = 8
-_MATLAB_NUMBERS = re.compile(r"u?int\d+|single|double|logical")
-
-# Of a MAT 5 file: bytes of its header, types of data elements, and an array's flags.
-_MAT_HEADER, _MATRIX, _COMPRESSED = 128, 14, 15
-_NUMBERS = (1, 2, 3, 4, 5, 6, 7, 9, 12, 13, 16, 17, 18)
-_OF_NUMBERS, _COMPLEX = range(6, 16), 0x0800
 
 
 def read_columns(path: Path, *, numbers_only: bool = False) -> Columns:
@@ -67,7 +47,7 @@ def read_columns(path: Path, *, numbers_only: bool = False) -> Columns:
         InputError: in one line: unreadable file, no header, no row below it, a row of another
             length than the header, arrays of different lengths, a column twice.
     """
-    if path.suffix.lower() in _READERS:
+    if path.suffix.lower() in ARRAY_FILES:
         return _of_arrays(path)
     rows = _rows(path)
     start, separator = _header(rows)
@@ -245,128 +225,3 @@ def _of_arrays(path: Path) -> Columns:
                 " columns are of one length"
             )
     return Columns(path=path, header=1, lines=range(1, rows + 1), cells=cells_of(lists))
-
-
-def read_arrays(path: Path) -> Mapping[str, NDArray[Any]]:
-    """Name -> array of a file, whose format its ending states: ``.npz``, ``.mat``, ``.parquet``.
-
-    Raises:
-        InputError: if it cannot be read.
-    """
-    reader = _READERS.get(path.suffix.lower())
-    if reader is None:
-        raise InputError(f"{path} is none of {', '.join(_READERS)}; its ending states what it is")
-    try:
-        return reader(path)
-    except InputError:
-        raise
-    except OSError as error:
-        raise InputError(f"cannot read {path}: {error.strerror or error}") from None
-    except NotImplementedError:
-        raise InputError(
-            f"{path} is a MATLAB file of version 7.3; save it with -v7, or as a CSV"
-        ) from None
-    except Exception as error:  # whatever the libraries raise at a damaged file
-        why = str(error) or type(error).__name__
-        raise InputError(f"{path} cannot be read as {path.suffix}: {why}") from None
-
-
-def _check_unfolded(path: Path, size: int) -> None:
-    if size > ARRAY_BYTES:
-        raise InputError(
-            f"{path}: its arrays have {size / 2**20:,.0f} MiB, of {ARRAY_BYTES / 2**20:,.0f} that"
-            " are read; cut it into several files, or leave out columns"
-        )
-
-
-def _of_numpy(path: Path) -> Mapping[str, NDArray[Any]]:
-    with path.open("rb") as stream, np.load(stream, allow_pickle=False) as file:
-        _check_unfolded(path, sum(part.file_size for part in file.zip.infolist()))
-        return {name: np.asarray(file[name]) for name in file.files}
-
-
-def _of_matlab(path: Path) -> Mapping[str, NDArray[Any]]:
-    """The arrays of numbers; cells, structures and sparse arrays are passed over unread."""
-    content = read_bounded(path, ARRAY_BYTES)
-    _check_matlab(content)
-    file = io.BytesIO(content)
-    arrays = _whosmat(file)
-    if len({name for name, _, _ in arrays}) < len(arrays):
-        raise ValueError("two of its arrays have one name")
-    numbers = {name: shape for name, shape, kind in arrays if _MATLAB_NUMBERS.fullmatch(kind)}
-    _check_unfolded(path, _BYTES_OF_NUMBER * sum(map(math.prod, numbers.values())))
-    found = _loadmat(file, variable_names=list(numbers))
-    return {name: np.asarray(found[name]) for name in numbers}
-
-
-def _check_matlab(content: bytes) -> None:
-    """Check that the arrays of a MAT 5 file are whole: scipy trusts what they state, and may crash.
-
-    Source: "MAT-File Format", The MathWorks, chapter 1.
-    """
-    order = {b"IM": "<", b"MI": ">"}.get(content[_MAT_HEADER - 2 : _MAT_HEADER])
-    if order is None or 0 in content[:4]:  # four zero-free bytes set MAT 5 apart from MAT 4
-        return
-    left = ARRAY_BYTES
-    for kind, data in _elements(content[_MAT_HEADER:], order):
-        if kind == _COMPRESSED:
-            whole = zlib.decompressobj().decompress(data, left)
-            left -= len(whole)
-            if left <= 0:
-                raise ValueError(f"its arrays are larger than {ARRAY_BYTES} bytes")
-            kind, data = next(_elements(whole, order))
-        if kind != _MATRIX:
-            raise ValueError(f"data element of type {kind} where an array should be")
-        parts = list(_elements(data, order))
-        flags = int.from_bytes(parts[0][1][:4], "little" if order == "<" else "big") if parts else 0
-        numbers = flags & 0xFF in _OF_NUMBERS
-        for part, _ in parts:
-            if part not in _NUMBERS and (numbers or part != _MATRIX):
-                raise ValueError(f"a data element of unknown type {part}")
-        least = 4 + bool(flags & _COMPLEX)  # flags, dimensions, name, values
-        if numbers and len(parts) < least:
-            raise ValueError(f"an array of {len(parts)} parts where its flags ask for {least}")
-
-
-def _elements(content: bytes, order: str) -> Iterator[tuple[int, bytes]]:
-    """Type and data of each data element of a MAT 5 file, or of an array in it."""
-    at = 0
-    while at < len(content):
-        tag = content[at : at + 8].ljust(8, b"\0")
-        kind, size = struct.unpack(f"{order}II", tag)
-        start, padding = at + 8, 0 if kind == _COMPRESSED else -size % 8
-        if kind >> 16:  # four bytes at most, inside the tag
-            kind, size, start = kind & 0xFFFF, kind >> 16, at + 4
-            padding = 4 - size
-        if start + size > len(content) or padding < 0:
-            raise ValueError("it ends in the middle of an array")
-        yield kind, content[start : start + size]
-        at = start + size + padding
-
-
-def _of_parquet(path: Path) -> Mapping[str, NDArray[Any]]:
-    """The columns of a Parquet file; times of day as seconds from the first."""
-    try:
-        from pyarrow import parquet
-    except ImportError:
-        raise InputError(
-            f"{path}: Parquet needs the package pyarrow; install it with pip install"
-            " 'pamsim[parquet]', or save the log as a CSV"
-        ) from None
-    with parquet.ParquetFile(path) as file:
-        _check_unfolded(path, _BYTES_OF_NUMBER * file.metadata.num_rows * file.metadata.num_columns)
-        table: Any = file.read()
-    found: dict[str, NDArray[Any]] = {}
-    for name, column in zip(table.column_names, table.columns, strict=True):
-        values = column.to_numpy()
-        if values.dtype.kind == "M":
-            values = (values - values[0]) / np.timedelta64(1, "s")
-        found[name] = values
-    return found
-
-
-_READERS: Mapping[str, Callable[[Path], Mapping[str, NDArray[Any]]]] = {
-    ".npz": _of_numpy,
-    ".mat": _of_matlab,
-    ".parquet": _of_parquet,
-}

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from pamsim.core.computation import versions
 from pamsim.core.encoding import NOT_IN_JSON, fields_to_dict, write_json
-from pamsim.recordings.table_reader import read_arrays
+from pamsim.recordings.array_files import read_arrays
 from pamsim.sweeps.design import Design
 from pamsim.sweeps.sensitivity import SobolIndex, rank_correlations, sobol_indices
 from pamsim.sweeps.study import Study

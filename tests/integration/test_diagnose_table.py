@@ -15,7 +15,7 @@ from pamsim.diagnosis.published_rig import published_rig
 from pamsim.diagnosis.pulley_radius import PULLEY
 from pamsim.diagnosis.table_at_rest import diagnose_table, rig_with
 from pamsim.diagnosis.table_at_rest_result import repaired_rows
-from pamsim.recordings.measured_table import read_static_table
+from pamsim.recordings.static_table import read_static_table
 from pamsim.report.diagnose_page import write_diagnosis
 
 TRIED = ("load_torque", "muscle_hysteresis", "viscous_friction", "passive_stiffness")

@@ -85,7 +85,7 @@ def test_a_table_of_too_many_columns_or_too_long_lines_is_refused(tmp_path):
 
 @pytest.mark.parametrize("ending", ["npz", "parquet", "mat"])
 def test_arrays_that_unfold_to_more_than_allowed_are_refused(ending, tmp_path, monkeypatch):
-    monkeypatch.setattr("pamsim.recordings.table_reader.ARRAY_BYTES", 1 << 20)
+    monkeypatch.setattr("pamsim.recordings.array_files.ARRAY_BYTES", 1 << 20)
     path = tmp_path / f"log.{ending}"
     values = np.zeros(140_000)
     if ending == "npz":

@@ -62,14 +62,6 @@ def test_a_column_twice_is_refused(columns, header):
         columns(f"{header}\n1,2\n").select(NAMES)
 
 
-def test_a_quantity_may_have_any_unit_that_measures_it(columns):
-    found = columns("p_bar,kappa,remark\n1.5,0.1,x\n").quantities()
-    assert {q: (c.column, pytest.approx(c.scale)) for q, c in found.items()} == {
-        "pressure": ("p_bar", 1e5),
-        "contraction": ("kappa", 1.0),
-    }
-
-
 def test_numbers_and_words_may_stand_in_one_table_and_cells_are_kept_as_written(columns):
     text = 't;note;p\n0,10;"a; b";1,5\n0,20;c, d;2.5\n0,30;7;-1e1\n'
     found = columns(text)

@@ -6,14 +6,9 @@ import numpy as np
 import pytest
 
 from pamsim.core.errors import InputError
-from pamsim.recordings.measured_table import (
-    ForceLoops,
-    ForceMap,
-    LengthLoop,
-    read_measured,
-    read_static_table,
-)
+from pamsim.recordings.measured_table import ForceLoops, ForceMap, LengthLoop, read_measured
 from pamsim.recordings.printed import distinct_steps
+from pamsim.recordings.static_table import read_static_table
 
 MAP = "p_kpa,contraction,force_n\n100,0.0,500\n200,0.1,600\n300,0.2,0\n"
 

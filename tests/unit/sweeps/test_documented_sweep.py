@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from pamsim.cli.main import main
-from pamsim.recordings.table_reader import read_arrays
+from pamsim.recordings.array_files import read_arrays
 from tests.unit.report.page_laws import check_page
 
 PAGE = Path(__file__).parents[3] / "docs" / "sweep.md"

@@ -1,0 +1,114 @@
+"""Read static tables: the angles at which a rig came to rest, one row each.
+
+Columns: ``p1_kpa``, ``p2_kpa`` ... (gauge, one per muscle, at rest), ``angle_deg`` (``beta_deg`` is
+the same), and, if they are known, ``load_kg`` and the pressures before the step,
+``start_p1_kpa``, ``start_p2_kpa`` ...
+"""
+
+from __future__ import annotations
+
+import os
+import re
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from pamsim.core.errors import InputError
+from pamsim.core.limits import HEAVIEST_LOAD
+from pamsim.core.units import FloatArray
+from pamsim.recordings.columns import Columns
+from pamsim.recordings.printed import distinct_steps
+from pamsim.recordings.recording_checks import HIGHEST_KPA, LEAST_KPA
+from pamsim.recordings.table_reader import read_columns
+
+PRINTED = "mas20"
+"""Name of the packaged table: the 21 distinct rows of Matiskova 2021, Tables 1 and 2."""
+
+_STATIC_COLUMNS = ("p{}_kpa", "start_p{}_kpa", "angle_deg", "load_kg")
+
+
+@dataclass(frozen=True, kw_only=True)
+class StaticTable:
+    """Angles at rest, in SI.
+
+    Attributes:
+        name: of the file, or ``mas20``.
+        rows: what to call each row.
+        pressure: (n, m) gauge pressures at rest [Pa].
+        load: (n,) [kg].
+        angle: (n,) [rad].
+        start: (n, m) gauge pressures before the step [Pa], or None if the table has none.
+        notes: what a reader should know, one sentence each.
+    """
+
+    name: str
+    rows: tuple[str, ...]
+    pressure: FloatArray
+    load: FloatArray
+    angle: FloatArray
+    start: FloatArray | None = None
+    notes: tuple[str, ...] = ()
+
+
+def read_static_table(source: str | os.PathLike[str]) -> StaticTable:
+    """Read a static table.
+
+    Args:
+        source: path of a CSV, or ``mas20`` for the packaged table.
+
+    Raises:
+        InputError: in one line with file, line and column: a missing or mistyped column, a cell
+            that is no finite number, numbers that must be in another unit than their column says.
+    """
+    if str(source) == PRINTED and not Path(source).exists():
+        steps = distinct_steps()
+        return StaticTable(
+            name=PRINTED,
+            rows=tuple(f"row {step.row}" for step in steps),
+            pressure=np.array([step.pressure for step in steps]),
+            load=np.array([step.load for step in steps]),
+            angle=np.array([step.angle for step in steps]),
+        )
+    path = Path(source)
+    columns = read_columns(path).select(_STATIC_COLUMNS)
+    numbers = [int(name[1:-4]) for name in columns.cells if re.fullmatch(r"p\d+_kpa", name)]
+    pressures = [f"p{i}_kpa" for i in range(1, max(numbers, default=1) + 1)]
+    for name in (*pressures, "angle_deg"):
+        columns.require(name, ": a table of angles at rest needs p1_kpa, p2_kpa, angle_deg")
+    _check_static(columns)
+    starts = [f"start_{name}" for name in pressures]
+    given = [name for name in starts if name in columns.cells]
+    if given and given != starts:
+        raise InputError(f"{path}: {', '.join(given)} alone: give all of {', '.join(starts)}")
+    notes = [f"{path.name}: column {name!r} is not used" for name in columns.ignored]
+    loaded = "load_kg" in columns.cells
+    return StaticTable(
+        name=path.stem,
+        rows=tuple(f"line {number}" for number in columns.lines),
+        pressure=np.column_stack([columns.si(name) for name in pressures]),
+        load=columns.si("load_kg") if loaded else np.zeros(len(columns.lines)),
+        angle=columns.si("angle_deg"),
+        start=np.column_stack([columns.si(name) for name in starts]) if given else None,
+        notes=(*notes, *([] if loaded else [f"{path.name}: no column load_kg, so no load"])),
+    )
+
+
+def _check_static(columns: Columns) -> None:
+    kpa = [name for name in columns.values if name.endswith("_kpa")]
+    vacuum = "is negative; pressures are gauge, and a muscle has no vacuum"
+    pascal = "is too much for a muscle; if it is Pa, divide it by 1000"
+    counts = "is more than a turn; the column must hold deg"
+    for name, low, high, below, above in (
+        *((name, 0.0, HIGHEST_KPA, vacuum, pascal) for name in kpa),
+        ("angle_deg", -360.0, 360.0, counts, counts),
+        ("load_kg", 0.0, HEAVIEST_LOAD, "is negative", "is no load for an arm; write kg, not g"),
+    ):
+        if name in columns.values:
+            columns.require_range(name, (low, high), below, above)
+    top = max(float(columns.values[name].max()) for name in kpa)
+    if 0.0 < top < LEAST_KPA:
+        raise InputError(
+            f"{columns.path}: no pressure is above {top:g}, too little for a muscle; if the columns"
+            " hold bar, multiply them by 100"
+        )
