@@ -182,9 +182,7 @@ def kind_of_unit(text: str) -> str:
 def unit_of(text: str) -> tuple[str, bool]:
     """A unit as people write it, and whether pressures in it are absolute: ``psia``, ``bar``."""
     lower = text.strip().lower()
-    if lower in _UNITS:
-        return _UNITS[lower][0], lower in _ABSOLUTE
-    return text.strip(), False
+    return _UNITS.get(lower, (text.strip(), ""))[0], lower in _ABSOLUTE
 
 
 def _by_name(columns: Columns, name: str, names: SignalNames) -> _Column | str:

@@ -143,7 +143,11 @@ def read_rig(rig: str | os.PathLike[str]) -> RigFile:
         raise InputError(f"{path}: schema is {table.get('schema')!r}; this pamsim reads {SCHEMA!r}")
     check_keys(table, _TOP, path)
     head = check_keys(_table(path, table, "rig"), _RIG, path, "rig.")
-    places = _places(path, _table(path, table, "muscles"))
+    muscles = _table(path, table, "muscles")
+    places = _places(path, muscles)
+    tendons = {
+        name: _word(path, muscles[name], f"muscles.{name}", place) for name, place in places.items()
+    }
     return RigFile(
         folder=folder,
         name=_word(path, head, "rig", "name"),
@@ -152,16 +156,11 @@ def read_rig(rig: str | os.PathLike[str]) -> RigFile:
         scene=_file(path, folder, str(head["scene"])) if "scene" in head else None,
         joints=_joints(path, head),
         load_body=str(head["load_body"]) if "load_body" in head else None,
-        tendons={
-            name: _word(path, table["muscles"][name], f"muscles.{name}", place)
-            for name, place in places.items()
-        },
-        rods=tuple(
-            table["muscles"][name]["joint"] for name, place in places.items() if place == "joint"
-        ),
+        tendons=tendons,
+        rods=tuple(tendons[name] for name, place in places.items() if place == "joint"),
         muscle=_sections(path, "muscle", _table(path, table, "muscle")),
         overrides={
-            name: _sections(path, f"muscles.{name}", table["muscles"][name], without=place)
+            name: _sections(path, f"muscles.{name}", muscles[name], without=place)
             for name, place in places.items()
         },
         native=_numbers(path, "native", _table(path, {"native": {}, **table}, "native")),

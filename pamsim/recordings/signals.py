@@ -127,17 +127,18 @@ def muscle_channels(kind: str, muscles: tuple[str, ...], count: int) -> tuple[st
         muscles: names; none for numbers.
         count: of the muscles.
     """
-    if muscles:
-        return tuple(f"{name}.{kind}" for name in muscles)
-    return tuple(f"{kind}_{number}" for number in range(1, count + 1))
+    return _each(f"{kind}_{{}}", f"{{}}.{kind}", muscles, count)
 
 
 def muscle_columns(quantity: str, muscles: tuple[str, ...], count: int) -> tuple[str, ...]:
     """Columns of a quantity of `MUSCLE_COLUMNS` of all muscles, as `muscle_channels`."""
-    numbered, named = MUSCLE_COLUMNS[quantity]
-    if muscles:
-        return tuple(named.format(name) for name in muscles)
-    return tuple(numbered.format(number) for number in range(1, count + 1))
+    return _each(*MUSCLE_COLUMNS[quantity], muscles, count)
+
+
+def _each(numbered: str, named: str, muscles: tuple[str, ...], count: int) -> tuple[str, ...]:
+    return tuple(
+        map(named.format, muscles) if muscles else map(numbered.format, range(1, count + 1))
+    )
 
 
 def column_of(channel: str) -> str:
