@@ -13,7 +13,7 @@ from pamsim.core.files import read_bounded
 from pamsim.core.limits import TOML_BYTES
 
 NUMBER = int | float
-"""What a number in a TOML file may be; to `entry`, a truth value is none."""
+"""What a number in a TOML file may be; `entry` takes no ``true`` for one."""
 
 
 def read_toml(path: Path) -> dict[str, Any]:
@@ -67,7 +67,7 @@ def entry(
         table: as read; what is no table has no entries.
         key: of the entry.
         kind: types that it may have.
-        wanted: the error, which says where it stands and what to write; ``{!r}`` in it stands for
+        wanted: the error, with the place and what to write; ``{!r}`` in it stands for
             what is there.
         default: of an entry that is left out, checked like one that is not.
 

@@ -306,9 +306,9 @@ def _guess(one: _Column, others: Sequence[_Column], supply: float, stated: Guess
     if one.unit:
         unit = _UNITS[one.unit][0]
     else:
-        alike = np.concatenate([o.values for o in others if o.kind == one.kind and not o.unit])
+        shared = np.concatenate([o.values for o in others if o.kind == one.kind and not o.unit])
         usual = _BY_VALUE[one.kind]
-        fitting = [unit for unit in usual if _plausible(alike, unit, one.kind, supply)]
+        fitting = [unit for unit in usual if _plausible(shared, unit, one.kind, supply)]
         unit = (fitting or usual)[0]
         if len(fitting) > 1:
             by_size = [f"unit {unit} by its size, or {' or '.join(fitting[1:])}"]
