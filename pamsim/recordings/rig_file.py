@@ -29,7 +29,7 @@ from pamsim.physics.force_laws.force_law import ForceLaw
 from pamsim.physics.hysteresis.catalog import OPERATORS, Operator
 
 SCHEMA = "pamsim-rig/1"
-EFFECTS_FILE = "effects.py"
+EFFECTS = "effects.py"
 
 Section = Mapping[str, "Sourced | str"]
 """A TOML table: numbers with their source, and words such as the name of a law."""
@@ -278,7 +278,7 @@ def read_effects(folder: Path) -> OwnPhysics:
     Raises:
         InputError: if the file fails, or holds something else than laws and effects.
     """
-    path = folder / EFFECTS_FILE
+    path = folder / EFFECTS
     if not path.is_file():
         return OwnPhysics()
     try:

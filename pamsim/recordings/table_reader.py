@@ -88,7 +88,7 @@ def _rows(path: Path) -> list[tuple[int, str]]:
     rows = [
         (number, line)
         for number, line in enumerate(text.splitlines(), start=1)
-        if line.strip() and not line.lstrip().startswith("#")
+        if not (line.lstrip() or "#").startswith("#")
     ]
     for number, line in rows:
         if len(line) > LINE_CHARACTERS:
