@@ -26,8 +26,8 @@ import pamsim.envs  # registers the environments
 from pamsim.controllers.controller import Controller
 from pamsim.controllers.neural_policy import NeuralPolicy
 from pamsim.controllers.suite import FAMILIES, Suite
+from pamsim.core.computation import versions
 from pamsim.core.errors import PamsimError
-from pamsim.core.versions import versions
 from pamsim.envs.closed_loop import drive
 from pamsim.envs.scores import Score, mean_score, score
 

@@ -29,9 +29,9 @@ from PIL import Image
 import pamsim
 from pamsim.comparison.measurements import read_calibration_data
 from pamsim.comparison.trial_prediction import TrialPredictor
+from pamsim.core.encoding import write_json
 from pamsim.engine.rig import Rig
 from pamsim.recordings.experiment import Experiment
-from pamsim.recordings.json_file import write_json
 from pamsim.report.style import (
     BLUE,
     INK,

@@ -36,7 +36,7 @@ from kept_rows import Task, as_text, fingerprint, kept_rows
 from numpy.typing import NDArray
 from scipy.signal import cont2discrete, lfilter, tf2ss
 
-from pamsim.core.blas_threads import one_blas_thread
+from pamsim.core.computation import one_blas_thread
 from pamsim.core.errors import InputError
 from pamsim.identification.choice import recommend
 from pamsim.identification.models import ModelSet, fit_models

@@ -27,7 +27,7 @@ import numpy as np
 from scipy.optimize import brentq
 from tqdm import tqdm
 
-from pamsim.core.encoding import to_dict
+from pamsim.core.encoding import to_dict, write_json
 from pamsim.engine.batch import simulate_batch
 from pamsim.engine.rig import Rig, load_rig
 from pamsim.inference.fit_simulator import fit_simulator
@@ -43,7 +43,6 @@ from pamsim.papers.static_models import (
     Term,
     fit_static_models,
 )
-from pamsim.recordings.json_file import write_json
 from pamsim.recordings.printed import mas20_models, mas20_steps
 from pamsim.recordings.step_metrics import step_metrics
 

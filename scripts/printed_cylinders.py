@@ -27,7 +27,7 @@ from PIL import Image
 import pamsim
 from pamsim.comparison.measurements import read_calibration_data
 from pamsim.comparison.trial_prediction import TrialPredictor
-from pamsim.recordings.json_file import write_json
+from pamsim.core.encoding import write_json
 from pamsim.report.style import finish_axes, new_figure, save_png, series_look, styled
 
 FloatArray = NDArray[np.float64]

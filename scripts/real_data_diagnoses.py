@@ -30,6 +30,7 @@ from kept_rows import as_text, fingerprint, kept_rows
 from PIL import Image
 
 from pamsim.comparison.rest_prediction import RestPredictor
+from pamsim.core.encoding import write_json
 from pamsim.core.units import DEG_PER_RAD
 from pamsim.diagnosis.diagnose import diagnose
 from pamsim.diagnosis.length_pressure_loop import PRINTED_LOOPS, printed_loop
@@ -44,7 +45,6 @@ from pamsim.papers.alraouf2025.loop import loop_scores
 from pamsim.papers.claim import evaluate, recomputed
 from pamsim.papers.replication_figures import replication_figures
 from pamsim.papers.torque_law import printed_rows_law
-from pamsim.recordings.json_file import write_json
 from pamsim.recordings.static_table import read_static_table
 from pamsim.report.diagnose_page import first_figure
 from pamsim.report.diagnose_where import binned_maps, significant_maps

@@ -19,8 +19,8 @@ from pathlib import Path
 import gymnasium
 
 from pamsim.controllers.suite import FAMILIES, Suite
+from pamsim.core.computation import versions
 from pamsim.core.errors import PamsimError
-from pamsim.core.versions import versions
 from pamsim.diagnosis.diagnose import diagnose
 from pamsim.engine.rig import Rig, load_rig
 from pamsim.envs.closed_loop import drive

@@ -51,10 +51,10 @@ from tqdm import tqdm
 
 import pamsim
 from pamsim.comparison.effects_on_rig import rig_effect
+from pamsim.core.encoding import write_json
 from pamsim.effects.catalog import TRIAL_EFFECTS
 from pamsim.effects.effect import AT
 from pamsim.engine.rig import Rig
-from pamsim.recordings.json_file import write_json
 from pamsim.twins.hide import hide
 
 RESULTS = Path(__file__).parent / "results" / "rig_twins.json"

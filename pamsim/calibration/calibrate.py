@@ -29,17 +29,16 @@ from pamsim.comparison.measurements import (
     split_held_out,
 )
 from pamsim.comparison.trial_prediction import AT_REST, CHANNELS, Prediction, check_channels
-from pamsim.core.blas_threads import one_blas_thread
+from pamsim.core.computation import Progress, one_blas_thread
+from pamsim.core.encoding import CheckpointFile
 from pamsim.core.errors import InputError, nearest
 from pamsim.core.files import refuse_file
-from pamsim.core.progress import Progress
 from pamsim.engine.rig import Rig, load_rig
 from pamsim.engine.supply_check import above_supply
 from pamsim.inference.fit_simulator import fit_simulator
 from pamsim.inference.free_parameter import FreeParameter
 from pamsim.inference.profile_likelihood import profile
 from pamsim.inference.simulator_fit import SearchProgress, SimulatorFit
-from pamsim.recordings.json_file import CheckpointFile
 
 FloatArray = NDArray[np.float64]
 

@@ -13,13 +13,12 @@ from numpy.typing import NDArray
 from pamsim.calibration.calibrated_rig import write_calibrated_rig
 from pamsim.comparison.compared_signal import Comparison, shown_unit
 from pamsim.comparison.free_parameters import FreedParameter
-from pamsim.core.encoding import fields_to_dict, to_dict
-from pamsim.core.versions import versions
+from pamsim.core.computation import versions
+from pamsim.core.encoding import fields_to_dict, to_dict, write_json
 from pamsim.engine.rig import Rig
 from pamsim.inference.estimate import Estimate
 from pamsim.inference.profile_likelihood import Profile
 from pamsim.inference.simulator_fit import FitStatus, SimulatorFit
-from pamsim.recordings.json_file import write_json
 
 FloatArray = NDArray[np.float64]
 SCHEMA = "pamsim-calibrate/1"

@@ -37,7 +37,7 @@ class Command(click.Command):
         # What reads a result on standard output gets nothing else.
         text = sys.stderr if str(ctx.params.get("json_file")) == STANDARD_OUTPUT else sys.stdout
         if verbose():
-            from pamsim.core.versions import versions
+            from pamsim.core.computation import versions
 
             log(", ".join(f"{name} {version}" for name, version in versions().items()))
         with contextlib.redirect_stdout(io.StringIO() if quiet() else text):

@@ -125,8 +125,8 @@ def show(
     Returns:
         The exit code.
     """
+    from pamsim.core.encoding import read_json
     from pamsim.diagnosis.result import FILE, SCHEMA
-    from pamsim.recordings.json_file import read_json
 
     if out is None:
         result = report.to_dict()

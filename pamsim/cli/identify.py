@@ -141,7 +141,7 @@ def command(
 
 def _is_over_frequency(path: Path) -> bool:
     from pamsim.identification.frequency_table import is_over_frequency
-    from pamsim.recordings.columns import read_columns
+    from pamsim.recordings.table_reader import read_columns
 
     return path.is_file() and path.suffix != ".toml" and is_over_frequency(read_columns(path))
 

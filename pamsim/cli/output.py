@@ -13,8 +13,8 @@ import click
 
 from pamsim.cli.command import STANDARD_OUTPUT, answer, log, quiet, standard_output, verbose, warn
 from pamsim.cli.options import OPENED
-from pamsim.core.progress import Progress
-from pamsim.recordings.json_file import write_json
+from pamsim.core.computation import Progress
+from pamsim.core.encoding import write_json
 
 
 def save_json(path: Path | None, result: Mapping[str, Any]) -> None:

@@ -97,7 +97,7 @@ def command(
     from pamsim.engine.simulate import simulate
     from pamsim.recordings.experiment import Experiment
     from pamsim.recordings.sensors import measured
-    from pamsim.recordings.signal_names import KINDS
+    from pamsim.recordings.signals import KINDS
     from pamsim.recordings.step_metrics import step_metrics
 
     if pressure is not None and valve is None:
@@ -171,7 +171,7 @@ def _result(
 ) -> dict[str, Any]:
     from pamsim.core.encoding import to_dict
     from pamsim.core.units import PA_PER_KPA
-    from pamsim.recordings.signal_names import KINDS
+    from pamsim.recordings.signals import KINDS
     from pamsim.recordings.step_metrics import joint_figures
 
     joints = {

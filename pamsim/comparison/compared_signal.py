@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pamsim.core.units import PA_PER_KPA
-from pamsim.recordings.signal_names import KINDS, kind_of
+from pamsim.recordings.signals import KINDS, kind_of
 from pamsim.recordings.static_table import StaticTable
 
 FloatArray = NDArray[np.float64]

@@ -15,7 +15,7 @@ from pamsim.engine.native import is_native
 from pamsim.engine.rig import Rig
 from pamsim.engine.rig_parameter import RigParameter, rig_parameter
 from pamsim.inference.free_parameter import FreeParameter
-from pamsim.recordings.effects_file import FILE
+from pamsim.recordings.rig_file import EFFECTS
 from pamsim.recordings.sensors import MeasurementChain
 
 
@@ -55,7 +55,7 @@ def forms(rig: Rig | None) -> dict[str, tuple[Effect, ...]]:
         InputError: if an installed package offers something else, or a form exists twice.
     """
     known = dict(FORMS)
-    own = [] if rig is None else [(e, str(rig.file.folder / FILE)) for e in rig.file.own.effects]
+    own = [] if rig is None else [(e, str(rig.file.folder / EFFECTS)) for e in rig.file.own.effects]
     for one, where in (*installed("pamsim.effects"), *own):
         if not isinstance(one, Effect):
             raise InputError(f"{where}: {one!r} is no pamsim.effects.effect.Effect")

@@ -11,7 +11,7 @@ from pamsim.core.errors import InputError
 from pamsim.recordings.experiment import Experiment, pressure_step
 from pamsim.recordings.recording import Recording
 from pamsim.recordings.sensors import MeasurementChain, encoder_offset
-from pamsim.recordings.signal_names import kind_of
+from pamsim.recordings.signals import kind_of
 from pamsim.recordings.static_table import StaticTable
 from pamsim.recordings.trial import Trial
 

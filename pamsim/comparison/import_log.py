@@ -21,13 +21,21 @@ from pamsim.core.files import complete_file, refuse_existing
 from pamsim.engine.moment_arms import moment_arms
 from pamsim.engine.rig import Rig, load_rig
 from pamsim.recordings.column_guess import Guess, guess_columns, unit_of
-from pamsim.recordings.columns import read_columns
-from pamsim.recordings.drive import JOINT_DRIVES, MUSCLE_DRIVES, DriveLike, checked, in_toml
 from pamsim.recordings.recording_reader import INDEX, WITH_COLUMNS, read_recordings
 from pamsim.recordings.rig_file import shipped_rigs
-from pamsim.recordings.rig_trial import of_rig
-from pamsim.recordings.signal_names import EFFORTS, JOINT_KINDS, kind_of, owner_of
-from pamsim.recordings.trial import Trial
+from pamsim.recordings.signals import (
+    EFFORTS,
+    JOINT_DRIVES,
+    JOINT_KINDS,
+    MUSCLE_DRIVES,
+    DriveLike,
+    checked,
+    in_toml,
+    kind_of,
+    owner_of,
+)
+from pamsim.recordings.table_reader import read_columns
+from pamsim.recordings.trial import Trial, of_rig
 
 _AGAINST = -0.7
 """Correlation of a joint with what its muscles' pressures pull from which its sign is turned."""
@@ -106,7 +114,7 @@ def import_log(
         out: folder to write.
         columns: what is known of some, ``knee.angle=-phi:deg``: quantity, sign, name and, if
             known, unit; the others are guessed.
-        drive: what drives the simulation, one of `pamsim.recordings.drive.MUSCLE_DRIVES`; if
+        drive: what drives the simulation, one of `pamsim.recordings.signals.MUSCLE_DRIVES`; if
             left out what was commanded, and the measured pressure of a muscle if nothing was.
         protocol: of all logs, which makes them repeats; the file's name without a number at its
             end if left out.

@@ -22,7 +22,7 @@ from pamsim.engine.rig import Rig
 from pamsim.engine.simulate import whole_steps
 from pamsim.recordings.experiment import Experiment
 from pamsim.recordings.recording import Outcome
-from pamsim.recordings.signal_names import JOINT_KINDS, kind_of
+from pamsim.recordings.signals import JOINT_KINDS, kind_of
 from pamsim.recordings.trial import Trial
 
 FloatArray = NDArray[np.float64]

@@ -10,9 +10,8 @@ from pathlib import Path
 from pamsim.core.errors import InputError, nearest
 from pamsim.engine.rig import Rig
 from pamsim.recordings.recording_reader import read_recordings
-from pamsim.recordings.rig_trial import of_rig
 from pamsim.recordings.static_table import StaticTable, read_static_table
-from pamsim.recordings.trial import Trial
+from pamsim.recordings.trial import Trial, of_rig
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -42,7 +41,7 @@ class CalibrationData:
         """The same with the trials' channels and commands as a rig names and orders them.
 
         Raises:
-            InputError: as `pamsim.recordings.rig_trial.of_rig`.
+            InputError: as `pamsim.recordings.trial.of_rig`.
         """
         found = [of_rig(trial, rig.names, rig.name) for trial in self.trials]
         notes = [note for _, own in found for note in own]

@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 
 from pamsim.comparison.periodicity import samples_per_period
 from pamsim.inference.noise_model import Scatter
-from pamsim.recordings.roughness import rough_noise
+from pamsim.recordings.step_metrics import rough_noise
 
 FloatArray = NDArray[np.float64]
 

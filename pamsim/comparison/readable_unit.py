@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from pamsim.core.common_unit import COMMON
-from pamsim.core.units import to_si
+from pamsim.core.units import COMMON, to_si
 from pamsim.engine.rig_parameter import RigParameter
 
 

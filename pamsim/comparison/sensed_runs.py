@@ -9,10 +9,10 @@ import numpy as np
 
 from pamsim.engine.batch import simulate_batch
 from pamsim.engine.rig import Rig
-from pamsim.recordings.drive import IMPOSED
 from pamsim.recordings.experiment import Experiment
 from pamsim.recordings.recording import Recording
 from pamsim.recordings.sensors import distorted, true_position, true_pressure
+from pamsim.recordings.signals import IMPOSED
 
 
 def identity(experiment: Experiment) -> tuple[object, ...]:

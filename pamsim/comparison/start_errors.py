@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pamsim.comparison.experiments import start_pressures
-from pamsim.recordings.roughness import rough_noise
+from pamsim.recordings.step_metrics import rough_noise
 from pamsim.recordings.trial import Trial
 
 FloatArray = NDArray[np.float64]

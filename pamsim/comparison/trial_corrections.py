@@ -13,8 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pamsim.core.units import PA_PER_KPA
-from pamsim.recordings.drive import command_columns
-from pamsim.recordings.signal_names import KINDS, column_of, kind_of
+from pamsim.recordings.signals import KINDS, column_of, command_columns, kind_of
 from pamsim.recordings.trial import Trial
 
 FloatArray = NDArray[np.float64]

@@ -17,7 +17,7 @@ from pamsim.engine.rig import Rig
 from pamsim.inference.residual_block import Blocks, ResidualBlock
 from pamsim.recordings.experiment import Experiment
 from pamsim.recordings.recording import Outcome, Recording
-from pamsim.recordings.signal_names import KINDS, kind_of
+from pamsim.recordings.signals import KINDS, kind_of
 from pamsim.recordings.trial import Trial
 
 FloatArray = NDArray[np.float64]

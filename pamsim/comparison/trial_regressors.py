@@ -11,7 +11,7 @@ from collections.abc import Mapping
 import numpy as np
 from numpy.typing import NDArray
 
-from pamsim.recordings.signal_names import JOINT_KINDS, kind_of, owner_of
+from pamsim.recordings.signals import JOINT_KINDS, kind_of, owner_of
 from pamsim.recordings.trial import Trial
 
 FloatArray = NDArray[np.float64]

@@ -1,4 +1,4 @@
-"""Results as JSON: one encoder for every dataclass.
+"""Results as JSON files: one encoder for every dataclass, one writer, one reader.
 
 A field is written under its own name and in SI, unless its metadata says otherwise::
 
@@ -30,13 +30,18 @@ takes::
 from __future__ import annotations
 
 import enum
+import json
 import math
 from collections.abc import Collection, Mapping
-from dataclasses import fields, is_dataclass
+from dataclasses import dataclass, fields, is_dataclass
 from pathlib import Path
 from typing import Any, cast
 
 import numpy as np
+
+from pamsim.core.errors import InputError
+from pamsim.core.files import complete_file, read_bounded
+from pamsim.core.limits import JSON_BYTES
 
 _META = "pamsim.json"
 
@@ -142,3 +147,88 @@ def _json_properties(value: Any) -> list[str]:
         for name, member in vars(base).items()
         if isinstance(member, json_property)
     ]
+
+
+def write_json(path: Path, result: Mapping[str, Any]) -> None:
+    """Write a result, see `pamsim.core.files.complete_file`.
+
+    Args:
+        path: of the file; its folder is created.
+        result: JSON-safe mapping, numbers in SI or with the unit in the key; NaN and infinity are
+            refused, since JSON has neither.
+
+    Raises:
+        InputError: if the place cannot be written.
+    """
+    text = json.dumps(result, indent=1, allow_nan=False)
+    with complete_file(path) as part:
+        part.write_text(text + "\n", encoding="utf-8")
+
+
+def read_json(path: Path, schema: str) -> dict[str, Any]:
+    """Read a result that `write_json` wrote.
+
+    Args:
+        path: of the file.
+        schema: that it must state.
+
+    Raises:
+        InputError: if it cannot be read, is not JSON, or states another schema.
+    """
+    try:
+        content = _content(path)
+    except OSError as error:
+        raise InputError(f"cannot read {path}: {error.strerror}") from None
+    except (ValueError, RecursionError) as error:
+        raise InputError(f"{path}: not valid JSON: {error}") from None
+    stated = content.get("schema") if content is not None else None
+    if content is None or stated != schema:
+        raise InputError(f"{path}: schema is {stated!r}; this pamsim reads {schema!r}")
+    return content
+
+
+def _content(path: Path) -> dict[str, Any] | None:
+    """What is in a JSON file; None if it is no mapping."""
+    content: Any = json.loads(read_bounded(path, JSON_BYTES).decode("utf-8"))
+    return cast("dict[str, Any]", content) if isinstance(content, dict) else None
+
+
+@dataclass(frozen=True)
+class CheckpointFile:
+    """The state of a long computation, one JSON file that each save replaces.
+
+    Attributes:
+        path: of the JSON file.
+    """
+
+    path: Path
+
+    def load(self) -> dict[str, Any] | None:
+        """The state last saved, or None if there is none.
+
+        Raises:
+            InputError: if the file cannot be read as one.
+        """
+        try:
+            state = _content(self.path)
+        except FileNotFoundError:
+            return None
+        except (OSError, ValueError, RecursionError) as error:
+            raise InputError(
+                f"cannot resume from {self.path}: {error}; remove it to start again"
+            ) from None
+        if state is None:
+            raise InputError(f"{self.path} holds no saved state; remove it to start again")
+        return state
+
+    def save(self, state: dict[str, Any]) -> None:
+        """Save a JSON-safe state.
+
+        Raises:
+            InputError: if the place cannot be written.
+        """
+        write_json(self.path, state)
+
+    def clear(self) -> None:
+        """Delete the saved state."""
+        self.path.unlink(missing_ok=True)

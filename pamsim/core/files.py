@@ -1,4 +1,4 @@
-"""Write a file completely or not at all, and none over another without being asked to."""
+"""Read a file up to a size; write one completely or not at all, and none over another unasked."""
 
 from __future__ import annotations
 
@@ -48,12 +48,31 @@ def complete_file(path: Path) -> Generator[Path]:
 
 
 def _flush(path: Path) -> None:
-    """Have the system put a file on the disk, before it takes the place of another."""
+    """Put a file on the disk, before it takes the place of another."""
     handle = os.open(path, os.O_RDWR)
     try:
         os.fsync(handle)
     finally:
         os.close(handle)
+
+
+def read_bounded(path: Path, most: int, *, instead: str = "is it the right file?") -> bytes:
+    """The content of a file that anyone may have written.
+
+    Args:
+        path: of the file, which may be a pipe.
+        most: bytes that it may have.
+        instead: what to do about a larger one, for the error.
+
+    Raises:
+        OSError: if it cannot be read.
+        InputError: if it is larger.
+    """
+    with path.open("rb") as file:
+        content = file.read(most + 1)
+    if len(content) > most:
+        raise InputError(f"{path} has more than {most / 2**20:,.0f} MiB, the most read; {instead}")
+    return content
 
 
 def is_part(name: str) -> bool:
@@ -70,17 +89,10 @@ def is_file(path: Path) -> bool:
 
 
 def refuse_existing(path: Path, force: bool) -> Path:
-    """Refuse to write over a file.
-
-    Args:
-        path: to be written.
-        force: whether it may be replaced.
-
-    Returns:
-        The path.
+    """A path to be written, unless a file is there that may not be replaced.
 
     Raises:
-        InputError: if it is there and may not.
+        InputError: if one is, and not ``force``.
     """
     if path.exists() and not force:
         raise InputError(f"{path} is there already; `force` replaces it")
@@ -88,13 +100,10 @@ def refuse_existing(path: Path, force: bool) -> Path:
 
 
 def refuse_file(folder: Path) -> Path:
-    """Refuse a file where a folder is to be.
-
-    Returns:
-        The folder.
+    """A path where a folder is to be, unless a file is there.
 
     Raises:
-        InputError: if it is a file.
+        InputError: if one is.
     """
     if folder.exists() and not folder.is_dir():
         raise InputError(f"cannot write {folder}: it is a file; name a folder")

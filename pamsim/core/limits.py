@@ -39,9 +39,6 @@ LINE_CHARACTERS = 100_000
 ARRAY_BYTES = 1 << 30
 """That a file's compressed arrays may unfold to."""
 
-ARRAY_DEPTH = 20
-"""Cells in cells, or structures in structures, of a MATLAB file."""
-
 QUANTITY_CHARACTERS = 200
 """Of a number with its unit: the search through thousands of digits takes minutes."""
 

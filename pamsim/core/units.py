@@ -5,7 +5,10 @@ from __future__ import annotations
 import functools
 import math
 import re
-from typing import Any
+from typing import Any, TypeAlias
+
+import numpy as np
+from numpy.typing import NDArray
 
 from pamsim.core.errors import InputError
 from pamsim.core.limits import QUANTITY_CHARACTERS
@@ -14,6 +17,28 @@ PA_PER_KPA = 1e3
 PA_PER_BAR = 1e5
 DEG_PER_RAD = 180.0 / math.pi
 MM_PER_M = 1e3
+
+FloatArray: TypeAlias = NDArray[np.float64]
+"""Numbers, in SI unless something else is stated."""
+
+COMMON = {
+    "rad": "deg",
+    "Pa": "kPa",
+    "m": "mm",
+    "m/s": "mm/s",
+    "m/N": "mm/kN",
+    "m^3": "cm^3",
+    "m^3/(s*Pa)": "mm^3/(s*kPa)",
+    "N/Pa": "N/bar",
+    "Pa*s/kg": "kPa*s/g",
+    "kg/s": "mg/s",
+}
+"""SI unit -> unit that people use; the others are used as they are."""
+
+
+def common_unit(si_unit: str) -> str:
+    """Unit that people use for a physical quantity in an SI unit; a share is in per cent."""
+    return "percent" if si_unit == "1" else COMMON.get(si_unit, si_unit)
 
 
 @functools.cache

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from pamsim.engine.contacts import contacts, may_collide
 from pamsim.engine.rig import Rig
-from pamsim.recordings.signal_names import KINDS, kind_of
+from pamsim.recordings.signals import KINDS, kind_of
 from pamsim.recordings.trial import Trial
 
 FloatArray = NDArray[np.float64]

@@ -22,10 +22,9 @@ from pamsim.comparison.measurements import CalibrationData, read_calibration_dat
 from pamsim.comparison.noise_floor import noise_floor
 from pamsim.comparison.trial_prediction import Prediction, TrialPredictor
 from pamsim.comparison.trial_residuals import TrialLayout
-from pamsim.core.blas_threads import one_blas_thread
-from pamsim.core.encoding import fields_to_dict
+from pamsim.core.computation import Progress, Steps, one_blas_thread
+from pamsim.core.encoding import fields_to_dict, write_json
 from pamsim.core.errors import InputError
-from pamsim.core.progress import Progress, Steps
 from pamsim.diagnosis.about_the_rig import about_the_rig
 from pamsim.diagnosis.compared_recordings import about_the_drive
 from pamsim.diagnosis.effects_in_data import EffectInData, effects_in_data
@@ -34,8 +33,7 @@ from pamsim.diagnosis.recordings import NUISANCE
 from pamsim.engine.rig import Rig, load_rig
 from pamsim.engine.supply_check import above_supply
 from pamsim.inference.residual_block import layout
-from pamsim.recordings.json_file import write_json
-from pamsim.recordings.signal_names import KINDS, kind_of
+from pamsim.recordings.signals import KINDS, kind_of
 from pamsim.recordings.trial import Trial
 
 Simulated = Mapping[str, Mapping[str, NDArray[np.float64]]]

@@ -9,9 +9,8 @@ from pathlib import Path
 
 from pamsim.comparison.measurements import read_calibration_data
 from pamsim.comparison.trial_prediction import CHANNELS
-from pamsim.core.blas_threads import one_blas_thread
+from pamsim.core.computation import Progress, one_blas_thread
 from pamsim.core.errors import InputError
-from pamsim.core.progress import Progress
 from pamsim.diagnosis import length_pressure_loop, recordings, table_at_rest
 from pamsim.diagnosis.length_pressure_loop import PRINTED_LOOPS
 from pamsim.diagnosis.published_rig import NAME as PUBLISHED

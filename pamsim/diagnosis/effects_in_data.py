@@ -16,10 +16,9 @@ from pamsim.comparison.candidate import Candidate
 from pamsim.comparison.measurements import CalibrationData
 from pamsim.comparison.noise_floor import NoiseFloor
 from pamsim.comparison.trial_residuals import TrialLayout, TrialSimulator
-from pamsim.core.common_unit import common_unit
+from pamsim.core.computation import Steps
 from pamsim.core.errors import InputError
-from pamsim.core.progress import Steps
-from pamsim.core.units import to_si
+from pamsim.core.units import common_unit, to_si
 from pamsim.diagnosis.diagnosed_rig import DiagnosedRig
 from pamsim.diagnosis.method.refit import Fitter
 from pamsim.diagnosis.method.screen import VISIBLE
@@ -27,7 +26,7 @@ from pamsim.diagnosis.method.signature import TangentSpace, signature
 from pamsim.engine.rig import Rig
 from pamsim.inference.free_parameter import FreeParameter
 from pamsim.recordings.recording_checks import FEWEST_ROWS
-from pamsim.recordings.signal_names import kind_of
+from pamsim.recordings.signals import kind_of
 from pamsim.recordings.trial import Trial
 
 FloatArray = NDArray[np.float64]

@@ -31,8 +31,7 @@ from pamsim.diagnosis.result import (
 from pamsim.effects.catalog import EFFECTS
 from pamsim.inference.permutation import rms_interval95
 from pamsim.recordings.measured_table import LengthLoop
-from pamsim.recordings.printed import BRANCHES, loop_equation, loop_rows
-from pamsim.recordings.static_law import arctangent_law
+from pamsim.recordings.printed import BRANCHES, arctangent_law, loop_equation, loop_rows
 
 FloatArray = NDArray[np.float64]
 

@@ -22,7 +22,7 @@ from pamsim.engine.rig import Rig
 from pamsim.inference.residual_block import ResidualBlock, layout, stacked
 from pamsim.recordings.experiment import Experiment
 from pamsim.recordings.recording import Outcome
-from pamsim.recordings.signal_names import kind_of
+from pamsim.recordings.signals import kind_of
 from pamsim.recordings.trial import Trial
 
 

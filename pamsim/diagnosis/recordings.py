@@ -16,8 +16,7 @@ from pamsim.comparison.noise_floor import NoiseFloor
 from pamsim.comparison.noise_within_trial import LAG, FloorRoute
 from pamsim.comparison.trial_prediction import CHANNELS
 from pamsim.comparison.trial_regressors import regressors
-from pamsim.core.progress import Progress
-from pamsim.core.versions import versions
+from pamsim.core.computation import Progress, versions
 from pamsim.diagnosis.compared_recordings import about_the_drive, compared
 from pamsim.diagnosis.measured_pressures import cells_with_measured_pressures
 from pamsim.diagnosis.method.trial_diagnosis import diagnose_trials

@@ -11,9 +11,9 @@ from typing import Any
 
 import numpy as np
 
+from pamsim.core.encoding import CheckpointFile
 from pamsim.core.errors import InputError
 from pamsim.core.files import complete_file
-from pamsim.recordings.json_file import CheckpointFile
 
 FILE, ARRAYS = "fits.json", "fits"
 _FORMAT = 2

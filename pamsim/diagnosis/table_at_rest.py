@@ -11,8 +11,8 @@ from numpy.typing import NDArray
 
 from pamsim.comparison.rest_prediction import RestPredictor, Values
 from pamsim.comparison.trial_prediction import AT_REST
+from pamsim.core.computation import Progress
 from pamsim.core.errors import InputError, ParameterError
-from pamsim.core.progress import Progress
 from pamsim.diagnosis.effects_at_rest import effects_at_rest
 from pamsim.diagnosis.method.row_diagnosis import diagnose_rows
 from pamsim.diagnosis.method.row_fit import RowSimulator

@@ -22,7 +22,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pamsim.core.errors import InputError
-from pamsim.recordings.drive import IMPOSED, Drive
+from pamsim.recordings.signals import IMPOSED, Drive
 
 FloatArray = NDArray[np.float64]
 

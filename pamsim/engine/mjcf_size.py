@@ -9,8 +9,8 @@ import math
 from pathlib import Path
 from xml.etree import ElementTree
 
-from pamsim.core.bounded_read import read_bounded
 from pamsim.core.errors import InputError
+from pamsim.core.files import read_bounded
 from pamsim.core.limits import MJCF_BYTES, MJCF_NUMBERS, MJCF_PARTS, MJCF_PIXELS
 
 _GENERATING = frozenset({"composite", "flexcomp"})

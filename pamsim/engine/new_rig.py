@@ -18,11 +18,10 @@ from pathlib import Path
 import mujoco
 import numpy as np
 
-from pamsim.core.common_unit import COMMON
 from pamsim.core.errors import InputError, PamsimError, nearest
 from pamsim.core.files import complete_file, refuse_existing
 from pamsim.core.parameters import FieldSpec, ParameterGroup, specs
-from pamsim.core.units import to_si
+from pamsim.core.units import COMMON, to_si
 from pamsim.engine.joints import recorded_joints
 from pamsim.engine.mjcf_size import require_size
 from pamsim.engine.native import native_field

@@ -44,10 +44,9 @@ from pamsim.physics.record import (
     unpack,
     with_row,
 )
-from pamsim.recordings.drive import MUSCLE_DRIVES
 from pamsim.recordings.rig_file import RigFile, read_rig
 from pamsim.recordings.sensors import MeasurementChain
-from pamsim.recordings.signal_names import SignalNames
+from pamsim.recordings.signals import MUSCLE_DRIVES, SignalNames
 
 _SENSOR = f"{MeasurementChain.group}."
 

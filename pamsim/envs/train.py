@@ -11,13 +11,12 @@ from typing import Any
 import gymnasium
 import numpy as np
 
+from pamsim.core.computation import Progress, versions
+from pamsim.core.encoding import write_json
 from pamsim.core.errors import EngineError, InputError
 from pamsim.core.files import complete_file, refuse_existing
-from pamsim.core.progress import Progress
-from pamsim.core.versions import versions
 from pamsim.envs.registration import ENVIRONMENT, register
 from pamsim.envs.settings import EnvSettings
-from pamsim.recordings.json_file import write_json
 from pamsim.recordings.policy_file import PolicyFile, write_policy
 
 RIGS = 32

@@ -17,7 +17,7 @@ from pamsim.inference.coefficient import Coefficient, held_coefficients
 from pamsim.physics.hysteresis.arctangent import Arctangent
 from pamsim.physics.hysteresis.catalog import OPERATORS
 from pamsim.recordings.measured_table import LengthLoop
-from pamsim.recordings.static_law import arctangent_law
+from pamsim.recordings.printed import arctangent_law
 
 FloatArray = NDArray[np.float64]
 

@@ -6,9 +6,9 @@ import os
 from collections.abc import Mapping
 from pathlib import Path
 
+from pamsim.core.computation import Progress
 from pamsim.core.errors import InputError, nearest
 from pamsim.core.parameters import specs
-from pamsim.core.progress import Progress
 from pamsim.fitting.branches import branch_section, fit_branches
 from pamsim.fitting.force_map import (
     compare_force_laws,

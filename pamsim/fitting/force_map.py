@@ -9,9 +9,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from pamsim.core.computation import Progress
 from pamsim.core.errors import InputError, nearest
 from pamsim.core.parameters import specs
-from pamsim.core.progress import Progress
 from pamsim.core.units import PA_PER_KPA
 from pamsim.fitting.curve_fit import fit_curve, search_curve
 from pamsim.fitting.held_out import HeldOut, Rows, grouped, leave_one_group_out

@@ -13,13 +13,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from pamsim.core.blas_threads import one_blas_thread
-from pamsim.core.encoding import to_dict
+from pamsim.core.computation import Progress, one_blas_thread, versions
+from pamsim.core.encoding import to_dict, write_json
 from pamsim.core.errors import InputError
 from pamsim.core.files import complete_file
-from pamsim.core.progress import Progress
 from pamsim.core.units import DEG_PER_RAD
-from pamsim.core.versions import versions
 from pamsim.identification.frequency_table import frequency_response_of
 from pamsim.identification.models import ModelSet
 from pamsim.identification.summary import summary_lines
@@ -27,8 +25,7 @@ from pamsim.inference.aicc import aicc_above_best
 from pamsim.linear.continuous_structure import HIGHEST_ORDER
 from pamsim.linear.frequency_fit import fit_frequency_response
 from pamsim.linear.identified_model import FitStatus, IdentifiedModel
-from pamsim.recordings.columns import read_columns
-from pamsim.recordings.json_file import write_json
+from pamsim.recordings.table_reader import read_columns
 
 FloatArray = NDArray[np.float64]
 

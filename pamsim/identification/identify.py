@@ -8,9 +8,8 @@ from time import perf_counter
 
 import numpy as np
 
-from pamsim.core.blas_threads import one_blas_thread
+from pamsim.core.computation import Progress, one_blas_thread
 from pamsim.core.errors import InputError
-from pamsim.core.progress import Progress
 from pamsim.identification.choice import recommend
 from pamsim.identification.data import load_data, select_trials
 from pamsim.identification.local import fit_operating_points

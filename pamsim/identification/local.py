@@ -7,8 +7,8 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
+from pamsim.core.computation import Progress
 from pamsim.core.errors import InputError
-from pamsim.core.progress import Progress
 from pamsim.identification.signals import SignalTable, UsedTrial
 from pamsim.linear.continuous_fit import fit_continuous
 from pamsim.linear.identified_model import IdentifiedModel

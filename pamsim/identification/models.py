@@ -10,8 +10,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from pamsim.core.computation import Progress, Steps
 from pamsim.core.errors import InputError, nearest
-from pamsim.core.progress import Progress, Steps
 from pamsim.identification.structure_choice import (
     StructureChoice,
     choice_by_free_run,

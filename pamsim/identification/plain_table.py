@@ -7,7 +7,7 @@ of time or by dates, or follow each other at a known interval.
 from __future__ import annotations
 
 import re
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from datetime import datetime
 from itertools import pairwise
 from pathlib import Path
@@ -21,8 +21,9 @@ from pamsim.identification.frequency_table import is_over_frequency
 from pamsim.identification.signals import SignalTable, Unit
 from pamsim.linear.signal_record import HOLDS
 from pamsim.recordings.column_guess import kind_of_unit, unit_in_name, unit_of
-from pamsim.recordings.columns import Columns, read_columns
+from pamsim.recordings.columns import Columns
 from pamsim.recordings.recording_checks import LONGEST_GAP
+from pamsim.recordings.table_reader import read_columns
 
 FloatArray = NDArray[np.float64]
 
@@ -64,8 +65,8 @@ def plain_trials(
     """Read a table of any columns.
 
     Args:
-        path: as `pamsim.recordings.columns.read_columns`; a file without a header may have numbers
-            only.
+        path: as `pamsim.recordings.table_reader.read_columns`; a file without a header may have
+            numbers only.
         time: column of the clock; ``time_s`` or the only one that is called like a clock if None.
         dt: time between two rows, of a table without a clock [s].
         hold: of all columns from row to row: ``zoh`` (held) or ``foh`` (straight); if None, those
@@ -243,7 +244,7 @@ def _is_date(cell: str) -> bool:
     return not cell.isdigit()  # 20200101 is a date, too
 
 
-def _even(time: FloatArray, cells: list[str]) -> FloatArray:
+def _even(time: FloatArray, cells: Iterable[str]) -> FloatArray:
     """The even clock that reads like this if its times are rounded as written; else this."""
     if time.size < 3:
         return time

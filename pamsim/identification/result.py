@@ -10,10 +10,10 @@ from typing import Any
 
 import numpy as np
 
-from pamsim.core.encoding import to_dict
+from pamsim.core.computation import versions
+from pamsim.core.encoding import to_dict, write_json
 from pamsim.core.files import complete_file
 from pamsim.core.units import PA_PER_KPA
-from pamsim.core.versions import versions
 from pamsim.identification.choice import Recommendation
 from pamsim.identification.curves import Curves, curves_of
 from pamsim.identification.data import IdentifyData
@@ -26,7 +26,6 @@ from pamsim.linear.continuous_structure import ContinuousStructure
 from pamsim.linear.discrete_structure import DiscreteStructure
 from pamsim.linear.identified_model import TrialScore
 from pamsim.linear.local_models import Dependence, LocalModelMap
-from pamsim.recordings.json_file import write_json
 
 SCHEMA = "pamsim-identify/4"
 

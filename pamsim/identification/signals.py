@@ -13,8 +13,7 @@ from pamsim.comparison.experiments import start_pressures
 from pamsim.core.errors import InputError, nearest
 from pamsim.inference.record_checks import UNIFORM_TOLERANCE
 from pamsim.linear.signal_record import SignalRecord
-from pamsim.recordings.drive import MUSCLE_DRIVES, command_columns
-from pamsim.recordings.signal_names import KINDS, column_of
+from pamsim.recordings.signals import KINDS, MUSCLE_DRIVES, column_of, command_columns
 from pamsim.recordings.trial import Trial
 
 FloatArray = NDArray[np.float64]

@@ -16,12 +16,12 @@ from typing import Any
 
 import numpy as np
 
+from pamsim.core.encoding import read_json
 from pamsim.core.errors import InputError
 from pamsim.core.parameters import Sourced
 from pamsim.engine.rig import Rig
 from pamsim.inference.leave_one_out import FittedForm, nested_leave_one_out
 from pamsim.papers.static_models import SMALL_STEPS
-from pamsim.recordings.json_file import read_json
 from pamsim.recordings.rig_file import RigFile
 
 SCHEMA = "pamsim-rig-calibration/1"

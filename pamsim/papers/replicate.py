@@ -9,12 +9,10 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-from pamsim.core.encoding import fields_to_dict, to_dict
+from pamsim.core.computation import Progress, versions
+from pamsim.core.encoding import fields_to_dict, to_dict, write_json
 from pamsim.core.errors import InputError, nearest
-from pamsim.core.progress import Progress
-from pamsim.core.versions import versions
 from pamsim.papers.claim import Claim, Note, Verdict, claim_ids, evaluate
-from pamsim.recordings.json_file import write_json
 from pamsim.recordings.printed import printed_document
 
 SCHEMA = "pamsim-replicate/2"

@@ -25,8 +25,13 @@ from pamsim.papers.nguyen2024.numbers import element
 from pamsim.papers.paper_models import static_characteristic
 from pamsim.papers.replication_figures_force import force_curves
 from pamsim.papers.replication_figures_pleated import pleated_curves
-from pamsim.recordings.printed import BRANCHES, distinct_steps, loop_equation, loop_rows
-from pamsim.recordings.static_law import arctangent_law
+from pamsim.recordings.printed import (
+    BRANCHES,
+    arctangent_law,
+    distinct_steps,
+    loop_equation,
+    loop_rows,
+)
 
 FloatArray = NDArray[np.float64]
 Curves = Mapping[str, Any]

@@ -10,11 +10,10 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from pamsim.core.encoding import to_dict
+from pamsim.core.computation import Progress, versions
+from pamsim.core.encoding import to_dict, write_json
 from pamsim.core.errors import InputError
-from pamsim.core.progress import Progress
 from pamsim.core.units import DEG_PER_RAD
-from pamsim.core.versions import versions
 from pamsim.engine.rig import Rig, load_rig
 from pamsim.engine.simulate import simulate
 from pamsim.linear.step_identification import StepIdentification, identify_step
@@ -31,7 +30,6 @@ from pamsim.papers.reproduce_checks import Check, checks
 from pamsim.papers.torque_law import best_torque_laws, torque_laws
 from pamsim.physics.record import parameters
 from pamsim.physics.work_cycle import work_ratio
-from pamsim.recordings.json_file import write_json
 from pamsim.recordings.printed import PrintedStep, mas20_models, mas20_steps
 from pamsim.recordings.recording import Outcome, Recording
 from pamsim.recordings.sensors import measured

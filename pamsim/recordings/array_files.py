@@ -6,7 +6,11 @@
 from __future__ import annotations
 
 import io
-from collections.abc import Callable, Mapping
+import math
+import re
+import struct
+import zlib
+from collections.abc import Callable, Iterator, Mapping
 from pathlib import Path
 from typing import Any
 
@@ -14,17 +18,24 @@ import numpy as np
 import scipy.io
 from numpy.typing import NDArray
 
-from pamsim.core.bounded_read import read_bounded
 from pamsim.core.errors import InputError
+from pamsim.core.files import read_bounded
 from pamsim.core.limits import ARRAY_BYTES
-from pamsim.recordings.matlab_elements import check_elements
 
+_whosmat: Any = scipy.io.whosmat
 _loadmat: Any = scipy.io.loadmat
+
 _BYTES_OF_NUMBER = 8
+_MATLAB_NUMBERS = re.compile(r"u?int\d+|single|double|logical")
+
+# Of a MAT 5 file: bytes of its header, types of data elements, and an array's flags.
+_MAT_HEADER, _MATRIX, _COMPRESSED = 128, 14, 15
+_NUMBERS = (1, 2, 3, 4, 5, 6, 7, 9, 12, 13, 16, 17, 18)
+_OF_NUMBERS, _COMPLEX = range(6, 16), 0x0800
 
 
 def read_arrays(path: Path) -> Mapping[str, NDArray[Any]]:
-    """Name -> array of a file, whose format its ending states.
+    """Name -> array of a file, whose format its ending states: ``.npz``, ``.mat``, ``.parquet``.
 
     Raises:
         InputError: if it cannot be read.
@@ -64,10 +75,62 @@ def _of_numpy(path: Path) -> Mapping[str, NDArray[Any]]:
 
 
 def _of_matlab(path: Path) -> Mapping[str, NDArray[Any]]:
+    """The arrays of numbers; cells, structures and sparse arrays are passed over unread."""
     content = read_bounded(path, ARRAY_BYTES)
-    check_elements(content)
-    found = _loadmat(io.BytesIO(content))
-    return {k: np.asarray(v) for k, v in found.items() if not k.startswith("__")}
+    _check_matlab(content)
+    file = io.BytesIO(content)
+    arrays = _whosmat(file)
+    if len({name for name, _, _ in arrays}) < len(arrays):
+        raise ValueError("two of its arrays have one name")
+    numbers = {name: shape for name, shape, kind in arrays if _MATLAB_NUMBERS.fullmatch(kind)}
+    _check_unfolded(path, _BYTES_OF_NUMBER * sum(map(math.prod, numbers.values())))
+    found = _loadmat(file, variable_names=list(numbers))
+    return {name: np.asarray(found[name]) for name in numbers}
+
+
+def _check_matlab(content: bytes) -> None:
+    """Check that the arrays of a MAT 5 file are whole: scipy trusts what they state, and may crash.
+
+    Source: "MAT-File Format", The MathWorks, chapter 1.
+    """
+    order = {b"IM": "<", b"MI": ">"}.get(content[_MAT_HEADER - 2 : _MAT_HEADER])
+    if order is None or 0 in content[:4]:  # four zero-free bytes set MAT 5 apart from MAT 4
+        return
+    left = ARRAY_BYTES
+    for kind, data in _elements(content[_MAT_HEADER:], order):
+        if kind == _COMPRESSED:
+            whole = zlib.decompressobj().decompress(data, left)
+            left -= len(whole)
+            if left <= 0:
+                raise ValueError(f"its arrays are larger than {ARRAY_BYTES} bytes")
+            kind, data = next(_elements(whole, order))
+        if kind != _MATRIX:
+            raise ValueError(f"data element of type {kind} where an array should be")
+        parts = list(_elements(data, order))
+        flags = int.from_bytes(parts[0][1][:4], "little" if order == "<" else "big") if parts else 0
+        numbers = flags & 0xFF in _OF_NUMBERS
+        for part, _ in parts:
+            if part not in _NUMBERS and (numbers or part != _MATRIX):
+                raise ValueError(f"a data element of unknown type {part}")
+        least = 4 + bool(flags & _COMPLEX)  # flags, dimensions, name, values
+        if numbers and len(parts) < least:
+            raise ValueError(f"an array of {len(parts)} parts where its flags ask for {least}")
+
+
+def _elements(content: bytes, order: str) -> Iterator[tuple[int, bytes]]:
+    """Type and data of each data element of a MAT 5 file, or of an array in it."""
+    at = 0
+    while at < len(content):
+        tag = content[at : at + 8].ljust(8, b"\0")
+        kind, size = struct.unpack(f"{order}II", tag)
+        start, padding = at + 8, 0 if kind == _COMPRESSED else -size % 8
+        if kind >> 16:  # four bytes at most, inside the tag
+            kind, size, start = kind & 0xFFFF, kind >> 16, at + 4
+            padding = 4 - size
+        if start + size > len(content) or padding < 0:
+            raise ValueError("it ends in the middle of an array")
+        yield kind, content[start : start + size]
+        at = start + size + padding
 
 
 def _of_parquet(path: Path) -> Mapping[str, NDArray[Any]]:

@@ -11,13 +11,12 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from pamsim.core.errors import InputError
-from pamsim.core.units import to_si
+from pamsim.core.units import FloatArray, to_si
 from pamsim.recordings.columns import Columns
-from pamsim.recordings.log_columns import ATMOSPHERE
-from pamsim.recordings.signal_names import EFFORTS, JOINT_KINDS, SignalNames
+from pamsim.recordings.signals import EFFORTS, JOINT_KINDS, SignalNames
+from pamsim.recordings.trial_columns import ATMOSPHERE
 
 _WORDS: Mapping[str, frozenset[str]] = {
     kind: frozenset(words.split())
@@ -39,24 +38,22 @@ _RATE = {"vel", "velocity", "speed", "rate", "dot", "omega", "acc", "accel"}
 _PULSE = {"pwm", "duty"}
 _LEAST_PREFIX = 2  # letters by which a word may stand for a longer one
 
-# Spelling in lower case -> unit of the unit library, and kind of quantity.
-_UNITS: Mapping[str, tuple[str, str]] = {
-    **{u: (u, "time") for u in ("s", "ms", "us", "min")},
-    **{"sec": ("s", "time"), "seconds": ("s", "time"), "msec": ("ms", "time")},
-    **{"µs": ("us", "time")},
-    **{
-        u.lower(): (u, "pressure") for u in ("Pa", "hPa", "kPa", "MPa", "bar", "mbar", "psi", "atm")
-    },
-    **{"barg": ("bar", "pressure"), "psig": ("psi", "pressure"), "kpag": ("kPa", "pressure")},
-    **{"bara": ("bar", "pressure"), "psia": ("psi", "pressure"), "kpaa": ("kPa", "pressure")},
-    **{u: (u, "angle") for u in ("deg", "rad", "mrad")},
-    **{"degree": ("deg", "angle"), "degrees": ("deg", "angle"), "°": ("deg", "angle")},
-    **{"grad": ("deg", "angle"), "radian": ("rad", "angle"), "radians": ("rad", "angle")},
-    **{u: (u, "position") for u in ("m", "mm", "cm", "um", "inch")},
-    **{"n": ("N", "force"), "kn": ("kN", "force"), "mn": ("mN", "force"), "lbf": ("lbf", "force")},
-    **dict.fromkeys(("n*m", "nm", "n·m", "n.m"), ("N*m", "torque")),
-    **{"kgf": ("kgf", "force"), "%": ("percent", "valve"), "percent": ("percent", "valve")},
+_SPELLINGS = {
+    "time": "s ms us min sec=s seconds=s msec=ms µs=us",
+    "pressure": "Pa hPa kPa MPa bar mbar psi atm barg=bar psig=psi kpag=kPa"
+    " bara=bar psia=psi kpaa=kPa",
+    "angle": "deg rad mrad degree=deg degrees=deg °=deg grad=deg radian=rad radians=rad",
+    "position": "m mm cm um inch",
+    "force": "N kN mN lbf kgf",
+    "torque": "n*m=N*m nm=N*m n·m=N*m n.m=N*m",
+    "valve": "percent %=percent",
 }
+_UNITS = {
+    spelled.partition("=")[0].lower(): (spelled.rpartition("=")[2], kind)
+    for kind, units in _SPELLINGS.items()
+    for spelled in units.split()
+}
+"""Spelling in lower case -> unit of the unit library, and kind of quantity."""
 _ABSOLUTE = frozenset(("bara", "psia", "kpaa"))
 _CHUNK = re.compile(r"[_\s.:-]+")
 _BRACKET = re.compile(r"\s*[\[(]\s*([^\])]*?)\s*[\])]\s*$|\s*/\s*([^/]*?)\s*$")
@@ -98,30 +95,21 @@ class Guess:
 
 
 @dataclass(frozen=True, kw_only=True)
-class _Name:
-    """A column's name in parts.
+class _Column:
+    """What a column is by its name, or as stated; the warning may be empty.
 
     Attributes:
-        words: in lower case, without the unit.
+        words: of its name, in lower case, without the unit.
         unit: as the name or the line of units writes it, in lower case; empty if none is known.
-        unknown_unit: a unit in brackets that means nothing here.
     """
-
-    words: tuple[str, ...]
-    unit: str
-    unknown_unit: str = ""
-
-
-@dataclass(frozen=True, kw_only=True)
-class _Named:
-    """What a column is by its name; ``warning`` may be empty."""
 
     quantity: str
     kind: str
-    column: str
-    name: _Name
-    values: NDArray[np.float64]
-    warning: str
+    name: str
+    words: tuple[str, ...]
+    unit: str
+    values: FloatArray
+    warning: str = ""
 
 
 def guess_columns(
@@ -141,50 +129,35 @@ def guess_columns(
     Raises:
         InputError: if a stated column is not there, or a quantity is stated twice.
     """
-    named: dict[str, _Named] = {}
+    found: dict[str, _Column] = {}
     unused: dict[str, str] = {}
     for one in stated:
         columns.require(one.column, f" for {one.quantity}")
-        if one.quantity in named:
+        if one.quantity in found:
             raise InputError(f"{one.quantity} is stated twice, as {one.column!r} the second time")
-        named[one.quantity] = _Named(
+        kind = one.quantity.rpartition(".")[2]
+        words, unit, _ = _parts(one.column, columns.units.get(one.column, ""))
+        found[one.quantity] = _Column(
             quantity=one.quantity,
-            kind=_kind(one.quantity),
-            column=one.column,
-            name=_parts(one.column, columns.units.get(one.column, "")),
+            kind={"pressure_set": "pressure", "pulse": "valve"}.get(kind, kind),
+            name=one.column,
+            words=words,
+            unit=unit,
             values=columns.numbers(one.column),
-            warning="",
         )
-    for column in columns.cells:
-        if any(column == one.column for one in stated):
+    for name in columns.cells:
+        if any(name == one.column for one in stated):
             continue
-        one = _named(columns, column, names)
+        one = _by_name(columns, name, names)
         if isinstance(one, str):
-            unused[column] = one
-        elif one.quantity in named:
-            unused[column] = f"would be {one.quantity}, which {named[one.quantity].column!r} is"
+            unused[name] = one
+        elif one.quantity in found:
+            unused[name] = f"would be {one.quantity}, which {found[one.quantity].name!r} is"
         else:
-            named[one.quantity] = one
-    order = sorted(named.values(), key=lambda one: list(columns.cells).index(one.column))
-    guesses = [_guess(one, order, supply) for one in order]
+            found[one.quantity] = one
+    order = sorted(found.values(), key=lambda one: list(columns.cells).index(one.name))
     by_quantity = {one.quantity: one for one in stated}
-    return tuple(_with(one, by_quantity.get(one.quantity)) for one in guesses), unused
-
-
-def _with(guess: Guess, stated: Guess | None) -> Guess:
-    """A guess with what the user states of it."""
-    if stated is None:
-        return guess
-    if stated.unit:
-        return stated
-    warnings = tuple(warning for warning in guess.warnings if warning.startswith("unit"))
-    return replace(guess, sign=stated.sign, warnings=warnings)
-
-
-def _kind(quantity: str) -> str:
-    """Kind of a quantity in `_BY_VALUE`."""
-    kind = quantity.rpartition(".")[2]
-    return {"pressure_set": "pressure", "pulse": "valve"}.get(kind, kind)
+    return tuple(_guess(one, order, supply, by_quantity.get(one.quantity)) for one in order), unused
 
 
 def unit_in_name(column: str, stated: str) -> str:
@@ -197,8 +170,8 @@ def unit_in_name(column: str, stated: str) -> str:
     Returns:
         The unit; empty if there is none, or if a name ends in no unit that is known.
     """
-    name = _parts(column, stated)
-    return name.unknown_unit or name.unit
+    _, unit, unknown = _parts(column, stated)
+    return unknown or unit
 
 
 def kind_of_unit(text: str) -> str:
@@ -209,41 +182,43 @@ def kind_of_unit(text: str) -> str:
 def unit_of(text: str) -> tuple[str, bool]:
     """A unit as people write it, and whether pressures in it are absolute: ``psia``, ``bar``."""
     lower = text.strip().lower()
-    if lower in _UNITS:
-        return _UNITS[lower][0], lower in _ABSOLUTE
-    return text.strip(), False
+    return _UNITS.get(lower, (text.strip(), ""))[0], lower in _ABSOLUTE
 
 
-def _named(columns: Columns, column: str, names: SignalNames) -> _Named | str:
+def _by_name(columns: Columns, name: str, names: SignalNames) -> _Column | str:
     """What one column is by its name, or why it is not used."""
-    name = _parts(column, columns.units.get(column, ""))
+    words, unit, unknown = _parts(name, columns.units.get(name, ""))
     try:
-        values = columns.numbers(column)
+        values = columns.numbers(name)
     except InputError:
         return "not all of its cells are numbers"
-    kinds = _kinds(name)
+    kinds = _kinds(words, unit)
     if not kinds:
-        return f"unit {name.unknown_unit!r} is not known" if name.unknown_unit else "name not known"
-    if _RATE & set(name.words):
+        return f"unit {unknown!r} is not known" if unknown else "name not known"
+    if _RATE & set(words):
         return "a rate; rates follow from positions"
-    is_set = bool(_SET & set(name.words))
+    is_set = bool(_SET & set(words))
     for kind in kinds:
-        if kind == "time":
-            quantity, warning = "time", ""
-        else:
-            owner, warning = _owner(name.words, _owners(kind, name.words, names))
+        quantity, warning = "time", ""
+        if kind != "time":
+            owner, warning = _owner(words, _owners(kind, words, names))
             if not owner:
                 continue
             if kind in JOINT_KINDS and is_set:
                 return f"a reference for {owner}, which drives no muscle by itself"
-            quantity = "pressure_set" if kind == "pressure" and is_set else kind
-            if kind == "valve" and _PULSE & set(name.words):
-                quantity = "pulse"
-            quantity = f"{owner}.{quantity}"
-        if name.unknown_unit:
-            return f"would be {quantity}, but its unit {name.unknown_unit!r} is not known"
-        return _Named(
-            quantity=quantity, kind=kind, column=column, name=name, values=values, warning=warning
+            own = "pressure_set" if kind == "pressure" and is_set else kind
+            own = "pulse" if kind == "valve" and _PULSE & set(words) else own
+            quantity = f"{owner}.{own}"
+        if unknown:
+            return f"would be {quantity}, but its unit {unknown!r} is not known"
+        return _Column(
+            quantity=quantity,
+            kind=kind,
+            name=name,
+            words=words,
+            unit=unit,
+            values=values,
+            warning=warning,
         )
     return f"{kinds[0]} of no joint or muscle that its name states"
 
@@ -260,22 +235,21 @@ def _owners(kind: str, words: Sequence[str], names: SignalNames) -> Sequence[str
     return named or names.muscles
 
 
-def _parts(column: str, unit: str) -> _Name:
-    """Words and unit of a column's name."""
+def _parts(column: str, unit: str) -> tuple[tuple[str, ...], str, str]:
+    """Words of a column's name, its unit in lower case, and a unit that means nothing here."""
     bracket = _BRACKET.search(column)
     stem = column[: bracket.start()] if bracket else column
     stated = unit or (next(g for g in bracket.groups() if g is not None) if bracket else "")
     chunks = [chunk for chunk in _CHUNK.split(stem) if chunk]
-    if stated and stated.lower() not in _UNITS:
-        return _Name(words=_words(chunks), unit="", unknown_unit=stated)
     if stated:
-        return _Name(words=_words(chunks), unit=stated.lower())
+        known = stated.lower() in _UNITS
+        return _words(chunks), stated.lower() if known else "", "" if known else stated
     if len(chunks) > 1 and (last := chunks[-1].lower()) in _UNITS:
         words = _words(chunks[:-1])
         by_word = _by_word(words)
         if not by_word or _UNITS[last][1] in by_word:
-            return _Name(words=words, unit=last)
-    return _Name(words=_words(chunks), unit="")
+            return words, last, ""
+    return _words(chunks), "", ""
 
 
 def _words(chunks: Sequence[str]) -> tuple[str, ...]:
@@ -290,13 +264,11 @@ def _by_word(words: Sequence[str]) -> list[str]:
     ]
 
 
-def _kinds(name: _Name) -> list[str]:
+def _kinds(words: Sequence[str], unit: str) -> list[str]:
     """Kinds of quantity that a name may mean, the likeliest first."""
-    by_word = _by_word(name.words)
-    if not name.unit:
-        return by_word
-    own = _UNITS[name.unit][1]
-    return [own] if own in by_word or not by_word else by_word
+    by_word = _by_word(words)
+    own = [_UNITS[unit][1]] if unit else by_word
+    return own if not by_word or own[0] in by_word else by_word
 
 
 def _owner(words: Sequence[str], owners: Sequence[str]) -> tuple[str, str]:
@@ -326,50 +298,54 @@ def _means(word: str, part: str) -> bool:
     return word == part or (len(word) >= _LEAST_PREFIX and part.startswith(word))
 
 
-def _guess(one: _Named, others: Sequence[_Named], supply: float) -> Guess:
+def _guess(one: _Column, others: Sequence[_Column], supply: float, stated: Guess | None) -> Guess:
     """A column with its unit; columns of one kind that state none share theirs."""
-    warnings = [one.warning] if one.warning else []
-    absolute = one.name.unit in _ABSOLUTE or "abs" in one.name.words
-    if one.name.unit:
-        unit = _UNITS[one.name.unit][0]
+    if stated is not None and stated.unit:
+        return stated
+    by_size: list[str] = []
+    if one.unit:
+        unit = _UNITS[one.unit][0]
     else:
-        same_kind = [o.values for o in others if o.kind == one.kind and not o.name.unit]
-        fitting = [
-            unit
-            for unit in _BY_VALUE[one.kind]
-            if _plausible(np.concatenate(same_kind), unit, one.kind, supply)
-        ]
-        unit = fitting[0] if fitting else _BY_VALUE[one.kind][0]
+        shared = np.concatenate([o.values for o in others if o.kind == one.kind and not o.unit])
+        usual = _BY_VALUE[one.kind]
+        fitting = [unit for unit in usual if _plausible(shared, unit, one.kind, supply)]
+        unit = (fitting or usual)[0]
         if len(fitting) > 1:
-            warnings.append(f"unit {unit} by its size, or {' or '.join(fitting[1:])}")
+            by_size = [f"unit {unit} by its size, or {' or '.join(fitting[1:])}"]
         elif one.kind not in ("valve", "time") or not fitting:
-            warnings.append(f"unit {unit} by its size")
+            by_size = [f"unit {unit} by its size"]
+    absolute = one.unit in _ABSOLUTE or "abs" in one.words
+    if stated is not None:
+        return replace(stated, unit=unit, absolute=absolute, warnings=tuple(by_size))
+    warnings = [*([one.warning] if one.warning else []), *by_size]
     if one.quantity.endswith(".pressure") and not absolute:
-        lowest = to_si(float(one.values.min()), unit, "Pa", where=one.column)
+        lowest = to_si(float(one.values.min()), unit, "Pa", where=one.name)
         if abs(lowest - ATMOSPHERE) < _NEAR_ATMOSPHERE * ATMOSPHERE:
             warnings.append("never below the atmosphere's pressure: absolute, or never vented")
     return Guess(
         quantity=one.quantity,
-        column=one.column,
+        column=one.name,
         unit=unit,
         absolute=absolute,
         warnings=tuple(warnings),
     )
 
 
-def _plausible(values: NDArray[np.float64], unit: str, kind: str, supply: float) -> bool:
+def _plausible(values: FloatArray, unit: str, kind: str, supply: float) -> bool:
     """Whether numbers may be in a unit."""
-    top = float(np.abs(values).max())
     if kind == "time":
         step = to_si(float(np.median(np.diff(values))), unit, "s", where=unit)
         return _STEPS[0] <= step <= _STEPS[1]
-    if kind == "pressure":
-        # The set points of a rig are some part of its supply; more, and muscles would not fill.
-        return 0.08 * supply <= to_si(top, unit, "Pa", where=unit) <= 1.3 * supply
-    if kind == "angle":
-        return top <= _TURN if unit == "rad" else top > 1.0
-    if kind == "position":
-        return top <= 1.0 if unit == "m" else top > 0.5
-    if kind == "valve":
-        return top <= 1.0 if unit == "1" else 1.0 < top <= 100.0
-    return True
+    top = float(np.abs(values).max())
+    match kind:
+        case "pressure":
+            # The set points of a rig are some part of its supply; more, and muscles would not fill.
+            return 0.08 * supply <= to_si(top, unit, "Pa", where=unit) <= 1.3 * supply
+        case "angle":
+            return top <= _TURN if unit == "rad" else top > 1.0
+        case "position":
+            return top <= 1.0 if unit == "m" else top > 0.5
+        case "valve":
+            return top <= 1.0 if unit == "1" else 1.0 < top <= 100.0
+        case _:
+            return True

@@ -8,19 +8,16 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-FloatArray = NDArray[np.float64]
+from pamsim.core.units import FloatArray
 
 
 def triangle(time: FloatArray, period: float, shrink: float = 1.0) -> FloatArray:
-    """Triangle wave from 0, upwards first; loops at constant rate.
+    """Triangle wave (n,) over time (n,) [s], from 0, upwards first; loops at constant rate.
 
     Args:
         time: (n,) [s].
         period: [s].
         shrink: factor on the amplitude from one period to the next; below 1 draws minor loops.
-
-    Returns:
-        (n,) in [-1, 1].
     """
     phase = time / period
     shape = 1.0 - 4.0 * np.abs(np.mod(phase + 0.25, 1.0) - 0.5)
@@ -54,11 +51,8 @@ def multisine_lines(lines: int) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
     output shows is distortion, not linear response (Pintelon and Schoukens, System Identification,
     2012, section 4.3).
 
-    Args:
-        lines: number of odd harmonics [-].
-
     Returns:
-        Excited odd harmonics, and odd harmonics left out.
+        Of so many odd harmonics those excited, and those left out.
     """
     odd = 2 * np.arange(lines, dtype=np.int64) + 1
     left_out = np.arange(lines) % 4 == 2

@@ -6,12 +6,13 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from pamsim.core.errors import InputError
 from pamsim.core.limits import RUN_SAMPLES
 from pamsim.core.parameters import FieldSpec, check_value
-from pamsim.recordings.drive import IMPOSED, Drive, DriveLike
+from pamsim.core.units import FloatArray
+from pamsim.recordings.signals import DRIVES, IMPOSED, Drive, DriveLike
 
 _LOWEST_READING = -2e4  # of a gauge pressure [Pa]
 
@@ -21,7 +22,7 @@ class Experiment:
     """Commands over time, the state they start from, and how the run is sampled.
 
     Attributes:
-        drive: what drives the rig, see `pamsim.recordings.drive`: one kind for all muscles, or
+        drive: what drives the rig, see `pamsim.recordings.signals`: one kind for all muscles, or
             muscle or driven joint -> kind. Joints that are not named move freely.
         command_time: (k,) times at which the command takes a new value [s], increasing from 0.
         command_value: (k, m + j) values, a column per muscle, then one per driven joint, in the
@@ -39,9 +40,9 @@ class Experiment:
     """
 
     drive: DriveLike
-    command_time: NDArray[np.float64]
-    command_value: NDArray[np.float64]
-    start_pressure: NDArray[np.float64]
+    command_time: FloatArray
+    command_value: FloatArray
+    start_pressure: FloatArray
     duration: float
     sample_rate: float = 500.0
     load: float = 0.0
@@ -59,9 +60,16 @@ class Experiment:
         value = np.atleast_2d(np.asarray(self.command_value, dtype=float))
         start = np.atleast_1d(np.asarray(self.start_pressure, dtype=float))
         drives = Drive.of(self.drive, value.shape[1])
-        _require_finite("command time", time)
-        _require_finite("command value", value)
-        _require_finite("start pressure", start)
+        for what, values in (
+            ("command time", time),
+            ("command value", value),
+            ("start pressure", start),
+        ):
+            odd = np.flatnonzero(~np.isfinite(values))
+            if odd.size:
+                raise InputError(
+                    f"{what} has {values.flat[odd[0]]} at entry {odd[0]}; give finite numbers"
+                )
         if len(time) == 0 or len(start) == 0:
             raise InputError("an experiment needs a command: give a time and a value per muscle")
         columns = len(start) + len(drives.joints)
@@ -73,14 +81,13 @@ class Experiment:
         if time[0] != 0.0 or np.any(np.diff(time) <= 0.0):
             raise InputError("command times must start at 0 and increase")
         _check_values(drives, value, start)
-        for name, high, unit in (
-            ("duration", 1e6, "s"),
-            ("sample_rate", 1e5, "Hz"),
+        for name, high, unit, zero in (
+            ("duration", 1e6, "s", False),
+            ("sample_rate", 1e5, "Hz", False),
+            ("load", 1e4, "kg", True),
+            ("settle", 1e4, "s", True),
         ):
-            spec = FieldSpec(unit=unit, high=high, doc=name, low=0.0, low_open=True)
-            check_value(f"experiment.{name}", getattr(self, name), spec)
-        for name, high, unit in (("load", 1e4, "kg"), ("settle", 1e4, "s")):
-            spec = FieldSpec(unit=unit, high=high, doc=name, low=0.0, low_open=False)
+            spec = FieldSpec(unit=unit, low=0.0, high=high, low_open=not zero, doc=name)
             check_value(f"experiment.{name}", getattr(self, name), spec)
         samples = self.duration * self.sample_rate
         if samples > RUN_SAMPLES:
@@ -97,7 +104,7 @@ class Experiment:
         """``drive`` of every column."""
         return Drive.of(self.drive, self.command_value.shape[1])
 
-    def command_at(self, times: ArrayLike) -> NDArray[np.float64]:
+    def command_at(self, times: ArrayLike) -> FloatArray:
         """Command at given times: the last value, or between two values as ``command_value`` says.
 
         Args:
@@ -111,30 +118,22 @@ class Experiment:
         late = at * (1.0 + 1e-12) + 1e-12
         index = np.searchsorted(self.command_time, late, side="right") - 1
         found = self.command_value[np.maximum(index, 0)]
-        for column, (kind, between) in enumerate(
-            zip(self.drives.kinds, self.drives.between, strict=True)
-        ):
+        for column, kind in enumerate(self.drives.kinds):
             values = self.command_value[:, column]
             if kind in IMPOSED and len(values) > 1:
                 found[:, column] = _smooth(self.command_time, values, at)
-            elif between:
+            elif DRIVES[kind].between:
                 found[:, column] = np.interp(at, self.command_time, values)
         return found
 
 
-def _smooth(
-    time: NDArray[np.float64], values: NDArray[np.float64], at: NDArray[np.float64]
-) -> NDArray[np.float64]:
+def _smooth(time: FloatArray, values: FloatArray, at: FloatArray) -> FloatArray:
     """Values on cubics with one slope where they meet; held after the last.
 
     A motion whose speed jumped would take an infinite force. The slope is that of the parabola
     through a value and its neighbours.
     """
-    slope: NDArray[np.float64]
-    if len(time) > 2:
-        slope = np.gradient(values, time, edge_order=2)
-    else:
-        slope = np.gradient(values, time, edge_order=1)
+    slope: FloatArray = np.gradient(values, time, edge_order=2 if len(time) > 2 else 1)
     index = np.clip(np.searchsorted(time, at, side="right") - 1, 0, len(time) - 2)
     width, rise = np.diff(time)[index], np.diff(values)[index]
     share = np.minimum((at - time[index]) / width, 1.0)
@@ -142,7 +141,7 @@ def _smooth(
     return values[index] + share * (rise + (1.0 - share) * bend)
 
 
-def _check_values(drives: Drive, value: NDArray[np.float64], start: NDArray[np.float64]) -> None:
+def _check_values(drives: Drive, value: FloatArray, start: FloatArray) -> None:
     """Refuse values that their column's drive cannot have."""
     kinds = np.array(drives.kinds)
     pressures = np.concatenate([start, value[:, kinds == "pressure_set"].ravel()])
@@ -199,11 +198,3 @@ def pressure_step(
         sample_rate=sample_rate,
         name=name,
     )
-
-
-def _require_finite(what: str, values: NDArray[np.float64]) -> None:
-    if not np.all(np.isfinite(values)):
-        where = int(np.flatnonzero(~np.isfinite(values.ravel()))[0])
-        raise InputError(
-            f"{what} has {values.ravel()[where]} at entry {where}; give finite numbers"
-        )

@@ -10,6 +10,7 @@ Which of the three a file is shows in its columns; each name carries its unit:
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TypeAlias
@@ -18,12 +19,26 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pamsim.core.errors import InputError, nearest
-from pamsim.recordings.columns import Columns, read_columns
-
-FloatArray = NDArray[np.float64]
+from pamsim.core.units import FloatArray, to_si
+from pamsim.recordings.columns import Columns
+from pamsim.recordings.recording_checks import HIGHEST_KPA, LEAST_KPA
+from pamsim.recordings.table_reader import read_columns
 
 _WORDS = ("branch", "repeat", "loop")
 _MOST_CONTRACTION = 0.6
+
+# Quantity -> what a column name may begin with, the SI unit, an example.
+_QUANTITIES: Mapping[str, tuple[tuple[str, ...], str, str]] = {
+    "pressure": (("p", "p_gauge", "pressure", "pressure_gauge"), "Pa", "p_kpa"),
+    "contraction": (("contraction", "kappa"), "1", "contraction_percent"),
+    "length": (("length",), "m", "length_mm"),
+    "force": (("force",), "N", "force_n"),
+    "displacement": (("displacement",), "m", "displacement_mm"),
+    "time": (("time",), "s", "time_s"),
+}
+_PURE = {"": "1", "ratio": "1", "percent": "percent"}
+# Files write units in lower case, the unit library does not.
+_SPELLED = {"kpa": "kPa", "pa": "Pa", "mpa": "MPa", "hpa": "hPa", "n": "N", "kn": "kN"}
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -104,7 +119,7 @@ MeasuredTable: TypeAlias = ForceMap | LengthLoop | ForceLoops
 
 
 def read_measured(path: Path, nominal_length: float | None = None) -> MeasuredTable:
-    """Read a measured CSV.
+    """Read a force map, a length-pressure loop or force-displacement loops.
 
     Args:
         path: of the file.
@@ -119,56 +134,95 @@ def read_measured(path: Path, nominal_length: float | None = None) -> MeasuredTa
             without a nominal length or at odds with the contraction beside them.
     """
     table = _Table(read_columns(path))
-    notes = [f"column {name!r} is not used" for name in table.ignored]
     if "displacement" in table.names or "time" in table.names:
-        return _force_loops(table, notes)
+        return _force_loops(table)
     pressure = table.si("pressure")
-    _plausible_pressure(table)
+    _check_pressure(table, pressure)
     if "force" in table.names:
-        return _force_map(table, pressure, nominal_length, notes)
+        contraction, nominal = _contraction(table, nominal_length)
+        return ForceMap(
+            pressure=pressure,
+            contraction=contraction,
+            force=table.si("force"),
+            nominal_length=nominal,
+            notes=table.notes,
+        )
     if "length" in table.names:
-        return _length_loop(table, pressure, notes)
-    raise table.columns.no_quantity("force" if "contraction" in table.names else "length")
+        return _length_loop(table, pressure)
+    raise table.missing("force" if "contraction" in table.names else "length")
 
 
 class _Table:
-    """A file's columns by quantity."""
+    """A file's columns by quantity; the unit may be any that measures the quantity.
+
+    Raises:
+        InputError: for a missing, unknown or wrong unit, and two columns of one quantity.
+    """
 
     def __init__(self, columns: Columns) -> None:
         self.columns = columns
-        self.lines = columns.lines
-        self.quantities = columns.quantities()
-        self.names = {quantity: q.column for quantity, q in self.quantities.items()}
-        self.words = {
-            name.lower(): [cell.lower() for cell in cells]
-            for name, cells in columns.cells.items()
-            if name.lower() in _WORDS
-        }
-        used = {*self.names.values()}
-        self.ignored = [
-            name for name in columns.cells if name not in used and name.lower() not in _WORDS
-        ]
+        self.names: dict[str, str] = {}
+        self.words: dict[str, list[str]] = {}
+        self.notes: tuple[str, ...] = ()
+        self._scales: dict[str, float] = {}
+        for name, cells in columns.cells.items():
+            quantity, unit = _quantity(name, columns.place(name))
+            if name.lower() in _WORDS:
+                self.words[name.lower()] = [cell.lower() for cell in cells]
+            elif not quantity:
+                self.notes += (f"column {name!r} is not used",)
+            elif quantity in self.names:
+                there = self.names[quantity]
+                raise InputError(f"{columns.place(name)}: there is {there!r} already; keep one")
+            else:
+                where = f"{columns.path}: column {name!r}"
+                self.names[quantity] = name
+                self._scales[quantity] = to_si(1.0, unit, _QUANTITIES[quantity][1], where=where)
 
     def si(self, quantity: str) -> FloatArray:
         """Values of a quantity, shape (n,) [SI]; InputError if it has no column."""
-        if quantity not in self.quantities:
-            raise self.columns.no_quantity(quantity)
-        measured = self.quantities[quantity]
-        return self.columns.numbers(measured.column) * measured.scale
+        if quantity not in self.names:
+            raise self.missing(quantity)
+        return self.columns.numbers(self.names[quantity]) * self._scales[quantity]
+
+    def missing(self, quantity: str) -> InputError:
+        """The error for a quantity without a column."""
+        return InputError(
+            f"{self.columns.path}: no column for {quantity}; name one such as"
+            f" {_QUANTITIES[quantity][2]!r} (there are: {', '.join(self.columns.cells)})"
+        )
 
     def line(self, row: int) -> str:
         """File and line of a row, to begin an error with."""
-        return f"{self.columns.path}: line {self.lines[row]}"
+        return f"{self.columns.path}: line {self.columns.lines[row]}"
 
     def cell(self, quantity: str, row: int) -> str:
         """File, line, column and value as written, to begin an error with."""
-        name = self.names[quantity]
-        return f"{self.line(row)}: {name} = {self.columns.numbers(name)[row]:g}"
+        return self.columns.where(self.names[quantity], row)
 
 
-def _force_map(
-    table: _Table, pressure: FloatArray, nominal: float | None, notes: list[str]
-) -> ForceMap:
+def _quantity(name: str, where: str) -> tuple[str, str]:
+    """Quantity and unit of a column name; empty if the name begins like no quantity."""
+    lower = name.lower()
+    # The longest beginning first: p_gauge_pa is a pressure in Pa and not in gauge_pa.
+    known = [(stem, q) for q, (stems, _, _) in _QUANTITIES.items() for stem in stems]
+    for stem, quantity in sorted(known, key=lambda pair: -len(pair[0])):
+        if lower != stem and not lower.startswith(stem + "_"):
+            continue
+        unit = lower[len(stem) + 1 :]
+        if quantity == "contraction":
+            if unit not in _PURE:
+                raise InputError(f"{where}: unit {unit!r} is not known; {nearest(unit, _PURE)}")
+            return quantity, _PURE[unit]
+        if not unit:
+            example = _QUANTITIES[quantity][2]
+            raise InputError(f"{where} has no unit; write it in the name: {example!r}")
+        return quantity, _SPELLED.get(unit, unit)
+    return "", ""
+
+
+def _contraction(table: _Table, nominal: float | None) -> tuple[FloatArray, float | None]:
+    """Contraction of a force map, and the nominal length [m] if that is known."""
     if "contraction" in table.names:
         contraction = table.si("contraction")
         bad = np.flatnonzero(np.abs(contraction) > _MOST_CONTRACTION)
@@ -187,44 +241,37 @@ def _force_map(
                     f" nominal length of {1e3 * nominal:.4g} mm; correct one of the columns or drop"
                     " it"
                 )
-    elif "length" not in table.names:
-        raise table.columns.no_quantity("contraction")
-    elif nominal is None:
+        return contraction, nominal
+    if "length" not in table.names:
+        raise table.missing("contraction")
+    if nominal is None:
         raise InputError(
             f"{table.columns.path}: {table.names['length']!r} needs the nominal length of the"
             " muscle; give `nominal_length`"
         )
+    length = table.si("length")
+    contraction = 1.0 - length / nominal
+    far = np.flatnonzero(np.abs(contraction) > _MOST_CONTRACTION)
+    if far.size:
+        raise InputError(
+            f"{table.line(int(far[0]))}: length {1e3 * length[far[0]]:.4g} mm of nominal"
+            f" {1e3 * nominal:.4g} mm is beyond any muscle; check both units"
+        )
+    return contraction, nominal
+
+
+def _length_loop(table: _Table, pressure: FloatArray) -> LengthLoop:
+    branch, notes = table.words.get("branch"), table.notes
+    if branch is None:
+        rising = _rising(pressure)
+        notes = (*notes, "no column 'branch': taken from whether the pressure rises or falls")
     else:
-        length = table.si("length")
-        contraction = 1.0 - length / nominal
-        far = np.flatnonzero(np.abs(contraction) > _MOST_CONTRACTION)
-        if far.size:
-            raise InputError(
-                f"{table.line(int(far[0]))}: length {1e3 * length[far[0]]:.4g} mm of nominal"
-                f" {1e3 * nominal:.4g} mm is beyond any muscle; check both units"
-            )
-    return ForceMap(
-        pressure=pressure,
-        contraction=contraction,
-        force=table.si("force"),
-        nominal_length=nominal,
-        notes=tuple(notes),
-    )
-
-
-def _length_loop(table: _Table, pressure: FloatArray, notes: list[str]) -> LengthLoop:
-    if "branch" in table.words:
-        for row, word in enumerate(table.words["branch"]):
+        for row, word in enumerate(branch):
             if word not in ("up", "down"):
                 hint = nearest(word, ("up", "down"))
                 raise InputError(f"{table.line(row)}: branch = {word!r}; {hint}")
-        rising = np.array([word == "up" for word in table.words["branch"]])
-    else:
-        rising = _rising(pressure)
-        notes.append("no column 'branch': taken from whether the pressure rises or falls")
-    return LengthLoop(
-        pressure=pressure, length=table.si("length"), rising=rising, notes=tuple(notes)
-    )
+        rising = np.array([word == "up" for word in branch])
+    return LengthLoop(pressure=pressure, length=table.si("length"), rising=rising, notes=notes)
 
 
 def _rising(pressure: FloatArray) -> NDArray[np.bool_]:
@@ -239,8 +286,8 @@ def _rising(pressure: FloatArray) -> NDArray[np.bool_]:
     return np.concatenate([steps[:1], steps])
 
 
-def _force_loops(table: _Table, notes: list[str]) -> ForceLoops:
-    label = table.words.get("loop", ["1"] * len(table.lines))
+def _force_loops(table: _Table) -> ForceLoops:
+    label = table.words.get("loop", ["1"] * len(table.columns.lines))
     names = tuple(dict.fromkeys(label))
     rows = [np.flatnonzero(np.array(label) == name) for name in names]
     time, force, displacement = (
@@ -248,28 +295,25 @@ def _force_loops(table: _Table, notes: list[str]) -> ForceLoops:
         for values in map(table.si, ("time", "force", "displacement"))
     )
     return ForceLoops(
-        names=names, time=time, force=force, displacement=displacement, notes=tuple(notes)
+        names=names, time=time, force=force, displacement=displacement, notes=table.notes
     )
 
 
-def _plausible_pressure(table: _Table) -> None:
-    """Refuse pressures that can only be in another unit than the column's name states.
-
-    Fluidic muscles work at some bar; a whole table below 20 kPa or above 50 bar is implausible.
-    """
-    pressure, name = table.si("pressure"), table.names["pressure"]
-    written = table.columns.numbers(name)
+def _check_pressure(table: _Table, pressure: FloatArray) -> None:
+    """Refuse pressures that can only be in another unit than the column's name states."""
+    name = table.names["pressure"]
     low, high = int(np.argmin(pressure)), int(np.argmax(pressure))
     if pressure[low] < -101325.0:
         raise InputError(f"{table.cell('pressure', low)} lies below vacuum; pressures are gauge")
-    if pressure[high] < 2e4:
+    if pressure[high] < 1e3 * LEAST_KPA:
         unit = name.lower().rpartition("_")[2]
         meant = "kpa" if unit == "pa" else "bar"
         raise InputError(
-            f"{table.line(0)} and below: no {name!r} is above {np.max(written):g} {unit}, too"
-            f" little for a muscle; if it is {meant}, name the column 'p_{meant}'"
+            f"{table.line(0)} and below: no {name!r} is above"
+            f" {table.columns.numbers(name)[high]:g} {unit}, too little for a muscle; if it is"
+            f" {meant}, name the column 'p_{meant}'"
         )
-    if pressure[high] > 5e6:
+    if pressure[high] > 1e3 * HIGHEST_KPA:
         raise InputError(
             f"{table.cell('pressure', high)} is {pressure[high] / 1e5:.4g} bar, too much for a"
             " muscle; check the unit in the column's name"

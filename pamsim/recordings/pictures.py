@@ -47,11 +47,7 @@ def write_picture(path: Path, image: Picture) -> None:
 
 
 def check_film(path: Path, fps: float) -> None:
-    """Check that a film can be written, before anything is drawn for it.
-
-    Args:
-        path: of the film.
-        fps: frames per second [Hz].
+    """Check that a film of some frames per second [Hz] can be written, before any is drawn.
 
     Raises:
         InputError: for an unknown ending, too many frames per second, no ffmpeg.
@@ -151,7 +147,6 @@ def _write_mp4(path: Path, frames: Iterable[Picture], fps: float) -> None:
 
 
 def _error_of(log: str) -> OSError:
-    """What ffmpeg's log says that went wrong."""
     for number in (errno.ENOSPC, errno.EFBIG, errno.EDQUOT):
         if os.strerror(number) in log:
             return OSError(number, os.strerror(number))

@@ -8,12 +8,10 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from pamsim.core.errors import InputError
+from pamsim.core.units import FloatArray
 from pamsim.recordings.array_files import read_arrays
-
-FloatArray = NDArray[np.float64]
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -43,16 +41,9 @@ class PolicyFile:
 
 def write_policy(path: Path, policy: PolicyFile) -> None:
     """Write a policy as an ``.npz``."""
-    arrays: dict[str, Any] = {
-        "joints": policy.joints,
-        "muscles": policy.muscles,
-        "command": policy.command,
-        "supply": policy.supply,
-        "centre": policy.centre,
-        "scale": policy.scale,
-    }
-    for k, (weight, bias) in enumerate(zip(policy.weights, policy.biases, strict=True)):
-        arrays[f"w_{k}"], arrays[f"b_{k}"] = weight, bias
+    arrays: dict[str, Any] = {**vars(policy)}
+    for name in ("weights", "biases"):
+        arrays |= {f"{name[0]}_{k}": layer for k, layer in enumerate(arrays.pop(name))}
     np.savez_compressed(path, **arrays)
 
 

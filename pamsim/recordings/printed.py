@@ -13,7 +13,10 @@ from dataclasses import dataclass
 from importlib import resources
 from typing import Any
 
-from pamsim.core.units import DEG_PER_RAD, PA_PER_KPA
+import numpy as np
+from numpy.typing import ArrayLike
+
+from pamsim.core.units import DEG_PER_RAD, PA_PER_KPA, FloatArray
 
 BRANCHES = ("up", "down")
 """Rising and falling pressure of the loop of Alraouf 2025."""
@@ -148,3 +151,21 @@ def loop_rows(branch: str) -> tuple[LoopRow, ...]:
 def loop_equation(branch: str) -> tuple[Printed, ...]:
     """Coefficients of (3) for ``up``, (4) for ``down`` of Alraouf 2025: cm, 1/kPa, 1, cm."""
     return tuple(printed_document("alraouf2025.toml", digits=True)["arctangent"][branch])
+
+
+def arctangent_law(x: ArrayLike, a0: float, a1: float, a2: float, a3: float) -> FloatArray:
+    """One branch of the length-pressure loop, y = a0 arctan(a1 x + a2) + a3: no memory, no rate.
+
+    Source: Alraouf 2025, equations (1) and (2); its "b0 +" read as "b0".
+
+    Args:
+        x: (n,) pressure [unit of 1/a1].
+        a0: half-height over pi/2 [unit of y].
+        a1: steepness [1 / unit of x].
+        a2: shift [-].
+        a3: value in the middle [unit of y].
+
+    Returns:
+        (n,) y.
+    """
+    return a0 * np.arctan(a1 * np.asarray(x, dtype=np.float64) + a2) + a3

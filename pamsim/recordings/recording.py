@@ -13,14 +13,21 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from pamsim.core.encoding import to_dict
 from pamsim.core.errors import InputError, SimulationError, nearest
 from pamsim.core.files import complete_file
-from pamsim.core.units import PA_PER_KPA
-from pamsim.recordings.drive import MUSCLE_DRIVES, Drive, DriveLike, command_columns, in_toml
-from pamsim.recordings.signal_names import KINDS, SignalNames, column_of
+from pamsim.core.units import PA_PER_KPA, FloatArray
+from pamsim.recordings.signals import (
+    DRIVES,
+    KINDS,
+    Drive,
+    DriveLike,
+    SignalNames,
+    column_of,
+    command_columns,
+    in_toml,
+)
 
 SCHEMA = "pamsim-recording/1"
 """Of ``recording.toml``."""
@@ -48,7 +55,7 @@ class Recording:
         tension: (n, m) muscle tensions [N].
         command: (n, m + j) command of each muscle, then of each driven joint, as in an experiment.
         drive: one kind for all muscles, or muscle or driven joint -> kind, see
-            `pamsim.recordings.drive`.
+            `pamsim.recordings.signals`.
         load: mass on the arm [kg].
         muscles: names of the muscles, in column order.
         outcome: how the run ended; anything but COMPLETED means the signals stop early.
@@ -60,23 +67,21 @@ class Recording:
             positive in the joint's direction: as given, or what an imposed motion takes.
     """
 
-    time: NDArray[np.float64]
+    time: FloatArray
     joints: Mapping[str, str]
-    positions: NDArray[np.float64]
-    velocities: NDArray[np.float64]
-    pressure: NDArray[np.float64]
-    tension: NDArray[np.float64]
-    command: NDArray[np.float64]
+    positions: FloatArray
+    velocities: FloatArray
+    pressure: FloatArray
+    tension: FloatArray
+    command: FloatArray
     drive: DriveLike
     load: float
     muscles: tuple[str, ...]
     outcome: Outcome
     message: str
-    final_state: NDArray[np.float64]
+    final_state: FloatArray
     meta: Mapping[str, str | float] = field(default_factory=dict[str, str | float])
-    effort: Mapping[str, NDArray[np.float64]] = field(
-        default_factory=dict[str, NDArray[np.float64]]
-    )
+    effort: Mapping[str, FloatArray] = field(default_factory=dict[str, FloatArray])
 
     @property
     def drives(self) -> Drive:
@@ -89,7 +94,7 @@ class Recording:
         return SignalNames(joints=self.joints, muscles=self.muscles)
 
     @property
-    def angle(self) -> NDArray[np.float64]:
+    def angle(self) -> FloatArray:
         """Position (n,) of the only joint [rad, of one that slides m].
 
         Raises:
@@ -98,7 +103,7 @@ class Recording:
         return self.positions[:, self._only("angle")]
 
     @property
-    def velocity(self) -> NDArray[np.float64]:
+    def velocity(self) -> FloatArray:
         """Rate (n,) of the only joint [rad/s, of one that slides m/s].
 
         Raises:
@@ -114,7 +119,7 @@ class Recording:
             )
         return 0
 
-    def with_angle(self, angle: NDArray[np.float64]) -> Recording:
+    def with_angle(self, angle: FloatArray) -> Recording:
         """The recording with another position (n,) of its only joint [rad or m].
 
         Raises:
@@ -123,7 +128,7 @@ class Recording:
         self._only("angle")
         return replace(self, positions=angle[:, np.newaxis])
 
-    def signals(self) -> dict[str, NDArray[np.float64]]:
+    def signals(self) -> dict[str, FloatArray]:
         """Channel -> (n,) [SI]: of the joints, then each muscle's pressure and force.
 
         A rig with one joint that turns has ``angle``, ``pressure_1``, ``force_1`` ...; any other
@@ -133,14 +138,13 @@ class Recording:
         names = self.names
         found = dict(zip(names.joint_channels, self.positions.T, strict=True))
         found |= {names.effort_channel(joint): values for joint, values in self.effort.items()}
-        for i, (pressure, force) in enumerate(
-            zip(names.of_muscles("pressure"), names.of_muscles("force"), strict=True)
-        ):
-            found[pressure] = self.pressure[:, i]
-            found[force] = self.tension[:, i]
+        muscles = zip(self.pressure.T, self.tension.T, strict=True)
+        channels = zip(names.of_muscles("pressure"), names.of_muscles("force"), strict=True)
+        for (pressure, force), values in zip(channels, muscles, strict=True):
+            found[pressure], found[force] = values
         return found
 
-    def signal(self, channel: str) -> NDArray[np.float64]:
+    def signal(self, channel: str) -> FloatArray:
         """One of `signals`, shape (n,) [SI].
 
         Raises:
@@ -161,55 +165,50 @@ class Recording:
             raise SimulationError(self.message, recording=self)
         return self
 
-    def columns(self) -> dict[str, NDArray[np.float64]]:
+    def columns(self) -> dict[str, FloatArray]:
         """The signals in the units of the CSV format.
 
         Returns:
             Name -> (n,): ``time_s``, commands, pressures [kPa], joints [deg or mm], forces [N].
         """
         names = self.names
-        commands: dict[str, NDArray[np.float64]] = {}
+        commands: dict[str, FloatArray] = {}
         drives = self.drives
         driven = command_columns(drives, names.named_muscles)
         for i, kind in enumerate(drives.muscles):
             if driven[i]:
-                per_unit = PA_PER_KPA if MUSCLE_DRIVES[kind].unit == "Pa" else 1.0
+                per_unit = PA_PER_KPA if DRIVES[kind].unit == "Pa" else 1.0
                 commands[driven[i]] = self.command[:, i] / per_unit
+        pressures = (self.pressure / PA_PER_KPA).T
         joints = zip(names.joint_columns(), self.joints.values(), self.positions.T, strict=True)
-        efforts = {column_of(names.effort_channel(j)): v for j, v in self.effort.items()}
         return {
             "time_s": self.time,
             **commands,
-            **_by_column(names.muscle_columns("pressure"), self.pressure / PA_PER_KPA),
+            **dict(zip(names.muscle_columns("pressure"), pressures, strict=True)),
             **{column: values * KINDS[kind].scale for column, kind, values in joints},
-            **efforts,
-            **_by_column(names.muscle_columns("force"), self.tension),
+            **{column_of(names.effort_channel(j)): v for j, v in self.effort.items()},
+            **dict(zip(names.muscle_columns("force"), self.tension.T, strict=True)),
         }
 
     def summary(self) -> str:
         """One sentence: rig, length, how angle and pressures changed, and the outcome."""
-        rig = self.meta.get("rig", "recording")
+        rig, ending = self.meta.get("rig", "recording"), self.message or self.outcome.value
         if not len(self.time):
-            return f"{rig}: no samples; {self.message or self.outcome.value}"
-        first, last = self.pressure[[0, -1]] / PA_PER_KPA
-        changes = ", ".join(
-            f"{name} {before:.1f} -> {after:.1f} kPa"
-            for name, before, after in zip(self.muscles, first, last, strict=True)
-        )
+            return f"{rig}: no samples; {ending}"
+        names = ("angle",) if self.names.short else tuple(self.joints)
+        moves = [
+            (name, KINDS[kind].shown, position * KINDS[kind].scale)
+            for name, kind, position in zip(
+                names, self.joints.values(), self.positions.T, strict=True
+            )
+        ]
+        pressures = zip(self.muscles, self.pressure.T / PA_PER_KPA, strict=True)
+        joints = [f"{name} {x[0]:.2f} -> {x[-1]:.2f} {unit}" for name, unit, x in moves]
+        muscles = [f"{name} {p[0]:.1f} -> {p[-1]:.1f} kPa" for name, p in pressures]
         return (
             f"{rig}: {self.time[-1]:g} s, load {self.load:g} kg,"
-            f" {', '.join(self._moves())}, {changes};"
-            f" {self.message or self.outcome.value}"
+            f" {', '.join([*joints, *muscles])}; {ending}"
         )
-
-    def _moves(self) -> list[str]:
-        """How each joint moved, in words."""
-        moves: list[str] = []
-        names = ("angle",) if self.names.short else tuple(self.joints)
-        for name, kind, column in zip(names, self.joints.values(), self.positions.T, strict=True):
-            start, end = column[[0, -1]] * KINDS[kind].scale
-            moves.append(f"{name} {start:.2f} -> {end:.2f} {KINDS[kind].shown}")
-        return moves
 
     def to_dict(self) -> dict[str, Any]:
         """Signals with their unit in the key, as in the CSV format, and what else is known.
@@ -293,12 +292,6 @@ def write_recording(
     return written
 
 
-def _by_column(
-    columns: tuple[str, ...], values: NDArray[np.float64]
-) -> dict[str, NDArray[np.float64]]:
-    return dict(zip(columns, values.T, strict=True))
-
-
 def _quoted(text: str) -> str:
     # A JSON string is a TOML basic string.
     return json.dumps(text, ensure_ascii=False)
@@ -320,7 +313,6 @@ def _write_csv(path: Path, recording: Recording, forces: bool) -> None:
         left_out = recording.names.muscle_columns("force")
         named = {name: values for name, values in named.items() if name not in left_out}
     with complete_file(path) as part, part.open("w", newline="", encoding="utf-8") as file:
-        writer = csv.writer(file)
-        writer.writerow(named)
-        for row in zip(*named.values(), strict=True):
-            writer.writerow([f"{value:.9g}" for value in row])
+        csv.writer(file).writerow(named)
+        rows = np.column_stack(list(named.values()))
+        np.savetxt(file, rows, fmt="%.9g", delimiter=",", newline="\r\n")

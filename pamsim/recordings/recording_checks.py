@@ -16,11 +16,12 @@ from pamsim.recordings.columns import Columns
 FEWEST_ROWS = 8
 LONGEST_GAP = 5.0
 """Longest step of the clock, in median steps."""
+HIGHEST_KPA = 5e3
+LEAST_KPA = 20.0
+"""Fluidic muscles work at some bar."""
 
 _JITTER = 0.01  # share of the median step from which a clock is said not to be uniform
 _LOWEST_GAUGE_KPA = -20.0  # zero errors of sensors are smaller, and the rigs have no vacuum
-_HIGHEST_KPA = 5e3
-_LEAST_KPA = 20.0  # fluidic muscles work at some bar
 _FEW_DEG = 1.6  # what a quarter turn reads if written in rad
 _WIDE_KPA = 200.0  # pressure difference that turns any free arm by more than that
 # Unit, how many of it make a kPa, and how far a held pressure may be from its set point.
@@ -36,9 +37,6 @@ _MEANT = (
 
 def clock(columns: Columns) -> str:
     """Check the clock of a trial.
-
-    Args:
-        columns: of the trial.
 
     Returns:
         A note if the clock is not uniform, otherwise nothing.
@@ -75,75 +73,43 @@ def clock(columns: Columns) -> str:
         )
     if np.max(np.abs(steps - median)) <= _JITTER * median:
         return ""
-    shortest = float(np.min(steps))
-    return f"steps of the clock are not uniform: {shortest:.4g} to {steps[longest]:.4g} s"
+    return f"steps of the clock are not uniform: {steps.min():.4g} to {steps[longest]:.4g} s"
 
 
-def commands(columns: Columns, drives: Sequence[tuple[str, str]]) -> None:
-    """Check that commands lie in their range.
+def units(columns: Columns, drives: Sequence[tuple[str, str]]) -> None:
+    """Check that commands lie in their range, and pressures and angles in that of their unit.
 
     Args:
         columns: of the trial.
-        drives: command column and kind of its drive; others than valves and set points are
-            measured, and `units` checks them.
+        drives: command column and kind of its drive.
 
     Raises:
-        InputError: for a valve beyond 1, or a set point below the atmosphere.
+        InputError: for a valve beyond 1, a set point below the atmosphere, or a value that cannot
+            be in the unit that its column names, with the unit that was probably meant.
     """
+    vacuum = "is negative; set points are gauge, and a muscle has no vacuum"
     for name, kind in drives:
-        if kind not in ("valve", "pulse", "pressure_set"):
-            continue
-        value = columns.values[name]
-        if kind == "pressure_set":
-            row = int(np.argmin(value))
-            if value[row] < 0.0:
-                raise InputError(
-                    f"{columns.where(name, row)} is negative; set points are gauge, and a muscle"
-                    " has no vacuum"
-                )
-            continue
-        row = int(np.argmax(np.abs(value)))
-        if abs(value[row]) > 1.0:
-            hint = "; if it is percent, divide the column by 100" if abs(value[row]) > 2.0 else ""
-            raise InputError(f"{columns.where(name, row)} is outside [-1, 1]{hint}")
-
-
-def units(columns: Columns, set_points: Sequence[str]) -> None:
-    """Refuse pressures and angles that cannot be in the unit their column names.
-
-    Args:
-        columns: of the trial.
-        set_points: columns of commanded pressures; none for valves.
-
-    Raises:
-        InputError: naming the unit that was probably meant.
-    """
-    pressures = [name for name in columns.values if _is_pressure(name)]
-    for name in set_points:
+        if kind in ("valve", "pulse"):
+            percent = np.abs(columns.values[name]).max() > 2.0
+            hint = "; if it is percent, divide the column by 100" if percent else ""
+            columns.require_range(name, (-1.0, 1.0), *2 * (f"is outside [-1, 1]{hint}",))
+        elif kind == "pressure_set":
+            columns.require_range(name, (0.0, np.inf), vacuum, "")
+    for name, kind in drives:
         measured = f"{name.removesuffix('_set_kpa')}_kpa"
-        if measured in columns.values:
+        if kind == "pressure_set" and measured in columns.values:
             _against_set_point(columns, name, measured)
-    for name in pressures:
-        value = columns.values[name]
-        high, low = int(np.argmax(value)), int(np.argmin(value))
-        if value[high] > _HIGHEST_KPA:
-            raise InputError(
-                f"{columns.where(name, high)} is {value[high] / 100.0:.4g} bar, too much for a"
-                " muscle; if the column holds mbar, divide it by 10, if Pa by 1000"
+    below = "lies far below the atmosphere; pressures are gauge: correct the sensor's zero"
+    counts = "is more than a turn; the column must hold deg, not counts of an encoder"
+    for name, value in columns.values.items():
+        if name.endswith("_kpa"):
+            above = (
+                f"is {value.max() / 100.0:.4g} bar, too much for a muscle; if the column holds"
+                " mbar, divide it by 10, if Pa by 1000"
             )
-        if value[low] < _LOWEST_GAUGE_KPA:
-            raise InputError(
-                f"{columns.where(name, low)} lies far below the atmosphere; pressures are gauge:"
-                " correct the sensor's zero"
-            )
-    for name in (name for name in columns.values if name.endswith("_deg")):
-        angle = columns.values[name]
-        row = int(np.argmax(np.abs(angle)))
-        if abs(angle[row]) > 360.0:
-            raise InputError(
-                f"{columns.where(name, row)} is more than a turn; the column must hold deg,"
-                " not counts of an encoder"
-            )
+            columns.require_range(name, (_LOWEST_GAUGE_KPA, HIGHEST_KPA), below, above)
+        elif name.endswith("_deg"):
+            columns.require_range(name, (-360.0, 360.0), counts, counts)
 
 
 def units_of_all(trials: Sequence[Columns]) -> None:
@@ -159,11 +125,11 @@ def units_of_all(trials: Sequence[Columns]) -> None:
         for columns in trials
         if _fills(columns)
         for name, value in columns.values.items()
-        if _is_pressure(name)
+        if name.endswith("_kpa")
     ]
     if tops:
         top, name, columns = max(tops, key=lambda entry: entry[0])
-        if 0.0 < top < _LEAST_KPA:
+        if 0.0 < top < LEAST_KPA:
             raise InputError(
                 f"{columns.path}: no pressure of any trial is above {name} = {top:g}, too little"
                 " for a muscle; if the columns hold bar, multiply them by 100, if MPa by 1000"
@@ -195,7 +161,7 @@ def _against_set_point(columns: Columns, set_point: str, measured: str) -> None:
         for name, expected in ((measured, ratio), (set_point, 1.0 / ratio)):
             # Measured in Pa and set in MPa are one ratio: only one gives a muscle's pressure.
             meant = float(np.max(columns.values[name])) / ratio
-            likely = _LEAST_KPA < meant < _HIGHEST_KPA
+            likely = LEAST_KPA < meant < HIGHEST_KPA
             if likely and expected / slack < low and top < expected * slack:
                 raise InputError(
                     f"{columns.path}: {measured} is {middle:.3g} times {set_point}, so that one of"
@@ -220,7 +186,3 @@ def _fills(columns: Columns) -> bool:
         for name, value in columns.values.items()
         if re.fullmatch(r"u\d+|.+_set_kpa|.+_valve", name)
     )
-
-
-def _is_pressure(name: str) -> bool:
-    return name.endswith("_kpa")

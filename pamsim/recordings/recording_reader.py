@@ -8,7 +8,7 @@ rig with one joint that turns also ``u1``, ``p1_set_kpa``, ``p1_kpa``, ``force1_
 ``torque_nm``: muscles by number. Pressures are gauge.
 
 A log in a lab's own columns and units is read as it is if ``recording.toml`` says what they are,
-see `pamsim.recordings.log_columns`.
+see `pamsim.recordings.trial_columns`.
 """
 
 from __future__ import annotations
@@ -20,22 +20,26 @@ from typing import Any
 
 import numpy as np
 
-from pamsim.core.errors import InputError, nearest
+from pamsim.core.errors import InputError
 from pamsim.core.files import is_file
 from pamsim.core.limits import HEAVIEST_LOAD
-from pamsim.recordings import even_clock, recording_checks, segments
-from pamsim.recordings.columns import Columns, read_columns
-from pamsim.recordings.drive import JOINT_DRIVES, MUSCLE_DRIVES, DriveLike, checked
-from pamsim.recordings.log_columns import in_own_format, log_columns
+from pamsim.core.toml_tables import NUMBER, check_keys, entry, read_toml
+from pamsim.recordings import recording_checks, segments
 from pamsim.recordings.recording import SCHEMA
-from pamsim.recordings.toml_file import read_toml
+from pamsim.recordings.signals import MUSCLE_DRIVES, Drive
+from pamsim.recordings.table_reader import read_columns
 from pamsim.recordings.trial import Trial, TrialSet
-from pamsim.recordings.trial_columns import TrialColumns, trial_columns
+from pamsim.recordings.trial_columns import (
+    TrialColumns,
+    in_own_format,
+    log_columns,
+    trial_columns,
+)
 
 INDEX = "recording.toml"
 WITH_COLUMNS = "pamsim-recording/2"
-_TOP = {"schema", "rig", "columns", "trial"}
-_TRIAL = {"file", "protocol", "drive", "load_kg", even_clock.KEY, *segments.KEYS}
+_TOP = ("schema", "rig", "columns", "trial")
+_TRIAL = ("file", "protocol", "drive", "load_kg", *segments.KEYS)
 
 
 def read_recordings(path: str | os.PathLike[str]) -> TrialSet:
@@ -58,28 +62,19 @@ def read_recordings(path: str | os.PathLike[str]) -> TrialSet:
     """
     index = Path(path) / INDEX if Path(path).is_dir() else Path(path)
     table = _index(index)
-    entries = table["trial"]
-    files: list[str] = [str(entry["file"]) for entry in entries]
-    for number, file in enumerate(files):
-        if file in files[:number]:
-            raise InputError(f"{index}: file {file!r} is two trials; name each file once")
+    entries: list[Mapping[str, Any]] = table["trial"]
     log = log_columns(table["columns"], f"{index}: [columns]") if "columns" in table else None
-
-    def read(file: str) -> Columns:
-        columns = read_columns(index.parent / file)
-        return columns if log is None else in_own_format(columns, log)
-
-    tables = [
-        trial_columns(read(file), _drive(entry)) for entry, file in zip(entries, files, strict=True)
-    ]
-    for table_columns in tables:
-        table_columns.columns.require("time_s")
+    tables: list[TrialColumns] = []
+    for one in entries:
+        columns = read_columns(index.parent / one["file"])
+        own = columns if log is None else in_own_format(columns, log)
+        tables.append(trial_columns(own, one["drive"]))
+        tables[-1].columns.require("time_s")
     notes: list[str] = []
-    trials = [
-        part
-        for number, (entry, own) in enumerate(zip(entries, tables, strict=True), start=1)
-        for part in _trials(entry, own, notes, f"{index}: trial {number}")
-    ]
+    trials: list[Trial] = []
+    for number, (one, own) in enumerate(zip(entries, tables, strict=True), start=1):
+        where = f"{index}: trial {number}"
+        trials += segments.trials_of(_trial(one, own, notes), one, where)
     if log is None:  # a log states its units itself, and bellows work at a few kPa
         recording_checks.units_of_all([t.columns for t in tables])
     for own in tables:
@@ -108,70 +103,49 @@ def _index(path: Path) -> Mapping[str, Any]:
             f"{path}: schema is {table.get('schema')!r}; this pamsim reads {SCHEMA!r} and, with"
             f" [columns], {WITH_COLUMNS!r}"
         )
-    _check_keys(f"{path}", table, _TOP)
-    if not (isinstance(table.get("rig"), str) and table["rig"].strip()):
-        raise InputError(f'{path}: needs rig = "...": the name or path of the rig it is of')
-    entries = table.get("trial")
-    if not (isinstance(entries, list) and entries and all(isinstance(e, dict) for e in entries)):
-        raise InputError(f"{path}: no trial; write [[trial]] with file, protocol, drive, load_kg")
-    for number, entry in enumerate(entries, start=1):
-        _check_entry(f"{path}: trial {number}", entry)
+    check_keys(table, _TOP, path)
+    entry(table, "rig", str, f'{path}: needs rig = "...": the name or path of the rig it is of')
+    needs = f"{path}: no trial; write [[trial]] with file, protocol, drive, load_kg"
+    entries: list[Any] = entry(table, "trial", list, needs)
+    if not entries or not all(isinstance(one, Mapping) for one in entries):
+        raise InputError(needs)
+    for number, one in enumerate(entries, start=1):
+        _check_entry(f"{path}: trial {number}", one)
+    files = [one["file"] for one in entries]
+    for file in files:
+        if files.count(file) > 1:
+            raise InputError(f"{path}: file {file!r} is two trials; name each file once")
     return table
 
 
-def _check_entry(where: str, entry: Mapping[str, Any]) -> None:
-    _check_keys(where, entry, _TRIAL)
+def _check_entry(where: str, table: Mapping[str, Any]) -> None:
+    check_keys(table, _TRIAL, where)
     for key in ("file", "protocol"):
-        if not (isinstance(entry.get(key), str) and entry[key].strip()):
-            raise InputError(f'{where} needs {key} = "..."')
-    drive = entry.get("drive")
-    if not (isinstance(drive, str | Mapping) and drive):
-        raise InputError(
-            f'{where} needs drive = "...", of {", ".join(MUSCLE_DRIVES)}, or a table with one for'
-            " each muscle and driven joint"
-        )
+        entry(table, key, str, f'{where} needs {key} = "..."')
+    needs = (
+        f'{where} needs drive = "...", of {", ".join(MUSCLE_DRIVES)}, or a table with one for'
+        " each muscle and driven joint"
+    )
+    drive = entry(table, "drive", str | Mapping, needs)
+    if not drive:
+        raise InputError(needs)
     try:
-        if isinstance(drive, str):
-            checked(drive, MUSCLE_DRIVES)
-        for name, kind in drive.items() if isinstance(drive, Mapping) else ():
-            checked(kind, {**MUSCLE_DRIVES, **JOINT_DRIVES}, f" of {name!r}")
+        Drive.of(drive, len(drive))
     except InputError as error:
         raise InputError(f"{where}: {error}") from None
-    load = entry.get("load_kg", 0.0)
-    if isinstance(load, bool) or not isinstance(load, int | float) or not load >= 0.0:
-        raise InputError(f"{where} needs load_kg = ..., the mass on the arm, 0 for none: {load!r}")
+    needs = f"{where} needs load_kg = ..., the mass on the arm, 0 for none: {{!r}}"
+    load = entry(table, "load_kg", NUMBER, needs, 0.0)
+    if not load >= 0.0:
+        raise InputError(needs.replace("{!r}", repr(load)))
     if load > HEAVIEST_LOAD:
         raise InputError(f"{where}: load_kg = {load:g} is no load for an arm; write kg, not g")
 
 
-def _drive(entry: Mapping[str, Any]) -> DriveLike:
-    drive: DriveLike = entry["drive"]
-    return drive
-
-
-def _check_keys(where: str, table: Mapping[str, Any], known: set[str]) -> None:
-    for key in table:
-        if key not in known:
-            raise InputError(f"{where}: unknown key {key}; {nearest(key, known)}")
-
-
-def _trials(
-    entry: Mapping[str, Any], found: TrialColumns, notes: list[str], where: str
-) -> tuple[Trial, ...]:
-    """The trials of one file, on the clock and cut as its entry says."""
-    trial = _trial(entry, found, notes)
-    if even_clock.KEY in entry:
-        trial = even_clock.on_even_clock(trial, entry[even_clock.KEY], where)
-    return segments.trials_of(trial, entry, where)
-
-
-def _trial(entry: Mapping[str, Any], found: TrialColumns, notes: list[str]) -> Trial:
-    name = Path(entry["file"]).with_suffix("").as_posix()
+def _trial(table: Mapping[str, Any], found: TrialColumns, notes: list[str]) -> Trial:
+    name = Path(table["file"]).with_suffix("").as_posix()
     columns = found.columns
     jitter = recording_checks.clock(columns)
-    commands = list(zip(found.command, found.drives.kinds, strict=True))
-    recording_checks.commands(columns, commands)
-    recording_checks.units(columns, [c for c, kind in commands if kind == "pressure_set"])
+    recording_checks.units(columns, list(zip(found.command, found.drives.kinds, strict=True)))
     notes += [f"{name}: {jitter}"] if jitter else []
     used = {"time_s", *found.command, *found.channels}
     unused = [*columns.ignored, *(column for column in columns.cells if column not in used)]
@@ -179,9 +153,9 @@ def _trial(entry: Mapping[str, Any], found: TrialColumns, notes: list[str]) -> T
     time = columns.values["time_s"]
     return Trial(
         name=name,
-        protocol=entry["protocol"],
-        drive=_drive(entry),
-        load=float(entry.get("load_kg", 0.0)),
+        protocol=table["protocol"],
+        drive=table["drive"],
+        load=float(table.get("load_kg", 0.0)),
         time=time - time[0],
         command=np.column_stack(
             [columns.si(column) if column else np.zeros(time.size) for column in found.command]

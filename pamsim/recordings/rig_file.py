@@ -1,28 +1,57 @@
-"""Read a rig: a folder with ``params.toml`` and the MJCF it names. Disk only, no physics."""
+"""Read a rig: a folder with ``params.toml``, the MJCF it names, and perhaps ``effects.py``.
+
+``effects.py`` adds to the package: it defines ``LAWS``, a sequence of
+`pamsim.physics.force_laws.force_law.ForceLaw` and `pamsim.physics.hysteresis.catalog.Operator`, or
+``EFFECTS``, one of `pamsim.effects.effect.Effect`, or both. Reading a rig runs that file: read no
+rig whose origin you do not know.
+"""
 
 from __future__ import annotations
 
+import functools
 import os
+import sys
+import traceback
+import types
+import zlib
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-from pamsim.core.errors import InputError, nearest
+from pamsim.core.errors import InputError, PamsimError, nearest
 from pamsim.core.files import is_file
 from pamsim.core.parameters import Sourced
+from pamsim.core.toml_tables import NUMBER, check_keys, entry, read_toml
+from pamsim.effects.effect import Effect
+from pamsim.physics.force_laws.catalog import FORCE_LAWS
+from pamsim.physics.force_laws.force_law import ForceLaw
 from pamsim.physics.hysteresis.catalog import OPERATORS, Operator
-from pamsim.recordings.effects_file import OwnPhysics, read_effects
-from pamsim.recordings.toml_file import read_toml
 
 SCHEMA = "pamsim-rig/1"
+EFFECTS = "effects.py"
 
 Section = Mapping[str, "Sourced | str"]
 """A TOML table: numbers with their source, and words such as the name of a law."""
 
-_TOP = {"schema", "rig", "muscle", "muscles", "native", "sensor"}
-_RIG = {"name", "purpose", "mjcf", "scene", "angle_joint", "joints", "load_body"}
-_NUMBER = {"value", "unit", "source", "interval95", "bounds", "note"}
+_TOP = ("schema", "rig", "muscle", "muscles", "native", "sensor")
+_RIG = ("name", "purpose", "mjcf", "scene", "angle_joint", "joints", "load_body")
+_NUMBER = ("value", "unit", "source", "interval95", "bounds", "note")
+
+
+@dataclass(frozen=True, kw_only=True)
+class OwnPhysics:
+    """What a rig adds to the package.
+
+    Attributes:
+        laws: force laws.
+        operators: of hysteresis.
+        effects: that a diagnosis may name.
+    """
+
+    laws: tuple[ForceLaw, ...] = ()
+    operators: tuple[Operator, ...] = ()
+    effects: tuple[Effect, ...] = ()
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -98,19 +127,6 @@ def find_rig(rig: str | os.PathLike[str]) -> Path:
     )
 
 
-def add_rigs_laws(rig: str | os.PathLike[str] | None) -> None:
-    """Add the laws of a rig to the catalogs, for what needs the laws and not the rig.
-
-    Args:
-        rig: rig folder or name of a shipped rig; None for no rig.
-
-    Raises:
-        InputError: as `read_effects`, or if there is no such rig.
-    """
-    if rig is not None:
-        read_effects(find_rig(rig))
-
-
 def read_rig(rig: str | os.PathLike[str]) -> RigFile:
     """Read a rig's ``params.toml``, and run its ``effects.py`` if it has one.
 
@@ -125,54 +141,52 @@ def read_rig(rig: str | os.PathLike[str]) -> RigFile:
     table = read_toml(path)
     if table.get("schema") != SCHEMA:
         raise InputError(f"{path}: schema is {table.get('schema')!r}; this pamsim reads {SCHEMA!r}")
-    _check_keys(path, "", table, _TOP)
-    head = _table(path, table, "rig")
-    _check_keys(path, "rig.", head, _RIG)
-    mjcf = _file(path, folder, _word(path, head, "rig", "mjcf"))
+    check_keys(table, _TOP, path)
+    head = check_keys(_table(path, table, "rig"), _RIG, path, "rig.")
     muscles = _table(path, table, "muscles")
-    for name, entry in muscles.items():
-        if not isinstance(entry, Mapping):
-            raise InputError(f'{path}: muscles.{name} must be a table: {{ tendon = "..." }}')
-        if "tendon" in entry and "joint" in entry:
-            raise InputError(f"{path}: muscles.{name} names a tendon and a joint; keep one of them")
-    places = {name: "joint" if "joint" in m else "tendon" for name, m in muscles.items()}
-    overrides = {
-        name: _sections(path, f"muscles.{name}", {k: v for k, v in m.items() if k != places[name]})
-        for name, m in muscles.items()
+    places = _places(path, muscles)
+    tendons = {
+        name: _word(path, muscles[name], f"muscles.{name}", place) for name, place in places.items()
     }
     return RigFile(
         folder=folder,
         name=_word(path, head, "rig", "name"),
-        purpose=_word(path, {"purpose": "", **head}, "rig", "purpose"),
-        mjcf=mjcf,
+        purpose=_word(path, head, "rig", "purpose", ""),
+        mjcf=_file(path, folder, _word(path, head, "rig", "mjcf")),
         scene=_file(path, folder, str(head["scene"])) if "scene" in head else None,
         joints=_joints(path, head),
         load_body=str(head["load_body"]) if "load_body" in head else None,
-        tendons={
-            name: _word(path, entry, f"muscles.{name}", places[name])
-            for name, entry in muscles.items()
-        },
-        rods=tuple(str(m["joint"]) for name, m in muscles.items() if places[name] == "joint"),
+        tendons=tendons,
+        rods=tuple(tendons[name] for name, place in places.items() if place == "joint"),
         muscle=_sections(path, "muscle", _table(path, table, "muscle")),
-        overrides=overrides,
+        overrides={
+            name: _sections(path, f"muscles.{name}", muscles[name], without=place)
+            for name, place in places.items()
+        },
         native=_numbers(path, "native", _table(path, {"native": {}, **table}, "native")),
         sensor=_numbers(path, "sensor", _table(path, {"sensor": {}, **table}, "sensor")),
         own=read_effects(folder),
     )
 
 
+def _places(path: Path, muscles: Mapping[str, Any]) -> dict[str, str]:
+    """Muscle -> whether it lies on a ``tendon`` or a ``joint``."""
+    for name, one in muscles.items():
+        if not isinstance(one, Mapping):
+            raise InputError(f'{path}: muscles.{name} must be a table: {{ tendon = "..." }}')
+        if "tendon" in one and "joint" in one:
+            raise InputError(f"{path}: muscles.{name} names a tendon and a joint; keep one of them")
+    return {name: "joint" if "joint" in one else "tendon" for name, one in muscles.items()}
+
+
 def _table(path: Path, table: Mapping[str, Any], key: str) -> Mapping[str, Any]:
-    found = table.get(key)
-    if not isinstance(found, Mapping):
-        raise InputError(f"{path}: table [{key}] is missing")
-    return found
+    return entry(table, key, Mapping, f"{path}: table [{key}] is missing")
 
 
-def _word(path: Path, table: Mapping[str, Any], section: str, key: str) -> str:
-    found = table.get(key) if isinstance(table, Mapping) else None
-    if not isinstance(found, str):
-        raise InputError(f'{path}: [{section}] needs {key} = "..."')
-    return found
+def _word(
+    path: Path, table: Mapping[str, Any], section: str, key: str, default: str | None = None
+) -> str:
+    return entry(table, key, str, f'{path}: [{section}] needs {key} = "..."', default)
 
 
 def _joints(path: Path, head: Mapping[str, Any]) -> tuple[str, ...]:
@@ -180,12 +194,11 @@ def _joints(path: Path, head: Mapping[str, Any]) -> tuple[str, ...]:
         if "joints" in head:
             raise InputError(f"{path}: [rig] has angle_joint and joints; keep one of them")
         return (_word(path, head, "rig", "angle_joint"),)
-    names = head.get("joints", [])
-    known = isinstance(names, list) and all(isinstance(name, str) for name in names)
+    wanted = f'{path}: [rig] joints must name each recorded joint once: ["hip", "knee"]'
+    names: list[Any] = entry(head, "joints", list, wanted, [])
+    known = all(isinstance(name, str) for name in names)
     if not known or len(set(names)) < len(names) or ("joints" in head and not names):
-        raise InputError(
-            f'{path}: [rig] joints must name each recorded joint once: ["hip", "knee"]'
-        )
+        raise InputError(wanted)
     return tuple(names)
 
 
@@ -196,54 +209,123 @@ def _file(path: Path, folder: Path, name: str) -> Path:
     return found
 
 
-def _sections(path: Path, where: str, table: Mapping[str, Any]) -> dict[str, Section]:
+def _sections(
+    path: Path, where: str, table: Mapping[str, Any], without: str = ""
+) -> dict[str, Section]:
     sections: dict[str, Section] = {}
-    for group, entries in table.items():
-        if not isinstance(entries, Mapping):
-            raise InputError(f"{path}: {where}.{group} must be a table of parameters")
+    for group in table:
+        if group == without:
+            continue
+        wanted = f"{path}: {where}.{group} must be a table of parameters"
+        entries: Mapping[str, Any] = entry(table, group, Mapping, wanted)
         sections[group] = {
-            key: entry if isinstance(entry, str) else _number(path, f"{where}.{group}.{key}", entry)
-            for key, entry in entries.items()
+            key: one if isinstance(one, str) else _number(path, f"{where}.{group}.{key}", one)
+            for key, one in entries.items()
         }
     return sections
 
 
 def _numbers(path: Path, where: str, table: Mapping[str, Any]) -> dict[str, Sourced]:
-    return {key: _number(path, f"{where}.{key}", entry) for key, entry in table.items()}
+    return {key: _number(path, f"{where}.{key}", one) for key, one in table.items()}
 
 
-def _number(path: Path, key: str, entry: Any) -> Sourced:
+def _number(path: Path, key: str, table: Any) -> Sourced:
     where = f"{path}: {key}"
-    if not isinstance(entry, Mapping):
+    if not isinstance(table, Mapping):
         raise InputError(f'{where} must be {{ value = ..., unit = "...", source = "..." }}')
-    _check_keys(path, f"{key}.", entry, _NUMBER)
-    value = entry.get("value")
-    if isinstance(value, bool) or not isinstance(value, int | float):
-        raise InputError(f"{where}.value = {value!r} is not a number")
+    check_keys(table, _NUMBER, path, f"{key}.")
     for word in ("unit", "source"):
-        if not (isinstance(entry.get(word), str) and entry[word].strip()):
-            raise InputError(f'{where} needs {word} = "..."; every number says its {word}')
+        entry(table, word, str, f'{where} needs {word} = "..."; every number says its {word}')
     return Sourced(
-        value=float(value),
-        unit=entry["unit"],
-        source=entry["source"],
+        value=float(entry(table, "value", NUMBER, f"{where}.value = {{!r}} is not a number")),
+        unit=table["unit"],
+        source=table["source"],
         where=where,
-        interval95=_pair(where, entry.get("interval95")),
-        bounds=_pair(where, entry.get("bounds")),
-        note=str(entry.get("note", "")),
+        interval95=_pair(where, table.get("interval95")),
+        bounds=_pair(where, table.get("bounds")),
+        note=str(table.get("note", "")),
     )
 
 
 def _pair(where: str, pair: Any) -> tuple[float, float] | None:
     if pair is None:
         return None
-    numbers = isinstance(pair, list) and all(isinstance(end, int | float) for end in pair)
+    numbers = isinstance(pair, list) and all(isinstance(end, NUMBER) for end in pair)
     if not (numbers and len(pair) == 2 and pair[0] <= pair[1]):
         raise InputError(f"{where}: a range is written [low, high], got {pair!r}")
     return float(pair[0]), float(pair[1])
 
 
-def _check_keys(path: Path, where: str, table: Mapping[str, Any], known: set[str]) -> None:
-    for key in table:
-        if key not in known:
-            raise InputError(f"{path}: unknown key {where}{key}; {nearest(key, known)}")
+def add_rigs_laws(rig: str | os.PathLike[str] | None) -> None:
+    """Add the laws of a rig to the catalogs, for what needs the laws and not the rig.
+
+    Args:
+        rig: rig folder or name of a shipped rig; None for no rig.
+
+    Raises:
+        InputError: as `read_effects`, or if there is no such rig.
+    """
+    if rig is not None:
+        read_effects(find_rig(rig))
+
+
+def read_effects(folder: Path) -> OwnPhysics:
+    """Run a rig's ``effects.py`` and add its laws to the catalogs.
+
+    Args:
+        folder: of the rig; without the file it adds nothing.
+
+    Raises:
+        InputError: if the file fails, or holds something else than laws and effects.
+    """
+    path = folder / EFFECTS
+    if not path.is_file():
+        return OwnPhysics()
+    try:
+        text = path.read_text(encoding="utf-8")
+    except UnicodeDecodeError as error:
+        raise InputError(f"{path}: not UTF-8 text: {error}") from None
+    own = _own_physics(path.resolve(), text)
+    # Every time: the newest of a name is what the catalogs list, also of two rigs in turn.
+    for law in own.laws:
+        FORCE_LAWS.add(law, str(path))
+    for operator in own.operators:
+        OPERATORS.add(operator, str(path))
+    return own
+
+
+@functools.cache
+def _own_physics(path: Path, text: str) -> OwnPhysics:
+    # A module, so that its classes know where they come from; no cached bytecode beside the rig.
+    module = types.ModuleType(f"pamsim_rig_{zlib.crc32(str(path).encode()):08x}")
+    module.__file__ = str(path)
+    sys.modules[module.__name__] = module
+    try:
+        exec(compile(text, str(path), "exec"), module.__dict__)
+    except PamsimError as error:
+        raise InputError(f"{path}: {error}") from None
+    except Exception as error:  # whatever the rig's own code raises
+        lines = [
+            f.lineno for f in traceback.extract_tb(error.__traceback__) if f.filename == str(path)
+        ]
+        line = getattr(error, "lineno", None) or (lines[-1] if lines else 1)
+        raise InputError(f"{path}, line {line}: {type(error).__name__}: {error}") from None
+    laws = _each(module, path, "LAWS", (ForceLaw, Operator))
+    return OwnPhysics(
+        laws=tuple(law for law in laws if isinstance(law, ForceLaw)),
+        operators=tuple(law for law in laws if isinstance(law, Operator)),
+        effects=_each(module, path, "EFFECTS", (Effect,)),
+    )
+
+
+def _each(
+    module: types.ModuleType, path: Path, name: str, kinds: tuple[type, ...]
+) -> tuple[Any, ...]:
+    found = getattr(module, name, ())
+    wanted = " and ".join(kind.__name__ for kind in kinds)
+    if not isinstance(found, list | tuple):
+        raise InputError(f"{path}: {name} must be a list of {wanted}")
+    for one in found:
+        if not isinstance(one, kinds):
+            raise InputError(f"{path}: {name} holds {one!r}; write objects of {wanted}")
+    return tuple(found)

@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import Any
 
 import tomlkit
-from tomlkit.items import Comment, InlineTable, Item, Table
+from tomlkit.items import InlineTable, Item
 
 from pamsim.core.errors import InputError, nearest
 from pamsim.core.files import LOCK, complete_file, is_part
@@ -109,7 +109,7 @@ def _put(document: Any, source: RigFile, name: str, number: Sourced) -> None:
         if muscle not in source.tendons:
             raise InputError(f"no muscle {muscle!r}; {nearest(muscle, source.tendons)}")
         group, _, field = parameter.partition(".")
-        _revise(_table(_own_tables(document)[muscle], group), field, number)
+        _revise(_table(document["muscles"][muscle], group), field, number)
         return
     group, _, field = parameter.partition(".")
     law, _, own = field.partition(".")
@@ -145,38 +145,10 @@ def _operator(muscle: Any, own: Any, group: type[Hysteresis]) -> Any:
     return section
 
 
-def _own_tables(document: Any) -> Any:
-    """The muscles' tables, each under a header of its own, which an inline table cannot have."""
-    muscles = document["muscles"]
-    if any(isinstance(entry, InlineTable) for entry in muscles.values()):
-        # All of them: a header comes after every inline entry, and their order is the actuators'.
-        headed = tomlkit.table(is_super_table=True)
-        for name, entry in muscles.items():
-            headed.append(name, _with_header(entry))
-        last = headed[list(headed)[-1]]
-        for item in (item for _, item in muscles.value.body if isinstance(item, Comment)):
-            last.add(tomlkit.comment(item.trivia.comment.removeprefix("#").strip()))
-        document["muscles"] = headed
-    return document["muscles"]
-
-
-def _with_header(muscle: Any) -> Table:
-    table = tomlkit.table()
-    for key, value in muscle.unwrap().items():
-        table.append(key, _group(value) if isinstance(value, dict) else value)
-    return table
-
-
-def _group(fields: Mapping[str, Any]) -> Table:
-    table = tomlkit.table()
-    for field, value in fields.items():
-        table.append(field, _entry(value) if isinstance(value, dict) else value)
-    return table
-
-
 def _table(parent: Any, key: str) -> Any:
     if key not in parent:
-        parent[key] = tomlkit.table()
+        inline = isinstance(parent, InlineTable)
+        parent[key] = tomlkit.inline_table() if inline else tomlkit.table()
     return parent[key]
 
 

@@ -1,11 +1,13 @@
-"""One long log as several trials: by segments of time or by period, each with its lead-in.
+"""One long log as several trials, and on an even clock, as its entry in ``recording.toml`` says.
 
     period = "9.93 s"                  # or segments = [[12.0, 22.0], [31.5, 41.5]]
     lead_in = "2 s"                    # simulated before each, not compared
+    rate = "50 Hz"
 
 Times count from the log's first row. Periods are repeats of each other; so are segments, but for
 those whose commands are held at other levels: they are inputs of their own, ``protocol_2`` and so
-on.
+on. A log whose clock is not even is simulated at 2000 Hz so that no command is late; on an even
+clock that divides 2000 Hz, a simulation takes as few samples as the log has.
 """
 
 from __future__ import annotations
@@ -18,21 +20,22 @@ from typing import Any
 import numpy as np
 
 from pamsim.core.errors import InputError
-from pamsim.core.units import parse_quantity
+from pamsim.core.units import FloatArray, parse_quantity
 from pamsim.recordings.recording_checks import FEWEST_ROWS
 from pamsim.recordings.trial import HELD_OUT_SUFFIX, Trial, TrialLead
 
-KEYS = ("period", "segments", "lead_in")
+KEYS = ("period", "segments", "lead_in", "rate")
 """Of a trial's entry in ``recording.toml``."""
 
 _LEAD_IN = 2.0  # before a segment, if nothing is stated [s]: valves, friction and hysteresis
 # forget within it, the slow creep of fluidic muscles does not
 _ROUNDING = 1e-6  # of times written by hand [s]
+_CLOCK_ROUNDING = 1e-9  # of a time that is a whole number of samples [s]
 _BRIEF = 3  # rows at one level that may be the end of the level before
 
 
 def trials_of(trial: Trial, entry: Mapping[str, Any], where: str) -> tuple[Trial, ...]:
-    """Cut a log into the trials that its entry names.
+    """Put a log on the clock, and cut it into the trials, that its entry names.
 
     Args:
         trial: the whole log.
@@ -43,25 +46,19 @@ def trials_of(trial: Trial, entry: Mapping[str, Any], where: str) -> tuple[Trial
         The trials, numbered if there are several; the log itself if its entry names none.
 
     Raises:
-        InputError: for a time without meaning, a segment outside the log or of too few rows.
+        InputError: for a time without meaning, a segment outside the log or of too few rows, a rate
+            above the log's own.
     """
-    if not any(key in entry for key in KEYS):
-        return (trial,)
-    if "period" in entry and "segments" in entry:
+    if "rate" in entry:
+        trial = on_even_clock(trial, entry["rate"], where)
+    cut = [key for key in ("period", "segments") if key in entry]
+    if len(cut) > 1:
         raise InputError(f"{where}: give period or segments, not both")
-    end = float(trial.time[-1])
-    cut = "period" in entry or "segments" in entry
+    if not cut and "lead_in" not in entry:
+        return (trial,)
     lead = _seconds(entry.get("lead_in", _LEAD_IN if cut else 0.0), f"{where}: lead_in")
     if "period" in entry:
-        period = _seconds(entry["period"], f"{where}: period")
-        whole = end + trial.sample_interval - lead  # the last row lasts as long as the others
-        count = math.floor((whole + _ROUNDING) / period) if period > 0.0 else 0
-        if count < 1:
-            raise InputError(
-                f"{where}: no period of {period:g} s fits into {end:g} s after a lead-in of"
-                f" {lead:g} s"
-            )
-        spans = [(lead + k * period, lead + (k + 1) * period) for k in range(count)]
+        spans = _periods(trial, _seconds(entry["period"], f"{where}: period"), lead, where)
     elif "segments" in entry:
         spans = _spans(entry["segments"], f"{where}: segments")
     else:
@@ -72,6 +69,52 @@ def trials_of(trial: Trial, entry: Mapping[str, Any], where: str) -> tuple[Trial
     if "segments" in entry:
         trials = _inputs_apart(trials)
     return tuple(replace(t, name=f"{trial.name}_{k}") for k, t in enumerate(trials, start=1))
+
+
+def on_even_clock(trial: Trial, rate: object, where: str) -> Trial:
+    """A trial sampled evenly from its first row on.
+
+    What was measured is taken on the line between two rows, a command that is held from the nearest
+    row: which of two rows a step lies nearer to is all that the log shows.
+
+    Args:
+        trial: as logged.
+        rate: as written, such as ``"50 Hz"``.
+        where: file and trial, for errors.
+
+    Raises:
+        InputError: for a rate without meaning, or above the log's own.
+    """
+    if not isinstance(rate, str):
+        raise InputError(f'{where}: rate = {rate!r}; write a rate such as "50 Hz"')
+    hertz = parse_quantity(rate, "Hz", "Hz", where=f"{where}: rate")
+    own = (trial.time.size - 1) / float(trial.time[-1])
+    if not (math.isfinite(hertz) and 0.0 < hertz <= 1.001 * own):
+        raise InputError(
+            f"{where}: rate = {rate!r}; the log has {own:.4g} rows per second, write fewer"
+        )
+    time = np.arange(math.floor(trial.time[-1] * hertz + _CLOCK_ROUNDING) + 1) / hertz
+
+    def between(values: FloatArray) -> FloatArray:
+        return np.interp(time, trial.time, values)
+
+    nearest = np.round(between(np.arange(trial.time.size, dtype=float))).astype(int)
+    command = trial.command[nearest]
+    for column in np.flatnonzero(trial.drives.between):
+        command[:, column] = between(trial.command[:, column])
+    measured = {channel: between(values) for channel, values in trial.measured.items()}
+    return replace(trial, time=time, command=command, measured=measured)
+
+
+def _periods(trial: Trial, period: float, lead: float, where: str) -> list[tuple[float, float]]:
+    end = float(trial.time[-1])
+    whole = end + trial.sample_interval - lead  # the last row lasts as long as the others
+    count = math.floor((whole + _ROUNDING) / period) if period > 0.0 else 0
+    if count < 1:
+        raise InputError(
+            f"{where}: no period of {period:g} s fits into {end:g} s after a lead-in of {lead:g} s"
+        )
+    return [(lead + k * period, lead + (k + 1) * period) for k in range(count)]
 
 
 def _part(trial: Trial, span: tuple[float, float], lead: float, where: str) -> Trial:
@@ -126,7 +169,7 @@ def _inputs_apart(trials: list[Trial]) -> list[Trial]:
 
 def _levels(trial: Trial) -> tuple[tuple[float, ...], ...]:
     """Levels at which the commands of a trial are held, one after the other, but for brief ones."""
-    held = trial.command[:, [not between for between in trial.drives.between]]
+    held = trial.command[:, np.logical_not(trial.drives.between)]
     changes = np.flatnonzero(np.any(np.diff(held, axis=0) != 0.0, axis=1)) + 1
     edges = np.concatenate([[0], changes, [len(held)]])
     longer = edges[:-1][np.diff(edges) > _BRIEF]

@@ -8,14 +8,31 @@ from dataclasses import dataclass
 from typing import ClassVar
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from pamsim.core.errors import InputError, ParameterError
 from pamsim.core.parameters import ParameterGroup, parameter
+from pamsim.core.units import FloatArray
 from pamsim.recordings.recording import Recording
 
 _ON_INCREMENT = 0.02
 """Share of an increment by which written angles may miss it, as rounded in a file."""
+
+
+def _stated(unit: str, high: float, doc: str) -> float:
+    """A property of an instrument, 0 if it is not stated."""
+    return parameter(unit=unit, low=0.0, high=high, doc=doc, default=0.0)
+
+
+def _scale(of: str) -> float:
+    return parameter(
+        unit="1", low=0.1, high=10.0, doc=f"reported per true change of {of}", default=1.0
+    )
+
+
+def _bias(unit: str, most: float, of: str) -> float:
+    doc = f"reported less true {of} at zero"
+    return parameter(unit=unit, low=-most, high=most, doc=doc, default=0.0)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -23,40 +40,16 @@ class MeasurementChain(ParameterGroup):
     """Encoder and pressure conversion of a rig, and their errors."""
 
     group: ClassVar[str] = "sensor"
-    encoder_increments: float = parameter(
-        unit="1",
-        low=0.0,
-        high=1e7,
-        doc="encoder increments per revolution; 0 if unknown",
-        default=0.0,
-    )
-    converter_bits: float = parameter(
-        unit="1", low=0.0, high=32.0, doc="bits of the converter; 0 if unknown", default=0.0
-    )
-    converter_span: float = parameter(
-        unit="V", low=0.0, high=100.0, doc="width of the converter's input range", default=0.0
-    )
-    transducer_gain: float = parameter(
-        unit="Pa/V", low=0.0, high=1e7, doc="pressure per volt of the transducer", default=0.0
-    )
-    angle_bias: float = parameter(
-        unit="rad", low=-3.2, high=3.2, doc="reported less true angle at zero", default=0.0
-    )
-    angle_scale: float = parameter(
-        unit="1", low=0.1, high=10.0, doc="reported per true change of angle", default=1.0
-    )
-    angle_lag: float = parameter(
-        unit="s", low=0.0, high=10.0, doc="time constant of the reported angle", default=0.0
-    )
-    pressure_bias: float = parameter(
-        unit="Pa", low=-1e6, high=1e6, doc="reported less true pressure at zero", default=0.0
-    )
-    pressure_scale: float = parameter(
-        unit="1", low=0.1, high=10.0, doc="reported per true change of pressure", default=1.0
-    )
-    pressure_lag: float = parameter(
-        unit="s", low=0.0, high=10.0, doc="time constant of the reported pressures", default=0.0
-    )
+    encoder_increments: float = _stated("1", 1e7, "encoder increments per revolution; 0 if unknown")
+    converter_bits: float = _stated("1", 32.0, "bits of the converter; 0 if unknown")
+    converter_span: float = _stated("V", 100.0, "width of the converter's input range")
+    transducer_gain: float = _stated("Pa/V", 1e7, "pressure per volt of the transducer")
+    angle_bias: float = _bias("rad", 3.2, "angle")
+    angle_scale: float = _scale("angle")
+    angle_lag: float = _stated("s", 10.0, "time constant of the reported angle")
+    pressure_bias: float = _bias("Pa", 1e6, "pressure")
+    pressure_scale: float = _scale("pressure")
+    pressure_lag: float = _stated("s", 10.0, "time constant of the reported pressures")
 
     def __post_init__(self) -> None:
         """Check every field, and that a converter is stated whole.
@@ -79,7 +72,7 @@ class MeasurementChain(ParameterGroup):
         return self.converter_span / 2.0**self.converter_bits * self.transducer_gain
 
 
-def lagged(time: ArrayLike, signal: ArrayLike, lag: float) -> NDArray[np.float64]:
+def lagged(time: ArrayLike, signal: ArrayLike, lag: float) -> FloatArray:
     """A sampled signal behind a first-order lag, at rest before its first sample.
 
     Exact at the given times, uniform or not, for a signal that is straight between them.
@@ -106,21 +99,16 @@ def lagged(time: ArrayLike, signal: ArrayLike, lag: float) -> NDArray[np.float64
     return reported
 
 
-def encode_angle(angle: ArrayLike, increments: float) -> NDArray[np.float64]:
-    """Angle an incremental encoder reports: whole increments, counted towards zero-crossing edges.
+def encode_angle(angle: ArrayLike, increments: float) -> FloatArray:
+    """Angle (...) [rad] that an encoder of so many increments per revolution reports.
 
-    Args:
-        angle: (...) true angle [rad].
-        increments: per revolution.
-
-    Returns:
-        (...) reported angle [rad], at most one increment below the true one.
+    It counts whole increments: the angle is at most one below the true one, (...) [rad].
     """
     step = 2.0 * math.pi / increments
     return np.floor(np.asarray(angle, dtype=float) / step) * step
 
 
-def encoded(recording: Recording, chain: MeasurementChain) -> NDArray[np.float64]:
+def encoded(recording: Recording, chain: MeasurementChain) -> FloatArray:
     """Positions (n, j) of a recording in whole increments of the encoder [rad or m].
 
     An encoder's increments are of a turn, so that a joint which slides keeps its position.
@@ -138,12 +126,8 @@ def encoder_offset(reading: ArrayLike, increments: float) -> float:
     Half an increment below, whatever the sensor's zero: what is left of the steps has mean 0, as
     has the error of a converter that rounds.
 
-    Args:
-        reading: (n,) angles as reported [rad].
-        increments: per revolution; 0 if unknown.
-
-    Returns:
-        The offset; 0 for readings that do not come in whole increments, such as simulated ones.
+    It is 0 for readings (n,) [rad] that do not come in whole increments, such as simulated ones,
+    and if the increments per revolution are unknown, stated as 0.
     """
     if increments == 0.0:
         return 0.0
@@ -153,82 +137,40 @@ def encoder_offset(reading: ArrayLike, increments: float) -> float:
     return -0.5 * step if whole.all() and np.ptp(np.round(counts)) > 0.0 else 0.0
 
 
-def convert_pressure(pressure: ArrayLike, step: float) -> NDArray[np.float64]:
-    """Pressure behind a converter that rounds to its step.
-
-    Args:
-        pressure: (...) true pressure [Pa].
-        step: of the converter [Pa].
-
-    Returns:
-        (...) reported pressure [Pa], at most half a step off.
-    """
+def convert_pressure(pressure: ArrayLike, step: float) -> FloatArray:
+    """Pressure (...) [Pa] behind a converter that rounds to its step [Pa]."""
     return np.round(np.asarray(pressure, dtype=float) / step) * step
 
 
 def distorted(recording: Recording, chain: MeasurementChain) -> Recording:
     """A recording as instruments with errors report it: lag first, then scale, then bias.
 
-    Args:
-        recording: of the true signals.
-        chain: their errors.
-
     Returns:
         A copy with other positions and pressures; the same arrays for instruments without errors.
     """
+
+    def reported(true: FloatArray, lag: float, scale: float, bias: float) -> FloatArray:
+        if (lag, scale, bias) == (0.0, 1.0, 0.0):
+            return true
+        return scale * lagged(recording.time, true, lag) + bias
+
+    angle = chain.angle_lag, chain.angle_scale, chain.angle_bias
+    pressure = chain.pressure_lag, chain.pressure_scale, chain.pressure_bias
     return dataclasses.replace(
         recording,
-        positions=_with_errors(
-            recording.time,
-            recording.positions,
-            chain.angle_lag,
-            chain.angle_scale,
-            chain.angle_bias,
-        ),
-        pressure=_with_errors(
-            recording.time,
-            recording.pressure,
-            chain.pressure_lag,
-            chain.pressure_scale,
-            chain.pressure_bias,
-        ),
+        positions=reported(recording.positions, *angle),
+        pressure=reported(recording.pressure, *pressure),
     )
 
 
-def true_pressure(reading: ArrayLike, chain: MeasurementChain) -> NDArray[np.float64]:
-    """True pressure at rest from a sensor's reading.
-
-    Args:
-        reading: (...) [Pa].
-        chain: the sensor's errors.
-
-    Returns:
-        (...) true pressure [Pa]; the reading itself for an instrument without errors.
-    """
-    return _without_errors(reading, chain.pressure_scale, chain.pressure_bias)
+def true_pressure(reading: ArrayLike, chain: MeasurementChain) -> FloatArray:
+    """True pressure (...) [Pa] at rest from a sensor's reading (...) [Pa]."""
+    return (np.asarray(reading, dtype=float) - chain.pressure_bias) / chain.pressure_scale
 
 
-def true_position(reading: ArrayLike, chain: MeasurementChain) -> NDArray[np.float64]:
-    """True position at rest of a joint from a sensor's reading, as `true_pressure` [rad or m]."""
-    return _without_errors(reading, chain.angle_scale, chain.angle_bias)
-
-
-def _without_errors(reading: ArrayLike, scale: float, bias: float) -> NDArray[np.float64]:
-    true = np.asarray(reading, dtype=float)
-    if bias != 0.0:
-        true = true - bias
-    return true / scale if scale != 1.0 else true
-
-
-def _with_errors(
-    time: NDArray[np.float64], true: NDArray[np.float64], lag: float, scale: float, bias: float
-) -> NDArray[np.float64]:
-    reported = lagged(time, true, lag)
-    if scale != 1.0:
-        reported = scale * reported
-    if bias != 0.0:
-        reported = reported + bias
-    return reported
+def true_position(reading: ArrayLike, chain: MeasurementChain) -> FloatArray:
+    """True position (...) [rad or m] at rest of a joint from a sensor's reading (...)."""
+    return (np.asarray(reading, dtype=float) - chain.angle_bias) / chain.angle_scale
 
 
 def measured(recording: Recording, chain: MeasurementChain | None) -> Recording:

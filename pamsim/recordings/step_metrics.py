@@ -1,17 +1,21 @@
-"""What a control engineer reads off a step response: rest value, settling, overshoot, reversals."""
+"""What is read off a sampled signal: figures of a step response, and the noise of the signal."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from pamsim.core.units import FloatArray
 from pamsim.recordings.recording import Recording
-from pamsim.recordings.signal_names import KINDS, Kind, SignalNames
+from pamsim.recordings.signals import KINDS, Kind, SignalNames
 
 _BAND = 0.02
 """Share of the travel within which a response counts as settled."""
+
+_SECOND_DIFFERENCE = np.sqrt(6.0)  # of white noise, in its standard deviations
+_MEDIAN_TO_SD = 1.4826
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -61,18 +65,17 @@ def step_metrics(time: ArrayLike, response: ArrayLike) -> StepMetrics:
     forward = (y - start) * np.sign(travel)
     outside = np.flatnonzero(np.abs(y - final) > _BAND * abs(travel))
     last = int(outside[-1]) + 1 if len(outside) else 0
+    settled = last < 0.9 * len(t) and not _on_its_way(y, final, _BAND * abs(travel))
     return StepMetrics(
         start=start,
         final=final,
-        settling_time=float(t[last])
-        if last < 0.9 * len(t) and not _on_its_way(y, final, _BAND * abs(travel))
-        else float("nan"),
+        settling_time=float(t[last]) if settled else float("nan"),
         overshoot=max(0.0, float(forward.max() / abs(travel)) - 1.0),
-        reversal=_largest_drop(forward),
+        reversal=float(np.max(np.maximum.accumulate(forward) - forward)),
     )
 
 
-def _on_its_way(y: NDArray[np.float64], final: float, band: float) -> bool:
+def _on_its_way(y: FloatArray, final: float, band: float) -> bool:
     """Whether a response that decays as over its last three tenths ends outside a band."""
     tenth = len(y) // 10
     if not tenth:
@@ -88,17 +91,8 @@ def _on_its_way(y: NDArray[np.float64], final: float, band: float) -> bool:
     return bool(abs(end - final) > band)
 
 
-def _largest_drop(forward: NDArray[np.float64]) -> float:
-    return float(np.max(np.maximum.accumulate(forward) - forward))
-
-
 def joint_figures(found: StepMetrics, kind: Kind) -> dict[str, float]:
-    """Figures of one joint's step response by name, in the units of files.
-
-    Args:
-        found: in SI.
-        kind: of the joint's position.
-    """
+    """Figures, found in SI, of one joint's step response by name, in the units of files."""
     return {
         f"start_{kind.suffix}": found.start * kind.scale,
         f"final_{kind.suffix}": found.final * kind.scale,
@@ -118,20 +112,15 @@ def step_figures(recording: Recording) -> dict[str, float]:
         and tension at the end; the names are those of `step_figure_units`, in its order.
     """
     values: list[float] = []
-    for joint, position in zip(recording.joints, recording.positions.T, strict=True):
-        kind = KINDS[recording.joints[joint]]
-        values += joint_figures(step_metrics(recording.time, position), kind).values()
+    for kind, position in zip(recording.joints.values(), recording.positions.T, strict=True):
+        values += joint_figures(step_metrics(recording.time, position), KINDS[kind]).values()
     for pressure, force in zip(recording.pressure[-1], recording.tension[-1], strict=True):
         values += [pressure * KINDS["pressure"].scale, force * KINDS["force"].scale]
     return dict(zip(step_figure_units(recording.names), map(float, values), strict=True))
 
 
 def step_figure_units(names: SignalNames) -> dict[str, str]:
-    """Name of each figure of a step response -> its unit.
-
-    Args:
-        names: of the rig's signals.
-    """
+    """Name of each figure of a step response of a rig -> its unit."""
     units: dict[str, str] = {}
     for joint, kind in names.joints.items():
         own, shown = "" if names.short else f"{joint}_", KINDS[kind].shown
@@ -146,3 +135,21 @@ def step_figure_units(names: SignalNames) -> dict[str, str]:
             owner = f"{kind}_{number}" if names.short else f"{muscle}_{kind}"
             units[f"final_{owner}_{KINDS[kind].suffix}"] = KINDS[kind].shown
     return units
+
+
+def rough_noise(*signals: FloatArray, lag: int = 1) -> float:
+    """Standard deviation of the noise of signals that share it, over a lag in samples.
+
+    From second differences, in which what is smooth over the lag all but cancels, by their median,
+    which the few samples at a switching valve do not move.
+
+    Args:
+        signals: (n,) each, evenly sampled, in any unit.
+        lag: [samples]; noise that drifts more slowly than this is not seen.
+
+    Returns:
+        Standard deviation [unit of the signal]; 0 for fewer than 2 lag + 1 samples.
+    """
+    bends = [s[2 * lag :] - 2.0 * s[lag:-lag] + s[: -2 * lag] for s in signals]
+    bend = np.abs(np.concatenate(bends))
+    return _MEDIAN_TO_SD * float(np.median(bend)) / _SECOND_DIFFERENCE if len(bend) else 0.0

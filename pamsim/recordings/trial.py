@@ -1,16 +1,27 @@
-"""A measured trial: commands of a rig and readings of its sensors."""
+"""A measured trial: commands of a rig and readings of its sensors, by the names of a rig."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
-from numpy.typing import NDArray
 
-from pamsim.recordings.drive import Drive, DriveLike
-from pamsim.recordings.signal_names import muscle_channels
+from pamsim.core.errors import InputError, nearest
+from pamsim.core.units import FloatArray
+from pamsim.recordings.signals import (
+    EFFORTS,
+    JOINT_KINDS,
+    KINDS,
+    MOVES,
+    Drive,
+    DriveLike,
+    SignalNames,
+    kind_of,
+    muscle_channels,
+    owner_of,
+)
 
 HELD_OUT_SUFFIX = "_check"
 """Trials of protocols with this end of the name are held out unless others are named."""
@@ -27,10 +38,10 @@ class TrialLead:
         start_pressure: (m,) first measured gauge pressures [Pa]; NaN where not measured.
     """
 
-    time: NDArray[np.float64]
+    time: FloatArray
     duration: float
-    command: NDArray[np.float64]
-    start_pressure: NDArray[np.float64]
+    command: FloatArray
+    start_pressure: FloatArray
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -41,7 +52,7 @@ class Trial:
         name: such as the file's stem.
         protocol: trials of the same protocol and settings are repeats of each other.
         drive: one kind for all muscles, or muscle or driven joint -> kind, see
-            `pamsim.recordings.drive`.
+            `pamsim.recordings.signals`.
         load: mass on the arm [kg].
         time: (n,) [s], increasing from 0, not necessarily uniform.
         command: (n, m + j) of each muscle, then of each driven joint: opening [-] or gauge set
@@ -59,9 +70,9 @@ class Trial:
     protocol: str
     drive: DriveLike
     load: float
-    time: NDArray[np.float64]
-    command: NDArray[np.float64]
-    measured: Mapping[str, NDArray[np.float64]]
+    time: FloatArray
+    command: FloatArray
+    measured: Mapping[str, FloatArray]
     muscle_names: tuple[str, ...] = ()
     lead_in: TrialLead | None = None
 
@@ -100,3 +111,102 @@ class TrialSet:
     rig: str
     trials: tuple[Trial, ...]
     notes: tuple[str, ...] = ()
+
+
+def of_rig(trial: Trial, names: SignalNames, rig: str) -> tuple[Trial, tuple[str, ...]]:
+    """A trial with its channels and commands as a rig names and orders them.
+
+    Args:
+        trial: as its file names them.
+        names: of the rig's signals.
+        rig: its name, for messages.
+
+    Returns:
+        The trial, and notes on channels that the rig does not record.
+
+    Raises:
+        InputError: if the trial does not command each of the rig's muscles, drives a joint that the
+            rig does not record or as it does not move, gives the angle of a rig with several joints
+            without a name, or a joint in a unit that it does not move in.
+    """
+    columns = _order(trial, names, rig)
+    order = columns[: trial.muscles]
+    names.check_driven(trial.drives.joints, f"{trial.name!r}: rig {rig!r}")
+    channels = _channels(trial, names, order)
+    left = [channel for channel in trial.measured if channel not in channels]
+    for channel in left:
+        _refuse_other_joint(trial, channel, names, rig)
+    lead = trial.lead_in
+    if lead is not None:
+        start = lead.start_pressure[order]
+        lead = replace(lead, command=lead.command[:, columns], start_pressure=start)
+    in_order = replace(trial.drives, muscles=tuple(trial.drives.muscles[i] for i in order))
+    known = ", ".join((*names.joints, *names.muscles))
+    notes = (f"{trial.name}: {c} is not used: rig {rig!r} records {known}" for c in left)
+    return replace(
+        trial,
+        lead_in=lead,
+        drive=in_order.stated(names.muscles),
+        command=trial.command[:, columns],
+        measured={channels[c]: v for c, v in trial.measured.items() if c in channels},
+        muscle_names=names.named_muscles,
+    ), tuple(notes)
+
+
+def _order(trial: Trial, names: SignalNames, rig: str) -> list[int]:
+    """Columns of the trial's command in the rig's order."""
+    have = ", ".join(names.muscles)
+    if trial.muscles != len(names.muscles):
+        raise InputError(
+            f"{trial.name!r} is of {trial.muscles} muscles, rig {rig!r} has {len(names.muscles)}"
+            f" ({have})"
+        )
+    for name in trial.muscle_names:
+        if name not in names.muscles:
+            raise InputError(
+                f"{trial.name!r} commands {name!r}, which is no muscle of rig {rig!r}; "
+                f"{nearest(name, names.muscles)}"
+            )
+    order = trial.drives.order(names.muscles, f"{trial.name!r}: rig {rig!r}")
+    if trial.muscle_names:
+        own = [trial.muscle_names.index(name) for name in names.muscles]
+        return [*own, *order[len(own) :]]
+    if order != sorted(order):
+        raise InputError(
+            f"{trial.name!r}: columns by number are in the order of rig {rig!r}, {have}; name the"
+            " muscles in that order in the drive"
+        )
+    return order
+
+
+def _channels(trial: Trial, names: SignalNames, order: list[int]) -> Mapping[str, str]:
+    """The trial's channel -> the rig's."""
+    channels = {
+        f"{name}.{kind}": channel
+        for (name, kind), channel in zip(names.joints.items(), names.joint_channels, strict=True)
+    }
+    for name in trial.drives.imposed:
+        effort = names.effort_channel(name)
+        channels |= {effort: effort, f"{name}.{EFFORTS[names.joints[name]]}": effort}
+    if names.short:
+        channels["angle"] = "angle"
+    for kind in ("pressure", "force"):
+        own = muscle_channels(kind, trial.muscle_names, trial.muscles)
+        channels |= {own[i]: c for i, c in zip(order, names.of_muscles(kind), strict=True)}
+    return channels
+
+
+def _refuse_other_joint(trial: Trial, channel: str, names: SignalNames, rig: str) -> None:
+    """Refuse a joint's channel that the rig must mean otherwise."""
+    columns = " or ".join(names.joint_columns())
+    if channel == "angle":
+        raise InputError(
+            f"{trial.name!r}: which joint of rig {rig!r} is angle_deg? Name the column {columns}"
+        )
+    joint = owner_of(channel)
+    if joint in names.joints and kind_of(channel) in JOINT_KINDS:
+        kind = names.joints[joint]
+        raise InputError(
+            f"{trial.name!r}: joint {joint!r} of rig {rig!r} {MOVES[kind]}; give its column in"
+            f" {KINDS[kind].shown} and name it {columns}"
+        )

@@ -12,7 +12,7 @@ from matplotlib.lines import Line2D
 
 from pamsim.comparison.compared_signal import Comparison
 from pamsim.core.units import DEG_PER_RAD, MM_PER_M, PA_PER_KPA
-from pamsim.recordings.signal_names import kind_of, owner_of
+from pamsim.recordings.signals import kind_of, owner_of
 from pamsim.report.numbers import fixed
 from pamsim.report.style import (
     BLUE,

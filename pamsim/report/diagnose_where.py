@@ -10,7 +10,7 @@ from matplotlib.axes import Axes
 from matplotlib.colors import LogNorm
 from matplotlib.figure import Figure
 
-from pamsim.recordings.signal_names import kind_of
+from pamsim.recordings.signals import kind_of
 from pamsim.report.numbers import p_is, significant, unit, words
 from pamsim.report.style import (
     BLUE,

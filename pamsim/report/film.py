@@ -9,8 +9,8 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from pamsim.core.computation import Progress
 from pamsim.core.errors import InputError
-from pamsim.core.progress import Progress
 from pamsim.recordings.pictures import check_film, write_film, write_picture
 from pamsim.report.film_sheet import arm_size, film_sheet
 from pamsim.scene.arm_camera import arm_camera

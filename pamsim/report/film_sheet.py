@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 from pamsim.comparison.compared_signal import shown_unit
 from pamsim.core.errors import InputError
 from pamsim.core.units import PA_PER_KPA
-from pamsim.recordings.signal_names import JOINT_KINDS, kind_of
+from pamsim.recordings.signals import JOINT_KINDS, kind_of
 from pamsim.recordings.trial import Trial
 from pamsim.report.numbers import words
 from pamsim.report.style import INK, MUTED, finish_axes, series_look, styled

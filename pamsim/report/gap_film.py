@@ -13,8 +13,8 @@ from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
 from pamsim.comparison.compared_signal import Comparison, shown_unit
+from pamsim.core.computation import Progress
 from pamsim.core.errors import InputError
-from pamsim.core.progress import Progress
 from pamsim.engine.rig import Rig
 from pamsim.recordings.pictures import write_film
 from pamsim.recordings.trial import Trial

@@ -5,8 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from pamsim.core.common_unit import common_unit
-from pamsim.core.units import to_si
+from pamsim.core.units import common_unit, to_si
 from pamsim.diagnosis.virtual_test_conditions import CONDITIONS
 from pamsim.report.numbers import quantity, significant, unit, words
 

@@ -10,7 +10,7 @@ from matplotlib.figure import Figure
 
 from pamsim.core.units import PA_PER_KPA
 from pamsim.recordings.recording import Recording
-from pamsim.recordings.signal_names import KINDS
+from pamsim.recordings.signals import KINDS
 from pamsim.report.numbers import fixed, plain, words
 from pamsim.report.page import write_page
 from pamsim.report.style import INK, finish_axes, new_figure, series_look, styled

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from pamsim.recordings.signal_names import KINDS, SignalNames
+from pamsim.recordings.signals import KINDS, SignalNames
 from pamsim.scene.series_colours import INK, Rgb, rgb, series_rgb
 
 SPAN = 10.0

@@ -12,9 +12,8 @@ from numpy.typing import NDArray
 from pamsim.core.errors import InputError, nearest
 from pamsim.engine.rig import Rig, load_rig
 from pamsim.recordings.recording_reader import read_recordings
-from pamsim.recordings.rig_trial import of_rig
-from pamsim.recordings.signal_names import column_of
-from pamsim.recordings.trial import Trial
+from pamsim.recordings.signals import column_of
+from pamsim.recordings.trial import Trial, of_rig
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -11,9 +11,9 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TypeAlias
 
+from pamsim.core.computation import versions
 from pamsim.core.errors import InputError, PamsimError
 from pamsim.core.limits import SWEEP_RUNS
-from pamsim.core.versions import versions
 from pamsim.sweeps.design import Design
 from pamsim.sweeps.factor import Factor, Value
 from pamsim.sweeps.job import Row

@@ -10,10 +10,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from pamsim.core.encoding import NOT_IN_JSON, fields_to_dict
-from pamsim.core.versions import versions
+from pamsim.core.computation import versions
+from pamsim.core.encoding import NOT_IN_JSON, fields_to_dict, write_json
 from pamsim.recordings.array_files import read_arrays
-from pamsim.recordings.json_file import write_json
 from pamsim.sweeps.design import Design
 from pamsim.sweeps.sensitivity import SobolIndex, rank_correlations, sobol_indices
 from pamsim.sweeps.study import Study

@@ -10,9 +10,9 @@ from concurrent.futures import FIRST_COMPLETED, BrokenExecutor, Executor, Future
 from pathlib import Path
 from typing import Any
 
+from pamsim.core.computation import Progress
+from pamsim.core.encoding import CheckpointFile
 from pamsim.core.errors import EngineError, InputError
-from pamsim.core.progress import Progress
-from pamsim.recordings.json_file import CheckpointFile
 from pamsim.sweeps.factor import Value
 from pamsim.sweeps.job import Job, Row
 from pamsim.sweeps.result import SweepResult, result_of

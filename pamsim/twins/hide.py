@@ -12,18 +12,18 @@ import numpy as np
 from pamsim.comparison.effects_on_rig import at_size, forms, rig_effect, rig_name
 from pamsim.comparison.imposed_motion import IMPOSED_MOTIONS
 from pamsim.comparison.protocols import PROTOCOLS, protocol
+from pamsim.core.computation import Progress, Steps
 from pamsim.core.errors import InputError, nearest
-from pamsim.core.progress import Progress, Steps
 from pamsim.effects.effect import AT
 from pamsim.engine.batch import simulate_batch
 from pamsim.engine.rig import Rig, load_rig
 from pamsim.engine.rig_parameter import rig_parameter
 from pamsim.engine.supply_check import above_supply
-from pamsim.recordings.drive import IMPOSED
 from pamsim.recordings.experiment import Experiment
 from pamsim.recordings.recording import Recording
 from pamsim.recordings.rig_file import shipped_rigs
 from pamsim.recordings.sensors import distorted
+from pamsim.recordings.signals import IMPOSED
 from pamsim.recordings.trial import HELD_OUT_SUFFIX
 from pamsim.twins.hidden.catalog import PLANT_EFFECTS, other_formula
 from pamsim.twins.hidden.hidden_effect import PlantEffect

@@ -8,7 +8,7 @@ from pamsim.comparison.imposed_motion import IMPOSED_MOTIONS, ImposedMotion
 from pamsim.comparison.protocols import DURATION, PROTOCOLS, RATE, Protocol
 from pamsim.core.encoding import to_dict
 from pamsim.core.errors import InputError, nearest
-from pamsim.recordings.drive import MUSCLE_DRIVES
+from pamsim.recordings.signals import MUSCLE_DRIVES
 from pamsim.twins.plant.inputs import INPUTS, Input
 
 KINDS = {

@@ -30,8 +30,8 @@ from scaling import exponent
 from tqdm import tqdm
 
 import pamsim
+from pamsim.core.encoding import write_json
 from pamsim.engine.new_rig import new_rig
-from pamsim.recordings.json_file import write_json
 
 PROTOCOLS = ("triangle", "multisine", "bursts")
 DURATION = 3.0

@@ -22,7 +22,7 @@ from pathlib import Path
 import gymnasium
 import numpy as np
 
-from pamsim.core.versions import versions
+from pamsim.core.computation import versions
 from pamsim.envs.registration import ARMS
 
 PEER = "InvertedPendulum-v5"

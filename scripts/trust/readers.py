@@ -42,14 +42,14 @@ from pyarrow import parquet
 from tqdm import tqdm
 
 import pamsim
+from pamsim.core.encoding import CheckpointFile
 from pamsim.core.errors import PamsimError
 from pamsim.core.units import parse_quantity
-from pamsim.recordings.columns import read_columns
-from pamsim.recordings.json_file import CheckpointFile
 from pamsim.recordings.measured_table import read_measured
 from pamsim.recordings.policy_file import read_policy
 from pamsim.recordings.recording import write_recording
 from pamsim.recordings.rig_file import shipped_rigs
+from pamsim.recordings.table_reader import read_columns
 
 SECONDS, BYTES = 1.0, 1 << 30
 BATCH = 50

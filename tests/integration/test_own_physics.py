@@ -24,7 +24,7 @@ from pamsim.physics.force_laws.catalog import FORCE_LAWS
 from pamsim.physics.force_laws.exponential import SixParameter, six_parameter_force
 from pamsim.physics.hysteresis.catalog import OPERATORS
 from pamsim.physics.record import pack, slot, unpack
-from pamsim.recordings import effects_file
+from pamsim.recordings import rig_file
 from pamsim.recordings.rig_writer import write_rig
 from tests.unit.physics.flat import chamber_volume, kernel
 
@@ -43,7 +43,7 @@ def _as_before():
     yield
     for one, dicts in kept:
         vars(one).update(dicts)
-    effects_file._own_physics.cache_clear()
+    rig_file._own_physics.cache_clear()
 
 
 def run(line, monkeypatch):

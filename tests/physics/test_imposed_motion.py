@@ -16,8 +16,8 @@ from pamsim.engine.external import act, effort, external
 from pamsim.engine.simulate import simulate
 from pamsim.physics.friction import stribeck_friction
 from pamsim.physics.record import pack
-from pamsim.recordings.drive import Drive
 from pamsim.recordings.experiment import Experiment, pressure_step
+from pamsim.recordings.signals import Drive
 from tests.unit.physics.flat import static_force
 
 GRAVITY, ROD = 9.81, 0.5

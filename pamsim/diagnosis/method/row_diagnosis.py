@@ -13,8 +13,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from pamsim.core.computation import Progress, Steps
 from pamsim.core.errors import InputError
-from pamsim.core.progress import Progress, Steps
 from pamsim.diagnosis.method.absent_limits import AbsentLimit, supported
 from pamsim.diagnosis.method.evidence import Share, share_of_rows
 from pamsim.diagnosis.method.row_fit import RowSimulator

@@ -7,8 +7,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from pamsim.core.computation import Steps
 from pamsim.core.errors import InputError
-from pamsim.core.progress import Steps
 from pamsim.diagnosis.method.absent_limits import (
     NOT_SHOWN,
     OUT_OF_RANGE,

@@ -11,8 +11,8 @@ from numpy.typing import NDArray
 from pamsim.comparison.candidate import Candidate
 from pamsim.comparison.noise_floor import NoiseFloor, floor_beside, noise_floor
 from pamsim.comparison.trial_residuals import TrialLayout, TrialSimulator
+from pamsim.core.computation import Progress, Steps
 from pamsim.core.errors import InputError
-from pamsim.core.progress import Progress, Steps
 from pamsim.diagnosis.method.absent_limits import AbsentLimit, absent_limits, supported, widest
 from pamsim.diagnosis.method.evidence import (
     Share,

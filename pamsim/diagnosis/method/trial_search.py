@@ -13,7 +13,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from pamsim.comparison.candidate import Candidate
-from pamsim.core.progress import Steps
+from pamsim.core.computation import Steps
 from pamsim.diagnosis.method.evidence import compare_models
 from pamsim.diagnosis.method.refit import Fitter, Refit
 from pamsim.diagnosis.method.screen import (

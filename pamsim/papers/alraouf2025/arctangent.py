@@ -15,8 +15,7 @@ from pamsim.papers.alraouf2025.loop import (
 )
 from pamsim.papers.claim import Order, Recomputed, recomputes
 from pamsim.papers.rounding import propagated, propagated_each
-from pamsim.recordings.printed import Printed, loop_equation
-from pamsim.recordings.static_law import arctangent_law
+from pamsim.recordings.printed import Printed, arctangent_law, loop_equation
 
 
 @recomputes("alraouf2025-01")

@@ -23,8 +23,13 @@ from scipy.special import stdtrit
 
 from pamsim.inference.bounded_least_squares import bounded_least_squares, one_by_one
 from pamsim.papers.numerics import curve_fit, jacobian
-from pamsim.recordings.printed import Printed, loop_equation, loop_rows, printed_table
-from pamsim.recordings.static_law import arctangent_law
+from pamsim.recordings.printed import (
+    Printed,
+    arctangent_law,
+    loop_equation,
+    loop_rows,
+    printed_table,
+)
 
 FloatArray = NDArray[np.float64]
 

@@ -12,8 +12,7 @@ from pamsim.engine.rig import Rig
 from pamsim.papers.alraouf2025.hung_muscle import TOP, HungMuscle
 from pamsim.papers.alraouf2025.loop import branch_data, published, scores
 from pamsim.papers.bench_experiments import bench, hanging_weight, hung
-from pamsim.recordings.printed import BRANCHES
-from pamsim.recordings.static_law import arctangent_law
+from pamsim.recordings.printed import BRANCHES, arctangent_law
 
 _STROKE = 10.0
 """Time from no pressure to 500 kPa, and back [s]; four times slower moves no length by 0.05 mm."""

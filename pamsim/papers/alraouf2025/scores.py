@@ -19,8 +19,7 @@ from pamsim.papers.alraouf2025.loop import (
 )
 from pamsim.papers.claim import Order, Recomputed, recomputes
 from pamsim.papers.rounding import half_unit, propagated
-from pamsim.recordings.printed import BRANCHES, Printed, loop_equation, loop_rows
-from pamsim.recordings.static_law import arctangent_law
+from pamsim.recordings.printed import BRANCHES, Printed, arctangent_law, loop_equation, loop_rows
 
 
 def _fitted_scores(branch: str) -> dict[str, float]:

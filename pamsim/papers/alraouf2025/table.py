@@ -15,11 +15,11 @@ from pamsim.recordings.printed import (
     BRANCHES,
     LoopRow,
     Printed,
+    arctangent_law,
     loop_equation,
     loop_rows,
     printed_document,
 )
-from pamsim.recordings.static_law import arctangent_law
 
 FloatArray = NDArray[np.float64]
 

@@ -9,7 +9,7 @@ import pytest
 
 from pamsim.comparison.noise_floor import noise_floor
 from pamsim.comparison.trial_residuals import TrialSimulator
-from pamsim.core.progress import Steps
+from pamsim.core.computation import Steps
 from pamsim.diagnosis.method.absent_limits import (
     NOT_SHOWN,
     OUT_OF_RANGE,

@@ -7,7 +7,7 @@ import pytest
 
 from pamsim.papers.numerics import derivative, jacobian, root
 from pamsim.papers.paper_models import odd_exponential_basis
-from pamsim.recordings.static_law import arctangent_law
+from pamsim.recordings.printed import arctangent_law
 
 A = (35.135, -34.4443, 5.470)  # Matiskova 2021, equation (23)
 LOOP = (2.7378, -0.0083212, 1.3402, 27.759)  # Alraouf 2025, equation (3)

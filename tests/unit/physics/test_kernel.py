@@ -220,9 +220,7 @@ def test_rates_are_the_laws_put_together(loop, command):
         if muscle.hysteresis is not None:
             shortening = expected[-2] - expected[-3] - velocity
             shortening /= muscle.braid.nominal_length
-            OPERATORS[loop].rates(
-                muscle.hysteresis, act, expected, kappa, shortening, TIMESTEP
-            )
+            OPERATORS[loop].rates(muscle.hysteresis, act, expected, kappa, shortening, TIMESTEP)
         assert rates(muscle, act, tendon, velocity, sent) == pytest.approx(expected, rel=1e-11)
 
 

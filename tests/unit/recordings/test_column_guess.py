@@ -6,8 +6,8 @@ import pytest
 
 from pamsim.core.errors import InputError
 from pamsim.recordings.column_guess import Guess, guess_columns, unit_of
-from pamsim.recordings.columns import read_columns
-from pamsim.recordings.signal_names import SignalNames
+from pamsim.recordings.signals import SignalNames
+from pamsim.recordings.table_reader import read_columns
 
 JOINT = SignalNames(joints={"elbow": "angle"}, muscles=("flexor", "extensor"))
 LEG = SignalNames(

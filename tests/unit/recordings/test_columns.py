@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+import struct
+
 import numpy as np
 import pytest
+import scipy.io
 
-from pamsim.recordings.columns import read_columns
+from pamsim.recordings.table_reader import read_columns
 from tests.unit.core.refusals import refused
 
 NAMES = ("time_s", "angle_deg", "p{}_set_kpa", "p{}_kpa")
@@ -59,9 +62,61 @@ def test_a_column_twice_is_refused(columns, header):
         columns(f"{header}\n1,2\n").select(NAMES)
 
 
-def test_a_quantity_may_have_any_unit_that_measures_it(columns):
-    found = columns("p_bar,kappa,remark\n1.5,0.1,x\n").quantities()
-    assert {q: (c.column, pytest.approx(c.scale)) for q, c in found.items()} == {
-        "pressure": ("p_bar", 1e5),
-        "contraction": ("kappa", 1.0),
+def test_numbers_and_words_may_stand_in_one_table_and_cells_are_kept_as_written(columns):
+    text = 't;note;p\n0,10;"a; b";1,5\n0,20;c, d;2.5\n0,30;7;-1e1\n'
+    found = columns(text)
+    assert found.numbers("t").tolist() == [0.1, 0.2, 0.3]
+    assert found.numbers("p").tolist() == [1.5, 2.5, -10.0]
+    assert list(found.cells["note"]) == ["a; b", "c, d", "7"]
+    assert list(found.cells["t"]) == ["0.10", "0.20", "0.30"]
+    with refused("line 2: note = 'a; b' is not a number"):
+        found.numbers("note")
+
+
+@pytest.mark.parametrize("cell", ["x", "", "nan"])
+def test_one_cell_that_is_no_number_spoils_its_column_alone(columns, cell):
+    found = columns("t,p\n" + "".join(f"{k},{k}\n" for k in range(50)) + f"50,{cell}\n51,1\n")
+    assert found.numbers("t").tolist() == list(range(52))
+    with refused("line 52: p"):
+        found.numbers("p")
+
+
+def test_of_a_matlab_file_only_lists_of_numbers_are_read(tmp_path):
+    path = tmp_path / "log.mat"
+    log = {
+        "t": np.arange(5) * 0.01,
+        "n": np.arange(5, dtype=np.int16),
+        "cell": np.array([np.ones(3), "text"], dtype=object),
+        "structure": {"angle": np.ones((2, 2)), "name": "knee"},
+        "z": np.arange(5) * 1j,
+        "large": np.zeros((100, 100)),
     }
+    for version in ("5", "4"):
+        kept = {k: v for k, v in log.items() if version == "5" or k in ("t", "large")}
+        scipy.io.savemat(path, kept, format=version, do_compression=version == "5")
+        found = read_columns(path)
+        assert set(found.cells) == {"t", "n"} & set(kept)
+        assert found.numbers("t").tolist() == log["t"].tolist()
+    path.write_bytes(path.read_bytes()[:-8])
+    with refused("log.mat cannot be read as .mat"):
+        read_columns(path)
+
+
+@pytest.mark.parametrize(
+    ("mark", "byte", "value", "message"),
+    [
+        *(
+            (struct.pack("<II", 9, 400), 0, kind, f"unknown type {kind}")
+            for kind in (0, 10, 14, 200)
+        ),
+        (struct.pack("<II", 6, 8), 9, 0x08, "an array of 4 parts where its flags ask for 5"),
+    ],
+)
+def test_a_damaged_array_is_refused_before_scipy_would_crash(tmp_path, mark, byte, value, message):
+    path = tmp_path / "log.mat"
+    scipy.io.savemat(path, {"t": np.arange(50.0)})
+    content = bytearray(path.read_bytes())
+    content[content.index(mark) + byte] = value
+    path.write_bytes(content)
+    with refused("log.mat cannot be read as .mat", message):
+        read_columns(path)

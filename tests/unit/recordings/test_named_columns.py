@@ -10,8 +10,8 @@ import pytest
 from pamsim.core.errors import InputError
 from pamsim.recordings.recording import Outcome, Recording, write_recording
 from pamsim.recordings.recording_reader import read_recordings
-from pamsim.recordings.rig_trial import of_rig
-from pamsim.recordings.signal_names import SignalNames, column_of, kind_of
+from pamsim.recordings.signals import SignalNames, column_of, kind_of
+from pamsim.recordings.trial import of_rig
 
 LEG = SignalNames(joints={"knee": "angle", "rail": "position"}, muscles=("front", "back", "calf"))
 ARM = SignalNames(joints={"shaft": "angle"}, muscles=("muscle_1", "muscle_2"))

@@ -1,4 +1,4 @@
-"""Figures of a step response, where they are known in closed form."""
+"""What is read off a step response and its noise."""
 
 from __future__ import annotations
 
@@ -6,8 +6,9 @@ import math
 
 import numpy as np
 import pytest
+from scipy.signal import lfilter
 
-from pamsim.recordings.step_metrics import step_metrics
+from pamsim.recordings.step_metrics import rough_noise, step_metrics
 
 TIME = np.arange(20001) / 2000.0  # 10 s
 
@@ -62,3 +63,23 @@ def test_a_motion_that_creeps_on_has_not_settled():
     response = 0.9 * (1.0 - np.exp(-TIME / 0.2)) + 0.1 * creep
     assert math.isnan(step_metrics(TIME, response).settling_time)
     assert step_metrics(TIME, response - 0.1 * creep).settling_time < 1.0
+
+
+SAMPLED = np.linspace(0.0, 8.0, 4000)
+
+
+def test_planted_noise_is_found_on_a_moving_signal_with_jumps():
+    signal = 1e5 * np.sin(SAMPLED) + 2e5 * (SAMPLED > 3.0)
+    noise = np.random.default_rng(1).normal(0.0, 40.0, SAMPLED.size)
+    assert rough_noise(signal + noise) == pytest.approx(40.0, rel=0.05)
+    assert rough_noise(signal) < 1.0
+
+
+def test_drift_shows_over_a_long_lag_only():
+    drift = lfilter([np.sqrt(1 - 0.95**2)], [1, -0.95], np.random.default_rng(2).normal(size=40000))
+    assert rough_noise(drift) < 0.35
+    assert rough_noise(drift, lag=200) == pytest.approx(1.0, rel=0.1)
+
+
+def test_too_few_samples_tell_nothing():
+    assert rough_noise(np.array([1.0, 5.0])) == 0.0

@@ -9,8 +9,7 @@ from pamsim.physics.hysteresis.arctangent import (
     branch_shape,
 )
 from pamsim.physics.hysteresis.madelung import kept_and_added, remembered
-from pamsim.recordings.printed import loop_equation
-from pamsim.recordings.static_law import arctangent_law
+from pamsim.recordings.printed import arctangent_law, loop_equation
 from tests.unit.physics.hysteresis.operator_runs import area, path, run
 
 INCREASING, DECREASING = (

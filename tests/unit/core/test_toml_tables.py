@@ -7,7 +7,7 @@ import pytest
 import pamsim
 from pamsim.core.errors import InputError
 from pamsim.core.files import is_file
-from pamsim.recordings.toml_file import read_toml
+from pamsim.core.toml_tables import NUMBER, check_keys, entry, read_toml
 from tests.unit.core.refusals import refused
 
 
@@ -39,3 +39,24 @@ def test_a_name_that_no_file_can_have_is_none(tmp_path):
     assert not is_file(tmp_path / ("x" * 5000))
     with refused("no rig"):
         pamsim.load_rig("x" * 5000)
+
+
+@pytest.mark.parametrize(
+    ("value", "kind"),
+    [(None, str), (" ", str), (1, str), (True, NUMBER), ("1", NUMBER)],
+)
+def test_an_entry_of_another_kind_is_refused_in_the_words_of_the_reader(value, kind):
+    table = {} if value is None else {"key": value}
+    with refused(f"a.toml: key is {value!r}, not this"):
+        entry(table, "key", kind, "a.toml: key is {!r}, not this")
+
+
+def test_an_entry_that_is_left_out_has_its_default():
+    assert entry({}, "key", NUMBER, "", 1.5) == 1.5
+    assert entry({"key": ""}, "key", str, "", "") == ""
+
+
+def test_a_key_that_means_nothing_is_refused_with_the_nearest():
+    assert check_keys({"file": 1}, ("file", "rig"), "a.toml") == {"file": 1}
+    with refused("a.toml: unknown key trial.fil; did you mean 'file'"):
+        check_keys({"fil": 1}, ("file", "rig"), "a.toml", "trial.")

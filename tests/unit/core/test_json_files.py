@@ -1,4 +1,4 @@
-"""Results on disk: whole or not at all, and only what states the schema is read."""
+"""Results and checkpoints on disk: whole or not at all, and only what states the schema is read."""
 
 from __future__ import annotations
 
@@ -8,7 +8,8 @@ import math
 import pytest
 
 from pamsim.core import files
-from pamsim.recordings.json_file import read_json, write_json
+from pamsim.core.encoding import CheckpointFile, read_json, write_json
+from pamsim.core.errors import InputError
 from tests.unit.core.refusals import cases, refused
 
 SCHEMA = "pamsim-test/1"
@@ -84,3 +85,22 @@ def test_a_missing_file_is_said(tmp_path):
         read_json(tmp_path / "none.json", SCHEMA)
     with refused("cannot read", str(tmp_path)):
         read_json(tmp_path, SCHEMA)
+
+
+def test_what_was_saved_is_loaded_until_it_is_cleared(tmp_path):
+    file = CheckpointFile(tmp_path / "deep" / "checkpoint.json")
+    assert file.load() is None
+    for state in ({"a": [1.0, 0.1 + 0.2]}, {"b": None}):
+        file.save(state)
+        assert file.load() == state
+    file.clear()
+    file.clear()
+    assert file.load() is None
+
+
+@pytest.mark.parametrize("text", ["{", "[1]", "", "[" * 100_000])
+def test_a_spoilt_file_says_how_to_start_again(tmp_path, text):
+    path = tmp_path / "checkpoint.json"
+    path.write_text(text, encoding="utf-8")
+    with pytest.raises(InputError, match="remove it to start again"):
+        CheckpointFile(path).load()

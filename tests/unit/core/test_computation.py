@@ -1,4 +1,4 @@
-"""BLAS beside simulations: one thread inside, as many as before afterwards."""
+"""One BLAS thread, and steps whose number becomes known on the way."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 import threadpoolctl
 
-from pamsim.core.blas_threads import one_blas_thread
+from pamsim.core.computation import Steps, one_blas_thread
 
 
 def threads():
@@ -23,3 +23,14 @@ def test_blas_has_one_thread_inside_and_what_it_had_afterwards():
         with pytest.raises(ZeroDivisionError), one_blas_thread():
             raise ZeroDivisionError
         assert set(threads()) == {2}
+
+
+def test_steps_are_counted_and_the_total_is_never_behind():
+    seen = []
+    steps = Steps(lambda *now: seen.append(now), 3)
+    for what in "ab":
+        steps.begin(what)
+    steps.expect(1)
+    for what in "cd":
+        steps.begin(what)
+    assert seen == [(0, 3, "a"), (1, 3, "b"), (2, 3, "c"), (3, 4, "d")]

@@ -1,0 +1,364 @@
+"""Signals of a rig: names as channels of a recording and columns of its files, and what drives it.
+
+A signal is a quantity of a joint or of a muscle: ``knee.angle``, ``flexor.pressure``,
+``flexor.force``. A rig with one joint that turns has short forms: ``angle``, ``pressure_1`` and
+``force_1``, the muscles by number.
+
+A drive is the air of each muscle, and what acts on a joint from outside. It is stated as one word
+for all muscles, ``"pressure_set"``, or by name:
+``{"flexor": "pressure_set", "extensor": "measured", "knee": "torque"}``.
+"""
+
+from __future__ import annotations
+
+import json
+import re
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import TypeAlias
+
+from pamsim.core.errors import InputError, nearest
+from pamsim.core.units import DEG_PER_RAD, MM_PER_M, PA_PER_KPA
+
+DriveLike: TypeAlias = str | Mapping[str, str]
+"""A drive as an experiment or a recording states it."""
+
+
+@dataclass(frozen=True)
+class Kind:
+    """A kind of measured quantity.
+
+    Attributes:
+        unit: SI.
+        shown: unit on screens and in files.
+        scale: of the shown unit in an SI unit.
+        suffix: end of a column's name.
+    """
+
+    unit: str
+    shown: str
+    scale: float
+    suffix: str
+
+
+KINDS: dict[str, Kind] = {
+    "angle": Kind("rad", "deg", DEG_PER_RAD, "deg"),
+    "position": Kind("m", "mm", MM_PER_M, "mm"),
+    "pressure": Kind("Pa", "kPa", 1.0 / PA_PER_KPA, "kpa"),
+    "force": Kind("N", "N", 1.0, "n"),
+    "torque": Kind("N*m", "N*m", 1.0, "nm"),
+}
+"""Kind of a measured channel -> its units. A joint that turns has an angle, one that slides a
+position; what is exerted on it from outside is a torque or a force."""
+
+EFFORTS = {"angle": "torque", "position": "force"}
+"""Kind of a joint's position -> kind of what acts on the joint from outside."""
+JOINT_KINDS = tuple(EFFORTS)
+MOVES = {"angle": "turns", "position": "slides"}
+
+MUSCLE_COLUMNS: dict[str, tuple[str, str]] = {
+    "valve": ("u{}", "{}_valve"),
+    "pulse": ("u{}", "{}_valve"),
+    "pressure_set": ("p{}_set_kpa", "{}_set_kpa"),
+    "pressure": ("p{}_kpa", "{}_kpa"),
+    "force": ("force{}_n", "{}_n"),
+}
+"""Quantity of a muscle -> its column by number, and by name."""
+
+
+@dataclass(frozen=True)
+class DriveKind:
+    """One way to drive a muscle or a joint.
+
+    Attributes:
+        of: ``muscle``, or the kind of position of a joint.
+        meaning: of its values.
+        unit: SI unit of its values.
+        quantity: whose column in a file holds them; empty if it needs none.
+        between: True if values run straight from one to the next, False if each is held.
+    """
+
+    of: str
+    meaning: str
+    unit: str
+    quantity: str
+    between: bool
+
+
+_MEASURED = "measured gauge pressure, which the muscle has whatever valves and air would do"
+_SEALED = "none: valves stay shut on the air of the start pressure"
+DRIVES: dict[str, DriveKind] = {
+    "valve": DriveKind("muscle", "signed valve opening", "1", "valve", False),
+    "pulse": DriveKind("muscle", "signed duty of a pulsed valve", "1", "pulse", False),
+    "pressure_set": DriveKind(
+        "muscle", "set point of the gauge pressure", "Pa", "pressure_set", False
+    ),
+    "measured": DriveKind("muscle", _MEASURED, "Pa", "pressure", True),
+    "sealed": DriveKind("muscle", _SEALED, "1", "", False),
+    "torque": DriveKind("angle", "torque on a joint that turns", "N*m", "torque", True),
+    "force": DriveKind("position", "force on a joint that slides", "N", "force", True),
+    "angle": DriveKind("angle", "angle, imposed whatever torque that takes", "rad", "angle", True),
+    "length": DriveKind(
+        "position", "position, imposed whatever force that takes", "m", "position", True
+    ),
+}
+"""All drives; those of a joint count positive in the joint's positive direction."""
+MUSCLE_DRIVES = {name: kind for name, kind in DRIVES.items() if kind.of == "muscle"}
+JOINT_DRIVES = {name: kind for name, kind in DRIVES.items() if kind.of != "muscle"}
+IMPOSED = tuple(name for name, kind in JOINT_DRIVES.items() if kind.quantity in JOINT_KINDS)
+"""Drives of a joint that set its motion."""
+
+
+def kind_of(channel: str) -> str:
+    """Kind of a channel: ``pressure`` of ``pressure_1`` and of ``flexor.pressure``."""
+    return channel.rpartition(".")[2].split("_")[0]
+
+
+def owner_of(channel: str) -> str:
+    """Joint or muscle whose quantity a channel is; empty for a short form."""
+    return channel.rpartition(".")[0]
+
+
+def muscle_channels(kind: str, muscles: tuple[str, ...], count: int) -> tuple[str, ...]:
+    """Channels of one kind of all muscles, in their order.
+
+    Args:
+        kind: ``pressure`` or ``force``.
+        muscles: names; none for numbers.
+        count: of the muscles.
+    """
+    return _each(f"{kind}_{{}}", f"{{}}.{kind}", muscles, count)
+
+
+def muscle_columns(quantity: str, muscles: tuple[str, ...], count: int) -> tuple[str, ...]:
+    """Columns of a quantity of `MUSCLE_COLUMNS` of all muscles, as `muscle_channels`."""
+    return _each(*MUSCLE_COLUMNS[quantity], muscles, count)
+
+
+def _each(numbered: str, named: str, muscles: tuple[str, ...], count: int) -> tuple[str, ...]:
+    return tuple(
+        map(named.format, muscles) if muscles else map(numbered.format, range(1, count + 1))
+    )
+
+
+def column_of(channel: str) -> str:
+    """Column of a measured channel in a file: ``knee_deg`` of ``knee.angle``."""
+    kind, owner = kind_of(channel), owner_of(channel)
+    if owner or channel in (*JOINT_KINDS, *EFFORTS.values()):
+        return f"{owner or channel}_{KINDS[kind].suffix}"
+    return MUSCLE_COLUMNS[kind][0].format(channel.rpartition("_")[2])
+
+
+@dataclass(frozen=True, kw_only=True)
+class SignalNames:
+    """What a rig records.
+
+    Attributes:
+        joints: recorded joint -> its kind, ``angle`` or ``position``.
+        muscles: names, in actuator order.
+    """
+
+    joints: Mapping[str, str]
+    muscles: tuple[str, ...]
+
+    def __post_init__(self) -> None:
+        """Refuse names whose columns a reader would take for others.
+
+        Raises:
+            InputError: such as for a muscle ``p1``, whose pressure would be that of muscle 1.
+        """
+        if self.short:
+            return
+        for name in self.muscles:
+            if self.joints.get(name) == "position":
+                raise InputError(
+                    f"{name!r} is a muscle and a joint: {name}_n could be the force of either; give"
+                    " one another name"
+                )
+            if re.fullmatch(r"[pu]\d+|force\d+|.*_set|.*_valve", name):
+                raise InputError(
+                    f"muscle {name!r}: the column {name}_kpa could mean another muscle or its set"
+                    " point; give it another name"
+                )
+
+    @property
+    def short(self) -> bool:
+        """Whether the short forms are used: a single joint, which turns."""
+        return tuple(self.joints.values()) == ("angle",)
+
+    @property
+    def named_muscles(self) -> tuple[str, ...]:
+        """Names of the muscles in channels and columns; none where they have numbers."""
+        return () if self.short else self.muscles
+
+    @property
+    def joint_channels(self) -> tuple[str, ...]:
+        """Channel of each joint."""
+        return tuple(map(self.joint_channel, self.joints))
+
+    def joint_channel(self, joint: str) -> str:
+        """Channel of one joint's position."""
+        return "angle" if self.short else f"{joint}.{self.joints[joint]}"
+
+    def effort_channel(self, joint: str) -> str:
+        """Channel of the torque or force that acts on a joint from outside."""
+        effort = EFFORTS[self.joints[joint]]
+        return effort if self.short else f"{joint}.{effort}"
+
+    def of_muscles(self, kind: str) -> tuple[str, ...]:
+        """Channel of each muscle, of the kind ``pressure`` or ``force``."""
+        return muscle_channels(kind, self.named_muscles, len(self.muscles))
+
+    def joint_columns(self) -> tuple[str, ...]:
+        """Column of each joint in a file."""
+        return tuple(map(column_of, self.joint_channels))
+
+    def muscle_columns(self, quantity: str) -> tuple[str, ...]:
+        """Column of each muscle in a file, of a quantity of `MUSCLE_COLUMNS`."""
+        return muscle_columns(quantity, self.named_muscles, len(self.muscles))
+
+    def check_driven(self, driven: Mapping[str, str], where: str) -> None:
+        """Refuse to drive joints that the rig does not record, or otherwise than they move.
+
+        Args:
+            driven: joint -> kind of its drive.
+            where: names the rig, for errors.
+
+        Raises:
+            InputError: naming the joint.
+        """
+        for joint, kind in driven.items():
+            if joint not in self.joints:
+                raise InputError(f"{where} has no joint {joint!r}; {nearest(joint, self.joints)}")
+            moves = self.joints[joint]
+            if DRIVES[kind].of != moves:
+                known = [name for name, drive in JOINT_DRIVES.items() if drive.of == moves]
+                raise InputError(
+                    f"{where}: joint {joint!r} {MOVES[moves]}, so that its drive is"
+                    f" {' or '.join(known)}, not {kind}"
+                )
+
+
+@dataclass(frozen=True, kw_only=True)
+class Drive:
+    """A resolved drive, whose values are columns: one per muscle, then one per driven joint.
+
+    Attributes:
+        muscles: kind of each muscle's, of `MUSCLE_DRIVES`.
+        names: of the muscles; none if they go by order.
+        joints: driven joint -> its kind, of `JOINT_DRIVES`.
+    """
+
+    muscles: tuple[str, ...]
+    names: tuple[str, ...] = ()
+    joints: Mapping[str, str] = field(default_factory=dict[str, str])
+
+    @classmethod
+    def of(cls, stated: DriveLike, columns: int) -> Drive:
+        """Resolve a drive.
+
+        Args:
+            stated: one kind for all muscles, or muscle or joint -> kind.
+            columns: of its values.
+
+        Raises:
+            InputError: for an unknown kind, or another number of columns.
+        """
+        if isinstance(stated, str):
+            return cls(muscles=(checked(stated, MUSCLE_DRIVES),) * columns)
+        for name, kind in stated.items():
+            checked(kind, DRIVES, f" of {name!r}")
+        if len(stated) != columns:
+            raise InputError(
+                f"the drive is of {', '.join(stated) or 'nothing'}; there are {columns} columns of"
+                " values, and each muscle and each driven joint has one"
+            )
+        muscles = {name: kind for name, kind in stated.items() if kind in MUSCLE_DRIVES}
+        joints = {name: kind for name, kind in stated.items() if kind in JOINT_DRIVES}
+        return cls(muscles=tuple(muscles.values()), names=tuple(muscles), joints=joints)
+
+    def stated(self, names: Sequence[str]) -> DriveLike:
+        """The shortest form that `of` resolves to it, with the muscles' names."""
+        if not self.joints and len(set(self.muscles)) == 1:
+            return self.muscles[0]
+        return {**dict(zip(names, self.muscles, strict=True)), **self.joints}
+
+    @property
+    def kinds(self) -> tuple[str, ...]:
+        """Kind of every column: of the muscles, then of the joints."""
+        return (*self.muscles, *self.joints.values())
+
+    @property
+    def between(self) -> tuple[bool, ...]:
+        """Of every column, whether values run straight from one to the next."""
+        return tuple(DRIVES[kind].between for kind in self.kinds)
+
+    @property
+    def imposed(self) -> tuple[str, ...]:
+        """Joints whose motion is imposed."""
+        return tuple(joint for joint, kind in self.joints.items() if kind in IMPOSED)
+
+    @property
+    def all_measured(self) -> bool:
+        """Whether every muscle has its measured pressure."""
+        return set(self.muscles) == {"measured"}
+
+    def order(self, muscles: Sequence[str], where: str) -> list[int]:
+        """Columns in a rig's order: of each of its muscles, then of the driven joints.
+
+        Args:
+            muscles: of the rig, in actuator order.
+            where: whose drive it is, and of which rig, for errors.
+
+        Raises:
+            InputError: if a muscle is missing, or a name is none of the rig's.
+        """
+        count = len(self.muscles)
+        joints = range(count, count + len(self.joints))
+        if not self.names:
+            if count != len(muscles):
+                raise InputError(f"the drive commands {count} muscles, {where} has {len(muscles)}")
+            return [*range(count), *joints]
+        for name in self.names:
+            if name not in muscles:
+                raise InputError(f"{where} has no muscle {name!r}; {nearest(name, muscles)}")
+        for name in muscles:
+            if name not in self.names:
+                raise InputError(f"{where} has a muscle {name!r}: give its drive")
+        return [*(self.names.index(name) for name in muscles), *joints]
+
+
+def checked(kind: object, known: Mapping[str, DriveKind], whose: str = "") -> str:
+    """A kind of drive, if it is known.
+
+    Raises:
+        InputError: with the nearest one, if not.
+    """
+    if not isinstance(kind, str) or kind not in known:
+        raise InputError(f"no drive {kind!r}{whose}; {nearest(str(kind), known)}")
+    return kind
+
+
+def command_columns(drives: Drive, muscles: tuple[str, ...]) -> tuple[str, ...]:
+    """Column in a file of each muscle's and driven joint's command; empty of a sealed muscle.
+
+    Args:
+        drives: of a trial.
+        muscles: names; none where muscles have numbers, and the only joint no name.
+    """
+    count = len(drives.muscles)
+    quantities = [DRIVES[kind].quantity for kind in drives.muscles]
+    joints = [(joint, DRIVES[kind].quantity) for joint, kind in drives.joints.items()]
+    return (
+        *(muscle_columns(q, muscles, count)[i] if q else "" for i, q in enumerate(quantities)),
+        *(column_of(f"{joint}.{quantity}" if muscles else quantity) for joint, quantity in joints),
+    )
+
+
+def in_toml(drive: DriveLike) -> str:
+    """A drive as ``recording.toml`` states it."""
+    # A JSON string is a TOML basic string.
+    if isinstance(drive, str):
+        return json.dumps(drive, ensure_ascii=False)
+    each = (f"{json.dumps(n, ensure_ascii=False)} = {json.dumps(k)}" for n, k in drive.items())
+    return f"{{ {', '.join(each)} }}"
