@@ -126,13 +126,15 @@ class OneRig:
     def __init__(self, rig: Rig, model: mujoco.MjModel, state: FloatArray) -> None:
         self._dofs = rig.velocity_addresses
         self._timers = StoppedTimers()
+        self.data = mujoco.MjData(model)
         self.put({0: (model, state)})
 
     def put(self, states: dict[int, tuple[mujoco.MjModel, FloatArray]]) -> None:
         """See `Plant.put`."""
         model, state = states[0]
         check_steppable(model)
-        self.model, self.data = model, mujoco.MjData(model)
+        self.model = model
+        mujoco.mj_resetData(model, self.data)
         restore_state(model, self.data, state)
         # Views of the engine's arrays: fetching one costs as much as reading it.
         self._ctrl, self._torque = self.data.ctrl, self.data.qfrc_applied
