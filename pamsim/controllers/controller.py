@@ -80,6 +80,6 @@ class Controller(Protocol):
         """Memory before the first sample, the rig being at rest."""
         ...
 
-    def act(self, observation: Observation, memory: Memory) -> tuple[Command, Memory]:
+    def step(self, observation: Observation, memory: Memory) -> tuple[Command, Memory]:
         """Command from now on, and the memory for the next sample."""
         ...

@@ -98,7 +98,7 @@ class FeedForward:
             feedback = PidMemory(integral=0.0, rate=0.0)
         return FeedForwardMemory(plays=plays, feedback=feedback)
 
-    def act(
+    def step(
         self, observation: Observation, memory: FeedForwardMemory
     ) -> tuple[Command, FeedForwardMemory]:
         """Pressures from now on, and the memory for the next sample."""

@@ -102,7 +102,7 @@ class GainSchedule:
         """Memory that keeps the pressures at rest."""
         return self.pid.start(first)
 
-    def act(self, observation: Observation, memory: PidMemory) -> tuple[Command, PidMemory]:
+    def step(self, observation: Observation, memory: PidMemory) -> tuple[Command, PidMemory]:
         """Pressures from now on, and the memory for the next sample."""
         place = (
             observation.joint.position
@@ -110,7 +110,7 @@ class GainSchedule:
             else observation.pressure[0] - observation.pressure[1]
         )
         here = self.at(place)
-        return dataclasses.replace(self.pid, **dataclasses.asdict(here)).act(observation, memory)
+        return dataclasses.replace(self.pid, **dataclasses.asdict(here)).step(observation, memory)
 
 
 def _between(low: PidGains, high: PidGains, share: float) -> PidGains:

@@ -52,7 +52,9 @@ class LeadLag:
             errors=(0.0,) * count, outputs=(self.point.measured_departure(first) - ahead,) * count
         )
 
-    def act(self, observation: Observation, memory: LeadLagMemory) -> tuple[Command, LeadLagMemory]:
+    def step(
+        self, observation: Observation, memory: LeadLagMemory
+    ) -> tuple[Command, LeadLagMemory]:
         """Pressures from now on, and the memory for the next sample."""
         goal = observation.joint.reference - self.point.angle
         ahead = self.model.input_for(

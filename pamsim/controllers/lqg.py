@@ -49,7 +49,7 @@ class Lqg:
         departure = self.point.measured_departure(first) - away / self.design.model.gain
         return LqgMemory(expected=(away, 0.0), integral=departure / self.design.integral_gain)
 
-    def act(self, observation: Observation, memory: LqgMemory) -> tuple[Command, LqgMemory]:
+    def step(self, observation: Observation, memory: LqgMemory) -> tuple[Command, LqgMemory]:
         """Pressures from now on, and the memory for the next sample."""
         design = self.design
         innovation = observation.joint.position - self.point.angle - memory.expected[0]

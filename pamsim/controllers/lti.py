@@ -33,7 +33,7 @@ class Lti:
         departure = self.point.measured_departure(first)
         return tuple(departure * x for x in self.design.rest)
 
-    def act(
+    def step(
         self, observation: Observation, memory: tuple[float, ...]
     ) -> tuple[Command, tuple[float, ...]]:
         """Pressures from now on, and the state at the next sample."""

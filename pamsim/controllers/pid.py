@@ -112,7 +112,7 @@ class Pid(PidLaw):
         """Memory that keeps the pressures at rest."""
         return PidMemory(integral=first.pressure[0] - first.pressure[1], rate=0.0)
 
-    def act(self, observation: Observation, memory: PidMemory) -> tuple[Command, PidMemory]:
+    def step(self, observation: Observation, memory: PidMemory) -> tuple[Command, PidMemory]:
         """Pressures from now on, and the memory for the next sample."""
         joint = observation.joint
         wanted, rate = self.wanted(joint, memory)

@@ -61,7 +61,9 @@ class SlidingMode:
             drift + 2.0 * self.bandwidth * error + self.bandwidth * self.bandwidth * memory.integral
         )
 
-    def act(self, observation: Observation, memory: SlidingMemory) -> tuple[Command, SlidingMemory]:
+    def step(
+        self, observation: Observation, memory: SlidingMemory
+    ) -> tuple[Command, SlidingMemory]:
         """Pressures from now on, and the memory for the next sample."""
         error, drift = self._missed(observation)
         pull = min(max(self.surface(observation, memory) / self.layer, -1.0), 1.0)

@@ -15,7 +15,7 @@ from pamsim.core.errors import EngineError, InputError
 from pamsim.core.files import complete_file, refuse_existing
 from pamsim.core.progress import Progress
 from pamsim.core.versions import versions
-from pamsim.envs.registration import ENVIRONMENT, register
+from pamsim.envs import ENVIRONMENT
 from pamsim.envs.settings import EnvSettings
 from pamsim.recordings.json_file import write_json
 from pamsim.recordings.policy_file import PolicyFile, write_policy
@@ -135,7 +135,6 @@ def train(
             f'training needs stable-baselines3: pip install "pamsim[rl]" ({error})'
         ) from None
     torch.set_num_threads(1)
-    register()
     began = time.perf_counter()
     env = gymnasium.make_vec(
         ENVIRONMENT, num_envs=RIGS, vectorization_mode="vector_entry_point", **settings

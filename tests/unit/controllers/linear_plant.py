@@ -46,6 +46,6 @@ class LinearPlant:
         for _ in range(samples):
             angles.append(POINT.angle + self.state[0])
             observation = self.observation(wanted(self.time + self._period))
-            command, memory = controller.act(observation, memory)
+            command, memory = controller.step(observation, memory)
             self.take(command)
         return np.array(angles), memory

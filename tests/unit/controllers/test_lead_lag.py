@@ -89,7 +89,7 @@ def test_it_runs_the_filter_of_the_design(lead_lag):
     memory, outputs = lead_lag.start(observe(angle=POINT.angle, pressure=POINT.pressures(0.0))), []
     for error in errors.tolist():
         observation = observe(angle=POINT.angle - error, wanted=(POINT.angle, 0.0, 0.0))
-        command, memory = lead_lag.act(observation, memory)
+        command, memory = lead_lag.step(observation, memory)
         outputs.append(command[0] - command[1] - POINT.difference)
     design = lead_lag.design
     np.testing.assert_allclose(
@@ -114,8 +114,8 @@ class Unlimited:
         self._filter = dataclasses.replace(lead_lag, point=dataclasses.replace(POINT, split=split))
         self.start = lead_lag.start
 
-    def act(self, observation, memory):
-        (first, second), memory = self._filter.act(observation, memory)
+    def step(self, observation, memory):
+        (first, second), memory = self._filter.step(observation, memory)
         return POINT.split.pressures(first - second), memory
 
 

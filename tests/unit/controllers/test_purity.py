@@ -102,7 +102,7 @@ def _seen(k):
 def _go_on(controller, memory, start, count):
     commands = []
     for k in range(start, start + count):
-        command, memory = controller.act(_seen(k), memory)
+        command, memory = controller.step(_seen(k), memory)
         commands.append(command)
     return commands, memory
 
