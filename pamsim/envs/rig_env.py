@@ -267,10 +267,16 @@ class _RigPicture:
         if self._shown is None:
             self._shown = self._open()
         if self._mode == "human":
-            self._shown.show(model, data, pressures=pressures, lengths=lengths)
+            self._shown.show(model, data, muscles=rig.muscles, pressures=pressures, lengths=lengths)
             return None
         return render_arm(
-            model, data, pressures=pressures, lengths=lengths, renderer=self._shown, fine=False
+            model,
+            data,
+            muscles=rig.muscles,
+            pressures=pressures,
+            lengths=lengths,
+            renderer=self._shown,
+            fine=False,
         )
 
     def close(self) -> None:

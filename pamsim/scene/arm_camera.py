@@ -77,6 +77,7 @@ def arm_camera(
             fine = render_arm(
                 model,
                 data,
+                muscles=replay.rig.muscles,
                 pressures=[math.nan if p is None else p * _PRESSURE_STEP for p in pressures],
                 lengths=muscle_lengths(model, data),
                 camera=camera,

@@ -10,7 +10,7 @@ import copy
 import sys
 import threading
 import warnings
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any, Protocol
 
 import mujoco
@@ -18,6 +18,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from pamsim.core.errors import EngineError
+from pamsim.physics.muscle import Muscle
 from pamsim.scene.live_plots import Plot
 from pamsim.scene.picture import decorate
 from pamsim.scene.window_layout import COLUMN, figures, fit_camera
@@ -106,6 +107,7 @@ class ArmViewer:
         model: mujoco.MjModel,
         data: mujoco.MjData,
         *,
+        muscles: Mapping[str, Muscle],
         pressures: Sequence[float],
         lengths: Sequence[float],
         controls: Sequence[float] | None = None,
@@ -116,6 +118,7 @@ class ArmViewer:
         Args:
             model: the one simulated; its bodies and joints are those of the window's.
             data: its state; not changed.
+            muscles: of the rig, in actuator order.
             pressures: (m,) gauge pressures of the muscles [Pa], NaN where not known.
             lengths: (m,) their active lengths [m].
             controls: (nu,) where the sliders stand, in their unit; the data's if None.
@@ -141,7 +144,14 @@ class ArmViewer:
                 self._fitted = True
             scene = self._window.user_scn
             scene.ngeom = 0
-            decorate(scene, self.model, self.data, pressures=pressures, lengths=lengths)
+            decorate(
+                scene,
+                self.model,
+                self.data,
+                muscles=muscles,
+                pressures=pressures,
+                lengths=lengths,
+            )
         if plots:
             self._window.set_figures(figures(plots, viewport))
         self._window.sync()

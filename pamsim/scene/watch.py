@@ -67,6 +67,7 @@ def watch_replay(
             viewer.show(
                 model,
                 data,
+                muscles=replay.rig.muscles,
                 pressures=filled,
                 lengths=muscle_lengths(model, data),
                 controls=(),
@@ -133,6 +134,7 @@ def watch_live(
             viewer.show(
                 model,
                 data,
+                muscles=rig.muscles,
                 pressures=filled,
                 lengths=muscle_lengths(model, data),
                 controls=[*(data.ctrl / PA_PER_KPA), *sizes.values()],
