@@ -16,8 +16,7 @@ from pamsim.engine.stepping import live
 from pamsim.scene.live_plots import LivePlots
 from pamsim.scene.pose import muscle_lengths, pose
 from pamsim.scene.replay import Replay
-from pamsim.scene.viewer import ArmViewer
-from pamsim.scene.window_model import window_model
+from pamsim.scene.viewer import ArmViewer, window_model
 
 OpenViewer = Callable[..., ArmViewer]
 
