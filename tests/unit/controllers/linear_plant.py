@@ -5,8 +5,7 @@ from __future__ import annotations
 import numpy as np
 from scipy.signal import cont2discrete
 
-from pamsim.controllers.linearisation_point import LinearisationPoint
-from pamsim.controllers.pressure_split import PressureSplit
+from pamsim.controllers.operating_point import LinearisationPoint, PressureSplit
 from pamsim.linear.second_order_model import SecondOrderModel
 from tests.unit.controllers.closed_loop import LEVEL, SUPPLY, observe
 

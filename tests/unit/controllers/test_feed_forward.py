@@ -10,12 +10,11 @@ import pytest
 
 import pamsim
 from pamsim.controllers.feed_forward import FeedForward
-from pamsim.controllers.hysteresis_experiment import decaying_triangle, loop_operator
-from pamsim.controllers.hysteresis_inverse import HysteresisInverse
+from pamsim.controllers.hysteresis import HysteresisInverse, decaying_triangle, loop_operator
 from pamsim.controllers.inverse_law import balanced_pressures, shut_stiffness
+from pamsim.controllers.operating_point import PressureSplit
 from pamsim.controllers.pid import Pid
 from pamsim.controllers.pressure_rate import regulated_lag
-from pamsim.controllers.pressure_split import PressureSplit
 from pamsim.core.errors import InputError
 from pamsim.physics.hysteresis.prandtl_ishlinskii import PlaySum
 from tests.unit.controllers.closed_loop import LEVEL, PERIOD, SUPPLY, miss, observe, run, sine

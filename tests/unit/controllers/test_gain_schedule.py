@@ -7,9 +7,8 @@ import dataclasses
 import numpy as np
 import pytest
 
-from pamsim.controllers.gain_schedule import GainSchedule
-from pamsim.controllers.pid import Pid
-from pamsim.controllers.pressure_split import PressureSplit
+from pamsim.controllers.operating_point import PressureSplit
+from pamsim.controllers.pid import GainSchedule, Pid
 from pamsim.core.errors import InputError
 from pamsim.linear.continuous_fit import fit_continuous
 from pamsim.linear.imc_tuning import imc_gains_of_fit

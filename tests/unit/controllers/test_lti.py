@@ -6,9 +6,8 @@ import control
 import numpy as np
 import pytest
 
-from pamsim.controllers.linearisation_point import LinearisationPoint
-from pamsim.controllers.lti import Lti
-from pamsim.controllers.pressure_split import PressureSplit
+from pamsim.controllers.model_based import Lti
+from pamsim.controllers.operating_point import LinearisationPoint, PressureSplit
 from pamsim.linear.sampled_controller import sampled_controller
 from tests.unit.controllers.closed_loop import LEVEL, PERIOD, SUPPLY, observe
 from tests.unit.controllers.linear_plant import MODEL, POINT, LinearPlant

@@ -7,8 +7,8 @@ import math
 
 import pytest
 
+from pamsim.controllers.operating_point import PressureSplit
 from pamsim.controllers.pid import Pid
-from pamsim.controllers.pressure_split import PressureSplit
 from pamsim.core.errors import InputError
 from tests.unit.controllers.closed_loop import LEVEL, PERIOD, SUPPLY, observe
 

@@ -7,7 +7,7 @@ import math
 import numpy as np
 import pytest
 
-from pamsim.controllers.sliding_mode import SlidingMemory, SlidingMode
+from pamsim.controllers.model_based import SlidingMemory, SlidingMode
 from tests.unit.controllers.closed_loop import observe
 from tests.unit.controllers.linear_plant import MODEL, POINT, LinearPlant
 
