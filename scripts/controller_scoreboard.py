@@ -28,8 +28,7 @@ from pamsim.controllers.neural_policy import NeuralPolicy
 from pamsim.controllers.suite import FAMILIES, Suite
 from pamsim.core.computation import versions
 from pamsim.core.errors import PamsimError
-from pamsim.envs.closed_loop import drive
-from pamsim.envs.scores import Score, mean_score, score
+from pamsim.envs.closed_loop import Score, mean_score, run_episode, score
 
 RESULTS = Path("scripts/results/controller_scoreboard.json")
 POLICIES = ("sine", "step")
@@ -67,7 +66,7 @@ def environment(plant: Plant, task: str, command: str) -> gymnasium.Env:
 
 def driven(env: gymnasium.Env, controller: Controller, seeds: tuple[int, ...]) -> Score:
     """Mean score over some episodes."""
-    return mean_score([score(drive(env, controller, seed)) for seed in seeds])
+    return mean_score([score(run_episode(env, controller, seed)) for seed in seeds])
 
 
 def rows_of(plant: Plant, bar: tqdm) -> list[dict[str, object]]:

@@ -19,7 +19,7 @@ import numpy as np
 from tqdm import tqdm
 
 import pamsim.envs  # registers the environments
-from pamsim.envs.registration import ARMS
+from pamsim.envs import MAS20
 
 RIGS, STEPS, FRAME_SKIP = 200, 100, 40
 RESULTS = Path("scripts/results/random_episodes.json")
@@ -78,7 +78,7 @@ def main() -> int:
     parser.add_argument("--episodes", type=int, default=10_000)
     parser.add_argument("--json", type=Path, default=RESULTS)
     options = parser.parse_args()
-    rows = [play(name, options.episodes) for name in ARMS]
+    rows = [play(name, options.episodes) for name in MAS20]
     page = {
         "command": f"python scripts/random_episodes.py --episodes {options.episodes}",
         "pamsim": pamsim.__version__,

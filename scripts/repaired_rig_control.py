@@ -23,8 +23,7 @@ from pamsim.core.computation import versions
 from pamsim.core.errors import PamsimError
 from pamsim.diagnosis.diagnose import diagnose
 from pamsim.engine.rig import Rig, load_rig
-from pamsim.envs.closed_loop import drive
-from pamsim.envs.scores import mean_score, score
+from pamsim.envs.closed_loop import mean_score, run_episode, score
 from pamsim.twins.hide import hide
 
 RESULTS = Path("scripts/results/repaired_rig_control.json")
@@ -49,7 +48,7 @@ def rmse(
         controller = FAMILIES[name].make(suite, value)
     except PamsimError:
         return math.inf
-    return mean_score([score(drive(env, controller, seed)) for seed in seeds]).rmse
+    return mean_score([score(run_episode(env, controller, seed)) for seed in seeds]).rmse
 
 
 def scores(known: Rig, plant: Rig, label: str) -> list[dict[str, object]]:

@@ -16,8 +16,7 @@ import pamsim
 import pamsim.envs
 from pamsim.controllers.joint_control import JointControl
 from pamsim.controllers.neural_policy import NeuralPolicy
-from pamsim.envs.closed_loop import drive
-from pamsim.envs.scores import score
+from pamsim.envs.closed_loop import run_episode, score
 from pamsim.recordings.policy_file import PolicyFile
 
 GENERATIONS = 30  # in a test: 1
@@ -105,6 +104,7 @@ controllers = {
 }
 env = gymnasium.make("pamsim/PamArmPressure-v0", task="sine", load=1.2, max_episode_steps=2 * STEPS)
 for name, controller in controllers.items():
-    errors = [score(drive(env, controller, seed=seed)).rmse for seed in range(1000, 1000 + UNSEEN)]
+    runs = [run_episode(env, controller, seed=seed) for seed in range(1000, 1000 + UNSEEN)]
+    errors = [score(run).rmse for run in runs]
     print(f"{name}: {np.degrees(np.mean(errors)):.1f} deg RMS, mean of {UNSEEN} unseen references")
 env.close()

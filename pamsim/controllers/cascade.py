@@ -113,9 +113,11 @@ class Cascade:
         """Memory with shut valves."""
         return CascadeMemory(outer=self.outer.start(first), integrals=(0.0,) * len(first.pressure))
 
-    def act(self, observation: Observation, memory: CascadeMemory) -> tuple[Command, CascadeMemory]:
+    def step(
+        self, observation: Observation, memory: CascadeMemory
+    ) -> tuple[Command, CascadeMemory]:
         """Openings from now on, and the memory for the next sample."""
-        wanted, outer = self.outer.act(observation, memory.outer)
+        wanted, outer = self.outer.step(observation, memory.outer)
         steps = [
             self.inner.opening(goal - pressure, integral)
             for goal, pressure, integral in zip(

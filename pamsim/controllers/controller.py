@@ -80,6 +80,18 @@ class Controller(Protocol):
         """Memory before the first sample, the rig being at rest."""
         ...
 
-    def act(self, observation: Observation, memory: Memory) -> tuple[Command, Memory]:
+    def step(self, observation: Observation, memory: Memory) -> tuple[Command, Memory]:
         """Command from now on, and the memory for the next sample."""
         ...
+
+
+def present_reference(joint: JointObservation, period: float) -> tuple[float, float]:
+    """Reference [rad or m] and its rate at the present sample.
+
+    Args:
+        joint: its reference is one period ahead; acceleration is assumed constant over it.
+        period: between two samples [s].
+    """
+    acceleration = joint.reference_acceleration
+    rate = joint.reference_rate - period * acceleration
+    return joint.reference - period * (joint.reference_rate - 0.5 * period * acceleration), rate

@@ -4,7 +4,7 @@ The pressures at which the muscles' torque balances gravity, load, damping and i
 motion. A regulated pressure lags its set point; ``lead`` looks that much further along the wanted
 motion, which for a lag of that time constant is its inverse to first order. The hysteresis of the
 muscles is undone, if asked, on the wanted angle before it enters the law
-(`pamsim.controllers.hysteresis_inverse`).
+(`pamsim.controllers.hysteresis`).
 """
 
 from __future__ import annotations
@@ -13,11 +13,11 @@ from dataclasses import dataclass
 
 from pamsim.controllers.arm import Arm
 from pamsim.controllers.controller import Command, Observation
-from pamsim.controllers.hysteresis_inverse import HysteresisInverse
+from pamsim.controllers.hysteresis import HysteresisInverse
 from pamsim.controllers.inverse_law import balanced_pressures, stiff_pressures
+from pamsim.controllers.operating_point import PressureSplit
 from pamsim.controllers.pid import Pid, PidMemory
 from pamsim.controllers.pressure_rate import regulated_lag
-from pamsim.controllers.pressure_split import PressureSplit
 from pamsim.engine.rig import Rig
 
 
@@ -98,7 +98,7 @@ class FeedForward:
             feedback = PidMemory(integral=0.0, rate=0.0)
         return FeedForwardMemory(plays=plays, feedback=feedback)
 
-    def act(
+    def step(
         self, observation: Observation, memory: FeedForwardMemory
     ) -> tuple[Command, FeedForwardMemory]:
         """Pressures from now on, and the memory for the next sample."""

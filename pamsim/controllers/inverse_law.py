@@ -15,7 +15,7 @@ import scipy.optimize
 
 from pamsim.controllers.arm import Arm
 from pamsim.controllers.controller import Command
-from pamsim.controllers.pressure_split import PressureSplit
+from pamsim.controllers.operating_point import PressureSplit
 from pamsim.physics.antagonist import antagonist_torque, joint_stiffness, muscle_stiffness
 
 # scipy carries no types: what it returns is Any at this file's boundary.

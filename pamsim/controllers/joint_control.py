@@ -204,7 +204,7 @@ class JointControl:
             )
         return tuple(PidMemory(integral=0.0, rate=0.0) for _ in self.laws)
 
-    def act(
+    def step(
         self, observation: Observation, memory: tuple[PidMemory, ...]
     ) -> tuple[Command, tuple[PidMemory, ...]]:
         """Pressures from now on, and the memory for the next sample."""

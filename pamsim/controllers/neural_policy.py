@@ -53,8 +53,8 @@ class NeuralPolicy:
     def start(self, first: Observation) -> None:
         """No memory."""
 
-    def act(self, observation: Observation, memory: None) -> tuple[Command, None]:
-        """See `Controller.act`."""
+    def step(self, observation: Observation, memory: None) -> tuple[Command, None]:
+        """See `Controller.step`."""
         joints = observation.joints
         seen = [
             *(joint.position for joint in joints),

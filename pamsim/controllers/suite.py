@@ -16,15 +16,10 @@ from types import MappingProxyType
 from pamsim.controllers.cascade import Cascade, PressureLoop
 from pamsim.controllers.controller import Controller
 from pamsim.controllers.feed_forward import FeedForward
-from pamsim.controllers.gain_schedule import GainSchedule
-from pamsim.controllers.hysteresis_experiment import decaying_triangle, loop_operator
-from pamsim.controllers.hysteresis_inverse import HysteresisInverse
-from pamsim.controllers.lead_lag import LeadLag
-from pamsim.controllers.linearised_arm import LinearisedArm, linearise_arm
-from pamsim.controllers.lqg import Lqg
-from pamsim.controllers.pid import Pid
-from pamsim.controllers.pressure_split import PressureSplit
-from pamsim.controllers.sliding_mode import SlidingMode
+from pamsim.controllers.hysteresis import HysteresisInverse, decaying_triangle, loop_operator
+from pamsim.controllers.model_based import LeadLag, Lqg, SlidingMode
+from pamsim.controllers.operating_point import LinearisedArm, PressureSplit, linearise_arm
+from pamsim.controllers.pid import GainSchedule, Pid
 from pamsim.core.errors import InputError
 from pamsim.engine.rig import Rig
 from pamsim.engine.simulate import simulate

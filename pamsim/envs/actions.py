@@ -16,6 +16,9 @@ from pamsim.core.errors import InputError
 
 FloatArray = NDArray[np.float64]
 
+ON = 0.33
+"""Commanded opening from which an on/off valve is opened."""
+
 
 @dataclass(frozen=True, kw_only=True)
 class ActionKind:
@@ -24,7 +27,6 @@ class ActionKind:
     Attributes:
         command: what the muscles' control means then, see `pamsim.recordings.experiment`.
         quantities: of each muscle that its actions set.
-        space: makes the space of a rig's action, of a number of muscles.
         fill: actions (n, ...), supply pressure [Pa], commands (n, m) to write: set points [Pa] or
             openings in [-1, 1] -> place of the first action that is none, -1 if all are.
         valid: what an action is.
@@ -32,13 +34,18 @@ class ActionKind:
 
     command: str
     quantities: tuple[str, ...]
-    space: Callable[[int], gymnasium.Space]
     fill: Callable[[NDArray[Any], float, FloatArray], int]
     valid: str
 
     def names(self, muscles: Sequence[str]) -> tuple[str, ...]:
         """Name of each action, such as ``biceps.pressure_set``."""
         return tuple(f"{muscle}.{quantity}" for muscle in muscles for quantity in self.quantities)
+
+    def space(self, muscles: int) -> gymnasium.Space[Any]:
+        """Space of the actions of a rig with a number of muscles."""
+        if self.fill is _switches:
+            return gymnasium.spaces.MultiBinary(2 * muscles)
+        return gymnasium.spaces.Box(-1.0, 1.0, (muscles,), np.float32)
 
     def commands(self, action: Any, shape: tuple[int, int], supply: float) -> FloatArray:
         """Commands (n, m) of actions.
@@ -67,6 +74,15 @@ class ActionKind:
                 f" {self.valid}"
             )
         return command
+
+    def action(self, command: Sequence[float], supply: float) -> NDArray[np.generic]:
+        """The action of one rig that gives its muscles a command; on/off valves open from `ON`."""
+        wanted = np.array(command)
+        if self.fill is _switches:
+            return np.column_stack([wanted > ON, wanted < -ON]).ravel().astype(np.int8)
+        if self.command == "pressure_set":
+            wanted = wanted / (0.5 * supply) - 1.0
+        return wanted.astype(np.float32)
 
     def rest(self, pressure: FloatArray) -> FloatArray:
         """The commands that leave muscles at rest at gauge pressures [Pa]."""
@@ -120,28 +136,17 @@ def _switches(action, supply, command):
     return -1
 
 
-def _signed(muscles: int) -> gymnasium.Space:
-    return gymnasium.spaces.Box(-1.0, 1.0, (muscles,), np.float32)
-
-
 _FINITE = "give finite numbers; beyond -1 and 1 they count as -1 and 1"
 
 KINDS: Mapping[str, ActionKind] = MappingProxyType(
     {
         "pressure_set": ActionKind(
-            command="pressure_set",
-            quantities=("pressure_set",),
-            space=_signed,
-            fill=_set_points,
-            valid=_FINITE,
+            command="pressure_set", quantities=("pressure_set",), fill=_set_points, valid=_FINITE
         ),
-        "valve": ActionKind(
-            command="valve", quantities=("valve",), space=_signed, fill=_openings, valid=_FINITE
-        ),
+        "valve": ActionKind(command="valve", quantities=("valve",), fill=_openings, valid=_FINITE),
         "on_off": ActionKind(
             command="valve",
             quantities=("fill", "vent"),
-            space=lambda muscles: gymnasium.spaces.MultiBinary(2 * muscles),
             fill=_switches,
             valid="an on/off valve takes 0 or 1",
         ),

@@ -1,7 +1,10 @@
-"""Run a controller in an environment and record the episode."""
+"""Run a controller in an environment, record the episode, and score it."""
 
 from __future__ import annotations
 
+import dataclasses
+import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -18,22 +21,11 @@ from pamsim.physics.record import slot, view
 
 FloatArray = NDArray[np.float64]
 
-_COLUMNS = (
-    "position",
-    "reference",
-    "pressure",
-    "command",
-    "opening",
-    "air",
-    "stiffness",
-    "wanted_stiffness",
-)
-
 OPEN = 0.02
 """Opening from which a valve counts as open."""
 
-ON = 0.33
-"""Commanded opening from which an on/off valve is opened."""
+SETTLED_SHARE, SETTLED_ANGLE = 0.05, math.radians(0.2)
+"""A step has settled within this share of its height, or this angle [rad], the larger of both."""
 
 _INDEX = slot("chamber.polytropic_index")
 _TEMPERATURE = slot("chamber.temperature")
@@ -41,8 +33,8 @@ _ATMOSPHERE = slot("chamber.atmosphere")
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class Drive:
-    """An episode under a controller of j joints and m muscles, one row per step.
+class EpisodeRun:
+    """An episode under a controller, of j joints and m muscles, one row per step.
 
     Attributes:
         joints: names.
@@ -95,33 +87,12 @@ def controller_observation(rigs: Rigs, observation: FloatArray, time: float) -> 
     )
 
 
-def action_of(rigs: Rigs, command: Command) -> NDArray[np.generic]:
-    """The action that gives the muscles of an environment a command.
-
-    On/off valves open from a commanded opening of one third.
-
-    Raises:
-        InputError: if there is not one command per muscle.
-    """
-    wanted = np.array(command)
-    if len(wanted) != len(rigs.rig.muscles):
-        raise InputError(
-            f"the controller commands {len(wanted)} muscles, rig {rigs.rig.name!r} has"
-            f" {len(rigs.rig.muscles)}"
-        )
-    if rigs.settings.action == "pressure_set":
-        return (wanted / (0.5 * rigs.top_pressure) - 1.0).astype(np.float32)
-    if rigs.settings.action == "valve":
-        return wanted.astype(np.float32)
-    return np.column_stack([wanted > ON, wanted < -ON]).ravel().astype(np.int8)
-
-
-def drive(
+def run_episode(
     env: gymnasium.Env[Any, Any],
     controller: Controller,
     seed: int,
     options: dict[str, Any] | None = None,
-) -> Drive:
+) -> EpisodeRun:
     """Run a controller in an environment for one episode.
 
     Args:
@@ -144,12 +115,18 @@ def drive(
         )
     observation, _ = env.reset(seed=seed, options=options)
     memory = controller.start(controller_observation(rigs, observation, 0.0))
-    rows: dict[str, list[Any]] = {field: [] for field in _COLUMNS}
+    rows: list[dict[str, Any]] = []
     total, over, before = 0.0, False, rigs.air()[0]
     while not over:
-        observed = controller_observation(rigs, observation, len(rows["position"]) * rigs.period)
-        command, memory = controller.act(observed, memory)
-        observation, reward, broken, ended, info = env.step(action_of(rigs, command))
+        observed = controller_observation(rigs, observation, len(rows) * rigs.period)
+        command, memory = controller.step(observed, memory)
+        if len(command) != len(rigs.rig.muscles):
+            raise InputError(
+                f"the controller commands {len(command)} muscles, rig {rigs.rig.name!r} has"
+                f" {len(rigs.rig.muscles)}"
+            )
+        action = rigs.kind.action(command, rigs.top_pressure)
+        observation, reward, broken, ended, info = env.step(action)
         over, total = broken or ended, total + float(reward)
         after, pressure = rigs.air()[0], info["pressure"]
         row = {
@@ -162,14 +139,13 @@ def drive(
             "stiffness": rigs.stiffness()[0],
             "wanted_stiffness": [joint.stiffness or 0.0 for joint in observed.joints],
         }
-        for field, values in row.items():
-            rows[field].append(values)
+        rows.append(row)
         before = after
-    return Drive(
+    return EpisodeRun(
         joints=tuple(rigs.rig.joints),
         period=rigs.period,
         reward=total,
-        **{field: np.array(values) for field, values in rows.items()},
+        **{field: np.array([row[field] for row in rows]) for field in rows[0]},
     )
 
 
@@ -186,3 +162,93 @@ def _let_in(rigs: Rigs, before: FloatArray, after: FloatArray, pressure: FloatAr
     absolute = np.maximum(pressure + rows[:, _ATMOSPHERE], 0.0)
     mass = absolute ** (1.0 - 1.0 / rows[:, _INDEX]) / (GAS_CONSTANT * rows[:, _TEMPERATURE])
     return np.maximum(after - before, 0.0) * mass
+
+
+@dataclass(frozen=True, kw_only=True)
+class Score:
+    """Figures of one joint in an episode, or their means over several.
+
+    Attributes:
+        rmse: of the position [rad or m].
+        worst: largest error of the position [rad or m].
+        overshoot: largest travel beyond a new reference, as a share of the step; NaN without steps.
+        settling: median time from a step to the end of what exceeds the band [s]; what has not
+            settled when the next step comes counts with the time till then; NaN without steps.
+        stiffness_error: RMS error relative to the stiffness wanted; NaN where none is.
+        switching: changes of all muscles' valves between filling, shut and exhausting [1/s].
+        air: let in by all muscles [kg/s].
+        reward: of the episode.
+    """
+
+    rmse: float
+    worst: float
+    overshoot: float
+    settling: float
+    stiffness_error: float
+    switching: float
+    air: float
+    reward: float
+
+
+def score(run: EpisodeRun, joint: str | None = None) -> Score:
+    """Figures of one joint in one episode.
+
+    Args:
+        run: the episode.
+        joint: name; may be left out for a rig with one joint.
+
+    Raises:
+        InputError: if there is no such joint, or several to choose from.
+    """
+    if joint not in run.joints and (joint is not None or len(run.joints) > 1):
+        raise InputError(f"score: name one joint of the rig; known: {', '.join(run.joints)}")
+    column = run.joints.index(joint) if joint else 0
+    position, reference = run.position[:, column], run.reference[:, column]
+    error = position - reference
+    seconds = len(error) * run.period
+    state = np.sign(run.opening) * (np.abs(run.opening) > OPEN)
+    steps = _steps(position, reference, run.period)
+    asked = run.wanted_stiffness[:, column]
+    wanted = asked > 0.0
+    relative = run.stiffness[wanted, column] / asked[wanted] - 1.0
+    return Score(
+        rmse=float(np.sqrt(np.mean(error**2))),
+        worst=float(np.abs(error).max()),
+        overshoot=max((s[0] for s in steps), default=math.nan),
+        settling=float(np.median([s[1] for s in steps])) if steps else math.nan,
+        stiffness_error=float(np.sqrt(np.mean(relative**2))) if wanted.any() else math.nan,
+        switching=float((np.diff(state, axis=0) != 0.0).sum() / seconds),
+        air=float(run.air.sum() / seconds),
+        reward=run.reward,
+    )
+
+
+def mean_score(scores: Sequence[Score]) -> Score:
+    """Means over episodes; of the RMSE the root of the mean square, of the worst the largest."""
+    columns = {
+        f.name: [getattr(each, f.name) for each in scores] for f in dataclasses.fields(Score)
+    }
+    means = {name: float(np.mean(values)) for name, values in columns.items()}
+    means["rmse"] = math.sqrt(float(np.mean([value**2 for value in columns["rmse"]])))
+    return Score(**{**means, "worst": max(columns["worst"])})
+
+
+def _steps(position: FloatArray, reference: FloatArray, period: float) -> list[tuple[float, float]]:
+    """Overshoot [-] and settling time [s] of every jump of a reference that is held after it."""
+    jumps = np.flatnonzero(np.diff(reference) != 0.0) + 1
+    # A reference that moves all the time has no steps.
+    if len(jumps) > 0.1 * len(reference):
+        return []
+    starts = [0, *jumps.tolist()]
+    steps: list[tuple[float, float]] = []
+    for begin, end in zip(starts, [*jumps.tolist(), len(reference)], strict=True):
+        wanted = float(reference[begin])
+        height = wanted - float(position[begin - 1] if begin else 0.0)
+        if abs(height) < SETTLED_ANGLE:
+            continue
+        beyond = (position[begin:end] - wanted) * math.copysign(1.0, height)
+        band = max(SETTLED_SHARE * abs(height), SETTLED_ANGLE)
+        outside = np.flatnonzero(np.abs(beyond) > band)
+        settled = (int(outside[-1]) + 1) * period if len(outside) else 0.0
+        steps.append((max(0.0, float(beyond.max()) / abs(height)), settled))
+    return steps

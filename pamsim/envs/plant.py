@@ -1,4 +1,4 @@
-"""The rigs behind an environment: one stepped by itself, or many by the engine's batch."""
+"""The rigs behind an environment: one stepped by itself, many by the engine's batch or by Warp."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ import ctypes
 import os
 import weakref
 from collections.abc import Sequence
-from typing import ClassVar, Protocol
+from typing import ClassVar
 
 import mujoco
 import numba
@@ -57,18 +57,13 @@ def _lengths(jacobian, position):
     return lengths
 
 
-def check_open(closed: bool) -> None:
-    """Refuse to step a plant that is closed.
-
-    Raises:
-        EngineError: if it is.
-    """
-    if closed:
-        raise EngineError("this environment is closed; make a new one")
-
-
-class Plant(Protocol):
+class Plant:
     """Rigs that are stepped together.
+
+    Args:
+        rig: whose joints are pushed.
+        model: of the first rig; the others are of its sizes.
+        count: how many.
 
     Attributes:
         position: (n, nq) [rad or m].
@@ -80,36 +75,51 @@ class Plant(Protocol):
     act: FloatArray
     length: FloatArray
 
+    def __init__(self, rig: Rig, model: mujoco.MjModel, count: int) -> None:
+        self._dofs = rig.velocity_addresses
+        self._closed = False
+        own = fixed_tendons(model)
+        self._jacobian = None if own is None else np.tile(own, (count, 1, 1))
+
     def put(self, states: dict[int, tuple[mujoco.MjModel, FloatArray]]) -> None:
         """Give some rigs a model and a state."""
-        ...
+        raise NotImplementedError
 
     def push(self, torque: FloatArray) -> None:
-        """Torques (n, j) that act on the recorded joints from now on [N m or N]."""
-        ...
+        """Apply torques (n, j) to the recorded joints from now on [N m or N]."""
+        raise NotImplementedError
 
     def step(self, commands: Sequence[tuple[int, FloatArray]]) -> None:
-        """Advance all rigs: for some time steps by (n, m) commands each."""
-        ...
+        """Advance all rigs: for some time steps by (n, m) commands each.
+
+        Raises:
+            EngineError: if the plant is closed.
+        """
+        if self._closed:
+            raise EngineError("this environment is closed; make a new one")
+        self._advance(commands)
+
+    def _advance(self, commands: Sequence[tuple[int, FloatArray]]) -> None:
+        raise NotImplementedError
 
     def state(self, number: int) -> FloatArray:
         """State of one rig, for `put`."""
-        ...
+        raise NotImplementedError
 
     def time(self) -> FloatArray:
         """(n,) time of each rig [s]."""
-        ...
+        raise NotImplementedError
 
     def warnings(self) -> int:
         """Number of engine warnings since the rigs were last put."""
-        ...
+        return 0
 
     def close(self) -> None:
         """Refuse further steps."""
-        ...
+        self._closed = True
 
 
-class OneRig:
+class OneRig(Plant):
     """A single rig.
 
     Args:
@@ -119,35 +129,33 @@ class OneRig:
 
     Attributes:
         model: now.
-        data: of it.
+        data: of it, the same all the time.
     """
 
     def __init__(self, rig: Rig, model: mujoco.MjModel, state: FloatArray) -> None:
-        self._dofs = rig.velocity_addresses
-        self._closed = False
+        super().__init__(rig, model, 1)
+        self.data = data = mujoco.MjData(model)
+        # Views of the engine's arrays: fetching one costs as much as reading it.
+        self._ctrl, self._torque = data.ctrl, data.qfrc_applied
+        self.position, self.act = data.qpos[np.newaxis], data.act[np.newaxis]
         self.put({0: (model, state)})
 
     def put(self, states: dict[int, tuple[mujoco.MjModel, FloatArray]]) -> None:
         """See `Plant.put`."""
-        model, state = states[0]
-        check_steppable(model)
-        self.model, self.data = model, mujoco.MjData(model)
-        restore_state(model, self.data, state)
-        # Views of the engine's arrays: fetching one costs as much as reading it.
-        self._ctrl, self._torque = self.data.ctrl, self.data.qfrc_applied
-        self.position = self.data.qpos[np.newaxis]
-        self.act = self.data.act[np.newaxis]
-        own = fixed_tendons(model)
-        self._jacobian = None if own is None else own[np.newaxis]
+        self.model, state = states[0]
+        check_steppable(self.model)
+        # New data would cost as much as three steps.
+        mujoco.mj_resetData(self.model, self.data)
+        restore_state(self.model, self.data, state)
+        if self._jacobian is not None:
+            self._jacobian[0] = fixed_tendons(self.model)
         self._measure()
 
     def push(self, torque: FloatArray) -> None:
         """See `Plant.push`."""
         self._torque[self._dofs] = torque[0]
 
-    def step(self, commands: Sequence[tuple[int, FloatArray]]) -> None:
-        """See `Plant.step`."""
-        check_open(self._closed)
+    def _advance(self, commands: Sequence[tuple[int, FloatArray]]) -> None:
         for count, command in commands:
             self._ctrl[:] = command[0]
             mujoco.mj_step(self.model, self.data, count)
@@ -173,12 +181,8 @@ class OneRig:
         """See `Plant.warnings`."""
         return int(self.data.warning.number.sum())
 
-    def close(self) -> None:
-        """See `Plant.close`."""
-        self._closed = True
 
-
-class ManyRigs:
+class ManyRigs(Plant):
     """Rigs on the engine's thread pool; each is bit-identical to a `OneRig`.
 
     Args:
@@ -191,12 +195,9 @@ class ManyRigs:
     _alive: ClassVar[weakref.WeakSet[ManyRigs]] = weakref.WeakSet()
 
     def __init__(self, rig: Rig, model: mujoco.MjModel, count: int, threads: int) -> None:
+        super().__init__(rig, model, count)
         self._models, self._threads = [model] * count, threads
         self._scratch = mujoco.MjData(model)
-        self._dofs = rig.velocity_addresses
-        self._closed = False
-        own = fixed_tendons(model)
-        self._jacobian = None if own is None else np.tile(own, (count, 1, 1))
         self._open()
         self._alive.add(self)
 
@@ -219,8 +220,7 @@ class ManyRigs:
 
     def _start_again(self) -> None:
         """Go on in a forked process with threads of its own."""
-        numbers = range(len(self._models))
-        states = {number: (self._models[number], self.state(number)) for number in numbers}
+        states = {n: (model, self.state(n)) for n, model in enumerate(self._models)}
         self._open()
         self.put(states)
 
@@ -251,11 +251,9 @@ class ManyRigs:
             self._start_again()
         self._torque[:, self._dofs] = torque
 
-    def step(self, commands: Sequence[tuple[int, FloatArray]]) -> None:
-        """See `Plant.step`."""
+    def _advance(self, commands: Sequence[tuple[int, FloatArray]]) -> None:
         if self._forked:
             self._start_again()
-        check_open(self._closed)
         for number, (count, command) in enumerate(commands, start=1):
             self._ctrl[:] = command
             wanted = self._jacobian is None and number == len(commands)
@@ -281,10 +279,53 @@ class ManyRigs:
         """See `Plant.warnings`."""
         return int(self._batch.warning[:, :, 1].sum())
 
-    def close(self) -> None:
-        """See `Plant.close`."""
-        self._closed = True
-
 
 if hasattr(os, "register_at_fork"):
     os.register_at_fork(after_in_child=ManyRigs.after_fork)
+
+
+class WarpRigs(Plant):
+    """Rigs as `pamsim.gpu.worlds.Worlds`; the engine in Warp counts no warnings.
+
+    Args:
+        rig: whose joints are pushed.
+        model: of the first; the others differ from it as worlds may.
+        count: how many.
+        device: name of Warp's.
+        precision: of the muscles.
+    """
+
+    def __init__(
+        self, rig: Rig, model: mujoco.MjModel, count: int, device: str, precision: str
+    ) -> None:
+        from pamsim.gpu.worlds import Worlds  # with Warp, an extra
+
+        super().__init__(rig, model, count)
+        self._worlds = Worlds(rig, model, count, precision=precision, device=device)
+        self._read()
+
+    def _read(self) -> None:
+        self.position, self.act = self._worlds.position, self._worlds.act
+        self.length = self._worlds.length
+
+    def put(self, states: dict[int, tuple[mujoco.MjModel, FloatArray]]) -> None:
+        """See `Plant.put`."""
+        self._worlds.put(states)
+        self._read()
+
+    def push(self, torque: FloatArray) -> None:
+        """See `Plant.push`."""
+        self._worlds.push(torque, self._dofs)
+
+    def _advance(self, commands: Sequence[tuple[int, FloatArray]]) -> None:
+        for count, command in commands:
+            self._worlds.step(command, count)
+        self._read()
+
+    def state(self, number: int) -> FloatArray:
+        """See `Plant.state`."""
+        return self._worlds.state(number)
+
+    def time(self) -> FloatArray:
+        """See `Plant.time`."""
+        return self._worlds.time

@@ -9,13 +9,14 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
+from pamsim.core.errors import InputError
+from pamsim.engine.rig import load_rig
 from pamsim.envs.actions import as_array
-from pamsim.envs.picture import RigPicture, check_mode
 from pamsim.envs.plant import OneRig
-from pamsim.envs.reset_options import reset_options
 from pamsim.envs.rigs import Rigs
 from pamsim.envs.settings import env_settings
-from pamsim.scene.picture import has_screen
+from pamsim.scene.picture import has_screen, open_renderer, render_arm, show_whole
+from pamsim.scene.pose import muscle_lengths, pose
 
 FloatArray = NDArray[np.float64]
 
@@ -124,7 +125,8 @@ class RigEnv(gymnasium.Env[FloatArray, NDArray[Any]]):
         height: int = 400,
         **options: Any,
     ) -> None:
-        check_mode(render_mode)
+        if render_mode not in (None, "rgb_array", "human"):
+            raise InputError(f"no render mode {render_mode!r}; known: rgb_array, human")
         self._arguments = {
             "render_mode": render_mode,
             "width": width,
@@ -139,7 +141,7 @@ class RigEnv(gymnasium.Env[FloatArray, NDArray[Any]]):
             "render_fps": round(1.0 / self.rigs.period),
         }
         self.render_mode = render_mode
-        self._picture = RigPicture(self.rigs, render_mode, width, height)
+        self._picture = _RigPicture(self.rigs, render_mode, width, height)
 
     @property
     def dt(self) -> float:
@@ -179,8 +181,7 @@ class RigEnv(gymnasium.Env[FloatArray, NDArray[Any]]):
             ParameterError: for a number out of range.
         """
         super().reset(seed=seed)
-        asked = reset_options(options, self.rigs.rig, self.rigs.start_pressure)
-        self.rigs.reset({0: self.np_random}, asked)
+        self.rigs.reset({0: self.np_random}, self.rigs.options(options))
         if self.render_mode == "human":
             self.render()
         return self.rigs.observation[0], self._information()
@@ -237,3 +238,58 @@ class RigEnv(gymnasium.Env[FloatArray, NDArray[Any]]):
         self.spec = state["spec"]
         self._np_random, self._np_random_seed = state["random"]
         self.rigs.restore(state["rigs"])
+
+
+class _RigPicture:
+    """Draws the first of an environment's rigs, quickly: without shadows and fine parts.
+
+    OpenGL starts with the first picture.
+    """
+
+    def __init__(self, rigs: Rigs, mode: str | None, width: int, height: int) -> None:
+        self._rigs, self._mode, self._size = rigs, mode, (width, height)
+        self._model: mujoco.MjModel | None = None
+        self._shown: Any = None
+
+    def show(self) -> NDArray[np.uint8] | None:
+        if self._mode is None:
+            raise InputError(
+                "the environment was made without a render mode; make it with"
+                " render_mode='rgb_array' or 'human'"
+            )
+        if self._model is None:
+            self._model = load_rig(self._rigs.rig.file.folder, scene=True).model
+            self._data = mujoco.MjData(self._model)
+        model, data = self._model, self._data
+        seen, rig = self._rigs.information(), self._rigs.rig
+        pose(model, data, rig.position_addresses, seen["position"][0].tolist())
+        pressures, lengths = seen["pressure"][0].tolist(), muscle_lengths(model, data)
+        if self._shown is None:
+            self._shown = self._open()
+        if self._mode == "human":
+            self._shown.show(model, data, muscles=rig.muscles, pressures=pressures, lengths=lengths)
+            return None
+        return render_arm(
+            model,
+            data,
+            muscles=rig.muscles,
+            pressures=pressures,
+            lengths=lengths,
+            renderer=self._shown,
+            fine=False,
+        )
+
+    def close(self) -> None:
+        if self._shown is not None:
+            self._shown.close()
+            self._shown = None
+
+    def _open(self) -> Any:
+        assert self._model is not None
+        if self._mode == "human":
+            from pamsim.scene.viewer import ArmViewer
+
+            return ArmViewer(self._model)
+        width, height = self._size
+        show_whole(self._model, width=width, height=height)
+        return open_renderer(self._model, width=width, height=height, quick=True)

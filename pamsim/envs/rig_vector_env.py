@@ -11,10 +11,9 @@ from gymnasium.vector.utils import batch_space
 from numpy.typing import NDArray
 
 from pamsim.core.errors import InputError
-from pamsim.envs.registration import EPISODE
-from pamsim.envs.reset_options import ResetOptions, reset_options
+from pamsim.envs import EPISODE
 from pamsim.envs.rigs import Rigs
-from pamsim.envs.settings import env_settings
+from pamsim.envs.settings import ResetOptions, env_settings
 
 FloatArray = NDArray[np.float64]
 
@@ -26,8 +25,8 @@ class RigVectorEnv(VectorEnv[FloatArray, NDArray[Any], NDArray[Any]]):
     seeded as ``SyncVectorEnv`` seeds its i-th environment. After an episode's end the next step
     begins a new one and ignores the action. A copy or pickle continues the same episodes.
 
-    With ``device`` the rigs are worlds of `pamsim.gpu.worlds.Worlds`, which agree with single
-    environments to the rounding of single precision; resets stay on the CPU.
+    With ``device`` the rigs are stepped by Warp, see `pamsim.gpu.worlds.Worlds`, and agree with
+    single environments to the rounding of single precision; resets stay on the CPU.
 
     Args:
         num_envs: how many rigs.
@@ -81,7 +80,6 @@ class RigVectorEnv(VectorEnv[FloatArray, NDArray[Any], NDArray[Any]]):
             seeding.np_random()[0] for _ in range(num_envs)
         ]
         self._over = np.zeros(num_envs, dtype=np.bool_)
-        self._usual = reset_options(None, self.rigs.rig, self.rigs.start_pressure)
 
     @property
     def dt(self) -> float:
@@ -113,7 +111,7 @@ class RigVectorEnv(VectorEnv[FloatArray, NDArray[Any], NDArray[Any]]):
         for name, each in (("seeds", seeds), ("reset_mask", mask)):
             if each is not None and len(each) != self.num_envs:
                 raise InputError(f"{len(each)} {name} for {self.num_envs} rigs; give one each")
-        fixed = reset_options(asked, self.rigs.rig, self.rigs.start_pressure)
+        fixed = self.rigs.options(asked)
         for number, own in enumerate(seeds or []):
             if own is not None and mask[number]:
                 self._generators[number], _ = seeding.np_random(own)
@@ -134,7 +132,7 @@ class RigVectorEnv(VectorEnv[FloatArray, NDArray[Any], NDArray[Any]]):
         ended = self.rigs.sample >= self._steps
         if over.any():
             reward[over], broken[over], ended[over] = 0.0, False, False
-            self._begin(over, self._usual)
+            self._begin(over, self.rigs.usual)
         self._over = broken | ended
         return (
             self.rigs.observation,

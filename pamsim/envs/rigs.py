@@ -18,17 +18,20 @@ from pamsim.engine import checks
 from pamsim.engine.equilibrium import rest_positions
 from pamsim.engine.gauges import Gauges
 from pamsim.engine.moment_arms import moment_arms
+from pamsim.envs import EPISODE
 from pamsim.envs.actions import KINDS
 from pamsim.envs.episode import STIFFNESS, TORQUE, Episode, Episodes
-from pamsim.envs.instruments import instruments, set_errors
-from pamsim.envs.observation_and_reward import ERROR_SHARE, Rules, first_sample, next_sample
-from pamsim.envs.observed_signals import LIMIT, observed_signals
-from pamsim.envs.plant import ManyRigs, OneRig, Plant
-from pamsim.envs.reach import JointStiffness, reaches_of
-from pamsim.envs.registration import EPISODE
-from pamsim.envs.reset import RestStates
-from pamsim.envs.reset_options import ResetOptions, start_pressures
-from pamsim.envs.settings import EnvSettings
+from pamsim.envs.plant import ManyRigs, OneRig, Plant, WarpRigs
+from pamsim.envs.sample import (
+    ERROR_SHARE,
+    Rules,
+    first_sample,
+    instruments,
+    next_sample,
+    set_errors,
+)
+from pamsim.envs.scales import LIMIT, JointStiffness, observed_signals, reaches_of
+from pamsim.envs.settings import EnvSettings, ResetOptions, reset_options
 
 FloatArray = NDArray[np.float64]
 
@@ -44,12 +47,12 @@ class Rigs:
         count: how many rigs.
         threads: to step them on, 0 for one per processor; None for a single rig without a pool.
         rows: of an episode that are made at first; more when it goes on.
-        device: on which they are worlds in Warp, in place of threads; None for MuJoCo itself.
+        device: of Warp, which steps them in place of threads; None for MuJoCo itself.
         precision: of the muscles there.
 
     Attributes:
         rig: as loaded.
-        start_pressure: of muscles for which `reset` is given none [Pa].
+        usual: options of a `reset` that is given none.
         top_pressure: set point of an action of 1; scales measured pressures too [Pa].
         period: between samples [s].
         reaches: of each joint: what tasks and observations are scaled by.
@@ -84,8 +87,8 @@ class Rigs:
                 f" {rig.supply_pressure / 1e3:g} kPa"
             )
         given = settings.start_pressure
-        self.start_pressure = 0.5 * self.top_pressure if given is None else given
-        start = tuple(start_pressures(self.start_pressure, rig, 0.0))
+        self._start_pressure = 0.5 * self.top_pressure if given is None else given
+        self.usual = self.options(None)
         timestep = float(rig.model.opt.timestep)
         self.period = settings.frame_skip * timestep
         muscles = len(rig.muscles)
@@ -101,14 +104,19 @@ class Rigs:
         )
         self.action_space = self.kind.space(muscles)
         self._episodes = Episodes(settings, rig, self.reaches, self.period)
-        self._rest = RestStates(rig, self.kind, self.period)
         self._gauge = instruments(settings, rig, count)
-        _, model, state = self._rest.at({}, settings.load_range[0], start)
+        first = Episode(
+            values={},
+            load=settings.load_range[0],
+            start_pressure=self.usual.start_pressure,
+            target={},
+            seeds=(),
+        )
+        resting, state = self._episodes.rest(first)
+        model = resting.model
         self.plant: Plant
         if device is not None:
-            from pamsim.envs.worlds_plant import ManyWorlds  # with Warp, an extra
-
-            self.plant = ManyWorlds(rig, model, count, device, precision)
+            self.plant = WarpRigs(rig, model, count, device, precision)
         elif threads is None:
             self.plant = OneRig(rig, model, state)
         else:
@@ -141,40 +149,32 @@ class Rigs:
         self.true = np.zeros((count, self._joints + muscles))
         self.observation = np.zeros((count, len(self.signals.names)))
 
+    def options(self, given: Mapping[str, Any] | None) -> ResetOptions:
+        """Options of `reset`, checked, see `reset_options`."""
+        return reset_options(given, self.rig, self._start_pressure)
+
     def reset(self, generators: Mapping[int, np.random.Generator], asked: ResetOptions) -> None:
         """Begin new episodes in some rigs, each drawn from its own generator."""
         drawn = {at: self._episodes.draw(rng, asked) for at, rng in generators.items()}
         self._put(drawn, {})
-        numbers = list(drawn)
-        self._sample[numbers] = 0
+        new = np.zeros(len(self._all), dtype=np.bool_)
+        new[list(drawn)] = True
+        self._sample[new] = 0
         for at, episode in drawn.items():
             self._history[at] = self._command[at] = self.kind.rest(np.array(episode.start_pressure))
-        new = np.isin(self._all, numbers)
         # New arrays: the caller may still hold those of the last step.
         self.true, self.observation = self.true.copy(), self.observation.copy()
         self.true[new] = self._read()[new]
-        first_sample(
-            new,
-            self.true,
-            self._gauge,
-            self._measured,
-            self._table,
-            self._rules,
-            self.observation,
-        )
+        seen = self._gauge, self._measured, self._table, self._rules, self.observation
+        first_sample(new, self.true, *seen)
 
     def _put(self, drawn: Mapping[int, Episode], states: Mapping[int, FloatArray]) -> None:
         """Give some rigs an episode, from rest or in a state."""
-        rests = {
-            at: self._rest.at(episode.values, episode.load, episode.start_pressure)
-            for at, episode in drawn.items()
-        }
-        self.plant.put(
-            {at: (model, states.get(at, rest)) for at, (_, model, rest) in rests.items()}
-        )
+        rests = {at: self._episodes.rest(episode) for at, episode in drawn.items()}
+        self.plant.put({at: (rig.model, states.get(at, rest)) for at, (rig, rest) in rests.items()})
         self._drawn.update(drawn)
-        for at, (rig, model, _) in rests.items():
-            self._chambers.set_parameters(at, model)
+        for at, (rig, _) in rests.items():
+            self._chambers.set_parameters(at, rig.model)
             self._table[at] = self._episodes.table(drawn[at], self._table.shape[1])
             set_errors(self._gauge, at, rig, self.period)
 
@@ -203,8 +203,7 @@ class Rigs:
         if self._most >= self._table.shape[1]:
             self._make_room()
         if self._pushed:
-            block = slice(TORQUE * self._joints, (TORQUE + 1) * self._joints)
-            self.plant.push(self._table[self._all, self._sample, block])
+            self.plant.push(self._table[self._all, self._sample, self._block(TORQUE)])
         self._advance(command)
         self.true = self._read()
         # New arrays: the caller may still hold those of the last step.
@@ -224,11 +223,13 @@ class Rigs:
             broken,
         )
         if self._stiff:
-            block = slice(STIFFNESS * self._joints, (STIFFNESS + 1) * self._joints)
-            wanted = self._table[self._all, self._sample - 1, block]
+            wanted = self._table[self._all, self._sample - 1, self._block(STIFFNESS)]
             missed = np.abs(self.stiffness() / wanted - 1.0).mean(axis=1)
             reward -= np.where(broken, 0.0, missed)
         return reward, broken
+
+    def _block(self, number: int) -> slice:
+        return slice(number * self._joints, (number + 1) * self._joints)
 
     def _advance(self, command: FloatArray) -> None:
         """Let the plant make the time steps of a period."""
@@ -268,15 +269,8 @@ class Rigs:
 
     def stiffness(self) -> FloatArray:
         """(n, j) present stiffness of the joints with shut valves [N m/rad or N/m]."""
-        length = self.plant.length.tolist()
-        pressure = self.true[:, self._joints :].tolist()
-        rows = self.rows.tolist()
-        return np.array(
-            [
-                self._stiffness(row, at, held)
-                for row, at, held in zip(rows, length, pressure, strict=True)
-            ]
-        )
+        each = self.rows, self.plant.length, self.true[:, self._joints :]
+        return np.array(list(map(self._stiffness, *(values.tolist() for values in each))))
 
     def information(self) -> dict[str, FloatArray]:
         """(n, j) true ``position`` [rad or m] and (n, m) ``pressure`` [Pa], gauge."""

@@ -1,34 +1,36 @@
-"""Options of the environments, checked."""
+"""Options of the environments, and those of `reset` for one episode, checked."""
 
 from __future__ import annotations
 
 import os
-from dataclasses import dataclass
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, field
 from typing import Any
 
 from pamsim.core.errors import InputError, nearest
 from pamsim.core.parameters import FieldSpec, check_value
 from pamsim.engine.rig import Rig, load_rig
 from pamsim.envs.actions import KINDS
-from pamsim.envs.reset_options import LOAD, PRESSURE
 from pamsim.envs.tasks import TASKS
 
+
+def _range(
+    unit: str, high: float, doc: str, low: float = 0.0, *, low_open: bool = False
+) -> FieldSpec:
+    return FieldSpec(unit=unit, low=low, high=high, low_open=low_open, doc=doc)
+
+
 _RANGES: dict[str, FieldSpec] = {
-    "frame_skip": FieldSpec(
-        unit="1", low=1.0, high=1e4, low_open=False, doc="time steps per action"
-    ),
-    "load": LOAD,
-    "top_pressure": FieldSpec(unit="Pa", low=0.0, high=2e6, low_open=True, doc="set point"),
-    "start_pressure": PRESSURE,
-    "angle_noise": FieldSpec(
-        unit="rad or m", low=0.0, high=1.0, low_open=False, doc="standard deviation"
-    ),
-    "pressure_noise": FieldSpec(
-        unit="Pa", low=0.0, high=1e6, low_open=False, doc="standard deviation"
-    ),
-    "delay": FieldSpec(unit="s", low=0.0, high=1.0, low_open=False, doc="of commands"),
-    "effort": FieldSpec(unit="1", low=0.0, high=1e3, low_open=False, doc="weight in the reward"),
+    "frame_skip": _range("1", 1e4, "time steps per action", low=1.0),
+    "load": _range("kg", 1e3, "on the rig"),
+    "top_pressure": _range("Pa", 2e6, "set point", low_open=True),
+    "start_pressure": _range("Pa", 2e6, "gauge, at the start"),
+    "angle_noise": _range("rad or m", 1.0, "standard deviation"),
+    "pressure_noise": _range("Pa", 1e6, "standard deviation"),
+    "delay": _range("s", 1.0, "of commands"),
+    "effort": _range("1", 1e3, "weight in the reward"),
 }
+_POSITION = _range("rad or m", 1e3, "of a joint", low=-1e3)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -79,23 +81,31 @@ class EnvSettings:
         for what, name, known in (("action", self.action, KINDS), ("task", self.task, TASKS)):
             if name not in known:
                 raise InputError(f"no {what} {name!r}; {nearest(str(name), known)}")
-        check_value("frame_skip", self.frame_skip, _RANGES["frame_skip"])
-        if int(self.frame_skip) != self.frame_skip:
-            raise InputError(f"frame_skip {self.frame_skip:g} is not a whole number of time steps")
         low, high = self.load_range
-        if low > high:
-            raise InputError(f"load ({low:g}, {high:g}) kg is no range: give the lower end first")
         for name, allowed in _RANGES.items():
-            for value in self.load_range if name == "load" else (getattr(self, name),):
+            for value in (low, high) if name == "load" else (getattr(self, name),):
                 if value is not None:
                     check_value(name, value, allowed)
+        if int(self.frame_skip) != self.frame_skip:
+            raise InputError(f"frame_skip {self.frame_skip:g} is not a whole number of time steps")
+        if low > high:
+            raise InputError(f"load ({low:g}, {high:g}) kg is no range: give the lower end first")
 
     @property
     def load_range(self) -> tuple[float, float]:
-        """Smallest and largest load [kg]."""
+        """Smallest and largest load [kg].
+
+        Raises:
+            InputError: if the load is neither a number nor two.
+        """
         if isinstance(self.load, int | float):
             return float(self.load), float(self.load)
-        return _pair(self.load)
+        given: Any = self.load
+        try:
+            low, high = given
+            return float(low), float(high)
+        except (TypeError, ValueError):
+            raise InputError(f"load {given!r}: give a mass in kg, or the ends of a range") from None
 
     def loaded_rig(self) -> Rig:
         """The rig.
@@ -106,23 +116,75 @@ class EnvSettings:
         return self.rig if isinstance(self.rig, Rig) else load_rig(self.rig)
 
 
-def env_settings(options: dict[str, Any]) -> EnvSettings:
+def env_settings(options: Mapping[str, Any]) -> EnvSettings:
     """Options of an environment, checked.
 
     Raises:
         InputError: for an unknown one, with the nearest name.
         ParameterError: for a number out of range.
     """
-    known = EnvSettings.__dataclass_fields__
-    for name in options:
-        if name not in known:
-            raise InputError(f"no option {name!r} of the environment; {nearest(name, known)}")
+    _check_names("of the environment", options, EnvSettings.__dataclass_fields__)
     return EnvSettings(**options)
 
 
-def _pair(load: Any) -> tuple[float, float]:
-    try:
-        low, high = load
-        return float(low), float(high)
-    except (TypeError, ValueError):
-        raise InputError(f"load {load!r}: give a mass in kg, or the ends of a range") from None
+@dataclass(frozen=True, kw_only=True)
+class ResetOptions:
+    """What ``options`` of `reset` fix of an episode, in place of what is drawn.
+
+    Attributes:
+        start_pressure: (m,) of the muscles, at rest [Pa].
+        load: [kg]; None to draw it.
+        target: joint -> position asked for all the time [rad or m]; other joints have the task's.
+        parameters: of the rig, as `Rig.with_parameters` takes them [SI].
+    """
+
+    start_pressure: tuple[float, ...]
+    load: float | None = None
+    target: dict[str, float] = field(default_factory=dict)
+    parameters: dict[str, float] = field(default_factory=dict)
+
+
+def reset_options(given: Mapping[str, Any] | None, rig: Rig, usual: float) -> ResetOptions:
+    """Options of `reset`, checked.
+
+    Args:
+        given: by the caller; None for none.
+        rig: of the environment.
+        usual: start pressure of muscles for which none is given [Pa].
+
+    Raises:
+        InputError: for an unknown option, muscle or joint; for a pressure above the supply's.
+        ParameterError: for a number out of range.
+    """
+    asked = dict(given or {})
+    _check_names("of reset", asked, ResetOptions.__dataclass_fields__)
+    load = asked.get("load")
+    target = dict(asked.get("target") or {})
+    for joint, value in target.items():
+        if joint not in rig.joints:
+            raise InputError(f"target: no joint {joint!r}; {nearest(joint, rig.joints)}")
+        check_value(f"target {joint}", value, _POSITION)
+    pressure = asked.get("start_pressure", usual)
+    each = pressure if isinstance(pressure, Mapping) else dict.fromkeys(rig.muscles, pressure)
+    own: dict[str, Any] = dict(each)
+    for name, value in own.items():
+        if name not in rig.muscles:
+            raise InputError(f"start_pressure: no muscle {name!r}; {nearest(name, rig.muscles)}")
+        check_value("start_pressure", value, _RANGES["start_pressure"])
+        if value > rig.supply_pressure:
+            raise InputError(
+                f"start_pressure {value / 1e3:g} kPa is above the supply's"
+                f" {rig.supply_pressure / 1e3:g} kPa"
+            )
+    return ResetOptions(
+        start_pressure=tuple(float(own.get(name, usual)) for name in rig.muscles),
+        load=None if load is None else check_value("load", load, _RANGES["load"]),
+        target=target,
+        parameters=dict(asked.get("parameters") or {}),
+    )
+
+
+def _check_names(where: str, given: Iterable[str], known: Iterable[str]) -> None:
+    for name in given:
+        if name not in known:
+            raise InputError(f"no option {name!r} {where}; {nearest(name, known)}")

@@ -15,7 +15,7 @@ from typing import TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from pamsim.envs.reach import Reach
+from pamsim.envs.scales import Reach
 
 FloatArray = NDArray[np.float64]
 

@@ -15,7 +15,7 @@ from pamsim.core.computation import Progress, versions
 from pamsim.core.encoding import write_json
 from pamsim.core.errors import EngineError, InputError
 from pamsim.core.files import complete_file, refuse_existing
-from pamsim.envs.registration import ENVIRONMENT, register
+from pamsim.envs import ENVIRONMENT
 from pamsim.envs.settings import EnvSettings
 from pamsim.recordings.policy_file import PolicyFile, write_policy
 
@@ -134,7 +134,6 @@ def train(
             f'training needs stable-baselines3: pip install "pamsim[rl]" ({error})'
         ) from None
     torch.set_num_threads(1)
-    register()
     began = time.perf_counter()
     env = gymnasium.make_vec(
         ENVIRONMENT, num_envs=RIGS, vectorization_mode="vector_entry_point", **settings

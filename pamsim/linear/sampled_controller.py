@@ -1,6 +1,7 @@
 """A python-control controller as plain numbers, sampled: ``x+ = A x + B e``, ``u = C x + D e``.
 
-Controllers themselves know nothing of python-control: `pamsim.controllers.lti` runs these numbers.
+Controllers themselves know nothing of python-control: `pamsim.controllers.model_based.Lti` runs
+these numbers.
 """
 
 # python-control carries no types: its objects are Any at this file's boundary.

@@ -13,8 +13,7 @@ from pamsim.core.computation import Progress
 from pamsim.core.errors import InputError
 from pamsim.recordings.pictures import check_film, write_film, write_picture
 from pamsim.report.film_sheet import arm_size, film_sheet
-from pamsim.scene.arm_camera import arm_camera
-from pamsim.scene.replay import Replay, frame_times
+from pamsim.scene.replay import Replay, arm_camera, frame_times
 
 Picture = NDArray[np.uint8]
 

@@ -20,8 +20,7 @@ from pamsim.recordings.pictures import write_film
 from pamsim.recordings.trial import Trial
 from pamsim.report.numbers import fixed, words
 from pamsim.report.style import BLUE, INK, VERMILION, finish_axes, styled
-from pamsim.scene.arm_camera import ArmCamera, arm_camera
-from pamsim.scene.replay import Replay, frame_times
+from pamsim.scene.replay import ArmCamera, Replay, arm_camera, frame_times
 
 Picture = NDArray[np.uint8]
 

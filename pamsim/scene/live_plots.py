@@ -6,12 +6,18 @@ from collections import deque
 from collections.abc import Sequence
 from dataclasses import dataclass
 
+import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
 from pamsim.recordings.signals import KINDS, SignalNames
 from pamsim.scene.series_colours import INK, Rgb, rgb, series_rgb
 
+COLUMN = 0.3
+"""Share of the window's width that the plots take."""
+_WHITE, _INK, _GRID = (1.0, 1.0, 1.0, 0.92), (0.12, 0.14, 0.17), (0.84, 0.86, 0.88)
+_DARK = (0.1, 0.11, 0.13, 0.8)  # the engine gives the legend's letters a dark rim
+_LINE = 0.15  # of the legend, as a share of the curves' height
 SPAN = 10.0
 """Length of the curves over time [s]."""
 _KEPT = 1000
@@ -137,3 +143,45 @@ class LivePlots:
 
 def _words(name: str) -> str:
     return name.replace("_", " ")
+
+
+def figures(
+    plots: Sequence[Plot], viewport: mujoco.MjrRect
+) -> list[tuple[mujoco.MjrRect, mujoco.MjvFigure]]:
+    """The plots one below the other at the left edge of a window, as MuJoCo draws them."""
+    width, height = int(COLUMN * viewport.width), viewport.height // max(len(plots), 1)
+    return [
+        (
+            mujoco.MjrRect(
+                viewport.left, viewport.bottom + (len(plots) - 1 - row) * height, width, height
+            ),
+            _figure(plot),
+        )
+        for row, plot in enumerate(plots)
+    ]
+
+
+def _figure(plot: Plot) -> mujoco.MjvFigure:
+    figure = mujoco.MjvFigure()
+    mujoco.mjv_defaultFigure(figure)
+    figure.title, figure.xlabel = plot.title, plot.across
+    figure.figurergba, figure.panergba, figure.legendrgba = _WHITE, _WHITE, _DARK
+    figure.textrgb, figure.gridrgb = _INK, _GRID
+    figure.gridsize, figure.linewidth = (6 if plot.across_range else 4, 5), 2.0
+    named = sum(bool(curve.name) for curve in plot.curves)
+    figure.flg_legend = int(named > 0)
+    figure.xformat, figure.yformat = "%.0f", "%.0f"
+    if plot.across_range is not None:
+        figure.range[0] = plot.across_range
+    figure.range[1] = 1.0, 0.0  # from the curves
+    if named:  # with room for the legend above them
+        values = np.concatenate([curve.points[:, 1] for curve in plot.curves])
+        low, high = min(values.min(), 0.0), max(values.max(), 1.0)
+        figure.range[1] = low, high + (0.1 + _LINE * named) * (high - low)
+    for index, curve in enumerate(plot.curves):
+        count = len(curve.points)
+        figure.linepnt[index] = count
+        figure.linergb[index] = curve.colour
+        figure.linename[index] = curve.name
+        figure.linedata[index, : 2 * count] = curve.points.ravel()
+    return figure

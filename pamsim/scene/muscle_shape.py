@@ -13,17 +13,14 @@ import numpy as np
 import numpy.typing as npt
 
 from pamsim.core.errors import InputError
+from pamsim.physics.braid import Braid
 from pamsim.scene.series_colours import Rgb
 
 Vector = npt.NDArray[np.float64]
 Rgba = tuple[float, float, float, float]
 
-NOMINAL_LENGTH = 0.250
-"""Active length of a MAS-20-250 without pressure or load [m]."""
-NOMINAL_DIAMETER = 0.020
-"""Inner diameter at nominal length [m]."""
-BRAID_ANGLE = math.radians(28.6)
-"""Angle between fibre and muscle axis at nominal length [rad] (Actuators 2024, 13, 355)."""
+DRAWN_FOR = 0.020
+"""Inner diameter that the radii below are of, a MAS-20's [m]; others are drawn in proportion."""
 WALL = 0.002
 """Wall thickness [m], taken as constant: a change of some 0.3 mm would not be seen."""
 MOVING_REACH = 0.050
@@ -39,8 +36,8 @@ _UNKNOWN_FIBRE: Rgba = (0.66, 0.66, 0.67, 1.0)
 _ALUMINIUM: Rgba = (0.74, 0.76, 0.78, 1.0)
 _STEEL: Rgba = (0.58, 0.59, 0.60, 1.0)
 
-_NECK = NOMINAL_DIAMETER / 2 + WALL - 0.0005
-_FIBRES = 8
+_NECK = DRAWN_FOR / 2 + WALL - 0.0005
+_COUNT = 8
 _SEGMENTS = 36
 _THREAD = 0.00045
 """Half the width of a fibre [m]."""
@@ -76,23 +73,29 @@ class Solid:
     """Whether it casts one."""
 
 
-def outer_radius(length: float) -> float:
+def outer_radius(length: float, braid: Braid) -> float:
     """Return the outer radius of the cylindrical part from a constant fibre length.
 
     Args:
         length: active length [m], between 0 and the length at which the fibres lie straight.
+        braid: size and fibre angle of the muscle.
 
     Returns:
-        Outer radius [m]; 12 mm at the nominal length.
+        Outer radius [m]; 12 mm at the nominal length of a MAS-20.
 
     Raises:
         InputError: no braid of this fibre can have that length.
     """
-    straight = NOMINAL_LENGTH / math.cos(BRAID_ANGLE)
+    straight = braid.nominal_length / math.cos(braid.fibre_angle)
     if not 0.0 < length < straight:
         raise InputError(f"muscle length {length} m cannot be drawn: allowed (0, {straight:.4f}) m")
     sine = math.sqrt(1.0 - (length / straight) ** 2)
-    return NOMINAL_DIAMETER / 2 * sine / math.sin(BRAID_ANGLE) + WALL
+    inner = braid.diameter / 2 * sine / math.sin(braid.fibre_angle)
+    return inner + _scale(braid) * WALL
+
+
+def _scale(braid: Braid) -> float:
+    return braid.diameter / DRAWN_FOR
 
 
 def muscle_solids(
@@ -101,8 +104,9 @@ def muscle_solids(
     length: float,
     pressure: float,
     colour: Rgb,
+    braid: Braid,
     *,
-    braid: bool = True,
+    fibres: bool = True,
 ) -> list[Solid]:
     """Build one muscle with its two end fittings.
 
@@ -113,7 +117,8 @@ def muscle_solids(
         pressure: gauge pressure, which sets how much of its colour the tube has [Pa]; grey if NaN,
             not known.
         colour: of the muscle, as of its curves, 0 to 1 each.
-        braid: whether to draw its fibres.
+        braid: size and fibre angle of the muscle.
+        fibres: whether to draw them.
 
     Returns:
         Solids in world coordinates; the chain begins at anchor + (length + MOVING_REACH) * axis.
@@ -122,13 +127,13 @@ def muscle_solids(
         InputError: the length cannot be drawn.
     """
     frame = frame_along(axis)
-    radius = outer_radius(length)
+    radius, scale = outer_radius(length, braid), _scale(braid)
     rubber, fibre = _UNKNOWN_RUBBER, _UNKNOWN_FIBRE
     if not math.isnan(pressure):
         share = float(np.clip(pressure / FULL_PRESSURE, 0.0, 1.0))
         rubber = _mixed(_VENTED, colour, share)
         fibre = _mixed(rubber[:3], (1.0, 1.0, 1.0), _FIBRE_LIGHT)
-    shoulder, semi_axis = _shoulder(radius)
+    shoulder, semi_axis = _shoulder(radius, scale * _NECK)
 
     solids = [rod(anchor + shoulder * axis, anchor + (length - shoulder) * axis, radius, rubber)]
     if shoulder > 0.0:
@@ -142,13 +147,13 @@ def muscle_solids(
             )
             for at in (shoulder, length - shoulder)
         ]
-    if braid:
-        solids += _braid(anchor, frame, length, radius, fibre)
+    if fibres:
+        solids += _fibres(anchor, frame, length, braid, fibre)
     tip = anchor + length * axis
     for start, end, size, metal in _FITTING:
         for foot, outward in ((anchor, -axis), (tip, axis)):
             ends = foot + start * outward, foot + end * outward
-            solids.append(rod(*ends, size, metal or (*colour, 1.0), gloss=0.7))
+            solids.append(rod(*ends, scale * size, metal or (*colour, 1.0), gloss=0.7))
     return solids
 
 
@@ -211,24 +216,25 @@ def _mixed(one: Rgb, other: Rgb, share: float) -> Rgba:
     return red, green, blue, 1.0
 
 
-def _shoulder(radius: float) -> tuple[float, float]:
+def _shoulder(radius: float, neck: float) -> tuple[float, float]:
     """Return length of the shoulder and axial semi-axis of the ellipsoid that rounds it [m].
 
     The ellipsoid joins the cylinder without a kink and has the neck's radius at the fitting.
     """
-    if radius <= _NECK:
+    if radius <= neck:
         return 0.0, 0.0
-    slope = math.sqrt(1.0 - (_NECK / radius) ** 2)
-    length = 0.010 + 1.4 * (radius - _NECK)
+    slope = math.sqrt(1.0 - (neck / radius) ** 2)
+    length = 0.010 + 1.4 * (radius - neck)
     # Close to the nominal length the ellipsoid is slender: its tip must end inside the fitting.
     length = min(length, 0.020 * slope / (1.0 - slope))
     return length, length / slope
 
 
-def _braid(anchor: Vector, frame: Vector, length: float, radius: float, rgba: Rgba) -> list[Solid]:
+def _fibres(anchor: Vector, frame: Vector, length: float, braid: Braid, rgba: Rgba) -> list[Solid]:
     """Wind two families of fibres with a fixed number of turns over the muscle's skin."""
-    turns = NOMINAL_LENGTH * math.tan(BRAID_ANGLE) / (math.pi * NOMINAL_DIAMETER)
-    shoulder, semi_axis = _shoulder(radius)
+    turns = braid.nominal_length * math.tan(braid.fibre_angle) / (math.pi * braid.diameter)
+    radius, scale = outer_radius(length, braid), _scale(braid)
+    shoulder, semi_axis = _shoulder(radius, scale * _NECK)
     along = np.linspace(0.0, length, _SEGMENTS + 1)
     inward = np.clip(shoulder - np.minimum(along, length - along), 0.0, None)
     skin = (
@@ -236,15 +242,17 @@ def _braid(anchor: Vector, frame: Vector, length: float, radius: float, rgba: Rg
         if shoulder
         else np.full_like(along, radius)
     )
-    starts = np.arange(_FIBRES) * (2.0 * math.pi / _FIBRES)
+    starts = np.arange(_COUNT) * (2.0 * math.pi / _COUNT)
     twist = 2.0 * math.pi * turns * along / length
     angle = np.concatenate([starts[:, None] + sense * twist for sense in (1.0, -1.0)])
     local = np.stack([skin * np.cos(angle), skin * np.sin(angle), 0.0 * angle + along], axis=-1)
     points = anchor + local @ frame.T
-    return _threads(points[:, :-1].reshape(-1, 3), points[:, 1:].reshape(-1, 3), rgba)
+    return _threads(
+        points[:, :-1].reshape(-1, 3), points[:, 1:].reshape(-1, 3), scale * _THREAD, rgba
+    )
 
 
-def _threads(starts: Vector, ends: Vector, rgba: Rgba) -> list[Solid]:
+def _threads(starts: Vector, ends: Vector, size: float, rgba: Rgba) -> list[Solid]:
     """Join (k, 3) pairs of points by threads.
 
     They are square: at this thickness nobody sees it, and a box is drawn many times faster than a
@@ -260,7 +268,7 @@ def _threads(starts: Vector, ends: Vector, rgba: Rgba) -> list[Solid]:
     return [
         Solid(
             kind="box",
-            size=(_THREAD, _THREAD, reach),
+            size=(size, size, reach),
             position=middle,
             rotation=turned,
             rgba=rgba,

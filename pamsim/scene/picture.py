@@ -4,7 +4,7 @@ Muscles, chain, gear teeth and load discs are not part of the model. They are ad
 scene at the given lengths and pressures and do not change the dynamics. Their places are read from
 named sites: ``muscle_1_anchor`` ... for the muscles in actuator order, ``sprocket`` with
 ``muscle_1_guide`` and ``muscle_2_guide`` for a chain, ``load_seat`` for the discs (the MJCF of
-``mas20_arm`` says what each means). What has no site is not drawn.
+``mas20_arm`` says what each means). Parts without a site are not drawn.
 """
 
 from __future__ import annotations
@@ -12,7 +12,7 @@ from __future__ import annotations
 import math
 import os
 import sys
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 import mujoco
@@ -22,6 +22,7 @@ import numpy.typing as npt
 from pamsim.core.errors import EngineError, InputError, nearest
 from pamsim.engine.rig import load_rig
 from pamsim.engine.simulate import simulate
+from pamsim.physics.muscle import Muscle
 from pamsim.recordings.experiment import pressure_step
 from pamsim.recordings.pictures import write_picture
 from pamsim.scene.chain_shape import STEEL, chain_solids
@@ -85,6 +86,7 @@ def picture_rest(
     image = render_arm(
         model,
         data,
+        muscles=loaded.muscles,
         pressures=rest.pressure[-1].tolist(),
         lengths=muscle_lengths(model, data),
         width=size[0],
@@ -109,6 +111,7 @@ def render_arm(
     model: mujoco.MjModel,
     data: mujoco.MjData,
     *,
+    muscles: Mapping[str, Muscle],
     pressures: Sequence[float],
     lengths: Sequence[float],
     width: int = 1600,
@@ -122,6 +125,7 @@ def render_arm(
     Args:
         model: a compiled rig with the sites named above, best through its ``scene.xml``.
         data: state after ``mj_forward``.
+        muscles: of the rig, in actuator order.
         pressures: (m,) gauge pressures of the muscles [Pa]; each tube has more of its
             muscle's colour the higher it is; NaN where not known: grey.
         lengths: (m,) their active lengths [m].
@@ -137,7 +141,7 @@ def render_arm(
     Raises:
         EngineError: OpenGL cannot start, or the model has no such camera, or a chain's parts only
             in part.
-        InputError: a length cannot be drawn, or pressures and lengths differ in number.
+        InputError: a length cannot be drawn, or pressures or lengths are not one per muscle.
     """
     if renderer is None:
         renderer = open_renderer(model, width=width, height=height)
@@ -145,6 +149,7 @@ def render_arm(
             return render_arm(
                 model,
                 data,
+                muscles=muscles,
                 pressures=pressures,
                 lengths=lengths,
                 camera=camera,
@@ -155,7 +160,15 @@ def render_arm(
             renderer.close()
     object_id(model, mujoco.mjtObj.mjOBJ_CAMERA, camera)
     renderer.update_scene(data, camera=camera)
-    decorate(renderer.scene, model, data, pressures=pressures, lengths=lengths, fine=fine)
+    decorate(
+        renderer.scene,
+        model,
+        data,
+        muscles=muscles,
+        pressures=pressures,
+        lengths=lengths,
+        fine=fine,
+    )
     return renderer.render()
 
 
@@ -241,6 +254,7 @@ def decorate(
     model: mujoco.MjModel,
     data: mujoco.MjData,
     *,
+    muscles: Mapping[str, Muscle],
     pressures: Sequence[float],
     lengths: Sequence[float],
     fine: bool = True,
@@ -251,24 +265,28 @@ def decorate(
         scene: the scene to add to, already updated from ``data``, or a viewer's ``user_scn``.
         model: a compiled rig with the named sites.
         data: state after ``mj_forward``.
+        muscles: of the rig, in actuator order; those that push are not drawn.
         pressures: (m,) gauge pressures [Pa].
         lengths: (m,) active lengths [m].
         fine: whether to draw the fibres of the muscles, and rollers and round plates of a chain.
 
     Raises:
         EngineError: the model has a chain's parts only in part, or the scene is full.
-        InputError: a length cannot be drawn, or pressures and lengths differ in number.
+        InputError: a length cannot be drawn, or pressures or lengths are not one per muscle.
     """
-    if len(pressures) != len(lengths):
+    if not len(muscles) == len(pressures) == len(lengths):
         raise InputError(
-            f"each muscle needs a pressure and a length, got {len(pressures)} and {len(lengths)}"
+            f"each of {len(muscles)} muscles needs a pressure and a length, got {len(pressures)}"
+            f" and {len(lengths)}"
         )
     solids: list[Solid] = []
-    for number, (pressure, length) in enumerate(zip(pressures, lengths, strict=True), start=1):
-        if has_site(model, f"muscle_{number}_anchor"):
-            anchor, frame = site_pose(model, data, f"muscle_{number}_anchor")
-            colour = series_rgb(number - 1)
-            solids += muscle_solids(anchor, frame[:, 2], length, pressure, colour, braid=fine)
+    each = zip(muscles.values(), pressures, lengths, strict=True)
+    for number, (muscle, pressure, length) in enumerate(each):
+        site = f"muscle_{number + 1}_anchor"
+        if muscle.braid is not None and has_site(model, site):
+            anchor, frame = site_pose(model, data, site)
+            look = pressure, series_rgb(number), muscle.braid
+            solids += muscle_solids(anchor, frame[:, 2], length, *look, fibres=fine)
     if has_site(model, "sprocket"):
         solids += chain_solids(model, data, lengths, fine=fine)
     if has_site(model, "load_seat"):

@@ -7,10 +7,11 @@ no click in it can change a simulation. Its sliders are read from `ArmViewer.con
 from __future__ import annotations
 
 import copy
+import math
 import sys
 import threading
 import warnings
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any, Protocol
 
 import mujoco
@@ -18,10 +19,15 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from pamsim.core.errors import EngineError
-from pamsim.scene.live_plots import Plot
+from pamsim.engine.rig import Rig
+from pamsim.physics.muscle import Muscle
+from pamsim.scene.live_plots import COLUMN, Plot, figures
 from pamsim.scene.picture import decorate
-from pamsim.scene.window_layout import COLUMN, figures, fit_camera
 
+_FILLED = 0.94
+"""Share of the window beside the plots that the arm fills, in width or in height."""
+_ROUNDS = 30
+_CAMERA = "overview"
 _HIDDEN_GROUP = 5
 """Group of geoms that a window hides by default."""
 _CLOSING = 10.0
@@ -106,6 +112,7 @@ class ArmViewer:
         model: mujoco.MjModel,
         data: mujoco.MjData,
         *,
+        muscles: Mapping[str, Muscle],
         pressures: Sequence[float],
         lengths: Sequence[float],
         controls: Sequence[float] | None = None,
@@ -116,6 +123,7 @@ class ArmViewer:
         Args:
             model: the one simulated; its bodies and joints are those of the window's.
             data: its state; not changed.
+            muscles: of the rig, in actuator order.
             pressures: (m,) gauge pressures of the muscles [Pa], NaN where not known.
             lengths: (m,) their active lengths [m].
             controls: (nu,) where the sliders stand, in their unit; the data's if None.
@@ -141,7 +149,14 @@ class ArmViewer:
                 self._fitted = True
             scene = self._window.user_scn
             scene.ngeom = 0
-            decorate(scene, self.model, self.data, pressures=pressures, lengths=lengths)
+            decorate(
+                scene,
+                self.model,
+                self.data,
+                muscles=muscles,
+                pressures=pressures,
+                lengths=lengths,
+            )
         if plots:
             self._window.set_figures(figures(plots, viewport))
         self._window.sync()
@@ -210,3 +225,110 @@ def _require_display() -> None:
         "no window can be opened here: set DISPLAY, or run this on a desktop with OpenGL;"
         f" {_REMEDY}"
     )
+
+
+def window_model(rig: Rig, sliders: Mapping[str, tuple[float, float]]) -> mujoco.MjModel:
+    """Compile it.
+
+    Args:
+        rig: loaded with its scene.
+        sliders: name -> ends of its range, in any unit: no control of this model moves anything.
+    """
+    spec = mujoco.MjSpec.from_file(str(rig.file.scene or rig.file.mjcf))
+    for name, ends in sliders.items():
+        slider = spec.add_actuator(name=name, ctrllimited=True, ctrlrange=ends)
+        slider.trntype, slider.target = mujoco.mjtTrn.mjTRN_JOINT, next(iter(rig.joints))
+    spec.visual.map.shadowclip = 4.0
+    overview = spec.camera("overview")
+    if overview is not None:
+        spec.visual.global_.fovy = overview.fovy
+    model = spec.compile()
+    # The radius of a sprocket, by which its chain is drawn. The rig may have tendons of its own.
+    model.wrap_prm[:] = rig.model.wrap_prm[: len(model.wrap_prm)]
+    return model
+
+
+def fit_camera(
+    camera: mujoco.MjvCamera,
+    model: mujoco.MjModel,
+    data: mujoco.MjData,
+    *,
+    aspect: float,
+    column: float,
+) -> None:
+    """Turn a free camera so that the arm fills the window beside the plots wherever it moves.
+
+    It looks in the direction of the scene's camera ``overview``, if there is one.
+
+    Args:
+        camera: changed in place.
+        model: shown.
+        data: of it; put into the limits of its joints and back.
+        aspect: width of the window over its height.
+        column: share of the width at the left that is left free.
+    """
+    mujoco.mjv_defaultFreeCamera(model, camera)
+    fixed = mujoco.mj_name2id(model, mujoco.mjtObj.mjOBJ_CAMERA, _CAMERA)
+    if fixed >= 0:
+        mujoco.mj_forward(model, data)
+        ahead = -data.cam_xmat[fixed].reshape(3, 3)[:, 2]
+        camera.azimuth = math.degrees(math.atan2(ahead[1], ahead[0]))
+        camera.elevation = math.degrees(math.asin(ahead[2]))
+    points = _reach(model, data)
+    camera.lookat = points.mean(axis=0)
+    camera.distance = 3.0 * float(np.ptp(points, axis=0).max())
+    low, high = np.array([2.0 * column - 1.0, -1.0]), np.ones(2)
+    half = math.tan(math.radians(model.vis.global_.fovy) / 2.0) * np.array([aspect, 1.0])
+    for _ in range(_ROUNDS):
+        placed = window_places(camera, points, half)
+        least, most = placed.min(axis=0), placed.max(axis=0)
+        move = ((least + most) - (low + high)) / 2.0 * half * camera.distance
+        camera.lookat = camera.lookat + move @ _axes(camera)[1:]
+        camera.distance *= float(((most - least) / (high - low)).max()) / _FILLED
+
+
+def window_places(
+    camera: mujoco.MjvCamera, points: NDArray[np.float64], half: NDArray[np.float64]
+) -> NDArray[np.float64]:
+    """Where a free camera shows points, (n, 2): -1 to 1 from left to right, from bottom to top.
+
+    Args:
+        camera: free.
+        points: (n, 3) [m].
+        half: (2,) tangents of half the width and half the height seen.
+    """
+    axes = _axes(camera)
+    ahead, *across = ((points - camera.lookat) @ axes.T + [camera.distance, 0.0, 0.0]).T
+    return np.column_stack(across) / ahead[:, None] / half
+
+
+def _axes(camera: mujoco.MjvCamera) -> NDArray[np.float64]:
+    """Ahead, right and up of a free camera, (3, 3)."""
+    turn, lift = math.radians(camera.azimuth), math.radians(camera.elevation)
+    ahead = np.array(
+        [math.cos(lift) * math.cos(turn), math.cos(lift) * math.sin(turn), math.sin(lift)]
+    )
+    right = np.array([math.sin(turn), -math.cos(turn), 0.0])
+    return np.array([ahead, right, np.cross(right, ahead)])
+
+
+def _reach(model: mujoco.MjModel, data: mujoco.MjData) -> NDArray[np.float64]:
+    """Corners of every geom but floors, at rest and with each joint at its limits, (n, 3) [m]."""
+    before = data.qpos.copy()
+    poses = [before]
+    for joint in np.flatnonzero(model.jnt_limited):
+        for limit in model.jnt_range[joint]:
+            poses.append(before.copy())
+            poses[-1][model.jnt_qposadr[joint]] = limit
+    solid = model.geom_type != mujoco.mjtGeom.mjGEOM_PLANE
+    signs = np.array(np.meshgrid(*[(-1.0, 1.0)] * 3)).reshape(3, 8).T
+    corners = model.geom_aabb[solid, None, :3] + signs * model.geom_aabb[solid, None, 3:]
+    found = []
+    for positions in poses:
+        data.qpos[:] = positions
+        mujoco.mj_kinematics(model, data)
+        turned = data.geom_xmat[solid].reshape(-1, 3, 3)
+        found.append(corners @ turned.transpose(0, 2, 1) + data.geom_xpos[solid, None])
+    data.qpos[:] = before
+    mujoco.mj_kinematics(model, data)
+    return np.concatenate(found).reshape(-1, 3)

@@ -16,8 +16,7 @@ from pamsim.engine.stepping import live
 from pamsim.scene.live_plots import LivePlots
 from pamsim.scene.pose import muscle_lengths, pose
 from pamsim.scene.replay import Replay
-from pamsim.scene.viewer import ArmViewer
-from pamsim.scene.window_model import window_model
+from pamsim.scene.viewer import ArmViewer, window_model
 
 OpenViewer = Callable[..., ArmViewer]
 
@@ -67,6 +66,7 @@ def watch_replay(
             viewer.show(
                 model,
                 data,
+                muscles=replay.rig.muscles,
                 pressures=filled,
                 lengths=muscle_lengths(model, data),
                 controls=(),
@@ -133,6 +133,7 @@ def watch_live(
             viewer.show(
                 model,
                 data,
+                muscles=rig.muscles,
                 pressures=filled,
                 lengths=muscle_lengths(model, data),
                 controls=[*(data.ctrl / PA_PER_KPA), *sizes.values()],

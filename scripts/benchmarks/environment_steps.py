@@ -26,7 +26,7 @@ import mujoco
 import numpy as np
 
 import pamsim.envs
-from pamsim.envs.registration import ARMS
+from pamsim.envs import MAS20
 
 VECTOR = "pamsim/PamArmPressure-v0"
 PEER = "InvertedPendulum-v5"
@@ -110,7 +110,7 @@ def main() -> None:
     target = parser.parse_args().json
     rows = []
     for frame_skip in FRAME_SKIPS:
-        for name in ARMS:
+        for name in MAS20:
             own, ratio = compare(single(name, frame_skip), single(PEER, frame_skip))
             rows.append(_row(name, frame_skip, 1, own, ratio))
         for count in COUNTS:

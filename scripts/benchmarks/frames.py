@@ -23,7 +23,7 @@ import gymnasium
 import numpy as np
 
 from pamsim.core.computation import versions
-from pamsim.envs.registration import ARMS
+from pamsim.envs import MAS20
 
 PEER = "InvertedPendulum-v5"
 SIZE = 480
@@ -64,7 +64,7 @@ def main() -> None:
     parser.add_argument("--json", type=Path)
     target = parser.parse_args().json
     os.environ.setdefault("MUJOCO_GL", "egl")  # for the workers, which import MuJoCo afresh
-    names = (PEER, *ARMS, "pamsim/Rig-v0")
+    names = (PEER, *MAS20, "pamsim/Rig-v0")
     spawn = get_context("spawn")
     pools = {
         name: ProcessPoolExecutor(1, mp_context=spawn, initializer=start, initargs=(name,))

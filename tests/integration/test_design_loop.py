@@ -9,10 +9,9 @@ import pytest
 
 import pamsim
 import pamsim.envs
-from pamsim.controllers.linearisation_point import LinearisationPoint
-from pamsim.controllers.lti import Lti
-from pamsim.controllers.pressure_split import PressureSplit
-from pamsim.envs.closed_loop import drive
+from pamsim.controllers.model_based import Lti
+from pamsim.controllers.operating_point import LinearisationPoint, PressureSplit
+from pamsim.envs.closed_loop import run_episode
 from pamsim.linear.imc_tuning import imc_gains_of_fit
 from pamsim.linear.sampled_controller import sampled_controller
 from pamsim.linear.transfer_function import sampled_plants
@@ -73,7 +72,7 @@ def simulated(controller, rest):
     )
     lti = Lti(design=sampled_controller(controller, env.unwrapped.dt), point=point)
     target = dict.fromkeys(rig.joints, rest + GOAL)
-    run = drive(env, lti, 0, {"target": target})
+    run = run_episode(env, lti, 0, {"target": target})
     env.close()
     return (run.position[:, 0] - rest) / GOAL, run.period
 

@@ -12,7 +12,7 @@ import pytest
 
 from pamsim.controllers.neural_policy import NeuralPolicy
 from pamsim.engine.rig import load_rig
-from pamsim.envs.closed_loop import drive
+from pamsim.envs.closed_loop import run_episode
 
 ROOT = Path(__file__).resolve().parents[2]
 
@@ -279,7 +279,7 @@ def test_the_policy_of_four_muscles_is_as_good_as_the_documents_state():
     rig = load_rig("two_joint_arm")
     policy = NeuralPolicy.read(ROOT / "scripts/results/policy_two_joint.npz", rig)
     env = gymnasium.make("pamsim/Rig-v0", rig=rig, task="regulation")
-    learned = [drive(env, policy, seed) for seed in range(100, 105)]
+    learned = [run_episode(env, policy, seed) for seed in range(100, 105)]
     env.close()
     off = [np.abs(run.position[-100:] - run.reference[-100:]).mean(axis=0) for run in learned]
     shoulder, elbow = np.degrees(np.mean(off, axis=0))

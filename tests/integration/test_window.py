@@ -13,8 +13,8 @@ import numpy as np
 import pytest
 from PIL import Image, ImageGrab
 
+from pamsim.scene.live_plots import COLUMN
 from pamsim.scene.series_colours import series_rgb
-from pamsim.scene.window_layout import COLUMN
 from tests.unit.scene.films import columns, write
 
 pytestmark = [

@@ -1,4 +1,4 @@
-"""Laws in the strict Python that is written as LLVM code and as Warp's."""
+"""Functions like those of laws, which numba and Warp compile."""
 
 from __future__ import annotations
 

@@ -11,13 +11,13 @@ from pamsim.papers.antagonistic_pair import (
     published_muscle,
     rest_travel,
     rig_muscle,
-    row,
     sprocket_radius,
     stroke,
 )
 from pamsim.papers.claim import AGREES, Recomputed, agreeing, recomputes
 from pamsim.papers.numerics import root
 from pamsim.papers.torque_law import printed_rows_law
+from pamsim.physics.record import parameters
 from pamsim.physics.static_muscle import static_force
 from pamsim.recordings.printed import Printed, distinct_steps, mas20_steps
 
@@ -84,7 +84,7 @@ def _half_stroke() -> Recomputed:
 
 @recomputes("matiskova2021-18")
 def _longer_and_stronger() -> Recomputed:
-    law = row(rig_muscle())
+    law = parameters(rig_muscle())
     short, long, pressure = -10.0 * MILLIMETRE, 0.0, 300.0 * PA_PER_KPA
     force = static_force(law, short, pressure)
     equal = root(lambda p: static_force(law, long, p) - force, 0.0, pressure, 1e-3)

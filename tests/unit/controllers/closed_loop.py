@@ -58,7 +58,7 @@ class _Hook:
             )
             if self._memory is None:
                 self._memory = self._controller.start(observation)
-            self._command, self._memory = self._controller.act(observation, self._memory)
+            self._command, self._memory = self._controller.step(observation, self._memory)
         data.ctrl[:] = self._command
 
 

@@ -5,8 +5,7 @@ from __future__ import annotations
 import numpy as np
 from scipy.signal import cont2discrete
 
-from pamsim.controllers.linearisation_point import LinearisationPoint
-from pamsim.controllers.pressure_split import PressureSplit
+from pamsim.controllers.operating_point import LinearisationPoint, PressureSplit
 from pamsim.linear.second_order_model import SecondOrderModel
 from tests.unit.controllers.closed_loop import LEVEL, SUPPLY, observe
 
@@ -46,6 +45,6 @@ class LinearPlant:
         for _ in range(samples):
             angles.append(POINT.angle + self.state[0])
             observation = self.observation(wanted(self.time + self._period))
-            command, memory = controller.act(observation, memory)
+            command, memory = controller.step(observation, memory)
             self.take(command)
         return np.array(angles), memory

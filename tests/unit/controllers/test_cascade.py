@@ -11,9 +11,9 @@ import pytest
 import pamsim
 from pamsim.controllers.cascade import Cascade, PressureLoop
 from pamsim.controllers.feed_forward import FeedForward
+from pamsim.controllers.operating_point import PressureSplit
 from pamsim.controllers.pid import Pid
 from pamsim.controllers.pressure_rate import full_rates, regulated_lag
-from pamsim.controllers.pressure_split import PressureSplit
 from pamsim.core.errors import InputError
 from pamsim.physics.record import pack
 from tests.unit.controllers.closed_loop import (

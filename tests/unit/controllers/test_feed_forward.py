@@ -10,12 +10,11 @@ import pytest
 
 import pamsim
 from pamsim.controllers.feed_forward import FeedForward
-from pamsim.controllers.hysteresis_experiment import decaying_triangle, loop_operator
-from pamsim.controllers.hysteresis_inverse import HysteresisInverse
+from pamsim.controllers.hysteresis import HysteresisInverse, decaying_triangle, loop_operator
 from pamsim.controllers.inverse_law import balanced_pressures, shut_stiffness
+from pamsim.controllers.operating_point import PressureSplit
 from pamsim.controllers.pid import Pid
 from pamsim.controllers.pressure_rate import regulated_lag
-from pamsim.controllers.pressure_split import PressureSplit
 from pamsim.core.errors import InputError
 from pamsim.physics.hysteresis.prandtl_ishlinskii import PlaySum
 from tests.unit.controllers.closed_loop import LEVEL, PERIOD, SUPPLY, miss, observe, run, sine
@@ -53,24 +52,24 @@ def test_the_lead_is_the_lag_of_the_pressure_along_the_motion(forward):
     assert forward.lead == regulated_lag(forward.arm.pair[0], 0.0, LEVEL)
     lead = forward.lead
     later = (0.2 + 0.5 * lead + 4.0 * lead**2, 0.5 + 8.0 * lead, 8.0)
-    leading, _ = forward.act(observe(wanted=(0.2, 0.5, 8.0)), forward.start(observe()))
+    leading, _ = forward.step(observe(wanted=(0.2, 0.5, 8.0)), forward.start(observe()))
     there = dataclasses.replace(forward, lead=0.0)
-    assert leading == pytest.approx(there.act(observe(wanted=later), there.start(observe()))[0])
+    assert leading == pytest.approx(there.step(observe(wanted=later), there.start(observe()))[0])
     torque = forward.arm.muscle_torque(*later)
     assert leading == pytest.approx(balanced_pressures(forward.arm, later[0], torque, LEVEL))
 
 
 def test_a_stiffness_asked_for_replaces_the_common_pressure(forward):
     observation = observe(wanted=(0.2, 0.0, 0.0), stiffness=14.0)
-    command, _ = forward.act(observation, forward.start(observation))
+    command, _ = forward.step(observation, forward.start(observation))
     assert shut_stiffness(forward.arm, 0.2, command) == pytest.approx(14.0, rel=1e-6)
 
 
 def test_feedback_adds_its_difference_and_leaves_the_mean(forward):
     both = dataclasses.replace(forward, feedback=PID)
     observation = observe(angle=0.15, wanted=(0.2, 0.0, 0.0))
-    alone, _ = forward.act(observation, forward.start(observation))
-    helped, memory = both.act(observation, both.start(observation))
+    alone, _ = forward.step(observation, forward.start(observation))
+    helped, memory = both.step(observation, both.start(observation))
     assert sum(helped) == pytest.approx(sum(alone))
     assert (helped[0] - helped[1]) - (alone[0] - alone[1]) == pytest.approx(0.05 * PID.gain)
     assert memory.feedback.integral == pytest.approx(0.05 * PID.gain * PERIOD / 0.2)
@@ -80,7 +79,7 @@ def test_feedback_knows_the_limited_difference(forward):
     both = dataclasses.replace(forward, feedback=PID)
     memory, integrals = both.start(observe()), []
     for _ in range(400):
-        _, memory = both.act(observe(angle=-3.0, wanted=(0.5, 0.0, 0.0)), memory)
+        _, memory = both.step(observe(angle=-3.0, wanted=(0.5, 0.0, 0.0)), memory)
         integrals.append(memory.feedback.integral)
     assert max(map(abs, integrals)) < 5.0 * SUPPLY
     assert integrals[-1] == pytest.approx(integrals[-2])
@@ -91,8 +90,8 @@ def test_an_operator_without_plays_changes_nothing(forward):
     same = dataclasses.replace(forward, hysteresis=idle)
     observation = observe(wanted=(0.2, 0.5, 1.0))
     assert (
-        same.act(observation, same.start(observation))[0]
-        == forward.act(observation, forward.start(observation))[0]
+        same.step(observation, same.start(observation))[0]
+        == forward.step(observation, forward.start(observation))[0]
     )
 
 

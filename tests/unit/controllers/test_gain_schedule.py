@@ -7,9 +7,8 @@ import dataclasses
 import numpy as np
 import pytest
 
-from pamsim.controllers.gain_schedule import GainSchedule
-from pamsim.controllers.pid import Pid
-from pamsim.controllers.pressure_split import PressureSplit
+from pamsim.controllers.operating_point import PressureSplit
+from pamsim.controllers.pid import GainSchedule, Pid
 from pamsim.core.errors import InputError
 from pamsim.linear.continuous_fit import fit_continuous
 from pamsim.linear.imc_tuning import imc_gains_of_fit
@@ -46,7 +45,7 @@ def test_at_a_models_own_point_the_gains_are_its_own(found, schedule):
         observation = observe(angle=0.1, pressure=(LEVEL + place / 2.0, LEVEL - place / 2.0))
         own = dataclasses.replace(PID, **dataclasses.asdict(schedule.at(place)))
         memory = schedule.start(observation)
-        assert schedule.act(observation, memory) == own.act(observation, memory)
+        assert schedule.step(observation, memory) == own.step(observation, memory)
 
 
 def test_between_two_points_gains_lie_on_a_line_and_beyond_they_stay(schedule):
@@ -63,7 +62,7 @@ def test_the_integral_part_does_not_jump_with_the_gains(schedule):
         observe(angle=0.1, wanted=(0.1, 0.0, 0.0), pressure=p) for p in ((4e5, 2e5), (2e5, 4e5))
     ]
     memory = schedule.start(observation[0])
-    commands = [schedule.act(item, memory)[0] for item in observation]
+    commands = [schedule.step(item, memory)[0] for item in observation]
     assert commands[0] == commands[1]
 
 
@@ -73,7 +72,7 @@ def test_by_angle_the_gains_depend_on_the_angle(found):
     assert by_angle.points == tuple(angles[:3])
     observation = observe(angle=angles[2], pressure=(2e5, 4e5), wanted=(angles[2] + 0.01, 0.0, 0.0))
     memory = by_angle.start(observation)
-    command, _ = by_angle.act(observation, memory)
+    command, _ = by_angle.step(observation, memory)
     extra = command[0] - command[1] - memory.integral
     assert extra == pytest.approx(0.01 * by_angle.gains[2].gain, rel=1e-6)
 

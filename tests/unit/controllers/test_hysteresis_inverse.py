@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from pamsim.controllers.hysteresis_inverse import HysteresisInverse
+from pamsim.controllers.hysteresis import HysteresisInverse
 from pamsim.physics.hysteresis.prandtl_ishlinskii import PlaySum
 
 LAGGING = PlaySum(linear=0.4, thresholds=(0.02, 0.1, 0.2), weights=(0.3, 0.2, 0.1))

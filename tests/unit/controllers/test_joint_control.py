@@ -16,7 +16,7 @@ from pamsim.controllers.pid import PidLaw
 from pamsim.controllers.suite import Suite
 from pamsim.core.errors import InputError
 from pamsim.engine.equilibrium import rest_positions
-from pamsim.envs.closed_loop import drive
+from pamsim.envs.closed_loop import run_episode
 
 
 @pytest.fixture(scope="module")
@@ -50,7 +50,7 @@ def test_every_joint_comes_to_the_position_wanted(name, seed):
     loaded = pamsim.load_rig(name)
     control = JointControl.for_rig(loaded, closed_loop_time=0.1)
     env = gymnasium.make("pamsim/Rig-v0", rig=name, task="regulation", max_episode_steps=200)
-    run = drive(env, control, seed=seed)
+    run = run_episode(env, control, seed=seed)
     env.close()
     assert np.abs(run.reference[0]).max() > math.radians(3.0)
     assert np.degrees(np.abs(run.position[-5:] - run.reference[-5:]).max()) < 0.2
@@ -64,13 +64,13 @@ def test_memory_goes_in_and_out(rig):
         pressure=(3e5,) * 4,
     )
     memory = control.start(seen)
-    first, later = control.act(seen, memory)
-    assert control.act(seen, memory) == (first, later)
+    first, later = control.step(seen, memory)
+    assert control.step(seen, memory) == (first, later)
     assert later != memory
     assert all(0.0 <= value <= 600e3 for value in first)
     idle = dataclasses.replace(control, laws=(PidLaw(period=0.02, gain=0.0),) * 2)
     held = control.statics.pressures([0.2, 0.2], np.zeros(2))
-    assert idle.act(seen, memory)[0] == pytest.approx(held)
+    assert idle.step(seen, memory)[0] == pytest.approx(held)
 
 
 def test_controllers_of_another_rig_say_so_in_one_line(rig):
@@ -81,7 +81,7 @@ def test_controllers_of_another_rig_say_so_in_one_line(rig):
         (JointControl.for_rig(arm, closed_loop_time=0.1), "1 joints"),
     ):
         with pytest.raises(InputError, match=message) as caught:
-            drive(env, control, seed=0)
+            run_episode(env, control, seed=0)
         assert "\n" not in str(caught.value)
     env.close()
     with pytest.raises(InputError, match="one joint") as caught:

@@ -10,8 +10,8 @@ import numpy as np
 import pytest
 from scipy.signal import lfilter
 
-from pamsim.controllers.lead_lag import LeadLag
-from pamsim.controllers.pressure_split import PressureSplit
+from pamsim.controllers.model_based import LeadLag
+from pamsim.controllers.operating_point import PressureSplit
 from pamsim.core.errors import InputError
 from pamsim.linear.lead_lag_design import design_lead_lag
 from pamsim.linear.second_order_model import SecondOrderModel
@@ -89,7 +89,7 @@ def test_it_runs_the_filter_of_the_design(lead_lag):
     memory, outputs = lead_lag.start(observe(angle=POINT.angle, pressure=POINT.pressures(0.0))), []
     for error in errors.tolist():
         observation = observe(angle=POINT.angle - error, wanted=(POINT.angle, 0.0, 0.0))
-        command, memory = lead_lag.act(observation, memory)
+        command, memory = lead_lag.step(observation, memory)
         outputs.append(command[0] - command[1] - POINT.difference)
     design = lead_lag.design
     np.testing.assert_allclose(
@@ -114,8 +114,8 @@ class Unlimited:
         self._filter = dataclasses.replace(lead_lag, point=dataclasses.replace(POINT, split=split))
         self.start = lead_lag.start
 
-    def act(self, observation, memory):
-        (first, second), memory = self._filter.act(observation, memory)
+    def step(self, observation, memory):
+        (first, second), memory = self._filter.step(observation, memory)
         return POINT.split.pressures(first - second), memory
 
 

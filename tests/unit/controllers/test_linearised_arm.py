@@ -6,8 +6,7 @@ import numpy as np
 import pytest
 
 import pamsim
-from pamsim.controllers.linearised_arm import linearise_arm
-from pamsim.controllers.pressure_split import PressureSplit
+from pamsim.controllers.operating_point import PressureSplit, linearise_arm
 from pamsim.engine.equilibrium import rest_angles
 from pamsim.linear.identified_model import FitStatus
 from tests.unit.controllers.closed_loop import LEVEL, SUPPLY

@@ -8,7 +8,7 @@ import math
 import numpy as np
 import pytest
 
-from pamsim.controllers.lqg import Lqg, LqgMemory
+from pamsim.controllers.model_based import Lqg, LqgMemory
 from pamsim.linear.regulator_design import design_regulator
 from tests.unit.controllers.closed_loop import PERIOD, constant, sine
 from tests.unit.controllers.linear_plant import MODEL, POINT, LinearPlant
@@ -32,7 +32,7 @@ def around(lqg, whole):
     """Plant and memory one sample later, as one vector, with the reference at the trim point."""
     plant = LinearPlant(PERIOD, state=whole[:2])
     memory = LqgMemory(expected=tuple(whole[2:4]), integral=whole[4])
-    command, memory = lqg.act(plant.observation(), memory)
+    command, memory = lqg.step(plant.observation(), memory)
     plant.take(command)
     return np.array([*plant.state, *memory.expected, memory.integral])
 
@@ -85,7 +85,7 @@ def test_at_the_limits_the_filter_still_knows_where_the_arm_is(lqg):
     plant = LinearPlant(PERIOD)
     memory = lqg.start(plant.observation())
     for _ in range(60):
-        command, memory = lqg.act(plant.observation((3.0, 0.0, 0.0)), memory)
+        command, memory = lqg.step(plant.observation((3.0, 0.0, 0.0)), memory)
         plant.take(command)
     assert command[1] == 0.0
     np.testing.assert_allclose(memory.expected, plant.state, atol=1e-6)

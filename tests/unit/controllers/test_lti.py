@@ -6,9 +6,8 @@ import control
 import numpy as np
 import pytest
 
-from pamsim.controllers.linearisation_point import LinearisationPoint
-from pamsim.controllers.lti import Lti
-from pamsim.controllers.pressure_split import PressureSplit
+from pamsim.controllers.model_based import Lti
+from pamsim.controllers.operating_point import LinearisationPoint, PressureSplit
 from pamsim.linear.sampled_controller import sampled_controller
 from tests.unit.controllers.closed_loop import LEVEL, PERIOD, SUPPLY, observe
 from tests.unit.controllers.linear_plant import MODEL, POINT, LinearPlant
@@ -37,7 +36,7 @@ def test_it_answers_as_python_control_says(name):
     given = []
     for r, y in zip(wanted, angle, strict=True):
         seen = observe(angle=POINT.angle + y, wanted=(POINT.angle + r, 0.0, 0.0))
-        command, memory = controller.act(seen, memory)
+        command, memory = controller.step(seen, memory)
         given.append(command[0] - command[1] - POINT.difference)
     assert max(map(abs, given)) < 1e5  # within the limits
     sampled = system if system.isdtime() else control.sample_system(system, PERIOD, "tustin")
@@ -61,7 +60,7 @@ def test_the_closed_loop_is_that_of_python_control():
 def test_it_begins_with_the_pressures_that_are_there():
     controller = Lti(design=sampled_controller(PID, PERIOD), point=POINT)
     first = observe(angle=0.2, pressure=(LEVEL + 3e4, LEVEL - 3e4), wanted=(0.2, 0.0, 0.0))
-    command, _ = controller.act(first, controller.start(first))
+    command, _ = controller.step(first, controller.start(first))
     assert command == pytest.approx(first.pressure)
 
 
@@ -83,7 +82,7 @@ def test_a_limited_output_does_not_wind_up():
                 wanted=(goal, 0.0, 0.0),
             )
             memory = controller.start(seen) if memory is None else memory
-            command, memory = controller.act(seen, memory)
+            command, memory = controller.step(seen, memory)
             plant.take((command[0] - point.difference + POINT.difference, command[1]))
             angles.append(float(plant.state[0]))
         return np.array(angles)

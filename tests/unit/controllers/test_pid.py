@@ -7,8 +7,8 @@ import math
 
 import pytest
 
+from pamsim.controllers.operating_point import PressureSplit
 from pamsim.controllers.pid import Pid
-from pamsim.controllers.pressure_split import PressureSplit
 from pamsim.core.errors import InputError
 from tests.unit.controllers.closed_loop import LEVEL, PERIOD, SUPPLY, observe
 
@@ -22,7 +22,7 @@ def lagged(pid, wanted, samples, angle, memory):
     keep = math.exp(-PERIOD / LAG)
     for _ in range(samples):
         observation = observe(angle=angle, wanted=(wanted, 0.0, 0.0))
-        (first, second), memory = pid.act(observation, memory)
+        (first, second), memory = pid.step(observation, memory)
         angle = keep * angle + (1.0 - keep) * GAIN * (first - second)
     return angle, memory
 
@@ -51,13 +51,13 @@ def test_the_integral_takes_the_offset():
 
 def test_at_rest_it_keeps_the_pressures_there_are():
     observation = observe(angle=0.2, pressure=(4e5, 2e5), wanted=(0.2, 0.0, 0.0))
-    command, _ = PI.act(observation, PI.start(observation))
+    command, _ = PI.step(observation, PI.start(observation))
     assert command == pytest.approx((4e5, 2e5))
 
 
 def test_a_jump_of_the_reference_kicks_by_the_gain_alone():
     pid = dataclasses.replace(PI, derivative_time=0.3, filter_time=0.01)
-    command, _ = pid.act(observe(wanted=(0.01, 0.0, 0.0)), pid.start(observe()))
+    command, _ = pid.step(observe(wanted=(0.01, 0.0, 0.0)), pid.start(observe()))
     assert command[0] - command[1] == pytest.approx(0.01 * pid.gain)
 
 
@@ -66,7 +66,7 @@ def test_the_derivative_brakes_what_the_weight_leaves_of_the_wanted_rate(weight)
     pid = dataclasses.replace(PI, derivative_time=0.3, rate_weight=weight)
     # At the next sample the reference is one period further: no error at this one.
     observation = observe(velocity=0.5, wanted=(0.5 * PERIOD, 0.5, 0.0))
-    command, _ = pid.act(observation, pid.start(observe()))
+    command, _ = pid.step(observation, pid.start(observe()))
     braked = -pid.gain * 0.3 * 0.5 * (1.0 - weight)
     assert command[0] - command[1] == pytest.approx(braked, abs=1e-6)
 
@@ -75,7 +75,7 @@ def test_the_rate_comes_through_a_lag():
     pid = dataclasses.replace(PI, integral_time=math.inf, derivative_time=0.1, filter_time=0.1)
     memory, rates = pid.start(observe()), []
     for _ in range(6):
-        _, memory = pid.act(observe(velocity=1.0), memory)
+        _, memory = pid.step(observe(velocity=1.0), memory)
         rates.append(1.0 - memory.rate)
     left = pid.filter_time / (pid.filter_time + PERIOD)
     assert rates == pytest.approx([left ** (k + 1) for k in range(6)])

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from pamsim.controllers.play_sum_fit import identify_play_sum
+from pamsim.controllers.hysteresis import identify_play_sum
 from pamsim.core.errors import InputError
 from pamsim.physics.hysteresis.prandtl_ishlinskii import PlaySum
 from pamsim.recordings.excitation import triangle

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from pamsim.controllers.present_reference import present_reference
+from pamsim.controllers.controller import present_reference
 from tests.unit.controllers.closed_loop import observe
 
 

@@ -12,14 +12,10 @@ import pytest
 import pamsim
 from pamsim.controllers.cascade import Cascade, PressureLoop
 from pamsim.controllers.feed_forward import FeedForward
-from pamsim.controllers.gain_schedule import GainSchedule
-from pamsim.controllers.hysteresis_inverse import HysteresisInverse
-from pamsim.controllers.lead_lag import LeadLag
-from pamsim.controllers.lqg import Lqg
-from pamsim.controllers.lti import Lti
-from pamsim.controllers.pid import Pid
-from pamsim.controllers.pressure_split import PressureSplit
-from pamsim.controllers.sliding_mode import SlidingMode
+from pamsim.controllers.hysteresis import HysteresisInverse
+from pamsim.controllers.model_based import LeadLag, Lqg, Lti, SlidingMode
+from pamsim.controllers.operating_point import PressureSplit
+from pamsim.controllers.pid import GainSchedule, Pid
 from pamsim.linear.imc_tuning import PidGains
 from pamsim.linear.lead_lag_design import design_lead_lag
 from pamsim.linear.regulator_design import design_regulator
@@ -102,7 +98,7 @@ def _seen(k):
 def _go_on(controller, memory, start, count):
     commands = []
     for k in range(start, start + count):
-        command, memory = controller.act(_seen(k), memory)
+        command, memory = controller.step(_seen(k), memory)
         commands.append(command)
     return commands, memory
 

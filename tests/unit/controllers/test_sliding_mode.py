@@ -7,7 +7,7 @@ import math
 import numpy as np
 import pytest
 
-from pamsim.controllers.sliding_mode import SlidingMemory, SlidingMode
+from pamsim.controllers.model_based import SlidingMemory, SlidingMode
 from tests.unit.controllers.closed_loop import observe
 from tests.unit.controllers.linear_plant import MODEL, POINT, LinearPlant
 
@@ -28,7 +28,7 @@ def surfaces(controller, disturbance, samples):
         observation = plant.observation()
         found.append(controller.surface(observation, memory))
         angles.append(observation.joint.position)
-        command, memory = controller.act(observation, memory)
+        command, memory = controller.step(observation, memory)
         plant.take(command)
     return np.array(found), np.array(angles)
 
@@ -59,6 +59,6 @@ def test_the_integral_waits_at_the_limits():
     controller = sliding()
     observation = observe(angle=POINT.angle, wanted=(9.0, 0.0, 0.0))
     before = SlidingMemory(integral=-0.3)
-    command, after = controller.act(observation, before)
+    command, after = controller.step(observation, before)
     assert command == (POINT.split.supply, 0.0)
     assert after == before

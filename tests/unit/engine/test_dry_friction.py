@@ -12,7 +12,7 @@ import pytest
 import pamsim
 from pamsim.engine.dry_friction import make_friction_stick
 from pamsim.engine.native import native_value
-from tests.unit.physics.flat import parameter_slot
+from pamsim.physics.record import slot
 
 LEVEL, TORQUE = 0.5, 0.45
 LOOSE = {"solref": [0.02, 1.0], "solimp": [0.9, 0.95, 1e-3, 0.5, 2.0]}
@@ -78,9 +78,8 @@ def test_bristles_along_the_tendons_hold_the_joint_for_minutes():
     data = mujoco.MjData(model)
     pamsim.reset(model, data, 3e5)
     data.ctrl[:] = 3e5
-    slack = [
-        parameter_slot(plain.muscles["muscle_1"], n) for n in ("force.scale", "passive.stiffness")
-    ]
+    muscle = plain.muscles["muscle_1"]
+    slack = [slot(name, muscle) for name in ("force.scale", "passive.stiffness")]
     model.actuator_user[:, slack] = 0.0  # the friction is all that holds the joint
     data.qfrc_applied[0] = TORQUE
     with pamsim.live(model):

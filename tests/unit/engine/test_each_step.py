@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import pamsim
-from tests.unit.physics.flat import parameter_slot
+from pamsim.physics.record import slot
 
 SIGNALS = ("angle", "velocity", "pressure", "tension", "final_state")
 
@@ -86,10 +86,10 @@ def test_a_command_that_it_changes_acts_and_the_next_step_has_the_commanded_one_
 def test_tension_is_recorded_as_the_muscle_is_at_its_time(rig, changes):
     """A parameter moved at half time: before and after, what the rig with that parameter has."""
     there = rig.with_parameters(changes)
-    slot = parameter_slot(there.muscles["muscle_1"], "force.scale")
+    scale = slot("force.scale", there.muscles["muscle_1"])
 
     def weaken(model, data):
-        model.actuator_user[:, slot] = 1.0 if data.time < 0.1 - 1e-9 else 0.9
+        model.actuator_user[:, scale] = 1.0 if data.time < 0.1 - 1e-9 else 0.9
 
     run = pamsim.simulate(there, valves(), each_step=weaken).completed()
     strong = pamsim.simulate(there, valves()).completed()

@@ -15,9 +15,8 @@ from pamsim.core.errors import InputError, ParameterError
 from pamsim.engine.native import set_native
 from pamsim.engine.rig_parameter import rig_parameter
 from pamsim.engine.simulate import whole_steps
-from pamsim.physics.record import unpack
+from pamsim.physics.record import slot, unpack
 from pamsim.recordings.rig_file import shipped_rigs
-from tests.unit.physics.flat import parameter_slot
 
 
 @pytest.fixture(scope="module")
@@ -35,14 +34,14 @@ def test_parameters_of_the_file_arrive_in_the_model(rig):
 
 
 def test_changed_parameters_leave_the_original_alone(rig):
-    slot = parameter_slot(rig.muscles["muscle_1"], "passive.stiffness")
+    stiffness = slot("passive.stiffness")
     before = rig.model.actuator_user.copy()
     changed = rig.with_parameters(
         {"muscle_2:passive.stiffness": 1.0, "joint.shaft.damping": 9.0, "tendon.chain_1.coef": 0.02}
     )
     assert np.array_equal(rig.model.actuator_user, before)
-    assert changed.model.actuator_user[1, slot] == 1.0
-    assert changed.model.actuator_user[0, slot] == before[0, slot]
+    assert changed.model.actuator_user[1, stiffness] == 1.0
+    assert changed.model.actuator_user[0, stiffness] == before[0, stiffness]
     assert changed.muscles["muscle_2"].passive.stiffness == 1.0
     assert changed.model.joint("shaft").damping[0] == 9.0
     data = mujoco.MjData(changed.model)

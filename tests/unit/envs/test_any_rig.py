@@ -12,8 +12,8 @@ import pytest
 import pamsim
 from pamsim.core.errors import InputError, ParameterError
 from pamsim.engine.equilibrium import rest_angles, rest_positions
+from pamsim.envs import ENVIRONMENT
 from pamsim.envs.actions import KINDS
-from pamsim.envs.registration import ENVIRONMENT
 
 MODELS = Path(__file__).parents[3] / "models"
 SHIPPED = sorted(path.parent.name for path in MODELS.glob("*/params.toml"))

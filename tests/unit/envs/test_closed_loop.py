@@ -12,9 +12,9 @@ import pytest
 import pamsim
 from pamsim.controllers.neural_policy import NeuralPolicy
 from pamsim.core.errors import InputError
-from pamsim.envs.closed_loop import Drive, action_of, drive
-from pamsim.envs.registration import ENVIRONMENT
-from pamsim.envs.scores import mean_score, score
+from pamsim.envs import ENVIRONMENT
+from pamsim.envs.actions import KINDS
+from pamsim.envs.closed_loop import EpisodeRun, mean_score, run_episode, score
 from pamsim.recordings.policy_file import read_policy
 from tests.unit.physics.flat import air_flow
 
@@ -32,7 +32,7 @@ class Held:
     def start(self, first):
         return 0
 
-    def act(self, observation, memory):
+    def step(self, observation, memory):
         assert observation.time == pytest.approx(memory * self.period)
         return self.fixed, memory + 1
 
@@ -53,7 +53,7 @@ def made():
 
 def test_air_let_in_is_what_flowed_through_the_valve(made):
     env = made(max_episode_steps=1000, frame_skip=4)
-    run = drive(env, Held((500e3, 300e3), period=0.002), seed=0)
+    run = run_episode(env, Held((500e3, 300e3), period=0.002), seed=0)
     row = env.unwrapped.rigs.rows[0, 0]
     flow = [air_flow(row, p + 101325.0, 500e3, 0.0) for p in run.pressure[:, 0]]
     assert run.air[:, 0].sum() == pytest.approx(np.sum(flow) * run.period, rel=0.01)
@@ -68,15 +68,15 @@ def test_what_the_loop_commands_is_what_the_environment_gets(made):
         ("on_off", (0.5, -0.5), [1, 0, 0, 1]),
         ("on_off", (0.1, -0.1), [0, 0, 0, 0]),
     ):
-        assert action_of(made(action).unwrapped.rigs, command).tolist() == wanted
-    run = drive(env, Held((350e3, 250e3)), seed=0)
+        assert KINDS[action].action(command, 600e3).tolist() == wanted
+    run = run_episode(env, Held((350e3, 250e3)), seed=0)
     assert run.pressure[-1] == pytest.approx([350e3, 250e3], abs=1e3)
     assert len(run.position) == 50
 
 
 def test_a_controller_of_the_other_kind_is_refused(made):
     with pytest.raises(InputError, match="Cascade"):
-        drive(made("valve"), Held((0.0, 0.0)), seed=0)
+        run_episode(made("valve"), Held((0.0, 0.0)), seed=0)
 
 
 def made_run(angle, reference, **more):
@@ -94,7 +94,7 @@ def made_run(angle, reference, **more):
         "wanted_stiffness": np.zeros((n, 1)),
         "reward": 0.0,
     }
-    return Drive(**{**given, **more})
+    return EpisodeRun(**{**given, **more})
 
 
 def test_overshoot_and_settling_of_a_known_second_order_step():
@@ -161,7 +161,7 @@ def test_a_policy_sees_what_the_environment_shows(tmp_path, made):
     numbers = written(tmp_path / "p.npz")
     env = made(task="sine")
     policy = NeuralPolicy.read(str(tmp_path / "p.npz"), RIG)
-    run = drive(env, policy, seed=4)
+    run = run_episode(env, policy, seed=4)
     signals = env.unwrapped.rigs.signals
     observation, _ = env.reset(seed=4)
     for k in range(20):

@@ -15,10 +15,10 @@ from gymnasium.utils.env_checker import check_env
 
 import pamsim
 from pamsim.core.errors import EngineError, InputError, ParameterError
+from pamsim.envs import ENVIRONMENT
 from pamsim.envs.actions import KINDS
-from pamsim.envs.registration import ENVIRONMENT
-from pamsim.envs.reset_options import ResetOptions
 from pamsim.envs.rig_env import RigEnv
+from pamsim.envs.settings import ResetOptions
 from pamsim.envs.tasks import TASKS
 from pamsim.recordings.experiment import Experiment
 
@@ -92,6 +92,28 @@ def test_reset_restores_pressure_and_memory_too(made):
     first = played(env, moves, seed=3)
     played(env, actions(13, seed=9), seed=4)
     assert np.array_equal(played(env, moves, seed=3), first)
+
+
+@pytest.mark.parametrize("rig", RIGS)
+def test_a_reset_keeps_the_data_and_leaves_nothing_in_it(rig, made):
+    env = made(ENVIRONMENT, rig=rig, randomize=True, task="disturbance")
+    env.reset(seed=3)
+    data = env.data
+    rest = pamsim.save_state(env.model, data)
+    for _ in range(12):
+        env.step(env.action_space.sample())
+    data.xfrc_applied[-1], data.qacc_warmstart[:] = 1.0, 2.0
+    env.reset(seed=3)
+    assert env.data is data
+    assert np.array_equal(pamsim.save_state(env.model, data), rest)
+
+
+def test_the_engine_s_timers_run_beside_an_environment(made):
+    made().reset(seed=0)
+    model = mujoco.MjModel.from_xml_string("<mujoco><worldbody/></mujoco>")
+    data = mujoco.MjData(model)
+    mujoco.mj_step(model, data, 100)
+    assert data.timer[mujoco.mjtTimer.mjTIMER_STEP].duration > 0.0
 
 
 PLAYED = """
@@ -198,7 +220,7 @@ def test_a_lagging_instrument_shows_what_a_recording_would(made):
 
 
 def test_randomized_arms_spread_as_the_file_says(made):
-    from pamsim.envs.randomisation import random_parameters
+    from pamsim.envs.episode import random_parameters
 
     (damping,) = [s for s in random_parameters(pamsim.load_rig("mas20_arm")) if "damping" in s.name]
     assert damping.value == pytest.approx(0.3247)

@@ -18,7 +18,7 @@ import pytest
 
 import pamsim
 from pamsim.core.errors import InputError
-from pamsim.envs.registration import ENVIRONMENT
+from pamsim.envs import ENVIRONMENT
 
 OPTIONS = {
     "rig": "two_joint_arm",

@@ -13,8 +13,7 @@ import pytest
 import pamsim
 from pamsim.controllers.suite import FAMILIES, Suite
 from pamsim.core.errors import EngineError
-from pamsim.envs.closed_loop import drive
-from pamsim.envs.scores import score
+from pamsim.envs.closed_loop import run_episode, score
 
 
 @pytest.fixture(scope="module")
@@ -39,7 +38,7 @@ def made():
 def test_the_arm_comes_to_the_angle_wanted(name, suite, made):
     family = FAMILIES[name]
     controller = family.make(suite, family.tried[len(family.tried) // 2])
-    run = drive(
+    run = run_episode(
         made(controller.command, task="regulation", max_episode_steps=150), controller, seed=0
     )
     assert abs(run.reference[0, 0]) > math.radians(5.0)
@@ -49,7 +48,7 @@ def test_the_arm_comes_to_the_angle_wanted(name, suite, made):
 
 
 def test_stiffness_is_had_by_co_contraction(suite, made):
-    run = drive(
+    run = run_episode(
         made("pressure_set", task="stiffness", max_episode_steps=95), suite.feed_forward(), seed=2
     )
     asked = run.wanted_stiffness[-1, 0]
@@ -60,10 +59,10 @@ def test_stiffness_is_had_by_co_contraction(suite, made):
 def test_compensated_feed_forward_halves_the_error_of_a_pid(suite, made):
     env = made("pressure_set", task="sine", max_episode_steps=200)
     pid = min(
-        (drive(env, suite.pid(time), seed=0) for time in FAMILIES["PID"].tried),
+        (run_episode(env, suite.pid(time), seed=0) for time in FAMILIES["PID"].tried),
         key=lambda run: score(run).rmse,
     )
-    ahead = drive(env, suite.feed_forward(0.2, compensated=True), seed=0)
+    ahead = run_episode(env, suite.feed_forward(0.2, compensated=True), seed=0)
     assert score(ahead).rmse < 0.5 * score(pid).rmse
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from pamsim.envs.reach import Reach
+from pamsim.envs.scales import Reach
 from pamsim.envs.tasks import TASKS
 
 REACH = Reach(centre=0.1, travel=0.3, stiffness=(4.0, 9.0), torque=0.5)

@@ -11,7 +11,7 @@ import pytest
 import pamsim
 from pamsim.controllers.neural_policy import NeuralPolicy
 from pamsim.core.errors import EngineError, InputError
-from pamsim.envs.closed_loop import drive
+from pamsim.envs.closed_loop import run_episode
 from pamsim.envs.train import Training, train
 from pamsim.recordings.policy_file import PolicyFile, read_policy, write_policy
 
@@ -69,6 +69,6 @@ def test_a_round_of_training_gives_a_policy_that_drives_the_rig(tmp_path):
     assert [file.name for file in files] == ["p.npz", "p.json"]
     policy = NeuralPolicy.read(files[0], pamsim.load_rig("two_joint_arm"))
     env = gymnasium.make("pamsim/Rig-v0", rig="two_joint_arm", max_episode_steps=20)
-    run = drive(env, policy, seed=0)
+    run = run_episode(env, policy, seed=0)
     env.close()
     assert np.isfinite(run.position).all()

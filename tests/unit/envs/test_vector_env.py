@@ -9,8 +9,7 @@ import numpy as np
 import pytest
 
 from pamsim.core.errors import InputError
-from pamsim.envs import plant
-from pamsim.envs.registration import ARMS, ENVIRONMENT
+from pamsim.envs import ENVIRONMENT, MAS20, plant
 from pamsim.envs.rig_vector_env import RigVectorEnv
 
 RIGS = 3
@@ -41,7 +40,7 @@ VARIANTS = (
 )
 
 
-@pytest.mark.parametrize("name", ARMS)
+@pytest.mark.parametrize("name", MAS20)
 @pytest.mark.parametrize(
     "options", VARIANTS, ids=[" ".join(map(str, v.values())) for v in VARIANTS]
 )
@@ -68,7 +67,7 @@ def same(one, other):
         assert np.array_equal(one, other)
 
 
-@pytest.mark.parametrize("name", ARMS)
+@pytest.mark.parametrize("name", MAS20)
 def test_what_it_gives_lies_in_its_spaces(name, both):
     many, _ = both(name, max_episode_steps=5)
     seen, _ = many.reset(seed=0)

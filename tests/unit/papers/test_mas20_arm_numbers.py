@@ -21,7 +21,7 @@ from pamsim.effects.catalog import effect
 from pamsim.engine.equilibrium import rest_angles
 from pamsim.engine.rig import load_rig
 from pamsim.inference.leave_one_out import FittedForm, nested_leave_one_out
-from pamsim.papers.antagonistic_pair import ideal_muscle, rig_muscle, row
+from pamsim.papers.antagonistic_pair import ideal_muscle, rig_muscle
 from pamsim.papers.matiskova2021.equations import mounted
 from pamsim.papers.matiskova2021.stiffness import rig_stiffness
 from pamsim.papers.numerics import root
@@ -95,11 +95,11 @@ class Measured:
     def pull(self, extensible):
         braid = self.muscle.braid
         braid = braid if extensible else dataclasses.replace(braid, extensibility=0.0)
-        return static_force(row(dataclasses.replace(self.muscle, braid=braid)), 0.0, FULL)
+        return static_force(parameters(dataclasses.replace(self.muscle, braid=braid)), 0.0, FULL)
 
     @cached_property
     def unloaded_contraction(self):
-        par, length = row(self.muscle), self.muscle.braid.nominal_length
+        par, length = parameters(self.muscle), self.muscle.braid.nominal_length
         free = root(lambda way: static_force(par, way, 600e3), -0.4 * length, 0.0, 1e-9)
         return -100.0 * free / length
 
@@ -346,7 +346,7 @@ HOLDS = (
     (
         "is slack and cannot stop the arm",
         lambda m: (
-            static_force(row(m.muscle), m.half_stroke - m.muscle.mounting.length_at_zero, 0.0)
+            static_force(parameters(m.muscle), m.half_stroke - m.muscle.mounting.length_at_zero, 0.0)
             <= 0.0
         ),
     ),

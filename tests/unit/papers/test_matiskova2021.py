@@ -9,12 +9,12 @@ import pytest
 
 from pamsim.core.encoding import to_dict
 from pamsim.core.errors import InputError
-from pamsim.papers.antagonistic_pair import ideal_muscle, rig_muscle, row, sprocket_radius
+from pamsim.papers.antagonistic_pair import ideal_muscle, rig_muscle, sprocket_radius
 from pamsim.papers.claim import Claim, Verdict, evaluate
 from pamsim.papers.matiskova2021 import equations, simulation, stiffness
 from pamsim.papers.matiskova2021.stiffness import ideal_stiffness, stiffness_over_pressure
 from pamsim.physics.antagonist import antagonist_torque
-from pamsim.physics.record import COMMON
+from pamsim.physics.record import COMMON, parameters
 from tests.unit.papers.judged import (
     assert_documented,
     assert_every_claim_can_fail,
@@ -136,7 +136,7 @@ STATES = pytest.mark.parametrize(("length", "pressure"), [(0.0, 3e5), (-0.01, 5e
 
 @STATES
 def test_equation_5_is_the_stiffness_of_the_kernel_under_the_ideal_law(length, pressure):
-    par = row(ideal_muscle())
+    par = parameters(ideal_muscle())
     closed = ideal_stiffness(par, length, pressure)
     numeric = muscle_stiffness(par, length, pressure)
     assert closed.compressibility == pytest.approx(numeric.compressibility, rel=1e-8)
@@ -145,7 +145,7 @@ def test_equation_5_is_the_stiffness_of_the_kernel_under_the_ideal_law(length, p
 
 def test_geometric_part_goes_with_gauge_pressure_and_compressibility_with_absolute():
     muscle = ideal_muscle()
-    one, two = (ideal_stiffness(row(muscle), 0.0, pressure) for pressure in (2e5, 4e5))
+    one, two = (ideal_stiffness(parameters(muscle), 0.0, pressure) for pressure in (2e5, 4e5))
     assert two.geometric == pytest.approx(2.0 * one.geometric, rel=1e-12)
     ratio = (4e5 + muscle.chamber.atmosphere) / (2e5 + muscle.chamber.atmosphere)
     assert two.compressibility == pytest.approx(ratio * one.compressibility, rel=1e-12)
@@ -156,7 +156,7 @@ def test_stiffness_curves_are_the_change_of_torque_of_the_turned_pair():
     curves, h = stiffness_over_pressure(), 1e-4
     radius = sprocket_radius()
     for kind, muscle in (("", rig_muscle()), ("ideal_", ideal_muscle())):
-        par = row(dataclasses.replace(muscle, hysteresis=None))
+        par = parameters(dataclasses.replace(muscle, hysteresis=None))
         for place in (0, 20, -1):
             pressure = 500.0 * curves["sum_kpa"][place]
             air = [*[0.0] * (COMMON - 1), charged_air_state(par, [], 0.0, pressure)]

@@ -9,10 +9,9 @@ import numpy as np
 import pytest
 
 from pamsim.engine.rig import load_rig
-from pamsim.scene.live_plots import SPAN, LivePlots
+from pamsim.scene.live_plots import COLUMN, SPAN, LivePlots, figures
 from pamsim.scene.series_colours import series_rgb
-from pamsim.scene.window_layout import COLUMN, figures, fit_camera, window_places
-from pamsim.scene.window_model import window_model
+from pamsim.scene.viewer import fit_camera, window_model, window_places
 
 ROOM = mujoco.MjrRect(0, 0, 1200, 800)
 

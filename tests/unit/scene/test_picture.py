@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import math
 import os
 import subprocess
@@ -17,10 +18,7 @@ import pamsim
 from pamsim.core.errors import EngineError, InputError
 from pamsim.scene.chain_shape import _strand
 from pamsim.scene.muscle_shape import (
-    BRAID_ANGLE,
     MOVING_REACH,
-    NOMINAL_DIAMETER,
-    NOMINAL_LENGTH,
     WALL,
     muscle_solids,
     outer_radius,
@@ -31,6 +29,8 @@ from tests.unit.scene.films import nearest_series
 
 FOLDER = Path(__file__).parents[3] / "models" / "mas20_arm"
 RADIUS = 0.0125
+MUSCLES = pamsim.load_rig("mas20_arm").muscles
+BRAID = next(iter(MUSCLES.values())).braided
 LIMIT = math.pi / 3
 SIZE = {"width": 400, "height": 250}
 
@@ -82,6 +82,7 @@ def picture(model: mujoco.MjModel, p1: float, p2: float, *, beta: float = 0.0) -
     return render_arm(
         model,
         at(model, beta),
+        muscles=MUSCLES,
         pressures=(p1, p2),
         lengths=(0.24 - stroke, 0.24 + stroke),
         camera="top",
@@ -160,15 +161,15 @@ def test_inertia_and_gravity_torque_follow_load_and_tilt(
 
 @pytest.mark.parametrize("length", [0.19, 0.225, 0.25, 0.265])
 def test_muscle_keeps_the_length_of_its_fibres(length: float) -> None:
-    turns = NOMINAL_LENGTH * math.tan(BRAID_ANGLE) / (math.pi * NOMINAL_DIAMETER)
-    fibre = math.hypot(length, 2.0 * math.pi * turns * (outer_radius(length) - WALL))
-    assert fibre == pytest.approx(NOMINAL_LENGTH / math.cos(BRAID_ANGLE))
+    turns = BRAID.nominal_length * math.tan(BRAID.fibre_angle) / (math.pi * BRAID.diameter)
+    fibre = math.hypot(length, 2.0 * math.pi * turns * (outer_radius(length, BRAID) - WALL))
+    assert fibre == pytest.approx(BRAID.nominal_length / math.cos(BRAID.fibre_angle))
 
 
 @pytest.mark.parametrize("length", [0.18, 0.225, 0.2499, 0.25, 0.265])
 def test_rubber_stays_between_the_fittings(length: float) -> None:
     axis = np.array([1.0, 0.0, 0.0])
-    solids = muscle_solids(np.zeros(3), axis, length, 3e5, (0.0, 0.0, 1.0))
+    solids = muscle_solids(np.zeros(3), axis, length, 3e5, (0.0, 0.0, 1.0), BRAID)
     rounds = [solid for solid in solids if solid.kind == "ellipsoid"]
     reach = [abs(solid.position[0] - length / 2) + solid.size[2] for solid in rounds]
     assert max(reach, default=0.0) < length / 2 + 0.023
@@ -177,7 +178,7 @@ def test_rubber_stays_between_the_fittings(length: float) -> None:
 @pytest.mark.parametrize("length", [0.0, -0.1, 0.29, math.nan])
 def test_length_no_braid_can_have_is_refused(length: float) -> None:
     with pytest.raises(InputError, match="muscle length"):
-        outer_radius(length)
+        outer_radius(length, BRAID)
 
 
 @pytest.mark.parametrize("number", [1, 2])
@@ -203,7 +204,12 @@ def test_chain_runs_smoothly_from_the_sprocket_to_the_muscle(
 @needs_gl
 def test_picture_has_the_asked_size_and_is_not_blank(scene: mujoco.MjModel) -> None:
     image = render_arm(
-        scene, at(scene, 0.4), pressures=(487e3, 60e3), lengths=(0.245, 0.255), **SIZE
+        scene,
+        at(scene, 0.4),
+        muscles=MUSCLES,
+        pressures=(487e3, 60e3),
+        lengths=(0.245, 0.255),
+        **SIZE,
     )
     assert image.shape == (SIZE["height"], SIZE["width"], 3)
     assert image.dtype == np.uint8
@@ -241,7 +247,14 @@ def test_renderer_can_be_used_again_and_leaves_the_model_as_it_was(
     renderer = open_renderer(model, width=before + 80, height=100)
     try:
         first, second = (
-            render_arm(model, data, pressures=(1e5, 2e5), lengths=(0.24, 0.24), renderer=renderer)
+            render_arm(
+                model,
+                data,
+                muscles=MUSCLES,
+                pressures=(1e5, 2e5),
+                lengths=(0.24, 0.24),
+                renderer=renderer,
+            )
             for _ in range(2)
         )
     finally:
@@ -266,7 +279,7 @@ def test_load_is_drawn_by_its_weight(model: mujoco.MjModel, load: float, discs: 
         drawn,
     )
     own = drawn.ngeom
-    decorate(drawn, model, data, pressures=(0.0, 0.0), lengths=(0.25, 0.25))
+    decorate(drawn, model, data, muscles=MUSCLES, pressures=(0.0, 0.0), lengths=(0.25, 0.25))
     radius = model.site("load_seat").size[0]
     wide = [g for g in drawn.geoms[own : drawn.ngeom] if g.size[0] == pytest.approx(radius)]
     assert len(wide) == discs
@@ -291,7 +304,15 @@ def test_a_quick_picture_has_muscles_and_chain_without_their_fine_parts(
     data, counts = at(model, 0.0), []
     for fine in (True, False):
         drawn = mujoco.MjvScene(model, maxgeom=5000)
-        decorate(drawn, model, data, pressures=(2e5, 3e5), lengths=(0.25, 0.25), fine=fine)
+        decorate(
+            drawn,
+            model,
+            data,
+            muscles=MUSCLES,
+            pressures=(2e5, 3e5),
+            lengths=(0.25, 0.25),
+            fine=fine,
+        )
         counts.append(drawn.ngeom)
     assert 50 < counts[1] < 0.2 * counts[0]
 
@@ -300,23 +321,32 @@ def test_errors_name_what_is_missing(model: mujoco.MjModel) -> None:
     data = at(model, 0.0)
     full = mujoco.MjvScene(model, maxgeom=10)
     with pytest.raises(EngineError, match="full"):
-        decorate(full, model, data, pressures=(0.0, 0.0), lengths=(0.25, 0.25))
-    with pytest.raises(InputError, match="needs a pressure and a length, got 1 and 2"):
-        decorate(full, model, data, pressures=(0.0,), lengths=(0.25, 0.25))
+        decorate(full, model, data, muscles=MUSCLES, pressures=(0.0, 0.0), lengths=(0.25, 0.25))
+    with pytest.raises(InputError, match="of 2 muscles needs a pressure and a length, got 1 and 2"):
+        decorate(full, model, data, muscles=MUSCLES, pressures=(0.0,), lengths=(0.25, 0.25))
     model.wrap_prm[:] = 0.0
     with pytest.raises(EngineError, match="radius 0 m"):
-        decorate(full, model, data, pressures=(0.0, 0.0), lengths=(0.25, 0.25))
+        decorate(full, model, data, muscles=MUSCLES, pressures=(0.0, 0.0), lengths=(0.25, 0.25))
     half = mujoco.MjModel.from_xml_string(
         '<mujoco><worldbody><site name="sprocket"/></worldbody></mujoco>'
     )
     with pytest.raises(EngineError, match="joint named 'shaft'"):
-        decorate(full, half, mujoco.MjData(half), pressures=(0, 0), lengths=(0.25, 0.25))
+        decorate(
+            full, half, mujoco.MjData(half), muscles=MUSCLES, pressures=(0, 0), lengths=(0.25, 0.25)
+        )
 
 
 def test_a_rig_without_sites_is_drawn_as_its_mjcf_states() -> None:
     bare = mujoco.MjModel.from_xml_string("<mujoco/>")
     drawn = mujoco.MjvScene(bare, maxgeom=10)
-    decorate(drawn, bare, mujoco.MjData(bare), pressures=(0, 0, 0), lengths=(0.25, 0.25, 0.2))
+    decorate(
+        drawn,
+        bare,
+        mujoco.MjData(bare),
+        muscles=MUSCLES,
+        pressures=(0, 0),
+        lengths=(0.25, 0.25),
+    )
     assert drawn.ngeom == 0
 
 
@@ -327,7 +357,7 @@ def test_every_muscle_with_an_anchor_is_drawn_along_it(pressures: tuple[float, .
     pose(rig.model, data, rig.position_addresses, [0.4, -0.3])
     lengths = muscle_lengths(rig.model, data)
     drawn = mujoco.MjvScene(rig.model, maxgeom=5000)
-    decorate(drawn, rig.model, data, pressures=pressures, lengths=lengths)
+    decorate(drawn, rig.model, data, muscles=rig.muscles, pressures=pressures, lengths=lengths)
     places = np.array([geom.pos for geom in drawn.geoms[: drawn.ngeom]])
     for number, length in enumerate(lengths, start=1):
         anchor = data.site(f"muscle_{number}_anchor").xpos
@@ -335,14 +365,50 @@ def test_every_muscle_with_an_anchor_is_drawn_along_it(pressures: tuple[float, .
         assert own[:, 0].max() - anchor[0] == pytest.approx(length, abs=0.06)
 
 
+def test_each_muscle_is_drawn_in_its_own_size() -> None:
+    """A muscle of half the MAS-20's diameter and its own length, beside the law of its fibres."""
+    slim = dataclasses.replace(BRAID, nominal_length=0.12, diameter=0.010)
+    axis, colour = np.array([1.0, 0.0, 0.0]), (0.0, 0.0, 1.0)
+    tubes = [
+        muscle_solids(np.zeros(3), axis, braid.nominal_length, 3e5, colour, braid, fibres=False)
+        for braid in (BRAID, slim)
+    ]
+    for one, other in zip(*tubes, strict=True):
+        assert other.size[0] == pytest.approx(0.5 * one.size[0])
+    assert outer_radius(0.12, slim) == pytest.approx(0.5 * outer_radius(0.25, BRAID))
+    assert outer_radius(0.09, slim) > outer_radius(0.12, slim)
+    with pytest.raises(InputError, match="muscle length"):
+        outer_radius(0.25, slim)  # its fibres are too short for a MAS-20's length
+
+
+@needs_gl
+def test_a_rig_with_slim_muscles_is_drawn_with_them() -> None:
+    rig = pamsim.load_rig("mas20_arm", scene=True)
+    counts = []
+    for diameter in (0.020, 0.010):
+        other = rig.with_parameters({"braid.diameter": diameter})
+        model = other.model_for()
+        data = mujoco.MjData(model)
+        pose(model, data, other.position_addresses, [0.0])
+        drawn = mujoco.MjvScene(model, maxgeom=5000)
+        state = {"pressures": (2e5, 2e5), "lengths": muscle_lengths(model, data)}
+        decorate(drawn, model, data, muscles=other.muscles, fine=False, **state)
+        kind, blue = mujoco.mjtGeom.mjGEOM_CYLINDER, drawn.geoms[0]
+        assert blue.type == kind
+        counts.append(float(blue.size[0]))
+    assert counts[1] == pytest.approx(0.5 * counts[0], rel=1e-6)
+
+
 def test_without_opengl_one_line_names_the_fix() -> None:
     program = f"""
 import mujoco
+import pamsim
 from pamsim.core.errors import EngineError
 from pamsim.scene.picture import render_arm
+muscles = pamsim.load_rig("mas20_arm").muscles
 model = mujoco.MjModel.from_xml_path({str(FOLDER / "mas20_arm.xml")!r})
 try:
-    render_arm(model, mujoco.MjData(model), pressures=(0, 0), lengths=(0.25, 0.25))
+    render_arm(model, mujoco.MjData(model), muscles=muscles, pressures=(0, 0), lengths=(0.25, 0.25))
 except EngineError as error:
     print(error)
 """

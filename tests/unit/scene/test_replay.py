@@ -8,8 +8,7 @@ import numpy as np
 import pytest
 
 from pamsim.core.errors import InputError
-from pamsim.scene.arm_camera import arm_camera
-from pamsim.scene.replay import frame_times, read_replay
+from pamsim.scene.replay import arm_camera, frame_times, read_replay
 from tests.unit.scene.films import TIME, columns, nearest_series, needs_gl, write
 
 SIZE = {"width": 240, "height": 150}

@@ -108,7 +108,9 @@ def test_show_draws_the_state_and_touches_nothing_of_the_simulation(windows, rig
         window.slider = (1e5, 2e5)
         lengths = muscle_lengths(model, data)
         for pressure in (0.0, 6e5):
-            viewer.show(model, data, pressures=(pressure, 0.0), lengths=lengths)
+            viewer.show(
+                model, data, muscles=rig.muscles, pressures=(pressure, 0.0), lengths=lengths
+            )
         np.testing.assert_array_equal(viewer.controls, window.slider)
         np.testing.assert_array_equal(viewer.model.actuator_ctrlrange, [[0.0, 6e5]] * 2)
     for now, then in zip((data.qpos, data.ctrl, data.act), before, strict=True):
@@ -121,7 +123,7 @@ def test_show_draws_the_state_and_touches_nothing_of_the_simulation(windows, rig
     assert max(b[2] - a[2] for a, b in zip(cold, warm, strict=True)) > 0.5
     assert not viewer.is_running
     viewer.close()
-    viewer.show(model, data, pressures=START, lengths=lengths)
+    viewer.show(model, data, muscles=rig.muscles, pressures=START, lengths=lengths)
     assert len(window.shown) == 2
 
 
@@ -221,6 +223,7 @@ def test_the_state_of_a_stepped_model_can_be_shown(windows, rig):
         viewer.show(
             model,
             data,
+            muscles=rig.muscles,
             pressures=pressures(model, data).tolist(),
             lengths=muscle_lengths(model, data),
         )

@@ -1,12 +1,13 @@
-"""What the joints of a rig can do: where they go, how stiff they can be, how hard they pull."""
+"""What tasks and observations are scaled by: where joints go, how stiff they can be."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+import math
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from pamsim.core.errors import InputError
 from pamsim.engine.equilibrium import rest_positions
@@ -18,6 +19,12 @@ from pamsim.physics.static_muscle import static_force
 
 FloatArray = NDArray[np.float64]
 
+LIMIT = 10.0
+"""Observations are clipped to +-LIMIT; those of a rig that works stay far inside."""
+
+_PACE = math.pi
+"""Of a reference of 0.5 Hz: scales rates and accelerations [rad/s]."""
+
 _SHARE = 0.5
 """Of the largest travel that tasks ask for: the muscles keep pressure to steer with."""
 
@@ -28,9 +35,7 @@ first on at which no joint is slack."""
 _PUSH = 0.1
 """Difference of pressures, as a share of the top pressure, whose torque disturbs a joint."""
 
-
 _LEAST_ARM = 1e-6  # m/rad or 1: a muscle with less does not move the joint
-
 _LEAST_TRAVEL = 1e-6  # rad or m
 
 
@@ -126,3 +131,65 @@ def reaches_of(rig: Rig, top: float, rest: FloatArray, arms: FloatArray) -> tupl
             )
         )
     return tuple(found)
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class ObservedSignals:
+    """Names and scales of the numbers of an observation: each is (signal - centre) / scale.
+
+    Attributes:
+        names: such as ``elbow.angle``, ``biceps.pressure`` or ``elbow.angle_set``.
+        units: of the signals, SI.
+        centre: (n,) signal that is observed as 0.
+        scale: (n,) change of the signal that is observed as 1.
+    """
+
+    names: tuple[str, ...]
+    units: tuple[str, ...]
+    centre: FloatArray
+    scale: FloatArray
+
+    def si(self, observation: ArrayLike) -> FloatArray:
+        """Signals (..., n) [SI] of observations."""
+        return np.asarray(observation) * self.scale + self.centre
+
+    def named(self, observation: ArrayLike) -> dict[str, float]:
+        """Signals [SI] of one observation by name."""
+        return dict(zip(self.names, self.si(observation).tolist(), strict=True))
+
+
+def observed_signals(
+    joints: Mapping[str, str], muscles: Iterable[str], reaches: Sequence[Reach], supply: float
+) -> ObservedSignals:
+    """Signals of a rig, in the order of observations.
+
+    Args:
+        joints: name -> ``angle`` or ``position``.
+        muscles: names.
+        reaches: of the joints.
+        supply: pressure [Pa].
+    """
+
+    def of_joints(power: int, suffix: str) -> list[tuple[str, str, float, float]]:
+        rows = []
+        for (name, kind), reach in zip(joints.items(), reaches, strict=True):
+            what = (kind, "velocity", "acceleration")[power] + suffix
+            unit = ("rad" if kind == "angle" else "m") + ("", "/s", "/s^2")[power]
+            centre = reach.centre if power == 0 else 0.0
+            rows.append((f"{name}.{what}", unit, centre, reach.travel * _PACE**power))
+        return rows
+
+    rows = [
+        *of_joints(0, ""),
+        *of_joints(1, ""),
+        *((f"{name}.pressure", "Pa", 0.5 * supply, 0.5 * supply) for name in muscles),
+        *(row for power in range(3) for row in of_joints(power, "_set")),
+        *(
+            (f"{name}.stiffness_set", "N m/rad" if kind == "angle" else "N/m", 0.0, most)
+            for (name, kind), (_, most) in zip(
+                joints.items(), (reach.stiffness for reach in reaches), strict=True
+            )
+        ),
+    ]
+    names, units, centre, scale = zip(*rows, strict=True)
+    return ObservedSignals(names=names, units=units, centre=np.array(centre), scale=np.array(scale))

@@ -1,4 +1,4 @@
-"""Observation and reward of the environments at each sample.
+"""Readings, observation and reward of the environments at each sample.
 
 One rig at a time and number by number, compiled: for a single rig numpy's calls would cost more
 than the simulation, and the results of a rig do not depend on how many are stepped with it.
@@ -6,14 +6,20 @@ than the simulation, and the results of a rig do not depend on how many are step
 
 from __future__ import annotations
 
+import math
 from typing import NamedTuple
 
 import numba
 import numpy as np
 from numpy.typing import NDArray
 
+from pamsim.engine.rig import Rig
 from pamsim.envs.episode import NOISE, TORQUE
-from pamsim.envs.observed_signals import LIMIT
+from pamsim.envs.scales import LIMIT
+from pamsim.envs.settings import EnvSettings
+from pamsim.recordings.sensors import MeasurementChain
+
+FloatArray = NDArray[np.float64]
 
 ERROR_SHARE = 0.25
 """Error of a joint's position, as a share of its travel, that counts as 1 in the reward."""
@@ -37,12 +43,88 @@ class Rules(NamedTuple):
         period: between samples [s].
     """
 
-    centre: NDArray[np.float64]
-    scale: NDArray[np.float64]
-    unit: NDArray[np.float64]
+    centre: FloatArray
+    scale: FloatArray
+    unit: FloatArray
     span: float
     effort: float
     period: float
+
+
+class Gauge(NamedTuple):
+    """Encoders and pressure transducers; columns are positions of joints, then pressures.
+
+    Attributes:
+        scale: (n, s) reading per true change.
+        bias: (n, s) reading at zero [rad or m, Pa].
+        done: (n, s) share of a jump that a lag makes up within a period; 1 without lag.
+        along: (n, s) share of a change spread evenly over it.
+        noise: (s,) standard deviations.
+        step: (s,) resolution; 0 for unlimited.
+        held: (n, s) memory: signals behind their lags.
+        before: (n, s) memory: true signals of the last sample.
+    """
+
+    scale: FloatArray
+    bias: FloatArray
+    done: FloatArray
+    along: FloatArray
+    noise: FloatArray
+    step: FloatArray
+    held: FloatArray
+    before: FloatArray
+
+
+def instruments(settings: EnvSettings, rig: Rig, rigs: int) -> Gauge:
+    """Instruments of a number of rigs.
+
+    Args:
+        settings: noise, and whether encoders and converters round.
+        rig: of the environment; an encoder counts parts of a turn, so that it reads joints which
+            slide without rounding.
+        rigs: how many.
+    """
+    own = rig.sensor or MeasurementChain()
+    increments = own.encoder_increments if settings.instruments else 0.0
+    converter = own.pressure_step if settings.instruments else 0.0
+    turn = 2.0 * math.pi / increments if increments else 0.0
+    muscles = len(rig.muscles)
+    steps = [turn if kind == "angle" else 0.0 for kind in rig.joints.values()]
+    noise = [settings.angle_noise] * len(steps) + [settings.pressure_noise] * muscles
+    size = rigs, len(noise)
+    return Gauge(
+        scale=np.ones(size),
+        bias=np.zeros(size),
+        done=np.ones(size),
+        along=np.ones(size),
+        noise=np.array(noise),
+        step=np.array(steps + [converter] * muscles),
+        held=np.zeros(size),
+        before=np.zeros(size),
+    )
+
+
+def set_errors(gauge: Gauge, number: int, rig: Rig, period: float) -> None:
+    """Give one rig's instruments their scale, bias and lag.
+
+    Args:
+        gauge: changed in place.
+        number: of the rig.
+        rig: whose measurement chain states what they err by.
+        period: between samples [s].
+    """
+    own = rig.sensor or MeasurementChain()
+    joints = len(rig.joints)
+    for columns, scale, bias, lag in (
+        (slice(joints), own.angle_scale, own.angle_bias, own.angle_lag),
+        (slice(joints, None), own.pressure_scale, own.pressure_bias, own.pressure_lag),
+    ):
+        gauge.scale[number, columns] = scale
+        gauge.bias[number, columns] = bias
+        ratio = period / lag if lag > 0.0 else math.inf
+        done = -math.expm1(-ratio)
+        gauge.done[number, columns] = done
+        gauge.along[number, columns] = 1.0 - done / ratio
 
 
 @numba.njit(cache=True, nogil=True, error_model="numpy")
@@ -80,7 +162,7 @@ def first_sample(new, true, gauge, measured, table, rules, observation):
     Args:
         new: (n,) of bool: which rigs begin an episode.
         true: (n, j + m) positions [rad or m] and pressures [Pa].
-        gauge: `pamsim.envs.instruments.Gauge`; its memory is set.
+        gauge: `Gauge`; its memory is set.
         measured: (n, j + m) written: readings of the instruments.
         table: (n, rows, columns) of the episodes.
         rules: see `Rules`.
@@ -106,7 +188,7 @@ def next_sample(
 
     Args:
         true: (n, j + m) positions [rad or m] and pressures [Pa].
-        gauge: `pamsim.envs.instruments.Gauge`; its memory is updated.
+        gauge: `Gauge`; its memory is updated.
         measured: (n, j + m) readings at the last sample, overwritten by the present ones.
         table: (n, rows, columns) of the episodes.
         sample: (n,) number of the sample, one more afterwards.
