@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from pamsim.core.common_unit import COMMON
 from pamsim.core.units import to_si
-from pamsim.engine.rig_parameter import RigParameter
+from pamsim.engine.parameters import RigParameter
 
 
 def readable_unit(parameter: RigParameter) -> str:

@@ -23,9 +23,8 @@ from pamsim.core.errors import InputError, PamsimError, nearest
 from pamsim.core.files import complete_file, refuse_existing
 from pamsim.core.parameters import FieldSpec, ParameterGroup, specs
 from pamsim.core.units import to_si
-from pamsim.engine.joints import recorded_joints
-from pamsim.engine.mjcf_size import require_size
-from pamsim.engine.native import native_field
+from pamsim.engine.mjcf import read_text, recorded_joints
+from pamsim.engine.mjcf_fields import native_field
 from pamsim.engine.rig import load_rig
 from pamsim.physics.force_laws.effective_area import EffectiveArea
 from pamsim.physics.force_laws.mckibben import IdealMcKibben
@@ -129,9 +128,15 @@ def new_rig(
         target, source = folder / given.name, given.name
         if not given.is_file():
             raise InputError(f"no MJCF at {given}")
-        require_size(given)
+        text = read_text(given)
         model = _compiled(lambda: mujoco.MjModel.from_xml_path(str(given)), str(given))
-        text = "" if target.is_file() and target.samefile(given) else _alone(given)
+        in_place = target.is_file() and target.samefile(given)
+        if not in_place and re.search(r"<include\b|\bfile\s*=", text):
+            raise InputError(
+                f"{given} refers to other files, so it cannot be copied alone; give its own folder"
+                " as `out`"
+            )
+        text = "" if in_place else text
     what = KINDS.get(kind, f"A rig made from {source}")
     scene = "" if mjcf else _template("scene.xml", NAME=name, MJCF=target.name)
     files = {
@@ -190,17 +195,6 @@ def _compiled(load: Callable[[], mujoco.MjModel], where: str) -> mujoco.MjModel:
                 " letters, digits, _ and -"
             )
     return model
-
-
-def _alone(mjcf: Path) -> str:
-    """Text of an MJCF that needs no other file."""
-    text = mjcf.read_text(encoding="utf-8")
-    if re.search(r"<include\b|\bfile\s*=", text):
-        raise InputError(
-            f"{mjcf} refers to other files, so it cannot be copied alone; give its own folder as"
-            " `out`"
-        )
-    return text
 
 
 def _params(

@@ -13,7 +13,6 @@ import mujoco
 
 from pamsim.core.errors import EngineError, InputError, nearest
 from pamsim.engine import checks, plugin
-from pamsim.engine.timers import StoppedTimers
 from pamsim.physics.layout import is_muscle
 
 BACKENDS = ("compiled", "python")
@@ -40,8 +39,7 @@ def muscle_ids(model: mujoco.MjModel) -> list[int]:
 def live(*models: mujoco.MjModel, backend: str = "compiled") -> Iterator[None]:
     """Step some models quickly, or with a debugger, for the duration of a ``with`` block.
 
-    Models step without it as well, with the same results. Inside, the engine's own timers
-    (``data.timer``) stand still, which saves a seventh of each step.
+    Models step without it as well, with the same results.
 
     Args:
         models: the models to be stepped inside the block.
@@ -59,8 +57,8 @@ def live(*models: mujoco.MjModel, backend: str = "compiled") -> Iterator[None]:
     if backend not in BACKENDS:
         raise InputError(f"no backend {backend!r}; {nearest(backend, BACKENDS)}")
     if backend == "compiled":
-        with StoppedTimers():
-            yield
+        plugin.load_kernel()
+        yield
         checks.raise_found(models)
         return
     usual, interpreted = plugin.slot(), plugin.interpreted_slot()

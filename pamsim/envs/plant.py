@@ -15,10 +15,10 @@ from mujoco.batch import Batch
 from numpy.typing import NDArray
 
 from pamsim.core.errors import EngineError
+from pamsim.engine.plugin import load_kernel
 from pamsim.engine.rig import Rig
 from pamsim.engine.state import restore_state, save_state
 from pamsim.engine.stepping import check_steppable
-from pamsim.engine.timers import StoppedTimers
 
 FloatArray = NDArray[np.float64]
 
@@ -125,7 +125,8 @@ class OneRig:
 
     def __init__(self, rig: Rig, model: mujoco.MjModel, state: FloatArray) -> None:
         self._dofs = rig.velocity_addresses
-        self._timers = StoppedTimers()
+        load_kernel()  # before the engine's threads need it
+        self._closed = False
         self.put({0: (model, state)})
 
     def put(self, states: dict[int, tuple[mujoco.MjModel, FloatArray]]) -> None:
@@ -148,7 +149,7 @@ class OneRig:
 
     def step(self, commands: Sequence[tuple[int, FloatArray]]) -> None:
         """See `Plant.step`."""
-        check_open(self._timers.closed)
+        check_open(self._closed)
         for count, command in commands:
             self._ctrl[:] = command[0]
             mujoco.mj_step(self.model, self.data, count)
@@ -176,7 +177,7 @@ class OneRig:
 
     def close(self) -> None:
         """See `Plant.close`."""
-        self._timers.close()
+        self._closed = True
 
 
 class ManyRigs:
@@ -192,7 +193,8 @@ class ManyRigs:
     _alive: ClassVar[weakref.WeakSet[ManyRigs]] = weakref.WeakSet()
 
     def __init__(self, rig: Rig, model: mujoco.MjModel, count: int, threads: int) -> None:
-        self._timers = StoppedTimers()
+        load_kernel()  # before the engine's threads need it
+        self._closed = False
         self._models, self._threads = [model] * count, threads
         self._scratch = mujoco.MjData(model)
         self._dofs = rig.velocity_addresses
@@ -256,7 +258,7 @@ class ManyRigs:
         """See `Plant.step`."""
         if self._forked:
             self._start_again()
-        check_open(self._timers.closed)
+        check_open(self._closed)
         for number, (count, command) in enumerate(commands, start=1):
             self._ctrl[:] = command
             wanted = self._jacobian is None and number == len(commands)
@@ -284,7 +286,7 @@ class ManyRigs:
 
     def close(self) -> None:
         """See `Plant.close`."""
-        self._timers.close()
+        self._closed = True
 
 
 if hasattr(os, "register_at_fork"):

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+from pamsim.engine.parameters import rig_parameter
 from pamsim.engine.rig import Rig
-from pamsim.engine.rig_parameter import rig_parameter
 
 _NORMAL95 = 1.959964
 """Standard deviations from the centre of a 95 % interval to its ends."""

@@ -6,11 +6,11 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
+from pamsim.engine.preflight import check_timestep
 from pamsim.engine.rig import Rig
 from pamsim.engine.settle import settle_quickly
 from pamsim.engine.state import save_state
 from pamsim.engine.stepping import live
-from pamsim.engine.timestep_check import check_timestep
 from pamsim.envs.actions import ActionKind
 from pamsim.recordings.experiment import Experiment
 

@@ -16,8 +16,7 @@ from numpy.typing import NDArray
 from pamsim.core.errors import InputError
 from pamsim.engine import checks
 from pamsim.engine.chamber_gauge import ChamberGauge
-from pamsim.engine.equilibrium import rest_positions
-from pamsim.engine.moment_arms import moment_arms
+from pamsim.engine.equilibrium import moment_arms, rest_positions
 from pamsim.envs.actions import KINDS
 from pamsim.envs.episode import STIFFNESS, TORQUE, Episode, Episodes
 from pamsim.envs.instruments import instruments, set_errors

@@ -12,7 +12,7 @@ from typing import Any
 
 from pamsim.core.errors import InputError, nearest
 from pamsim.core.versions import versions
-from pamsim.engine.rig_digest import rig_digest
+from pamsim.engine.rig import rig_digest
 from pamsim.recordings.toml_file import read_toml
 from pamsim.sweeps.design import Design, Runs, runs_of
 from pamsim.sweeps.examined import examine

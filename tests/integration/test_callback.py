@@ -295,25 +295,14 @@ def test_another_model_in_the_same_process_is_unaffected(rig):
     assert np.array_equal(run(), alone)
 
 
-def test_timers_stand_still_inside_a_scope_only(rig):
+def test_the_engine_s_timers_run_beside_our_models(rig):
     model, data = charged(rig)
     step = mujoco.mjtTimer.mjTIMER_STEP
-
-    def timed():
-        before = data.timer[step].duration
+    with pamsim.live(model):
         mujoco.mj_step(model, data, 20)
-        return data.timer[step].duration > before
-
-    outer, inner = pamsim.live(model), pamsim.live(model)
-    outer.__enter__()
-    inner.__enter__()
-    outer.__exit__(None, None, None)  # not in the order of entering, as threads leave
-    assert not timed()
-    inner.__exit__(None, None, None)
-    assert mujoco.get_mjcb_time() is None
-    with pytest.raises(RuntimeError, match="on purpose"), pamsim.live(model):
-        raise RuntimeError("on purpose")
-    assert mujoco.get_mjcb_time() is None
+        assert mujoco.get_mjcb_time() is None
+    assert data.timer[step].number == 20
+    assert data.timer[step].duration > 0.0
 
 
 def test_a_clock_of_somebody_else_is_left_alone(rig):

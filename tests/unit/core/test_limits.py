@@ -15,7 +15,7 @@ from pyarrow import parquet
 import pamsim
 from pamsim.core import limits
 from pamsim.core.errors import InputError
-from pamsim.engine.mjcf_size import require_size
+from pamsim.engine.mjcf import require_size
 from pamsim.recordings.columns import read_columns
 from pamsim.recordings.json_file import read_json
 from pamsim.recordings.rig_file import shipped_rigs
@@ -40,7 +40,7 @@ def test_the_page_lists_every_limit_with_its_value():
         ("TOML_BYTES", "pamsim.recordings.toml_file", read_toml),
         ("JSON_BYTES", "pamsim.recordings.json_file", lambda path: read_json(path, "any")),
         ("TABLE_BYTES", "pamsim.recordings.columns", read_columns),
-        ("MJCF_BYTES", "pamsim.engine.mjcf_size", require_size),
+        ("MJCF_BYTES", "pamsim.engine.mjcf", require_size),
     ],
 )
 def test_a_file_that_is_too_large_is_refused(name, what, read, tmp_path, monkeypatch):

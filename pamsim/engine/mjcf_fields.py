@@ -1,9 +1,18 @@
-"""Rig parameters stored in the engine's own fields: joint, body and tendon properties.
+"""Rig parameters in the engine's own fields: properties of joints, bodies and tendons.
 
 A name is ``element.name.field``, such as ``joint.shaft.damping`` or ``body.arm.mass``. Some are not
 plain fields: ``tendon.NAME.coef``, the radius of the pulley a fixed tendon runs on (its sign, which
 the MJCF sets, is kept); ``tendon.NAME.coef_JOINT``, that at one of several joints; and
 ``body.NAME.tilt``, a turn of a static body about its x axis.
+
+Dry friction sticks only with solver settings of its own. MuJoCo's ``frictionloss`` is a soft
+constraint: with its default settings a joint held by 0.5 N m of dry friction creeps by a degree per
+second under 0.45 N m. With a short time constant and little softness it creeps by a ten-thousandth
+of that, and the solver's last pass without softness (``noslip_iterations``) holds it still.
+
+Friction that does not stick is the same constraint, soft on purpose: below the joint's friction
+speed it is proportional to speed, implicitly over the time step, so that no speed is too small. The
+friction speed is the last of the joint's user numbers, 0 for friction that sticks.
 """
 
 from __future__ import annotations
@@ -18,41 +27,33 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pamsim.core.errors import InputError, nearest
-from pamsim.core.parameters import FieldSpec, Sourced, check_value
+from pamsim.core.parameters import FieldSpec, check_value
+from pamsim.engine.mjcf import may_collide
+
+
+def _from_zero(unit: str, high: float, doc: str) -> FieldSpec:
+    return FieldSpec(unit=unit, low=0.0, high=high, low_open=False, doc=doc)
+
 
 _FIELDS: dict[str, FieldSpec] = {
-    "joint.damping": FieldSpec(
-        unit="N*m*s/rad", low=0.0, high=1e4, low_open=False, doc="viscous friction of the joint"
+    "joint.damping": _from_zero("N*m*s/rad", 1e4, "viscous friction of the joint"),
+    "joint.frictionloss": _from_zero("N*m", 1e4, "dry friction of the joint"),
+    "joint.friction_speed": _from_zero(
+        "rad/s",
+        1e3,
+        "speed below which dry friction is proportional to speed; 0 for friction that sticks",
     ),
-    "joint.frictionloss": FieldSpec(
-        unit="N*m", low=0.0, high=1e4, low_open=False, doc="dry friction of the joint"
-    ),
-    "joint.friction_speed": FieldSpec(
-        unit="rad/s",
-        low=0.0,
-        high=1e3,
-        low_open=False,
-        doc="speed below which dry friction is proportional to speed; 0 for friction that sticks",
-    ),
-    "joint.armature": FieldSpec(
-        unit="kg*m^2", low=0.0, high=1e4, low_open=False, doc="inertia on the joint's axis"
-    ),
-    "joint.stiffness": FieldSpec(
-        unit="N*m/rad", low=0.0, high=1e6, low_open=False, doc="spring at the joint"
-    ),
-    "body.mass": FieldSpec(unit="kg", low=0.0, high=1e4, low_open=False, doc="mass of the body"),
+    "joint.armature": _from_zero("kg*m^2", 1e4, "inertia on the joint's axis"),
+    "joint.stiffness": _from_zero("N*m/rad", 1e6, "spring at the joint"),
+    "body.mass": _from_zero("kg", 1e4, "mass of the body"),
     "body.tilt": FieldSpec(
         unit="rad", low=-math.pi, high=math.pi, low_open=False, doc="turn about the x axis"
     ),
     "tendon.coef": FieldSpec(
         unit="m", low=0.0, high=10.0, low_open=True, doc="radius of the pulley the tendon runs on"
     ),
-    "tendon.damping": FieldSpec(
-        unit="N*s/m", low=0.0, high=1e6, low_open=False, doc="viscous friction along the tendon"
-    ),
-    "tendon.frictionloss": FieldSpec(
-        unit="N", low=0.0, high=1e5, low_open=False, doc="dry friction along the tendon"
-    ),
+    "tendon.damping": _from_zero("N*s/m", 1e6, "viscous friction along the tendon"),
+    "tendon.frictionloss": _from_zero("N", 1e5, "dry friction along the tendon"),
 }
 
 _OF_SLIDE = {
@@ -87,14 +88,11 @@ _ARRAYS = (
 _FORCES = ("damping", "frictionloss", "friction_speed", "stiffness")
 """Fields from which the engine derives no constant of a model."""
 
-
-def native_si(model: mujoco.MjModel, name: str, entry: Sourced) -> float:
-    """Value of a native parameter in SI.
-
-    Raises:
-        InputError: if the field or the element is unknown, or the unit wrong.
-    """
-    return entry.si(_model_spec(model, name, entry.where).unit)
+_REFERENCE = (1e-3, 1.0)  # the engine raises the time constant to two of its steps
+_IMPEDANCE = (0.9999, 0.9999, 1e-3, 0.5, 2.0)
+_SMOOTH = 0.0  # first number of the reference of friction that does not stick: it has no spring
+_PASSES = 50  # at most: where friction of one joint loads the next, each pass brings both nearer
+_IMPROVEMENT = 1e-12  # of a pass, below which it is the last
 
 
 def is_native(name: str) -> bool:
@@ -103,13 +101,21 @@ def is_native(name: str) -> bool:
     return len(parts) == 3 and _kind(parts) in _FIELDS
 
 
-def native_field(model: mujoco.MjModel, name: str) -> FieldSpec:
-    """Unit and range of a native parameter.
+def native_field(model: mujoco.MjModel, name: str, *, where: str = "") -> FieldSpec:
+    """Unit and range of a native parameter, at a joint that turns or slides, a body or a tendon.
+
+    Args:
+        model: compiled.
+        name: ``element.name.field``.
+        where: what states it, for errors.
 
     Raises:
         InputError: if the field or the element is unknown.
     """
-    return _model_spec(model, name, name)
+    element, target, spec = _spec(name, where or name)
+    view, kind = _view(model, name, element, target), _kind(name.split("."))
+    slides = element == "joint" and int(model.jnt_type[view.id]) == mujoco.mjtJoint.mjJNT_SLIDE
+    return dataclasses.replace(spec, unit=_OF_SLIDE[kind]) if slides else spec
 
 
 def native_value(model: mujoco.MjModel, name: str) -> float:
@@ -169,7 +175,7 @@ def changes_constants(name: str) -> bool:
     return name.rpartition(".")[2] not in _FORCES
 
 
-def set_native(model: mujoco.MjModel, name: str, value: float) -> None:
+def set_native(model: mujoco.MjModel, name: str, value: float, compiled: mujoco.MjModel) -> None:
     """Set a native parameter of a compiled model.
 
     Call ``mj_setConst`` after the last one that `changes_constants`.
@@ -178,9 +184,11 @@ def set_native(model: mujoco.MjModel, name: str, value: float) -> None:
         model: changed in place.
         name: ``element.name.field``.
         value: in SI.
+        compiled: the model as its MJCF has it, which gives the inertia of a kilogram of a body:
+            a mass of 0 leaves none in ``model``.
 
     Raises:
-        InputError: if the field or the element is unknown.
+        InputError: if the field or the element is unknown, or a body without mass is given one.
         ParameterError: if the value is out of range.
     """
     element, target, spec = _spec(name, name)
@@ -196,7 +204,14 @@ def set_native(model: mujoco.MjModel, name: str, value: float) -> None:
         _user_numbers(model, name)[view.id, -1] = value
     elif field == "mass":
         # The inertia belongs to the same body: it keeps its shape and scales with the mass.
-        model.body_inertia[view.id] *= value / model.body_mass[view.id]
+        own = float(compiled.body_mass[view.id])
+        if own == 0.0 and value > 0.0:
+            raise InputError(
+                f"{name}: the MJCF gives this body no mass, so that its inertia is unknown; give it"
+                " one there"
+            )
+        share = value / own if own else 0.0
+        model.body_inertia[view.id] = compiled.body_inertia[view.id] * share
         model.body_mass[view.id] = value
     else:
         _plain(model, element, view, field)[:] = value
@@ -227,14 +242,6 @@ def _user_numbers(model: mujoco.MjModel, name: str) -> NDArray[np.float64]:
     if not model.nuser_jnt:
         raise InputError(f"{name}: only models of rigs have it; load one with pamsim.load_rig")
     return model.jnt_user
-
-
-def _model_spec(model: mujoco.MjModel, name: str, where: str) -> FieldSpec:
-    """A field's unit and range at a joint that turns or slides, a body or a tendon."""
-    element, target, spec = _spec(name, where)
-    view, kind = _view(model, name, element, target), _kind(name.split("."))
-    slides = element == "joint" and int(model.jnt_type[view.id]) == mujoco.mjtJoint.mjJNT_SLIDE
-    return dataclasses.replace(spec, unit=_OF_SLIDE[kind]) if slides else spec
 
 
 def _view(model: mujoco.MjModel, name: str, element: str, target: str) -> Any:
@@ -275,3 +282,69 @@ def _spec(name: str, where: str) -> tuple[str, str, FieldSpec]:
             f" element.field: {nearest(kind, _FIELDS)}"
         )
     return parts[0], parts[1], _FIELDS[kind]
+
+
+def make_friction_stick(model: mujoco.MjModel) -> None:
+    """Let dry friction of joints and tendons hold under load, without creep.
+
+    Settings that the MJCF states itself are kept. In a model with contacts the pass without
+    softness is left to its MJCF, because it would change the friction of the contacts too.
+
+    Args:
+        model: changed in place; without dry friction its dynamics are the same.
+    """
+    for reference, impedance in (
+        (model.dof_solref, model.dof_solimp),
+        (model.tendon_solref_fri, model.tendon_solimp_fri),
+    ):
+        _harden(reference, impedance)
+    _hold_still(model)
+
+
+def _hold_still(model: mujoco.MjModel) -> None:
+    """Add the pass without softness, unless it is there or the MJCF's to state."""
+    if model.opt.noslip_iterations == 0 and not may_collide(model):
+        model.opt.noslip_iterations = _PASSES
+        model.opt.noslip_tolerance = _IMPROVEMENT
+
+
+def reserve_friction_speed(spec: mujoco.MjSpec) -> None:
+    """Give every joint of a model to be compiled a further user number, 0."""
+    own = max((len(joint.userdata) for joint in spec.joints), default=0)
+    spec.nuser_jnt = max(spec.nuser_jnt, own) + 1
+
+
+def apply_friction_speed(model: mujoco.MjModel) -> None:
+    """Set the softness of the dry friction of joints to their friction speeds.
+
+    It depends on the time step, the friction and the inertia: call it after any of them changes.
+
+    Args:
+        model: of a rig; changed in place.
+    """
+    step, smooth = float(model.opt.timestep), False
+    for joint, speed in enumerate(model.jnt_user[:, -1].tolist() if model.nuser_jnt else ()):
+        dof = int(model.jnt_dofadr[joint])
+        friction = float(model.dof_frictionloss[dof])
+        if speed > 0.0 and friction > 0.0:
+            # The engine's force is -(a + B v) / R. With 1/R = c h and B = 1/h that is -c (v + h a),
+            # the slope c times the speed after the step.
+            share = friction / speed * step * float(model.dof_invweight0[dof])
+            impedance = min(max(share / (1.0 + share), mujoco.mjMINIMP), mujoco.mjMAXIMP)
+            model.dof_solref[dof] = (_SMOOTH, -impedance / step)
+            model.dof_solimp[dof] = (impedance, impedance, *_IMPEDANCE[2:])
+            smooth = True
+        elif model.dof_solref[dof, 0] == _SMOOTH:
+            model.dof_solref[dof], model.dof_solimp[dof] = _REFERENCE, _IMPEDANCE
+            _hold_still(model)
+    if smooth:
+        model.opt.noslip_iterations = 0  # the pass takes all softness away
+
+
+def _harden(reference: NDArray[np.float64], impedance: NDArray[np.float64]) -> None:
+    """Replace the settings that are the engine's defaults."""
+    default = mujoco.MjSpec().default.joint
+    stated = (reference != default.solref_friction).any(axis=1)
+    stated |= (impedance != default.solimp_friction).any(axis=1)
+    reference[~stated] = _REFERENCE
+    impedance[~stated] = _IMPEDANCE
