@@ -32,8 +32,9 @@ def attach(
     The muscle's length is the tendon's plus ``length_at_zero``; it pulls the tendon shorter. Also
     turns off the engine's automatic reset, which would hide a diverged run.
 
-    A process that loads the model from an MJB or a pickle must have imported ``pamsim`` before:
-    MuJoCo itself crashes where it does not know the muscles' plugin.
+    A process that loads the model from an MJB or a pickle must import pamsim and call
+    `pamsim.engine.plugin.register` before: where the muscles' plugin is unknown, MuJoCo itself
+    crashes.
 
     Args:
         spec: the model; changed in place. Compile it with `compile_model`.

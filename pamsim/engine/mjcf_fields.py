@@ -20,7 +20,7 @@ from __future__ import annotations
 import dataclasses
 import math
 from collections.abc import Iterator, Sequence
-from typing import Any
+from dataclasses import dataclass
 
 import mujoco
 import numpy as np
@@ -31,59 +31,66 @@ from pamsim.core.parameters import FieldSpec, check_value
 from pamsim.engine.mjcf import may_collide
 
 
-def _from_zero(unit: str, high: float, doc: str) -> FieldSpec:
-    return FieldSpec(unit=unit, low=0.0, high=high, low_open=False, doc=doc)
+@dataclass(frozen=True, kw_only=True)
+class _Field:
+    """A kind of native parameter.
+
+    Attributes:
+        array: of the model, whose numbers it is.
+        spec: unit and range.
+        slide_unit: unit at a joint that slides; empty if it is the same.
+    """
+
+    array: str
+    spec: FieldSpec
+    slide_unit: str = ""
 
 
-_FIELDS: dict[str, FieldSpec] = {
-    "joint.damping": _from_zero("N*m*s/rad", 1e4, "viscous friction of the joint"),
-    "joint.frictionloss": _from_zero("N*m", 1e4, "dry friction of the joint"),
-    "joint.friction_speed": _from_zero(
-        "rad/s",
-        1e3,
-        "speed below which dry friction is proportional to speed; 0 for friction that sticks",
-    ),
-    "joint.armature": _from_zero("kg*m^2", 1e4, "inertia on the joint's axis"),
-    "joint.stiffness": _from_zero("N*m/rad", 1e6, "spring at the joint"),
-    "body.mass": _from_zero("kg", 1e4, "mass of the body"),
-    "body.tilt": FieldSpec(
-        unit="rad", low=-math.pi, high=math.pi, low_open=False, doc="turn about the x axis"
-    ),
-    "tendon.coef": FieldSpec(
-        unit="m", low=0.0, high=10.0, low_open=True, doc="radius of the pulley the tendon runs on"
-    ),
-    "tendon.damping": _from_zero("N*s/m", 1e6, "viscous friction along the tendon"),
-    "tendon.frictionloss": _from_zero("N", 1e5, "dry friction along the tendon"),
+# Field, array of the model, unit, unit at a joint that slides, range, meaning.
+_TABLE = (
+    ("joint.damping", "dof_damping", "N*m*s/rad", "N*s/m", 0, 1e4, "viscous friction of the joint"),
+    ("joint.frictionloss", "dof_frictionloss", "N*m", "N", 0, 1e4, "dry friction of the joint"),
+    ("joint.friction_speed", "jnt_user", "rad/s", "m/s", 0, 1e3,
+     "speed below which dry friction is proportional to speed; 0 for friction that sticks"),
+    ("joint.armature", "dof_armature", "kg*m^2", "kg", 0, 1e4, "inertia on the joint's axis"),
+    ("joint.stiffness", "jnt_stiffness", "N*m/rad", "N/m", 0, 1e6, "spring at the joint"),
+    ("body.mass", "body_mass", "kg", "", 0, 1e4, "mass of the body"),
+    ("body.tilt", "body_quat", "rad", "", -math.pi, math.pi, "turn about the x axis"),
+    ("tendon.coef", "wrap_prm", "m", "", 0, 10, "radius of the pulley the tendon runs on"),
+    ("tendon.damping", "tendon_damping", "N*s/m", "", 0, 1e6, "viscous friction along the tendon"),
+    ("tendon.frictionloss", "tendon_frictionloss", "N", "", 0, 1e5,
+     "dry friction along the tendon"),
+)  # fmt: skip
+
+_FIELDS = {
+    name: _Field(
+        array=array,
+        spec=FieldSpec(
+            unit=unit,
+            low=float(low),
+            high=float(high),
+            low_open=array == "wrap_prm",  # a tendon on a pulley without radius moves nothing
+            doc=doc,
+        ),
+        slide_unit=slide_unit,
+    )
+    for name, array, unit, slide_unit, low, high, doc in _TABLE
 }
+"""``element.field`` -> what it is."""
 
-_OF_SLIDE = {
-    "joint.damping": "N*s/m",
-    "joint.frictionloss": "N",
-    "joint.friction_speed": "m/s",
-    "joint.armature": "kg",
-    "joint.stiffness": "N/m",
+_ELEMENTS = {
+    "joint": mujoco.mjtObj.mjOBJ_JOINT,
+    "body": mujoco.mjtObj.mjOBJ_BODY,
+    "tendon": mujoco.mjtObj.mjOBJ_TENDON,
 }
-"""Unit of a field at a joint that slides."""
-
-_COUNTS = {"joint": "jnt", "body": "body", "tendon": "tendon"}
-"""Element -> what MuJoCo calls it where it counts them."""
 
 _ARRAYS = (
-    "dof_damping",
-    "dof_frictionloss",
+    *(field.array for field in _FIELDS.values()),
+    "body_inertia",
     "dof_solref",
     "dof_solimp",
-    "dof_armature",
-    "jnt_user",
-    "jnt_stiffness",
-    "body_mass",
-    "body_inertia",
-    "body_quat",
-    "tendon_damping",
-    "tendon_frictionloss",
-    "wrap_prm",
 )
-"""Fields of a compiled model that native parameters set."""
+"""Arrays of a compiled model that native parameters change."""
 
 _FORCES = ("damping", "frictionloss", "friction_speed", "stiffness")
 """Fields from which the engine derives no constant of a model."""
@@ -112,10 +119,9 @@ def native_field(model: mujoco.MjModel, name: str, *, where: str = "") -> FieldS
     Raises:
         InputError: if the field or the element is unknown.
     """
-    element, target, spec = _spec(name, where or name)
-    view, kind = _view(model, name, element, target), _kind(name.split("."))
-    slides = element == "joint" and int(model.jnt_type[view.id]) == mujoco.mjtJoint.mjJNT_SLIDE
-    return dataclasses.replace(spec, unit=_OF_SLIDE[kind]) if slides else spec
+    field, index = _find(model, name, where or name)
+    slides = field.slide_unit and int(model.jnt_type[index]) == mujoco.mjtJoint.mjJNT_SLIDE
+    return dataclasses.replace(field.spec, unit=field.slide_unit) if slides else field.spec
 
 
 def native_value(model: mujoco.MjModel, name: str) -> float:
@@ -124,18 +130,11 @@ def native_value(model: mujoco.MjModel, name: str) -> float:
     Raises:
         InputError: if the field or the element is unknown.
     """
-    element, target, _ = _spec(name, name)
-    view = _view(model, name, element, target)
-    field = name.rpartition(".")[2]
-    if field.startswith("coef"):
-        return abs(float(model.wrap_prm[_pulleys(model, name, view.id)[0]]))
-    if field == "tilt":
-        return 2.0 * math.atan2(model.body_quat[view.id][1], model.body_quat[view.id][0])
-    if field == "mass":
-        return float(model.body_mass[view.id])
-    if field == "friction_speed":
-        return float(_user_numbers(model, name)[view.id, -1])
-    return float(np.ravel(_plain(model, element, view, field))[0])
+    field, index = _find(model, name, name)
+    if field.array == "body_quat":
+        return 2.0 * math.atan2(model.body_quat[index, 1], model.body_quat[index, 0])
+    first = float(np.ravel(_numbers(model, name, field, index))[0])
+    return abs(first) if field.array == "wrap_prm" else first
 
 
 def native_names(model: mujoco.MjModel) -> Iterator[str]:
@@ -146,10 +145,10 @@ def native_names(model: mujoco.MjModel) -> Iterator[str]:
     """
     for kind in _FIELDS:
         element, field = kind.split(".")
-        for index in range(getattr(model, f"n{_COUNTS[element]}")):
-            view = getattr(model, element)(index)
-            name = f"{element}.{view.name}.{field}"
-            if not view.name or (element == "body" and not _is_of_body(model, index, field)):
+        for index in range(_count(model, element)):
+            own = mujoco.mj_id2name(model, _ELEMENTS[element], index)
+            name = f"{element}.{own}.{field}"
+            if not own or (element == "body" and not _is_of_body(model, index, field)):
                 continue
             if field != "coef":
                 yield name
@@ -191,30 +190,24 @@ def set_native(model: mujoco.MjModel, name: str, value: float, compiled: mujoco.
         InputError: if the field or the element is unknown, or a body without mass is given one.
         ParameterError: if the value is out of range.
     """
-    element, target, spec = _spec(name, name)
-    check_value(name, value, spec)
-    field = name.rpartition(".")[2]
-    view = _view(model, name, element, target)
-    if field.startswith("coef"):
-        wraps = _pulleys(model, name, view.id)
-        model.wrap_prm[wraps] = np.copysign(value, model.wrap_prm[wraps])
-    elif field == "tilt":
-        model.body_quat[view.id] = [math.cos(value / 2), math.sin(value / 2), 0.0, 0.0]
-    elif field == "friction_speed":
-        _user_numbers(model, name)[view.id, -1] = value
-    elif field == "mass":
+    field, index = _find(model, name, name)
+    check_value(name, value, field.spec)
+    if field.array == "body_mass":
         # The inertia belongs to the same body: it keeps its shape and scales with the mass.
-        own = float(compiled.body_mass[view.id])
+        own = float(compiled.body_mass[index])
         if own == 0.0 and value > 0.0:
             raise InputError(
                 f"{name}: the MJCF gives this body no mass, so that its inertia is unknown; give it"
                 " one there"
             )
-        share = value / own if own else 0.0
-        model.body_inertia[view.id] = compiled.body_inertia[view.id] * share
-        model.body_mass[view.id] = value
+        model.body_inertia[index] = compiled.body_inertia[index] * (value / own if own else 0.0)
+    numbers = _numbers(model, name, field, index)
+    if field.array == "wrap_prm":
+        numbers[:] = np.copysign(value, numbers)
+    elif field.array == "body_quat":
+        numbers[:] = (math.cos(value / 2), math.sin(value / 2), 0.0, 0.0)
     else:
-        _plain(model, element, view, field)[:] = value
+        numbers[:] = value
 
 
 def copy_natives(source: mujoco.MjModel, target: mujoco.MjModel) -> None:
@@ -230,41 +223,8 @@ def copy_natives(source: mujoco.MjModel, target: mujoco.MjModel) -> None:
     mujoco.mj_setConst(target, mujoco.MjData(target))
 
 
-def _plain(model: mujoco.MjModel, element: str, view: Any, field: str) -> NDArray[np.float64]:
-    """A field's numbers, to be read or set; views of tendons leave damping and friction out."""
-    if element == "tendon":
-        return getattr(model, f"tendon_{field}")[view.id : view.id + 1]
-    return getattr(view, field)
-
-
-def _user_numbers(model: mujoco.MjModel, name: str) -> NDArray[np.float64]:
-    """The joints' user numbers, of which rigs have at least one."""
-    if not model.nuser_jnt:
-        raise InputError(f"{name}: only models of rigs have it; load one with pamsim.load_rig")
-    return model.jnt_user
-
-
-def _view(model: mujoco.MjModel, name: str, element: str, target: str) -> Any:
-    try:
-        return getattr(model, element)(target)
-    except KeyError:
-        raise InputError(f"{name}: the model has no {element} {target!r}") from None
-
-
-def _pulleys(model: mujoco.MjModel, name: str, tendon: int) -> list[int]:
-    """Indices of a fixed tendon's radii in ``model.wrap_prm``: at one joint, or the same at all."""
-    first = int(model.tendon_adr[tendon])
-    wraps = list(range(first, first + int(model.tendon_num[tendon])))
-    joints = {model.joint(int(model.wrap_objid[wrap])).name: wrap for wrap in wraps}
-    joint = name.rpartition(".")[2].partition("_")[2]
-    if joint:
-        if joint not in joints:
-            raise InputError(f"{name}: the tendon does not run over it; {nearest(joint, joints)}")
-        return [joints[joint]]
-    if len(set(np.abs(model.wrap_prm[wraps]).tolist())) > 1:
-        fields = " and ".join(f"coef_{joint}" for joint in joints)
-        raise InputError(f"{name}: the pulleys of this tendon differ; write {fields}")
-    return wraps
+def _count(model: mujoco.MjModel, element: str) -> int:
+    return {"joint": model.njnt, "body": model.nbody, "tendon": model.ntendon}[element]
 
 
 def _kind(parts: Sequence[str]) -> str:
@@ -273,7 +233,8 @@ def _kind(parts: Sequence[str]) -> str:
     return f"{parts[0]}.{field}"
 
 
-def _spec(name: str, where: str) -> tuple[str, str, FieldSpec]:
+def _find(model: mujoco.MjModel, name: str, where: str) -> tuple[_Field, int]:
+    """Field and element's number that a name stands for."""
     parts = name.split(".")
     kind = _kind(parts)
     if len(parts) != 3 or kind not in _FIELDS:
@@ -281,7 +242,42 @@ def _spec(name: str, where: str) -> tuple[str, str, FieldSpec]:
             f"{where}: {name!r} is no native parameter; write element.name.field with one of"
             f" element.field: {nearest(kind, _FIELDS)}"
         )
-    return parts[0], parts[1], _FIELDS[kind]
+    element, target, _ = parts
+    index = mujoco.mj_name2id(model, _ELEMENTS[element], target)
+    if index < 0:
+        raise InputError(f"{name}: the model has no {element} {target!r}")
+    return _FIELDS[kind], index
+
+
+def _numbers(model: mujoco.MjModel, name: str, field: _Field, index: int) -> NDArray[np.float64]:
+    """The numbers of a parameter, as a view of the model's array."""
+    array = getattr(model, field.array)
+    if field.array == "wrap_prm":
+        return array[_pulleys(model, name, index)]
+    if field.array == "jnt_user":
+        if not model.nuser_jnt:
+            raise InputError(f"{name}: only models of rigs have it; load one with pamsim.load_rig")
+        return array[index, -1:]
+    if field.array.startswith("dof_"):
+        dofs = np.flatnonzero(model.dof_jntid == index)
+        return array[dofs[0] : dofs[-1] + 1]
+    return array[index] if array.ndim > 1 else array[index : index + 1]
+
+
+def _pulleys(model: mujoco.MjModel, name: str, tendon: int) -> slice:
+    """Where a fixed tendon's radii lie in ``model.wrap_prm``: at one joint, or the same at all."""
+    first = int(model.tendon_adr[tendon])
+    wraps = range(first, first + int(model.tendon_num[tendon]))
+    joints = {model.joint(int(model.wrap_objid[wrap])).name: wrap for wrap in wraps}
+    joint = name.rpartition(".")[2].partition("_")[2]
+    if joint:
+        if joint not in joints:
+            raise InputError(f"{name}: the tendon does not run over it; {nearest(joint, joints)}")
+        return slice(joints[joint], joints[joint] + 1)
+    if len(set(np.abs(model.wrap_prm[wraps]).tolist())) > 1:
+        fields = " and ".join(f"coef_{joint}" for joint in joints)
+        raise InputError(f"{name}: the pulleys of this tendon differ; write {fields}")
+    return slice(wraps.start, wraps.stop)
 
 
 def make_friction_stick(model: mujoco.MjModel) -> None:
