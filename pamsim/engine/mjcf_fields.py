@@ -193,14 +193,8 @@ def set_native(model: mujoco.MjModel, name: str, value: float, compiled: mujoco.
     field, index = _find(model, name, name)
     check_value(name, value, field.spec)
     if field.array == "body_mass":
-        # The inertia belongs to the same body: it keeps its shape and scales with the mass.
-        own = float(compiled.body_mass[index])
-        if own == 0.0 and value > 0.0:
-            raise InputError(
-                f"{name}: the MJCF gives this body no mass, so that its inertia is unknown; give it"
-                " one there"
-            )
-        model.body_inertia[index] = compiled.body_inertia[index] * (value / own if own else 0.0)
+        set_mass(model, index, value, compiled, where=name)
+        return
     numbers = _numbers(model, name, field, index)
     if field.array == "wrap_prm":
         numbers[:] = np.copysign(value, numbers)
@@ -208,6 +202,31 @@ def set_native(model: mujoco.MjModel, name: str, value: float, compiled: mujoco.
         numbers[:] = (math.cos(value / 2), math.sin(value / 2), 0.0, 0.0)
     else:
         numbers[:] = value
+
+
+def set_mass(
+    model: mujoco.MjModel, body: int, mass: float, compiled: mujoco.MjModel, *, where: str
+) -> None:
+    """Set the mass of a body, with its inertia in proportion: it keeps its shape.
+
+    Args:
+        model: changed in place.
+        body: its number.
+        mass: [kg].
+        compiled: see `set_native`.
+        where: what sets it, for errors.
+
+    Raises:
+        InputError: if the MJCF gives the body no mass.
+    """
+    own = float(compiled.body_mass[body])
+    if own == 0.0 and mass > 0.0:
+        raise InputError(
+            f"{where}: the MJCF gives this body no mass, so that its inertia is unknown; give it"
+            " one there"
+        )
+    model.body_inertia[body] = compiled.body_inertia[body] * (mass / own if own else 0.0)
+    model.body_mass[body] = mass
 
 
 def copy_natives(source: mujoco.MjModel, target: mujoco.MjModel) -> None:

@@ -225,13 +225,12 @@ def _params(
         *(f'load_body = "{body}"  # of 1 kg in the MJCF; load_kg of a trial' for body in loads),
     ]
     spans = _tendon_spans(model)
-    lengths = _bellows_lengths if pushing else _muscle_lengths
     for muscle, index in tendons.items():
         lines += [
             "",
             f"[muscles.{muscle}]",
             f'tendon = "{model.tendon(index).name}"',
-            *lengths(muscle, model, index, *spans[index]),
+            *_lengths(muscle, model, index, spans[index], pushing=pushing),
         ]
     lines += ["", "# What all of them share; [muscles.NAME.<group>] holds what differs in one."]
     groups = (*MUSCLE_GROUPS, IdealMcKibben, BoucWen)
@@ -247,36 +246,33 @@ def _params(
     return "\n".join(lines) + "\n"
 
 
-def _muscle_lengths(
-    name: str, model: mujoco.MjModel, tendon: int, shortest: float, longest: float
+def _lengths(
+    name: str, model: mujoco.MjModel, tendon: int, span: tuple[float, float], *, pushing: bool
 ) -> list[str]:
-    """Lines on the length of a muscle."""
-    nominal = _nominal_length(model, tendon, shortest, longest)
-    why = f"{100 * (longest - shortest) / nominal:.0f} % contracted where its tendon is shortest"
-    return [
-        f"[muscles.{name}.mounting]",
-        _entry("length_at_zero", nominal - longest, "mm", "m", "assumed: so that the muscle"
-               " has its nominal length where the tendon is longest"),
-        f"[muscles.{name}.braid]",
-        _entry("nominal_length", nominal, "mm", "m", f"assumed: {why}"),
-    ]  # fmt: skip
-
-
-def _bellows_lengths(
-    name: str, model: mujoco.MjModel, tendon: int, shortest: float, longest: float
-) -> list[str]:
-    """Lines on the stroke of a bellows: on a spatial tendon from pin to pin."""
+    """Lines on the length of a muscle, or the stroke of a bellows, on a tendon."""
+    shortest, longest = span
     middle = 0.5 * (shortest + longest)
-    free, at_zero, why = middle, 0.0, "the length from pin to pin"
-    if model.wrap_type[model.tendon_adr[tendon]] == mujoco.mjtWrap.mjWRAP_JOINT:
-        free = max(middle - shortest, _LENGTH_STEP) / (1.0 - _SHORTEST_STROKE)
-        at_zero = free - middle
+    fixed = model.wrap_type[model.tendon_adr[tendon]] == mujoco.mjtWrap.mjWRAP_JOINT
+    if not pushing:
+        wanted = math.ceil((longest - shortest) / _WORKING_RANGE / _LENGTH_STEP) * _LENGTH_STEP
+        nominal = max(wanted if fixed else min(wanted, longest), _LENGTH_STEP)
+        at_zero = nominal - longest
+        why = "so that the muscle has its nominal length where the tendon is longest"
+        contracted = 100 * (longest - shortest) / nominal
+        size = f"{contracted:.0f} % contracted where its tendon is shortest"
+    elif fixed:
+        nominal = max(middle - shortest, _LENGTH_STEP) / (1.0 - _SHORTEST_STROKE)
+        at_zero = nominal - middle
         why = f"{_SHORTEST_STROKE:g} of its free stroke where its tendon is shortest"
+        size = "free in the middle of its way"
+    else:
+        nominal, at_zero = middle, 0.0
+        why, size = "the length from pin to pin", "free in the middle of its way"
     return [
         f"[muscles.{name}.mounting]",
         _entry("length_at_zero", at_zero, "mm", "m", f"assumed: {why}"),
-        f"[muscles.{name}.stroke]",
-        _entry("nominal_length", free, "mm", "m", "assumed: free in the middle of its way"),
+        f"[muscles.{name}.{'stroke' if pushing else 'braid'}]",
+        _entry("nominal_length", nominal, "mm", "m", f"assumed: {size}"),
     ]
 
 
@@ -373,13 +369,6 @@ def _tendon_spans(model: mujoco.MjModel) -> list[tuple[float, float]]:
         lengths.append(data.ten_length.copy())
     table = np.array(lengths)
     return list(zip(table.min(axis=0).tolist(), table.max(axis=0).tolist(), strict=True))
-
-
-def _nominal_length(model: mujoco.MjModel, tendon: int, shortest: float, longest: float) -> float:
-    """Length of a muscle that has the working range of its tendon [m]."""
-    wanted = math.ceil((longest - shortest) / _WORKING_RANGE / _LENGTH_STEP) * _LENGTH_STEP
-    fixed = model.wrap_type[model.tendon_adr[tendon]] == mujoco.mjtWrap.mjWRAP_JOINT
-    return max(wanted if fixed else min(wanted, longest), _LENGTH_STEP)
 
 
 def _entry(key: str, value: float, unit: str, si_unit: str, source: str) -> str:

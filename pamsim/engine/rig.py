@@ -31,6 +31,7 @@ from pamsim.engine.mjcf_fields import (
     make_friction_stick,
     native_field,
     reserve_friction_speed,
+    set_mass,
     set_native,
 )
 from pamsim.engine.parameters import ParameterName, sensor_spec
@@ -118,7 +119,8 @@ class Rig:
         Raises:
             InputError: if there are several.
         """
-        return int(self.model.joint(self.only_joint).qposadr[0])
+        _ = self.only_joint
+        return self.position_addresses[0]
 
     @property
     def velocity_address(self) -> int:
@@ -127,7 +129,8 @@ class Rig:
         Raises:
             InputError: if there are several.
         """
-        return int(self.model.joint(self.only_joint).dofadr[0])
+        _ = self.only_joint
+        return self.velocity_addresses[0]
 
     @property
     def takes_load(self) -> bool:
@@ -173,16 +176,13 @@ class Rig:
         return model
 
     def _put_load(self, model: mujoco.MjModel, load: float, data: mujoco.MjData | None) -> None:
-        """Set the load body's mass [kg], and its inertia in proportion to the MJCF's 1 kg."""
         body = self.file.load_body
         if body is None:
             if load:
                 raise InputError(f"rig {self.name!r} has no load body: it cannot carry {load:g} kg")
             return
-        index = model.body(body).id
-        model.body_mass[index] = load
-        own = self.compiled
-        model.body_inertia[index] = load * own.body_inertia[index] / own.body_mass[index]
+        where = f"rig.load_body = {body!r} of {self.name!r}"
+        set_mass(model, model.body(body).id, load, self.compiled, where=where)
         mujoco.mj_setConst(model, data or mujoco.MjData(model))
 
     def with_parameters(

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import copy
 import dataclasses
 import math
 import shutil
@@ -161,6 +162,17 @@ def test_a_body_without_mass_gets_its_inertia_back(rig):
         np.testing.assert_allclose(model.body_inertia[load], expected, rtol=1e-12)
         assert np.isfinite(model.dof_M0).all()
     assert not empty.model.body_inertia[load].any()
+
+
+def test_a_body_whose_mjcf_gives_no_mass_takes_none(rig):
+    bare = copy.copy(rig.compiled)
+    bare.body_mass[bare.body("load").id] = 0.0
+    massless = dataclasses.replace(rig, compiled=bare)
+    with pytest.raises(InputError, match="gives this body no mass"):
+        massless.with_parameters({"body.load.mass": 1.0})
+    with pytest.raises(InputError, match=r"rig\.load_body = 'load' .* gives this body no mass"):
+        massless.model_for(load=1.0)
+    massless.model_for()
 
 
 def test_a_sampling_period_must_be_whole_steps():
