@@ -1,7 +1,8 @@
 """What must hold before a muscle is stepped: checks of a model, its muscles and an experiment.
 
-Muscles that share a chain or a supply state it alike, the time step is short enough, commands ask
-for no more than the supply has, no muscle is longer than its fibres, and each control has a range.
+Muscles on one chain or supply state the same chain or supply, the time step is short enough,
+commands ask for no more than the supply has, no muscle is longer than its fibres, and each control
+has a range.
 """
 
 from __future__ import annotations
